@@ -292,6 +292,56 @@ static void nearly_parallel(void **state)
     }
 }
 
+/* Waves of slip on a plane of equal triangles, two in each parallelogram of the sides 1 and (shear, high): with the
+   core that rectangles have inside a fault, 1/(2 pi) of the heights, K has no error of the first order in the
+   wavenumber k, for triangles of any shape, waves along slip and across it. The continuum's is G k/2, over 1 - nu
+   along slip; the second order's share is 0.043 k^2 for equilateral triangles and grows with the longest side. A core
+   of 0.11 instead is off by 0.06 k. The sum ends in a window of 80 sides. */
+static void waves(void **state)
+{
+  enum { SIDES = 80 };
+  static const PetscReal shapes[3][2] = {{0.5, 0.8660254037844386}, {0, 1}, {0.3, 0.7}};
+  const PetscReal nu = 0.25, k = 0.35;
+
+  (void)state;
+  for (int shape = 0; shape < 3; shape++) {
+    const PetscReal shear = shapes[shape][0], high = shapes[shape][1], end = 0.98 * SIDES * high;
+
+    for (int up = 0; up < 2; up++) {
+      PetscReal v[3][3] = {{0, 0, 0}, {1, 0, 0}, {shear, high, 0}}, sum[2] = {0};
+      SlipTriangleCell source;
+
+      CellOf(v, up * PETSC_PI / 2, &source);
+      for (int i = -SIDES; i <= SIDES; i++)
+        for (int j = -SIDES; j <= SIDES; j++)
+          for (int other = 0; other < 2; other++) {
+            const PetscReal x = i + shear * j, y = high * j;
+            const PetscReal apart[2] = {x + other * (1 + shear) / 3, y + other * high / 3};
+            const PetscReal r = PetscSqrtReal(apart[0] * apart[0] + apart[1] * apart[1]);
+            PetscReal w[3][3] = {{x, y, 0}, {x + 1, y, 0}, {x + shear, y + high, 0}}, both[2];
+            SlipTriangleCell receiver;
+
+            if (r > end) continue;
+            if (other) {
+              w[0][0] = x + 1 + shear;
+              w[0][1] = y + high;
+            }
+            CellOf(w, up * PETSC_PI / 2, &receiver);
+            SlipTriangleAverage(1, nu, PETSC_TRUE, &receiver, &source, SLIP_CORE_INNER, both);
+            for (int across = 0; across < 2; across++)
+              sum[across] += both[0] * cos(k * apart[across]) *
+                             (r < 0.3 * end ? 1 : 0.5 + 0.5 * cos(PETSC_PI * (r / end - 0.3) / 0.7));
+          }
+      for (int across = 0; across < 2; across++) {
+        const PetscReal exact = 0.5 * k / (across == up ? 1 - nu : 1);
+
+        print_message("shape %d: waves off by %.3g k^2\n", shape, (double)((sum[across] / exact - 1) / (k * k)));
+        AssertNear(sum[across], exact, 0.07 * k * k * exact);
+      }
+    }
+  }
+}
+
 /* A core that is wider on a part of an edge: as if the average had been taken with it */
 static void edges(void **state)
 {
@@ -310,4 +360,4 @@ static void edges(void **state)
   assert_true(b[0] > a[0] && a[0] > 0);
 }
 
-SLIP_TESTS(rectangles, quadrature, parts, symmetric, bends, nearly_parallel, edges)
+SLIP_TESTS(rectangles, quadrature, parts, symmetric, bends, nearly_parallel, waves, edges)
