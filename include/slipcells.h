@@ -1,4 +1,4 @@
-/* Irregular meshes: rectangular cells of planes, and their stiffness. */
+/* Irregular meshes: rectangles and triangles of any direction, and their stiffness. */
 #pragma once
 #include <petscmat.h>
 #include <slipelasticity.h>
@@ -15,6 +15,11 @@ typedef struct {
   const PetscInt *order;  /* cell of each row of the stiffness [n]; NULL: cell i is row i, shares by PETSC_DECIDE */
   PetscInt nlocal;        /* rows of this process, where there is an order */
   const PetscReal *edges; /* of averages: MatCreateSlipCellStiffness() fills it in its own copy */
+  const PetscReal *directions; /* [n][3][3] of triangles, likewise */
+  const PetscInt *number;      /* of each cell in messages [n]; NULL: from 0 */
+  /* Of triangles [n][3][3], north, east and down [m]; NULL: rectangles. The centres are centroids, length * width the area, and dips of
+     more than 90 those of cells that are overturned: their hanging wall is below. */
+  const PetscReal *vertices;
 } SlipCells;
 
 /* Refuses cells that are not finite, have no extent, reach above the surface, overlap or cross; source names where they

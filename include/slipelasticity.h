@@ -37,10 +37,14 @@ PETSC_EXTERN PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRe
 typedef struct {
   PetscReal x, y, z, length, width, strike, dip;
 } SlipDippingRectangle;
-/* One that slips along its rake [deg], along which its shear stress counts too. */
+/* One that slips along its rake [deg], along which its shear stress counts too; or a triangle that does. */
 typedef struct {
-  SlipDippingRectangle rectangle;
+  SlipDippingRectangle rectangle; /* of a triangle: centroid, extent along strike, its area over that, strike and dip */
   PetscReal rake;
+  const PetscReal *vertices; /* [3][3] of a triangle, each north, east and down [m]; NULL: it is a rectangle */
+  const PetscReal
+    *directions; /* [3][3] of a triangle along its rake, across it and normal, as SlipPlaneDirections() has
+                                  them; NULL: of strike, dip and rake */
 } SlipCell;
 
 /* Between cells of one size on one plane a kernel depends on their distance only, and not on its sign: */
@@ -93,6 +97,8 @@ struct _SlipKernelType {
 PETSC_EXTERN const SlipKernelType SlipKernelStrikeSlip;
 /* Slip along their rakes on rectangles of any strike and dip: shear along the receiver's rake, and normal stress. */
 PETSC_EXTERN const SlipKernelType SlipKernelDipping;
+/* The same on triangles. */
+PETSC_EXTERN const SlipKernelType SlipKernelTriangle;
 PETSC_EXTERN PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *kernel);
 /* The block [Pa/m] of a kernel that SlipKernelCheck() accepts. */
 static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source,

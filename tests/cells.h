@@ -65,3 +65,80 @@ static inline PetscErrorCode WriteCells(const char file[], const SlipCells *c)
   PetscCall(WriteLabelledCells(file, c, NULL));
   PetscFunctionReturn(0);
 }
+
+/* Each rectangle of dipping cells with rakes as two triangles, 2 i and 2 i + 1, in data [17][2 n] */
+enum { TRIANGLE_COLUMNS = 17 };
+static inline SlipCells TrianglesOf(const SlipCells *c, PetscReal data[])
+{
+  static const int corner[2][2][3] = {{{0, 1, 2}, {0, 2, 3}}, {{0, 1, 3}, {1, 2, 3}}}; /* the diagonals in turn */
+  const PetscInt n = 2 * c->n;
+  PetscReal *vertices = data + 8 * (size_t)n;
+
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt cell = i / 2;
+    const PetscReal centre[3] = {c->x[cell], c->y[cell], c->z[cell]};
+    PetscReal d[9], *v = vertices + 9 * (size_t)i, p[4][3], low = PETSC_MAX_REAL, top = PETSC_MIN_REAL;
+
+    SlipPlaneDirections(c->strike[cell], c->dip[cell], 0, d);
+    for (int k = 0; k < 4; k++)
+      for (int j = 0; j < 3; j++)
+        p[k][j] = centre[j] + (k == 0 || k == 3 ? -0.5 : 0.5) * c->length[cell] * d[j] +
+                  (k < 2 ? 0.5 : -0.5) * c->width[cell] * d[3 + j];
+    for (int k = 0; k < 3; k++) {
+      const PetscReal *q = p[corner[cell % 2][i % 2][k]];
+      const PetscReal along = (q[0] - centre[0]) * d[0] + (q[1] - centre[1]) * d[1] + (q[2] - centre[2]) * d[2];
+
+      for (int j = 0; j < 3; j++) v[3 * k + j] = q[j];
+      low = PetscMin(low, along);
+      top = PetscMax(top, along);
+    }
+    for (int j = 0; j < 3; j++) data[j * (size_t)n + i] = (v[j] + v[3 + j] + v[6 + j]) / 3;
+    data[3 * (size_t)n + i] = top - low;
+    data[4 * (size_t)n + i] = 0.5 * c->length[cell] * c->width[cell] / (top - low);
+    data[5 * (size_t)n + i] = c->strike[cell];
+    data[6 * (size_t)n + i] = c->dip[cell];
+    data[7 * (size_t)n + i] = c->rake ? c->rake[cell] : 0;
+  }
+  return (SlipCells){.n = n,
+                     .x = data,
+                     .y = data + n,
+                     .z = data + 2 * (size_t)n,
+                     .length = data + 3 * (size_t)n,
+                     .width = data + 4 * (size_t)n,
+                     .strike = data + 5 * (size_t)n,
+                     .dip = data + 6 * (size_t)n,
+                     .rake = data + 7 * (size_t)n,
+                     .vertices = vertices,
+                     .kernel = {.type = &SlipKernelTriangle,
+                                .shear_modulus = c->kernel.shear_modulus,
+                                .poisson_ratio = c->kernel.poisson_ratio,
+                                .full_space = c->kernel.full_space}};
+}
+
+/* Two planes that meet in an edge, nx cells of 100 m along strike times nz of 80 m each, with rakes that vary; data [8][2 nx nz] */
+static inline SlipCells TwoDippingPlanes(PetscInt nx, PetscInt nz, PetscReal data[])
+{
+  const PetscInt n = 2 * nx * nz;
+  SlipCells c = CellsOfColumns(n, data);
+
+  for (PetscInt e = 0; e < n; e++) {
+    const PetscInt plane = e / (nx * nz), i = e % nx, j = e / nx % nz;
+    const PetscReal dip = plane ? 35 : 70, a = dip * PETSC_PI / 180, first = 70 * PETSC_PI / 180;
+    const PetscReal down = 80 * ((PetscReal)j + 0.5), begin = plane ? 80 * (PetscReal)nz : 0;
+    const PetscReal value[8] = {100 * ((PetscReal)i + 0.5),
+                                begin * PetscCosReal(first) + down * PetscCosReal(a),
+                                200 + begin * PetscSinReal(first) + down * PetscSinReal(a),
+                                100,
+                                80,
+                                0,
+                                dip,
+                                90 - (PetscReal)(e % 7)};
+
+    for (int k = 0; k < 8; k++) data[k * (size_t)n + e] = value[k];
+  }
+  c.strike = data + 5 * (size_t)n;
+  c.dip = data + 6 * (size_t)n;
+  c.rake = data + 7 * (size_t)n;
+  c.kernel.type = &SlipKernelDipping;
+  return c;
+}

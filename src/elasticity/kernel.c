@@ -1,9 +1,9 @@
 /*
-  Kernels, what the entries of a stiffness are computed from: vertical strike-slip rectangles and those of any direction,
-  the closed forms of the files beside this one as rows of functions.
+  Kernels, what the entries of a stiffness are computed from: vertical strike-slip rectangles, those of any direction, and
+  triangles, the closed forms of the files beside this one as rows of functions.
 */
 #include <slipcompat.h>
-#include <slipstep/private/slipdipping.h>
+#include <slipstep/private/sliptriangle.h>
 #include <slipstep/private/slipelasticity.h>
 #include <math.h>
 
@@ -145,4 +145,56 @@ const SlipKernelType SlipKernelDipping = {
   .centre = Centre_Dipping,
   .plane = Plane_Dipping,
   .centres = Centres_Dipping,
+};
+
+static void CellOf(const SlipCell *c, SlipTriangleCell *cell)
+{
+  for (int k = 0; k < 9; k++) cell->vertices[k] = c->vertices[k];
+  if (!c->directions) SlipPlaneDirections(c->rectangle.strike, c->rectangle.dip, c->rake, cell->directions);
+  for (int k = 0; k < 9 && c->directions; k++) cell->directions[k] = c->directions[k];
+}
+
+/* Is b the cell before, as in a row or column of a stiffness? */
+static PetscBool Same(const SlipCell *a, const SlipCell *b)
+{
+  return a->vertices == b->vertices && a->rake == b->rake ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Pairs in a row that share their source take less, as SlipTriangleTractions() knows it by its address. */
+static void Centres_Triangle(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
+                             PetscReal block[])
+{
+  for (PetscInt first = 0; first < n; first += SLIP_LANES) {
+    const PetscInt count = PetscMin(SLIP_LANES, n - first);
+    SlipTriangleCell cell[2 * SLIP_LANES];
+    const SlipTriangleCell *r[SLIP_LANES], *s[SLIP_LANES];
+    PetscReal traction[3 * SLIP_LANES];
+
+    for (PetscInt i = 0; i < count; i++) {
+      const SlipCell *p = receiver + first + i, *q = source + first + i;
+
+      r[i] = i > 0 && Same(p, p - 1) ? r[i - 1] : &cell[2 * i];
+      s[i] = i > 0 && Same(q, q - 1) ? s[i - 1] : &cell[2 * i + 1];
+      if (r[i] == &cell[2 * i]) CellOf(p, &cell[2 * i]);
+      if (s[i] == &cell[2 * i + 1]) CellOf(q, &cell[2 * i + 1]);
+    }
+    SlipTriangleTractions(k->shear_modulus, k->poisson_ratio, k->full_space, count, r, s, traction);
+    for (PetscInt i = 0; i < count; i++) {
+      block[2 * (first + i)] = traction[3 * i];
+      block[2 * (first + i) + 1] = traction[3 * i + 2];
+    }
+  }
+}
+
+static void Centre_Triangle(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
+{
+  Centres_Triangle(k, 1, receiver, source, block);
+}
+
+const SlipKernelType SlipKernelTriangle = {
+  .name = "triangle",
+  .components = 1,
+  .normals = 1,
+  .centre = Centre_Triangle,
+  .centres = Centres_Triangle,
 };

@@ -30,7 +30,7 @@ static PetscErrorCode SlipTriangleCheck_Private(const PetscReal vertices[9])
 
 /* Whether a unit normal points into the hanging wall, after Aki & Richards: upward; of a vertical plane to the right
    of a strike in [0, 180) degrees, which is to the south where it does not strike north. */
-static PetscBool HangingWall(const PetscReal normal[3])
+PetscBool SlipHangingWall(const PetscReal normal[3])
 {
   if (PetscAbsReal(normal[2]) > EXACT) return (PetscBool)(normal[2] < 0);
   if (PetscAbsReal(normal[0]) > EXACT) return (PetscBool)(normal[0] < 0);
@@ -78,7 +78,7 @@ PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscRea
   PetscCheck(!side || PetscAbsReal(SlipDot(side, n)) > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "The side (%g, %g, %g) lies in the plane of a triangle, expected a vector into the hanging wall",
              (double)side[0], (double)side[1], (double)side[2]);
-  if (side ? SlipDot(side, n) < 0 : !HangingWall(n))
+  if (side ? SlipDot(side, n) < 0 : !SlipHangingWall(n))
     for (int i = 0; i < 3; i++) n[i] = -n[i];
   if (PetscSqrtReal(n[0] * n[0] + n[1] * n[1]) > EXACT) {
     strike[0] = n[1];

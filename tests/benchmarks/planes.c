@@ -54,7 +54,8 @@ static PetscErrorCode CreateCells(PetscInt wanted, SlipCells *cells)
 
 static SlipCell CellOf(const SlipCells *c, PetscInt i)
 {
-  return (SlipCell){{c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->strike[i], c->dip[i]}, c->rake[i]};
+  return (SlipCell){.rectangle = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->strike[i], c->dip[i]},
+                    .rake = c->rake[i]};
 }
 
 /* K u and Kn u of uniform slip on cell i; all cells have one area */

@@ -59,8 +59,10 @@ static void vertical_is_the_limit(void **state)
    size. With rakes that vary, shear is taken along the receiver's. */
 static void stiffness_is_nearly_symmetric(void **state)
 {
-  const SlipCell a = {{3000, 200, 2500, 100, 80, 20, 35}, 70}, b = {{1800, -900, 1500, 100, 80, 140, 60}, -20};
-  const SlipCell near = {{3000, 200, 2500, 50, 40, 20, 35}, 70}, other = {{1800, -900, 1500, 50, 40, 140, 60}, -20};
+  const SlipCell a = {.rectangle = {3000, 200, 2500, 100, 80, 20, 35}, .rake = 70},
+                 b = {.rectangle = {1800, -900, 1500, 100, 80, 140, 60}, .rake = -20};
+  const SlipCell near = {.rectangle = {3000, 200, 2500, 50, 40, 20, 35}, .rake = 70},
+                 other = {.rectangle = {1800, -900, 1500, 50, 40, 140, 60}, .rake = -20};
   PetscReal ab[2], ba[2], fine[2][2];
 
   (void)state;
@@ -90,8 +92,10 @@ static void pairs_at_once(void **state)
     for (int k = 0; k < pairs; k++) {
       const PetscReal turn = k > 20 ? 7.0 * k : 30, other = k > 35 ? -50 + k : 20;
 
-      receiver[k] = (SlipCell){{100.0 * k, 300, 2000 + 10 * k, 100, 80, turn, 20 + k}, k < 9 ? 90 : 10.0 * k};
-      source[k] = (SlipCell){{500, 70.0 * k, 900, 100 + k, 120, other, k > 40 ? 90 : 35}, k > 30 ? 3.0 * k : 60};
+      receiver[k] =
+        (SlipCell){.rectangle = {100.0 * k, 300, 2000 + 10 * k, 100, 80, turn, 20 + k}, .rake = k < 9 ? 90 : 10.0 * k};
+      source[k] = (SlipCell){.rectangle = {500, 70.0 * k, 900, 100 + k, 120, other, k > 40 ? 90 : 35},
+                             .rake = k > 30 ? 3.0 * k : 60};
     }
     receiver[17] = source[17]; /* a cell on itself */
     (*kernel.type->centres)(&kernel, pairs, receiver, source, at_once);
@@ -126,9 +130,16 @@ static void turned_problems_have_the_same_operators(void **state)
     column[1][5][e] += turn;
   }
   for (int t = 0; t < 2; t++) {
-    cells[t] = (SlipCells){2 * N,        column[t][0], column[t][1], column[t][2], column[t][3], column[t][4],
-                           column[t][5], column[t][6], column[t][7], Rock,         NULL,         0,
-                           NULL};
+    cells[t] = (SlipCells){.n = 2 * N,
+                           .x = column[t][0],
+                           .y = column[t][1],
+                           .z = column[t][2],
+                           .length = column[t][3],
+                           .width = column[t][4],
+                           .strike = column[t][5],
+                           .dip = column[t][6],
+                           .rake = column[t][7],
+                           .kernel = Rock};
     ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells[t], "dense", 1e-8, &K[t]));
     ok(MatCreateSlipCellNormalStiffness(PETSC_COMM_SELF, &cells[t], "dense", 1e-8, &Kn[t]));
   }
@@ -384,8 +395,9 @@ static void storage_of_transforms(void **state)
 static void long_cells_are_plane_strain(void **state)
 {
   const PetscReal d = 1000, w = 100, nu = 0.25;
-  const SlipCell source = {{0, 0, 1e6, 1e8, w, 0, 30}, 90};
-  const SlipCell receiver = {{0, d * PetscCosReal(PETSC_PI / 6), 1e6 + 0.5 * d, 1e8, w, 0, 30}, 90};
+  const SlipCell source = {.rectangle = {0, 0, 1e6, 1e8, w, 0, 30}, .rake = 90};
+  const SlipCell receiver = {.rectangle = {0, d * PetscCosReal(PETSC_PI / 6), 1e6 + 0.5 * d, 1e8, w, 0, 30},
+                             .rake = 90};
   const PetscReal expected = 30e9 / (2 * PETSC_PI * (1 - nu)) * (1 / (d + w / 2) - 1 / (d - w / 2));
   SlipKernel full = Rock;
   PetscReal block[2];

@@ -15,6 +15,9 @@ static inline void SlipDegrees(PetscReal angle, PetscReal *sine, PetscReal *cosi
   *cosine = PetscSinReal(PETSC_PI / 180 * (90 - size));
 }
 
+/* ---- triangle_points.c ---- */
+PETSC_INTERN PetscBool SlipHangingWall(const PetscReal normal[3]);
+
 /* ---- dislocation.c ---- */
 PETSC_INTERN void SlipKernelSurface_Private(PetscReal G, PetscReal nu, PetscReal dx, PetscReal depth_sum, PetscReal a,
                                             PetscReal b, PetscReal part[3]);
@@ -48,7 +51,8 @@ static inline PetscBool SlipKernelTransforms(const SlipKernel *kernel)
 /* T of one component: cells a x b of one plane without the free surface. */
 static inline PetscReal SlipKernelDirect(const SlipKernel *kernel, PetscReal dx, PetscReal dz, PetscReal a, PetscReal b)
 {
-  const SlipCell receiver = {{dx, 0, dz, a, b, 0, 90}, 0}, source = {{0, 0, 0, a, b, 0, 90}, 0};
+  const SlipCell receiver = {.rectangle = {dx, 0, dz, a, b, 0, 90}, .rake = 0},
+                 source = {.rectangle = {0, 0, 0, a, b, 0, 90}, .rake = 0};
   SlipKernel full = *kernel;
   PetscReal entry;
 

@@ -1,4 +1,4 @@
-/* Private to src/mat: irregular meshes of rectangular cells, their trees and their distribution. */
+/* Private to src/mat: irregular meshes, their trees and their distribution. */
 #pragma once
 #include <slipcells.h>
 #include <slipstep/private/slipmatcommon.h>
@@ -9,6 +9,7 @@ PETSC_INTERN PetscReal SlipCellsEntry(const SlipCells *cells, PetscReal unit, Pe
 PETSC_INTERN void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
                                    const PetscInt column[], PetscReal a[]);
 PETSC_INTERN SlipCell SlipCellsGet(const SlipCells *cells, PetscInt i);
+PETSC_INTERN PetscErrorCode SlipCellsDirections(const SlipCells *cells, PetscReal **directions);
 PETSC_INTERN PetscReal SlipCellsNormal(const SlipCells *cells, PetscInt i, PetscInt j);
 PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
 PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells); /* whose x owns the memory of all columns */
@@ -42,7 +43,7 @@ typedef struct {
   PetscInt nnodes;
   SlipCluster *node; /* node[0] is the root */
 } SlipClusterTree;
-PETSC_INTERN void SlipCellsReach(const SlipCells *cells, PetscInt cell, PetscReal half[3]); /* of its box */
+PETSC_INTERN void SlipCellsBox(const SlipCells *cells, PetscInt cell, PetscReal box[6]); /* low [3] and top [3] */
 PETSC_INTERN PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, SlipClusterTree *tree);
 PETSC_INTERN PetscErrorCode SlipClusterTreeDestroy(SlipClusterTree *tree);
 PETSC_INTERN PetscReal SlipClusterDistance(const SlipCluster *a, const SlipCluster *b);

@@ -30,7 +30,23 @@ SlipCell SlipCellsGet(const SlipCells *c, PetscInt i)
 {
   return (SlipCell){
     {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->strike ? c->strike[i] : 0, c->dip ? c->dip[i] : 90},
-    c->rake ? c->rake[i] : 0};
+    c->rake ? c->rake[i] : 0,
+    c->vertices ? c->vertices + 9 * (size_t)i : NULL,
+    c->directions ? c->directions + 9 * (size_t)i : NULL};
+}
+
+/* directions [n][3][3] of triangles, which each of their n^2 entries asks for; NULL of rectangles, whose kernels take angles.
+   PetscFree() it. */
+PetscErrorCode SlipCellsDirections(const SlipCells *c, PetscReal **directions)
+{
+  PetscFunctionBegin;
+  *directions = NULL;
+  if (!c->vertices) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(9 * (size_t)c->n, directions));
+  for (PetscInt i = 0; i < c->n; i++)
+    SlipPlaneDirections(c->strike ? c->strike[i] : 0, c->dip ? c->dip[i] : 90, c->rake ? c->rake[i] : 0,
+                        *directions + 9 * (size_t)i);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The force on cell i for unit slip on cell j */

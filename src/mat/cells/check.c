@@ -9,6 +9,32 @@
 #define CROSS_TOUCH 1e-3
 #define CHECK_LEAF 16 /* cells in a leaf of the tree that is searched for neighbours */
 
+/* What a cell is called in messages */
+static const char *CellWord(const SlipCells *c, PetscBool many)
+{
+  if (c->vertices) return many ? "triangles" : "triangle";
+  return many ? "the cells of rows" : "row";
+}
+
+static PetscInt CellNumber(const SlipCells *c, PetscInt i)
+{
+  return c->number ? c->number[i] : i;
+}
+
+/* A triangle's height over its longest side [m]; of a rectangle the shorter side */
+static PetscReal CellSide(const SlipCells *c, PetscInt i)
+{
+  PetscReal longest = 0;
+
+  if (!c->vertices) return PetscMin(c->length[i], c->width[i]);
+  for (int k = 0; k < 3; k++) {
+    const PetscReal *a = c->vertices + 9 * (size_t)i + 3 * k, *b = c->vertices + 9 * (size_t)i + 3 * ((k + 1) % 3);
+
+    longest = PetscMax(longest, PetscSqr(a[0] - b[0]) + PetscSqr(a[1] - b[1]) + PetscSqr(a[2] - b[2]));
+  }
+  return 2 * c->length[i] * c->width[i] / PetscSqrtReal(longest);
+}
+
 static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, const char source[])
 {
   const SlipCell cell = SlipCellsGet(c, i);
@@ -16,116 +42,186 @@ static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, co
   const PetscReal value[8] = {r->x, r->y, r->z, r->length, r->width, r->strike, r->dip, cell.rake};
   static const char *const name[8] = {"x", "y", "z", "length", "width", "strike", "dip", "rake"};
   static const char *const unit[8] = {"m", "m", "m", "m", "m", "degrees", "degrees", "degrees"};
-  PetscReal sine, cosine;
+  const char *word = CellWord(c, PETSC_FALSE);
+  const PetscInt number = CellNumber(c, i);
+  PetscReal sine, cosine, top = 0;
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < 8; k++) {
     PetscCheck(isfinite(value[k]), comm, PETSC_ERR_ARG_OUTOFRANGE,
-               "%s: row %" PetscInt_FMT " has %s = %.6g %s, expected a finite number", source, i, name[k],
+               "%s: %s %" PetscInt_FMT " has %s = %.6g %s, expected a finite number", source, word, number, name[k],
                (double)value[k], unit[k]);
     PetscCheck(k < 3 || k > 4 || value[k] > 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
-               "%s: row %" PetscInt_FMT " has %s = %.6g m, expected > 0", source, i, name[k], (double)value[k]);
+               "%s: %s %" PetscInt_FMT " has %s = %.6g m, expected > 0", source, word, number, name[k],
+               (double)value[k]);
   }
   PetscCheck(PetscAbsReal(r->strike) <= 360, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "%s: row %" PetscInt_FMT " has strike = %.6g degrees, expected -360 to 360", source, i, (double)r->strike);
+             "%s: %s %" PetscInt_FMT " has strike = %.6g degrees, expected -360 to 360", source, word, number,
+             (double)r->strike);
+  if (cell.vertices) {
+    PetscCheck(r->dip >= 0 && r->dip <= 180, comm, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s: triangle %" PetscInt_FMT " has dip = %.6g degrees, expected 0 to 180", source, number,
+               (double)r->dip);
+    for (int k = 0; k < 9; k++)
+      PetscCheck(isfinite(cell.vertices[k]), comm, PETSC_ERR_ARG_OUTOFRANGE,
+                 "%s: a vertex of triangle %" PetscInt_FMT " has the coordinate %.6g m, expected a finite number",
+                 source, number, (double)cell.vertices[k]);
+    for (int k = 2; k < 9; k += 3) top = PetscMin(top, cell.vertices[k]);
+    PetscCheck(c->kernel.full_space || top >= -SLIP_TOUCH * CellSide(c, i), comm, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s: triangle %" PetscInt_FMT " reaches above the surface: a vertex at depth %.6g m", source, number,
+               (double)top);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCheck(r->dip > 0 && r->dip <= 90, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "%s: row %" PetscInt_FMT " has dip = %.6g degrees, expected > 0 and at most 90", source, i,
+             "%s: row %" PetscInt_FMT " has dip = %.6g degrees, expected > 0 and at most 90", source, number,
              (double)r->dip);
   SlipDegrees(r->dip, &sine, &cosine);
   PetscCheck(c->kernel.full_space || r->z - 0.5 * r->width * sine >= -SLIP_TOUCH * PetscMin(r->length, r->width), comm,
              PETSC_ERR_ARG_OUTOFRANGE,
              "%s: the cell of row %" PetscInt_FMT
              " reaches above the surface: its centre at depth %.6g m, its width %.6g m, its dip %.6g degrees",
-             source, i, (double)r->z, (double)r->width, (double)r->dip);
+             source, number, (double)r->z, (double)r->width, (double)r->dip);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- two cells ---- */
 
-/* A cell as a rectangle in space */
+/* A cell as a convex polygon in space */
 typedef struct {
-  PetscReal at[3];                 /* its centre from that of the first one [m] */
-  PetscReal side[2][3], across[3]; /* directions along strike and dip, and across */
-  PetscReal half[2];               /* of its extents [m] */
-} Plate;
+  int n;                  /* corners, 3 or 4 */
+  PetscReal corner[4][3]; /* around it, from the centre of the first cell [m] */
+  PetscReal side[4][3];   /* directions in the plane across its edges, opposite ones once */
+  int sides;
+  PetscReal across[3];
+} Polygon;
+
+/* Least and largest along a direction */
+typedef struct {
+  PetscReal low, top;
+} Span;
 
 static PetscReal Dot(const PetscReal a[3], const PetscReal b[3])
 {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static Plate PlateOf(const SlipCells *c, PetscInt i, PetscInt from)
+static void CrossProduct(const PetscReal a[3], const PetscReal b[3], PetscReal c[3])
 {
-  Plate p = {{c->x[i] - c->x[from], c->y[i] - c->y[from], c->z[i] - c->z[from]},
-             {{1, 0, 0}, {0, 0, -1}},
-             {0, 1, 0},
-             {0.5 * c->length[i], 0.5 * c->width[i]}};
-  PetscReal d[9];
+  for (int k = 0; k < 3; k++) c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
 
-  if (!c->strike && !c->dip) return p;
-  SlipPlaneDirections(c->strike ? c->strike[i] : 0, c->dip ? c->dip[i] : 90, 0, d);
-  for (int k = 0; k < 3; k++) {
-    p.side[0][k] = d[k];
-    p.side[1][k] = d[3 + k];
-    p.across[k] = d[6 + k];
+static void Normalise(PetscReal v[3])
+{
+  const PetscReal length = PetscSqrtReal(Dot(v, v));
+
+  for (int k = 0; k < 3; k++) v[k] /= length;
+}
+
+static Polygon TriangleOf(const SlipCells *c, PetscInt i, const PetscReal from[3])
+{
+  Polygon p = {.n = 3, .sides = 3};
+  PetscReal edge[3][3];
+
+  for (int k = 0; k < 9; k++) p.corner[k / 3][k % 3] = c->vertices[9 * (size_t)i + k] - from[k % 3];
+  for (int k = 0; k < 9; k++) edge[k / 3][k % 3] = p.corner[(k / 3 + 1) % 3][k % 3] - p.corner[k / 3][k % 3];
+  CrossProduct(edge[0], edge[1], p.across);
+  Normalise(p.across);
+  for (int e = 0; e < 3; e++) {
+    CrossProduct(edge[e], p.across, p.side[e]);
+    Normalise(p.side[e]);
   }
   return p;
 }
 
-/* Half of its extent in a direction */
-static PetscReal Extent(const Plate *p, const PetscReal u[3])
+static Polygon PolygonOf(const SlipCells *c, PetscInt i, PetscInt from)
 {
-  return p->half[0] * PetscAbsReal(Dot(p->side[0], u)) + p->half[1] * PetscAbsReal(Dot(p->side[1], u));
+  static const PetscReal share[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
+  const PetscReal origin[3] = {c->x[from], c->y[from], c->z[from]}, centre[3] = {c->x[i], c->y[i], c->z[i]};
+  Polygon p = {.n = 4, .side = {{1, 0, 0}, {0, 0, -1}}, .sides = 2, .across = {0, 1, 0}};
+  PetscReal d[9];
+
+  if (c->vertices) return TriangleOf(c, i, origin);
+  if (c->strike || c->dip) {
+    SlipPlaneDirections(c->strike ? c->strike[i] : 0, c->dip ? c->dip[i] : 90, 0, d);
+    for (int k = 0; k < 3; k++) {
+      p.side[0][k] = d[k];
+      p.side[1][k] = d[3 + k];
+      p.across[k] = d[6 + k];
+    }
+  }
+  for (int e = 0; e < 4; e++)
+    for (int k = 0; k < 3; k++)
+      p.corner[e][k] =
+        centre[k] - origin[k] + share[e][0] * c->length[i] * p.side[0][k] + share[e][1] * c->width[i] * p.side[1][k];
+  return p;
+}
+
+static Span SpanOf(const Polygon *p, const PetscReal u[3])
+{
+  Span s = {PETSC_MAX_REAL, PETSC_MIN_REAL};
+
+  for (int e = 0; e < p->n; e++) {
+    s.low = PetscMin(s.low, Dot(p->corner[e], u));
+    s.top = PetscMax(s.top, Dot(p->corner[e], u));
+  }
+  return s;
+}
+
+/* Of its corners from the plane of q */
+static Span HeightsOf(const Polygon *p, const Polygon *q)
+{
+  const PetscReal plane = Dot(q->corner[0], q->across);
+  Span s = SpanOf(p, q->across);
+
+  s.low -= plane;
+  s.top -= plane;
+  return s;
 }
 
 /* Is all of p in the plane of q? */
-static PetscBool Lies(const Plate *p, const Plate *q, PetscReal touch)
+static PetscBool Lies(const Polygon *p, const Polygon *q, PetscReal touch)
 {
-  const PetscReal between[3] = {p->at[0] - q->at[0], p->at[1] - q->at[1], p->at[2] - q->at[2]};
+  const Span s = HeightsOf(p, q);
 
-  return PetscAbsReal(Dot(between, q->across)) + Extent(p, q->across) <= touch ? PETSC_TRUE : PETSC_FALSE;
+  return s.low >= -touch && s.top <= touch ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* In one plane: do they share more than an edge, seen along all of their sides? */
-static PetscBool Overlap(const Plate *p, const Plate *q, PetscReal touch)
+static PetscBool Overlap(const Polygon *p, const Polygon *q, PetscReal touch)
 {
-  const PetscReal between[3] = {p->at[0] - q->at[0], p->at[1] - q->at[1], p->at[2] - q->at[2]};
+  for (int k = 0; k < p->sides + q->sides; k++) {
+    const PetscReal *u = k < p->sides ? p->side[k] : q->side[k - p->sides];
+    const Span a = SpanOf(p, u), b = SpanOf(q, u);
 
-  for (int k = 0; k < 4; k++) {
-    const PetscReal *u = k < 2 ? p->side[k] : q->side[k - 2];
-
-    if (!(PetscAbsReal(Dot(between, u)) < Extent(p, u) + Extent(q, u) - touch)) return PETSC_FALSE;
+    if (!(a.top - b.low > touch && b.top - a.low > touch)) return PETSC_FALSE;
   }
   return PETSC_TRUE;
 }
 
 /* The ends of the line in which p meets the plane of q, where p reaches further than deep to both sides of that line */
-static PetscBool Chord(const Plate *p, const Plate *q, PetscReal deep, PetscReal ends[2][3])
+static PetscBool Chord(const Polygon *p, const Polygon *q, PetscReal deep, PetscReal ends[2][3])
 {
-  const PetscReal slope[2] = {Dot(p->side[0], q->across), Dot(p->side[1], q->across)};
-  const PetscReal steep = PetscSqrtReal(PetscSqr(slope[0]) + PetscSqr(slope[1])); /* the sine of the angle between */
-  const PetscReal height = Dot(p->at, q->across) - Dot(q->at, q->across), reach = Extent(p, q->across);
-  PetscReal foot[2], along[2], low = PETSC_MIN_REAL, top = PETSC_MAX_REAL;
+  const PetscReal plane = Dot(q->corner[0], q->across);
+  const Span heights = HeightsOf(p, q);
+  PetscReal line[3];
+  int n = 0;
 
-  if (PetscAbsReal(height) >= reach - deep * steep) return PETSC_FALSE;
-  for (int k = 0; k < 2; k++) {
-    foot[k] = -height * slope[k] / PetscSqr(steep);
-    along[k] = (k ? 1 : -1) * slope[1 - k] / steep;
+  CrossProduct(p->across, q->across, line);
+  deep *= PetscSqrtReal(Dot(line, line)); /* the sine of the angle between */
+  if (heights.top <= deep || heights.low >= -deep) return PETSC_FALSE;
+  for (int e = 0; e < p->n && n < 2; e++) {
+    const PetscReal *a = p->corner[e], *b = p->corner[(e + 1) % p->n];
+    const PetscReal from = Dot(a, q->across) - plane, to = Dot(b, q->across) - plane;
+
+    if ((from > 0) == (to > 0)) continue;
+    for (int k = 0; k < 3; k++) ends[n][k] = a[k] + from / (from - to) * (b[k] - a[k]);
+    n++;
   }
-  for (int k = 0; k < 2; k++) {
-    if (along[k] == 0) continue;
-    low = PetscMax(low, -foot[k] / along[k] - p->half[k] / PetscAbsReal(along[k]));
-    top = PetscMin(top, -foot[k] / along[k] + p->half[k] / PetscAbsReal(along[k]));
-  }
-  for (int e = 0; e < 2; e++)
-    for (int i = 0; i < 3; i++)
-      ends[e][i] = p->at[i] + (foot[0] + (e ? top : low) * along[0]) * p->side[0][i] +
-                   (foot[1] + (e ? top : low) * along[1]) * p->side[1][i];
-  return low < top ? PETSC_TRUE : PETSC_FALSE;
+  return n == 2 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Do the lines in which each meets the other one's plane, which are one, have a part in common? */
-static PetscBool Cross(const Plate *p, const Plate *q, PetscReal deep)
+static PetscBool Cross(const Polygon *p, const Polygon *q, PetscReal deep)
 {
   PetscReal a[2][3], b[2][3], direction[3], length, from, to;
 
@@ -142,32 +238,30 @@ static PetscBool Cross(const Plate *p, const Plate *q, PetscReal deep)
 typedef struct {
   const SlipCells *c;
   SlipClusterTree tree;
-  PetscReal *half; /* of each cell's box, three */
-  PetscReal near;  /* boxes this far apart hold no cells that overlap */
+  PetscReal *box; /* of each cell */
+  PetscReal near; /* boxes this far apart hold no cells that overlap */
   PetscInt rows[2];
   PetscBool cross;
 } Search;
 
 static PetscBool Apart(const Search *s, PetscInt i, PetscInt j)
 {
-  const PetscReal d[3] = {s->c->x[i] - s->c->x[j], s->c->y[i] - s->c->y[j], s->c->z[i] - s->c->z[j]};
+  const PetscReal *a = s->box + 6 * (size_t)i, *b = s->box + 6 * (size_t)j;
 
   for (int k = 0; k < 3; k++)
-    if (PetscAbsReal(d[k]) > s->half[3 * i + k] + s->half[3 * j + k] + s->near) return PETSC_TRUE;
+    if (a[k] - b[3 + k] > s->near || b[k] - a[3 + k] > s->near) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 
 static void TryPair(Search *s, PetscInt i, PetscInt j)
 {
-  const SlipCells *c = s->c;
-  const PetscReal side = PetscMin(PetscMin(c->length[i], c->width[i]), PetscMin(c->length[j], c->width[j]));
-  const PetscReal touch = SLIP_TOUCH * side;
-  Plate p, q;
+  const PetscReal side = PetscMin(CellSide(s->c, i), CellSide(s->c, j)), touch = SLIP_TOUCH * side;
+  Polygon p, q;
   PetscBool one;
 
   if (Apart(s, i, j)) return;
-  p = PlateOf(c, i, i);
-  q = PlateOf(c, j, i);
+  p = PolygonOf(s->c, i, i);
+  q = PolygonOf(s->c, j, i);
   one =
     Lies(&p, &q, touch) || Lies(&q, &p, touch) ? PETSC_TRUE : PETSC_FALSE; /* whose line of intersection is rounding */
   if (one ? !Overlap(&p, &q, touch) : !Cross(&p, &q, CROSS_TOUCH * side)) return;
@@ -207,15 +301,15 @@ static PetscErrorCode FindMeeting(const SlipCells *c, PetscInt rows[2], PetscBoo
   Search s = {.c = c, .rows = {-1, -1}};
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(3 * (size_t)c->n, &s.half));
+  PetscCall(PetscMalloc1(6 * (size_t)c->n, &s.box));
   for (PetscInt i = 0; i < c->n; i++) {
-    SlipCellsReach(c, i, s.half + 3 * i);
-    s.near = PetscMax(s.near, SLIP_TOUCH * PetscMin(c->length[i], c->width[i]));
+    SlipCellsBox(c, i, s.box + 6 * (size_t)i);
+    s.near = PetscMax(s.near, SLIP_TOUCH * CellSide(c, i));
   }
   PetscCall(SlipClusterTreeCreate(c, CHECK_LEAF, &s.tree));
   TryClusters(&s, 0, 0);
   PetscCall(SlipClusterTreeDestroy(&s.tree));
-  PetscCall(PetscFree(s.half));
+  PetscCall(PetscFree(s.box));
   rows[0] = s.rows[0];
   rows[1] = s.rows[1];
   *cross = s.cross;
@@ -234,9 +328,10 @@ static PetscErrorCode FindMeeting(const SlipCells *c, PetscInt rows[2], PetscBoo
 
   Note: cells may touch along edges, at any angle, and the edge of one may end inside of another one, as where faults branch
 
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (counted from 0) with numbers that are not finite, extents that
-  are not positive, strikes outside of [-360, 360] and dips outside of (0, 90] degrees, cells above the surface, pairs of rows that
-  overlap on one plane or cross; those of SlipKernelCheck()
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (counted from 0, or as cells->number says) with numbers that are not finite,
+  extents that are not positive, strikes outside of [-360, 360] and dips outside of (0, 90] degrees, of triangles [0, 180], cells above
+  the surface, pairs of rows that overlap on one plane or cross; PETSC_ERR_ARG_INCOMP for a kernel of triangles without vertices and one
+  of rectangles with them; those of SlipKernelCheck()
 
   Level: intermediate
 
@@ -244,20 +339,26 @@ static PetscErrorCode FindMeeting(const SlipCells *c, PetscInt rows[2], PetscBoo
 @*/
 PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char source[])
 {
-  PetscInt rows[2];
+  const SlipKernelType *type = c->kernel.type;
+  const char *words = CellWord(c, PETSC_TRUE);
+  PetscInt rows[2] = {-1, -1};
   PetscBool cross;
 
   PetscFunctionBegin;
   PetscCheck(c->n > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "%s: a mesh needs at least one cell, not %" PetscInt_FMT, source,
              c->n);
   PetscCall(SlipKernelCheck(comm, &c->kernel));
+  PetscCheck(c->vertices ? type != &SlipKernelStrikeSlip && type != &SlipKernelDipping : type != &SlipKernelTriangle,
+             comm, PETSC_ERR_ARG_INCOMP, "%s: kernel \"%s\" with %s, expected one for them", source, type->name,
+             c->vertices ? "triangles" : "rectangles");
   for (PetscInt i = 0; i < c->n; i++) PetscCall(CheckRow(comm, c, i, source));
   PetscCall(FindMeeting(c, rows, &cross));
-  PetscCheck(rows[0] < 0 || cross, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "%s: the cells of rows %" PetscInt_FMT " and %" PetscInt_FMT " overlap", source, rows[0], rows[1]);
-  PetscCheck(rows[0] < 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "%s: the cells of rows %" PetscInt_FMT " and %" PetscInt_FMT
-             " cross: planes that cross must be cut at their line of intersection, so that cells end there",
-             source, rows[0], rows[1]);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  if (rows[0] < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int k = 0; k < 2; k++) rows[k] = CellNumber(c, rows[k]);
+  PetscCheck(cross, comm, PETSC_ERR_ARG_OUTOFRANGE, "%s: %s %" PetscInt_FMT " and %" PetscInt_FMT " overlap", source,
+             words, rows[0], rows[1]);
+  SETERRQ(comm, PETSC_ERR_ARG_OUTOFRANGE,
+          "%s: %s %" PetscInt_FMT " and %" PetscInt_FMT
+          " cross: planes that cross must be cut at their line of intersection, so that cells end there",
+          source, words, rows[0], rows[1]);
 }

@@ -3,22 +3,34 @@
 #include <slipstep/private/slipmatcells.h>
 #include <stdlib.h>
 
-/* Half of a cell's extent north, east and down */
-void SlipCellsReach(const SlipCells *c, PetscInt e, PetscReal half[3])
+/* The least box north, east and down that holds a cell, low and top */
+void SlipCellsBox(const SlipCells *c, PetscInt e, PetscReal box[6])
 {
-  PetscReal d[9];
+  const PetscReal centre[3] = {c->x[e], c->y[e], c->z[e]};
+  PetscReal half[3] = {0.5 * c->length[e], 0, 0.5 * c->width[e]}, d[9];
 
-  half[0] = 0.5 * c->length[e];
-  half[1] = 0;
-  half[2] = 0.5 * c->width[e];
-  if (!c->strike && !c->dip) return;
-  SlipPlaneDirections(c->strike ? c->strike[e] : 0, c->dip ? c->dip[e] : 90, 0, d);
-  for (int k = 0; k < 3; k++)
-    half[k] = 0.5 * (c->length[e] * PetscAbsReal(d[k]) + c->width[e] * PetscAbsReal(d[3 + k]));
+  if (c->vertices) {
+    const PetscReal *v = c->vertices + 9 * (size_t)e;
+
+    for (int k = 0; k < 3; k++) {
+      box[k] = PetscMin(v[k], PetscMin(v[3 + k], v[6 + k]));
+      box[3 + k] = PetscMax(v[k], PetscMax(v[3 + k], v[6 + k]));
+    }
+    return;
+  }
+  if (c->strike || c->dip) {
+    SlipPlaneDirections(c->strike ? c->strike[e] : 0, c->dip ? c->dip[e] : 90, 0, d);
+    for (int k = 0; k < 3; k++)
+      half[k] = 0.5 * (c->length[e] * PetscAbsReal(d[k]) + c->width[e] * PetscAbsReal(d[3 + k]));
+  }
+  for (int k = 0; k < 3; k++) {
+    box[k] = centre[k] - half[k];
+    box[3 + k] = centre[k] + half[k];
+  }
 }
 
 /* The box of the cells themselves, and the coordinate in which their centres spread most. */
-static void Bounds(const SlipCells *c, const PetscReal reach[], const PetscInt perm[], SlipCluster *node,
+static void Bounds(const SlipCells *c, const PetscReal box[], const PetscInt perm[], SlipCluster *node,
                    const PetscReal **coordinate)
 {
   const PetscReal *centre[3] = {c->x, c->y, c->z};
@@ -31,12 +43,11 @@ static void Bounds(const SlipCells *c, const PetscReal reach[], const PetscInt p
     node->top[k] = PETSC_MIN_REAL;
     for (PetscInt i = node->start; i < node->end; i++) {
       const PetscInt e = perm[i];
-      const PetscReal half = reach[3 * e + k];
 
       low = PetscMin(low, centre[k][e]);
       top = PetscMax(top, centre[k][e]);
-      node->low[k] = PetscMin(node->low[k], centre[k][e] - half);
-      node->top[k] = PetscMax(node->top[k], centre[k][e] + half);
+      node->low[k] = PetscMin(node->low[k], box[6 * e + k]);
+      node->top[k] = PetscMax(node->top[k], box[6 * e + 3 + k]);
     }
     boxed += PetscSqr(node->top[k] - node->low[k]);
     spread += PetscSqr(top - low);
@@ -76,11 +87,11 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
 {
   const PetscInt n = cells->n;
   SlipCellKey *key;
-  PetscReal *reach; /* three of each cell */
+  PetscReal *box; /* of each cell */
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(3 * (size_t)n, &reach));
-  for (PetscInt i = 0; i < n; i++) SlipCellsReach(cells, i, reach + 3 * i);
+  PetscCall(PetscMalloc1(6 * (size_t)n, &box));
+  for (PetscInt i = 0; i < n; i++) SlipCellsBox(cells, i, box + 6 * i);
   PetscCall(PetscMalloc1(n, &tree->perm));
   PetscCall(PetscMalloc1(2 * n, &tree->node)); /* a binary tree with at most n leaves */
   PetscCall(PetscMalloc1(n, &key));
@@ -93,7 +104,7 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
     PetscInt middle;
     const PetscReal *coordinate = NULL;
 
-    Bounds(cells, reach, tree->perm, node, &coordinate);
+    Bounds(cells, box, tree->perm, node, &coordinate);
     if (size <= leaf) continue;
     for (PetscInt i = 0; i < size; i++) {
       const PetscInt e = tree->perm[start + i];
@@ -110,7 +121,7 @@ PetscErrorCode SlipClusterTreeCreate(const SlipCells *cells, PetscInt leaf, Slip
     }
   }
   PetscCall(PetscFree(key));
-  PetscCall(PetscFree(reach));
+  PetscCall(PetscFree(box));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

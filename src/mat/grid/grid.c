@@ -64,7 +64,8 @@ PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
   const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz, dx = (PetscReal)d * a;
   const PetscReal zi = g->depth_top + ((PetscReal)iz + 0.5) * b, zj = g->depth_top + ((PetscReal)jz + 0.5) * b;
   const PetscBool even = SlipKernelIs(k, SLIP_EVEN_DEPTH);
-  SlipCell receiver = {{dx, 0, zi, a, b, 0, 90}, 0}, source = {{0, 0, zj, a, b, 0, 90}, 0};
+  SlipCell receiver = {.rectangle = {dx, 0, zi, a, b, 0, 90}, .rake = 0},
+           source = {.rectangle = {0, 0, zj, a, b, 0, 90}, .rake = 0};
   PetscReal entry, other;
 
   if (even || (k->average && k->type->surface)) {

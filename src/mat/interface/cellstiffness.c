@@ -122,7 +122,7 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
 }
 
 /*@C
-  MatCreateSlipCellStiffness - area-weighted stiffness of rectangular cells on parallel vertical strike-slip planes
+  MatCreateSlipCellStiffness - area-weighted stiffness of irregular cells, rectangles or triangles
 
   Collective
 
@@ -158,7 +158,7 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
                                           Mat *S)
 {
   SlipCells own;
-  PetscReal *edges = NULL;
+  PetscReal *edges = NULL, *directions;
   PetscInt k;
   PetscBool automatic;
   const char *asked = type;
@@ -172,7 +172,10 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   own = *cells;
   if (own.kernel.average) PetscCall(SlipCellsEdges(cells, &edges));
   own.edges = edges;
+  PetscCall(SlipCellsDirections(cells, &directions));
+  own.directions = directions;
   PetscCall(SlipCellTypes[k].create(comm, &own, tolerance, S));
+  PetscCall(PetscFree(directions));
   PetscCall(PetscFree(edges));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
@@ -215,6 +218,8 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
 PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
                                                 PetscReal tolerance, Mat *Kn)
 {
+  SlipCells own = *cells;
+  PetscReal *directions;
   PetscInt k;
 
   PetscFunctionBegin;
@@ -226,7 +231,10 @@ PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *
   PetscCall(ChooseType(cells, &type));
   PetscCall(FindType(comm, type, tolerance, &k));
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
-  PetscCall(SlipCellTypes[k].normal(comm, cells, tolerance, Kn));
+  PetscCall(SlipCellsDirections(cells, &directions));
+  own.directions = directions;
+  PetscCall(SlipCellTypes[k].normal(comm, &own, tolerance, Kn));
+  PetscCall(PetscFree(directions));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipLogProducts(*Kn, SLIP_StiffnessMult));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,0 +1,171 @@
+/* Triangles as cells: their kernel against that of rectangles, pairs at once, stiffnesses dense and hierarchical, and what is refused. */
+#include "unit.h"
+#include "cells.h"
+#include <math.h>
+
+enum { NX = 24, NZ = 8, N = 2 * NX * NZ, T = 2 * N };
+
+static PetscReal rectangle_data[8 * N], triangle_data[TRIANGLE_COLUMNS * T];
+
+static SlipCell Cell(const SlipCells *c, PetscInt i)
+{
+  return (SlipCell){.rectangle = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->strike[i], c->dip[i]},
+                    .rake = c->rake[i],
+                    .vertices = c->vertices ? c->vertices + 9 * i : NULL};
+}
+
+/* Slip on both triangles of a rectangle is slip on the rectangle: shear and normal stress at the centroid of any triangle, of the same plane, of the
+   other one and of the rectangle itself. Both are closed forms that cancel among corners: 1e-11 of the largest, in both media. */
+static void pairs_are_rectangles(void **state)
+{
+  const SlipCells rectangles = TwoDippingPlanes(NX, NZ, rectangle_data);
+  PetscReal most = 0, worst = 0;
+
+  (void)state;
+  for (int space = 0; space < 2; space++) {
+    SlipCells triangles = TrianglesOf(&rectangles, triangle_data);
+    SlipKernel rock = rectangles.kernel;
+
+    triangles.kernel.full_space = rock.full_space = (PetscBool)space;
+    for (PetscInt r = 0; r < T; r += 15)
+      for (PetscInt s = 0; s < N; s++) {
+        const SlipCell receiver = Cell(&triangles, r), source = Cell(&rectangles, s);
+        const SlipCell at = {.rectangle = receiver.rectangle, .rake = receiver.rake};
+        PetscReal one[2], two[2], want[2];
+        const SlipCell half[2] = {Cell(&triangles, 2 * s), Cell(&triangles, 2 * s + 1)};
+
+        SlipKernelBlock(&triangles.kernel, &receiver, &half[0], one);
+        SlipKernelBlock(&triangles.kernel, &receiver, &half[1], two);
+        SlipKernelBlock(&rock, &at, &source, want);
+        for (int k = 0; k < 2; k++) {
+          most = PetscMax(most, PetscAbsReal(want[k]));
+          worst = PetscMax(worst, PetscAbsReal(one[k] + two[k] - want[k]));
+        }
+      }
+  }
+  assert_true(most > 0);
+  assert_true(worst < 1e-11 * most);
+}
+
+/* Pairs at once, with directions given and not, are pairs one by one, in runs of one source, of one receiver, and of neither: rounding only, 1e-13 of the
+   largest. */
+static void pairs_at_once(void **state)
+{
+  enum { pairs = 53 };
+  const SlipCells rectangles = TwoDippingPlanes(NX, NZ, rectangle_data), c = TrianglesOf(&rectangles, triangle_data);
+  SlipCell receiver[pairs], source[pairs];
+  PetscReal at_once[2 * pairs], block[2], directions[9 * pairs], most = 0;
+
+  (void)state;
+  for (int k = 0; k < pairs; k++) {
+    receiver[k] = Cell(&c, k < 20 ? 3 : 7 * k % T);
+    source[k] = Cell(&c, k < 20 ? 5 * k : k < 40 ? 11 : 13 * k % T);
+    if (k % 3 == 0) {
+      SlipPlaneDirections(source[k].rectangle.strike, source[k].rectangle.dip, source[k].rake, directions + 9 * k);
+      source[k].directions = directions + 9 * k;
+    }
+  }
+  (*c.kernel.type->centres)(&c.kernel, pairs, receiver, source, at_once);
+  for (int k = 0; k < 2 * pairs; k++) most = PetscMax(most, PetscAbsReal(at_once[k]));
+  for (int k = 0; k < pairs; k++) {
+    SlipKernelBlock(&c.kernel, &receiver[k], &source[k], block);
+    for (int i = 0; i < 2; i++) AssertNear(at_once[2 * k + i], block[i], 1e-13 * most);
+  }
+}
+
+/* Entries as they are defined: S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)), Kn_ij the normal stress on i by j; to rounding of pairs at once */
+static void entries(void **state)
+{
+  const SlipCells rectangles = TwoDippingPlanes(4, 3, rectangle_data), c = TrianglesOf(&rectangles, triangle_data);
+  const PetscScalar *s, *n;
+  PetscReal mean = 0, most = 0;
+  Mat S, Kn;
+
+  (void)state;
+  for (PetscInt i = 0; i < c.n; i++) mean += c.length[i] * c.width[i] / c.n;
+  ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &c, "dense", 1e-6, &S));
+  ok(MatCreateSlipCellNormalStiffness(PETSC_COMM_SELF, &c, "dense", 1e-6, &Kn));
+  ok(MatDenseGetArrayRead(S, &s));
+  ok(MatDenseGetArrayRead(Kn, &n));
+  for (PetscInt k = 0; k < c.n * c.n; k++) most = PetscMax(most, PetscAbsReal(s[k]));
+  for (PetscInt j = 0; j < c.n; j++)
+    for (PetscInt i = 0; i < c.n; i++) {
+      const SlipCell p = Cell(&c, i), q = Cell(&c, j);
+      PetscReal there[2], back[2];
+
+      SlipKernelBlock(&c.kernel, &p, &q, there);
+      SlipKernelBlock(&c.kernel, &q, &p, back);
+      AssertNear(n[j * c.n + i], there[1], 1e-12 * most);
+      AssertNear(s[j * c.n + i],
+                 (c.length[i] * c.width[i] * there[0] + c.length[j] * c.width[j] * back[0]) / (2 * mean), 1e-12 * most);
+    }
+  ok(MatDenseRestoreArrayRead(S, &s));
+  ok(MatDenseRestoreArrayRead(Kn, &n));
+  ok(MatDestroy(&S));
+  ok(MatDestroy(&Kn));
+}
+
+/* Hierarchical storage against dense, of random and of uniform slip. Blocks are off by the tolerance in their own norm, and errors of some
+   hundred blocks add up at random: ten times that of the product; there are blocks of low rank. */
+static void hierarchical(void **state)
+{
+  const SlipCells rectangles = TwoDippingPlanes(NX, NZ, rectangle_data), c = TrianglesOf(&rectangles, triangle_data);
+  const PetscReal tolerance = 1e-6;
+  MatInfo info;
+  Vec u, a, b;
+
+  (void)state;
+  for (int normal = 0; normal < 2; normal++) {
+    Mat dense, hmat;
+    PetscReal norm, error;
+
+    ok((normal ? MatCreateSlipCellNormalStiffness : MatCreateSlipCellStiffness)(PETSC_COMM_SELF, &c, "dense", tolerance,
+                                                                                &dense));
+    ok((normal ? MatCreateSlipCellNormalStiffness : MatCreateSlipCellStiffness)(PETSC_COMM_SELF, &c, "hmat", tolerance,
+                                                                                &hmat));
+    ok(MatGetInfo(hmat, MAT_LOCAL, &info));
+    assert_true(info.memory < 0.8 * 8 * T * T);
+    ok(MatCreateVecs(dense, &u, &a));
+    ok(VecDuplicate(a, &b));
+    for (int uniform = 0; uniform < 2; uniform++) {
+      for (PetscInt i = 0; i < T; i++)
+        ok(VecSetValue(u, i, uniform ? 1 : PetscSinReal((PetscReal)(i * i)), INSERT_VALUES));
+      ok(MatMult(dense, u, a));
+      ok(MatMult(hmat, u, b));
+      ok(VecNorm(a, NORM_2, &norm));
+      ok(VecAXPY(b, -1, a));
+      ok(VecNorm(b, NORM_2, &error));
+      assert_true(error < 10 * tolerance * norm);
+    }
+    ok(VecDestroy(&u));
+    ok(VecDestroy(&a));
+    ok(VecDestroy(&b));
+    ok(MatDestroy(&dense));
+    ok(MatDestroy(&hmat));
+  }
+}
+
+/* The kernel of triangles needs them, those of rectangles have no use for them, and none has averages. */
+static void refused(void **state)
+{
+  const SlipCells rectangles = TwoDippingPlanes(4, 3, rectangle_data);
+  SlipCells c = TrianglesOf(&rectangles, triangle_data), none = rectangles;
+  PetscInt number[48];
+
+  (void)state;
+  ok(SlipCellsCheck(PETSC_COMM_SELF, &c, "test"));
+  none.kernel.type = &SlipKernelTriangle;
+  fails(SlipCellsCheck(PETSC_COMM_SELF, &none, "test"), "kernel \"triangle\" with rectangles");
+  c.kernel.type = &SlipKernelDipping;
+  fails(SlipCellsCheck(PETSC_COMM_SELF, &c, "test"), "kernel \"dipping\" with triangles");
+  c.kernel.type = &SlipKernelTriangle;
+  c.kernel.average = SLIP_AVERAGE_CELL;
+  fails(SlipCellsCheck(PETSC_COMM_SELF, &c, "test"), "knows no average");
+  c.kernel.average = SLIP_AVERAGE_CENTRE;
+  for (PetscInt i = 0; i < 48; i++) number[i] = 100 + i;
+  c.number = number;
+  ((PetscReal *)c.vertices)[9 * 5 + 2] = -1;
+  fails(SlipCellsCheck(PETSC_COMM_SELF, &c, "test"), "triangle 105 reaches above the surface: a vertex at depth -1 m");
+}
+
+SLIP_TESTS(pairs_are_rectangles, pairs_at_once, entries, hierarchical, refused)
