@@ -19,7 +19,7 @@ const char *SlipFaultFieldNames(void)
 
   for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++)
     k += (size_t)snprintf(names + k, sizeof(names) - k, "%s ", p->name);
-  (void)snprintf(names + k, sizeof(names) - k, "cells fault stiffness");
+  (void)snprintf(names + k, sizeof(names) - k, "cells fault stiffness vertices triangles");
   return names;
 }
 

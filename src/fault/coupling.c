@@ -36,8 +36,9 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
     "-%sfault_normal_coupling yes needs a kernel, but -%sfault_stiffness_file %s is given, which says nothing of "
     "normal stress: expected auto or no",
     prefix, prefix, file);
-  fault->kind.dipping = !file[0] && (yes || fault->mesh.dips || !along) ? PETSC_TRUE : PETSC_FALSE;
-  fault->kind.coupled = fault->kind.dipping && !no ? PETSC_TRUE : PETSC_FALSE;
+  fault->kind.coupled = !file[0] && !no && (yes || fault->mesh.dips || !along) ? PETSC_TRUE : PETSC_FALSE;
+  fault->kind.dipping =
+    !file[0] && (yes || fault->mesh.dips || !along || fault->mesh.cells.vertices) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,16 +1,53 @@
 /* The mesh of a fault: the choice of its kind, its distribution, and the weights of its cells. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcells.h>
+#include <string.h>
+
+/* Rank 0 has what the file of -fault_mesh holds, and all know what kind of cells. */
+static PetscErrorCode ReadFile(SlipFault fault, SlipFaultMeshFile *file)
+{
+  static const PetscInt ways[] = {FAULT_MESH_FRAME, FAULT_MESH_UNIT};
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  if (!fault->options.text[FAULT_MESH][0]) {
+    for (int k = 0; k < 2; k++) {
+      const char *text = fault->options.text[ways[k]];
+
+      PetscCheck(!strcmp(text, "auto"), fault->comm, PETSC_ERR_ARG_INCOMP,
+                 "-%sfault_%s %s is of the file of -%sfault_mesh, which is not given", prefix,
+                 SlipFaultStrings[ways[k]].name, text, prefix);
+    }
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCheck(!fault->options.text[FAULT_STIFFNESS_FILE][0], fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_stiffness_file %s and -%sfault_mesh %s exclude each other", prefix,
+             fault->options.text[FAULT_STIFFNESS_FILE], prefix, fault->options.text[FAULT_MESH]);
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (!rank) ierr = SlipFaultMeshRead(fault, file);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCallMPI(MPI_Bcast(&file->triangles, 1, MPIU_BOOL, 0, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 {
   SlipFaultMesh *mesh = &fault->mesh;
   const char *prefix = SlipFaultPrefix(fault);
+  SlipFaultMeshFile file = {.n = 0};
   PetscMPIInt size;
 
   PetscFunctionBegin;
-  mesh->kind = fault->options.text[FAULT_MESH][0] ? &SlipFaultMeshList : &SlipFaultMeshGrid;
-  PetscCall(mesh->kind->create(fault));
+  PetscCall(ReadFile(fault, &file));
+  mesh->kind = !fault->options.text[FAULT_MESH][0] ? &SlipFaultMeshGrid
+               : file.triangles                    ? &SlipFaultMeshTriangles
+                                                   : &SlipFaultMeshList;
+  PetscCall(mesh->kind->create(fault, &file));
+  mesh->names = file.names;
+  file.names = NULL;
+  PetscCall(SlipFaultMeshFileDestroy(&file));
   PetscCall(SlipFaultMeshFaults(fault));
   PetscCallMPI(MPI_Comm_size(fault->comm, &size));
   PetscCheck(size <= mesh->N, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
@@ -37,6 +74,9 @@ PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh)
   PetscCall(PetscFree(mesh->order));
   PetscCall(PetscFree(mesh->plane));
   PetscCall(PetscFree(mesh->label));
+  PetscCall(PetscFree(mesh->vertex));
+  PetscCall(PetscFree(mesh->corner));
+  PetscCall(PetscFree(mesh->names));
   PetscCall(PetscFree(mesh->labels));
   PetscCall(PetscFree(mesh->fault));
   PetscCall(SlipCellsDestroy(&mesh->cells));

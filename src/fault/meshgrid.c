@@ -3,13 +3,14 @@
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 
-static PetscErrorCode Create_Grid(SlipFault fault)
+static PetscErrorCode Create_Grid(SlipFault fault, const SlipFaultMeshFile *file)
 {
   SlipFaultMesh *mesh = &fault->mesh;
   const PetscReal *const e = mesh->extent;
   const char *prefix = SlipFaultPrefix(fault);
 
   PetscFunctionBegin;
+  (void)file;
   PetscCall(PetscArraycpy(mesh->extent, fault->options.value, FAULT_MESH_REALS));
   PetscCheck((PetscReal)fault->layout.block * e[FAULT_NX] * e[FAULT_NZ] < (PetscReal)PETSC_MAX_INT, fault->comm,
              PETSC_ERR_ARG_OUTOFRANGE, "-%sfault_nx %g times -%sfault_nz %g is more than this build's integers hold",
@@ -163,5 +164,5 @@ static PetscErrorCode Digest_Grid(const SlipFaultMesh *mesh, char text[], size_t
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const SlipFaultMeshKind SlipFaultMeshGrid = {Create_Grid, Cell_Grid,    Stiffness_Grid,
-                                             Write_Grid,  Corners_Grid, Digest_Grid};
+const SlipFaultMeshKind SlipFaultMeshGrid = {Create_Grid, Cell_Grid, Stiffness_Grid, Write_Grid, Corners_Grid,
+                                             Digest_Grid, 4};

@@ -42,7 +42,7 @@ static void Directions(SlipFaultMesh *mesh)
 }
 
 /* Strike and dip of the whole: those of all cells, or their means over the area */
-static void MeanDirection(const SlipCells *c, PetscReal *strike, PetscReal *dip)
+void SlipFaultCellsDirection(const SlipCells *c, PetscReal *strike, PetscReal *dip)
 {
   PetscReal sum[2] = {0, 0}, area = 0, dips = 0;
   PetscBool one[2] = {PETSC_TRUE, PETSC_TRUE};
@@ -76,7 +76,7 @@ static void Extents_List(SlipFaultMesh *mesh)
   PetscReal low[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, top[2] = {PETSC_MIN_REAL, PETSC_MIN_REAL};
   PetscReal strike, dip, along[2], sine, cosine;
 
-  MeanDirection(c, &strike, &dip);
+  SlipFaultCellsDirection(c, &strike, &dip);
   SlipDegrees(strike, &along[1], &along[0]);
   for (PetscInt i = 0; i < c->n; i++) {
     const PetscReal at = c->x[i] * along[0] + c->y[i] * along[1];
@@ -107,7 +107,7 @@ static void Extents_List(SlipFaultMesh *mesh)
 }
 
 /* What rank 0 has read, on every rank: columns, and labels, unless the file names no faults */
-static PetscErrorCode Take(SlipFault fault, const SlipFaultMeshRows *m)
+static PetscErrorCode Take(SlipFault fault, const SlipFaultMeshFile *m)
 {
   SlipFaultMesh *mesh = &fault->mesh;
   PetscReal *column[MESH_COLUMNS];
@@ -129,31 +129,12 @@ static PetscErrorCode Take(SlipFault fault, const SlipFaultMeshRows *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Create_List(SlipFault fault)
+/* Who owns which cells, and what a mean one is */
+PetscErrorCode SlipFaultCellsShare(SlipFault fault)
 {
   SlipFaultMesh *mesh = &fault->mesh;
-  const char *file = fault->options.text[FAULT_MESH];
-  const char *prefix = SlipFaultPrefix(fault);
-  char source[PETSC_MAX_PATH_LEN + 64];
-  SlipFaultMeshRows rows = {.n = 0};
-  PetscErrorCode ierr = PETSC_SUCCESS;
-  PetscMPIInt rank;
 
   PetscFunctionBegin;
-  PetscCheck(!fault->options.text[FAULT_STIFFNESS_FILE][0], fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_stiffness_file %s and -%sfault_mesh %s exclude each other", prefix,
-             fault->options.text[FAULT_STIFFNESS_FILE], prefix, file);
-  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (!rank) ierr = SlipFaultMeshRead(fault, &rows);
-  PetscCall(SlipErrorBcast(fault->comm, ierr));
-  PetscCall(Take(fault, &rows));
-  PetscCall(PetscFree(rows.rows));
-  PetscCall(PetscFree(rows.label));
-  PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", file, prefix));
-  PetscCall(SlipCellsCheck(fault->comm, &mesh->cells, source));
-  Directions(mesh);
-  Extents_List(mesh);
-  PetscCall(SlipFaultMeshPlanes(mesh));
   mesh->N = mesh->cells.n;
   PetscCall(SlipCellsPartition(fault->comm, &mesh->cells, fault->options.text[FAULT_OPERATOR], &mesh->order,
                                &mesh->cells.nlocal));
@@ -161,9 +142,28 @@ static PetscErrorCode Create_List(SlipFault fault)
   mesh->n = mesh->cells.nlocal;
   mesh->ndim = 1;
   mesh->dims[0] = mesh->dims[1] = mesh->N;
-  mesh->npoints = 4 * mesh->N;
   mesh->unit = 2 * SlipCellsUnit(&mesh->cells);
   mesh->area = 1 / mesh->unit;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Create_List(SlipFault fault, const SlipFaultMeshFile *file)
+{
+  SlipFaultMesh *mesh = &fault->mesh;
+  char source[PETSC_MAX_PATH_LEN + 64];
+
+  PetscFunctionBegin;
+  PetscCall(Take(fault, file));
+  PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", fault->options.text[FAULT_MESH],
+                          SlipFaultPrefix(fault)));
+  mesh->cells.number = file->number; /* of the file, on the process that speaks */
+  PetscCall(SlipCellsCheck(fault->comm, &mesh->cells, source));
+  mesh->cells.number = NULL;
+  Directions(mesh);
+  Extents_List(mesh);
+  PetscCall(SlipFaultMeshPlanes(mesh));
+  PetscCall(SlipFaultCellsShare(fault));
+  mesh->npoints = 4 * mesh->N;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -174,7 +174,8 @@ static void Cell_List(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *ce
   *cell = (SlipFaultCell){{c->x[row], c->y[row], c->z[row]},
                           {c->length[row], c->width[row]},
                           {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
-                          mesh->plane[row]};
+                          mesh->plane[row],
+                          NULL};
   if (c->dip) SlipFaultCellDirections(c->strike[row], c->dip[row], cell);
 }
 
@@ -205,7 +206,7 @@ static PetscErrorCode KernelCells(SlipFault fault, SlipCells *cells, PetscReal d
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Stiffness_List(SlipFault fault, Mat *K, Mat *Kn)
+PetscErrorCode SlipFaultCellsStiffness(SlipFault fault, Mat *K, Mat *Kn)
 {
   const PetscReal tolerance = fault->options.value[FAULT_HMAT_TOLERANCE];
   const char *type = fault->options.text[FAULT_OPERATOR];
@@ -227,7 +228,7 @@ static PetscErrorCode Stiffness_List(SlipFault fault, Mat *K, Mat *Kn)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Write_List(const SlipFaultMesh *mesh, SlipH5 *h)
+PetscErrorCode SlipFaultCellsWrite(const SlipFaultMesh *mesh, SlipH5 *h)
 {
   const SlipCells *c = &mesh->cells;
 
@@ -242,6 +243,7 @@ static PetscErrorCode Write_List(const SlipFaultMesh *mesh, SlipH5 *h)
     PetscCall(SlipH5WriteReal(h, "/mesh/dip", 1, &c->n, c->dip, "degrees"));
   }
   if (c->dip || mesh->labelled) PetscCall(SlipH5WriteInt(h, "/mesh/fault", 1, &c->n, mesh->label, NULL));
+  if (mesh->names) PetscCall(SlipH5WriteAttrString(h, "/mesh/fault", "names", mesh->names));
   PetscCall(SlipH5WriteAttrInt(h, "/mesh", "cells", c->n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -265,7 +267,7 @@ static PetscErrorCode Corners_List(const SlipFaultMesh *mesh, PetscReal points[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Digest_List(const SlipFaultMesh *mesh, char text[], size_t len)
+PetscErrorCode SlipFaultCellsDigest(const SlipFaultMesh *mesh, char text[], size_t len)
 {
   const SlipCells *c = &mesh->cells;
   const PetscReal *const numbers[] = {c->x, c->y, c->z, c->length, c->width, c->strike, c->dip};
@@ -274,6 +276,7 @@ static PetscErrorCode Digest_List(const SlipFaultMesh *mesh, char text[], size_t
   PetscFunctionBegin;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(numbers) && numbers[k]; k++)
     hash = SlipHashReals(hash, numbers[k], (size_t)c->n);
+  if (c->vertices) hash = SlipHashReals(hash, c->vertices, 9 * (size_t)c->n);
   for (PetscInt i = 0; i < c->n && mesh->labelled; i++) {
     const PetscReal label = (PetscReal)mesh->label[i];
 
@@ -283,5 +286,5 @@ static PetscErrorCode Digest_List(const SlipFaultMesh *mesh, char text[], size_t
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const SlipFaultMeshKind SlipFaultMeshList = {Create_List, Cell_List,    Stiffness_List,
-                                             Write_List,  Corners_List, Digest_List};
+const SlipFaultMeshKind SlipFaultMeshList = {
+  Create_List, Cell_List, SlipFaultCellsStiffness, SlipFaultCellsWrite, Corners_List, SlipFaultCellsDigest, 4};

@@ -7,14 +7,9 @@
    less than by what cells may overlap. */
 #define PLANE_ROUNDING 1e-9
 
-typedef struct {
-  PetscReal key;
-  PetscInt group, cell; /* of those whose keys so far agree; its row */
-} Item;
-
 static int Compare(const void *a, const void *b)
 {
-  const Item *p = (const Item *)a, *q = (const Item *)b;
+  const SlipFaultItem *p = (const SlipFaultItem *)a, *q = (const SlipFaultItem *)b;
 
   if (p->group != q->group) return p->group < q->group ? -1 : 1;
   if (p->key != q->key) return p->key < q->key ? -1 : 1;
@@ -22,7 +17,7 @@ static int Compare(const void *a, const void *b)
 }
 
 /* Cuts the groups where sorted keys differ by more than rounding */
-static void Split(PetscInt n, Item item[], PetscReal rounding)
+void SlipFaultSplit(PetscInt n, SlipFaultItem item[], PetscReal rounding)
 {
   PetscInt group = 0, last = 0;
 
@@ -50,13 +45,13 @@ PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh)
   const SlipCells *c = &mesh->cells;
   PetscReal *distance, far = 0;
   PetscInt *number;
-  Item *item;
+  SlipFaultItem *item;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(c->n, &mesh->plane));
   PetscCall(PetscMalloc3(c->n, &item, c->n, &distance, c->n, &number));
   for (PetscInt i = 0; i < c->n; i++) {
-    item[i] = (Item){c->strike ? Turn(c->strike[i]) : 0, 0, i};
+    item[i] = (SlipFaultItem){c->strike ? Turn(c->strike[i]) : 0, 0, i};
     distance[i] = c->y[i];
     if (c->dip) {
       SlipFaultCell cell;
@@ -67,11 +62,11 @@ PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh)
     far = PetscMax(far, PetscMax(PetscMax(PetscAbsReal(c->x[i]), PetscAbsReal(c->y[i])), PetscAbsReal(c->z[i])));
     number[i] = -1;
   }
-  Split(c->n, item, 360 * PLANE_ROUNDING);
+  SlipFaultSplit(c->n, item, 360 * PLANE_ROUNDING);
   for (PetscInt k = 0; k < c->n; k++) item[k].key = c->dip ? c->dip[item[k].cell] : 90;
-  Split(c->n, item, 360 * PLANE_ROUNDING);
+  SlipFaultSplit(c->n, item, 360 * PLANE_ROUNDING);
   for (PetscInt k = 0; k < c->n; k++) item[k].key = distance[item[k].cell];
-  Split(c->n, item, far * PLANE_ROUNDING);
+  SlipFaultSplit(c->n, item, far * PLANE_ROUNDING);
   for (PetscInt k = 0; k < c->n; k++) mesh->plane[item[k].cell] = item[k].group;
   mesh->planes = 0;
   for (PetscInt i = 0; i < c->n; i++) {

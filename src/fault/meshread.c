@@ -1,7 +1,10 @@
-/* The file of -fault_mesh: /cells, a row for each rectangle, and /fault, which names the fault of each. */
+/* The file of -fault_mesh, of HDF5: /cells, a row for each rectangle, or /vertices and /triangles, and /fault, which names the fault
+   of each. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipelasticity.h>
 #include <math.h>
+#include <stdio.h>
+#include <string.h>
 
 #define MESH_DATASET "/cells"
 #define MESH_LABELS "/fault"
@@ -10,11 +13,44 @@
 /* [m] No natural fault ends above this depth, and all do in kilometres: a smaller one, as in a laboratory, says that its
    units are metres. */
 #define MESH_SHALLOW 100
-/* What every PetscInt holds, and single precision nearly does */
-#define MESH_MAX_LABEL 1e9
+#define MESH_VERTICES "/vertices"
+#define MESH_TRIANGLES "/triangles"
+
+/* What the options say of numbers in the file */
+typedef struct {
+  PetscBool enu, ned; /* neither: as the kind of file has it */
+  PetscReal unit;     /* [m] */
+  PetscBool known;    /* said by an option */
+} Ways;
+
+static PetscErrorCode WaysOf(SlipFault fault, Ways *w)
+{
+  const char *frame = fault->options.text[FAULT_MESH_FRAME], *unit = fault->options.text[FAULT_MESH_UNIT];
+
+  PetscFunctionBegin;
+  w->enu = strcmp(frame, "enu") ? PETSC_FALSE : PETSC_TRUE;
+  w->ned = strcmp(frame, "ned") ? PETSC_FALSE : PETSC_TRUE;
+  w->unit = strcmp(unit, "km") ? 1 : 1000;
+  w->known = strcmp(unit, "auto") ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Can numbers be metres, of cells that reach down to deepest? */
+static PetscErrorCode CheckDeepest(SlipFault fault, const char source[], PetscReal deepest, PetscBool metres)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+
+  PetscFunctionBegin;
+  PetscCheck(
+    metres || !(deepest < MESH_SHALLOW), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+    "%s: the cells reach down to %.6g m, as if they were in kilometres: expected metres, or -%sfault_mesh_unit "
+    "km. A fault so small says so by -%sfault_mesh_unit m, or in HDF5 by the attribute units = \"m\"",
+    source, (double)deepest, prefix, prefix);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Can rows be metres and degrees? What no stiffness can be computed for is refused by SlipCellsCheck(). */
-static PetscErrorCode CheckUnits(const SlipH5 *h, const SlipFaultMeshRows *m, PetscBool metres)
+static PetscErrorCode CheckRows(SlipFault fault, const char source[], const SlipFaultMeshFile *m)
 {
   static const char *const name[MESH_COLUMNS] = {"x", "y", "z", "length", "width", "strike", "dip"};
   static const PetscReal limit[] = {FAULT_MAX_REACH, FAULT_MAX_REACH, FAULT_MAX_DEPTH, FAULT_MAX_REACH,
@@ -28,34 +64,61 @@ static PetscErrorCode CheckUnits(const SlipH5 *h, const SlipFaultMeshRows *m, Pe
 
     for (PetscInt k = 0; k < MESH_VERTICAL_COLUMNS; k++)
       PetscCheck(!(PetscAbsReal(row[k]) > limit[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-                 "%s%s: row %" PetscInt_FMT " of " MESH_DATASET
+                 "%s: row %" PetscInt_FMT " of " MESH_DATASET
                  " has %s = %.6g, expected metres of a fault, at most %.6g",
-                 h->name, h->source, i, name[k], (double)row[k], (double)limit[k]);
+                 source, i, name[k], (double)row[k], (double)limit[k]);
     if (m->columns == MESH_COLUMNS) SlipDegrees(row[6], &sine, &cosine);
     deepest = PetscMax(deepest, row[2] + 0.5 * row[4] * sine);
   }
-  PetscCheck(
-    metres || !(deepest < MESH_SHALLOW), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-    "%s%s: the cells reach down to %.6g m, as if they were in kilometres: expected metres. A fault so small says so "
-    "by the attribute units = \"m\" of " MESH_DATASET,
-    h->name, h->source, (double)deepest);
+  PetscCall(CheckDeepest(fault, source, deepest, m->metres));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Vertices as the file has them to metres north, east and down, and whether they can be that */
+static PetscErrorCode TakeVertices(SlipFault fault, const char source[], const Ways *ways, PetscBool enu,
+                                   SlipFaultMeshFile *m)
+{
+  static const char *const name[] = {"x", "y", "z"};
+  static const PetscReal limit[] = {FAULT_MAX_REACH, FAULT_MAX_REACH, FAULT_MAX_DEPTH};
+  PetscReal deepest = PETSC_MIN_REAL;
+
+  PetscFunctionBegin;
+  if (ways->enu || ways->ned) enu = ways->enu;
+  for (PetscInt i = 0; i < m->nvertices; i++) {
+    PetscReal *v = m->vertex + 3 * (size_t)i;
+
+    for (int k = 0; k < 3; k++) {
+      v[k] *= ways->unit;
+      PetscCheck(PetscAbsReal(v[k]) <= limit[k], PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+                 "%s: vertex %" PetscInt_FMT " has %s = %.6g m, expected a number of metres of a fault, at most %.6g",
+                 source, m->vertex_number ? m->vertex_number[i] : i, name[k], (double)v[k], (double)limit[k]);
+    }
+    if (enu) {
+      const PetscReal east = v[0];
+
+      v[0] = v[1];
+      v[1] = east;
+      v[2] = 0 - v[2];
+    }
+    deepest = PetscMax(deepest, v[2]);
+  }
+  if (deepest > 0) PetscCall(CheckDeepest(fault, source, deepest, m->metres));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Its shape, which says what its columns are, and the attributes */
-static PetscErrorCode ReadCells(SlipH5 *h, SlipFaultMeshRows *m)
+static PetscErrorCode ReadCells(SlipH5 *h, SlipFaultMeshFile *m)
 {
   const char *names;
   PetscInt want[2] = {-1, MESH_VERTICAL_COLUMNS}, dims[2];
   char columns[128];
-  PetscBool has, same, metres = PETSC_FALSE;
+  PetscBool has, same;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h, MESH_DATASET, &has));
   if (has) {
-    PetscCall(SlipH5CheckNames(h, SlipFaultFieldNames()));
     PetscCall(SlipH5CheckAttributes(h, MESH_DATASET, "columns units"));
-    PetscCall(SlipH5CheckUnits(h, MESH_DATASET, "m", &metres));
+    PetscCall(SlipH5CheckUnits(h, MESH_DATASET, "m", &m->metres));
   }
   PetscCall(SlipH5GetSize(h, MESH_DATASET, 1, &m->columns));
   if (m->columns == MESH_COLUMNS) want[1] = MESH_COLUMNS;
@@ -72,45 +135,159 @@ static PetscErrorCode ReadCells(SlipH5 *h, SlipFaultMeshRows *m)
   PetscCall(PetscStrcmp(columns, names, &same));
   PetscCheck(same, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s%s: the columns of " MESH_DATASET " are \"%s\", expected \"%s\"", h->name, h->source, columns, names);
-  PetscCall(CheckUnits(h, m, metres));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadLabels(SlipH5 *h, SlipFaultMeshRows *m)
+/* Numbers that are whole and have a limit */
+static PetscErrorCode ReadWhole(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt want[], const char shape[],
+                                const char what[], PetscInt dims[], PetscInt **whole)
+{
+  PetscReal *number;
+  size_t n = 1;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadRealSized(h, path, ndim, want, shape, dims, &number));
+  for (PetscInt k = 0; k < ndim; k++) n *= (size_t)dims[k];
+  PetscCall(PetscMalloc1(n, whole));
+  for (size_t i = 0; i < n; i++) {
+    const size_t row = ndim > 1 ? i / (size_t)dims[1] : i;
+
+    PetscCheck(number[i] == PetscFloorReal(number[i]) && PetscAbsReal(number[i]) <= MESH_MAX_LABEL, PETSC_COMM_SELF,
+               PETSC_ERR_FILE_UNEXPECTED, "%s%s: row %zu of %s is %g, expected %s, a whole number of at most %g",
+               h->name, h->source, row, path, (double)number[i], what, MESH_MAX_LABEL);
+    (*whole)[i] = (PetscInt)number[i];
+  }
+  PetscCall(PetscFree(number));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadTriangles(SlipH5 *h, SlipFaultMeshFile *m)
+{
+  const PetscInt want[2] = {-1, 3};
+  PetscInt dims[2];
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5CheckAttributes(h, MESH_VERTICES, "columns units"));
+  PetscCall(SlipH5CheckUnits(h, MESH_VERTICES, "m", &m->metres));
+  PetscCall(SlipH5CheckAttributes(h, MESH_TRIANGLES, "units"));
+  PetscCall(SlipH5CheckUnits(h, MESH_TRIANGLES, "", &has));
+  PetscCall(SlipH5ReadRealSized(h, MESH_VERTICES, 2, want, "with the columns x y z", dims, &m->vertex));
+  m->nvertices = dims[0];
+  m->sides = 3;
+  PetscCall(ReadWhole(h, MESH_TRIANGLES, 2, want, "three numbers of rows of " MESH_VERTICES " for each", "a vertex",
+                      dims, &m->corner));
+  m->n = dims[0];
+  PetscCheck(m->n > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             MESH_TRIANGLES " in %s has no rows, expected one for each cell%s", h->name, h->source);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadLabels(SlipH5 *h, SlipFaultMeshFile *m)
 {
   PetscInt dims[1];
-  PetscReal *label;
   PetscBool has;
 
   PetscFunctionBegin;
   PetscCall(SlipH5Has(h, MESH_LABELS, &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipH5CheckAttributes(h, MESH_LABELS, "units"));
+  PetscCall(SlipH5CheckAttributes(h, MESH_LABELS, "units names"));
   PetscCall(SlipH5CheckUnits(h, MESH_LABELS, "", &has));
-  PetscCall(SlipH5ReadRealSized(h, MESH_LABELS, 1, &m->n, "one label for each row of " MESH_DATASET, dims, &label));
-  PetscCall(PetscMalloc1(m->n, &m->label));
-  for (PetscInt i = 0; i < m->n; i++) {
-    const PetscReal l = label[i];
-
-    PetscCheck(l == PetscFloorReal(l) && PetscAbsReal(l) <= MESH_MAX_LABEL, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s%s: row %" PetscInt_FMT " of " MESH_LABELS " is %g, expected the fault's label, a whole number of at "
-               "most %g",
-               h->name, h->source, i, (double)l, MESH_MAX_LABEL);
-    m->label[i] = (PetscInt)l;
-  }
-  PetscCall(PetscFree(label));
+  PetscCall(
+    ReadWhole(h, MESH_LABELS, 1, &m->n,
+              m->triangles ? "one label for each row of " MESH_TRIANGLES : "one label for each row of " MESH_DATASET,
+              "the fault's label", dims, &m->label));
+  PetscCall(SlipH5HasAttribute(h, MESH_LABELS, "names", &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(MESH_MAX_NAMES, &m->names));
+  PetscCall(SlipH5ReadAttrString(h, MESH_LABELS, "names", m->names, MESH_MAX_NAMES));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipFaultMeshRead(SlipFault fault, SlipFaultMeshRows *m)
+static PetscErrorCode ReadHDF5(SlipFault fault, const char name[], SlipFaultMeshFile *m)
 {
+  PetscBool cells, vertices;
   SlipH5 h;
 
   PetscFunctionBegin;
-  *m = (SlipFaultMeshRows){.n = 0};
-  PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_mesh", fault->options.text[FAULT_MESH], &h));
-  PetscCall(ReadCells(&h, m));
+  PetscCall(SlipH5OpenReadOption(SlipFaultPrefix(fault), "fault_mesh", name, &h));
+  PetscCall(SlipH5Has(&h, MESH_TRIANGLES, &m->triangles));
+  PetscCall(SlipH5Has(&h, MESH_VERTICES, &vertices));
+  PetscCall(SlipH5Has(&h, MESH_DATASET, &cells));
+  PetscCheck(vertices == m->triangles, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s%s holds %s but no %s, expected both", h.name, h.source, vertices ? MESH_VERTICES : MESH_TRIANGLES,
+             vertices ? MESH_TRIANGLES : MESH_VERTICES);
+  PetscCheck(!cells || !m->triangles, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s%s holds " MESH_DATASET " and " MESH_TRIANGLES ", expected rectangles or triangles", h.name, h.source);
+  if (cells || m->triangles) PetscCall(SlipH5CheckNames(&h, SlipFaultFieldNames()));
+  PetscCall((m->triangles ? ReadTriangles : ReadCells)(&h, m));
   PetscCall(ReadLabels(&h, m));
   PetscCall(SlipH5Close(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is it a file of Gmsh, by its first words or its name? */
+static PetscErrorCode IsGmsh(const char name[], PetscBool *gmsh)
+{
+  static const char begin[] = "$MeshFormat";
+  char text[sizeof(begin)] = "";
+  FILE *file = fopen(name, "rb");
+  size_t got = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrendswith(name, ".msh", gmsh));
+  if (!file) PetscFunctionReturn(PETSC_SUCCESS);
+  got = fread(text, 1, sizeof(begin) - 1, file);
+  (void)fclose(file);
+  if (got == sizeof(begin) - 1 && !strcmp(text, begin)) *gmsh = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultMeshRead(SlipFault fault, SlipFaultMeshFile *m)
+{
+  const char *name = fault->options.text[FAULT_MESH], *prefix = SlipFaultPrefix(fault);
+  char source[PETSC_MAX_PATH_LEN + 64];
+  PetscBool gmsh, full_space;
+  Ways ways;
+
+  PetscFunctionBegin;
+  *m = (SlipFaultMeshFile){.n = 0};
+  (void)snprintf(source, sizeof(source), "%s (-%sfault_mesh)", name, prefix);
+  PetscCall(WaysOf(fault, &ways));
+  PetscCall(IsGmsh(name, &gmsh));
+  if (gmsh)
+    PetscCall(SlipFaultMeshReadGmsh(name, source, m));
+  else
+    PetscCall(ReadHDF5(fault, name, m));
+  m->metres = m->metres || ways.known ? PETSC_TRUE : PETSC_FALSE;
+  if (m->sides) {
+    PetscCall(SlipFaultMeshUseVertices(source, m));
+    PetscCall(TakeVertices(fault, source, &ways, gmsh, m));
+    if (!m->triangles) PetscCall(SlipFaultMeshRectangles(source, m));
+  } else {
+    PetscCheck(!ways.enu, PETSC_COMM_SELF, PETSC_ERR_ARG_INCOMP,
+               "%s holds " MESH_DATASET ", whose frame is x north, y east, z down: expected -%sfault_mesh_frame ned",
+               source, prefix);
+    for (PetscInt i = 0; i < m->n && ways.unit != 1; i++)
+      for (PetscInt k = 0; k < MESH_VERTICAL_COLUMNS; k++) m->rows[(size_t)i * m->columns + k] *= ways.unit;
+    PetscCall(CheckRows(fault, source, m));
+  }
+  if (!m->triangles) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &full_space));
+  PetscCall(SlipFaultTrianglesCheck(source, full_space, m));
+  PetscCall(SlipFaultTrianglesOrient(source, m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultMeshFileDestroy(SlipFaultMeshFile *m)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree(m->rows));
+  PetscCall(PetscFree(m->vertex));
+  PetscCall(PetscFree(m->corner));
+  PetscCall(PetscFree(m->number));
+  PetscCall(PetscFree(m->label));
+  PetscCall(PetscFree(m->vertex_number));
+  PetscCall(PetscFree(m->names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

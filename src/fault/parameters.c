@@ -148,9 +148,18 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
      "Existing directory to keep what is expensive to set up in: the exact viscosity of large faults"},
   [FAULT_PARAMETERS] = {"parameters", "", NULL,
                         "HDF5 file of per-cell fields [Nz,Nx] named as their options, which they replace"},
-  [FAULT_MESH] = {"mesh", "", NULL,
-                  "HDF5 file of rectangular cells, /cells [n,5] with x, y, z of the centre, length and width [m], in "
-                  "place of the grid and its extents"},
+  [FAULT_MESH] =
+    {"mesh", "", NULL,
+     "File of cells in place of the grid and its extents: HDF5 with rectangles, /cells [n,5] with x, y, z "
+     "of the centre, length and width [m], or [n,7] with strike and dip, or with triangles, /vertices [v,3] "
+     "and /triangles [n,3]; or .msh of Gmsh"},
+  [FAULT_MESH_FRAME] =
+    {"mesh_frame", "auto", "|auto|enu|ned|",
+     "Axes of vertices in the file of -fault_mesh: enu is x east, y north, z up, ned is x north, y east, z down; auto: "
+     "enu of Gmsh, ned of HDF5"},
+  [FAULT_MESH_UNIT] =
+    {"mesh_unit", "auto", "|auto|m|km|",
+     "Unit of lengths in the file of -fault_mesh; auto: m, and what looks like kilometres is refused"},
   [FAULT_PORE_PRESSURE] = {"pore_pressure", "", NULL,
                            "HDF5 file of pore pressure in time, /time [m] in s and /pressure [m,Nz,Nx] or [m,N] in Pa"},
   [FAULT_INJECTION] = {"injection", "", NULL,
@@ -487,7 +496,9 @@ PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel)
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(text, "cell", &cell));
   PetscCall(PetscStrcmp(text, "whole", &whole));
-  *kernel = (SlipKernel){.type = fault->kind.dipping ? &SlipKernelDipping : &SlipKernelStrikeSlip,
+  *kernel = (SlipKernel){.type = fault->mesh.cells.vertices ? &SlipKernelTriangle
+                                 : fault->kind.dipping      ? &SlipKernelDipping
+                                                            : &SlipKernelStrikeSlip,
                          .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
                          .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO],
                          .average = cell    ? SLIP_AVERAGE_CELL

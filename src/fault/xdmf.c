@@ -1,7 +1,7 @@
 /* -fault_output_xdmf: a text file beside the output, by which ParaView opens it. FILE.part has FILE.part.xdmf2,
    replaced as a whole from time to time, and FILE has FILE.xdmf2, so that a run that goes on, one that was killed
-   and one that has ended can all be looked at. It lists the entries of /fields; cells are quadrilaterals, whose
-   corners are in /xdmf of the output.
+   and one that has ended can all be looked at. It lists the entries of /fields; cells are quadrilaterals or
+   triangles, whose corners are in /xdmf of the output.
 
    By this ending ParaView takes its "XDMF Reader" (vtkXdmfReader). With .xdmf it offers its Xdmf3 readers too, and
    opens those in scripts, which know no hyperslabs, parts of a dataset, and would show cells without fields. */
@@ -31,17 +31,17 @@ typedef struct {
 
 #define XDMF_SHARE 100 /* the file is written again after so many times what that took, except at the end */
 
-/* Rank 0, as all that follows: corners [npoints][3], z upward, and their numbers for each cell [N][4], in the order of the
-   output */
+/* Rank 0, as all that follows: corners [npoints][3], z upward, and their numbers for each cell [N][sides], in the order of
+   the output */
 static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
 {
   const SlipFaultMesh *mesh = &fault->mesh;
-  const PetscInt points[2] = {mesh->npoints, 3}, cells[2] = {mesh->N, 4};
+  const PetscInt points[2] = {mesh->npoints, 3}, cells[2] = {mesh->N, mesh->kind->sides};
   PetscInt *corners;
   PetscReal *place;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc2(3 * mesh->npoints, &place, 4 * mesh->N, &corners));
+  PetscCall(PetscMalloc2(3 * mesh->npoints, &place, mesh->kind->sides * mesh->N, &corners));
   PetscCall(mesh->kind->corners(mesh, place, corners));
   for (PetscInt p = 0; p < mesh->npoints; p++) place[3 * p + 2] *= -1;
   PetscCall(SlipH5WriteReal(h, "/xdmf/points", 2, points, place, "m"));
@@ -159,6 +159,7 @@ static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
 {
   const SlipFault fault = x->fault;
   const PetscInt N = fault->mesh.N, nz = fault->mesh.dims[0], nx = fault->mesh.dims[1], ndim = fault->mesh.ndim;
+  const int sides = (int)fault->mesh.kind->sides;
   const int bytes = !strcmp(fault->options.text[FAULT_OUTPUT_PRECISION], "single") ? 4 : 8;
   char slab[96], part[64], all[96];
 
@@ -171,12 +172,12 @@ static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
   }
   (void)snprintf(all, sizeof(all), "%lld%s", (long long)x->n, part + 1);
   fprintf(f, "   <Grid Name=\"fault\" GridType=\"Uniform\">\n    <Time Value=\"%.17g\"/>\n", (double)x->time[k]);
-  fprintf(
-    f,
-    "    <Topology TopologyType=\"Quadrilateral\" NumberOfElements=\"%lld\">\n"
-    "     <DataItem Dimensions=\"%lld 4\" NumberType=\"Int\" Precision=\"8\" Format=\"HDF\">%s:/xdmf/cells</DataItem>\n"
-    "    </Topology>\n",
-    (long long)N, (long long)N, h5);
+  fprintf(f,
+          "    <Topology TopologyType=\"%s\" NumberOfElements=\"%lld\">\n"
+          "     <DataItem Dimensions=\"%lld %d\" NumberType=\"Int\" Precision=\"8\" "
+          "Format=\"HDF\">%s:/xdmf/cells</DataItem>\n"
+          "    </Topology>\n",
+          sides == 3 ? "Triangle" : "Quadrilateral", (long long)N, (long long)N, sides, h5);
   fprintf(f,
           "    <Geometry GeometryType=\"XYZ\">\n"
           "     <DataItem Dimensions=\"%lld 3\" NumberType=\"Float\" Precision=\"8\" "

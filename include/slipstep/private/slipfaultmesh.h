@@ -12,19 +12,41 @@ typedef struct {
   PetscReal size[2];         /* along strike and down dip [m] */
   PetscReal direction[3][3]; /* unit vectors: along strike, down dip, and their normal towards the hanging wall */
   PetscInt plane;            /* to which it belongs, from 0 */
+  const PetscReal
+    *vertices; /* [3][3] of a triangle, whose centre is its centroid and whose sides are its extent along strike and
+                                its area over that; NULL: a rectangle */
 } SlipFaultCell;
 
 typedef struct _SlipFaultMesh SlipFaultMesh;
 
+enum { MESH_VERTICAL_COLUMNS = 5, MESH_COLUMNS = 7 }; /* of rectangles: x y z length width, and strike dip */
+/* What a file holds, on rank 0: rectangles or triangles, and the faults that they are of */
+typedef struct {
+  PetscBool triangles;
+  PetscInt n; /* cells */
+  PetscInt columns;
+  PetscReal *rows;          /* [n][columns] of rectangles */
+  PetscInt nvertices;       /* of triangles */
+  PetscReal *vertex;        /* [nvertices][3] north, east and down [m] */
+  PetscInt sides;           /* 3, or 4 of rectangles that are not rows yet */
+  PetscInt *corner;         /* [n][sides] numbers of vertices, from 0 */
+  PetscInt *number, *label; /* [n] of each cell in messages, and its fault; NULL: from 0, and not said */
+  PetscInt *vertex_number;  /* [nvertices] likewise */
+  char *names;              /* of the faults, "label name; label name", or NULL */
+  PetscBool metres;         /* it is said that lengths are metres, however small */
+} SlipFaultMeshFile;
+
 /* A row of a file, or the number iz nx + ix in a grid, names a cell; those of this process are cells start, start + 1 ... */
 typedef struct {
-  PetscErrorCode (*create)(SlipFault fault); /* all but n, start and weight */
+  /* all but n, start and weight; file: of -fault_mesh, on rank 0, else empty but for triangles */
+  PetscErrorCode (*create)(SlipFault fault, const SlipFaultMeshFile *file);
   void (*cell)(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *cell);
   PetscErrorCode (*stiffness)(SlipFault fault, Mat *K, Mat *Kn); /* Kn: NULL where it is not wanted */
   PetscErrorCode (*write)(const SlipFaultMesh *mesh, SlipH5 *h); /* /mesh of a file */
   PetscErrorCode (*corners)(const SlipFaultMesh *mesh, PetscReal points[],
-                            PetscInt corners[]);                                /* [npoints][3], [N][4] */
+                            PetscInt corners[]);                                /* [npoints][3], [N][sides] */
   PetscErrorCode (*digest)(const SlipFaultMesh *mesh, char text[], size_t len); /* says whether two are the same */
+  PetscInt sides;                                                               /* of a cell: 3 or 4 */
 } SlipFaultMeshKind;
 
 struct _SlipFaultMesh {
@@ -47,6 +69,9 @@ struct _SlipFaultMesh {
   PetscInt *fault;    /* [N] which of these each row is of; NULL: there is one */
   SlipCells
     cells; /* of a list, in the order of its rows, owned; strike and dip NULL where they are 0 and 90, rake always */
+  PetscReal *vertex; /* [npoints][3] of triangles */
+  PetscInt *corner;  /* [N][3], around the normal into the hanging wall */
+  char *names;       /* of the faults, as the file has them, on rank 0, or NULL */
 };
 
 /* Row of cell i of this process */
@@ -74,16 +99,37 @@ PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshList; /* meshlist.c: the cells
 PETSC_INTERN PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, PetscInt columns, SlipCells *cells,
                                                  PetscReal *column[]);
 
-/* meshread.c: what a file of cells holds */
-enum { MESH_VERTICAL_COLUMNS = 5, MESH_COLUMNS = 7 }; /* x y z length width, and strike dip */
+PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshTriangles; /* meshtriangles.c: those of -fault_mesh */
+/* meshlist.c: of any cells that mesh->cells has */
+PETSC_INTERN PetscErrorCode SlipFaultCellsStiffness(SlipFault fault, Mat *K, Mat *Kn);
+PETSC_INTERN void SlipFaultCellsDirection(const SlipCells *cells, PetscReal *strike, PetscReal *dip);
+PETSC_INTERN PetscErrorCode SlipFaultCellsWrite(const SlipFaultMesh *mesh, SlipH5 *h);
+PETSC_INTERN PetscErrorCode SlipFaultCellsDigest(const SlipFaultMesh *mesh, char text[], size_t len);
+PETSC_INTERN PetscErrorCode SlipFaultCellsShare(SlipFault fault);
+
+/* meshread.c; on rank 0 */
+enum { MESH_MAX_NAMES = 65536 };
+#define MESH_MAX_LABEL 1e9 /* what every PetscInt holds, and single precision nearly does */
+PETSC_INTERN PetscErrorCode SlipFaultMeshRead(SlipFault fault, SlipFaultMeshFile *file);
+PETSC_INTERN PetscErrorCode SlipFaultMeshFileDestroy(SlipFaultMeshFile *file);
+/* meshgmsh.c: numbers as they are in a file of Gmsh */
+PETSC_INTERN PetscErrorCode SlipFaultMeshReadGmsh(const char name[], const char source[], SlipFaultMeshFile *file);
+/* meshrectangles.c: rows in place of the corners of rectangles, which others are refused as; meshsurface.c, meshorient.c: what is wrong with triangles, one by one and beside each other, is refused; vertices in one place become
+   one, and corners go around the normals into the hanging wall. source: what messages begin with */
+PETSC_INTERN PetscErrorCode SlipFaultMeshRectangles(const char source[], SlipFaultMeshFile *file);
+PETSC_INTERN PetscErrorCode SlipFaultMeshUseVertices(const char source[], SlipFaultMeshFile *file);
+PETSC_INTERN PetscErrorCode SlipFaultTrianglesCheck(const char source[], PetscBool full_space, SlipFaultMeshFile *file);
+PETSC_INTERN PetscErrorCode SlipFaultTrianglesOrient(const char source[], SlipFaultMeshFile *file);
+
+/* Items to group by several keys, one after the other: meshplanes.c */
 typedef struct {
-  PetscInt n, columns;
-  PetscReal *rows; /* [n][columns] */
-  PetscInt *label; /* [n], NULL without /fault */
-} SlipFaultMeshRows;
-PETSC_INTERN PetscErrorCode SlipFaultMeshRead(SlipFault fault, SlipFaultMeshRows *rows); /* on rank 0 */
-PETSC_INTERN PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh);                    /* meshplanes.c */
-PETSC_INTERN PetscErrorCode SlipFaultMeshFaults(SlipFault fault);                        /* meshfaults.c; collective */
+  PetscReal key;
+  PetscInt group, cell; /* of those whose keys so far agree; which it is */
+} SlipFaultItem;
+PETSC_INTERN void SlipFaultSplit(PetscInt n, SlipFaultItem item[], PetscReal rounding);
+
+PETSC_INTERN PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh); /* meshplanes.c */
+PETSC_INTERN PetscErrorCode SlipFaultMeshFaults(SlipFault fault);     /* meshfaults.c; collective */
 
 PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault); /* cells, their owners and weights; collective */
 PETSC_EXTERN PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh);
