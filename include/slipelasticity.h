@@ -92,6 +92,8 @@ struct _SlipKernelType {
   /* centre() of n pairs, where many at once take less time than one by one; NULL: they do not */
   void (*centres)(const SlipKernel *kernel, PetscInt n, const SlipCell receiver[], const SlipCell source[],
                   PetscReal block[]);
+  /* As edge(), of triangles: of the side from vertex k to the next one. NULL: nothing. */
+  PetscReal (*side)(const SlipKernel *kernel, const SlipCell *cell, PetscInt k, PetscReal share, PetscReal ratio);
 };
 /* Slip along strike on rectangles of parallel vertical planes, by the functions above. */
 PETSC_EXTERN const SlipKernelType SlipKernelStrikeSlip;

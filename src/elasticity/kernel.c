@@ -191,10 +191,31 @@ static void Centre_Triangle(const SlipKernel *k, const SlipCell *receiver, const
   Centres_Triangle(k, 1, receiver, source, block);
 }
 
+/* 2 us without a surface, 4 to 8 below one, 100 and more next to the ground */
+static void Average_Triangle(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
+{
+  SlipTriangleCell r, s;
+
+  CellOf(receiver, &r);
+  CellOf(source, &s);
+  SlipTriangleAverage(k->shear_modulus, k->poisson_ratio, k->full_space, &r, &s, SlipAverageCore(k->average), block);
+}
+
+static PetscReal Side_Triangle(const SlipKernel *k, const SlipCell *cell, PetscInt side, PetscReal share,
+                               PetscReal ratio)
+{
+  SlipTriangleCell c;
+
+  CellOf(cell, &c);
+  return SlipTriangleAverageEdge(k->shear_modulus, k->poisson_ratio, &c, side, share, ratio);
+}
+
 const SlipKernelType SlipKernelTriangle = {
   .name = "triangle",
   .components = 1,
   .normals = 1,
   .centre = Centre_Triangle,
+  .average = Average_Triangle,
   .centres = Centres_Triangle,
+  .side = Side_Triangle,
 };

@@ -365,7 +365,7 @@ static void Force(PetscReal nu, PetscBool full_space, const Side *small, const S
 /*
   SlipTriangleAverage - averages over the receiver of the stress drop along the first of its directions and of normal
   stress, for unit slip along the first direction of the source; core: of edges that both have in common, as a share
-  of the geometric mean of their heights on them
+  of the lesser of their heights on them
 */
 void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const SlipTriangleCell *receiver,
                          const SlipTriangleCell *source, PetscReal core, PetscReal average[2])

@@ -148,8 +148,9 @@ static void Take(const SlipTriangleLoop *loop, int k, PetscReal d[3], PetscReal 
 
 /*
   SlipTriangleLoops - 4 pi/G times the force of the stress drop on one triangle along its own slip, by that of the
-  other one, for each of na slips of the one and nb slips of the other, [na][nb]; core: share of the heights on edges
-  that both have in common, of which the geometric mean is taken
+  other one, for each of na slips of the one and nb slips of the other, [na][nb]; core: on edges that both have in
+  common, as a share of the lesser height: with the geometric mean a needle beside a triangle of many times its height has
+  a core that is wider than itself, and a stiffness that is negative
 */
 void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, const PetscReal a[][3],
                        const SlipTriangleLoop *B, PetscInt nb, const PetscReal b[][3], PetscReal core,
@@ -169,9 +170,9 @@ void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, con
       SlipCross(e.d[0], e.d[1], cross);
       sine = PetscSqrtReal(SlipDot(cross, cross));
       if (sine < PARALLEL || (sine * PetscMin(e.length[0], e.length[1]) <= touch && OnLine(&e, touch))) {
-        const PetscReal heights = 4 * A->area / e.length[0] * B->area / e.length[1];
+        const PetscReal height = 2 * PetscMin(A->area / e.length[0], B->area / e.length[1]);
 
-        Parallel(&e, touch, core * PetscSqrtReal(heights));
+        Parallel(&e, touch, core * height);
       } else {
         for (int l = 0; l < 3; l++) normal[l] = cross[l] / sine;
         Parallelogram(&e, sine, normal);

@@ -161,9 +161,12 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
   PetscCall(PetscStrcmp(type, "hmat", &hmat));
   PetscCall(PetscStrcmp(fault->kind.viscosity, "spectral", &spectral));
   PetscCall(SlipFaultKernel(fault, &kernel));
-  PetscCheck(!fault->kind.dipping || !kernel.average, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_stiffness_average %s is known of vertical planes with the rake 0 only: expected centre", prefix,
-             fault->options.text[FAULT_STIFFNESS_AVERAGE]);
+  PetscCheck(kernel.average != SLIP_AVERAGE_WHOLE || !kernel.type->side, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_stiffness_average whole is not known of triangles: expected centre or cell", prefix);
+  PetscCheck(
+    !kernel.average || kernel.type->average, fault->comm, PETSC_ERR_ARG_INCOMP,
+    "-%sfault_stiffness_average %s is known of triangles, and of vertical planes with the rake 0: expected centre",
+    prefix, fault->options.text[FAULT_STIFFNESS_AVERAGE]);
   PetscCheck(!fault->kind.dipping || !spectral, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_viscosity spectral is known of vertical planes with the rake 0 only: expected sqrtm, lanczos, "
              "radiation or none",

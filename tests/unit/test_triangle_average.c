@@ -62,8 +62,7 @@ static void rectangles(void **state)
       for (int j = 0; j <= i; j++) {
         const PetscReal nu = (i + j) % 3 ? 0.25 : -0.3;
         SlipRectangle to = cell[i], from = cell[j];
-        const PetscReal core[2] = {CORE * PetscSqrtReal(to.length * from.length),
-                                   CORE * PetscSqrtReal(to.width * from.width)};
+        const PetscReal core[2] = {CORE * PetscMin(to.length, from.length), CORE * PetscMin(to.width, from.width)};
         SlipTriangleCell a[2], b[2];
         PetscReal sum = 0, want, own, both[2];
 

@@ -29,6 +29,7 @@ PETSC_INTERN int SlipCellKeyCompare(const void *a, const void *b); /* for qsort(
 
 /* ---- edges.c: shared and free edges, for averages over cells; [n], PetscFree() it ---- */
 PETSC_INTERN PetscErrorCode SlipCellsEdges(const SlipCells *cells, PetscReal **force);
+PETSC_INTERN PetscErrorCode SlipTrianglesSides(const SlipCells *cells, PetscReal force[]); /* sides.c, added */
 
 /* ---- clusters.c: a binary tree of cells that are close to each other ---- */
 typedef struct {

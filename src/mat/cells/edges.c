@@ -102,6 +102,10 @@ PetscErrorCode SlipCellsEdges(const SlipCells *c, PetscReal **force)
 
   PetscFunctionBegin;
   PetscCall(PetscCalloc1(c->n, force));
+  if (c->vertices) {
+    PetscCall(SlipTrianglesSides(c, *force));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (!c->kernel.type->edge) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AddEdges(&strike, *force));
   PetscCall(AddEdges(&depth, *force));

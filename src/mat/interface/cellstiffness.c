@@ -170,10 +170,10 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   PetscCall(FindType(comm, type, tolerance, &k));
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   own = *cells;
-  if (own.kernel.average) PetscCall(SlipCellsEdges(cells, &edges));
-  own.edges = edges;
   PetscCall(SlipCellsDirections(cells, &directions));
   own.directions = directions;
+  if (own.kernel.average) PetscCall(SlipCellsEdges(&own, &edges));
+  own.edges = edges;
   PetscCall(SlipCellTypes[k].create(comm, &own, tolerance, S));
   PetscCall(PetscFree(directions));
   PetscCall(PetscFree(edges));
