@@ -42,13 +42,13 @@ def square(cells, ratio, held):
     return (rows, slips) if held else (rows[slips], slips[slips])
 
 
-def stiffness(build, mesh, n, average, poisson, folder):
+def stiffness(build, mesh, n, average, poisson, folder, *options):
     """The area-weighted stiffness [n, n] of the fault program [Pa/m]."""
     view = os.path.join(folder, "K.bin")
     command = [os.path.join(build, "bin", "fault"), "-fault_mesh", mesh, "-fault_kernel", "full_space",
                "-fault_operator", "dense", "-fault_poisson_ratio", str(poisson), "-fault_stiffness_average", average,
                "-fault_damping_ratio", "0", "-fault_initial", "rest", "-ts_max_steps", "0", "-ts_max_time", "1e-3",
-               "-fault_stiffness_view", f"binary:{view}"]
+               "-fault_stiffness_view", f"binary:{view}", *options]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
     if not os.path.exists(view):
         raise SystemExit(f"{' '.join(command)} failed:\n{done.stderr}")
