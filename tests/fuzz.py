@@ -3,7 +3,7 @@
 
     tests/fuzz.py [--count 2000] [--seed 1] [--keep DIR] [KIND ...]
 
-KIND: policy, mesh, planes, parameters, stiffness, cache (read by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
+KIND: policy, mesh, planes, triangles, gmsh22 (text), gmsh41 (bytes), parameters, stiffness, cache (read by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
 -fault_restart), catalogue and output (by a run that goes on in them) and zip (by training/import_sb3.py). A mutant is a good file with flipped bits, other numbers, pieces cut out,
 doubled or missing, or a dataset or attribute of another type, rank, size or value, a missing or additional one, links in its
 place. Its number and --seed alone decide what it is. Each must be read within 20 s and 1 GB, and be refused with one message
@@ -28,14 +28,15 @@ import tempfile
 import time
 
 SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
-sys.path[:0] = [os.path.join(SOURCE, folder) for folder in ("output", "training")]
+sys.path[:0] = [os.path.join(SOURCE, folder) for folder in ("output", "training", os.path.join("tests", "python"))]
 from slipstep_modules import need
 
 need("h5py", "numpy")
 import h5py
 import import_sb3
+import meshfiles
 import numpy as np
-from fuzz_mutants import mutate_bytes, mutate_hdf5
+from fuzz_mutants import mutate_bytes, mutate_hdf5, mutate_words
 from fuzz_zip import make_zip, mutate_zip
 
 BUILD = os.path.abspath(os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build")))
@@ -80,6 +81,33 @@ def make_planes(folder):
     return path
 
 
+def make_triangles(folder):
+    """A bend of two faults with names"""
+    path = os.path.join(folder, "seed.h5")
+    with h5py.File(path, "w") as file:
+        file["vertices"] = VERTICES
+        file["triangles"] = CORNERS
+        file["fault"] = [7, 7, 2, 2]
+        file["fault"].attrs["names"] = np.bytes_("2 west; 7 east")  # of fixed length: HDF5 1.10 goes round for ever in damaged heaps of others
+    return path
+
+
+VERTICES = np.array([[0, 0, 500], [700, 0, 500], [1400, 300, 500], [0, 300, 1200], [700, 300, 1200], [1400, 600, 1200]], float)  # north, east, down
+CORNERS = [[0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 5, 4]]
+
+
+def make_gmsh(version, binary):
+    """The same of Gmsh, with lines and points"""
+    def make(folder):
+        path = os.path.join(folder, "seed.msh")
+        points = np.column_stack([VERTICES[:, 1], VERTICES[:, 0], -VERTICES[:, 2]])
+        elements = [(15, 0, [0]), (1, 0, [0, 1])] + [(2, fault, corners) for corners, fault in zip(CORNERS, (7, 7, 2, 2))]
+        with open(path, "wb") as file:
+            file.write(meshfiles.gmsh(version, binary, points, elements, names=((2, 2, "west"), (2, 7, "east"))))
+        return path
+    return make
+
+
 def make_parameters(folder):
     path = os.path.join(folder, "seed.h5")
     with h5py.File(path, "w") as file:
@@ -105,6 +133,7 @@ def crash_report(path, kind):
         command = {"checkpoint": restarted, "stations": with_stations}.get(kind, lambda path: resumed(kind, path))(path)
         return subprocess.run(["gdb", "-batch", "-ex", "run", "-ex", "bt", "--args", *command, "-no_signal_handler"],
                               env=ENVIRONMENT, capture_output=True, text=True, errors="replace", timeout=10 * TIMEOUT).stdout
+    kind = "mesh" if kind in ("planes", "triangles", "gmsh22", "gmsh41") else kind
     return subprocess.run([READER, kind], input=path + "\n", env=ENVIRONMENT, capture_output=True, text=True, errors="replace").stderr
 
 
@@ -213,7 +242,8 @@ def make_stations(folder):
 
 def mutate_file(rng, seed, path):
     with open(seed, "rb") as file:
-        content = mutate_bytes(rng, file.read())
+        content = file.read()
+    content = mutate_words(rng, content) if seed.endswith(".msh") and rng.random() < 0.5 else mutate_bytes(rng, content)
     with open(path, "wb") as file:
         file.write(content)
 
@@ -320,6 +350,9 @@ KINDS = {
        for name, make in (("policy", make_by_reader("policy")), ("mesh", make_mesh), ("parameters", make_parameters),
                           ("stiffness", make_stiffness), ("cache", make_by_reader("cache")))},
     "planes": Kind(make_planes, mutate_hdf5, read_by_reader("mesh"), False),
+    "triangles": Kind(make_triangles, mutate_hdf5, read_by_reader("mesh"), False),
+    **{f"gmsh{version.replace('.', '')}": Kind(make_gmsh(version, binary), mutate_file, read_by_reader("mesh"), False)
+       for version, binary in (("2.2", False), ("4.1", True))},
     "stations": Kind(make_stations, mutate_file, read_stations, False),
     "checkpoint": Kind(make_checkpoint, mutate_checkpoint, read_with_program, True),
     **{name: Kind(make_grown(name), mutate_hdf5, read_grown(name), False) for name in ("catalogue", "output")},

@@ -46,6 +46,24 @@ def mutate_bytes(rng, content):
     return bytes(content)
 
 
+def mutate_words(rng, content):
+    """Words of a text that became others of it, or numbers that are too large, or none; lines that are gone or twice."""
+    lines = [line.split(b" ") for line in content.split(b"\n")]
+    for _ in range(rng.choice([1, 1, 1, 2, 4])):
+        k, how = rng.randrange(len(lines)), rng.randrange(6)
+        line = lines[k]
+        if how < 3:
+            number = rng.choice([*VALUES, *SIZES, *NUMBERS, -1, -7, 1, 2, 3])
+            line[rng.randrange(len(line))] = str(number).encode()
+        elif how == 3:
+            line[rng.randrange(len(line))] = rng.choice(rng.choice(lines))
+        elif how == 4:
+            lines.insert(rng.randrange(len(lines)), list(line))
+        elif len(lines) > 1:
+            del lines[k]
+    return b"\n".join(b" ".join(line) for line in lines)
+
+
 def objects(file):
     """Paths of all groups and datasets but the root."""
     found = []

@@ -3,9 +3,11 @@ static const char help[] =
   "assembly\n"
   "and of both products, memory, and errors of uniform slip against direct sums in some rows.\n"
   "  mpirun -n 2 planes -bench_n 8000 -bench_tolerance 1e-6\n"
+  "  mpirun -n 2 planes -bench_n 16000 -bench_triangles\n"
   "Prints one \"name value\" a line, in SI units.\n\n";
 
 #include <slipstep.h>
+#include "cells.h"
 #include <petsctime.h>
 #include <time.h>
 
@@ -52,10 +54,24 @@ static PetscErrorCode CreateCells(PetscInt wanted, SlipCells *cells)
   PetscFunctionReturn(0);
 }
 
+/* Each square as two triangles, in the place of cells */
+static PetscErrorCode CutCells(SlipCells *cells)
+{
+  const SlipCells squares = *cells;
+  PetscReal *column = (PetscReal *)cells->x, *data;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * TRIANGLE_COLUMNS * (size_t)squares.n, &data));
+  *cells = TrianglesOf(&squares, data);
+  PetscCall(PetscFree(column));
+  PetscFunctionReturn(0);
+}
+
 static SlipCell CellOf(const SlipCells *c, PetscInt i)
 {
   return (SlipCell){.rectangle = {c->x[i], c->y[i], c->z[i], c->length[i], c->width[i], c->strike[i], c->dip[i]},
-                    .rake = c->rake[i]};
+                    .rake = c->rake[i],
+                    .vertices = c->vertices ? c->vertices + 9 * (size_t)i : NULL};
 }
 
 /* K u and Kn u of uniform slip on cell i; all cells have one area */
@@ -70,8 +86,8 @@ static void DirectSum(const SlipCells *c, PetscInt i, PetscReal sum[2])
     const PetscInt count = PetscMin(AT_ONCE, c->n - first);
 
     for (PetscInt k = 0; k < count; k++) other[k] = CellOf(c, first + k);
-    (*SlipKernelDipping.centres)(&c->kernel, count, own, other, here);
-    (*SlipKernelDipping.centres)(&c->kernel, count, other, own, there);
+    (*(c->vertices ? &SlipKernelTriangle : &SlipKernelDipping)->centres)(&c->kernel, count, own, other, here);
+    (*(c->vertices ? &SlipKernelTriangle : &SlipKernelDipping)->centres)(&c->kernel, count, other, own, there);
     for (PetscInt k = 0; k < count; k++) {
       sum[0] += 0.5 * (here[2 * k] + there[2 * k]);
       sum[1] += here[2 * k + 1];
@@ -147,8 +163,8 @@ static PetscErrorCode Run(MPI_Comm comm)
   PetscLogDouble begin, cut, first, second, end, least = PETSC_MAX_REAL, cpu, resident;
   SlipCells cells;
   Vec u, f, c;
-  SlipKernelType singly = SlipKernelDipping;
-  PetscBool one = PETSC_FALSE;
+  SlipKernelType singly;
+  PetscBool one = PETSC_FALSE, triangles = PETSC_FALSE;
   Mat K, Kn;
 
   PetscFunctionBeginUser;
@@ -157,8 +173,11 @@ static PetscErrorCode Run(MPI_Comm comm)
   PetscCall(PetscOptionsInt("-bench_rows", "Rows that are compared with direct sums", "", rows, &rows, NULL));
   PetscCall(PetscOptionsReal("-bench_tolerance", "Of hierarchical storage", "", tolerance, &tolerance, NULL));
   PetscCall(PetscOptionsBool("-bench_singly", "Take entries one by one", "", one, &one, NULL));
+  PetscCall(PetscOptionsBool("-bench_triangles", "Cut each square in two", "", triangles, &triangles, NULL));
   PetscOptionsEnd();
-  PetscCall(CreateCells(n, &cells));
+  PetscCall(CreateCells(triangles ? n / 2 : n, &cells));
+  if (triangles) PetscCall(CutCells(&cells));
+  singly = *cells.kernel.type;
   singly.centres = NULL;
   if (one) cells.kernel.type = &singly;
   PetscCall(PetscTime(&begin));
