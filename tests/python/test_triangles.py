@@ -4,11 +4,11 @@ import os
 import sys
 import unittest
 
+from scripts import BUILD, SOURCE, FaultTest
 import h5py
 import numpy as np
 
 from meshfiles import gmsh, enu, joined, plane, view, write_gmsh, write_hdf5
-from scripts import BUILD, SOURCE, FaultTest
 
 sys.path.insert(0, os.path.join(SOURCE, "tests", "benchmarks"))
 import crack

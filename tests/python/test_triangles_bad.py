@@ -3,11 +3,11 @@
 import subprocess
 import unittest
 
+from scripts import FAULT, FaultTest
 import h5py
 import numpy as np
 
 from meshfiles import enu, gmsh, joined, plane, write_hdf5
-from scripts import FAULT, FaultTest
 
 THRUST = ("-fault_friction_law", "rate_and_state", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_rake", "90",
           "-fault_loading_rate", "1e-9", "-fault_friction_slip", "0.05", "-ts_max_time", "1e7", "-ts_max_steps", "1")
