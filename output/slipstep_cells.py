@@ -44,6 +44,9 @@ def mesh_cells(mesh):
 
 def cells_of(path, mesh, of):
     """[N, 7], and the shape of a grid; of: its extents. Files of before dipping faults know neither strike nor dip."""
+    if "triangles" in mesh:
+        raise OutputError(f"{path}: a fault of triangles, of which there are only views in space yet (plot_run.py --kind view), and the ground by "
+                          "-fault_surface_stations of the run; expected rectangles")
     if "length" in mesh:
         return mesh_cells(mesh), None
     missing = [name for name in ("length_x", "length_z", "depth_top") if name not in of]
@@ -51,6 +54,25 @@ def cells_of(path, mesh, of):
         raise OutputError(f"{path}: the {missing[0]} of the grid is missing; expected a file of SlipStep 0.3 or later")
     nz, nx = len(mesh["z"]), len(mesh["x"])
     return grid_cells({"strike": 0.0, "dip": 90.0, **of, "nx": nx, "nz": nz}), (nz, nx)
+
+
+def triangles_of(mesh):
+    """Corners [N, 3, 3], north, east and down [m], of a mesh of triangles; None of another one."""
+    return mesh["vertices"][mesh["triangles"].astype(int)] if "triangles" in mesh else None
+
+
+def free_sides(triangles):
+    """Sides [n, 2, 3] of triangles [N, 3, 3] that no other one has: those on the upper ends of their triangles, and all others."""
+    sides = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+    key = np.sort(np.unique(sides.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 2), axis=1)
+    _, place, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    free = count[place.reshape(-1)] == 1
+    other = np.roll(triangles, -2, axis=1).reshape(-1, 3)  # the corner across
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    sine = np.repeat(np.hypot(normal[:, 0], normal[:, 1]) / np.linalg.norm(normal, axis=1), 3)  # of the dip
+    along = np.abs(sides[:, 1, 2] - sides[:, 0, 2]) < 0.5 * sine * np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
+    upper = free & along & (sides[:, :, 2].mean(axis=1) < other[:, 2])
+    return sides[upper], sides[free & ~upper]
 
 
 def free_edges(corners, shape=None):

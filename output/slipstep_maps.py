@@ -129,6 +129,8 @@ def name_of(label, mesh, cells, part):
 def planes_of(run):
     """The planes of a run, front to back; a grid has one. Of a mesh with strikes and dips its faults, each drawn flat as slipstep_unroll
     says."""
+    if "triangles" in run.mesh:
+        raise OutputError(f"{run.path}: a fault of triangles, of which there are no flat maps yet; expected --kind view")
     if not hasattr(run, "drawn"):
         run.drawn = _planes(run)
     return run.drawn

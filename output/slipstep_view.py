@@ -9,7 +9,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.ticker import MaxNLocator
 
-from slipstep_cells import cells_of, corners_of, free_edges
+from slipstep_cells import cells_of, corners_of, free_edges, free_sides, mesh_cells, triangles_of
 from slipstep_fields import Fields, largest_event
 from slipstep_maps import Span, colour_bar, colour_map
 from slipstep_panels import plt, use_style
@@ -47,6 +47,19 @@ def cut(corners, size):
     return np.stack([corners[of, 0] + a[p] * along + b[q] * down for p, q in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1), of
 
 
+def cut_triangles(corners, size):
+    """Pieces [n, 4, 3] of triangles [N, 3, 3] with sides of about a size at most, their last corner twice, and the triangle of each."""
+    of = np.arange(len(corners))
+    while True:
+        long = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1) > 2 * size
+        if not long.any():
+            return corners[:, (0, 1, 2, 2)], of
+        a, b, c = corners[long].swapaxes(0, 1)
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        parts = [np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+        corners, of = np.concatenate([corners[~long], *parts]), np.concatenate([of[~long], *[of[long]] * 4])
+
+
 def box_of(corners):
     """Low and high ends [2, 3] of what is around the cells [km]; up to the ground where that is near."""
     low, high = corners.reshape(-1, 3).min(axis=0), corners.reshape(-1, 3).max(axis=0)
@@ -61,13 +74,17 @@ class View:
     """What does not depend on the values: pieces, their order, outlines and the box; for as many drawings as are wanted."""
 
     def __init__(self, run, of, viewer=None):
-        cells, shape = cells_of(run.path, run.mesh, of)
-        corners = corners_of(cells) / 1e3
+        triangles, shape = triangles_of(run.mesh), None
+        if triangles is None:
+            cells, shape = cells_of(run.path, run.mesh, of)
+            corners = corners_of(cells) / 1e3
+        else:
+            cells, corners = mesh_cells(run.mesh), triangles / 1e3
         self.azimuth, self.elevation = viewer or ((self.strike_of(cells) + 90 + ASIDE) % 360, ABOVE)
         self.axes = screen(self.azimuth, self.elevation)
         self.box = box_of(corners)
         self.size = np.sqrt((cells[:, 3] * cells[:, 4]).sum() / PIECES) / 1e3
-        pieces, self.of = cut(corners, self.size)
+        pieces, self.of = cut(corners, self.size) if triangles is None else cut_triangles(corners, self.size)
         lines, self.thick = self.outline(corners, shape)
         self.polygons = np.concatenate([pieces, lines])
         self.of = np.concatenate([self.of, np.full(len(lines), -1)])
@@ -85,7 +102,7 @@ class View:
     def outline(self, corners, shape):
         """Edges that cells do not share, cut into pieces, as flat rectangles [n, 4, 3], and whether each is of an upper edge."""
         lines, thick = [], []
-        for upper, edges in zip((1.0, 0.0), free_edges(corners, shape)):
+        for upper, edges in zip((1.0, 0.0), free_edges(corners, shape) if corners.shape[1] == 4 else free_sides(corners)):
             pieces, _ = cut(edges[:, (0, 1, 1, 0)], self.size)
             lines.append(pieces)
             thick.append(np.full(len(pieces), upper))

@@ -14,7 +14,7 @@ from PIL import Image
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
 import make_mesh
 from plot_catalogue import hypocentres
-from slipstep_cells import corners_of, free_edges
+from slipstep_cells import corners_of, free_edges, free_sides
 from slipstep_events import Events
 from slipstep_fields import Fields
 from slipstep_maps import frames_of, planes_of
@@ -22,7 +22,7 @@ from slipstep_output import Run
 from slipstep_snapshots import Layout
 from slipstep_spacetime import Line, lines_of
 from slipstep_unroll import overlap, unroll
-from slipstep_view import View, box_of, cut, screen
+from slipstep_view import View, box_of, cut, cut_triangles, screen
 from test_mesh_planes import plane
 
 SIZE = (10000.0, 8000.0)
@@ -282,6 +282,27 @@ class Views(PictureTest):
         to = at - polygons
         turn = sides[..., 0] * to[..., 1] - sides[..., 1] * to[..., 0]
         return (turn > 0).all(axis=1) | (turn < 0).all(axis=1)
+
+    def test_triangles(self):
+        """Two rows of triangles that bend: pieces fill them, and their rim is the four sides, the upper one thick. Areas are of sums of at most 100
+        pieces, in double precision."""
+        x, t = np.meshgrid(np.arange(4) * 1000.0, [0.0, 1000.0, 1900.0])
+        points = np.stack([x, np.interp(t, (0, 1000, 1900), (0, 500, 1200)), np.interp(t, (0, 1000, 1900), (100, 966, 1500))], axis=-1)
+        corner = [points[[j, j, j + 1], [i, i + 1, i + 1]] for j in range(2) for i in range(3)]
+        corner += [points[[j, j + 1, j + 1], [i, i + 1, i]] for j in range(2) for i in range(3)]
+        triangles = np.array(corner)
+        pieces, of = cut_triangles(triangles, 300.0)
+        sides = np.linalg.norm(pieces - np.roll(pieces, -1, axis=1), axis=2)
+        self.assertLessEqual(sides.max(), 600.0)
+
+        def area(polygons):
+            return np.linalg.norm(np.cross(polygons[:, 1] - polygons[:, 0], polygons[:, 2] - polygons[:, 0]), axis=1) / 2
+
+        np.testing.assert_allclose(np.bincount(of, area(pieces)), area(triangles), rtol=1e-12)
+        upper, others = free_sides(triangles)
+        np.testing.assert_array_equal(np.sort(upper[:, :, 0].ravel()), [0, 1000, 1000, 2000, 2000, 3000])
+        np.testing.assert_array_equal(upper[:, :, 2], 100.0)
+        self.assertEqual(len(others), 3 + 4)
 
     def test_outlines_are_the_rims(self):
         """Upper edges are thick; an edge within a plane is none."""
