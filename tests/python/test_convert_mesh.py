@@ -6,11 +6,11 @@ import subprocess
 import sys
 import unittest
 
+from scripts import SOURCE, FaultTest
 import h5py
 import numpy as np
 
 from meshfiles import enu, joined, plane
-from scripts import SOURCE, FaultTest
 
 CONVERT = os.path.join(SOURCE, "examples", "convert_mesh.py")
 FIRST, SECOND = plane((2, 1), (500.0, 400.0), 20, 60, (0, 0, 100)), plane((1, 1), (500.0, 400.0), 80, 45, (0, 4000, 300))
