@@ -45,8 +45,7 @@ def mesh_cells(mesh):
 def cells_of(path, mesh, of):
     """[N, 7], and the shape of a grid; of: its extents. Files of before dipping faults know neither strike nor dip."""
     if "triangles" in mesh:
-        raise OutputError(f"{path}: a fault of triangles, of which there are only views in space yet (plot_run.py --kind view), and the ground by "
-                          "-fault_surface_stations of the run; expected rectangles")
+        raise OutputError(f"{path}: a fault of triangles, whose ground only -fault_surface_stations of the run know yet; expected rectangles")
     if "length" in mesh:
         return mesh_cells(mesh), None
     missing = [name for name in ("length_x", "length_z", "depth_top") if name not in of]

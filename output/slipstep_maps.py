@@ -28,8 +28,8 @@ def edges(centres, others):
 
 
 class Plane:
-    """Cells that are drawn together: low and high edges along strike and down dip [km], which of a map's values are theirs (None: all, of a
-    grid of this shape), what they are called, and whether down dip is the depth."""
+    """Cells that are drawn together: low and high edges along strike and down dip, or three corners of triangles [km], which of a map's values
+    are theirs (None: all, of a grid of this shape), what they are called, and whether down dip is the depth."""
 
     def __init__(self, x, z, cells=None, shape=None, name="", vertical=True):
         self.x, self.z, self.cells, self.shape, self.name, self.vertical = x, z, cells, shape, name, vertical
@@ -64,7 +64,8 @@ class Plane:
     def draw(self, axes, values, norm, colours):
         """Values of its cells [N]; the artist, whose set_array() takes others."""
         colours = colour_map(colours)
-        corners = np.stack([self.x[[0, 1, 1, 0]], self.z[[0, 0, 1, 1]]], axis=-1).swapaxes(0, 1)
+        around = ([0, 1, 1, 0], [0, 0, 1, 1]) if len(self.x) == 2 else ([0, 1, 2], [0, 1, 2])
+        corners = np.stack([self.x[around[0]], self.z[around[1]]], axis=-1).swapaxes(0, 1)
         if self.shape:
             extent = (self.x.min(), self.x.max(), self.z.max(), self.z.min())
             artist = axes.imshow(values.reshape(self.shape), norm=norm, cmap=colours, extent=extent, interpolation="nearest")
@@ -129,16 +130,31 @@ def name_of(label, mesh, cells, part):
 def planes_of(run):
     """The planes of a run, front to back; a grid has one. Of a mesh with strikes and dips its faults, each drawn flat as slipstep_unroll
     says."""
-    if "triangles" in run.mesh:
-        raise OutputError(f"{run.path}: a fault of triangles, of which there are no flat maps yet; expected --kind view")
     if not hasattr(run, "drawn"):
         run.drawn = _planes(run)
     return run.drawn
 
 
+def flat_triangles(mesh, cells):
+    """Corners [3, N] of triangles seen across them: along the strike of their mean normal and down its dip from their highest [m]."""
+    corners = mesh["vertices"][mesh["triangles"][cells]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
+    strike = np.array([normal[1], -normal[0], 0])
+    strike = strike / np.linalg.norm(strike) if np.linalg.norm(strike) > 1e-9 * np.linalg.norm(normal) else np.array([1.0, 0, 0])
+    down = -np.cross(normal / np.linalg.norm(normal), strike)
+    s, d = corners @ strike, corners @ down
+    return s.T, (d - d.min() + corners[..., 2].min() * (abs(normal[2]) < 1e-6 * np.linalg.norm(normal))).T
+
+
 def _planes(run):
     if not run.planes:
         return [Plane.of_grid(run)]
+    if "triangles" in run.mesh:
+        found = []
+        for label, cells in run.planes:
+            s, d = flat_triangles(run.mesh, cells)
+            found.append(Plane(s / 1e3, d / 1e3, cells, name=name_of(label, run.mesh, cells, "") if len(run.planes) > 1 else "", vertical=False))
+        return found
     found, every, mesh = [], mesh_cells(run.mesh), run.mesh
     for label, cells in run.planes:
         if "dip" in mesh:

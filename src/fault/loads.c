@@ -162,26 +162,28 @@ static void SourcePressure(const SlipFaultSource *source, PetscInt n, PetscReal 
 /* The point [x, y, z], from "x,z" of the one plane, or "x,y,z" where there are several [m] */
 static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal point[3])
 {
-  const PetscBool planes = fault->mesh.planes > 1 ? PETSC_TRUE : PETSC_FALSE; /* then x and z alone are no point */
-  const int want = planes ? 3 : 2;
   SlipFaultCell cell;
+  PetscBool planes; /* then x and z alone are no point */
   char **part;
-  int n;
+  int n, want;
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
+  fault->mesh.kind->cell(&fault->mesh, 0, &cell);
+  planes = fault->mesh.planes > 1 || cell.direction[1][2] == 0 ? PETSC_TRUE : PETSC_FALSE;
+  want = planes ? 3 : 2;
   PetscCall(PetscStrToArray(text, ',', &n, &part));
   PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
   for (int k = 0; k < want && k < n && !ierr; k++) ierr = PetscOptionsStringToReal(part[k], &point[k]);
   PetscCall(PetscPopErrorHandler());
   PetscCall(PetscStrToArrayDestroy(n, part));
-  PetscCheck(n == want && !ierr && isfinite(point[0]) && isfinite(point[1]) && isfinite(point[want - 1]), fault->comm,
-             PETSC_ERR_ARG_WRONG, "-%sfault_injection is \"%s\", expected %s", SlipFaultPrefix(fault), text,
-             planes ? "three numbers x,y,z of m, as the mesh has several planes: along strike, across, and depth"
-                    : "two numbers x,z of m: along strike, and depth");
+  PetscCheck(
+    n == want && !ierr && isfinite(point[0]) && isfinite(point[1]) && isfinite(point[want - 1]), fault->comm,
+    PETSC_ERR_ARG_WRONG, "-%sfault_injection is \"%s\", expected %s", SlipFaultPrefix(fault), text,
+    planes ? "three numbers x,y,z of m, as the mesh has several planes or a level one: along strike, across, and depth"
+           : "two numbers x,z of m: along strike, and depth");
   if (planes) PetscFunctionReturn(PETSC_SUCCESS);
   /* on the plane: x along its strike s, the depth says where along its dip d; both from the foot of the origin, D n */
-  fault->mesh.kind->cell(&fault->mesh, 0, &cell);
   {
     const PetscReal *s = cell.direction[0], *d = cell.direction[1], *m = cell.direction[2], *c = cell.centre;
     const PetscReal x = point[0], z = point[1], D = c[0] * m[0] + c[1] * m[1] + c[2] * m[2];

@@ -247,6 +247,26 @@ class Run(FaultTest):
                     np.testing.assert_array_equal(one[group][name], two[group][name], err_msg=name)
             np.testing.assert_array_equal(one["fields/slip"][-1], two["fields/slip"][-1])
 
+    def test_maps(self):
+        """Each fault is seen across its mean plane, along its strike and down its dip: corners of a plane keep their distances, to 1e-9 of 2 km."""
+        write_hdf5(self.path("mesh.h5"), *joined(BASE, plane((2, 2), (500.0, 400.0), 70, 90, (3e3, 9e3, 500))), fault=np.repeat([4, 2], [24, 8]))
+        self.end("mesh.h5")
+        from slipstep_maps import planes_of
+        from slipstep_output import OutputError, Run as Output
+        from slipstep_surface import slip_of_run
+        run = Output(self.path("out.h5"))
+        first, second = planes_of(run)[::-1]
+        self.assertEqual((len(first.cells), len(second.cells), first.x.shape), (24, 8, (3, 24)))
+        self.assertIn("fault 4", first.name)
+        np.testing.assert_allclose((np.ptp(first.x), np.ptp(first.z), first.z.min()), (2.0, 1.2, 0), atol=2e-9)
+        np.testing.assert_allclose((np.ptp(second.x), np.ptp(second.z), second.z.min()), (1.0, 0.8, 0.5), atol=2e-9)
+        areas = 0.5 * np.abs((first.x[1] - first.x[0]) * (first.z[2] - first.z[0]) - (first.x[2] - first.x[0]) * (first.z[1] - first.z[0]))
+        np.testing.assert_allclose(areas, 0.1, rtol=1e-9)
+        done = self.script("plot_run.py", self.path("out.h5"), "--figure", self.path("run.png"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with self.assertRaisesRegex(OutputError, "a fault of triangles"):
+            slip_of_run(run)
+
     def test_whole_is_refused(self):
         write_hdf5(self.path("mesh.h5"), *BASE)
         error = self.fault("-fault_mesh", "mesh.h5", *THRUST, "-fault_stiffness_average", "whole", code=1)
