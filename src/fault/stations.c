@@ -2,7 +2,6 @@
    /stations/1, ... of the output. Their rows are those of /series, so that a checkpoint's count of the one is that
    of the other. */
 #include <slipstep/private/slipfaultobservers.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,8 +9,7 @@
    off the plane: who writes metres, or decimetres, seldom meets one that dips. */
 #define STATION_EDGE 1e-9
 #define STATION_OFF 1e-2
-/* And off a triangle by this part of the root of twice its area */
-#define STATION_OFF_TRIANGLE 0.1
+#define STATION_OFF_TRIANGLE 0.1 /* of triangles, which are near to a curved surface only */
 
 static const SlipOutputColumn Columns[] = {
   {"time", "s", PETSC_FALSE},      {"slip", "m", PETSC_FALSE},  {"slip_rate", "m/s", PETSC_FALSE},
@@ -58,73 +56,29 @@ static void Offsets(const SlipFaultCell *cell, const Station *s, const PetscReal
   for (PetscInt k = 0; k < 3; k++) at[k] = cell->centre[k] + off[0] * strike[k] + off[1] * dip[k];
 }
 
-/* A triangle's place against a point: how far the point is from it in its plane, 0 within, and off its plane; without y as Offsets() has
-   it. */
-static void OffsetsOfTriangle(const SlipFaultCell *cell, const Station *s, const PetscReal *y, PetscReal *out,
-                              PetscReal *off)
+/* Does a cell contain the point of its plane that is off its centre by this much? */
+static PetscBool Contains(const SlipFaultCell *cell, const PetscReal off[2], PetscReal size)
 {
-  const PetscReal *strike = cell->direction[0], *dip = cell->direction[1], *normal = cell->direction[2];
-  const PetscReal *c = cell->centre, d[3] = {s->x - c[0], y ? *y - c[1] : 0, s->z - c[2]};
-  PetscReal p[2], corner[3][2], least = PETSC_MAX_REAL;
-  PetscBool within = PETSC_TRUE;
+  PetscReal p[3][2];
+  int left = 0;
 
-  *off = y ? PetscAbsReal(d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]) : 0;
-  p[0] = y ? d[0] * strike[0] + d[1] * strike[1] : s->x - (c[0] * strike[0] + c[1] * strike[1]);
-  p[1] = y ? d[0] * dip[0] + d[1] * dip[1] + d[2] * dip[2] : d[2] / dip[2];
-  for (int k = 0; k < 3; k++) {
-    const PetscReal *v = cell->vertices + 3 * k;
+  if (!cell->vertices)
+    return PetscAbsReal(off[0]) <= (0.5 + STATION_EDGE) * cell->size[0] &&
+               PetscAbsReal(off[1]) <= (0.5 + STATION_EDGE) * cell->size[1]
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+  for (int k = 0; k < 3; k++)
+    for (int j = 0; j < 2; j++) {
+      p[k][j] = 0;
+      for (int i = 0; i < 3; i++) p[k][j] += (cell->vertices[3 * k + i] - cell->centre[i]) * cell->direction[j][i];
+    }
+  for (int k = 0; k < 3; k++) { /* on the side of the centre, or on the edge */
+    const PetscReal *a = p[k], *b = p[(k + 1) % 3], e[2] = {b[0] - a[0], b[1] - a[1]};
+    const PetscReal inner = e[1] * a[0] - e[0] * a[1], own = e[0] * (off[1] - a[1]) - e[1] * (off[0] - a[0]);
 
-    corner[k][0] = (v[0] - c[0]) * strike[0] + (v[1] - c[1]) * strike[1];
-    corner[k][1] = (v[0] - c[0]) * dip[0] + (v[1] - c[1]) * dip[1] + (v[2] - c[2]) * dip[2];
+    left += own * PetscSign(inner) >= -STATION_EDGE * size * PetscSqrtReal(e[0] * e[0] + e[1] * e[1]) ? 1 : 0;
   }
-  for (int k = 0; k < 3; k++) { /* corners go around the centre in one sense or the other */
-    const PetscReal *a = corner[k], *b = corner[(k + 1) % 3];
-    const PetscReal e[2] = {b[0] - a[0], b[1] - a[1]}, q[2] = {p[0] - a[0], p[1] - a[1]};
-    const PetscReal share = PetscMin(1, PetscMax(0, (q[0] * e[0] + q[1] * e[1]) / (e[0] * e[0] + e[1] * e[1])));
-
-    if ((e[0] * q[1] - e[1] * q[0]) * (e[1] * a[0] - e[0] * a[1]) < 0) within = PETSC_FALSE;
-    least = PetscMin(least, hypot(q[0] - share * e[0], q[1] - share * e[1]));
-  }
-  *out = within ? 0 : least;
-}
-
-/* Do triangles have a vertex in common? A point of an edge is in both of its sides. */
-static PetscBool Touch(const PetscReal a[9], const PetscReal b[9])
-{
-  for (int i = 0; i < 9; i++)
-    if (!memcmp(a + i / 3 * 3, b + i % 3 * 3, 3 * sizeof(*a))) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
-/* The triangle that contains the point, or the nearest one; points off a surface by STATION_OFF_TRIANGLE of its triangle are of it, as curved
-   surfaces are known to that only. */
-static PetscErrorCode FindTriangle(SlipFault fault, const PetscReal *y, Station *s, PetscBool *inside,
-                                   PetscBool *several)
-{
-  PetscReal least = PETSC_MAX_REAL;
-  const PetscReal *first = NULL;
-
-  PetscFunctionBegin;
-  *inside = *several = PETSC_FALSE;
-  for (PetscInt e = 0; e < fault->mesh.N; e++) {
-    PetscReal out, off, size;
-    SlipFaultCell cell;
-    PetscBool in;
-
-    fault->mesh.kind->cell(&fault->mesh, e, &cell);
-    if (!y && cell.direction[1][2] <= STATION_EDGE) continue; /* the depth of a level triangle says nothing */
-    size = PetscSqrtReal(2 * cell.size[0] * cell.size[1]);
-    OffsetsOfTriangle(&cell, s, y, &out, &off);
-    in = out <= STATION_EDGE * size && off <= STATION_OFF_TRIANGLE * size ? PETSC_TRUE : PETSC_FALSE;
-    if (in && *inside && !y && !Touch(first, cell.vertices)) *several = PETSC_TRUE;
-    if ((*inside && !in) || (*inside == in && hypot(out, off) >= least)) continue;
-    *inside = in;
-    first = cell.vertices;
-    least = hypot(out, off);
-    s->cell = e;
-    PetscCall(PetscArraycpy(s->centre, cell.centre, 3));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return left == 3 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* The cell that contains the point, of several the first one of the nearest plane, or else the nearest one: inside says which. y:
@@ -143,8 +97,7 @@ static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, 
     fault->mesh.kind->cell(&fault->mesh, e, &cell);
     Offsets(&cell, s, y, off, at);
     size = PetscMin(cell.size[0], cell.size[1]);
-    in = PetscAbsReal(off[0]) <= (0.5 + STATION_EDGE) * cell.size[0] &&
-             PetscAbsReal(off[1]) <= (0.5 + STATION_EDGE) * cell.size[1] && off[2] <= STATION_OFF * size
+    in = Contains(&cell, off, size) && off[2] <= (cell.vertices ? STATION_OFF_TRIANGLE : STATION_OFF) * size
            ? PETSC_TRUE
            : PETSC_FALSE;
     distance = in ? off[2] : PetscSqrtReal(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]);
@@ -194,8 +147,7 @@ static PetscErrorCode ReadStation(SlipFault fault, const char point[], Station *
              prefix, point);
   s->x = number[0];
   s->z = number[n - 1];
-  PetscCall(
-    (fault->mesh.kind->sides == 3 ? FindTriangle : FindCell)(fault, n == 3 ? &number[1] : NULL, s, &inside, &several));
+  PetscCall(FindCell(fault, n == 3 ? &number[1] : NULL, s, &inside, &several));
   PetscCheck(inside, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-%sfault_stations has the point %s outside the fault, expected points in its cells; the centre of the "
              "nearest is at x = %g, y = %g, z = %g m",
