@@ -18,6 +18,20 @@ def place(text):
     return text if text in ("max", "mean") else float(text)
 
 
+def crossing(here, across, at):
+    """[2, n]: from where to where the line at `at` is in triangles with corners [3, n] in its direction and in the other one; ends that are equal
+    where it is not."""
+    low, high = np.full(here.shape[1], np.inf), np.full(here.shape[1], -np.inf)
+    for k in range(3):
+        begin, end = across[k], across[(k + 1) % 3]
+        share = (at - begin) / np.where(end == begin, np.inf, end - begin)
+        meets = (np.minimum(begin, end) <= at) & (at <= np.maximum(begin, end))
+        for point in (here[k] + share * (here[(k + 1) % 3] - here[k]), np.where(end == at, here[(k + 1) % 3], np.nan)):
+            low, high = (np.where(meets, fold(bound, point), bound) for fold, bound in ((np.fmin, low), (np.fmax, high)))
+    none = ~(high - low > SLIVER * np.ptp(here, axis=0))
+    return np.where(none, 0.0, np.stack([low, high]))
+
+
 class Line:
     """Intervals along strike, or down dip, and the cells of one plane on each.
 
@@ -30,6 +44,11 @@ class Line:
         here, across = self.axes_of(plane, along)
         low, high = across.min(), across.max()
         self.at = 0.5 * (low + high) if at is None else at
+        if len(here) == 3:
+            if not isinstance(self.at, float):
+                raise OutputError(f"--at is {self.at}, which is known of rectangles only; expected a number of km on a fault of triangles")
+            here = crossing(here, across, self.at)
+            across = np.where(here[1] > here[0], [[low], [high]], np.nan)
         edge = np.unique(across)
         if at is None and np.abs(edge - self.at).min() < 10.0 ** -DIGITS:
             self.at = float(edge[np.abs(edge - self.at).argmin()])
@@ -87,7 +106,7 @@ def lines_of(run, along, at):
     planes = planes_of(run)
     if isinstance(at, float):
         across = [Line.axes_of(plane, along)[1] for plane in planes]
-        there = [plane for plane, (low, high) in zip(planes, across) if low.min() <= at <= high.max()]
+        there = [plane for plane, ends in zip(planes, across) if ends.min() <= at <= ends.max()]
         planes = there or planes
     return [Line(plane, along, at) for plane in planes]
 

@@ -17,8 +17,8 @@ from plot_catalogue import hypocentres
 from slipstep_cells import corners_of, free_edges, free_sides
 from slipstep_events import Events
 from slipstep_fields import Fields
-from slipstep_maps import frames_of, planes_of
-from slipstep_output import Run
+from slipstep_maps import Plane, frames_of, planes_of
+from slipstep_output import OutputError, Run
 from slipstep_snapshots import Layout
 from slipstep_spacetime import Line, lines_of
 from slipstep_unroll import overlap, unroll
@@ -282,6 +282,21 @@ class Views(PictureTest):
         to = at - polygons
         turn = sides[..., 0] * to[..., 1] - sides[..., 1] * to[..., 0]
         return (turn > 0).all(axis=1) | (turn < 0).all(axis=1)
+
+    def test_lines_cross_triangles(self):
+        """Squares of 1 km, each of two triangles: a line a quarter down the first row is three quarters of each square in the one and a quarter in the other;
+        one down dip likewise; one on an edge between rows has the sides of the squares."""
+        corner = np.array([[[i, 0], [i + 1, 0], [i, 1]] if k else [[i + 1, 0], [i + 1, 1], [i, 1]] for i in range(3) for k in (1, 0)], float)
+        corner = np.concatenate([corner, corner + [0, 1]])
+        flat = Plane(*np.moveaxis(corner, -1, 0).swapaxes(1, 2), cells=np.arange(12))
+        for at, want in ((0.25, [0, 0.75, 1, 1.75, 2, 2.75, 3]), (1.0, [0, 1, 2, 3])):
+            line = Line(flat, "strike", at)
+            np.testing.assert_allclose(line.edges, want, atol=1e-9)
+            if at == 0.25:
+                np.testing.assert_array_equal(line.values(np.arange(12.0)[None]), [[0, 1, 2, 3, 4, 5]])
+        np.testing.assert_allclose(Line(flat, "dip", 0.25).edges, [0, 0.75, 1, 1.75, 2], atol=1e-9)
+        with self.assertRaisesRegex(OutputError, "--at is max"):
+            Line(flat, "strike", "max")
 
     def test_triangles(self):
         """Two rows of triangles that bend: pieces fill them, and their rim is the four sides, the upper one thick. Areas are of sums of at most 100
