@@ -14,7 +14,7 @@ typedef struct {
   SlipKernel kernel;                    /* of K_ij, the stress drop on cell i for unit slip on cell j */
   const PetscInt *order;  /* cell of each row of the stiffness [n]; NULL: cell i is row i, shares by PETSC_DECIDE */
   PetscInt nlocal;        /* rows of this process, where there is an order */
-  const PetscReal *edges; /* of averages: MatCreateSlipCellStiffness() fills it in its own copy */
+  const PetscReal *edges; /* of averages: the creators of stiffnesses fill it in their own copies */
   const PetscReal *directions; /* [n][3][3] of triangles, likewise */
   const PetscInt *number;      /* of each cell in messages [n]; NULL: from 0 */
   /* Of triangles [n][3][3], north, east and down [m]; NULL: rectangles. The centres are centroids, length * width the area, and dips of
@@ -40,7 +40,11 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const Slip
    weighted. The kernel has a row of normal stress; type and tolerance as above. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
                                                              PetscReal tolerance, Mat *Kn);
-/* The weights A_i / mean(A) of such a stiffness, or NULL when all are 1; borrowed. */
+/* Slip and shear traction as vectors along strike and up dip of each cell (its rake does not count): rows and columns 2 i and 2 i + 1
+   are those of cell i's row. S: symmetric, area weighted, 2 N x 2 N [Pa/m]; Kn (NULL: not wanted): compression, N x 2 N, not weighted. */
+PETSC_EXTERN PetscErrorCode MatCreateSlipCellVectorStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
+                                                             PetscReal tolerance, Mat *S, Mat *Kn);
+/* The weights A_i / mean(A) of the rows of such a stiffness, or NULL when all are 1; borrowed. */
 PETSC_EXTERN PetscErrorCode MatSlipGetWeights(Mat S, Vec *weights);
 
 /* For a viscosity applied by Lanczos' method: relative tolerance of its products; others ignore it. */

@@ -67,7 +67,7 @@ typedef struct {
    shear components before its normal stress, positive where slip compresses, for unit slip on the source. */
 struct _SlipKernelType {
   const char *name;
-  PetscInt components;  /* of slip and of shear stress; operators take 1 */
+  PetscInt components;  /* of slip and of shear stress: 1 along the cells' rakes, or 2, along strike and up dip */
   PetscInt normals;     /* rows of normal stress: 0, or 1 where it changes by slip */
   PetscInt symmetry[2]; /* SlipKernelSymmetry, added: below the free surface, in a full space */
   /* at the receiver's centre */
@@ -92,8 +92,9 @@ struct _SlipKernelType {
   /* centre() of n pairs, where many at once take less time than one by one; NULL: they do not */
   void (*centres)(const SlipKernel *kernel, PetscInt n, const SlipCell receiver[], const SlipCell source[],
                   PetscReal block[]);
-  /* As edge(), of triangles: of the side from vertex k to the next one. NULL: nothing. */
-  PetscReal (*side)(const SlipKernel *kernel, const SlipCell *cell, PetscInt k, PetscReal share, PetscReal ratio);
+  /* As edge(), of triangles: of the side from vertex k to the next one, [components][components]. NULL: nothing. */
+  void (*side)(const SlipKernel *kernel, const SlipCell *cell, PetscInt k, PetscReal share, PetscReal ratio,
+               PetscReal block[]);
 };
 /* Slip along strike on rectangles of parallel vertical planes, by the functions above. */
 PETSC_EXTERN const SlipKernelType SlipKernelStrikeSlip;
@@ -101,6 +102,9 @@ PETSC_EXTERN const SlipKernelType SlipKernelStrikeSlip;
 PETSC_EXTERN const SlipKernelType SlipKernelDipping;
 /* The same on triangles. */
 PETSC_EXTERN const SlipKernelType SlipKernelTriangle;
+/* Slip as a vector along strike and up dip on either, whatever their rakes: shear stress along both, and normal stress. */
+PETSC_EXTERN const SlipKernelType SlipKernelDippingVector;
+PETSC_EXTERN const SlipKernelType SlipKernelTriangleVector;
 PETSC_EXTERN PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *kernel);
 /* The block [Pa/m] of a kernel that SlipKernelCheck() accepts. */
 static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source,

@@ -247,32 +247,32 @@ static void Place(const SlipDipping *s, const SlipPlatePoints *ground, PetscInt 
   p->move[k] = SLIP_AT_EDGE * p->rounding[k] * ty;
 }
 
-/* 2 (1 - 2 nu) sin(dip) (b_x X_xy - b_y X_xx), its derivatives or theirs */
-static void Rest(const SlipDipping *const source[], const SlipPlatePoints *p, PetscBool gradient,
+/* 2 (1 - 2 nu) sin(dip) (b_x X_xy - b_y X_xx), its derivatives or theirs, at n points */
+static void Rest(const SlipDipping *const source[], PetscInt n, const SlipLogPotential *f, PetscBool gradient,
                  PetscReal rest[6][SLIP_LANES])
 {
-  SlipLogPotential f;
-
-  SlipLogPotential_Private(p, gradient, &f);
-  for (PetscInt k = 0; k < p->n; k++) {
+  for (PetscInt k = 0; k < n; k++) {
     const SlipDipping *s = source[k];
     const PetscReal surface = 2 * s->rest * s->slope[1], by = s->b[1] * s->slope[0] + s->b[2] * s->slope[1];
 
-    for (int d = 0; d < 3 && !gradient; d++) rest[d][k] = surface * (s->b[0] * f.across[d][k] - by * f.along[d][k]);
+    for (int d = 0; d < 3 && !gradient; d++) rest[d][k] = surface * (s->b[0] * f->across[d][k] - by * f->along[d][k]);
     for (int d = 0; d < 6 && gradient; d++)
-      rest[d][k] = surface * (s->b[0] * f.across_second[d][k] - by * f.along_second[d][k]);
+      rest[d][k] = surface * (s->b[0] * f->across_second[d][k] - by * f->along_second[d][k]);
   }
 }
 
 /*
-  SlipDippingFields_Private - 4 pi times the displacement or its gradient at some points
+  SlipDippingFields_Private - 4 pi times the displacement or its gradient at some points, by each of some slips on the same
+  rectangles: what depends on the rectangles alone is computed once
 */
-void SlipDippingFields_Private(const SlipDipping *const source[], SlipPlatePoints *ground, PetscBool gradient,
-                               PetscReal out[])
+void SlipDippingFields_Private(PetscInt slips, const SlipDipping *const *const of[], SlipPlatePoints *ground,
+                               PetscBool gradient, PetscReal *const out[])
 {
+  const SlipDipping *const *const source = of[0];
   const PetscInt lowest = gradient ? 2 : 1;
   PetscReal rest[6][SLIP_LANES];
   SlipPlatePoints p;
+  SlipLogPotential f;
   SlipPotential v;
 
   for (PetscInt k = 0; k < ground->n; k++) {
@@ -288,8 +288,11 @@ void SlipDippingFields_Private(const SlipDipping *const source[], SlipPlatePoint
 
     for (PetscInt k = 0; k < p.n; k++) Place(source[k], ground, k, (PetscBool)image, gradient, &p);
     SlipPotential_Private(&p, lowest, image ? lowest + 2 : 3, &v);
-    if (surface) Rest(source, &p, gradient, rest);
-    SlipDippingAdd_Private(source, p.n, p.q, ground->q, &v, surface ? (const PetscReal(*)[SLIP_LANES])rest : NULL,
-                           (PetscBool)image, gradient, out);
+    if (surface) SlipLogPotential_Private(&p, gradient, &f);
+    for (PetscInt s = 0; s < slips; s++) {
+      if (surface) Rest(of[s], p.n, &f, gradient, rest);
+      SlipDippingAdd_Private(of[s], p.n, p.q, ground->q, &v, surface ? (const PetscReal(*)[SLIP_LANES])rest : NULL,
+                             (PetscBool)image, gradient, out[s]);
+    }
   }
 }

@@ -77,7 +77,7 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
                                              const PetscReal points[], PetscReal out[])
 {
   const PetscInt size = gradient ? 9 : 3;
-  const SlipDipping *all[SLIP_LANES];
+  const SlipDipping *all[SLIP_LANES], *const *const of[1] = {all};
   PetscReal strike[2];
   SlipDipping s;
 
@@ -87,10 +87,11 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
   DippingOf(nu, full_space, source, slip, &s);
   for (PetscInt k = 0; k < SLIP_LANES; k++) all[k] = &s;
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
+    PetscReal *const at[1] = {out + size * first};
     SlipPlatePoints p;
 
     PetscCall(PointsOf(&s, source, strike, PetscMin(SLIP_LANES, n - first), points + 3 * first, &p));
-    SlipDippingFields_Private(all, &p, gradient, out + size * first);
+    SlipDippingFields_Private(1, of, &p, gradient, at);
     for (PetscInt k = first; k < first + p.n; k++) SlipTurnOut(strike, gradient, out + size * k);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -218,18 +219,20 @@ PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space
 
 /*
   SlipDippingTractions_Private - traction [n][3], along the rake, across it and normal, at the centre of each receiver by slip
-  along the rake of its own source. Cells are not checked: those of a mesh are when it is taken.
+  along the rake of its own source; of vectors [n][2][3], along strike, up dip and normal, by slip along strike and up dip. Cells
+  are not checked: those of a mesh are when it is taken.
 */
-void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
+void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscBool vector, PetscInt n,
                                   const SlipCell receiver[], const SlipCell source[], PetscReal traction[])
 {
+  const PetscInt slips = vector ? 2 : 1;
   PetscReal strike[2] = {1, 0}, rake[2] = {1, 0}, directions[9];
 
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
     const PetscInt count = PetscMin(SLIP_LANES, n - first);
-    const SlipDipping *all[SLIP_LANES];
-    PetscReal turn[SLIP_LANES][2], gradient[9 * SLIP_LANES], stress[6];
-    SlipDipping lane[SLIP_LANES];
+    const SlipDipping *all[2][SLIP_LANES], *const *const of[2] = {all[0], all[1]};
+    PetscReal turn[SLIP_LANES][2], gradient[2][9 * SLIP_LANES], *const out[2] = {gradient[0], gradient[1]}, stress[6];
+    SlipDipping lane[SLIP_LANES], up[SLIP_LANES];
     SlipPlatePoints p;
 
     p.n = count;
@@ -241,7 +244,7 @@ void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_spac
 
       if (!again || s->rectangle.strike != s[-1].rectangle.strike)
         SlipDegrees(s->rectangle.strike, &strike[1], &strike[0]);
-      if (!again || s->rake != s[-1].rake) SlipDegrees(s->rake, &rake[1], &rake[0]);
+      if (!vector && (!again || s->rake != s[-1].rake)) SlipDegrees(s->rake, &rake[1], &rake[0]);
       if (k && s->rectangle.dip == s[-1].rectangle.dip) {
         lane[k] = lane[k - 1];
         lane[k].depth = s->rectangle.z;
@@ -251,21 +254,29 @@ void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_spac
         DippingOf(nu, full_space, &s->rectangle, slip, &lane[k]);
       lane[k].b[0] = rake[0];
       lane[k].b[1] = rake[1];
-      all[k] = &lane[k];
+      all[0][k] = &lane[k];
+      if (vector) {
+        up[k] = lane[k];
+        up[k].b[0] = 0;
+        up[k].b[1] = 1;
+        all[1][k] = &up[k];
+      }
       turn[k][0] = strike[0];
       turn[k][1] = strike[1];
       PointOf(full_space, &s->rectangle, strike, at, k, &p);
     }
-    SlipDippingFields_Private(all, &p, PETSC_TRUE, gradient);
+    SlipDippingFields_Private(slips, of, &p, PETSC_TRUE, out);
     for (PetscInt k = 0; k < count; k++) {
       const SlipCell *r = receiver + first + k;
 
-      if (!(first + k) || r->rake != r[-1].rake || r->rectangle.strike != r[-1].rectangle.strike ||
+      if (!(first + k) || (!vector && r->rake != r[-1].rake) || r->rectangle.strike != r[-1].rectangle.strike ||
           r->rectangle.dip != r[-1].rectangle.dip)
-        SlipPlaneDirections(r->rectangle.strike, r->rectangle.dip, r->rake, directions);
-      SlipTurnOut(turn[k], PETSC_TRUE, gradient + 9 * k);
-      SlipStressOf(G, nu, gradient + 9 * k, stress);
-      SlipStressTraction(1, stress, directions, traction + 3 * (first + k));
+        SlipPlaneDirections(r->rectangle.strike, r->rectangle.dip, vector ? 0 : r->rake, directions);
+      for (PetscInt s = 0; s < slips; s++) {
+        SlipTurnOut(turn[k], PETSC_TRUE, gradient[s] + 9 * k);
+        SlipStressOf(G, nu, gradient[s] + 9 * k, stress);
+        SlipStressTraction(1, stress, directions, traction + 3 * (slips * (first + k) + s));
+      }
     }
   }
 }

@@ -17,11 +17,11 @@
 - kernel - the kernel
 
   Errors: PETSC_ERR_ARG_NULL without a type, PETSC_ERR_ARG_OUTOFRANGE for elastic constants out of range, PETSC_ERR_SUP
-  for more than one component of slip or row of normal stress, and averages that the type does not know
+  for more than two components of slip or one row of normal stress, and averages that the type does not know
 
   Level: developer
 
-.seealso: SlipKernelBlock(), MatCreateSlipStiffness(), MatCreateSlipCellStiffness()
+.seealso: SlipKernelBlock(), MatCreateSlipStiffness(), MatCreateSlipCellStiffness(), MatCreateSlipCellVectorStiffness()
 @*/
 PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *k)
 {
@@ -32,12 +32,25 @@ PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *k)
              "Shear modulus must be positive and finite, not %g Pa", (double)k->shear_modulus);
   PetscCheck(k->poisson_ratio > -1 && k->poisson_ratio < 0.5, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Poisson's ratio must lie in (-1, 0.5), not %g", (double)k->poisson_ratio);
-  PetscCheck(k->type->components == 1 && k->type->normals >= 0 && k->type->normals <= 1, comm, PETSC_ERR_SUP,
+  PetscCheck(k->type->components >= 1 && k->type->components <= 2 && k->type->normals >= 0 && k->type->normals <= 1,
+             comm, PETSC_ERR_SUP,
              "Kernel \"%s\" has %" PetscInt_FMT " components of slip and %" PetscInt_FMT
-             " rows of normal stress, expected 1 and at most 1",
+             " rows of normal stress, expected 1 or 2 and at most 1",
              k->type->name, k->type->components, k->type->normals);
   PetscCheck(k->average == SLIP_AVERAGE_CENTRE || k->type->average, comm, PETSC_ERR_SUP,
              "Kernel \"%s\" knows no average over a cell, expected SLIP_AVERAGE_CENTRE", k->type->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* For creators of operators: a kernel that SlipKernelCheck() accepts must have so many components of slip. */
+PetscErrorCode SlipKernelCheckComponents(MPI_Comm comm, const SlipKernel *k, PetscInt components)
+{
+  PetscFunctionBegin;
+  PetscCheck(k->type->components == components, comm, PETSC_ERR_SUP,
+             "Kernel \"%s\" has %" PetscInt_FMT " components of slip, expected %" PetscInt_FMT ": %s", k->type->name,
+             k->type->components, components,
+             components == 1 ? "vectors of slip are for MatCreateSlipCellVectorStiffness() and its sister of grids"
+                             : "take one for vectors of slip, such as SlipKernelDippingVector");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,8 +142,8 @@ static void Centres_Dipping(const SlipKernel *k, PetscInt n, const SlipCell rece
     const PetscInt count = PetscMin(SLIP_LANES, n - first);
     PetscReal traction[3 * SLIP_LANES];
 
-    SlipDippingTractions_Private(k->shear_modulus, k->poisson_ratio, k->full_space, count, receiver + first,
-                                 source + first, traction);
+    SlipDippingTractions_Private(k->shear_modulus, k->poisson_ratio, k->full_space, PETSC_FALSE, count,
+                                 receiver + first, source + first, traction);
     for (PetscInt i = 0; i < count; i++) {
       block[2 * (first + i)] = traction[3 * i];
       block[2 * (first + i) + 1] = traction[3 * i + 2];
@@ -147,10 +160,48 @@ const SlipKernelType SlipKernelDipping = {
   .centres = Centres_Dipping,
 };
 
-static void CellOf(const SlipCell *c, SlipTriangleCell *cell)
+/* Tractions [n][slip][3] as blocks [n][3][slip] */
+static void Transpose(PetscInt n, const PetscReal traction[], PetscReal block[])
+{
+  for (PetscInt k = 0; k < n; k++)
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 2; j++) block[6 * k + 2 * i + j] = traction[6 * k + 3 * j + i];
+}
+
+static void Centres_DippingVector(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
+                                  PetscReal block[])
+{
+  for (PetscInt first = 0; first < n; first += SLIP_LANES) {
+    const PetscInt count = PetscMin(SLIP_LANES, n - first);
+    PetscReal traction[6 * SLIP_LANES];
+
+    SlipDippingTractions_Private(k->shear_modulus, k->poisson_ratio, k->full_space, PETSC_TRUE, count, receiver + first,
+                                 source + first, traction);
+    Transpose(count, traction, block + 6 * first);
+  }
+}
+
+static void Centre_DippingVector(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source,
+                                 PetscReal block[])
+{
+  Centres_DippingVector(k, 1, receiver, source, block);
+}
+
+const SlipKernelType SlipKernelDippingVector = {
+  .name = "dipping_vector",
+  .components = 2,
+  .normals = 1,
+  .centre = Centre_DippingVector,
+  .plane = Plane_Dipping,
+  .centres = Centres_DippingVector,
+};
+
+/* vector: with the directions of rake 0 */
+static void CellOf(const SlipCell *c, PetscBool vector, SlipTriangleCell *cell)
 {
   for (int k = 0; k < 9; k++) cell->vertices[k] = c->vertices[k];
-  if (!c->directions) SlipPlaneDirections(c->rectangle.strike, c->rectangle.dip, c->rake, cell->directions);
+  if (!c->directions)
+    SlipPlaneDirections(c->rectangle.strike, c->rectangle.dip, vector ? 0 : c->rake, cell->directions);
   for (int k = 0; k < 9 && c->directions; k++) cell->directions[k] = c->directions[k];
 }
 
@@ -161,22 +212,27 @@ static PetscBool Same(const SlipCell *a, const SlipCell *b)
 }
 
 /* Pairs in a row that share their source take less, as SlipTriangleTractions() knows it by its address. */
-static void Centres_Triangle(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
-                             PetscReal block[])
+static void TrianglePairs(const SlipKernel *k, PetscBool vector, PetscInt n, const SlipCell receiver[],
+                          const SlipCell source[], PetscReal block[])
 {
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
     const PetscInt count = PetscMin(SLIP_LANES, n - first);
     SlipTriangleCell cell[2 * SLIP_LANES];
     const SlipTriangleCell *r[SLIP_LANES], *s[SLIP_LANES];
-    PetscReal traction[3 * SLIP_LANES];
+    PetscReal traction[6 * SLIP_LANES];
 
     for (PetscInt i = 0; i < count; i++) {
       const SlipCell *p = receiver + first + i, *q = source + first + i;
 
       r[i] = i > 0 && Same(p, p - 1) ? r[i - 1] : &cell[2 * i];
       s[i] = i > 0 && Same(q, q - 1) ? s[i - 1] : &cell[2 * i + 1];
-      if (r[i] == &cell[2 * i]) CellOf(p, &cell[2 * i]);
-      if (s[i] == &cell[2 * i + 1]) CellOf(q, &cell[2 * i + 1]);
+      if (r[i] == &cell[2 * i]) CellOf(p, vector, &cell[2 * i]);
+      if (s[i] == &cell[2 * i + 1]) CellOf(q, vector, &cell[2 * i + 1]);
+    }
+    if (vector) {
+      SlipTriangleVectorTractions(k->shear_modulus, k->poisson_ratio, k->full_space, count, r, s, traction);
+      Transpose(count, traction, block + 6 * first);
+      continue;
     }
     SlipTriangleTractions(k->shear_modulus, k->poisson_ratio, k->full_space, count, r, s, traction);
     for (PetscInt i = 0; i < count; i++) {
@@ -184,6 +240,12 @@ static void Centres_Triangle(const SlipKernel *k, PetscInt n, const SlipCell rec
       block[2 * (first + i) + 1] = traction[3 * i + 2];
     }
   }
+}
+
+static void Centres_Triangle(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
+                             PetscReal block[])
+{
+  TrianglePairs(k, PETSC_FALSE, n, receiver, source, block);
 }
 
 static void Centre_Triangle(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
@@ -196,18 +258,18 @@ static void Average_Triangle(const SlipKernel *k, const SlipCell *receiver, cons
 {
   SlipTriangleCell r, s;
 
-  CellOf(receiver, &r);
-  CellOf(source, &s);
+  CellOf(receiver, PETSC_FALSE, &r);
+  CellOf(source, PETSC_FALSE, &s);
   SlipTriangleAverage(k->shear_modulus, k->poisson_ratio, k->full_space, &r, &s, SlipAverageCore(k->average), block);
 }
 
-static PetscReal Side_Triangle(const SlipKernel *k, const SlipCell *cell, PetscInt side, PetscReal share,
-                               PetscReal ratio)
+static void Side_Triangle(const SlipKernel *k, const SlipCell *cell, PetscInt side, PetscReal share, PetscReal ratio,
+                          PetscReal block[])
 {
   SlipTriangleCell c;
 
-  CellOf(cell, &c);
-  return SlipTriangleAverageEdge(k->shear_modulus, k->poisson_ratio, &c, side, share, ratio);
+  CellOf(cell, PETSC_FALSE, &c);
+  block[0] = SlipTriangleAverageEdge(k->shear_modulus, k->poisson_ratio, &c, side, share, ratio);
 }
 
 const SlipKernelType SlipKernelTriangle = {
@@ -218,4 +280,46 @@ const SlipKernelType SlipKernelTriangle = {
   .average = Average_Triangle,
   .centres = Centres_Triangle,
   .side = Side_Triangle,
+};
+
+static void Centres_TriangleVector(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
+                                   PetscReal block[])
+{
+  TrianglePairs(k, PETSC_TRUE, n, receiver, source, block);
+}
+
+static void Centre_TriangleVector(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source,
+                                  PetscReal block[])
+{
+  TrianglePairs(k, PETSC_TRUE, 1, receiver, source, block);
+}
+
+static void Average_TriangleVector(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source,
+                                   PetscReal block[])
+{
+  SlipTriangleCell r, s;
+
+  CellOf(receiver, PETSC_TRUE, &r);
+  CellOf(source, PETSC_TRUE, &s);
+  SlipTriangleVectorAverage(k->shear_modulus, k->poisson_ratio, k->full_space, &r, &s, SlipAverageCore(k->average),
+                            block);
+}
+
+static void Side_TriangleVector(const SlipKernel *k, const SlipCell *cell, PetscInt side, PetscReal share,
+                                PetscReal ratio, PetscReal block[])
+{
+  SlipTriangleCell c;
+
+  CellOf(cell, PETSC_TRUE, &c);
+  SlipTriangleVectorAverageEdge(k->shear_modulus, k->poisson_ratio, &c, side, share, ratio, block);
+}
+
+const SlipKernelType SlipKernelTriangleVector = {
+  .name = "triangle_vector",
+  .components = 2,
+  .normals = 1,
+  .centre = Centre_TriangleVector,
+  .average = Average_TriangleVector,
+  .centres = Centres_TriangleVector,
+  .side = Side_TriangleVector,
 };

@@ -87,13 +87,10 @@ void SlipTrianglePointOf_Private(const SlipTriangle *s, const PetscReal at[3], P
 /* A triangle as one of the points sees it */
 static void Lane(const SlipTriangle *s, PetscInt k, SlipTriangleEdges *e)
 {
-  const SlipDipping *plane = &s->plane;
-  const PetscReal ty = plane->slope[0], tz = plane->slope[1];
+  const PetscReal ty = s->plane.slope[0], tz = s->plane.slope[1];
 
   e->ty[k] = ty;
   e->tz[k] = tz;
-  e->bx[k] = plane->b[0];
-  e->by[k] = plane->b[1] * ty + plane->b[2] * tz;
   for (int i = 0; i < 3; i++) {
     const PetscReal y = s->up[i] * ty, z = s->up[i] * tz, flat = PetscSqrtReal(s->along[i] * s->along[i] + y * y);
 
@@ -135,12 +132,21 @@ static void Place(const SlipTriangle *const source[], const SlipTriangleEdges *e
   }
 }
 
-/*
-  SlipTriangleFields_Private - 4 pi times the displacement or its gradient at some points
-*/
-void SlipTriangleFields_Private(const SlipTriangle *const source[], SlipTrianglePoints *ground, PetscBool gradient,
-                                PetscReal out[])
+/* The slip on a triangle, horizontally */
+static void Slip(const SlipDipping *plane, PetscInt k, SlipTriangleEdges *e)
 {
+  e->bx[k] = plane->b[0];
+  e->by[k] = plane->b[1] * plane->slope[0] + plane->b[2] * plane->slope[1];
+}
+
+/*
+  SlipTriangleFields_Private - 4 pi times the displacement or its gradient at some points, by each of some slips on the same
+  triangles: what depends on the triangles alone is computed once
+*/
+void SlipTriangleFields_Private(PetscInt slips, const SlipTriangle *const *const of[], SlipTrianglePoints *ground,
+                                PetscBool gradient, PetscReal *const out[])
+{
+  const SlipTriangle *const *const source = of[0];
   const PetscInt lowest = gradient ? 2 : 1;
   const SlipDipping *plane[SLIP_LANES];
   PetscReal rest[6][SLIP_LANES];
@@ -148,22 +154,26 @@ void SlipTriangleFields_Private(const SlipTriangle *const source[], SlipTriangle
   SlipTriangleEdges e;
   SlipPotential v;
 
-  for (PetscInt k = 0; k == 0 || k < p.n; k++) {
-    plane[k] = &source[k]->plane;
-    Lane(source[k], k, &e);
-  }
-  for (PetscInt k = 0; source[0]->image_only && k < (gradient ? 9 : 3) * p.n; k++) out[k] = 0;
-  for (int image = source[0]->image_only ? 1 : 0; image < (plane[0]->full_space ? 1 : 2); image++) {
-    const PetscBool surface = (PetscBool)(image && plane[0]->rest != 0);
+  for (PetscInt k = 0; k == 0 || k < p.n; k++) Lane(source[k], k, &e);
+  for (PetscInt s = 0; s < slips && source[0]->image_only; s++)
+    for (PetscInt k = 0; k < (gradient ? 9 : 3) * p.n; k++) out[s][k] = 0;
+  for (int image = source[0]->image_only ? 1 : 0; image < (source[0]->plane.full_space ? 1 : 2); image++) {
+    const PetscBool surface = (PetscBool)(image && source[0]->plane.rest != 0);
 
     Place(source, &e, ground, (PetscBool)image, gradient, &p);
     SlipTrianglePotential_Private(&e, &p, lowest, image ? lowest + 2 : 3, &v);
-    if (surface) {
-      SlipTriangleLog_Private(&e, &p, gradient, rest);
-      for (int d = 0; d < (gradient ? 6 : 3); d++)
-        for (PetscInt k = 0; k < p.n; k++) rest[d][k] *= -2 * plane[k]->rest;
+    for (PetscInt s = 0; s < slips; s++) {
+      for (PetscInt k = 0; k < p.n; k++) {
+        plane[k] = &of[s][k]->plane;
+        Slip(plane[k], k, &e);
+      }
+      if (surface) {
+        SlipTriangleLog_Private(&e, &p, gradient, rest);
+        for (int d = 0; d < (gradient ? 6 : 3); d++)
+          for (PetscInt k = 0; k < p.n; k++) rest[d][k] *= -2 * plane[k]->rest;
+      }
+      SlipDippingAdd_Private(plane, p.n, p.q, ground->q, &v, surface ? (const PetscReal(*)[SLIP_LANES])rest : NULL,
+                             (PetscBool)image, gradient, out[s]);
     }
-    SlipDippingAdd_Private(plane, p.n, p.q, ground->q, &v, surface ? (const PetscReal(*)[SLIP_LANES])rest : NULL,
-                           (PetscBool)image, gradient, out);
   }
 }

@@ -46,7 +46,7 @@ static const PetscReal Node[MOST_NODES - NODES_FROM + 1][2][MOST_NODES] = {
 typedef struct {
   PetscReal vertices[9], normal[3];
   PetscInt n; /* slips */
-  PetscReal slip[2][3];
+  PetscReal slip[3][3];
   SlipTriangleLoop loop;
   PetscReal middle[3], radius;
   PetscBool trace; /* an edge on the ground */
@@ -57,16 +57,17 @@ typedef struct {
 typedef struct {
   const Side *receiver;
   SlipTriangle source[2];
-  PetscReal slip[2][2][3]; /* of those */
+  PetscReal slip[2][3][3]; /* of those */
   PetscInt nsources, nslips, n;
   PetscReal nu;
-  PetscReal at[SLIP_LANES][3], weight[SLIP_LANES], sum[4]; /* [receiver's slips][source's] */
+  PetscReal at[SLIP_LANES][3], weight[SLIP_LANES], sum[6]; /* [receiver's slips][source's] */
   PetscReal line[3][2][3]; /* images of the other one's edges, lines where they are infinite */
   PetscInt nlines;
   PetscReal touch;
 } Integral;
 
-static void SideOf(const SlipTriangleCell *cell, PetscInt n, PetscBool full_space, Side *s)
+/* direction [n]: of the cell's, those along which it slips */
+static void SideOf(const SlipTriangleCell *cell, PetscInt n, const PetscInt direction[], PetscBool full_space, Side *s)
 {
   const PetscReal *v = cell->vertices;
   PetscReal normal[3], square;
@@ -83,7 +84,7 @@ static void SideOf(const SlipTriangleCell *cell, PetscInt n, PetscBool full_spac
     for (int i = 0; i < 3; i++) s->loop.vertices[3 * k + i] = v[3 * from + i];
     for (int i = 0; i < 3; i++) s->vertices[3 * k + i] = v[3 * k + i];
     s->normal[k] = cell->directions[6 + k];
-    for (int i = 0; i < 2; i++) s->slip[i][k] = cell->directions[6 * i + k];
+    for (PetscInt i = 0; i < n; i++) s->slip[i][k] = cell->directions[3 * direction[i] + k];
     s->middle[k] = (v[k] + v[3 + k] + v[6 + k]) / 3;
     ground += !full_space && v[3 * k + 2] <= SLIP_TOUCH * s->loop.least;
   }
@@ -106,7 +107,7 @@ static void AddSource(Integral *w, const Side *s, PetscBool full_space, PetscBoo
   for (int i = 0; i < 9; i++) vertices[i] = (i % 3 == 2 ? down : 1) * s->vertices[i];
   SlipTriangleOf_Private(w->nu, full_space, vertices, normal, &w->source[j]);
   w->nslips = s->n;
-  for (int i = 0; i < 6; i++) w->slip[j][i / 3][i % 3] = s->slip[i / 3][i % 3];
+  for (PetscInt i = 0; i < 3 * s->n; i++) w->slip[j][i / 3][i % 3] = s->slip[i / 3][i % 3];
 }
 
 /* The points that have been collected: minus their traction along the receiver's slips */
@@ -114,22 +115,24 @@ static void Flush(Integral *w)
 {
   const PetscReal *normal = w->receiver->normal;
 
-  for (PetscInt j = 0; j < w->nsources && w->n; j++)
-    for (PetscInt m = 0; m < w->nslips; m++) {
-      const SlipTriangle *all[SLIP_LANES];
-      PetscReal gradient[9 * SLIP_LANES], s[6];
-      SlipTrianglePoints p;
+  for (PetscInt j = 0; j < w->nsources && w->n; j++) {
+    const SlipTriangle *all[3][SLIP_LANES], *const *const of[3] = {all[0], all[1], all[2]};
+    PetscReal gradient[3][9 * SLIP_LANES], *const out[3] = {gradient[0], gradient[1], gradient[2]}, s[6];
+    SlipTriangle source[3];
+    SlipTrianglePoints p;
 
-      SlipTriangleSetSlip_Private(&w->source[j], w->slip[j][m]);
-      p.n = w->n;
+    p.n = w->n;
+    for (PetscInt m = 0; m < w->nslips; m++) {
+      source[m] = w->source[j];
+      SlipTriangleSetSlip_Private(&source[m], w->slip[j][m]);
+      for (PetscInt k = 0; k < w->n; k++) all[m][k] = &source[m];
+    }
+    for (PetscInt k = 0; k < w->n; k++) SlipTrianglePointOf_Private(all[0][k], w->at[k], k, &p);
+    SlipTriangleFields_Private(w->nslips, of, &p, PETSC_TRUE, out);
+    for (PetscInt m = 0; m < w->nslips; m++)
       for (PetscInt k = 0; k < w->n; k++) {
-        all[k] = &w->source[j];
-        SlipTrianglePointOf_Private(all[k], w->at[k], k, &p);
-      }
-      SlipTriangleFields_Private(all, &p, PETSC_TRUE, gradient);
-      for (PetscInt k = 0; k < w->n; k++) {
-        SlipTurnOut(all[k]->strike, PETSC_TRUE, gradient + 9 * k);
-        SlipStressOf(1, w->nu, gradient + 9 * k, s);
+        SlipTurnOut(all[m][k]->strike, PETSC_TRUE, gradient[m] + 9 * k);
+        SlipStressOf(1, w->nu, gradient[m] + 9 * k, s);
         for (PetscInt l = 0; l < w->receiver->n; l++) {
           const PetscReal *a = w->receiver->slip[l];
 
@@ -139,7 +142,7 @@ static void Flush(Integral *w)
                                         a[2] * (s[4] * normal[0] + s[5] * normal[1] + s[2] * normal[2]));
         }
       }
-    }
+  }
   w->n = 0;
 }
 
@@ -318,7 +321,7 @@ static void Surface(PetscReal nu, const Side *small, const Side *large, PetscRea
   for (PetscInt k = 0; k < n; k++) force[k] += w.sum[k];
   if (both) {
     SlipTriangleLoop image = large->loop;
-    PetscReal mirrored[4];
+    PetscReal mirrored[6];
 
     for (int k = 0; k < 3; k++)
       for (int i = 0; i < 3; i++) image.vertices[3 * k + i] = (i == 2 ? -1 : 1) * large->loop.vertices[3 * (2 - k) + i];
@@ -338,7 +341,7 @@ static PetscBool Larger(const Side *a, const Side *b)
 
 /* The force, over G, [slips of the smaller one][slips of the larger one] */
 static void Force(PetscReal nu, PetscBool full_space, const Side *small, const Side *large, PetscReal core,
-                  PetscReal force[4])
+                  PetscReal force[6])
 {
   PetscReal apart[3], distance;
 
@@ -354,7 +357,7 @@ static void Force(PetscReal nu, PetscBool full_space, const Side *small, const S
     while (distance > Rule[k].distance * small->radius) k++;
     Leaf(&w, v, Rule[k].n);
     Flush(&w);
-    for (int i = 0; i < 4; i++) force[i] = w.sum[i];
+    for (int i = 0; i < 6; i++) force[i] = w.sum[i];
     return;
   }
   SlipTriangleLoops(nu, &small->loop, small->n, small->slip, &large->loop, large->n, large->slip, core, force);
@@ -370,16 +373,48 @@ static void Force(PetscReal nu, PetscBool full_space, const Side *small, const S
 void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const SlipTriangleCell *receiver,
                          const SlipTriangleCell *source, PetscReal core, PetscReal average[2])
 {
-  PetscReal force[4];
+  static const PetscInt directions[2] = {0, 2};
+  PetscReal force[6];
   Side to, from;
 
-  SideOf(receiver, 2, full_space, &to);
-  SideOf(source, 1, full_space, &from);
+  SideOf(receiver, 2, directions, full_space, &to);
+  SideOf(source, 1, directions, full_space, &from);
   if (Larger(&to, &from))
     Force(nu, full_space, &from, &to, core, force);
   else
     Force(nu, full_space, &to, &from, core, force);
   for (int i = 0; i < 2; i++) average[i] = G / to.loop.area * force[i];
+}
+
+/*
+  SlipTriangleVectorAverage - averages over the receiver of the stress drop along both of its directions in the plane and of
+  normal stress, for unit slip along either of the source's, [3][2]; core as above
+*/
+void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space, const SlipTriangleCell *receiver,
+                               const SlipTriangleCell *source, PetscReal core, PetscReal average[6])
+{
+  static const PetscInt directions[3] = {0, 1, 2};
+  PetscBool turned;
+  PetscReal force[6];
+  Side to, from;
+
+  SideOf(receiver, 3, directions, full_space, &to);
+  SideOf(source, 2, directions, full_space, &from);
+  turned = Larger(&to, &from);
+  Force(nu, full_space, turned ? &from : &to, turned ? &to : &from, core, force);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 2; j++) average[2 * i + j] = G / to.loop.area * force[turned ? 3 * j + i : 2 * i + j];
+}
+
+static SlipTriangleLoop LoopOf(const SlipTriangleCell *cell)
+{
+  SlipTriangleLoop loop;
+  PetscReal normal[3];
+
+  SlipTriangleNormal(cell->vertices, normal);
+  for (int i = 0; i < 9; i++) loop.vertices[i] = cell->vertices[i];
+  loop.area = 0.5 * PetscSqrtReal(SlipDot(normal, normal));
+  return loop;
 }
 
 /*
@@ -389,11 +424,23 @@ void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const 
 PetscReal SlipTriangleAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k, PetscReal share,
                                   PetscReal ratio)
 {
-  SlipTriangleLoop loop;
-  PetscReal normal[3];
+  const SlipTriangleLoop loop = LoopOf(cell);
+  const PetscReal *a = cell->directions;
 
-  SlipTriangleNormal(cell->vertices, normal);
-  for (int i = 0; i < 9; i++) loop.vertices[i] = cell->vertices[i];
-  loop.area = 0.5 * PetscSqrtReal(SlipDot(normal, normal));
-  return G / (4 * PETSC_PI * loop.area) * SlipTriangleLoopEdge(nu, &loop, cell->directions, k, share, ratio);
+  return G / (4 * PETSC_PI * loop.area) * SlipTriangleLoopEdge(nu, &loop, a, a, k, share, ratio);
+}
+
+/*
+  SlipTriangleVectorAverageEdge - the same along both directions in the plane, [2][2]
+*/
+void SlipTriangleVectorAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k, PetscReal share,
+                                   PetscReal ratio, PetscReal edge[4])
+{
+  const SlipTriangleLoop loop = LoopOf(cell);
+  const PetscReal *d = cell->directions;
+
+  for (int i = 0; i < 2; i++)
+    for (int j = 0; j < 2; j++)
+      edge[2 * i + j] =
+        G / (4 * PETSC_PI * loop.area) * SlipTriangleLoopEdge(nu, &loop, d + 3 * i, d + 3 * j, k, share, ratio);
 }

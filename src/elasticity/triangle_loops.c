@@ -192,15 +192,16 @@ void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, con
 }
 
 /*
-  SlipTriangleLoopEdge - what 4 pi/G times a triangle's own force changes by where an edge has ratio times the core
+  SlipTriangleLoopEdge - what 4 pi/G times a triangle's own force along a by slip b changes by where an edge has ratio times the core
   along share of it
 */
-PetscReal SlipTriangleLoopEdge(PetscReal nu, const SlipTriangleLoop *loop, const PetscReal slip[3], PetscInt edge,
-                               PetscReal share, PetscReal ratio)
+PetscReal SlipTriangleLoopEdge(PetscReal nu, const SlipTriangleLoop *loop, const PetscReal a[3], const PetscReal b[3],
+                               PetscInt edge, PetscReal share, PetscReal ratio)
 {
-  PetscReal d[3], length, u[3];
+  PetscReal d[3], length, u[3], v[3];
 
   Take(loop, (int)edge, d, &length);
-  SlipCross(slip, d, u);
-  return -2 * share * length * PetscLogReal(ratio) * (PetscSqr(SlipDot(slip, d)) + SlipDot(u, u) / (1 - nu));
+  SlipCross(a, d, u);
+  SlipCross(b, d, v);
+  return -2 * share * length * PetscLogReal(ratio) * (SlipDot(a, d) * SlipDot(b, d) + SlipDot(u, v) / (1 - nu));
 }

@@ -134,13 +134,14 @@ static PetscErrorCode SlipTriangleAll_Private(PetscReal nu, PetscBool full_space
                                               const PetscReal points[], PetscReal out[])
 {
   const PetscInt size = gradient ? 9 : 3;
-  const SlipTriangle *all[SLIP_LANES];
+  const SlipTriangle *all[SLIP_LANES], *const *const of[1] = {all};
   SlipTriangle s;
 
   PetscFunctionBegin;
   PetscCall(SlipTriangleCreate_Private(nu, full_space, vertices, slip, &s));
   for (PetscInt k = 0; k < SLIP_LANES; k++) all[k] = &s;
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
+    PetscReal *const to[1] = {out + size * first};
     SlipTrianglePoints p;
 
     p.n = PetscMin(SLIP_LANES, n - first);
@@ -151,7 +152,7 @@ static PetscErrorCode SlipTriangleAll_Private(PetscReal nu, PetscBool full_space
       PetscCheck(full_space || at[2] >= -p.rounding[k], PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
                  "A point lies %g m above the ground, expected below it", (double)-at[2]);
     }
-    SlipTriangleFields_Private(all, &p, gradient, out + size * first);
+    SlipTriangleFields_Private(1, of, &p, gradient, to);
     for (PetscInt k = first; k < first + p.n; k++) SlipTurnOut(s.strike, gradient, out + size * k);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -280,18 +281,16 @@ PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscBool full_spac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-  SlipTriangleTractions - traction [n][3] along the directions of each receiver, at its centroid, by unit slip along
-  the first direction of its own source
-*/
-void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
-                           const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
-                           PetscReal traction[])
+/* traction [n][slips][3] along the directions of each receiver, at its centroid, by unit slip along the first directions of its
+   own source */
+static void Tractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
+                      const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
+                      PetscReal traction[])
 {
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
-    const SlipTriangle *all[SLIP_LANES];
-    PetscReal gradient[9 * SLIP_LANES], stress[6];
-    SlipTriangle lane[SLIP_LANES];
+    const SlipTriangle *all[2][SLIP_LANES], *const *const of[2] = {all[0], all[1]};
+    PetscReal gradient[2][9 * SLIP_LANES], *const out[2] = {gradient[0], gradient[1]}, stress[6];
+    SlipTriangle lane[2][SLIP_LANES];
     SlipTrianglePoints p;
 
     p.n = PetscMin(SLIP_LANES, n - first);
@@ -300,20 +299,47 @@ void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, Pets
       const PetscReal *v = receiver[first + k]->vertices;
       const PetscReal at[3] = {(v[0] + v[3] + v[6]) / 3, (v[1] + v[4] + v[7]) / 3, (v[2] + v[5] + v[8]) / 3};
 
-      if (k && s == source[first + k - 1])
-        all[k] = all[k - 1];
-      else {
-        SlipTriangleOf_Private(nu, full_space, s->vertices, s->directions + 6, &lane[k]);
-        SlipTriangleSetSlip_Private(&lane[k], s->directions);
-        all[k] = &lane[k];
+      for (PetscInt m = 0; m < slips; m++) {
+        if (k && s == source[first + k - 1]) {
+          all[m][k] = all[m][k - 1];
+          continue;
+        }
+        if (m)
+          lane[m][k] = lane[0][k];
+        else
+          SlipTriangleOf_Private(nu, full_space, s->vertices, s->directions + 6, &lane[0][k]);
+        SlipTriangleSetSlip_Private(&lane[m][k], s->directions + 3 * m);
+        all[m][k] = &lane[m][k];
       }
-      SlipTrianglePointOf_Private(all[k], at, k, &p);
+      SlipTrianglePointOf_Private(all[0][k], at, k, &p);
     }
-    SlipTriangleFields_Private(all, &p, PETSC_TRUE, gradient);
-    for (PetscInt k = 0; k < p.n; k++) {
-      SlipTurnOut(all[k]->strike, PETSC_TRUE, gradient + 9 * k);
-      SlipStressOf(G, nu, gradient + 9 * k, stress);
-      SlipStressTraction(1, stress, receiver[first + k]->directions, traction + 3 * (first + k));
-    }
+    SlipTriangleFields_Private(slips, of, &p, PETSC_TRUE, out);
+    for (PetscInt k = 0; k < p.n; k++)
+      for (PetscInt m = 0; m < slips; m++) {
+        SlipTurnOut(all[m][k]->strike, PETSC_TRUE, gradient[m] + 9 * k);
+        SlipStressOf(G, nu, gradient[m] + 9 * k, stress);
+        SlipStressTraction(1, stress, receiver[first + k]->directions, traction + 3 * (slips * (first + k) + m));
+      }
   }
+}
+
+/*
+  SlipTriangleTractions - traction [n][3] along the directions of each receiver, at its centroid, by unit slip along
+  the first direction of its own source
+*/
+void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
+                           const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
+                           PetscReal traction[])
+{
+  Tractions(G, nu, full_space, 1, n, receiver, source, traction);
+}
+
+/*
+  SlipTriangleVectorTractions - traction [n][2][3] likewise, by unit slip along either direction in the plane of its own source
+*/
+void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
+                                 const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
+                                 PetscReal traction[])
+{
+  Tractions(G, nu, full_space, 2, n, receiver, source, traction);
 }

@@ -42,7 +42,7 @@ static void test_to_the_tolerance(void **state)
       PetscInt rank;
       PetscBool found;
 
-      ok(SlipCrossApproximate(functions[f], NULL, M, N, tolerance, 30, &rank, &U, &V, &found));
+      ok(SlipCrossApproximate(functions[f], NULL, M, 1, N, 1, tolerance, 30, &rank, &U, &V, &found));
       assert_true(found);
       for (PetscInt i = 0; i < M; i++)
         for (PetscInt j = 0; j < N; j++) {

@@ -39,6 +39,7 @@ PETSC_INTERN PetscReal SlipAverageEdge_Private(const SlipKernel *kernel, PetscBo
                                                PetscReal share, PetscReal ratio);
 
 /* ---- what operators ask a kernel ---- */
+PETSC_INTERN PetscErrorCode SlipKernelCheckComponents(MPI_Comm comm, const SlipKernel *kernel, PetscInt components);
 static inline PetscBool SlipKernelIs(const SlipKernel *kernel, SlipKernelSymmetry symmetry)
 {
   return (PetscBool)((kernel->type->symmetry[kernel->full_space ? 1 : 0] & (int)symmetry) != 0);

@@ -4,13 +4,12 @@
 #include <slipstep/private/slipmatcommon.h>
 
 /* ---- cells.c ---- */
-/* S_ij of MatCreateSlipCellStiffness(); unit is 1 / (2 mean(A)). */
-PETSC_INTERN PetscReal SlipCellsEntry(const SlipCells *cells, PetscReal unit, PetscInt i, PetscInt j);
+/* S_ij of MatCreateSlipCellStiffness(), or with unit 0 what slip does to normal stress; unit is otherwise 1 / (2 mean(A)). */
 PETSC_INTERN void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
-                                   const PetscInt column[], PetscReal a[]);
+                                   const PetscInt column[], PetscInt lda, PetscReal a[]);
+PETSC_INTERN PetscErrorCode SlipCellsRows(MPI_Comm comm, const SlipCells *cells, PetscInt *nlocal);
 PETSC_INTERN SlipCell SlipCellsGet(const SlipCells *cells, PetscInt i);
 PETSC_INTERN PetscErrorCode SlipCellsDirections(const SlipCells *cells, PetscReal **directions);
-PETSC_INTERN PetscReal SlipCellsNormal(const SlipCells *cells, PetscInt i, PetscInt j);
 PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
 PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells); /* whose x owns the memory of all columns */
 PETSC_INTERN PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *cells); /* the weights of its rows, with S */
@@ -27,7 +26,7 @@ typedef struct {
 } SlipCellKey;
 PETSC_INTERN int SlipCellKeyCompare(const void *a, const void *b); /* for qsort() */
 
-/* ---- edges.c: shared and free edges, for averages over cells; [n], PetscFree() it ---- */
+/* ---- edges.c: shared and free edges, for averages over cells; [n][components][components], PetscFree() it ---- */
 PETSC_INTERN PetscErrorCode SlipCellsEdges(const SlipCells *cells, PetscReal **force);
 PETSC_INTERN PetscErrorCode SlipTrianglesSides(const SlipCells *cells, PetscReal force[]); /* sides.c, added */
 

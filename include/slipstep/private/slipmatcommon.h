@@ -15,7 +15,7 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
-/* What a matrix-free matrix does; scale, info, view and state, for checkpoints, may be NULL. */
+/* What a matrix-free matrix does; diagonal, scale, info, view and state, for checkpoints, may be NULL. */
 typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscErrorCode (*diagonal)(Mat, Vec);
@@ -28,6 +28,8 @@ typedef struct {
 } SlipShellOps;
 PETSC_INTERN PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[],
                                             const SlipShellOps *ops, void *ctx, Mat *A);
+PETSC_INTERN PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, PetscInt M, PetscInt N,
+                                                  const char type[], const SlipShellOps *ops, void *ctx, Mat *A);
 PETSC_INTERN PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const SlipShellOps *ops, void *ctx,
                                                 Mat *A); /* rows and ranks of K's */
 /* What -fault_view tells of a matrix, kept with it under a name: how its type was chosen, and what the cache did. */

@@ -31,9 +31,10 @@ typedef struct {
 } SlipTrianglePoints;
 
 /* ---- triangle.c: 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of
-   points with x and y (as t) from the middle of their triangles source[] and the depth (as q) ---- */
-PETSC_INTERN void SlipTriangleFields_Private(const SlipTriangle *const source[], SlipTrianglePoints *ground,
-                                             PetscBool gradient, PetscReal out[]);
+   points with x and y (as t) from the middle of their triangles and the depth (as q); of [slips][n]: the triangles with
+   each of the slips, which alone differ; out [slips] ---- */
+PETSC_INTERN void SlipTriangleFields_Private(PetscInt slips, const SlipTriangle *const *const of[],
+                                             SlipTrianglePoints *ground, PetscBool gradient, PetscReal *const out[]);
 PETSC_INTERN void SlipTriangleOf_Private(PetscReal nu, PetscBool full_space, const PetscReal vertices[9],
                                          const PetscReal normal[3], SlipTriangle *triangle);
 PETSC_INTERN void SlipTriangleSetSlip_Private(SlipTriangle *triangle, const PetscReal b[3]);
@@ -56,6 +57,10 @@ typedef struct {
 PETSC_EXTERN void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
                                         const SlipTriangleCell *const receiver[],
                                         const SlipTriangleCell *const source[], PetscReal traction[]);
+/* [n][2][3], by slip along the first of the source's directions and along the second */
+PETSC_EXTERN void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
+                                              const SlipTriangleCell *const receiver[],
+                                              const SlipTriangleCell *const source[], PetscReal traction[]);
 
 /* ---- triangle_loops.c: a triangle as an outline, around its normal; slips are those of the normal's side, north,
    east and down ---- */
@@ -66,13 +71,19 @@ typedef struct {
 PETSC_EXTERN void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, const PetscReal a[][3],
                                     const SlipTriangleLoop *B, PetscInt nb, const PetscReal b[][3], PetscReal core,
                                     PetscReal force[]);
-PETSC_EXTERN PetscReal SlipTriangleLoopEdge(PetscReal nu, const SlipTriangleLoop *loop, const PetscReal slip[3],
-                                            PetscInt edge, PetscReal share, PetscReal ratio);
+PETSC_EXTERN PetscReal SlipTriangleLoopEdge(PetscReal nu, const SlipTriangleLoop *loop, const PetscReal a[3],
+                                            const PetscReal b[3], PetscInt edge, PetscReal share, PetscReal ratio);
 /* ---- triangle_average.c ---- */
 PETSC_EXTERN void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const SlipTriangleCell *receiver,
                                       const SlipTriangleCell *source, PetscReal core, PetscReal average[2]);
 PETSC_EXTERN PetscReal SlipTriangleAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k,
                                                PetscReal share, PetscReal ratio);
+/* The same along both directions in the plane: [3][2] and [2][2] */
+PETSC_EXTERN void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space,
+                                            const SlipTriangleCell *receiver, const SlipTriangleCell *source,
+                                            PetscReal core, PetscReal average[6]);
+PETSC_EXTERN void SlipTriangleVectorAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k,
+                                                PetscReal share, PetscReal ratio, PetscReal edge[4]);
 
 static inline PetscReal SlipDot(const PetscReal a[3], const PetscReal b[3])
 {

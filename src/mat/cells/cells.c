@@ -24,8 +24,6 @@ PetscErrorCode SlipCellsDestroy(SlipCells *cells)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- entries ---- */
-
 SlipCell SlipCellsGet(const SlipCells *c, PetscInt i)
 {
   return (SlipCell){
@@ -35,93 +33,133 @@ SlipCell SlipCellsGet(const SlipCells *c, PetscInt i)
     c->directions ? c->directions + 9 * (size_t)i : NULL};
 }
 
-/* directions [n][3][3] of triangles, which each of their n^2 entries asks for; NULL of rectangles, whose kernels take angles.
-   PetscFree() it. */
+/* directions [n][3][3] of triangles, which each of their n^2 entries asks for, of vectors along strike; NULL of rectangles, whose
+   kernels take angles. PetscFree() it. */
 PetscErrorCode SlipCellsDirections(const SlipCells *c, PetscReal **directions)
 {
+  const PetscReal *rake = c->kernel.type->components > 1 ? NULL : c->rake;
+
   PetscFunctionBegin;
   *directions = NULL;
   if (!c->vertices) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(9 * (size_t)c->n, directions));
   for (PetscInt i = 0; i < c->n; i++)
-    SlipPlaneDirections(c->strike ? c->strike[i] : 0, c->dip ? c->dip[i] : 90, c->rake ? c->rake[i] : 0,
+    SlipPlaneDirections(c->strike ? c->strike[i] : 0, c->dip ? c->dip[i] : 90, rake ? rake[i] : 0,
                         *directions + 9 * (size_t)i);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The force on cell i for unit slip on cell j */
-static PetscReal Force(const SlipCells *c, PetscInt i, PetscInt j)
-{
-  const SlipCell receiver = SlipCellsGet(c, i), source = SlipCellsGet(c, j);
-  PetscReal block[2]; /* shear, and normal where the kernel has it */
+/* ---- entries: of a kernel with c components of slip, blocks [c][c] of a cell's rows and another one's columns ---- */
 
-  SlipKernelBlock(&c->kernel, &receiver, &source, block);
-  return c->length[i] * c->width[i] * block[0];
-}
-
-/* Compression of the centre of cell i for unit slip on cell j [Pa/m]; of kernels that have it */
-PetscReal SlipCellsNormal(const SlipCells *c, PetscInt i, PetscInt j)
-{
-  const SlipCell receiver = SlipCellsGet(c, i), source = SlipCellsGet(c, j);
-  PetscReal block[2];
-
-  SlipKernelBlock(&c->kernel, &receiver, &source, block);
-  return block[1];
-}
-
-PetscReal SlipCellsEntry(const SlipCells *c, PetscReal unit, PetscInt i, PetscInt j)
-{
-  if (c->kernel.average) return 2 * unit * (Force(c, i, j) + (i == j ? c->edges[i] : 0));
-  return unit * (Force(c, i, j) + Force(c, j, i));
-}
-
+#define MOST 6           /* numbers of a kernel's block */
 #define CELLS_AT_ONCE 32 /* two calls of a kernel's vectors */
 
-/* One by one; equal bits on both sides of the diagonal */
-static void EntriesSingly(const SlipCells *c, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
-                          const PetscInt column[], PetscReal a[])
+/* Into a, column-major: the symmetric part of the forces on cells of the areas p and q by each other */
+static void PutShear(const SlipKernelType *t, PetscReal unit, PetscReal p, const PetscReal block[], PetscReal q,
+                     const PetscReal back[], PetscInt lda, PetscReal a[])
 {
-  for (PetscInt j = 0; j < n; j++)
-    for (PetscInt i = 0; i < m; i++) {
-      const PetscInt p = row[i], q = column[j];
+  const PetscInt c = t->components;
 
-      a[(size_t)j * m + i] =
-        unit == 0 ? SlipCellsNormal(c, p, q) : SlipCellsEntry(c, unit, PetscMin(p, q), PetscMax(p, q));
+  for (PetscInt j = 0; j < c; j++)
+    for (PetscInt i = 0; i < c; i++) a[j * lda + i] = unit * (p * block[i * c + j] + q * back[j * c + i]);
+}
+
+/* Averages, which are reciprocal: from those over the cell of the lower number, for equal bits on both sides of the diagonal */
+static void PutAverage(const SlipCells *cells, PetscReal unit, PetscInt row, PetscInt column, PetscInt lda,
+                       PetscReal a[])
+{
+  const PetscInt c = cells->kernel.type->components, i = PetscMin(row, column), j = PetscMax(row, column);
+  const SlipCell receiver = SlipCellsGet(cells, i), source = SlipCellsGet(cells, j);
+  const PetscReal area = cells->length[i] * cells->width[i];
+  PetscReal block[MOST];
+
+  SlipKernelBlock(&cells->kernel, &receiver, &source, block);
+  for (PetscInt l = 0; l < c; l++)
+    for (PetscInt k = 0; k < c; k++) {
+      PetscReal force = area * block[row > column ? l * c + k : k * c + l];
+
+      if (i == j) {
+        if (k != l) force = 0.5 * (force + area * block[l * c + k]);
+        force += cells->edges[(i * c + k) * c + l];
+      }
+      a[l * lda + k] = 2 * unit * force;
     }
 }
 
-/* Entries a [m * n], column-major, of the cells of some rows and columns of the stiffness, or where unit is 0 of what slip does to normal
-   stress */
-void SlipCellsEntries(const SlipCells *c, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
-                      const PetscInt column[], PetscReal a[])
+/* One by one */
+static void EntriesSingly(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
+                          const PetscInt column[], PetscInt lda, PetscReal a[])
 {
+  const SlipKernelType *t = cells->kernel.type;
+  const PetscInt c = t->components, rows = unit == 0 ? 1 : c;
+
+  for (PetscInt j = 0; j < n; j++)
+    for (PetscInt i = 0; i < m; i++) {
+      const PetscInt p = row[i], q = column[j];
+      const SlipCell receiver = SlipCellsGet(cells, p), source = SlipCellsGet(cells, q);
+      PetscReal block[MOST], back[MOST], *at = a + (size_t)j * c * lda + i * rows;
+
+      if (unit != 0 && cells->kernel.average) {
+        PutAverage(cells, unit, p, q, lda, at);
+        continue;
+      }
+      SlipKernelBlock(&cells->kernel, &receiver, &source, block);
+      if (unit == 0) {
+        for (PetscInt l = 0; l < c; l++) at[l * lda] = block[c * c + l];
+        continue;
+      }
+      SlipKernelBlock(&cells->kernel, &source, &receiver, back);
+      PutShear(t, unit, cells->length[p] * cells->width[p], block, cells->length[q] * cells->width[q], back, lda, at);
+    }
+}
+
+/*
+  SlipCellsEntries - entries a, column-major with lda numbers from one column to the next, of the m cells of some rows and the n
+  of some columns: [m c][n c] of the stiffness, or where unit is 0 [m][n c] of what slip does to normal stress
+*/
+void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
+                      const PetscInt column[], PetscInt lda, PetscReal a[])
+{
+  const SlipKernelType *t = cells->kernel.type;
+  const PetscInt c = t->components, rows = unit == 0 ? 1 : c, size = (c + t->normals) * c;
   const size_t all = (size_t)m * n;
 
-  if (c->kernel.average || !c->kernel.type->centres) {
-    EntriesSingly(c, unit, m, row, n, column, a);
+  if (cells->kernel.average || !t->centres) {
+    EntriesSingly(cells, unit, m, row, n, column, lda, a);
     return;
   }
   for (size_t first = 0; first < all; first += CELLS_AT_ONCE) {
     const PetscInt count = (PetscInt)PetscMin(CELLS_AT_ONCE, all - first);
     SlipCell receiver[CELLS_AT_ONCE], source[CELLS_AT_ONCE];
-    PetscReal block[2 * CELLS_AT_ONCE], back[2 * CELLS_AT_ONCE];
+    PetscReal block[MOST * CELLS_AT_ONCE], back[MOST * CELLS_AT_ONCE];
 
     for (PetscInt k = 0; k < count; k++) {
-      receiver[k] = SlipCellsGet(c, row[(first + k) % m]);
-      source[k] = SlipCellsGet(c, column[(first + k) / m]);
+      receiver[k] = SlipCellsGet(cells, row[(first + k) % m]);
+      source[k] = SlipCellsGet(cells, column[(first + k) / m]);
     }
-    (*c->kernel.type->centres)(&c->kernel, count, receiver, source, block);
-    if (unit == 0) {
-      for (PetscInt k = 0; k < count; k++) a[first + k] = block[2 * k + 1];
-      continue;
-    }
-    (*c->kernel.type->centres)(&c->kernel, count, source, receiver, back);
+    (*t->centres)(&cells->kernel, count, receiver, source, block);
+    if (unit != 0) (*t->centres)(&cells->kernel, count, source, receiver, back);
     for (PetscInt k = 0; k < count; k++) {
       const SlipDippingRectangle *p = &receiver[k].rectangle, *q = &source[k].rectangle;
+      PetscReal *at = a + (first + k) / m * c * lda + (first + k) % m * rows;
 
-      a[first + k] = unit * (p->length * p->width * block[2 * k] + q->length * q->width * back[2 * k]);
+      if (unit == 0)
+        for (PetscInt l = 0; l < c; l++) at[l * lda] = block[size * k + c * c + l];
+      else
+        PutShear(t, unit, p->length * p->width, block + size * k, q->length * q->width, back + size * k, lda, at);
     }
   }
+}
+
+/* Cells whose rows this process has. Collective. */
+PetscErrorCode SlipCellsRows(MPI_Comm comm, const SlipCells *c, PetscInt *nlocal)
+{
+  PetscInt n = c->n;
+
+  PetscFunctionBegin;
+  *nlocal = c->order ? c->nlocal : PETSC_DECIDE;
+  PetscCall(PetscSplitOwnership(comm, nlocal, &n));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscReal SlipCellsUnit(const SlipCells *c)
@@ -135,6 +173,7 @@ PetscReal SlipCellsUnit(const SlipCells *c)
 /* The weights as a vector composed with S, unless all cells have the same area to rounding. */
 PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *c)
 {
+  const PetscInt components = c->kernel.type->components;
   const PetscReal unit = SlipCellsUnit(c);
   PetscReal *w, least = PETSC_MAX_REAL, most = 0;
   PetscInt start, end;
@@ -150,7 +189,7 @@ PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *c)
   PetscCall(VecGetOwnershipRange(weights, &start, &end));
   PetscCall(VecGetArrayWrite(weights, &w));
   for (PetscInt i = start; i < end; i++) {
-    const PetscInt e = SlipCellsAt(c, i);
+    const PetscInt e = SlipCellsAt(c, i / components);
 
     w[i - start] = 2 * unit * c->length[e] * c->width[e];
   }
@@ -169,11 +208,12 @@ PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *c)
 . S - stiffness
 
   Output Parameter:
-. weights - borrowed, dimensionless, with S's distribution; NULL when all are 1, as on uniform grids
+. weights - borrowed, dimensionless, with S's distribution, of vectors of slip each twice; NULL when all are 1, as on
+            uniform grids
 
   Level: intermediate
 
-.seealso: MatCreateSlipCellStiffness()
+.seealso: MatCreateSlipCellStiffness(), MatCreateSlipCellVectorStiffness()
 @*/
 PetscErrorCode MatSlipGetWeights(Mat S, Vec *weights)
 {

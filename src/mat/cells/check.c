@@ -339,7 +339,11 @@ static PetscErrorCode FindMeeting(const SlipCells *c, PetscInt rows[2], PetscBoo
 @*/
 PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char source[])
 {
+  static const SlipKernelType *const ofRectangles[] = {&SlipKernelStrikeSlip, &SlipKernelDipping,
+                                                       &SlipKernelDippingVector};
+  static const SlipKernelType *const ofTriangles[] = {&SlipKernelTriangle, &SlipKernelTriangleVector};
   const SlipKernelType *type = c->kernel.type;
+  PetscBool other = PETSC_FALSE;
   const char *words = CellWord(c, PETSC_TRUE);
   PetscInt rows[2] = {-1, -1};
   PetscBool cross;
@@ -348,8 +352,11 @@ PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char sour
   PetscCheck(c->n > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "%s: a mesh needs at least one cell, not %" PetscInt_FMT, source,
              c->n);
   PetscCall(SlipKernelCheck(comm, &c->kernel));
-  PetscCheck(c->vertices ? type != &SlipKernelStrikeSlip && type != &SlipKernelDipping : type != &SlipKernelTriangle,
-             comm, PETSC_ERR_ARG_INCOMP, "%s: kernel \"%s\" with %s, expected one for them", source, type->name,
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ofRectangles) && c->vertices; k++)
+    other = (PetscBool)(other || type == ofRectangles[k]);
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(ofTriangles) && !c->vertices; k++)
+    other = (PetscBool)(other || type == ofTriangles[k]);
+  PetscCheck(!other, comm, PETSC_ERR_ARG_INCOMP, "%s: kernel \"%s\" with %s, expected one for them", source, type->name,
              c->vertices ? "triangles" : "rectangles");
   for (PetscInt i = 0; i < c->n; i++) PetscCall(CheckRow(comm, c, i, source));
   PetscCall(FindMeeting(c, rows, &cross));

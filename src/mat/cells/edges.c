@@ -94,14 +94,14 @@ static PetscErrorCode AddEdges(const View *w, PetscReal force[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* force [n], PetscFree() it: what its own edges add to the force of each cell on itself. */
+/* force [n][components][components], PetscFree() it: what its own edges add to the force of each cell on itself. */
 PetscErrorCode SlipCellsEdges(const SlipCells *c, PetscReal **force)
 {
   const View strike = {c, c->x, c->length, c->z, c->width, PETSC_FALSE};
   const View depth = {c, c->z, c->width, c->x, c->length, PETSC_TRUE};
 
   PetscFunctionBegin;
-  PetscCall(PetscCalloc1(c->n, force));
+  PetscCall(PetscCalloc1((size_t)c->n * PetscSqr(c->kernel.type->components), force));
   if (c->vertices) {
     PetscCall(SlipTrianglesSides(c, *force));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -57,9 +57,11 @@ static Side SideOf(const SlipCells *c, PetscInt cell, PetscInt k)
 static void Add(const SlipCells *c, const Side *s, PetscReal share, PetscReal ratio, PetscReal force[])
 {
   const SlipCell cell = SlipCellsGet(c, s->cell);
+  const PetscInt size = PetscSqr(c->kernel.type->components);
+  PetscReal block[4];
 
-  force[s->cell] +=
-    c->length[s->cell] * c->width[s->cell] * c->kernel.type->side(&c->kernel, &cell, s->side, share, ratio);
+  c->kernel.type->side(&c->kernel, &cell, s->side, share, ratio, block);
+  for (PetscInt k = 0; k < size; k++) force[s->cell * size + k] += c->length[s->cell] * c->width[s->cell] * block[k];
 }
 
 /* Slip goes on beyond a side on the ground. */
@@ -70,7 +72,7 @@ static PetscBool OnGround(const SlipCells *c, const Side *s)
   return !c->kernel.full_space && s->end[0][2] <= touch && s->end[1][2] <= touch ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* force [n] gains what its own sides add to the force of each cell on itself. */
+/* force [n][components][components] gains what its own sides add to the force of each cell on itself. */
 PetscErrorCode SlipTrianglesSides(const SlipCells *c, PetscReal force[])
 {
   const PetscInt n = 3 * c->n;

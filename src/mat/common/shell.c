@@ -39,16 +39,16 @@ PetscErrorCode SlipShellFinish(Mat A, const char type[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* n local of N rows and columns; the matrix owns ctx through its destroy. */
-PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[], const SlipShellOps *ops,
-                               void *ctx, Mat *A)
+/* m local of M rows, n local of N columns; the matrix owns ctx through its destroy. */
+PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, PetscInt M, PetscInt N, const char type[],
+                                     const SlipShellOps *ops, void *ctx, Mat *A)
 {
   PetscFunctionBegin;
-  PetscCall(MatCreateShell(comm, n, n, N, N, ctx, A));
+  PetscCall(MatCreateShell(comm, m, n, M, N, ctx, A));
   PetscCall(MatShellSetManageScalingShifts(*A));
   PetscCall(MatShellSetOperation(*A, MATOP_MULT, SlipMatShellFn(ops->mult)));
   if (!ops->unsymmetric) PetscCall(MatShellSetOperation(*A, MATOP_MULT_TRANSPOSE, SlipMatShellFn(ops->mult)));
-  PetscCall(MatShellSetOperation(*A, MATOP_GET_DIAGONAL, SlipMatShellFn(ops->diagonal)));
+  if (ops->diagonal) PetscCall(MatShellSetOperation(*A, MATOP_GET_DIAGONAL, SlipMatShellFn(ops->diagonal)));
   PetscCall(MatShellSetOperation(*A, MATOP_DESTROY, SlipMatShellFn(ops->destroy)));
   if (ops->scale) PetscCall(MatShellSetOperation(*A, MATOP_SCALE, SlipMatShellFn(ops->scale)));
   if (ops->info) PetscCall(MatShellSetOperation(*A, MATOP_GETINFO, SlipMatShellFn(ops->info)));
@@ -56,6 +56,15 @@ PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char
   if (ops->state) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_STATE_METHOD, ops->state));
   PetscCall(SlipShellFinish(*A, type));
   if (ops->unsymmetric) PetscCall(MatSetOption(*A, MAT_SYMMETRIC, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* n local of N rows and columns */
+PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[], const SlipShellOps *ops,
+                               void *ctx, Mat *A)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipShellCreateOfSize(comm, n, n, N, N, type, ops, ctx, A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -17,6 +17,7 @@ PetscErrorCode SlipGridCheck(MPI_Comm comm, const SlipGrid *g)
   PetscCheck(g->depth_top >= 0 && !PetscIsInfOrNanReal(g->depth_top), comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Depth of the upper edge must be zero or positive and finite, not %g m", (double)g->depth_top);
   PetscCall(SlipKernelCheck(comm, &g->kernel));
+  PetscCall(SlipKernelCheckComponents(comm, &g->kernel, 1));
   PetscCheck(SlipKernelIs(&g->kernel, SLIP_EVEN_STRIKE), comm, PETSC_ERR_SUP,
              "Kernel \"%s\" is not one of the distance along strike, which a uniform grid needs: expected "
              "SLIP_EVEN_STRIKE, or MatCreateSlipCellStiffness()",

@@ -4,27 +4,40 @@
 
   The pivoting can stop early where a block has parts that decouple, so that its end is confirmed in rows that were not
   used yet: where their residual is not small it goes on with the worst of them.
+
+  Entries may come in tuples, as those of vectors do: a row then costs as much as all rows of its tuple, and a column likewise. All
+  rows of a tuple become pivots, and the columns of one that is known are taken unless others are much larger.
 */
 #include <petscmat.h>
 #include <petscblaslapack.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmathmatrix.h>
 
-#define CROSS_CHECKS 4 /* rows in which the end is confirmed */
+#define CROSS_CHECKS 4  /* rows in which the end is confirmed */
+#define CROSS_KNOWN 0.5 /* of the largest entry's magnitude is enough for a pivot whose column is known */
 
 typedef struct {
   SlipEntriesFn entries;
   void *ctx;
   PetscInt m, n, rank, capacity;
-  PetscReal *U, *V; /* [m * capacity], [n * capacity] */
-  PetscBool *used;  /* [m] rows that were pivots */
-  PetscReal norm2;  /* of U V' in the Frobenius norm, squared */
+  PetscInt tuple[2];   /* rows and columns whose entries come together */
+  PetscInt at[2];      /* the tuples of rows and of columns that are known; -1: none */
+  PetscReal *known[2]; /* entries of those, [n][tuple[0]] and [tuple[1]][m] */
+  PetscReal *U, *V;    /* [m * capacity], [n * capacity] */
+  PetscBool *used;     /* [m] rows that were pivots */
+  PetscReal norm2;     /* of U V' in the Frobenius norm, squared */
 } Cross;
 
-/* The residual's row i into v [n]; its largest entry in magnitude is at *j. */
-static void ResidualRow(const Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
+/* The residual's row i into v [n]; its largest entry in magnitude is at *j, or one nearly as large in a known column. */
+static void ResidualRow(Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
 {
-  (*c->entries)(c->ctx, i, 1, 0, c->n, v);
+  const PetscInt rows = c->tuple[0], columns = c->tuple[1], best = c->at[1] * columns;
+
+  if (c->at[0] != i / rows) {
+    c->at[0] = i / rows;
+    (*c->entries)(c->ctx, c->at[0], 1, 0, c->n / columns, c->known[0]);
+  }
+  for (PetscInt k = 0; k < c->n; k++) v[k] = c->known[0][k * rows + i % rows];
   for (PetscInt r = 0; r < c->rank; r++) {
     const PetscReal f = c->U[(size_t)r * c->m + i], *w = c->V + (size_t)r * c->n;
 
@@ -33,11 +46,23 @@ static void ResidualRow(const Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
   *j = 0;
   for (PetscInt k = 1; k < c->n; k++)
     if (PetscAbsReal(v[k]) > PetscAbsReal(v[*j])) *j = k;
+  if (columns == 1 || best < 0) return;
+  for (PetscInt k = best; k < best + columns; k++)
+    if (PetscAbsReal(v[k]) >= CROSS_KNOWN * PetscAbsReal(v[*j])) {
+      *j = k;
+      return;
+    }
 }
 
-static void ResidualColumn(const Cross *c, PetscInt j, PetscReal u[])
+static void ResidualColumn(Cross *c, PetscInt j, PetscReal u[])
 {
-  (*c->entries)(c->ctx, 0, c->m, j, 1, u);
+  const PetscInt columns = c->tuple[1];
+
+  if (c->at[1] != j / columns) {
+    c->at[1] = j / columns;
+    (*c->entries)(c->ctx, 0, c->m / c->tuple[0], c->at[1], 1, c->known[1]);
+  }
+  for (PetscInt k = 0; k < c->m; k++) u[k] = c->known[1][(size_t)(j % columns) * c->m + k];
   for (PetscInt r = 0; r < c->rank; r++) {
     const PetscReal f = c->V[(size_t)r * c->n + j], *w = c->U + (size_t)r * c->m;
 
@@ -102,46 +127,52 @@ static PetscInt NextRow(const Cross *c)
 }
 
 /* The worst of some rows not used yet, -1 when their residual, scaled up to the block, is within the tolerance. */
-static PetscInt WorstRow(const Cross *c, PetscReal tolerance, PetscReal v[])
+static PetscInt WorstRow(Cross *c, PetscReal tolerance, PetscReal v[])
 {
-  const PetscInt stride = PetscMax(1, c->m / CROSS_CHECKS);
+  const PetscInt stride = PetscMax(1, c->m / CROSS_CHECKS), rows = c->tuple[0];
   PetscReal worst2 = PetscSqr(tolerance) * PetscMax(c->norm2, 0) / (PetscReal)c->m;
   PetscInt worst = -1, j;
 
-  for (PetscInt i = stride / 2; i < c->m; i += stride) {
-    PetscReal r2;
+  for (PetscInt check = stride / 2; check < c->m; check += stride)
+    for (PetscInt i = check / rows * rows; i < check / rows * rows + rows; i++) {
+      PetscReal r2;
 
-    if (c->used[i]) continue;
-    ResidualRow(c, i, v, &j);
-    r2 = Dot(c->n, v, v);
-    if (r2 <= worst2) continue;
-    worst = i;
-    worst2 = r2;
-  }
+      if (c->used[i]) continue;
+      ResidualRow(c, i, v, &j);
+      r2 = Dot(c->n, v, v);
+      if (r2 <= worst2) continue;
+      worst = i;
+      worst2 = r2;
+    }
   return worst;
 }
 
 static PetscErrorCode Run(Cross *c, PetscReal tolerance, PetscInt max, PetscBool *found)
 {
+  const PetscInt rows = c->tuple[0];
   PetscInt row = 0, j;
 
   PetscFunctionBegin;
   *found = PETSC_TRUE;
   while (row >= 0) {
-    PetscReal *v, size = 0;
     PetscBool small = PETSC_TRUE;
 
-    if (c->rank >= max) {
-      *found = PETSC_FALSE;
-      PetscFunctionReturn(PETSC_SUCCESS);
-    }
-    PetscCall(Grow(c));
-    v = c->V + (size_t)c->rank * c->n;
-    ResidualRow(c, row, v, &j);
-    c->used[row] = PETSC_TRUE;
-    if (v[j] != 0) {
-      AddCross(c, row, j, &size);
-      small = size <= tolerance * PetscSqrtReal(PetscMax(c->norm2, 0)) ? PETSC_TRUE : PETSC_FALSE;
+    for (PetscInt r = 0; r < rows; r++) {
+      const PetscInt i = row / rows * rows + (row + r) % rows;
+      PetscReal *v, size = 0;
+
+      if (c->used[i]) continue;
+      if (c->rank >= max) {
+        *found = PETSC_FALSE;
+        PetscFunctionReturn(PETSC_SUCCESS);
+      }
+      PetscCall(Grow(c));
+      v = c->V + (size_t)c->rank * c->n;
+      ResidualRow(c, i, v, &j);
+      c->used[i] = PETSC_TRUE;
+      if (v[j] == 0) continue;
+      AddCross(c, i, j, &size);
+      if (size > tolerance * PetscSqrtReal(PetscMax(c->norm2, 0))) small = PETSC_FALSE;
     }
     PetscCall(Grow(c)); /* room for the check's row */
     row = small ? WorstRow(c, tolerance, c->V + (size_t)c->rank * c->n) : NextRow(c);
@@ -213,17 +244,21 @@ static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipCrossApproximate(SlipEntriesFn entries, void *ctx, PetscInt m, PetscInt n, PetscReal tolerance,
-                                    PetscInt max, PetscInt *rank, PetscReal **U, PetscReal **V, PetscBool *found)
+PetscErrorCode SlipCrossApproximate(SlipEntriesFn entries, void *ctx, PetscInt row_tuples, PetscInt rows,
+                                    PetscInt column_tuples, PetscInt columns, PetscReal tolerance, PetscInt max,
+                                    PetscInt *rank, PetscReal **U, PetscReal **V, PetscBool *found)
 {
-  Cross c = {.entries = entries, .ctx = ctx, .m = m, .n = n, .capacity = 16};
+  const PetscInt m = row_tuples * rows, n = column_tuples * columns;
+  Cross c = {.entries = entries, .ctx = ctx, .m = m, .n = n, .capacity = 16, .tuple = {rows, columns}, .at = {-1, -1}};
 
   PetscFunctionBegin;
+  PetscCall(PetscMalloc2(rows * n, &c.known[0], columns * m, &c.known[1]));
   PetscCall(PetscMalloc1((size_t)c.capacity * m, &c.U));
   PetscCall(PetscMalloc1((size_t)c.capacity * n, &c.V));
   PetscCall(PetscCalloc1(m, &c.used));
   PetscCall(Run(&c, 0.3 * tolerance, max, found));
   PetscCall(PetscFree(c.used));
+  PetscCall(PetscFree2(c.known[0], c.known[1]));
   if (!*found) {
     PetscCall(PetscFree(c.U));
     PetscCall(PetscFree(c.V));

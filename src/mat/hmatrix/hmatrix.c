@@ -6,6 +6,8 @@
   by one process, which owns some of its rows or, by symmetry, of its columns: block rows, but for the half that
   symmetry saves. Among these the one with the least storage so far takes it. What the blocks are does not depend on the
   number of processes, so that results agree to rounding.
+
+  Where slip is a vector a block has two columns, and of a stiffness two rows, for each cell, and is compressed as one.
 */
 #include <petscmat.h>
 #include <petscblaslapack.h>
@@ -21,7 +23,7 @@
 #define HMAT_ADMISSIBLE_DIPPING 2
 
 typedef struct {
-  PetscInt row, column; /* first cell, in the tree's order */
+  PetscInt row, column; /* the first, in the tree's order */
   PetscInt m, n;
   PetscInt rank;    /* -1: stored as it is, in U */
   PetscReal *U, *V; /* [m * rank], [n * rank], or [m * n] and NULL; column-major */
@@ -30,13 +32,14 @@ typedef struct {
 typedef struct {
   SlipClusterTree tree;
   PetscReal scale, tolerance;
-  PetscBool whole;     /* of normal stress: no block is another one's transpose */
-  PetscInt N, nblocks; /* blocks of this process */
+  PetscBool whole;        /* of normal stress: no block is another one's transpose */
+  PetscInt N, nblocks;    /* cells, and blocks of this process */
+  PetscInt rows, columns; /* of each cell */
   Block *block;
   SlipGather gather;
-  PetscInt *row; /* [N] row of the matrix of each cell in the tree's order */
-  Vec diagonal;  /* before scale */
-  PetscReal *x, *y, *z, *t;
+  PetscInt *row;               /* [N] number among the rows' cells of each cell in the tree's order */
+  Vec diagonal;                /* before scale */
+  PetscReal *x, *y, *z, *t;    /* [columns N], [rows N] */
   PetscBool *seen;             /* while blocks are assigned */
   PetscReal numbers, most;     /* stored on all processes, and on the one with the most */
   PetscReal mean_rank;         /* of the low-rank ones */
@@ -49,13 +52,14 @@ typedef struct {
   const SlipCells *cells;
   PetscReal unit;               /* 0: of normal stress */
   const PetscInt *row, *column; /* cells of the block's rows and columns */
+  PetscInt rows;                /* of each cell */
 } EntryContext;
 
 static void Entries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscReal a[])
 {
   const EntryContext *e = (const EntryContext *)ctx;
 
-  SlipCellsEntries(e->cells, e->unit, m, e->row + i, n, e->column + j, a);
+  SlipCellsEntries(e->cells, e->unit, m, e->row + i, n, e->column + j, m * e->rows, a);
 }
 
 /* ---- the partition ---- */
@@ -115,30 +119,25 @@ static PetscErrorCode Partition(const SlipClusterTree *tree, PetscBool whole, Pe
 
 /* ---- blocks ---- */
 
-static PetscErrorCode BlockCreateWhole(Block *k, EntryContext *e)
-{
-  PetscFunctionBegin;
-  k->rank = -1;
-  PetscCall(PetscMalloc1((size_t)k->m * k->n, &k->U));
-  Entries(e, 0, k->m, 0, k->n, k->U);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode BlockCreate(const HMat *h, const Pair *pair, EntryContext *e, Block *k)
 {
   const SlipCluster *p = &h->tree.node[pair->a], *q = &h->tree.node[pair->b];
+  const PetscInt m = p->end - p->start, n = q->end - q->start;
   PetscBool found = PETSC_FALSE;
   PetscReal *U, *V;
 
   PetscFunctionBegin;
-  *k = (Block){.row = p->start, .column = q->start, .m = p->end - p->start, .n = q->end - q->start};
-  e->row = h->tree.perm + k->row;
-  e->column = h->tree.perm + k->column;
+  *k = (Block){
+    .row = h->rows * p->start, .column = h->columns * q->start, .m = h->rows * m, .n = h->columns * n, .rank = -1};
+  e->row = h->tree.perm + p->start;
+  e->column = h->tree.perm + q->start;
   if (pair->low)
-    PetscCall(SlipCrossApproximate(Entries, e, k->m, k->n, h->tolerance, k->m * k->n / (k->m + k->n), &k->rank, &U, &V,
-                                   &found));
+    PetscCall(SlipCrossApproximate(Entries, e, m, h->rows, n, h->columns, h->tolerance, k->m * k->n / (k->m + k->n),
+                                   &k->rank, &U, &V, &found));
   if (!found) {
-    PetscCall(BlockCreateWhole(k, e));
+    k->rank = -1;
+    PetscCall(PetscMalloc1((size_t)k->m * k->n, &k->U));
+    Entries(e, 0, m, 0, n, k->U);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscMalloc1((size_t)k->m * k->rank, &k->U)); /* what the search had allocated is larger */
@@ -197,12 +196,14 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
   PetscCall(SlipGatherGet(&h->gather, x, &px));
-  for (PetscInt i = 0; i < h->N; i++) h->x[i] = px[h->row[i]];
+  for (PetscInt i = 0; i < h->N; i++)
+    for (PetscInt c = 0; c < h->columns; c++) h->x[h->columns * i + c] = px[h->columns * h->row[i] + c];
   PetscCall(SlipGatherRestore(&h->gather, x, &px));
-  PetscCall(PetscArrayzero(h->y, h->N));
+  PetscCall(PetscArrayzero(h->y, h->rows * h->N));
   for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(BlockApply(&h->block[b], h->whole, h->x, h->y, h->t));
   PetscCall(PetscLogFlops(h->flops));
-  for (PetscInt i = 0; i < h->N; i++) h->z[h->row[i]] = h->scale * h->y[i];
+  for (PetscInt i = 0; i < h->N; i++)
+    for (PetscInt c = 0; c < h->rows; c++) h->z[h->rows * h->row[i] + c] = h->scale * h->y[h->rows * i + c];
   PetscCall(SlipGatherSum(&h->gather, h->z, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -239,11 +240,14 @@ static PetscErrorCode HMatView(Mat S, PetscViewer viewer)
                                    "hierarchical %s: %" PetscInt_FMT " cells, relative tolerance %g, %" PetscInt_FMT
                                    " blocks of which %" PetscInt_FMT
                                    " of low rank, %.1f on average and at most %" PetscInt_FMT "\n",
-                                   h->whole ? "normal stress" : "stiffness", h->N, (double)h->tolerance, h->total,
-                                   h->low, (double)h->mean_rank, h->widest));
+                                   h->whole         ? "normal stress"
+                                   : h->columns > 1 ? "stiffness of vectors"
+                                                    : "stiffness",
+                                   h->N, (double)h->tolerance, h->total, h->low, (double)h->mean_rank, h->widest));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "memory: %.1f MB, %.2f %% of a dense matrix, at most %.1f MB on one process\n", (double)(mega * h->numbers),
-    (double)(100 * h->numbers / ((PetscReal)h->N * (PetscReal)h->N)), (double)(mega * h->most)));
+    (double)(100 * h->numbers / ((PetscReal)(h->rows * h->N) * (PetscReal)(h->columns * h->N))),
+    (double)(mega * h->most)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -254,7 +258,7 @@ static PetscErrorCode HMatGetInfo(Mat S, MatInfoType flag, MatInfo *info)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
-  numbers = 2 * (PetscReal)h->N;
+  numbers = (PetscReal)(h->rows + h->columns) * (PetscReal)h->N;
   for (PetscInt b = 0; b < h->nblocks; b++) numbers += (PetscReal)BlockNumbers(&h->block[b]);
   PetscCall(SlipInfoFill(S, (PetscReal)sizeof(PetscReal) * numbers + SlipGatherBytes(&h->gather), flag, info));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -353,8 +357,8 @@ static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt k
   PetscCall(PetscCalloc1(size, &load));
   PetscCall(PetscMalloc1(size, &h->seen));
   for (PetscInt i = 0; i < h->N; i++) {
-    while (h->row[i] < ranges[rank]) rank--;
-    while (h->row[i] >= ranges[rank + 1]) rank++;
+    while (h->rows * h->row[i] < ranges[rank]) rank--;
+    while (h->rows * h->row[i] >= ranges[rank + 1]) rank++;
     owner[i] = rank;
   }
   for (int shared = 0; shared < 2; shared++)
@@ -374,7 +378,7 @@ static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt k
 /* The blocks of this process. */
 static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
 {
-  EntryContext entry = {.cells = cells, .unit = h->whole ? 0 : SlipCellsUnit(cells)};
+  EntryContext entry = {.cells = cells, .unit = h->whole ? 0 : SlipCellsUnit(cells), .rows = h->rows};
   PairList list = PairListOf(cells);
   PetscMPIInt rank, *keeper;
 
@@ -415,30 +419,32 @@ static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of a square matrix */
 static PetscErrorCode FillDiagonal(Mat S, HMat *h, const SlipCells *cells)
 {
-  const PetscReal unit = SlipCellsUnit(cells);
-  PetscReal *d;
+  const PetscReal unit = h->whole ? 0 : SlipCellsUnit(cells);
+  PetscReal *d, block[4];
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(S, &h->diagonal, NULL));
   PetscCall(VecGetArrayWrite(h->diagonal, &d));
-  for (PetscInt i = h->gather.start; i < h->gather.end; i++) {
-    const PetscInt e = SlipCellsAt(cells, i);
+  for (PetscInt i = h->gather.start; i < h->gather.end; i += h->rows) {
+    const PetscInt e = SlipCellsAt(cells, i / h->rows);
 
-    d[i - h->gather.start] = h->whole ? SlipCellsNormal(cells, e, e) : SlipCellsEntry(cells, unit, e, e);
+    SlipCellsEntries(cells, unit, 1, &e, 1, &e, h->rows, block);
+    for (PetscInt c = 0; c < h->rows; c++) d[i - h->gather.start + c] = block[c * (h->rows + 1)];
   }
   PetscCall(VecRestoreArrayWrite(h->diagonal, &d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of the cells in the tree's order, and work arrays. */
+/* Where the cells are in the tree's order, and work arrays. */
 static PetscErrorCode Allocate(HMat *h, const SlipCells *cells)
 {
   PetscInt *row;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc4(h->N, &h->x, h->N, &h->y, h->N, &h->z, h->N, &h->row));
+  PetscCall(PetscMalloc4(h->columns * h->N, &h->x, h->rows * h->N, &h->y, h->rows * h->N, &h->z, h->N, &h->row));
   PetscCall(PetscMalloc1(h->N, &row));
   for (PetscInt i = 0; i < h->N; i++) row[SlipCellsAt(cells, i)] = i;
   for (PetscInt i = 0; i < h->N; i++) h->row[i] = row[h->tree.perm[i]];
@@ -448,14 +454,15 @@ static PetscErrorCode Allocate(HMat *h, const SlipCells *cells)
 
 static PetscErrorCode Create(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance, PetscBool whole, Mat *S)
 {
+  const PetscInt columns = cells->kernel.type->components, rows = whole ? 1 : columns;
   const SlipShellOps ops = {.mult = HMatMult,
-                            .diagonal = HMatGetDiagonal,
+                            .diagonal = rows == columns ? HMatGetDiagonal : NULL,
                             .scale = HMatScale,
                             .view = HMatView,
                             .info = HMatGetInfo,
                             .destroy = HMatDestroy,
                             .unsymmetric = whole};
-  const PetscInt nlocal = cells->order ? cells->nlocal : PETSC_DECIDE;
+  PetscInt nlocal;
   HMat *h;
 
   PetscFunctionBegin;
@@ -464,13 +471,17 @@ static PetscErrorCode Create(MPI_Comm comm, const SlipCells *cells, PetscReal to
   h->whole = whole;
   h->tolerance = tolerance;
   h->N = cells->n;
-  PetscCall(SlipShellCreate(comm, nlocal, h->N, "sliphmat", &ops, h, S));
+  h->rows = rows;
+  h->columns = columns;
+  PetscCall(SlipCellsRows(comm, cells, &nlocal));
+  PetscCall(
+    SlipShellCreateOfSize(comm, rows * nlocal, columns * nlocal, rows * h->N, columns * h->N, "sliphmat", &ops, h, S));
   PetscCall(SlipClusterTreeCreate(cells, HMAT_LEAF, &h->tree));
   PetscCall(Allocate(h, cells));
   PetscCall(CreateBlocks(*S, h, cells));
   PetscCall(CountStorage(comm, h));
   PetscCall(SlipGatherCreate(*S, NULL, &h->gather));
-  PetscCall(FillDiagonal(*S, h, cells));
+  if (rows == columns) PetscCall(FillDiagonal(*S, h, cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,11 +1,17 @@
-/* MatCreateSlipCellStiffness() and MatCreateSlipCellNormalStiffness(), and the table of types. */
+/* MatCreateSlipCellStiffness() and its sisters for normal stress and for vectors of slip, and the table of types. */
 #include <slipmat.h>
 #include <slipsys.h>
+#include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatinterface.h>
 
-/* Up to this many cells the stiffness is stored densely: its viscosity is then a dense square root as well. */
-#define SLIP_CELLS_DENSE_MAX 3000
+/* Up to this many rows the stiffness is stored densely: its viscosity is then a dense square root as well. */
+#define SLIP_ROWS_DENSE_MAX 3000
+
+static PetscInt RowsOf(const SlipCells *c)
+{
+  return c->kernel.type->components * c->n;
+}
 
 /* cell [n] of each row; PetscFree() it */
 static PetscErrorCode CellsOfRows(const SlipCells *c, PetscInt **cell)
@@ -16,54 +22,52 @@ static PetscErrorCode CellsOfRows(const SlipCells *c, PetscInt **cell)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode StiffnessCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, Mat *S)
+/* Of the rows that this process has of S, or of Kn where unit is 0: entries by kernel, but those that are mirrored */
+static PetscErrorCode CreateDense(MPI_Comm comm, const SlipCells *c, PetscReal unit, Mat *A)
 {
-  const PetscReal unit = SlipCellsUnit(c);
-  const PetscInt nlocal = c->order ? c->nlocal : PETSC_DECIDE;
+  const PetscInt columns = c->kernel.type->components, rows = unit == 0 ? 1 : columns;
   PetscScalar *a;
-  PetscInt rstart, rend, lda, *cell;
+  PetscInt nlocal, rstart, rend, lda, *cell;
 
   PetscFunctionBegin;
-  (void)tolerance;
-  PetscCall(MatCreateDense(comm, nlocal, nlocal, c->n, c->n, NULL, S));
-  PetscCall(MatGetOwnershipRange(*S, &rstart, &rend));
-  PetscCall(MatDenseGetLDA(*S, &lda));
-  PetscCall(MatDenseGetArrayWrite(*S, &a));
+  PetscCall(SlipCellsRows(comm, c, &nlocal));
+  PetscCall(MatCreateDense(comm, rows * nlocal, columns * nlocal, rows * c->n, columns * c->n, NULL, A));
+  PetscCall(MatGetOwnershipRange(*A, &rstart, &rend));
+  rstart /= rows;
+  rend /= rows;
+  PetscCall(MatDenseGetLDA(*A, &lda));
+  PetscCall(MatDenseGetArrayWrite(*A, &a));
   PetscCall(CellsOfRows(c, &cell));
-  for (PetscInt j = 0; j < c->n; j++) { /* those that are not mirrored */
-    const PetscInt end = j < rstart ? rend : PetscMin(j + 1, rend);
+  for (PetscInt j = 0; j < c->n; j++) {
+    const PetscInt end = unit == 0 || j < rstart ? rend : PetscMin(j + 1, rend);
 
     if (end > rstart)
-      SlipCellsEntries(c, unit, end - rstart, cell + rstart, 1, cell + j, (PetscReal *)a + (size_t)j * lda);
+      SlipCellsEntries(c, unit, end - rstart, cell + rstart, 1, cell + j, lda,
+                       (PetscReal *)a + (size_t)j * columns * lda);
   }
   PetscCall(PetscFree(cell));
-  for (PetscInt j = rstart; j < rend; j++)
-    for (PetscInt i = j + 1; i < rend; i++) a[(size_t)j * lda + (i - rstart)] = a[(size_t)i * lda + (j - rstart)];
-  PetscCall(MatDenseRestoreArrayWrite(*S, &a));
-  PetscCall(MatAssemblyBegin(*S, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(*S, MAT_FINAL_ASSEMBLY));
+  for (PetscInt j = rows * rstart; j < rows * rend && unit != 0; j++)
+    for (PetscInt i = j + 1; i < rows * rend; i++)
+      a[(size_t)j * lda + (i - rows * rstart)] = a[(size_t)i * lda + (j - rows * rstart)];
+  PetscCall(MatDenseRestoreArrayWrite(*A, &a));
+  PetscCall(MatAssemblyBegin(*A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*A, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StiffnessCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, Mat *S)
+{
+  PetscFunctionBegin;
+  (void)tolerance;
+  PetscCall(CreateDense(comm, c, SlipCellsUnit(c), S));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode NormalCreate_Dense(MPI_Comm comm, const SlipCells *c, PetscReal tolerance, Mat *Kn)
 {
-  const PetscInt nlocal = c->order ? c->nlocal : PETSC_DECIDE;
-  PetscScalar *a;
-  PetscInt rstart, rend, lda, *cell;
-
   PetscFunctionBegin;
   (void)tolerance;
-  PetscCall(MatCreateDense(comm, nlocal, nlocal, c->n, c->n, NULL, Kn));
-  PetscCall(MatGetOwnershipRange(*Kn, &rstart, &rend));
-  PetscCall(MatDenseGetLDA(*Kn, &lda));
-  PetscCall(MatDenseGetArrayWrite(*Kn, &a));
-  PetscCall(CellsOfRows(c, &cell));
-  for (PetscInt j = 0; j < c->n && rend > rstart; j++)
-    SlipCellsEntries(c, 0, rend - rstart, cell + rstart, 1, cell + j, (PetscReal *)a + (size_t)j * lda);
-  PetscCall(PetscFree(cell));
-  PetscCall(MatDenseRestoreArrayWrite(*Kn, &a));
-  PetscCall(MatAssemblyBegin(*Kn, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(*Kn, MAT_FINAL_ASSEMBLY));
+  PetscCall(CreateDense(comm, c, 0, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -102,7 +106,7 @@ static PetscErrorCode ChooseType(const SlipCells *cells, const char **type)
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(*type, "auto", &match));
-  if (match) *type = cells->n > SLIP_CELLS_DENSE_MAX ? "hmat" : "dense";
+  if (match) *type = RowsOf(cells) > SLIP_ROWS_DENSE_MAX ? "hmat" : "dense";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -118,6 +122,71 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
     PetscCall(SlipHMatCosts(cells, cost));
   else
     for (PetscInt i = 0; i < cells->n; i++) cost[i] = 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* S, with weights and notes, by the row of a type; cells were checked. */
+static PetscErrorCode StiffnessCreate(MPI_Comm comm, const SlipCells *cells, const char asked[], PetscReal tolerance,
+                                      Mat *S)
+{
+  SlipCells own = *cells;
+  PetscReal *edges = NULL, *directions;
+  const char *type = asked;
+  PetscBool automatic;
+  PetscInt k;
+
+  PetscFunctionBegin;
+  PetscCall(ChooseType(cells, &type));
+  PetscCall(FindType(comm, type, tolerance, &k));
+  PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipCellsDirections(cells, &directions));
+  own.directions = directions;
+  if (own.kernel.average) PetscCall(SlipCellsEdges(&own, &edges));
+  own.edges = edges;
+  PetscCall(SlipCellTypes[k].create(comm, &own, tolerance, S));
+  PetscCall(PetscFree(directions));
+  PetscCall(PetscFree(edges));
+  PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
+  PetscCall(PetscStrcmp(asked, "auto", &automatic));
+  if (automatic)
+    PetscCall(SlipNote(*S, "SlipWhy", "auto: %s %d %s", RowsOf(cells) > SLIP_ROWS_DENSE_MAX ? "more than" : "at most",
+                       SLIP_ROWS_DENSE_MAX, cells->kernel.type->components > 1 ? "rows" : "cells"));
+  else
+    PetscCall(SlipNote(*S, "SlipWhy", "%s as asked", type));
+  PetscCall(SlipCellsCompose(*S, cells));
+  PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatSetOption(*S, MAT_SPD, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckNormal(MPI_Comm comm, const SlipCells *cells)
+{
+  PetscFunctionBegin;
+  PetscCheck(cells->kernel.type->normals == 1, comm, PETSC_ERR_SUP,
+             "Kernel \"%s\" has no row of normal stress, expected one that has, such as SlipKernelDipping",
+             cells->kernel.type->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Kn, likewise */
+static PetscErrorCode NormalCreate(MPI_Comm comm, const SlipCells *cells, const char type[], PetscReal tolerance,
+                                   Mat *Kn)
+{
+  SlipCells own = *cells;
+  PetscReal *directions;
+  PetscInt k;
+
+  PetscFunctionBegin;
+  PetscCall(ChooseType(cells, &type));
+  PetscCall(FindType(comm, type, tolerance, &k));
+  PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipCellsDirections(cells, &directions));
+  own.directions = directions;
+  PetscCall(SlipCellTypes[k].normal(comm, &own, tolerance, Kn));
+  PetscCall(PetscFree(directions));
+  PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
+  PetscCall(SlipLogProducts(*Kn, SLIP_StiffnessMult));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -157,37 +226,11 @@ PetscErrorCode SlipCellsCosts(const SlipCells *cells, const char type[], PetscRe
 PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells, const char *type, PetscReal tolerance,
                                           Mat *S)
 {
-  SlipCells own;
-  PetscReal *edges = NULL, *directions;
-  PetscInt k;
-  PetscBool automatic;
-  const char *asked = type;
-
   PetscFunctionBegin;
   PetscCall(SlipMatInitializePackage());
   PetscCall(SlipCellsCheck(comm, cells, "cells"));
-  PetscCall(ChooseType(cells, &type));
-  PetscCall(FindType(comm, type, tolerance, &k));
-  PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
-  own = *cells;
-  PetscCall(SlipCellsDirections(cells, &directions));
-  own.directions = directions;
-  if (own.kernel.average) PetscCall(SlipCellsEdges(&own, &edges));
-  own.edges = edges;
-  PetscCall(SlipCellTypes[k].create(comm, &own, tolerance, S));
-  PetscCall(PetscFree(directions));
-  PetscCall(PetscFree(edges));
-  PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
-  PetscCall(SlipLogProducts(*S, SLIP_StiffnessMult));
-  PetscCall(PetscStrcmp(asked, "auto", &automatic));
-  if (automatic)
-    PetscCall(SlipNote(*S, "SlipWhy", "auto: %s %d cells", cells->n > SLIP_CELLS_DENSE_MAX ? "more than" : "at most",
-                       SLIP_CELLS_DENSE_MAX));
-  else
-    PetscCall(SlipNote(*S, "SlipWhy", "%s as asked", type));
-  PetscCall(SlipCellsCompose(*S, cells));
-  PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(MatSetOption(*S, MAT_SPD, PETSC_TRUE));
+  PetscCall(SlipKernelCheckComponents(comm, &cells->kernel, 1));
+  PetscCall(StiffnessCreate(comm, cells, type, tolerance, S));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -218,24 +261,58 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
 PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
                                                 PetscReal tolerance, Mat *Kn)
 {
-  SlipCells own = *cells;
-  PetscReal *directions;
-  PetscInt k;
-
   PetscFunctionBegin;
   PetscCall(SlipMatInitializePackage());
   PetscCall(SlipCellsCheck(comm, cells, "cells"));
-  PetscCheck(cells->kernel.type->normals == 1, comm, PETSC_ERR_SUP,
-             "Kernel \"%s\" has no row of normal stress, expected one that has, such as SlipKernelDipping",
-             cells->kernel.type->name);
-  PetscCall(ChooseType(cells, &type));
-  PetscCall(FindType(comm, type, tolerance, &k));
-  PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
-  PetscCall(SlipCellsDirections(cells, &directions));
-  own.directions = directions;
-  PetscCall(SlipCellTypes[k].normal(comm, &own, tolerance, Kn));
-  PetscCall(PetscFree(directions));
-  PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
-  PetscCall(SlipLogProducts(*Kn, SLIP_StiffnessMult));
+  PetscCall(SlipKernelCheckComponents(comm, &cells->kernel, 1));
+  PetscCall(CheckNormal(comm, cells));
+  PetscCall(NormalCreate(comm, cells, type, tolerance, Kn));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  MatCreateSlipCellVectorStiffness - stiffness of irregular cells, rectangles or triangles, for slip as a vector in each cell's plane, and
+  what that does to their normal stress
+
+  Collective
+
+  Input Parameters:
++ comm      - communicator
+. cells     - the cells, the same on every process, with a kernel of two components, SlipKernelDippingVector or
+              SlipKernelTriangleVector; their rakes do not count; not kept
+. type      - "dense" (MATDENSE), "hmat" (hierarchical, O(N log N)) or "auto"
+- tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative (dimensionless), in (0, 1)
+
+  Output Parameters:
++ S  - symmetric matrix [Pa/m], 2 N x 2 N: rows and columns 2 i and 2 i + 1 are slip and shear traction along strike and up dip of the
+       cell whose row i is in MatCreateSlipCellStiffness(); 2 cells->nlocal of them on this process, or twice the rows that
+       PETSC_DECIDE gives it of N
+- Kn - matrix [Pa/m], N x 2 N, neither symmetric nor weighted: compression of the centre of a cell; or NULL where it is not wanted
+
+  Notes:
+  With K_ij [2][2] the stress drop at the centre of cell i, or on its average, for unit slip along either component on cell j, S_ij =
+  (A_i K_ij + A_j K_ji^T) / (2 mean(A)), for the reasons that MatCreateSlipCellStiffness() gives. Projected on directions in the
+  cells' planes it is the scalar stiffness of these rakes.
+
+  "auto" is "dense" up to 3000 rows. Hierarchical storage has the clusters of the scalar stiffness; a block of low rank holds both
+  components.
+
+  Errors: those of SlipCellsCheck(), PETSC_ERR_SUP for a kernel of one component, or without normal stress where Kn is wanted,
+  PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_OUTOFRANGE for the tolerance
+
+  Level: intermediate
+
+.seealso: MatCreateSlipCellStiffness(), MatCreateSlipDippingVectorStiffness(), MatSlipGetWeights(), MatSlipStiffnessMultBoth()
+@*/
+PetscErrorCode MatCreateSlipCellVectorStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
+                                                PetscReal tolerance, Mat *S, Mat *Kn)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipMatInitializePackage());
+  PetscCall(SlipCellsCheck(comm, cells, "cells"));
+  PetscCall(SlipKernelCheckComponents(comm, &cells->kernel, 2));
+  if (Kn) PetscCall(CheckNormal(comm, cells));
+  PetscCall(StiffnessCreate(comm, cells, type, tolerance, S));
+  if (Kn) PetscCall(NormalCreate(comm, cells, type, tolerance, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,7 +1,8 @@
-/* MatCreateSlipDippingStiffness() and its table of types; products with both of its matrices. */
+/* MatCreateSlipDippingStiffness(), its sister for vectors of slip and their table of types; products with both of their matrices. */
 #include <petsc/private/petscimpl.h> /* methods */
 #include <slipmat.h>
 #include <slipsys.h>
+#include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatinterface.h>
 
@@ -18,6 +19,7 @@ static PetscErrorCode CellsOf(const SlipDippingGrid *d, SlipCells *cells)
   const SlipGrid *g = &d->grid;
   const PetscInt N = g->nx * g->nz;
   const PetscReal a = g->length_x / (PetscReal)g->nx, b = g->length_z / (PetscReal)g->nz;
+  const PetscBool vector = (PetscBool)(g->kernel.type->components > 1);
   PetscReal *column[8], sine, cosine;
 
   PetscFunctionBegin;
@@ -26,8 +28,14 @@ static PetscErrorCode CellsOf(const SlipDippingGrid *d, SlipCells *cells)
   SlipDegrees(d->dip, &sine, &cosine);
   for (PetscInt e = 0; e < N; e++) {
     const PetscReal down = ((PetscReal)(e / g->nx) + 0.5) * b;
-    const PetscReal value[8] = {
-      ((PetscReal)(e % g->nx) + 0.5) * a, cosine * down, g->depth_top + sine * down, a, b, 0, d->dip, d->rake[e]};
+    const PetscReal value[8] = {((PetscReal)(e % g->nx) + 0.5) * a,
+                                cosine * down,
+                                g->depth_top + sine * down,
+                                a,
+                                b,
+                                0,
+                                d->dip,
+                                vector ? 0 : d->rake[e]};
 
     for (PetscInt k = 0; k < 8; k++) column[k][e] = value[k];
   }
@@ -51,8 +59,12 @@ static PetscErrorCode CreateOfCells(MPI_Comm comm, const SlipDippingGrid *grid, 
 
   PetscFunctionBegin;
   PetscCall(CellsOf(grid, &cells));
-  PetscCall(MatCreateSlipCellStiffness(comm, &cells, type, tolerance, K));
-  if (Kn) PetscCall(MatCreateSlipCellNormalStiffness(comm, &cells, type, tolerance, Kn));
+  if (cells.kernel.type->components > 1)
+    PetscCall(MatCreateSlipCellVectorStiffness(comm, &cells, type, tolerance, K, Kn));
+  else {
+    PetscCall(MatCreateSlipCellStiffness(comm, &cells, type, tolerance, K));
+    if (Kn) PetscCall(MatCreateSlipCellNormalStiffness(comm, &cells, type, tolerance, Kn));
+  }
   PetscCall(SlipCellsDestroy(&cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -62,6 +74,8 @@ static PetscErrorCode CreateByTransforms(MPI_Comm comm, const SlipDippingGrid *g
   SlipCells cells;
 
   PetscFunctionBegin;
+  PetscCheck(grid->grid.kernel.type->components == 1, comm, PETSC_ERR_SUP,
+             "Vectors of slip on a grid have no type \"fft\" yet, expected dense, hmat or auto");
   PetscCall(CellsOf(grid, &cells));
   PetscCall(SlipCellsCheck(comm, &cells, "cells"));
   PetscCall(SlipCellsDestroy(&cells));
@@ -91,7 +105,7 @@ static const char *ChooseType(const SlipDippingGrid *grid, const char **why)
     *why = "more than 50 cells along dip for one along strike";
     return "hmat";
   }
-  if (!SlipDippingTransforms(&g->kernel)) {
+  if (!SlipDippingTransforms(&g->kernel) || g->kernel.type->components > 1) {
     *why = "a kernel without the stress on a whole plane";
     return "hmat";
   }
@@ -108,6 +122,39 @@ static const struct {
   {"hmat", CreateOfCells},
   {"fft", CreateByTransforms},
 };
+
+/* Of a kernel with so many components */
+static PetscErrorCode Create(MPI_Comm comm, const SlipDippingGrid *grid, PetscInt components, const char type[], Mat *K,
+                             Mat *Kn)
+{
+  const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipDippingTypes);
+  const char *why = NULL;
+  PetscBool match;
+  PetscInt k;
+
+  PetscFunctionBegin;
+  PetscCall(SlipMatInitializePackage());
+  PetscCheck(grid->dip > 0 && grid->dip <= 90, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Dip must lie in (0, 90] degrees, not %g", (double)grid->dip);
+  PetscCheck(grid->grid.nx > 0 && grid->grid.nz > 0 && grid->grid.nx <= PETSC_MAX_INT / grid->grid.nz, comm,
+             PETSC_ERR_ARG_OUTOFRANGE,
+             "Grid must have at least one cell each way and not more than PetscInt counts, not %" PetscInt_FMT
+             " x %" PetscInt_FMT,
+             grid->grid.nx, grid->grid.nz);
+  PetscCall(SlipKernelCheck(comm, &grid->grid.kernel));
+  PetscCall(SlipKernelCheckComponents(comm, &grid->grid.kernel, components));
+  PetscCall(PetscStrcmp(type, "auto", &match));
+  if (match) type = ChooseType(grid, &why);
+  for (k = 0; k < ntypes; k++) {
+    PetscCall(PetscStrcmp(type, SlipDippingTypes[k].name, &match));
+    if (match) break;
+  }
+  PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "The stiffness of a dipping grid cannot be of type \"%s\"; known: dense, hmat, fft, auto", type);
+  PetscCall(SlipDippingTypes[k].create(comm, grid, type, K, Kn));
+  if (why) PetscCall(SlipNote(*K, "SlipWhy", "auto: %s", why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /*@C
   MatCreateSlipDippingStiffness - stiffness of a uniform grid of cells on a plane of any dip, and what slip does to its
@@ -140,36 +187,50 @@ static const struct {
 
   Level: intermediate
 
-.seealso: MatCreateSlipStiffness(), MatSlipStiffnessMultBoth(), MatCreateSlipCellNormalStiffness()
+.seealso: MatCreateSlipDippingVectorStiffness(), MatCreateSlipStiffness(), MatSlipStiffnessMultBoth(), MatCreateSlipCellNormalStiffness()
 @*/
 PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGrid *grid, const char *type, Mat *K,
                                              Mat *Kn)
 {
-  const PetscInt ntypes = (PetscInt)PETSC_STATIC_ARRAY_LENGTH(SlipDippingTypes);
-  const char *why = NULL;
-  PetscBool match;
-  PetscInt k;
-
   PetscFunctionBegin;
-  PetscCall(SlipMatInitializePackage());
-  PetscCheck(grid->dip > 0 && grid->dip <= 90, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Dip must lie in (0, 90] degrees, not %g", (double)grid->dip);
-  PetscCheck(grid->grid.nx > 0 && grid->grid.nz > 0 && grid->grid.nx <= PETSC_MAX_INT / grid->grid.nz, comm,
-             PETSC_ERR_ARG_OUTOFRANGE,
-             "Grid must have at least one cell each way and not more than PetscInt counts, not %" PetscInt_FMT
-             " x %" PetscInt_FMT,
-             grid->grid.nx, grid->grid.nz);
-  PetscCall(SlipKernelCheck(comm, &grid->grid.kernel));
-  PetscCall(PetscStrcmp(type, "auto", &match));
-  if (match) type = ChooseType(grid, &why);
-  for (k = 0; k < ntypes; k++) {
-    PetscCall(PetscStrcmp(type, SlipDippingTypes[k].name, &match));
-    if (match) break;
-  }
-  PetscCheck(match, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "The stiffness of a dipping grid cannot be of type \"%s\"; known: dense, hmat, fft, auto", type);
-  PetscCall(SlipDippingTypes[k].create(comm, grid, type, K, Kn));
-  if (why) PetscCall(SlipNote(*K, "SlipWhy", "auto: %s", why));
+  PetscCall(Create(comm, grid, 1, type, K, Kn));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  MatCreateSlipDippingVectorStiffness - stiffness of a uniform grid of cells on a plane of any dip for slip as a vector in the plane, and
+  what that does to its normal stress
+
+  Collective
+
+  Input Parameters:
++ comm - communicator
+. grid - cells, extents [m], dip [deg], and a kernel of two components such as SlipKernelDippingVector; its rakes do not count
+- type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to the tolerance of
+         grid) or "auto", as MatCreateSlipDippingStiffness() has them
+
+  Output Parameters:
++ S  - symmetric 2 N x 2 N matrix [Pa/m], N = nx * nz: rows and columns 2 i and 2 i + 1 are along strike and up dip of cell i; twice
+       the rows on each process that PETSC_DECIDE gives it of N
+- Kn - N x 2 N matrix [Pa/m], compression of the centre of a cell, not symmetric; NULL where it is not wanted
+
+  Notes:
+  S is the symmetric part of the stress drop at the centre of a cell for unit slip along either component on another one.
+
+  Type "fft" keeps what MatCreateSlipDippingStiffness() does where rakes vary.
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for a bad grid, those of SlipKernelCheck(), PETSC_ERR_SUP for a kernel of one component, without
+  normal stress where Kn is wanted, or with "fft" without plane(), PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown type
+
+  Level: intermediate
+
+.seealso: MatCreateSlipDippingStiffness(), MatCreateSlipCellVectorStiffness(), MatSlipStiffnessMultBoth()
+@*/
+PetscErrorCode MatCreateSlipDippingVectorStiffness(MPI_Comm comm, const SlipDippingGrid *grid, const char *type, Mat *S,
+                                                   Mat *Kn)
+{
+  PetscFunctionBegin;
+  PetscCall(Create(comm, grid, 2, type, S, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
