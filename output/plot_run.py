@@ -125,7 +125,8 @@ def arguments():
     parser.add_argument("--kind", choices=[kind for kind in KINDS if kind != "film"],
                         help="the picture; default: snapshots with --time or --field, else overview")
     parser.add_argument("--time", nargs="+", type=seconds, metavar="T", help="of snapshots: seconds, or a number with s, min, h, d, y, as 250y")
-    parser.add_argument("--field", metavar="NAME", help="one of /fields, or stress_drop; default slip_rate, of space-time slip_rate and slip")
+    parser.add_argument("--field", metavar="NAME", help="one of /fields, of two components its magnitude, or a component as slip_up_dip or slip_along_strike, or stress_drop; "
+                        "default slip_rate, of space-time slip_rate and slip")
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="draw only this part of the run; times as of --time")
     parser.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="ends of the colour bar of the field, in its unit")
     parser.add_argument("--along", choices=("strike", "dip", "depth"), help="of space-time: the line, default strike; "

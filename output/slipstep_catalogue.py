@@ -12,7 +12,7 @@ import os
 import h5py
 import numpy as np
 
-from slipstep_output import OutputError, _plain, open_file
+from slipstep_output import OutputError, _plain, drawn, open_file
 
 
 class Catalogue:
@@ -55,8 +55,10 @@ class Catalogue:
         return self.event[f"fault_{name}"][:, list(self.faults).index(label)]
 
     def map(self, name):
-        """"slip" [m] or "rupture_time" [s] after the onset, NaN where a cell stayed below the rate; with -fault_catalogue_maps."""
+        """"slip" [m], of two components its magnitude, or "rupture_time" [s] after the onset, NaN where a cell stayed below the rate; with
+        -fault_catalogue_maps."""
         with open_file(self.path, "fault -fault_catalogue writes it") as file:
             if f"maps/{name}" not in file:
                 raise OutputError(f"{self.path}: no /maps/{name}; fault -fault_catalogue_maps writes it")
-            return file[f"maps/{name}"][:self.count]
+            maps = file[f"maps/{name}"][:self.count]
+            return drawn(maps) if maps.ndim > file["maps/rupture_time"].ndim else maps

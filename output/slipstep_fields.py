@@ -9,7 +9,7 @@ import collections
 
 import numpy as np
 
-from slipstep_output import OutputError, _plain
+from slipstep_output import COMPONENTS, OutputError, _plain, drawn, split
 
 RUPTURE_RATE = 1e-3  # m/s: what slips faster is in an event
 CHUNK = 128  # rows that are in memory at once
@@ -26,9 +26,14 @@ KINDS = {
 
 
 def kind_of(name, unit):
-    """How a field is drawn; one without a row above in its own unit."""
+    """How a field is drawn; one without a row above in its own unit, and a component of slip as the field whose it is."""
     if name in KINDS:
         return KINDS[name]
+    for part, words in COMPONENTS.items():
+        if name.endswith(part):
+            whole = kind_of(name.removesuffix(part), unit)
+            return whole._replace(title=f"{whole.title} {words}", limits="even" if whole.limits == "zero" else whole.limits,
+                                  colours="coolwarm" if whole.limits == "zero" else whole.colours)
     scale = 1e-6 if unit == "Pa" else 1.0
     return Kind(name, name.replace("_", " ").capitalize(), "MPa" if unit == "Pa" else unit, scale, "viridis", "free")
 
@@ -38,13 +43,14 @@ class Fields:
 
     def __init__(self, run, name, window=None):
         self.run, self.name, self.window = run, name, window
-        source = KINDS[name].source if name in KINDS else name
+        source, self._part = split(KINDS[name].source if name in KINDS else name)
         with run._open() as file:
             group = file.get("fields")
             if group is None or "time" not in group or source not in group or source == "time":
                 raise OutputError(f"{run.path}: field {source} was not stored (there are: {', '.join(run.field_names) or 'none'}); "
                                   f"run with -fault_output_fields {source}")
             data = group[source]
+            self._source = source
             rows = min(len(group["time"]), len(data))
             times = group["time"][:rows]
             self.kind = kind_of(name, _plain(data.attrs.get("units", "")))
@@ -58,8 +64,16 @@ class Fields:
         after = int(np.searchsorted(times, high))
         self._outer = max(int(np.searchsorted(times, low, side="right")) - 1, 0), min(after, rows - 1)
 
+    @property
+    def _cells(self):
+        return (len(self.run.mesh["x"]),) if self.run.planes else self.run.shape
+
     def _check_shape(self, data):
-        expected = (len(self.run.mesh["x"]),) if self.run.planes else self.run.shape
+        expected = self._cells
+        if data.shape[1:] == (*expected, 2):
+            return
+        if self._part is not None:
+            raise OutputError(f"{self.run.path}: {data.name} has one component; expected a run with -fault_slip_components 2")
         if data.shape[1:] != expected:
             raise OutputError(f"{self.run.path}: {data.name} is {data.shape[1:]} at each time, expected {expected} as the cells of /mesh")
 
@@ -70,18 +84,23 @@ class Fields:
     def maps(self, rows):
         """Maps [n, Nz, Nx], or [n, N] of irregular cells, of some rows of the window, in the unit of the label."""
         with self.run._open() as file:
-            data = file[f"fields/{self.kind.source}"]
+            data = file[f"fields/{self._source}"]
             return self._drawn(data, [self.rows[row] for row in rows])
 
     def outer(self):
         """The maps at the begin and the end of the window, or at the next rows outside of it."""
         with self.run._open() as file:
-            return self._drawn(file[f"fields/{self.kind.source}"], self._outer)
+            return self._drawn(file[f"fields/{self._source}"], self._outer)
 
     def _drawn(self, data, rows):
         together = (np.diff(rows) == 1).all()
         values = data[rows[0]:rows[-1] + 1] if together else np.array([data[row] for row in rows])
-        return self.kind.scale * (drop(data[self._outer[0]], values) if self.name == "stress_drop" else values)
+        if data.ndim > 1 + len(self._cells):
+            values = drawn(values, self._part)
+        if self.name != "stress_drop":
+            return self.kind.scale * values
+        start = data[self._outer[0]]
+        return self.kind.scale * drop(drawn(start, self._part) if start.ndim > len(self._cells) else start, values)
 
     def chunks(self, rows=None):
         """(rows, maps) a few rows at a time, so that a long run fits into memory."""

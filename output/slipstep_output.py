@@ -22,6 +22,8 @@ RESULT = ("accepted", "rejected", "solves", "newton_iterations", "linear_iterati
 SERIES = ("mean_slip_rate", "max_slip_rate", "mean_slip", "mean_displacement", "sliding_fraction")
 MESH = ("x", "z")
 
+COMPONENTS = {"_along_strike": "along strike", "_up_dip": "up dip"}  # of a field of two: what follows its name, and words for it
+
 
 class OutputError(Exception):
     """The file cannot be read as SlipStep output; the message names the file and what was expected in it."""
@@ -34,6 +36,19 @@ def _plain(value):
     if isinstance(value, np.ndarray) and value.size == 1:
         return _plain(value.reshape(-1)[0])
     return value.item() if isinstance(value, np.generic) else value
+
+
+def split(name):
+    """A field's dataset and the component that its name asks for: ("slip", 1) of "slip_up_dip"; None: the magnitude."""
+    for number, part in enumerate(COMPONENTS):
+        if name.endswith(part):
+            return name.removesuffix(part), number
+    return name, None
+
+
+def drawn(vectors, part=None):
+    """One component of vectors [..., 2], or their magnitude."""
+    return np.hypot(vectors[..., 0], vectors[..., 1]) if part is None else vectors[..., part]
 
 
 def open_file(path, writer):
@@ -193,14 +208,21 @@ class Run(Cells):
         return int(np.argmax(self.series["mean_slip_rate"]))
 
     def field(self, name):
-        """Times [n] and maps [n, Nz, Nx], or [n, N] of irregular cells, of a field that the run stored."""
+        """Times [n] and maps [n, Nz, Nx], or [n, N] of irregular cells, of a field that the run stored; of two components the magnitude, or
+        one of them, as of "slip_along_strike" and "slip_up_dip"."""
+        source, part = split(name)
         with self._open() as file:
             group = file.get("fields")
-            if group is None or name not in group or "time" not in group:
-                raise OutputError(f"{self.path}: field {name} was not stored (there are: {', '.join(self.field_names) or 'none'}); "
-                                  f"run with -fault_output_fields {name}")
-            rows = min(len(group["time"]), len(group[name]))
-            return group["time"][:rows], group[name][:rows]
+            if group is None or source not in group or "time" not in group:
+                raise OutputError(f"{self.path}: field {source} was not stored (there are: {', '.join(self.field_names) or 'none'}); "
+                                  f"run with -fault_output_fields {source}")
+            rows = min(len(group["time"]), len(group[source]))
+            maps = group[source][:rows]
+            if maps.ndim > (2 if self.planes else 3):
+                maps = drawn(maps, part)
+            elif part is not None:
+                raise OutputError(f"{self.path}: {source} has one component; expected a run with -fault_slip_components 2")
+            return group["time"][:rows], maps
 
     def field_at(self, name, time):
         """The stored map nearest to a time [s]: its own time and the map [Nz, Nx], or [N] of irregular cells."""

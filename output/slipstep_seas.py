@@ -150,11 +150,15 @@ class Writer:
         """One file. The traction of a run resists slip: the benchmark's shear stress is its negative. BP5's have x2 and x3 in whole km in
         their names, BP1's and BP6's the depth in tenths of a km, BP3's the distance along the dip."""
         wanted = BENCHMARKS[self.benchmark]["station"]
-        values = {"t": station["time"], "slip": station["slip"], "slip_rate": log_rate(station["slip_rate"]), "shear_stress": -station["traction"] / 1e6,
-                  "state": np.log10(station["state"])}
+        vectors = station["slip"].ndim == 2  # along strike and up dip, while x3 goes down
+        slip, rate, traction = (station[name][:, 0] if vectors else station[name] for name in ("slip", "slip_rate", "traction"))
+        values = {"t": station["time"], "slip": slip, "slip_rate": log_rate(rate), "shear_stress": -traction / 1e6, "state": np.log10(station["state"])}
         none = np.zeros(len(station["time"]))
         values.update({"slip_2": values["slip"], "slip_3": none, "slip_rate_2": values["slip_rate"], "slip_rate_3": none + np.log10(NOTHING),
                        "shear_stress_2": values["shear_stress"], "shear_stress_3": none})
+        if vectors:
+            values.update({"slip_3": -station["slip"][:, 1], "slip_rate_3": log_rate(station["slip_rate"][:, 1]),
+                           "shear_stress_3": station["traction"][:, 1] / 1e6})
         x, z = station["cell_x"] - ORIGIN["bp5"], station["cell_z"] - (ORIGIN["bp6"] if self.benchmark == "bp6" else 0)
         if self.benchmark == "bp3":  # thrust slip and its stress are positive there, slip of a normal fault negative
             dip, sign = dip_of(self.run)
@@ -163,7 +167,7 @@ class Writer:
         if "pore_pressure" in wanted:
             values.update(pore_pressure=pressure(z, station["time"]) / 1e6, darcy_vel=darcy(z, station["time"]))
         own = f"x2 = {x:g} m, x3 = {z:g} m" if self.benchmark == "bp5" else f"{'z' if self.benchmark != 'bp3' else 'distance along the dip'} = {z:g} m"
-        notes = ["Slip along strike only: component 3 has no slip and no stress, and the rate 1e-30 m/s"] if "slip_3" in wanted else []
+        notes = ["Slip along strike only: component 3 has no slip and no stress, and the rate 1e-30 m/s"] if "slip_3" in wanted and not vectors else []
         self.write(self.station_name(station), wanted, np.stack([values[column] for column in wanted], axis=1),
                    f"on fault, centre of the cell that has the station: {own}", notes)
 

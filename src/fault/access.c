@@ -155,6 +155,25 @@ PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Component j of each numbers a cell, gathered by rows in values, each of them a row */
+static PetscErrorCode GatherComponent(SlipFault fault, PetscInt each, PetscInt j, const PetscReal local[],
+                                      PetscReal values[])
+{
+  PetscReal *mine, *all;
+
+  PetscFunctionBegin;
+  if (each == 1) {
+    PetscCall(SlipFaultGatherAll(fault, local, values));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscMalloc2(fault->mesh.n + 1, &mine, fault->mesh.N, &all));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) mine[i] = local[each * i + j];
+  PetscCall(SlipFaultGatherAll(fault, mine, all));
+  for (PetscInt i = 0; i < fault->mesh.N; i++) values[each * i + j] = all[i];
+  PetscCall(PetscFree2(mine, all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipFaultGetCellValues - what a state is in all cells
 
@@ -169,12 +188,13 @@ PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], P
 - n     - number of cells, of all processes
 
   Output Parameter:
-. values - [n], in the unit of the name, in the order of SlipFaultGetField(), the same on every process
+. values - [n], with two components of slip [n][2] of all but the state, in the unit of the name, in the order of
+           SlipFaultGetField(), the same on every process
 
   Level: intermediate
 
   Notes:
-  The slip of a fault that heals or has a state of its own is that of the displacement and the far field since time 0.
+  The slip of two components, or of a fault that heals or has a state of its own, is that of the displacement and the far field since time 0.
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another name, PETSC_ERR_ARG_SIZ for another number of cells
 
@@ -188,7 +208,7 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
   const PetscReal *a, *u;
   PetscReal *local;
   SlipFrictionCells friction;
-  PetscInt k;
+  PetscInt k, each;
   PetscBool same = PETSC_FALSE;
   Vec T;
 
@@ -204,28 +224,32 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
   if (k == STRESS) PetscCall(SlipFaultStress(fault, t, w, T));
   if (k == TRACTION) PetscCall(SlipFaultTraction(fault, t, w, T));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
-  PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &local));
+  each = k == STATE ? 1 : fault->layout.components;
+  PetscCall(PetscMalloc1(PetscMax(each * fault->mesh.n, 1), &local));
   PetscCall(VecGetArrayRead(k >= TRACTION ? T : w, &a));
   PetscCall(VecGetArrayRead(fault->critical.uc, &u));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    if (k == STRESS)
-      local[i] = a[i];
-    else if (k == TRACTION)
-      local[i] = a[i] / fault->mesh.weight[i];
-    else if (k == STATE)
-      local[i] = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
-    else if (k == SLIP && (fault->kind.heals || fault->friction.law->state))
-      local[i] = a[SlipFaultDisplacementAt(fault, i)] - fault->critical.start_share * u[i] +
-                 t * fault->fields.cell[FIELD_LOADING_RATE][i];
-    else
-      local[i] = a[k == RATE           ? SlipFaultRateAt(fault, i)
-                   : k == DISPLACEMENT ? SlipFaultDisplacementAt(fault, i)
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt j = 0; j < each; j++) {
+      PetscReal *value = local + each * i + j;
+
+      if (k == STRESS)
+        *value = a[each * i + j];
+      else if (k == TRACTION)
+        *value = a[each * i + j] / fault->mesh.weight[i];
+      else if (k == STATE)
+        *value = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
+      else if (k == SLIP && (each == 2 || fault->kind.heals || fault->friction.law->state))
+        *value = a[SlipFaultDisplacementAt(fault, i) + j] - fault->critical.start_share * u[each * i + j] +
+                 t * (fault->fields.cell[FIELD_LOADING_RATE][i] * SlipFaultAlong(fault, i)[j]);
+      else
+        *value = a[k == RATE           ? SlipFaultRateAt(fault, i) + j
+                   : k == DISPLACEMENT ? SlipFaultDisplacementAt(fault, i) + j
                                        : SlipFaultStateAt(fault, i)];
-  }
+    }
   PetscCall(VecRestoreArrayRead(fault->critical.uc, &u));
   PetscCall(VecRestoreArrayRead(k >= TRACTION ? T : w, &a));
   PetscCall(VecDestroy(&T));
-  PetscCall(SlipFaultGatherAll(fault, local, values));
+  for (PetscInt j = 0; j < each; j++) PetscCall(GatherComponent(fault, each, j, local, values));
   PetscCall(PetscFree(local));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

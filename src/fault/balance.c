@@ -3,6 +3,7 @@
 
       T - K u - eta (v - v_inf) = sigma mu(s, |v|) sign(v),   du/dt = v - v_inf,   ds/dt of the law,
 
+   with v/|v| for sign(v) where slip has two components: v is then along T - K u + eta v_inf, and |v| follows from its magnitude. It is
    an explicit problem in (u, s) with one product with K for each right-hand side, and one with Kn where slip changes sigma. The component v of the state vector
    has no rate of its own: after a step it is made that of the balance, for all who read it. */
 #include <slipstep/private/slipfault.h>
@@ -135,16 +136,17 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* T0 = sigma mu + H (v - v_inf): what balances the start. Overwrites work[0] and work[1]. */
+/* T0 = sigma mu + H (v - v_inf): what balances the start, along the rake. Overwrites work[0] and work[1]. */
 static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *friction)
 {
   const PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *vinf = fault->fields.cell[FIELD_LOADING_RATE], *f;
   PetscReal *x;
 
   PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(fault->work[0], &x));
+  PetscCall(PetscMalloc1(fault->mesh.n + 1, &x));
   for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = rate[i] - vinf[i];
-  PetscCall(VecRestoreArrayWrite(fault->work[0], &x));
+  PetscCall(SlipFaultFillAlong(fault, x, PETSC_FALSE, fault->work[0]));
+  PetscCall(PetscFree(x));
   PetscCall(MatMult(fault->operators.H, fault->work[0], fault->work[1]));
   PetscCall(VecGetArrayRead(fault->work[1], &f));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -153,7 +155,8 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
     SlipFrictionEvaluate(friction, i, SlipFrictionOfShown(friction, i, fault->fields.cell[FIELD_INITIAL_STATE][i]),
                          PetscAbsReal(rate[i]), &mu, &ds, &dv);
     fault->fields.cell[FIELD_INITIAL_TRACTION][i] =
-      (rate[i] < 0 ? -mu : mu) * friction->stress[i] + f[i] / fault->mesh.weight[i];
+      (rate[i] < 0 ? -mu : mu) * friction->stress[i] +
+      SlipFaultDot(fault, f + fault->layout.components * i, SlipFaultAlong(fault, i)) / fault->mesh.weight[i];
   }
   PetscCall(VecRestoreArrayRead(fault->work[1], &f));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -203,24 +206,38 @@ PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault)
 
 /* ---- slip rates ---- */
 
+/* Of two components, from the stress tau that friction and radiation damping balance: its magnitude gives that of v, along it; the
+   rates of u and s into f, unless NULL */
+static void BalanceVectors(SlipFault fault, const SlipFrictionCells *friction, const PetscReal tau[],
+                           const PetscReal a[], PetscReal v[], PetscReal f[])
+{
+  const SlipFaultLayout *layout = &fault->layout;
+  PetscReal *size = layout->sizes, *speed = layout->sizes + fault->mesh.n;
+
+  for (PetscInt i = 0; i < fault->mesh.n; i++) size[i] = SlipFaultLength(fault, tau + 2 * i);
+  SlipFrictionBalance(friction, fault->balance.kept, fault->mesh.n, fault->balance.eta, size, layout->block,
+                      a + layout->state, speed, f ? f + layout->state : NULL);
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < 2; k++) v[2 * i + k] = size[i] > 0 ? speed[i] * (tau[2 * i + k] / size[i]) : 0;
+}
+
 /* b->rate of the state w at t, and unless F is NULL its rates */
 PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFaultBalance *b = &fault->balance;
-  const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *weight = fault->mesh.weight, eta = b->eta;
-  const PetscReal *a, *force, *shear;
+  const PetscReal *weight = fault->mesh.weight, eta = b->eta;
+  const PetscInt c = fault->layout.components;
+  const PetscReal *a, *force, *shear, *vinf;
   PetscReal *tau, *v, *f = NULL;
   SlipFrictionCells friction;
   const SlipFaultLoad *load;
-  const SlipArrays arrays[] = {{w, .read = &a},
-                               {b->force, .read = &force},
-                               {b->rate, .write = &v},
-                               {fault->work[0], .write = &tau},
-                               {F, .write = &f}};
+  const SlipArrays arrays[] = {
+    {w, .read = &a},        {b->force, .read = &force},      {fault->operators.vinf, .read = &vinf},
+    {b->rate, .write = &v}, {fault->work[0], .write = &tau}, {F, .write = &f}};
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(VecStrideGather(w, fault->layout.displacement, b->u, INSERT_VALUES));
+  PetscCall(SlipFaultGetDisplacement(fault, w, b->u));
   if (fault->operators.Kn) {
     PetscCall(MatSlipStiffnessMultBoth(fault->operators.K, fault->operators.Kn, b->u, b->force, fault->coupling.rise));
     PetscCall(SlipFaultCoupledFriction(fault, t, 0, &friction));
@@ -229,22 +246,27 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
     PetscCall(MatMult(fault->operators.K, b->u, b->force));
     PetscCall(SlipFaultGetFriction(fault, t, &friction));
   }
-  PetscCall(SlipArraysGet(F ? 5 : 4, arrays));
+  PetscCall(SlipArraysGet(F ? 6 : 5, arrays));
   PetscCall(VecGetArrayRead(load->shear, &shear));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) tau[i] = shear[i] - force[i] + eta * weight[i] * vinf[i];
-  SlipFrictionBalance(&friction, b->kept, fault->mesh.n, eta, tau, fault->layout.block, a + fault->layout.state, v,
-                      f ? f + fault->layout.state : NULL);
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = c * i; k < c * (i + 1); k++) tau[k] = shear[k] - force[k] + eta * weight[i] * vinf[k];
+  if (c == 2)
+    BalanceVectors(fault, &friction, tau, a, v, f);
+  else
+    SlipFrictionBalance(&friction, b->kept, fault->mesh.n, eta, tau, fault->layout.block, a + fault->layout.state, v,
+                        f ? f + fault->layout.state : NULL);
   for (PetscInt i = 0; i < fault->mesh.n && b->creeps; i++) {
     if (!b->creeps[i]) continue;
-    v[i] = vinf[i];
+    for (PetscInt k = c * i; k < c * (i + 1); k++) v[k] = vinf[k];
     if (f) f[SlipFaultStateAt(fault, i)] = 0;
   }
-  for (PetscInt i = 0; i < fault->mesh.n && f; i++) {
-    f[SlipFaultRateAt(fault, i)] = 0;
-    f[SlipFaultDisplacementAt(fault, i)] = v[i] - vinf[i];
-  }
+  for (PetscInt i = 0; i < fault->mesh.n && f; i++)
+    for (PetscInt k = 0; k < c; k++) {
+      f[SlipFaultRateAt(fault, i) + k] = 0;
+      f[SlipFaultDisplacementAt(fault, i) + k] = v[c * i + k] - vinf[c * i + k];
+    }
   PetscCall(VecRestoreArrayRead(load->shear, &shear));
-  PetscCall(SlipArraysRestore(F ? 5 : 4, arrays));
+  PetscCall(SlipArraysRestore(F ? 6 : 5, arrays));
   PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->mesh.n));
   b->time = t;
   b->known = PETSC_TRUE;
@@ -257,7 +279,7 @@ PetscErrorCode SlipFaultForce(SlipFault fault, Vec w, Vec u, Vec force)
   PetscBool same;
 
   PetscFunctionBegin;
-  PetscCall(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(SlipFaultWasBalanced(fault, u, &same));
   if (same)
     PetscCall(VecCopy(fault->balance.force, force));
@@ -275,7 +297,8 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(fault->balance.rate, &v));
   PetscCall(VecGetArray(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) a[SlipFaultRateAt(fault, i)] = v[i];
+  for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++) a[SlipFaultRateAt(fault, i) + k] = v[c * i + k];
   PetscCall(VecRestoreArray(w, &a));
   PetscCall(VecRestoreArrayRead(fault->balance.rate, &v));
   fault->balance.put++;
@@ -292,7 +315,8 @@ PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
   PetscCall(SlipFaultGetFriction(fault, 0, &friction)); /* slip has changed nothing yet */
   PetscCall(VecGetArray(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    a[SlipFaultRateAt(fault, i)] = fault->fields.cell[FIELD_INITIAL_RATE][i];
+    for (PetscInt k = 0; k < fault->layout.components; k++)
+      a[SlipFaultRateAt(fault, i) + k] = fault->fields.cell[FIELD_INITIAL_RATE][i] * SlipFaultAlong(fault, i)[k];
     a[SlipFaultStateAt(fault, i)] = SlipFrictionOfShown(&friction, i, fault->fields.cell[FIELD_INITIAL_STATE][i]);
   }
   PetscCall(VecRestoreArray(w, &a));
@@ -309,6 +333,24 @@ PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w, Vec 
   PetscReal *q;
 
   PetscFunctionBegin;
+  if (fault->layout.components == 2) {
+    const PetscReal *strength;
+
+    PetscCall(SlipFaultStrength(fault, t, w, fault->cells));
+    PetscCall(VecGetArrayRead(fault->cells, &strength));
+    PetscCall(VecGetArrayRead(w, &a));
+    PetscCall(VecGetArrayWrite(r, &q));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      const PetscReal speed = SlipFaultSpeed(fault, a, i);
+
+      for (PetscInt k = 0; k < 2; k++)
+        q[2 * i + k] = speed > 0 ? -strength[i] * (a[SlipFaultRateAt(fault, i) + k] / speed) : 0;
+    }
+    PetscCall(VecRestoreArrayWrite(r, &q));
+    PetscCall(VecRestoreArrayRead(w, &a));
+    PetscCall(VecRestoreArrayRead(fault->cells, &strength));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipFaultStrength(fault, t, w, r));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArray(r, &q));

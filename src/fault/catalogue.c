@@ -47,6 +47,12 @@ typedef struct {
   Vec a, b;            /* states at its ends */
 } Step;
 
+/* The rate of cell i in a state that passes the bound: of one component with its sign, of two its magnitude */
+static PetscReal EventRate(SlipFault fault, const PetscReal a[], PetscInt i)
+{
+  return fault->layout.components == 1 ? a[SlipFaultRateAt(fault, i)] : SlipFaultSpeed(fault, a, i);
+}
+
 /* The least share of the way from slow, where no such cell is above the rate, to fast after which one is */
 static PetscErrorCode FirstCrossing(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal *share)
 {
@@ -59,8 +65,8 @@ static PetscErrorCode FirstCrossing(SlipFaultCatalogue cat, Vec slow, Vec fast, 
   *share = 1;
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
-    if (PetscAbsReal(b[SlipFaultRateAt(fault, i)]) > rate)
-      *share = PetscMin(*share, SlipEventCrossing(a[SlipFaultRateAt(fault, i)], b[SlipFaultRateAt(fault, i)], rate));
+    if (SlipFaultSpeed(fault, b, i) > rate)
+      *share = PetscMin(*share, SlipEventCrossing(EventRate(fault, a, i), EventRate(fault, b, i), rate));
   PetscCall(SlipArraysRestore(2, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, share, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -78,16 +84,31 @@ static PetscErrorCode MarkRuptured(SlipFaultCatalogue cat, const Step *step)
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    if (t[i] >= 0 || PetscAbsReal(b[SlipFaultRateAt(fault, i)]) <= rate) continue;
+    if (t[i] >= 0 || SlipFaultSpeed(fault, b, i) <= rate) continue;
     /* one that was above it all along when the run began has no crossing */
-    t[i] = PetscAbsReal(a[SlipFaultRateAt(fault, i)]) > rate
+    t[i] = SlipFaultSpeed(fault, a, i) > rate
              ? 0
-             : PetscMax(0, begin + step->dt * SlipEventCrossing(a[SlipFaultRateAt(fault, i)],
-                                                                b[SlipFaultRateAt(fault, i)], rate));
+             : PetscMax(0, begin + step->dt * SlipEventCrossing(EventRate(fault, a, i), EventRate(fault, b, i), rate));
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscCall(SlipCatalogueHypocentres(cat, step->b));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The rate at a share of the way: of two components its magnitude is between those of the ends as a rate of one is, in a direction
+   between theirs */
+static void RateBetween(SlipFault fault, const PetscReal from[], const PetscReal to[], PetscReal share, PetscReal v[])
+{
+  PetscReal size, length;
+
+  if (fault->layout.components == 1) {
+    v[0] = SlipEventRate(from[0], to[0], share);
+    return;
+  }
+  for (int k = 0; k < 2; k++) v[k] = (1 - share) * from[k] + share * to[k];
+  length = SlipFaultLength(fault, v);
+  size = SlipEventRate(SlipFaultLength(fault, from), SlipFaultLength(fault, to), share);
+  for (int k = 0; k < 2 && length > 0; k++) v[k] *= size / length;
 }
 
 /* State at a share of the way from slow to fast, dt away from slow, negative when it is the earlier one: the displacements
@@ -102,15 +123,17 @@ static PetscErrorCode Cut(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal 
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal v = SlipEventRate(a[SlipFaultRateAt(fault, i)], b[SlipFaultRateAt(fault, i)], share);
+    const PetscReal *from = a + SlipFaultRateAt(fault, i), *to = b + SlipFaultRateAt(fault, i);
+    PetscReal *v = c + SlipFaultRateAt(fault, i);
 
-    c[SlipFaultRateAt(fault, i)] = v;
-    c[SlipFaultDisplacementAt(fault, i)] =
-      a[SlipFaultDisplacementAt(fault, i)] + dt * (0.5 * (a[SlipFaultRateAt(fault, i)] + v) - vinf[i]);
+    RateBetween(fault, from, to, share, v);
+    for (PetscInt k = 0; k < fault->layout.components; k++)
+      c[SlipFaultDisplacementAt(fault, i) + k] = a[SlipFaultDisplacementAt(fault, i) + k] +
+                                                 dt * (0.5 * (from[k] + v[k]) - vinf[i] * SlipFaultAlong(fault, i)[k]);
     c[SlipFaultStateAt(fault, i)] =
       fault->friction.law->state
         ? a[SlipFaultStateAt(fault, i)] + share * (b[SlipFaultStateAt(fault, i)] - a[SlipFaultStateAt(fault, i)])
-        : a[SlipFaultStateAt(fault, i)] + dt * 0.5 * (PetscAbsReal(a[SlipFaultRateAt(fault, i)]) + PetscAbsReal(v));
+        : a[SlipFaultStateAt(fault, i)] + dt * 0.5 * (SlipFaultLength(fault, from) + SlipFaultLength(fault, v));
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -191,7 +214,7 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w,
   *e = (SlipFaultEvent){.onset = onset, .peak = max};
   cat->active = PETSC_TRUE;
   cat->power_known = PETSC_FALSE;
-  PetscCall(VecStrideGather(w, fault->layout.displacement, cat->u0, INSERT_VALUES));
+  PetscCall(SlipFaultGetDisplacement(fault, w, cat->u0));
   PetscCall(SlipFaultStress(fault, onset, w, cat->stress0));
   PetscCall(SlipCatalogueEnergies(fault, onset, w, &e->elastic, &e->kinetic));
   PetscCall(VecSet(cat->rupture, -1));
@@ -211,7 +234,7 @@ static PetscErrorCode Onset(SlipFaultCatalogue cat, const Step *step, PetscReal 
   PetscCall(FirstCrossing(cat, step->a, step->b, &share));
   PetscCall(Cut(cat, step->a, step->b, share, share * step->dt));
   PetscCall(BeginEvent(cat, step->begin + share * step->dt, cat->cut, step->b, max));
-  PetscCall(VecStrideNorm(step->a, cat->fault->layout.rate, NORM_INFINITY, &start));
+  PetscCall(SlipFaultLargestSpeed(cat->fault, step->a, &start));
   e->time[1] = step->begin;
   e->rate[1] = start;
   PetscCall(Powers(cat, step->begin, step->a, cat->power));
@@ -377,9 +400,10 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
   }
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   {
-    Vec *vecs[] = {&cat->u0, &cat->stress0, &cat->rupture, &cat->stress, &cat->slip};
+    Vec *vecs[] = {&cat->u0, &cat->stress0, &cat->stress, &cat->slip};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDuplicate(fault->critical.uc, vecs[i]));
+    PetscCall(VecDuplicate(fault->cells, &cat->rupture));
   }
   {
     const PetscInt several = fault->mesh.faults > 1 ? fault->mesh.faults : 0;
@@ -393,7 +417,7 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
   PetscCall(SlipFaultCreateState(fault, &cat->cut));
   if (!bathe) PetscCall(SlipFaultCreateState(fault, &cat->before));
   if (cat->maps) PetscCall(SlipFaultGatherCreate(fault, cat->slip, &cat->gather, &cat->map[0]));
-  if (cat->maps) PetscCall(VecDuplicate(cat->map[0], &cat->map[1]));
+  if (cat->maps) PetscCall(SlipFaultGatherCreate(fault, cat->rupture, &cat->gather_cells, &cat->map[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -432,6 +456,7 @@ static PetscErrorCode CatalogueDestroy(void **ctx)
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }
   PetscCall(VecScatterDestroy(&cat->gather));
+  PetscCall(VecScatterDestroy(&cat->gather_cells));
   PetscCall(SlipTableDestroy(&cat->table));
   PetscCall(PetscFree5(cat->row, cat->work, cat->power, cat->cut_power, cat->whole));
   PetscCall(PetscFree(cat->hypocentre));

@@ -81,6 +81,7 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
 {
   SlipFault fault = cat->fault;
   const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
+  const PetscInt of_slip[] = {dims[0], ndim == 2 ? dims[1] : 2, 2}; /* of two components */
   SlipH5 *h = &cat->file;
 
   PetscFunctionBegin;
@@ -88,14 +89,16 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscCall(WriteAttributes(cat));
   PetscCall(CreateTable(cat, -1));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
-    PetscCall(SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
+    PetscCall(!m && fault->layout.components == 2
+                ? SlipH5CreateSeries(h, Maps[m], ndim + 1, of_slip, PETSC_FALSE, MapUnits[m])
+                : SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
   PetscCall(fault->mesh.kind->write(&fault->mesh, h));
   if (cat->maps) {
     const PetscReal *rake;
 
-    PetscCall(VecGetArrayRead(cat->map[0], &rake));
+    PetscCall(VecGetArrayRead(cat->map[1], &rake));
     PetscCall(SlipH5WriteReal(h, "/mesh/rake", ndim, dims, rake, "degrees"));
-    PetscCall(VecRestoreArrayRead(cat->map[0], &rake));
+    PetscCall(VecRestoreArrayRead(cat->map[1], &rake));
   }
   PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -159,12 +162,12 @@ static PetscErrorCode GatherRake(SlipFaultCatalogue cat)
   Vec rake;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(cat->slip, &rake));
+  PetscCall(VecDuplicate(cat->rupture, &rake));
   PetscCall(VecGetArray(rake, &a));
   PetscCall(PetscArraycpy(a, cat->fault->fields.cell[FIELD_RAKE], cat->fault->mesh.n));
   PetscCall(VecRestoreArray(rake, &a));
-  PetscCall(VecScatterBegin(cat->gather, rake, cat->map[0], INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(cat->gather, rake, cat->map[0], INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterBegin(cat->gather_cells, rake, cat->map[1], INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(cat->gather_cells, rake, cat->map[1], INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecDestroy(&rake));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -214,8 +217,10 @@ PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat)
   PetscFunctionBegin;
   PetscCall(SlipLogOutputBegin());
   for (PetscInt m = 0; m < 2 && cat->maps; m++) {
-    PetscCall(VecScatterBegin(cat->gather, from[m], cat->map[m], INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(cat->gather, from[m], cat->map[m], INSERT_VALUES, SCATTER_FORWARD));
+    const VecScatter gather = m ? cat->gather_cells : cat->gather;
+
+    PetscCall(VecScatterBegin(gather, from[m], cat->map[m], INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(gather, from[m], cat->map[m], INSERT_VALUES, SCATTER_FORWARD));
   }
   if (!cat->rank) ierr = SlipTableAdd(&cat->table, &cat->file, cat->row);
   if (!cat->rank && !ierr && cat->maps) ierr = WriteMaps(cat);

@@ -18,7 +18,11 @@ PetscErrorCode SlipCatalogueEnergies(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscFunctionBegin;
   PetscCall(SlipFaultElasticEnergy(fault, t, w, elastic));
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) sum += fault->mesh.weight[i] * PetscSqr(a[SlipFaultRateAt(fault, i)]);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal *v = a + SlipFaultRateAt(fault, i);
+
+    sum += fault->mesh.weight[i] * SlipFaultDot(fault, v, v);
+  }
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
   *kinetic = fault->kind.inertia ? 0.5 * fault->operators.mass * fault->mesh.area * sum : 0; /* M v.v/2 */
@@ -38,7 +42,7 @@ PetscErrorCode SlipCatalogueFastest(SlipFault fault, Vec w, PetscInt n, const Pe
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscInt row = SlipFaultMeshRow(&fault->mesh, i), k = group ? group[row] : 0;
 
-    if (PetscAbsReal(a[SlipFaultRateAt(fault, i)]) >= max[k] * (1 - EVENT_TIE)) cell[k] = PetscMin(cell[k], row);
+    if (SlipFaultSpeed(fault, a, i) >= max[k] * (1 - EVENT_TIE)) cell[k] = PetscMin(cell[k], row);
   }
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cell, (PetscMPIInt)n, MPIU_INT, MPI_MIN, fault->comm));
@@ -63,7 +67,7 @@ PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, Vec w)
   for (PetscInt i = 0; i < mesh->n; i++) {
     PetscReal *fastest = &max[SlipFaultMeshFaultOf(mesh, SlipFaultMeshRow(mesh, i))];
 
-    *fastest = PetscMax(*fastest, PetscAbsReal(a[SlipFaultRateAt(fault, i)]));
+    *fastest = PetscMax(*fastest, SlipFaultSpeed(fault, a, i));
   }
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, max, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_MAX, fault->comm));
@@ -76,8 +80,8 @@ PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, Vec w)
 
 /* ---- sums ---- */
 
-/* Over the cells, areas over their mean: of slip; of those that ruptured of area, slip, stress drop */
-enum { SUM_SLIP, SUM_AREA, SUM_BROKEN, SUM_DROP, NUM_SUMS };
+/* Over the cells, areas over their mean: of slip; of those that ruptured of area, slip, stress drop; and of their second components */
+enum { SUM_SLIP, SUM_AREA, SUM_BROKEN, SUM_DROP, SUM_SLIP_UP, SUM_BROKEN_UP, SUM_DROP_UP, NUM_SUMS };
 /* and the two components of their slip, along strike and up dip */
 enum { SUM_ALONG = NUM_SUMS, SUM_UP, NUM_ALL_SUMS };
 
@@ -88,6 +92,7 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
 {
   SlipFault fault = cat->fault;
   const PetscInt faults = cat->hypocentre ? fault->mesh.faults : 0;
+  const PetscInt components = fault->layout.components, up = components - 1; /* without a second one: the first */
   const PetscReal time = t - cat->event.onset, *a, *u0, *stress0, *stress, *rupture, *vinf;
   PetscReal *slip;
   const SlipArrays arrays[] = {{w, .read = &a},
@@ -106,24 +111,37 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
   PetscCall(SlipArraysGet(7, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscInt k = SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i));
-    const PetscReal weight = fault->mesh.weight[i], broke = rupture[i] < 0 ? 0 : weight;
+    const PetscReal weight = fault->mesh.weight[i], broke = rupture[i] < 0 ? 0 : weight, both = components == 2 ? 1 : 0;
+    const PetscInt first_of = components * i, second_of = first_of + up;
     PetscReal sine, cosine;
 
-    slip[i] = a[SlipFaultDisplacementAt(fault, i)] - u0[i] + vinf[i] * time;
+    for (PetscInt j = 0; j < components; j++)
+      slip[first_of + j] = a[SlipFaultDisplacementAt(fault, i) + j] - u0[first_of + j] + vinf[first_of + j] * time;
     {
-      const PetscReal share[NUM_SUMS] = {weight * slip[i], broke, broke * slip[i], broke * (stress0[i] - stress[i])};
+      const PetscReal share[NUM_SUMS] = {[SUM_SLIP] = weight * slip[first_of],
+                                         [SUM_AREA] = broke,
+                                         [SUM_BROKEN] = broke * slip[first_of],
+                                         [SUM_DROP] = broke * (stress0[first_of] - stress[first_of]),
+                                         [SUM_SLIP_UP] = both * weight * slip[second_of],
+                                         [SUM_BROKEN_UP] = both * broke * slip[second_of],
+                                         [SUM_DROP_UP] = both * broke * (stress0[second_of] - stress[second_of])};
 
       for (PetscInt c = 0; c < NUM_SUMS; c++) {
         sum[c] += share[c];
         if (faults) sum[NUM_ALL_SUMS + NUM_SUMS * k + c] += share[c];
       }
     }
-    largest[0] = PetscMax(largest[0], slip[i]);
-    largest[1] = PetscMax(largest[1], -slip[i]);
+    largest[0] = PetscMax(largest[0], components == 1 ? slip[i] : SlipFaultLength(fault, slip + first_of));
+    largest[1] = PetscMax(largest[1], -slip[first_of]);
     if (rupture[i] < 0) continue;
-    SlipDegrees(fault->fields.cell[FIELD_RAKE][i], &sine, &cosine);
-    sum[SUM_ALONG] += weight * slip[i] * cosine;
-    sum[SUM_UP] += weight * slip[i] * sine;
+    if (components == 1) {
+      SlipDegrees(fault->fields.cell[FIELD_RAKE][i], &sine, &cosine);
+      sum[SUM_ALONG] += weight * slip[i] * cosine;
+      sum[SUM_UP] += weight * slip[i] * sine;
+    } else {
+      sum[SUM_ALONG] += weight * slip[first_of];
+      sum[SUM_UP] += weight * slip[second_of];
+    }
     if (faults) first[k] = PetscMin(first[k], rupture[i]);
   }
   PetscCall(SlipArraysRestore(7, arrays));
@@ -136,8 +154,16 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
 
 /* ---- the row ---- */
 
-/* Of each fault; what is a mean over what ruptured is unknown where nothing did. along: 1 or -1, that of the event */
-static void FillFaults(SlipFaultCatalogue cat, PetscReal along, const PetscReal sums[], const PetscReal first[])
+/* Of sums with one component, times the sign of the event's slip; with two, along its direction */
+static PetscReal AlongEvent(const PetscReal direction[2], const PetscReal sum[], PetscInt first, PetscInt second)
+{
+  return direction[0] * sum[first] + direction[1] * sum[second];
+}
+
+/* Of each fault; what is a mean over what ruptured is unknown where nothing did. along: unit vector of the event's slip, of one component
+   its sign */
+static void FillFaults(SlipFaultCatalogue cat, const PetscReal along[2], const PetscReal sums[],
+                       const PetscReal first[])
 {
   const SlipFault fault = cat->fault;
   const PetscInt faults = fault->mesh.faults;
@@ -146,15 +172,17 @@ static void FillFaults(SlipFaultCatalogue cat, PetscReal along, const PetscReal 
   for (PetscInt k = 0; k < faults && cat->hypocentre; k++) {
     const PetscReal *sum = sums + NUM_SUMS * k, *const work = cat->work + FAULT_NUM_WORKS;
     const PetscBool broke = cat->hypocentre[k] >= 0 ? PETSC_TRUE : PETSC_FALSE;
-    const PetscReal value[] = {
-      [EVENT_FAULT_MOMENT - EVENT_NUM_COLUMNS] =
-        along * fault->options.value[FAULT_SHEAR_MODULUS] * area * sum[SUM_SLIP],
-      [EVENT_FAULT_AREA - EVENT_NUM_COLUMNS] = area * sum[SUM_AREA],
-      [EVENT_FAULT_MEAN_SLIP - EVENT_NUM_COLUMNS] = broke ? along * sum[SUM_BROKEN] / sum[SUM_AREA] : unknown,
-      [EVENT_FAULT_STRESS_DROP - EVENT_NUM_COLUMNS] = broke ? along * sum[SUM_DROP] / sum[SUM_AREA] : unknown,
-      [EVENT_FAULT_ONSET - EVENT_NUM_COLUMNS] = broke ? cat->event.onset + first[k] : unknown,
-      [EVENT_FAULT_CELL - EVENT_NUM_COLUMNS] = (PetscReal)cat->hypocentre[k],
-      [EVENT_FAULT_DISSIPATED_ENERGY - EVENT_NUM_COLUMNS] = work[k]};
+    const PetscReal value[] = {[EVENT_FAULT_MOMENT - EVENT_NUM_COLUMNS] = fault->options.value[FAULT_SHEAR_MODULUS] *
+                                                                          area *
+                                                                          AlongEvent(along, sum, SUM_SLIP, SUM_SLIP_UP),
+                               [EVENT_FAULT_AREA - EVENT_NUM_COLUMNS] = area * sum[SUM_AREA],
+                               [EVENT_FAULT_MEAN_SLIP - EVENT_NUM_COLUMNS] =
+                                 broke ? AlongEvent(along, sum, SUM_BROKEN, SUM_BROKEN_UP) / sum[SUM_AREA] : unknown,
+                               [EVENT_FAULT_STRESS_DROP - EVENT_NUM_COLUMNS] =
+                                 broke ? AlongEvent(along, sum, SUM_DROP, SUM_DROP_UP) / sum[SUM_AREA] : unknown,
+                               [EVENT_FAULT_ONSET - EVENT_NUM_COLUMNS] = broke ? cat->event.onset + first[k] : unknown,
+                               [EVENT_FAULT_CELL - EVENT_NUM_COLUMNS] = (PetscReal)cat->hypocentre[k],
+                               [EVENT_FAULT_DISSIPATED_ENERGY - EVENT_NUM_COLUMNS] = work[k]};
 
     for (PetscInt c = 0; c < EVENT_ALL_COLUMNS - EVENT_NUM_COLUMNS; c++)
       cat->row[EVENT_NUM_COLUMNS + c * faults + k] = value[c];
@@ -174,7 +202,7 @@ PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w
   SlipFault fault = cat->fault;
   const SlipFaultEvent *e = &cat->event;
   const PetscReal area = fault->mesh.area, *const work = cat->work;
-  PetscReal *const row = cat->row, *sum, *first, largest[2], elastic, kinetic, along;
+  PetscReal *const row = cat->row, *sum, *first, largest[2], elastic, kinetic, along[2] = {1, 0};
   SlipFaultCell cell;
 
   PetscFunctionBegin;
@@ -182,8 +210,17 @@ PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w
   PetscCall(SumUp(cat, end, w, sum, largest, first));
   PetscCall(SlipCatalogueEnergies(fault, end, w, &elastic, &kinetic));
   fault->mesh.kind->cell(&fault->mesh, e->cell, &cell);
-  along = sum[SUM_BROKEN] < 0 ? -1 : 1;
-  PetscCall(VecScale(cat->slip, along));
+  if (fault->layout.components == 1) {
+    along[0] = sum[SUM_BROKEN] < 0 ? -1 : 1;
+    PetscCall(VecScale(cat->slip, along[0]));
+  } else {
+    const PetscReal length = hypot(sum[SUM_BROKEN], sum[SUM_BROKEN_UP]);
+
+    if (length > 0) {
+      along[0] = sum[SUM_BROKEN] / length;
+      along[1] = sum[SUM_BROKEN_UP] / length;
+    }
+  }
   row[EVENT_ONSET] = e->onset;
   row[EVENT_END] = end;
   row[EVENT_X] = cell.centre[0];
@@ -191,12 +228,14 @@ PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w
   row[EVENT_Z] = cell.centre[2];
   row[EVENT_CELL] = (PetscReal)e->cell;
   row[EVENT_AREA] = area * sum[SUM_AREA];
-  row[EVENT_MEAN_SLIP] = along * sum[SUM_BROKEN] / sum[SUM_AREA];
-  row[EVENT_MAX_SLIP] = largest[along > 0 ? 0 : 1];
-  row[EVENT_DIRECTION] = along;
-  row[EVENT_MOMENT] = fault->options.value[FAULT_SHEAR_MODULUS] * area * PetscAbsReal(sum[SUM_SLIP]);
+  row[EVENT_MEAN_SLIP] = AlongEvent(along, sum, SUM_BROKEN, SUM_BROKEN_UP) / sum[SUM_AREA];
+  row[EVENT_MAX_SLIP] = largest[fault->layout.components == 2 || along[0] > 0 ? 0 : 1];
+  row[EVENT_DIRECTION] = fault->layout.components == 2 ? 1 : along[0];
+  row[EVENT_MOMENT] =
+    fault->options.value[FAULT_SHEAR_MODULUS] * area *
+    (fault->layout.components == 1 ? PetscAbsReal(sum[SUM_SLIP]) : hypot(sum[SUM_SLIP], sum[SUM_SLIP_UP]));
   row[EVENT_MAGNITUDE] = SlipEventMagnitude(row[EVENT_MOMENT]);
-  row[EVENT_STRESS_DROP] = along * sum[SUM_DROP] / sum[SUM_AREA];
+  row[EVENT_STRESS_DROP] = AlongEvent(along, sum, SUM_DROP, SUM_DROP_UP) / sum[SUM_AREA];
   row[EVENT_PEAK_SLIP_RATE] = e->peak;
   row[EVENT_ELASTIC_ENERGY] = elastic - e->elastic;
   row[EVENT_KINETIC_ENERGY] = kinetic - e->kinetic;

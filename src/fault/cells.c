@@ -208,6 +208,7 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
              "-%sfault_normal_stress_gradient",
              (double)low, prefix, prefix);
   fault->kind.loaded = any ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipFaultComponentsSetUp(fault));
   PetscCall(SlipFaultChooseCoupling(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

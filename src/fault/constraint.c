@@ -8,6 +8,7 @@
 static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage)
 {
   const PetscReal theta = stage->theta;
+  const PetscInt n = fault->layout.components;
   const PetscReal *base, *ex = NULL, *vinf;
   PetscReal *c, *u0, *s0;
   const SlipArrays arrays[] = {{stage->base, .read = &base},           {stage->explicit_part, .read = &ex},
@@ -17,12 +18,15 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(6, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    c[i] = 0;
-    if (fault->kind.inertia)
-      c[i] = fault->mesh.weight[i] * (fault->operators.mass / theta) * base[SlipFaultRateAt(fault, i)] +
-             (ex ? ex[SlipFaultRateAt(fault, i)] : 0);
-    u0[i] =
-      base[SlipFaultDisplacementAt(fault, i)] + theta * ((ex ? ex[SlipFaultDisplacementAt(fault, i)] : 0) - vinf[i]);
+    for (PetscInt k = n * i; k < n * (i + 1); k++) {
+      const PetscInt rate = SlipFaultRateAt(fault, i) + k - n * i,
+                     displacement = SlipFaultDisplacementAt(fault, i) + k - n * i;
+
+      c[k] = 0;
+      if (fault->kind.inertia)
+        c[k] = fault->mesh.weight[i] * (fault->operators.mass / theta) * base[rate] + (ex ? ex[rate] : 0);
+      u0[k] = base[displacement] + theta * ((ex ? ex[displacement] : 0) - vinf[k]);
+    }
     s0[i] = base[SlipFaultStateAt(fault, i)] + theta * (ex ? ex[SlipFaultStateAt(fault, i)] : 0);
   }
   PetscCall(SlipArraysRestore(6, arrays));
@@ -94,12 +98,20 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* |v| of the cells of a vector of slip: v itself of one component, whose sign does not matter to friction */
+static const PetscReal *Speeds(SlipFault fault, const PetscReal v[])
+{
+  if (fault->layout.components == 1) return v;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) fault->layout.sizes[i] = SlipFaultLength(fault, v + 2 * i);
+  return fault->layout.sizes;
+}
+
 /* q_i = mu(s_i, |v_i|) sigma_i and dq_i/d|v_i|, s the state at the stage's end. */
 static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   SlipFrictionCells friction;
-  const PetscReal *v, *s0;
+  const PetscReal *v, *s0, *speed;
   PetscReal *a, *b = NULL, *factor;
   const SlipArrays arrays[] = {{x, .read = &v}, {fault->stage.s0, .read = &s0}, {q, .write = &a}, {dq, .write = &b}};
 
@@ -110,12 +122,13 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   else
     PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(4, arrays));
-  SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, 1, s0, v, a, b);
+  speed = Speeds(fault, v);
+  SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, 1, s0, speed, a, b);
   if (fault->operators.Kn) {
     PetscCall(VecGetArrayWrite(fault->coupling.factor, &factor));
     for (PetscInt i = 0; i < fault->mesh.n; i++)
       factor[i] = friction.stress[i] > 0 ? fault->stage.theta * fault->mesh.weight[i] *
-                                             SlipFrictionStressGain(&friction, i, fault->stage.theta, s0[i], v[i])
+                                             SlipFrictionStressGain(&friction, i, fault->stage.theta, s0[i], speed[i])
                                          : 0;
     PetscCall(VecRestoreArrayWrite(fault->coupling.factor, &factor));
   }
@@ -219,7 +232,7 @@ static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
 {
   PetscFunctionBegin;
   (void)con;
-  PetscCall(VecStrideGather(w, ((SlipFault)ctx)->layout.rate, x, INSERT_VALUES));
+  PetscCall(SlipFaultGetRate((SlipFault)ctx, w, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -228,6 +241,7 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
 {
   SlipFrictionCells friction;
   const PetscReal *v, *u0, *s0;
+  const PetscInt c = fault->layout.components;
   PetscReal *a;
   const SlipArrays arrays[] = {
     {x, .read = &v}, {fault->stage.u0, .read = &u0}, {fault->stage.s0, .read = &s0}, {w, .write = &a}};
@@ -238,11 +252,12 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
   else
     PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(4, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    a[SlipFaultRateAt(fault, i)] = v[i];
-    a[SlipFaultDisplacementAt(fault, i)] = u0[i] + fault->stage.theta * v[i];
-  }
-  SlipFrictionStateAdvance(&friction, fault->mesh.n, fault->stage.theta, s0, v, fault->layout.block,
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++) {
+      a[SlipFaultRateAt(fault, i) + k] = v[c * i + k];
+      a[SlipFaultDisplacementAt(fault, i) + k] = u0[c * i + k] + fault->stage.theta * v[c * i + k];
+    }
+  SlipFrictionStateAdvance(&friction, fault->mesh.n, fault->stage.theta, s0, Speeds(fault, v), fault->layout.block,
                            a + fault->layout.state);
   for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
     if (fault->balance.creeps[i]) a[SlipFaultStateAt(fault, i)] = s0[i];
@@ -264,6 +279,7 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
   SlipFrictionCells friction;
   const SlipFaultLoad *load;
   Vec rel = fault->work[0], u = fault->work[1], force = fault->work[2];
+  const PetscInt c = fault->layout.components;
   const PetscReal *a, *r, *f;
   PetscReal *b;
   const SlipArrays arrays[] = {{w, .read = &a}, {rel, .read = &r}, {force, .read = &f}, {F, .write = &b}};
@@ -274,20 +290,32 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
     PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   else
     PetscCall(SlipFaultGetFriction(fault, t, &friction));
-  PetscCall(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
-  PetscCall(VecStrideGather(w, fault->layout.rate, rel, INSERT_VALUES));
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(SlipFaultGetRate(fault, w, rel));
   if (fault->kind.loaded) PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
   PetscCall(MatMult(fault->operators.K, u, force));
   PetscCall(MatMult(fault->operators.H, rel, u));
   PetscCall(VecAXPY(force, 1, u));
   if (load->shear) PetscCall(VecAXPY(force, -1, load->shear));
   PetscCall(SlipArraysGet(4, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    b[SlipFaultRateAt(fault, i)] = -f[i];
-    b[SlipFaultDisplacementAt(fault, i)] = r[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++) {
+      b[SlipFaultRateAt(fault, i) + k] = -f[c * i + k];
+      b[SlipFaultDisplacementAt(fault, i) + k] = r[c * i + k];
+    }
+  if (c == 1)
+    SlipFrictionStateRate(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state,
+                          a + fault->layout.rate, b + fault->layout.state);
+  else {
+    PetscReal *speed = fault->layout.sizes, *state = speed + fault->mesh.n, *change = state + fault->mesh.n;
+
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      speed[i] = SlipFaultSpeed(fault, a, i);
+      state[i] = a[SlipFaultStateAt(fault, i)];
+    }
+    SlipFrictionStateRate(&friction, fault->mesh.n, 1, state, speed, change);
+    for (PetscInt i = 0; i < fault->mesh.n; i++) b[SlipFaultStateAt(fault, i)] = change[i];
   }
-  SlipFrictionStateRate(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state, a + fault->layout.rate,
-                        b + fault->layout.state);
   for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
     if (fault->balance.creeps[i]) b[SlipFaultStateAt(fault, i)] = 0;
   PetscCall(SlipArraysRestore(4, arrays));
@@ -312,7 +340,8 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
   PetscFunctionBegin;
   (void)con;
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) f[SlipFaultRateAt(fault, i)] += a * tau[i];
+  for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++) f[SlipFaultRateAt(fault, i) + k] += a * tau[c * i + k];
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -327,13 +356,13 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
   if (F != k) PetscCall(VecCopy(F, k));
   PetscCall(VecGetArray(k, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
-    a[SlipFaultRateAt(fault, i)] =
-      fault->kind.inertia ? a[SlipFaultRateAt(fault, i)] / (fault->operators.mass * fault->mesh.weight[i]) : 0;
+    for (PetscInt k = SlipFaultRateAt(fault, i); k < SlipFaultDisplacementAt(fault, i); k++)
+      a[k] = fault->kind.inertia ? a[k] / (fault->operators.mass * fault->mesh.weight[i]) : 0;
   PetscCall(VecRestoreArray(k, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* q = mu(s, |v|) sigma_n w [Pa], reduced, of a state at t; the weights w are 1 on a grid. */
+/* q = mu(s, |v|) sigma_n w [Pa], a vector of cells, of a state at t; the weights w are 1 on a grid. */
 PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
 {
   SlipFrictionCells friction;
@@ -344,8 +373,18 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipArraysGet(2, arrays));
-  SlipFrictionStrength(&friction, fault->mesh.n, 0, fault->layout.block, a + fault->layout.state,
-                       a + fault->layout.rate, b, NULL);
+  if (fault->layout.components == 1)
+    SlipFrictionStrength(&friction, fault->mesh.n, 0, fault->layout.block, a + fault->layout.state,
+                         a + fault->layout.rate, b, NULL);
+  else {
+    PetscReal *speed = fault->layout.sizes, *state = speed + fault->mesh.n;
+
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      speed[i] = SlipFaultSpeed(fault, a, i);
+      state[i] = a[SlipFaultStateAt(fault, i)];
+    }
+    SlipFrictionStrength(&friction, fault->mesh.n, 0, 1, state, speed, b, NULL);
+  }
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

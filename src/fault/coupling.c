@@ -25,12 +25,16 @@ static PetscErrorCode AlongStrike(SlipFault fault, PetscBool *along)
 PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_STIFFNESS_FILE];
+  const PetscBool vectors = fault->layout.components == 2 ? PETSC_TRUE : PETSC_FALSE;
   PetscBool along, yes, no;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->options.text[FAULT_NORMAL_COUPLING], "yes", &yes));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_NORMAL_COUPLING], "no", &no));
-  PetscCall(AlongStrike(fault, &along));
+  if (vectors) /* slip in a vertical plane leaves normal stress there as it is, whatever its direction: by symmetry */
+    along = fault->mesh.planes == 1 ? PETSC_TRUE : PETSC_FALSE;
+  else
+    PetscCall(AlongStrike(fault, &along));
   PetscCheck(
     !yes || !file[0], fault->comm, PETSC_ERR_ARG_INCOMP,
     "-%sfault_normal_coupling yes needs a kernel, but -%sfault_stiffness_file %s is given, which says nothing of "
@@ -38,7 +42,7 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
     prefix, prefix, file);
   fault->kind.coupled = !file[0] && !no && (yes || fault->mesh.dips || !along) ? PETSC_TRUE : PETSC_FALSE;
   fault->kind.dipping =
-    !file[0] && (yes || fault->mesh.dips || !along || fault->mesh.cells.vertices) ? PETSC_TRUE : PETSC_FALSE;
+    !file[0] && (yes || vectors || fault->mesh.dips || !along || fault->mesh.cells.vertices) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -50,13 +54,13 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   PetscFunctionBegin;
   if (!fault->operators.Kn) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &c->u));
-  PetscCall(VecDuplicate(fault->critical.uc, &c->rise));
-  PetscCall(VecDuplicate(fault->critical.uc, &c->drive));
-  PetscCall(VecDuplicate(fault->critical.uc, &c->factor));
+  PetscCall(VecDuplicate(fault->cells, &c->rise));
+  PetscCall(VecDuplicate(fault->cells, &c->drive));
+  PetscCall(VecDuplicate(fault->cells, &c->factor));
   PetscCall(MatMult(fault->operators.Kn, fault->operators.vinf, c->drive));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
   if (fault->critical.start_share == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(fault->critical.uc, &c->start));
+  PetscCall(VecDuplicate(fault->cells, &c->start));
   PetscCall(VecCopy(fault->critical.uc, c->u));
   PetscCall(VecScale(c->u, fault->critical.start_share));
   PetscCall(MatMult(fault->operators.Kn, c->u, c->start));
@@ -147,7 +151,7 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
     *friction = SlipFaultCellFriction(fault, c->stress);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(VecStrideGather(w, fault->layout.displacement, c->u, INSERT_VALUES));
+  PetscCall(SlipFaultGetDisplacement(fault, w, c->u));
   if (c->balanced) PetscCall(SlipFaultWasBalanced(fault, c->u, &c->balanced));
   if (!c->balanced) PetscCall(MatMult(fault->operators.Kn, c->u, c->rise));
   PetscCall(SlipFaultCoupledFriction(fault, t, 0, friction));
@@ -175,7 +179,7 @@ static PetscErrorCode CouplingCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscCall(PetscNew(&c));
   *ctx = c;
   c->least = PETSC_MAX_REAL;
-  PetscCall(VecDuplicate(fault->critical.uc, &c->bare));
+  PetscCall(VecDuplicate(fault->cells, &c->bare));
   PetscCall(VecZeroEntries(c->bare));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -30,13 +30,13 @@ PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, Pets
 {
   PetscReal sum[2] = {0, 0};
   const PetscReal *a, *slip;
-  const SlipArrays arrays[] = {{w, .read = &a}, {fault->work[2], .read = &slip}};
+  const SlipArrays arrays[] = {{w, .read = &a}, {fault->cells, .read = &slip}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetSlip(fault, time, w, fault->work[2]));
+  PetscCall(SlipFaultGetSlip(fault, time, w, fault->cells));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    sum[SUM_RATE] += fault->mesh.weight[i] * PetscAbsReal(a[SlipFaultRateAt(fault, i)]);
+    sum[SUM_RATE] += fault->mesh.weight[i] * SlipFaultSpeed(fault, a, i);
     sum[SUM_SLIPS] += fault->mesh.weight[i] * slip[i];
   }
   PetscCall(SlipArraysRestore(2, arrays));

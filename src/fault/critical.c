@@ -44,7 +44,7 @@ PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
   PetscCall(KSPAppendOptionsPrefix(ksp, "fault_start_"));
   PetscCall(KSPSetOperators(ksp, fault->operators.K, fault->operators.K));
   PetscCall(KSPSetType(ksp, KSPCG));
-  PetscCall(KSPSetTolerances(ksp, 1e-7, 0, 1e10, PetscMax(1000, 10 * fault->mesh.N)));
+  PetscCall(KSPSetTolerances(ksp, 1e-7, 0, 1e10, PetscMax(1000, 10 * fault->layout.components * fault->mesh.N)));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCSLIPSTAGE));
   PetscCall(KSPSetFromOptions(ksp));
@@ -75,8 +75,12 @@ static PetscErrorCode CriticalMode(SlipFault fault)
     PetscReal mu, ds, dv;
 
     SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
-    sum[0] -= ds * (fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i]) * PetscSqr(uc[i]);
-    sum[1] += fault->operators.mass * fault->mesh.weight[i] * PetscSqr(uc[i]);
+    {
+      const PetscReal square = PetscSqr(SlipFaultLength(fault, uc + fault->layout.components * i));
+
+      sum[0] -= ds * (fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i]) * square;
+      sum[1] += fault->operators.mass * fault->mesh.weight[i] * square;
+    }
   }
   PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, fault->comm));
@@ -89,7 +93,8 @@ static PetscErrorCode CriticalMode(SlipFault fault)
 PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
 {
   SlipFrictionCells friction;
-  PetscReal mu, ds, dv, sum[4] = {0, 0, 0, 0};
+  const PetscInt c = fault->layout.components;
+  PetscReal mu, ds, dv, strength, sum[4] = {0, 0, 0, 0};
   PetscBool critical;
   PetscReal *q;
   Vec q0 = fault->work[0];
@@ -101,8 +106,9 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   PetscCall(VecGetArrayWrite(q0, &q));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
-    q[i] = mu * (fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i]);
-    sum[0] += q[i];
+    strength = mu * (fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i]);
+    for (PetscInt k = 0; k < c; k++) q[c * i + k] = strength * SlipFaultAlong(fault, i)[k];
+    sum[0] += strength;
     sum[1] += fault->mesh.weight[i] * fault->fields.cell[FIELD_FRICTION_SLIP][i];
     sum[2] += mu;
     sum[3] +=

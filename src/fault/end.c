@@ -31,7 +31,7 @@ PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) moving += a[SlipFaultRateAt(fault, i)] != 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) moving += SlipFaultSpeed(fault, a, i) != 0;
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moving, 1, MPIU_INT, MPI_SUM, fault->comm));
   if (fault->operators.scaling != 1) {

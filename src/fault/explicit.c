@@ -21,8 +21,10 @@ static PetscErrorCode SetTolerances(SlipFault fault, TS ts, PetscReal rtol)
   PetscCall(VecDuplicate(atol, &none));
   PetscCall(VecGetArrayWrite(atol, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    a[SlipFaultRateAt(fault, i)] = 1;
-    a[SlipFaultDisplacementAt(fault, i)] = rtol * fault->fields.cell[FIELD_FRICTION_SLIP][i];
+    for (PetscInt k = 0; k < fault->layout.components; k++) {
+      a[SlipFaultRateAt(fault, i) + k] = 1;
+      a[SlipFaultDisplacementAt(fault, i) + k] = rtol * fault->fields.cell[FIELD_FRICTION_SLIP][i];
+    }
     a[SlipFaultStateAt(fault, i)] = rtol;
   }
   PetscCall(VecRestoreArrayWrite(atol, &a));
@@ -71,8 +73,7 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
   if (fault->friction.law->largest_state > 0) bound = fault->friction.law->largest_state;
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n && good; i++)
-    good = PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]) < EXPLICIT_FARTHEST &&
-               PetscAbsReal(a[SlipFaultStateAt(fault, i)]) < bound
+    good = SlipFaultDistance(fault, a, i) < EXPLICIT_FARTHEST && PetscAbsReal(a[SlipFaultStateAt(fault, i)]) < bound
              ? PETSC_TRUE
              : PETSC_FALSE;
   PetscCall(VecRestoreArrayRead(w, &a));

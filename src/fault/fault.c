@@ -28,7 +28,7 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
                               SlipFaultDestroy, SlipFaultView));
   PetscCall(PetscObjectChangeTypeName((PetscObject)f, "strike_slip"));
   f->comm = PetscObjectComm((PetscObject)f);
-  f->layout = (SlipFaultLayout){.block = 3, .rate = 0, .displacement = 1, .state = 2};
+  f->layout = (SlipFaultLayout){.components = 1, .block = 3, .rate = 0, .displacement = 1, .state = 2};
   f->operators.scaling = 1;
   f->options.inertia = PETSC_TRUE;
   f->run.events = -1;
@@ -63,6 +63,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFrictionFind(fault->options.text[FAULT_FRICTION_LAW], &fault->friction.law));
   PetscCall(SlipFaultChooseDefaults(fault));
+  PetscCall(SlipFaultChooseComponents(fault));
   PetscCall(SlipFaultMeshSetUp(fault));
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
   fault->operators.mass = fault->options.value[FAULT_DENSITY] * thickness;
@@ -144,9 +145,11 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   for (PetscInt i = 0; i < FAULT_MAX_FIELDS; i++) PetscCall(PetscFree(f->fields.cell[i]));
   for (PetscInt i = 0; i < FAULT_MAX_FIELDS; i++) PetscCall(PetscFree(f->fields.given[i]));
   PetscCall(PetscFree(f->friction.own));
+  PetscCall(PetscFree(f->layout.along));
+  PetscCall(PetscFree(f->layout.sizes));
   {
-    Vec *vecs[] = {&f->work[0],        &f->work[1], &f->work[2],  &f->critical.uc,
-                   &f->operators.vinf, &f->stage.c, &f->stage.u0, &f->stage.s0};
+    Vec *vecs[] = {&f->work[0], &f->work[1],  &f->work[2],  &f->critical.uc, &f->operators.vinf,
+                   &f->stage.c, &f->stage.u0, &f->stage.s0, &f->cells};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }

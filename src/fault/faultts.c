@@ -193,7 +193,8 @@ static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
   PetscCall(SlipFaultSmooth(fault, t, w, F));
   PetscCall(VecGetArray(F, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
-    a[SlipFaultRateAt(fault, i)] /= fault->operators.mass * fault->mesh.weight[i];
+    for (PetscInt k = SlipFaultRateAt(fault, i); k < SlipFaultDisplacementAt(fault, i); k++)
+      a[k] /= fault->operators.mass * fault->mesh.weight[i];
   PetscCall(VecRestoreArray(F, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -208,8 +209,11 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
   PetscCall(SlipFaultCreateState(fault, &atol));
   PetscCall(VecGetArray(atol, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    a[SlipFaultRateAt(fault, i)] = rate;
-    a[SlipFaultDisplacementAt(fault, i)] = a[SlipFaultStateAt(fault, i)] = SLIP_FAULT_ATOL;
+    for (PetscInt k = 0; k < fault->layout.components; k++) {
+      a[SlipFaultRateAt(fault, i) + k] = rate;
+      a[SlipFaultDisplacementAt(fault, i) + k] = SLIP_FAULT_ATOL;
+    }
+    a[SlipFaultStateAt(fault, i)] = SLIP_FAULT_ATOL;
   }
   PetscCall(VecRestoreArray(atol, &a));
   PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, PETSC_DEFAULT, NULL));

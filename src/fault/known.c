@@ -27,7 +27,7 @@ PetscErrorCode SlipFaultWasBalanced(SlipFault fault, Vec u, PetscBool *same)
   if (!fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetArrayRead(u, &a));
   PetscCall(VecGetArrayRead(fault->balance.u, &b));
-  PetscCall(PetscArraycmp(a, b, fault->mesh.n, &here));
+  PetscCall(PetscArraycmp(a, b, fault->layout.components * fault->mesh.n, &here));
   PetscCall(VecRestoreArrayRead(fault->balance.u, &b));
   PetscCall(VecRestoreArrayRead(u, &a));
   PetscCallMPI(MPI_Allreduce(&here, same, 1, MPIU_BOOL, MPI_LAND, fault->comm));

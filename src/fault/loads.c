@@ -270,11 +270,14 @@ PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipF
   if (loads->shears) {
     if (!out->shear) {
       PetscCall(VecCreate(loads->fault->comm, &out->shear));
-      PetscCall(VecSetSizes(out->shear, loads->n, PETSC_DETERMINE));
+      PetscCall(VecSetSizes(out->shear, loads->fault->layout.components * loads->n, PETSC_DETERMINE));
       PetscCall(VecSetType(out->shear, VECSTANDARD));
     }
     PetscCall(VecGetArrayWrite(out->shear, &a));
-    for (PetscInt i = 0; i < loads->n; i++) a[i] = loads->weight[i] * (loads->traction[i] + t * loads->rate[i]);
+    for (PetscInt i = 0, c = loads->fault->layout.components; i < loads->n; i++)
+      for (PetscInt k = 0; k < c; k++)
+        a[c * i + k] =
+          loads->weight[i] * (loads->traction[i] + t * loads->rate[i]) * SlipFaultAlong(loads->fault, i)[k];
     PetscCall(VecRestoreArrayWrite(out->shear, &a));
   }
   out->stress = out->bare = loads->normal;

@@ -83,7 +83,7 @@ PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sum of the weighted values of a reduced vector, collective. */
+/* Sum of the weighted values of a vector of slip along the rake, collective. */
 PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum)
 {
   const PetscReal *a;
@@ -91,7 +91,8 @@ PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum)
   PetscFunctionBegin;
   *sum = 0;
   PetscCall(VecGetArrayRead(x, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) *sum += fault->mesh.weight[i] * a[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    *sum += fault->mesh.weight[i] * SlipFaultDot(fault, a + fault->layout.components * i, SlipFaultAlong(fault, i));
   PetscCall(VecRestoreArrayRead(x, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);

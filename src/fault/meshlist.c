@@ -222,8 +222,12 @@ PetscErrorCode SlipFaultCellsStiffness(SlipFault fault, Mat *K, Mat *Kn)
              SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->options.text[FAULT_MESH]);
   PetscCall(PetscMalloc1(2 * fault->mesh.N, &data));
   PetscCall(KernelCells(fault, &cells, data));
-  PetscCall(MatCreateSlipCellStiffness(fault->comm, &cells, type, tolerance, K));
-  if (Kn) PetscCall(MatCreateSlipCellNormalStiffness(fault->comm, &cells, type, tolerance, Kn));
+  if (fault->layout.components == 2)
+    PetscCall(MatCreateSlipCellVectorStiffness(fault->comm, &cells, type, tolerance, K, Kn));
+  else {
+    PetscCall(MatCreateSlipCellStiffness(fault->comm, &cells, type, tolerance, K));
+    if (Kn) PetscCall(MatCreateSlipCellNormalStiffness(fault->comm, &cells, type, tolerance, Kn));
+  }
   PetscCall(PetscFree(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

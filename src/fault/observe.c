@@ -15,34 +15,40 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal v = a[SlipFaultRateAt(fault, i)], u = a[SlipFaultDisplacementAt(fault, i)],
-                    s = a[SlipFaultStateAt(fault, i)], weight = fault->mesh.weight[i];
+    const PetscReal *v = a + SlipFaultRateAt(fault, i), *u = a + SlipFaultDisplacementAt(fault, i),
+                    *force = f + fault->layout.components * i, *along = SlipFaultAlong(fault, i);
+    const PetscReal s = a[SlipFaultStateAt(fault, i)], speed = SlipFaultLength(fault, v),
+                    weight = fault->mesh.weight[i];
     const PetscReal weak = SlipFrictionWeakest(&friction, i);
     PetscReal mu, ds, dv, q;
 
-    SlipFrictionEvaluate(&friction, i, s, PetscAbsReal(v), &mu, &ds, &dv);
-    sum[SUM_V] += weight * v;
-    sum[SUM_ABS_V] += weight * PetscAbsReal(v);
-    sum[SUM_V2] += weight * (v * v);
-    sum[SUM_U] += weight * u;
+    SlipFrictionEvaluate(&friction, i, s, speed, &mu, &ds, &dv);
+    sum[SUM_V] += weight * SlipFaultDot(fault, v, along);
+    sum[SUM_ABS_V] += weight * speed;
+    sum[SUM_V2] += weight * SlipFaultDot(fault, v, v);
+    sum[SUM_U] += weight * SlipFaultDot(fault, u, along);
     sum[SUM_S] += weight * s;
-    sum[SUM_SLIDING] += v != 0 ? weight : 0;
-    sum[SUM_U_KU] += u * f[i];
-    sum[SUM_V_KU] += v * f[i];
-    sum[SUM_VINF_KU] += fault->fields.cell[FIELD_LOADING_RATE][i] * f[i];
+    sum[SUM_SLIDING] += speed != 0 ? weight : 0;
+    sum[SUM_U_KU] += SlipFaultDot(fault, u, force);
+    sum[SUM_V_KU] += SlipFaultDot(fault, v, force);
+    sum[SUM_VINF_KU] += fault->fields.cell[FIELD_LOADING_RATE][i] * SlipFaultDot(fault, along, force);
     sum[SUM_VINF] += weight * fault->fields.cell[FIELD_LOADING_RATE][i];
     if (fault->loads.shears) {
       const PetscReal rate = fault->fields.cell[FIELD_STRESSING_RATE][i];
       const PetscReal shear = fault->fields.cell[FIELD_INITIAL_TRACTION][i] + t * rate;
 
-      sum[SUM_U_T] += weight * u * shear;
-      sum[SUM_LOADING_T] += weight * (fault->fields.cell[FIELD_LOADING_RATE][i] * shear - u * rate);
+      sum[SUM_U_T] += weight * SlipFaultDot(fault, u, along) * shear;
+      sum[SUM_LOADING_T] +=
+        weight * (fault->fields.cell[FIELD_LOADING_RATE][i] * shear - SlipFaultDot(fault, u, along) * rate);
     }
     sum[SUM_WEAKENING] += (mu - weak) * (weight * friction.stress[i]);
     q = mu * (weight * friction.stress[i]);
     sum[SUM_STRENGTH] += q;
-    sum[SUM_PUSH] += SlipConePush(v, f[i], q);
-    *max_v = PetscMax(*max_v, PetscAbsReal(v));
+    sum[SUM_PUSH] +=
+      fault->layout.components == 1
+        ? SlipConePush(*v, *force, q)
+        : SlipConePush(speed, speed > 0 ? SlipFaultDot(fault, v, force) / speed : SlipFaultLength(fault, force), q);
+    *max_v = PetscMax(*max_v, speed);
   }
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -77,6 +83,7 @@ static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx
   const PetscReal *a, *b, *f, *rise;
   const SlipArrays arrays[] = {{w, .read = &a}, {x, .read = &b}, {kx, .read = &f}, {nx, .read = &rise}};
   const int n = nx ? 4 : 3;
+  const PetscInt c = fault->layout.components;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
@@ -85,12 +92,11 @@ static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx
     const PetscReal weight = fault->mesh.weight[i];
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], PetscAbsReal(a[SlipFaultRateAt(fault, i)]), &mu,
-                         &ds, &dv);
-    sum[MODE_STIFFNESS] += b[i] * f[i];
-    if (nx && friction.stress[i] > 0) sum[MODE_STIFFNESS] += PetscAbsReal(b[i]) * mu * weight * rise[i];
-    sum[MODE_WEAKENING] -= ds * (weight * friction.stress[i]) * PetscSqr(b[i]);
-    sum[MODE_INERTIA] += fault->operators.mass * weight * PetscSqr(b[i]);
+    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], SlipFaultSpeed(fault, a, i), &mu, &ds, &dv);
+    sum[MODE_STIFFNESS] += SlipFaultDot(fault, b + c * i, f + c * i);
+    if (nx && friction.stress[i] > 0) sum[MODE_STIFFNESS] += SlipFaultLength(fault, b + c * i) * mu * weight * rise[i];
+    sum[MODE_WEAKENING] -= ds * (weight * friction.stress[i]) * SlipFaultDot(fault, b + c * i, b + c * i);
+    sum[MODE_INERTIA] += fault->operators.mass * weight * SlipFaultDot(fault, b + c * i, b + c * i);
   }
   PetscCall(SlipArraysRestore(n, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -109,13 +115,13 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
   PetscCall(SlipFaultIsNow(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   if (moves)
-    PetscCall(VecStrideGather(w, fault->layout.rate, x, INSERT_VALUES));
+    PetscCall(SlipFaultGetRate(fault, w, x));
   else
     PetscCall(VecCopy(fault->critical.uc, x));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
   PetscCall(MatMult(fault->operators.K, x, fault->work[1]));
-  if (fault->operators.Kn) PetscCall(MatMult(fault->operators.Kn, x, fault->work[2]));
-  PetscCall(AddMode(fault, t, w, x, fault->work[1], fault->operators.Kn ? fault->work[2] : NULL, c->sum));
+  if (fault->operators.Kn) PetscCall(MatMult(fault->operators.Kn, x, fault->cells));
+  PetscCall(AddMode(fault, t, w, x, fault->work[1], fault->operators.Kn ? fault->cells : NULL, c->sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -138,11 +144,14 @@ PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec der
   if (!error && !derivative) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal v = a[SlipFaultRateAt(fault, i)];
+    const PetscReal *v = a + SlipFaultRateAt(fault, i), speed = SlipFaultLength(fault, v);
 
     if (error) c->sum[ESTIMATE_SLIP_ERROR] += fault->mesh.weight[i] * PetscAbsReal(e[SlipFaultStateAt(fault, i)]);
-    if (derivative && v != 0)
-      c->sum[ESTIMATE_GROWTH] += fault->mesh.weight[i] * PetscSign(v) * d[SlipFaultRateAt(fault, i)];
+    if (derivative && speed != 0)
+      c->sum[ESTIMATE_GROWTH] +=
+        fault->mesh.weight[i] * (fault->layout.components == 1
+                                   ? PetscSign(*v) * d[SlipFaultRateAt(fault, i)]
+                                   : SlipFaultDot(fault, v, d + SlipFaultRateAt(fault, i)) / speed);
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_ESTIMATES, MPIU_REAL, MPIU_SUM, fault->comm));
@@ -158,23 +167,25 @@ PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec der
    the same on any number of ranks */
 static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
 {
+  const PetscInt c = fault->layout.components;
   Vec x = fault->work[0], y = fault->work[1];
   PetscReal *a, norm;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayWrite(x, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscInt cell = SlipFaultMeshRow(&fault->mesh, i);
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++) {
+      const PetscInt number = c * SlipFaultMeshRow(&fault->mesh, i) + k;
 
-    a[i] = PetscSinReal(2 + (PetscReal)3.7 * (PetscReal)cell);
-  }
+      a[c * i + k] = PetscSinReal(2 + (PetscReal)3.7 * (PetscReal)number);
+    }
   PetscCall(VecRestoreArrayWrite(x, &a));
   PetscCall(VecNormalize(x, NULL));
   *largest = 0;
   for (PetscInt k = 0; k < POWER_PRODUCTS; k++) {
     PetscCall(MatMult(fault->operators.K, x, y));
     PetscCall(VecGetArray(y, &a));
-    for (PetscInt i = 0; i < fault->mesh.n; i++) a[i] /= fault->mesh.weight[i];
+    for (PetscInt i = 0; i < c * fault->mesh.n; i++) a[i] /= fault->mesh.weight[i / c];
     PetscCall(VecRestoreArray(y, &a));
     PetscCall(VecNorm(y, NORM_2, &norm));
     *largest = norm;
@@ -184,15 +195,19 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* dv/dtau of the balance of cell i, 1/(eta + sigma dmu/dv). force: K u; load: the shear load. Where the law has a short cut, the
+/* dv/dtau of the balance of cell i, 1/(eta + sigma dmu/dv), of two components along v. v: rate; force: K u; load: the shear load. Where the law has a short cut, the
    balance tells without an exponential whether it holds. */
 static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal s,
-                            PetscReal v, PetscReal load, PetscReal force)
+                            const PetscReal v[], const PetscReal load[], const PetscReal force[])
 {
-  const PetscReal eta = fault->balance.eta, rate = PetscAbsReal(v), vinf = fault->fields.cell[FIELD_LOADING_RATE][i];
+  const PetscReal eta = fault->balance.eta, rate = SlipFaultLength(fault, v);
   const PetscReal direct = SlipFrictionDirect(friction, i) * friction->stress[i];
-  const PetscReal strength = PetscAbsReal((load - force) / fault->mesh.weight[i] + eta * vinf) - eta * rate;
-  PetscReal mu, ds, dv;
+  PetscReal mu, ds, dv, strength, tau[2] = {0, 0};
+
+  for (PetscInt k = 0; k < fault->layout.components; k++)
+    tau[k] = (load[k] - force[k]) / fault->mesh.weight[i] +
+             eta * (fault->fields.cell[FIELD_LOADING_RATE][i] * SlipFaultAlong(fault, i)[k]);
+  strength = SlipFaultLength(fault, tau) - eta * rate;
 
   if (strength > 10 * direct) return rate / (eta * rate + direct);
   SlipFrictionEvaluate(friction, i, s, rate, &mu, &ds, &dv);
@@ -206,6 +221,7 @@ PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation
   SlipFaultBalance *b = &fault->balance;
   SlipFrictionCells friction;
   const PetscReal *a, *v, *force, *load;
+  const PetscInt c = fault->layout.components;
   PetscReal most = 0;
   const SlipFaultLoad *of_now;
   const SlipArrays arrays[] = {{w, .read = &a}, {b->rate, .read = &v}, {b->force, .read = &force}};
@@ -223,7 +239,8 @@ PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation
   PetscCall(VecGetArrayRead(of_now->shear, &load));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     if (b->creeps && b->creeps[i]) continue;
-    most = PetscMax(most, Compliance(fault, &friction, i, a[SlipFaultStateAt(fault, i)], v[i], load[i], force[i]));
+    most = PetscMax(
+      most, Compliance(fault, &friction, i, a[SlipFaultStateAt(fault, i)], v + c * i, load + c * i, force + c * i));
   }
   PetscCall(VecRestoreArrayRead(of_now->shear, &load));
   PetscCall(SlipArraysRestore(3, arrays));
@@ -303,28 +320,32 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
 PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
 {
   const SlipFaultMesh *mesh = &fault->mesh;
-  Vec rel = fault->work[0], hv = fault->work[1], q = fault->work[2];
-  const PetscReal *a, *f, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
-  PetscReal *b;
+  Vec rel = fault->work[0], hv = fault->work[1], q = fault->cells;
+  const PetscInt c = fault->layout.components;
+  const PetscReal *a, *f, *vinf, *b;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayWrite(rel, &b));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) b[i] = a[SlipFaultRateAt(fault, i)] - vinf[i];
-  PetscCall(VecRestoreArrayWrite(rel, &b));
+  PetscCall(SlipFaultGetRate(fault, w, rel));
+  PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
   PetscCall(MatMult(fault->operators.H, rel, hv));
   if (!r) PetscCall(SlipFaultStrength(fault, t, w, q));
-  PetscCall(VecGetArrayRead(hv, &f));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    power[0] += (a[SlipFaultRateAt(fault, i)] - vinf[i]) * f[i];
-    power[1] += vinf[i] * f[i];
+  {
+    const SlipArrays arrays[] = {{rel, .read = &b}, {hv, .read = &f}, {fault->operators.vinf, .read = &vinf}};
+
+    PetscCall(SlipArraysGet(3, arrays));
+    for (PetscInt i = 0; i < c * fault->mesh.n; i++) {
+      power[0] += b[i] * f[i];
+      power[1] += vinf[i] * f[i];
+    }
+    PetscCall(SlipArraysRestore(3, arrays));
   }
-  PetscCall(VecRestoreArrayRead(hv, &f));
+  PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(r ? r : q, &f));
   if (friction) PetscCall(PetscArrayzero(friction, mesh->faults));
   for (PetscInt i = 0; i < mesh->n; i++) {
-    const PetscReal v = a[SlipFaultRateAt(fault, i)], share = r ? -v * f[i] : PetscAbsReal(v) * f[i];
+    const PetscReal *v = a + SlipFaultRateAt(fault, i);
+    const PetscReal share = r ? -SlipFaultDot(fault, v, f + c * i) : SlipFaultLength(fault, v) * f[i];
 
     power[2] += share;
     if (friction) friction[SlipFaultMeshFaultOf(mesh, SlipFaultMeshRow(mesh, i))] += share;

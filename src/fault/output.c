@@ -27,6 +27,7 @@ static PetscErrorCode OutputCreate(SlipFault fault, TS ts, PetscBool *wanted, vo
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(SlipFaultGatherCreate(fault, w, &out->gather_w, &out->w0));
   PetscCall(SlipFaultGatherCreate(fault, fault->critical.uc, &out->gather_r, &out->r0));
+  PetscCall(SlipFaultGatherCreate(fault, fault->cells, &out->gather_c, &out->c0));
   PetscCall(VecDestroy(&w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -39,9 +40,10 @@ static PetscErrorCode OutputDestroy(void **ctx)
   PetscCall(SlipOutputDestroy(&out->fault->run.file)); /* of a run that did not finish */
   PetscCall(VecScatterDestroy(&out->gather_w));
   PetscCall(VecScatterDestroy(&out->gather_r));
+  PetscCall(VecScatterDestroy(&out->gather_c));
   {
-    Vec *vecs[] = {&out->w0,     &out->r0,    &out->p0,    &out->n0,          &out->numbers,
-                   &out->start0, &out->shown, &out->vinf0, &out->when.entry_u};
+    Vec *vecs[] = {&out->w0,      &out->r0,     &out->c0,    &out->p0,    &out->n0,
+                   &out->numbers, &out->start0, &out->shown, &out->vinf0, &out->when.entry_u};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }

@@ -12,21 +12,26 @@ static const SlipOutputColumn SeriesColumns[] = {
 };
 enum { SERIES_MOMENT_RATE = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1 };
 
-enum { OF_REACTION = -1, OF_PRESSURE = -2, OF_NORMAL = -3 };
 static const struct {
   const char *name, *unit;
-  PetscInt component; /* of the state's block, or one of the following */
+  PetscBool vector; /* as many numbers a cell as slip has components */
 } OutputFields[OUTPUT_NUM_FIELDS] = {
-  [OUTPUT_SLIP_RATE] = {"slip_rate", "m/s", 0},
-  [OUTPUT_DISPLACEMENT] = {"displacement", "m", 1},
-  [OUTPUT_SLIP] = {"slip", "m", 2},
-  [OUTPUT_TRACTION] = {"traction", "Pa", OF_REACTION},
-  [OUTPUT_STATE] = {"state", "m", 2},
-  [OUTPUT_PORE_PRESSURE] = {"pore_pressure", "Pa", OF_PRESSURE},
-  [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", OF_NORMAL},
+  [OUTPUT_SLIP_RATE] = {"slip_rate", "m/s", PETSC_TRUE},
+  [OUTPUT_DISPLACEMENT] = {"displacement", "m", PETSC_TRUE},
+  [OUTPUT_SLIP] = {"slip", "m", PETSC_TRUE},
+  [OUTPUT_TRACTION] = {"traction", "Pa", PETSC_TRUE},
+  [OUTPUT_STATE] = {"state", "m", PETSC_FALSE},
+  [OUTPUT_PORE_PRESSURE] = {"pore_pressure", "Pa", PETSC_FALSE},
+  [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", PETSC_FALSE},
 };
 
-/* G times the sum of area times slip rate [N m/s] of each fault. One has its sum already; several cost a reduction. */
+/* Numbers of a field for each cell */
+PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f)
+{
+  return OutputFields[f].vector ? fault->layout.components : 1;
+}
+
+/* G times the sum of area times slip rate, along the rake, [N m/s] of each fault. One has its sum already; several cost a reduction. */
 static PetscErrorCode MomentRates(SlipFault fault, PetscReal t, Vec w, PetscReal rate[])
 {
   const PetscInt n = fault->mesh.faults;
@@ -42,7 +47,7 @@ static PetscErrorCode MomentRates(SlipFault fault, PetscReal t, Vec w, PetscReal
     PetscCall(VecGetArrayRead(w, &a));
     for (PetscInt i = 0; i < fault->mesh.n; i++)
       rate[SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i))] +=
-        fault->mesh.weight[i] * a[SlipFaultRateAt(fault, i)];
+        fault->mesh.weight[i] * SlipFaultDot(fault, a + SlipFaultRateAt(fault, i), SlipFaultAlong(fault, i));
     PetscCall(VecRestoreArrayRead(w, &a));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
   }
@@ -124,7 +129,7 @@ const char *SlipFaultOutputField(PetscInt f)
   return OutputFields[f].name;
 }
 
-/* A reduced vector's values, gathered, as the dataset /mesh/name. Collective. */
+/* The values of a vector of cells, gathered, as the dataset /mesh/name. Collective. */
 static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[], const char unit[], Vec x)
 {
   SlipFault fault = out->fault;
@@ -134,32 +139,55 @@ static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[
   PetscErrorCode ierr = PETSC_SUCCESS;
 
   PetscFunctionBegin;
-  PetscCall(VecScatterBegin(out->gather_r, x, out->r0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(out->gather_r, x, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterBegin(out->gather_c, x, out->c0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_c, x, out->c0, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", name));
-  PetscCall(VecGetArrayRead(out->r0, &a));
+  PetscCall(VecGetArrayRead(out->c0, &a));
   if (!out->rank)
     ierr = SlipH5WriteReal(SlipOutputFile(out->fault->run.file), path, ndim, dims, a, unit[0] ? unit : "1");
-  PetscCall(VecRestoreArrayRead(out->r0, &a));
+  PetscCall(VecRestoreArrayRead(out->c0, &a));
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: slip [N] of a fault that heals, whose state s is none, from the gathered state; NULL for others. Free it. */
+/* Rank 0: slip [N], or [N][2], of a fault that heals, whose state s is none, or of two components, from the gathered state; NULL for
+   others. Free it. */
 static PetscErrorCode SlipOfDisplacement(SlipFaultOutput out, PetscReal time, const PetscReal w[], PetscReal **slip)
 {
+  const PetscInt c = out->fault->layout.components;
   const PetscReal *u, *v;
 
   PetscFunctionBegin;
   *slip = NULL;
   if (!out->start0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(out->fault->mesh.N, slip));
+  PetscCall(PetscMalloc1(c * out->fault->mesh.N, slip));
   PetscCall(VecGetArrayRead(out->start0, &u));
   PetscCall(VecGetArrayRead(out->vinf0, &v));
   for (PetscInt e = 0; e < out->fault->mesh.N; e++)
-    (*slip)[e] = w[SlipFaultDisplacementAt(out->fault, e)] - u[e] + time * v[e];
+    for (PetscInt k = c * e; k < c * (e + 1); k++)
+      (*slip)[k] = w[SlipFaultDisplacementAt(out->fault, e) + k - c * e] - u[k] + time * v[k];
   PetscCall(VecRestoreArrayRead(out->vinf0, &v));
   PetscCall(VecRestoreArrayRead(out->start0, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Numbers from an offset in the block of each cell on, as many as slip has components; those of a state with one component stay where
+   they are, others are copied */
+static PetscErrorCode TakeVector(SlipFault fault, const PetscReal w[], PetscInt offset, PetscReal **copy,
+                                 SlipH5Rows *rows)
+{
+  const PetscInt c = fault->layout.components, N = fault->mesh.N;
+
+  PetscFunctionBegin;
+  *copy = NULL;
+  rows->data = w + offset;
+  rows->stride = fault->layout.block;
+  if (c == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(c * N + 1, copy));
+  for (PetscInt e = 0; e < N; e++)
+    for (PetscInt k = 0; k < c; k++) (*copy)[c * e + k] = w[fault->layout.block * e + offset + k];
+  rows->data = *copy;
+  rows->stride = 1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -169,7 +197,8 @@ static PetscErrorCode GatherStart(SlipFaultOutput out)
   SlipFault fault = out->fault;
 
   PetscFunctionBegin;
-  if (!(fault->kind.heals || fault->friction.law->state) || out->start0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!(fault->kind.heals || fault->friction.law->state || fault->layout.components == 2) || out->start0)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(out->r0, &out->start0));
   PetscCall(VecDuplicate(out->r0, &out->vinf0));
   PetscCall(VecScatterBegin(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
@@ -184,9 +213,10 @@ static PetscErrorCode GatherStart(SlipFaultOutput out)
 static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
 {
   const SlipFaultMesh *mesh = &out->fault->mesh;
+  const SlipFaultLayout *layout = &out->fault->layout;
   const PetscReal *w;
   const PetscReal *p, *normal;
-  PetscReal *r, *slip;
+  PetscReal *r, *slip, *copy[OUTPUT_NUM_FIELDS] = {NULL};
   char path[OUTPUT_NUM_FIELDS][64];
   SlipH5Rows series[1 + OUTPUT_NUM_FIELDS] = {{"/fields/time", &time, 1}};
   PetscInt n = 1;
@@ -199,21 +229,40 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
     SlipFaultCell cell;
 
     mesh->kind->cell(mesh, e, &cell);
-    r[e] /= mesh->unit * cell.size[0] * cell.size[1];
+    for (PetscInt k = layout->components * e; k < layout->components * (e + 1); k++)
+      r[k] /= mesh->unit * cell.size[0] * cell.size[1];
   }
   PetscCall(SlipOfDisplacement(out, time, w, &slip));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
-    const PetscInt c = OutputFields[f].component;
+    SlipH5Rows *rows = &series[n];
 
     if (!out->wanted[f]) continue;
+    n++;
     PetscCall(PetscSNPrintf(path[f], sizeof(path[f]), "/fields/%s", OutputFields[f].name));
-    series[n++] = c == OF_REACTION                  ? (SlipH5Rows){path[f], r, 1}
-                  : c == OF_PRESSURE                ? (SlipH5Rows){path[f], p, 1}
-                  : c == OF_NORMAL                  ? (SlipH5Rows){path[f], normal, 1}
-                  : f == OUTPUT_SLIP && out->start0 ? (SlipH5Rows){path[f], slip, 1}
-                                                    : (SlipH5Rows){path[f], w + c, 3};
+    *rows = (SlipH5Rows){path[f], NULL, 1};
+    switch (f) {
+    case OUTPUT_TRACTION:
+      rows->data = r;
+      break;
+    case OUTPUT_PORE_PRESSURE:
+      rows->data = p;
+      break;
+    case OUTPUT_NORMAL_STRESS:
+      rows->data = normal;
+      break;
+    case OUTPUT_SLIP_RATE:
+      PetscCall(TakeVector(out->fault, w, layout->rate, &copy[f], rows));
+      break;
+    case OUTPUT_DISPLACEMENT:
+      PetscCall(TakeVector(out->fault, w, layout->displacement, &copy[f], rows));
+      break;
+    default: /* the state, which is the slip of most faults */
+      rows->data = f == OUTPUT_SLIP && out->start0 ? slip : w + layout->state;
+      if (rows->data != slip) rows->stride = layout->block;
+    }
   }
   PetscCall(SlipH5AppendAll(SlipOutputFile(out->fault->run.file), n, series, 1));
+  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) PetscCall(PetscFree(copy[f]));
   PetscCall(PetscFree(slip));
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -292,6 +341,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   SlipFault fault = out->fault;
   SlipH5 *h = SlipOutputFile(out->fault->run.file);
   const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
+  const PetscInt all[] = {dims[0], ndim == 2 ? dims[1] : fault->layout.components, fault->layout.components};
   SlipH5Storage storage;
   char path[64];
 
@@ -303,8 +353,8 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5CreateStoredSeries(h, path, ndim, dims, &storage,
-                                       f == OUTPUT_STATE ? SlipFaultStateUnit(fault) : OutputFields[f].unit));
+    PetscCall(SlipH5CreateStoredSeries(h, path, SlipFaultOutputComponents(fault, f) > 1 ? ndim + 1 : ndim, all,
+                                       &storage, f == OUTPUT_STATE ? SlipFaultStateUnit(fault) : OutputFields[f].unit));
   }
   PetscCall(fault->mesh.kind->write(&fault->mesh, h));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -324,7 +374,7 @@ PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
   if (!out->rank) ierr = out->resumed ? SlipFaultOutputCut(out) : SlipFaultOutputCreateFields(out);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(fault->critical.uc, &x));
+  PetscCall(VecDuplicate(fault->cells, &x));
   for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++) {
     if (!SlipFaultHasField(fault, f)) continue;
     PetscCall(VecGetArrayWrite(x, &a));
@@ -332,8 +382,18 @@ PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
     PetscCall(VecRestoreArrayWrite(x, &a));
     PetscCall(SlipFaultOutputCells(out, p->name, p->unit, x));
   }
+  if (fault->critical.known) { /* along the rake */
+    const PetscReal *uc;
+
+    PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
+    PetscCall(VecGetArrayWrite(x, &a));
+    for (PetscInt i = 0; i < fault->mesh.n; i++)
+      a[i] = SlipFaultDot(fault, uc + fault->layout.components * i, SlipFaultAlong(fault, i));
+    PetscCall(VecRestoreArrayWrite(x, &a));
+    PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
+    PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", x));
+  }
   PetscCall(VecDestroy(&x));
-  if (fault->critical.known) PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", fault->critical.uc));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -366,8 +426,8 @@ static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, 
   PetscReal *x;
 
   PetscFunctionBegin;
-  if (!out->numbers) PetscCall(VecDuplicate(fault->critical.uc, &out->numbers));
-  if (!*x0) PetscCall(VecDuplicate(out->r0, x0));
+  if (!out->numbers) PetscCall(VecDuplicate(fault->cells, &out->numbers));
+  if (!*x0) PetscCall(VecDuplicate(out->c0, x0));
   if (w) PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
   PetscCall(VecGetArrayWrite(out->numbers, &x));
   if (w)
@@ -375,8 +435,8 @@ static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, 
   else
     PetscCall(SlipLoadsPressure(&fault->loads, time, x));
   PetscCall(VecRestoreArrayWrite(out->numbers, &x));
-  PetscCall(VecScatterBegin(out->gather_r, out->numbers, *x0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(out->gather_r, out->numbers, *x0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterBegin(out->gather_c, out->numbers, *x0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_c, out->numbers, *x0, INSERT_VALUES, SCATTER_FORWARD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

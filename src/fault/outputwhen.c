@@ -37,7 +37,8 @@ static PetscReal EntrySize(SlipFaultOutput out)
 
   if (!strcmp(out->fault->options.text[FAULT_OUTPUT_PRECISION], "single")) number = sizeof(float);
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++)
-    if (out->wanted[f]) bytes += (PetscReal)out->fault->mesh.N * (PetscReal)number;
+    if (out->wanted[f])
+      bytes += (PetscReal)SlipFaultOutputComponents(out->fault, f) * (PetscReal)out->fault->mesh.N * (PetscReal)number;
   return bytes;
 }
 
@@ -56,7 +57,8 @@ static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, Petsc
   *progress = end > 0 ? PetscMin(PetscMax(time / end, 0), 1) : 1;
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    sum[0] += fault->mesh.weight[i] * a[SlipFaultDisplacementAt(fault, i)];
+    sum[0] +=
+      fault->mesh.weight[i] * SlipFaultDot(fault, a + SlipFaultDisplacementAt(fault, i), SlipFaultAlong(fault, i));
     sum[1] += fault->mesh.weight[i] * vinf[i];
   }
   PetscCall(VecRestoreArrayRead(w, &a));
@@ -99,13 +101,19 @@ static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w,
 {
   SlipFault fault = out->fault;
   const PetscReal dt = time - out->when.entry_time, *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *u;
+  const PetscInt c = fault->layout.components;
   const SlipArrays arrays[] = {{w, .read = &a}, {out->when.entry_u, .read = &u}};
 
   PetscFunctionBegin;
   *largest = 0;
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    *largest = PetscMax(*largest, PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)] - u[i] + vinf[i] * dt));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal slip[2] = {0, 0};
+
+    for (PetscInt k = 0; k < c; k++)
+      slip[k] = a[SlipFaultDisplacementAt(fault, i) + k] - u[c * i + k] + vinf[i] * SlipFaultAlong(fault, i)[k] * dt;
+    *largest = PetscMax(*largest, SlipFaultLength(fault, slip));
+  }
   PetscCall(SlipArraysRestore(2, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -168,7 +176,7 @@ PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Ve
   if (fault->options.value[FAULT_OUTPUT_RATE_CHANGE] > 0) PetscCall(LargestRate(fault, time, w, &when->entry_rate));
   if (fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL] > 0) {
     if (!when->entry_u) PetscCall(VecDuplicate(fault->critical.uc, &when->entry_u));
-    PetscCall(VecStrideGather(w, fault->layout.displacement, when->entry_u, INSERT_VALUES));
+    PetscCall(SlipFaultGetDisplacement(fault, w, when->entry_u));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -25,6 +25,9 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_RAKE] = {"rake", 0, "degrees", -360, 360, SHUT, REAL,
                   "Direction of slip, loading and shear stress, in the plane from the strike, up dip positive: 0 "
                   "left-lateral, 90 thrust, 180 right-lateral, -90 normal"},
+  [FAULT_SLIP_COMPONENTS] = {"slip_components", 1, "", 1, 3, SHUT, WHOLE,
+                             "Components of slip: 1, along the rake, or 2, along strike and up dip, with friction "
+                             "against the slip rate and loading and shear load along the rake"},
   [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, FAULT_MAX_REACH, OPEN, REAL,
                        "Mobilised thickness Ly (default: length_x)"},
   [FAULT_SHEAR_MODULUS] = {"shear_modulus", 30e9, "Pa", 0, NONE, OPEN, REAL, "Shear modulus G"},
@@ -491,14 +494,17 @@ const char *SlipFaultGetText(SlipFault fault, PetscInt id)
 PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel)
 {
   const char *text = fault->options.text[FAULT_STIFFNESS_AVERAGE];
+  const SlipKernelType *type = fault->mesh.cells.vertices ? &SlipKernelTriangle
+                               : fault->kind.dipping      ? &SlipKernelDipping
+                                                          : &SlipKernelStrikeSlip;
   PetscBool cell, whole;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(text, "cell", &cell));
   PetscCall(PetscStrcmp(text, "whole", &whole));
-  *kernel = (SlipKernel){.type = fault->mesh.cells.vertices ? &SlipKernelTriangle
-                                 : fault->kind.dipping      ? &SlipKernelDipping
-                                                            : &SlipKernelStrikeSlip,
+  if (fault->layout.components == 2)
+    type = fault->mesh.cells.vertices ? &SlipKernelTriangleVector : &SlipKernelDippingVector;
+  *kernel = (SlipKernel){.type = type,
                          .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
                          .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO],
                          .average = cell    ? SLIP_AVERAGE_CELL

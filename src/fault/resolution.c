@@ -69,6 +69,7 @@ static PetscReal Extent(SlipFault fault, PetscInt i)
 PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
 {
   SlipFaultResolution *r = &fault->resolution;
+  const PetscInt c = fault->layout.components;
   Vec k = fault->work[0], h = fault->work[1];
   PetscReal best[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL}; /* ratio, its length, nucleation */
   PetscReal count[3] = {0, 0, 0}; /* cells that weaken, that can fail alone, and sum of K_c */
@@ -85,9 +86,9 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
     PetscReal length[2], critical, ratio;
 
     if (fault->balance.creeps && fault->balance.creeps[i]) continue;
-    if (!Lengths(fault, &friction, i, damping[i] / fault->mesh.weight[i], length, &critical)) continue;
+    if (!Lengths(fault, &friction, i, damping[c * i] / fault->mesh.weight[i], length, &critical)) continue;
     count[0]++;
-    if (stiffness[i] / fault->mesh.weight[i] < critical) count[1]++;
+    if (PetscMin(stiffness[c * i], stiffness[c * i + c - 1]) / fault->mesh.weight[i] < critical) count[1]++;
     count[2] += critical;
     best[2] = PetscMin(best[2], length[1]);
     if (length[0] == 0) length[0] = length[1];

@@ -49,8 +49,9 @@ PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
     PetscCall(VecZeroEntries(loads->drive));
   }
   PetscCall(VecGetArray(loads->drive, &d));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    d[i] += fault->mesh.weight[i] * fault->fields.cell[FIELD_STRESSING_RATE][i];
+  for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++)
+      d[c * i + k] += fault->mesh.weight[i] * fault->fields.cell[FIELD_STRESSING_RATE][i] * SlipFaultAlong(fault, i)[k];
   PetscCall(VecRestoreArray(loads->drive, &d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -63,7 +64,7 @@ static PetscErrorCode Moves(SlipFault fault, Vec w, PetscBool *moves)
   *moves = PETSC_FALSE;
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n && !*moves; i++)
-    *moves = a[SlipFaultRateAt(fault, i)] != 0 ? PETSC_TRUE : PETSC_FALSE;
+    *moves = SlipFaultSpeed(fault, a, i) != 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moves, 1, MPIU_BOOL, MPI_LOR, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -80,10 +81,10 @@ static PetscReal Strength(const Rest *r, PetscInt i, PetscReal dt)
   return mu * r->fault->mesh.weight[i] * r->friction.stress[i];
 }
 
-/* f of cell i at the start, without the rate [Pa] */
-static PetscReal Force(const Rest *r, PetscInt i)
+/* f of number k of a vector of slip at the start, without the rate [Pa] */
+static PetscReal Force(const Rest *r, PetscInt k)
 {
-  return (r->shear ? r->shear[i] : 0) + r->hold[i] - r->ku[i];
+  return (r->shear ? r->shear[k] : 0) + r->hold[k] - r->ku[k];
 }
 
 /* The largest |f| - q of all cells after dt of rest [Pa], and the cell of this process that has it, -1 elsewhere.
@@ -95,6 +96,7 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
     double value;
     int rank;
   } mine = {-PETSC_MAX_REAL, 0}, all;
+  const PetscInt c = fault->layout.components;
   PetscInt best = -1;
   PetscMPIInt rank;
 
@@ -105,9 +107,10 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
   else
     PetscCall(SlipFaultGetFriction(fault, r->t + dt, &r->friction));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal f = PetscAbsReal(Force(r, i) + dt * r->drive[i]), q = Strength(r, i, dt);
-    const PetscReal e = f - q;
+    PetscReal f[2] = {0, 0}, e;
 
+    for (PetscInt k = 0; k < c; k++) f[k] = Force(r, c * i + k) + dt * r->drive[c * i + k];
+    e = SlipFaultLength(fault, f) - Strength(r, i, dt);
     if (e <= mine.value) continue;
     mine.value = (double)e;
     best = i;
@@ -129,20 +132,41 @@ static PetscReal CoupledOnset(PetscReal f, PetscReal d, PetscReal q, PetscReal e
   return first;
 }
 
+/* When |f + d t| of two components meets q - e t, which it does not exceed at 0; PETSC_MAX_REAL: never. Its square is a t^2 + 2 b t + c
+   with c <= 0, of which the first root after 0 has q - e t >= 0, as the square is not negative where that is 0. */
+static PetscReal VectorOnset(const PetscReal f[2], const PetscReal d[2], PetscReal q, PetscReal e)
+{
+  const PetscReal a = d[0] * d[0] + d[1] * d[1] - e * e, b = f[0] * d[0] + f[1] * d[1] + q * e;
+  const PetscReal c = f[0] * f[0] + f[1] * f[1] - q * q, square = b * b - a * c;
+  PetscReal root;
+
+  if (c >= 0) return b > 0 ? 0 : (b < 0 && a > 0 ? -2 * b / a : PETSC_MAX_REAL);
+  if (square < 0) return PETSC_MAX_REAL;
+  root = PetscSqrtReal(square);
+  if (b < 0) return a > 0 ? (root - b) / a : PETSC_MAX_REAL;
+  return b + root > 0 ? -c / (b + root) : PETSC_MAX_REAL;
+}
+
 /* Strengths that do not change, or like the force linearly: the first cell's root is a quotient. */
 static PetscErrorCode LinearOnset(Rest *r, PetscReal limit, PetscReal *rest)
 {
   SlipFault fault = r->fault;
+  const PetscInt c = fault->layout.components;
 
   PetscFunctionBegin;
   *rest = limit;
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal f = Force(r, i), d = r->drive[i], q = Strength(r, i, 0);
+    const PetscReal f = Force(r, c * i), d = r->drive[c * i], q = Strength(r, i, 0);
+    const PetscReal falls = r->clamp && q > 0 ? r->clamp[i] / r->friction.stress[i] * q : 0;
 
-    if (PetscAbsReal(f) > q)
+    if (c == 2) {
+      const PetscReal both[2] = {f, Force(r, c * i + 1)};
+
+      *rest = PetscMin(*rest, SlipFaultLength(fault, both) > q ? 0 : VectorOnset(both, r->drive + c * i, q, falls));
+    } else if (PetscAbsReal(f) > q)
       *rest = 0;
     else if (r->clamp)
-      *rest = PetscMin(*rest, CoupledOnset(f, d, q, q > 0 ? r->clamp[i] / r->friction.stress[i] * q : 0));
+      *rest = PetscMin(*rest, CoupledOnset(f, d, q, falls));
     else if (d != 0)
       *rest = PetscMin(*rest, ((d > 0 ? q : -q) - f) / d);
   }
@@ -239,8 +263,8 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
     SlipFrictionEvaluate(&r->friction, i,
                          SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(fault, i)], rest), 0, &mu, &ds,
                          &dv);
-    damping = viscosity[i] + dv * stress;
-    stiffness = k[i] + ds * stress;
+    damping = SlipFaultLargest(fault, viscosity, i) + dv * stress;
+    stiffness = SlipFaultLargest(fault, k, i) + ds * stress;
     if (M > 0 && PetscSqr(damping) >= 4 * M * stiffness)
       rate[0] = (-damping + PetscSqrtReal(PetscSqr(damping) - 4 * M * stiffness)) / (2 * M);
     else if (M == 0 && damping > 0)
@@ -269,8 +293,11 @@ static PetscErrorCode StateAfter(const Rest *r, PetscReal dt, Vec after)
   PetscFunctionBegin;
   PetscCall(VecGetArrayWrite(after, &b));
   for (PetscInt i = 0; i < r->fault->mesh.n; i++) {
-    b[SlipFaultRateAt(r->fault, i)] = 0;
-    b[SlipFaultDisplacementAt(r->fault, i)] = r->w[SlipFaultDisplacementAt(r->fault, i)] - dt * vinf[i];
+    for (PetscInt k = 0; k < r->fault->layout.components; k++) {
+      b[SlipFaultRateAt(r->fault, i) + k] = 0;
+      b[SlipFaultDisplacementAt(r->fault, i) + k] =
+        r->w[SlipFaultDisplacementAt(r->fault, i) + k] - dt * (vinf[i] * SlipFaultAlong(r->fault, i)[k]);
+    }
     b[SlipFaultStateAt(r->fault, i)] =
       SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(r->fault, i)], dt);
   }
@@ -290,7 +317,7 @@ static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &r->friction));
   if (fault->operators.Kn) PetscCall(VecGetArrayRead(fault->coupling.drive, &r->clamp));
-  PetscCall(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(MatMult(fault->operators.K, u, ku));
   PetscCall(VecCopy(load->shear ? load->shear : fault->loads.hold, u));
   PetscCall(VecGetArrayRead(w, &r->w));

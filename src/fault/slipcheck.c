@@ -64,22 +64,26 @@ static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* RMS over the area of the difference of two slips at t, over that of the second one */
+/* RMS over the area of the difference of two slips at t, over that of the second one; of two components of their magnitudes */
 static PetscErrorCode FieldError(SlipFault fault, PetscReal t, Vec run, Vec reference, PetscReal *error)
 {
   PetscReal sum[2] = {0, 0};
   const PetscReal *a, *b;
-  const SlipArrays arrays[] = {{fault->work[1], .read = &a}, {fault->work[2], .read = &b}};
+  Vec other;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetSlip(fault, t, run, fault->work[1]));
-  PetscCall(SlipFaultGetSlip(fault, t, reference, fault->work[2]));
+  PetscCall(VecDuplicate(fault->cells, &other));
+  const SlipArrays arrays[] = {{fault->cells, .read = &a}, {other, .read = &b}};
+
+  PetscCall(SlipFaultGetSlip(fault, t, run, fault->cells));
+  PetscCall(SlipFaultGetSlip(fault, t, reference, other));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     sum[0] += fault->mesh.weight[i] * PetscSqr(a[i] - b[i]);
     sum[1] += fault->mesh.weight[i] * PetscSqr(b[i]);
   }
   PetscCall(SlipArraysRestore(2, arrays));
+  PetscCall(VecDestroy(&other));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, fault->comm));
   *error = PetscSqrtReal(sum[0] / sum[1]);
   PetscFunctionReturn(PETSC_SUCCESS);

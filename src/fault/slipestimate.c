@@ -76,8 +76,8 @@ static PetscErrorCode DecayRate(SlipFault fault, PetscReal *rate)
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    inertia += fault->operators.mass * fault->mesh.weight[i] * PetscSqr(uc[i]);
+  for (PetscInt i = 0, c = fault->layout.components; i < c * fault->mesh.n; i++)
+    inertia += fault->operators.mass * fault->mesh.weight[i / c] * PetscSqr(uc[i]);
   PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &inertia, 1, MPIU_REAL, MPI_SUM, fault->comm));
   PetscCall(PetscStrcmp(fault->kind.viscosity, "none", &none));
@@ -164,7 +164,7 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   if (!attempt->accepted || est->off || fault->kind.driven) PetscFunctionReturn(PETSC_SUCCESS);
   if (attempt->step == 0) PetscCall(Reset(est));
   PetscCall(TSBatheGetEstimates(ts, &e, &scale, NULL));
-  if (!e) est->known = PETSC_FALSE;
+  if (!e || fault->layout.components == 2) est->known = PETSC_FALSE;
   if (!est->known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(StepSums(fault, attempt->time + attempt->dt, w, e, sum));
   PetscCall(SlipFaultTimingStep(fault, ts, attempt, w, e, scale));
@@ -248,7 +248,9 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscCall(TSBatheGetReactionType(ts, &reaction));
   PetscCall(TSBatheGetError(ts, &estimate));
   *why = NULL;
-  if (!est->known)
+  if (fault->layout.components == 2)
+    *why = "not known of two components of slip";
+  else if (!est->known)
     *why = "no estimates of its steps";
   else if (est->moving > 0)
     *why = "the fault still slides";

@@ -2,7 +2,8 @@
 #include <slipstep/private/slipfault.h>
 
 /*@
-  SlipFaultCreateState - a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell
+  SlipFaultCreateState - a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two components of
+                         slip block size 5, (v, v, u, u, s)
 
   Collective; after SlipFaultSetUp().
 
@@ -10,7 +11,7 @@
 . fault - the fault
 
   Output Parameter:
-. w - zero, of global size 3 N; destroy it
+. w - zero, of global size 3 N, or 5 N; destroy it
 
   Level: beginner
 
@@ -121,27 +122,36 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   if (!critical) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetArray(w, &a));
   PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    a[SlipFaultDisplacementAt(fault, i)] = fault->critical.start_share * uc[i];
+  for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++)
+      a[SlipFaultDisplacementAt(fault, i) + k] = fault->critical.start_share * uc[c * i + k];
   PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
   PetscCall(VecRestoreArray(w, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* slip [m] of the state w at t: s, or where that is the state of friction the displacement since the start and that of the
+/* Vector of cells: slip [m] of the state w at t, of two components its magnitude: s, or where that is the state of friction the displacement since the start and that of the
    loading */
 PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip)
 {
   const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *uc;
   const PetscBool state = fault->kind.heals || fault->friction.law->state ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt c = fault->layout.components;
   PetscReal *s;
   const SlipArrays arrays[] = {{w, .read = &a}, {fault->critical.uc, .read = &uc}, {slip, .write = &s}};
 
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    s[i] = state ? a[SlipFaultDisplacementAt(fault, i)] - fault->critical.start_share * uc[i] + t * vinf[i]
-                 : a[SlipFaultStateAt(fault, i)];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal u[2] = {0, 0};
+
+    s[i] = a[SlipFaultStateAt(fault, i)];
+    if (!state) continue;
+    for (PetscInt k = 0; k < c; k++)
+      u[k] = a[SlipFaultDisplacementAt(fault, i) + k] - fault->critical.start_share * uc[c * i + k] +
+             t * (vinf[i] * SlipFaultAlong(fault, i)[k]);
+    s[i] = c == 1 ? u[0] : SlipFaultLength(fault, u);
+  }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

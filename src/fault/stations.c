@@ -15,11 +15,14 @@ static const SlipOutputColumn Columns[] = {
   {"time", "s", PETSC_FALSE},      {"slip", "m", PETSC_FALSE},  {"slip_rate", "m/s", PETSC_FALSE},
   {"traction", "Pa", PETSC_FALSE}, {"state", "m", PETSC_FALSE}, {"normal_stress", "Pa", PETSC_FALSE},
 };
-/* The last one where slip changes it only */
+/* The last one where slip changes it only; slip, its rate and traction have a number for each component of slip */
 enum {
-  STATION_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns),
-  STATION_NORMAL = STATION_COLUMNS - 1,
-  STATION_STATE = STATION_NORMAL - 1
+  STATION_SLIP = 1,
+  STATION_RATE,
+  STATION_TRACTION,
+  STATION_STATE,
+  STATION_NORMAL,
+  STATION_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns)
 };
 
 typedef struct {
@@ -27,7 +30,7 @@ typedef struct {
   PetscReal centre[3]; /* x, y, z of the cell's centre [m] */
   PetscInt cell;       /* in the order of the file or grid */
   PetscInt local;      /* number among this rank's cells, -1: of another rank */
-  PetscReal u0;        /* displacement at the start [m] */
+  PetscReal u0[2];     /* displacement at the start [m] */
 } Station;
 
 typedef struct {
@@ -36,7 +39,8 @@ typedef struct {
   PetscBool known;   /* a checkpoint says where they began */
   PetscReal start;   /* time of the start [s] */
   PetscInt columns;  /* of their tables */
-  PetscReal *row;    /* [columns n] */
+  PetscInt numbers;  /* of a row */
+  PetscReal *row;    /* [numbers n] */
   SlipOutput output; /* which has their tables, from this one on; NULL: none, there are no stations */
   PetscInt table;
 } Stations;
@@ -180,7 +184,8 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
              prefix, text);
   list->n = n;
   list->columns = fault->kind.coupled ? STATION_COLUMNS : STATION_COLUMNS - 1;
-  PetscCall(PetscCalloc2(n, &list->station, STATION_COLUMNS * n, &list->row));
+  list->numbers = list->columns + 3 * (fault->layout.components - 1);
+  PetscCall(PetscCalloc2(n, &list->station, list->numbers * n, &list->row));
   for (int k = 0; k < n; k++) PetscCall(ReadStation(fault, point[k], &list->station[k]));
   PetscCall(PetscStrToArrayDestroy(n, point));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -241,6 +246,7 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
 {
   Stations *list = (Stations *)ctx;
   SlipH5 *h = SlipOutputFile(output);
+  const PetscInt c = fault->layout.components, entries[STATION_COLUMNS] = {0, c, c, c, 0, 0};
   SlipOutputColumn columns[STATION_COLUMNS];
   PetscErrorCode ierr = PETSC_SUCCESS;
   char group[64];
@@ -255,7 +261,7 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
     PetscInt table;
 
     PetscCall(PetscSNPrintf(group, sizeof(group), "/stations/%" PetscInt_FMT, k));
-    PetscCall(SlipOutputAddTable(output, group, list->columns, columns, NULL, &table));
+    PetscCall(SlipOutputAddTable(output, group, list->columns, columns, c == 1 ? NULL : entries, &table));
     if (!k) list->table = table;
     if (h && !output->resumed) ierr = WritePlace(fault, h, group, &list->station[k]);
     PetscCall(SlipErrorBcast(fault->comm, ierr));
@@ -269,19 +275,22 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
 static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
 {
   Stations *list = (Stations *)ctx;
+  const PetscInt c = fault->layout.components;
   const PetscReal *a;
 
   PetscFunctionBegin;
   (void)ts;
   if (!list->output || (list->output->resumed && list->known)) PetscFunctionReturn(PETSC_SUCCESS);
   list->start = time;
-  PetscCall(PetscArrayzero(list->row, list->n));
+  PetscCall(PetscArrayzero(list->row, c * list->n));
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt k = 0; k < list->n; k++)
-    if (list->station[k].local >= 0) list->row[k] = a[SlipFaultDisplacementAt(fault, list->station[k].local)];
+    for (PetscInt j = 0; j < c && list->station[k].local >= 0; j++)
+      list->row[c * k + j] = a[SlipFaultDisplacementAt(fault, list->station[k].local) + j];
   PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, list->row, (PetscMPIInt)list->n, MPIU_REAL, MPIU_SUM, fault->comm));
-  for (PetscInt k = 0; k < list->n; k++) list->station[k].u0 = list->row[k];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, list->row, (PetscMPIInt)(c * list->n), MPIU_REAL, MPIU_SUM, fault->comm));
+  for (PetscInt k = 0; k < list->n; k++)
+    for (PetscInt j = 0; j < c; j++) list->station[k].u0[j] = list->row[c * k + j];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -289,6 +298,7 @@ static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec 
 static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   Stations *list = (Stations *)ctx;
+  const PetscInt c = fault->layout.components;
   const PetscReal *a, *r, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   SlipFrictionCells friction;
   PetscMPIInt rank;
@@ -301,26 +311,30 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipFaultStepTraction(fault, time, w, &traction));
   PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
-  PetscCall(PetscArrayzero(list->row, list->columns * list->n));
+  PetscCall(PetscArrayzero(list->row, list->numbers * list->n));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(traction, &r));
   for (PetscInt k = 0; k < list->n; k++) {
     const Station *s = &list->station[k];
     const PetscInt i = s->local;
-    PetscReal *row = list->row + list->columns * k;
+    PetscReal *row = list->row + list->numbers * k;
 
     if (i < 0) continue;
-    row[0] = time;
-    row[1] = a[SlipFaultDisplacementAt(fault, i)] - s->u0 + vinf[i] * (time - list->start);
-    row[2] = a[SlipFaultRateAt(fault, i)];
-    row[3] = r[i] / fault->mesh.weight[i];
-    row[STATION_STATE] = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
-    if (fault->kind.coupled) row[STATION_NORMAL] = friction.stress[i];
+    *row++ = time;
+    for (PetscInt j = 0; j < c; j++, row++) {
+      row[0] = a[SlipFaultDisplacementAt(fault, i) + j] - s->u0[j] +
+               vinf[i] * SlipFaultAlong(fault, i)[j] * (time - list->start);
+      row[c] = a[SlipFaultRateAt(fault, i) + j];
+      row[2 * c] = r[c * i + j] / fault->mesh.weight[i];
+    }
+    row += 2 * c;
+    *row++ = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
+    if (fault->kind.coupled) *row = friction.stress[i];
   }
   PetscCall(VecRestoreArrayRead(traction, &r));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  PetscCallMPI(MPI_Reduce(rank ? list->row : MPI_IN_PLACE, list->row, (PetscMPIInt)(list->columns * list->n), MPIU_REAL,
+  PetscCallMPI(MPI_Reduce(rank ? list->row : MPI_IN_PLACE, list->row, (PetscMPIInt)(list->numbers * list->n), MPIU_REAL,
                           MPIU_SUM, 0, fault->comm));
   PetscCall(SlipOutputAddRows(list->output, list->table, list->n, list->row));
   PetscCall(SlipLogOutputEnd());
@@ -334,7 +348,6 @@ static PetscErrorCode StationsVisit(SlipFault fault, SlipState s, void *ctx)
   PetscInt stations = list->n;
 
   PetscFunctionBegin;
-  (void)fault;
   PetscCall(SlipStateGroup(s, "output"));
   PetscCall(SlipStateInt(s, "stations", 1, &stations));
   for (PetscInt k = 0; k < list->n && stations == list->n; k++) {
@@ -345,7 +358,7 @@ static PetscErrorCode StationsVisit(SlipFault fault, SlipState s, void *ctx)
     PetscCall(SlipStateInt(s, name, 1, &cell));
     if (cell != list->station[k].cell) stations = -1;
     PetscCall(PetscSNPrintf(name, sizeof(name), "station_%" PetscInt_FMT "_displacement", k));
-    PetscCall(SlipStateReal(s, name, 1, &list->station[k].u0));
+    PetscCall(SlipStateReal(s, name, fault->layout.components, list->station[k].u0));
   }
   PetscCall(SlipStateReal(s, "station_start", 1, &list->start));
   if (SlipStateIsLoading(s)) list->known = stations == list->n ? PETSC_TRUE : PETSC_FALSE;

@@ -41,7 +41,7 @@ PetscErrorCode SlipFaultStepRate(SlipFault fault, PetscReal time, Vec w, PetscRe
 
   PetscFunctionBegin;
   PetscCall(SlipFaultIsNow(fault, time, w, &known->rate_moment, &now, &same));
-  if (!same) PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, &known->rate));
+  if (!same) PetscCall(SlipFaultLargestSpeed(fault, w, &known->rate));
   known->rate_moment = now;
   *largest = known->rate;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -77,6 +77,23 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The sum over all cells of a vector along the rake */
+static PetscErrorCode SumAlong(SlipFault fault, Vec x, PetscReal *sum)
+{
+  Vec along;
+
+  PetscFunctionBegin;
+  if (fault->layout.components == 1) {
+    PetscCall(VecSum(x, sum));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecDuplicate(x, &along));
+  PetscCall(SlipFaultFillAlong(fault, NULL, PETSC_FALSE, along));
+  PetscCall(VecDot(x, along, sum));
+  PetscCall(VecDestroy(&along));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* K <- K a such that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G; on return x is K^-1 sigma_n of the scaled K. */
 static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
 {
@@ -90,7 +107,7 @@ static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
   if (!scale) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
   PetscCall(SlipFaultWeightedSum(fault, x, &mean_slip));
-  PetscCall(VecSum(sigma, &mean_stress));
+  PetscCall(SumAlong(fault, sigma, &mean_stress));
   fault->operators.scaling = mean_slip * fault->options.value[FAULT_SHEAR_MODULUS] / (mean_stress * thickness);
   PetscCall(MatScale(fault->operators.K, fault->operators.scaling));
   if (fault->operators.Kn) PetscCall(MatScale(fault->operators.Kn, fault->operators.scaling));
@@ -125,6 +142,9 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
   PetscCheck(fault->mesh.N <= SLIP_FAULT_MAX_DENSE, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-%sfault_stiffness_view writes %" PetscInt_FMT " x %" PetscInt_FMT " numbers, expected at most %d cells",
              SlipFaultPrefix(fault), fault->mesh.N, fault->mesh.N, SLIP_FAULT_MAX_DENSE);
+  PetscCheck(fault->layout.components == 1, fault->comm, PETSC_ERR_SUP,
+             "-%sfault_stiffness_view writes a number for each pair of cells: expected -%sfault_slip_components 1",
+             SlipFaultPrefix(fault), SlipFaultPrefix(fault));
   PetscCall(MatConvert(fault->operators.K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   if (fault->mesh.order) PetscCall(SlipFaultReorder(fault, &dense));
   PetscCall(PetscViewerPushFormat(fault->options.stiffness_viewer, fault->options.stiffness_format));
@@ -132,19 +152,6 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
   PetscCall(PetscViewerPopFormat(fault->options.stiffness_viewer));
   PetscCall(MatDestroy(&dense));
   PetscCall(PetscViewerDestroy(&fault->options.stiffness_viewer)); /* closes the file */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* x_i = the field, times the weight w_i of its cell if weighted */
-static PetscErrorCode SlipFaultFillVec(SlipFault fault, PetscInt field, PetscBool weighted, Vec x)
-{
-  PetscReal *a;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(x, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    a[i] = fault->fields.cell[field][i] * (weighted ? fault->mesh.weight[i] : 1);
-  PetscCall(VecRestoreArrayWrite(x, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -220,7 +227,8 @@ static PetscErrorCode CheckBalance(SlipFault fault)
     PetscReal mu, ds, dv;
 
     SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
-    worst = PetscMax(worst, -dv * fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i] / h[i]);
+    worst = PetscMax(worst, -dv * fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i] /
+                              SlipFaultLargest(fault, h, i));
   }
   PetscCall(VecRestoreArrayRead(fault->work[0], &h));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPIU_MAX, fault->comm));
@@ -254,9 +262,9 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->critical.uc, &fault->work[i]));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->operators.vinf));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.u0));
-  PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.s0));
-  PetscCall(SlipFaultFillVec(fault, FIELD_LOADING_RATE, PETSC_FALSE, fault->operators.vinf));
-  PetscCall(SlipFaultFillVec(fault, FIELD_NORMAL_STRESS, PETSC_TRUE, fault->work[0]));
+  PetscCall(VecDuplicate(fault->cells, &fault->stage.s0));
+  PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_LOADING_RATE], PETSC_FALSE, fault->operators.vinf));
+  PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_NORMAL_STRESS], PETSC_TRUE, fault->work[0]));
   PetscCall(VecZeroEntries(fault->critical.uc));
   if (fault->critical.known) {
     PetscCall(SlipFaultProgressSetUp(fault, "K^-1 of the normal stress"));

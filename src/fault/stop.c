@@ -19,6 +19,12 @@ static PetscReal Root(PetscReal v0, PetscReal k0, PetscReal vm, PetscReal x, Pet
   return root > x && root < h ? root : h;
 }
 
+/* Of x along v, whose length is size */
+static PetscReal Component(SlipFault fault, const PetscReal v[], PetscReal size, const PetscReal x[])
+{
+  return fault->layout.components == 1 ? (v[0] < 0 ? -x[0] : x[0]) : SlipFaultDot(fault, v, x) / size;
+}
+
 /*
   SlipFaultStop - when after the start of a step h [s] the cell stops that has most of the slip rate, PETSC_MAX_REAL if it does not
 
@@ -36,16 +42,15 @@ PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscReal rtol, Petsc
   PetscFunctionBegin;
   *stop = PETSC_MAX_REAL;
   PetscCall(SlipArraysGet(4, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    sum += fault->mesh.weight[i] * PetscAbsReal(a[SlipFaultRateAt(fault, i)]);
+  for (PetscInt i = 0; i < fault->mesh.n; i++) sum += fault->mesh.weight[i] * SlipFaultSpeed(fault, a, i);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscInt k = SlipFaultRateAt(fault, i);
-    const PetscReal sign = a[k] < 0 ? -1 : 1, v0 = sign * a[k];
+    const PetscReal v0 = SlipFaultSpeed(fault, a, i);
     PetscReal root;
 
-    if (v0 == 0 || sign * c[k] > 0 || fault->mesh.weight[i] * v0 < least_share * sum) continue;
-    root = Root(v0, sign * d[k], sign * b[k], share * h, h);
+    if (v0 == 0 || Component(fault, a + k, v0, c + k) > 0 || fault->mesh.weight[i] * v0 < least_share * sum) continue;
+    root = Root(v0, Component(fault, a + k, v0, d + k), Component(fault, a + k, v0, b + k), share * h, h);
     if (v0 * root > least_slip * rtol * slip[i]) *stop = PetscMin(*stop, root);
   }
   PetscCall(SlipArraysRestore(4, arrays));

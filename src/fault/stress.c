@@ -14,7 +14,8 @@
 - w     - state, of SlipFaultCreateState()
 
   Output Parameter:
-. T - shear stress [Pa], one number for each cell in the distribution of the state, positive where it drives slip forward
+. T - shear stress [Pa], a number for each cell and component of slip in the distribution of the state, positive where it drives
+      slip forward
 
   Level: intermediate
 
@@ -37,7 +38,8 @@ PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
   PetscCall(SlipFaultForce(fault, w, fault->work[0], T));
   if (load->shear) PetscCall(VecAXPY(T, -1, load->shear));
   PetscCall(VecGetArray(T, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) a[i] /= -fault->mesh.weight[i];
+  for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++) a[c * i + k] /= -fault->mesh.weight[i];
   PetscCall(VecRestoreArray(T, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -69,7 +71,7 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   if (!fault->kind.driven) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultRestSetUp(fault));
-  PetscCall(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
+  PetscCall(SlipFaultGetDisplacement(fault, w, fault->work[0]));
   PetscCall(VecDot(fault->loads.drive, fault->work[0], power));
   if (load->shear) PetscCall(VecDot(fault->operators.vinf, load->shear, &work));
   *power = (work - *power) * fault->mesh.area;

@@ -20,7 +20,7 @@ enum { SURFACE_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns), SURFACE_NUMBERS = 7
 typedef struct {
   PetscInt n;
   PetscReal *point;  /* [n][2] x, y [m] */
-  PetscReal *matrix; /* [local cells][n][3] displacement for 1 m of slip [m/m] */
+  PetscReal *matrix; /* [local cells][components][n][3] displacement for 1 m of slip [m/m] */
   PetscReal *row;    /* [n][7] */
   PetscBool known;   /* a checkpoint has it */
   Vec start;         /* displacement at the start [m] */
@@ -150,31 +150,34 @@ static PetscErrorCode OfTriangle(SlipFault fault, const SlipFaultCell *c, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For 1 m of slip of a cell along its rake. Strike slip on planes along x has a form of its own. */
+/* For 1 m of slip of a cell along its rake, or along strike and up dip. Strike slip on planes along x has a form of its own. */
 static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
 {
-  const PetscReal nu = fault->options.value[FAULT_POISSON_RATIO], *rake = fault->fields.cell[FIELD_RAKE];
+  const PetscReal nu = fault->options.value[FAULT_POISSON_RATIO], *rakes = fault->fields.cell[FIELD_RAKE];
+  const PetscInt components = fault->layout.components;
   PetscReal *point;
 
   PetscFunctionBegin;
   PetscCall(PetscCalloc1(3 * s->n, &point));
   for (PetscInt k = 0; k < s->n; k++) PetscCall(PetscArraycpy(point + 3 * k, s->point + 2 * k, 2));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    PetscReal *u = s->matrix + 3 * s->n * i, slip[3] = {0, 0, 0};
+  for (PetscInt row = 0; row < components * fault->mesh.n; row++) {
+    const PetscInt i = row / components;
+    const PetscReal rake = components == 1 ? rakes[i] : row % components == 0 ? 0 : 90;
+    PetscReal *u = s->matrix + 3 * s->n * row, slip[3] = {0, 0, 0};
     SlipDippingRectangle rectangle;
     SlipFaultCell c;
 
     fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &c);
     if (c.vertices) {
-      PetscCall(OfTriangle(fault, &c, rake[i], s->n, point, u));
+      PetscCall(OfTriangle(fault, &c, rake, s->n, point, u));
       continue;
     }
-    if (c.direction[0][0] == 1 && c.direction[1][2] == 1 && rake[i] == 0) {
+    if (c.direction[0][0] == 1 && c.direction[1][2] == 1 && rake == 0) {
       SlipSurfaceDisplacement(nu, &(SlipRectangle){c.centre[0], c.centre[1], c.centre[2], c.size[0], c.size[1]}, s->n,
                               s->point, u);
       continue;
     }
-    SlipDegrees(rake[i], &slip[1], &slip[0]);
+    SlipDegrees(rake, &slip[1], &slip[0]);
     rectangle = RectangleOf(&c);
     PetscCall(SlipDippingDisplacement(nu, PETSC_FALSE, &rectangle, slip, s->n, point, u));
   }
@@ -203,7 +206,8 @@ static PetscErrorCode SurfaceCreate(SlipFault fault, TS ts, PetscBool *wanted, v
   PetscCall(PetscNew(&s));
   *ctx = s;
   PetscCall(ReadPoints(fault, text, &s->n, &s->point));
-  PetscCall(PetscMalloc2(3 * s->n * fault->mesh.n, &s->matrix, SURFACE_NUMBERS * s->n, &s->row));
+  PetscCall(
+    PetscMalloc2(3 * s->n * fault->layout.components * fault->mesh.n, &s->matrix, SURFACE_NUMBERS * s->n, &s->row));
   PetscCall(MakeMatrix(fault, s));
   PetscCall(VecDuplicate(fault->critical.uc, &s->start));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -264,8 +268,7 @@ static PetscErrorCode SurfaceStart(SlipFault fault, TS ts, PetscReal time, Vec w
   PetscFunctionBegin;
   (void)ts;
   (void)time;
-  if (!s->known || !s->output->resumed)
-    PetscCall(VecStrideGather(w, fault->layout.displacement, s->start, INSERT_VALUES));
+  if (!s->known || !s->output->resumed) PetscCall(SlipFaultGetDisplacement(fault, w, s->start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -275,6 +278,7 @@ static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscRe
   const PetscReal *a, *u0, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   const SlipArrays arrays[] = {{w, .read = &a}, {s->start, .read = &u0}};
   const PetscMPIInt n = (PetscMPIInt)(SURFACE_NUMBERS * s->n);
+  const PetscInt components = fault->layout.components;
   PetscMPIInt rank;
 
   PetscFunctionBegin;
@@ -283,9 +287,11 @@ static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscRe
   PetscCall(SlipLogOutputBegin());
   PetscCall(PetscArrayzero(s->row, n));
   PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal u = a[SlipFaultDisplacementAt(fault, i)] - u0[i], v = a[SlipFaultRateAt(fault, i)] - vinf[i];
-    const PetscReal *m = s->matrix + 3 * s->n * i;
+  for (PetscInt row = 0; row < components * fault->mesh.n; row++) {
+    const PetscInt i = row / components, j = row % components;
+    const PetscReal u = a[SlipFaultDisplacementAt(fault, i) + j] - u0[row],
+                    v = a[SlipFaultRateAt(fault, i) + j] - vinf[i] * SlipFaultAlong(fault, i)[j];
+    const PetscReal *m = s->matrix + 3 * s->n * row;
 
     for (PetscInt k = 0; k < s->n; k++)
       for (PetscInt c = 0; c < 3; c++) {

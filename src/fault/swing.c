@@ -24,7 +24,8 @@ static PetscReal Time(PetscReal m, PetscReal d, PetscReal k)
 */
 PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio)
 {
-  Vec v = fault->work[0], d = fault->work[1], Kv = fault->work[2];
+  const PetscInt c = fault->layout.components;
+  Vec v = fault->work[0], d = fault->work[1], Kv = fault->work[2]; /* which has the slopes [n] before */
   const PetscReal *a, *k, *h, *dv, *rate;
   SlipFrictionCells friction;
   PetscReal sum[3] = {0, 0, 0}, least = PETSC_MAX_REAL; /* v M v, v (H + D) v, v K v */
@@ -43,13 +44,14 @@ PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ra
     PetscReal mu, dmu_ds, dmu_dv;
 
     slope[i] = 0;
-    if (a[SlipFaultRateAt(fault, i)] == 0) continue;
-    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], PetscAbsReal(a[SlipFaultRateAt(fault, i)]), &mu,
-                         &dmu_ds, &dmu_dv);
+    if (SlipFaultSpeed(fault, a, i) == 0) continue;
+    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], SlipFaultSpeed(fault, a, i), &mu, &dmu_ds,
+                         &dmu_dv);
     slope[i] = dmu_dv * friction.stress[i] * fault->mesh.weight[i];
     if (slope[i] < 0) weakens = PETSC_TRUE;
-    if (h[i] + slope[i] < 0)
-      least = PetscMin(least, Time(fault->operators.mass * fault->mesh.weight[i], h[i] + slope[i], k[i]));
+    if (SlipFaultLargest(fault, h, i) + slope[i] < 0)
+      least = PetscMin(least, Time(fault->operators.mass * fault->mesh.weight[i],
+                                   SlipFaultLargest(fault, h, i) + slope[i], SlipFaultLargest(fault, k, i)));
   }
   PetscCall(VecRestoreArrayWrite(Kv, &slope));
   PetscCall(VecRestoreArrayRead(fault->loads.diagonal[1], &h));
@@ -57,14 +59,16 @@ PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ra
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &weakens, 1, MPIU_BOOL, MPI_LOR, fault->comm));
   if (!weakens) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecStrideGather(w, fault->layout.rate, v, INSERT_VALUES));
+  PetscCall(SlipFaultGetRate(fault, w, v));
   PetscCall(MatMult(fault->operators.H, v, d));
   PetscCall(VecGetArrayRead(v, &rate));
   PetscCall(VecGetArrayRead(d, &dv));
   PetscCall(VecGetArrayRead(Kv, &h));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    sum[0] += fault->operators.mass * fault->mesh.weight[i] * PetscSqr(rate[i]);
-    sum[1] += rate[i] * (dv[i] + h[i] * rate[i]);
+    for (PetscInt j = c * i; j < c * (i + 1); j++) {
+      sum[0] += fault->operators.mass * fault->mesh.weight[i] * PetscSqr(rate[j]);
+      sum[1] += rate[j] * (dv[j] + h[i] * rate[j]);
+    }
   }
   PetscCall(VecRestoreArrayRead(Kv, &h));
   PetscCall(VecRestoreArrayRead(d, &dv));

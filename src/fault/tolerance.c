@@ -39,8 +39,7 @@ static PetscErrorCode LargestDisplacement(SlipFault fault, Vec w, PetscReal *lar
   PetscFunctionBegin;
   *largest = SLIP_FAULT_ATOL;
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    *largest = PetscMax(*largest, PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) *largest = PetscMax(*largest, SlipFaultDistance(fault, a, i));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -62,10 +61,12 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal toler
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscBool weakens;
-    const PetscReal times =
-      fault->kind.inertia ? PetscSqrtReal(k[i] / (fault->operators.mass * fault->mesh.weight[i])) : k[i] / viscosity[i];
+    const PetscReal stiffness = SlipFaultLargest(fault, k, i), damping = SlipFaultLargest(fault, viscosity, i);
+    const PetscReal times = fault->kind.inertia
+                              ? PetscSqrtReal(stiffness / (fault->operators.mass * fault->mesh.weight[i]))
+                              : stiffness / damping;
     const PetscReal scale = SlipScale(fault, friction, i, displacement, &weakens) * times;
-    PetscReal error = PetscAbsReal(a[SlipFaultRateAt(fault, i)]);
+    PetscReal error = SlipFaultSpeed(fault, a, i);
 
     *slow = PetscMin(*slow, scale);
     if (lasts && weakens) {
@@ -74,9 +75,8 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal toler
       continue;
     }
     if (!fault->kind.inertia)
-      error =
-        PetscMax(PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]), PetscAbsReal(a[SlipFaultStateAt(fault, i)])) *
-        (k[i] / (viscosity[i] + fault->stage.theta * k[i]));
+      error = PetscMax(SlipFaultDistance(fault, a, i), PetscAbsReal(a[SlipFaultStateAt(fault, i)])) *
+              (stiffness / (damping + fault->stage.theta * stiffness));
     if (!(error <= *largest)) *largest = error; /* takes what is no number */
   }
   PetscCall(SlipArraysRestore(3, arrays));
@@ -105,12 +105,10 @@ static PetscErrorCode SmoothErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Ve
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal rate =
-      PetscMax(PetscMax(PetscAbsReal(b[SlipFaultRateAt(fault, i)]), PetscAbsReal(c[SlipFaultRateAt(fault, i)])),
-               PetscAbsReal(vinf[i]));
-    PetscReal error = PetscMax(PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]) / slip[i],
-                               PetscAbsReal(a[SlipFaultStateAt(fault, i)]));
+      PetscMax(PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultSpeed(fault, c, i)), PetscAbsReal(vinf[i]));
+    PetscReal error = PetscMax(SlipFaultDistance(fault, a, i) / slip[i], PetscAbsReal(a[SlipFaultStateAt(fault, i)]));
 
-    if (fault->kind.inertia && rate > 0) error = PetscMax(error, PetscAbsReal(a[SlipFaultRateAt(fault, i)]) / rate);
+    if (fault->kind.inertia && rate > 0) error = PetscMax(error, SlipFaultSpeed(fault, a, i) / rate);
     if (!(error <= largest)) largest = error; /* takes what is no number */
   }
   PetscCall(SlipArraysRestore(3, arrays));
@@ -146,15 +144,17 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   PetscCall(RateError(fault, rtol, tolerance, &friction, displacement, e, &largest[1], &slow, &largest[5]));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal error =
-      PetscMax(PetscAbsReal(a[SlipFaultDisplacementAt(fault, i)]), PetscAbsReal(a[SlipFaultStateAt(fault, i)]));
-    const PetscReal rate =
-      PetscMax(PetscAbsReal(b[SlipFaultRateAt(fault, i)]), PetscAbsReal(c[SlipFaultRateAt(fault, i)]));
+    const PetscReal error = PetscMax(SlipFaultDistance(fault, a, i), PetscAbsReal(a[SlipFaultStateAt(fault, i)]));
+    const PetscReal rate = PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultSpeed(fault, c, i));
 
     PetscBool weakens;
     const PetscReal slip = SlipScale(fault, &friction, i, displacement, &weakens);
-    const PetscReal moved =
-      PetscAbsReal(c[SlipFaultDisplacementAt(fault, i)] - b[SlipFaultDisplacementAt(fault, i)] + h * vinf[i]) / slip;
+    PetscReal way[2] = {0, 0}, moved;
+
+    for (PetscInt k = 0; k < fault->layout.components; k++)
+      way[k] = c[SlipFaultDisplacementAt(fault, i) + k] - b[SlipFaultDisplacementAt(fault, i) + k] +
+               h * (vinf[i] * SlipFaultAlong(fault, i)[k]);
+    moved = SlipFaultLength(fault, way) / slip;
 
     if (!(error / slip <= largest[0])) largest[0] = error / slip;
     if (weakens)

@@ -154,6 +154,31 @@ static void Escape(const char name[], const char ending[], char text[], size_t l
   (void)snprintf(text + n, len - n, "%s", ending);
 }
 
+/* A field of two components in entry k: a number along strike and one up dip */
+static void PutComponents(const Xdmf *x, FILE *f, const char h5[], PetscInt k, PetscInt field)
+{
+  static const char *const along[2] = {"along_strike", "up_dip"};
+  const SlipFault fault = x->fault;
+  const int bytes = !strcmp(fault->options.text[FAULT_OUTPUT_PRECISION], "single") ? 4 : 8;
+  const PetscBool list = fault->mesh.ndim == 1 ? PETSC_TRUE : PETSC_FALSE;
+  char cells[64];
+
+  if (list)
+    (void)snprintf(cells, sizeof(cells), "%lld", (long long)fault->mesh.N);
+  else
+    (void)snprintf(cells, sizeof(cells), "%lld %lld", (long long)fault->mesh.dims[0], (long long)fault->mesh.dims[1]);
+  for (int c = 0; c < 2; c++)
+    fprintf(f,
+            "    <Attribute Name=\"%s_%s\" AttributeType=\"Scalar\" Center=\"Cell\">\n"
+            "     <DataItem ItemType=\"HyperSlab\" Type=\"HyperSlab\" Dimensions=\"1 %s 1\">\n"
+            "      <DataItem Dimensions=\"3 %d\" Format=\"XML\">%lld %s %d 1 1 %s 1 %s 1</DataItem>\n"
+            "      <DataItem Dimensions=\"%lld %s 2\" NumberType=\"Float\" Precision=\"%d\" "
+            "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
+            "     </DataItem>\n    </Attribute>\n",
+            SlipFaultOutputField(field), along[c], cells, list ? 3 : 4, (long long)k, list ? "0" : "0 0", c,
+            list ? "1" : "1 1", cells, (long long)x->n, cells, bytes, h5, SlipFaultOutputField(field));
+}
+
 /* One entry; h5: the output's name in XML */
 static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
 {
@@ -186,14 +211,17 @@ static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
           (long long)fault->mesh.npoints, h5);
   for (PetscInt i = 0; i < OUTPUT_NUM_FIELDS; i++) {
     if (!x->field[i]) continue;
-    fprintf(f,
-            "    <Attribute Name=\"%s\" AttributeType=\"Scalar\" Center=\"Cell\">\n"
-            "     <DataItem ItemType=\"HyperSlab\" Type=\"HyperSlab\" Dimensions=\"%s\">\n"
-            "      <DataItem Dimensions=\"3 %d\" Format=\"XML\">%s</DataItem>\n"
-            "      <DataItem Dimensions=\"%s\" NumberType=\"Float\" Precision=\"%d\" "
-            "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
-            "     </DataItem>\n    </Attribute>\n",
-            SlipFaultOutputField(i), part, 1 + (int)ndim, slab, all, bytes, h5, SlipFaultOutputField(i));
+    if (SlipFaultOutputComponents(fault, i) == 2)
+      PutComponents(x, f, h5, k, i);
+    else
+      fprintf(f,
+              "    <Attribute Name=\"%s\" AttributeType=\"Scalar\" Center=\"Cell\">\n"
+              "     <DataItem ItemType=\"HyperSlab\" Type=\"HyperSlab\" Dimensions=\"%s\">\n"
+              "      <DataItem Dimensions=\"3 %d\" Format=\"XML\">%s</DataItem>\n"
+              "      <DataItem Dimensions=\"%s\" NumberType=\"Float\" Precision=\"%d\" "
+              "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
+              "     </DataItem>\n    </Attribute>\n",
+              SlipFaultOutputField(i), part, 1 + (int)ndim, slab, all, bytes, h5, SlipFaultOutputField(i));
   }
   fprintf(f, "   </Grid>\n");
 }

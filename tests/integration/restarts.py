@@ -41,6 +41,8 @@ WEAKENING = f"""-fault_nx {NX} -fault_nz {NZ} -fault_length_x 8000 -fault_length
 INERTIA = f"-fault_nx {NX} -fault_nz {NZ} -ts_max_time 8"
 # The same on a dipping plane, whose normal stress slip changes
 THRUST = " -fault_dip 35 -fault_rake 90 -fault_stations 1500,1500;6500,2000"
+# The same with slip as a vector, along strike and up dip
+VECTORS = THRUST.replace("-fault_rake 90", "-fault_rake 60") + " -fault_slip_components 2"
 # Cells of two lengths of weakening, which the policy does not know: it hands over at once
 HANDED = f"-fault_nx {NX} -fault_nz {NZ} -fault_parameters two_lengths.h5 -ts_max_time 15"
 LAST = ["-ts_max_steps", str(STEPS)]  # some of these controllers do not end, with steps of a rounding
@@ -61,11 +63,12 @@ def cases():
         found[f"adams, thrust, {controller}"] = f"{RATE_STATE}{THRUST} -ts_type adams -ts_adapt_type {controller}"
         found[f"bathe, weakening, thrust, {controller}"] = f"{WEAKENING}{THRUST} -ts_adapt_type {controller}"
         found[f"bathe, one event, {controller}"] = f"{INERTIA} -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
+        found[f"adams, vectors, {controller}"] = f"{RATE_STATE}{VECTORS} -ts_type adams -ts_adapt_type {controller}"
     found["handed over"] = f"{HANDED} -fault_stations 500,500;1500,1500"
     return found
 
 
-QUICK = ("handed over", "adams, thrust, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic")
+QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic")
 
 
 def write_fields():

@@ -19,6 +19,7 @@
 #include <slipstep/private/slipfaultrun.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
+#include <math.h>
 
 /* ---- resolution.c: the lengths of a rupture against the cells ---- */
 typedef struct {
@@ -63,12 +64,17 @@ typedef struct {
   const char *source[FAULT_MAX_FIELDS]; /* where they come from, for views; NULL: the scalar parameters */
 } SlipFaultCellFields;
 
-/* Where the numbers of a cell are in a state, and in its rates and errors; block numbers a cell */
+/* Where the numbers of a cell are in a state, and in its rates and errors; block numbers a cell. Slip has one component, along the
+   rake, or two, along strike and up dip: so have rates and displacements, one after the other, and vectors of slip, of shear
+   stress and the like. A vector of cells has one number a cell. */
 typedef struct {
+  PetscInt components;
   PetscInt block;
   PetscInt rate;         /* slip rate [m/s] */
   PetscInt displacement; /* relative to the far field [m] */
   PetscInt state;        /* of friction: cumulative slip [m], or what the law has in its place */
+  PetscReal *along;      /* [n][components] unit vector of the rake: of loading and shear load */
+  PetscReal *sizes;      /* [3 n] of two components: room for magnitudes; else NULL */
 } SlipFaultLayout;
 
 /* The friction of the cells, but for their normal stress, which the loads know */
@@ -114,7 +120,8 @@ struct _p_SlipFault {
   SlipFaultKnown known;
   SlipFaultCoupling coupling;
   SlipFaultRun run;
-  Vec work[3];
+  Vec work[3]; /* of slip */
+  Vec cells;   /* of cells, for its layout */
 };
 
 /* Entries of cell i of this rank in a state */
@@ -131,6 +138,40 @@ static inline PetscInt SlipFaultDisplacementAt(SlipFault fault, PetscInt i)
 static inline PetscInt SlipFaultStateAt(SlipFault fault, PetscInt i)
 {
   return fault->layout.block * i + fault->layout.state;
+}
+
+/* x.y of vectors of slip of one cell, and |x| */
+static inline PetscReal SlipFaultDot(SlipFault fault, const PetscReal x[], const PetscReal y[])
+{
+  return fault->layout.components == 1 ? x[0] * y[0] : x[0] * y[0] + x[1] * y[1];
+}
+static inline PetscReal SlipFaultLength(SlipFault fault, const PetscReal x[])
+{
+  return fault->layout.components == 1 ? PetscAbsReal(x[0]) : hypot(x[0], x[1]);
+}
+
+/* |v| of cell i in the state a, or what is in the place of v */
+static inline PetscReal SlipFaultSpeed(SlipFault fault, const PetscReal a[], PetscInt i)
+{
+  return SlipFaultLength(fault, a + SlipFaultRateAt(fault, i));
+}
+
+/* |u| likewise */
+static inline PetscReal SlipFaultDistance(SlipFault fault, const PetscReal a[], PetscInt i)
+{
+  return SlipFaultLength(fault, a + SlipFaultDisplacementAt(fault, i));
+}
+
+/* The largest of the numbers of cell i in a vector of slip, such as a diagonal */
+static inline PetscReal SlipFaultLargest(SlipFault fault, const PetscReal x[], PetscInt i)
+{
+  return fault->layout.components == 1 ? x[i] : PetscMax(x[2 * i], x[2 * i + 1]);
+}
+
+/* The unit vector of the rake of cell i */
+static inline const PetscReal *SlipFaultAlong(SlipFault fault, PetscInt i)
+{
+  return fault->layout.along + fault->layout.components * i;
 }
 
 /* The fault of argument arg has been set up. */
@@ -160,6 +201,13 @@ PETSC_INTERN PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x);
 PETSC_INTERN void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len);
 PETSC_EXTERN PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel); /* that was chosen */
 PETSC_EXTERN PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip);
+/* components.c */
+PETSC_INTERN PetscErrorCode SlipFaultChooseComponents(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault);
+PETSC_EXTERN PetscErrorCode SlipFaultGetRate(SlipFault fault, Vec w, Vec v); /* v and u of a state, vectors of slip */
+PETSC_EXTERN PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec u);
+PETSC_INTERN PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], PetscBool weighted, Vec x);
+PETSC_INTERN PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* filenames.c */
 /* loads.c */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);

@@ -34,10 +34,11 @@ typedef struct {
   PetscBool resumed;        /* goes on in the file of an earlier run */
   PetscInt last_field_step; /* step of the newest entry of /fields */
   Vec w0, r0, p0, n0;       /* state, reaction, pore pressure and normal stress gathered on rank 0 */
+  Vec c0;                   /* any vector of cells, likewise */
   Vec numbers;              /* before they are gathered */
   Vec shown;                /* state as /fields have it, where that is not w */
   Vec start0, vinf0;        /* rank 0, of a fault that heals: displacement of the start [m] and loading rate [m/s] */
-  VecScatter gather_w, gather_r;
+  VecScatter gather_w, gather_r, gather_c;
   SlipFaultWhen when;
 } * SlipFaultOutput;
 
@@ -45,6 +46,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput output, void *ctx);
 PETSC_EXTERN const char *SlipFaultOutputField(PetscInt f);
+PETSC_INTERN PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputState(SlipFaultOutput out, SlipState s); /* collective: what it remembers */
 
 PETSC_EXTERN PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault);
@@ -125,13 +127,13 @@ struct _n_SlipFaultCatalogue {
   Vec u0, stress0; /* displacement [m] and shear stress [Pa] at its onset */
   Vec rupture;     /* when each cell exceeded the rate, after the onset [s]; -1: not yet */
   Vec before;      /* with other integrators than TSBATHE: state of the step before, else NULL */
-  PetscReal time_before; /* its time [s] */
-  Vec cut, stress, slip; /* work: state within a step, shear stress [Pa], slip of the event [m] */
-  PetscBool power_known; /* that of the end of the last step is */
-  PetscReal *power;      /* [nwork] [W] */
-  PetscReal *cut_power;  /* likewise, of the state within a step */
-  PetscReal *whole;      /* work while that of a part of a step is off it */
-  VecScatter gather;     /* maps, on rank 0 */
+  PetscReal time_before;           /* its time [s] */
+  Vec cut, stress, slip;           /* work: state within a step, shear stress [Pa], slip of the event [m] */
+  PetscBool power_known;           /* that of the end of the last step is */
+  PetscReal *power;                /* [nwork] [W] */
+  PetscReal *cut_power;            /* likewise, of the state within a step */
+  PetscReal *whole;                /* work while that of a part of a step is off it */
+  VecScatter gather, gather_cells; /* maps, of vectors of slip and of cells, on rank 0 */
   Vec map[2];
 };
 

@@ -1,0 +1,122 @@
+/* Slip of one component, along the rake of each cell, or of two, along its strike and up its dip: vectors of slip. In two, loading, the
+   shear load and what starts are along the rake, friction opposes the slip rate whatever its direction, and what has no direction, such
+   as the state of friction, goes with the magnitude. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipelasticity.h>
+
+/* Before the mesh: where the numbers of a cell are */
+PetscErrorCode SlipFaultChooseComponents(SlipFault fault)
+{
+  const PetscInt c = (PetscInt)fault->options.value[FAULT_SLIP_COMPONENTS];
+  const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_STIFFNESS_FILE];
+
+  PetscFunctionBegin;
+  PetscCheck(c == 1 || !file[0], fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_slip_components 2 does not go with -%sfault_stiffness_file %s, which has a number for each pair "
+             "of cells: expected 1",
+             prefix, prefix, file);
+  PetscCheck(c == 1 || (fault->friction.law->always_slides && !fault->kind.inertia), fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_slip_components 2 needs rate-and-state friction without inertia: expected "
+             "-%sfault_friction_law rate_and_state or its like, or 1",
+             prefix, prefix);
+  fault->layout.components = c;
+  fault->layout.block = 2 * c + 1;
+  fault->layout.rate = 0;
+  fault->layout.displacement = c;
+  fault->layout.state = 2 * c;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After the fields: along which each cell is loaded, a vector of cells, and room for their magnitudes */
+PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault)
+{
+  const PetscInt c = fault->layout.components;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(PetscMax(c * fault->mesh.n, 1), &fault->layout.along));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal *along = fault->layout.along + c * i;
+
+    along[0] = 1;
+    if (c == 2) SlipDegrees(fault->fields.cell[FIELD_RAKE][i], &along[1], &along[0]);
+  }
+  if (c == 2) PetscCall(PetscMalloc1(3 * fault->mesh.n + 1, &fault->layout.sizes));
+  PetscCall(VecCreate(fault->comm, &fault->cells));
+  PetscCall(VecSetSizes(fault->cells, fault->mesh.n, fault->mesh.N));
+  PetscCall(VecSetType(fault->cells, VECSTANDARD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* x: the numbers of a state from an offset in the block of each cell on, as many as slip has components */
+static PetscErrorCode Take(SlipFault fault, Vec w, PetscInt offset, Vec x)
+{
+  const PetscInt c = fault->layout.components, block = fault->layout.block;
+  const PetscReal *a;
+  PetscReal *b;
+
+  PetscFunctionBegin;
+  if (c == 1) {
+    PetscCall(VecStrideGather(w, offset, x, INSERT_VALUES));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(VecGetArrayWrite(x, &b));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++) b[c * i + k] = a[block * i + offset + k];
+  PetscCall(VecRestoreArrayWrite(x, &b));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultGetRate(SlipFault fault, Vec w, Vec v)
+{
+  PetscFunctionBegin;
+  PetscCall(Take(fault, w, fault->layout.rate, v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec u)
+{
+  PetscFunctionBegin;
+  PetscCall(Take(fault, w, fault->layout.displacement, u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* x: along the rake of each cell, value [n] of it, or NULL: 1, times the weight of its cell if weighted */
+PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], PetscBool weighted, Vec x)
+{
+  const PetscInt c = fault->layout.components;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(x, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal size = (value ? value[i] : 1) * (weighted ? fault->mesh.weight[i] : 1);
+
+    for (PetscInt k = 0; k < c; k++) a[c * i + k] = size * SlipFaultAlong(fault, i)[k];
+  }
+  PetscCall(VecRestoreArrayWrite(x, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest |v| of a state [m/s]; collective */
+PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
+{
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  if (fault->layout.components == 1) {
+    PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, largest));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  *largest = 0;
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal speed = SlipFaultSpeed(fault, a, i);
+
+    if (!(speed <= *largest)) *largest = speed; /* takes what is no number */
+  }
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
