@@ -1,5 +1,5 @@
-/* Operators for slip as a vector on several ranks against one process: dense and hierarchical, of triangles with shares of METIS and without an order,
-   and their distribution. Exit code 0: good. */
+/* Operators for slip as a vector on several ranks against one process: dense and hierarchical, with shares of METIS and without an order, those of
+   grids, and their distribution. Exit code 0: good. */
 #include "ranks.h"
 #include "cells.h"
 
@@ -106,7 +106,7 @@ static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBo
 /* An odd number of cells, so that shares of rows are not shares of cells */
 static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
 {
-  const SlipDippingGrid grid = {.grid = {9, 7, 900, 560, 0, *kernel}, .dip = 40, .tolerance = 1e-6};
+  const SlipDippingGrid grid = {.grid = {9, 7, 900, 560, 0, *kernel}, .dip = 40, .tolerance = 1e-12};
   PetscInt n = 9 * 7, nlocal = PETSC_DECIDE;
   Mat S[2], Kn[2];
 
@@ -138,6 +138,8 @@ static PetscErrorCode Run(void)
       PetscCall(OfCells(&triangles, hmat ? "hmat" : "dense", (PetscBool)shares));
     }
   PetscCall(OfGrid(&rectangles.kernel, "dense"));
+  PetscCall(OfGrid(&rectangles.kernel, "hmat"));
+  PetscCall(OfGrid(&rectangles.kernel, "fft"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

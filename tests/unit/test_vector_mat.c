@@ -417,6 +417,174 @@ static void hierarchical(void **state)
   }
 }
 
+/* The largest difference of two matrices of one size over the largest entry of size */
+static PetscReal LargestDifference(Mat a, Mat b, Mat size)
+{
+  PetscReal difference, most;
+  Mat d, e;
+
+  ok(MatConvert(a, MATDENSE, MAT_INITIAL_MATRIX, &d));
+  ok(MatConvert(b, MATDENSE, MAT_INITIAL_MATRIX, &e));
+  ok(MatAXPY(d, -1, e, SAME_NONZERO_PATTERN));
+  ok(MatDestroy(&e));
+  ok(MatConvert(size, MATDENSE, MAT_INITIAL_MATRIX, &e));
+  {
+    const PetscScalar *p, *q;
+    PetscInt m, n, all;
+
+    ok(MatGetSize(d, &m, &n));
+    ok(MatGetSize(e, &all, NULL));
+    ok(MatDenseGetArrayRead(d, &p));
+    ok(MatDenseGetArrayRead(e, &q));
+    difference = most = 0;
+    for (PetscInt i = 0; i < m * n; i++) difference = PetscMax(difference, PetscAbsScalar(p[i]));
+    for (PetscInt i = 0; i < all * all; i++) most = PetscMax(most, PetscAbsScalar(q[i]));
+    ok(MatDenseRestoreArrayRead(d, &p));
+    ok(MatDenseRestoreArrayRead(e, &q));
+  }
+  ok(MatDestroy(&d));
+  ok(MatDestroy(&e));
+  return difference / most;
+}
+
+/* Products by transforms against dense: all entries, the diagonal, both at once with scales of their own, what is asked for without Kn, and
+   either destroyed first. Sizes with a middle and without, one column and one row; vertical planes too. 1e-12 of the largest entry, as for
+   slip along rakes (test_dipping_mat.c). */
+static void transforms(void **state)
+{
+  const PetscInt sizes[][2] = {{9, 8}, {10, 5}, {1, 13}, {12, 1}, {1, 1}, {2, 17}};
+  SlipCells vectors[2], scalars[2];
+
+  (void)state;
+  Meshes(vectors, scalars);
+  for (size_t s = 0; s < 2 * PETSC_STATIC_ARRAY_LENGTH(sizes); s++) {
+    const PetscInt nx = sizes[s / 2][0], nz = sizes[s / 2][1];
+    const SlipDippingGrid grid = {.grid = {nx, nz, 100 * nx, 80 * nz, s % 3 ? 50 : 0, vectors[0].kernel},
+                                  .dip = s % 2 ? 90 : 40};
+    Mat dense[2], fft[2], alone;
+    PetscReal size, error;
+    Vec u, f[2], n[2];
+
+    ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "dense", &dense[0], &dense[1]));
+    ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "fft", &fft[0], &fft[1]));
+    ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "fft", &alone, NULL));
+    for (int t = 0; t < 2; t++) assert_true(LargestDifference(fft[t], dense[t], dense[0]) < 1e-12);
+    assert_true(LargestDifference(alone, dense[0], dense[0]) < 1e-12);
+    ok(MatCreateVecs(dense[0], &u, &f[0]));
+    ok(MatCreateVecs(dense[1], NULL, &n[0]));
+    ok(VecDuplicate(f[0], &f[1]));
+    ok(VecDuplicate(n[0], &n[1]));
+    ok(MatGetDiagonal(dense[0], f[0]));
+    ok(MatGetDiagonal(fft[0], f[1]));
+    ok(VecNorm(f[0], NORM_INFINITY, &size));
+    ok(VecAXPY(f[1], -1, f[0]));
+    ok(VecNorm(f[1], NORM_INFINITY, &error));
+    assert_true(error < 1e-12 * size);
+    for (PetscInt i = 0; i < 2 * nx * nz; i++)
+      ok(VecSetValue(u, i, PetscSinReal(1 + 0.7 * i + 0.01 * i * i), INSERT_VALUES));
+    for (int t = 0; t < 2; t++) {
+      Mat *A = t ? fft : dense;
+
+      ok(MatScale(A[0], 2));
+      ok(MatScale(A[1], 0.3));
+      ok(MatSlipStiffnessMultBoth(A[0], A[1], u, f[t], n[t]));
+    }
+    ok(VecNorm(f[0], NORM_INFINITY, &size));
+    ok(VecAXPY(f[1], -1, f[0]));
+    ok(VecNorm(f[1], NORM_INFINITY, &error));
+    assert_true(error < 1e-12 * size);
+    ok(VecAXPY(n[1], -1, n[0]));
+    ok(VecNorm(n[1], NORM_INFINITY, &error));
+    assert_true(error < 1e-12 * size);
+    ok(MatDestroy(&fft[s % 2]));
+    assert_true(LargestDifference(fft[!(s % 2)], dense[!(s % 2)], dense[0]) < 1e-12);
+    ObjectsDestroy(&u, &f[0], &f[1], &n[0], &n[1], &alone, &fft[!(s % 2)], &dense[0], &dense[1]);
+  }
+}
+
+/* P' S P and Kn P of a grid by transforms are its matrices of slip along rakes, each cell its own, of both types; along strike and on a
+   vertical plane those of MatCreateSlipStiffness(), whose closed form is another. 1e-11: transforms, and forms that cancel ten cells away. */
+static void grids_project(void **state)
+{
+  enum { nx = 9, nz = 8, n = nx * nz };
+  static PetscReal rake[n];
+  SlipCells vectors[2], scalars[2];
+
+  (void)state;
+  Meshes(vectors, scalars);
+  for (int which = 0; which < 3; which++) {
+    SlipDippingGrid grid = {.grid = {nx, nz, 900, 640, 0, vectors[0].kernel}, .dip = which ? 90 : 40, .rake = rake};
+    PetscReal most = 0, worst = 0;
+    const PetscScalar *a[2], *b[2];
+    Mat A[2], B[2];
+
+    for (PetscInt e = 0; e < n; e++) rake[e] = which == 2 ? 0 : 17.0 * (PetscReal)e - 300;
+    ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "fft", &A[0], &B[0]));
+    grid.grid.kernel.type = which == 2 ? &SlipKernelStrikeSlip : &SlipKernelDipping;
+    if (which == 2) {
+      ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid.grid, "dense", &A[1]));
+      ok(MatCreateDense(PETSC_COMM_SELF, n, n, n, n, NULL, &B[1]));
+      ok(MatZeroEntries(B[1])); /* slip along strike does nothing to it */
+    } else
+      ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &A[1], &B[1]));
+    for (int t = 0; t < 2; t++) {
+      ok(MatConvert(A[t], MATDENSE, MAT_INPLACE_MATRIX, &A[t]));
+      ok(MatConvert(B[t], MATDENSE, MAT_INPLACE_MATRIX, &B[t]));
+      ok(MatDenseGetArrayRead(A[t], &a[t]));
+      ok(MatDenseGetArrayRead(B[t], &b[t]));
+    }
+    for (PetscInt j = 0; j < n; j++)
+      for (PetscInt i = 0; i < n; i++) {
+        PetscReal p[2], q[2], shear = 0, normal = 0;
+
+        PartsOf(rake[i], p);
+        PartsOf(rake[j], q);
+        for (int l = 0; l < 2; l++) {
+          for (int k = 0; k < 2; k++) shear += p[k] * q[l] * a[0][(2 * j + l) * 2 * n + 2 * i + k];
+          normal += q[l] * b[0][(2 * j + l) * n + i];
+        }
+        most = PetscMax(most, PetscAbsReal(a[1][j * n + i]));
+        worst = PetscMax(worst, PetscAbsReal(shear - a[1][j * n + i]));
+        worst = PetscMax(worst, PetscAbsReal(normal - b[1][j * n + i]));
+      }
+    assert_true(worst < 1e-11 * most);
+    for (int t = 0; t < 2; t++) {
+      ok(MatDenseRestoreArrayRead(A[t], &a[t]));
+      ok(MatDenseRestoreArrayRead(B[t], &b[t]));
+      ok(MatDestroy(&A[t]));
+      ok(MatDestroy(&B[t]));
+    }
+  }
+}
+
+/* "auto" by the size of a grid and of a mesh */
+static void chosen(void **state)
+{
+  const struct {
+    PetscInt nx, nz;
+    const char *type;
+  } cases[] = {{16, 16, MATSEQDENSE}, {2, 140, "sliphmat"}, {17, 17, "slipdippingfft"}};
+  SlipCells vectors[2], scalars[2];
+  PetscBool match;
+  Mat S;
+
+  (void)state;
+  Meshes(vectors, scalars);
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(cases); k++) {
+    const SlipDippingGrid grid = {
+      .grid = {cases[k].nx, cases[k].nz, 100 * cases[k].nx, 80 * cases[k].nz, 50, vectors[0].kernel}, .dip = 60};
+
+    ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "auto", &S, NULL));
+    ok(PetscObjectTypeCompare((PetscObject)S, cases[k].type, &match));
+    assert_true(match);
+    ok(MatDestroy(&S));
+  }
+  ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &vectors[1], "auto", 1e-4, &S, NULL));
+  ok(PetscObjectTypeCompare((PetscObject)S, MATSEQDENSE, &match));
+  assert_true(match);
+  ok(MatDestroy(&S));
+}
+
 static void refused(void **state)
 {
   const SlipKernelType three = {.name = "three", .components = 3, .centre = SlipKernelDipping.centre};
@@ -461,4 +629,4 @@ static void refused(void **state)
 }
 
 SLIP_TESTS(blocks_are_tractions, pairs_at_once, projections_are_scalar, projections_at_any_dip, averages_are_reciprocal,
-           matrices, energy_knows_no_axes, hierarchical, refused)
+           matrices, energy_knows_no_axes, hierarchical, transforms, grids_project, chosen, refused)

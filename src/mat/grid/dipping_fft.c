@@ -2,7 +2,8 @@
   Stiffness of a dipping plane and what slip on it does to normal stress, of type "slipdippingfft", exact: products by
   transforms along strike and a real block per wavenumber (dipping_blocks.c). Rakes differ from cell to cell: they turn slip
   into components before, and stress into shear along them behind. Where all slip along strike, or all up dip or down, there
-  is one component. Both matrices have one engine, so that products with both transform slip once.
+  is one component. Where slip is a vector it has its components as it is, and so has stress. Both matrices have one engine, so that
+  products with both transform slip once.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
@@ -16,15 +17,16 @@ typedef struct {
   PetscInt users; /* matrices that it belongs to */
   PetscInt nx, nz, n;
   PetscInt component[2]; /* n of them: 0 along strike, 1 up dip */
-  PetscReal *share[2];   /* [rows of cells of this rank] unit slip along its rake has of each */
+  PetscBool vector;      /* slip and shear are of both components, [2] of each cell */
+  PetscReal *share[2];   /* [rows of cells of this rank] unit slip along its rake has of each; NULL of vectors */
   SlipTransposedFFT pencil;
-  SlipGather gather;
+  SlipGather gather, normal_gather; /* of slip; of compression, where slip is a vector */
   PetscReal *stiffness;    /* [local wavenumbers] halves of symmetric blocks [n nz][n nz]; NULL once K is destroyed */
   PetscReal *normal;       /* [local wavenumbers][n nz][nz]; NULL without Kn */
   PetscReal *waves;        /* [local wavenumbers][n nz] complex, of all components; of one the pencil's own */
   PetscReal *normal_waves; /* [local wavenumbers][nz] complex */
   PetscReal *column;       /* of one wavenumber */
-  PetscReal *field, *y;    /* [rows of cells] */
+  PetscReal *field, *y;    /* [rows of cells], y [2] of each where slip is a vector */
 } Engine;
 
 typedef struct {
@@ -52,6 +54,7 @@ static PetscErrorCode EngineDestroy(Engine **engine)
   PetscCall(PetscFree2(e->field, e->y));
   PetscCall(SlipTransposedFFTDestroy(&e->pencil));
   PetscCall(SlipGatherDestroy(&e->gather));
+  PetscCall(SlipGatherDestroy(&e->normal_gather));
   PetscCall(PetscFree(e));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -60,16 +63,17 @@ static PetscErrorCode EngineDestroy(Engine **engine)
 static PetscErrorCode SetComponents(Engine *e, const PetscReal rake[])
 {
   const PetscInt N = e->nx * e->nz, rows = e->pencil->layout.rows * e->nx;
-  PetscBool used[2] = {PETSC_FALSE, PETSC_FALSE};
+  PetscBool used[2] = {e->vector, e->vector};
   PetscReal part[2];
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < N; i++) {
+  for (PetscInt i = 0; i < N && !e->vector; i++) {
     SlipDegrees(rake[i], &part[1], &part[0]);
     for (int c = 0; c < 2; c++) used[c] = (PetscBool)(used[c] || part[c] != 0);
   }
   for (PetscInt c = 0; c < 2; c++)
     if (used[c]) e->component[e->n++] = c;
+  if (e->vector) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc2(rows, &e->share[0], e->n > 1 ? rows : 0, &e->share[1]));
   for (PetscInt i = 0; i < rows; i++) {
     SlipDegrees(rake[e->pencil->layout.row_start * e->nx + i], &part[1], &part[0]);
@@ -88,6 +92,7 @@ static PetscErrorCode EngineCreate(MPI_Comm comm, const SlipDippingGrid *grid, P
   PetscCall(PetscNew(&e));
   e->nx = nx;
   e->nz = nz;
+  e->vector = (PetscBool)(grid->grid.kernel.type->components > 1);
   PetscCall(SlipTransposedFFTCreate(comm, nx, nz, period, &e->pencil));
   rows = e->pencil->layout.rows * nx;
   nk = e->pencil->layout.columns;
@@ -97,7 +102,7 @@ static PetscErrorCode EngineCreate(MPI_Comm comm, const SlipDippingGrid *grid, P
   if (e->n > 1) PetscCall(SlipAllocate((size_t)2 * nk * e->n * nz, &e->waves));
   if (normal) PetscCall(SlipAllocate((size_t)2 * nk * nz, &e->normal_waves));
   PetscCall(SlipAllocateLines((size_t)4 * e->n * nz, &e->column));
-  PetscCall(PetscMalloc2(rows, &e->field, rows, &e->y));
+  PetscCall(PetscMalloc2(rows, &e->field, e->vector ? 2 * rows : rows, &e->y));
   *engine = e;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -130,7 +135,7 @@ static PetscErrorCode Forward(Engine *e, Vec u)
   PetscFunctionBegin;
   PetscCall(SlipGatherGet(&e->gather, u, &pu));
   for (PetscInt c = 0; c < e->n; c++) {
-    for (PetscInt i = 0; i < rows; i++) e->field[i] = e->share[c][i] * pu[i];
+    for (PetscInt i = 0; i < rows; i++) e->field[i] = e->vector ? pu[2 * i + c] : e->share[c][i] * pu[i];
     PetscCall(SlipTransposedFFTForward(e->pencil, e->field));
     if (e->n > 1) CopyWaves(e, c ? 1 : 0, e->pencil->by_wave, 2 * nz, e->waves + 2 * c * nz, 2 * e->n * nz);
   }
@@ -153,7 +158,7 @@ static void ApplyBlocks(Engine *e, PetscBool shear, PetscBool normal)
   }
 }
 
-/* f = scale times shear along the rakes. Collective. */
+/* f = scale times shear along the rakes, or both components of it. Collective. */
 static PetscErrorCode BackwardShear(Engine *e, PetscReal scale, Vec f)
 {
   const PetscInt rows = e->pencil->layout.rows * e->nx, nz = e->nz;
@@ -162,7 +167,8 @@ static PetscErrorCode BackwardShear(Engine *e, PetscReal scale, Vec f)
   for (PetscInt c = 0; c < e->n; c++) {
     if (e->n > 1) CopyWaves(e, c ? -1 : 0, e->waves + 2 * c * nz, 2 * e->n * nz, e->pencil->by_wave, 2 * nz);
     PetscCall(SlipTransposedFFTBackward(e->pencil, scale, e->field));
-    for (PetscInt i = 0; i < rows; i++) e->y[i] = (c ? e->y[i] : 0) + e->share[c][i] * e->field[i];
+    for (PetscInt i = 0; i < rows && e->vector; i++) e->y[2 * i + c] = e->field[i];
+    for (PetscInt i = 0; i < rows && !e->vector; i++) e->y[i] = (c ? e->y[i] : 0) + e->share[c][i] * e->field[i];
   }
   PetscCall(SlipGatherPut(&e->gather, e->y, f));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -174,7 +180,7 @@ static PetscErrorCode BackwardNormal(Engine *e, PetscReal scale, Vec n)
   PetscFunctionBegin;
   CopyWaves(e, e->component[0] == 0 ? -1 : 0, e->normal_waves, 2 * e->nz, e->pencil->by_wave, 2 * e->nz);
   PetscCall(SlipTransposedFFTBackward(e->pencil, scale, e->y));
-  PetscCall(SlipGatherPut(&e->gather, e->y, n));
+  PetscCall(SlipGatherPut(e->vector ? &e->normal_gather : &e->gather, e->y, n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -280,9 +286,10 @@ static PetscErrorCode DippingGetInfo(Mat A, MatInfoType flag, MatInfo *info)
   rows = (PetscReal)e->pencil->layout.rows * (PetscReal)e->nx;
   nk = (PetscReal)e->pencil->layout.columns * (PetscReal)e->nz;
   bytes = BlockNumbers(d) + (d->normal ? 2 * nk : 0);
-  if (!d->normal || e->users == 1) bytes += (PetscReal)(e->n + 2) * rows + (e->n > 1 ? 4 * nk : 0);
+  if (!d->normal || e->users == 1) bytes += (PetscReal)(e->vector ? 3 : e->n + 2) * rows + (e->n > 1 ? 4 * nk : 0);
   bytes *= (PetscReal)sizeof(PetscReal);
   if (!d->normal || e->users == 1) bytes += SlipTransposedFFTBytes(e->pencil) + SlipGatherBytes(&e->gather);
+  if (d->normal) bytes += SlipGatherBytes(&e->normal_gather);
   PetscCall(SlipInfoFill(A, bytes, flag, info));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -303,7 +310,8 @@ static PetscErrorCode DippingView(Mat A, PetscViewer viewer)
                                    "%s of a dipping plane: %" PetscInt_FMT " x %" PetscInt_FMT
                                    " cells, slip %s, %" PetscInt_FMT " wavenumbers\n",
                                    d->normal ? "normal stress" : "stiffness", e->nx, e->nz,
-                                   e->n > 1          ? "of any rake"
+                                   e->vector         ? "as a vector"
+                                   : e->n > 1        ? "of any rake"
                                    : e->component[0] ? "up or down dip"
                                                      : "along strike",
                                    e->pencil->period / 2 + 1));
@@ -332,9 +340,10 @@ static PetscErrorCode DippingDestroy(Mat A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the cells that this rank owns; what strike and dip have to do with each other is zero there. */
+/* Of the cells that this rank owns, of a square matrix; what strike and dip have to do with each other is zero there. */
 static PetscErrorCode FillDiagonal(Mat A, const SlipDippingGrid *g, Dipping *d)
 {
+  const PetscInt components = d->engine->vector ? 2 : 1;
   PetscReal *a, shear[2] = {0, 0}, normal[2] = {0, 0}, part[2];
   PetscInt start, end, row = -1;
 
@@ -343,9 +352,13 @@ static PetscErrorCode FillDiagonal(Mat A, const SlipDippingGrid *g, Dipping *d)
   PetscCall(VecGetOwnershipRange(d->diagonal, &start, &end));
   PetscCall(VecGetArrayWrite(d->diagonal, &a));
   for (PetscInt i = start; i < end; i++) {
-    if (i / g->grid.nx != row) {
-      row = i / g->grid.nx;
+    if (i / components / g->grid.nx != row) {
+      row = i / components / g->grid.nx;
       PetscCall(SlipDippingOwn(g, row, shear, normal));
+    }
+    if (d->engine->vector) {
+      a[i - start] = shear[i % 2];
+      continue;
     }
     SlipDegrees(g->rake[i], &part[1], &part[0]);
     a[i - start] = d->normal ? part[0] * normal[0] + part[1] * normal[1]
@@ -357,23 +370,26 @@ static PetscErrorCode FillDiagonal(Mat A, const SlipDippingGrid *g, Dipping *d)
 
 static PetscErrorCode CreateOne(MPI_Comm comm, const SlipDippingGrid *grid, Engine *engine, PetscBool normal, Mat *A)
 {
+  const PetscInt columns = engine->vector ? 2 : 1, rows = normal ? 1 : columns;
   const SlipShellOps ops = {.mult = DippingMult,
-                            .diagonal = DippingGetDiagonal,
+                            .diagonal = rows == columns ? DippingGetDiagonal : NULL,
                             .scale = DippingScale,
                             .view = DippingView,
                             .info = DippingGetInfo,
                             .destroy = DippingDestroy,
                             .unsymmetric = normal};
+  PetscInt N = engine->nx * engine->nz, n = PETSC_DECIDE;
   Dipping *d;
 
   PetscFunctionBegin;
+  PetscCall(PetscSplitOwnership(comm, &n, &N));
   PetscCall(PetscNew(&d));
   d->scale = 1;
   d->normal = normal;
   d->engine = engine;
   engine->users++;
-  PetscCall(SlipShellCreate(comm, PETSC_DECIDE, engine->nx * engine->nz, TYPE, &ops, d, A));
-  PetscCall(FillDiagonal(*A, grid, d));
+  PetscCall(SlipShellCreateOfSize(comm, rows * n, columns * n, rows * N, columns * N, TYPE, &ops, d, A));
+  if (rows == columns) PetscCall(FillDiagonal(*A, grid, d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -399,6 +415,7 @@ PetscErrorCode SlipDippingCreate_FFT(MPI_Comm comm, const SlipDippingGrid *grid,
   PetscCall(SlipGatherCreate(*K, e->pencil, &e->gather));
   if (!Kn) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CreateOne(comm, grid, e, PETSC_TRUE, Kn));
+  if (e->vector) PetscCall(SlipGatherCreate(*Kn, e->pencil, &e->normal_gather));
   PetscCall(PetscObjectComposeFunction((PetscObject)*Kn, "MatSlipStiffnessMultBoth_C", DippingMultBoth));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

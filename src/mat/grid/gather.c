@@ -15,7 +15,7 @@ static PetscErrorCode GatherCounts(Mat A, PetscMPIInt size, SlipGather *g)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* pencil: NULL for the whole. Collective. */
+/* pencil: of A's rows, one of a cell or several, those of the pencil's cells; NULL: the whole of what A takes. Collective. */
 PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g)
 {
   PetscMPIInt size;
@@ -27,15 +27,15 @@ PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g)
   PetscCall(MatGetOwnershipRange(A, &g->start, &g->end));
   g->comm = PetscObjectComm((PetscObject)A);
   if (size > 1) {
-    PetscCall(MatCreateVecs(A, &x, NULL));
+    PetscCall(MatCreateVecs(A, pencil ? NULL : &x, pencil ? &x : NULL));
     PetscCall(GatherCounts(A, size, g));
     if (pencil) {
-      const PetscInt n = pencil->layout.rows * pencil->nx;
+      const PetscInt cell = g->N / (pencil->nx * pencil->nz), n = pencil->layout.rows * pencil->nx * cell;
       IS from;
 
       g->rows = PETSC_TRUE;
       PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, &g->all));
-      PetscCall(ISCreateStride(PETSC_COMM_SELF, n, pencil->layout.row_start * pencil->nx, 1, &from));
+      PetscCall(ISCreateStride(PETSC_COMM_SELF, n, pencil->layout.row_start * pencil->nx * cell, 1, &from));
       PetscCall(VecScatterCreate(x, from, g->all, NULL, &g->scatter));
       PetscCall(ISDestroy(&from));
     } else

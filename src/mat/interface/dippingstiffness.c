@@ -74,8 +74,6 @@ static PetscErrorCode CreateByTransforms(MPI_Comm comm, const SlipDippingGrid *g
   SlipCells cells;
 
   PetscFunctionBegin;
-  PetscCheck(grid->grid.kernel.type->components == 1, comm, PETSC_ERR_SUP,
-             "Vectors of slip on a grid have no type \"fft\" yet, expected dense, hmat or auto");
   PetscCall(CellsOf(grid, &cells));
   PetscCall(SlipCellsCheck(comm, &cells, "cells"));
   PetscCall(SlipCellsDestroy(&cells));
@@ -105,7 +103,7 @@ static const char *ChooseType(const SlipDippingGrid *grid, const char **why)
     *why = "more than 50 cells along dip for one along strike";
     return "hmat";
   }
-  if (!SlipDippingTransforms(&g->kernel) || g->kernel.type->components > 1) {
+  if (!SlipDippingTransforms(&g->kernel)) {
     *why = "a kernel without the stress on a whole plane";
     return "hmat";
   }
