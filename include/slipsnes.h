@@ -5,7 +5,8 @@
 
 /* One implicit stage, in the full state w:
        A (w - base) = theta [ F_s(t, w) + explicit_part + omega r ],   r_i in -q_i Sign(x_i)
-   x is the reduced unknown (fault: slip rate v, one per cell). After elimination the balance is
+   x is the reduced unknown (fault: slip rate v, one per cell; or vectors, SlipConstraintSetComponents()). After
+   elimination the balance is
        G(x) = omega r(x),   G(x) = B x - c for a linear smooth part (fault: B(theta) of slipmat.h).
    Stage 1 (trapezoidal): theta = gamma h/2, base = w0, explicit_part = F_s(w0) + r0 and omega = 1 (reaction
    "trapezoidal"), or explicit_part = F_s(w0) and omega = 2 ("implicit"). Stage 2 (BDF2): theta = b h,
@@ -22,8 +23,9 @@ typedef struct {
 typedef struct _p_SlipConstraint *SlipConstraint;
 PETSC_EXTERN PetscClassId SLIP_CONSTRAINT_CLASSID;
 
-/* What a problem supplies. "full" vectors have the layout of the TS solution w, "reduced" ones that of x. The reaction
-   r is reduced [Pa for the fault]. F_s and explicit_part are full, in units of A dw/dt (fault: row v in Pa, rows u and
+/* What a problem supplies, for reduced vectors with one number a cell; SlipConstraintSetComponents() says what is
+   different with two. "full" vectors have the layout of the TS solution w, "reduced" ones that of x. The reaction r
+   is reduced [Pa for the fault]. F_s and explicit_part are full, in units of A dw/dt (fault: row v in Pa, rows u and
    s in m/s). All are collective. */
 typedef struct {
   PetscErrorCode (*stage)(SlipConstraint, const SlipStage *, void *ctx); /* prepare B and c for this stage */
@@ -58,6 +60,11 @@ PETSC_EXTERN PetscErrorCode SlipSNESInitializePackage(void); /* called by what c
 PETSC_EXTERN PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx,
                                                  Vec reduced_template, SlipConstraint *con);
 PETSC_EXTERN PetscErrorCode SlipConstraintDestroy(SlipConstraint *con);
+/* The reduced vectors have c numbers a cell, 1 or 2, side by side: with 2 |r_i| <= q_i in the Euclidean norm, r_i =
+   -q_i x_i / |x_i| where x_i != 0. cells: a vector with one number a cell, the layout of q; before the first solve.
+   */
+PETSC_EXTERN PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec cells);
+PETSC_EXTERN PetscErrorCode SlipConstraintGetComponents(SlipConstraint con, PetscInt *c);
 PETSC_EXTERN PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipConstraintSetRefuseUnstable(SlipConstraint con, PetscBool refuse);
 PETSC_EXTERN PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable);
@@ -95,7 +102,8 @@ PETSC_EXTERN PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage
 PETSC_EXTERN PetscErrorCode SNESSlipGetWorstCell(SNES snes, PetscInt *cell, PetscReal *residual);
 
 /* The generalised Jacobian as a Mat: (J y)_i = [B (m.y)]_i m_i + d_i m_i y_i + (1 - m_i) y_i, m the 0/1 mask of sliding
-   cells, d the slope of the bound. Symmetric. The PC "slipstage" reads its parts. */
+   cells, d the slope of the bound (a block of two rows where cells have two components). Symmetric. The PC
+   "slipstage" reads its parts. */
 #define MATSLIPJACOBIAN "slipjacobian"
 PETSC_EXTERN PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J);
 PETSC_EXTERN PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope);

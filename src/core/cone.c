@@ -5,6 +5,7 @@
    and Pang (2003), Finite-Dimensional Variational Inequalities, chapter 9; Alart and Curnier (1991), CMAME 92. */
 #include <slipcompat.h>
 #include <slipcore.h>
+#include <math.h>
 
 /* Natural residual in units of g: g + omega q sign(p) where sliding, x / rho where sticking; mask is 1 where sliding.
    slope is the diagonal that the bound adds to a sliding row of dG/dx: omega dq/d|x| sign(p) sign(x), with sign(p) for
@@ -112,4 +113,138 @@ PetscBool SlipConeAdaptStep(PetscInt trial, const PetscReal sum[2], PetscReal *f
   }
   if (ratio < ratio_low) *factor = lengthen;
   return PETSC_FALSE;
+}
+
+/* ---- two components a cell: |r| <= q in the Euclidean norm, a disk, and r = -q x / |x| where x != 0. x, g, F, mask
+   and rho hold the two numbers of a cell side by side (mask and rho twice the same), q, dq, hold and cross one for
+   each of n cells.
+
+   With z = x - rho g and n = z / |z| a cell sticks where |z| <= rho omega q; elsewhere F = g + omega q n, and with
+   P = I - n n'
+     dF = (I - rho omega q / |z| P) dg + [omega q' n (x / |x|)' + omega q / |z| P] dx.
+   Along n that is symmetric but for x / |x|, of which the part along n is kept: all of it at a solution. Across n the
+   rows of the Newton step are divided by 1 - rho omega q / |z| > 0, and with P z = 0, that is P x = rho P g, they
+   become
+     P (g + dg) + k P (x + dx) = 0,   k = omega q / (|z| - rho omega q),
+   which is q / |x| at a solution, so that the whole is symmetric: dG/dx + omega q' n n' + k P. k grows without bound
+   towards the edge of sticking, where it says no more than that x + dx goes along n; a large number says the same.
+   ---- */
+
+/* Largest k rho: the step leaves this share of what is across n; above it the rows along n lose as many digits. */
+static const PetscReal largest_hold = 1e6;
+
+static inline PetscReal SlipDiskDot(const PetscReal a[2], const PetscReal b[2])
+{
+  return a[0] * b[0] + a[1] * b[1];
+}
+
+/* Natural residual as above; where nothing slides against a bound normal and hold are 0 */
+void SlipDiskNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
+                     const PetscReal rho[], PetscReal F[], PetscReal mask[], PetscReal normal[], PetscReal hold[])
+{
+  for (PetscInt i = 0; i < n; i++, x += 2, g += 2, rho += 2, F += 2, mask += 2, normal += 2) {
+    const PetscReal wq = omega * q[i], z[] = {x[0] - rho[0] * g[0], x[1] - rho[0] * g[1]}, size = hypot(z[0], z[1]);
+    const PetscReal beyond = size - rho[0] * wq;
+
+    mask[0] = mask[1] = wq == 0.0 || !(beyond <= 0.0) ? 1.0 : 0.0; /* NaN slides: F is to show it */
+    normal[0] = normal[1] = hold[i] = 0.0;
+    if (mask[0] != 0.0 && wq != 0.0) {
+      for (int k = 0; k < 2; k++) normal[k] = z[k] / size;
+      hold[i] = wq * rho[0] < largest_hold * beyond ? wq / beyond : largest_hold / rho[0];
+    }
+    for (int k = 0; k < 2; k++) F[k] = mask[0] != 0.0 ? g[k] + wq * normal[k] : x[k] / rho[0];
+  }
+}
+
+/* The same where the bound is smooth and nothing sticks: F = g + omega q x / |x|, 0 where mask is 0; at x = 0 q / |x|
+   is q' */
+void SlipDiskSmooth(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
+                    const PetscReal dq[], const PetscReal mask[], PetscReal F[], PetscReal normal[], PetscReal hold[])
+{
+  for (PetscInt i = 0; i < n; i++, x += 2, g += 2, F += 2, mask += 2, normal += 2) {
+    const PetscReal size = hypot(x[0], x[1]);
+
+    normal[0] = size > 0 ? x[0] / size : 1;
+    normal[1] = size > 0 ? x[1] / size : 0;
+    hold[i] = omega * (size > 0 ? q[i] / size : dq[i]);
+    for (int k = 0; k < 2; k++) F[k] = mask[k] != 0 ? g[k] + omega * q[i] * normal[k] : 0;
+  }
+}
+
+/* omega q' n n' + k P of each cell: its diagonal and the entry beside it; dq NULL: without q'. A cell that slides
+   backwards has its sign changed as with one component. */
+void SlipDiskSlope(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal dq[], const PetscReal normal[],
+                   const PetscReal hold[], PetscReal slope[], PetscReal cross[])
+{
+  for (PetscInt i = 0; i < n; i++, x += 2, normal += 2, slope += 2) {
+    const PetscReal size = hypot(x[0], x[1]),
+                    along = dq ? omega * dq[i] * (size > 0 ? SlipDiskDot(normal, x) / size : 1) : 0;
+
+    slope[0] = along * normal[0] * normal[0] + hold[i] * normal[1] * normal[1];
+    slope[1] = along * normal[1] * normal[1] + hold[i] * normal[0] * normal[0];
+    cross[i] = (along - hold[i]) * normal[0] * normal[1];
+  }
+}
+
+/* y -= k P x */
+void SlipDiskHold(PetscInt n, const PetscReal normal[], const PetscReal hold[], const PetscReal x[], PetscReal y[])
+{
+  for (PetscInt i = 0; i < n; i++, normal += 2, x += 2, y += 2) {
+    const PetscReal across = hold[i] * (normal[0] * x[1] - normal[1] * x[0]);
+
+    y[0] += across * normal[1];
+    y[1] -= across * normal[0];
+  }
+}
+
+/* Reaction of a solution, or of a state at rest, as SlipConeReaction() */
+void SlipDiskReaction(PetscReal omega, const PetscReal x[2], const PetscReal g[2], PetscReal q, PetscReal r[2])
+{
+  const PetscReal size = hypot(x[0], x[1]), balance = hypot(g[0], g[1]) / omega;
+
+  for (int k = 0; k < 2; k++)
+    if (size > 0)
+      r[k] = -q * (x[k] / size);
+    else
+      r[k] = balance > q ? q * (g[k] / omega / balance) : g[k] / omega;
+}
+
+/* As SlipConeFinish(). x is turned by what the tolerance leaves of its part across n, so that r is opposite to it and
+   in balance however slow the cell is. */
+void SlipDiskFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal q[], const PetscReal rho[],
+                    PetscReal x[], PetscReal r[])
+{
+  for (PetscInt i = 0; i < n; i++, g += 2, rho += 2, x += 2, r += 2) {
+    const PetscReal wq = omega * q[i], z[] = {x[0] - rho[0] * g[0], x[1] - rho[0] * g[1]}, size = hypot(z[0], z[1]);
+    const PetscReal speed = size > rho[0] * wq && SlipDiskDot(z, x) > 0 ? hypot(x[0], x[1]) : 0;
+
+    if (wq != 0.0)
+      for (int k = 0; k < 2; k++) x[k] = speed > 0 ? z[k] / size * speed : 0;
+    SlipDiskReaction(omega, x, g, q[i], r);
+  }
+}
+
+/* As SlipConeStopTurning(): those that would turn by more than a right angle */
+PetscBool SlipDiskStopTurning(PetscInt n, const PetscReal q[], const PetscReal from[], PetscReal to[])
+{
+  PetscBool turned = PETSC_FALSE;
+
+  for (PetscInt i = 0; i < n; i++, from += 2, to += 2) {
+    if (!(SlipDiskDot(from, to) < 0.0 && q[i] > 0.0)) continue;
+    to[0] = to[1] = 0.0;
+    turned = PETSC_TRUE;
+  }
+  return turned;
+}
+
+/* As SlipConeProject() */
+void SlipDiskProject(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
+                     const PetscReal rho[], PetscReal x1[])
+{
+  for (PetscInt i = 0; i < n; i++, x += 2, g += 2, rho += 2, x1 += 2) {
+    const PetscReal z[] = {x[0] - rho[0] * g[0], x[1] - rho[0] * g[1]}, size = hypot(z[0], z[1]);
+    const PetscReal left = SlipConeShrink(size, rho[0] * omega * q[i]);
+
+    for (int k = 0; k < 2; k++) x1[k] = left > 0 ? z[k] * (left / size) : 0;
+  }
 }

@@ -20,7 +20,8 @@ PetscErrorCode SlipConstraintDestroy(SlipConstraint *con)
   if (*con) PetscValidHeaderSpecific(*con, SLIP_CONSTRAINT_CLASSID, 1);
   if (*con && --((PetscObject)*con)->refct == 0) {
     SlipConstraint c = *con;
-    Vec *vecs[] = {&c->x, &c->w, &c->r, &c->g, &c->q, &c->dq, &c->F, &c->mask, &c->slope, &c->rho, &c->row, &c->cx};
+    Vec *vecs[] = {&c->x,   &c->w,   &c->r,  &c->g,     &c->q,      &c->dq,   &c->F,     &c->mask, &c->slope,
+                   &c->rho, &c->row, &c->cx, &c->cells, &c->normal, &c->hold, &c->cross, &c->spare};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
     PetscCall(PetscHeaderDestroy(con));
@@ -104,6 +105,83 @@ PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  SlipConstraintSetComponents - set how many numbers a cell has in reduced vectors
+
+  Collective
+
+  Input Parameters:
++ con   - the constraint
+. c     - 1 (the default) or 2: then |r_i| <= q_i in the Euclidean norm, and r_i = -q_i x_i / |x_i| where x_i != 0
+- cells - a vector with one number a cell, of the layout of q (its values are not used; NULL allowed with c = 1)
+
+  Level: advanced
+
+  Notes:
+  Call it before the first solve. With c = 2 the numbers of cell i are x[2 i] and x[2 i + 1], on one process. Of
+  SlipConstraintOps x, g and r have two numbers a cell, and B is 2 n x 2 n for n cells; q and dq (bound, bound_state,
+  start_slope) have one, dq is the derivative by |x_i|. C of coupling is n x 2 n, its a has one number a cell.
+
+  Where the bound is smooth the mask of prescribed has one number a cell: where it is 0 x stays as it is in the guess,
+  which reduce supplies. D, f and x of solve_cells have one: it sets the speed |x_i| >= 0 with D_i |x_i| + omega
+  q_i(|x_i|) = f_i >= 0 from the guess in x, and the cell moves along the load whose size f_i is. D_i is the larger of
+  the cell's diagonal entries of B; a solution does not depend on it.
+
+  The directions in which components are counted do not matter, and may differ from cell to cell.
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for another c, PETSC_ERR_ARG_SIZ when x has not c numbers for each of cells,
+  PETSC_ERR_ORDER after a solve.
+
+.seealso: SlipConstraintGetComponents(), SlipConstraintCreate()
+@*/
+PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec cells)
+{
+  PetscInt n, m = 0;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 1);
+  PetscValidLogicalCollectiveInt(con, c, 2);
+  if (cells) PetscValidHeaderSpecific(cells, VEC_CLASSID, 3);
+  PetscCheck(c == 1 || c == 2, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
+             "Cells have %" PetscInt_FMT " components, expected 1 or 2", c);
+  PetscCheck(!con->r, PetscObjectComm((PetscObject)con), PETSC_ERR_ORDER,
+             "Call SlipConstraintSetComponents() before the first solve");
+  PetscCall(VecDestroy(&con->cells));
+  if (c == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(con->x, &n));
+  if (cells) PetscCall(VecGetLocalSize(cells, &m));
+  PetscCheck(cells && n == c * m, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ,
+             "The reduced vectors have %" PetscInt_FMT " numbers here, expected %" PetscInt_FMT
+             " for each of %" PetscInt_FMT " cells",
+             n, c, m);
+  PetscCall(VecDuplicate(cells, &con->cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipConstraintGetComponents - how many numbers a cell has in reduced vectors
+
+  Not collective
+
+  Input Parameter:
+. con - the constraint
+
+  Output Parameter:
+. c - 1 or 2
+
+  Level: advanced
+
+.seealso: SlipConstraintSetComponents()
+@*/
+PetscErrorCode SlipConstraintGetComponents(SlipConstraint con, PetscInt *c)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 1);
+  PetscAssertPointer(c, 2);
+  *c = con->cells ? 2 : 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The problem's operations, for TSBATHE; checks that all that a time step needs are there */
 PetscErrorCode SlipConstraintGetOps(SlipConstraint con, const SlipConstraintOps **ops)
 {
@@ -138,7 +216,7 @@ PetscErrorCode SlipConstraintCreateReduced(SlipConstraint con, Vec *x)
 - w   - the full state
 
   Output Parameter:
-. r - reduced: the static balance -F_s projected on [-q, q] where x = 0, -q sign(x) where x != 0
+. r - reduced: the static balance -F_s projected on |r| <= q where x = 0, -q x / |x| where x != 0
 
   Level: intermediate
 
@@ -162,13 +240,16 @@ PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Ve
   PetscCall((*con->ops->reduce)(con, con->w, con->g, con->ctx)); /* the reduced rows of F_s are those that r enters */
   PetscCall((*con->ops->reduce)(con, w, con->x, con->ctx));
   PetscCall((*con->ops->bound_state)(con, t, w, con->q, con->ctx));
-  PetscCall(VecGetLocalSize(r, &n));
+  PetscCall(VecGetLocalSize(con->q, &n));
   PetscCall(VecGetArrayRead(con->x, &x));
   PetscCall(VecGetArrayRead(con->q, &q));
   PetscCall(VecGetArrayRead(con->g, &f));
   PetscCall(VecGetArrayWrite(r, &rr));
   for (PetscInt i = 0; i < n; i++)
-    rr[i] = SlipConeReaction(1.0, PetscRealPart(x[i]), -PetscRealPart(f[i]), PetscRealPart(q[i]));
+    if (con->cells)
+      SlipDiskReaction(-1.0, &x[2 * i], &f[2 * i], q[i], &rr[2 * i]);
+    else
+      rr[i] = SlipConeReaction(1.0, PetscRealPart(x[i]), -PetscRealPart(f[i]), PetscRealPart(q[i]));
   PetscCall(VecRestoreArrayWrite(r, &rr));
   PetscCall(VecRestoreArrayRead(con->g, &f));
   PetscCall(VecRestoreArrayRead(con->q, &q));

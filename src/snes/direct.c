@@ -55,21 +55,24 @@ static PetscErrorCode SlipSlidingSet(Vec mask, PetscInt *nloc, PetscInt **loc, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of J_ss owned here gain row_i C_ij. */
+/* The rows of J_ss owned here gain row_i C_ij, both of a cell with two components the one row of C. */
 static PetscErrorCode SlipPackCoupling(Mat C, Vec row, PetscInt nloc, const PetscInt loc[], PetscInt n,
                                        const PetscInt glob[], PetscScalar rows[])
 {
   Mat local;
-  PetscInt lda;
+  PetscInt lda, cells, c;
   const PetscScalar *a, *f;
 
   PetscFunctionBegin;
   PetscCall(MatDenseGetLocalMatrix(C, &local));
   PetscCall(MatDenseGetLDA(local, &lda));
   PetscCall(MatDenseGetArrayRead(local, &a));
+  PetscCall(VecGetLocalSize(row, &c));
+  PetscCall(MatGetLocalSize(C, &cells, NULL));
+  c = cells ? c / cells : 1;
   PetscCall(VecGetArrayRead(row, &f));
   for (PetscInt j = 0; j < n; j++)
-    for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] += f[loc[i]] * a[loc[i] + lda * glob[j]];
+    for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] += f[loc[i]] * a[loc[i] / c + lda * glob[j]];
   PetscCall(VecRestoreArrayRead(row, &f));
   PetscCall(MatDenseRestoreArrayRead(local, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -98,6 +101,19 @@ static PetscErrorCode SlipPackRows(Mat dense, PetscReal scale, Vec diagonal, Vec
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscCall(MatDenseRestoreArrayRead(local, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The entries of the slope beside the diagonal: both components of a cell slide, or none, and they are neighbours. */
+static PetscErrorCode SlipPackCross(Vec cross, PetscInt nloc, const PetscInt loc[], PetscInt n, PetscInt first,
+                                    PetscScalar rows[])
+{
+  const PetscScalar *c;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(cross, &c));
+  for (PetscInt i = 0; i < nloc; i++) rows[i * n + first + (i ^ 1)] += c[loc[i] / 2];
+  PetscCall(VecRestoreArrayRead(cross, &c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -168,9 +184,9 @@ static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscBool symmetric, PetscB
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solve (B + diag(slope)) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. B is taken for symmetric unless it
+/* Solve (B + slope) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. B is taken for symmetric unless it
    is known not to be (MAT_SYMMETRIC). See slipsnes.h (private). */
-PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max,
+PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec cross, Vec rhs, Vec dx, PetscInt max,
                                PetscBool *done, PetscBool *pd)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)mask);
@@ -201,6 +217,7 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec r
   PetscCall(SlipSlidingSet(mask, &nloc, &loc, &counts, &displs, &glob));
   PetscCall(PetscMalloc4(nloc * n, &rows, nloc, &mine, n * n, &A, n, &b));
   PetscCall(SlipPackRows(dense, scale, diagonal, slope, rhs, nloc, loc, n, glob, displs[rank], rows, mine));
+  if (cross) PetscCall(SlipPackCross(cross, nloc, loc, n, displs[rank], rows));
   if (C) PetscCall(SlipPackCoupling(C, row, nloc, loc, n, glob, rows));
   PetscCall(MatIsSymmetricKnown(dense, &told, &symmetric));
   PetscCall(SlipGatherSolve(comm, !C && (!told || symmetric) ? PETSC_TRUE : PETSC_FALSE, C ? PETSC_TRUE : PETSC_FALSE,

@@ -3,14 +3,17 @@
 #include <slipstep/private/slipsys.h>
 
 /* The parts live on the Mat under these names, where the PC "slipstage" finds them. */
-static const char key_B[] = "SlipStageOperator", key_mask[] = "SlipMask", key_slope[] = "SlipSlope";
+static const char key_B[] = "SlipStageOperator", key_mask[] = "SlipMask", key_slope[] = "SlipSlope",
+                  key_cross[] = "SlipCross";
 
 typedef struct {
   Vec work[2]; /* masked input, product */
   Mat B;       /* the parts once more, borrowed: products and steps by the thousand need not look up names */
   Vec mask, slope;
-  Mat C;   /* borrowed; NULL: symmetric */
-  Vec row; /* its factors, borrowed */
+  Vec cross; /* borrowed; NULL: one component a cell */
+  Mat C;     /* borrowed; NULL: symmetric */
+  Vec row;   /* its factors, borrowed */
+  Vec cx;    /* product */
 } SlipJacobian;
 
 /* The context, once the parts are set */
@@ -20,6 +23,47 @@ static PetscErrorCode SlipJacobianGet(Mat J, SlipJacobian **jac)
   PetscCall(MatShellGetContext(J, jac));
   PetscCheck((*jac)->B && (*jac)->mask && (*jac)->slope, PetscObjectComm((PetscObject)J), PETSC_ERR_ORDER,
              "Call MatSlipJacobianSetParts() before using a %s matrix", MATSLIPJACOBIAN);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipAddCoupling(Mat C, Vec row, Vec x, Vec cx, Vec y)
+{
+  const PetscReal *a, *f;
+  PetscReal *yy;
+  PetscInt n, m;
+  const SlipArrays arrays[] = {{cx, .read = &a}, {row, .read = &f}, {y, .write = &yy}};
+
+  PetscFunctionBegin;
+  PetscCall(MatMult(C, x, cx));
+  PetscCall(VecGetLocalSize(cx, &m));
+  PetscCall(VecGetLocalSize(y, &n));
+  if (n == m) {
+    PetscCall(VecPointwiseMult(cx, cx, row));
+    PetscCall(VecAXPY(y, 1.0, cx));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipArraysGet(3, arrays));
+  for (PetscInt i = 0; i < n; i++) yy[i] += f[i] * a[i / 2];
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipAddCross(Vec cross, Vec mask, Vec x, Vec y)
+{
+  const PetscReal *c, *m, *xx;
+  PetscReal *yy;
+  PetscInt n;
+  const SlipArrays arrays[] = {{cross, .read = &c}, {mask, .read = &m}, {x, .read = &xx}, {y, .write = &yy}};
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(cross, &n));
+  PetscCall(SlipArraysGet(4, arrays));
+  for (PetscInt i = 0; i < n; i++) {
+    if (m[2 * i] == 0.0) continue;
+    yy[2 * i] += c[i] * xx[2 * i + 1];
+    yy[2 * i + 1] += c[i] * xx[2 * i];
+  }
+  PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -41,10 +85,8 @@ static PetscErrorCode MatMult_SlipJacobian(Mat J, Vec x, Vec y)
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < n; i++) yy[i] = m[i] != 0.0 ? z[i] + d[i] * xx[i] : xx[i];
   PetscCall(SlipArraysRestore(5, arrays));
-  if (!jac->C) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatMult(jac->C, jac->work[0], jac->work[1]));
-  PetscCall(VecPointwiseMult(jac->work[1], jac->work[1], jac->row));
-  PetscCall(VecAXPY(y, 1.0, jac->work[1]));
+  if (jac->cross) PetscCall(SlipAddCross(jac->cross, jac->mask, x, y));
+  if (jac->C) PetscCall(SlipAddCoupling(jac->C, jac->row, jac->work[0], jac->cx, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -74,6 +116,7 @@ static PetscErrorCode MatDestroy_SlipJacobian(Mat J)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(J, &jac));
   for (PetscInt i = 0; i < 2; i++) PetscCall(VecDestroy(&jac->work[i]));
+  PetscCall(VecDestroy(&jac->cx));
   PetscCall(PetscFree(jac));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -153,6 +196,18 @@ PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* d of a cell with two components is a symmetric block; its diagonal is the slope of the parts */
+PetscErrorCode MatSlipJacobianSetCross(Mat J, Vec cross)
+{
+  SlipJacobian *jac;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(J, &jac));
+  if (cross != jac->cross) PetscCall(PetscObjectCompose((PetscObject)J, key_cross, (PetscObject)cross));
+  jac->cross = cross;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* y gains row (C (m x)), so that J is not symmetric any more; row is 0 where a cell sticks */
 PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row)
 {
@@ -164,6 +219,7 @@ PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row)
     PetscCall(MatSetOption(J, MAT_SYMMETRY_ETERNAL, PETSC_FALSE));
     PetscCall(MatSetOption(J, MAT_SYMMETRIC, PETSC_FALSE));
   }
+  if (C && !jac->cx) PetscCall(MatCreateVecs(C, NULL, &jac->cx));
   jac->C = C;
   jac->row = row;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -24,9 +24,10 @@ static const PetscReal noise_share = 0.3;
 static const PetscReal small_change = 1e-3;
 
 enum {
-  patience = 4,      /* iterations in a row that an approximate operator may fail to halve the residual */
-  model_steps = 200, /* Newton steps on a model */
-  model_project = 8  /* after so many of them projection steps help the sliding set to settle */
+  patience = 4,       /* iterations in a row that an approximate operator may fail to halve the residual */
+  model_steps = 200,  /* Newton steps on a model */
+  model_project = 8,  /* after so many of them projection steps help the sliding set to settle */
+  vectors_project = 8 /* iterations with two components a cell after which they help */
 };
 
 /* What is left of a residual when nothing but the error of dG/dx x, of rounding or of the operator's own, is. */
@@ -76,8 +77,8 @@ static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscB
       break;
     }
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
-    PetscCall(VecNorm(dx, NORM_INFINITY, &step));
-    PetscCall(VecNorm(x, NORM_INFINITY, &size));
+    PetscCall(SlipConstraintNorm(con, dx, &step));
+    PetscCall(SlipConstraintNorm(con, x, &size));
     if (A != con->B) step *= con->norm / last; /* the error that is left, where convergence is linear */
     if (SlipSearchPolished(last, con->norm, step, size)) break;
   }
@@ -115,24 +116,24 @@ static PetscErrorCode SlipSemismoothModel(SNES snes, SlipConstraint con, Mat A, 
 /* Where stages that go past an instability are refused: is the generalised Jacobian of the cells that slide positive
    definite with the slope at the stage's start, too? One that is indefinite there and not at the end has an instability
    in between that grew and went within the stage. */
-static PetscErrorCode SlipSemismoothCheckStart(SNES snes, SlipConstraint con)
+static PetscErrorCode SlipSemismoothCheckStart(SNES snes, SlipConstraint con, Vec x)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
   Vec *work = ss->slip.work, slope = work[SEMISMOOTH_XS], rhs = work[SEMISMOOTH_RHS];
+  Vec dq = con->cells ? con->cells : slope, cross;
   PetscReal change;
   PetscBool done, ok, pd;
 
   PetscFunctionBegin;
-  PetscCall((*con->ops->start_slope)(con, slope, con->ctx));
-  PetscCall(VecScale(slope, con->omega));
-  PetscCall(VecPointwiseMult(slope, slope, con->mask));
+  PetscCall((*con->ops->start_slope)(con, dq, con->ctx));
+  PetscCall(SlipConstraintSlope(con, x, dq, slope, &cross));
   PetscCall(VecWAXPY(rhs, -1.0, slope, con->slope));
   PetscCall(VecPointwiseMult(rhs, rhs, con->rho));
   PetscCall(VecNorm(rhs, NORM_INFINITY, &change));
   if (change < small_change) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(
-    SlipDirectSolve(con->B, con->C, con->row, con->mask, slope, rhs, work[SEMISMOOTH_DX], ss->direct_max, &done, &pd));
-  if (!done) PetscCall(SlipSemismoothKrylov(snes, con, con->B, slope, &ok, &pd));
+  PetscCall(SlipDirectSolve(con->B, con->C, con->row, con->mask, slope, cross, rhs, work[SEMISMOOTH_DX], ss->direct_max,
+                            &done, &pd));
+  if (!done) PetscCall(SlipSemismoothKrylov(snes, con, con->B, slope, cross, &ok, &pd));
   if (pd) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(snes, "Indefinite Jacobian at the start: the step would go past an instability\n"));
   con->unstable = PETSC_TRUE;
@@ -174,6 +175,9 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
       PetscCall(SlipSemismoothModel(snes, con, A, x, &ok));
     else
       PetscCall(SlipSemismoothStep(snes, con, NULL, it, snes->rtol, x, &ok));
+    if (ok && A == con->B && con->cells && it % vectors_project == 0 && con->norm > SLIP_SEARCH_RTOL &&
+        !PetscIsInfOrNanReal(con->merit))
+      PetscCall(SlipSemismoothProject(snes, con, NULL, x));
     if (!ok) {
       snes->reason = reason = SNES_DIVERGED_LINEAR_SOLVE;
       break;
@@ -194,7 +198,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   }
   PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal), (con->B, 0.0));
   if (reason == SNES_CONVERGED_FNORM_RELATIVE) PetscCall(SlipSemismoothPolish(snes, con, exact, x));
-  if (snes->reason > 0 && con->refuse && con->ops->start_slope) PetscCall(SlipSemismoothCheckStart(snes, con));
+  if (snes->reason > 0 && con->refuse && con->ops->start_slope) PetscCall(SlipSemismoothCheckStart(snes, con, x));
   PetscCall(SlipConstraintFinish(con, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -254,6 +258,9 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
   Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
   "slipstage") solves on the sliding set. Bounds that depend on other rows' x (coupling of SlipConstraintOps), as where slip
   changes normal stress, make the Jacobian unsymmetric: LU takes the place of Cholesky and gmres that of cg. The KSP's relative tolerance is chosen in each iteration.
+
+  With two components a cell (SlipConstraintSetComponents()) the step turns sliding cells as well; the linear systems
+  stay symmetric, and the limit on direct solves is twice the number of cells.
 
   Where the operator has an approximation A (MatSlipStageGetApproximation()), each iteration solves the stage with
   G(y) + A (x - y) for G(x), y the last iterate, to a hundredth of its residual, by Newton steps that are not counted as

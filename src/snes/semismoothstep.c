@@ -22,8 +22,9 @@ PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Krylov solve of (A + diag(slope)) dx = rhs on the sliding set; pd is false when the matrix shows itself indefinite */
-PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec slope, PetscBool *ok, PetscBool *pd)
+/* Krylov solve of (A + slope) dx = rhs on the sliding set; pd is false when the matrix shows itself indefinite */
+PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec slope, Vec cross, PetscBool *ok,
+                                    PetscBool *pd)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
   Vec rhs = ss->slip.work[SEMISMOOTH_RHS], dx = ss->slip.work[SEMISMOOTH_DX];
@@ -34,6 +35,7 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
 
   PetscFunctionBegin;
   if (!ss->J) PetscCall(MatCreateSlipJacobian(con->B, &ss->J));
+  PetscCall(MatSlipJacobianSetCross(ss->J, cross));
   PetscCall(MatSlipJacobianSetParts(ss->J, A, con->mask, slope));
   if (con->C) {
     PetscBool cg;
@@ -61,6 +63,24 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* y -= k P x where cells have two components: what Newton's step across their directions has besides F (cone.c) */
+static PetscErrorCode SlipSemismoothHold(SlipConstraint con, Vec x, Vec y)
+{
+  PetscInt n;
+  const PetscReal *xx, *normal, *hold;
+  PetscReal *yy;
+  const SlipArrays arrays[] = {
+    {x, .read = &xx}, {con->normal, .read = &normal}, {con->hold, .read = &hold}, {y, .write = &yy}};
+
+  PetscFunctionBegin;
+  if (!con->cells) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(con->cells, &n));
+  PetscCall(SlipArraysGet(4, arrays));
+  SlipDiskHold(n, normal, hold, xx, yy);
+  PetscCall(SlipArraysRestore(4, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* dx, by the first way that works: direct, Krylov, and both again without the slope. On the sliding set s it solves
    J_ss dx_s = -F_s + (A x_t)_s, on the sticking one t dx = -x. */
 PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Mat A, Vec x, PetscBool *picard, PetscBool *ok)
@@ -80,18 +100,20 @@ PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Mat A, Vec
   } else
     PetscCall(VecZeroEntries(rhs));
   PetscCall(VecAXPY(rhs, -1.0, con->F));
+  PetscCall(SlipSemismoothHold(con, x, rhs));
   PetscCall(VecPointwiseMult(rhs, con->mask, rhs));
   *ok = PETSC_FALSE;
   for (*picard = PETSC_FALSE;; *picard = PETSC_TRUE) {
-    Vec slope = *picard ? work[SEMISMOOTH_ZERO] : con->slope;
+    Vec slope = *picard ? work[SEMISMOOTH_ZERO] : con->slope, cross = con->cross;
 
-    PetscCall(SlipDirectSolve(A, con->C, con->row, con->mask, slope, rhs, dx, ss->direct_max, &done, &pd));
+    if (*picard) PetscCall(SlipConstraintSlope(con, x, NULL, slope, &cross));
+    PetscCall(SlipDirectSolve(A, con->C, con->row, con->mask, slope, cross, rhs, dx, ss->direct_max, &done, &pd));
     if (done) {
       snes->linear_its++;
       ss->n_direct++;
       *ok = pd;
     } else
-      PetscCall(SlipSemismoothKrylov(snes, con, A, slope, ok, &pd));
+      PetscCall(SlipSemismoothKrylov(snes, con, A, slope, cross, ok, &pd));
     if (pd || *picard) break;
     if (con->refuse) {
       PetscCall(PetscInfo(snes, "Indefinite Jacobian: the step would go past an instability\n"));
@@ -173,9 +195,9 @@ static PetscErrorCode SlipSemismoothSearch(SNES snes, SlipConstraint con, const 
       const SlipArrays arrays[] = {
         {ss->slip.work[SEMISMOOTH_XS], .read = &from}, {con->q, .read = &q}, {x, .write = &to}};
 
-      PetscCall(VecGetLocalSize(x, &n));
+      PetscCall(VecGetLocalSize(con->q, &n));
       PetscCall(SlipArraysGet(3, arrays));
-      turned = SlipConeStopTurning(n, q, from, to);
+      turned = con->cells ? SlipDiskStopTurning(n, q, from, to) : SlipConeStopTurning(n, q, from, to);
       PetscCall(SlipArraysRestore(3, arrays));
       PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turned, 1, MPIU_BOOL, MPI_LOR, PetscObjectComm((PetscObject)con)));
       if (turned) {

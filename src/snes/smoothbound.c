@@ -8,13 +8,20 @@
    followed by the elimination at y + dx. There G is linear: by the step's own equation
      f = D (y + dx) + omega (Q + Q' dx)
    needs no further product. Where bounds depend on the x of other cells too, Q' + R C in place of Q', the linear solve has R C as well,
-   f has omega R C dx more, and the friction that the cells balance is that of the bounds at y + dx. Every cell is moved to where its own friction balances what the linear step left it, in its own
+   f has omega R C dx more, and the friction that the cells balance is that of the bounds at y + dx. With two
+   components a cell (cone.c) all this holds for vectors, Q' = q' n n' + q / |x| P, and the scalar equation is that of
+   their lengths. Every cell is moved to where its own friction balances what the linear step left it, in its own
    decade. One product with B an iteration, and those of the linear solve. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
+#include <math.h>
 
-/* Iterations in a row that an approximate operator may fail to halve the residual */
-enum { patience = 4 };
+enum {
+  patience = 4, /* iterations in a row that an approximate operator may fail to halve the residual */
+  /* With two components a cell, whose directions can cycle, every step lowers the residual after so many iterations */
+  strict_after = 10,
+  strict_halvings = 15
+};
 
 /* dx of (A + slope) dx = -F on the rows that nobody prescribes; ok is false where that is not positive definite: the stage
    goes past an instability. */
@@ -27,13 +34,14 @@ static PetscErrorCode Direction(SNES snes, SlipConstraint con, Mat A, PetscBool 
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(rhs, con->mask, con->F));
   PetscCall(VecScale(rhs, -1.0));
-  PetscCall(SlipDirectSolve(A, con->C, con->row, con->mask, con->slope, rhs, dx, ss->direct_max, &done, &pd));
+  PetscCall(
+    SlipDirectSolve(A, con->C, con->row, con->mask, con->slope, con->cross, rhs, dx, ss->direct_max, &done, &pd));
   if (done) {
     snes->linear_its++;
     ss->n_direct++;
     *ok = pd;
   } else
-    PetscCall(SlipSemismoothKrylov(snes, con, A, con->slope, ok, &pd));
+    PetscCall(SlipSemismoothKrylov(snes, con, A, con->slope, con->cross, ok, &pd));
   if (!pd) {
     PetscCall(PetscInfo(snes, "Indefinite Jacobian: the step would go past an instability\n"));
     con->unstable = PETSC_TRUE;
@@ -42,7 +50,9 @@ static PetscErrorCode Direction(SNES snes, SlipConstraint con, Mat A, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the cells are left with after the step lambda dx: rest + lambda change. */
+/* What the cells are left with after the step lambda dx: rest + lambda change. With two components a cell that is
+   what they balance at lambda = 0, so that short steps go along dx and lower the residual; with one the first term is
+   a step of Jacobi's method. */
 static PetscErrorCode SetUpLoads(SNES snes, SlipConstraint con, Vec x)
 {
   const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
@@ -55,8 +65,38 @@ static PetscErrorCode SetUpLoads(SNES snes, SlipConstraint con, Vec x)
   PetscCall(VecAXPY(rest, -1.0, con->g));
   PetscCall(VecWAXPY(change, 1.0, D, con->slope));
   PetscCall(VecPointwiseMult(change, change, work[SEMISMOOTH_DX]));
+  if (con->cross) PetscCall(SlipAddCross(con->cross, con->mask, work[SEMISMOOTH_DX], change));
   PetscCall(SlipConstraintAddCoupling(con, work[SEMISMOOTH_DX], change));
-  PetscCall(VecAXPY(change, 1.0, con->F));
+  PetscCall(VecAXPY(con->cells ? rest : change, 1.0, con->F)); /* rest + change is the same */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Cells with two components balance along their loads: a speed each, D |x| + omega q(|x|) = |f|. */
+static PetscErrorCode SolveVectors(SlipConstraint con, Vec D, Vec f, Vec x, PetscBool *unstable)
+{
+  Vec diagonal = con->spare, load = con->hold, speed = con->cells;
+  const PetscReal *d, *ff, *m;
+  PetscReal *xx, *one, *size, *v;
+  const SlipArrays before[] = {{D, .read = &d},           {f, .read = &ff},       {x, .write = &xx},
+                               {diagonal, .write = &one}, {load, .write = &size}, {speed, .write = &v}};
+  const SlipArrays after[] = {
+    {con->mask, .read = &m}, {f, .read = &ff}, {load, .write = &size}, {speed, .write = &v}, {x, .write = &xx}};
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(con->cells, &n));
+  PetscCall(SlipArraysGet(6, before));
+  for (PetscInt i = 0; i < n; i++) {
+    one[i] = d[2 * i];
+    size[i] = hypot(ff[2 * i], ff[2 * i + 1]);
+    v[i] = hypot(xx[2 * i], xx[2 * i + 1]);
+  }
+  PetscCall(SlipArraysRestore(6, before));
+  PetscCall((*con->ops->solve_cells)(con, con->omega, diagonal, load, speed, unstable, con->ctx));
+  PetscCall(SlipArraysGet(5, after));
+  for (PetscInt i = 0; i < 2 * n; i++)
+    if (m[i] != 0) xx[i] = size[i / 2] > 0 ? v[i / 2] * (ff[i] / size[i / 2]) : 0;
+  PetscCall(SlipArraysRestore(5, after));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -73,8 +113,11 @@ static PetscErrorCode MoveTo(SNES snes, SlipConstraint con, PetscReal lambda, Ve
     PetscCall((*con->ops->bound)(con, x, con->cx, NULL, con->ctx));
   }
   PetscCall(VecCopy(work[SEMISMOOTH_XS], x));
-  PetscCall(
-    (*con->ops->solve_cells)(con, con->omega, work[SEMISMOOTH_RHO], work[SEMISMOOTH_LOAD], x, unstable, con->ctx));
+  if (con->cells)
+    PetscCall(SolveVectors(con, work[SEMISMOOTH_RHO], work[SEMISMOOTH_LOAD], x, unstable));
+  else
+    PetscCall(
+      (*con->ops->solve_cells)(con, con->omega, work[SEMISMOOTH_RHO], work[SEMISMOOTH_LOAD], x, unstable, con->ctx));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, unstable, 1, MPIU_BOOL, MPI_LOR, PetscObjectComm((PetscObject)con)));
   if (!*unstable) PetscCall(SlipConstraintEvaluate(con, NULL, x));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -86,13 +129,18 @@ static PetscErrorCode Step(SNES snes, SlipConstraint con, Mat A, PetscInt it, Ve
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
   PetscBool unstable = PETSC_FALSE, found = PETSC_FALSE;
   PetscReal lambda = 1.0;
+  PetscInt halvings = SLIP_SEARCH_HALVINGS;
 
   PetscFunctionBegin;
+  if (con->cells && it > strict_after) {
+    halvings = strict_halvings;
+    SlipSearchForget(&ss->search, con->merit);
+  }
   PetscCall(Direction(snes, con, A, ok));
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SetUpLoads(snes, con, x));
   PetscCall(VecCopy(x, ss->slip.work[SEMISMOOTH_XS]));
-  for (PetscInt k = 0; k <= SLIP_SEARCH_HALVINGS && !found; k++, lambda *= 0.5) {
+  for (PetscInt k = 0; k <= halvings && !found; k++, lambda *= 0.5) {
     PetscCall(MoveTo(snes, con, lambda, x, &unstable));
     if (!unstable) found = SlipSearchAccepts(&ss->search, lambda, con->merit);
   }

@@ -50,15 +50,22 @@ PetscErrorCode TSBatheEndDerivative(TS ts, PetscReal h, Vec w0, Vec w1, Vec w2, 
 PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscInt n;
+  PetscInt n, c;
   PetscScalar *x, *ee;
   const PetscScalar *mark;
 
   PetscFunctionBegin;
   PetscCall((*ba->ops->reduce)(ba->con, w, ba->x, ba->ctx));
+  PetscCall(SlipConstraintGetComponents(ba->con, &c));
   PetscCall(VecGetLocalSize(ba->x, &n));
   PetscCall(VecGetArray(ba->x, &x));
-  for (PetscInt i = 0; i < n; i++) x[i] = x[i] == 0.0 ? 1.0 : 0.0;
+  for (PetscInt i = 0; i < n; i += c) { /* a cell that slides along one axis does not rest along the other */
+    PetscBool sticks = PETSC_TRUE;
+
+    for (PetscInt k = i; k < i + c; k++)
+      if (x[k] != 0.0) sticks = PETSC_FALSE;
+    for (PetscInt k = i; k < i + c; k++) x[k] = sticks ? 1.0 : 0.0;
+  }
   PetscCall(VecRestoreArray(ba->x, &x));
   PetscCall(VecZeroEntries(ba->K1));
   PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->K1, ba->ctx)); /* the rows that r enters */

@@ -9,6 +9,7 @@ struct _p_SlipConstraint {
   PETSCHEADER(SlipConstraintOps);
   void *ctx; /* the problem's */
   Vec x;     /* layout of the reduced unknowns, also work */
+  Vec cells; /* one number a cell, where x has two, also work; else NULL */
   Vec w;     /* full, work; on first use */
 
   PetscBool refuse; /* solves fail where the Jacobian on the sliding set is not positive definite */
@@ -25,9 +26,12 @@ struct _p_SlipConstraint {
 
   /* at the last point evaluated */
   Vec g, q, dq, F, mask, slope;
-  Mat C;           /* of bounds that depend on other rows' x, borrowed; NULL: none does */
-  Vec row, cx;     /* its factors in sliding rows: F_i gains row_i (C dx)_i; a product */
-  Vec rho;         /* step of the natural map, 1 / diag(B) */
+  Mat C;       /* of bounds that depend on other rows' x, borrowed; NULL: none does */
+  Vec row, cx; /* its factors in sliding rows: F_i gains row_i (C dx)_i, a cell's i; a product */
+  Vec rho;     /* step of the natural map, 1 / diag(B), of the larger entry of a cell's */
+  /* two components a cell, else NULL: directions n, what holds x along them (SlipDiskNatural()), and the entry of the
+     slope beside its diagonal; spare: the same entry of other slopes */
+  Vec normal, hold, cross, spare;
   PetscReal merit; /* 2-norm of F / scale */
   PetscReal norm;  /* max-norm of F / scale */
 };
@@ -46,23 +50,33 @@ PETSC_INTERN PetscErrorCode SlipConstraintJacobian(SlipConstraint, Vec x); /* B;
 PETSC_INTERN PetscErrorCode SlipConstraintResidual(SlipConstraint, const SlipStageModel *, Vec x, Vec g);
 /* g, q, dq, F, mask, slope, merit, norm */
 PETSC_INTERN PetscErrorCode SlipConstraintEvaluate(SlipConstraint, const SlipStageModel *, Vec x);
+/* Largest |v_i| of all cells, infinite where one is not a number */
+PETSC_INTERN PetscErrorCode SlipConstraintNorm(SlipConstraint, Vec v, PetscReal *norm);
+/* Slope at the point evaluated last with dq (NULL: 0) in place of its own; cross NULL with one component */
+PETSC_INTERN PetscErrorCode SlipConstraintSlope(SlipConstraint, Vec x, Vec dq, Vec slope, Vec *cross);
 /* y_i += row_i (C x)_i, nothing without a coupling */
 PETSC_INTERN PetscErrorCode SlipConstraintAddCoupling(SlipConstraint, Vec x, Vec y);
 PETSC_INTERN PetscErrorCode SlipConstraintFinish(SlipConstraint, Vec x); /* reaction, worst cell */
 PETSC_INTERN PetscErrorCode SlipConstraintQuery(SNES, SlipConstraint *); /* error when the SNES has none */
 PETSC_INTERN PetscErrorCode SlipConstraintReport(SNES, SlipConstraint, PetscInt it, SNESConvergedReason *reason);
 
+/* Entries of the slope beside its diagonal, one a cell, of the next parts; NULL: cells have one component */
+PETSC_INTERN PetscErrorCode MatSlipJacobianSetCross(Mat J, Vec cross);
+/* y += what they do to x on the sliding set */
+PETSC_INTERN PetscErrorCode SlipAddCross(Vec cross, Vec mask, Vec x, Vec y);
+/* y_i += row_i (C x)_i, the product in cx; with two components a cell the rows of both have its product */
+PETSC_INTERN PetscErrorCode SlipAddCoupling(Mat C, Vec row, Vec x, Vec cx, Vec y);
 /* The coupling of the bounds in a generalised Jacobian; C NULL: none */
 PETSC_INTERN PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row);
 
 /* One self-adaptive projection step from x, evaluated; rho is kept between calls, x1 and g1 are work. */
 PETSC_INTERN PetscErrorCode SlipProjectionStep(SlipConstraint, const SlipStageModel *, Vec x, Vec rho, Vec x1, Vec g1);
 
-/* Dense solve on the sliding set: J_ss dx_s = rhs_s, by Cholesky, with C (NULL: none) and its factors row by LU. done is false
-   when the entries of B or C are not at hand, pd is false when the matrix is not positive definite, with C when its
-   determinant is not positive (dx then untouched). */
-PETSC_INTERN PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec rhs, Vec dx, PetscInt max,
-                                            PetscBool *done, PetscBool *pd);
+/* Dense solve on the sliding set: J_ss dx_s = rhs_s, cross as above, by Cholesky, with C (NULL: none) and its factors
+   row by LU. done is false when the entries of B or C are not at hand, pd is false when the matrix is not positive
+   definite, with C when its determinant is not positive (dx then untouched). */
+PETSC_INTERN PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec cross, Vec rhs, Vec dx,
+                                            PetscInt max, PetscBool *done, PetscBool *pd);
 
 /* What both types start with. */
 typedef struct {
@@ -80,7 +94,7 @@ enum {
   SEMISMOOTH_DX,     /* step */
   SEMISMOOTH_XS,     /* its start */
   SEMISMOOTH_RHO,    /* of the projection steps */
-  SEMISMOOTH_ZERO,   /* no slope */
+  SEMISMOOTH_ZERO,   /* no slope of the bound */
   SEMISMOOTH_OFFSET, /* of the model */
   SEMISMOOTH_LOAD,   /* of the cells, of a smooth bound */
   SEMISMOOTH_NWORK
@@ -104,7 +118,8 @@ PETSC_INTERN PetscErrorCode SlipSemismoothStep(SNES, SlipConstraint, const SlipS
 /* con->B, or its approximation */
 PETSC_INTERN PetscErrorCode SlipSemismoothOperator(SlipConstraint, PetscBool exact, Mat *A);
 /* Krylov solve with A and the slope for SEMISMOOTH_DX; pd is false when the matrix shows itself indefinite */
-PETSC_INTERN PetscErrorCode SlipSemismoothKrylov(SNES, SlipConstraint, Mat A, Vec slope, PetscBool *ok, PetscBool *pd);
+PETSC_INTERN PetscErrorCode SlipSemismoothKrylov(SNES, SlipConstraint, Mat A, Vec slope, Vec cross, PetscBool *ok,
+                                                 PetscBool *pd);
 /* smoothbound.c: the whole solve where the bound is smooth */
 PETSC_INTERN PetscErrorCode SlipSmoothBoundSolve(SNES, SlipConstraint, Vec x);
 /* A few projection steps */

@@ -1,0 +1,327 @@
+/* A stage at one point: work vectors, natural residual, slope and coupling of the bound, reaction of a solution. With
+   one component a cell these are the loops of cone.c over rows, with two those over cells. */
+#include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipsys.h>
+#include <math.h>
+
+/* Work vectors, on first use */
+PetscErrorCode SlipConstraintSetUpWork(SlipConstraint con)
+{
+  Vec *work[] = {&con->r, &con->g, &con->F, &con->mask, &con->slope, &con->rho}, *one[] = {&con->q, &con->dq};
+  Vec *vectors[] = {&con->hold, &con->cross, &con->spare}, cells = con->cells ? con->cells : con->x;
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(work); i++)
+    if (!*work[i]) PetscCall(VecDuplicate(con->x, work[i]));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(one); i++)
+    if (!*one[i]) PetscCall(VecDuplicate(cells, one[i]));
+  if (con->cells && !con->normal) {
+    PetscCall(VecDuplicate(con->x, &con->normal));
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vectors); i++) PetscCall(VecDuplicate(cells, vectors[i]));
+  }
+  if (con->ops->coupling && !con->row) {
+    PetscCall(VecDuplicate(con->x, &con->row));
+    PetscCall(VecDuplicate(cells, &con->cx));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipConstraintJacobian(SlipConstraint con, Vec x)
+{
+  PetscFunctionBegin;
+  PetscCall((*con->ops->jacobian)(con, x, &con->B, con->ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipConstraintNorm(SlipConstraint con, Vec v, PetscReal *norm)
+{
+  PetscInt n;
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  if (!con->cells) {
+    PetscCall(VecNorm(v, NORM_INFINITY, norm));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  *norm = 0.0;
+  PetscCall(VecGetLocalSize(con->cells, &n));
+  PetscCall(VecGetArrayRead(v, &a));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal size = hypot(a[2 * i], a[2 * i + 1]);
+
+    *norm = PetscIsInfOrNanReal(size) ? PETSC_INFINITY : PetscMax(*norm, size);
+  }
+  PetscCall(VecRestoreArrayRead(v, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, norm, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)con)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Diagonal of B to one number for both components of a cell, the larger */
+static PetscErrorCode SlipConstraintLargerDiagonal(SlipConstraint con, Vec d)
+{
+  PetscInt n;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  if (!con->cells) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(con->cells, &n));
+  PetscCall(VecGetArray(d, &a));
+  for (PetscInt i = 0; i < n; i++) a[2 * i] = a[2 * i + 1] = PetscMax(a[2 * i], a[2 * i + 1]);
+  PetscCall(VecRestoreArray(d, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* mask = 0 where x is prescribed, 1 elsewhere */
+static PetscErrorCode SlipConstraintPrescribed(SlipConstraint con)
+{
+  PetscInt n;
+  const PetscReal *one;
+  PetscReal *mask;
+  const SlipArrays arrays[] = {{con->spare, .read = &one}, {con->mask, .write = &mask}};
+
+  PetscFunctionBegin;
+  PetscCall(VecSet(con->mask, 1.0));
+  if (!con->ops->prescribed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!con->cells) {
+    PetscCall((*con->ops->prescribed)(con, con->mask, con->ctx));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecSet(con->spare, 1.0));
+  PetscCall((*con->ops->prescribed)(con, con->spare, con->ctx));
+  PetscCall(VecGetLocalSize(con->cells, &n));
+  PetscCall(SlipArraysGet(2, arrays));
+  for (PetscInt i = 0; i < n; i++) mask[2 * i] = mask[2 * i + 1] = one[i];
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* B, rho = 1/diag(B) and the characteristic traction max(omega q) + max |G(0)| at the start of a solve */
+PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
+{
+  PetscReal qmax, cmax, dmin;
+
+  PetscFunctionBegin;
+  PetscCall(SlipConstraintSetUpWork(con));
+  if (con->ops->at_rest) /* saves a product with the operator in each stage */
+    PetscCall((*con->ops->at_rest)(con, con->g, con->ctx));
+  else {
+    PetscCall(VecZeroEntries(con->x));
+    PetscCall((*con->ops->residual)(con, con->x, con->g, con->ctx));
+  }
+  PetscCall(SlipConstraintNorm(con, con->g, &cmax));
+  PetscCall((*con->ops->bound)(con, x, con->q, NULL, con->ctx));
+  PetscCall(VecNorm(con->q, NORM_INFINITY, &qmax));
+  con->scale = con->omega * qmax + cmax;
+  if (con->scale == 0.0) con->scale = 1.0;
+  PetscCall(SlipConstraintJacobian(con, x));
+  PetscCall(MatGetDiagonal(con->B, con->rho));
+  PetscCall(VecMin(con->rho, NULL, &dmin));
+  PetscCheck(dmin > 0.0, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
+             "The stage operator has the diagonal entry %g; it must be positive definite", (double)dmin);
+  PetscCall(SlipConstraintLargerDiagonal(con, con->rho));
+  PetscCall(VecReciprocal(con->rho));
+  if (con->ops->solve_cells) PetscCall(SlipConstraintPrescribed(con));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* g = G(x) of the stage, or of its model */
+PetscErrorCode SlipConstraintResidual(SlipConstraint con, const SlipStageModel *model, Vec x, Vec g)
+{
+  PetscFunctionBegin;
+  if (model)
+    PetscCall(MatMultAdd(model->A, x, model->offset, g));
+  else
+    PetscCall((*con->ops->residual)(con, x, g, con->ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same of cells with two components: omega n a */
+static PetscErrorCode SlipConstraintCouplingOfVectors(SlipConstraint con)
+{
+  PetscInt n;
+  const PetscReal *a, *q, *mask, *normal;
+  PetscReal *row;
+  const SlipArrays arrays[] = {{con->cx, .read = &a},
+                               {con->q, .read = &q},
+                               {con->mask, .read = &mask},
+                               {con->normal, .read = &normal},
+                               {con->row, .write = &row}};
+
+  PetscFunctionBegin;
+  PetscCall((*con->ops->coupling)(con, &con->C, con->cx, con->ctx));
+  PetscCall(VecGetLocalSize(con->row, &n));
+  PetscCall(SlipArraysGet(5, arrays));
+  for (PetscInt i = 0; i < n; i++) row[i] = mask[i] != 0.0 && q[i / 2] > 0.0 ? con->omega * normal[i] * a[i / 2] : 0.0;
+  PetscCall(SlipArraysRestore(5, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* C and the factors of its rows: omega sign a where a cell slides against a bound */
+static PetscErrorCode SlipConstraintCoupling(SlipConstraint con)
+{
+  PetscInt n;
+  const PetscScalar *g, *F, *q, *mask;
+  PetscScalar *row;
+  const SlipArrays arrays[] = {{con->g, .read = &g},
+                               {con->F, .read = &F},
+                               {con->q, .read = &q},
+                               {con->mask, .read = &mask},
+                               {con->row, .write = &row}};
+
+  PetscFunctionBegin;
+  if (con->cells) {
+    PetscCall(SlipConstraintCouplingOfVectors(con));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall((*con->ops->coupling)(con, &con->C, con->row, con->ctx));
+  PetscCall(VecGetLocalSize(con->row, &n));
+  PetscCall(SlipArraysGet(5, arrays));
+  for (PetscInt i = 0; i < n; i++)
+    row[i] = mask[i] != 0.0 && q[i] > 0.0 ? (F[i] > g[i] ? con->omega : -con->omega) * row[i] : 0.0;
+  PetscCall(SlipArraysRestore(5, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipConstraintAddCoupling(SlipConstraint con, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  if (con->C) PetscCall(SlipAddCoupling(con->C, con->row, x, con->cx, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* F, mask, n and k of cells with two components, from g and q */
+static PetscErrorCode SlipConstraintVectors(SlipConstraint con, Vec x)
+{
+  PetscInt n;
+  const PetscReal *xx, *g, *q, *dq, *rho;
+  PetscReal *F, *mask, *normal, *hold;
+  const SlipArrays arrays[] = {
+    {x, .read = &xx},           {con->g, .read = &g},  {con->q, .read = &q},        {con->dq, .read = &dq},
+    {con->rho, .read = &rho},   {con->F, .write = &F}, {con->mask, .write = &mask}, {con->normal, .write = &normal},
+    {con->hold, .write = &hold}};
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(con->cells, &n));
+  PetscCall(SlipArraysGet(9, arrays));
+  if (con->ops->solve_cells)
+    SlipDiskSmooth(n, con->omega, xx, g, q, dq, mask, F, normal, hold);
+  else
+    SlipDiskNatural(n, con->omega, xx, g, q, rho, F, mask, normal, hold);
+  PetscCall(SlipArraysRestore(9, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipConstraintSlope(SlipConstraint con, Vec x, Vec dq, Vec slope, Vec *cross)
+{
+  const PetscReal *xx, *normal, *hold, *d = NULL;
+  PetscReal *ss, *cc;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  if (!con->cells) {
+    *cross = NULL;
+    if (!dq) {
+      PetscCall(VecZeroEntries(slope));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+    if (slope != dq) PetscCall(VecCopy(dq, slope));
+    PetscCall(VecScale(slope, con->omega));
+    PetscCall(VecPointwiseMult(slope, slope, con->mask));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (slope == con->slope)
+    *cross = con->cross;
+  else
+    *cross = con->spare;
+  const SlipArrays arrays[] = {{x, .read = &xx},           {dq, .read = &d},      {con->normal, .read = &normal},
+                               {con->hold, .read = &hold}, {slope, .write = &ss}, {*cross, .write = &cc}};
+
+  PetscCall(VecGetLocalSize(con->cells, &n));
+  PetscCall(SlipArraysGet(6, arrays));
+  SlipDiskSlope(n, con->omega, xx, d, normal, hold, ss, cc);
+  PetscCall(SlipArraysRestore(6, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipConstraintNatural(SlipConstraint con, Vec x)
+{
+  PetscInt n;
+  const PetscScalar *xx, *g, *q, *dq, *rho;
+  PetscScalar *F, *mask, *slope;
+  const SlipArrays arrays[] = {
+    {x, .read = &xx},         {con->g, .read = &g},  {con->q, .read = &q},        {con->dq, .read = &dq},
+    {con->rho, .read = &rho}, {con->F, .write = &F}, {con->mask, .write = &mask}, {con->slope, .write = &slope}};
+  Vec cross;
+
+  PetscFunctionBegin;
+  if (con->cells) {
+    PetscCall(SlipConstraintVectors(con, x));
+    PetscCall(SlipConstraintSlope(con, x, con->dq, con->slope, &cross));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(SlipArraysGet(8, arrays));
+  if (con->ops->solve_cells)
+    SlipConeSmooth(n, con->omega, xx, g, q, dq, mask, F, slope);
+  else
+    SlipConeNatural(n, con->omega, xx, g, q, dq, rho, F, mask, slope);
+  PetscCall(SlipArraysRestore(8, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *model, Vec x)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipConstraintResidual(con, model, x, con->g));
+  PetscCall(PetscLogEventBegin(SLIP_Cone, con, x, 0, 0));
+  PetscCall((*con->ops->bound)(con, x, con->q, con->dq, con->ctx));
+  PetscCall(SlipConstraintNatural(con, x));
+  if (con->ops->coupling) PetscCall(SlipConstraintCoupling(con));
+  PetscCall(VecNorm(con->F, NORM_2, &con->merit));
+  PetscCall(SlipConstraintNorm(con, con->F, &con->norm));
+  con->merit /= con->scale;
+  con->norm /= con->scale;
+  PetscCall(PetscLogEventEnd(SLIP_Cone, con, x, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sticking cells to exactly zero, the reaction inside the cone, the cell with the largest residual */
+PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
+{
+  PetscInt n, rstart;
+  const PetscScalar *g, *q, *F, *rho;
+  PetscScalar *xx, *r;
+  const PetscInt c = con->cells ? 2 : 1;
+  struct {
+    double value;
+    int index;
+  } mine = {-1.0, -1}, all;
+  const SlipArrays arrays[] = {{x, .write = &xx},    {con->r, .write = &r}, {con->g, .read = &g},
+                               {con->q, .read = &q}, {con->F, .read = &F},  {con->rho, .read = &rho}};
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(con->q, &n));
+  PetscCall(VecGetOwnershipRange(con->q, &rstart, NULL));
+  PetscCall(SlipArraysGet(6, arrays));
+  if (con->cells && con->ops->solve_cells)
+    for (PetscInt i = 0; i < n; i++) SlipDiskReaction(con->omega, &xx[2 * i], &g[2 * i], q[i], &r[2 * i]);
+  else if (con->cells)
+    SlipDiskFinish(n, con->omega, g, q, rho, xx, r);
+  else if (con->ops->solve_cells)
+    for (PetscInt i = 0; i < n; i++) r[i] = xx[i] > 0 ? -q[i] : q[i];
+  else
+    SlipConeFinish(n, con->omega, g, q, rho, xx, r);
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal size = c == 2 ? hypot(F[2 * i], F[2 * i + 1]) : PetscAbsReal(F[i]);
+
+    /* NaN counts as the largest */
+    if (size <= mine.value) continue;
+    mine.value = PetscIsInfOrNanReal(size) ? PETSC_MAX_REAL : size;
+    mine.index = (int)(rstart + i);
+  }
+  PetscCall(SlipArraysRestore(6, arrays));
+  PetscCallMPI(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE_INT, MPI_MAXLOC, PetscObjectComm((PetscObject)con)));
+  con->worst = all.index;
+  con->resnorm = con->norm;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,181 @@
+/* Slip of two components: beside that of one where they must be the same, in axes that are turned, and the balance of each cell. */
+#include "unit.h"
+#include "faultstart.h"
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
+#include <math.h>
+
+#define SIDE 1000.0 /* of a cell [m] */
+#define LOAD 1e-9   /* [m/s] */
+#define YEAR 3.15576e7
+
+/* Rate-and-state cells in a full space, whose a differs from cell to cell as that of their places in a square does: rows go down, and so
+   a turned over its diagonal is that of the square with strike and dip exchanged */
+static SlipFault Cells(PetscInt nx, PetscInt nz, PetscBool turned, PetscReal rake, PetscInt components)
+{
+  PetscReal a[64];
+  SlipFault fault;
+
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", nx * SIDE}, {"length_z", nz * SIDE}, {"rake", rake},
+                   {"slip_components", components}, {"normal_stress", 5e7}, {"normal_stress_gradient", 0},
+                   {"loading_rate", LOAD}, {"friction_slip", 0.05}, {"friction_b", 0.02}));
+  ok(SlipFaultSetString(fault, "kernel", "full_space"));
+  ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
+  for (PetscInt iz = 0; iz < nz; iz++)
+    for (PetscInt ix = 0; ix < nx; ix++) {
+      const PetscInt along = turned ? nz - 1 - iz : ix, up = turned ? ix : nz - 1 - iz;
+
+      a[iz * nx + ix] = 0.01 + 0.002 * PetscSinReal(1 + 1.3 * (PetscReal)along + 2.1 * (PetscReal)up);
+    }
+  ok(SlipFaultSetField(fault, "friction_a", nx * nz, a));
+  return fault;
+}
+
+/* Displacements [nx nz][components] after some years of the explicit problem */
+static void Run(SlipFault fault, PetscReal years, PetscReal u[])
+{
+  PetscInt N;
+  TS ts;
+  Vec w;
+
+  ok(FaultStart(fault, TSADAPTBASIC, 0, years * YEAR, &w, &ts));
+  ok(TSSetTolerances(ts, PETSC_DEFAULT, NULL, 1e-4, NULL));
+  ok(TSSolve(ts, w));
+  N = fault->mesh.N;
+  ok(SlipFaultGetCellValues(fault, years * YEAR, w, "displacement", N, u));
+  ok(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+}
+
+/* A line of cells in a full space: slip along it makes no shear stress across it, so that two components with the rake 0 do as one. 400
+   years are two events, in which a difference of 1e-16 grows by some decades */
+static void a_line_slips_as_with_one_component(void **state)
+{
+  PetscReal one[8], two[16], most = 0;
+  SlipFault fault;
+
+  (void)state;
+  fault = Cells(8, 1, PETSC_FALSE, 0, 1);
+  Run(fault, 1500, one);
+  ok(SlipFaultDestroy(&fault));
+  fault = Cells(8, 1, PETSC_FALSE, 0, 2);
+  Run(fault, 1500, two);
+  ok(SlipFaultDestroy(&fault));
+  for (PetscInt i = 0; i < 8; i++) most = PetscMax(most, PetscAbsReal(one[i]));
+  assert_true(most > 0.1); /* locked, and then not */
+  for (PetscInt i = 0; i < 8; i++) {
+    AssertNear(two[2 * i], one[i], 1e-9 * most);
+    AssertNear(two[2 * i + 1], 0, 1e-9 * most);
+  }
+}
+
+/* Strike and dip exchanged, with the rake 90 degrees less that of before: the same slip, by isotropy. Nothing but kernels and friction
+   that do not prefer an axis can do that. */
+static void axes_do_not_matter(void **state)
+{
+  PetscReal u[24], other[24], most = 0, across = 0;
+  SlipFault fault;
+
+  (void)state;
+  fault = Cells(4, 3, PETSC_FALSE, 25, 2);
+  Run(fault, 300, u);
+  ok(SlipFaultDestroy(&fault));
+  fault = Cells(3, 4, PETSC_TRUE, 65, 2);
+  Run(fault, 300, other);
+  ok(SlipFaultDestroy(&fault));
+  for (PetscInt i = 0; i < 12; i++) {
+    most = PetscMax(most, hypot(u[2 * i], u[2 * i + 1]));
+    across =
+      PetscMax(across, PetscAbsReal(u[2 * i + 1] * cos(25 * PETSC_PI / 180) - u[2 * i] * sin(25 * PETSC_PI / 180)));
+  }
+  assert_true(most > 0.1 && across > 1e-4 * most); /* and they do not all slip along the rake */
+  for (PetscInt iz = 0; iz < 3; iz++)
+    for (PetscInt ix = 0; ix < 4; ix++) {
+      const PetscInt i = iz * 4 + ix, j = (3 - ix) * 3 + (2 - iz);
+
+      AssertNear(u[2 * i], other[2 * j + 1], 1e-9 * most);
+      AssertNear(u[2 * i + 1], other[2 * j], 1e-9 * most);
+    }
+}
+
+/* A state with rates that the balance has made: the traction of each cell is against its slip rate, and what loading gives goes where the
+   powers say, with K u of the matrix itself */
+static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
+{
+  const PetscInt N = 12;
+  PetscReal v[24], tau[24], rate[24], stress[24], sum = 0, friction = 0, eta;
+  SlipFault fault = Cells(4, 3, PETSC_FALSE, 25, 2);
+  SlipFaultObservables o;
+  SlipFrictionCells cells;
+  const PetscReal *f;
+  PetscReal *a;
+  Vec w;
+
+  (void)state;
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultCreateState(fault, &w));
+  ok(SlipFaultSetInitialState(fault, w));
+  ok(VecGetArray(w, &a));
+  for (PetscInt i = 0; i < N; i++)
+    for (PetscInt k = 0; k < 2; k++) a[5 * i + 2 + k] = -0.02 * PetscSinReal(1 + 3.3 * (PetscReal)(2 * i + k));
+  ok(VecRestoreArray(w, &a));
+  ok(SlipFaultRates(fault, 0, w, NULL));
+  ok(SlipFaultPutRates(fault, w));
+  ok(SlipFaultGetCellValues(fault, 0, w, "slip_rate", N, v));
+  ok(SlipFaultGetCellValues(fault, 0, w, "traction", N, tau));
+  ok(SlipFaultGetCellValues(fault, 0, w, "stress", N, stress));
+  ok(SlipFaultGetFrictionOf(fault, 0, w, &cells));
+  eta = fault->balance.eta;
+  ok(VecGetArray(w, &a));
+  for (PetscInt i = 0; i < N; i++) {
+    const PetscReal speed = hypot(v[2 * i], v[2 * i + 1]), size = hypot(tau[2 * i], tau[2 * i + 1]);
+    PetscReal mu, ds, dv;
+
+    SlipFrictionEvaluate(&cells, i, a[5 * i + 4], speed, &mu, &ds, &dv);
+    AssertNear(size, mu * 5e7, 1e-12 * size);
+    AssertNear(tau[2 * i] * v[2 * i + 1] - tau[2 * i + 1] * v[2 * i], 0, 1e-12 * size * speed);
+    assert_true(tau[2 * i] * v[2 * i] + tau[2 * i + 1] * v[2 * i + 1] < 0);
+    for (PetscInt k = 2 * i; k < 2 * i + 2; k++) {
+      const PetscReal along = k % 2 ? sin(25 * PETSC_PI / 180) : cos(25 * PETSC_PI / 180);
+
+      rate[k] = v[k] - LOAD * along;
+      /* stress + friction - eta (v - v_inf) = 0, to what Newton's method leaves of ln v */
+      AssertNear(stress[k] + tau[k] - eta * rate[k], 0, 1e-10 * size);
+    }
+  }
+  ok(VecRestoreArray(w, &a));
+  ok(SlipFaultGetDisplacement(fault, w, fault->work[0]));
+  ok(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
+  ok(VecGetArrayRead(fault->work[1], &f));
+  for (PetscInt i = 0; i < N; i++)
+    for (PetscInt k = 0; k < 2; k++) {
+      const PetscReal load = fault->fields.cell[FIELD_INITIAL_TRACTION][i] * SlipFaultAlong(fault, i)[k];
+
+      sum += (f[2 * i + k] - load) * rate[2 * i + k];
+      friction -= tau[2 * i + k] * v[2 * i + k];
+    }
+  ok(VecRestoreArrayRead(fault->work[1], &f));
+  ok(SlipFaultGetObservables(fault, 0, w, NULL, &o));
+  AssertNear(o.friction_power, friction / N, 1e-12 * friction / N);
+  AssertNear(sum / N + o.viscous_power + o.friction_power, o.loading_power, 1e-9 * o.friction_power);
+  ok(VecDestroy(&w));
+  ok(SlipFaultDestroy(&fault));
+}
+
+static void wrong_combinations_are_refused(void **state)
+{
+  SlipFault fault;
+
+  (void)state;
+  fault = Cells(2, 2, PETSC_FALSE, 0, 2);
+  ok(SlipFaultSetString(fault, "stiffness_file", "k.h5"));
+  fails(SlipFaultSetUp(fault), "-fault_slip_components 2 does not go with -fault_stiffness_file k.h5");
+  ok(SlipFaultDestroy(&fault));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  fails(SlipFaultSetReal(fault, "slip_components", 3), "slip_components");
+  ok(SlipFaultDestroy(&fault));
+}
+
+SLIP_TESTS(a_line_slips_as_with_one_component, axes_do_not_matter, friction_opposes_the_slip_rate_and_powers_add_up,
+           wrong_combinations_are_refused)
