@@ -246,9 +246,11 @@ PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Ve
   PetscCall(VecGetArrayRead(con->g, &f));
   PetscCall(VecGetArrayWrite(r, &rr));
   for (PetscInt i = 0; i < n; i++)
-    if (con->cells)
-      SlipDiskReaction(-1.0, &x[2 * i], &f[2 * i], q[i], &rr[2 * i]);
-    else
+    if (con->cells) {
+      const PetscReal g[] = {-f[2 * i], -f[2 * i + 1]};
+
+      SlipDiskReaction(1.0, &x[2 * i], g, q[i], &rr[2 * i]);
+    } else
       rr[i] = SlipConeReaction(1.0, PetscRealPart(x[i]), -PetscRealPart(f[i]), PetscRealPart(q[i]));
   PetscCall(VecRestoreArrayWrite(r, &rr));
   PetscCall(VecRestoreArrayRead(con->g, &f));
