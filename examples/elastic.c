@@ -1,10 +1,15 @@
 static const char help[] =
-  "Displacement, stress and traction at points of an elastic half-space by slip on rectangles of any strike and dip.\n"
+  "Displacement, stress and traction at points of an elastic half-space by slip on rectangles of any strike and dip, "
+  "or on "
+  "triangles.\n"
   "  elastic -elastic_input slip.h5 -elastic_output fields.h5 -elastic_receiver 30,60,90\n"
-  "The input has /cells [N,7], x y z of the centre, length, width [m], strike and dip [deg]; /slip [N,3], along "
-  "strike,\n"
-  "up dip and opening [m]; /points [n,3], x y z [m]; x is north, y east, z down. The output has /displacement [n,3] "
+  "The input has /cells [N,7], x y z of the centre, length, width [m], strike and dip [deg], or /vertices [V,3], x y z "
+  "[m],\n"
+  "and /triangles [N,3], rows of them from 0; /slip [N,3], along strike, up dip and opening [m]; /points [n,3], x y z "
   "[m];\n"
+  "x is north, y east, z down. The hanging wall is above, or where /hanging_wall [N,3], vectors into those of "
+  "triangles,\n"
+  "points to. The output has /displacement [n,3] [m];\n"
   "/stress [n,6], xx yy zz xy xz yz, tension positive [Pa]; and with a receiver /traction [n,3], what its foot wall "
   "does\n"
   "to its hanging wall along the rake, across it, and normal, positive in compression [Pa]. output/surface.py draws "
@@ -21,7 +26,10 @@ typedef struct {
 
 typedef struct {
   PetscInt ncells, n;
-  PetscReal *cells, *slip, *points; /* [ncells][7], [ncells][3], [n][3] */
+  PetscReal *cells;         /* [ncells][7]; NULL of triangles, which have */
+  PetscReal *triangles;     /* [ncells][3][3], and perhaps */
+  PetscReal *side;          /* [ncells][3] */
+  PetscReal *slip, *points; /* [ncells][3], [n][3] */
 } Input;
 
 static PetscErrorCode ReadOptions(Options *o)
@@ -34,8 +42,8 @@ static PetscErrorCode ReadOptions(Options *o)
   PetscCall(SlipDeclareOptions("elastic_", "input output shear_modulus poisson_ratio full_space stress receiver"));
   PetscCall(SlipCheckOptionNames());
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Displacement and stress by slip", NULL);
-  PetscCall(PetscOptionsString("-elastic_input", "HDF5 file of rectangles, their slip, and points", NULL, o->input,
-                               o->input, sizeof(o->input), NULL));
+  PetscCall(PetscOptionsString("-elastic_input", "HDF5 file of rectangles or triangles, their slip, and points", NULL,
+                               o->input, o->input, sizeof(o->input), NULL));
   PetscCall(
     PetscOptionsString("-elastic_output", "HDF5 file to write", NULL, o->output, o->output, sizeof(o->output), NULL));
   PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, "-elastic_shear_modulus"));
@@ -60,20 +68,60 @@ static PetscErrorCode ReadOptions(Options *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0: corners of the triangles that a file names by rows of its vertices */
+static PetscErrorCode ReadTriangles(SlipH5 *h, Input *in)
+{
+  PetscInt vertices[2], dims[2], want[2] = {-1, 3};
+  PetscReal *vertex, *row;
+  PetscBool has;
+
+  PetscFunctionBeginUser;
+  PetscCall(SlipH5ReadRealSized(h, "/vertices", 2, want, "with the columns x y z", vertices, &vertex));
+  PetscCall(SlipH5ReadRealSized(h, "/triangles", 2, want, "three rows of /vertices each", dims, &row));
+  in->ncells = dims[0];
+  PetscCall(PetscMalloc1(9 * (size_t)in->ncells, &in->triangles));
+  for (PetscInt k = 0; k < 3 * in->ncells; k++) {
+    PetscCheck(row[k] >= 0 && row[k] < vertices[0] && row[k] == PetscFloorReal(row[k]), PETSC_COMM_SELF,
+               PETSC_ERR_FILE_UNEXPECTED,
+               "%s: /triangles, row %" PetscInt_FMT
+               " has the vertex %g, expected a whole number from 0 to %" PetscInt_FMT,
+               h->name, k / 3, (double)row[k], vertices[0] - 1);
+    PetscCall(PetscArraycpy(in->triangles + 3 * k, vertex + 3 * (PetscInt)row[k], 3));
+  }
+  PetscCall(PetscFree(vertex));
+  PetscCall(PetscFree(row));
+  PetscCall(SlipH5Has(h, "/hanging_wall", &has));
+  want[0] = in->ncells;
+  if (has)
+    PetscCall(SlipH5ReadRealSized(h, "/hanging_wall", 2, want, "a vector for each of the /triangles", dims, &in->side));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Rank 0 */
 static PetscErrorCode ReadFile(const Options *o, Input *in)
 {
   PetscInt dims[2], want[2] = {-1, 7};
+  PetscBool cells, triangles;
   SlipH5 h;
 
   PetscFunctionBeginUser;
   PetscCall(SlipH5OpenReadOption(NULL, "elastic_input", o->input, &h));
-  PetscCall(
-    SlipH5ReadRealSized(&h, "/cells", 2, want, "with the columns x y z length width strike dip", dims, &in->cells));
-  in->ncells = want[0] = dims[0];
+  PetscCall(SlipH5Has(&h, "/cells", &cells));
+  PetscCall(SlipH5Has(&h, "/triangles", &triangles));
+  PetscCheck(cells != triangles, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s has %s, expected /cells of rectangles, or /vertices and /triangles", o->input,
+             cells ? "/cells and /triangles" : "neither /cells nor /triangles");
+  if (triangles)
+    PetscCall(ReadTriangles(&h, in));
+  else {
+    PetscCall(
+      SlipH5ReadRealSized(&h, "/cells", 2, want, "with the columns x y z length width strike dip", dims, &in->cells));
+    in->ncells = dims[0];
+  }
+  want[0] = in->ncells;
   want[1] = 3;
   PetscCall(
-    SlipH5ReadRealSized(&h, "/slip", 2, want, "along strike, up dip and opening of the /cells", dims, &in->slip));
+    SlipH5ReadRealSized(&h, "/slip", 2, want, "along strike, up dip and opening of each cell", dims, &in->slip));
   want[0] = -1;
   PetscCall(SlipH5ReadRealSized(&h, "/points", 2, want, "with the columns x y z", dims, &in->points));
   in->n = dims[0];
@@ -81,9 +129,14 @@ static PetscErrorCode ReadFile(const Options *o, Input *in)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Numbers of rank 0, or NULL there, to all */
 static PetscErrorCode Broadcast(PetscMPIInt rank, PetscInt n, PetscReal **x)
 {
+  PetscMPIInt there = *x ? 1 : 0;
+
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Bcast(&there, 1, MPI_INT, 0, PETSC_COMM_WORLD));
+  if (!there) PetscFunctionReturn(PETSC_SUCCESS);
   if (rank) PetscCall(PetscMalloc1(n, x));
   PetscCallMPI(MPI_Bcast(*x, (PetscMPIInt)n, MPIU_REAL, 0, PETSC_COMM_WORLD));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -124,11 +177,19 @@ static PetscErrorCode Compute(const Options *o, const Input *in, SlipH5 *h)
   PetscCallMPI(MPI_Exscan(&own, &first, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
   points = in->points + 3 * first;
   PetscCall(PetscMalloc3(3 * own, &u, 6 * own, &stress, 3 * own, &traction));
-  PetscCall(SlipRectanglesDisplacement(o->poisson_ratio, o->full_space, in->ncells, cells, in->slip, own, points, u));
+  if (in->triangles)
+    PetscCall(SlipTrianglesDisplacement(o->poisson_ratio, o->full_space, in->ncells, in->triangles, in->side, in->slip,
+                                        own, points, u));
+  else
+    PetscCall(SlipRectanglesDisplacement(o->poisson_ratio, o->full_space, in->ncells, cells, in->slip, own, points, u));
   PetscCall(Write(h, "/displacement", "m", n, 3, u, own));
   if (o->stress || o->traction) {
-    PetscCall(SlipRectanglesStress(o->shear_modulus, o->poisson_ratio, o->full_space, in->ncells, cells, in->slip, own,
-                                   points, stress));
+    if (in->triangles)
+      PetscCall(SlipTrianglesStress(o->shear_modulus, o->poisson_ratio, o->full_space, in->ncells, in->triangles,
+                                    in->side, in->slip, own, points, stress));
+    else
+      PetscCall(SlipRectanglesStress(o->shear_modulus, o->poisson_ratio, o->full_space, in->ncells, cells, in->slip,
+                                     own, points, stress));
     PetscCall(Write(h, "/stress", "Pa", n, 6, stress, own));
   }
   if (o->traction) {
@@ -168,12 +229,16 @@ static PetscErrorCode Run(void)
   PetscCallMPI(MPI_Bcast(&in.ncells, 1, MPIU_INT, 0, PETSC_COMM_WORLD));
   PetscCallMPI(MPI_Bcast(&in.n, 1, MPIU_INT, 0, PETSC_COMM_WORLD));
   PetscCall(Broadcast(rank, 7 * in.ncells, &in.cells));
+  PetscCall(Broadcast(rank, 9 * in.ncells, &in.triangles));
+  PetscCall(Broadcast(rank, 3 * in.ncells, &in.side));
   PetscCall(Broadcast(rank, 3 * in.ncells, &in.slip));
   PetscCall(Broadcast(rank, 3 * in.n, &in.points));
   PetscCall(Compute(&o, &in, &h));
   if (!rank) ierr = SlipH5Close(&h);
   PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
   PetscCall(PetscFree(in.cells));
+  PetscCall(PetscFree(in.triangles));
+  PetscCall(PetscFree(in.side));
   PetscCall(PetscFree(in.slip));
   PetscCall(PetscFree(in.points));
   PetscFunctionReturn(PETSC_SUCCESS);

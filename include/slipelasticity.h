@@ -146,6 +146,15 @@ PETSC_EXTERN PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscB
                                                const PetscReal points[], PetscReal stress[]);
 PETSC_EXTERN PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscReal side[],
                                                    PetscReal angles[], PetscReal directions[]);
+/* The same of many, vertices [ncells][3][3], slip [ncells][3], with hanging walls at the sides [ncells][3] or NULL. */
+PETSC_EXTERN PetscErrorCode SlipTrianglesDisplacement(PetscReal nu, PetscBool full_space, PetscInt ncells,
+                                                      const PetscReal vertices[], const PetscReal side[],
+                                                      const PetscReal slip[], PetscInt n, const PetscReal points[],
+                                                      PetscReal u[]);
+PETSC_EXTERN PetscErrorCode SlipTrianglesStress(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt ncells,
+                                                const PetscReal vertices[], const PetscReal side[],
+                                                const PetscReal slip[], PetscInt n, const PetscReal points[],
+                                                PetscReal stress[]);
 /* Tractions [n][3], along the rake, across it and normal, on planes with directions [n][3][3]. */
 PETSC_EXTERN void SlipPlaneDirections(PetscReal strike, PetscReal dip, PetscReal rake, PetscReal directions[]);
 PETSC_EXTERN void SlipStressTraction(PetscInt n, const PetscReal stress[], const PetscReal directions[],

@@ -43,9 +43,8 @@ def mesh_cells(mesh):
 
 
 def cells_of(path, mesh, of):
-    """[N, 7], and the shape of a grid; of: its extents. Files of before dipping faults know neither strike nor dip."""
-    if "triangles" in mesh:
-        raise OutputError(f"{path}: a fault of triangles, whose ground only -fault_surface_stations of the run know yet; expected rectangles")
+    """[N, 7], of triangles their centroids and extents, and the shape of a grid; of: its extents. Files of before dipping faults know neither
+    strike nor dip."""
     if "length" in mesh:
         return mesh_cells(mesh), None
     missing = [name for name in ("length_x", "length_z", "depth_top") if name not in of]
@@ -58,6 +57,18 @@ def cells_of(path, mesh, of):
 def triangles_of(mesh):
     """Corners [N, 3, 3], north, east and down [m], of a mesh of triangles; None of another one."""
     return mesh["vertices"][mesh["triangles"].astype(int)] if "triangles" in mesh else None
+
+
+def level_of(triangles, depth):
+    """Where triangles [N, 3, 3] are at a depth [m]: [n, 2, 3]."""
+    below = triangles[:, :, 2] > depth
+    cut = triangles[below.any(axis=1) & ~below.all(axis=1)]
+    ends = []
+    for begin, end in zip(cut, np.roll(cut, -1, axis=1)):
+        for a, b in zip(begin, end):
+            if (a[2] > depth) != (b[2] > depth):
+                ends.append(a + (depth - a[2]) / (b[2] - a[2]) * (b - a))
+    return np.reshape(ends, (-1, 2, 3))
 
 
 def free_sides(triangles):

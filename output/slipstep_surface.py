@@ -14,7 +14,7 @@ import tempfile
 import h5py
 import numpy as np
 
-from slipstep_cells import cells_of, corners_of, free_edges
+from slipstep_cells import cells_of, corners_of, free_edges, free_sides, level_of, triangles_of
 from slipstep_output import OutputError
 from slipstep_time import written
 
@@ -23,16 +23,19 @@ NO_GROUND = "{}: a run in a full space, which has no ground; expected one with -
 
 
 class Source:
-    """Rectangles with slip along their rakes, and the rock.
+    """Cells with slip along their rakes, and the rock.
 
-    cells  [N, 7]  x y z length width [m], strike and dip [deg]
-    rake   [N]     [deg]
-    slip   [N]     [m], along the rake
-    words  what the slip is, for a title
+    cells      [N, 7]     x y z length width [m], strike and dip [deg]
+    rake       [N]        [deg]
+    slip       [N]        [m], along the rake
+    words      what the slip is, for a title
+    shape      of a grid, or None
+    triangles  [N, 3, 3]  corners of cells that are triangles, north, east and down [m], counterclockwise around the normals into their hanging
+               walls; None: rectangles
     """
 
-    def __init__(self, path, cells, rake, slip, shear_modulus, poisson_ratio, words, shape=None):
-        self.path, self.cells, self.rake, self.slip, self.words, self.shape = path, cells, rake, slip, words, shape
+    def __init__(self, path, cells, rake, slip, shear_modulus, poisson_ratio, words, shape=None, triangles=None):
+        self.path, self.cells, self.rake, self.slip, self.words, self.shape, self.triangles = path, cells, rake, slip, words, shape, triangles
         self.shear_modulus, self.poisson_ratio = shear_modulus, poisson_ratio
 
     @property
@@ -43,21 +46,33 @@ class Source:
 
     @property
     def corners(self):
-        """[N, 4, 3]: upper left, upper right, lower right, lower left, north, east and down [m]."""
-        return corners_of(self.cells)
+        """[N, 4, 3]: upper left, upper right, lower right, lower left, north, east and down [m]; or [N, 3, 3] of triangles."""
+        return corners_of(self.cells) if self.triangles is None else self.triangles
 
     def outline(self):
         """Edges that cells do not share [m], [n, 2, 3] each: upper ones, and all others."""
-        return free_edges(self.corners, self.shape)
+        return free_edges(self.corners, self.shape) if self.triangles is None else free_sides(self.triangles)
 
     def level(self, depth):
         """Where cells are at a depth [m]: [n, 2, 3]."""
+        if self.triangles is not None:
+            return level_of(self.triangles, depth)
         corners = self.corners
         top, bottom = corners[:, 0, 2], corners[:, 3, 2]
         there = (top <= depth) & (depth <= bottom)
         share = ((depth - top[there]) / (bottom - top)[there])[:, None]
         lines = np.stack([corners[there, k] + share * (corners[there, 3 - k] - corners[there, k]) for k in (0, 1)], axis=1)
         return np.stack([lines[0, 0], lines[-1, 1]])[None] if self.shape and len(lines) else lines
+
+    def write(self, file):
+        """Cells and slip, as the program elastic reads them."""
+        file["slip"] = self.vectors
+        if self.triangles is None:
+            file["cells"] = self.cells
+            return
+        corners = self.triangles
+        file["vertices"], file["triangles"] = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+        file["hanging_wall"] = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def _rake(mesh, n):
@@ -90,7 +105,7 @@ def slip_of_run(run, begin=None, end=None, field="displacement"):
     cells, shape = cells_of(run.path, run.mesh, parameters)
     what = "slip" if field == "slip" else "slip less that of the far field" if np.any(run.mesh.get("loading_rate", 0.0)) else "slip"
     return Source(run.path, cells, _rake(run.mesh, len(cells)), at(end) - at(begin), parameters["shear_modulus"], parameters["poisson_ratio"],
-                  f"{what} from {written(begin)} to {written(end)}", shape)
+                  f"{what} from {written(begin)} to {written(end)}", shape, triangles_of(run.mesh))
 
 
 def slip_of_event(catalogue, number):
@@ -103,7 +118,7 @@ def slip_of_event(catalogue, number):
     cells, shape = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
     return Source(catalogue.path, cells, _rake(catalogue.mesh, len(cells)), slip, catalogue.attributes["shear_modulus"],
                   catalogue.attributes.get("poisson_ratio", 0.25), f"event {number + 1}, M {catalogue.event['magnitude'][number]:.2f}, "
-                  f"at {written(catalogue.event['onset'][number])}", shape)
+                  f"at {written(catalogue.event['onset'][number])}", shape, triangles_of(catalogue.mesh))
 
 
 def find_program():
@@ -126,7 +141,8 @@ class Elastic:
         with tempfile.TemporaryDirectory() as folder:
             given, taken = os.path.join(folder, "in.h5"), os.path.join(folder, "out.h5")
             with h5py.File(given, "w") as file:
-                file["cells"], file["slip"], file["points"] = self.source.cells, self.source.vectors, points
+                self.source.write(file)
+                file["points"] = points
             command = ["mpirun", "-n", str(self.ranks)] if self.ranks > 1 else []
             command += [self.program, "-elastic_input", given, "-elastic_output", taken, "-elastic_poisson_ratio", repr(float(self.source.poisson_ratio)),
                         "-elastic_shear_modulus", repr(float(self.source.shear_modulus)), *options]

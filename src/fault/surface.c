@@ -135,21 +135,6 @@ static SlipDippingRectangle RectangleOf(const SlipFaultCell *c)
                                 PetscMin(90, degrees * PetscAtan2Real(down[2], hypot(down[0], down[1])))};
 }
 
-/* Of a triangle, whose own strike and dip may be those of its other side: slip [3] along its rake, with this cell's hanging wall */
-static PetscErrorCode OfTriangle(SlipFault fault, const SlipFaultCell *c, PetscReal rake, PetscInt n,
-                                 const PetscReal point[], PetscReal u[])
-{
-  const PetscReal nu = fault->options.value[FAULT_POISSON_RATIO], *normal = c->direction[2];
-  PetscReal slip[3] = {0, 0, 0}, own[9];
-
-  PetscFunctionBegin;
-  SlipDegrees(rake, &slip[1], &slip[0]);
-  PetscCall(SlipTriangleDirections(c->vertices, NULL, NULL, own));
-  if (normal[0] * own[6] + normal[1] * own[7] + normal[2] * own[8] < 0) slip[1] = -slip[1];
-  PetscCall(SlipTriangleDisplacement(nu, PETSC_FALSE, c->vertices, slip, n, point, u));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* For 1 m of slip of a cell along its rake, or along strike and up dip. Strike slip on planes along x has a form of its own. */
 static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
 {
@@ -169,7 +154,8 @@ static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
 
     fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &c);
     if (c.vertices) {
-      PetscCall(OfTriangle(fault, &c, rake, s->n, point, u));
+      SlipDegrees(rake, &slip[1], &slip[0]);
+      PetscCall(SlipTrianglesDisplacement(nu, PETSC_FALSE, 1, c.vertices, c.direction[2], slip, s->n, point, u));
       continue;
     }
     if (c.direction[0][0] == 1 && c.direction[1][2] == 1 && rake == 0) {

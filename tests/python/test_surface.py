@@ -13,7 +13,9 @@ from scripts import BUILD, SOURCE, FaultTest, PictureTest
 import h5py
 import numpy as np
 
+from meshfiles import joined, plane, write_hdf5
 from slipstep_catalogue import Catalogue
+from slipstep_cells import corners_of
 from slipstep_output import Run
 from slipstep_surface import Elastic, Source, look_vector, slip_of_event, slip_of_run
 
@@ -82,6 +84,50 @@ class Program(SurfaceTest):
             tensor = stress[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
             directions = [np.cos(rake) * along + np.sin(rake) * up, np.cos(rake) * up - np.sin(rake) * along, normal]
             np.testing.assert_allclose(traction, [-d @ tensor @ normal for d in directions], rtol=0, atol=1e-13 * np.abs(stress).max())
+
+    def test_triangles(self):
+        """A rectangle is its two triangles, on any number of ranks, with corners in any order; from its other side, which is the opposite strike,
+        slip up dip has the other sign. 1e-10: both closed forms lose a few digits where their edges cancel, a hundred times less."""
+        points = np.random.default_rng(2).uniform([-20, -20, 0], [20, 20, 4], (9, 3))
+        options = ("-elastic_receiver", "50,40,70", "-elastic_shear_modulus", "3", "-elastic_poisson_ratio", "0.3")
+        for strike, dip in ((50, 40), (50, 90), (230, 90)):
+            cell = np.array([[1, 2, 10, 8, 6, strike, dip]], float)
+            slip = np.array([0.5, 1.5, 0.2])
+            self.write("one.h5", cell, [slip], points)
+            wanted = self.elastic("one.h5", *options)
+            normal = np.cross(*np.diff(corners_of(cell)[0, :3], axis=0))  # into the foot wall: the corners go clockwise around the other one
+            triangles = [[0, 2, 1], [3, 0, 2], [0, 1, 2]]  # the last one without slip
+            for side, sign in ((None, 1 if strike < 180 else -1), (-normal, 1), (normal, -1)):
+                own = slip * (1, sign, 1)
+                with h5py.File(self.path("two.h5"), "w") as file:
+                    file["vertices"], file["triangles"], file["points"] = corners_of(cell)[0], triangles, points
+                    file["slip"] = [own, own, 0 * own]
+                    if side is not None:
+                        file["hanging_wall"] = np.tile(side, (3, 1))
+                for ranks in (1, 2):
+                    found = self.elastic("two.h5", *options, ranks=ranks)
+                    self.assertEqual(sorted(found), sorted(wanted))
+                    for key, (data, unit) in wanted.items():
+                        self.assertEqual(found[key][1], unit)
+                        np.testing.assert_allclose(found[key][0], data, rtol=0, atol=1e-10 * np.abs(data).max(), err_msg=f"{strike} {dip} {sign}")
+
+    def test_errors_of_triangles(self):
+        good = {"vertices": [[0, 0, 1], [4, 0, 1], [0, 0, 5]], "triangles": [[0, 1, 2]], "slip": [[1, 0, 0]], "points": [[0, 9, 0]]}
+        for message, change in (("neither /cells nor /triangles", {"triangles": None}), ("/vertices", {"vertices": None}),
+                                ("/cells and /triangles", {"cells": [[0, 0, 10, 10, 8, 0, 30]]}),
+                                ("/triangles, row 0 has the vertex 3", {"triangles": [[0, 1, 3]]}),
+                                ("/triangles, row 0 has the vertex 0.5", {"triangles": [[0, 0.5, 2]]}),
+                                ("/triangles, row 0 has the vertex -1", {"triangles": [[0, 1, -1]]}), ("/triangles", {"triangles": [[0, 1]]}),
+                                ("/slip", {"slip": [[1, 0, 0], [1, 0, 0]]}), ("/hanging_wall", {"hanging_wall": [[0, 1, 0], [0, 1, 0]]}),
+                                ("lies in the plane of a triangle", {"hanging_wall": [[1, 0, 0]]}),
+                                ("above the ground", {"vertices": [[0, 0, -1], [4, 0, 1], [0, 0, 5]]})):
+            with h5py.File(self.path("in.h5"), "w") as file:
+                for name, data in {**good, **change}.items():
+                    if data is not None:
+                        file[name] = np.array(data, float)
+            found = self.fault("-elastic_input", "in.h5", "-elastic_output", "out.h5", program=ELASTIC, code=1)
+            self.assertIn(message, found)
+            self.assertEqual(found.count("\n"), 1, found)
 
     def test_errors(self):
         self.write("in.h5", [[0, 0, 10, 10, 8, 0, 30]], [[1, 0, 0]], [[0, 0, 0]])
@@ -169,6 +215,35 @@ class Maps(SurfaceTest):
             np.testing.assert_allclose(file["points/displacement"], wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
             np.testing.assert_allclose(file["map/coulomb"], file["map/shear"][...] - 0.4 * file["map/normal"][...], rtol=0, atol=1e-6)
             self.assertEqual(file["map"].attrs["stress_depth"], 2000)
+
+    def test_triangles(self):
+        """Points of a run of triangles, on a fault that goes through the vertical, where some slip with the other wall's sign; a window of it is an
+        event of its catalogue; where the triangles are at a depth, and their outline."""
+        down = np.array([0, np.cos(np.radians(80)), np.sin(np.radians(80))])
+        mesh = joined(plane((4, 3), (500.0, 300.0), 0, 80, (0, 0, 100)), plane((4, 2), (500.0, 300.0), 0, 100, np.array([0, 0, 100]) + 900 * down))
+        write_hdf5(self.path("mesh.h5"), *mesh)
+        self.fault("-fault_mesh", "mesh.h5", "-fault_rake", "60", "-fault_friction_slip", "0.02", "-fault_output", "run.h5", "-fault_catalogue", "events.h5",
+                   "-fault_catalogue_maps", "-fault_surface_stations", POINTS)
+        wanted = self.recorded(self.path("run.h5"))
+        with h5py.File(self.numbers(self.path("run.h5"), "--points", "--look", "257", "39", "--components")) as file:
+            # the run adds the same numbers in another order; cancellation between cells
+            np.testing.assert_allclose(file["points/displacement"], wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
+        source = slip_of_run(Run(self.path("run.h5")))
+        upper, others = source.outline()
+        self.assertEqual((len(upper), len(others)), (4, 4 + 2 * 5))
+        line = source.level(250.0)
+        np.testing.assert_allclose(line[..., 2], 250)
+        self.assertAlmostEqual(np.linalg.norm(line[:, 1] - line[:, 0], axis=1).sum(), 2000)
+        event, window = slip_of_event(Catalogue(self.path("events.h5")), 0), Catalogue(self.path("events.h5")).event
+        window = slip_of_run(Run(self.path("run.h5")), window["onset"][0], window["end"][0])
+        np.testing.assert_array_equal(event.triangles, source.triangles)
+        np.testing.assert_allclose(event.slip, window.slip, rtol=0, atol=0.02 * window.slip.max())  # as in test_event
+        self.numbers(self.path("events.h5"), "--event", "1", "--receiver", "0", "80", "60")
+        # at the centroid of a triangle in the middle, slip relieves its plane
+        centre = event.cells[12:13]
+        change, shear, _ = Elastic(event).coulomb(centre[:, :3], (*centre[0, 5:7], 60), 0.0)
+        self.assertLess(shear[0], 0)
+        self.assertEqual(change[0], shear[0])
 
     def test_event(self):
         """An event of a catalogue is the window of the run in which it was; slip that relieves a plane lowers its own Coulomb stress."""
