@@ -15,10 +15,6 @@ PetscErrorCode SlipFaultChooseComponents(SlipFault fault)
              "-%sfault_slip_components 2 does not go with -%sfault_stiffness_file %s, which has a number for each pair "
              "of cells: expected 1",
              prefix, prefix, file);
-  PetscCheck(c == 1 || (fault->friction.law->always_slides && !fault->kind.inertia), fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_slip_components 2 needs rate-and-state friction without inertia: expected "
-             "-%sfault_friction_law rate_and_state or its like, or 1",
-             prefix, prefix);
   fault->layout.components = c;
   fault->layout.block = 2 * c + 1;
   fault->layout.rate = 0;

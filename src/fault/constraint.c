@@ -206,7 +206,11 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
     const SlipFrictionStageCell cell = {.diagonal = d[i], .omega = omega, .theta = fault->stage.theta, .s0 = s0[i]};
     PetscBool stable = PETSC_TRUE;
 
-    v[i] = creeps && creeps[i] ? vinf[i] : SlipFrictionStageRate(&friction, i, &cell, load[i], v[i], &stable);
+    if (creeps && creeps[i]) { /* prescribed; of two components a vector, which is there */
+      if (fault->layout.components == 1) v[i] = vinf[i];
+      continue;
+    }
+    v[i] = SlipFrictionStageRate(&friction, i, &cell, load[i], v[i], &stable);
     if (!stable) *unstable = PETSC_TRUE;
   }
   PetscCall(SlipArraysRestore(5, arrays));
@@ -417,8 +421,10 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
                                  fault->operators.Kn ? Coupling : NULL};
 
   PetscFunctionBegin;
-  if (!fault->stage.con)
+  if (!fault->stage.con) {
     PetscCall(SlipConstraintCreate(fault->comm, &ops, fault, fault->critical.uc, &fault->stage.con));
+    PetscCall(SlipConstraintSetComponents(fault->stage.con, fault->layout.components, fault->cells));
+  }
   fault->stage.con->number = fault->mesh.order;
   PetscCall(SlipConstraintSetRefuseUnstable(fault->stage.con, fault->kind.driven));
   PetscFunctionReturn(PETSC_SUCCESS);

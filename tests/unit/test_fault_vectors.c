@@ -163,6 +163,154 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
+/* Slip weakening from a given stress, with inertia and the exact root of the mass and K for viscosity: implicit steps, the cone in SNES */
+static SlipFault Weakening(PetscInt nx, PetscInt nz, PetscBool turned, PetscReal rake, PetscInt components)
+{
+  PetscReal load[64];
+  SlipFault fault;
+
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", nx * SIDE}, {"length_z", nz * SIDE}, {"rake", rake},
+                   {"slip_components", components}, {"normal_stress", 5e7}, {"normal_stress_gradient", 0},
+                   {"friction_slip", 0.1}, {"friction_residual", 0.5}, {"friction_drop", 0.1}, {"thickness", 3000}));
+  ok(SlipFaultSetString(fault, "kernel", "full_space"));
+  ok(SlipFaultSetString(fault, "initial", "traction"));
+  ok(SlipFaultSetString(fault, "viscosity", "sqrtm"));
+  ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
+  ok(SlipFaultSetInertia(fault, PETSC_TRUE));
+  for (PetscInt iz = 0; iz < nz; iz++)
+    for (PetscInt ix = 0; ix < nx; ix++) {
+      const PetscInt along = turned ? nz - 1 - iz : ix, up = turned ? ix : nz - 1 - iz;
+
+      load[iz * nx + ix] = 2.7e7 + 4e6 * PetscSinReal(1 + 1.3 * (PetscReal)along + 2.1 * (PetscReal)up);
+    }
+  ok(SlipFaultSetField(fault, "initial_traction", nx * nz, load));
+  return fault;
+}
+
+/* The end [nx nz][components] of a rupture, in steps of one size */
+static void Rupture(SlipFault fault, PetscInt steps, PetscReal u[], PetscInt *sliding)
+{
+  const PetscReal end = 6;
+  PetscReal v[128];
+  PetscInt N;
+  TS ts;
+  Vec w;
+
+  ok(FaultStart(fault, TSADAPTNONE, end / (PetscReal)steps, end, &w, &ts));
+  ok(TSSolve(ts, w));
+  N = fault->mesh.N;
+  ok(SlipFaultGetCellValues(fault, end, w, "displacement", N, u));
+  ok(SlipFaultGetCellValues(fault, end, w, "slip_rate", N, v));
+  *sliding = 0;
+  for (PetscInt i = 0; i < N; i++) *sliding += SlipFaultLength(fault, v + fault->layout.components * i) != 0;
+  ok(VecDestroy(&w));
+  ok(TSDestroy(&ts));
+}
+
+/* As of the smooth law; to the tolerance of stages, 1e-10 of the stress, which a rupture that stops forgets */
+static void a_line_ruptures_as_with_one_component(void **state)
+{
+  PetscReal one[8], two[16], most = 0;
+  PetscInt sliding, of_two;
+  SlipFault fault;
+
+  (void)state;
+  fault = Weakening(8, 1, PETSC_FALSE, 0, 1);
+  Rupture(fault, 300, one, &sliding);
+  ok(SlipFaultDestroy(&fault));
+  fault = Weakening(8, 1, PETSC_FALSE, 0, 2);
+  Rupture(fault, 300, two, &of_two);
+  ok(SlipFaultDestroy(&fault));
+  assert_int_equal(sliding, of_two);
+  for (PetscInt i = 0; i < 8; i++) most = PetscMax(most, PetscAbsReal(one[i]));
+  assert_true(most > 0.1);
+  for (PetscInt i = 0; i < 8; i++) {
+    AssertNear(two[2 * i], one[i], 1e-9 * most);
+    AssertNear(two[2 * i + 1], 0, 1e-9 * most);
+  }
+}
+
+static void ruptures_prefer_no_axis(void **state)
+{
+  PetscReal u[24], other[24], most = 0, across = 0;
+  PetscInt sliding;
+  SlipFault fault;
+
+  (void)state;
+  fault = Weakening(4, 3, PETSC_FALSE, 25, 2);
+  Rupture(fault, 200, u, &sliding);
+  ok(SlipFaultDestroy(&fault));
+  fault = Weakening(3, 4, PETSC_TRUE, 65, 2);
+  Rupture(fault, 200, other, &sliding);
+  ok(SlipFaultDestroy(&fault));
+  for (PetscInt i = 0; i < 12; i++) {
+    most = PetscMax(most, hypot(u[2 * i], u[2 * i + 1]));
+    across =
+      PetscMax(across, PetscAbsReal(u[2 * i + 1] * cos(25 * PETSC_PI / 180) - u[2 * i] * sin(25 * PETSC_PI / 180)));
+  }
+  assert_true(most > 0.1 && across > 1e-3 * most);
+  for (PetscInt iz = 0; iz < 3; iz++)
+    for (PetscInt ix = 0; ix < 4; ix++) {
+      const PetscInt i = iz * 4 + ix, j = (3 - ix) * 3 + (2 - iz);
+
+      AssertNear(u[2 * i], other[2 * j + 1], 1e-8 * most);
+      AssertNear(u[2 * i + 1], other[2 * j], 1e-8 * most);
+    }
+}
+
+/* Rest ends where the first stress, a vector that turns as loading goes on, is as long as the strength: with slips in all directions, on a
+   thrust whose strength slip changes. At the time that is found, and not before it. */
+static void rest_ends_where_the_first_vector_is_long_enough(void **state)
+{
+  enum { N = 9 };
+  SlipFault fault;
+  PetscReal rest, stress[2 * N], *a;
+  Vec w;
+
+  (void)state;
+  for (PetscInt dip = 30; dip <= 90; dip += 60) {
+    ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+    ok(FaultSetReals(fault, {"nx", 3}, {"nz", 3}, {"rake", 40}, {"slip_components", 2}, {"dip", dip},
+                     {"normal_stress", 5e7}, {"normal_stress_gradient", 0}, {"loading_rate", LOAD},
+                     {"initial_traction", 1e7}));
+    ok(SlipFaultSetString(fault, "friction_law", "constant"));
+    ok(SlipFaultSetString(fault, "initial", "traction"));
+    ok(SlipFaultSetUp(fault));
+    assert_int_equal(fault->operators.Kn ? 1 : 0, dip < 90);
+    ok(SlipFaultCreateState(fault, &w));
+    ok(VecGetArrayWrite(w, &a));
+    for (PetscInt i = 0; i < 5 * N; i++) a[i] = i % 5 < 2 || i % 5 == 4 ? 0 : 0.1 * PetscSinReal((PetscReal)(7 * i));
+    ok(VecRestoreArrayWrite(w, &a));
+    ok(SlipFaultRestTime(fault, 0, w, &rest));
+    assert_true(rest > 0 && rest < 1e11);
+    for (PetscInt part = 1; part <= 2; part++) { /* half of it, and all */
+      SlipFrictionCells friction;
+      PetscReal most = 0;
+      Vec later;
+
+      ok(VecDuplicate(w, &later));
+      ok(VecCopy(w, later));
+      ok(VecGetArray(later, &a));
+      for (PetscInt i = 0; i < N; i++)
+        for (PetscInt k = 0; k < 2; k++) a[5 * i + 2 + k] -= 0.5 * part * rest * LOAD * SlipFaultAlong(fault, i)[k];
+      ok(VecRestoreArray(later, &a));
+      ok(SlipFaultGetCellValues(fault, 0, later, "stress", N, stress));
+      ok(SlipFaultGetFrictionOf(fault, 0, later, &friction));
+      for (PetscInt i = 0; i < N; i++)
+        most = PetscMax(most, hypot(stress[2 * i], stress[2 * i + 1]) / (0.5 * friction.stress[i]));
+      /* H v_inf holds as well, some 10 Pa of 1e7 */
+      if (part == 1)
+        assert_true(most < 1 - 1e-4);
+      else
+        AssertNear(most, 1, 1e-5);
+      ok(VecDestroy(&later));
+    }
+    ok(VecDestroy(&w));
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
 static void wrong_combinations_are_refused(void **state)
 {
   SlipFault fault;
@@ -178,4 +326,5 @@ static void wrong_combinations_are_refused(void **state)
 }
 
 SLIP_TESTS(a_line_slips_as_with_one_component, axes_do_not_matter, friction_opposes_the_slip_rate_and_powers_add_up,
-           wrong_combinations_are_refused)
+           a_line_ruptures_as_with_one_component, ruptures_prefer_no_axis,
+           rest_ends_where_the_first_vector_is_long_enough, wrong_combinations_are_refused)
