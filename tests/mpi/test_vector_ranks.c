@@ -103,12 +103,12 @@ static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An odd number of cells, so that shares of rows are not shares of cells */
+/* An odd number of cells, so that shares of rows are not shares of cells; with the root and the stage operator, which is of both */
 static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
 {
   const SlipDippingGrid grid = {.grid = {9, 7, 900, 560, 0, *kernel}, .dip = 40, .tolerance = 1e-12};
   PetscInt n = 9 * 7, nlocal = PETSC_DECIDE;
-  Mat S[2], Kn[2];
+  Mat S[2], Kn[2], H[2], B[2];
 
   PetscFunctionBeginUser;
   PetscCall(PetscSplitOwnership(PETSC_COMM_WORLD, &nlocal, &n));
@@ -118,6 +118,14 @@ static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
   PetscCall(Compare(S[0], S[1], NULL, n, type));
   PetscCall(Compare(Kn[0], Kn[1], NULL, n, type));
   for (int k = 0; k < 2; k++) {
+    PetscCall(MatCreateSlipViscosity(S[k], 7.5e6, 0.25, "sqrtm", &H[k]));
+    PetscCall(MatCreateSlipStage(S[k], H[k], 7.5e6, &B[k]));
+    PetscCall(MatSlipStageSetTheta(B[k], 0.02));
+  }
+  PetscCall(Compare(B[0], B[1], NULL, n, type));
+  for (int k = 0; k < 2; k++) {
+    PetscCall(MatDestroy(&B[k]));
+    PetscCall(MatDestroy(&H[k]));
     PetscCall(MatDestroy(&S[k]));
     PetscCall(MatDestroy(&Kn[k]));
   }

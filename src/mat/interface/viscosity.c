@@ -16,7 +16,7 @@ static PetscErrorCode ViscosityCreate_None(Mat K, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Up to so many cells a hierarchical stiffness has a dense root; beyond, Lanczos' method applies it. */
+/* Up to so many rows a hierarchical stiffness has a dense root; beyond, Lanczos' method applies it. */
 #define SLIP_ROOT_DENSE_MAX 3000
 /* The same for averages over the cells of a grid, whose products by transforms are cheaper. */
 #define SLIP_ROOT_AVERAGE_MAX 1000
