@@ -35,14 +35,14 @@ typedef struct {
 } Derivatives;
 
 /* The derivative along e of a tensor of the second, third and fourth order. */
-static void Along2(const PetscReal v[5], const PetscReal e[3], PetscReal d[3])
+SLIP_WITHIN void Along2(const PetscReal v[5], const PetscReal e[3], PetscReal d[3])
 {
   d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
   d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
   d[2] = e[0] * v[2] + e[1] * v[4] - e[2] * (v[0] + v[3]);
 }
 
-static void Along3(const PetscReal v[7], const PetscReal e[3], PetscReal d[5])
+SLIP_WITHIN void Along3(const PetscReal v[7], const PetscReal e[3], PetscReal d[5])
 {
   d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
   d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
@@ -51,7 +51,7 @@ static void Along3(const PetscReal v[7], const PetscReal e[3], PetscReal d[5])
   d[4] = e[0] * v[4] + e[1] * v[6] - e[2] * (v[1] + v[5]);
 }
 
-static void Along4(const PetscReal v[9], const PetscReal e[3], PetscReal d[7])
+SLIP_WITHIN void Along4(const PetscReal v[9], const PetscReal e[3], PetscReal d[7])
 {
   d[0] = e[0] * v[0] + e[1] * v[1] + e[2] * v[2];
   d[1] = e[0] * v[1] + e[1] * v[3] + e[2] * v[4];
@@ -62,7 +62,7 @@ static void Along4(const PetscReal v[9], const PetscReal e[3], PetscReal d[7])
   d[6] = e[0] * v[6] + e[1] * v[8] - e[2] * (v[3] + v[7]);
 }
 
-static void Matrix(const PetscReal v[5], PetscReal m[3][3])
+SLIP_WITHIN void Matrix(const PetscReal v[5], PetscReal m[3][3])
 {
   m[0][0] = v[0];
   m[0][1] = m[1][0] = v[1];
@@ -73,8 +73,8 @@ static void Matrix(const PetscReal v[5], PetscReal m[3][3])
 }
 
 /* Of the point k; from the orders lowest to highest of V. */
-static void DerivativesOf(const SlipPotential *v, PetscInt k, const PetscReal b[3], PetscInt lowest, PetscInt highest,
-                          Derivatives *d)
+SLIP_WITHIN void DerivativesOf(const SlipPotential *v, PetscInt k, const PetscReal b[3], PetscInt lowest,
+                               PetscInt highest, Derivatives *d)
 {
   PetscReal fourth[9];
 
@@ -90,7 +90,7 @@ static void DerivativesOf(const SlipPotential *v, PetscInt k, const PetscReal b[
 }
 
 /* From the image's directions to x, y, z; those of the rectangle come out mirrored. */
-static void Turn(const PetscReal slope[2], PetscReal v[3])
+SLIP_WITHIN void Turn(const PetscReal slope[2], PetscReal v[3])
 {
   const PetscReal t = v[1], q = v[2];
 
@@ -98,7 +98,7 @@ static void Turn(const PetscReal slope[2], PetscReal v[3])
   v[2] = slope[1] * t - slope[0] * q;
 }
 
-static void TurnBoth(const PetscReal slope[2], PetscReal m[3][3])
+SLIP_WITHIN void TurnBoth(const PetscReal slope[2], PetscReal m[3][3])
 {
   for (int i = 0; i < 3; i++) Turn(slope, m[i]);
   for (int j = 0; j < 3; j++) {
@@ -120,8 +120,8 @@ static void Displacement(const SlipDipping *s, const Derivatives *d, PetscReal q
 }
 
 /* Its derivatives, g[i][l] of u_i along l */
-static void Gradient(const SlipDipping *s, const Derivatives *d, PetscReal q, PetscReal sign, PetscReal factor,
-                     PetscReal g[3][3])
+SLIP_WITHIN void Gradient(const SlipDipping *s, const Derivatives *d, PetscReal q, PetscReal sign, PetscReal factor,
+                          PetscReal g[3][3])
 {
   const PetscReal c = sign * (1 - s->a);
   PetscReal V2[3][3], U2[3][3];
@@ -137,8 +137,8 @@ static void Gradient(const SlipDipping *s, const Derivatives *d, PetscReal q, Pe
 }
 
 /* Z_i in the image's directions; down: the direction z in them */
-static void Deep(const SlipDipping *s, const Derivatives *d, const PetscReal down[3], PetscReal q, PetscReal z,
-                 PetscReal Z[3])
+SLIP_WITHIN void Deep(const SlipDipping *s, const Derivatives *d, const PetscReal down[3], PetscReal q, PetscReal z,
+                      PetscReal Z[3])
 {
   const PetscReal a = s->a, c = 1 - a;
   const PetscReal b3 = s->b[1] * down[1] + s->b[2] * down[2], U3 = d->U1[1] * down[1] + d->U1[2] * down[2];
@@ -156,8 +156,8 @@ static void Deep(const SlipDipping *s, const Derivatives *d, const PetscReal dow
 }
 
 /* The derivatives of z Z_i */
-static void DeepGradient(const SlipDipping *s, const Derivatives *d, const PetscReal down[3], PetscReal q, PetscReal z,
-                         PetscReal g[3][3])
+SLIP_WITHIN void DeepGradient(const SlipDipping *s, const Derivatives *d, const PetscReal down[3], PetscReal q,
+                              PetscReal z, PetscReal g[3][3])
 {
   const PetscReal a = s->a, c = 1 - a, b3 = s->b[1] * down[1] + s->b[2] * down[2], normal[3] = {0, 0, 1};
   PetscReal Z[3], Un[3], Uz[3], tensor[5], V3n[5], V3z[5], U2[5], U3n[5], U3z[5], rest[3][3];
@@ -180,6 +180,86 @@ static void DeepGradient(const SlipDipping *s, const Derivatives *d, const Petsc
                                       2 * a * (normal[i] * Uz[l] + normal[l] * Uz[i]));
 }
 
+/* What depends on the sources, of some points */
+typedef struct {
+  PetscReal b[3][SLIP_LANES], slope[2][SLIP_LANES], a[SLIP_LANES];
+} Sources;
+
+SLIP_WITHIN SlipDipping SourceOf(const Sources *of, PetscInt k)
+{
+  return (SlipDipping){
+    .b = {of->b[0][k], of->b[1][k], of->b[2][k]}, .slope = {of->slope[0][k], of->slope[1][k]}, .a = of->a[k]};
+}
+
+/* The gradient by the sources, whose slope is that of their images: z and up change their sign */
+SLIP_WIDE static void Gradients(PetscInt n, const Sources *of, const PetscReal q[], const SlipPotential *v,
+                                PetscReal out[restrict 9][SLIP_LANES])
+{
+  const PetscReal m[3] = {1, 1, -1};
+
+  for (PetscInt k = 0; k < n; k++) {
+    const SlipDipping s = SourceOf(of, k);
+    PetscReal g[3][3];
+    Derivatives d;
+
+    DerivativesOf(v, k, s.b, 2, 3, &d);
+    Gradient(&s, &d, q[k], -1, s.a, g);
+    TurnBoth(s.slope, g);
+    for (int i = 0; i < 9; i++) out[i][k] = m[i / 3] * m[i % 3] * g[i / 3][i % 3];
+  }
+}
+
+/* What the images add to it; rest: of X */
+SLIP_WIDE static void AddGradients(PetscInt n, const Sources *of, const PetscReal q[], const PetscReal z[],
+                                   const SlipPotential *v, const PetscReal (*rest)[SLIP_LANES],
+                                   PetscReal out[restrict 9][SLIP_LANES])
+{
+  const PetscReal m[3] = {1, 1, -1};
+
+  for (PetscInt k = 0; k < n; k++) {
+    const SlipDipping s = SourceOf(of, k);
+    const PetscReal down[3] = {0, s.slope[1], -s.slope[0]};
+    const PetscReal x[3][3] = {
+      {rest[0][k], rest[3][k], rest[4][k]}, {rest[3][k], rest[1][k], rest[5][k]}, {rest[4][k], rest[5][k], rest[2][k]}};
+    PetscReal g[3][3], deep[3][3];
+    Derivatives d;
+
+    DerivativesOf(v, k, s.b, 2, 4, &d);
+    Gradient(&s, &d, q[k], 1, 2 - s.a, g);
+    TurnBoth(s.slope, g);
+    DeepGradient(&s, &d, down, q[k], z[k], deep);
+    TurnBoth(s.slope, deep);
+    for (int i = 0; i < 9; i++)
+      out[i][k] = out[i][k] + m[i / 3] * (g[i / 3][i % 3] + x[i / 3][i % 3]) + deep[i / 3][i % 3];
+  }
+}
+
+/* Displacement, likewise */
+static void Displacements(const SlipDipping *const source[], PetscInt n, const PetscReal q[], const PetscReal z[],
+                          const SlipPotential *v, const PetscReal (*rest)[SLIP_LANES], PetscBool image, PetscReal out[])
+{
+  const PetscReal m[3] = {1, 1, -1};
+
+  for (PetscInt k = 0; k < n; k++) {
+    const SlipDipping *s = source[k];
+    const PetscReal down[3] = {0, s->slope[1], -s->slope[0]}, sign = image ? 1 : -1, factor = image ? 2 - s->a : s->a;
+    PetscReal *to = out + 3 * k, u[3], Z[3];
+    Derivatives d;
+
+    DerivativesOf(v, k, s->b, 1, 3, &d);
+    Displacement(s, &d, q[k], sign, factor, u);
+    Turn(s->slope, u);
+    for (int i = 0; i < 3; i++) {
+      if (rest) u[i] += rest[i][k];
+      to[i] = image ? to[i] + m[i] * u[i] : m[i] * u[i];
+    }
+    if (!image) continue;
+    Deep(s, &d, down, q[k], z[k], Z);
+    Turn(s->slope, Z);
+    for (int i = 0; i < 3; i++) to[i] += z[k] * Z[i];
+  }
+}
+
 /*
   SlipDippingAdd_Private - what V of the sources makes of 4 pi times the displacement or its gradient, or what V of the images and
   the part of X in the directions x, y, z add to it
@@ -188,42 +268,26 @@ void SlipDippingAdd_Private(const SlipDipping *const source[], PetscInt n, const
                             const SlipPotential *v, const PetscReal (*rest)[SLIP_LANES], PetscBool image,
                             PetscBool gradient, PetscReal out[])
 {
-  static const int entry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
-  const PetscReal m[3] = {1, 1, -1};
-  const PetscInt size = gradient ? 9 : 3, lowest = gradient ? 2 : 1;
+  static const PetscReal none[6][SLIP_LANES] = {{0}};
+  PetscReal g[9][SLIP_LANES];
+  Sources of;
 
-  for (PetscInt k = 0; k < n; k++) {
-    const SlipDipping *s = source[k];
-    const PetscReal down[3] = {0, s->slope[1], -s->slope[0]}, sign = image ? 1 : -1, factor = image ? 2 - s->a : s->a;
-    PetscReal *to = out + size * k, u[3], Z[3], g[3][3], deep[3][3];
-    Derivatives d;
-
-    DerivativesOf(v, k, s->b, lowest, image ? lowest + 2 : 3, &d);
-    if (gradient) {
-      Gradient(s, &d, q[k], sign, factor, g);
-      TurnBoth(s->slope, g);
-      for (int i = 0; i < 3; i++)
-        for (int l = 0; l < 3; l++) {
-          if (rest) g[i][l] += rest[entry[i][l]][k];
-          to[3 * i + l] = image ? to[3 * i + l] + m[i] * g[i][l] : m[i] * m[l] * g[i][l];
-        }
-      if (!image) continue;
-      DeepGradient(s, &d, down, q[k], z[k], deep);
-      TurnBoth(s->slope, deep);
-      for (int i = 0; i < 9; i++) to[i] += deep[i / 3][i % 3];
-    } else {
-      Displacement(s, &d, q[k], sign, factor, u);
-      Turn(s->slope, u);
-      for (int i = 0; i < 3; i++) {
-        if (rest) u[i] += rest[i][k];
-        to[i] = image ? to[i] + m[i] * u[i] : m[i] * u[i];
-      }
-      if (!image) continue;
-      Deep(s, &d, down, q[k], z[k], Z);
-      Turn(s->slope, Z);
-      for (int i = 0; i < 3; i++) to[i] += z[k] * Z[i];
-    }
+  if (!gradient) {
+    Displacements(source, n, q, z, v, rest, image, out);
+    return;
   }
+  for (PetscInt k = 0; k < n; k++) {
+    for (int i = 0; i < 3; i++) of.b[i][k] = source[k]->b[i];
+    for (int i = 0; i < 2; i++) of.slope[i][k] = source[k]->slope[i];
+    of.a[k] = source[k]->a;
+    for (int i = 0; i < 9 && image; i++) g[i][k] = out[9 * k + i];
+  }
+  if (image)
+    AddGradients(n, &of, q, z, v, rest ? rest : none, g);
+  else
+    Gradients(n, &of, q, v, g);
+  for (PetscInt k = 0; k < n; k++)
+    for (int i = 0; i < 9; i++) out[9 * k + i] = g[i][k];
 }
 
 /* A point in the directions of its rectangle or of the image, which has those of the rectangle, mirrored: of a point at -z
