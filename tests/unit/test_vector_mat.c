@@ -417,6 +417,58 @@ static void hierarchical(void **state)
   }
 }
 
+/* Of two groups of cells far from each other a block of low rank holds what the one does to the other, a millionth of what cells do to
+   themselves: off by at most the tolerance of its own norm, and the traction by uniform slip along either component by ten times that of
+   its own, although it is small beside that of random slip in the same norm; compression too, and in either direction. */
+static void blocks_to_their_own_tolerance(void **state)
+{
+  enum { nx = 8, nz = 5, half = nx * nz, n = 2 * half };
+  static PetscReal data[8 * n];
+  const PetscReal tolerance = 1e-5;
+  SlipCells c = TwoDippingPlanes(nx, nz, data);
+  const PetscScalar *a[2];
+  Mat A[2][2];
+
+  (void)state;
+  for (PetscInt e = half; e < n; e++) data[e] += 5000;
+  c.kernel.type = &SlipKernelDippingVector;
+  for (int t = 0; t < 2; t++) {
+    ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &c, t ? "hmat" : "dense", tolerance, &A[0][t], &A[1][t]));
+    for (int m = 0; m < 2 && t; m++) ok(MatConvert(A[m][t], MATDENSE, MAT_INPLACE_MATRIX, &A[m][t]));
+  }
+  for (int m = 0; m < 2; m++) {
+    const PetscInt rows = m ? 1 : 2;
+
+    for (int t = 0; t < 2; t++) ok(MatDenseGetArrayRead(A[m][t], &a[t]));
+    for (PetscInt to = 0; to < n; to += half) {
+      const PetscInt from = half - to;
+      PetscReal error[3] = {0}, size[3] = {0}; /* of entries, and of both uniform slips */
+
+      for (PetscInt i = rows * to; i < rows * (to + half); i++) {
+        PetscReal sum[2][2] = {{0}};
+
+        for (PetscInt j = 2 * from; j < 2 * (from + half); j++) {
+          const PetscInt at = j * rows * n + i;
+
+          error[2] += PetscSqr(a[1][at] - a[0][at]);
+          size[2] += PetscSqr(a[0][at]);
+          for (int t = 0; t < 2; t++) sum[t][j % 2] += a[t][at];
+        }
+        for (int k = 0; k < 2; k++) {
+          error[k] += PetscSqr(sum[1][k] - sum[0][k]);
+          size[k] += PetscSqr(sum[0][k]);
+        }
+      }
+      assert_true(error[2] > 0 && error[2] <= PetscSqr(tolerance) * size[2]);
+      for (int k = 0; k < 2; k++) assert_true(error[k] <= PetscSqr(10 * tolerance) * size[k]);
+    }
+    for (int t = 0; t < 2; t++) {
+      ok(MatDenseRestoreArrayRead(A[m][t], &a[t]));
+      ok(MatDestroy(&A[m][t]));
+    }
+  }
+}
+
 /* The largest difference of two matrices of one size over the largest entry of size */
 static PetscReal LargestDifference(Mat a, Mat b, Mat size)
 {
@@ -629,4 +681,5 @@ static void refused(void **state)
 }
 
 SLIP_TESTS(blocks_are_tractions, pairs_at_once, projections_are_scalar, projections_at_any_dip, averages_are_reciprocal,
-           matrices, energy_knows_no_axes, hierarchical, transforms, grids_project, chosen, refused)
+           matrices, energy_knows_no_axes, hierarchical, blocks_to_their_own_tolerance, transforms, grids_project,
+           chosen, refused)
