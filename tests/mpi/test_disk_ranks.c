@@ -1,0 +1,202 @@
+/* Stages whose cells have two components, on all ranks and on this one alone, direct and by Krylov's methods, with
+   prescribed cells; and the generalised Jacobian of such cells, with its preconditioner, against their definitions.
+   */
+#include "ranks.h"
+#include "../vectors.h"
+
+enum { cells = 9 };
+
+/* The whole of x on each rank; from PetscMalloc() */
+static PetscErrorCode Whole(Vec x, PetscReal **a)
+{
+  VecScatter scatter;
+  PetscInt n;
+  const PetscReal *p;
+  Vec all;
+
+  PetscFunctionBegin;
+  PetscCall(VecScatterCreateToAll(x, &scatter, &all));
+  PetscCall(VecScatterBegin(scatter, x, all, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, x, all, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGetSize(all, &n));
+  PetscCall(PetscMalloc1(n, a));
+  PetscCall(VecGetArrayRead(all, &p));
+  PetscCall(PetscArraycpy(*a, p, n));
+  PetscCall(VecRestoreArrayRead(all, &p));
+  PetscCall(VecScatterDestroy(&scatter));
+  PetscCall(VecDestroy(&all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Solves, checks and gives the whole x; cell fixed has x = (0.1, -0.2). The worst cell is one of the stage. */
+static PetscErrorCode Solve(MPI_Comm comm, const VectorsNumbers *s, const char *type, PetscBool direct, PetscInt fixed,
+                            PetscReal **x)
+{
+  PetscReal beyond, opposite, balance, inside;
+  const PetscReal start[] = {0.1, -0.2};
+  SNESConvergedReason reason;
+  PetscInt worst;
+  Vectors p;
+  SNES snes;
+  Vec v, r;
+
+  PetscFunctionBegin;
+  PetscCall(VectorsCreate(comm, s, &p));
+  p.fixed = fixed;
+  PetscCall(VecDuplicate(p.l.load, &v));
+  PetscCall(VecDuplicate(p.l.load, &r));
+  for (PetscInt i = 0; i < 2 * s->n; i++) PetscCall(VecSetValue(v, i, start[i % 2], INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(v));
+  PetscCall(VecAssemblyEnd(v));
+  PetscCall(VectorsCreateSolver(&p, type, direct, &snes));
+  PetscCall(VectorsSolve(&p, snes, v, r, &reason));
+  PetscCall(SNESSlipGetWorstCell(snes, &worst, NULL));
+  PetscCheck(reason > 0, comm, PETSC_ERR_USER, "law %" PetscInt_FMT " by %s, direct %d: %s", s->law, type, (int)direct,
+             SNESConvergedReasons[reason]);
+  PetscCheck(worst >= 0 && worst < s->n, comm, PETSC_ERR_USER, "the worst cell is %" PetscInt_FMT, worst);
+  PetscCall(VectorsCheck(&p, v, r, &beyond, &opposite, &balance, &inside));
+  PetscCheck(inside == 0 && beyond <= 1e-12 && opposite <= 1e-10 && balance <= 1e-9, PETSC_COMM_SELF, PETSC_ERR_USER,
+             "law %" PetscInt_FMT ": beyond %g, opposite %g, balance %g", s->law, (double)beyond, (double)opposite,
+             (double)balance);
+  PetscCall(Whole(v, x));
+  PetscCheck(fixed < 0 || ((*x)[2 * fixed] == start[0] && (*x)[2 * fixed + 1] == start[1]), comm, PETSC_ERR_USER,
+             "the prescribed cell moves");
+  PetscCall(SNESDestroy(&snes));
+  PetscCall(VecDestroy(&v));
+  PetscCall(VecDestroy(&r));
+  PetscCall(VectorsDestroy(&p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* 1e-8: each solution is within the residual tolerance of 1e-10 times a condition number of about 100; projection,
+   which no step polishes, for the constant bound. */
+static PetscErrorCode TestSolutions(void)
+{
+  uint64_t seed = 5;
+
+  PetscFunctionBegin;
+  for (PetscInt trial = 0; trial < 4 * VECTORS_LAWS; trial++) {
+    const PetscInt law = trial % VECTORS_LAWS, fixed = VectorsIsSmooth(law) && trial >= 2 * VECTORS_LAWS ? 6 : -1;
+    PetscReal *x[4] = {NULL}, size = 0;
+    VectorsNumbers s;
+    PetscInt n = 3;
+
+    PetscCall(VectorsRandomNumbers(cells, 2, law, &seed, &s));
+    s.friction *= 0.1; /* far from where stages have no solution */
+    PetscCall(Solve(PETSC_COMM_SELF, &s, SNESSEMISMOOTH, PETSC_TRUE, fixed, &x[0]));
+    PetscCall(Solve(PETSC_COMM_WORLD, &s, SNESSEMISMOOTH, PETSC_TRUE, fixed, &x[1]));
+    PetscCall(Solve(PETSC_COMM_WORLD, &s, SNESSEMISMOOTH, PETSC_FALSE, fixed, &x[2]));
+    if (law == VECTORS_CONSTANT && s.theta < 1)
+      PetscCall(Solve(PETSC_COMM_WORLD, &s, SNESPROJECTION, PETSC_TRUE, fixed, &x[n++]));
+    for (PetscInt i = 0; i < 2 * cells; i++) size = PetscMax(size, PetscAbsReal(x[0][i]));
+    for (PetscInt k = 1; k < n; k++)
+      for (PetscInt i = 0; i < 2 * cells; i++)
+        PetscCheck(PetscAbsReal(x[k][i] - x[0][i]) <= 1e-8 * size, PETSC_COMM_WORLD, PETSC_ERR_USER,
+                   "trial %" PetscInt_FMT ", law %" PetscInt_FMT ", way %" PetscInt_FMT ": %.12g instead of %.12g",
+                   trial, law, k, (double)x[k][i], (double)x[0][i]);
+    for (PetscInt k = 0; k < n; k++) PetscCall(PetscFree(x[k]));
+    PetscCall(VectorsFreeNumbers(&s));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The Jacobian and the preconditioner of the last Krylov solve, found where the solver has them: J e_j is column j of
+   B + slope in rows and columns that slide and of the identity in others; P (diag(B) + slope) = I cell by cell, as no
+   slope here takes nine tenths of diag(B) away. Sums of few terms: rounding, over the largest entry. */
+static PetscErrorCode TestJacobian(void)
+{
+  uint64_t seed = 23;
+  PetscInt first, last, N = 2 * cells, sliding = 0;
+  PetscReal *m, *d, *c, *diagonal;
+  SNESConvergedReason reason;
+  Vec mask, slope, cross, diag, x, r, e, y;
+  VectorsNumbers s;
+  Vectors p;
+  SNES snes;
+  Mat J, B;
+  KSP ksp;
+  PC pc;
+
+  PetscFunctionBegin;
+  PetscCall(VectorsRandomNumbers(cells, 2, VECTORS_WEAKENING, &seed, &s));
+  for (PetscInt i = 0; i < N; i++) s.load[i] *= i == 4 || i == 5 ? 0.01 : 3; /* one sticks */
+  PetscCall(VectorsCreate(PETSC_COMM_WORLD, &s, &p));
+  PetscCall(MatCreateVecs(p.l.B, &x, &r));
+  PetscCall(MatCreateVecs(p.l.B, &e, &y));
+  PetscCall(VectorsCreateSolver(&p, SNESSEMISMOOTH, PETSC_FALSE, &snes));
+  PetscCall(VectorsSolve(&p, snes, x, r, &reason));
+  PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_USER, "%s", SNESConvergedReasons[reason]);
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPGetOperators(ksp, &J, NULL));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(MatSlipJacobianGetParts(J, &B, &mask, &slope));
+  PetscCall(PetscObjectQuery((PetscObject)J, "SlipCross", (PetscObject *)&cross));
+  PetscCheck(B == p.l.B && cross, PETSC_COMM_WORLD, PETSC_ERR_USER, "the parts are not composed");
+  PetscCall(MatSlipJacobianSetParts(J, B, mask, slope)); /* for the preconditioner: they have changed since */
+  PetscCall(PCSetUp(pc));
+  PetscCall(VecDuplicate(x, &diag));
+  PetscCall(MatGetDiagonal(B, diag));
+  PetscCall(Whole(mask, &m));
+  PetscCall(Whole(slope, &d));
+  PetscCall(Whole(cross, &c));
+  PetscCall(Whole(diag, &diagonal));
+  PetscCall(VecGetOwnershipRange(y, &first, &last));
+  for (PetscInt j = 0; j < N; j++) {
+    const PetscInt other = j ^ 1;
+    const PetscReal *a;
+
+    sliding += m[j] != 0;
+    PetscCall(VecZeroEntries(e));
+    PetscCall(VecSetValue(e, j, 1, INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(e));
+    PetscCall(VecAssemblyEnd(e));
+    PetscCall(MatMult(J, e, y));
+    PetscCall(VecGetArrayRead(y, &a));
+    for (PetscInt i = first; i < last; i++) {
+      PetscReal expected = m[i] * m[j] * s.B[i * N + j];
+
+      if (i == j) expected = m[i] != 0 ? expected + d[i] : 1;
+      if (i == other) expected += m[i] * c[i / 2];
+      PetscCheck(PetscAbsReal(a[i - first] - expected) <= 1e-12 * (1 + PetscAbsReal(expected)), PETSC_COMM_SELF,
+                 PETSC_ERR_USER, "J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g instead of %g", i, j,
+                 (double)a[i - first], (double)expected);
+    }
+    PetscCall(VecRestoreArrayRead(y, &a));
+    PetscCall(VecSetValue(e, j, m[j] != 0 ? diagonal[j] + d[j] : 1, INSERT_VALUES));
+    if (m[j] != 0) PetscCall(VecSetValue(e, other, c[j / 2], INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(e));
+    PetscCall(VecAssemblyEnd(e));
+    PetscCall(PCApply(pc, e, y));
+    PetscCall(VecGetArrayRead(y, &a));
+    for (PetscInt i = first; i < last; i++)
+      PetscCheck(PetscAbsReal(a[i - first] - (i == j)) <= 1e-11, PETSC_COMM_SELF, PETSC_ERR_USER,
+                 "P J(%" PetscInt_FMT ",%" PetscInt_FMT ") is %g", i, j, (double)a[i - first]);
+    PetscCall(VecRestoreArrayRead(y, &a));
+  }
+  PetscCheck(sliding > 4 && sliding < N, PETSC_COMM_WORLD, PETSC_ERR_USER, "%" PetscInt_FMT " components slide",
+             sliding);
+  PetscCall(PetscFree(m));
+  PetscCall(PetscFree(d));
+  PetscCall(PetscFree(c));
+  PetscCall(PetscFree(diagonal));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&r));
+  PetscCall(VecDestroy(&e));
+  PetscCall(VecDestroy(&y));
+  PetscCall(VecDestroy(&diag));
+  PetscCall(SNESDestroy(&snes));
+  PetscCall(VectorsDestroy(&p));
+  PetscCall(VectorsFreeNumbers(&s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipStepInitializePackage());
+  PetscCall(TestSolutions());
+  PetscCall(TestJacobian());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+SLIP_RANKS(Run)
