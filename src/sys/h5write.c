@@ -1,4 +1,4 @@
-/* Writing datasets, attributes and growing series to HDF5 files. */
+/* Writing datasets and growing series to HDF5 files. */
 #include <slipstep/private/slipsys.h>
 #include <string.h>
 
@@ -115,11 +115,6 @@ PetscErrorCode SlipH5WriteFloat(SlipH5 *h, const char path[], PetscInt ndim, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static hid_t SlipH5PetscInt(void)
-{
-  return sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
-}
-
 /*@C
   SlipH5WriteInt - write an array of integers, stored in 64 bits; see SlipH5WriteReal()
 
@@ -165,142 +160,6 @@ PetscErrorCode SlipH5WriteStrings(SlipH5 *h, const char path[], PetscInt n, cons
   H5Tset_size(type, H5T_VARIABLE);
   H5Tset_cset(type, H5T_CSET_UTF8);
   ierr = SlipH5Write(h, path, 1, &n, type, type, strings, NULL);
-  H5Tclose(type);
-  PetscCall(ierr);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* n = 0: a scalar. An attribute that exists is replaced; in place when its type stays, which a live file allows: a
-   list does not change its length. */
-static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char attr[], PetscInt n, hid_t file_type,
-                                      hid_t mem_type, const void *value)
-{
-  const hsize_t size = (hsize_t)n;
-  hid_t object, space, type, id = -1;
-  herr_t err = -1;
-  PetscBool has;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5Has(h, path, &has));
-  if (!has) PetscCall(SlipH5Group(h, path));
-  object = H5Oopen(h->id, path, H5P_DEFAULT); /* HDF5 1.10 cannot write what H5Aopen_by_name() opens */
-  if (H5Aexists(object, attr) > 0) {
-    id = H5Aopen(object, attr, H5P_DEFAULT);
-    type = H5Aget_type(id);
-    if (H5Tequal(type, file_type) <= 0) {
-      H5Aclose(id);
-      id = -1;
-      H5Adelete(object, attr);
-    }
-    H5Tclose(type);
-  }
-  space = n ? H5Screate_simple(1, &size, NULL) : H5Screate(H5S_SCALAR);
-  if (id < 0) id = H5Acreate2(object, attr, file_type, space, H5P_DEFAULT, H5P_DEFAULT);
-  if (id >= 0) {
-    err = H5Awrite(id, mem_type, value);
-    if (H5Aclose(id) < 0) err = -1;
-  }
-  if (H5Oclose(object) < 0) err = -1;
-  H5Sclose(space);
-  PetscCheck(err >= 0 || h->failed, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write attribute %s of %s to %s",
-             attr, path, h->name);
-  if (h->failed) PetscCall(SlipH5WriteFailed(h, 0, "attribute %s of %s to %s", attr, path, h->name));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipH5WriteAttrReal - write a real attribute; the group is created when the path does not exist
-
-  Not collective.
-
-  Input Parameters:
-+ h     - file
-. path  - group or dataset
-. attr  - name of the attribute
-- value - the number, in a unit that the reader must know
-
-  Level: developer
-
-.seealso: SlipH5ReadAttrReal()
-@*/
-PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr[], PetscReal value)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipH5WriteAttr(h, path, attr, 0, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipH5WriteAttrInt - write an integer attribute (64 bits); the group is created when the path does not exist
-
-  Not collective.
-
-  Input Parameters:
-+ h     - file
-. path  - group or dataset
-. attr  - name of the attribute
-- value - the number
-
-  Level: developer
-
-.seealso: SlipH5ReadAttrInt()
-@*/
-PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], const char attr[], PetscInt value)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipH5WriteAttr(h, path, attr, 0, H5T_STD_I64LE, SlipH5PetscInt(), &value));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipH5WriteAttrInts - write a list of integers (64 bits) as an attribute; the group is created when it does not exist
-
-  Not collective.
-
-  Input Parameters:
-+ h      - file
-. path   - group or dataset
-. attr   - name of the attribute, which must not be there with another length
-. n      - number of integers, 1 to 8000: HDF5 has 64 kB for an attribute
-- values - the integers
-
-  Level: developer
-
-  Errors: PETSC_ERR_FILE_WRITE
-
-.seealso: SlipH5WriteAttrInt()
-@*/
-PetscErrorCode SlipH5WriteAttrInts(SlipH5 *h, const char path[], const char attr[], PetscInt n, const PetscInt values[])
-{
-  PetscFunctionBegin;
-  PetscCall(SlipH5WriteAttr(h, path, attr, n, H5T_STD_I64LE, SlipH5PetscInt(), values));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*@C
-  SlipH5WriteAttrString - write a string attribute (fixed length, UTF-8); the group is created when it does not exist
-
-  Not collective.
-
-  Input Parameters:
-+ h     - file
-. path  - group or dataset
-. attr  - name of the attribute
-- value - the text
-
-  Level: developer
-
-.seealso: SlipH5ReadAttrString()
-@*/
-PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char attr[], const char value[])
-{
-  const hid_t type = H5Tcopy(H5T_C_S1);
-  PetscErrorCode ierr;
-
-  PetscFunctionBegin;
-  H5Tset_size(type, strlen(value) + 1);
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  ierr = SlipH5WriteAttr(h, path, attr, 0, type, type, value);
   H5Tclose(type);
   PetscCall(ierr);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -97,6 +97,11 @@ PETSC_INTERN PetscErrorCode SlipFilesCheckNames(MPI_Comm comm, PetscInt n, const
 /* Names of the attributes of the root, to be freed one by one; more than most are an error */
 PETSC_INTERN PetscErrorCode SlipH5GetAttributes(SlipH5 *h, PetscInt most, PetscInt *n, char *names[]);
 PETSC_INTERN PetscErrorCode SlipH5IsText(SlipH5 *h, const char path[], const char attr[], PetscBool *text);
+/* What HDF5 calls a PetscInt in memory */
+static inline hid_t SlipH5PetscInt(void)
+{
+  return sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
+}
 /* ---- h5write.c, h5read.c: entries start to start + n of a dataset of N numbers, which is made with the first ---- */
 PETSC_INTERN PetscErrorCode SlipH5WritePiece(SlipH5 *h, const char path[], PetscInt N, PetscInt start, PetscInt n,
                                              const PetscReal data[]);
