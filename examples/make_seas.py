@@ -6,11 +6,13 @@ numbers of cells along strike and in depth.
     make_seas.py bp1 OUT.h5 --cell 200        BP1-QD: one long cell along strike, 40 km deep
     make_seas.py bp3 OUT.h5 --cell 100        BP3-QD: likewise, 40 km along the dip
     make_seas.py bp6 OUT.h5 --cell 100        BP6-QD: likewise, 40 km around the injection, and OUT_pressure.h5 for -fault_pore_pressure
+    make_seas.py bp7 OUT.h5 --cell 10         BP7-QD-A: 800 m x 800 m
 
-What is the same in all cells is in examples/seas_bp5.opts, seas_bp1.opts, seas_bp3.opts and seas_bp6.opts. A cell of BP5 has the parameters of its centre.
+What is the same in all cells is in examples/seas_bp5.opts and its like. A cell of BP5 or BP7 has the parameters of its centre.
 """
 
 import argparse
+import math
 import os
 import sys
 
@@ -23,6 +25,7 @@ import numpy as np
 from slipstep_seas import ORIGIN, STOP, pressure
 
 DEPTH, STRIKE = 40e3, 100e3  # of the faults, and of BP5 [m]
+SIDE = 800.0  # of BP7 [m]
 END = 2 * 3.15576e7  # of the record of pressure [s]: the benchmark's two years
 
 
@@ -52,12 +55,24 @@ def bp6(cell):
     return {"friction_a": (np.full((round(DEPTH / cell), 1), 0.007), "1")}
 
 
+def bp7(cell):
+    """a = 0.004 within 200 m of the middle, 0.016 beyond. Steady at 1e-9 m/s along strike, and at (-50, -50) m up to 1.75 MPa of shear stress more."""
+    x, z = np.meshgrid(centres(SIDE, cell) - SIDE / 2, centres(SIDE, cell) - SIDE / 2)
+    a = np.where(np.hypot(x, z) <= 200, 0.004, 0.016)
+    sigma, b, slip, rate, reference, damping = 25e6, 0.010, 5e-4, 1e-9, 1e-6, 0.5 * math.sqrt(32.03812e9 * 2670)
+    steady = sigma * a * np.arcsinh(rate / (2 * reference) * np.exp((0.6 + b * math.log(reference / rate)) / a)) + damping * rate
+    r2 = (x + 50) ** 2 + (z + 50) ** 2
+    inside = r2 < 150.0 ** 2
+    more = np.where(inside, 1.75e6 * np.exp(r2 / np.where(inside, r2 - 150.0 ** 2, -1)), 0)
+    return {"friction_a": (a, "1"), "initial_traction": (steady + more, "Pa"), "initial_state": (np.full_like(a, slip / rate), "s")}
+
+
 def record():
     """Times [s] of the record, which is linear between: dense where the pressure goes as a root of time."""
     return np.unique(np.concatenate([STOP * np.linspace(0, 1, 201) ** 2, STOP + (END - STOP) * np.linspace(0, 1, 301) ** 2]))
 
 
-MAKE = {"bp1": bp1, "bp3": bp1, "bp5": bp5, "bp6": bp6}
+MAKE = {"bp1": bp1, "bp3": bp1, "bp5": bp5, "bp6": bp6, "bp7": bp7}
 
 
 def arguments():
@@ -67,7 +82,7 @@ def arguments():
     parser.add_argument("--cell", type=float, required=True, metavar="M", help="side of the cells, in depth [m]")
     a = parser.parse_args()
     # edges of cells are where the properties of BP5 change
-    unit = 1e3 if a.benchmark in ("bp1", "bp3") else 4e3
+    unit = {"bp1": 1e3, "bp3": 1e3, "bp7": 100.0}.get(a.benchmark, 4e3)
     if not a.cell > 0 or abs(unit / a.cell - round(unit / a.cell)) > 1e-9:
         parser.error(f"--cell is {a.cell:g} m, expected {unit:g} m or a whole part of it, as {unit / 2:g} or {unit / 4:g}")
     return a

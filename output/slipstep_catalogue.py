@@ -12,7 +12,7 @@ import os
 import h5py
 import numpy as np
 
-from slipstep_output import OutputError, _plain, drawn, open_file
+from slipstep_output import OutputError, _plain, drawn, open_file, split
 
 
 class Catalogue:
@@ -55,10 +55,21 @@ class Catalogue:
         return self.event[f"fault_{name}"][:, list(self.faults).index(label)]
 
     def map(self, name):
-        """"slip" [m], of two components its magnitude, or "rupture_time" [s] after the onset, NaN where a cell stayed below the rate; with
-        -fault_catalogue_maps."""
+        """"slip" [m], of two components its magnitude, or one of them, "slip_along_strike", "slip_up_dip"; or "rupture_time" [s] after the onset, NaN
+        where a cell stayed below the rate; with -fault_catalogue_maps."""
+        name, part = split(name)
         with open_file(self.path, "fault -fault_catalogue writes it") as file:
             if f"maps/{name}" not in file:
                 raise OutputError(f"{self.path}: no /maps/{name}; fault -fault_catalogue_maps writes it")
             maps = file[f"maps/{name}"][:self.count]
-            return drawn(maps) if maps.ndim > file["maps/rupture_time"].ndim else maps
+            if maps.ndim > file["maps/rupture_time"].ndim:
+                return drawn(maps, part)
+            if part is not None:
+                raise OutputError(f"{self.path}: /maps/{name} has one component; expected a run with -fault_slip_components 2")
+            return maps
+
+    @property
+    def has_vectors(self):
+        """Whether the maps of slip have two components."""
+        with open_file(self.path, "fault -fault_catalogue writes it") as file:
+            return "maps/slip" in file and file["maps/slip"].ndim > file["maps/rupture_time"].ndim

@@ -224,6 +224,12 @@ class Run(Cells):
                 raise OutputError(f"{self.path}: {source} has one component; expected a run with -fault_slip_components 2")
             return group["time"][:rows], maps
 
+    def has_vectors(self, name):
+        """Whether a field has two components, which field() takes apart by "slip_along_strike" and "slip_up_dip"."""
+        with self._open() as file:
+            data = file.get(f"fields/{name}")
+            return data is not None and data.ndim > (2 if self.planes else 3)
+
     def field_at(self, name, time):
         """The stored map nearest to a time [s]: its own time and the map [Nz, Nx], or [N] of irregular cells."""
         times, maps = self.field(name)

@@ -2,7 +2,7 @@
 
 The benchmarks are described by Jiang and Erickson (2020), SEAS Benchmark Problems BP5-QD and BP5-FD, in the supplement of Jiang et al. (2022),
 doi:10.1029/2021JB023519; Erickson and Jiang (2018), SEAS Benchmark Problem BP1-QD; Erickson et al. (2023), BP3-QD, doi:10.1785/0120220066;
-and for BP6-QD by SEAS_BP6_Nov18.pdf (Lambert et al. 2025).
+for BP6-QD by SEAS_BP6_Nov18.pdf (Lambert et al. 2025), and for BP7-QD-A by its description there.
 Files, columns, units and headers are those that public codes write for them: HBI, EQquasi, TriBIE, Thrase.jl.
 
 Lines of a header begin with #, then comes a line with the names of the columns, then rows of numbers: times in s, slips in m, slip rates as
@@ -21,7 +21,7 @@ NOTHING = 1e-30  # m/s
 FRONT_RATE = 0.1  # m/s: a cell of BP5 breaks when it is that fast first
 PAUSE = 3.15576e7  # s: events that begin earlier after the one before belong to it, as a rupture may pause
 NEVER = 1e9  # s: the time of cells that do not break
-ORIGIN = {"bp5": 50e3, "bp6": 20e3}  # where BP5's x2 and BP6's z are 0 [m], along strike and in depth
+ORIGIN = {"bp5": 50e3, "bp6": 20e3, "bp7": 400.0}  # where BP5's x2 and BP6's z are 0 [m], along strike and in depth, and BP7's x2 and x3
 DAY = 86400.0
 PLATES = 1e-9  # rate of BP3's [m/s]
 # BP6: hydraulic diffusivity [m^2/s], compressibility [1/Pa], porosity, flux [m/s], its end [s]
@@ -38,6 +38,7 @@ BENCHMARKS = {
     "bp1": {"name": "BP1-QD", "station": ("t", "slip", "slip_rate", "shear_stress", "state")},
     "bp3": {"name": "BP3-QD", "station": ("t", "slip", "slip_rate", "shear_stress", "normal_stress", "state")},
     "bp5": {"name": "BP5-QD", "station": ("t", "slip_2", "slip_3", "slip_rate_2", "slip_rate_3", "shear_stress_2", "shear_stress_3", "state")},
+    "bp7": {"name": "BP7-QD-A", "station": ("t", "slip_2", "slip_3", "slip_rate_2", "slip_rate_3", "shear_stress_2", "shear_stress_3", "state")},
     "bp6": {"name": "BP6-QD-A", "station": ("t", "slip", "slip_rate", "shear_stress", "pore_pressure", "darcy_vel", "state")},
 }
 erfc = np.vectorize(math.erfc, otypes=[float])
@@ -159,14 +160,15 @@ class Writer:
         if vectors:
             values.update({"slip_3": -station["slip"][:, 1], "slip_rate_3": log_rate(station["slip_rate"][:, 1]),
                            "shear_stress_3": station["traction"][:, 1] / 1e6})
-        x, z = station["cell_x"] - ORIGIN["bp5"], station["cell_z"] - (ORIGIN["bp6"] if self.benchmark == "bp6" else 0)
+        x = station["cell_x"] - ORIGIN["bp7" if self.benchmark == "bp7" else "bp5"]
+        z = station["cell_z"] - (ORIGIN[self.benchmark] if self.benchmark in ("bp6", "bp7") else 0)
         if self.benchmark == "bp3":  # thrust slip and its stress are positive there, slip of a normal fault negative
             dip, sign = dip_of(self.run)
             z /= math.sin(math.radians(dip))
             values.update(slip=sign * values["slip"], shear_stress=sign * values["shear_stress"], normal_stress=station["normal_stress"] / 1e6)
         if "pore_pressure" in wanted:
             values.update(pore_pressure=pressure(z, station["time"]) / 1e6, darcy_vel=darcy(z, station["time"]))
-        own = f"x2 = {x:g} m, x3 = {z:g} m" if self.benchmark == "bp5" else f"{'z' if self.benchmark != 'bp3' else 'distance along the dip'} = {z:g} m"
+        own = f"x2 = {x:g} m, x3 = {z:g} m" if self.benchmark in ("bp5", "bp7") else f"{'z' if self.benchmark != 'bp3' else 'distance along the dip'} = {z:g} m"
         notes = ["Slip along strike only: component 3 has no slip and no stress, and the rate 1e-30 m/s"] if "slip_3" in wanted and not vectors else []
         self.write(self.station_name(station), wanted, np.stack([values[column] for column in wanted], axis=1),
                    f"on fault, centre of the cell that has the station: {own}", notes)
@@ -175,6 +177,8 @@ class Writer:
         x, z = station["x"], station["z"]
         if self.benchmark == "bp5":
             return f"fltst_strk{(x - ORIGIN['bp5']) / 1e3:+03.0f}dp{z / 1e3:+03.0f}.txt"
+        if self.benchmark == "bp7":
+            return f"fltst_strk{x - ORIGIN['bp7']:+04.0f}dp{z - ORIGIN['bp7']:+04.0f}"
         if self.benchmark == "bp3":
             z /= math.sin(math.radians(dip_of(self.run)[0]))
         return f"fltst_strk{(z - ORIGIN['bp6']) / 100:+03.0f}" if self.benchmark == "bp6" else f"fltst_dp{z / 100:03.0f}"
@@ -189,8 +193,9 @@ class Writer:
     def totals(self):
         """global.dat: the moment rate is that of the whole fault, of BP6 over its length along strike."""
         series, fault = self.run.series, self.events.attributes
-        rate = "moment_rate" if self.benchmark == "bp5" else "moment_density_rate"
-        moment = fault["shear_modulus"] * fault["fault_area"] * series["mean_slip_rate"] / (1 if self.benchmark == "bp5" else fault["length_x"])
+        whole = self.benchmark in ("bp5", "bp7")
+        rate = "moment_rate" if whole else "moment_density_rate"
+        moment = fault["shear_modulus"] * fault["fault_area"] * series["mean_slip_rate"] / (1 if whole else fault["length_x"])
         self.write("global.dat", ("t", "max_slip_rate", rate), np.stack([series["time"], log_rate(series["max_slip_rate"]), moment], axis=1), "frictional domain")
 
     def rupture(self, window):
@@ -242,6 +247,6 @@ def write_files(benchmark, run, events, folder):
         writer.totals()
     if benchmark == "bp5":
         writer.rupture(first_event(events))
-    else:
+    elif benchmark != "bp7":
         writer.profiles()
     return writer.paths

@@ -27,7 +27,7 @@ class Source:
 
     cells      [N, 7]     x y z length width [m], strike and dip [deg]
     rake       [N]        [deg]
-    slip       [N]        [m], along the rake
+    slip       [N]        [m], along the rake; or [N, 2], along strike and up dip
     words      what the slip is, for a title
     shape      of a grid, or None
     triangles  [N, 3, 3]  corners of cells that are triangles, north, east and down [m], counterclockwise around the normals into their hanging
@@ -41,6 +41,8 @@ class Source:
     @property
     def vectors(self):
         """Slip [N, 3] along strike, up dip and opening."""
+        if self.slip.ndim == 2:
+            return np.pad(self.slip, ((0, 0), (0, 1)))
         turn = np.radians(self.rake)
         return np.stack([self.slip * np.cos(turn), self.slip * np.sin(turn), np.zeros_like(self.slip)], axis=1)
 
@@ -89,13 +91,18 @@ def slip_of_run(run, begin=None, end=None, field="displacement"):
         raise OutputError(f"{run.path}: attribute {missing[0]} of /parameters is missing; expected a file of SlipStep 0.3 or later")
     if parameters.get("kernel") == "full_space":
         raise OutputError(NO_GROUND.format(run.path))
-    times, maps = run.field(field)
+    if run.has_vectors(field):
+        times, along = run.field(f"{field}_along_strike")
+        maps = np.stack([along, run.field(f"{field}_up_dip")[1]], axis=-1)
+        maps = maps.reshape(len(times), -1, 2)
+    else:
+        times, maps = run.field(field)
+        maps = maps.reshape(len(times), -1)
     if len(times) < 2:
         raise OutputError(f"{run.path}: /fields/{field} has {len(times)} rows, expected two or more")
     begin, end = times[0] if begin is None else begin, times[-1] if end is None else end
     if not times[0] <= begin < end <= times[-1] * (1 + 1e-12):
         raise OutputError(f"{run.path}: /fields is from {written(times[0])} to {written(times[-1])}, expected a window within")
-    maps = maps.reshape(len(times), -1)
 
     def at(time):
         row = int(np.clip(np.searchsorted(times, time, side="right") - 1, 0, len(times) - 2))
@@ -114,7 +121,10 @@ def slip_of_event(catalogue, number):
         raise OutputError(f"{catalogue.path}: there is no event {number + 1}, expected one from 1 to {catalogue.count}")
     if catalogue.attributes.get("kernel") == "full_space":
         raise OutputError(NO_GROUND.format(catalogue.path))
-    slip = catalogue.map("slip")[number].reshape(-1) * catalogue.event["direction"][number]
+    if catalogue.has_vectors:
+        slip = np.stack([catalogue.map(f"slip_{part}")[number].reshape(-1) for part in ("along_strike", "up_dip")], axis=-1)
+    else:
+        slip = catalogue.map("slip")[number].reshape(-1) * catalogue.event["direction"][number]
     cells, shape = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
     return Source(catalogue.path, cells, _rake(catalogue.mesh, len(cells)), slip, catalogue.attributes["shear_modulus"],
                   catalogue.attributes.get("poisson_ratio", 0.25), f"event {number + 1}, M {catalogue.event['magnitude'][number]:.2f}, "

@@ -141,6 +141,42 @@ class SeasTest(PictureTest):
         # a cell reaches 0.1 m/s later than the catalogue's 1 mm/s
         self.assertGreater(t[core].min(), events["onset"][0])
 
+    def test_bp7(self):
+        """Both components: in the files, in the strength along the slip rate, and in the symmetry of a patch that is pushed in its middle."""
+        run, events, said = self.run_benchmark("bp7", 25, 300 / YEAR)
+        self.assertRegex(said, r"slip 10 s after it at \(100, 100\) m: 0\.\d+ m along strike, -0\.0001\d+ m up dip \(EQquasi: 0\.012076, -0\.000224\)")
+        self.assertIn("Files: 10 in ", said)
+        self.look(self.path("run.png"))
+        # cells of 10 m: 0.0226 m and 0.140 m/s; of 25 m, of which a cohesive zone has 2.6, some per cent more slip
+        with h5py.File(run.path) as file:
+            station = {name: data[...] for name, data in file["stations/0"].items()}
+        np.testing.assert_allclose(station["slip"][-1, 0], 0.0226, rtol=0.1)
+        np.testing.assert_allclose(events["peak_slip_rate"][0], 0.140, rtol=0.15)
+        _, names, rows = self.file("fltst_strk+000dp+000")
+        self.assertEqual(names, ["t", "slip_2", "slip_3", "slip_rate_2", "slip_rate_3", "shear_stress_2", "shear_stress_3", "state"])
+        np.testing.assert_allclose(rows[:, 1:3], station["slip"] * [1, -1], rtol=1e-8, atol=1e-18)
+        speed, theta = np.hypot(*station["slip_rate"].T), station["state"]
+        strength = 25e6 * 0.004 * np.arcsinh(speed / 2e-6 * np.exp((0.6 + 0.010 * np.log(1e-6 * theta / 5e-4)) / 0.004))
+        np.testing.assert_allclose(np.hypot(*station["traction"].T), strength, rtol=1e-9)
+        np.testing.assert_allclose(station["traction"], -strength[:, None] * station["slip_rate"] / speed[:, None], rtol=1e-9, atol=1e-6)
+        made = make_seas.bp7(25.0)
+        push = 1.75e6 * np.sin(np.linspace(0, np.pi, 32)) ** 4
+        with h5py.File(self.path("even.h5"), "w") as file:
+            for name, (values, _) in made.items():
+                file[name] = values
+            outside = made["friction_a"][0] > 0.01
+            steady = [made["initial_traction"][0][~outside].min(), made["initial_traction"][0][outside].min()]
+            file["initial_traction"][...] = np.where(outside, steady[1], steady[0]) + push[:, None] * push / 1.75e6
+        subprocess.run([FAULT, "-options_file", os.path.join(SOURCE, "examples", "seas_bp7.opts"), "-fault_nx", "32", "-fault_nz", "32", "-fault_parameters",
+                        self.path("even.h5"), "-fault_output", self.path("even_run.h5"), "-fault_progress", "no", "-ts_max_time", "100"],
+                       cwd=self.folder.name, check=True, capture_output=True)
+        with h5py.File(self.path("even_run.h5")) as file:
+            slip = file["fields/slip"][-1]
+        self.assertGreater(slip[..., 0].max(), 0.01)
+        self.assertGreater(np.abs(slip[..., 1]).max(), 1e-4 * slip[..., 0].max())
+        for turned in (slip[::-1] * [1, -1], slip[:, ::-1] * [1, -1]):
+            np.testing.assert_allclose(slip, turned, rtol=0, atol=1e-9 * slip.max())
+
     def test_bp1(self):
         """78.2 years, of other codes, to half a per cent."""
         run, events, said = self.run_benchmark("bp1", 200, 600)

@@ -187,6 +187,25 @@ class Maps(SurfaceTest):
         self.assertEqual(head, ["x [m]", "y [m]", "displacement_north [m]", "displacement_east [m]", "displacement_down [m]"])
         np.testing.assert_array_equal(np.array(rows, float)[:, 2:], found)
 
+    def test_vectors(self):
+        """Both components of slip, of a run with its points and of an event: vectors along strike and up dip, which turn where the load does not."""
+        self.fault(*GRID, "-fault_rake", "50", "-fault_slip_components", "2", "-fault_friction_b", "0.03", "-fault_friction_slip", "0.02", "-ts_max_time", "60y",
+                   "-fault_surface_stations", POINTS, "-fault_catalogue", "events.h5", "-fault_catalogue_maps")
+        wanted, source = self.recorded(self.path("run.h5")), slip_of_run(Run(self.path("run.h5")))
+        self.assertEqual(source.slip.shape, (30, 2))
+        rakes = np.degrees(np.arctan2(*source.slip.T[::-1]))
+        self.assertGreater(np.ptp(rakes), 0.5)
+        with h5py.File(self.numbers(self.path("run.h5"), "--points", "--components")) as file:
+            np.testing.assert_allclose(file["points/displacement"], wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
+        catalogue = Catalogue(self.path("events.h5"))
+        self.assertGreater(catalogue.count, 0)
+        event, (onset, end) = slip_of_event(catalogue, 0), (catalogue.event[name][0] for name in ("onset", "end"))
+        window = slip_of_run(Run(self.path("run.h5")), onset, end)
+        np.testing.assert_allclose(event.slip, window.slip, rtol=0, atol=0.02 * np.abs(window.slip).max())  # as in test_event
+        broke = np.isfinite(catalogue.map("rupture_time")[0].ravel())
+        self.assertAlmostEqual(catalogue.event["rake"][0], np.degrees(np.arctan2(*event.slip[broke].sum(axis=0)[::-1])), delta=1e-9)
+        self.assertAlmostEqual(catalogue.event["moment"][0], 30e9 * 12e3 * 8e3 / 30 * np.linalg.norm(event.slip.sum(axis=0)), delta=1e-9 * catalogue.event["moment"][0])
+
     def test_windows(self):
         """Two windows add up to the whole; the outline of a grid is what its cells' free edges are."""
         path = self.run_of_grid()

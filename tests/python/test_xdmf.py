@@ -82,12 +82,22 @@ READERS = [by_format] + ([by_vtk] if vtkXdmfReader else [])
 
 
 class Xdmf(FaultTest):
+    @staticmethod
+    def numbers(fields, cells):
+        """Of each entry and cell: a field of two components is two."""
+        found = {}
+        for key, data in fields.items():
+            data = data.reshape(len(data), cells, -1)
+            names = (key,) if data.shape[-1] == 1 else (f"{key}_along_strike", f"{key}_up_dip")
+            found.update((name, data[..., k]) for k, name in enumerate(names))
+        return found
+
     def compare(self, xdmf, h5, centre, size, least=10, readers=READERS):
         """centre [N, 3] with depths downwards, size [N, 2]. The number of entries"""
         for read in readers:
             times, entries = read(self.path(xdmf))
             with open_file(self.path(h5), "") as file:  # after the text, as it may grow
-                want = {key: file[f"fields/{key}"][...].reshape(len(file[f"fields/{key}"]), -1) for key in file["fields"] if key != "time"}
+                want = self.numbers({key: data[...] for key, data in file["fields"].items() if key != "time"}, len(centre))
                 expected = file["fields/time"][...]
             self.assertGreaterEqual(len(times), least)
             np.testing.assert_array_equal(times, expected[: len(times)])
@@ -111,6 +121,18 @@ class Xdmf(FaultTest):
             self.fault(*GRID, "-fault_output", name, *options)
             self.compare(name + ".xdmf2", name, *self.grid())
         self.assertEqual(sorted(os.listdir(self.folder.name)), sorted(n + e for n in ("a.h5", "of & two.h5", "fewer.h5") for e in ("", ".xdmf2")))
+
+    def test_vectors(self):
+        """Two components of slip, on a grid and on a mesh: a number for each."""
+        vectors = ["-fault_slip_components", "2", "-fault_rake", "30", "-ts_max_time", "3", "-fault_output_fields", "slip,traction,state"]
+        self.fault(*GRID, *vectors, "-fault_output", "a.h5")
+        self.compare("a.h5.xdmf2", "a.h5", *self.grid())
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "uniform", "--cells", "4", "3"], cwd=self.folder.name,
+                       check=True, capture_output=True)
+        with h5py.File(self.path("mesh")) as file:
+            cells = file["cells"][...]
+        self.fault("-fault_mesh", "mesh", *vectors, "-fault_output", "b.h5")
+        self.compare("b.h5.xdmf2", "b.h5", cells[:, :3], cells[:, 3:])
 
     def test_mesh_on_ranks(self):
         subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells", "5", "4", "--ratio", "2",
