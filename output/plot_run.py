@@ -32,6 +32,9 @@ KINDS = {"overview": set(), "snapshots": {"time", "field", "window"}, "rupture":
          "film": {"field", "window", "fps", "frames"}}
 
 
+LAYOUTS = 3  # of an overview: a bar is as far to the right as the layout before has made its map wide, and the layout leaves room for it
+
+
 def draw_error(axes, run, style, clock):
     """Local error estimate of each attempt that has one, with the limit 1 of the tolerances."""
     known = run.steps["error"] > 0
@@ -115,6 +118,8 @@ def figure(run, clock, log, wanted=None):
         plane.set_title(f"{labels[name][0]} at {clock.text(time)}")
     canvas.suptitle(f"{run.title}: {run.result['accepted']} accepted, {run.result['rejected']} rejected, "
                     f"{'final ' if run.complete else ''}mean slip {run.result['mean_slip']:.4f} m")
+    for _ in range(LAYOUTS):
+        canvas.get_layout_engine().execute(canvas)
     return canvas
 
 

@@ -72,6 +72,18 @@ class Overview(PictureTest):
             self.assertEqual([title for title in titles if title in ("Step size", "Error estimate (1 is the tolerance)")], panels)
             canvas.savefig(self.path("overview.png"))
 
+    def test_bars_are_within_the_picture(self):
+        """Whatever the shape of the map, those that fill their panels in both directions too: labels of the bars end before the picture does."""
+        for share in (1.4, 1.43, 1.45):
+            path = century.write_run(self.path("run.h5"))
+            with h5py.File(path, "r+") as file:
+                file["mesh/z"][...] *= share
+                end = file["series/time"][-1]
+            canvas = figure(Run(path), Clock(0.0, end), True)
+            canvas.savefig(self.path("overview.png"))
+            right = max(bar.get_tightbbox(canvas.canvas.get_renderer()).x1 for axes in canvas.axes for bar in axes.child_axes)
+            self.assertLessEqual(right, canvas.bbox.width, share)
+
 
 class FieldsTest(PictureTest):
     def test_rupture_times_are_those_of_the_front(self):
