@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Mesh files for -fault_mesh: rectangular cells on planes.
+"""Mesh files for -fault_mesh: rectangular cells on planes, and triangles by Gmsh.
 
     make_mesh.py OUT.h5 uniform --cells 20 20 --size 3000 3000
     make_mesh.py OUT.h5 graded --cells 40 30 --size 3000 3000 --ratio 4
     make_mesh.py OUT.h5 parallel --cells 20 20 --size 3000 3000 --offset 1000 --shift 500
     make_mesh.py OUT.h5 dipping --cells 40 20 --size 20000 10000 --strike 30 --dip 60
     make_mesh.py OUT.h5 listric --cells 40 20 --size 20000 10000 --dip 70 --dip-bottom 20
+    make_mesh.py OUT.msh listric --cells 40 20 --size 20000 10000 --dip 70 --dip-bottom 20
     make_mesh.py OUT.h5 segmented --cells 20 20 --size 10000 10000 --strikes 0 20 -10 --dip 70
 
 The first three are vertical, and the file holds /cells [n, 5], one row per cell: x (centre along strike), y (across), z
@@ -20,6 +21,10 @@ plane dips to the right of it. Of a listric fault the dip falls from row to row,
 Segments, of --size each, follow each other along strike. Where they dip they meet in lines that are no edges of rectangles:
 rows end where both their edges are within their segment, and leave steps, half as large with twice the rows. /fault [n] has
 the number of the segment.
+
+OUT.msh is for triangles, of dipping and listric faults: Gmsh (python3-gmsh) fills the fault without any rows, with sides as long
+as those of the cells would be in the mean, and writes its own format. Listric faults are arcs of a circle down dip; vertices are on the arc,
+and the cells of OUT.h5 are its chords.
 """
 
 import argparse
@@ -103,6 +108,47 @@ def segmented(cells, size, top, ratio, strikes, dip):
     return np.concatenate(rows), np.repeat(np.arange(len(strikes)), cells[0] * cells[1])
 
 
+def arc(size, top, dips):
+    """Where a point is at a distance down dip of a fault whose dip goes from dips[0] to dips[1] with that: a function of distances to
+    distances to the right and depths."""
+    first, bend = np.radians(dips[0]), np.radians(dips[1] - dips[0]) / size[1]
+
+    def at(down):
+        half = bend * down / 2  # a chord has the dip of its middle
+        chord = down * np.sinc(half / np.pi)
+        return chord * np.cos(first + half), top + chord * np.sin(first + half)
+    return at
+
+
+def write_triangles(path, cells, size, top, strike, dips):
+    """A file of Gmsh, of a fault that is a plane or an arc down dip: its plane of distances along strike and down dip is filled with triangles, and
+    vertices then moved to where they are in space, which keeps lengths. Returns their corners [N, 3, 3], north, east and down, in the file's order."""
+    need("gmsh")
+    import gmsh
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    side = np.sqrt(size[0] * size[1] / (cells[0] * cells[1]))
+    corners = [gmsh.model.geo.addPoint(x, y, 0, side) for x, y in ((0, 0), (size[0], 0), size, (0, size[1]))]
+    lines = [gmsh.model.geo.addLine(a, b) for a, b in zip(corners, corners[1:] + corners[:1])]
+    surface = gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop(lines)])
+    gmsh.model.geo.synchronize()
+    gmsh.model.addPhysicalGroup(2, [surface], 1)
+    gmsh.model.setPhysicalName(2, 1, "fault")
+    gmsh.model.mesh.generate(2)
+    tags, places, _ = gmsh.model.mesh.getNodes()
+    a = np.radians(strike)
+    along, down, _ = places.reshape(-1, 3).T
+    right, depth = arc(size, top, dips)(down)
+    places = np.column_stack([np.cos(a) * along - np.sin(a) * right, np.sin(a) * along + np.cos(a) * right, depth])
+    for tag, (north, east, depth) in zip(tags, places):
+        gmsh.model.mesh.setNode(tag, [east, north, -depth], [])
+    of = dict(zip(tags, places))
+    corners = np.array([of[tag] for tag in gmsh.model.mesh.getElementsByType(2)[1]]).reshape(-1, 3, 3)
+    gmsh.write(path)
+    gmsh.finalize()
+    return corners
+
+
 def write(path, rows, label=None):
     with h5py.File(path, "w") as file:
         file["cells"] = rows
@@ -114,7 +160,7 @@ def write(path, rows, label=None):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("output", metavar="OUT.h5")
+    parser.add_argument("output", metavar="OUT.h5", help="or OUT.msh, triangles of a dipping or listric fault")
     parser.add_argument("kind", choices=[*VERTICAL, *DIPPING])
     parser.add_argument("--cells", type=int, nargs=2, default=[20, 20], metavar=("NX", "NZ"), help="of each fault")
     parser.add_argument("--size", type=float, nargs=2, default=[3000, 3000], metavar=("LX", "LZ"),
@@ -147,6 +193,12 @@ def main():
         parser.error("--strike and --strikes must be from -360 to 360")
     if max(np.abs(np.diff(strikes)), default=0) >= 90:
         parser.error("--strikes must turn by less than 90 degrees from one to the next")
+    if a.output.endswith(".msh"):
+        if a.kind not in ("dipping", "listric") or ratio != 1:
+            parser.error(f"{a.output} is for triangles of one size on a dipping or listric fault, expected OUT.h5 for a {a.kind} one of ratio {ratio:g}")
+        corners = write_triangles(a.output, a.cells, a.size, a.top, strike, (dip, bottom if a.kind == "listric" else dip))
+        print(f"{a.output}: {len(corners)} triangles")
+        return
     label = None
     if a.kind == "segmented":
         rows, label = segmented(a.cells, a.size, a.top, ratio, strikes, dip)

@@ -3,7 +3,7 @@
 #   slipstep_build DIR [cmake argument...]
 #   slipstep_count FILE                  how many tests of a run of ctest passed, failed and were skipped
 #   slipstep_failures DIR                what the failed tests of that run in build folder DIR printed, the end of it
-#   slipstep_ready                       both for an example, into build/, unless SLIPSTEP_BUILD names a build
+#   slipstep_ready [extra package...]    both for an example, into build/, unless SLIPSTEP_BUILD names a build
 # Debian 12 and 13 and Ubuntu 24.04 call these packages alike. With PETSC_DIR set, PETSc and what it was built with are
 # the user's own; SLIPSTEP_SKIP_PACKAGES=1 skips the packages altogether.
 
@@ -163,7 +163,7 @@ slipstep_ready() {
     slipstep_find_python
     return
   fi
-  slipstep_setup
+  slipstep_setup "$@"
   [ -e build/CMakeCache.txt ] || options=(-DBUILD_TESTING=OFF)
   slipstep_build build "${options[@]}"
   SLIPSTEP_BUILD=build
