@@ -18,6 +18,8 @@ Files of other kinds are read by meshio where that is installed. Gmsh's .msh nee
 """
 
 import argparse
+import contextlib
+import io
 import os
 import re
 import struct
@@ -93,7 +95,7 @@ def read_stl(path):
 # ---- GOCAD ----
 
 def read_gocad(path):
-    corners, fault, names, surface, places, up, unit = [], [], {}, -1, {}, True, 1.0
+    corners, fault, names, surface, places, up, unit, system = [], [], {}, -1, {}, True, 1.0, False
     with open(path, errors="replace") as file:
         for line, text in enumerate(file, 1):
             words = text.split()
@@ -103,11 +105,13 @@ def read_gocad(path):
             if word == "GOCAD":
                 if len(words) < 2 or words[1].upper() != "TSURF":
                     raise MeshError(f"{path}, line {line}: a GOCAD {' '.join(words[1:2])}, expected a TSurf")
-                surface, places, up, unit = surface + 1, {}, True, 1.0
+                surface, places, up, unit, system = surface + 1, {}, True, 1.0, False
                 names[surface] = ""
             elif surface < 0:
                 raise MeshError(f"{path}, line {line}: \"{words[0][:40]}\", expected GOCAD TSurf")
-            elif word.startswith("NAME:") or (word == "NAME" and len(words) > 1):
+            elif word in ("GOCAD_ORIGINAL_COORDINATE_SYSTEM", "END_ORIGINAL_COORDINATE_SYSTEM"):
+                system = not word.startswith("END")  # which has a NAME of its own
+            elif not system and (word.startswith("NAME:") or (word == "NAME" and len(words) > 1)):
                 names[surface] = text.split(":", 1)[-1].strip() if ":" in text else " ".join(words[1:])
             elif word == "ZPOSITIVE":
                 if len(words) != 2 or words[1].lower() not in ("elevation", "depth"):
@@ -168,7 +172,13 @@ def read_meshio(path):
         import meshio
     except ImportError:
         raise MeshError(f"{path}: expected .stl, .ts, or .txt, .dat or .flt of RSQSim; others need meshio, which is not installed") from None
-    mesh = meshio.read(path)
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            mesh = meshio.read(path)
+    except (Exception, SystemExit) as error:  # its readers raise what they like, and it may print a line and end the program
+        words = " ".join((said.getvalue() or str(error)).split())
+        raise MeshError(f"{path}: meshio cannot read it: {words or type(error).__name__}") from None
     blocks = [block.data for block in mesh.cells if block.type == "triangle"]
     if not blocks:
         raise MeshError(f"{path}: {', '.join(sorted({block.type for block in mesh.cells})) or 'nothing'}, expected triangles")
