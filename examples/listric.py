@@ -50,7 +50,7 @@ def write_fields(path, centres):
 def make(name, cell):
     cells = [round(extent / cell) for extent in SIZE]
     rows = make_mesh.listric(cells, SIZE, TOP, 1.0, STRIKE, DIPS)
-    make_mesh.write(f"{name}_rectangles_mesh.h5", rows)
+    make_mesh.write(f"{name}_rectangles_mesh.h5", rows, np.zeros(len(rows), int))
     write_fields(f"{name}_rectangles_fields.h5", rows[:, :3])
     corners = make_mesh.write_triangles(f"{name}_triangles_mesh.msh", cells, SIZE, TOP, STRIKE, DIPS)
     write_fields(f"{name}_triangles_fields.h5", corners.mean(axis=1))

@@ -1,5 +1,6 @@
 """The examples of one command, small: they end with their pictures, go on where they were stopped, and say what is missing."""
 
+import importlib.util
 import os
 import signal
 import subprocess
@@ -7,14 +8,17 @@ import sys
 import time
 import unittest
 
-from scripts import SOURCE, PictureTest
+from scripts import SOURCE, FaultTest, PictureTest
 
 import h5py
 import numpy as np
 
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
 import antithetic
+import bends
+import listric
 import make_fault
+import make_mesh
 import triggering
 from slipstep_cells import corners_of, mesh_cells
 from slipstep_events import Events
@@ -151,6 +155,65 @@ class ExamplesTest(PictureTest):
         done = self.example("rupture.sh", "-fault_nucleation", "3", code=1, CELLS="4 2")
         self.assertIn("-fault_nucleation", done.stderr)
         self.assertFalse(os.path.exists(self.path("rupture_rupture.png")))
+
+
+class TrianglesTest(FaultTest):
+    """Meshes and fields of the examples of triangles, as a run has them."""
+
+    def mesh(self, name, mesh, opts, *options):
+        self.fault("-options_file", os.path.join(SOURCE, "examples", opts), "-fault_mesh", mesh, "-fault_parameters", f"{name}_fields.h5", "-ts_max_time", "1y", "-ts_max_steps", "1",
+                   "-fault_output", "run.h5", "-fault_output_overwrite", *options, code=3)
+        return Run(self.path("run.h5")).mesh
+
+    def test_bend(self):
+        """A file of GOCAD: its name, and stress by the strike of each triangle; 1e-3 of 1e8 Pa as the file's millimetres turn triangles."""
+        bends.write_fields(self.path("b_fields.h5"), bends.bend(self.path("b"), 2000))
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "convert_mesh.py"), self.path("b.ts"), self.path("b.h5")], check=True, capture_output=True)
+        with h5py.File(self.path("b.h5")) as file:
+            self.assertEqual(file["fault"].attrs["names"], "0 bend")
+        self.regional(self.mesh("b", "b.h5", "bends.opts"), 0, bends.BEND)
+
+    def regional(self, mesh, least, most):
+        """Stress of the region on planes of the strikes of the triangles: p = (p1 + p2)/2 - (p1 - p2)/2 cos 2s + t sin 2s."""
+        twice = np.radians(2 * mesh["strike"])
+        turn = (mesh["strike"] + 90) % 180 - 90
+        self.assertTrue(least - 1 < turn.min() < least + 1 and most - 1 < turn.max() < most + 1, (turn.min(), turn.max()))
+        np.testing.assert_allclose(mesh["normal_stress"], 170e6 - 50e6 * np.cos(twice) + 76e6 * np.sin(twice), rtol=0, atol=1e5)
+        unbroken = mesh["initial_traction"] < 0.67 * mesh["normal_stress"]
+        np.testing.assert_allclose(mesh["initial_traction"][unbroken], (76e6 * np.cos(twice) + 50e6 * np.sin(twice))[unbroken], rtol=0, atol=1e5)
+        self.assertTrue(0 < (~unbroken).sum() < 0.5 * len(unbroken))
+
+    @unittest.skipUnless(importlib.util.find_spec("gmsh"), "gmsh is not installed (Debian's package is python3-gmsh)")
+    def test_branch(self):
+        """Faults 1 and 2, which share an edge: rows of the line of the fork are in three triangles."""
+        bends.write_fields(self.path("b_fields.h5"), bends.branch(self.path("b"), 2000))
+        mesh = self.mesh("b", "b.msh", "bends.opts")
+        self.assertEqual(set(mesh["fault"]), {1, 2})
+        self.regional(mesh, bends.TURN, 0)
+        np.testing.assert_allclose((mesh["strike"][mesh["fault"] == 2] + 90) % 180 - 90, bends.TURN, atol=1e-9)
+        sides = np.sort(np.concatenate([mesh["triangles"][:, pair] for pair in ((0, 1), (1, 2), (2, 0))]), axis=1)
+        shared, count = np.unique(sides, axis=0, return_counts=True)
+        np.testing.assert_allclose(mesh["vertices"][shared[count == 3]][..., :2], [[[bends.FORK, 0]] * 2] * (count == 3).sum(), atol=1e-6)
+        self.assertAlmostEqual(np.abs(np.diff(mesh["vertices"][shared[count == 3]][..., 2])).sum(), bends.DEPTH, delta=1e-6)
+
+    @unittest.skipUnless(importlib.util.find_spec("gmsh"), "gmsh is not installed (Debian's package is python3-gmsh)")
+    def test_listric(self):
+        """Both meshes are of one area and one dip at a depth, to the bend within a cell, 45 degrees of 8; vertices are on the arc; fields follow x and y."""
+        listric.make(self.path("l"), 2000)
+        found = {kind: self.mesh(f"l_{kind}", f"l_{kind}_mesh.{end}", "listric.opts") for kind, end in (("rectangles", "h5"), ("triangles", "msh"))}
+        for mesh in found.values():
+            # a chord of 2 km is shorter than its arc by (0.1 rad)^2/24, and so is a side of a triangle
+            self.assertAlmostEqual((mesh["length"] * mesh["width"]).sum() / np.prod(listric.SIZE), 1, delta=1e-3)
+            along = np.cos(np.radians(listric.STRIKE)) * mesh["x"] + np.sin(np.radians(listric.STRIKE)) * mesh["y"]
+            np.testing.assert_allclose(mesh["loading_rate"], listric.LOADING * (1 + listric.TILT * (along / 10e3 - 1)), rtol=1e-9)
+            down = np.linspace(0, listric.SIZE[1], 1001)
+            depth = make_mesh.arc(listric.SIZE, 0.0, listric.DIPS)(down)[1]
+            np.testing.assert_allclose(mesh["dip"], np.interp(np.interp(mesh["z"], depth, down), (0, listric.SIZE[1]), listric.DIPS), atol=45 / 8)
+        mesh = found["triangles"]
+        right = -np.sin(np.radians(listric.STRIKE)) * mesh["vertices"][:, 0] + np.cos(np.radians(listric.STRIKE)) * mesh["vertices"][:, 1]
+        bend = np.radians(45) / listric.SIZE[1]
+        centre = np.sin(np.radians(60)) / bend, -np.cos(np.radians(60)) / bend  # right of the trace and depth, where its radii meet: above the ground
+        np.testing.assert_allclose(np.hypot(right - centre[0], mesh["vertices"][:, 2] - centre[1]), 1 / bend, rtol=1e-9)
 
 
 class TriggeredTest(unittest.TestCase):
