@@ -104,7 +104,7 @@ class Program(SurfaceTest):
                     file["slip"] = [own, own, 0 * own]
                     if side is not None:
                         file["hanging_wall"] = np.tile(side, (3, 1))
-                for ranks in (1, 2):
+                for ranks in (1, 2) if side is None else (1,):
                     found = self.elastic("two.h5", *options, ranks=ranks)
                     self.assertEqual(sorted(found), sorted(wanted))
                     for key, (data, unit) in wanted.items():
