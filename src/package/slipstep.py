@@ -200,9 +200,9 @@ class Fault:
                 raise number from None
             return os.fsdecode(text.value)
 
-    def _cells(self, function, *arguments):
-        values = np.zeros(self.shape)
-        call(function, self, *arguments, values.size, values)
+    def _cells(self, function, *arguments, components=1):
+        values = np.zeros(self.shape if components == 1 else (*self.shape, components))
+        call(function, self, *arguments, values.size // components, values)
         return values
 
     def centres(self):
@@ -213,8 +213,9 @@ class Fault:
 
     def values(self, ts, name):
         """Of the state that ts has now: "slip_rate" [m/s], "slip", "displacement" [m], "traction", "stress" [Pa], "state", as
-        [nz, nx], on every rank."""
-        return self._cells("SlipFaultGetCellValues", float(ts.getTime()), ts.getSolution(), name)
+        [nz, nx], on every rank; with slip_components=2 all but the state as [nz, nx, 2], along strike and up dip."""
+        components = 1 if name == "state" else int(self._real("slip_components"))
+        return self._cells("SlipFaultGetCellValues", float(ts.getTime()), ts.getSolution(), name, components=components)
 
     def labels(self):
         """Of the faults of a mesh, ascending, the order of what has a number for each fault; after configure()."""
@@ -241,7 +242,8 @@ class Fault:
 
     def configure(self, ts, options=True):
         """Make ts integrate the fault from its start: options (-fault_*), set-up, constraint, and the state in the TS.
-        Its local part has a row v, u, s for each cell: ts.getSolution().getArray().reshape(-1, 3) [m/s, m, m]."""
+        Its local part has a row v, u, s for each cell: ts.getSolution().getArray().reshape(-1, 3) [m/s, m, m]; with slip_components=2 a row
+        v, v, u, u, s."""
         state = ctypes.c_void_p()
         if options:
             prefix = ctypes.c_char_p()

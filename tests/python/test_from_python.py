@@ -185,6 +185,32 @@ if PETSc.COMM_WORLD.rank == 0:
                     self.assertEqual(got["events"]["moment"][0], events["moment"][0])
                     self.assertEqual(set(got["events"].dtype.names), {name for name in events if isinstance(events[name], h5py.Dataset)})
 
+    def test_vectors(self):
+        """Two components of slip: two numbers a cell, but for the state, as the output has them."""
+        for ranks in (None, 2):
+            with tempfile.TemporaryDirectory() as folder:
+                code = PRELUDE + f"""
+import numpy as np
+slipstep.load()
+fault = slipstep.Fault(nx=4, nz=3, rake=30, slip_components=2, output={folder!r} + "/o.h5", output_fields="slip,displacement,slip_rate,traction,state", progress=False)
+ts = PETSc.TS().create()
+fault.configure(ts)
+ts.setFromOptions()
+assert ts.getSolution().getBlockSize() == 5
+assert fault.solve(ts)
+values = {{name: fault.values(ts, name) for name in ("slip", "traction", "slip_rate", "displacement", "stress", "state")}}
+if PETSc.COMM_WORLD.rank == 0:
+    np.savez({folder!r} + "/a.npz", **values)
+"""
+                done = python("-c", code, ranks=ranks)
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                with np.load(os.path.join(folder, "a.npz")) as got, h5py.File(os.path.join(folder, "o.h5")) as out:
+                    for name in ("slip", "traction", "slip_rate", "displacement", "state"):
+                        self.assertEqual(got[name].shape, (3, 4) if name == "state" else (3, 4, 2))
+                        self.assertTrue(np.array_equal(got[name], out["fields"][name][-1]), name)
+                    np.testing.assert_allclose(got["stress"], -got["traction"], rtol=0, atol=1e-9 * np.abs(got["stress"]).max())
+                    self.assertGreater(np.abs(got["slip"]).min(), 0)
+
     def test_faults_of_a_mesh(self):
         """Events with a number for each fault, in the order of labels()."""
         with tempfile.TemporaryDirectory() as folder:
