@@ -130,7 +130,7 @@ PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable
   The directions in which components are counted do not matter, and may differ from cell to cell.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for another c, PETSC_ERR_ARG_SIZ when x has not c numbers for each of cells,
-  PETSC_ERR_ORDER after a solve.
+  PETSC_ERR_ORDER after a solve, PETSC_ERR_SUP for two of SlipConstraintCreateSmall().
 
 .seealso: SlipConstraintGetComponents(), SlipConstraintCreate()
 @*/
@@ -144,6 +144,8 @@ PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec c
   if (cells) PetscValidHeaderSpecific(cells, VEC_CLASSID, 3);
   PetscCheck(c == 1 || c == 2, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
              "Cells have %" PetscInt_FMT " components, expected 1 or 2", c);
+  PetscCheck(c == 1 || !con->single, PetscObjectComm((PetscObject)con), PETSC_ERR_SUP,
+             "Rows of SlipConstraintCreateSmall() have one component each, expected 1, not %" PetscInt_FMT, c);
   PetscCheck(!con->r, PetscObjectComm((PetscObject)con), PETSC_ERR_ORDER,
              "Call SlipConstraintSetComponents() before the first solve");
   PetscCall(VecDestroy(&con->cells));

@@ -389,6 +389,7 @@ PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstrain
   PetscCall(MatAssemblyEnd(s->B, MAT_FINAL_ASSEMBLY));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, m, &x));
   PetscCall(SlipConstraintCreate(PETSC_COMM_SELF, &ops, s, x, con));
+  (*con)->single = PETSC_TRUE;
   PetscCall(VecDestroy(&x));
   PetscCall(SlipObjectComposeData((PetscObject)*con, "SlipSmall", s, SmallDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -207,6 +207,9 @@ static void test_bad_input(void **state)
     assert_int_equal((int)SlipConstraintCreateSmall(&bad[i], &con),
                      i < 4 ? PETSC_ERR_ARG_OUTOFRANGE : PETSC_ERR_ARG_NULL);
   ok(PetscPopErrorHandler());
+  ok(SlipConstraintCreateSmall(&Gyro, &con));
+  fails(SlipConstraintSetComponents(con, 2, NULL), "have one component each, expected 1, not 2");
+  ok(SlipConstraintDestroy(&con));
 }
 
 /* ---- the sliding mode controller ---- */
