@@ -50,11 +50,45 @@ static void Run(SlipFault fault, PetscReal years, PetscReal u[])
   ok(TSDestroy(&ts));
 }
 
+/* Of a line of n cells: two components with the rake 0 are the one and nothing, to 1e-9 of the largest, which is at least this [m] */
+static void SameAsOne(PetscInt n, const PetscReal one[], const PetscReal two[], PetscReal least)
+{
+  PetscReal most = 0;
+
+  for (PetscInt i = 0; i < n; i++) most = PetscMax(most, PetscAbsReal(one[i]));
+  assert_true(most > least);
+  for (PetscInt i = 0; i < n; i++) {
+    AssertNear(two[2 * i], one[i], 1e-9 * most);
+    AssertNear(two[2 * i + 1], 0, 1e-9 * most);
+  }
+}
+
+/* Of 4 x 3 cells with the rake 25, and of 3 x 4 with strike and dip exchanged: the same, to a share of the largest; and not all along
+   the rake, by at least a share of that */
+static void SameExchanged(const PetscReal u[], const PetscReal other[], PetscReal share, PetscReal least)
+{
+  const PetscReal c = cos(25 * PETSC_PI / 180), s = sin(25 * PETSC_PI / 180);
+  PetscReal most = 0, across = 0;
+
+  for (PetscInt i = 0; i < 12; i++) {
+    most = PetscMax(most, hypot(u[2 * i], u[2 * i + 1]));
+    across = PetscMax(across, PetscAbsReal(u[2 * i + 1] * c - u[2 * i] * s));
+  }
+  assert_true(most > 0.1 && across > least * most);
+  for (PetscInt iz = 0; iz < 3; iz++)
+    for (PetscInt ix = 0; ix < 4; ix++) {
+      const PetscInt i = iz * 4 + ix, j = (3 - ix) * 3 + (2 - iz);
+
+      AssertNear(u[2 * i], other[2 * j + 1], share * most);
+      AssertNear(u[2 * i + 1], other[2 * j], share * most);
+    }
+}
+
 /* A line of cells in a full space: slip along it makes no shear stress across it, so that two components with the rake 0 do as one. 400
    years are two events, in which a difference of 1e-16 grows by some decades */
 static void a_line_slips_as_with_one_component(void **state)
 {
-  PetscReal one[8], two[16], most = 0;
+  PetscReal one[8], two[16];
   SlipFault fault;
 
   (void)state;
@@ -64,19 +98,14 @@ static void a_line_slips_as_with_one_component(void **state)
   fault = Cells(8, 1, PETSC_FALSE, 0, 2);
   Run(fault, 1500, two);
   ok(SlipFaultDestroy(&fault));
-  for (PetscInt i = 0; i < 8; i++) most = PetscMax(most, PetscAbsReal(one[i]));
-  assert_true(most > 0.1); /* locked, and then not */
-  for (PetscInt i = 0; i < 8; i++) {
-    AssertNear(two[2 * i], one[i], 1e-9 * most);
-    AssertNear(two[2 * i + 1], 0, 1e-9 * most);
-  }
+  SameAsOne(8, one, two, 0.1);
 }
 
 /* Strike and dip exchanged, with the rake 90 degrees less that of before: the same slip, by isotropy. Nothing but kernels and friction
    that do not prefer an axis can do that. */
 static void axes_do_not_matter(void **state)
 {
-  PetscReal u[24], other[24], most = 0, across = 0;
+  PetscReal u[24], other[24];
   SlipFault fault;
 
   (void)state;
@@ -86,19 +115,7 @@ static void axes_do_not_matter(void **state)
   fault = Cells(3, 4, PETSC_TRUE, 65, 2);
   Run(fault, 300, other);
   ok(SlipFaultDestroy(&fault));
-  for (PetscInt i = 0; i < 12; i++) {
-    most = PetscMax(most, hypot(u[2 * i], u[2 * i + 1]));
-    across =
-      PetscMax(across, PetscAbsReal(u[2 * i + 1] * cos(25 * PETSC_PI / 180) - u[2 * i] * sin(25 * PETSC_PI / 180)));
-  }
-  assert_true(most > 0.1 && across > 1e-4 * most); /* and they do not all slip along the rake */
-  for (PetscInt iz = 0; iz < 3; iz++)
-    for (PetscInt ix = 0; ix < 4; ix++) {
-      const PetscInt i = iz * 4 + ix, j = (3 - ix) * 3 + (2 - iz);
-
-      AssertNear(u[2 * i], other[2 * j + 1], 1e-9 * most);
-      AssertNear(u[2 * i + 1], other[2 * j], 1e-9 * most);
-    }
+  SameExchanged(u, other, 1e-9, 1e-4);
 }
 
 /* A state with rates that the balance has made: the traction of each cell is against its slip rate, and what loading gives goes where the
@@ -213,7 +230,7 @@ static void Rupture(SlipFault fault, PetscInt steps, PetscReal u[], PetscInt *sl
 /* As of the smooth law; to the tolerance of stages, 1e-10 of the stress, which a rupture that stops forgets */
 static void a_line_ruptures_as_with_one_component(void **state)
 {
-  PetscReal one[8], two[16], most = 0;
+  PetscReal one[8], two[16];
   PetscInt sliding, of_two;
   SlipFault fault;
 
@@ -225,17 +242,12 @@ static void a_line_ruptures_as_with_one_component(void **state)
   Rupture(fault, 300, two, &of_two);
   ok(SlipFaultDestroy(&fault));
   assert_int_equal(sliding, of_two);
-  for (PetscInt i = 0; i < 8; i++) most = PetscMax(most, PetscAbsReal(one[i]));
-  assert_true(most > 0.1);
-  for (PetscInt i = 0; i < 8; i++) {
-    AssertNear(two[2 * i], one[i], 1e-9 * most);
-    AssertNear(two[2 * i + 1], 0, 1e-9 * most);
-  }
+  SameAsOne(8, one, two, 0.1);
 }
 
 static void ruptures_prefer_no_axis(void **state)
 {
-  PetscReal u[24], other[24], most = 0, across = 0;
+  PetscReal u[24], other[24];
   PetscInt sliding;
   SlipFault fault;
 
@@ -246,19 +258,7 @@ static void ruptures_prefer_no_axis(void **state)
   fault = Weakening(3, 4, PETSC_TRUE, 65, 2);
   Rupture(fault, 200, other, &sliding);
   ok(SlipFaultDestroy(&fault));
-  for (PetscInt i = 0; i < 12; i++) {
-    most = PetscMax(most, hypot(u[2 * i], u[2 * i + 1]));
-    across =
-      PetscMax(across, PetscAbsReal(u[2 * i + 1] * cos(25 * PETSC_PI / 180) - u[2 * i] * sin(25 * PETSC_PI / 180)));
-  }
-  assert_true(most > 0.1 && across > 1e-3 * most);
-  for (PetscInt iz = 0; iz < 3; iz++)
-    for (PetscInt ix = 0; ix < 4; ix++) {
-      const PetscInt i = iz * 4 + ix, j = (3 - ix) * 3 + (2 - iz);
-
-      AssertNear(u[2 * i], other[2 * j + 1], 1e-8 * most);
-      AssertNear(u[2 * i + 1], other[2 * j], 1e-8 * most);
-    }
+  SameExchanged(u, other, 1e-8, 1e-3);
 }
 
 /* Rest ends where the first stress, a vector that turns as loading goes on, is as long as the strength: with slips in all directions, on a
@@ -301,11 +301,11 @@ static void rest_ends_where_the_first_vector_is_long_enough(void **state)
       ok(SlipFaultGetFrictionOf(fault, 0, later, &friction));
       for (PetscInt i = 0; i < N; i++)
         most = PetscMax(most, hypot(stress[2 * i], stress[2 * i + 1]) / (0.5 * friction.stress[i]));
-      /* H v_inf holds as well, some 10 Pa of 1e7 */
+      /* H v_inf holds as well, 9 MPa s/m times 1e-9 m/s of some 1e7 Pa; and the root of a square, 1e-8 of whose argument may cancel */
       if (part == 1)
         assert_true(most < 1 - 1e-4);
       else
-        AssertNear(most, 1, 1e-5);
+        AssertNear(most, 1, 1e-8);
       ok(VecDestroy(&later));
     }
     ok(VecDestroy(&w));

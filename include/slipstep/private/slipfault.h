@@ -121,7 +121,7 @@ struct _p_SlipFault {
   SlipFaultCoupling coupling;
   SlipFaultRun run;
   Vec work[3]; /* of slip */
-  Vec cells;   /* of cells, for its layout */
+  Vec cells;   /* of cells: work within a function, and for its layout */
 };
 
 /* Entries of cell i of this rank in a state */
