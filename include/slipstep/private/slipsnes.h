@@ -7,11 +7,11 @@
 
 struct _p_SlipConstraint {
   PETSCHEADER(SlipConstraintOps);
-  void *ctx; /* the problem's */
-  Vec x;     /* layout of the reduced unknowns, also work */
-  Vec cells; /* one number a cell, where x has two, also work; else NULL */
+  void *ctx;        /* the problem's */
+  Vec x;            /* layout of the reduced unknowns, also work */
+  Vec cells;        /* one number a cell, where x has two, also work; else NULL */
   PetscBool single; /* cells cannot have two */
-  Vec w;     /* full, work; on first use */
+  Vec w;            /* full, work; on first use */
 
   PetscBool refuse; /* solves fail where the Jacobian on the sliding set is not positive definite */
 
