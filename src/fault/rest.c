@@ -140,7 +140,8 @@ static PetscReal VectorOnset(const PetscReal f[2], const PetscReal d[2], PetscRe
   const PetscReal c = f[0] * f[0] + f[1] * f[1] - q * q, square = b * b - a * c;
   PetscReal root;
 
-  if (c >= 0) return b > 0 ? 0 : (b < 0 && a > 0 ? -2 * b / a : PETSC_MAX_REAL);
+  if (c >= 0 && a > 0) return PetscMax(-2 * b / a, 0);
+  if (c >= 0) return b > 0 ? 0 : PETSC_MAX_REAL;
   if (square < 0) return PETSC_MAX_REAL;
   root = PetscSqrtReal(square);
   if (b < 0) return a > 0 ? (root - b) / a : PETSC_MAX_REAL;
