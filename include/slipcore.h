@@ -213,25 +213,36 @@ PETSC_EXTERN void SlipConeChanges(PetscInt n, const PetscReal x[], const PetscRe
 PETSC_EXTERN PetscBool SlipConeAdaptStep(PetscInt trial, const PetscReal sum[2], PetscReal *factor);
 PETSC_EXTERN PetscBool SlipConeStopTurning(PetscInt n, const PetscReal q[], const PetscReal from[], PetscReal to[]);
 
-/* The same of cells with two components, n cells: x, g, F, mask, rho, normal, slope and r have two numbers a cell,
-   side by side */
-PETSC_EXTERN void SlipDiskNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
+/* The same of cells with two components, n cells: x, g, F, mask, rho, normal, slope and r have two numbers a
+   cell, side by side, the first of c each */
+PETSC_EXTERN void SlipDiskNatural(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal g[],
                                   const PetscReal q[], const PetscReal rho[], PetscReal F[], PetscReal mask[],
                                   PetscReal normal[], PetscReal hold[]);
-PETSC_EXTERN void SlipDiskSmooth(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
+PETSC_EXTERN void SlipDiskSmooth(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal g[],
                                  const PetscReal q[], const PetscReal dq[], const PetscReal mask[], PetscReal F[],
                                  PetscReal normal[], PetscReal hold[]);
-PETSC_EXTERN void SlipDiskSlope(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal dq[],
+PETSC_EXTERN void SlipDiskSlope(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal dq[],
                                 const PetscReal normal[], const PetscReal hold[], PetscReal slope[], PetscReal cross[]);
-PETSC_EXTERN void SlipDiskHold(PetscInt n, const PetscReal normal[], const PetscReal hold[], const PetscReal x[],
-                               PetscReal y[]);
+PETSC_EXTERN void SlipDiskHold(PetscInt n, PetscInt c, const PetscReal normal[], const PetscReal hold[],
+                               const PetscReal x[], PetscReal y[]);
 PETSC_EXTERN void SlipDiskReaction(PetscReal omega, const PetscReal x[2], const PetscReal g[2], PetscReal q,
                                    PetscReal r[2]);
-PETSC_EXTERN void SlipDiskFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal q[],
+PETSC_EXTERN void SlipDiskFinish(PetscInt n, PetscInt c, PetscReal omega, const PetscReal g[], const PetscReal q[],
                                  const PetscReal rho[], PetscReal x[], PetscReal r[]);
-PETSC_EXTERN void SlipDiskProject(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
+PETSC_EXTERN void SlipDiskProject(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal g[],
                                   const PetscReal q[], const PetscReal rho[], PetscReal x1[]);
-PETSC_EXTERN PetscBool SlipDiskStopTurning(PetscInt n, const PetscReal q[], const PetscReal from[], PetscReal to[]);
+PETSC_EXTERN PetscBool SlipDiskStopTurning(PetscInt n, PetscInt c, const PetscReal q[], const PetscReal from[],
+                                           PetscReal to[]);
+
+/* Contact across a cell's plane, whose third number it is (of three): r >= 0, x >= 0, x r = 0 (contact.c) */
+PETSC_EXTERN void SlipContactPressure(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
+                                      const PetscReal rho[], PetscReal p[]);
+PETSC_EXTERN void SlipContactNatural(PetscInt n, const PetscReal x[], const PetscReal g[], const PetscReal rho[],
+                                     PetscReal F[], PetscReal mask[]);
+PETSC_EXTERN void SlipContactFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal rho[],
+                                    PetscReal x[], PetscReal r[]);
+PETSC_EXTERN void SlipContactProject(PetscInt n, const PetscReal x[], const PetscReal g[], const PetscReal rho[],
+                                     PetscReal x1[]);
 
 /* ---- numbers and decisions of the semismooth Newton method, for the SNES type and the trainer's loop: when a step is
    taken, shortened, lengthened or replaced by projections, and when the solution is as exact as rounding lets it be ----

@@ -60,9 +60,9 @@ PETSC_EXTERN PetscErrorCode SlipSNESInitializePackage(void); /* called by what c
 PETSC_EXTERN PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops, void *ctx,
                                                  Vec reduced_template, SlipConstraint *con);
 PETSC_EXTERN PetscErrorCode SlipConstraintDestroy(SlipConstraint *con);
-/* The reduced vectors have c numbers a cell, 1 or 2, side by side: with 2 |r_i| <= q_i in the Euclidean norm, r_i =
-   -q_i x_i / |x_i| where x_i != 0. cells: a vector with one number a cell, the layout of q; before the first solve.
-   */
+/* The reduced vectors have c numbers a cell, 1, 2 or 3, side by side: with 2 |r_i| <= q_i in the Euclidean norm, r_i =
+   -q_i x_i / |x_i| where x_i != 0; with 3 the third opens the cell, x >= 0, its reaction r >= 0 and x r = 0, and q is over
+   that r. cells: a vector with one number a cell, the layout of q; before the first solve. */
 PETSC_EXTERN PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec cells);
 PETSC_EXTERN PetscErrorCode SlipConstraintGetComponents(SlipConstraint con, PetscInt *c);
 PETSC_EXTERN PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx);

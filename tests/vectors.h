@@ -1,11 +1,20 @@
-/* A test problem of its own: a stage of cells with c = 1 or 2 components, B = mass / theta + eta + theta K with a full
+/* A test problem of its own: a stage of cells with c = 1, 2 or 3 components, B = mass / theta + eta + theta K with a full
    symmetric K, and bounds that are constant, weaken with slip, or are smooth, each of them with normal stress that
    depends on all cells. Its numbers follow from a seed, on any number of ranks. */
 #pragma once
 #include "linear.h"
 #include <math.h>
 
-enum { VECTORS_CONSTANT, VECTORS_WEAKENING, VECTORS_COUPLED, VECTORS_SMOOTH, VECTORS_SMOOTH_COUPLED, VECTORS_LAWS };
+enum {
+  VECTORS_CONSTANT,
+  VECTORS_WEAKENING,
+  VECTORS_COUPLED,
+  VECTORS_SMOOTH,
+  VECTORS_SMOOTH_COUPLED,
+  VECTORS_LAWS,
+  VECTORS_FRICTION = VECTORS_LAWS, /* of cells that open, c = 3: the strength is over the pressure */
+  VECTORS_WEAKENING_FRICTION
+};
 
 /* What the numbers are; b, load and coupling are whole on each rank */
 typedef struct {
@@ -82,7 +91,8 @@ static inline PetscErrorCode VectorsRandomNumbers(PetscInt n, PetscInt c, PetscI
 
     s->strength[i] = 0.2 + VectorsRandom(seed);
     s->load[c * i] = size * (c == 1 && angle > PETSC_PI ? -1 : 1) * (c == 1 ? 1 : cos(angle));
-    if (c == 2) s->load[c * i + 1] = size * sin(angle);
+    if (c >= 2) s->load[c * i + 1] = size * sin(angle);
+    if (c == 3) s->load[c * i + 2] = 4 * VectorsRandom(seed) - 3; /* three in four are pressed */
     for (PetscInt j = 0; j < N; j++) s->C[i * N + j] = s->theta * (2 * VectorsRandom(seed) - 1) / (PetscReal)N;
   }
   PetscCall(PetscFree(A));
@@ -106,10 +116,12 @@ static inline void VectorsStrength(const VectorsNumbers *s, PetscReal x, PetscRe
 
   switch (s->law) {
   case VECTORS_CONSTANT:
+  case VECTORS_FRICTION:
     *q = 1;
     *dq = 0;
     break;
   case VECTORS_WEAKENING:
+  case VECTORS_WEAKENING_FRICTION:
     *q = 1 - s->drop * (1 - fade);
     *dq = -s->drop * s->theta / s->slip * fade;
     break;
@@ -313,6 +325,53 @@ static inline PetscErrorCode VectorsCreateSolver(Vectors *p, const char *type, P
   PetscCall(SNESSetFromOptions(*snes));
   if (VectorsIsSmooth(p->numbers.law)) /* which is not polished */
     PetscCall(SNESSetTolerances(*snes, PETSC_DEFAULT, 1e-13, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a solution of cells that open leaves: as VectorsCheck(), with q = friction times the pressure; contact is x_n < 0,
+   r_n < 0 or x_n r_n != 0 */
+static inline PetscErrorCode VectorsCheckContact(Vectors *p, Vec x, Vec r, PetscReal *beyond, PetscReal *opposite,
+                                                 PetscReal *balance, PetscReal *inside, PetscInt *contact)
+{
+  const PetscReal *xx, *rr, *mu, *gg;
+  PetscReal scale;
+  PetscInt n;
+  Vec q, g;
+
+  PetscFunctionBegin;
+  *beyond = *opposite = *balance = *inside = 0;
+  *contact = 0;
+  PetscCall(VecDuplicate(p->strength, &q));
+  PetscCall(VecDuplicate(x, &g));
+  PetscCall(VecNorm(p->l.load, NORM_INFINITY, &scale));
+  PetscCall(VectorsBound(p->con, x, q, NULL, p));
+  PetscCall(LinearResidual(p->con, x, g, p));
+  PetscCall(VecGetLocalSize(q, &n));
+  PetscCall(VecGetArrayRead(x, &xx));
+  PetscCall(VecGetArrayRead(r, &rr));
+  PetscCall(VecGetArrayRead(q, &mu));
+  PetscCall(VecGetArrayRead(g, &gg));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal *v = xx + 3 * i, *f = rr + 3 * i, strength = mu[i] * f[2];
+    const PetscReal size = hypot(v[0], v[1]), reaction = hypot(f[0], f[1]);
+
+    if (!(v[2] >= 0 && f[2] >= 0 && v[2] * f[2] == 0)) ++*contact;
+    if (strength > 0)
+      *beyond = PetscMax(*beyond, reaction / strength - 1);
+    else if (reaction > 0)
+      *beyond = 1;
+    if (size > 0 && reaction < (1 - 1e-9) * strength) *inside = 1;
+    for (PetscInt k = 0; k < 2; k++)
+      if (size > 0 && strength > 0) *opposite = PetscMax(*opposite, PetscAbsReal(f[k] / strength + v[k] / size));
+    for (PetscInt k = 0; k < 3; k++)
+      *balance = PetscMax(*balance, PetscAbsReal(gg[3 * i + k] - p->numbers.omega * f[k]) / PetscMax(scale, 1));
+  }
+  PetscCall(VecRestoreArrayRead(x, &xx));
+  PetscCall(VecRestoreArrayRead(r, &rr));
+  PetscCall(VecRestoreArrayRead(q, &mu));
+  PetscCall(VecRestoreArrayRead(g, &gg));
+  PetscCall(VecDestroy(&q));
+  PetscCall(VecDestroy(&g));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

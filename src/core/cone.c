@@ -116,8 +116,8 @@ PetscBool SlipConeAdaptStep(PetscInt trial, const PetscReal sum[2], PetscReal *f
 }
 
 /* ---- two components a cell: |r| <= q in the Euclidean norm, a disk, and r = -q x / |x| where x != 0. x, g, F, mask
-   and rho hold the two numbers of a cell side by side (mask and rho twice the same), q, dq, hold and cross one for
-   each of n cells.
+   and rho hold the two numbers of a cell side by side (mask and rho twice the same) in blocks of c numbers, of which
+   others are left alone; q, dq, hold and cross have one for each of n cells.
 
    With z = x - rho g and n = z / |z| a cell sticks where |z| <= rho omega q; elsewhere F = g + omega q n, and with
    P = I - n n'
@@ -139,10 +139,11 @@ static inline PetscReal SlipDiskDot(const PetscReal a[2], const PetscReal b[2])
 }
 
 /* Natural residual as above; where nothing slides against a bound normal and hold are 0 */
-void SlipDiskNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
-                     const PetscReal rho[], PetscReal F[], PetscReal mask[], PetscReal normal[], PetscReal hold[])
+void SlipDiskNatural(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal g[],
+                     const PetscReal q[], const PetscReal rho[], PetscReal F[], PetscReal mask[], PetscReal normal[],
+                     PetscReal hold[])
 {
-  for (PetscInt i = 0; i < n; i++, x += 2, g += 2, rho += 2, F += 2, mask += 2, normal += 2) {
+  for (PetscInt i = 0; i < n; i++, x += c, g += c, rho += c, F += c, mask += c, normal += c) {
     const PetscReal wq = omega * q[i], z[] = {x[0] - rho[0] * g[0], x[1] - rho[0] * g[1]}, size = hypot(z[0], z[1]);
     const PetscReal beyond = size - rho[0] * wq;
 
@@ -158,10 +159,11 @@ void SlipDiskNatural(PetscInt n, PetscReal omega, const PetscReal x[], const Pet
 
 /* The same where the bound is smooth and nothing sticks: F = g + omega q x / |x|, 0 where mask is 0; at x = 0 q / |x|
    is q' */
-void SlipDiskSmooth(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
-                    const PetscReal dq[], const PetscReal mask[], PetscReal F[], PetscReal normal[], PetscReal hold[])
+void SlipDiskSmooth(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal g[],
+                    const PetscReal q[], const PetscReal dq[], const PetscReal mask[], PetscReal F[],
+                    PetscReal normal[], PetscReal hold[])
 {
-  for (PetscInt i = 0; i < n; i++, x += 2, g += 2, F += 2, mask += 2, normal += 2) {
+  for (PetscInt i = 0; i < n; i++, x += c, g += c, F += c, mask += c, normal += c) {
     const PetscReal size = hypot(x[0], x[1]);
 
     normal[0] = size > 0 ? x[0] / size : 1;
@@ -173,23 +175,25 @@ void SlipDiskSmooth(PetscInt n, PetscReal omega, const PetscReal x[], const Pets
 
 /* omega q' n n' + k P of each cell: its diagonal and the entry beside it; dq NULL: without q'. A cell that slides
    backwards has its sign changed as with one component. */
-void SlipDiskSlope(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal dq[], const PetscReal normal[],
-                   const PetscReal hold[], PetscReal slope[], PetscReal cross[])
+void SlipDiskSlope(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal dq[],
+                   const PetscReal normal[], const PetscReal hold[], PetscReal slope[], PetscReal cross[])
 {
-  for (PetscInt i = 0; i < n; i++, x += 2, normal += 2, slope += 2) {
+  for (PetscInt i = 0; i < n; i++, x += c, normal += c, slope += c) {
     const PetscReal size = hypot(x[0], x[1]),
                     along = dq ? omega * dq[i] * (size > 0 ? SlipDiskDot(normal, x) / size : 1) : 0;
 
     slope[0] = along * normal[0] * normal[0] + hold[i] * normal[1] * normal[1];
     slope[1] = along * normal[1] * normal[1] + hold[i] * normal[0] * normal[0];
+    for (PetscInt k = 2; k < c; k++) slope[k] = 0;
     cross[i] = (along - hold[i]) * normal[0] * normal[1];
   }
 }
 
 /* y -= k P x */
-void SlipDiskHold(PetscInt n, const PetscReal normal[], const PetscReal hold[], const PetscReal x[], PetscReal y[])
+void SlipDiskHold(PetscInt n, PetscInt c, const PetscReal normal[], const PetscReal hold[], const PetscReal x[],
+                  PetscReal y[])
 {
-  for (PetscInt i = 0; i < n; i++, normal += 2, x += 2, y += 2) {
+  for (PetscInt i = 0; i < n; i++, normal += c, x += c, y += c) {
     const PetscReal across = hold[i] * (normal[0] * x[1] - normal[1] * x[0]);
 
     y[0] += across * normal[1];
@@ -211,10 +215,10 @@ void SlipDiskReaction(PetscReal omega, const PetscReal x[2], const PetscReal g[2
 
 /* As SlipConeFinish(). x is turned by what the tolerance leaves of its part across n, so that r is opposite to it and
    in balance however slow the cell is. */
-void SlipDiskFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal q[], const PetscReal rho[],
-                    PetscReal x[], PetscReal r[])
+void SlipDiskFinish(PetscInt n, PetscInt c, PetscReal omega, const PetscReal g[], const PetscReal q[],
+                    const PetscReal rho[], PetscReal x[], PetscReal r[])
 {
-  for (PetscInt i = 0; i < n; i++, g += 2, rho += 2, x += 2, r += 2) {
+  for (PetscInt i = 0; i < n; i++, g += c, rho += c, x += c, r += c) {
     const PetscReal wq = omega * q[i], z[] = {x[0] - rho[0] * g[0], x[1] - rho[0] * g[1]}, size = hypot(z[0], z[1]);
     const PetscReal speed = size > rho[0] * wq && SlipDiskDot(z, x) > 0 ? hypot(x[0], x[1]) : 0;
 
@@ -225,11 +229,11 @@ void SlipDiskFinish(PetscInt n, PetscReal omega, const PetscReal g[], const Pets
 }
 
 /* As SlipConeStopTurning(): those that would turn by more than a right angle */
-PetscBool SlipDiskStopTurning(PetscInt n, const PetscReal q[], const PetscReal from[], PetscReal to[])
+PetscBool SlipDiskStopTurning(PetscInt n, PetscInt c, const PetscReal q[], const PetscReal from[], PetscReal to[])
 {
   PetscBool turned = PETSC_FALSE;
 
-  for (PetscInt i = 0; i < n; i++, from += 2, to += 2) {
+  for (PetscInt i = 0; i < n; i++, from += c, to += c) {
     if (!(SlipDiskDot(from, to) < 0.0 && q[i] > 0.0)) continue;
     to[0] = to[1] = 0.0;
     turned = PETSC_TRUE;
@@ -238,10 +242,10 @@ PetscBool SlipDiskStopTurning(PetscInt n, const PetscReal q[], const PetscReal f
 }
 
 /* As SlipConeProject() */
-void SlipDiskProject(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
-                     const PetscReal rho[], PetscReal x1[])
+void SlipDiskProject(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal g[],
+                     const PetscReal q[], const PetscReal rho[], PetscReal x1[])
 {
-  for (PetscInt i = 0; i < n; i++, x += 2, g += 2, rho += 2, x1 += 2) {
+  for (PetscInt i = 0; i < n; i++, x += c, g += c, rho += c, x1 += c) {
     const PetscReal z[] = {x[0] - rho[0] * g[0], x[1] - rho[0] * g[1]}, size = hypot(z[0], z[1]);
     const PetscReal left = SlipConeShrink(size, rho[0] * omega * q[i]);
 

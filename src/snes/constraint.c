@@ -20,8 +20,8 @@ PetscErrorCode SlipConstraintDestroy(SlipConstraint *con)
   if (*con) PetscValidHeaderSpecific(*con, SLIP_CONSTRAINT_CLASSID, 1);
   if (*con && --((PetscObject)*con)->refct == 0) {
     SlipConstraint c = *con;
-    Vec *vecs[] = {&c->x,   &c->w,   &c->r,  &c->g,     &c->q,      &c->dq,   &c->F,     &c->mask, &c->slope,
-                   &c->rho, &c->row, &c->cx, &c->cells, &c->normal, &c->hold, &c->cross, &c->spare};
+    Vec *vecs[] = {&c->x,   &c->w,   &c->r,  &c->g,     &c->q,      &c->dq,   &c->F,     &c->mask,  &c->slope,
+                   &c->rho, &c->row, &c->cx, &c->cells, &c->normal, &c->hold, &c->cross, &c->spare, &c->friction};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
     PetscCall(PetscHeaderDestroy(con));
@@ -112,7 +112,8 @@ PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable
 
   Input Parameters:
 + con   - the constraint
-. c     - 1 (the default) or 2: then |r_i| <= q_i in the Euclidean norm, and r_i = -q_i x_i / |x_i| where x_i != 0
+. c     - 1 (the default); 2: then |r_i| <= q_i in the Euclidean norm, and r_i = -q_i x_i / |x_i| where x_i != 0; or 3: as 2,
+          and the cell may open
 - cells - a vector with one number a cell, of the layout of q (its values are not used; NULL allowed with c = 1)
 
   Level: advanced
@@ -129,8 +130,14 @@ PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable
 
   The directions in which components are counted do not matter, and may differ from cell to cell.
 
+  With c = 3 the third number of a cell, x[3 i + 2], opens it: x >= 0, its reaction, the pressure, is r >= 0, and x r = 0. The
+  other two are as with c = 2, and the bound is friction: q and dq of SlipConstraintOps (bound, start_slope) are over the
+  pressure, which is solved for, so that |r_i| <= q_i r of the same stage, and nothing holds a cell that is open. In
+  bound_state q is the strength, 0 where a state is open. A coupling or a smooth bound is not possible then.
+
   Errors: PETSC_ERR_ARG_OUTOFRANGE for another c, PETSC_ERR_ARG_SIZ when x has not c numbers for each of cells,
-  PETSC_ERR_ORDER after a solve, PETSC_ERR_SUP for two of SlipConstraintCreateSmall().
+  PETSC_ERR_ORDER after a solve, PETSC_ERR_SUP for several of SlipConstraintCreateSmall() and
+  for three with the operations coupling or solve_cells.
 
 .seealso: SlipConstraintGetComponents(), SlipConstraintCreate()
 @*/
@@ -142,13 +149,18 @@ PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec c
   PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 1);
   PetscValidLogicalCollectiveInt(con, c, 2);
   if (cells) PetscValidHeaderSpecific(cells, VEC_CLASSID, 3);
-  PetscCheck(c == 1 || c == 2, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
-             "Cells have %" PetscInt_FMT " components, expected 1 or 2", c);
+  PetscCheck(c >= 1 && c <= 3, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
+             "Cells have %" PetscInt_FMT " components, expected 1, 2 or 3", c);
+  PetscCheck(
+    c < 3 || !(con->ops->coupling || con->ops->solve_cells), PetscObjectComm((PetscObject)con), PETSC_ERR_SUP,
+    "Cells that open need a set-valued bound that does not depend on other cells, expected neither the operation "
+    "coupling nor solve_cells");
   PetscCheck(c == 1 || !con->single, PetscObjectComm((PetscObject)con), PETSC_ERR_SUP,
              "Rows of SlipConstraintCreateSmall() have one component each, expected 1, not %" PetscInt_FMT, c);
   PetscCheck(!con->r, PetscObjectComm((PetscObject)con), PETSC_ERR_ORDER,
              "Call SlipConstraintSetComponents() before the first solve");
   PetscCall(VecDestroy(&con->cells));
+  con->components = c;
   if (c == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetLocalSize(con->x, &n));
   if (cells) PetscCall(VecGetLocalSize(cells, &m));
@@ -169,7 +181,7 @@ PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec c
 . con - the constraint
 
   Output Parameter:
-. c - 1 or 2
+. c - 1, 2 or 3
 
   Level: advanced
 
@@ -180,7 +192,7 @@ PetscErrorCode SlipConstraintGetComponents(SlipConstraint con, PetscInt *c)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 1);
   PetscAssertPointer(c, 2);
-  *c = con->cells ? 2 : 1;
+  *c = con->components;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -218,7 +230,8 @@ PetscErrorCode SlipConstraintCreateReduced(SlipConstraint con, Vec *x)
 - w   - the full state
 
   Output Parameter:
-. r - reduced: the static balance -F_s projected on |r| <= q where x = 0, -q x / |x| where x != 0
+. r - reduced: the static balance -F_s projected on |r| <= q where x = 0, -q x / |x| where x != 0; the pressure of cells
+      with three components is the balance too, where it is positive and q is not 0
 
   Level: intermediate
 
@@ -228,6 +241,7 @@ PetscErrorCode SlipConstraintCreateReduced(SlipConstraint con, Vec *x)
 @*/
 PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Vec w, Vec r)
 {
+  const PetscInt c = con->components;
   PetscInt n;
   const PetscScalar *x, *q, *f;
   PetscScalar *rr;
@@ -249,9 +263,10 @@ PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Ve
   PetscCall(VecGetArrayWrite(r, &rr));
   for (PetscInt i = 0; i < n; i++)
     if (con->cells) {
-      const PetscReal g[] = {-f[2 * i], -f[2 * i + 1]};
+      const PetscReal g[] = {-f[c * i], -f[c * i + 1]};
 
-      SlipDiskReaction(1.0, &x[2 * i], g, q[i], &rr[2 * i]);
+      SlipDiskReaction(1.0, &x[c * i], g, q[i], &rr[c * i]);
+      if (c == 3) rr[c * i + 2] = q[i] > 0 ? PetscMax(-f[c * i + 2], 0) : 0;
     } else
       rr[i] = SlipConeReaction(1.0, PetscRealPart(x[i]), -PetscRealPart(f[i]), PetscRealPart(q[i]));
   PetscCall(VecRestoreArrayWrite(r, &rr));

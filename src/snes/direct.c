@@ -55,11 +55,13 @@ static PetscErrorCode SlipSlidingSet(Vec mask, PetscInt *nloc, PetscInt **loc, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of J_ss owned here gain row_i C_ij, both of a cell with two components the one row of C. */
-static PetscErrorCode SlipPackCoupling(Mat C, Vec row, PetscInt nloc, const PetscInt loc[], PetscInt n,
-                                       const PetscInt glob[], PetscScalar rows[])
+/* The rows of J_ss owned here gain row_i C_ij, both of a cell with two components the one row of C; with stride 3 C is
+   scale times a matrix whose third rows count, in columns that slide where their own do not: no diagonal. */
+static PetscErrorCode SlipPackCoupling(Mat C, PetscReal scale, PetscInt stride, Vec row, PetscInt nloc,
+                                       const PetscInt loc[], PetscInt n, const PetscInt glob[], PetscScalar rows[])
 {
   Mat local;
+  const PetscInt last = stride - 1;
   PetscInt lda, cells, c;
   const PetscScalar *a, *f;
 
@@ -69,10 +71,11 @@ static PetscErrorCode SlipPackCoupling(Mat C, Vec row, PetscInt nloc, const Pets
   PetscCall(MatDenseGetArrayRead(local, &a));
   PetscCall(VecGetLocalSize(row, &c));
   PetscCall(MatGetLocalSize(C, &cells, NULL));
-  c = cells ? c / cells : 1;
+  c = cells ? stride * c / cells : 1;
   PetscCall(VecGetArrayRead(row, &f));
   for (PetscInt j = 0; j < n; j++)
-    for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] += f[loc[i]] * a[loc[i] / c + lda * glob[j]];
+    for (PetscInt i = 0; i < nloc; i++)
+      rows[i * n + j] += f[loc[i]] * scale * a[stride * (loc[i] / c) + last + lda * glob[j]];
   PetscCall(VecRestoreArrayRead(row, &f));
   PetscCall(MatDenseRestoreArrayRead(local, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -104,15 +107,20 @@ static PetscErrorCode SlipPackRows(Mat dense, PetscReal scale, Vec diagonal, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The entries of the slope beside the diagonal: both components of a cell slide, or none, and they are neighbours. */
-static PetscErrorCode SlipPackCross(Vec cross, PetscInt nloc, const PetscInt loc[], PetscInt n, PetscInt first,
-                                    PetscScalar rows[])
+/* The entries of the slope beside the diagonal: both components of a cell in its plane slide, or none, and they are
+   neighbours. */
+static PetscErrorCode SlipPackCross(Vec cross, PetscInt block, PetscInt nloc, const PetscInt loc[], PetscInt n,
+                                    PetscInt first, PetscScalar rows[])
 {
   const PetscScalar *c;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(cross, &c));
-  for (PetscInt i = 0; i < nloc; i++) rows[i * n + first + (i ^ 1)] += c[loc[i] / 2];
+  for (PetscInt i = 0; i < nloc; i++) {
+    const PetscInt k = loc[i] % block;
+
+    if (k < 2) rows[i * n + first + (k ? i - 1 : i + 1)] += c[loc[i] / block];
+  }
   PetscCall(VecRestoreArrayRead(cross, &c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -193,7 +201,7 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   Mat dense;
   Vec diagonal;
   PetscReal sum, scale;
-  PetscInt n, nloc = 0, *loc, *glob;
+  PetscInt n, nloc = 0, block, cells, *loc, *glob;
   PetscMPIInt *counts, *displs, rank;
   PetscScalar *rows, *A, *b, *mine, *y;
   PetscBool told, symmetric;
@@ -217,11 +225,18 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   PetscCall(SlipSlidingSet(mask, &nloc, &loc, &counts, &displs, &glob));
   PetscCall(PetscMalloc4(nloc * n, &rows, nloc, &mine, n * n, &A, n, &b));
   PetscCall(SlipPackRows(dense, scale, diagonal, slope, rhs, nloc, loc, n, glob, displs[rank], rows, mine));
-  if (cross) PetscCall(SlipPackCross(cross, nloc, loc, n, displs[rank], rows));
-  if (C) PetscCall(SlipPackCoupling(C, row, nloc, loc, n, glob, rows));
+  if (cross) {
+    PetscCall(VecGetLocalSize(mask, &block));
+    PetscCall(VecGetLocalSize(cross, &cells));
+    PetscCall(SlipPackCross(cross, block / PetscMax(cells, 1), nloc, loc, n, displs[rank], rows));
+  }
+  if (C)
+    PetscCall(SlipPackCoupling(C, 1, 1, row, nloc, loc, n, glob, rows));
+  else if (row)
+    PetscCall(SlipPackCoupling(dense, scale, 3, row, nloc, loc, n, glob, rows));
   PetscCall(MatIsSymmetricKnown(dense, &told, &symmetric));
-  PetscCall(SlipGatherSolve(comm, !C && (!told || symmetric) ? PETSC_TRUE : PETSC_FALSE, C ? PETSC_TRUE : PETSC_FALSE,
-                            n, nloc, rows, mine, counts, displs, A, b, pd));
+  PetscCall(SlipGatherSolve(comm, !row && (!told || symmetric) ? PETSC_TRUE : PETSC_FALSE,
+                            row ? PETSC_TRUE : PETSC_FALSE, n, nloc, rows, mine, counts, displs, A, b, pd));
   if (*pd) {
     PetscCall(VecZeroEntries(dx));
     PetscCall(VecGetArray(dx, &y));

@@ -1,5 +1,6 @@
 /* A stage at one point: work vectors, natural residual, slope and coupling of the bound, reaction of a solution. With
-   one component a cell these are the loops of cone.c over rows, with two those over cells. */
+   one component a cell these are the loops of cone.c over rows, with two those over cells, with three those of
+   contact.c too. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -23,6 +24,10 @@ PetscErrorCode SlipConstraintSetUpWork(SlipConstraint con)
     PetscCall(VecDuplicate(con->x, &con->row));
     PetscCall(VecDuplicate(cells, &con->cx));
   }
+  if (con->components == 3 && !con->friction) {
+    PetscCall(VecDuplicate(con->x, &con->row));
+    PetscCall(VecDuplicate(cells, &con->friction));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -33,9 +38,18 @@ PetscErrorCode SlipConstraintJacobian(SlipConstraint con, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* |v| of a cell in its plane, or the size of what opens it, whichever is larger; of one that is not a number infinite */
+static PetscReal SlipBlockSize(PetscInt c, const PetscReal v[])
+{
+  const PetscReal size = hypot(v[0], v[1]), open = c == 3 ? PetscAbsReal(v[2]) : 0;
+
+  return PetscIsInfOrNanReal(size) || PetscIsInfOrNanReal(open) ? PETSC_INFINITY : PetscMax(size, open);
+}
+
 PetscErrorCode SlipConstraintNorm(SlipConstraint con, Vec v, PetscReal *norm)
 {
   PetscInt n;
+  const PetscInt c = con->components;
   const PetscReal *a;
 
   PetscFunctionBegin;
@@ -47,7 +61,7 @@ PetscErrorCode SlipConstraintNorm(SlipConstraint con, Vec v, PetscReal *norm)
   PetscCall(VecGetLocalSize(con->cells, &n));
   PetscCall(VecGetArrayRead(v, &a));
   for (PetscInt i = 0; i < n; i++) {
-    const PetscReal size = hypot(a[2 * i], a[2 * i + 1]);
+    const PetscReal size = SlipBlockSize(c, a + c * i);
 
     *norm = PetscIsInfOrNanReal(size) ? PETSC_INFINITY : PetscMax(*norm, size);
   }
@@ -56,7 +70,7 @@ PetscErrorCode SlipConstraintNorm(SlipConstraint con, Vec v, PetscReal *norm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Diagonal of B to one number for both components of a cell, the larger */
+/* Diagonal of B to one number for both components of a cell in its plane, the larger */
 static PetscErrorCode SlipConstraintLargerDiagonal(SlipConstraint con, Vec d)
 {
   PetscInt n;
@@ -64,9 +78,9 @@ static PetscErrorCode SlipConstraintLargerDiagonal(SlipConstraint con, Vec d)
 
   PetscFunctionBegin;
   if (!con->cells) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetLocalSize(con->cells, &n));
+  PetscCall(VecGetLocalSize(d, &n));
   PetscCall(VecGetArray(d, &a));
-  for (PetscInt i = 0; i < n; i++) a[2 * i] = a[2 * i + 1] = PetscMax(a[2 * i], a[2 * i + 1]);
+  for (PetscInt i = 0; i < n; i += con->components) a[i] = a[i + 1] = PetscMax(a[i], a[i + 1]);
   PetscCall(VecRestoreArray(d, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -110,6 +124,11 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
   }
   PetscCall(SlipConstraintNorm(con, con->g, &cmax));
   PetscCall((*con->ops->bound)(con, x, con->q, NULL, con->ctx));
+  if (con->friction) { /* the strength under the pressure at rest */
+    PetscCall(VecZeroEntries(con->x));
+    PetscCall(VecSet(con->rho, 1.0));
+    PetscCall(SlipConstraintPress(con, con->x, con->q));
+  }
   PetscCall(VecNorm(con->q, NORM_INFINITY, &qmax));
   con->scale = con->omega * qmax + cmax;
   if (con->scale == 0.0) con->scale = 1.0;
@@ -121,6 +140,24 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
   PetscCall(SlipConstraintLargerDiagonal(con, con->rho));
   PetscCall(VecReciprocal(con->rho));
   if (con->ops->solve_cells) PetscCall(SlipConstraintPrescribed(con));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipConstraintPress(SlipConstraint con, Vec x, Vec v)
+{
+  PetscInt n;
+  const PetscReal *xx, *g, *rho;
+  PetscReal *p;
+  const SlipArrays arrays[] = {
+    {x, .read = &xx}, {con->g, .read = &g}, {con->rho, .read = &rho}, {con->spare, .write = &p}};
+
+  PetscFunctionBegin;
+  if (!con->friction) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(v, &n));
+  PetscCall(SlipArraysGet(4, arrays));
+  SlipContactPressure(n, con->omega, xx, g, rho, p);
+  PetscCall(SlipArraysRestore(4, arrays));
+  PetscCall(VecPointwiseMult(v, v, con->spare));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,19 +176,22 @@ PetscErrorCode SlipConstraintResidual(SlipConstraint con, const SlipStageModel *
 static PetscErrorCode SlipConstraintCouplingOfVectors(SlipConstraint con)
 {
   PetscInt n;
+  const PetscInt c = con->components;
+  const PetscReal omega = con->friction ? 1 : con->omega; /* q is friction times G_n / omega */
   const PetscReal *a, *q, *mask, *normal;
   PetscReal *row;
-  const SlipArrays arrays[] = {{con->cx, .read = &a},
+  const SlipArrays arrays[] = {{con->friction ? con->friction : con->cx, .read = &a},
                                {con->q, .read = &q},
                                {con->mask, .read = &mask},
                                {con->normal, .read = &normal},
                                {con->row, .write = &row}};
 
   PetscFunctionBegin;
-  PetscCall((*con->ops->coupling)(con, &con->C, con->cx, con->ctx));
+  if (!con->friction) PetscCall((*con->ops->coupling)(con, &con->C, con->cx, con->ctx));
   PetscCall(VecGetLocalSize(con->row, &n));
   PetscCall(SlipArraysGet(5, arrays));
-  for (PetscInt i = 0; i < n; i++) row[i] = mask[i] != 0.0 && q[i / 2] > 0.0 ? con->omega * normal[i] * a[i / 2] : 0.0;
+  for (PetscInt i = 0; i < n; i++)
+    row[i] = mask[i] != 0.0 && q[i / c] > 0.0 ? omega * normal[i] * a[i / c] : 0.0; /* normal rows: their normal is 0 */
   PetscCall(SlipArraysRestore(5, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -185,7 +225,10 @@ static PetscErrorCode SlipConstraintCoupling(SlipConstraint con)
 PetscErrorCode SlipConstraintAddCoupling(SlipConstraint con, Vec x, Vec y)
 {
   PetscFunctionBegin;
-  if (con->C) PetscCall(SlipAddCoupling(con->C, con->row, x, con->cx, y));
+  if (con->friction)
+    PetscCall(SlipAddPressure(con->row, y, x, con->rho, y));
+  else if (con->C)
+    PetscCall(SlipAddCoupling(con->C, con->row, x, con->cx, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -204,9 +247,10 @@ static PetscErrorCode SlipConstraintVectors(SlipConstraint con, Vec x)
   PetscCall(VecGetLocalSize(con->cells, &n));
   PetscCall(SlipArraysGet(9, arrays));
   if (con->ops->solve_cells)
-    SlipDiskSmooth(n, con->omega, xx, g, q, dq, mask, F, normal, hold);
+    SlipDiskSmooth(n, con->components, con->omega, xx, g, q, dq, mask, F, normal, hold);
   else
-    SlipDiskNatural(n, con->omega, xx, g, q, rho, F, mask, normal, hold);
+    SlipDiskNatural(n, con->components, con->omega, xx, g, q, rho, F, mask, normal, hold);
+  if (con->friction) SlipContactNatural(n, xx, g, rho, F, mask);
   PetscCall(SlipArraysRestore(9, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -238,7 +282,7 @@ PetscErrorCode SlipConstraintSlope(SlipConstraint con, Vec x, Vec dq, Vec slope,
 
   PetscCall(VecGetLocalSize(con->cells, &n));
   PetscCall(SlipArraysGet(6, arrays));
-  SlipDiskSlope(n, con->omega, xx, d, normal, hold, ss, cc);
+  SlipDiskSlope(n, con->components, con->omega, xx, d, normal, hold, ss, cc);
   PetscCall(SlipArraysRestore(6, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -275,8 +319,11 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *
   PetscCall(SlipConstraintResidual(con, model, x, con->g));
   PetscCall(PetscLogEventBegin(SLIP_Cone, con, x, 0, 0));
   PetscCall((*con->ops->bound)(con, x, con->q, con->dq, con->ctx));
+  if (con->friction) PetscCall(VecCopy(con->q, con->friction));
+  PetscCall(SlipConstraintPress(con, x, con->q));
+  PetscCall(SlipConstraintPress(con, x, con->dq));
   PetscCall(SlipConstraintNatural(con, x));
-  if (con->ops->coupling) PetscCall(SlipConstraintCoupling(con));
+  if (con->row) PetscCall(SlipConstraintCoupling(con));
   PetscCall(VecNorm(con->F, NORM_2, &con->merit));
   PetscCall(SlipConstraintNorm(con, con->F, &con->norm));
   con->merit /= con->scale;
@@ -291,7 +338,7 @@ PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
   PetscInt n, rstart;
   const PetscScalar *g, *q, *F, *rho;
   PetscScalar *xx, *r;
-  const PetscInt c = con->cells ? 2 : 1;
+  const PetscInt c = con->components;
   struct {
     double value;
     int index;
@@ -306,13 +353,14 @@ PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
   if (con->cells && con->ops->solve_cells)
     for (PetscInt i = 0; i < n; i++) SlipDiskReaction(con->omega, &xx[2 * i], &g[2 * i], q[i], &r[2 * i]);
   else if (con->cells)
-    SlipDiskFinish(n, con->omega, g, q, rho, xx, r);
+    SlipDiskFinish(n, c, con->omega, g, q, rho, xx, r);
   else if (con->ops->solve_cells)
     for (PetscInt i = 0; i < n; i++) r[i] = xx[i] > 0 ? -q[i] : q[i];
   else
     SlipConeFinish(n, con->omega, g, q, rho, xx, r);
+  if (con->friction) SlipContactFinish(n, con->omega, g, rho, xx, r);
   for (PetscInt i = 0; i < n; i++) {
-    const PetscReal size = c == 2 ? hypot(F[2 * i], F[2 * i + 1]) : PetscAbsReal(F[i]);
+    const PetscReal size = c > 1 ? SlipBlockSize(c, F + c * i) : PetscAbsReal(F[i]);
 
     /* NaN counts as the largest */
     if (size <= mine.value) continue;

@@ -11,8 +11,8 @@ typedef struct {
   Mat B;       /* the parts once more, borrowed: products and steps by the thousand need not look up names */
   Vec mask, slope;
   Vec cross; /* borrowed; NULL: one component a cell */
-  Mat C;     /* borrowed; NULL: symmetric */
-  Vec row;   /* its factors, borrowed */
+  Mat C;     /* borrowed; NULL: normal rows of B */
+  Vec row;   /* its factors, borrowed; NULL: symmetric */
   Vec cx;    /* product */
 } SlipJacobian;
 
@@ -48,20 +48,42 @@ PetscErrorCode SlipAddCoupling(Mat C, Vec row, Vec x, Vec cx, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipAddPressure(Vec row, Vec z, Vec x, Vec rho, Vec y)
+{
+  const PetscReal *f, *a, *b = NULL, *p = NULL;
+  PetscReal *yy;
+  PetscInt n;
+  const SlipArrays arrays[] = {
+    {row, .read = &f}, {z == y ? NULL : z, .read = &a}, {y, .write = &yy}, {x, .read = &b}, {rho, .read = &p}};
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(y, &n));
+  PetscCall(SlipArraysGet(5, arrays));
+  for (PetscInt i = 0; i < n; i += 3) {
+    const PetscReal change = (z == y ? yy : a)[i + 2] - (x ? b[i + 2] / p[i + 2] : 0);
+
+    for (PetscInt k = i; k < i + 2; k++) yy[k] += f[k] * change;
+  }
+  PetscCall(SlipArraysRestore(5, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipAddCross(Vec cross, Vec mask, Vec x, Vec y)
 {
   const PetscReal *c, *m, *xx;
   PetscReal *yy;
-  PetscInt n;
+  PetscInt n, block;
   const SlipArrays arrays[] = {{cross, .read = &c}, {mask, .read = &m}, {x, .read = &xx}, {y, .write = &yy}};
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(cross, &n));
+  PetscCall(VecGetLocalSize(x, &block));
+  block /= PetscMax(n, 1);
   PetscCall(SlipArraysGet(4, arrays));
-  for (PetscInt i = 0; i < n; i++) {
-    if (m[2 * i] == 0.0) continue;
-    yy[2 * i] += c[i] * xx[2 * i + 1];
-    yy[2 * i + 1] += c[i] * xx[2 * i];
+  for (PetscInt i = 0, k = 0; i < n; i++, k += block) {
+    if (m[k] == 0.0) continue;
+    yy[k] += c[i] * xx[k + 1];
+    yy[k + 1] += c[i] * xx[k];
   }
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -86,7 +108,10 @@ static PetscErrorCode MatMult_SlipJacobian(Mat J, Vec x, Vec y)
   for (PetscInt i = 0; i < n; i++) yy[i] = m[i] != 0.0 ? z[i] + d[i] * xx[i] : xx[i];
   PetscCall(SlipArraysRestore(5, arrays));
   if (jac->cross) PetscCall(SlipAddCross(jac->cross, jac->mask, x, y));
-  if (jac->C) PetscCall(SlipAddCoupling(jac->C, jac->row, jac->work[0], jac->cx, y));
+  if (jac->C)
+    PetscCall(SlipAddCoupling(jac->C, jac->row, jac->work[0], jac->cx, y));
+  else if (jac->row)
+    PetscCall(SlipAddPressure(jac->row, jac->work[1], NULL, NULL, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -215,7 +240,7 @@ PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(J, &jac));
-  if (C && !jac->C) {
+  if (row && !jac->row) {
     PetscCall(MatSetOption(J, MAT_SYMMETRY_ETERNAL, PETSC_FALSE));
     PetscCall(MatSetOption(J, MAT_SYMMETRIC, PETSC_FALSE));
   }

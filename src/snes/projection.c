@@ -29,14 +29,15 @@ PetscErrorCode SlipProjectionStep(SlipConstraint con, const SlipStageModel *mode
     PetscCall(SlipArraysGet(4, from));
     PetscCall(VecGetArrayWrite(x1, &y));
     if (con->cells)
-      SlipDiskProject(n, con->omega, xx, g, q, p, y);
+      SlipDiskProject(n, con->components, con->omega, xx, g, q, p, y);
     else
       SlipConeProject(n, con->omega, xx, g, q, p, y);
+    if (con->friction) SlipContactProject(n, xx, g, p, y);
     PetscCall(VecRestoreArrayWrite(x1, &y));
     PetscCall(PetscLogEventEnd(SLIP_Cone, con, x, 0, 0));
     PetscCall(SlipConstraintResidual(con, model, x1, g1));
     PetscCall(SlipArraysGet(2, both));
-    SlipConeChanges(con->cells ? 2 * n : n, xx, xx1, g, gg1, p, sum);
+    SlipConeChanges(con->components * n, xx, xx1, g, gg1, p, sum);
     PetscCall(SlipArraysRestore(2, both));
     PetscCall(SlipArraysRestore(4, from));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)con)));

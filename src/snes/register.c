@@ -69,6 +69,7 @@ PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstraintOps *ops,
   c->omega = 1.0;
   c->scale = 1.0;
   c->worst = -1;
+  c->components = 1;
   PetscCall(VecDuplicate(reduced_template, &c->x));
   *con = c;
   PetscFunctionReturn(PETSC_SUCCESS);

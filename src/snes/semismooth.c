@@ -126,6 +126,7 @@ static PetscErrorCode SlipSemismoothCheckStart(SNES snes, SlipConstraint con, Ve
 
   PetscFunctionBegin;
   PetscCall((*con->ops->start_slope)(con, dq, con->ctx));
+  PetscCall(SlipConstraintPress(con, x, dq));
   PetscCall(SlipConstraintSlope(con, x, dq, slope, &cross));
   PetscCall(VecWAXPY(rhs, -1.0, slope, con->slope));
   PetscCall(VecPointwiseMult(rhs, rhs, con->rho));

@@ -37,7 +37,7 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
   if (!ss->J) PetscCall(MatCreateSlipJacobian(con->B, &ss->J));
   PetscCall(MatSlipJacobianSetCross(ss->J, cross));
   PetscCall(MatSlipJacobianSetParts(ss->J, A, con->mask, slope));
-  if (con->C) {
+  if (con->row) {
     PetscBool cg;
 
     PetscCall(MatSlipJacobianSetCoupling(ss->J, con->C, con->row));
@@ -76,7 +76,7 @@ static PetscErrorCode SlipSemismoothHold(SlipConstraint con, Vec x, Vec y)
   if (!con->cells) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetLocalSize(con->cells, &n));
   PetscCall(SlipArraysGet(4, arrays));
-  SlipDiskHold(n, normal, hold, xx, yy);
+  SlipDiskHold(n, con->components, normal, hold, xx, yy);
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -197,7 +197,7 @@ static PetscErrorCode SlipSemismoothSearch(SNES snes, SlipConstraint con, const 
 
       PetscCall(VecGetLocalSize(con->q, &n));
       PetscCall(SlipArraysGet(3, arrays));
-      turned = con->cells ? SlipDiskStopTurning(n, q, from, to) : SlipConeStopTurning(n, q, from, to);
+      turned = con->cells ? SlipDiskStopTurning(n, con->components, q, from, to) : SlipConeStopTurning(n, q, from, to);
       PetscCall(SlipArraysRestore(3, arrays));
       PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turned, 1, MPIU_BOOL, MPI_LOR, PetscObjectComm((PetscObject)con)));
       if (turned) {

@@ -21,8 +21,8 @@ static void Natural(PetscReal B[DIM][DIM], const PetscReal c[], PetscReal omega,
     q[i] = 1 - weakening * hypot(x[2 * i], x[2 * i + 1]);
     dq[i] = -weakening;
   }
-  SlipDiskNatural(N, omega, x, g, q, rho, F, mask, normal, hold);
-  SlipDiskSlope(N, omega, x, dq, normal, hold, slope, cross);
+  SlipDiskNatural(N, 2, omega, x, g, q, rho, F, mask, normal, hold);
+  SlipDiskSlope(N, 2, omega, x, dq, normal, hold, slope, cross);
 }
 
 /* The Jacobian B + slope, its rows across n divided by |z| / (|z| - rho omega q), against central differences of the
@@ -108,18 +108,18 @@ static void natural_map_is_zero_at_solutions(void **state)
   for (PetscReal s = 0.125; s < 20; s *= 4) {
     const PetscReal rho[] = {s, s, s, s, s, s, s, s};
 
-    SlipDiskNatural(4, omega, x, g, q, rho, F, mask, normal, hold);
+    SlipDiskNatural(4, 2, omega, x, g, q, rho, F, mask, normal, hold);
     for (int i = 0; i < 8; i++) AssertNear(F[i], 0, 1e-14); /* rounding of |z| of at most 40 s in units of s */
     assert_true(mask[0] == 1 && mask[2] == 0 && mask[4] == 0 && mask[6] == 1);
     AssertNear(hold[0], omega * q[0] / 5, 1e-12); /* q / |x| */
     assert_true(hold[1] == 0 && hold[3] == 0 && normal[6] == 0);
-    SlipDiskSlope(4, omega, x, dq, normal, hold, slope, cross);
+    SlipDiskSlope(4, 2, omega, x, dq, normal, hold, slope, cross);
     assert_true(slope[6] == 0 && slope[7] == 0 && cross[3] == 0);
     memcpy(y, x, sizeof(x));
-    SlipDiskFinish(4, omega, g, q, rho, y, r);
+    SlipDiskFinish(4, 2, omega, g, q, rho, y, r);
     for (int i = 0; i < 8; i++) AssertNear(y[i], x[i], 1e-14);
     for (int i = 0; i < 8; i++) AssertNear(r[i], g[i] / omega, 1e-14);
-    SlipDiskProject(4, omega, x, g, q, rho, y);
+    SlipDiskProject(4, 2, omega, x, g, q, rho, y);
     for (int i = 0; i < 8; i++) AssertNear(y[i], x[i], 1e-13 * s + 1e-14);
   }
 }
@@ -134,8 +134,8 @@ static void edge_of_sticking(void **state)
   for (int k = 0; k < 40; k++) {
     const PetscReal size = 1 + pow(10, 2 - k), g[] = {-0.6 * size, -0.8 * size};
 
-    SlipDiskNatural(1, 1, x, g, &q, rho, F, mask, normal, &hold);
-    SlipDiskSlope(1, 1, x, &dq, normal, &hold, slope, &cross);
+    SlipDiskNatural(1, 2, 1, x, g, &q, rho, F, mask, normal, &hold);
+    SlipDiskSlope(1, 2, 1, x, &dq, normal, &hold, slope, &cross);
     assert_true(mask[0] == (size > 1 ? 1 : 0));
     assert_true(hold <= 2e6 && isfinite(slope[0]) && isfinite(slope[1]) && isfinite(cross));
     if (size > 1 + 1e-15) AssertNear(slope[0] + slope[1], hold - 1, 1e-9);
@@ -144,7 +144,7 @@ static void edge_of_sticking(void **state)
   {
     const PetscReal g[] = {NAN, 0};
 
-    SlipDiskNatural(1, 1, x, g, &q, rho, F, mask, normal, &hold);
+    SlipDiskNatural(1, 2, 1, x, g, &q, rho, F, mask, normal, &hold);
     assert_true(isnan(F[0]));
   }
 }
@@ -157,7 +157,7 @@ static void finish_and_turning(void **state)
   PetscReal x[] = {0.5, 0.5, -0.5, 0.5, 0, 0.25, -7, 2}, r[8], to[] = {0.1, 5, -0.1, 5, 0, 5, -1, 0};
 
   (void)state;
-  SlipDiskFinish(4, 1, g, q, rho, x, r);
+  SlipDiskFinish(4, 2, 1, g, q, rho, x, r);
   AssertNear(x[0] * 3.5, x[1] * 0.5, 1e-15); /* along z = (0.5, 3.5), as fast as before */
   AssertNear(hypot(x[0], x[1]), hypot(0.5, 0.5), 1e-15);
   AssertNear(hypot(r[0], r[1]), 1, 1e-15);
@@ -165,9 +165,9 @@ static void finish_and_turning(void **state)
   assert_true(x[2] == 0 && x[3] == 0 && r[2] == -1 && r[3] == 0); /* backwards: stops, the balance on the disk */
   AssertNear(x[4] * 0.25, x[5] * 3, 1e-15);
   assert_true(x[6] == -7 && x[7] == 2 && r[6] == 0 && r[7] == 0);
-  assert_true(SlipDiskStopTurning(4, q, from, to));
+  assert_true(SlipDiskStopTurning(4, 2, q, from, to));
   assert_true(to[0] == 0.1 && to[1] == 5 && to[2] == 0 && to[3] == 0 && to[5] == 5 && to[6] == -1);
-  assert_false(SlipDiskStopTurning(4, q, from, to));
+  assert_false(SlipDiskStopTurning(4, 2, q, from, to));
 }
 
 SLIP_TESTS(jacobian_is_the_derivative, natural_map_is_zero_at_solutions, edge_of_sticking, finish_and_turning)

@@ -7,11 +7,12 @@
 
 struct _p_SlipConstraint {
   PETSCHEADER(SlipConstraintOps);
-  void *ctx;        /* the problem's */
-  Vec x;            /* layout of the reduced unknowns, also work */
-  Vec cells;        /* one number a cell, where x has two, also work; else NULL */
-  PetscBool single; /* cells cannot have two */
-  Vec w;            /* full, work; on first use */
+  void *ctx;           /* the problem's */
+  Vec x;               /* layout of the reduced unknowns, also work */
+  PetscInt components; /* of x, a cell's; three: two in its plane and what opens it */
+  Vec cells;           /* one number a cell, where x has more, also work; else NULL */
+  PetscBool single;    /* cells cannot have more than one */
+  Vec w;               /* full, work; on first use */
 
   PetscBool refuse; /* solves fail where the Jacobian on the sliding set is not positive definite */
 
@@ -27,9 +28,11 @@ struct _p_SlipConstraint {
 
   /* at the last point evaluated */
   Vec g, q, dq, F, mask, slope;
-  Mat C;       /* of bounds that depend on other rows' x, borrowed; NULL: none does */
-  Vec row, cx; /* its factors in sliding rows: F_i gains row_i (C dx)_i, a cell's i; a product */
-  Vec rho;     /* step of the natural map, 1 / diag(B), of the larger entry of a cell's */
+  Mat C;        /* of bounds that depend on other rows' x, borrowed; NULL: none does */
+  Vec row, cx;  /* its factors in sliding rows: F_i gains row_i (C dx)_i, a cell's i; a product. With three components a
+                  cell there is no C: its normal row of dG/dx is in its place */
+  Vec friction; /* with three components a cell: q over the pressure, else NULL */
+  Vec rho;      /* step of the natural map, 1 / diag(B), of the larger entry of a cell's */
   /* two components a cell, else NULL: directions n, what holds x along them (SlipDiskNatural()), and the entry of the
      slope beside its diagonal; spare: the same entry of other slopes */
   Vec normal, hold, cross, spare;
@@ -53,9 +56,11 @@ PETSC_INTERN PetscErrorCode SlipConstraintResidual(SlipConstraint, const SlipSta
 PETSC_INTERN PetscErrorCode SlipConstraintEvaluate(SlipConstraint, const SlipStageModel *, Vec x);
 /* Largest |v_i| of all cells, infinite where one is not a number */
 PETSC_INTERN PetscErrorCode SlipConstraintNorm(SlipConstraint, Vec v, PetscReal *norm);
+/* v, of cells, times the pressure at the point evaluated last, where cells open; else as it is */
+PETSC_INTERN PetscErrorCode SlipConstraintPress(SlipConstraint, Vec x, Vec v);
 /* Slope at the point evaluated last with dq (NULL: 0) in place of its own; cross NULL with one component */
 PETSC_INTERN PetscErrorCode SlipConstraintSlope(SlipConstraint, Vec x, Vec dq, Vec slope, Vec *cross);
-/* y_i += row_i (C x)_i, nothing without a coupling */
+/* Of a step that takes x away, y = B x: y_i += row_i (C x)_i, nothing without a coupling */
 PETSC_INTERN PetscErrorCode SlipConstraintAddCoupling(SlipConstraint, Vec x, Vec y);
 PETSC_INTERN PetscErrorCode SlipConstraintFinish(SlipConstraint, Vec x); /* reaction, worst cell */
 PETSC_INTERN PetscErrorCode SlipConstraintQuery(SNES, SlipConstraint *); /* error when the SNES has none */
@@ -67,14 +72,16 @@ PETSC_INTERN PetscErrorCode MatSlipJacobianSetCross(Mat J, Vec cross);
 PETSC_INTERN PetscErrorCode SlipAddCross(Vec cross, Vec mask, Vec x, Vec y);
 /* y_i += row_i (C x)_i, the product in cx; with two components a cell the rows of both have its product */
 PETSC_INTERN PetscErrorCode SlipAddCoupling(Mat C, Vec row, Vec x, Vec cx, Vec y);
-/* The coupling of the bounds in a generalised Jacobian; C NULL: none */
+/* The same with the normal rows of z = B x in the place of C x, less gain x there (NULL: 0) */
+PETSC_INTERN PetscErrorCode SlipAddPressure(Vec row, Vec z, Vec x, Vec rho, Vec y);
+/* The coupling of the bounds in a generalised Jacobian; C NULL and row: by the normal rows; both NULL: none */
 PETSC_INTERN PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row);
 
 /* One self-adaptive projection step from x, evaluated; rho is kept between calls, x1 and g1 are work. */
 PETSC_INTERN PetscErrorCode SlipProjectionStep(SlipConstraint, const SlipStageModel *, Vec x, Vec rho, Vec x1, Vec g1);
 
-/* Dense solve on the sliding set: J_ss dx_s = rhs_s, cross as above, by Cholesky, with C (NULL: none) and its factors
-   row by LU. done is false when the entries of B or C are not at hand, pd is false when the matrix is not positive
+/* Dense solve on the sliding set: J_ss dx_s = rhs_s, cross as above, by Cholesky, with C and its factors row (NULL:
+   none; row alone: the normal rows of B for C) by LU. done is false when the entries of B or C are not at hand, pd is false when the matrix is not positive
    definite, with C when its determinant is not positive (dx then untouched). */
 PETSC_INTERN PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec cross, Vec rhs, Vec dx,
                                             PetscInt max, PetscBool *done, PetscBool *pd);

@@ -1,0 +1,53 @@
+/* Contact of the two sides of a cell: its third number y is what opens it, G_n = omega r_n, and
+
+     y >= 0,  r_n >= 0,  y r_n = 0.
+
+   With z = y - rho G_n it is equivalent to the natural map y = max(0, z): Signorini's condition as Alart and Curnier
+   (1991), CMAME 92, solve it beside the friction disk |r_t| <= mu r_n. Cells have blocks of three numbers, two in the
+   plane (cone.c) and y.
+
+   Where z <= 0 a cell is closed: F = y / rho, its row is an identity, and -z / rho = G_n - y / rho is the pressure that
+   friction sees. With the step dy = -y of a closed cell its change is dG_n + y / rho. Elsewhere it is open: F = G_n. */
+#include <slipcompat.h>
+#include <slipcore.h>
+
+enum { BLOCK = 3, NORMAL = 2 };
+
+/* r_n of each cell, 0 where it is open; what is not a number is passed on */
+void SlipContactPressure(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal rho[],
+                         PetscReal p[])
+{
+  for (PetscInt i = 0, k = NORMAL; i < n; i++, k += BLOCK) {
+    const PetscReal z = x[k] - rho[k] * g[k];
+
+    p[i] = z > 0 ? 0 : -z / (rho[k] * omega);
+  }
+}
+
+/* F and mask of the normal rows: 1 where open */
+void SlipContactNatural(PetscInt n, const PetscReal x[], const PetscReal g[], const PetscReal rho[], PetscReal F[],
+                        PetscReal mask[])
+{
+  for (PetscInt i = 0, k = NORMAL; i < n; i++, k += BLOCK) {
+    mask[k] = x[k] - rho[k] * g[k] <= 0 ? 0 : 1; /* NaN opens: F is to show it */
+    F[k] = mask[k] == 0 ? x[k] / rho[k] : g[k];
+  }
+}
+
+/* Exactly closed, with the pressure that friction was given, or without any */
+void SlipContactFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal rho[], PetscReal x[],
+                       PetscReal r[])
+{
+  for (PetscInt i = 0, k = NORMAL; i < n; i++, k += BLOCK) {
+    const PetscReal z = x[k] - rho[k] * g[k];
+
+    r[k] = z > 0 ? 0 : -z / (rho[k] * omega);
+    x[k] = z > 0 ? PetscMax(x[k], 0) : 0;
+  }
+}
+
+/* One step of the fixed point */
+void SlipContactProject(PetscInt n, const PetscReal x[], const PetscReal g[], const PetscReal rho[], PetscReal x1[])
+{
+  for (PetscInt i = 0, k = NORMAL; i < n; i++, k += BLOCK) x1[k] = PetscMax(x[k] - rho[k] * g[k], 0);
+}
