@@ -67,8 +67,9 @@ typedef struct {
    shear components before its normal stress, positive where slip compresses, for unit slip on the source. */
 struct _SlipKernelType {
   const char *name;
-  PetscInt components;  /* of slip and of shear stress: 1 along the cells' rakes, or 2, along strike and up dip */
-  PetscInt normals;     /* rows of normal stress: 0, or 1 where it changes by slip */
+  PetscInt
+    components; /* of slip and of stress drop: 1 along the cells' rakes, 2, along strike and up dip, or 3 with opening */
+  PetscInt normals;     /* rows of normal stress besides: 0, or 1 where it changes by slip */
   PetscInt symmetry[2]; /* SlipKernelSymmetry, added: below the free surface, in a full space */
   /* at the receiver's centre */
   void (*centre)(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source, PetscReal block[]);
@@ -84,7 +85,7 @@ struct _SlipKernelType {
   PetscReal (*edge)(const SlipKernel *kernel, PetscBool along_strike, PetscReal normal, PetscReal share,
                     PetscReal ratio);
   /* At points [n][3] of the plane of the source, its own centre and those of cells like it: stress drop along strike, up dip
-     and across, [n][3], for unit slip along strike (component 0) or up dip (1). With the distance along strike, what dip
+     and across, [n][3], for unit slip along strike (component 0), up dip (1) or opening (2). With the distance along strike, what dip
      and dip or strike and strike have to do with each other is even, as is what slip up dip does across; the rest is odd.
      Products by transforms on dipping planes need it; NULL: refused. */
   PetscErrorCode (*plane)(const SlipKernel *kernel, const SlipDippingRectangle *source, PetscInt component, PetscInt n,
@@ -105,6 +106,10 @@ PETSC_EXTERN const SlipKernelType SlipKernelTriangle;
 /* Slip as a vector along strike and up dip on either, whatever their rakes: shear stress along both, and normal stress. */
 PETSC_EXTERN const SlipKernelType SlipKernelDippingVector;
 PETSC_EXTERN const SlipKernelType SlipKernelTriangleVector;
+/* The same with opening as a third component, positive where the sides part: the third stress is the compression, as its own unit
+   opening makes it, and there are no other rows of normal stress. */
+PETSC_EXTERN const SlipKernelType SlipKernelDippingOpening;
+PETSC_EXTERN const SlipKernelType SlipKernelTriangleOpening;
 PETSC_EXTERN PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *kernel);
 /* The block [Pa/m] of a kernel that SlipKernelCheck() accepts. */
 static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source,

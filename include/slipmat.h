@@ -33,6 +33,8 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const S
    and shear traction as vectors: rows and columns 2 i and 2 i + 1 are along strike and up dip of cell i; Kn is N x 2 N */
 PETSC_EXTERN PetscErrorCode MatCreateSlipDippingVectorStiffness(MPI_Comm comm, const SlipDippingGrid *grid,
                                                                 const char *type, Mat *S, Mat *Kn);
+/* Of a stiffness with opening, 3 N x 3 N, the N x 3 N rows of normal stress */
+PETSC_EXTERN PetscErrorCode MatCreateSlipNormalRows(Mat S, Mat *Kn);
 /* f = K u and n = Kn u, with what both need of u computed once; Kn as made with K, or any other. */
 PETSC_EXTERN PetscErrorCode MatSlipStiffnessMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n);
 /* From explicit entries: row-major N*N on rank 0 (NULL elsewhere), checked for symmetry (1e-8 relative) and positive
@@ -58,6 +60,7 @@ PETSC_EXTERN PetscErrorCode MatSlipGetNotes(Mat A, const char **why, const char 
    (exact, by Lanczos' method in each product), "toeplitz" (cheap and a few per cent off along the edges of a uniform
    grid, for Jacobians), "none" (zero). */
 PETSC_EXTERN PetscErrorCode MatCreateSlipRadiation(Mat K, PetscReal eta, Mat *H);
+PETSC_EXTERN PetscErrorCode MatCreateSlipRadiationOpening(Mat K, PetscReal eta, PetscReal across, Mat *H);
 PETSC_EXTERN PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, const char *type, Mat *H);
 
 /* ---- stage operator ---- B(theta) = (mass/theta) I + H + theta K   [Pa s/m], theta [s].

@@ -219,20 +219,21 @@ PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space
 
 /*
   SlipDippingTractions_Private - traction [n][3], along the rake, across it and normal, at the centre of each receiver by slip
-  along the rake of its own source; of vectors [n][2][3], along strike, up dip and normal, by slip along strike and up dip. Cells
-  are not checked: those of a mesh are when it is taken.
+  along the rake of its own source; of 2 or 3 slips [n][slips][3], along strike, up dip and normal, by slip along strike and up dip
+  and by opening. Cells are not checked: those of a mesh are when it is taken.
 */
-void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscBool vector, PetscInt n,
+void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
                                   const SlipCell receiver[], const SlipCell source[], PetscReal traction[])
 {
-  const PetscInt slips = vector ? 2 : 1;
+  const PetscBool vector = slips > 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscReal strike[2] = {1, 0}, rake[2] = {1, 0}, directions[9];
 
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
     const PetscInt count = PetscMin(SLIP_LANES, n - first);
-    const SlipDipping *all[2][SLIP_LANES], *const *const of[2] = {all[0], all[1]};
-    PetscReal turn[SLIP_LANES][2], gradient[2][9 * SLIP_LANES], *const out[2] = {gradient[0], gradient[1]}, stress[6];
-    SlipDipping lane[SLIP_LANES], up[SLIP_LANES];
+    const SlipDipping *all[3][SLIP_LANES], *const *const of[3] = {all[0], all[1], all[2]};
+    PetscReal gradient[3][9 * SLIP_LANES], *const out[3] = {gradient[0], gradient[1], gradient[2]};
+    PetscReal turn[SLIP_LANES][2], stress[6];
+    SlipDipping lane[SLIP_LANES], other[2][SLIP_LANES];
     SlipPlatePoints p;
 
     p.n = count;
@@ -255,11 +256,11 @@ void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_spac
       lane[k].b[0] = rake[0];
       lane[k].b[1] = rake[1];
       all[0][k] = &lane[k];
-      if (vector) {
-        up[k] = lane[k];
-        up[k].b[0] = 0;
-        up[k].b[1] = 1;
-        all[1][k] = &up[k];
+      for (PetscInt m = 1; m < slips; m++) {
+        other[m - 1][k] = lane[k];
+        other[m - 1][k].b[0] = 0;
+        other[m - 1][k].b[m] = 1;
+        all[m][k] = &other[m - 1][k];
       }
       turn[k][0] = strike[0];
       turn[k][1] = strike[1];

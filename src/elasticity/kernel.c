@@ -17,7 +17,7 @@
 - kernel - the kernel
 
   Errors: PETSC_ERR_ARG_NULL without a type, PETSC_ERR_ARG_OUTOFRANGE for elastic constants out of range, PETSC_ERR_SUP
-  for more than two components of slip or one row of normal stress, and averages that the type does not know
+  for more than three components of slip or one row of normal stress, and averages that the type does not know
 
   Level: developer
 
@@ -32,23 +32,23 @@ PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *k)
              "Shear modulus must be positive and finite, not %g Pa", (double)k->shear_modulus);
   PetscCheck(k->poisson_ratio > -1 && k->poisson_ratio < 0.5, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Poisson's ratio must lie in (-1, 0.5), not %g", (double)k->poisson_ratio);
-  PetscCheck(k->type->components >= 1 && k->type->components <= 2 && k->type->normals >= 0 && k->type->normals <= 1,
+  PetscCheck(k->type->components >= 1 && k->type->components <= 3 && k->type->normals >= 0 && k->type->normals <= 1,
              comm, PETSC_ERR_SUP,
              "Kernel \"%s\" has %" PetscInt_FMT " components of slip and %" PetscInt_FMT
-             " rows of normal stress, expected 1 or 2 and at most 1",
+             " rows of normal stress, expected 1 to 3 and at most 1",
              k->type->name, k->type->components, k->type->normals);
   PetscCheck(k->average == SLIP_AVERAGE_CENTRE || k->type->average, comm, PETSC_ERR_SUP,
              "Kernel \"%s\" knows no average over a cell, expected SLIP_AVERAGE_CENTRE", k->type->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For creators of operators: a kernel that SlipKernelCheck() accepts must have so many components of slip. */
+/* For creators of operators: a kernel that SlipKernelCheck() accepts must have one component of slip, or several. */
 PetscErrorCode SlipKernelCheckComponents(MPI_Comm comm, const SlipKernel *k, PetscInt components)
 {
   PetscFunctionBegin;
-  PetscCheck(k->type->components == components, comm, PETSC_ERR_SUP,
-             "Kernel \"%s\" has %" PetscInt_FMT " components of slip, expected %" PetscInt_FMT ": %s", k->type->name,
-             k->type->components, components,
+  PetscCheck((k->type->components > 1) == (components > 1), comm, PETSC_ERR_SUP,
+             "Kernel \"%s\" has %" PetscInt_FMT " components of slip, expected %s: %s", k->type->name,
+             k->type->components, components == 1 ? "1" : "2, or 3 with opening",
              components == 1 ? "vectors of slip are for MatCreateSlipCellVectorStiffness() and its sister of grids"
                              : "take one for vectors of slip, such as SlipKernelDippingVector");
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -119,7 +119,7 @@ static void Centre_Dipping(const SlipKernel *k, const SlipCell *receiver, const 
 static PetscErrorCode Plane_Dipping(const SlipKernel *k, const SlipDippingRectangle *source, PetscInt component,
                                     PetscInt n, const PetscReal points[], PetscReal traction[])
 {
-  const PetscReal slip[3] = {component == 0, component == 1, 0};
+  const PetscReal slip[3] = {component == 0, component == 1, component == 2};
   PetscReal stress[6 * SLIP_LANES], directions[9];
 
   PetscFunctionBegin;
@@ -142,8 +142,8 @@ static void Centres_Dipping(const SlipKernel *k, PetscInt n, const SlipCell rece
     const PetscInt count = PetscMin(SLIP_LANES, n - first);
     PetscReal traction[3 * SLIP_LANES];
 
-    SlipDippingTractions_Private(k->shear_modulus, k->poisson_ratio, k->full_space, PETSC_FALSE, count,
-                                 receiver + first, source + first, traction);
+    SlipDippingTractions_Private(k->shear_modulus, k->poisson_ratio, k->full_space, 1, count, receiver + first,
+                                 source + first, traction);
     for (PetscInt i = 0; i < count; i++) {
       block[2 * (first + i)] = traction[3 * i];
       block[2 * (first + i) + 1] = traction[3 * i + 2];
@@ -160,24 +160,27 @@ const SlipKernelType SlipKernelDipping = {
   .centres = Centres_Dipping,
 };
 
-/* Both components take 1.3 times as long as one, of triangles 1.4 times, measured. Tractions [n][slip][3] as blocks [n][3][slip] */
-static void Transpose(PetscInt n, const PetscReal traction[], PetscReal block[])
+/* Both components take 1.3 times as long as one, of triangles 1.4 times, measured. Tractions [n][slips][3] as blocks [n][3][slips] */
+static void Transpose(PetscInt slips, PetscInt n, const PetscReal traction[], PetscReal block[])
 {
-  for (PetscInt k = 0; k < n; k++)
-    for (int i = 0; i < 3; i++)
-      for (int j = 0; j < 2; j++) block[6 * k + 2 * i + j] = traction[6 * k + 3 * j + i];
+  for (PetscInt k = 0; k < n; k++, traction += 3 * slips, block += 3 * slips)
+    for (PetscInt i = 0; i < 3; i++)
+      for (PetscInt j = 0; j < slips; j++) block[slips * i + j] = traction[3 * j + i];
 }
 
+/* Of vectors of slip, with opening or without */
 static void Centres_DippingVector(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
                                   PetscReal block[])
 {
+  const PetscInt slips = k->type->components;
+
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
     const PetscInt count = PetscMin(SLIP_LANES, n - first);
-    PetscReal traction[6 * SLIP_LANES];
+    PetscReal traction[9 * SLIP_LANES];
 
-    SlipDippingTractions_Private(k->shear_modulus, k->poisson_ratio, k->full_space, PETSC_TRUE, count, receiver + first,
+    SlipDippingTractions_Private(k->shear_modulus, k->poisson_ratio, k->full_space, slips, count, receiver + first,
                                  source + first, traction);
-    Transpose(count, traction, block + 6 * first);
+    Transpose(slips, count, traction, block + 3 * slips * first);
   }
 }
 
@@ -191,6 +194,14 @@ const SlipKernelType SlipKernelDippingVector = {
   .name = "dipping_vector",
   .components = 2,
   .normals = 1,
+  .centre = Centre_DippingVector,
+  .plane = Plane_Dipping,
+  .centres = Centres_DippingVector,
+};
+
+const SlipKernelType SlipKernelDippingOpening = {
+  .name = "dipping_opening",
+  .components = 3,
   .centre = Centre_DippingVector,
   .plane = Plane_Dipping,
   .centres = Centres_DippingVector,
@@ -212,14 +223,16 @@ static PetscBool Same(const SlipCell *a, const SlipCell *b)
 }
 
 /* Pairs in a row that share their source take less, as SlipTriangleTractions() knows it by its address. */
-static void TrianglePairs(const SlipKernel *k, PetscBool vector, PetscInt n, const SlipCell receiver[],
+static void TrianglePairs(const SlipKernel *k, PetscInt slips, PetscInt n, const SlipCell receiver[],
                           const SlipCell source[], PetscReal block[])
 {
+  const PetscBool vector = slips > 1 ? PETSC_TRUE : PETSC_FALSE;
+
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
     const PetscInt count = PetscMin(SLIP_LANES, n - first);
     SlipTriangleCell cell[2 * SLIP_LANES];
     const SlipTriangleCell *r[SLIP_LANES], *s[SLIP_LANES];
-    PetscReal traction[6 * SLIP_LANES];
+    PetscReal traction[9 * SLIP_LANES];
 
     for (PetscInt i = 0; i < count; i++) {
       const SlipCell *p = receiver + first + i, *q = source + first + i;
@@ -230,8 +243,8 @@ static void TrianglePairs(const SlipKernel *k, PetscBool vector, PetscInt n, con
       if (s[i] == &cell[2 * i + 1]) CellOf(q, vector, &cell[2 * i + 1]);
     }
     if (vector) {
-      SlipTriangleVectorTractions(k->shear_modulus, k->poisson_ratio, k->full_space, count, r, s, traction);
-      Transpose(count, traction, block + 6 * first);
+      SlipTriangleVectorTractions(k->shear_modulus, k->poisson_ratio, k->full_space, slips, count, r, s, traction);
+      Transpose(slips, count, traction, block + 3 * slips * first);
       continue;
     }
     SlipTriangleTractions(k->shear_modulus, k->poisson_ratio, k->full_space, count, r, s, traction);
@@ -245,7 +258,7 @@ static void TrianglePairs(const SlipKernel *k, PetscBool vector, PetscInt n, con
 static void Centres_Triangle(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
                              PetscReal block[])
 {
-  TrianglePairs(k, PETSC_FALSE, n, receiver, source, block);
+  TrianglePairs(k, 1, n, receiver, source, block);
 }
 
 static void Centre_Triangle(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source, PetscReal block[])
@@ -285,13 +298,13 @@ const SlipKernelType SlipKernelTriangle = {
 static void Centres_TriangleVector(const SlipKernel *k, PetscInt n, const SlipCell receiver[], const SlipCell source[],
                                    PetscReal block[])
 {
-  TrianglePairs(k, PETSC_TRUE, n, receiver, source, block);
+  TrianglePairs(k, k->type->components, n, receiver, source, block);
 }
 
 static void Centre_TriangleVector(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source,
                                   PetscReal block[])
 {
-  TrianglePairs(k, PETSC_TRUE, 1, receiver, source, block);
+  TrianglePairs(k, k->type->components, 1, receiver, source, block);
 }
 
 static void Average_TriangleVector(const SlipKernel *k, const SlipCell *receiver, const SlipCell *source,
@@ -301,8 +314,8 @@ static void Average_TriangleVector(const SlipKernel *k, const SlipCell *receiver
 
   CellOf(receiver, PETSC_TRUE, &r);
   CellOf(source, PETSC_TRUE, &s);
-  SlipTriangleVectorAverage(k->shear_modulus, k->poisson_ratio, k->full_space, &r, &s, SlipAverageCore(k->average),
-                            block);
+  SlipTriangleVectorAverage(k->shear_modulus, k->poisson_ratio, k->full_space, k->type->components, &r, &s,
+                            SlipAverageCore(k->average), block);
 }
 
 static void Side_TriangleVector(const SlipKernel *k, const SlipCell *cell, PetscInt side, PetscReal share,
@@ -311,13 +324,22 @@ static void Side_TriangleVector(const SlipKernel *k, const SlipCell *cell, Petsc
   SlipTriangleCell c;
 
   CellOf(cell, PETSC_TRUE, &c);
-  SlipTriangleVectorAverageEdge(k->shear_modulus, k->poisson_ratio, &c, side, share, ratio, block);
+  SlipTriangleVectorAverageEdge(k->shear_modulus, k->poisson_ratio, k->type->components, &c, side, share, ratio, block);
 }
 
 const SlipKernelType SlipKernelTriangleVector = {
   .name = "triangle_vector",
   .components = 2,
   .normals = 1,
+  .centre = Centre_TriangleVector,
+  .average = Average_TriangleVector,
+  .centres = Centres_TriangleVector,
+  .side = Side_TriangleVector,
+};
+
+const SlipKernelType SlipKernelTriangleOpening = {
+  .name = "triangle_opening",
+  .components = 3,
   .centre = Centre_TriangleVector,
   .average = Average_TriangleVector,
   .centres = Centres_TriangleVector,

@@ -60,7 +60,7 @@ typedef struct {
   PetscReal slip[2][3][3]; /* of those */
   PetscInt nsources, nslips, n;
   PetscReal nu;
-  PetscReal at[SLIP_LANES][3], weight[SLIP_LANES], sum[6]; /* [receiver's slips][source's] */
+  PetscReal at[SLIP_LANES][3], weight[SLIP_LANES], sum[9]; /* [receiver's slips][source's] */
   PetscReal line[3][2][3]; /* images of the other one's edges, lines where they are infinite */
   PetscInt nlines;
   PetscReal touch;
@@ -321,7 +321,7 @@ static void Surface(PetscReal nu, const Side *small, const Side *large, PetscRea
   for (PetscInt k = 0; k < n; k++) force[k] += w.sum[k];
   if (both) {
     SlipTriangleLoop image = large->loop;
-    PetscReal mirrored[6];
+    PetscReal mirrored[9];
 
     for (int k = 0; k < 3; k++)
       for (int i = 0; i < 3; i++) image.vertices[3 * k + i] = (i == 2 ? -1 : 1) * large->loop.vertices[3 * (2 - k) + i];
@@ -341,7 +341,7 @@ static PetscBool Larger(const Side *a, const Side *b)
 
 /* The force, over G, [slips of the smaller one][slips of the larger one] */
 static void Force(PetscReal nu, PetscBool full_space, const Side *small, const Side *large, PetscReal core,
-                  PetscReal force[6])
+                  PetscReal force[9])
 {
   PetscReal apart[3], distance;
 
@@ -357,7 +357,7 @@ static void Force(PetscReal nu, PetscBool full_space, const Side *small, const S
     while (distance > Rule[k].distance * small->radius) k++;
     Leaf(&w, v, Rule[k].n);
     Flush(&w);
-    for (int i = 0; i < 6; i++) force[i] = w.sum[i];
+    for (int i = 0; i < 9; i++) force[i] = w.sum[i];
     return;
   }
   SlipTriangleLoops(nu, &small->loop, small->n, small->slip, &large->loop, large->n, large->slip, core, force);
@@ -374,7 +374,7 @@ void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const 
                          const SlipTriangleCell *source, PetscReal core, PetscReal average[2])
 {
   static const PetscInt directions[2] = {0, 2};
-  PetscReal force[6];
+  PetscReal force[9];
   Side to, from;
 
   SideOf(receiver, 2, directions, full_space, &to);
@@ -388,22 +388,25 @@ void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const 
 
 /*
   SlipTriangleVectorAverage - averages over the receiver of the stress drop along both of its directions in the plane and of
-  normal stress, for unit slip along either of the source's, [3][2]; core as above
+  normal stress, for unit slip along either of the source's, and as the third of 3 slips for unit opening, [3][slips]; core as
+  above
 */
-void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space, const SlipTriangleCell *receiver,
-                               const SlipTriangleCell *source, PetscReal core, PetscReal average[6])
+void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
+                               const SlipTriangleCell *receiver, const SlipTriangleCell *source, PetscReal core,
+                               PetscReal average[])
 {
   static const PetscInt directions[3] = {0, 1, 2};
   PetscBool turned;
-  PetscReal force[6];
+  PetscReal force[9];
   Side to, from;
 
   SideOf(receiver, 3, directions, full_space, &to);
-  SideOf(source, 2, directions, full_space, &from);
+  SideOf(source, slips, directions, full_space, &from);
   turned = Larger(&to, &from);
   Force(nu, full_space, turned ? &from : &to, turned ? &to : &from, core, force);
   for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 2; j++) average[2 * i + j] = G / to.loop.area * force[turned ? 3 * j + i : 2 * i + j];
+    for (PetscInt j = 0; j < slips; j++)
+      average[slips * i + j] = G / to.loop.area * force[turned ? 3 * j + i : slips * i + j];
 }
 
 static SlipTriangleLoop LoopOf(const SlipTriangleCell *cell)
@@ -431,16 +434,16 @@ PetscReal SlipTriangleAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleC
 }
 
 /*
-  SlipTriangleVectorAverageEdge - the same along both directions in the plane, [2][2]
+  SlipTriangleVectorAverageEdge - the same along both directions in the plane, and of 3 slips across it, [slips][slips]
 */
-void SlipTriangleVectorAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k, PetscReal share,
-                                   PetscReal ratio, PetscReal edge[4])
+void SlipTriangleVectorAverageEdge(PetscReal G, PetscReal nu, PetscInt slips, const SlipTriangleCell *cell, PetscInt k,
+                                   PetscReal share, PetscReal ratio, PetscReal edge[])
 {
   const SlipTriangleLoop loop = LoopOf(cell);
   const PetscReal *d = cell->directions;
 
-  for (int i = 0; i < 2; i++)
-    for (int j = 0; j < 2; j++)
-      edge[2 * i + j] =
+  for (PetscInt i = 0; i < slips; i++)
+    for (PetscInt j = 0; j < slips; j++)
+      edge[slips * i + j] =
         G / (4 * PETSC_PI * loop.area) * SlipTriangleLoopEdge(nu, &loop, d + 3 * i, d + 3 * j, k, share, ratio);
 }

@@ -288,9 +288,9 @@ static void Tractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt 
                       PetscReal traction[])
 {
   for (PetscInt first = 0; first < n; first += SLIP_LANES) {
-    const SlipTriangle *all[2][SLIP_LANES], *const *const of[2] = {all[0], all[1]};
-    PetscReal gradient[2][9 * SLIP_LANES], *const out[2] = {gradient[0], gradient[1]}, stress[6];
-    SlipTriangle lane[2][SLIP_LANES];
+    const SlipTriangle *all[3][SLIP_LANES], *const *const of[3] = {all[0], all[1], all[2]};
+    PetscReal gradient[3][9 * SLIP_LANES], *const out[3] = {gradient[0], gradient[1], gradient[2]}, stress[6];
+    SlipTriangle lane[3][SLIP_LANES];
     SlipTrianglePoints p;
 
     p.n = PetscMin(SLIP_LANES, n - first);
@@ -335,11 +335,12 @@ void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, Pets
 }
 
 /*
-  SlipTriangleVectorTractions - traction [n][2][3] likewise, by unit slip along either direction in the plane of its own source
+  SlipTriangleVectorTractions - traction [n][slips][3] likewise, by unit slip along the first 2 or 3 directions of its own source: both
+  in the plane, and opening
 */
-void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
+void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
                                  const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
                                  PetscReal traction[])
 {
-  Tractions(G, nu, full_space, 2, n, receiver, source, traction);
+  Tractions(G, nu, full_space, slips, n, receiver, source, traction);
 }

@@ -184,11 +184,12 @@ static PetscErrorCode GatherComponent(SlipFault fault, PetscInt each, PetscInt j
 . t     - time of the state [s]
 . w     - state, of SlipFaultCreateState()
 . name  - "slip_rate" [m/s], "displacement" [m], relative to the far field, "slip" [m], since the start, "state" or
-          "traction" [Pa], as outputs have them, or "stress" [Pa], the elastic shear stress of SlipFaultStress()
+          "traction" [Pa], as outputs have them, "normal_stress" [Pa], effective, "opening" [m], 0 where cells cannot open,
+          or "stress" [Pa], the elastic shear stress of SlipFaultStress()
 - n     - number of cells, of all processes
 
   Output Parameter:
-. values - [n], with two components of slip [n][2] of all but the state, in the unit of the name, in the order of
+. values - [n], with two components of slip [n][2] of all but state, normal stress and opening, in the unit of the name, in the order of
            SlipFaultGetField(), the same on every process
 
   Level: intermediate
@@ -203,8 +204,10 @@ static PetscErrorCode GatherComponent(SlipFault fault, PetscInt each, PetscInt j
 PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const char name[], PetscInt n,
                                       PetscReal values[])
 {
-  enum { RATE, DISPLACEMENT, SLIP, STATE, TRACTION, STRESS, COUNT };
-  static const char *const names[COUNT] = {"slip_rate", "displacement", "slip", "state", "traction", "stress"};
+  enum { RATE, DISPLACEMENT, SLIP, STATE, NORMAL, OPENING, TRACTION, STRESS, COUNT };
+  static const char *const names[COUNT] = {"slip_rate",     "displacement", "slip",     "state",
+                                           "normal_stress", "opening",      "traction", "stress"};
+  const PetscInt c = fault->layout.components;
   const PetscReal *a, *u;
   PetscReal *local;
   SlipFrictionCells friction;
@@ -218,13 +221,16 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
   PetscCall(CheckSize(fault, n));
   for (k = 0; k < COUNT && !same; k++) PetscCall(PetscStrcmp(name, names[k], &same));
   k--;
-  PetscCheck(same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "a state has no \"%s\", expected slip_rate, displacement, slip, state, traction or stress", name);
+  PetscCheck(
+    same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+    "a state has no \"%s\", expected slip_rate, displacement, slip, state, normal_stress, opening, traction or "
+    "stress",
+    name);
   PetscCall(VecDuplicate(fault->critical.uc, &T));
   if (k == STRESS) PetscCall(SlipFaultStress(fault, t, w, T));
   if (k == TRACTION) PetscCall(SlipFaultTraction(fault, t, w, T));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
-  each = k == STATE ? 1 : fault->layout.components;
+  each = k == STATE || k == NORMAL || k == OPENING ? 1 : fault->layout.plane;
   PetscCall(PetscMalloc1(PetscMax(each * fault->mesh.n, 1), &local));
   PetscCall(VecGetArrayRead(k >= TRACTION ? T : w, &a));
   PetscCall(VecGetArrayRead(fault->critical.uc, &u));
@@ -233,13 +239,17 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
       PetscReal *value = local + each * i + j;
 
       if (k == STRESS)
-        *value = a[each * i + j];
+        *value = a[c * i + j];
       else if (k == TRACTION)
-        *value = a[each * i + j] / fault->mesh.weight[i];
+        *value = a[c * i + j] / fault->mesh.weight[i];
+      else if (k == NORMAL)
+        *value = friction.stress[i];
+      else if (k == OPENING)
+        *value = SlipFaultAcross(fault, a + SlipFaultDisplacementAt(fault, i));
       else if (k == STATE)
         *value = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
       else if (k == SLIP && (each == 2 || fault->kind.heals || fault->friction.law->state))
-        *value = a[SlipFaultDisplacementAt(fault, i) + j] - fault->critical.start_share * u[each * i + j] +
+        *value = a[SlipFaultDisplacementAt(fault, i) + j] - fault->critical.start_share * u[c * i + j] +
                  t * (fault->fields.cell[FIELD_LOADING_RATE][i] * SlipFaultAlong(fault, i)[j]);
       else
         *value = a[k == RATE           ? SlipFaultRateAt(fault, i) + j

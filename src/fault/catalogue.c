@@ -105,7 +105,7 @@ static void RateBetween(SlipFault fault, const PetscReal from[], const PetscReal
     v[0] = SlipEventRate(from[0], to[0], share);
     return;
   }
-  for (int k = 0; k < 2; k++) v[k] = (1 - share) * from[k] + share * to[k];
+  for (PetscInt k = 0; k < fault->layout.components; k++) v[k] = (1 - share) * from[k] + share * to[k];
   length = SlipFaultLength(fault, v);
   size = SlipEventRate(SlipFaultLength(fault, from), SlipFaultLength(fault, to), share);
   for (int k = 0; k < 2 && length > 0; k++) v[k] *= size / length;

@@ -89,7 +89,7 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscCall(WriteAttributes(cat));
   PetscCall(CreateTable(cat, -1));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
-    PetscCall(!m && fault->layout.components == 2
+    PetscCall(!m && fault->layout.components > 1
                 ? SlipH5CreateSeries(h, Maps[m], ndim + 1, of_slip, PETSC_FALSE, MapUnits[m])
                 : SlipH5CreateSeries(h, Maps[m], ndim, dims, PETSC_FALSE, MapUnits[m]));
   PetscCall(fault->mesh.kind->write(&fault->mesh, h));
@@ -191,19 +191,23 @@ PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat)
 /* Rank 0: the maps that were gathered */
 static PetscErrorCode WriteMaps(SlipFaultCatalogue cat)
 {
+  const PetscInt c = cat->fault->layout.components, plane = cat->fault->layout.plane;
   const PetscReal *slip;
-  PetscReal *time;
+  PetscReal *time, *copy = NULL;
   const SlipArrays arrays[] = {{cat->map[0], .read = &slip}, {cat->map[1], .write = &time}};
 
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt e = 0; e < cat->fault->mesh.N; e++)
     if (time[e] < 0) time[e] = (PetscReal)NAN;
+  if (c > plane) PetscCall(PetscMalloc1(plane * cat->fault->mesh.N, &copy));
+  for (PetscInt k = 0; k < plane * cat->fault->mesh.N && copy; k++) copy[k] = slip[c * (k / plane) + k % plane];
   {
-    const SlipH5Rows series[2] = {{Maps[0], slip, 1}, {Maps[1], time, 1}};
+    const SlipH5Rows series[2] = {{Maps[0], copy ? copy : slip, 1}, {Maps[1], time, 1}};
 
     PetscCall(SlipH5AppendAll(&cat->file, 2, series, 1));
   }
+  PetscCall(PetscFree(copy));
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

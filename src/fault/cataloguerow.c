@@ -21,7 +21,7 @@ PetscErrorCode SlipCatalogueEnergies(SlipFault fault, PetscReal t, Vec w, PetscR
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal *v = a + SlipFaultRateAt(fault, i);
 
-    sum += fault->mesh.weight[i] * SlipFaultDot(fault, v, v);
+    sum += fault->mesh.weight[i] * (SlipFaultDot(fault, v, v) + PetscSqr(SlipFaultAcross(fault, v)));
   }
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
@@ -92,7 +92,8 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
 {
   SlipFault fault = cat->fault;
   const PetscInt faults = cat->hypocentre ? fault->mesh.faults : 0;
-  const PetscInt components = fault->layout.components, up = components - 1; /* without a second one: the first */
+  const PetscInt components = fault->layout.components,
+                 up = fault->layout.plane - 1; /* without a second one: the first */
   const PetscReal time = t - cat->event.onset, *a, *u0, *stress0, *stress, *rupture, *vinf;
   PetscReal *slip;
   const SlipArrays arrays[] = {{w, .read = &a},
@@ -111,7 +112,7 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
   PetscCall(SlipArraysGet(7, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscInt k = SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i));
-    const PetscReal weight = fault->mesh.weight[i], broke = rupture[i] < 0 ? 0 : weight, both = components == 2 ? 1 : 0;
+    const PetscReal weight = fault->mesh.weight[i], broke = rupture[i] < 0 ? 0 : weight, both = components > 1 ? 1 : 0;
     const PetscInt first_of = components * i, second_of = first_of + up;
     PetscReal sine, cosine;
 
@@ -229,8 +230,8 @@ PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w
   row[EVENT_CELL] = (PetscReal)e->cell;
   row[EVENT_AREA] = area * sum[SUM_AREA];
   row[EVENT_MEAN_SLIP] = AlongEvent(along, sum, SUM_BROKEN, SUM_BROKEN_UP) / sum[SUM_AREA];
-  row[EVENT_MAX_SLIP] = largest[fault->layout.components == 2 || along[0] > 0 ? 0 : 1];
-  row[EVENT_DIRECTION] = fault->layout.components == 2 ? 1 : along[0];
+  row[EVENT_MAX_SLIP] = largest[fault->layout.components > 1 || along[0] > 0 ? 0 : 1];
+  row[EVENT_DIRECTION] = fault->layout.components > 1 ? 1 : along[0];
   row[EVENT_MOMENT] =
     fault->options.value[FAULT_SHEAR_MODULUS] * area *
     (fault->layout.components == 1 ? PetscAbsReal(sum[SUM_SLIP]) : hypot(sum[SUM_SLIP], sum[SUM_SLIP_UP]));

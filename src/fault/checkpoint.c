@@ -202,6 +202,7 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
     PetscCall(CompareText(&d, SlipFaultStrings[choices[i]].name, SlipFaultGetText(fault, choices[i])));
   PetscCall(CompareText(&d, "injection", injection[0] ? injection : "none"));
   PetscCall(CompareText(&d, "inertia", fault->kind.inertia ? "yes" : "no"));
+  if (SlipFaultOpens(fault)) PetscCall(CompareText(&d, "opening", "yes"));
   PetscCall(CompareMesh(&d, fault));
   PetscCall(CompareStiffness(&d, fault));
   PetscCall(CompareType(&d, "operator", fault->operators.K));

@@ -1,8 +1,35 @@
 /* Slip of one component, along the rake of each cell, or of two, along its strike and up its dip: vectors of slip. In two, loading, the
    shear load and what starts are along the rake, friction opposes the slip rate whatever its direction, and what has no direction, such
-   as the state of friction, goes with the magnitude. */
+   as the state of friction, goes with the magnitude. Cells that open have their opening behind the two. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipelasticity.h>
+
+/* What cells that open need: friction of two components, which is over the pressure that the stage finds, and a start without
+   slip, as one with K^-1 of the strength would open cells. */
+static PetscErrorCode CheckOpening(SlipFault fault, PetscInt components)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscBool traction, none;
+
+  PetscFunctionBegin;
+  if (!fault->options.opening) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "none", &none));
+  PetscCheck(components == 2, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_opening yes needs slip as a vector: expected -%sfault_slip_components 2", prefix, prefix);
+  PetscCheck(!fault->friction.law->always_slides, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_opening yes does not go with -%sfault_friction_law %s, whose cells always slide: expected a law "
+             "that sticks, such as linear_slip_weakening",
+             prefix, prefix, fault->friction.law->name);
+  PetscCheck(traction, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_opening yes does not go with -%sfault_initial %s: expected traction, with "
+             "-%sfault_initial_traction 0 for none",
+             prefix, prefix, fault->kind.initial, prefix);
+  PetscCheck(none, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_opening yes does not go with -%sfault_stiffness_scaling %s: expected none", prefix, prefix,
+             fault->options.text[FAULT_STIFFNESS_SCALING]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Before the mesh: where the numbers of a cell are */
 PetscErrorCode SlipFaultChooseComponents(SlipFault fault)
@@ -15,11 +42,13 @@ PetscErrorCode SlipFaultChooseComponents(SlipFault fault)
              "-%sfault_slip_components 2 does not go with -%sfault_stiffness_file %s, which has a number for each pair "
              "of cells: expected 1",
              prefix, prefix, file);
-  fault->layout.components = c;
-  fault->layout.block = 2 * c + 1;
+  PetscCall(CheckOpening(fault, c));
+  fault->layout.plane = c;
+  fault->layout.components = fault->options.opening ? 3 : c;
+  fault->layout.block = 2 * fault->layout.components + 1;
   fault->layout.rate = 0;
-  fault->layout.displacement = c;
-  fault->layout.state = 2 * c;
+  fault->layout.displacement = fault->layout.components;
+  fault->layout.state = 2 * fault->layout.components;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -34,9 +63,10 @@ PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault)
     PetscReal *along = fault->layout.along + c * i;
 
     along[0] = 1;
-    if (c == 2) SlipDegrees(fault->fields.cell[FIELD_RAKE][i], &along[1], &along[0]);
+    for (PetscInt k = 1; k < c; k++) along[k] = 0;
+    if (c > 1) SlipDegrees(fault->fields.cell[FIELD_RAKE][i], &along[1], &along[0]);
   }
-  if (c == 2) PetscCall(PetscMalloc1(3 * fault->mesh.n + 1, &fault->layout.sizes));
+  if (c > 1) PetscCall(PetscMalloc1(3 * fault->mesh.n + 1, &fault->layout.sizes));
   PetscCall(VecCreate(fault->comm, &fault->cells));
   PetscCall(VecSetSizes(fault->cells, fault->mesh.n, fault->mesh.N));
   PetscCall(VecSetType(fault->cells, VECSTANDARD));

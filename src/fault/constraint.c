@@ -33,6 +33,29 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where cells open: x is the rate that opens a cell from the closed state, w/theta of the stage's end, as this and nothing else
+   must not be negative. v = x - u0/theta there, so that B v - c = B x - (c + B u0/theta), of the opening in u0. */
+static PetscErrorCode CountFromClosed(SlipFault fault)
+{
+  Vec open = fault->work[0];
+  PetscReal *a, any = 0;
+
+  PetscFunctionBegin;
+  if (!SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecCopy(fault->stage.u0, open));
+  PetscCall(VecGetArray(open, &a));
+  for (PetscInt i = 0; i < 3 * fault->mesh.n; i += 3) {
+    a[i] = a[i + 1] = 0;
+    if (a[i + 2] != 0) any = 1;
+  }
+  PetscCall(VecRestoreArray(open, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  if (any == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatMult(fault->operators.B, open, fault->work[1]));
+  PetscCall(VecAXPY(fault->stage.c, 1 / fault->stage.theta, fault->work[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* c = (M/theta) base_v + ex_v + H v_inf - K u0 + T */
 PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
 {
@@ -51,6 +74,7 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
     PetscCall(VecAXPY(fault->stage.c, 1, fault->work[0]));
   }
   if (load->shear) PetscCall(VecAXPY(fault->stage.c, 1, load->shear));
+  PetscCall(CountFromClosed(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,12 +125,23 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
 /* |v| of the cells of a vector of slip: v itself of one component, whose sign does not matter to friction */
 static const PetscReal *Speeds(SlipFault fault, const PetscReal v[])
 {
-  if (fault->layout.components == 1) return v;
-  for (PetscInt i = 0; i < fault->mesh.n; i++) fault->layout.sizes[i] = SlipFaultLength(fault, v + 2 * i);
+  const PetscInt c = fault->layout.components;
+
+  if (c == 1) return v;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) fault->layout.sizes[i] = SlipFaultLength(fault, v + c * i);
   return fault->layout.sizes;
 }
 
-/* q_i = mu(s_i, |v_i|) sigma_i and dq_i/d|v_i|, s the state at the stage's end. */
+/* The friction of cells whose pressure the constraint finds: strengths are over that */
+static SlipFrictionCells FrictionOverPressure(SlipFault fault)
+{
+  SlipFrictionCells friction = SlipFaultCellFriction(fault, fault->coupling.one);
+
+  friction.weight = NULL;
+  return friction;
+}
+
+/* q_i = mu(s_i, |v_i|) sigma_i and dq_i/d|v_i|, s the state at the stage's end; where cells open without sigma_i. */
 static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -117,14 +152,16 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 
   PetscFunctionBegin;
   (void)con;
-  if (fault->operators.Kn)
+  if (SlipFaultOpens(fault))
+    friction = FrictionOverPressure(fault);
+  else if (fault->operators.Kn)
     PetscCall(SlipFaultCoupledBound(fault, x, &friction));
   else
     PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(4, arrays));
   speed = Speeds(fault, v);
   SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, 1, s0, speed, a, b);
-  if (fault->operators.Kn) {
+  if (fault->operators.Kn && !SlipFaultOpens(fault)) {
     PetscCall(VecGetArrayWrite(fault->coupling.factor, &factor));
     for (PetscInt i = 0; i < fault->mesh.n; i++)
       factor[i] = friction.stress[i] > 0 ? fault->stage.theta * fault->mesh.weight[i] *
@@ -152,7 +189,9 @@ static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 static PetscErrorCode StageFriction(SlipFault fault, SlipFrictionCells *friction)
 {
   PetscFunctionBegin;
-  if (fault->operators.Kn)
+  if (SlipFaultOpens(fault))
+    *friction = FrictionOverPressure(fault);
+  else if (fault->operators.Kn)
     *friction = SlipFaultCellFriction(fault, fault->coupling.stress);
   else
     PetscCall(SlipFaultGetFriction(fault, fault->stage.time, friction));
@@ -177,7 +216,7 @@ static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
     PetscReal mu, ds, dv;
 
     SlipFrictionEvaluate(&friction, i, s0[i], 0, &mu, &ds, &dv);
-    slope[i] = fault->stage.theta * ds * friction.stress[i] * fault->mesh.weight[i];
+    slope[i] = fault->stage.theta * ds * friction.stress[i] * (friction.weight ? friction.weight[i] : 1);
   }
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -240,7 +279,7 @@ static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* w = (v, u0 + theta v, s) */
+/* w = (v, u0 + theta v, s); the opening as CountFromClosed() has it */
 PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
 {
   SlipFrictionCells friction;
@@ -261,6 +300,12 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
       a[SlipFaultRateAt(fault, i) + k] = v[c * i + k];
       a[SlipFaultDisplacementAt(fault, i) + k] = u0[c * i + k] + fault->stage.theta * v[c * i + k];
     }
+  for (PetscInt i = 0; i < fault->mesh.n && SlipFaultOpens(fault); i++) { /* what closes stops: it does not bounce */
+    const PetscReal open = fault->stage.theta * v[3 * i + 2];
+
+    a[SlipFaultDisplacementAt(fault, i) + 2] = open;
+    a[SlipFaultRateAt(fault, i) + 2] = open > 0 ? (open - u0[3 * i + 2]) / fault->stage.theta : 0;
+  }
   SlipFrictionStateAdvance(&friction, fault->mesh.n, fault->stage.theta, s0, Speeds(fault, v), fault->layout.block,
                            a + fault->layout.state);
   for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
@@ -345,7 +390,14 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
   (void)con;
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
-    for (PetscInt k = 0; k < c; k++) f[SlipFaultRateAt(fault, i) + k] += a * tau[c * i + k];
+    for (PetscInt k = 0; k < c; k++) {
+      PetscReal *force = f + SlipFaultRateAt(fault, i) + k;
+
+      if (k < 2)
+        *force += a * tau[c * i + k];
+      else if (tau[c * i + k] > 0) /* whatever presses a closed cell, it stays closed: r of an impact does not go on */
+        *force = 0;
+    }
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -418,7 +470,7 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
                                  smooth ? SolveCells : NULL,
                                  smooth ? Prescribed : NULL,
                                  fault->friction.law->by_rate ? NULL : StartSlope,
-                                 fault->operators.Kn ? Coupling : NULL};
+                                 fault->operators.Kn && !SlipFaultOpens(fault) ? Coupling : NULL};
 
   PetscFunctionBegin;
   if (!fault->stage.con) {

@@ -1,4 +1,4 @@
-/* Normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), u the displacement relative to the far field, which
+/* Normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), where cells open 0 for those that are, u the displacement relative to the far field, which
    loading by backslip leaves as it is, and u0 that of the start, which is not 0 where elastic stress is to be critical there: sigma0
    is the normal stress before any slip. */
 #include <slipstep/private/slipfaultobservers.h>
@@ -25,7 +25,7 @@ static PetscErrorCode AlongStrike(SlipFault fault, PetscBool *along)
 PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_STIFFNESS_FILE];
-  const PetscBool vectors = fault->layout.components == 2 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool vectors = fault->layout.components > 1 ? PETSC_TRUE : PETSC_FALSE, opens = SlipFaultOpens(fault);
   PetscBool along, yes, no;
 
   PetscFunctionBegin;
@@ -40,7 +40,12 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
     "-%sfault_normal_coupling yes needs a kernel, but -%sfault_stiffness_file %s is given, which says nothing of "
     "normal stress: expected auto or no",
     prefix, prefix, file);
-  fault->kind.coupled = !file[0] && !no && (yes || fault->mesh.dips || !along) ? PETSC_TRUE : PETSC_FALSE;
+  PetscCheck(
+    !opens || !no, fault->comm, PETSC_ERR_ARG_INCOMP,
+    "-%sfault_opening yes needs the normal stress that slip and opening make: expected -%sfault_normal_coupling "
+    "auto or yes",
+    prefix, prefix);
+  fault->kind.coupled = !file[0] && !no && (yes || opens || fault->mesh.dips || !along) ? PETSC_TRUE : PETSC_FALSE;
   fault->kind.dipping =
     !file[0] && (yes || vectors || fault->mesh.dips || !along || fault->mesh.cells.vertices) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -59,6 +64,8 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->cells, &c->factor));
   PetscCall(MatMult(fault->operators.Kn, fault->operators.vinf, c->drive));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
+  if (SlipFaultOpens(fault)) PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->one));
+  for (PetscInt i = 0; i < fault->mesh.n && c->one; i++) c->one[i] = 1;
   if (fault->critical.start_share == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->cells, &c->start));
   PetscCall(VecCopy(fault->critical.uc, c->u));
@@ -78,6 +85,7 @@ PetscErrorCode SlipFaultCouplingDestroy(SlipFault fault)
   PetscCall(VecDestroy(&c->factor));
   PetscCall(VecDestroy(&c->start));
   PetscCall(PetscFree(c->stress));
+  PetscCall(PetscFree(c->one));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -99,15 +107,18 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
 {
   SlipFaultCoupling *c = &fault->coupling;
   const SlipFaultLoad *load;
-  const PetscReal *rise, *drive, *start = NULL;
-  const SlipArrays arrays[] = {{c->rise, .read = &rise}, {c->drive, .read = &drive}, {c->start, .read = &start}};
-  const int n = c->start ? 3 : 2;
+  const PetscReal *rise, *drive, *u, *start = NULL;
+  const SlipArrays arrays[] = {
+    {c->rise, .read = &rise}, {c->drive, .read = &drive}, {c->u, .read = &u}, {c->start, .read = &start}};
+  const int n = c->start ? 4 : 3;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipArraysGet(n, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     c->stress[i] = PetscMax(load->bare[i] + rise[i] - (start ? start[i] : 0) - rest * drive[i], 0);
+  for (PetscInt i = 0; i < fault->mesh.n && SlipFaultOpens(fault); i++)
+    if (u[3 * i + 2] > 0) c->stress[i] = 0;
   PetscCall(SlipArraysRestore(n, arrays));
   c->moment = (SlipFaultMoment){0};
   *friction = SlipFaultCellFriction(fault, c->stress);
@@ -161,9 +172,9 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
 
 /* ---- what a run says of it ---- */
 
-/* Least normal stress so far [Pa], and the cells that had none at some time */
+/* Least normal stress so far [Pa], the largest opening [m], and the cells that had none or were open at some time */
 typedef struct {
-  PetscReal least;
+  PetscReal least, widest;
   Vec bare; /* 1 of those */
   PetscInt cells;
 } Clamping;
@@ -189,6 +200,12 @@ static PetscErrorCode SayBare(SlipFault fault, PetscReal time, PetscInt row, Pet
 {
   PetscFunctionBegin;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, fault->comm));
+  if (SlipFaultOpens(fault)) {
+    PetscCall(PetscPrintf(fault->comm,
+                          "At %.6g s %" PetscInt_FMT " cells open, first cell %" PetscInt_FMT " (said once)\n",
+                          (double)time, cells, row));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscPrintf(fault->comm,
                         "At %.6g s slip has taken the normal stress of %" PetscInt_FMT
                         " cells, first of cell %" PetscInt_FMT
@@ -202,21 +219,27 @@ static PetscErrorCode CouplingStep(SlipFault fault, TS ts, PetscInt step, PetscR
   Clamping *c = (Clamping *)ctx;
   SlipFrictionCells friction;
   PetscInt row = PETSC_MAX_INT, cells = 0, before = c->cells;
+  const PetscReal *a;
   PetscReal *bare;
 
   PetscFunctionBegin;
   (void)ts;
   (void)step;
   PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+  PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArray(c->bare, &bare));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal open = SlipFaultAcross(fault, a + SlipFaultDisplacementAt(fault, i));
+
     c->least = PetscMin(c->least, friction.stress[i]);
-    if (friction.stress[i] > 0) continue;
+    c->widest = PetscMax(c->widest, open);
+    if (friction.stress[i] > 0 || (SlipFaultOpens(fault) && open == 0)) continue;
     row = PetscMin(row, SlipFaultMeshRow(&fault->mesh, i));
     if (bare[i] == 0) cells++;
     bare[i] = 1;
   }
   PetscCall(VecRestoreArray(c->bare, &bare));
+  PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cells, 1, MPIU_INT, MPI_SUM, fault->comm));
   c->cells += cells;
   if (!before && c->cells) PetscCall(SayBare(fault, time, row, c->cells));
@@ -235,6 +258,10 @@ static PetscErrorCode CouplingVisit(SlipFault fault, SlipState state, void *ctx)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscCall(SlipStateReal(state, "least_normal_stress", 1, &c->least));
   PetscCall(SlipStateInt(state, "cells_without_stress", 1, &c->cells));
+  if (SlipFaultOpens(fault)) {
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->widest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+    PetscCall(SlipStateReal(state, "largest_opening", 1, &c->widest));
+  }
   PetscCall(SlipStateVec(state, "without_stress", c->bare));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -250,8 +277,12 @@ static PetscErrorCode CouplingFinish(SlipFault fault, TS ts, SlipOutput output, 
   if (least == PETSC_MAX_REAL) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipOutputAddResult(output, "least_normal_stress", "least normal stress",
                                 "Pa, effective, as slip has changed it", least));
-  PetscCall(
-    SlipOutputAddResult(output, "cells_without_stress", "cells without it", "at some time", (PetscReal)c->cells));
+  PetscCall(SlipOutputAddResult(output, "cells_without_stress",
+                                SlipFaultOpens(fault) ? "cells that opened" : "cells without it", "at some time",
+                                (PetscReal)c->cells));
+  if (!SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->widest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCall(SlipOutputAddResult(output, "largest_opening", "largest opening", "m", c->widest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -267,6 +267,17 @@ PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipF
 
   PetscFunctionBegin;
   if (out->stress && (out->time == t || !SlipLoadsVary(loads))) PetscFunctionReturn(PETSC_SUCCESS);
+  out->stress = out->bare = loads->normal;
+  if (loads->pressed) {
+    if (!out->own) PetscCall(PetscMalloc1(2 * loads->n + 1, &out->own));
+    PetscCall(SlipLoadsPressure(loads, t, out->own));
+    for (PetscInt i = 0; i < loads->n; i++) {
+      out->own[loads->n + i] = loads->normal[i] - out->own[i];
+      out->own[i] = PetscMax(out->own[loads->n + i], 0);
+    }
+    out->stress = out->own;
+    out->bare = out->own + loads->n;
+  }
   if (loads->shears) {
     if (!out->shear) {
       PetscCall(VecCreate(loads->fault->comm, &out->shear));
@@ -278,18 +289,9 @@ PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipF
       for (PetscInt k = 0; k < c; k++)
         a[c * i + k] =
           loads->weight[i] * (loads->traction[i] + t * loads->rate[i]) * SlipFaultAlong(loads->fault, i)[k];
+    for (PetscInt i = 0; i < loads->n && SlipFaultOpens(loads->fault); i++)
+      a[3 * i + 2] = -loads->weight[i] * out->bare[i];
     PetscCall(VecRestoreArrayWrite(out->shear, &a));
-  }
-  out->stress = out->bare = loads->normal;
-  if (loads->pressed) {
-    if (!out->own) PetscCall(PetscMalloc1(2 * loads->n + 1, &out->own));
-    PetscCall(SlipLoadsPressure(loads, t, out->own));
-    for (PetscInt i = 0; i < loads->n; i++) {
-      out->own[loads->n + i] = loads->normal[i] - out->own[i];
-      out->own[i] = PetscMax(out->own[loads->n + i], 0);
-    }
-    out->stress = out->own;
-    out->bare = out->own + loads->n;
   }
   out->time = t;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -325,7 +327,7 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
   PetscInt opened = 0;
 
   PetscFunctionBegin;
-  if (fault->loads.opened || !fault->loads.pressed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->loads.opened || !fault->loads.pressed || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   for (PetscInt i = 0; i < fault->mesh.n; i++) opened += load->stress[i] <= 0 ? 1 : 0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
@@ -402,8 +404,8 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
     if (fault->fields.cell[FIELD_HEALING_TIME][i] > 0) any[2] = 1;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 3, MPIU_INT, MPI_MAX, fault->comm));
-  /* a smooth law's start is balanced by a traction */
-  loads->shears = any[0] || fault->friction.law->always_slides ? PETSC_TRUE : PETSC_FALSE;
+  /* a smooth law's start is balanced by a traction, and what presses cells that open is a load */
+  loads->shears = any[0] || fault->friction.law->always_slides || SlipFaultOpens(fault) ? PETSC_TRUE : PETSC_FALSE;
   if (fault->options.text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
   PetscCall(SourceSetUp(fault));
   if (loads->function) PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &loads->own));

@@ -61,7 +61,7 @@ static PetscErrorCode Stiffness_Dipping(SlipFault fault, const SlipGrid *grid, M
   PetscCall(PetscMalloc1(fault->mesh.N, &rake));
   PetscCall(SlipFaultGatherAll(fault, fault->fields.cell[FIELD_RAKE], rake));
   dipping.rake = rake;
-  if (fault->layout.components == 2)
+  if (fault->layout.components > 1)
     PetscCall(MatCreateSlipDippingVectorStiffness(fault->comm, &dipping, fault->options.text[FAULT_OPERATOR], K, Kn));
   else
     PetscCall(MatCreateSlipDippingStiffness(fault->comm, &dipping, fault->options.text[FAULT_OPERATOR], K, Kn));

@@ -222,7 +222,7 @@ PetscErrorCode SlipFaultCellsStiffness(SlipFault fault, Mat *K, Mat *Kn)
              SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->options.text[FAULT_MESH]);
   PetscCall(PetscMalloc1(2 * fault->mesh.N, &data));
   PetscCall(KernelCells(fault, &cells, data));
-  if (fault->layout.components == 2)
+  if (fault->layout.components > 1)
     PetscCall(MatCreateSlipCellVectorStiffness(fault->comm, &cells, type, tolerance, K, Kn));
   else {
     PetscCall(MatCreateSlipCellStiffness(fault->comm, &cells, type, tolerance, K));

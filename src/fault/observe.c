@@ -8,11 +8,13 @@
 static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku, PetscReal sum[], PetscReal *max_v)
 {
   SlipFrictionCells friction;
+  const SlipFaultLoad *load;
   const PetscReal *a, *f;
   const SlipArrays arrays[] = {{w, .read = &a}, {ku, .read = &f}};
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal *v = a + SlipFaultRateAt(fault, i), *u = a + SlipFaultDisplacementAt(fault, i),
@@ -25,12 +27,12 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
     SlipFrictionEvaluate(&friction, i, s, speed, &mu, &ds, &dv);
     sum[SUM_V] += weight * SlipFaultDot(fault, v, along);
     sum[SUM_ABS_V] += weight * speed;
-    sum[SUM_V2] += weight * SlipFaultDot(fault, v, v);
+    sum[SUM_V2] += weight * (SlipFaultDot(fault, v, v) + PetscSqr(SlipFaultAcross(fault, v)));
     sum[SUM_U] += weight * SlipFaultDot(fault, u, along);
     sum[SUM_S] += weight * s;
     sum[SUM_SLIDING] += speed != 0 ? weight : 0;
-    sum[SUM_U_KU] += SlipFaultDot(fault, u, force);
-    sum[SUM_V_KU] += SlipFaultDot(fault, v, force);
+    sum[SUM_U_KU] += SlipFaultDot(fault, u, force) + SlipFaultAcross(fault, u) * SlipFaultAcross(fault, force);
+    sum[SUM_V_KU] += SlipFaultDot(fault, v, force) + SlipFaultAcross(fault, v) * SlipFaultAcross(fault, force);
     sum[SUM_VINF_KU] += fault->fields.cell[FIELD_LOADING_RATE][i] * SlipFaultDot(fault, along, force);
     sum[SUM_VINF] += weight * fault->fields.cell[FIELD_LOADING_RATE][i];
     if (fault->loads.shears) {
@@ -40,6 +42,12 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
       sum[SUM_U_T] += weight * SlipFaultDot(fault, u, along) * shear;
       sum[SUM_LOADING_T] +=
         weight * (fault->fields.cell[FIELD_LOADING_RATE][i] * shear - SlipFaultDot(fault, u, along) * rate);
+    }
+    if (SlipFaultOpens(fault)) { /* pressed together by what does not change, and pushed apart by the pressure */
+      const PetscReal normal = fault->loads.normal[i];
+
+      sum[SUM_U_T] -= weight * SlipFaultAcross(fault, u) * normal;
+      sum[SUM_LOADING_T] += weight * SlipFaultAcross(fault, v) * (normal - load->bare[i]);
     }
     sum[SUM_WEAKENING] += (mu - weak) * (weight * friction.stress[i]);
     q = mu * (weight * friction.stress[i]);
@@ -202,7 +210,7 @@ static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *fric
 {
   const PetscReal eta = fault->balance.eta, rate = SlipFaultLength(fault, v);
   const PetscReal direct = SlipFrictionDirect(friction, i) * friction->stress[i];
-  PetscReal mu, ds, dv, strength, tau[2] = {0, 0};
+  PetscReal mu, ds, dv, strength, tau[3] = {0, 0, 0};
 
   for (PetscInt k = 0; k < fault->layout.components; k++)
     tau[k] = (load[k] - force[k]) / fault->mesh.weight[i] +
@@ -374,7 +382,8 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
 . obs - the means; d(kinetic + elastic)/dt + viscous_power + friction_power = loading_power, with
         kinetic = M v.v/2, elastic = u.K u/2 - T.u, viscous = (v - v_inf).H (v - v_inf), friction = -v.r and
         loading = -v_inf.(K u - T + H (v - v_inf)) - dT/dt.u, each divided by the number of cells; T is the shear stress
-        of -fault_initial_traction and -fault_stressing_rate at t
+        of -fault_initial_traction and -fault_stressing_rate at t. Where cells open, u, v and K have the opening too, T the
+        normal stress before any slip, as -sigma0, and loading the pore pressure's power p v_n
 
   Level: intermediate
 

@@ -23,12 +23,13 @@ static const struct {
   [OUTPUT_STATE] = {"state", "m", PETSC_FALSE},
   [OUTPUT_PORE_PRESSURE] = {"pore_pressure", "Pa", PETSC_FALSE},
   [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", PETSC_FALSE},
+  [OUTPUT_OPENING] = {"opening", "m", PETSC_FALSE},
 };
 
 /* Numbers of a field for each cell */
 PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f)
 {
-  return OutputFields[f].vector ? fault->layout.components : 1;
+  return OutputFields[f].vector ? fault->layout.plane : 1;
 }
 
 /* G times the sum of area times slip rate, along the rake, [N m/s] of each fault. One has its sum already; several cost a reduction. */
@@ -100,14 +101,19 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
     }
     PetscCheck(
       same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-      "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, state, pore_pressure or "
-      "normal_stress",
+      "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, state, pore_pressure, "
+      "normal_stress or opening",
       SlipFaultPrefix(fault), names[i]);
   }
   PetscCheck(!out->wanted[OUTPUT_PORE_PRESSURE] || fault->loads.pressed, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_output_fields has pore_pressure, but the fault has none: expected -%sfault_pore_pressure or "
              "-%sfault_injection",
              SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
+  PetscCheck(!out->wanted[OUTPUT_OPENING] || SlipFaultOpens(fault), fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_output_fields has opening, but cells do not open: expected -%sfault_opening yes",
+             SlipFaultPrefix(fault), SlipFaultPrefix(fault));
+  if (SlipFaultOpens(fault))
+    out->wanted[OUTPUT_OPENING] = PETSC_TRUE; /* without which slip_rate and the others mislead */
   PetscCall(PetscStrToArrayDestroy(n, names));
   PetscCall(SlipOutputCreate(ts, fault->options.text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns),
                              SeriesColumns, SlipFaultOutputSeries, fault, &fault->run.file));
@@ -154,38 +160,38 @@ static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[
    others. Free it. */
 static PetscErrorCode SlipOfDisplacement(SlipFaultOutput out, PetscReal time, const PetscReal w[], PetscReal **slip)
 {
-  const PetscInt c = out->fault->layout.components;
+  const PetscInt c = out->fault->layout.components, plane = out->fault->layout.plane;
   const PetscReal *u, *v;
 
   PetscFunctionBegin;
   *slip = NULL;
   if (!out->start0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(c * out->fault->mesh.N, slip));
+  PetscCall(PetscMalloc1(plane * out->fault->mesh.N, slip));
   PetscCall(VecGetArrayRead(out->start0, &u));
   PetscCall(VecGetArrayRead(out->vinf0, &v));
   for (PetscInt e = 0; e < out->fault->mesh.N; e++)
-    for (PetscInt k = c * e; k < c * (e + 1); k++)
-      (*slip)[k] = w[SlipFaultDisplacementAt(out->fault, e) + k - c * e] - u[k] + time * v[k];
+    for (PetscInt k = 0; k < plane; k++)
+      (*slip)[plane * e + k] = w[SlipFaultDisplacementAt(out->fault, e) + k] - u[c * e + k] + time * v[c * e + k];
   PetscCall(VecRestoreArrayRead(out->vinf0, &v));
   PetscCall(VecRestoreArrayRead(out->start0, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers from an offset in the block of each cell on, as many as slip has components; those of a state with one component stay where
-   they are, others are copied */
-static PetscErrorCode TakeVector(SlipFault fault, const PetscReal w[], PetscInt offset, PetscReal **copy,
-                                 SlipH5Rows *rows)
+/* Numbers from an offset in the block of each cell on, as many as slip has components; those of one component stay where they
+   are, others are copied */
+static PetscErrorCode TakeVector(SlipFault fault, const PetscReal w[], PetscInt block, PetscInt offset,
+                                 PetscReal **copy, SlipH5Rows *rows)
 {
-  const PetscInt c = fault->layout.components, N = fault->mesh.N;
+  const PetscInt c = fault->layout.plane, N = fault->mesh.N;
 
   PetscFunctionBegin;
   *copy = NULL;
   rows->data = w + offset;
-  rows->stride = fault->layout.block;
+  rows->stride = block;
   if (c == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(c * N + 1, copy));
   for (PetscInt e = 0; e < N; e++)
-    for (PetscInt k = 0; k < c; k++) (*copy)[c * e + k] = w[fault->layout.block * e + offset + k];
+    for (PetscInt k = 0; k < c; k++) (*copy)[c * e + k] = w[block * e + offset + k];
   rows->data = *copy;
   rows->stride = 1;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -197,7 +203,7 @@ static PetscErrorCode GatherStart(SlipFaultOutput out)
   SlipFault fault = out->fault;
 
   PetscFunctionBegin;
-  if (!(fault->kind.heals || fault->friction.law->state || fault->layout.components == 2) || out->start0)
+  if (!(fault->kind.heals || fault->friction.law->state || fault->layout.components > 1) || out->start0)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(out->r0, &out->start0));
   PetscCall(VecDuplicate(out->r0, &out->vinf0));
@@ -242,7 +248,11 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
     *rows = (SlipH5Rows){path[f], NULL, 1};
     switch (f) {
     case OUTPUT_TRACTION:
-      rows->data = r;
+      PetscCall(TakeVector(out->fault, r, layout->components, 0, &copy[f], rows));
+      break;
+    case OUTPUT_OPENING:
+      rows->data = w + layout->displacement + layout->plane;
+      rows->stride = layout->block;
       break;
     case OUTPUT_PORE_PRESSURE:
       rows->data = p;
@@ -251,10 +261,10 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
       rows->data = normal;
       break;
     case OUTPUT_SLIP_RATE:
-      PetscCall(TakeVector(out->fault, w, layout->rate, &copy[f], rows));
+      PetscCall(TakeVector(out->fault, w, layout->block, layout->rate, &copy[f], rows));
       break;
     case OUTPUT_DISPLACEMENT:
-      PetscCall(TakeVector(out->fault, w, layout->displacement, &copy[f], rows));
+      PetscCall(TakeVector(out->fault, w, layout->block, layout->displacement, &copy[f], rows));
       break;
     default: /* the state, which is the slip of most faults */
       rows->data = f == OUTPUT_SLIP && out->start0 ? slip : w + layout->state;
@@ -331,6 +341,7 @@ static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
     if (SlipFaultStrings[id].choices || id == FAULT_FRICTION_LAW)
       PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, SlipFaultGetText(fault, id)));
   PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->kind.inertia));
+  PetscCall(SlipH5WriteAttrInt(h, "/parameters", "opening", SlipFaultOpens(fault)));
   PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", fault->mesh.area * (PetscReal)fault->mesh.N));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -341,7 +352,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   SlipFault fault = out->fault;
   SlipH5 *h = SlipOutputFile(out->fault->run.file);
   const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
-  const PetscInt all[] = {dims[0], ndim == 2 ? dims[1] : fault->layout.components, fault->layout.components};
+  const PetscInt all[] = {dims[0], ndim == 2 ? dims[1] : fault->layout.plane, fault->layout.plane};
   SlipH5Storage storage;
   char path[64];
 

@@ -108,7 +108,7 @@ static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w,
   *largest = 0;
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    PetscReal slip[2] = {0, 0};
+    PetscReal slip[3] = {0, 0, 0};
 
     for (PetscInt k = 0; k < c; k++)
       slip[k] = a[SlipFaultDisplacementAt(fault, i) + k] - u[c * i + k] + vinf[i] * SlipFaultAlong(fault, i)[k] * dt;

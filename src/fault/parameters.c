@@ -172,7 +172,7 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_OUTPUT_FIELDS] =
     {"output_fields", "slip_rate,slip,displacement,traction", NULL,
      "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state, pore_pressure, "
-     "normal_stress (effective)"},
+     "normal_stress (effective); opening comes with -fault_opening"},
   [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Numbers of /fields in the output"},
   [FAULT_STATIONS] = {"stations", "", NULL,
                       "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, whose cells are written to /stations of "
@@ -198,6 +198,9 @@ const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES] = {
    "of rate-and-state friction, and of slip weakening with -fault_initial traction unless -fault_viscosity is none)"},
   {"initial_unstable", AT(options.initial_unstable), PETSC_FALSE, "SlipFaultSetInitialState",
    "With -fault_initial traction: cells may start above their strength (default no)"},
+  {"opening", AT(options.opening), PETSC_FALSE, "SlipFaultSetBool",
+   "Cells may open where nothing presses them together, and close again; with -fault_slip_components 2 and a law of "
+   "friction that sticks (default no: without normal stress they slide freely, but stay closed)"},
   {"output_xdmf", AT(options.output_xdmf), PETSC_TRUE, "SlipFaultOutputStart",
    "Write FILE.xdmf2 beside FILE of -fault_output, for ParaView (default yes)"},
   {"progress", AT(run.progress.wanted), PETSC_TRUE, "SlipFaultOutputStart",
@@ -504,6 +507,7 @@ PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel)
   PetscCall(PetscStrcmp(text, "whole", &whole));
   if (fault->layout.components == 2)
     type = fault->mesh.cells.vertices ? &SlipKernelTriangleVector : &SlipKernelDippingVector;
+  if (SlipFaultOpens(fault)) type = fault->mesh.cells.vertices ? &SlipKernelTriangleOpening : &SlipKernelDippingOpening;
   *kernel = (SlipKernel){.type = type,
                          .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
                          .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO],

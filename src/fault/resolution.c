@@ -88,7 +88,8 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
     if (fault->balance.creeps && fault->balance.creeps[i]) continue;
     if (!Lengths(fault, &friction, i, damping[c * i] / fault->mesh.weight[i], length, &critical)) continue;
     count[0]++;
-    if (PetscMin(stiffness[c * i], stiffness[c * i + c - 1]) / fault->mesh.weight[i] < critical) count[1]++;
+    if (PetscMin(stiffness[c * i], stiffness[c * i + fault->layout.plane - 1]) / fault->mesh.weight[i] < critical)
+      count[1]++;
     count[2] += critical;
     best[2] = PetscMin(best[2], length[1]);
     if (length[0] == 0) length[0] = length[1];

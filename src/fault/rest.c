@@ -64,7 +64,10 @@ static PetscErrorCode Moves(SlipFault fault, Vec w, PetscBool *moves)
   *moves = PETSC_FALSE;
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n && !*moves; i++)
-    *moves = SlipFaultSpeed(fault, a, i) != 0 ? PETSC_TRUE : PETSC_FALSE;
+    *moves =
+      SlipFaultSpeed(fault, a, i) != 0 || SlipFaultAcross(fault, a + SlipFaultDisplacementAt(fault, i)) > 0 /* open */
+        ? PETSC_TRUE
+        : PETSC_FALSE;
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moves, 1, MPIU_BOOL, MPI_LOR, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -107,7 +110,7 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
   else
     PetscCall(SlipFaultGetFriction(fault, r->t + dt, &r->friction));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    PetscReal f[2] = {0, 0}, e;
+    PetscReal f[3] = {0, 0, 0}, e;
 
     for (PetscInt k = 0; k < c; k++) f[k] = Force(r, c * i + k) + dt * r->drive[c * i + k];
     e = SlipFaultLength(fault, f) - Strength(r, i, dt);
@@ -160,7 +163,7 @@ static PetscErrorCode LinearOnset(Rest *r, PetscReal limit, PetscReal *rest)
     const PetscReal f = Force(r, c * i), d = r->drive[c * i], q = Strength(r, i, 0);
     const PetscReal falls = r->clamp && q > 0 ? r->clamp[i] / r->friction.stress[i] * q : 0;
 
-    if (c == 2) {
+    if (c > 1) {
       const PetscReal both[2] = {f, Force(r, c * i + 1)};
 
       *rest = PetscMin(*rest, SlipFaultLength(fault, both) > q ? 0 : VectorOnset(both, r->drive + c * i, q, falls));

@@ -164,7 +164,7 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   if (!attempt->accepted || est->off || fault->kind.driven) PetscFunctionReturn(PETSC_SUCCESS);
   if (attempt->step == 0) PetscCall(Reset(est));
   PetscCall(TSBatheGetEstimates(ts, &e, &scale, NULL));
-  if (!e || fault->layout.components == 2) est->known = PETSC_FALSE;
+  if (!e || fault->layout.components > 1) est->known = PETSC_FALSE;
   if (!est->known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(StepSums(fault, attempt->time + attempt->dt, w, e, sum));
   PetscCall(SlipFaultTimingStep(fault, ts, attempt, w, e, scale));
@@ -248,7 +248,7 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscCall(TSBatheGetReactionType(ts, &reaction));
   PetscCall(TSBatheGetError(ts, &estimate));
   *why = NULL;
-  if (fault->layout.components == 2)
+  if (fault->layout.components > 1)
     *why = "not known of two components of slip";
   else if (!est->known)
     *why = "no estimates of its steps";

@@ -143,7 +143,7 @@ PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip)
   PetscFunctionBegin;
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    PetscReal u[2] = {0, 0};
+    PetscReal u[3] = {0, 0, 0};
 
     s[i] = a[SlipFaultStateAt(fault, i)];
     if (!state) continue;

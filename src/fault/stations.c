@@ -14,14 +14,16 @@
 static const SlipOutputColumn Columns[] = {
   {"time", "s", PETSC_FALSE},      {"slip", "m", PETSC_FALSE},  {"slip_rate", "m/s", PETSC_FALSE},
   {"traction", "Pa", PETSC_FALSE}, {"state", "m", PETSC_FALSE}, {"normal_stress", "Pa", PETSC_FALSE},
+  {"opening", "m", PETSC_FALSE},
 };
-/* The last one where slip changes it only; slip, its rate and traction have a number for each component of slip */
+/* The normal stress where slip changes it only, the opening where cells open; slip, its rate and traction have a number for each component of slip */
 enum {
   STATION_SLIP = 1,
   STATION_RATE,
   STATION_TRACTION,
   STATION_STATE,
   STATION_NORMAL,
+  STATION_OPENING,
   STATION_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns)
 };
 
@@ -183,8 +185,8 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscCheck(n > 0, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_stations is \"%s\", expected points \"x,z;x,z\" in m",
              prefix, text);
   list->n = n;
-  list->columns = fault->kind.coupled ? STATION_COLUMNS : STATION_COLUMNS - 1;
-  list->numbers = list->columns + 3 * (fault->layout.components - 1);
+  list->columns = SlipFaultOpens(fault) ? STATION_COLUMNS : fault->kind.coupled ? STATION_OPENING : STATION_NORMAL;
+  list->numbers = list->columns + 3 * (fault->layout.plane - 1);
   PetscCall(PetscCalloc2(n, &list->station, list->numbers * n, &list->row));
   for (int k = 0; k < n; k++) PetscCall(ReadStation(fault, point[k], &list->station[k]));
   PetscCall(PetscStrToArrayDestroy(n, point));
@@ -246,7 +248,7 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
 {
   Stations *list = (Stations *)ctx;
   SlipH5 *h = SlipOutputFile(output);
-  const PetscInt c = fault->layout.components, entries[STATION_COLUMNS] = {0, c, c, c, 0, 0};
+  const PetscInt c = fault->layout.plane, entries[STATION_COLUMNS] = {0, c, c, c, 0, 0, 0};
   SlipOutputColumn columns[STATION_COLUMNS];
   PetscErrorCode ierr = PETSC_SUCCESS;
   char group[64];
@@ -275,7 +277,7 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
 static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
 {
   Stations *list = (Stations *)ctx;
-  const PetscInt c = fault->layout.components;
+  const PetscInt c = fault->layout.plane;
   const PetscReal *a;
 
   PetscFunctionBegin;
@@ -298,7 +300,7 @@ static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec 
 static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   Stations *list = (Stations *)ctx;
-  const PetscInt c = fault->layout.components;
+  const PetscInt c = fault->layout.plane;
   const PetscReal *a, *r, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   SlipFrictionCells friction;
   PetscMPIInt rank;
@@ -325,11 +327,12 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
       row[0] = a[SlipFaultDisplacementAt(fault, i) + j] - s->u0[j] +
                vinf[i] * SlipFaultAlong(fault, i)[j] * (time - list->start);
       row[c] = a[SlipFaultRateAt(fault, i) + j];
-      row[2 * c] = r[c * i + j] / fault->mesh.weight[i];
+      row[2 * c] = r[fault->layout.components * i + j] / fault->mesh.weight[i];
     }
     row += 2 * c;
     *row++ = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
-    if (fault->kind.coupled) *row = friction.stress[i];
+    if (fault->kind.coupled) *row++ = friction.stress[i];
+    if (SlipFaultOpens(fault)) *row = SlipFaultAcross(fault, a + SlipFaultDisplacementAt(fault, i));
   }
   PetscCall(VecRestoreArrayRead(traction, &r));
   PetscCall(VecRestoreArrayRead(w, &a));
@@ -358,7 +361,7 @@ static PetscErrorCode StationsVisit(SlipFault fault, SlipState s, void *ctx)
     PetscCall(SlipStateInt(s, name, 1, &cell));
     if (cell != list->station[k].cell) stations = -1;
     PetscCall(PetscSNPrintf(name, sizeof(name), "station_%" PetscInt_FMT "_displacement", k));
-    PetscCall(SlipStateReal(s, name, fault->layout.components, list->station[k].u0));
+    PetscCall(SlipStateReal(s, name, fault->layout.plane, list->station[k].u0));
   }
   PetscCall(SlipStateReal(s, "station_start", 1, &list->start));
   if (SlipStateIsLoading(s)) list->known = stations == list->n ? PETSC_TRUE : PETSC_FALSE;

@@ -241,7 +241,9 @@ static PetscErrorCode CheckBalance(SlipFault fault)
 
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
-  const PetscReal zeta = fault->options.value[FAULT_DAMPING_RATIO];
+  const PetscReal zeta = fault->options.value[FAULT_DAMPING_RATIO], nu = fault->options.value[FAULT_POISSON_RATIO];
+  const PetscReal shear =
+    0.5 * PetscSqrtReal(fault->options.value[FAULT_SHEAR_MODULUS] * fault->options.value[FAULT_DENSITY]);
   PetscBool traction, scaled, radiation;
 
   PetscFunctionBegin;
@@ -273,10 +275,9 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(SlipFaultViewStiffness(fault));
   PetscCall(SlipFaultProgressSetUp(fault, "viscosity H"));
   PetscCall(PetscStrcmp(fault->kind.viscosity, "radiation", &radiation));
-  if (radiation) /* G/(2 cs), cs = sqrt(G/rho) */
-    PetscCall(MatCreateSlipRadiation(
-      fault->operators.K,
-      0.5 * PetscSqrtReal(fault->options.value[FAULT_SHEAR_MODULUS] * fault->options.value[FAULT_DENSITY]),
+  if (radiation) /* G/(2 cs), cs = sqrt(G/rho), and across cells rho cp/2, cp^2/cs^2 = 2 (1 - nu)/(1 - 2 nu) */
+    PetscCall(MatCreateSlipRadiationOpening(
+      fault->operators.K, shear, SlipFaultOpens(fault) ? shear * PetscSqrtReal(2 * (1 - nu) / (1 - 2 * nu)) : 0,
       &fault->operators.H));
   else
     PetscCall(MatCreateSlipViscosity(fault->operators.K, fault->operators.mass, zeta,

@@ -44,27 +44,45 @@ PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u K u/2 - u T, T the shear load, of the whole fault [J]; a product with K. Collective. */
+/* The sum of w p x, x [n][3] what opens each cell, p the pore pressure of the load's time; 0 where cells do not open */
+static PetscErrorCode PressureTimes(SlipFault fault, const SlipFaultLoad *load, Vec x, PetscInt first, PetscInt block,
+                                    PetscReal *sum)
+{
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  *sum = 0;
+  if (!SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArrayRead(x, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    *sum += fault->mesh.weight[i] * (fault->loads.normal[i] - load->bare[i]) * a[block * i + first + 2];
+  PetscCall(VecRestoreArrayRead(x, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* u K u/2 - u T, T the shear load, and where cells open -sigma0, of the whole fault [J]; a product with K. Collective. */
 PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy)
 {
   const SlipFaultLoad *load;
-  PetscReal work = 0;
+  PetscReal work = 0, pressure;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultForce(fault, w, fault->work[0], fault->work[1]));
   PetscCall(VecDot(fault->work[0], fault->work[1], energy));
   if (load->shear) PetscCall(VecDot(fault->work[0], load->shear, &work));
-  *energy = (0.5 * *energy - work) * fault->mesh.area;
+  PetscCall(PressureTimes(fault, load, fault->work[0], 0, 3, &pressure));
+  *energy = (0.5 * *energy - work + pressure) * fault->mesh.area;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What loading adds to the elastic energy, v_inf (T - K u) - u dT/dt [W]: with K v_inf + dT/dt, computed once, no product.
+/* What loading adds to the elastic energy, v_inf (T - K u) - u dT/dt, and where cells open p v_n [W]: with K v_inf + dT/dt, computed once, no product.
    Collective. */
 PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power)
 {
   const SlipFaultLoad *load;
-  PetscReal work = 0;
+  PetscReal work = 0, pressure;
 
   PetscFunctionBegin;
   *power = 0;
@@ -74,6 +92,7 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscCall(SlipFaultGetDisplacement(fault, w, fault->work[0]));
   PetscCall(VecDot(fault->loads.drive, fault->work[0], power));
   if (load->shear) PetscCall(VecDot(fault->operators.vinf, load->shear, &work));
-  *power = (work - *power) * fault->mesh.area;
+  PetscCall(PressureTimes(fault, load, w, fault->layout.rate, fault->layout.block, &pressure));
+  *power = (work - *power + pressure) * fault->mesh.area;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

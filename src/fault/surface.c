@@ -20,7 +20,7 @@ enum { SURFACE_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns), SURFACE_NUMBERS = 7
 typedef struct {
   PetscInt n;
   PetscReal *point;  /* [n][2] x, y [m] */
-  PetscReal *matrix; /* [local cells][components][n][3] displacement for 1 m of slip [m/m] */
+  PetscReal *matrix; /* [local cells][components][n][3] displacement for 1 m of slip or opening [m/m] */
   PetscReal *row;    /* [n][7] */
   PetscBool known;   /* a checkpoint has it */
   Vec start;         /* displacement at the start [m] */
@@ -135,7 +135,7 @@ static SlipDippingRectangle RectangleOf(const SlipFaultCell *c)
                                 PetscMin(90, degrees * PetscAtan2Real(down[2], hypot(down[0], down[1])))};
 }
 
-/* For 1 m of slip of a cell along its rake, or along strike and up dip. Strike slip on planes along x has a form of its own. */
+/* For 1 m of slip of a cell along its rake, or along strike and up dip, and of opening. Strike slip on planes along x has a form of its own. */
 static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
 {
   const PetscReal nu = fault->options.value[FAULT_POISSON_RATIO], *rakes = fault->fields.cell[FIELD_RAKE];
@@ -146,15 +146,18 @@ static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
   PetscCall(PetscCalloc1(3 * s->n, &point));
   for (PetscInt k = 0; k < s->n; k++) PetscCall(PetscArraycpy(point + 3 * k, s->point + 2 * k, 2));
   for (PetscInt row = 0; row < components * fault->mesh.n; row++) {
-    const PetscInt i = row / components;
-    const PetscReal rake = components == 1 ? rakes[i] : row % components == 0 ? 0 : 90;
+    const PetscInt i = row / components, k = row % components;
+    const PetscReal rake = components == 1 ? rakes[i] : k == 0 ? 0 : 90;
     PetscReal *u = s->matrix + 3 * s->n * row, slip[3] = {0, 0, 0};
     SlipDippingRectangle rectangle;
     SlipFaultCell c;
 
     fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &c);
-    if (c.vertices) {
+    if (k < 2)
       SlipDegrees(rake, &slip[1], &slip[0]);
+    else
+      slip[2] = 1;
+    if (c.vertices) {
       PetscCall(SlipTrianglesDisplacement(nu, PETSC_FALSE, 1, c.vertices, c.direction[2], slip, s->n, point, u));
       continue;
     }
@@ -163,7 +166,6 @@ static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
                               s->point, u);
       continue;
     }
-    SlipDegrees(rake, &slip[1], &slip[0]);
     rectangle = RectangleOf(&c);
     PetscCall(SlipDippingDisplacement(nu, PETSC_FALSE, &rectangle, slip, s->n, point, u));
   }

@@ -67,7 +67,7 @@ PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ra
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     for (PetscInt j = c * i; j < c * (i + 1); j++) {
       sum[0] += fault->operators.mass * fault->mesh.weight[i] * PetscSqr(rate[j]);
-      sum[1] += rate[j] * (dv[j] + h[i] * rate[j]);
+      sum[1] += rate[j] * (dv[j] + (j < c * i + 2 ? h[i] : 0) * rate[j]); /* friction acts in the plane */
     }
   }
   PetscCall(VecRestoreArrayRead(Kv, &h));

@@ -31,7 +31,13 @@ static PetscReal SlipScale(SlipFault fault, const SlipFrictionCells *friction, P
   return *weakens ? fault->fields.cell[FIELD_FRICTION_SLIP][i] : displacement;
 }
 
-/* The largest |u| of a state [m]; SLIP_FAULT_ATOL: it has not moved. Collective. */
+/* Size of what opens a cell, of a state or an error from its displacement on; 0 where cells do not open */
+static PetscReal Opening(SlipFault fault, const PetscReal u[])
+{
+  return PetscAbsReal(SlipFaultAcross(fault, u));
+}
+
+/* The largest |u| or opening of a state [m]; SLIP_FAULT_ATOL: it has not moved. Collective. */
 static PetscErrorCode LargestDisplacement(SlipFault fault, Vec w, PetscReal *largest)
 {
   const PetscReal *a;
@@ -39,7 +45,9 @@ static PetscErrorCode LargestDisplacement(SlipFault fault, Vec w, PetscReal *lar
   PetscFunctionBegin;
   *largest = SLIP_FAULT_ATOL;
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) *largest = PetscMax(*largest, SlipFaultDistance(fault, a, i));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    *largest = PetscMax(PetscMax(*largest, SlipFaultDistance(fault, a, i)),
+                        Opening(fault, a + SlipFaultDisplacementAt(fault, i)));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -144,12 +152,14 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   PetscCall(RateError(fault, rtol, tolerance, &friction, displacement, e, &largest[1], &slow, &largest[5]));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal error = PetscMax(SlipFaultDistance(fault, a, i), PetscAbsReal(a[SlipFaultStateAt(fault, i)]));
+    const PetscReal error =
+      PetscMax(PetscMax(SlipFaultDistance(fault, a, i), Opening(fault, a + SlipFaultDisplacementAt(fault, i))),
+               PetscAbsReal(a[SlipFaultStateAt(fault, i)]));
     const PetscReal rate = PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultSpeed(fault, c, i));
 
     PetscBool weakens;
     const PetscReal slip = SlipScale(fault, &friction, i, displacement, &weakens);
-    PetscReal way[2] = {0, 0}, moved;
+    PetscReal way[3] = {0, 0, 0}, moved;
 
     for (PetscInt k = 0; k < fault->layout.components; k++)
       way[k] = c[SlipFaultDisplacementAt(fault, i) + k] - b[SlipFaultDisplacementAt(fault, i) + k] +

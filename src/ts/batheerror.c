@@ -60,20 +60,22 @@ PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e)
   PetscCall(VecGetLocalSize(ba->x, &n));
   PetscCall(VecGetArray(ba->x, &x));
   for (PetscInt i = 0; i < n; i += c) { /* a cell that slides along one axis does not rest along the other */
+    const PetscInt plane = PetscMin(c, 2);
     PetscBool sticks = PETSC_TRUE;
 
-    for (PetscInt k = i; k < i + c; k++)
+    for (PetscInt k = i; k < i + plane; k++)
       if (x[k] != 0.0) sticks = PETSC_FALSE;
-    for (PetscInt k = i; k < i + c; k++) x[k] = sticks ? 1.0 : 0.0;
+    for (PetscInt k = i; k < i + plane; k++) x[k] = sticks ? 1.0 : 0.0;
+    for (PetscInt k = i + plane; k < i + c; k++) x[k] = x[k] == 0.0 ? 1.0 : 0.0; /* closed, whether it slides or not */
   }
   PetscCall(VecRestoreArray(ba->x, &x));
-  PetscCall(VecZeroEntries(ba->K1));
+  PetscCall(VecSet(ba->K1, 1.0)); /* which changes where r enters, by a sum or, of a cell that is closed, to 0 */
   PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->K1, ba->ctx)); /* the rows that r enters */
   PetscCall(VecGetLocalSize(e, &n));
   PetscCall(VecGetArrayRead(ba->K1, &mark));
   PetscCall(VecGetArray(e, &ee));
   for (PetscInt i = 0; i < n; i++)
-    if (mark[i] != 0.0) ee[i] = 0.0;
+    if (mark[i] != 1.0) ee[i] = 0.0;
   PetscCall(VecRestoreArray(e, &ee));
   PetscCall(VecRestoreArrayRead(ba->K1, &mark));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -186,7 +186,7 @@ static void Create(Block *b)
   ok(VecCreateSeq(PETSC_COMM_SELF, 2, &b->l.load));
   ok(VecCreateSeq(PETSC_COMM_SELF, 1, &cells));
   ok(SlipConstraintCreate(PETSC_COMM_SELF, &ops, b, b->l.load, &b->con));
-  fails(SlipConstraintSetComponents(b->con, 3, cells), "expected 1 or 2");
+  fails(SlipConstraintSetComponents(b->con, 4, cells), "expected 1, 2 or 3");
   fails(SlipConstraintSetComponents(b->con, 2, b->l.load), "expected 2 for each of 2 cells");
   ok(SlipConstraintSetComponents(b->con, 2, cells));
   ok(SlipConstraintGetComponents(b->con, &c));

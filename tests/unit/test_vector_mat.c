@@ -333,7 +333,7 @@ static void chosen(void **state)
 
 static void refused(void **state)
 {
-  const SlipKernelType three = {.name = "three", .components = 3, .centre = SlipKernelDipping.centre};
+  const SlipKernelType four = {.name = "four", .components = 4, .centre = SlipKernelDipping.centre};
   const SlipKernelType shear = {.name = "shear", .components = 2, .centre = SlipKernelDippingVector.centre};
   PetscReal rake[12] = {0};
   SlipDippingGrid grid = {.grid = {4, 3, 400, 300, 0}, .dip = 50, .rake = rake};
@@ -363,8 +363,8 @@ static void refused(void **state)
   fails(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &vectors[0], "dense", 1e-6, &A, &B),
         "\"dipping_vector\" knows no average");
   vectors[0].kernel.average = SLIP_AVERAGE_CENTRE;
-  vectors[0].kernel.type = &three;
-  fails(SlipCellsCheck(PETSC_COMM_SELF, &vectors[0], "test"), "3 components of slip and 0 rows");
+  vectors[0].kernel.type = &four;
+  fails(SlipCellsCheck(PETSC_COMM_SELF, &vectors[0], "test"), "4 components of slip and 0 rows");
   vectors[0].kernel.type = &shear;
   fails(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &vectors[0], "dense", 1e-6, &A, &B),
         "\"shear\" has no row of normal stress");

@@ -152,8 +152,8 @@ PETSC_INTERN void SlipPotential_Private(const SlipPlatePoints *points, PetscInt 
 PETSC_INTERN void SlipLogPotential_Private(const SlipPlatePoints *points, PetscBool gradient, SlipLogPotential *l);
 PETSC_INTERN SlipLogSums SlipLogFirst_Private(const SlipLogCorner *corner, PetscReal ty, PetscReal tz, PetscReal lean);
 
-/* ---- dipping_points.c: by slip along the source's rake, or where vector is true by slip along its strike and up its dip ---- */
-PETSC_INTERN void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscBool vector,
+/* ---- dipping_points.c: by slip along the source's rake, or by 2 or 3 slips along its strike, up its dip and across it ---- */
+PETSC_INTERN void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
                                                PetscInt n, const SlipCell receiver[], const SlipCell source[],
                                                PetscReal traction[]);
 

@@ -44,6 +44,7 @@ typedef struct {
   PetscBool inertia;          /* -fault_inertia */
   PetscBool inertia_given;    /* else the law decides */
   PetscBool initial_unstable; /* -fault_initial_unstable */
+  PetscBool opening;          /* -fault_opening */
   PetscBool check_error;      /* -fault_check_error */
   PetscBool output_overwrite; /* -fault_output_overwrite */
   PetscBool output_xdmf;      /* -fault_output_xdmf */
@@ -66,15 +67,17 @@ typedef struct {
 
 /* Where the numbers of a cell are in a state, and in its rates and errors; block numbers a cell. Slip has one component, along the
    rake, or two, along strike and up dip: so have rates and displacements, one after the other, and vectors of slip, of shear
-   stress and the like. A vector of cells has one number a cell. */
+   stress and the like. Cells that open have a third one in all of these, across their plane. A vector of cells has one number
+   a cell. */
 typedef struct {
-  PetscInt components;
+  PetscInt components; /* of these vectors: 1, 2, or 3 where cells open: the opening behind the two of slip */
+  PetscInt plane;      /* of them those in the plane of a cell, which slip has, 1 or 2 */
   PetscInt block;
   PetscInt rate;         /* slip rate [m/s] */
   PetscInt displacement; /* relative to the far field [m] */
   PetscInt state;        /* of friction: cumulative slip [m], or what the law has in its place */
   PetscReal *along;      /* [n][components] unit vector of the rake: of loading and shear load */
-  PetscReal *sizes;      /* [3 n] of two components: room for magnitudes; else NULL */
+  PetscReal *sizes;      /* [3 n] of several components: room for magnitudes; else NULL */
 } SlipFaultLayout;
 
 /* The friction of the cells, but for their normal stress, which the loads know */
@@ -140,7 +143,7 @@ static inline PetscInt SlipFaultStateAt(SlipFault fault, PetscInt i)
   return fault->layout.block * i + fault->layout.state;
 }
 
-/* x.y of vectors of slip of one cell, and |x| */
+/* x.y of vectors of slip of one cell, and |x|, both in its plane */
 static inline PetscReal SlipFaultDot(SlipFault fault, const PetscReal x[], const PetscReal y[])
 {
   return fault->layout.components == 1 ? x[0] * y[0] : x[0] * y[0] + x[1] * y[1];
@@ -162,10 +165,24 @@ static inline PetscReal SlipFaultDistance(SlipFault fault, const PetscReal a[], 
   return SlipFaultLength(fault, a + SlipFaultDisplacementAt(fault, i));
 }
 
+/* Can cells open? */
+static inline PetscBool SlipFaultOpens(SlipFault fault)
+{
+  return fault->layout.components == 3 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The number of cell i that opens it, in a state from the rates or the displacements on; 0 where cells do not open */
+static inline PetscReal SlipFaultAcross(SlipFault fault, const PetscReal x[])
+{
+  return fault->layout.components == 3 ? x[2] : 0;
+}
+
 /* The largest of the numbers of cell i in a vector of slip, such as a diagonal */
 static inline PetscReal SlipFaultLargest(SlipFault fault, const PetscReal x[], PetscInt i)
 {
-  return fault->layout.components == 1 ? x[i] : PetscMax(x[2 * i], x[2 * i + 1]);
+  const PetscInt c = fault->layout.components;
+
+  return c == 1 ? x[i] : PetscMax(x[c * i], x[c * i + 1]);
 }
 
 /* The unit vector of the rake of cell i */

@@ -66,6 +66,7 @@ typedef struct {
   Vec start;          /* Kn u of the start, which changes nothing [Pa]; NULL: 0 */
   Vec factor;         /* of a stage: theta dq/dsigma at the rates that its bound was asked about last */
   PetscReal *stress;  /* [n] effective normal stress, at least 0 [Pa] */
+  PetscReal *one;     /* [n] where cells open: 1, the pressure over itself; else NULL */
   PetscBool balanced; /* rise is that of the last right-hand side */
   SlipFaultMoment moment;
 } SlipFaultCoupling;

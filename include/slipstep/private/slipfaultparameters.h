@@ -118,7 +118,7 @@ typedef struct {
 } SlipFaultString;
 PETSC_EXTERN const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS];
 
-enum { FAULT_NUM_SWITCHES = 7 };
+enum { FAULT_NUM_SWITCHES = 8 };
 /* Options that are yes or no */
 typedef struct {
   const char *name;

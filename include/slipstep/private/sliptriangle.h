@@ -57,9 +57,9 @@ typedef struct {
 PETSC_EXTERN void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
                                         const SlipTriangleCell *const receiver[],
                                         const SlipTriangleCell *const source[], PetscReal traction[]);
-/* [n][2][3], by slip along the first of the source's directions and along the second */
-PETSC_EXTERN void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
-                                              const SlipTriangleCell *const receiver[],
+/* [n][slips][3], by slip along the first 2 or 3 of the source's directions */
+PETSC_EXTERN void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
+                                              PetscInt n, const SlipTriangleCell *const receiver[],
                                               const SlipTriangleCell *const source[], PetscReal traction[]);
 
 /* ---- triangle_loops.c: a triangle as an outline, around its normal; slips are those of the normal's side, north,
@@ -78,12 +78,12 @@ PETSC_EXTERN void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_
                                       const SlipTriangleCell *source, PetscReal core, PetscReal average[2]);
 PETSC_EXTERN PetscReal SlipTriangleAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k,
                                                PetscReal share, PetscReal ratio);
-/* The same along both directions in the plane: [3][2] and [2][2] */
-PETSC_EXTERN void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space,
+/* The same along both directions in the plane, and of 3 slips across it: [3][slips] and [slips][slips] */
+PETSC_EXTERN void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
                                             const SlipTriangleCell *receiver, const SlipTriangleCell *source,
-                                            PetscReal core, PetscReal average[6]);
-PETSC_EXTERN void SlipTriangleVectorAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k,
-                                                PetscReal share, PetscReal ratio, PetscReal edge[4]);
+                                            PetscReal core, PetscReal average[]);
+PETSC_EXTERN void SlipTriangleVectorAverageEdge(PetscReal G, PetscReal nu, PetscInt slips, const SlipTriangleCell *cell,
+                                                PetscInt k, PetscReal share, PetscReal ratio, PetscReal edge[]);
 
 static inline PetscReal SlipDot(const PetscReal a[3], const PetscReal b[3])
 {

@@ -51,7 +51,7 @@ PetscErrorCode SlipCellsDirections(const SlipCells *c, PetscReal **directions)
 
 /* ---- entries: of a kernel with c components of slip, blocks [c][c] of a cell's rows and another one's columns ---- */
 
-#define MOST 6           /* numbers of a kernel's block */
+#define MOST 9           /* numbers of a kernel's block */
 #define CELLS_AT_ONCE 32 /* two calls of a kernel's vectors */
 
 /* Into a, column-major: the symmetric part of the forces on cells of the areas p and q by each other */

@@ -340,8 +340,9 @@ static PetscErrorCode FindMeeting(const SlipCells *c, PetscInt rows[2], PetscBoo
 PetscErrorCode SlipCellsCheck(MPI_Comm comm, const SlipCells *c, const char source[])
 {
   static const SlipKernelType *const ofRectangles[] = {&SlipKernelStrikeSlip, &SlipKernelDipping,
-                                                       &SlipKernelDippingVector};
-  static const SlipKernelType *const ofTriangles[] = {&SlipKernelTriangle, &SlipKernelTriangleVector};
+                                                       &SlipKernelDippingVector, &SlipKernelDippingOpening};
+  static const SlipKernelType *const ofTriangles[] = {&SlipKernelTriangle, &SlipKernelTriangleVector,
+                                                      &SlipKernelTriangleOpening};
   const SlipKernelType *type = c->kernel.type;
   PetscBool other = PETSC_FALSE;
   const char *words = CellWord(c, PETSC_TRUE);

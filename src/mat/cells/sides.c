@@ -58,7 +58,7 @@ static void Add(const SlipCells *c, const Side *s, PetscReal share, PetscReal ra
 {
   const SlipCell cell = SlipCellsGet(c, s->cell);
   const PetscInt size = PetscSqr(c->kernel.type->components);
-  PetscReal block[4];
+  PetscReal block[9];
 
   c->kernel.type->side(&c->kernel, &cell, s->side, share, ratio, block);
   for (PetscInt k = 0; k < size; k++) force[s->cell * size + k] += c->length[s->cell] * c->width[s->cell] * block[k];

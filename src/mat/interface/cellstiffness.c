@@ -279,7 +279,8 @@ PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *
   Input Parameters:
 + comm      - communicator
 . cells     - the cells, the same on every process, with a kernel of two components, SlipKernelDippingVector or
-              SlipKernelTriangleVector; their rakes do not count; not kept
+              SlipKernelTriangleVector, or of three, with opening, SlipKernelDippingOpening or SlipKernelTriangleOpening; their
+              rakes do not count; not kept
 . type      - "dense" (MATDENSE), "hmat" (hierarchical, O(N log N)) or "auto"
 - tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative (dimensionless), in (0, 1)
 
@@ -287,7 +288,8 @@ PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *
 + S  - symmetric matrix [Pa/m], 2 N x 2 N: rows and columns 2 i and 2 i + 1 are slip and shear traction along strike and up dip of the
        cell whose row i is in MatCreateSlipCellStiffness(); 2 cells->nlocal of them on this process, or twice the rows that
        PETSC_DECIDE gives it of N
-- Kn - matrix [Pa/m], N x 2 N, neither symmetric nor weighted: compression of the centre of a cell; or NULL where it is not wanted
+- Kn - matrix [Pa/m], N x 2 N, neither symmetric nor weighted: compression of the centre of a cell; or NULL where it is not wanted.
+       With opening S is 3 N x 3 N, its rows 3 i + 2 are of the compression, and Kn are these rows (MatCreateSlipNormalRows())
 
   Notes:
   With K_ij [2][2] the stress drop at the centre of cell i, or on its average, for unit slip along either component on cell j, S_ij =
@@ -311,8 +313,12 @@ PetscErrorCode MatCreateSlipCellVectorStiffness(MPI_Comm comm, const SlipCells *
   PetscCall(SlipMatInitializePackage());
   PetscCall(SlipCellsCheck(comm, cells, "cells"));
   PetscCall(SlipKernelCheckComponents(comm, &cells->kernel, 2));
-  if (Kn) PetscCall(CheckNormal(comm, cells));
+  if (Kn && cells->kernel.type->components == 2) PetscCall(CheckNormal(comm, cells));
   PetscCall(StiffnessCreate(comm, cells, type, tolerance, S));
-  if (Kn) PetscCall(NormalCreate(comm, cells, type, tolerance, Kn));
+  if (!Kn) PetscFunctionReturn(PETSC_SUCCESS);
+  if (cells->kernel.type->components == 3)
+    PetscCall(MatCreateSlipNormalRows(*S, Kn));
+  else
+    PetscCall(NormalCreate(comm, cells, type, tolerance, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -77,6 +77,9 @@ static PetscErrorCode CreateByTransforms(MPI_Comm comm, const SlipDippingGrid *g
   PetscCall(CellsOf(grid, &cells));
   PetscCall(SlipCellsCheck(comm, &cells, "cells"));
   PetscCall(SlipCellsDestroy(&cells));
+  PetscCheck(grid->grid.kernel.type->components < 3, comm, PETSC_ERR_SUP,
+             "Type \"%s\" does not know kernel \"%s\" with opening: expected dense, hmat or auto", type,
+             grid->grid.kernel.type->name);
   PetscCheck(grid->grid.kernel.type->normals == 1, comm, PETSC_ERR_SUP,
              "Kernel \"%s\" has no row of normal stress, expected one that has, such as SlipKernelDipping",
              grid->grid.kernel.type->name);
@@ -98,6 +101,10 @@ static const char *ChooseType(const SlipDippingGrid *grid, const char **why)
   if (g->nx * g->nz <= SLIP_DENSE_MAX) {
     *why = "at most 256 cells";
     return "dense";
+  }
+  if (g->kernel.type->components == 3) {
+    *why = "cells that open";
+    return "hmat";
   }
   if (g->nz > SLIP_DEEP * g->nx) {
     *why = "more than 50 cells along dip for one along strike";
@@ -203,14 +210,16 @@ PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGri
 
   Input Parameters:
 + comm - communicator
-. grid - cells, extents [m], dip [deg], and a kernel of two components such as SlipKernelDippingVector; its rakes do not count
+. grid - cells, extents [m], dip [deg], and a kernel of two components such as SlipKernelDippingVector, or of three such as
+         SlipKernelDippingOpening, which "fft" does not know; its rakes do not count
 - type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to the tolerance of
          grid) or "auto", as MatCreateSlipDippingStiffness() has them
 
   Output Parameters:
 + S  - symmetric 2 N x 2 N matrix [Pa/m], N = nx * nz: rows and columns 2 i and 2 i + 1 are along strike and up dip of cell i; twice
        the rows on each process that PETSC_DECIDE gives it of N
-- Kn - N x 2 N matrix [Pa/m], compression of the centre of a cell, not symmetric; NULL where it is not wanted
+- Kn - N x 2 N matrix [Pa/m], compression of the centre of a cell, not symmetric; NULL where it is not wanted. With opening both are
+       as MatCreateSlipCellVectorStiffness() says
 
   Notes:
   S is the symmetric part of the stress drop at the centre of a cell for unit slip along either component on another one.

@@ -5,7 +5,7 @@
 
   m the 0/1 mask of sliding cells. On a uniform grid P is the part on the fault of the inverse of the stage operator on
   an endless plane (toeplitz_root.c), wrong along its edges: one number for each pair of wavenumbers and O(N log N)
-  work. Elsewhere it is the inverse diagonal, where cells have two components the inverse of a block for each: of
+  work. Elsewhere it is the inverse diagonal, where cells have several components the inverse of a block for each: of
   diag(B) and their slope. P is positive definite whatever the slope, so the whole is.
 
   Tried and left out: the inverse made periodic along strike, a block of nz^2 numbers per wavenumber (60 x 60 under
@@ -137,36 +137,42 @@ static PetscErrorCode SetUpBlocks(PCSlipStage *c)
   const PetscReal *slope, *cross;
   const SlipArrays arrays[] = {
     {c->inverse, .write = &d}, {c->slope, .read = &slope}, {c->cross, .read = &cross}, {c->beside, .write = &beside}};
-  PetscInt n;
+  PetscInt n, block;
 
   PetscFunctionBegin;
   PetscCall(MatGetDiagonal(c->B, c->inverse));
+  PetscCall(VecGetLocalSize(c->inverse, &block));
   PetscCall(VecGetLocalSize(c->cross, &n));
   PetscCall(SlipArraysGet(4, arrays));
-  for (PetscInt i = 0; i < n; i++) {
-    for (PetscInt k = 2 * i; k < 2 * i + 2; k++) d[k] = d[k] != 0 ? PetscAbsReal(d[k]) : 1;
-    InvertBlock(&d[2 * i], &slope[2 * i], cross[i], &beside[i]);
+  block /= PetscMax(n, 1);
+  for (PetscInt i = 0, at = 0; i < n; i++, at += block) {
+    for (PetscInt k = at; k < at + block; k++) d[k] = d[k] != 0 ? PetscAbsReal(d[k]) : 1;
+    InvertBlock(&d[at], &slope[at], cross[i], &beside[i]);
+    for (PetscInt k = at + 2; k < at + block; k++) d[k] = 1 / d[k]; /* what opens a cell */
   }
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* work <- P work of blocks; masks of both components of a cell are the same */
+/* work <- P work of blocks; masks of both components of a cell in its plane are the same */
 static PetscErrorCode ApplyBlocks(PCSlipStage *c)
 {
   const PetscReal *d, *beside;
   PetscReal *w;
   const SlipArrays arrays[] = {{c->inverse, .read = &d}, {c->beside, .read = &beside}, {c->work, .write = &w}};
-  PetscInt n;
+  PetscInt n, block;
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(c->beside, &n));
+  PetscCall(VecGetLocalSize(c->work, &block));
+  block /= PetscMax(n, 1);
   PetscCall(SlipArraysGet(3, arrays));
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal x = w[2 * i], y = w[2 * i + 1];
+  for (PetscInt i = 0, k = 0; i < n; i++, k += block) {
+    const PetscReal x = w[k], y = w[k + 1];
 
-    w[2 * i] = d[2 * i] * x + beside[i] * y;
-    w[2 * i + 1] = beside[i] * x + d[2 * i + 1] * y;
+    w[k] = d[k] * x + beside[i] * y;
+    w[k + 1] = beside[i] * x + d[k + 1] * y;
+    if (block > 2) w[k + 2] *= d[k + 2];
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -120,13 +120,11 @@ static PetscErrorCode StageGetEntries(Mat B, Mat *dense, PetscReal *scale, Vec *
     PetscCall(MatCreateVecs(s->K, NULL, &s->diagonal));
   }
   if (s->diagonal_theta != s->theta) {
-    const PetscReal value = s->mass / s->theta + s->radiation;
-
-    if (s->weights) {
-      PetscCall(VecCopy(s->weights, s->diagonal));
-      PetscCall(VecScale(s->diagonal, value));
-    } else
-      PetscCall(VecSet(s->diagonal, value));
+    PetscCall(MatGetDiagonal(s->H, s->diagonal));
+    if (s->weights)
+      PetscCall(VecAXPY(s->diagonal, s->mass / s->theta, s->weights));
+    else
+      PetscCall(VecShift(s->diagonal, s->mass / s->theta));
     s->diagonal_theta = s->theta;
   }
   *dense = s->entries;
@@ -146,7 +144,7 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
   const SlipGrid *g;
   const PetscReal *viscosity;
   SlipCirculant strike;
-  PetscBool denseK, denseH, plane, slow, spectral, approximate;
+  PetscBool denseK, denseH, plane, slow, spectral, approximate, radiation;
   PetscInt N;
 
   PetscFunctionBegin;
@@ -157,6 +155,7 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
   PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "sliptoeplitz", &plane));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)s->H, &slow, "sliplanczos", "slipwaves", ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "slipspectral", &spectral));
+  PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "slipradiation", &radiation));
   PetscCall(SlipRadiationGet(s->H, &s->radiation));
   s->assemble = (PetscBool)(denseK && denseH && N <= SLIP_STAGE_ASSEMBLE_MAX);
   PetscCall(SlipViscosityGetFactor(s->H, &s->damping));
@@ -170,7 +169,7 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
   if (!denseK && strike && !approximate) PetscCall(StageFuse(s, strike));
   if (approximate) PetscCall(StageCreateApproximation(s));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetDense_C",
-                                       s->radiation > 0 && N <= SLIP_STAGE_ENTRIES_MAX ? StageGetEntries : NULL));
+                                       radiation && N <= SLIP_STAGE_ENTRIES_MAX ? StageGetEntries : NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetApproximation_C",
                                        approximate ? MatSlipStageGetApproximation : NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipSetLoose_C", approximate ? MatSlipStageSetLoose : NULL));

@@ -4,8 +4,9 @@
 #include <slipstep/private/slipmatviscosity.h>
 
 typedef struct {
-  PetscReal eta; /* [Pa s/m] */
-  Vec weights;   /* referenced; NULL: 1 */
+  PetscReal eta;   /* [Pa s/m] */
+  PetscBool alike; /* in all components */
+  Vec weights;     /* referenced, or with another damping across cells times its share; NULL: 1 */
 } Radiation;
 
 static PetscErrorCode RadiationMult(Mat H, Vec x, Vec y)
@@ -44,7 +45,7 @@ static PetscErrorCode RadiationDestroy(Mat H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* eta of a viscosity of this type, 0 of others */
+/* eta of a viscosity of this type that is the same in all components, 0 of others */
 PetscErrorCode SlipRadiationGet(Mat H, PetscReal *eta)
 {
   PetscBool match;
@@ -55,7 +56,7 @@ PetscErrorCode SlipRadiationGet(Mat H, PetscReal *eta)
   PetscCall(PetscObjectTypeCompare((PetscObject)H, "slipradiation", &match));
   if (!match) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatShellGetContext(H, &r));
-  *eta = r->eta;
+  if (r->alike) *eta = r->eta;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -76,9 +77,55 @@ PetscErrorCode SlipRadiationGet(Mat H, PetscReal *eta)
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for eta
 
-.seealso: MatCreateSlipViscosity(), MatCreateSlipStage()
+.seealso: MatCreateSlipRadiationOpening(), MatCreateSlipViscosity(), MatCreateSlipStage()
 @*/
 PetscErrorCode MatCreateSlipRadiation(Mat K, PetscReal eta, Mat *H)
+{
+  PetscFunctionBegin;
+  PetscCall(MatCreateSlipRadiationOpening(K, eta, 0, H));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* w of K's rows, or 1, and of every third row times a factor */
+static PetscErrorCode WeightsOf(Mat K, PetscReal factor, Vec *weights)
+{
+  Vec own;
+  PetscReal *w;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatSlipGetWeights(K, &own));
+  PetscCall(MatCreateVecs(K, NULL, weights));
+  PetscCall(VecSet(*weights, 1));
+  if (own) PetscCall(VecCopy(own, *weights));
+  PetscCall(VecGetLocalSize(*weights, &n));
+  PetscCall(VecGetArray(*weights, &w));
+  for (PetscInt i = 2; i < n; i += 3) w[i] *= factor;
+  PetscCall(VecRestoreArray(*weights, &w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatCreateSlipRadiationOpening - radiation damping of cells that open, in their plane and across it
+
+  Collective
+
+  Input Parameters:
++ K      - stiffness with three components a cell, 3 N x 3 N
+. eta    - traction that a slip rate costs [Pa s/m], positive: G/(2 cs) of shear waves that leave the fault
+- across - pressure that a rate of opening costs [Pa s/m], positive: (lambda + 2 G)/(2 cp) = rho cp/2 of compressional waves; 0:
+           K has other components, all with eta
+
+  Output Parameter:
+. H - diagonal, 3 N x 3 N [Pa s/m], times the weights of K's rows
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for eta or across
+
+.seealso: MatCreateSlipRadiation(), MatCreateSlipCellVectorStiffness()
+@*/
+PetscErrorCode MatCreateSlipRadiationOpening(Mat K, PetscReal eta, PetscReal across, Mat *H)
 {
   const SlipShellOps ops = {.mult = RadiationMult, .diagonal = RadiationGetDiagonal, .destroy = RadiationDestroy};
   const char *prefix;
@@ -87,10 +134,18 @@ PetscErrorCode MatCreateSlipRadiation(Mat K, PetscReal eta, Mat *H)
   PetscFunctionBegin;
   PetscCheck(eta > 0 && PetscIsNormalReal(eta), PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_OUTOFRANGE,
              "Radiation damping must be positive and finite, not %g Pa s/m", (double)eta);
+  PetscCheck(across == 0 || (across > 0 && PetscIsNormalReal(across)), PetscObjectComm((PetscObject)K),
+             PETSC_ERR_ARG_OUTOFRANGE, "Radiation damping across cells must be positive and finite, not %g Pa s/m",
+             (double)across);
   PetscCall(PetscNew(&r));
   r->eta = eta;
-  PetscCall(MatSlipGetWeights(K, &r->weights));
-  if (r->weights) PetscCall(PetscObjectReference((PetscObject)r->weights));
+  r->alike = across == 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (across > 0)
+    PetscCall(WeightsOf(K, across / eta, &r->weights));
+  else {
+    PetscCall(MatSlipGetWeights(K, &r->weights));
+    if (r->weights) PetscCall(PetscObjectReference((PetscObject)r->weights));
+  }
   PetscCall(SlipShellCreateLike(K, "slipradiation", &ops, r, H));
   PetscCall(MatGetOptionsPrefix(K, &prefix));
   PetscCall(MatSetOptionsPrefix(*H, prefix));

@@ -1,0 +1,109 @@
+/* Of a stiffness with opening the rows of normal stress, as a matrix of their own. */
+#include <petsc/private/petscimpl.h> /* methods */
+#include <slipmat.h>
+#include <slipcells.h>
+#include <slipcompat.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipmatcommon.h>
+
+typedef struct {
+  Mat S;       /* referenced */
+  Vec product; /* S u */
+  Vec weights; /* of S's rows, borrowed from it; NULL: 1 */
+} NormalRows;
+
+/* n_i = f_(3 i + 2) / w_i */
+static PetscErrorCode Take(const NormalRows *r, Vec f, Vec n)
+{
+  const PetscReal *a, *w = NULL;
+  PetscReal *b;
+  PetscInt m;
+  const SlipArrays arrays[] = {{f, .read = &a}, {r->weights, .read = &w}, {n, .write = &b}};
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(n, &m));
+  PetscCall(SlipArraysGet(3, arrays));
+  for (PetscInt i = 0; i < m; i++) b[i] = a[3 * i + 2] / (w ? w[3 * i + 2] : 1);
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode NormalRowsMult(Mat Kn, Vec u, Vec n)
+{
+  NormalRows *r;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(Kn, &r));
+  PetscCall(MatMult(r->S, u, r->product));
+  PetscCall(Take(r, r->product, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* MatSlipStiffnessMultBoth() of a Kn: one product where K is its own */
+static PetscErrorCode NormalRowsMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
+{
+  NormalRows *r;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(Kn, &r));
+  PetscCall(MatMult(K, u, f));
+  if (K == r->S)
+    PetscCall(Take(r, f, n));
+  else
+    PetscCall(MatMult(Kn, u, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode NormalRowsDestroy(Mat Kn)
+{
+  NormalRows *r;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(Kn, &r));
+  PetscCall(VecDestroy(&r->product));
+  PetscCall(MatDestroy(&r->S));
+  PetscCall(PetscFree(r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  MatCreateSlipNormalRows - what slip and opening do to normal stress, of a stiffness that has both
+
+  Collective
+
+  Input Parameter:
+. S - stiffness of cells that open, 3 N x 3 N, of MatCreateSlipCellVectorStiffness() or MatCreateSlipDippingVectorStiffness();
+      a reference is kept
+
+  Output Parameter:
+. Kn - matrix [Pa/m], N x 3 N: every third row of S over its weight, the compression of a cell by slip and opening of all. A product
+       takes one with S, and MatSlipStiffnessMultBoth() no more than that. Its entries follow those of S: MatScale() of S scales both
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_SIZ for an S whose rows here are no multiple of 3
+
+.seealso: MatCreateSlipCellVectorStiffness(), MatSlipStiffnessMultBoth()
+@*/
+PetscErrorCode MatCreateSlipNormalRows(Mat S, Mat *Kn)
+{
+  const SlipShellOps ops = {.mult = NormalRowsMult, .destroy = NormalRowsDestroy, .unsymmetric = PETSC_TRUE};
+  NormalRows *r;
+  PetscInt m, M;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(S, MAT_CLASSID, 1);
+  PetscAssertPointer(Kn, 2);
+  PetscCall(MatGetLocalSize(S, &m, NULL));
+  PetscCall(MatGetSize(S, &M, NULL));
+  PetscCheck(m % 3 == 0, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ,
+             "The stiffness has %" PetscInt_FMT " rows here, expected three a cell", m);
+  PetscCall(PetscNew(&r));
+  r->S = S;
+  PetscCall(PetscObjectReference((PetscObject)S));
+  PetscCall(MatCreateVecs(S, NULL, &r->product));
+  PetscCall(MatSlipGetWeights(S, &r->weights));
+  PetscCall(SlipShellCreateOfSize(PetscObjectComm((PetscObject)S), m / 3, m, M / 3, M, "slipnormalrows", &ops, r, Kn));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*Kn, "MatSlipStiffnessMultBoth_C", NormalRowsMultBoth));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
