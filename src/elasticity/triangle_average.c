@@ -75,6 +75,7 @@ static void SideOf(const SlipTriangleCell *cell, PetscInt n, const PetscInt dire
 
   s->n = n;
   s->radius = 0;
+  s->loop.full_space = full_space;
   square = SlipTriangleNormal(v, normal);
   s->loop.area = 0.5 * PetscSqrtReal(SlipDot(normal, normal));
   s->loop.least = 2 * s->loop.area / PetscSqrtReal(square);
@@ -83,7 +84,7 @@ static void SideOf(const SlipTriangleCell *cell, PetscInt n, const PetscInt dire
 
     for (int i = 0; i < 3; i++) s->loop.vertices[3 * k + i] = v[3 * from + i];
     for (int i = 0; i < 3; i++) s->vertices[3 * k + i] = v[3 * k + i];
-    s->normal[k] = cell->directions[6 + k];
+    s->normal[k] = s->loop.normal[k] = cell->directions[6 + k];
     for (PetscInt i = 0; i < n; i++) s->slip[i][k] = cell->directions[3 * direction[i] + k];
     s->middle[k] = (v[k] + v[3 + k] + v[6 + k]) / 3;
     ground += !full_space && v[3 * k + 2] <= SLIP_TOUCH * s->loop.least;

@@ -174,6 +174,29 @@ static PetscErrorCode GetLastStep(SlipFaultCatalogue cat, TS ts, PetscReal time,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What cells lose that fall shut within the step: with inertia the energy of their opening, M v_n^2/2 [J], of the rate at its start */
+static PetscErrorCode AddImpacts(SlipFaultCatalogue cat, const Step *step)
+{
+  SlipFault fault = cat->fault;
+  const PetscReal *a, *b;
+  const SlipArrays arrays[] = {{step->a, .read = &a}, {step->b, .read = &b}};
+  PetscReal lost = 0;
+
+  PetscFunctionBegin;
+  if (!SlipFaultOpens(fault) || !fault->kind.inertia) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipArraysGet(2, arrays));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscInt opening = SlipFaultDisplacementAt(fault, i) + 2;
+
+    if (a[opening] > 0 && b[opening] == 0)
+      lost += 0.5 * fault->operators.mass * fault->mesh.weight[i] * PetscSqr(a[SlipFaultRateAt(fault, i) + 2]);
+  }
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &lost, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  cat->work[WORK_DISSIPATED] += fault->mesh.area * lost;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The step's share of all integrals, and of the largest slip rate */
 static PetscErrorCode AddStep(SlipFaultCatalogue cat, TS ts, const Step *step, PetscReal max)
 {
@@ -191,6 +214,7 @@ static PetscErrorCode AddStep(SlipFaultCatalogue cat, TS ts, const Step *step, P
     AddWork(cat, step->dt * weight[k], cat->power);
   }
   cat->power_known = PETSC_TRUE;
+  PetscCall(AddImpacts(cat, step));
   {
     const PetscReal time[] = {e->time[0], e->time[1], step->begin + step->dt}, rate[] = {e->rate[0], e->rate[1], max};
 

@@ -27,6 +27,15 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
         c[k] = fault->mesh.weight[i] * (fault->operators.mass / theta) * base[rate] + (ex ? ex[rate] : 0);
       u0[k] = base[displacement] + theta * ((ex ? ex[displacement] : 0) - vinf[k]);
     }
+    /* A base below 0 is of a cell that has closed since the step's start, a w1 - b w0 of w1 = 0: backward differences across
+       an impact would have it bounce. */
+    if (SlipFaultOpens(fault) && base[SlipFaultDisplacementAt(fault, i) + 2] < 0) {
+      const PetscReal fall = base[SlipFaultRateAt(fault, i) + 2];
+
+      u0[3 * i + 2] -= base[SlipFaultDisplacementAt(fault, i) + 2];
+      if (fault->kind.inertia && fall > 0)
+        c[3 * i + 2] -= fault->mesh.weight[i] * (fault->operators.mass / theta) * fall;
+    }
     s0[i] = base[SlipFaultStateAt(fault, i)] + theta * (ex ? ex[SlipFaultStateAt(fault, i)] : 0);
   }
   PetscCall(SlipArraysRestore(6, arrays));

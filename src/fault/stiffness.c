@@ -1,6 +1,7 @@
 /* Stiffness of the mesh or from a file, its scaling, the viscosity, and the stage operator. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcommon.h>
+#include <petscksp.h>
 #include <math.h>
 
 #define SLIP_FAULT_MAX_DENSE 10000 /* cells up to which K is written as a dense matrix */
@@ -178,6 +179,9 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
              "-%sfault_viscosity spectral is known of vertical planes with the rake 0 only: expected sqrtm, lanczos, "
              "radiation or none",
              prefix);
+  PetscCheck(!fft || !SlipFaultOpens(fault), fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_operator fft does not know cells that open (-%sfault_opening yes): expected dense, hmat or auto",
+             prefix, prefix);
   PetscCheck(!file[0] || !kernel.average, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stiffness_average %s cannot average the entries of -%sfault_stiffness_file %s: expected no "
              "average",
@@ -239,6 +243,49 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+#define SLIP_OPENING_PRODUCTS                                                                                          \
+  100 /* by which conjugate gradients have met a mode of no stiffness of planes up to the ground, measured */
+
+/* Rock above cells that are wide against their depth bends like a plate: uniform opening hardly presses the centre of such a cell, and
+   a little more of it even pulls there, so that the stiffness is indefinite and cells open by themselves. Averages are energies, and
+   positive. */
+static PetscErrorCode CheckOpening(SlipFault fault)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  Vec x = fault->work[0], b = fault->work[1];
+  KSPConvergedReason reason;
+  PetscReal *a;
+  KSP ksp;
+  PC pc;
+
+  PetscFunctionBegin;
+  if (!SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArrayWrite(b, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < 3; k++) {
+      const PetscInt number = 3 * SlipFaultMeshRow(&fault->mesh, i) + k;
+
+      a[3 * i + k] = PetscSinReal(2 + (PetscReal)3.7 * (PetscReal)number); /* of no symmetry */
+    }
+  PetscCall(VecRestoreArrayWrite(b, &a));
+  PetscCall(KSPCreate(fault->comm, &ksp));
+  PetscCall(KSPSetOperators(ksp, fault->operators.K, fault->operators.K));
+  PetscCall(KSPSetType(ksp, KSPCG));
+  PetscCall(KSPSetTolerances(ksp, 1e-8, 0, PETSC_MAX_REAL, SLIP_OPENING_PRODUCTS));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCNONE));
+  PetscCall(KSPSolve(ksp, b, x));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCheck(reason != KSP_DIVERGED_INDEFINITE_MAT, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_opening yes: the stiffness is not positive definite, cells would open by themselves, as where "
+             "they are wide "
+             "against their depth: expected smaller cells below the ground, or triangles (-%sfault_mesh) with "
+             "-%sfault_stiffness_average cell and a dip of 15 degrees at least where they reach it",
+             prefix, prefix, prefix);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
   const PetscReal zeta = fault->options.value[FAULT_DAMPING_RATIO], nu = fault->options.value[FAULT_POISSON_RATIO];
@@ -265,6 +312,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->critical.uc, &fault->operators.vinf));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.u0));
   PetscCall(VecDuplicate(fault->cells, &fault->stage.s0));
+  PetscCall(CheckOpening(fault));
   PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_LOADING_RATE], PETSC_FALSE, fault->operators.vinf));
   PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_NORMAL_STRESS], PETSC_TRUE, fault->work[0]));
   PetscCall(VecZeroEntries(fault->critical.uc));

@@ -67,6 +67,8 @@ PETSC_EXTERN void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBo
 typedef struct {
   PetscReal vertices[9]; /* [m] */
   PetscReal area, least; /* and the least height [m] */
+  PetscReal normal[3];   /* of a mirror image, whose jump is that of the triangle itself, the triangle's */
+  PetscBool full_space;  /* there is no ground */
 } SlipTriangleLoop;
 PETSC_EXTERN void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, const PetscReal a[][3],
                                     const SlipTriangleLoop *B, PetscInt nb, const PetscReal b[][3], PetscReal core,
