@@ -64,7 +64,8 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->cells, &c->factor));
   PetscCall(MatMult(fault->operators.Kn, fault->operators.vinf, c->drive));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
-  if (SlipFaultOpens(fault)) PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->one));
+  if (SlipFaultOpens(fault))
+    PetscCall(PetscMalloc2(PetscMax(fault->mesh.n, 1), &c->one, PetscMax(fault->mesh.n, 1), &c->pull));
   for (PetscInt i = 0; i < fault->mesh.n && c->one; i++) c->one[i] = 1;
   if (fault->critical.start_share == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->cells, &c->start));
@@ -85,7 +86,7 @@ PetscErrorCode SlipFaultCouplingDestroy(SlipFault fault)
   PetscCall(VecDestroy(&c->factor));
   PetscCall(VecDestroy(&c->start));
   PetscCall(PetscFree(c->stress));
-  PetscCall(PetscFree(c->one));
+  PetscCall(PetscFree2(c->one, c->pull));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,8 +118,10 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
   PetscCall(SlipArraysGet(n, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     c->stress[i] = PetscMax(load->bare[i] + rise[i] - (start ? start[i] : 0) - rest * drive[i], 0);
-  for (PetscInt i = 0; i < fault->mesh.n && SlipFaultOpens(fault); i++)
+  for (PetscInt i = 0; i < fault->mesh.n && SlipFaultOpens(fault); i++) {
+    c->pull[i] = rest * drive[i] - load->bare[i] - rise[i];
     if (u[3 * i + 2] > 0) c->stress[i] = 0;
+  }
   PetscCall(SlipArraysRestore(n, arrays));
   c->moment = (SlipFaultMoment){0};
   *friction = SlipFaultCellFriction(fault, c->stress);

@@ -90,7 +90,7 @@ static PetscReal Force(const Rest *r, PetscInt k)
   return (r->shear ? r->shear[k] : 0) + r->hold[k] - r->ku[k];
 }
 
-/* The largest |f| - q of all cells after dt of rest [Pa], and the cell of this process that has it, -1 elsewhere.
+/* The largest |f| - q of all cells after dt of rest, or what opens one [Pa], and the cell of this process that has it, -1 elsewhere.
    Collective. */
 static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt *cell)
 {
@@ -114,6 +114,8 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
 
     for (PetscInt k = 0; k < c; k++) f[k] = Force(r, c * i + k) + dt * r->drive[c * i + k];
     e = SlipFaultLength(fault, f) - Strength(r, i, dt);
+    if (SlipFaultOpens(fault))
+      e = PetscMax(e, fault->mesh.weight[i] * fault->coupling.pull[i]); /* without shear, too */
     if (e <= mine.value) continue;
     mine.value = (double)e;
     best = i;

@@ -138,6 +138,20 @@ class ExamplesTest(PictureTest):
         np.testing.assert_allclose((normal[-1] - normal[len(times) // 3])[own], expected, rtol=0, atol=1e-6 * np.abs(expected).max())
         self.assertGreater(np.abs(expected).max(), 1e5)
 
+    def test_dyke(self):
+        """Coarse cells: the dyke opens when its pressure meets what presses it together, two of eight days on, and is closed again at the end."""
+        done = self.example("dyke.sh", "-fault_progress", "no", CELL="1000")
+        self.look(self.path("dyke.png"))
+        self.assertRegex(done.stdout, r"(?m)^dyke: +opens by 1\.[0-9]+ m at most, after .* days; closed at the end$")
+        self.assertRegex(done.stdout, r"(?m)^normal fault: +slips by 0\.[0-9]+ m on average")
+        run = Run(self.path("dyke.h5"))
+        times, opening = run.field("opening")
+        dyke = run.mesh["fault"] == 0
+        self.assertEqual(opening[:, ~dyke].max(), 0)
+        self.assertEqual(opening[times <= 2 * 86400].max(), 0)
+        self.assertGreater(opening[times > 2.2 * 86400][0].max(), 0)
+        self.assertIn("--cell is 0", self.example("dyke.sh", code=2, CELL="0").stderr)
+
     def test_seas(self):
         """test_seas.py has what they find."""
         for name, more in (("seas_bp5", {"CELL": "4000", "YEARS": "0.1"}), ("seas_bp1", {"CELL": "200", "YEARS": "200"}),

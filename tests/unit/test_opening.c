@@ -220,6 +220,39 @@ static void opens_and_closes(void **state)
   }
 }
 
+/* Where a pressure rises that meets no shear stress a rest ends when it meets the normal stress: the search for the end stops within the rounding of
+   its time, and steps begin. */
+static PetscErrorCode Begin(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  PetscReal *begin = (PetscReal *)ctx, open;
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &fault));
+  (void)step;
+  PetscCall(SlipFaultGetCellValues(fault, time, w, "opening", 1, &open));
+  if (open == 0) *begin = time;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void rest_ends_where_pressure_meets_the_stress(void **state)
+{
+  Course course = {.rise = 8e5, .most = 2e6};
+  SlipFault fault = Cells(1, 1, 1000, &course);
+  PetscReal begin = -1;
+  TS ts;
+  Vec w;
+
+  (void)state;
+  ok(FaultStart(fault, TSADAPTBASIC, 0, 6e5, &w, &ts));
+  ok(TSSetApplicationContext(ts, fault));
+  ok(TSMonitorSet(ts, Begin, &begin, NULL));
+  ok(TSSolve(ts, w));
+  AssertNear(begin, 4e5, 1);
+  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&w, &ts);
+}
+
 /* Energies and powers along a run, summed up by the trapezoidal rule */
 typedef struct {
   SlipFault fault;
@@ -368,4 +401,4 @@ static void falls_shut(void **state)
   }
 }
 
-SLIP_TESTS(penny_crack, opens_and_closes, falls_shut, ledger_of_energy)
+SLIP_TESTS(penny_crack, opens_and_closes, falls_shut, rest_ends_where_pressure_meets_the_stress, ledger_of_energy)
