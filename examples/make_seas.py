@@ -2,13 +2,14 @@
 """Fields for -fault_parameters of the benchmarks of SEAS, Sequences of Earthquakes and Aseismic Slip (strike.scec.org/cvws/seas); prints the
 numbers of cells along strike and in depth.
 
+    make_seas.py bp4 OUT.h5 --cell 1000       BP4-QD: 100 km x 80 km of a full space
     make_seas.py bp5 OUT.h5 --cell 2000       BP5-QD: 100 km x 40 km
     make_seas.py bp1 OUT.h5 --cell 200        BP1-QD: one long cell along strike, 40 km deep
     make_seas.py bp3 OUT.h5 --cell 100        BP3-QD: likewise, 40 km along the dip
     make_seas.py bp6 OUT.h5 --cell 100        BP6-QD: likewise, 40 km around the injection, and OUT_pressure.h5 for -fault_pore_pressure
     make_seas.py bp7 OUT.h5 --cell 10         BP7-QD-A: 800 m x 800 m
 
-What is the same in all cells is in examples/seas_bp5.opts and its like. A cell of BP5 or BP7 has the parameters of its centre.
+What is the same in all cells is in examples/seas_bp5.opts and its like. A cell of BP4, BP5 or BP7 has the parameters of its centre.
 """
 
 import argparse
@@ -24,7 +25,8 @@ import h5py
 import numpy as np
 from slipstep_seas import ORIGIN, STOP, pressure
 
-DEPTH, STRIKE = 40e3, 100e3  # of the faults, and of BP5 [m]
+DEPTH, STRIKE = 40e3, 100e3  # of the faults, and of BP4 and BP5 [m]
+WHOLE = 80e3  # of BP4, in depth [m]
 SIDE = 800.0  # of BP7 [m]
 END = 2 * 3.15576e7  # of the record of pressure [s]: the benchmark's two years
 
@@ -42,6 +44,18 @@ def bp5(cell):
     slip = np.where(patch, 0.13, 0.14)
     return {"friction_a": (0.004 + share * 0.036, "1"), "friction_slip": (slip, "m"),
             "initial_rate": (np.where(patch, 0.03, 1e-9), "m/s"), "initial_state": (slip / 1e-9, "s")}
+
+
+def bp4(cell):
+    """a = 0.0065 for |x2| < 30 km and |x3| < 15 km, 0.025 beyond a transition of 3 km. The same shear stress everywhere, with which cells that
+    strengthen slip at 1e-9 m/s, gives the state of each; a square of 12 km in a corner begins at 0.03 m/s, as the codes that were compared have it."""
+    x, z = np.meshgrid(centres(STRIKE, cell) - STRIKE / 2, centres(WHOLE, cell) - WHOLE / 2)
+    a = 0.0065 + np.clip(np.maximum(abs(z) - 15e3, abs(x) - 30e3) / 3e3, 0, 1) * 0.0185
+    patch = (abs(x + 22.5e3) < 6e3) & (abs(z + 7.5e3) < 6e3)
+    sigma, b, slip, rate, reference = 50e6, 0.013, 0.04, 1e-9, 1e-6
+    steady = sigma * 0.025 * np.arcsinh(rate / (2 * reference) * np.exp((0.6 + b * math.log(reference / rate)) / 0.025))
+    theta = slip / reference * np.exp((a * np.log(2 * reference / rate * np.sinh(steady / (a * sigma))) - 0.6) / b)
+    return {"friction_a": (a, "1"), "initial_rate": (np.where(patch, 0.03, rate), "m/s"), "initial_state": (theta, "s")}
 
 
 def bp1(cell):
@@ -72,7 +86,7 @@ def record():
     return np.unique(np.concatenate([STOP * np.linspace(0, 1, 201) ** 2, STOP + (END - STOP) * np.linspace(0, 1, 301) ** 2]))
 
 
-MAKE = {"bp1": bp1, "bp3": bp1, "bp5": bp5, "bp6": bp6, "bp7": bp7}
+MAKE = {"bp1": bp1, "bp3": bp1, "bp4": bp4, "bp5": bp5, "bp6": bp6, "bp7": bp7}
 
 
 def arguments():
@@ -82,7 +96,7 @@ def arguments():
     parser.add_argument("--cell", type=float, required=True, metavar="M", help="side of the cells, in depth [m]")
     a = parser.parse_args()
     # edges of cells are where the properties of BP5 change
-    unit = {"bp1": 1e3, "bp3": 1e3, "bp7": 100.0}.get(a.benchmark, 4e3)
+    unit = {"bp1": 1e3, "bp3": 1e3, "bp4": 1e3, "bp7": 100.0}.get(a.benchmark, 4e3)
     if not a.cell > 0 or abs(unit / a.cell - round(unit / a.cell)) > 1e-9:
         parser.error(f"--cell is {a.cell:g} m, expected {unit:g} m or a whole part of it, as {unit / 2:g} or {unit / 4:g}")
     return a

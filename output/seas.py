@@ -2,13 +2,14 @@
 """The files of a SEAS benchmark from a run of it, and a picture: how often it breaks beside what other codes have found.
 
     output/seas.py bp5 RUN.h5 CATALOGUE.h5 [--folder DIR] [--figure OUT.png]
+    output/seas.py bp4 RUN.h5 CATALOGUE.h5
     output/seas.py bp1 RUN.h5 CATALOGUE.h5
     output/seas.py bp3 RUN.h5 CATALOGUE.h5
     output/seas.py bp6 RUN.h5 CATALOGUE.h5
     output/seas.py bp7 RUN.h5 CATALOGUE.h5
 
-bp5: fltst_strk*dp*.txt, global.dat, rupture.dat; bp1 and bp3: fltst_dp*, slip.dat, and of bp3 srfst_fn*; bp6: fltst_strk*, global.dat, slip.dat;
-bp7: fltst_strk*dp*, global.dat. slipstep_seas.py says what is in them. examples/seas_bp5.sh, seas_bp1.sh, seas_bp3.sh, seas_bp6.sh and seas_bp7.sh make the runs.
+bp5 and bp4: fltst_strk*dp*, global.dat, rupture.dat; bp1 and bp3: fltst_dp*, slip.dat, and of bp3 srfst_fn*; bp6: fltst_strk*, global.dat, slip.dat;
+bp7: fltst_strk*dp*, global.dat. slipstep_seas.py says what is in them. examples/seas_bp5.sh, seas_bp4.sh, seas_bp1.sh, seas_bp3.sh, seas_bp6.sh and seas_bp7.sh make the runs.
 """
 
 import argparse
@@ -101,9 +102,10 @@ def draw_rate(axes, run, events):
 def draw_recurrence(axes, events, benchmark):
     years = intervals(events)
     number = np.arange(1, len(years) + 1)
-    value, label = PUBLISHED[benchmark]
-    axes.axhline(value, color=REFERENCE, linewidth=3.5, alpha=0.7, label=label)
     repeated = recurrence(events)
+    value, label = PUBLISHED.get(benchmark, (np.mean(years) if len(years) else 1.0, None))
+    if label:
+        axes.axhline(value, color=REFERENCE, linewidth=3.5, alpha=0.7, label=label)
     axes.plot(number, years, **{**RUN_STYLES[0], "linestyle": "", "markersize": 6}, markeredgewidth=0,
               label=f"SlipStep: {repeated:.2f} years" if np.isfinite(repeated) else "SlipStep")
     reach = max(0.02 * value, 1.15 * abs(years - value).max()) if len(years) else 0.02 * value
@@ -148,10 +150,12 @@ def draw_front(canvas, axes, run, events):
     norm = Span().see(slip).norm(KINDS["slip"])
     artist = plane.draw(axes, plane.values(slip), norm, KINDS["slip"].colours)
     broke = plane.values(front(run, window))
-    if np.isfinite(broke).any():
-        plane.contour(axes, broke, np.arange(5, np.nanmax(broke), 5))
+    broke -= window[0]
+    levels = np.arange(5, np.nanmax(broke, initial=0), 5)
+    if len(levels):
+        plane.contour(axes, broke, levels)
     plane.frame(axes)
-    axes.set(title=f"First event: when {FRONT_RATE:g} m/s was reached (s)", xlabel="along strike (km)")
+    axes.set(title=f"First {'large ' if window[0] else ''}event: when {FRONT_RATE:g} m/s was reached (s)", xlabel="along strike (km)")
     colour_bar(canvas, artist, norm, "slip (m)", ax=axes, location="bottom", shrink=0.8, aspect=30, pad=0.02)
 
 
@@ -159,8 +163,8 @@ def draw_slip(axes, benchmark, run, events):
     """Cumulative slip: of BP5 at a depth of 10 km, of BP1 over depth for the first cycles."""
     plane, = planes_of(run)
     pairs = np.stack([events["onset"], events["end"]], axis=1)
-    if benchmark == "bp5":
-        draw_cumulative(axes, Course(run, Line(plane, "strike", 10.0), "slip", None, 10.0), pairs)
+    if benchmark in ("bp4", "bp5"):
+        draw_cumulative(axes, Course(run, Line(plane, "strike", 40.0 if benchmark == "bp4" else 10.0), "slip", None, 10.0), pairs)
         return
     course = Course(run, Line(plane, "depth"), "slip", 5 * YEAR, 10.0)
     draw_cumulative(axes, course, pairs)
@@ -250,7 +254,7 @@ def vector_figure(run, events):
 
 def figure(benchmark, run, events):
     use_style()
-    rows = {"bp5": (2.6, 3.4, 5.0), "bp3": (2.6, 3.2, 5.0)}.get(benchmark, (2.6, 6.0))
+    rows = {"bp4": (2.6, 4.4, 5.0), "bp5": (2.6, 3.4, 5.0), "bp3": (2.6, 3.2, 5.0)}.get(benchmark, (2.6, 6.0))
     canvas = plt.figure(figsize=(11, sum(rows)), layout="constrained")
     grid = canvas.add_gridspec(len(rows), 2, height_ratios=rows, width_ratios=(1, 1.5))
     draw_rate(canvas.add_subplot(grid[0, :]), run, events)
@@ -259,7 +263,7 @@ def figure(benchmark, run, events):
         draw_normal(canvas.add_subplot(grid[1, 1]), run)
     else:
         draw_recurrence(canvas.add_subplot(grid[1, 0]), events, benchmark)
-    if benchmark == "bp5":
+    if benchmark in ("bp4", "bp5"):
         draw_front(canvas, canvas.add_subplot(grid[1, 1]), run, events)
     draw_slip(canvas.add_subplot(grid[1, 1] if benchmark == "bp1" else grid[2, :]), benchmark, run, events)
     dip, sign = dip_of(run)

@@ -18,10 +18,10 @@ from slipstep_fields import Fields, rupture_times
 from slipstep_output import OutputError, _plain
 
 NOTHING = 1e-30  # m/s
-FRONT_RATE = 0.1  # m/s: a cell of BP5 breaks when it is that fast first
+FRONT_RATE = 0.1  # m/s: a cell of BP4 or BP5 breaks when it is that fast first
 PAUSE = 3.15576e7  # s: events that begin earlier after the one before belong to it, as a rupture may pause
 NEVER = 1e9  # s: the time of cells that do not break
-ORIGIN = {"bp5": 50e3, "bp6": 20e3, "bp7": 400.0}  # where BP5's x2 and BP6's z are 0 [m], along strike and in depth, and BP7's x2 and x3
+ORIGIN = {"bp4": 40e3, "bp5": 50e3, "bp6": 20e3, "bp7": 400.0}  # where x2 of BP4 and BP5, BP4's x3 and BP6's z are 0 [m], along strike and in depth, and BP7's x2 and x3
 DAY = 86400.0
 PLATES = 1e-9  # rate of BP3's [m/s]
 # BP6: hydraulic diffusivity [m^2/s], compressibility [1/Pa], porosity, flux [m/s], its end [s]
@@ -37,6 +37,7 @@ COLUMNS = {"t": "Time (s)", "slip": "Slip (m)", "slip_2": "Slip_2 (m)", "slip_3"
 BENCHMARKS = {
     "bp1": {"name": "BP1-QD", "station": ("t", "slip", "slip_rate", "shear_stress", "state")},
     "bp3": {"name": "BP3-QD", "station": ("t", "slip", "slip_rate", "shear_stress", "normal_stress", "state")},
+    "bp4": {"name": "BP4-QD", "station": ("t", "slip_2", "slip_3", "slip_rate_2", "slip_rate_3", "shear_stress_2", "shear_stress_3", "state")},
     "bp5": {"name": "BP5-QD", "station": ("t", "slip_2", "slip_3", "slip_rate_2", "slip_rate_3", "shear_stress_2", "shear_stress_3", "state")},
     "bp7": {"name": "BP7-QD-A", "station": ("t", "slip_2", "slip_3", "slip_rate_2", "slip_rate_3", "shear_stress_2", "shear_stress_3", "state")},
     "bp6": {"name": "BP6-QD-A", "station": ("t", "slip", "slip_rate", "shear_stress", "pore_pressure", "darcy_vel", "state")},
@@ -161,14 +162,14 @@ class Writer:
             values.update({"slip_3": -station["slip"][:, 1], "slip_rate_3": log_rate(station["slip_rate"][:, 1]),
                            "shear_stress_3": station["traction"][:, 1] / 1e6})
         x = station["cell_x"] - ORIGIN["bp7" if self.benchmark == "bp7" else "bp5"]
-        z = station["cell_z"] - (ORIGIN[self.benchmark] if self.benchmark in ("bp6", "bp7") else 0)
+        z = station["cell_z"] - (ORIGIN[self.benchmark] if self.benchmark in ("bp4", "bp6", "bp7") else 0)
         if self.benchmark == "bp3":  # thrust slip and its stress are positive there, slip of a normal fault negative
             dip, sign = dip_of(self.run)
             z /= math.sin(math.radians(dip))
             values.update(slip=sign * values["slip"], shear_stress=sign * values["shear_stress"], normal_stress=station["normal_stress"] / 1e6)
         if "pore_pressure" in wanted:
             values.update(pore_pressure=pressure(z, station["time"]) / 1e6, darcy_vel=darcy(z, station["time"]))
-        own = f"x2 = {x:g} m, x3 = {z:g} m" if self.benchmark in ("bp5", "bp7") else f"{'z' if self.benchmark != 'bp3' else 'distance along the dip'} = {z:g} m"
+        own = f"x2 = {x:g} m, x3 = {z:g} m" if self.benchmark in ("bp4", "bp5", "bp7") else f"{'z' if self.benchmark != 'bp3' else 'distance along the dip'} = {z:g} m"
         notes = ["Slip along strike only: component 3 has no slip and no stress, and the rate 1e-30 m/s"] if "slip_3" in wanted and not vectors else []
         self.write(self.station_name(station), wanted, np.stack([values[column] for column in wanted], axis=1),
                    f"on fault, centre of the cell that has the station: {own}", notes)
@@ -177,6 +178,9 @@ class Writer:
         x, z = station["x"], station["z"]
         if self.benchmark == "bp5":
             return f"fltst_strk{(x - ORIGIN['bp5']) / 1e3:+03.0f}dp{z / 1e3:+03.0f}.txt"
+        if self.benchmark == "bp4":  # tenths of km, but of one station, whose x3 of -7.5 km the benchmark calls -750
+            x3 = z - ORIGIN["bp4"]
+            return f"fltst_strk{(x - ORIGIN['bp5']) / 100:+04.0f}dp{'-750' if x3 == -7500 else f'{x3 / 100:+04.0f}'}"
         if self.benchmark == "bp7":
             return f"fltst_strk{x - ORIGIN['bp7']:+04.0f}dp{z - ORIGIN['bp7']:+04.0f}"
         if self.benchmark == "bp3":
@@ -193,7 +197,7 @@ class Writer:
     def totals(self):
         """global.dat: the moment rate is that of the whole fault, of BP6 over its length along strike."""
         series, fault = self.run.series, self.events.attributes
-        whole = self.benchmark in ("bp5", "bp7")
+        whole = self.benchmark in ("bp4", "bp5", "bp7")
         rate = "moment_rate" if whole else "moment_density_rate"
         moment = fault["shear_modulus"] * fault["fault_area"] * series["mean_slip_rate"] / (1 if whole else fault["length_x"])
         self.write("global.dat", ("t", "max_slip_rate", rate), np.stack([series["time"], log_rate(series["max_slip_rate"]), moment], axis=1), "frictional domain")
@@ -202,8 +206,8 @@ class Writer:
         """rupture.dat: when each cell was first faster than FRONT_RATE, of the first event."""
         broke = front(self.run, window)
         x, z = np.meshgrid(*self.run.axes)
-        rows = np.stack([x - ORIGIN["bp5"], z, np.nan_to_num(broke, nan=NEVER)], axis=-1).reshape(-1, 3)
-        self.write("rupture.dat", ("x2", "x3", "t"), rows, "", [f"First event: when a cell is first faster than {FRONT_RATE:g} m/s; {NEVER:g} where it never is"],
+        rows = np.stack([x - ORIGIN["bp5"], z - (ORIGIN["bp4"] if self.benchmark == "bp4" else 0), np.nan_to_num(broke, nan=NEVER)], axis=-1).reshape(-1, 3)
+        self.write("rupture.dat", ("x2", "x3", "t"), rows, "", [f"First event that breaks more than a patch: when a cell is first faster than {FRONT_RATE:g} m/s; {NEVER:g} where it never is"],
                    steps=False)
 
     def profiles(self):
@@ -232,8 +236,11 @@ def cycles(events):
 
 
 def first_event(events):
-    """From the start to the end of the first cycle's largest event [s]"""
-    return 0.0, events["end"][cycles(events)[0]] + 1.0
+    """From its onset (of the first cycle: from the start) to the end of the first cycle's largest event [s] that breaks more than a patch: a tenth of the
+    largest moment. BP4's first event stays in its square."""
+    largest = cycles(events)
+    k = largest[np.argmax(events["moment"][largest] > 0.1 * events["moment"].max())]
+    return 0.0 if k == largest[0] else events["onset"][k] - 1.0, events["end"][k] + 1.0
 
 
 def write_files(benchmark, run, events, folder):
@@ -245,7 +252,7 @@ def write_files(benchmark, run, events, folder):
         writer.surface()
     if benchmark not in ("bp1", "bp3"):
         writer.totals()
-    if benchmark == "bp5":
+    if benchmark in ("bp4", "bp5"):
         writer.rupture(first_event(events))
     elif benchmark != "bp7":
         writer.profiles()

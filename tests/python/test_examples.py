@@ -154,7 +154,7 @@ class ExamplesTest(PictureTest):
 
     def test_seas(self):
         """test_seas.py has what they find."""
-        for name, more in (("seas_bp5", {"CELL": "4000", "YEARS": "0.1"}), ("seas_bp1", {"CELL": "200", "YEARS": "200"}),
+        for name, more in (("seas_bp5", {"CELL": "4000", "YEARS": "0.1"}), ("seas_bp4", {"CELL": "1000", "YEARS": "0.001"}), ("seas_bp1", {"CELL": "200", "YEARS": "200"}),
                            ("seas_bp3", {"CELL": "200", "YEARS": "200"}), ("seas_bp6", {"CELL": "400", "YEARS": "0.4"}),
                            ("seas_bp7", {"CELL": "25", "YEARS": "0.001"})):
             done = self.example(f"{name}.sh", "-fault_progress", "no", **more)

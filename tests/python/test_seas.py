@@ -141,6 +141,43 @@ class SeasTest(PictureTest):
         # a cell reaches 0.1 m/s later than the catalogue's 1 mm/s
         self.assertGreater(t[core].min(), events["onset"][0])
 
+    def test_bp4(self):
+        """The start: one shear stress everywhere but in the patch, by the benchmark's formula; the strength of a station; and a full space, which knows
+        neither up nor left: a patch in another corner does the same there."""
+        run, events, said = self.run_benchmark("bp4", 1000, 0.01)
+        self.assertIn("Files: 16 in ", said)
+        self.look(self.path("run.png"))
+        self.assertEqual((events["onset"][0], len(events)), (0, 1))
+        steady = 50 * 0.025 * np.arcsinh(1e-9 / 2e-6 * np.exp((0.6 + 0.013 * np.log(1e3)) / 0.025))
+        places = [(-360, "+000"), (-225, "-750"), (-165, "-120"), (-165, "+000"), (-165, "+120"), (0, "-210"), (0, "-120"), (0, "+000"), (0, "+120"),
+                  (0, "+210"), (165, "-120"), (165, "+000"), (165, "+120"), (360, "+000")]
+        for x, z in places:
+            head, names, rows = self.file(f"fltst_strk{x:+04d}dp{z}")
+            self.assertEqual(names, ["t", "slip_2", "slip_3", "slip_rate_2", "slip_rate_3", "shear_stress_2", "shear_stress_3", "state"])
+            x3 = -7.5 if z == "-750" else float(z) / 10
+            self.assertRegex("\n".join(head), r"x2 = -?[0-9.]+ m, x3 = -?[0-9.]+ m")
+            # within a cell of edges where a changes the station's cell has another one
+            r = np.clip(max(abs(x3) - 15, abs(x / 10) - 30) / 3, 0, 1)
+            a, rate, theta = 0.0065 + r * 0.0185, 10 ** rows[:, 3], 10 ** rows[:, 7]
+            if x == -225:
+                self.assertGreater(rate[0], 0.01)
+            elif r in (0, 1):
+                self.assertAlmostEqual(rows[0, 5], steady, delta=0.02)
+                np.testing.assert_allclose(rows[:, 5], 50 * a * np.arcsinh(rate / 2e-6 * np.exp((0.6 + 0.013 * np.log(1e-6 * theta / 0.04)) / a)), rtol=1e-5)
+        made = make_seas.bp4(4000.0)
+        slips = []
+        for turned in (np.s_[:, :], np.s_[::-1, ::-1]):
+            with h5py.File(self.path("turned.h5"), "w") as file:
+                for name, (values, _) in made.items():
+                    file[name] = values[turned]
+            subprocess.run([FAULT, "-options_file", os.path.join(SOURCE, "examples", "seas_bp4.opts"), "-fault_nx", "25", "-fault_nz", "20", "-fault_parameters",
+                            self.path("turned.h5"), "-fault_output", self.path("turned_run.h5"), "-fault_output_overwrite", "-fault_progress", "no", "-ts_max_time", "100"],
+                           cwd=self.folder.name, check=True, capture_output=True)
+            with h5py.File(self.path("turned_run.h5")) as file:
+                slips.append(file["fields/slip"][-1])
+        self.assertGreater(slips[0].max(), 0.3)
+        np.testing.assert_allclose(slips[1][::-1, ::-1], slips[0], rtol=0, atol=1e-6 * slips[0].max())  # single precision
+
     def test_bp7(self):
         """Both components: in the files, in the strength along the slip rate, and in the symmetry of a patch that is pushed in its middle."""
         run, events, said = self.run_benchmark("bp7", 12.5, 300 / YEAR)
