@@ -179,9 +179,6 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
              "-%sfault_viscosity spectral is known of vertical planes with the rake 0 only: expected sqrtm, lanczos, "
              "radiation or none",
              prefix);
-  PetscCheck(!fft || !SlipFaultOpens(fault), fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_operator fft does not know cells that open (-%sfault_opening yes): expected dense, hmat or auto",
-             prefix, prefix);
   PetscCheck(!file[0] || !kernel.average, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stiffness_average %s cannot average the entries of -%sfault_stiffness_file %s: expected no "
              "average",

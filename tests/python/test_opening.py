@@ -131,7 +131,7 @@ class Opening(FaultTest):
         grid = ("-fault_nx", 4, "-fault_nz", 3, "-fault_depth_top", 5000, "-fault_viscosity", "radiation", "-ts_max_time", 1)
         for options, said in ((("-fault_slip_components", 1), "expected -fault_slip_components 2"), (("-fault_initial", "critical"), "-fault_initial critical"),
                               (("-fault_friction_law", "rate_and_state"), "whose cells always slide"), (("-fault_normal_coupling", "no"), "-fault_normal_coupling"),
-                              (("-fault_stiffness_scaling", "mean_slip"), "-fault_stiffness_scaling mean_slip"), (("-fault_operator", "fft"), "-fault_operator fft"),
+                              (("-fault_stiffness_scaling", "mean_slip"), "-fault_stiffness_scaling mean_slip"),
                               (("-fault_depth_top", 0, "-fault_dip", 5), "-fault_stiffness_average cell")):
             self.assertIn(said, self.fault(*grid, *OPENS, *options, code=1), options)
         self.assertIn("expected -fault_opening yes", self.fault(*grid, "-fault_output", "o.h5", "-fault_output_fields", "opening", code=1))

@@ -164,8 +164,8 @@ PETSC_INTERN PetscReal SlipGatherBytes(const SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K);
 
 /* ---- dipping_blocks.c: blocks per wavenumber of a dipping plane ---- */
-PETSC_INTERN PetscErrorCode SlipDippingOwn(const SlipDippingGrid *grid, PetscInt iz, PetscReal shear[2],
-                                           PetscReal normal[2]);
+PETSC_INTERN PetscErrorCode SlipDippingOwn(const SlipDippingGrid *grid, PetscInt iz, PetscReal shear[3],
+                                           PetscReal normal[3]);
 PETSC_INTERN PetscErrorCode SlipDippingBlocks(MPI_Comm comm, const SlipDippingGrid *grid, PetscInt period,
                                               PetscInt nk_local, PetscInt n, const PetscInt component[],
                                               PetscReal **stiffness, PetscReal **normal);

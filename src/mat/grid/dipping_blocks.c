@@ -2,7 +2,7 @@
   A real block per wavenumber along strike for the stress that slip on a dipping plane makes on itself.
 
   Stress along c for slip along d, strike s or up dip t, depends on the distance x along strike: T_ss, T_tt and what t does
-  to normal stress, T_nt, are even in it, T_st, T_ts and T_ns odd. Transforms of the odd ones are -i times those by sines.
+  to normal stress, T_nt, are even in it, T_st, T_ts and T_ns odd. Opening is as slip up dip. Transforms of the odd ones are -i times those by sines.
   With i times the component up dip in place of itself, of slip and of shear stress, all is real:
 
      (y_s, i y_t) = X (f_s, i f_t),   X = (T_ss, -T_st; T_ts, T_tt),   y_n = -i (T_ns, T_nt) (f_s, i f_t)
@@ -15,7 +15,7 @@
 
 enum { STRIKE, DIP, NORMAL };
 
-/* What slip along strike or dip does to one component of traction; tables are odd or even along strike. */
+/* What slip along strike, up dip or opening does to components of traction; tables are odd or even along strike. */
 typedef struct {
   PetscInt count;
   PetscInt traction[3];
@@ -28,7 +28,7 @@ static Tables TablesOf(PetscInt n, const PetscInt component[], PetscBool normal,
 
   for (PetscInt i = 0; i < t.count; i++) {
     t.traction[i] = i < n ? component[i] : NORMAL;
-    t.odd[i] = (PetscBool)(t.traction[i] == NORMAL ? slip == STRIKE : t.traction[i] != slip);
+    t.odd[i] = (PetscBool)((t.traction[i] == STRIKE) != (slip == STRIKE));
   }
   return t;
 }
@@ -55,7 +55,7 @@ static SlipDippingRectangle CellOf(const SlipDippingGrid *g, PetscInt iz)
 }
 
 /* Traction [3] of slip along each component on a cell of row iz at its own centre: along that component, and normal. */
-PetscErrorCode SlipDippingOwn(const SlipDippingGrid *g, PetscInt iz, PetscReal shear[2], PetscReal normal[2])
+PetscErrorCode SlipDippingOwn(const SlipDippingGrid *g, PetscInt iz, PetscReal shear[3], PetscReal normal[3])
 {
   const SlipKernel *kernel = &g->grid.kernel;
   const SlipDippingRectangle cell = CellOf(g, iz);
@@ -63,7 +63,7 @@ PetscErrorCode SlipDippingOwn(const SlipDippingGrid *g, PetscInt iz, PetscReal s
 
   PetscFunctionBegin;
   CentreOf(g, 0, iz, point);
-  for (PetscInt d = 0; d < 2; d++) {
+  for (PetscInt d = 0; d < PetscMax(2, kernel->type->components); d++) {
     PetscCall((*kernel->type->plane)(kernel, &cell, d, 1, point, traction));
     shear[d] = traction[d];
     normal[d] = d == STRIKE ? 0 : traction[NORMAL]; /* odd */
@@ -162,7 +162,7 @@ static void StiffnessBlock(PetscInt n, PetscInt nz, PetscInt tables, PetscReal *
         for (PetscInt iz = 0; iz < nz; iz++) {
           const PetscReal entry = waves[d][(jz * tables + c) * nz + iz];
 
-          X[(size_t)(d * nz + jz) * m + c * nz + iz] = c < d ? -entry : entry;
+          X[(size_t)(d * nz + jz) * m + c * nz + iz] = c == 0 && d > 0 ? -entry : entry; /* along strike */
         }
   for (PetscInt j = 0; j < m; j++)
     for (PetscInt i = 0; i <= j; i++)
@@ -176,7 +176,7 @@ PetscErrorCode SlipDippingBlocks(MPI_Comm comm, const SlipDippingGrid *g, PetscI
 {
   const PetscInt nz = g->grid.nz, m = n * nz, tables = n + (normal ? 1 : 0);
   const size_t half = SlipSymmetricHalf(m, NULL, NULL), wave = (size_t)nz * tables * nz;
-  PetscReal *waves[2] = {NULL, NULL}, *X;
+  PetscReal *waves[3] = {NULL, NULL, NULL}, *X;
 
   PetscFunctionBegin;
   for (PetscInt d = 0; d < n; d++) {
@@ -188,7 +188,8 @@ PetscErrorCode SlipDippingBlocks(MPI_Comm comm, const SlipDippingGrid *g, PetscI
   if (normal) PetscCall(SlipAllocateLines((size_t)nk_local * nz * m, normal));
   PetscCall(PetscMalloc1((size_t)m * m, &X));
   for (PetscInt k = 0; k < nk_local; k++) {
-    PetscReal *const own[2] = {waves[0] + k * wave, n > 1 ? waves[1] + k * wave : NULL};
+    PetscReal *const own[3] = {waves[0] + k * wave, n > 1 ? waves[1] + k * wave : NULL,
+                               n > 2 ? waves[2] + k * wave : NULL};
 
     StiffnessBlock(n, nz, tables, own, X);
     (void)SlipSymmetricHalf(m, X, *stiffness + k * half);

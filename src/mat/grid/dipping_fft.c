@@ -16,8 +16,8 @@
 typedef struct {
   PetscInt users; /* matrices that it belongs to */
   PetscInt nx, nz, n;
-  PetscInt component[2]; /* n of them: 0 along strike, 1 up dip */
-  PetscBool vector;      /* slip and shear are of both components, [2] of each cell */
+  PetscInt component[3]; /* n of them: 0 along strike, 1 up dip, 2 opening */
+  PetscBool vector;      /* slip and stress drop are of all n components of each cell, 2 or 3 */
   PetscReal *share[2];   /* [rows of cells of this rank] unit slip along its rake has of each; NULL of vectors */
   SlipTransposedFFT pencil;
   SlipGather gather, normal_gather; /* of slip; of compression, where slip is a vector */
@@ -26,7 +26,7 @@ typedef struct {
   PetscReal *waves;        /* [local wavenumbers][n nz] complex, of all components; of one the pencil's own */
   PetscReal *normal_waves; /* [local wavenumbers][nz] complex */
   PetscReal *column;       /* of one wavenumber */
-  PetscReal *field, *y;    /* [rows of cells], y [2] of each where slip is a vector */
+  PetscReal *field, *y;    /* [rows of cells], y [n] of each where slip is a vector */
 } Engine;
 
 typedef struct {
@@ -60,10 +60,10 @@ static PetscErrorCode EngineDestroy(Engine **engine)
 }
 
 /* The components that some cell slips along, exactly, and what each cell of this rank's rows has of them */
-static PetscErrorCode SetComponents(Engine *e, const PetscReal rake[])
+static PetscErrorCode SetComponents(Engine *e, PetscBool opens, const PetscReal rake[])
 {
   const PetscInt N = e->nx * e->nz, rows = e->pencil->layout.rows * e->nx;
-  PetscBool used[2] = {e->vector, e->vector};
+  PetscBool used[3] = {e->vector, e->vector, opens};
   PetscReal part[2];
 
   PetscFunctionBegin;
@@ -71,7 +71,7 @@ static PetscErrorCode SetComponents(Engine *e, const PetscReal rake[])
     SlipDegrees(rake[i], &part[1], &part[0]);
     for (int c = 0; c < 2; c++) used[c] = (PetscBool)(used[c] || part[c] != 0);
   }
-  for (PetscInt c = 0; c < 2; c++)
+  for (PetscInt c = 0; c < 3; c++)
     if (used[c]) e->component[e->n++] = c;
   if (e->vector) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc2(rows, &e->share[0], e->n > 1 ? rows : 0, &e->share[1]));
@@ -96,13 +96,13 @@ static PetscErrorCode EngineCreate(MPI_Comm comm, const SlipDippingGrid *grid, P
   PetscCall(SlipTransposedFFTCreate(comm, nx, nz, period, &e->pencil));
   rows = e->pencil->layout.rows * nx;
   nk = e->pencil->layout.columns;
-  PetscCall(SetComponents(e, grid->rake));
+  PetscCall(SetComponents(e, (PetscBool)(grid->grid.kernel.type->components > 2), grid->rake));
   PetscCall(SlipDippingBlocks(comm, grid, period, nk, e->n, e->component, &e->stiffness, normal ? &e->normal : NULL));
   e->waves = e->pencil->by_wave;
   if (e->n > 1) PetscCall(SlipAllocate((size_t)2 * nk * e->n * nz, &e->waves));
   if (normal) PetscCall(SlipAllocate((size_t)2 * nk * nz, &e->normal_waves));
   PetscCall(SlipAllocateLines((size_t)4 * e->n * nz, &e->column));
-  PetscCall(PetscMalloc2(rows, &e->field, e->vector ? 2 * rows : rows, &e->y));
+  PetscCall(PetscMalloc2(rows, &e->field, e->vector ? e->n * rows : rows, &e->y));
   *engine = e;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -135,7 +135,7 @@ static PetscErrorCode Forward(Engine *e, Vec u)
   PetscFunctionBegin;
   PetscCall(SlipGatherGet(&e->gather, u, &pu));
   for (PetscInt c = 0; c < e->n; c++) {
-    for (PetscInt i = 0; i < rows; i++) e->field[i] = e->vector ? pu[2 * i + c] : e->share[c][i] * pu[i];
+    for (PetscInt i = 0; i < rows; i++) e->field[i] = e->vector ? pu[e->n * i + c] : e->share[c][i] * pu[i];
     PetscCall(SlipTransposedFFTForward(e->pencil, e->field));
     if (e->n > 1) CopyWaves(e, c ? 1 : 0, e->pencil->by_wave, 2 * nz, e->waves + 2 * c * nz, 2 * e->n * nz);
   }
@@ -158,7 +158,7 @@ static void ApplyBlocks(Engine *e, PetscBool shear, PetscBool normal)
   }
 }
 
-/* f = scale times shear along the rakes, or both components of it. Collective. */
+/* f = scale times shear along the rakes, or all components of stress drop. Collective. */
 static PetscErrorCode BackwardShear(Engine *e, PetscReal scale, Vec f)
 {
   const PetscInt rows = e->pencil->layout.rows * e->nx, nz = e->nz;
@@ -167,7 +167,7 @@ static PetscErrorCode BackwardShear(Engine *e, PetscReal scale, Vec f)
   for (PetscInt c = 0; c < e->n; c++) {
     if (e->n > 1) CopyWaves(e, c ? -1 : 0, e->waves + 2 * c * nz, 2 * e->n * nz, e->pencil->by_wave, 2 * nz);
     PetscCall(SlipTransposedFFTBackward(e->pencil, scale, e->field));
-    for (PetscInt i = 0; i < rows && e->vector; i++) e->y[2 * i + c] = e->field[i];
+    for (PetscInt i = 0; i < rows && e->vector; i++) e->y[e->n * i + c] = e->field[i];
     for (PetscInt i = 0; i < rows && !e->vector; i++) e->y[i] = (c ? e->y[i] : 0) + e->share[c][i] * e->field[i];
   }
   PetscCall(SlipGatherPut(&e->gather, e->y, f));
@@ -286,7 +286,8 @@ static PetscErrorCode DippingGetInfo(Mat A, MatInfoType flag, MatInfo *info)
   rows = (PetscReal)e->pencil->layout.rows * (PetscReal)e->nx;
   nk = (PetscReal)e->pencil->layout.columns * (PetscReal)e->nz;
   bytes = BlockNumbers(d) + (d->normal ? 2 * nk : 0);
-  if (!d->normal || e->users == 1) bytes += (PetscReal)(e->vector ? 3 : e->n + 2) * rows + (e->n > 1 ? 4 * nk : 0);
+  if (!d->normal || e->users == 1)
+    bytes += (PetscReal)(e->vector ? e->n + 1 : e->n + 2) * rows + (e->n > 1 ? 4 * nk : 0);
   bytes *= (PetscReal)sizeof(PetscReal);
   if (!d->normal || e->users == 1) bytes += SlipTransposedFFTBytes(e->pencil) + SlipGatherBytes(&e->gather);
   if (d->normal) bytes += SlipGatherBytes(&e->normal_gather);
@@ -310,7 +311,8 @@ static PetscErrorCode DippingView(Mat A, PetscViewer viewer)
                                    "%s of a dipping plane: %" PetscInt_FMT " x %" PetscInt_FMT
                                    " cells, slip %s, %" PetscInt_FMT " wavenumbers\n",
                                    d->normal ? "normal stress" : "stiffness", e->nx, e->nz,
-                                   e->vector         ? "as a vector"
+                                   e->n > 2          ? "as a vector, and opening"
+                                   : e->vector       ? "as a vector"
                                    : e->n > 1        ? "of any rake"
                                    : e->component[0] ? "up or down dip"
                                                      : "along strike",
@@ -343,8 +345,8 @@ static PetscErrorCode DippingDestroy(Mat A)
 /* Of the cells that this rank owns, of a square matrix; what strike and dip have to do with each other is zero there. */
 static PetscErrorCode FillDiagonal(Mat A, const SlipDippingGrid *g, Dipping *d)
 {
-  const PetscInt components = d->engine->vector ? 2 : 1;
-  PetscReal *a, shear[2] = {0, 0}, normal[2] = {0, 0}, part[2];
+  const PetscInt components = d->engine->vector ? d->engine->n : 1;
+  PetscReal *a, shear[3] = {0, 0, 0}, normal[3] = {0, 0, 0}, part[2];
   PetscInt start, end, row = -1;
 
   PetscFunctionBegin;
@@ -357,7 +359,7 @@ static PetscErrorCode FillDiagonal(Mat A, const SlipDippingGrid *g, Dipping *d)
       PetscCall(SlipDippingOwn(g, row, shear, normal));
     }
     if (d->engine->vector) {
-      a[i - start] = shear[i % 2];
+      a[i - start] = shear[i % components];
       continue;
     }
     SlipDegrees(g->rake[i], &part[1], &part[0]);
@@ -370,7 +372,7 @@ static PetscErrorCode FillDiagonal(Mat A, const SlipDippingGrid *g, Dipping *d)
 
 static PetscErrorCode CreateOne(MPI_Comm comm, const SlipDippingGrid *grid, Engine *engine, PetscBool normal, Mat *A)
 {
-  const PetscInt columns = engine->vector ? 2 : 1, rows = normal ? 1 : columns;
+  const PetscInt columns = engine->vector ? engine->n : 1, rows = normal ? 1 : columns;
   const SlipShellOps ops = {.mult = DippingMult,
                             .diagonal = rows == columns ? DippingGetDiagonal : NULL,
                             .scale = DippingScale,

@@ -71,23 +71,22 @@ static PetscErrorCode CreateOfCells(MPI_Comm comm, const SlipDippingGrid *grid, 
 
 static PetscErrorCode CreateByTransforms(MPI_Comm comm, const SlipDippingGrid *grid, const char type[], Mat *K, Mat *Kn)
 {
+  const PetscBool opens = (PetscBool)(grid->grid.kernel.type->components == 3);
   SlipCells cells;
 
   PetscFunctionBegin;
   PetscCall(CellsOf(grid, &cells));
   PetscCall(SlipCellsCheck(comm, &cells, "cells"));
   PetscCall(SlipCellsDestroy(&cells));
-  PetscCheck(grid->grid.kernel.type->components < 3, comm, PETSC_ERR_SUP,
-             "Type \"%s\" does not know kernel \"%s\" with opening: expected dense, hmat or auto", type,
-             grid->grid.kernel.type->name);
-  PetscCheck(grid->grid.kernel.type->normals == 1, comm, PETSC_ERR_SUP,
+  PetscCheck(grid->grid.kernel.type->components == 3 || grid->grid.kernel.type->normals == 1, comm, PETSC_ERR_SUP,
              "Kernel \"%s\" has no row of normal stress, expected one that has, such as SlipKernelDipping",
              grid->grid.kernel.type->name);
   PetscCall(PetscLogEventBegin(SLIP_StiffnessSetUp, 0, 0, 0, 0));
-  PetscCall(SlipDippingCreate_FFT(comm, grid, K, Kn));
+  PetscCall(SlipDippingCreate_FFT(comm, grid, K, opens ? NULL : Kn));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessSetUp, 0, 0, 0, 0));
   PetscCall(SlipLogProducts(*K, SLIP_StiffnessMult));
-  if (Kn) PetscCall(SlipLogProducts(*Kn, SLIP_StiffnessMult));
+  if (Kn && opens) PetscCall(MatCreateSlipNormalRows(*K, Kn));
+  if (Kn && !opens) PetscCall(SlipLogProducts(*Kn, SLIP_StiffnessMult));
   PetscCall(SlipNote(*K, "SlipWhy", "%s as asked", type));
   PetscCall(MatSetOption(*K, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -101,10 +100,6 @@ static const char *ChooseType(const SlipDippingGrid *grid, const char **why)
   if (g->nx * g->nz <= SLIP_DENSE_MAX) {
     *why = "at most 256 cells";
     return "dense";
-  }
-  if (g->kernel.type->components == 3) {
-    *why = "cells that open";
-    return "hmat";
   }
   if (g->nz > SLIP_DEEP * g->nx) {
     *why = "more than 50 cells along dip for one along strike";
@@ -211,7 +206,7 @@ PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGri
   Input Parameters:
 + comm - communicator
 . grid - cells, extents [m], dip [deg], and a kernel of two components such as SlipKernelDippingVector, or of three such as
-         SlipKernelDippingOpening, which "fft" does not know; its rakes do not count
+         SlipKernelDippingOpening; its rakes do not count
 - type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to the tolerance of
          grid) or "auto", as MatCreateSlipDippingStiffness() has them
 
