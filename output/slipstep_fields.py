@@ -134,7 +134,7 @@ def rupture_times(fields, threshold=RUPTURE_RATE):
             else:
                 fresh = np.isnan(found) & (rate >= threshold)
                 share = (threshold - before[fresh]) / (rate[fresh] - before[fresh])
-                found[fresh] = previous + share * (time - previous)
+                found[fresh] = previous + (time - previous) * share.astype(float)  # in single precision, as rates are stored, centuries have steps of 512 s
             before, previous = rate, time
     return found
 
