@@ -10,6 +10,7 @@ Run(path) and its steps, series, fields and results in SI units.
 
 import os
 import sys
+import time
 
 import h5py
 import numpy as np
@@ -21,6 +22,7 @@ RESULT = ("accepted", "rejected", "solves", "newton_iterations", "linear_iterati
 # Besides, of a fault:
 SERIES = ("mean_slip_rate", "max_slip_rate", "mean_slip", "mean_displacement", "sliding_fraction")
 MESH = ("x", "z")
+ATTEMPTS = 5  # to open a file that grows: HDF5 takes its length first and its superblock then, between which a run may have written it twice
 
 COMPONENTS = {"_along_strike": "along strike", "_up_dip": "up dip"}  # of a field of two: what follows its name, and words for it
 
@@ -56,10 +58,13 @@ def open_file(path, writer):
     if not os.path.exists(path):
         part = f"; {path}.part is there, of a run that has not ended: read that one" if os.path.exists(f"{path}.part") else ""
         raise OutputError(f"{path}: no such file{part or '; ' + writer}")
-    try:
-        return h5py.File(path, "r")
-    except OSError as error:
-        raise OutputError(f"{path}: not a complete HDF5 file ({error})") from error
+    for attempt in reversed(range(ATTEMPTS if path.endswith(".part") else 1)):
+        try:
+            return h5py.File(path, "r")
+        except OSError as error:
+            if not attempt:
+                raise OutputError(f"{path}: not a complete HDF5 file ({error})") from error
+        time.sleep(0.05)
 
 
 class Cells:

@@ -4,7 +4,9 @@ The synthetic run is a slip pulse with a known integral, on 6 x 4 cells, with tw
 """
 
 import os
+import shutil
 import unittest
+import unittest.mock
 
 from scripts import ScriptTest
 
@@ -12,7 +14,7 @@ import h5py
 import numpy as np
 
 from compare import slip_error, table
-from slipstep_output import OutputError, Run
+from slipstep_output import OutputError, Run, open_file
 
 NX, NZ, END = 6, 4, 30.0
 
@@ -89,6 +91,28 @@ class OutputTest(ScriptTest):
             file.write(whole[: len(whole) // 2])
         with self.assertRaisesRegex(OutputError, "cut.h5: not a complete HDF5 file"):
             Run(self.path("cut.h5"))
+
+    def test_file_that_is_just_written(self):
+        """A reader of a file that grows comes between its length and its superblock, and reads again; nobody waits for a whole file."""
+        opened, calls = h5py.File, []
+
+        def late(path, mode):
+            calls.append(path)
+            if len(calls) < 3:
+                raise OSError("truncated file")
+            return opened(path, mode)
+
+        part = self.path("late.h5.part")
+        with opened(part, "w"):
+            pass
+        shutil.copy(part, self.path("late.h5"))
+        with unittest.mock.patch("h5py.File", late):
+            open_file(part, "").close()
+            self.assertEqual(calls, 3 * [part])
+            calls.clear()
+            with self.assertRaisesRegex(OutputError, "late.h5: not a complete HDF5 file"):
+                open_file(self.path("late.h5"), "")
+        self.assertEqual(len(calls), 1)
 
     def test_field_that_was_not_stored(self):
         run = Run(write_run(self.path("a.h5"), 40))
