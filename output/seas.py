@@ -143,10 +143,10 @@ def draw_normal(axes, run):
 
 
 def draw_front(canvas, axes, run, events):
-    """The rupture front of the first event, over the slip at its end."""
+    """The rupture front of the first event, over its slip."""
     plane, = planes_of(run)
     window = first_event(events)
-    slip = np.asarray(run.field_at("slip", window[1])[1])
+    slip = run.field_at("slip", window[1])[1] - (run.field_at("slip", window[0])[1] if window[0] else 0.0)
     norm = Span().see(slip).norm(KINDS["slip"])
     artist = plane.draw(axes, plane.values(slip), norm, KINDS["slip"].colours)
     broke = plane.values(front(run, window))
