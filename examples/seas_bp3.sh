@@ -8,26 +8,19 @@
 #   CELL=25 YEARS=500 examples/seas_bp3.sh                    cells of 25 m along the dip: also 100 and 50; a shorter run
 set -euo pipefail
 cd "$(dirname "$0")/.."
-. tests/setup.sh
+. examples/seas_run.sh
 
-cell=${CELL:-100} dip=${DIP:-60} sense=${SENSE:-thrust}
+dip=${DIP:-60} sense=${SENSE:-thrust}
 case $sense in
   thrust) rake=90 ;;
   normal) rake=-90 ;;
   *) echo "seas_bp3.sh: SENSE is \"$sense\", expected thrust or normal" >&2; exit 1 ;;
 esac
-seconds=$(awk -v years="${YEARS:-1500}" 'BEGIN { printf "%.15g", years * 3.15576e7 }')
 slipstep_ready
-name=$SLIPSTEP_OUTPUT/seas_bp3_${dip}_$sense
-cells=$("$SLIPSTEP_PYTHON" examples/make_seas.py bp3 "${name}_fields.h5" --cell "$cell")
-read -r nx nz <<<"$cells"
 # the benchmark's twelve stations, by their distance along the dip
 stations=$(awk -v dip="$dip" 'BEGIN { s = sin(dip * atan2(0, -1) / 180)
   n = split("0 2500 5000 7500 10000 12500 15000 17500 20000 25000 30000 35000", d)
   for (i = 1; i <= n; i++) printf "%s19.5e6,%.9g", (i > 1 ? ";" : ""), d[i] * s }')
 # and those of the ground, by their distance from the trace: on both sides of it, and as far as 32 km
 ground="19.5e6,-32e3;19.5e6,-16e3;19.5e6,-8e3;19.5e6,-1e-3;19.5e6,0;19.5e6,8e3;19.5e6,16e3;19.5e6,32e3"
-"$SLIPSTEP_BUILD/bin/fault" -options_file examples/seas_bp3.opts -fault_dip "$dip" -fault_rake "$rake" -fault_nx "$nx" -fault_nz "$nz" \
-  -fault_parameters "${name}_fields.h5" -fault_stations "$stations" -fault_surface_stations "$ground" -ts_max_time "$seconds" -fault_output "$name.h5" \
-  -fault_catalogue "${name}_events.h5" -fault_output_overwrite "$@"
-"$SLIPSTEP_PYTHON" output/seas.py bp3 "$name.h5" "${name}_events.h5"
+seas_run "seas_bp3_${dip}_$sense" bp3 100 1500 -fault_dip "$dip" -fault_rake "$rake" -fault_stations "$stations" -fault_surface_stations "$ground" "$@"

@@ -7,15 +7,7 @@
 #   CELL=50 YEARS=1 examples/seas_bp6.sh              cells of 50 m; a shorter run
 set -euo pipefail
 cd "$(dirname "$0")/.."
-. tests/setup.sh
+. examples/seas_run.sh
 
-cell=${CELL:-100}
-seconds=$(awk -v years="${YEARS:-2}" 'BEGIN { printf "%.15g", years * 3.15576e7 }')
 slipstep_ready
-name=$SLIPSTEP_OUTPUT/seas_bp6
-cells=$("$SLIPSTEP_PYTHON" examples/make_seas.py bp6 "${name}_fields.h5" --cell "$cell")
-read -r nx nz <<<"$cells"
-"$SLIPSTEP_BUILD/bin/fault" -options_file examples/seas_bp6.opts -fault_nx "$nx" -fault_nz "$nz" -fault_parameters "${name}_fields.h5" \
-  -fault_pore_pressure "${name}_fields_pressure.h5" -ts_max_time "$seconds" -fault_output "$name.h5" -fault_catalogue "${name}_events.h5" \
-  -fault_output_overwrite "$@"
-"$SLIPSTEP_PYTHON" output/seas.py bp6 "$name.h5" "${name}_events.h5"
+seas_run seas_bp6 bp6 100 2 -fault_pore_pressure "$SLIPSTEP_OUTPUT/seas_bp6_fields_pressure.h5" "$@"

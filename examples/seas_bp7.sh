@@ -7,14 +7,7 @@
 #   CELL=5 YEARS=0.1 examples/seas_bp7.sh             cells of 5 m [m]; a shorter run
 set -euo pipefail
 cd "$(dirname "$0")/.."
-. tests/setup.sh
+. examples/seas_run.sh
 
-cell=${CELL:-10}
-seconds=$(awk -v years="${YEARS:-2}" 'BEGIN { printf "%.15g", years * 3.15576e7 }')
 slipstep_ready
-name=$SLIPSTEP_OUTPUT/seas_bp7
-cells=$("$SLIPSTEP_PYTHON" examples/make_seas.py bp7 "${name}_fields.h5" --cell "$cell")
-read -r nx nz <<<"$cells"
-"$SLIPSTEP_BUILD/bin/fault" -options_file examples/seas_bp7.opts -fault_nx "$nx" -fault_nz "$nz" -fault_parameters "${name}_fields.h5" \
-  -ts_max_time "$seconds" -fault_output "$name.h5" -fault_catalogue "${name}_events.h5" -fault_output_overwrite "$@"
-"$SLIPSTEP_PYTHON" output/seas.py bp7 "$name.h5" "${name}_events.h5"
+seas_run seas_bp7 bp7 10 2 "$@"
