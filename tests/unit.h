@@ -48,6 +48,16 @@ static inline void AssertNear(PetscReal value, PetscReal reference, PetscReal al
     fail_msg("%.15g, expected %.15g, off by %g", (double)value, (double)reference, (double)(value - reference));
 }
 
+/* Vectors, in this norm; value becomes the difference. */
+static inline void AssertVecNear(Vec value, Vec reference, NormType norm, PetscReal allowed)
+{
+  PetscReal error;
+
+  ok(VecAXPY(value, -1, reference));
+  ok(VecNorm(value, norm, &error));
+  if (!(error <= allowed)) fail_msg("off by %g, expected at most %g", (double)error, (double)allowed);
+}
+
 static inline void SetAdapt(TS ts, TSAdaptType type)
 {
   TSAdapt adapt;
