@@ -116,10 +116,12 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipArraysGet(n, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    c->stress[i] = PetscMax(load->bare[i] + rise[i] - (start ? start[i] : 0) - rest * drive[i], 0);
-  for (PetscInt i = 0; i < fault->mesh.n && SlipFaultOpens(fault); i++) {
-    c->pull[i] = rest * drive[i] - load->bare[i] - rise[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal pressed = load->bare[i] + rise[i] - (start ? start[i] : 0) - rest * drive[i];
+
+    c->stress[i] = PetscMax(pressed, 0);
+    if (!c->pull) continue;
+    c->pull[i] = -pressed;
     if (u[3 * i + 2] > 0) c->stress[i] = 0;
   }
   PetscCall(SlipArraysRestore(n, arrays));

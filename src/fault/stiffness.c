@@ -240,8 +240,8 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-#define SLIP_OPENING_PRODUCTS                                                                                          \
-  100 /* by which conjugate gradients have met a mode of no stiffness of planes up to the ground, measured */
+/* Within so many conjugate gradients have met a mode of no stiffness, on planes up to the ground (measured) */
+#define SLIP_OPENING_PRODUCTS 100
 
 /* Rock above cells that are wide against their depth bends like a plate: uniform opening hardly presses the centre of such a cell, and
    a little more of it even pulls there, so that the stiffness is indefinite and cells open by themselves. Averages are energies, and
@@ -274,12 +274,12 @@ static PetscErrorCode CheckOpening(SlipFault fault)
   PetscCall(KSPSolve(ksp, b, x));
   PetscCall(KSPGetConvergedReason(ksp, &reason));
   PetscCall(KSPDestroy(&ksp));
-  PetscCheck(reason != KSP_DIVERGED_INDEFINITE_MAT, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_opening yes: the stiffness is not positive definite, cells would open by themselves, as where "
-             "they are wide "
-             "against their depth: expected smaller cells below the ground, or triangles (-%sfault_mesh) with "
-             "-%sfault_stiffness_average cell and a dip of 15 degrees at least where they reach it",
-             prefix, prefix, prefix);
+  PetscCheck(
+    reason != KSP_DIVERGED_INDEFINITE_MAT, fault->comm, PETSC_ERR_ARG_INCOMP,
+    "-%sfault_opening yes: the stiffness is not positive definite, cells would open by themselves, as where "
+    "they are wide against their depth: expected smaller cells below the ground, or triangles "
+    "(-%sfault_mesh) with -%sfault_stiffness_average cell and a dip of 15 degrees at least where they reach it",
+    prefix, prefix, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -61,14 +61,13 @@ typedef struct {
 
 /* coupling.c: the normal stress of the state asked about last, where slip changes it */
 typedef struct {
-  Vec u, rise;       /* its displacement [m] and Kn u [Pa]; NULL where slip does not */
-  Vec drive;         /* Kn v_inf, by which the stress of a fault at rest falls [Pa/s] */
-  Vec start;         /* Kn u of the start, which changes nothing [Pa]; NULL: 0 */
-  Vec factor;        /* of a stage: theta dq/dsigma at the rates that its bound was asked about last */
-  PetscReal *stress; /* [n] effective normal stress, at least 0 [Pa] */
-  PetscReal *one;    /* [n] where cells open: 1, the pressure over itself; else NULL */
-  PetscReal *
-    pull; /* [n] likewise: what pulls cells that are closed apart, minus their stress where that may be less than 0 [Pa] */
+  Vec u, rise;        /* its displacement [m] and Kn u [Pa]; NULL where slip does not */
+  Vec drive;          /* Kn v_inf, by which the stress of a fault at rest falls [Pa/s] */
+  Vec start;          /* Kn u of the start, which changes nothing [Pa]; NULL: 0 */
+  Vec factor;         /* of a stage: theta dq/dsigma at the rates that its bound was asked about last */
+  PetscReal *stress;  /* [n] effective normal stress, at least 0 [Pa] */
+  PetscReal *one;     /* [n] where cells open: 1, the pressure over itself; else NULL */
+  PetscReal *pull;    /* [n] likewise: what pulls cells that are closed apart [Pa] */
   PetscBool balanced; /* rise is that of the last right-hand side */
   SlipFaultMoment moment;
 } SlipFaultCoupling;
