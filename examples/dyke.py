@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What examples/dyke.sh does besides its run: mesh, stress and pressure of a dyke below a normal fault, and the picture of both.
 
-    dyke.py make NAME --cell 500 --pressure 6    NAME_mesh.h5, NAME_fields.h5 and NAME_pressure.h5; the pressure in MPa
+    dyke.py make NAME --cell 250 --pressure 6    NAME_mesh.h5, NAME_fields.h5 and NAME_pressure.h5; the pressure in MPa
     dyke.py plot NAME                            the run NAME.h5 to NAME.png, and what it says in lines
 """
 
@@ -15,8 +15,10 @@ from slipstep_modules import need
 need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
+from slipstep_fields import KINDS
+from slipstep_maps import Span, colour_bar, planes_of
 from slipstep_output import OutputError, Run
-from slipstep_panels import plt, use_style
+from slipstep_panels import RUN_STYLES, plt, save, use_style
 
 DAY = 86400.0
 DYKE, FAULT = 0, 1  # labels
@@ -25,6 +27,7 @@ TOP, BOTTOM = 2e3, 6e3  # depths of the dyke [m]
 DIP, TRACE, REACH = 60.0, 2e3, 1.8e3  # of the fault: it dips west, towards the dyke, from a trace so far east of it to this depth [m]
 GRADIENT = 15e3  # effective normal stress per depth [Pa/m]
 SHARE = 0.56  # of the fault's normal stress that its shear stress is; friction is 0.6
+DROP = 0.15  # by which friction falls on the fault; it does not on the dyke, which has no shear stress
 RISE, HOLD, FALL = 8.0, 4.0, 16.0  # of the pressure [days]
 UNDER = 2e6  # by which it is below what presses the dyke together before and after [Pa]
 
@@ -52,7 +55,7 @@ def make(name, cell, pressure):
     sigma = GRADIENT * rows[:, 2]
     with h5py.File(f"{name}_fields.h5", "w") as file:
         for field, values, unit in (("normal_stress", sigma, "Pa"), ("initial_traction", np.where(label == FAULT, SHARE * sigma, 0.0), "Pa"),
-                                    ("rake", np.where(label == FAULT, -90.0, 0.0), "degrees")):
+                                    ("rake", np.where(label == FAULT, -90.0, 0.0), "degrees"), ("friction_drop", np.where(label == FAULT, DROP, 0.0), "1")):
             file[field] = values
             file[field].attrs["units"] = unit
     over = np.array([-UNDER, pressure * 1e6, pressure * 1e6, -UNDER])  # above the normal stress, the same at all depths
@@ -72,26 +75,23 @@ def course(run):
 
 
 def draw(run):
-    mesh = run.mesh
     days, widest, mean, slip, _, peak = course(run)
-    fault = mesh["fault"] == FAULT
-    canvas, axes = plt.subplots(3, 1, figsize=(8, 9), constrained_layout=True, gridspec_kw={"height_ratios": [1.6, 1, 1.4]})
-    values = (run.field("opening")[1][peak], run.field("slip")[1][-1])
-    titles = f"opening of the dyke after {days[peak]:.1f} days (m)", f"slip of the normal fault after {days[-1]:.0f} days (m)"
-    for own, panel, value, title in ((~fault, axes[0], values[0], titles[0]), (fault, axes[1], values[1], titles[1])):
-        x, depth = np.unique(np.round(mesh["x"][own], 3)), np.unique(np.round(mesh["z"][own], 3))
-        order = np.lexsort((np.round(mesh["x"][own], 3), np.round(mesh["z"][own], 3)))
-        half = mesh["length"][own][0] / 2, mesh["width"][own][0] / 2 * np.sin(np.radians(mesh["dip"][own][0]))
-        edges = [np.append(axis - side, axis[-1] + side) / 1e3 for axis, side in zip((x, depth), half)]
-        image = panel.pcolormesh(*edges, value[own][order].reshape(len(depth), len(x)), vmin=0, cmap="viridis", rasterized=True)
-        panel.set(aspect="equal", xlabel="north (km)", ylabel="depth (km)", title=title)
-        panel.invert_yaxis()
-        canvas.colorbar(image, ax=panel)
-    axes[2].plot(days, widest, color="C0", label="largest opening of the dyke")
-    axes[2].plot(days, mean, color="C0", linestyle=":", label="mean opening of the dyke")
-    axes[2].plot(days, slip, color="C3", label="mean slip of the normal fault")
+    canvas, axes = plt.subplots(3, 1, figsize=(8, 9), layout="constrained", gridspec_kw={"height_ratios": [1.6, 1, 1.4]})
+    dyke, fault = planes_of(run)
+    maps = ((dyke, "opening", peak, f"Opening of the dyke after {days[peak]:.1f} days"), (fault, "slip", -1, f"Slip of the normal fault after {days[-1]:.0f} days"))
+    for panel, (plane, field, row, title) in zip(axes, maps):
+        values, kind = plane.values(run.field(field)[1][row]), KINDS["slip"]
+        norm = Span().see(values).norm(kind)
+        artist = plane.draw(panel, values, norm, kind.colours)
+        plane.frame(panel)
+        panel.set(title=title, xlabel="along strike (km)")
+        colour_bar(canvas, artist, norm, f"{field} (m)", ax=panel)
+    first, second = RUN_STYLES[0]["color"], RUN_STYLES[1]["color"]
+    axes[2].plot(days, widest, color=first, label="largest opening of the dyke")
+    axes[2].plot(days, mean, color=first, linestyle=":", label="mean opening of the dyke")
+    axes[2].plot(days, slip, color=second, label="mean slip of the normal fault")
     axes[2].set(xlabel="time (days)", ylabel="m", title="Course", xlim=(0, days[-1]))
-    axes[2].legend(fontsize=9)
+    axes[2].legend()
     return canvas
 
 
@@ -111,7 +111,7 @@ def main():
     making = commands.add_parser("make")
     plotting = commands.add_parser("plot")
     making.add_argument("name")
-    making.add_argument("--cell", type=float, default=500.0, help="size of cells [m], default 500")
+    making.add_argument("--cell", type=float, default=250.0, help="size of cells [m], default 250")
     making.add_argument("--pressure", type=float, default=6.0, help="of the magma above what presses the dyke together [MPa], default 6")
     plotting.add_argument("name")
     options = parser.parse_args()
@@ -123,7 +123,7 @@ def main():
     try:
         run = Run(f"{options.name}.h5")
         use_style()
-        draw(run).savefig(f"{options.name}.png", dpi=150)
+        save(draw(run), f"{options.name}.png")
         say(run, f"{options.name}_events.h5")
     except (OSError, OutputError) as error:
         sys.exit(f"dyke.py: {error}")
