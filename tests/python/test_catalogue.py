@@ -52,7 +52,8 @@ class CatalogueTest(FaultTest):
         last = len(t) - 1 - np.argmax(largest[::-1] > 1e-3)
         self.assertTrue(t[first - 1] < event["onset"] < t[first] and t[last] < event["end"] <= t[last + 1])
         self.assertAlmostEqual(event["onset"], np.interp(np.log(1e-3), np.log(largest[first - 1:first + 1]), t[first - 1:first + 1]), delta=1e-6)
-        self.assertEqual(int(event["cell"]), int(np.argmax(v[first])))
+        # two cells beside the middle are alike: rounding says which of them is first
+        self.assertGreater(v[first].flat[int(event["cell"])], (1 - 1e-6) * v[first].max())
         self.assertEqual((event["x"], event["z"]), (500 * (event["cell"] % 6 + 0.5), 600 * (event["cell"] // 6 + 0.5)))
         self.assertEqual(event["area"], 300e3 * (v.max(axis=0) > 1e-3).sum())
         # within the part of the two outer steps that is slower than the event rate

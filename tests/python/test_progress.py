@@ -8,6 +8,7 @@ import select
 import subprocess
 import time
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 
 from scripts import FAULT, ScriptTest
 
@@ -53,10 +54,26 @@ def has_terminals():
 TERMINALS = has_terminals()
 
 
+RUNS = {  # command, terminal, and when it ends
+    "terminal": ([FAULT] + ENDLESS, True, {"lines": 2}),
+    "silence": ([FAULT] + ENDLESS, False, {"seconds": 3}),
+    "silence of ranks": (RANKS + [FAULT] + ENDLESS, False, {"seconds": 3}),
+    "none wanted": ([FAULT] + ENDLESS + ["-fault_progress", "no"], True, {"seconds": 2.5}),
+    "ranks": (RANKS + [FAULT] + ENDLESS, True, {"lines": 1}),
+}
+
+
 class Progress(ScriptTest):
+    @classmethod
+    def setUpClass(cls):
+        """All runs at once, as they mostly wait."""
+        with ThreadPoolExecutor(len(RUNS)) as pool:
+            jobs = {name: pool.submit(printed, command, terminal, **end) for name, (command, terminal, end) in RUNS.items() if TERMINALS or not terminal}
+        cls.printed = {name: job.result() for name, job in jobs.items()}
+
     @unittest.skipUnless(TERMINALS, "no pseudo-terminal")
     def test_terminal(self):
-        text, _ = printed([FAULT] + ENDLESS, True, lines=2)
+        text, _ = self.printed["terminal"]
         lines = LINE.findall(text)
         self.assertGreaterEqual(len(lines), 2, text)  # after 2 s and 7 s
         self.assertGreater(float(lines[1][0]), float(lines[0][0]))
@@ -72,18 +89,18 @@ class Progress(ScriptTest):
 
     def test_silence(self):
         """Into a pipe no line comes before a minute is over, also of ranks whose terminals are mpirun's."""
-        for launch in ([], RANKS):
-            text, seconds = printed(launch + [FAULT] + ENDLESS, False, seconds=3)
+        for name in ("silence", "silence of ranks"):
+            text, seconds = self.printed[name]
             self.assertLessEqual(text.count("largest slip rate"), seconds // 60, text)
             self.long_setups(text)
 
     @unittest.skipUnless(TERMINALS, "no pseudo-terminal")
     def test_none_wanted(self):
-        self.assertEqual(printed([FAULT] + ENDLESS + ["-fault_progress", "no"], True, seconds=2.5)[0], "")
+        self.assertEqual(self.printed["none wanted"][0], "")
 
     @unittest.skipUnless(TERMINALS, "no pseudo-terminal")
     def test_ranks(self):
-        text, _ = printed(RANKS + [FAULT] + ENDLESS, True, lines=1)
+        text, _ = self.printed["ranks"]
         self.assertGreaterEqual(len(LINE.findall(text)), 1, text)
 
     def test_value(self):
