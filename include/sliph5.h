@@ -38,6 +38,14 @@ typedef struct {
   PetscInt stride;
 } SlipH5Rows;
 
+/* Names of the dimensions of the datasets of a group, see SlipH5NameDimensions() */
+typedef struct {
+  const char *row;         /* of the first dimension, NULL: none */
+  PetscInt n;              /* axes, at most 4 */
+  const char *const *axis; /* of those after it [n] */
+  const char *rest;        /* of those that remain, NULL: component */
+} SlipH5Axes;
+
 /* How the numbers of a series are stored */
 typedef struct {
   PetscBool integer; /* 64-bit integers instead of doubles */
@@ -119,4 +127,8 @@ PETSC_EXTERN PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[
 PETSC_EXTERN PetscErrorCode SlipH5GetStorage(SlipH5 *h, const char path[], SlipH5Storage *storage);
 PETSC_EXTERN PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[]);
 PETSC_EXTERN PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows);
+PETSC_EXTERN PetscErrorCode SlipH5NameDimensions(SlipH5 *h, const char group[], const SlipH5Axes *axes);
+PETSC_EXTERN PetscErrorCode SlipH5CountAxes(SlipH5 *h, const char group[], PetscInt *n);
+PETSC_EXTERN PetscErrorCode SlipH5WriteNumbers(SlipH5 *h, const char path[], PetscInt n);
+PETSC_EXTERN PetscErrorCode SlipH5Link(SlipH5 *h, const char path[], const char name[]);
 PETSC_EXTERN PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows); /* fewer than there are */

@@ -100,6 +100,9 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
     PetscCall(SlipH5WriteReal(h, "/mesh/rake", ndim, dims, rake, "degrees"));
     PetscCall(VecRestoreArrayRead(cat->map[1], &rake));
   }
+  PetscCall(SlipH5NameDimensions(h, "/", &(SlipH5Axes){.row = "onset", .rest = "fault_index"}));
+  if (cat->maps) PetscCall(SlipH5Link(h, "/onset", "/maps/onset"));
+  PetscCall(SlipFaultNameDimensions(fault, h, cat->maps ? "/maps" : NULL, "onset"));
   PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -292,7 +292,7 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
   SlipH5 *h = SlipOutputFile(out->fault->run.file);
   const char *prefix = SlipFaultPrefix(out->fault);
   SlipH5Storage storage, stored;
-  PetscInt found, wanted = 1;
+  PetscInt found, axes, wanted = 1;
   char path[64];
 
   PetscFunctionBegin;
@@ -311,7 +311,8 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
                path, h->name, prefix, stored.single ? "single" : "double", prefix, stored.deflate, prefix);
   }
   PetscCall(SlipH5CountMembers(h, "/fields", &found));
-  PetscCheck(found == wanted, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+  PetscCall(SlipH5CountAxes(h, "/fields", &axes));
+  PetscCheck(found - axes == wanted, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "/fields in %s has other datasets than the %" PetscInt_FMT " that -%sfault_output_fields names", h->name,
              wanted - 1, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -371,6 +372,36 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0: names of the dimensions of /mesh, and of a group whose datasets have rows and a number for each cell; both have the axes */
+PetscErrorCode SlipFaultNameDimensions(SlipFault fault, SlipH5 *h, const char group[], const char row[])
+{
+  static const char *const grid[] = {"z", "x"}, *const list[] = {"cell", "vertex"};
+  const PetscBool two = fault->mesh.ndim == 2 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt sizes[] = {fault->mesh.N, fault->mesh.npoints};
+  SlipH5Axes axes = {.n = 2, .axis = two ? grid : list};
+  char path[64], name[64];
+  PetscBool triangles;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(h, "/mesh/vertices", &triangles));
+  if (!two && !triangles) axes.n = 1;
+  for (PetscInt i = 0; i < axes.n && !two; i++) {
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", list[i]));
+    PetscCall(SlipH5WriteNumbers(h, path, sizes[i]));
+  }
+  PetscCall(SlipH5NameDimensions(h, "/mesh", &axes));
+  if (!group) PetscFunctionReturn(PETSC_SUCCESS);
+  axes.row = row;
+  axes.n = fault->mesh.ndim;
+  for (PetscInt i = 0; i < axes.n; i++) {
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", axes.axis[i]));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "%s/%s", group, axes.axis[i]));
+    PetscCall(SlipH5Link(h, path, name));
+  }
+  PetscCall(SlipH5NameDimensions(h, group, &axes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: what the file of a fault has besides that of any run */
 PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
 {
@@ -405,6 +436,8 @@ PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
     PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", x));
   }
   PetscCall(VecDestroy(&x));
+  if (!out->rank) ierr = SlipFaultNameDimensions(fault, SlipOutputFile(run), "/fields", "time");
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

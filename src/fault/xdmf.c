@@ -39,6 +39,7 @@ static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
   const PetscInt points[2] = {mesh->npoints, 3}, cells[2] = {mesh->N, mesh->kind->sides};
   PetscInt *corners;
   PetscReal *place;
+  static const char *const axes[] = {"cell", "vertex"};
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc2(3 * mesh->npoints, &place, mesh->kind->sides * mesh->N, &corners));
@@ -47,6 +48,9 @@ static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
   PetscCall(SlipH5WriteReal(h, "/xdmf/points", 2, points, place, "m"));
   PetscCall(SlipH5WriteInt(h, "/xdmf/cells", 2, cells, corners, NULL));
   PetscCall(PetscFree2(place, corners));
+  PetscCall(SlipH5WriteNumbers(h, "/xdmf/cell", mesh->N));
+  PetscCall(SlipH5WriteNumbers(h, "/xdmf/vertex", mesh->npoints));
+  PetscCall(SlipH5NameDimensions(h, "/xdmf", &(SlipH5Axes){.n = 2, .axis = axes, .rest = "corner"}));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

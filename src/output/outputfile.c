@@ -160,6 +160,18 @@ static PetscErrorCode SlipOutputLast(void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0: rows are those of a time. What else a dataset has a dimension for is a component, or of /series a fault. */
+static PetscErrorCode NameDimensions(SlipOutput out)
+{
+  const SlipH5Axes rows = {.row = "time"}, series = {.row = "time", .rest = "fault_index"};
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5NameDimensions(&out->file, "/steps", &rows));
+  PetscCall(SlipH5NameDimensions(&out->file, "/series", &series));
+  for (PetscInt k = 0; k < out->nmore; k++) PetscCall(SlipH5NameDimensions(&out->file, out->more[k].group, &rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipOutputBegin(SlipOutput out)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -173,7 +185,8 @@ PetscErrorCode SlipOutputBegin(SlipOutput out)
   PetscCall(SlipErrorBcast(out->comm, ierr));
   out->begun = PETSC_TRUE;
   if (out->layout) PetscCall((*out->layout)(out, out->ctx));
-  if (!out->rank) ierr = SlipH5Live(&out->file);
+  if (!out->rank && !out->resumed) ierr = NameDimensions(out);
+  if (!out->rank && !ierr) ierr = SlipH5Live(&out->file);
   PetscCall(SlipErrorBcast(out->comm, ierr));
   out->file.last = SlipOutputLast;
   out->file.ctx = out;

@@ -109,7 +109,7 @@ class Explicit(FaultTest):
         self.fault("run.h5", *source, *ADAMS, "-ts_max_time", "1e6", "-fault_output_fields", "pore_pressure")
         with h5py.File(self.path("run.h5")) as file:
             time, p = file["fields/time"][...], file["fields/pore_pressure"]
-            self.assertEqual((sorted(file["fields"]), p.attrs["units"]), (["pore_pressure", "time"], b"Pa"))
+            self.assertEqual((sorted(file["fields"]), p.attrs["units"]), (["pore_pressure", "time", "x", "z"], b"Pa"))
             self.assertTrue((p[0] == 0).all())
             x = (10e3 ** 2 + 6e3 ** 2) / (4 * 10 * time[-1])  # to the centre of the last cell, 11 km and 7 km
             series = -np.euler_gamma - np.log(x) - sum((-x) ** k / (k * np.prod(np.arange(1.0, k + 1))) for k in range(1, 40))

@@ -47,6 +47,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput output, void *ctx);
 PETSC_EXTERN const char *SlipFaultOutputField(PetscInt f);
+PETSC_EXTERN PetscErrorCode SlipFaultNameDimensions(SlipFault fault, SlipH5 *h, const char group[], const char row[]);
 PETSC_INTERN PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputState(SlipFaultOutput out, SlipState s); /* collective: what it remembers */
 
