@@ -30,3 +30,4 @@ fi
 "$SLIPSTEP_PYTHON" output/plot_catalogue.py "${name}_events.h5" "$name.h5" --every-event 5
 "$SLIPSTEP_PYTHON" output/plot_catalogue.py "${name}_events.h5" --event largest
 "$SLIPSTEP_PYTHON" output/plot_run.py "$name.h5" --kind space-time
+"$SLIPSTEP_PYTHON" output/report.py "$name.h5" --catalogue "${name}_events.h5"

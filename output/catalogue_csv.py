@@ -3,6 +3,7 @@
 for each of several faults is a column for each label: "fault_moment 7 [N m]".
 
     output/catalogue_csv.py EVENTS.h5 [OUT.csv]
+    output/catalogue_csv.py EVENTS.h5 [OUT.csv] --csep --origin 13.3 42.5 [--start 2000-01-01]    the columns that pyCSEP reads
 
 Without OUT.csv it goes to standard output. A catalogue that is still written, EVENTS.h5.part, is read up to its last whole row.
 """
@@ -16,6 +17,7 @@ from slipstep_modules import need
 
 need("h5py", "numpy")
 from slipstep_catalogue import Catalogue
+from slipstep_geographic import add_arguments, check_origin, dates, hypocentres, lonlat
 from slipstep_output import OutputError
 
 # These first, as people read them; all others follow.
@@ -43,20 +45,40 @@ def write(catalogue, file):
         writer.writerow([repr(value) for value in row])
 
 
+def write_csep(catalogue, file, origin, start):
+    """The format csep-csv of pyCSEP (docs.cseptesting.org, catalogs): depths in km."""
+    cells = hypocentres(catalogue)
+    columns = (*lonlat(cells[:, 0], cells[:, 1], origin), catalogue.event["magnitude"], dates(catalogue, start), cells[:, 2] / 1e3)
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(("lon", "lat", "M", "time_string", "depth", "catalog_id", "event_id"))
+    for number, (lon, lat, magnitude, when, depth) in enumerate(zip(*columns), 1):
+        writer.writerow((f"{lon:.6f}", f"{lat:.6f}", f"{magnitude:.4f}", when.isoformat(timespec="microseconds"), f"{depth:.4f}", 0, number))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("catalogue", metavar="EVENTS", help="file of -fault_catalogue")
     parser.add_argument("output", metavar="OUT", nargs="?", help="file to write; default: standard output")
+    parser.add_argument("--csep", action="store_true", help="write the columns lon, lat, M, time_string, depth, catalog_id, event_id that pyCSEP reads")
+    add_arguments(parser)
     options = parser.parse_args()
+    if options.csep:
+        check_origin(parser, options.origin)
+    elif options.origin:
+        parser.error("--origin is for --csep")
+
+    def write_rows(file):
+        write_csep(catalogue, file, options.origin, options.start) if options.csep else write(catalogue, file)
+
     try:
         catalogue = Catalogue(options.catalogue)
         if options.output and os.path.exists(options.output) and os.path.samefile(options.catalogue, options.output):
             raise OutputError(f"{options.output} is the catalogue itself, expected another name")
         if not options.output:
-            write(catalogue, sys.stdout)
+            write_rows(sys.stdout)
             return
         with open(options.output + ".part", "w", encoding="utf-8") as file:
-            write(catalogue, file)
+            write_rows(file)
         os.replace(options.output + ".part", options.output)
     except (OutputError, OSError) as error:
         sys.exit(f"catalogue_csv.py: {error}")

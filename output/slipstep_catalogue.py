@@ -24,6 +24,7 @@ class Catalogue:
     units      dict of their units
     attributes dict: event_rate [m/s], shear_modulus [Pa], ...
     mesh       dict: x, z cell centres [m]; of irregular cells also y, length, width [m]
+    has_maps   whether map() has some
     complete   whether the run has ended
     """
 
@@ -39,6 +40,7 @@ class Catalogue:
                 if f"maps/{name}" in file:
                     self.count = min(self.count, len(file["maps"][name]))
             self.event = {name: data[:self.count] for name, data in columns.items()}
+            self.has_maps = "maps/slip" in file
             self.units = {name: _plain(data.attrs["units"]) for name, data in columns.items()}
             self.mesh = {name: data[()] for name, data in file["mesh"].items()}
             self.faults = np.atleast_1d(file.attrs["faults"] if "faults" in file.attrs else np.unique(self.mesh.get("fault", 0)))

@@ -122,7 +122,7 @@ class Run(Cells):
                 self.result = self._attributes(file, "result", RESULT + (("mean_slip",) if fault else ()))
             else:
                 self.result = self._so_far()
-            self.field_names = [name for name in file.get("fields", ()) if name != "time"]
+            self.field_names = [name for name, data in file.get("fields", {}).items() if name != "time" and "CLASS" not in data.attrs]  # without axes
             rates = file["series"].get("moment_rate")
             self.faults = np.atleast_1d(rates.attrs["faults"]) if rates is not None and "faults" in rates.attrs else np.array([], int)
         self._check_rows("steps", self.steps)

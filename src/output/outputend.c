@@ -35,11 +35,27 @@ static PetscErrorCode SlipOutputRunNumbers(SlipOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Warnings so far, a line each: those of the set-up at the start, and what came later at the end */
+static PetscErrorCode SlipOutputWarnings(SlipOutput out)
+{
+  char *text, before[8192] = "", all[16384];
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipWarningsTake(&text));
+  PetscCall(SlipH5HasAttribute(&out->file, "/run", "warnings", &has));
+  if (has) PetscCall(SlipH5ReadAttrString(&out->file, "/run", "warnings", before, sizeof(before)));
+  PetscCall(PetscSNPrintf(all, sizeof(all), "%s%s", before, text));
+  PetscCall(PetscFree(text));
+  PetscCall(SlipH5WriteAttrString(&out->file, "/run", "warnings", all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What is known at the start; of a run that is continued, the numbers that go on are taken from the file. */
 PetscErrorCode SlipOutputRun(SlipOutput out)
 {
   SlipH5 *h = &out->file;
-  char *options, version[256];
+  char *options, version[256], host[256], date[64];
   PetscMPIInt size;
   PetscInt restarts = 0;
   TSAdapt adapt;
@@ -71,6 +87,11 @@ PetscErrorCode SlipOutputRun(SlipOutput out)
   PetscCall(SlipH5WriteAttrString(h, "/run", "petsc_version", version));
   PetscCall(SlipH5WriteAttrString(h, "/run", "slipstep_version", SLIPSTEP_VERSION));
   PetscCall(SlipH5WriteAttrInt(h, "/run", "ranks", size));
+  PetscCall(PetscGetHostName(host, sizeof(host)));
+  PetscCall(SlipH5WriteAttrString(h, "/run", "host", host));
+  PetscCall(PetscGetDate(date, sizeof(date)));
+  PetscCall(SlipH5WriteAttrString(h, "/run", "date", date));
+  PetscCall(SlipOutputWarnings(out));
   PetscCall(SlipH5WriteAttrInt(h, "/run", "restarts", restarts));
   PetscCall(TSGetType(out->ts, &type));
   PetscCall(TSGetAdapt(out->ts, &adapt));
@@ -101,6 +122,7 @@ PetscErrorCode SlipOutputFinishFile(SlipOutput out, const SlipOutputTotals *t)
   PetscFunctionBegin;
   PetscCall(SlipOutputPolicy(out));
   PetscCall(SlipOutputRunNumbers(out));
+  PetscCall(SlipOutputWarnings(out));
   PetscCall(SlipH5WriteAttrReal(h, "/run", "wall_time", t->wall_setup + t->wall_solve));
   for (PetscInt i = 0; i < out->nresults; i++)
     if (!PetscIsNanReal(out->result[i].value))

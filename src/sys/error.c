@@ -32,6 +32,8 @@ void SlipErrorAtEnd(void (*end)(void))
   at_end = end;
 }
 
+static char warnings[8192]; /* those of this process, a line each */
+
 static void SlipError(const char format[], ...)
 {
   va_list args;
@@ -157,12 +159,39 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
 @*/
 PetscErrorCode SlipWarning(const char format[], ...)
 {
+  const size_t n = strlen(warnings);
   va_list args;
 
   PetscFunctionBegin;
   va_start(args, format);
   SlipSpeak("warning", format, args);
   va_end(args);
+  va_start(args, format);
+  if (n + 2 < sizeof(warnings)) {
+    vsnprintf(warnings + n, sizeof(warnings) - n - 1, format, args);
+    strcat(warnings, "\n");
+  }
+  va_end(args);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipWarningsTake - the warnings of this process since the last call, for a report of a run
+
+  Not collective.
+
+  Output Parameter:
+. text - a line for each warning, cut after 8 kB; PetscFree() it
+
+  Level: developer
+
+.seealso: SlipWarning()
+@*/
+PetscErrorCode SlipWarningsTake(char **text)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscStrallocpy(warnings, text));
+  warnings[0] = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

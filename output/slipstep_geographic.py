@@ -1,0 +1,56 @@
+"""Where and when the events of a catalogue are on the Earth: longitude, latitude and date of local coordinates and times."""
+
+import argparse
+import datetime
+
+import numpy as np
+
+from slipstep_cells import cells_of
+from slipstep_output import OutputError
+
+EARTH_RADIUS = 6371e3  # [m], of a sphere
+
+
+def add_arguments(parser):
+    parser.add_argument("--origin", nargs=2, type=float, metavar=("LON", "LAT"), help="longitude and latitude [degrees] of the point x = y = 0; x is north, y is east")
+    parser.add_argument("--start", type=date, default=date("2000-01-01"), metavar="DATE", help="date of the time 0, UTC, as 2000-01-01 (default) or 2000-01-01T12:00:00")
+
+
+def date(text):
+    try:
+        return datetime.datetime.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text} is not a date, expected YYYY-MM-DD or YYYY-MM-DDTHH:MM:SS") from None
+
+
+def check_origin(parser, origin):
+    if origin is None:
+        parser.error("--origin is missing: expected the longitude and latitude of the point x = y = 0")
+    if not (-180 <= origin[0] <= 180 and -89 <= origin[1] <= 89):
+        parser.error(f"--origin is {origin[0]:g} {origin[1]:g}, expected a longitude from -180 to 180 and a latitude from -89 to 89 degrees")
+
+
+def hypocentres(catalogue):
+    """[events, 7] of the cells where events began: x north, y east, z down [m], length, width [m], strike and dip [degrees]."""
+    cells, _ = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
+    return cells[catalogue.event["cell"].astype(int)]
+
+
+def lonlat(north, east, origin):
+    """Longitudes and latitudes [degrees] by the equirectangular projection about the origin, whose error is below 1 % within 100 km
+    up to 60 degrees of latitude."""
+    latitude = origin[1] + np.degrees(np.asarray(north) / EARTH_RADIUS)
+    longitude = origin[0] + np.degrees(np.asarray(east) / (EARTH_RADIUS * np.cos(np.radians(origin[1]))))
+    return (longitude + 180) % 360 - 180, latitude
+
+
+def dates(catalogue, start):
+    """Dates of the onsets. Calendars of other programs end with the year 9999."""
+    found = []
+    for number, onset in enumerate(catalogue.event["onset"].tolist()):
+        try:
+            found.append(start + datetime.timedelta(seconds=onset))
+        except OverflowError:
+            raise OutputError(f"{catalogue.path}: event {number + 1} begins {onset / 3.15576e7:.0f} years after --start {start.isoformat()}, expected no date after the "
+                              "year 9999") from None
+    return found
