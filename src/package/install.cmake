@@ -25,11 +25,13 @@ foreach(_folder ${_beside})
   file(CREATE_LINK ${PROJECT_SOURCE_DIR}/training/policies ${PROJECT_BINARY_DIR}/${_folder}/slipstep-policies SYMBOLIC)
 endforeach()
 install(PROGRAMS ${_python} DESTINATION ${_data}/python)
-# The Python module looks for the library one folder up.
+# The Python package looks for the library two folders up.
 if(BUILD_SHARED_LIBS)
-  install(FILES ${CMAKE_CURRENT_LIST_DIR}/slipstep.py DESTINATION ${CMAKE_INSTALL_LIBDIR}/python3)
+  file(GLOB _modules CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/slipstep/*.py)
+  install(FILES ${_modules} DESTINATION ${CMAKE_INSTALL_LIBDIR}/python3/slipstep)
   file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/lib/python3)
-  file(CREATE_LINK ${CMAKE_CURRENT_LIST_DIR}/slipstep.py ${PROJECT_BINARY_DIR}/lib/python3/slipstep.py SYMBOLIC)
+  file(REMOVE ${PROJECT_BINARY_DIR}/lib/python3/slipstep.py) # of older builds
+  file(CREATE_LINK ${CMAKE_CURRENT_LIST_DIR}/slipstep ${PROJECT_BINARY_DIR}/lib/python3/slipstep SYMBOLIC)
 endif()
 install(FILES ${_options} DESTINATION ${_data}/examples)
 

@@ -19,9 +19,9 @@ library=$(find "$prefix" -name libslipstep.so)
 for policy in "$SLIPSTEP_SOURCE"/training/policies/*.h5; do
   [ ! -e "$policy" ] || cmp "$policy" "$prefix/share/slipstep/policies/$(basename "$policy")"
 done
-# slipstep.py has the library one folder up
+# the Python package has the library two folders up
 if [ -n "$(find "$prefix" -name libslipstep.so)" ]; then
-  [ "$(find "$prefix" -name slipstep.py)" = "$(dirname "$library")/python3/slipstep.py" ] || fail "slipstep.py was not installed"
+  [ -f "$(dirname "$library")/python3/slipstep/petsc.py" ] || fail "the Python package was not installed"
 fi
 [ -x "$prefix/share/slipstep/python/compare.py" ] || fail "compare.py was not installed"
 

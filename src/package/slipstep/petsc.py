@@ -8,19 +8,24 @@
     ts.setType("bathe")                          # and anything else that petsc4py does with a TS
     slipstep.call("TSBatheSetGamma", ts, 2 - 2 ** 0.5)   # any public function, see the reference
 
-load() takes the library beside this file, or the one that SLIPSTEP_LIBRARY names. small() makes a TS integrate a system
-of a few states with friction, Fault is the strike-slip fault. Nothing of the library's memory is laid out again here:
+load() takes the library two folders up, or the one that SLIPSTEP_LIBRARY names. small() makes a TS integrate a system
+of a few states with friction, Fault is a fault with one TS. Nothing of the library's memory is laid out again here:
 objects are handles, numbers are arguments. Errors are PETSc.Error, as petsc4py's own.
 """
 
 import collections
+import contextlib
 import ctypes
+import io
 import os
 import time
 import traceback
 
 import numpy as np
 from petsc4py import PETSc
+
+from .errors import Error
+from .running import Runs, message_of
 
 INT = ctypes.c_int64 if np.dtype(PETSc.IntType).itemsize == 8 else ctypes.c_int32
 REALS = ctypes.POINTER(ctypes.c_double)
@@ -39,21 +44,34 @@ Totals = collections.namedtuple("Totals", "attempts accepted solves newton linea
 _library = None
 
 
+class LibraryError(Error, PETSc.Error):
+    """An error of the library: its line, and the code of PETSc as ierr."""
+
+    def __init__(self, code):
+        PETSc.Error.__init__(self, code)
+        self.line = message_of(PETSc.Error(code))
+
+    def __str__(self):
+        return self.line
+
+
+
 def load(path=None):
     """The shared library, loaded into the running PETSc with all its types registered; once, then it is remembered."""
     global _library
     if _library is None:
-        here = os.path.dirname(os.path.abspath(__file__))
-        path = path or os.environ.get("SLIPSTEP_LIBRARY") or os.path.join(here, "..", "libslipstep.so")
+        beside = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "libslipstep.so"))
+        path = path or os.environ.get("SLIPSTEP_LIBRARY") or (beside if os.path.exists(beside) else "libslipstep.so.0")
         if np.dtype(PETSc.ScalarType) != np.float64:
             raise ImportError(f"petsc4py has scalars of type {np.dtype(PETSc.ScalarType)}, SlipStep needs double")
-        library = ctypes.CDLL(path)
+        library = ctypes.PyDLL(path)  # with the lock of Python, as petsc4py prints by sys.stdout in notebooks
         running = ctypes.c_int(0)
         library.PetscInitialized(ctypes.byref(running))
         if not running.value:
             raise ImportError(f"{path} was built against another PETSc than that of petsc4py, {PETSc.__file__}")
         _library = library
         call("SlipStepInitializePackage")
+        call("PetscSetProgramName", "slipstep")  # which warnings begin with
     return _library
 
 
@@ -82,7 +100,7 @@ def call(name, *arguments):
     ctypes.byref(x) for an output. Mind that 1 is a PetscInt and 1.0 a PetscReal."""
     code = getattr(load(), name)(*map(_argument, arguments))
     if code:
-        raise PETSc.Error(code)
+        raise LibraryError(code)
 
 
 def version():
@@ -90,6 +108,13 @@ def version():
     text = ctypes.create_string_buffer(64)
     call("SlipStepGetVersion", text, ctypes.c_size_t(len(text)))
     return text.value.decode()
+
+
+def used(name):
+    """Whether something has read an option of PETSc's database."""
+    found = ctypes.c_int(0)
+    call("PetscOptionsUsed", None, name, ctypes.byref(found))
+    return bool(found.value)
 
 
 def totals(ts):
@@ -130,11 +155,33 @@ def small(ts, mass, rows, force, jacobian, bound):
     ts.setAttr("slipstep", functions)  # as long as the TS lives
 
 
-class Fault:
-    """The strike-slip fault (slipfault.h): the case "3 km" with one cell until parameters are set. What has one number a
-    cell is an array [nz, nx] in the order of the grid, or [1, n] of the rows of a mesh, on every rank."""
+@contextlib.contextmanager
+def silence():
+    """What PETSc prints on stdout goes nowhere meanwhile, be it by C or, in notebooks, by sys.stdout; warnings and errors, on stderr, still show."""
+    libc = ctypes.CDLL(None)
+    libc.fopen.restype = ctypes.c_void_p
+    stdout = ctypes.c_void_p.in_dll(load(), "PETSC_STDOUT")
+    before, nowhere = stdout.value, libc.fopen(os.devnull.encode(), b"w")
+    stdout.value = nowhere
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            yield
+    finally:
+        stdout.value = before
+        libc.fclose(ctypes.c_void_p(nowhere))
+
+
+class Fault(Runs):
+    """A fault in this process (slipfault.h): the case "3 km" with one cell until parameters are set. What has one number a
+    cell is an array [nz, nx] in the order of the grid, or [1, n] of the rows of a mesh, on every rank.
+
+    run() does everything; configure(), solve() and values() are for a TS of yours."""
+
+    backend = "petsc"
 
     def __init__(self, comm=None, **parameters):
+        self._remember()
+        self._comm_given = comm
         self.handle = ctypes.c_void_p()
         self._state = {"solving": False}  # shared with monitors, which do not keep the fault alive
         self._fields, self._switches = {}, {}
@@ -147,7 +194,9 @@ class Fault:
 
     def set(self, **parameters):
         """Parameters by the names of their options without "fault_": numbers, texts, True and False (inertia=False), and
-        arrays for fields, [nz, nx], or [n] of all cells iz * nx + ix, or of the rows of a mesh."""
+        arrays for fields, [nz, nx], or [n] of all cells iz * nx + ix, or of the rows of a mesh. Names as ts_max_time are
+        options of PETSc, for run()."""
+        parameters = self._record(parameters)
         fields = {}
         for name, value in parameters.items():
             if isinstance(value, str):

@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""import slipstep: a fault by keywords, in this process and by the program, with the same numbers; files; errors; what may be missing."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import textwrap
+import unittest
+
+from scripts import BUILD, FAULT, FaultTest
+from test_from_python import environment, python
+
+WITHOUT = """
+import sys
+class Block:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in {blocked}:
+            raise ImportError(name)
+sys.meta_path.insert(0, Block())
+"""
+RUN = """
+import json, numpy as np, slipstep
+stress = np.linspace(3e7, 5e7, 12).reshape(3, 4)
+fault = slipstep.Fault(nx=4, nz=3, normal_stress=stress, normal_stress_gradient=0.0, inertia=False, viscosity="radiation", initial="traction",
+                       initial_traction=0.6 * stress, initial_unstable=True, stations="500,500", ts_max_time="0.1min")
+result = fault.run(progress=False)
+assert result.complete and result["slip"].shape[1:] == (3, 4) and result.units["slip"] == "m" and result.time[-1] == 6.0
+assert set(result.stations[0]) >= {"time", "slip", "x"} and len(result.stations[0]["slip"]) == len(result.series["time"])
+assert result.mesh["normal_stress"].shape == (3, 4) and abs(result.mesh["normal_stress"] - stress).max() == 0
+try:
+    fault.set(nx=0)
+    fault.run(progress=False)
+    raise SystemExit("no error")
+except slipstep.Error as error:
+    text = str(error)
+print(json.dumps([fault.backend, result["slip"][-1].tolist(), result.summary["accepted"], text, type(result.catalogue).__name__]))
+"""
+
+
+class Results(FaultTest):
+    def numbers(self, blocked=(), **more):
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run([sys.executable, "-c", WITHOUT.format(blocked=set(blocked) or "()") + RUN], env={**environment(), "SLIPSTEP_FAULT": FAULT, "TMPDIR": folder, **more},
+                                  capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual([name for name in os.listdir(folder) if name.startswith("slipstep-")], [])
+        return json.loads(done.stdout.splitlines()[-1])
+
+    def test_backends(self):
+        """The same bits; pandas and petsc4py may be missing. Errors have the line of the program."""
+        program = self.numbers(blocked=("petsc4py", "pandas", "xarray"))
+        self.assertEqual((program[0], program[3:]), ("program", ["-fault_nx is 0, expected a whole number >= 1", "ndarray"]))
+        process = self.numbers(SLIPSTEP_BACKEND="")
+        self.assertEqual(process[1:4], program[1:4])
+
+    def test_files(self):
+        """open() has what run() returns; FILE.part of a run that was stopped; what is no such file."""
+        self.fault("-fault_nx", 4, "-fault_nz", 3, "-fault_output", "run.h5", "-fault_catalogue", "events.h5")
+        with open(self.path("text"), "w") as file:
+            file.write("no HDF5")
+        done = python("-c", textwrap.dedent(f"""
+            import os, slipstep
+            folder = {self.folder.name!r}
+            run, events = slipstep.open(folder + "/run.h5", folder + "/events.h5"), slipstep.open(folder + "/events.h5")
+            assert len(run.catalogue) == len(events.catalogue) == 1 and "ended at 30 s" in repr(run)
+            assert run["slip"].shape == (len(run.time), 3, 4) and not run.warnings
+            for name in ("none.h5", "text"):
+                try:
+                    slipstep.open(os.path.join(folder, name))
+                    raise SystemExit(name)
+                except slipstep.Error as error:
+                    assert name in str(error)
+            os.rename(folder + "/run.h5", folder + "/run.h5.part")
+            assert slipstep.open(folder + "/run.h5.part").summary["accepted"] > 0
+            """))
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_interrupt(self):
+        """Ctrl-C ends a run after its step; the result has the steps until then, and the program's as well."""
+        for backend in ("program", "petsc"):
+            done = python("-c", textwrap.dedent(f"""
+                import os, signal, threading, time, slipstep
+                fault = slipstep.Fault(nx=3, nz=3, ts_adapt_type="none", ts_dt=1e-6, ts_max_time=600, output_interval=1000)
+                threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+                result = fault.run(progress=False, backend={backend!r} if fault.backend == "petsc" else None)
+                assert not result.complete and 0 < result.series["time"][-1] < 600, result
+                """))
+            self.assertEqual(done.returncode, 0, done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
