@@ -8,7 +8,7 @@
     ts.setType("bathe")                          # and anything else that petsc4py does with a TS
     slipstep.call("TSBatheSetGamma", ts, 2 - 2 ** 0.5)   # any public function, see the reference
 
-load() takes the library two folders up, or the one that SLIPSTEP_LIBRARY names. small() makes a TS integrate a system
+load() takes the library two or three folders up, or the one that SLIPSTEP_LIBRARY names. small() makes a TS integrate a system
 of a few states with friction, Fault is a fault with one TS. Nothing of the library's memory is laid out again here:
 objects are handles, numbers are arguments. Errors are PETSc.Error, as petsc4py's own.
 """
@@ -60,8 +60,9 @@ def load(path=None):
     """The shared library, loaded into the running PETSc with all its types registered; once, then it is remembered."""
     global _library
     if _library is None:
-        beside = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "libslipstep.so"))
-        path = path or os.environ.get("SLIPSTEP_LIBRARY") or (beside if os.path.exists(beside) else "libslipstep.so.0")
+        here = os.path.dirname(os.path.abspath(__file__))
+        beside = [os.path.normpath(os.path.join(here, *up, "libslipstep.so")) for up in (("..",) * 2, ("..",) * 3)]
+        path = path or os.environ.get("SLIPSTEP_LIBRARY") or next(filter(os.path.exists, beside), "libslipstep.so.0")
         if np.dtype(PETSc.ScalarType) != np.float64:
             raise ImportError(f"petsc4py has scalars of type {np.dtype(PETSc.ScalarType)}, SlipStep needs double")
         library = ctypes.PyDLL(path)  # with the lock of Python, as petsc4py prints by sys.stdout in notebooks

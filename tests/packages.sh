@@ -1,0 +1,134 @@
+#!/usr/bin/env bash
+# The Debian package, outside of the suite, as root and with the network: it is built in each release of Debian, installed in a folder that has
+# nothing else, tried, and removed again:
+#   tests/packages.sh [--keep DIR] [release...]      default: bookworm trixie
+# Folders are made by debootstrap below DIR (default: ~/.cache/slipstep), where a later run finds those for building, and what tests/other_systems.sh has
+# made there. The clean ones are copies. SLIPSTEP_MIRROR names another mirror. The exit code is 1 when something failed.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. tests/setup.sh
+
+usage() { sed -n '2,6s/^# \{0,1\}//p' "$0"; exit "${1:-1}"; }
+
+keep=${XDG_CACHE_HOME:-$HOME/.cache}/slipstep
+while [ $# != 0 ]; do
+  case $1 in
+    --keep) [ $# -gt 1 ] || usage; keep=$2; shift ;;
+    --help) usage 0 ;;
+    -*) usage ;;
+    *) break ;;
+  esac
+  shift
+done
+[ $# != 0 ] || set -- bookworm trixie
+for release in "$@"; do
+  [[ $release =~ ^[a-z]+$ ]] || slipstep_die "tests/packages.sh: \"$release\" is no release of Debian, expected a name such as trixie"
+done
+[ "$(id -u)" = 0 ] || slipstep_die "tests/packages.sh: debootstrap and chroot need root"
+(slipstep_install debootstrap)
+mkdir -p "$keep"
+exec 9>"$keep/.packages"
+flock -n 9 || slipstep_die "tests/packages.sh: another run is at work in $keep"
+status=0
+
+mounted=()
+dismount() {
+  local i
+  for ((i = ${#mounted[@]} - 1; i >= 0; i--)); do umount -R "${mounted[i]}" || umount -R -l "${mounted[i]}" || true; done
+  mounted=()
+}
+trap dismount EXIT
+trap 'exit 1' INT TERM
+enter() { # ROOT
+  local folder
+  for folder in proc sys dev; do
+    mountpoint -q "$1/$folder" || if [ $folder = proc ]; then mount -t proc proc "$1/proc"; else mount --rbind "/$folder" "$1/$folder"; fi
+    mount --make-rslave "$1/$folder"
+    mounted+=("$1/$folder")
+  done
+  cp -L /etc/resolv.conf "$1/etc/resolv.conf" 2>/dev/null || true
+  for file in $(grep -ls '^ *Acquire' /etc/apt/apt.conf /etc/apt/apt.conf.d/*); do cp "$file" "$1$file"; done
+}
+inside() { # ROOT COMMAND...
+  local root=$1
+  shift
+  nice -n 19 chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
+    OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 bash -ec "$*" </dev/null 9>&-
+}
+bootstrap() { # RELEASE ROOT
+  [ -x "$2/usr/bin/dpkg" ] && [ ! -e "$2/debootstrap" ] && return
+  rm -rf --one-file-system "$2"
+  mkdir -p "$2"
+  debootstrap --variant=minbase --include=git,ca-certificates "$1" "$2" ${SLIPSTEP_MIRROR:+"$SLIPSTEP_MIRROR"}
+}
+attempt() { # WHAT LOG COMMAND...
+  local what=$1 log=$2
+  shift 2
+  if "$@" >"$log" 2>&1; then
+    echo "passed  $what"
+  else
+    echo "FAILED  $what"
+    tail -n 25 "$log" | sed 's/^/        /'
+    status=1
+  fi
+}
+
+build() { # ROOT: the .deb of what is committed, in /srv/package
+  rm -rf --one-file-system "$1/srv/package"
+  git clone -q --no-hardlinks . "$1/srv/package"
+  inside "$1" "cd /srv/package && . tests/setup.sh && slipstep_setup && slipstep_build build -DBUILD_TESTING=OFF && cd build && cpack -G DEB"
+}
+files() { # ROOT: of a system, but for what any package leaves: lists, logs and caches of apt, dpkg and the linker, and configurations of other packages
+  find "$1" -xdev \( -path "$1/proc" -o -path "$1/sys" -o -path "$1/dev" -o -path "$1/tmp" -o -path "$1/var/lib/apt" -o -path "$1/var/cache" -o -path "$1/var/log" -o -path "$1/var/lib/dpkg" \
+    -o -path "$1/root" \) -prune -o -print | sort
+}
+first_run="cd /root && mkdir -p run && cd run
+  slipstep-fault -fault_output run.h5 -fault_catalogue events.h5 -fault_output_overwrite
+  mpirun --oversubscribe -n 2 slipstep-fault -ts_adapt_type rl -ts_max_time 10
+  slipstep-fault -options_file /usr/share/slipstep/examples/fault_3km.opts -ts_max_time 5
+  slipstep-plot-run run.h5 && slipstep-report run.h5 --catalogue events.h5 && slipstep-catalogue-quakeml events.h5 e.xml --origin 10 50
+  [ -s run.png ] && [ -s run.html ] && [ -s e.xml ]
+  python3 -c 'import slipstep; r = slipstep.Fault(nx=4, nz=4).run(progress=False); assert r.complete and r[\"slip\"].max() > 0; print(slipstep.Fault.backend, r)'
+  slipstep-train -help train | grep -q -e -train_output
+  zcat /usr/share/man/man1/slipstep-fault.1.gz | grep -q fault_nx"
+developer="apt-get -q -y install --no-install-recommends gcc libc6-dev pkg-config cmake make libpetsc-real-dev libopenmpi-dev libhdf5-openmpi-dev libfftw3-dev libfftw3-mpi-dev libmetis-dev libopenblas-pthread-dev python3-petsc4py-real man-db
+  cd /root/run
+  printf '#include <slipstep.h>\nint main(int c, char **v) { SlipFault f; PetscCall(SlipProgramInitialize(&c, &v, \"mine\", \"\")); PetscCall(SlipStepInitializePackage()); PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &f)); PetscCall(SlipFaultDestroy(&f)); return PetscFinalize(); }\n' >mine.c
+  mpicc mine.c -o mine \$(pkg-config --cflags --libs slipstep) && ./mine
+  mkdir -p c && printf 'cmake_minimum_required(VERSION 3.16)\nproject(mine C)\nfind_package(slipstep REQUIRED)\nadd_executable(mine ../mine.c)\ntarget_link_libraries(mine slipstep::slipstep)\n' >c/CMakeLists.txt
+  cmake -S c -B c/build && cmake --build c/build && c/build/mine
+  MANWIDTH=100 man --warnings -l /usr/share/man/man1/slipstep-fault.1.gz >man.txt 2>man.err && [ ! -s man.err ] && lexgrog /usr/share/man/man1/slipstep-*.1.gz
+  export PYTHONPATH=\$(echo /usr/lib/petscdir/petsc3*/x86_64-linux-gnu-real/lib/python3/dist-packages)
+  python3 -c 'import slipstep; assert slipstep.Fault.backend == \"petsc\"; print(slipstep.Fault(nx=4, nz=4).run(progress=False))'
+  rm -rf moved && dpkg -x /tmp/slipstep.deb moved && apt-get -q -y remove slipstep
+  moved/usr/bin/slipstep-fault -ts_max_time 5 | grep mean && PKG_CONFIG_PATH=moved/usr/lib/pkgconfig mpicc mine.c -o mine \$(PKG_CONFIG_PATH=moved/usr/lib/pkgconfig pkg-config --cflags --libs slipstep) && ./mine
+  rm -rf c/build && cmake -S c -B c/build -DCMAKE_PREFIX_PATH=/root/run/moved/usr && cmake --build c/build && c/build/mine"
+
+for release in "$@"; do
+  root=$keep/systems/$release clean=$keep/clean/$release trial=$keep/trial/$release logs=$keep/packages.logs/$release
+  mkdir -p "$logs" "$keep/systems" "$keep/clean"
+  bootstrap "$release" "$root" >"$logs/debootstrap.log" 2>&1
+  bootstrap "$release" "$clean" >>"$logs/debootstrap.log" 2>&1
+  enter "$root"
+  attempt "$release: cpack -G DEB" "$logs/build.log" build "$root"
+  dismount
+  deb=$(ls "$root"/srv/package/build/slipstep_*.deb 2>/dev/null | head -n 1)
+  [ -n "$deb" ] || continue
+  rm -rf --one-file-system "$trial"
+  mkdir -p "$keep/trial"
+  cp -a "$clean" "$trial"
+  enter "$trial"
+  cp "$deb" "$trial/tmp/slipstep.deb"
+  # what the package needs first, so that what it leaves itself is seen
+  attempt "$release: its dependencies" "$logs/depends.log" inside "$trial" "apt-get -q update && apt-get -q -y install --no-install-recommends /tmp/slipstep.deb && apt-get -q -y purge slipstep"
+  files "$trial" >"$logs/before"
+  attempt "$release: install" "$logs/install.log" inside "$trial" "apt-get -q -y install --no-install-recommends /tmp/slipstep.deb"
+  attempt "$release: first run, picture, report, QuakeML, Python" "$logs/first.log" inside "$trial" "$first_run"
+  attempt "$release: purge" "$logs/purge.log" inside "$trial" "apt-get -q -y purge slipstep"
+  files "$trial" >"$logs/after"
+  attempt "$release: nothing is left" "$logs/left.log" diff "$logs/before" "$logs/after"
+  attempt "$release: pkg-config, find_package, man, petsc4py; moved to another folder" "$logs/developer.log" inside "$trial" "apt-get -q -y install --no-install-recommends /tmp/slipstep.deb; $developer"
+  dismount
+  rm -rf --one-file-system "$trial"
+done
+exit $status
