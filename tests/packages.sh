@@ -76,7 +76,7 @@ attempt() { # WHAT LOG COMMAND...
 build() { # ROOT: the .deb of what is committed, in /srv/package
   rm -rf --one-file-system "$1/srv/package"
   git clone -q --no-hardlinks . "$1/srv/package"
-  inside "$1" "cd /srv/package && . tests/setup.sh && slipstep_setup && slipstep_build build -DBUILD_TESTING=OFF && cd build && cpack -G DEB"
+  inside "$1" "cd /srv/package && . tests/setup.sh && slipstep_setup file && slipstep_build build -DBUILD_TESTING=OFF && cd build && cpack -G DEB"
 }
 files() { # ROOT: of a system, but for what any package leaves: lists, logs and caches of apt, dpkg and the linker, and configurations of other packages
   find "$1" -xdev \( -path "$1/proc" -o -path "$1/sys" -o -path "$1/dev" -o -path "$1/tmp" -o -path "$1/var/lib/apt" -o -path "$1/var/cache" -o -path "$1/var/log" -o -path "$1/var/lib/dpkg" \
