@@ -4,7 +4,7 @@ import os
 import re
 import subprocess
 
-OPTION = re.compile(r"^  (-\w+)(?: <(.*?)>)?:?\s(.*)$")
+OPTION = re.compile(r"^  (-\w+):?(?: <(.*?)>)?:?\s(.*)$")
 
 
 def printed(program):

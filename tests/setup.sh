@@ -17,7 +17,8 @@ SLIPSTEP_SYSTEMS="debian 12, debian 13, ubuntu 24.04" # that install by themselv
 # PETSc the test of slipstep.py looks for that one's.
 slipstep_test_packages() {
   echo libcmocka-dev
-  printf '%s\n' python3-xarray python3-pandas python3-netcdf4 netcdf-bin python3-nbconvert python3-ipykernel
+  printf '%s\n' python3-xarray python3-pandas python3-netcdf4 netcdf-bin python3-nbconvert python3-ipykernel \
+    python3-sphinx python3-myst-parser python3-sphinx-rtd-theme
   case $(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") in
     "debian 12" | "ubuntu 24.04") echo clang-format-14 ;;
   esac
