@@ -98,6 +98,7 @@ class Site:
         for line in text.splitlines(True):
             if line.startswith("```"):
                 code = not code
+                line = re.sub(r"^```(\w+).*", lambda m: "```" + {"opts": "text"}.get(m[1], m[1]), line)  # without the name of a file
             elif not code:
                 line = re.sub(r"(\]\()([^)\s]+)(\))", lambda m: m[1] + self.link(m[2], source, page) + m[3], line)
             out.append(line)
