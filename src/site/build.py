@@ -39,7 +39,7 @@ PARTS = {
                     ["src/physics.md", "src/geometry.md", "training/learned_steps.md"]),
     "reference": ("Reference", "You know what you look for: options, files, functions. Made from the programs and the sources.", ["output/README.md"]),
     "development": ("Development", "You change SlipStep, or want to know how its numbers came about.",
-                    ["CONTRIBUTING.md", "src/README.md", "tests/benchmarks/README.md", "output/RESULTS.md", "training/README.md", "training/policies/README.md", "CHANGELOG.md"]),
+                    ["CONTRIBUTING.md", "src/README.md", "tests/benchmarks/README.md", "tests/benchmarks/cycles.md", "output/RESULTS.md", "training/README.md", "training/policies/README.md", "CHANGELOG.md"]),
 }
 NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "benchmarks", "output/RESULTS.md": "results",
          "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog"}
