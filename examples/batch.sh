@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# A run that is longer than a job may be: a Slurm job that ends itself in time, with a checkpoint, and goes back into the
-# queue until the run has reached its end.
+# A run that takes longer than a job may: the Slurm job stops in time, writes a checkpoint, and requeues itself until the
+# run has ended.
 #
 #   sbatch examples/batch.sh examples/fault_3km.opts output/run     options of the run, and names of its files without .h5
 #
-# Ranks and memory for a size are in examples/README.md. The run is stopped by -fault_wall_limit, and by SIGUSR1 in case
-# that a step outlasts what was kept for it.
+# Ranks and memory for a size are in examples/howto/long_runs.md. -fault_wall_limit stops the run in time, and SIGUSR1 stops it
+# if a step takes longer than the time that was left for it.
 #SBATCH --job-name=fault
 #SBATCH --ntasks=16
 #SBATCH --mem-per-cpu=4G

@@ -2,7 +2,7 @@ static const char help[] =
   "A mass on a spring with dry friction, m dv/dt = -k x + F_r, dx/dt = v, F_r in -mu N Sign(v).\n"
   "  oscillator -ts_adapt_type pi -oscillator_output run.h5\n"
   "  oscillator -ts_adapt_type rl -ts_adapt_rl_policy my.h5     (by a policy of train_oscillator)\n"
-  "examples/README.md walks through this program as a pattern for models of your own.\n\n";
+  "examples/howto/own_model.md says how to write such a model of your own.\n\n";
 
 #include "oscillator.h"
 #include <petsctime.h>
