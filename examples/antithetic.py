@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What examples/antithetic.sh does besides its runs: mesh and fields of a normal fault and its antithetic, and what their events do to each other.
+"""Make the mesh and the fields of a normal fault and its antithetic for examples/antithetic.sh, and plot what their events do to each other.
 
     antithetic.py make NAME --cell 1000     NAME_mesh.h5 and NAME_fields.h5
     antithetic.py plot NAME                 runs NAME_{yes,no}.h5 and catalogues NAME_{yes,no}_events.h5 to NAME.png
@@ -153,7 +153,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("work", choices=["make", "plot"])
     parser.add_argument("name", metavar="NAME")
-    parser.add_argument("--cell", type=float, default=1000.0, metavar="M", help="side of the cells, about [m]")
+    parser.add_argument("--cell", type=float, default=1000.0, metavar="M", help="approximate side of the cells [m]")
     a = parser.parse_args()
     if not 0 < a.cell <= WIDTH[1]:
         parser.error(f"--cell is {a.cell:g}, expected a number > 0 up to {WIDTH[1]:g}")

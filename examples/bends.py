@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What examples/bends.sh does besides its runs: a bent strike-slip fault in the format of community fault models, a fault with a branch by Gmsh, and
-the stress of both.
+"""Make the faults of examples/bends.sh and their stress: a bent strike-slip fault in the format of community fault models, and a fault with a branch
+by Gmsh.
 
     bends.py bend NAME --cell 650       NAME.ts, a GOCAD TSurf of a fault that bends, and NAME_fields.h5
     bends.py branch NAME --cell 650     NAME.msh, physical surfaces "main" and "branch" that share an edge, and NAME_fields.h5
@@ -100,7 +100,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("work", choices=["bend", "branch"])
     parser.add_argument("name", metavar="NAME")
-    parser.add_argument("--cell", type=float, default=650.0, metavar="M", help="sides of triangles, about [m]")
+    parser.add_argument("--cell", type=float, default=650.0, metavar="M", help="approximate sides of the triangles [m]")
     a = parser.parse_args()
     if not 0 < a.cell <= DEPTH / 4:
         parser.error(f"--cell is {a.cell:g}, expected a number > 0 up to {DEPTH / 4:g}")

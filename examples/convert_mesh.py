@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
-"""Meshes of triangles from other programs' files to HDF5 for -fault_mesh.
+"""Convert meshes of triangles from files of other programs to HDF5 for -fault_mesh.
 
     convert_mesh.py fault.stl OUT.h5 --frame enu --unit m
     convert_mesh.py fault.ts OUT.h5                          GOCAD TSurf, as those of community fault models
     convert_mesh.py faults.txt OUT.h5 --fields FIELDS.h5     rows of RSQSim
 
-OUT.h5 has /vertices [V, 3], north, east and down in m, /triangles [N, 3], numbers of vertices from 0, and /fault [N], where the file has several surfaces or names, with
-their names in the attribute names. Vertices in one place become one.
+OUT.h5 has /vertices [V, 3], north, east and down in m, /triangles [N, 3], numbers of vertices from 0, and /fault [N], where the file has several surfaces or names; the
+attribute names of /fault has the names. Vertices at the same place are merged.
 
-STL, as text or in bytes: a solid is a fault; frame and unit are not in the file, --frame and --unit say them (default enu and m: x east, y north, z up).
+STL, text or binary: each solid is a fault. The file has no frame and no unit: --frame and --unit set them (default enu, x east, y north, z up, and m).
 GOCAD .ts: VRTX, PVRTX, ATOM, TRGL and ZPOSITIVE (Elevation or Depth) of each TSurf, which is a fault; x east and y north, in m.
-RSQSim: rows of three corners, x y z each, rake, slip rate, and perhaps the fault's number and name; x east, y north, z up, in m; # begins a comment. Rakes [deg] and slip
+RSQSim: each row has three corners, x y z each, rake, slip rate, and optionally number and name of the fault; x east, y north, z up, in m; # begins a comment. Rakes [deg] and slip
 rates [m/s, or by --rate-unit mm/yr or m/yr] go to the fields rake and loading_rate of --fields, for -fault_parameters.
-Rakes are from the strike of the triangle in that file, which is this library's but for overturned ones.
+Rakes are measured from the strike of the triangle in that file, which is that of SlipStep except for overturned triangles.
 
 Files of other kinds are read by meshio where that is installed. Gmsh's .msh needs no conversion: -fault_mesh reads it.
 """

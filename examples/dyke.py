@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""What examples/dyke.sh does besides its run: mesh, stress and pressure of a dyke below a normal fault, and the picture of both.
+"""Make mesh, stress and pressure of a dyke below a normal fault for examples/dyke.sh, and plot the run.
 
     dyke.py make NAME --cell 250 --pressure 6    NAME_mesh.h5, NAME_fields.h5 and NAME_pressure.h5; the pressure in MPa
-    dyke.py plot NAME                            the run NAME.h5 to NAME.png, and what it says in lines
+    dyke.py plot NAME                            plot the run NAME.h5 to NAME.png, and print its results
 """
 
 import argparse

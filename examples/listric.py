@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What examples/listric.sh does besides its runs: the same listric thrust as rectangles and as triangles, with its friction, and what both give.
+"""Make one listric thrust as rectangles and as triangles, with its friction, for examples/listric.sh, and plot the results of both.
 
     listric.py make NAME --cell 1000     NAME_rectangles_mesh.h5, NAME_triangles_mesh.msh (by Gmsh), and NAME_{rectangles,triangles}_fields.h5
     listric.py plot NAME                 runs NAME_{rectangles,centre,cell}.h5 and catalogues NAME_..._events.h5 to NAME.png
@@ -105,7 +105,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("work", choices=["make", "plot"])
     parser.add_argument("name", metavar="NAME")
-    parser.add_argument("--cell", type=float, default=1000.0, metavar="M", help="side of rectangles and triangles, about [m]")
+    parser.add_argument("--cell", type=float, default=1000.0, metavar="M", help="approximate side of rectangles and triangles [m]")
     a = parser.parse_args()
     if not 0 < a.cell <= SIZE[1] / 4:
         parser.error(f"--cell is {a.cell:g}, expected a number > 0 up to {SIZE[1] / 4:g}")

@@ -5,11 +5,11 @@
     make_fault.py OUT.h5 --mesh MESH.h5 --scatter 0.1
     make_fault.py OUT.h5 --cells 80 40 --size 20000 10000 --patch 5000 6000 1500 --stress 0.5        initial_traction too
 
-The friction falls from mu_d + friction_drop to mu_d. friction_drop varies by --scatter (standard deviation over mean), as a random
-field of von Karman's spectrum (Hurst 0.75) with --correlation [m], the same whatever the cells. friction_slip makes each cell weaken at
---weakening times the stiffness of a square cell of the mean size, below 1 for cells that fail with their neighbours only; or it is
---slip [m]. With --stress the shear stress at the start is the residual strength and this share of the drop, which varies likewise,
-nowhere beyond 98 % of the strength; within --patch X Z RADIUS [m] it is 1 % above.
+Friction falls from mu_d + friction_drop to mu_d. friction_drop is a random field with von Karman's spectrum (Hurst exponent 0.75),
+--correlation [m] and --scatter (standard deviation over mean); it does not depend on the cells. friction_slip is --slip [m], or makes each
+cell weaken at --weakening times the stiffness of a square cell of the mean size. Below 1 a cell fails only together with neighbours.
+With --stress the shear stress at the start is the residual strength plus this share of the drop. It varies in the same way and is at most
+98 % of the strength, but 1 % above it within --patch X Z RADIUS [m].
 """
 
 import argparse
@@ -79,10 +79,10 @@ def arguments():
     parser.add_argument("--drop", type=float, default=0.1, help="mean of friction_drop")
     parser.add_argument("--scatter", type=float, default=0.2)
     parser.add_argument("--correlation", type=float, default=2000, help="[m]")
-    parser.add_argument("--weakening", type=float, default=0.55, help="rate of weakening over a cell's own stiffness")
+    parser.add_argument("--weakening", type=float, default=0.55, help="rate of weakening over the stiffness of a cell")
     parser.add_argument("--slip", type=float, help="friction_slip [m], in place of --weakening")
-    parser.add_argument("--stress", type=float, help="share of the drop that the fault is loaded by at the start")
-    parser.add_argument("--patch", type=float, nargs=3, metavar=("X", "Z", "RADIUS"), help="where it breaks first [m]")
+    parser.add_argument("--stress", type=float, help="share of the drop in the shear stress at the start")
+    parser.add_argument("--patch", type=float, nargs=3, metavar=("X", "Z", "RADIUS"), help="circle in which the rupture begins [m]")
     parser.add_argument("--normal-stress", type=float, default=50e6, help="of the run [Pa]")
     parser.add_argument("--residual", type=float, default=0.5, help="friction_residual of the run")
     parser.add_argument("--shear-modulus", type=float, default=30e9, help="of the run [Pa]")

@@ -18,12 +18,12 @@ times the smallest: small cells are in the middle at the top. Parallel faults li
 The others have /cells [n, 7]: x north, y east, z down, length along strike, width along the dip, and strike and dip in
 degrees (src/geometry.md); they may be graded as well. The upper edge begins at x = y = 0 and runs along the strike; the
 plane dips to the right of it. Of a listric fault the dip falls from row to row, from --dip at the top to --dip-bottom.
-Segments, of --size each, follow each other along strike. Where they dip they meet in lines that are no edges of rectangles:
-rows end where both their edges are within their segment, and leave steps, half as large with twice the rows. /fault [n] has
+Segments, of --size each, follow each other along strike. Segments that dip meet in lines that are not edges of rectangles:
+a row ends where both its edges are still within the segment. This leaves steps, half as large with twice the rows. /fault [n] has
 the number of the segment.
 
-OUT.msh is for triangles, of dipping and listric faults: Gmsh (python3-gmsh) fills the fault without any rows, with sides as long
-as those of the cells would be in the mean, and writes its own format. Listric faults are arcs of a circle down dip; vertices are on the arc,
+OUT.msh is for triangles, of dipping and listric faults: Gmsh (python3-gmsh) fills the fault without rows, with sides that are on
+average as long as those of the cells, and writes its own format. Listric faults are arcs of a circle down dip; vertices are on the arc,
 and the cells of OUT.h5 are its chords.
 """
 

@@ -9,7 +9,7 @@ numbers of cells along strike and in depth.
     make_seas.py bp6 OUT.h5 --cell 100        BP6-QD: likewise, 40 km around the injection, and OUT_pressure.h5 for -fault_pore_pressure
     make_seas.py bp7 OUT.h5 --cell 10         BP7-QD-A: 800 m x 800 m
 
-What is the same in all cells is in examples/seas_bp5.opts and its like. A cell of BP4, BP5 or BP7 has the parameters of its centre.
+Values that are the same in all cells are in examples/seas_*.opts. A cell of BP4, BP5 or BP7 has the parameters of its centre.
 """
 
 import argparse

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What examples/thrust.sh needs beside its options: friction of the thrust's cells, and a network of GNSS points above it.
+"""Make the friction of the thrust's cells and a network of GNSS points above it, for examples/thrust.sh.
 
     examples/make_thrust.py FIELDS.h5 POINTS.txt --cells 48 24
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What examples/step_over.sh does besides its runs: mesh and stress of two faults side by side, and the picture of how far a rupture jumps.
+"""Make the mesh and the stress of two faults side by side for examples/step_over.sh, and plot how far a rupture jumps.
 
     step_over.py make NAME --cells 40 20 --distance 1000    NAME_mesh.h5 and NAME_fields.h5; a distance < 0 is to the left
     step_over.py plot NAME                                  runs NAME_DISTANCE_{yes,no}.h5 to NAME.png

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What examples/triggering.sh does besides its runs: meshes and fields of each of two faults alone, and the picture of when they break.
+"""Split meshes and fields of two faults for examples/triggering.sh, and plot when the faults break, together and alone.
 
     triggering.py split NAME      NAME_mesh.h5 and NAME_fields.h5 to NAME_{both,first,second}_{mesh,fields}.h5
     triggering.py plot NAME       catalogues NAME_{both,first,second}.h5 to NAME.png
