@@ -81,7 +81,7 @@ def main():
     parser.add_argument("run", metavar="RUN", help="output file of the run")
     parser.add_argument("--catalogue", metavar="EVENTS", help="its catalogue of events")
     parser.add_argument("--event", default="largest", metavar="N", help="the event: its number from 1 on, or largest (default)")
-    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="in place of a catalogue: from when to when, seconds or numbers with s, min, h, d, y")
+    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="the interval to use if there is no catalogue: seconds, or numbers with s, min, h, d, y")
     parser.add_argument("--csv", metavar="OUT", help="table to write, default RUN_moment_rate.csv")
     parser.add_argument("--figure", metavar="OUT", help="picture to write, default RUN_moment_rate.png")
     options = parser.parse_args()

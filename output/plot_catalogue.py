@@ -180,8 +180,8 @@ def arguments():
     parser.add_argument("catalogue", metavar="CATALOGUE", help="file of -fault_catalogue")
     parser.add_argument("run", metavar="RUN", nargs="?", help="output file of the run, for cumulative slip")
     parser.add_argument("--figure", metavar="PNG", help="file to write, default CATALOGUE with .png; its ending chooses the format")
-    parser.add_argument("--event", metavar="N", help="draw this one alone: its number from 1 on, or largest")
-    parser.add_argument("--view", action="store_true", help="with --event: its slip in space, not on maps")
+    parser.add_argument("--event", metavar="N", help="draw only this event: its number from 1 on, or largest")
+    parser.add_argument("--view", action="store_true", help="with --event: draw its slip in space, not on maps")
     parser.add_argument("--from", nargs=2, type=float, metavar=("AZIMUTH", "ELEVATION"), help="with --view: where it is seen from, degrees clockwise from "
                         "north and above the horizon; default 40 from across the strike, 25")
     parser.add_argument("--field", metavar="NAME", help="field of the run that is the slip, default slip")

@@ -396,7 +396,7 @@ FIGURES = {
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("study", metavar="FILE", help="file of evaluate")
+    parser.add_argument("study", metavar="FILE", help="output file of evaluate")
     parser.add_argument("--figures", metavar="DIR", default=os.path.join(os.path.dirname(os.path.abspath(__file__)), "figures"),
                         help="folder for the figures, default figures/ beside this script")
     parser.add_argument("--only", metavar="NAME,...", help=f"some of {', '.join(FIGURES)}; default all")

@@ -150,7 +150,7 @@ def figure(logs):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("logs", metavar="LOG", nargs="+", help="files of train -train_log")
+    parser.add_argument("logs", metavar="LOG", nargs="+", help="log files of train (-train_log)")
     parser.add_argument("--figure", metavar="PNG", help="file to write, default the first LOG with .png")
     options = parser.parse_args()
     target = options.figure or os.path.splitext(options.logs[0])[0] + ".png"

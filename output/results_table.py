@@ -366,7 +366,7 @@ def fill(text, study, page):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("study", metavar="FILE", help="file of evaluate")
+    parser.add_argument("study", metavar="FILE", help="output file of evaluate")
     parser.add_argument("--page", metavar="MD", default=os.path.join(os.path.dirname(os.path.abspath(__file__)), "RESULTS.md"),
                         help="page to fill, default RESULTS.md beside this script")
     options = parser.parse_args()

@@ -278,7 +278,7 @@ def arguments():
     parser.add_argument("benchmark", choices=sorted(BENCHMARKS))
     parser.add_argument("run", metavar="RUN", help="output file of the run")
     parser.add_argument("catalogue", metavar="CATALOGUE", help="file of its -fault_catalogue")
-    parser.add_argument("--folder", metavar="DIR", help="where the benchmark's files go, default RUN without .h5")
+    parser.add_argument("--folder", metavar="DIR", help="folder for the benchmark's files, default RUN without .h5")
     parser.add_argument("--figure", metavar="PNG", help="file to write, default RUN with .png; its ending chooses the format")
     return parser.parse_args()
 

@@ -218,8 +218,8 @@ def arguments():
     parser.add_argument("--figure", metavar="PNG", help="file to write, default FILE with _surface.png; its ending chooses the format (png, pdf, svg)")
     parser.add_argument("--numbers", metavar="OUT", help="write what is drawn to OUT.h5 or OUT.csv: x north, y east [m], displacement north, east, down [m], stress [Pa]")
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="part of a run: seconds, or a number with s, min, h, d, y; default all")
-    parser.add_argument("--field", choices=("displacement", "slip"), help="of a run: displacement, relative to the far field, as stations have it (default), or slip")
-    parser.add_argument("--event", metavar="N", help="of a catalogue: its number from 1 on, or largest (default)")
+    parser.add_argument("--field", choices=("displacement", "slip"), help="quantity of a run: displacement, relative to the far field, as stations have it (default), or slip")
+    parser.add_argument("--event", metavar="N", help="event of a catalogue: its number from 1 on, or largest (default)")
     parser.add_argument("--components", action="store_true", help="north, east and up, default without --look, --points and --receiver")
     parser.add_argument("--look", nargs=2, type=float, metavar=("AZIMUTH", "INCIDENCE"), help="line of sight, positive towards the satellite: azimuth, clockwise "
                         "from north, of the direction from the ground to it, and incidence from the vertical, degrees. A satellite with the heading h "

@@ -454,12 +454,12 @@ def import_zip(args):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("zip", metavar="IN.zip", help="what model.save() of Stable-Baselines3 wrote")
+    parser.add_argument("zip", metavar="IN.zip", help="zip file written by model.save() of Stable-Baselines3")
     parser.add_argument("output", metavar="OUT.h5", help="policy file to write")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="fault", help="observations and steps (fault)")
     parser.add_argument("--dt-min", type=step, metavar="STEP", help="smallest step (fault: 1e-6T*)")
     parser.add_argument("--dt-max", type=step, metavar="STEP", help="largest step (fault: 6s)")
-    parser.add_argument("--alpha", type=float, help="weight of the error in the reward, noted in the file")
+    parser.add_argument("--alpha", type=float, help="weight of the error in the reward, written to the file")
     args = parser.parse_args()
     try:
         import_zip(args)

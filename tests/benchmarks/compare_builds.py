@@ -461,9 +461,9 @@ def compare(base, new):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("base", metavar="BASE", help="build folder to compare with")
-    parser.add_argument("new", metavar="NEW", help="build folder to be compared")
+    parser.add_argument("new", metavar="NEW", help="build folder to compare")
     parser.add_argument("--only", metavar="REGEX", default="", help="only sets whose name matches")
-    parser.add_argument("--keep", metavar="DIR", help="new folder to keep inputs and runs in")
+    parser.add_argument("--keep", metavar="DIR", help="new folder for inputs and runs")
     parser.add_argument("--perturb", metavar="OPTIONS", default="", help=argparse.SUPPRESS)  # the self-test
     o = parser.parse_args()
     builds = {"base": os.path.abspath(o.base), "new": os.path.abspath(o.new)}

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What unstructured triangles are worth: a circular crack of uniform stress drop, whose slip is known, in a full space.
+"""How accurate unstructured triangles are: a circular crack of uniform stress drop, whose slip is known, in a full space.
 
     tests/benchmarks/crack_triangles.py [--build build] [--across 10 20 40] [--rake 0 37 90] [--jitter 0.25 | --gmsh]
 

@@ -96,7 +96,7 @@ def error_of(onset, reference):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--faults", default="bp5,bp1,core,strip", help="which of them (default: %(default)s)")
-    parser.add_argument("--policy", help="of the learned controller (default: the library's)")
+    parser.add_argument("--policy", help="policy file of the learned controller (default: the library's)")
     parser.add_argument("--program", default=os.path.join(ROOT, "build", "bin", "fault"), help="default: %(default)s")
     args = parser.parse_args()
     rl = RL + (["-ts_adapt_rl_policy", args.policy] if args.policy else [])

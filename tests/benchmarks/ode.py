@@ -126,8 +126,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--controllers", default=",".join(CONTROLLERS), help="to run")
     parser.add_argument("--problems", help="to run, by commas (all)")
-    parser.add_argument("--output", default="ode_runs.txt", help="where runs are kept")
-    parser.add_argument("--read", nargs="+", help="runs that are there")
+    parser.add_argument("--output", default="ode_runs.txt", help="file for the results of runs")
+    parser.add_argument("--read", nargs="+", help="files of runs to compare")
     arguments = parser.parse_args()
     names = arguments.read
     if not names:

@@ -50,7 +50,7 @@ def arguments():
     parser.add_argument("--output", default=os.path.join(ROOT, "output", "benchmark.h5"), metavar="F.h5")
     parser.add_argument("--build", default=os.path.join(ROOT, "build"), metavar="DIR")
     parser.add_argument("--timeout", type=float, default=3600, metavar="S", help="longest time of a cell [s] (default 3600)")
-    parser.add_argument("--retry", action="store_true", help="try cells again that failed before")
+    parser.add_argument("--retry", action="store_true", help="run failed cells again")
     return parser.parse_args()
 
 

@@ -56,7 +56,7 @@ def arguments():
     parser.add_argument("--faults", type=int, default=300, help="of each seed")
     parser.add_argument("--seeds", type=int, nargs="+", help=f"of the faults (default {TEST_SEEDS}, with --calibrate {CALIBRATION_SEEDS})")
     parser.add_argument("--calibrate", action="store_true", help="print the table of factors")
-    parser.add_argument("--prove", type=int, default=0, metavar="N", help="of the first N faults a finer reference too, and -fault_check_error against it")
+    parser.add_argument("--prove", type=int, default=0, metavar="N", help="compare the references of the first N faults with finer ones, and -fault_check_error with those")
     parser.add_argument("--measure", default="history", choices=ATTRIBUTES, help="of the default policy, and of the verdicts")
     parser.add_argument("--policy", help="another one (default: the library's for the measure)")
     parser.add_argument("--processes", type=int, default=1)
