@@ -138,7 +138,8 @@ static PetscErrorCode WatchRange_RL(TSAdapt adapt, TS ts, PetscInt outside)
   PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
                         "Warning: at time %g s %" PetscInt_FMT " of %" PetscInt_FMT
                         " observations are outside the training range of policy %s, most of all %s = %g, in training "
-                        "%g to %g (said once; the summary and -ts_view count)\n",
+                        "%g to %g. Compare with a run by -ts_adapt_type heuristic, or train a policy on such runs "
+                        "(printed once; the summary and -ts_view count)\n",
                         (double)rl->observer.run.time, outside, rl->n, file, rl->seen[worst].name,
                         (double)rl->obs[worst], (double)min[worst], (double)max[worst]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -158,7 +159,7 @@ static PetscErrorCode WatchPace_RL(TSAdapt adapt)
     rl->paced == 1 || !rl->strict || rl->relative || covered * PACE_WINDOWS >= run->max_time - run->time,
     PetscObjectComm((PetscObject)adapt), PETSC_ERR_CONV_FAILED,
     "-ts_adapt_rl_strict keeps a policy whose last %d steps covered %g s, at time %g s, of %g s that are left: "
-    "expected a run like those of its training. Without the option it goes on by %s",
+    "expected a run like those of its training. Without the option the run continues with %s",
     PACE_DECISIONS, (double)covered, (double)run->time, (double)(run->max_time - run->time),
     TSAdaptRLHeirType_Private(rl));
   rl->pace_time = run->time;
@@ -449,9 +450,9 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscCall(SlipPolicyGetHash(rl->policy, &hash));
   PetscCall(SlipStateSame(s, "policy", hash, &same));
   if (!same)
-    PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
-                          "The run goes on by another policy than its checkpoint's (-ts_adapt_rl_policy), of hash %s\n",
-                          hash));
+    PetscCall(PetscPrintf(
+      PetscObjectComm((PetscObject)adapt),
+      "The run continues with another policy than its checkpoint's (-ts_adapt_rl_policy), of hash %s\n", hash));
   if (!same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateAttempt(s, &rl->observer.last));
   PetscCall(SlipStateBool(s, "started", &run->started));

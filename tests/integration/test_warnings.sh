@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# What a run is warned of before it begins: units, resolution, a steady start, a thickness, planes; each once, by rank 0, with
+# What a run is warned of before it begins: units, resolution, few cells, a steady start, a thickness, planes; each once, by rank 0, with
 # the option and its value. Runs without a cause have no such line.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
-short=("$bin/fault" -fault_nx 4 -fault_nz 3 -ts_max_time 1e-3)
-cycle=("${short[@]}" -fault_length_x 4000 -fault_length_z 3000 -fault_normal_stress 50e6 -fault_normal_stress_gradient 0
+few=("$bin/fault" -fault_nx 4 -fault_nz 3 -ts_max_time 1e-3)
+short=("${few[@]}" -fault_stiffness_average whole)
+cycle=("${few[@]}" -fault_length_x 4000 -fault_length_z 3000 -fault_normal_stress 50e6 -fault_normal_stress_gradient 0
   -fault_friction_law rate_and_state -fault_loading_rate 1e-9)
 
 warns() { # word,word,... -- command: one warning that has all of them, and no other one
@@ -66,6 +67,14 @@ grep -q "^resolution: *4 cells of 1000 m in the least cohesive zone of 4000 m" 1
 "$SLIPSTEP_PYTHON" -c 'import h5py; a = h5py.File("2.h5")["result"].attrs; assert abs(a["least_resolution"] - 4) < 1e-12 and a["cells_fail_alone"] == 0' ||
   fail "/result"
 
+# Few cells with `centre`, where the whole fault slides
+warns "4 x 3 cells" "-fault_stiffness_average whole" -- "${few[@]}"
+warns "20 x 41 cells" -- "${few[@]}" -fault_nx 20 -fault_nz 41
+quiet "${few[@]}" -fault_nx 21 -fault_nz 21
+quiet "${few[@]}" -fault_stiffness_scaling mean_slip
+quiet "${few[@]}" -fault_dip 60 -fault_depth_top 100
+quiet "${few[@]}" -fault_nx 1
+
 # An equilibrium that only rounding leaves: h* is 7.6 km, which the fault of 12 km x 9 km exceeds and that of 4 km x 3 km does not.
 large=("${cycle[@]}" -fault_nx 12 -fault_nz 9 -fault_length_x 12000 -fault_length_z 9000)
 warns "steady state" "-fault_initial_rate" -- "${large[@]}" -fault_initial_rate 1e-9
@@ -78,7 +87,7 @@ quiet "${large[@]}" -fault_initial_rate 1e-9 -fault_friction_a 0.02
 quiet "${large[@]}" -fault_initial_rate 1e-9 -fault_stressing_rate 1e-3
 
 # A front slower than earthquakes: 0.6 cs sqrt(G/(W Ly)), G/W = 5 km, is 0.67 cs with Ly = 4 km and 0.21 with 40 km
-front=("${short[@]}" -fault_length_x 4000 -fault_length_z 3000 -fault_normal_stress 30e6 -fault_normal_stress_gradient 0
+front=("${few[@]}" -fault_length_x 4000 -fault_length_z 3000 -fault_normal_stress 30e6 -fault_normal_stress_gradient 0
   -fault_friction_law linear_slip_weakening -fault_friction_slip 0.5 -fault_initial traction -fault_initial_traction 17e6)
 quiet "${front[@]}" -fault_inertia yes
 warns "-fault_thickness is 40000 m" "-fault_inertia no" -- "${front[@]}" -fault_inertia yes -fault_thickness 40000
