@@ -1,5 +1,5 @@
-/* Do cells resolve a rupture? Where friction weakens it sets lengths of its own, and cells must be smaller: else what
-   cells do is of the mesh, and each can fail by itself. With W [Pa/m] what the strength falls by per metre of slip, K_c
+/* Do cells resolve a rupture? Where friction weakens it sets lengths of its own, and cells must be smaller: else the
+   mesh decides the result, and a cell can fail without its neighbours. With W [Pa/m] what the strength falls by per metre of slip, K_c
    [Pa/m] the stiffness below which slip is unstable, and the shear modulus G of antiplane slip, which makes shorter
    lengths than the G/(1 - nu) of inplane slip:
 
@@ -118,7 +118,7 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "0.64 cells of 1000 m in a cohesive zone of 640 m, nucleation over 1222 m, 100 % of the cells that weaken can fail
+/* "0.64 cells of 1000 m in the smallest cohesive zone of 640 m, nucleation length at least 1222 m, 100 % of the cells that weaken can fail
    alone" */
 PetscErrorCode SlipFaultResolutionText(SlipFault fault, char text[], size_t len)
 {
@@ -127,9 +127,9 @@ PetscErrorCode SlipFaultResolutionText(SlipFault fault, char text[], size_t len)
   PetscFunctionBegin;
   (void)snprintf(
     text, len,
-    "%.3g cells of %.4g m in the least %s of %.4g m, nucleation over %.4g m at least, %.3g %% of the cells "
+    "%.3g cells of %.4g m in the smallest %s of %.4g m, nucleation length at least %.4g m, %.3g %% of the cells "
     "that weaken can fail alone",
-    (double)r->least, (double)r->cell, r->zone ? "cohesive zone" : "length of nucleation", (double)r->length,
+    (double)r->least, (double)r->cell, r->zone ? "cohesive zone" : "nucleation length", (double)r->length,
     (double)r->nucleation, (double)(100 * r->alone));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -170,14 +170,15 @@ PetscErrorCode SlipFaultResolutionWarn(SlipFault fault)
   PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
   if (!r->known || r->least >= r->wanted || (critical && !fault->kind.driven)) PetscFunctionReturn(PETSC_SUCCESS);
   if (r->zone)
-    PetscCall(SlipWarning("a cohesive zone of %.4g m has %.3g cells of %.4g m, expected at least %d (Day et al. 2005), "
-                          "and %.3g %% of the cells that weaken can fail alone: smaller cells (-%sfault_nx, "
-                          "-%sfault_nz), or a larger -%sfault_friction_slip",
-                          (double)r->length, (double)r->least, (double)r->cell, CELLS_OF_ZONE, (double)(100 * r->alone),
-                          prefix, prefix, prefix));
+    PetscCall(
+      SlipWarning("cells of %.4g m are too large for the cohesive zone of %.4g m: it has %.3g cells, expected at "
+                  "least %d (Day et al. 2005), and %.3g %% of the cells that weaken can fail alone. Use smaller "
+                  "cells (-%sfault_nx, -%sfault_nz), or a larger -%sfault_friction_slip",
+                  (double)r->cell, (double)r->length, (double)r->least, CELLS_OF_ZONE, (double)(100 * r->alone), prefix,
+                  prefix, prefix));
   else
     PetscCall(SlipWarning("cells of %.4g m are larger than the length of %.4g m over which slip becomes unstable (Rice "
-                          "1993): %.3g %% of the cells that weaken can fail alone: smaller cells (-%sfault_nx, "
+                          "1993): %.3g %% of the cells that weaken can fail alone. Use smaller cells (-%sfault_nx, "
                           "-%sfault_nz), or a larger -%sfault_friction_rate",
                           (double)r->cell, (double)r->length, (double)(100 * r->alone), prefix, prefix, prefix));
   PetscFunctionReturn(PETSC_SUCCESS);

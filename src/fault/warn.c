@@ -14,7 +14,7 @@ static const struct {
   PetscReal least, most;
   const char *small, *large;
 } plausible[] = {
-  {FAULT_LENGTH_X, 100, FAULT_MAX_REACH, "km", ""}, /* a fault of a laboratory is warned of as well */
+  {FAULT_LENGTH_X, 100, FAULT_MAX_REACH, "km", ""},
   {FAULT_LENGTH_Z, 100, FAULT_MAX_DEPTH, "km", ""},
   {FAULT_THICKNESS, 1, FAULT_MAX_REACH, "km", ""},
   {FAULT_SHEAR_MODULUS, 1e7, 1e12, "GPa", "less than a Pa"},
@@ -31,6 +31,10 @@ static const struct {
   {FAULT_INITIAL_TRACTION, 1e3, 1e10, "MPa", "less than a Pa"},
   {FAULT_INJECTION_PRESSURE, 100, 1e10, "MPa", "less than a Pa"},
 };
+
+/* A small length is that of a laboratory where d_c is below this share of it: samples of 0.1 to 3 m have d_c of 1e-7 to 1e-5 m,
+   faults of 1 to 100 km whose lengths are given in km have 1e-3 m and more. */
+#define LABORATORY_SLIP 3e-5
 
 /* The largest magnitude of a parameter, of all cells where it comes from a file or an array. Collective. */
 static PetscErrorCode LargestMagnitude(SlipFault fault, SlipFaultRealId id, PetscReal *largest, const char **source)
@@ -49,8 +53,10 @@ static PetscErrorCode LargestMagnitude(SlipFault fault, SlipFaultRealId id, Pets
 static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
 {
   const char *prefix = SlipFaultPrefix(fault), *source;
+  PetscReal slip;
 
   PetscFunctionBegin;
+  PetscCall(LargestMagnitude(fault, FAULT_FRICTION_SLIP, &slip, &source));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(plausible); k++) {
     const SlipParameter *p = &SlipFaultReals[plausible[k].id];
     const PetscBool extent =
@@ -62,12 +68,13 @@ static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
     PetscCall(LargestMagnitude(fault, plausible[k].id, &x, &source));
     if (rank || x == 0 || isnan(x) || (x >= plausible[k].least && x <= plausible[k].most)) continue;
     small = x < plausible[k].least ? PETSC_TRUE : PETSC_FALSE;
-    PetscCall(SlipWarning("%s%s%s%s is %s%.6g%s%s, as if it were in %s: expected %s%s, %g to %g%s%s",
-                          source ? source : "-", source ? ": /" : prefix, source ? "" : "fault_", p->name,
-                          source ? "at most " : "", (double)x, p->unit[0] ? " " : "", p->unit,
-                          small ? plausible[k].small : plausible[k].large, source ? "a largest value" : "a number",
-                          p->unit[0] ? "" : " without unit", (double)plausible[k].least, (double)plausible[k].most,
-                          p->unit[0] ? " " : "", p->unit));
+    if (small && (extent || plausible[k].id == FAULT_THICKNESS) && slip < LABORATORY_SLIP * x) continue;
+    PetscCall(SlipWarning("%s%s%s%s is %s%.6g%s%s: is it given in %s? Expected %s%g to %g%s%s%s", source ? source : "-",
+                          source ? ": /" : prefix, source ? "" : "fault_", p->name, source ? "at most " : "", (double)x,
+                          p->unit[0] ? " " : "", p->unit, small ? plausible[k].small : plausible[k].large,
+                          source ? "its largest value to be " : "", (double)plausible[k].least,
+                          (double)plausible[k].most, p->unit[0] ? " " : "", p->unit,
+                          p->unit[0] ? "" : ", without unit"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -85,7 +92,7 @@ static PetscErrorCode WarnOfOtherLaws(SlipFault fault, PetscMPIInt rank)
     const char *source = fault->fields.source[FAULT_NUM_FIELDS + k];
 
     if (law == fault->friction.law || (!source && isnan(fault->options.value[FAULT_NUM_REALS + k]))) continue;
-    PetscCall(SlipWarning("%s%s%s%s does nothing: it belongs to -%sfault_friction_law %s, which is %s",
+    PetscCall(SlipWarning("%s%s%s%s has no effect: it belongs to -%sfault_friction_law %s, but the law is %s",
                           source ? source : "-", source ? ": /" : prefix, source ? "" : "fault_", p->name, prefix,
                           law->name, fault->friction.law->name));
   }
@@ -131,11 +138,12 @@ static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moves, 1, MPIU_INT, MPI_MAX, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &weakens, 1, MPIU_INT, MPI_MAX, fault->comm));
   if (moves || !weakens || rank) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipWarning("every cell starts in the steady state of its loading rate, and cells weaken: an unstable "
-                        "equilibrium, so that rounding decides when the first event comes: expected no "
-                        "-%sfault_initial_rate (cells that weaken then start locked), or fields initial_rate or "
-                        "initial_state of -%sfault_parameters that begin another way in a patch",
-                        prefix, prefix));
+  PetscCall(
+    SlipWarning("every cell starts in the steady state of its loading rate, and cells weaken. This equilibrium is "
+                "unstable, and rounding errors decide when the first event comes. Leave -%sfault_initial_rate "
+                "out (cells that weaken then start locked), or give -%sfault_parameters a field initial_rate "
+                "or initial_state that differs in a patch",
+                prefix, prefix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -165,8 +173,8 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
   speed = FRONT_SPEED * PetscSqrtReal(zone / thickness);
   if (speed >= SLOW_FRONT) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(
-    SlipWarning("-%sfault_thickness is %.6g m%s, whose inertia lets ruptures run at some %.2g of the shear wave "
-                "speed: expected at most %.2g m, for %g of it, or -%sfault_inertia no with -%sfault_viscosity "
+    SlipWarning("-%sfault_thickness is %.6g m%s. With this inertia ruptures run at about %.2g of the shear wave "
+                "speed. Use at most %.2g m, for %g of it, or -%sfault_inertia no with -%sfault_viscosity "
                 "radiation",
                 prefix, (double)thickness, isnan(fault->options.value[FAULT_THICKNESS]) ? " (of -fault_length_x)" : "",
                 (double)speed, (double)(zone * PetscSqr(FRONT_SPEED / SLOW_FRONT)), SLOW_FRONT, prefix, prefix));
@@ -211,8 +219,8 @@ static PetscErrorCode WarnOfPlanes(SlipFault fault, PetscMPIInt rank)
 {
   PetscFunctionBegin;
   if (fault->mesh.planes > 1 && !fault->kind.coupled && !rank)
-    PetscCall(SlipWarning("slip on one plane of -%sfault_mesh %s does not change the normal stress on the others here: "
-                          "only shear stress passes between planes, unless -%sfault_normal_coupling yes",
+    PetscCall(SlipWarning("slip on one plane of -%sfault_mesh %s does not change the normal stress on the others, only "
+                          "their shear stress. Use -%sfault_normal_coupling yes to include it",
                           SlipFaultPrefix(fault), fault->options.text[FAULT_MESH], SlipFaultPrefix(fault)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
