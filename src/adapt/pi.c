@@ -40,8 +40,10 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
   PetscFunctionBegin;
   for (PetscInt i = 0; i < SLIP_NUM_FILTERS; i++) names[i] = SlipFilters[i].name;
   PetscOptionsHeadBegin(PetscOptionsObject, "Digital filter (PI) step-size controller options");
-  PetscCall(PetscOptionsEList("-ts_adapt_pi_filter", "Named filter: sets g1, g2, kappa and the limits of the ratio", "",
-                              names, SLIP_NUM_FILTERS, ctx->filter.name, &index, &set));
+  PetscCall(
+    PetscOptionsEList("-ts_adapt_pi_filter",
+                      "Named filter: sets g1, g2, kappa and the limits of the ratio; fault_history is tuned for faults",
+                      "", names, SLIP_NUM_FILTERS, ctx->filter.name, &index, &set));
   if (set) ctx->filter = SlipFilters[index];
   PetscCall(PetscOptionsReal("-ts_adapt_pi_g1", "Divides the exponent of the last error", "", ctx->filter.g1,
                              &ctx->filter.g1, NULL));

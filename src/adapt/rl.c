@@ -327,32 +327,32 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Learned step-size controller options");
-  PetscCall(PetscOptionsString("-ts_adapt_rl_policy", "HDF5 file with the policy (default: the one of the problem)",
+  PetscCall(PetscOptionsString("-ts_adapt_rl_policy",
+                               "HDF5 file with the policy (default: the one of the problem in the policies that come "
+                               "with the library, else ode.h5)",
                                "TSAdaptRLSetPolicyFile", file, file, sizeof(file), &set));
-  PetscCall(PetscOptionsString(
-    "-ts_adapt_rl_problem",
-    "Problem whose default policy to take when none is named, or for which the named one was trained (fault, ...; "
-    "default: its own)",
-    "SlipPolicyFindDefault", rl->problem, rl->problem, sizeof(rl->problem), NULL));
+  PetscCall(PetscOptionsString("-ts_adapt_rl_problem",
+                               "Problem whose default policy is used when -ts_adapt_rl_policy is not given, or for "
+                               "which the given one was trained (fault, ...; default: that of the TS)",
+                               "SlipPolicyFindDefault", rl->problem, rl->problem, sizeof(rl->problem), NULL));
   PetscCall(PetscOptionsInt("-ts_adapt_rl_max_failures",
                             "Failed attempts in a row before steps are halved until one converges, >= 1", "",
                             rl->max_failures, &rl->max_failures, NULL));
   PetscCall(PetscOptionsReal("-ts_adapt_rl_error_ceiling",
-                             "Larger error estimates reject and shrink the step; 0: those that the policy says, "
-                             "else every converged step is accepted",
+                             "Larger error estimates reject and shrink the step; 0: the limit of the policy, or none",
                              "", rl->error_ceiling, &rl->error_ceiling, NULL));
   PetscCall(PetscOptionsReal("-ts_adapt_rl_accuracy",
-                             "Wanted relative error of the run, 1e-4 to 1e-1, for policies that observe it; beyond the "
-                             "range that a policy was trained for, as 1e-3 to 1e-1, the end of that is used, and said",
+                             "Relative error that the run should keep, 1e-4 to 1e-1, for policies that observe it; a "
+                             "value outside of the policy's range (printed) is replaced by the end of that range",
                              "TSAdaptRLSetAccuracy", accuracy, &accuracy, &dial));
   PetscCall(PetscOptionsString("-ts_adapt_rl_measure",
-                               "Which error that is: history (the largest of all), final_slip or event_time (default: "
-                               "the policy's)",
+                               "Error that -ts_adapt_rl_accuracy bounds: history (the largest), final_slip or "
+                               "event_time (default: the policy's; a policy trained for another one is refused)",
                                "TSAdaptRLSetMeasure", rl->measure ? rl->measure->name : SlipMeasures[0].name, measure,
                                sizeof(measure), &measured));
   PetscCall(PetscOptionsBool("-ts_adapt_rl_strict",
-                             "Keep to the policy in runs unlike those of its training, which otherwise go on by a "
-                             "classical controller (default no)",
+                             "Keep the policy in runs unlike those of its training, an error if its steps would not "
+                             "reach the end; otherwise such runs continue with a classical controller (default no)",
                              "TSAdaptRLSetStrict", rl->strict, &rl->strict, NULL));
   PetscOptionsHeadEnd();
   PetscCall(TSAdaptRLHeirOptions_Private(adapt, PetscOptionsObject));

@@ -237,11 +237,11 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
     PetscCall(PetscStrncpy(who, SlipSignalName(c->stopped), sizeof(who)));
   if (c->file[0]) {
     PetscCall(SlipCheckpointCommand(c, command, sizeof(command)));
-    PetscCall(SlipWarning("stopped by %s at time %g s after %d steps; to go on: %s", who, (double)c->ts->ptime,
+    PetscCall(SlipWarning("stopped by %s at time %g s after %d steps; to continue: %s", who, (double)c->ts->ptime,
                           (int)c->ts->steps, command));
   } else
     PetscCall(
-      SlipWarning("stopped by %s at time %g s after %d steps, without a checkpoint to go on from: no -%s was given",
+      SlipWarning("stopped by %s at time %g s after %d steps, without a checkpoint to continue from: no -%s was given",
                   who, (double)c->ts->ptime, (int)c->ts->steps, c->option));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

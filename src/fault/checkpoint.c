@@ -278,7 +278,7 @@ static PetscErrorCode Restart(SlipFault fault, TS ts)
   PetscCall(RestartStep(fault, ts));
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetStepNumber(ts, &step));
-  PetscCall(PetscPrintf(fault->comm, "The run goes on from %s at time %g s after %" PetscInt_FMT " steps\n",
+  PetscCall(PetscPrintf(fault->comm, "The run continues from %s at time %g s after %" PetscInt_FMT " steps\n",
                         fault->options.text[FAULT_RESTART], (double)time, step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -42,7 +42,7 @@ PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete)
   if (moving)
     PetscCall(PetscSNPrintf(text, sizeof(text), "%" PetscInt_FMT " of %" PetscInt_FMT " cells slide%s", moving,
                             fault->mesh.N,
-                            fault->kind.driven ? "" : ": the error of a slip that goes on is not estimated"));
+                            fault->kind.driven ? "" : ": the error of unfinished slip is not estimated"));
   else
     PetscCall(PetscSNPrintf(text, sizeof(text), "all cells rest"));
   PetscCall(SlipReportEnd(ts, text, complete));

@@ -17,17 +17,21 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Cells along strike"},
   [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Cells in depth"},
   [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, FAULT_MAX_REACH, OPEN, REAL, "Length of the fault along strike"},
-  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, FAULT_MAX_DEPTH, OPEN, REAL, "Width of the fault along its dip"},
+  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, FAULT_MAX_DEPTH, OPEN, REAL,
+                      "Width of the fault, measured along its dip"},
   [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, FAULT_MAX_DEPTH, SHUT, REAL,
                        "Depth of the upper edge; 0 touches the free surface"},
-  [FAULT_STRIKE] = {"strike", 0, "degrees", -360, 360, SHUT, REAL, "Strike, clockwise from north, which is x"},
-  [FAULT_DIP] = {"dip", 90, "degrees", 0, 90, OPEN, REAL, "Dip, to the right of the strike"},
+  [FAULT_STRIKE] = {"strike", 0, "degrees", -360, 360, SHUT, REAL,
+                    "Strike, clockwise from north, which is x, as Aki and Richards define it"},
+  [FAULT_DIP] = {"dip", 90, "degrees", 0, 90, OPEN, REAL,
+                 "Dip, down to the right of the strike, as Aki and Richards define it"},
   [FAULT_RAKE] = {"rake", 0, "degrees", -360, 360, SHUT, REAL,
-                  "Direction of slip, loading and shear stress, in the plane from the strike, up dip positive: 0 "
-                  "left-lateral, 90 thrust, 180 right-lateral, -90 normal"},
+                  "Direction of slip, loading and shear stress in the plane, from the strike, up dip positive: 0 "
+                  "left-lateral, 90 thrust, 180 right-lateral, -90 normal; may be a field of -fault_parameters"},
   [FAULT_SLIP_COMPONENTS] = {"slip_components", 1, "", 1, 3, SHUT, WHOLE,
-                             "Components of slip: 1, along the rake, or 2, along strike and up dip, with friction "
-                             "against the slip rate and loading and shear load along the rake"},
+                             "Components of slip: 1, along the rake, or 2, along strike and up dip. With 2, friction "
+                             "acts against the slip rate, and loading and shear stress act along the rake; not with "
+                             "-fault_stiffness_file or -fault_stiffness_average of rectangles"},
   [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, FAULT_MAX_REACH, OPEN, REAL,
                        "Mobilised thickness Ly (default: length_x)"},
   [FAULT_SHEAR_MODULUS] = {"shear_modulus", 30e9, "Pa", 0, NONE, OPEN, REAL, "Shear modulus G"},
@@ -50,11 +54,10 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_FRICTION_A] = {"friction_a", 0.01, "", 0, NONE, OPEN, REAL, "Direct effect a of rate-and-state friction"},
   [FAULT_FRICTION_B] = {"friction_b", 0.015, "", 0, NONE, SHUT, REAL,
                         "Evolution effect b of rate-and-state friction; its d_c is friction_slip"},
-  [FAULT_FRICTION_ALPHA] =
-    {"friction_alpha", 0, "", 0, NONE, SHUT, REAL,
-     "What normal stress does to the state of rate-and-state friction (Linker and Dieterich "
-     "1992): where it rises from sigma0 to sigma, friction falls at once by alpha ln(sigma/sigma0), "
-     "and the state then evolves; 0: nothing"},
+  [FAULT_FRICTION_ALPHA] = {"friction_alpha", 0, "", 0, NONE, SHUT, REAL,
+                            "Effect alpha of normal stress on the state of rate-and-state friction (Linker and "
+                            "Dieterich 1992): when normal stress rises from sigma0 to sigma, friction falls at once by "
+                            "alpha ln(sigma/sigma0), and then the state evolves; 0: disabled"},
   [FAULT_FRICTION_REFERENCE] = {"friction_reference", 0.6, "", 0, NONE, SHUT, REAL,
                                 "Steady rate-and-state friction f0 at the rate V0"},
   [FAULT_FRICTION_REFERENCE_RATE] = {"friction_reference_rate", 1e-6, "m/s", 0, NONE, OPEN, REAL,
@@ -70,8 +73,9 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_INITIAL_STATE] = {"initial_state", (PetscReal)NAN, "s", 0, NONE, OPEN, REAL,
                            "State theta at the start of rate-and-state friction (default: steady at loading_rate, or "
                            "what balances initial_traction)"},
-  [FAULT_CREEP] = {"creep", 0, "", 0, NONE, SHUT, REAL,
-                   "Not zero: the cell slips at the loading rate, whatever its stress"},
+  [FAULT_CREEP] =
+    {"creep", 0, "", 0, NONE, SHUT, REAL,
+     "Not zero: the cell slips at the loading rate, whatever its stress; usually a field of -fault_parameters"},
   [FAULT_STRESSING_RATE] = {"stressing_rate", 0, "Pa/s", ANY, NONE, SHUT, REAL, "Rate of the shear stress"},
   [FAULT_INJECTION_PRESSURE] = {"injection_pressure", 0, "Pa", ANY, NONE, SHUT, REAL,
                                 "Pressure scale p* of -fault_injection: p = p* E1(r^2/(4 D t))"},
@@ -81,40 +85,43 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_INITIAL_PERTURBATION] = {"initial_perturbation", 1e-5, "", ANY, NONE, SHUT, REAL,
                                   "Relative excess of the critical start over the strength"},
   [FAULT_VELOCITY_SCALE] = {"velocity_scale", 0.07, "m/s", 0, NONE, OPEN, REAL,
-                            "Slip rate that the observation \"velocity\" is measured in"},
-  [FAULT_OUTPUT_INTERVAL] = {"output_interval", 1, "steps", 1, NONE, SHUT, WHOLE,
-                             "Accepted steps from one entry of /fields to the next"},
-  [FAULT_OUTPUT_SLIP_INTERVAL] = {"output_slip_interval", 0, "m", 0, NONE, SHUT, REAL,
-                                  "An entry of /fields when some cell has slipped by that since the last; 0: not so"},
-  [FAULT_OUTPUT_TIME_INTERVAL] = {"output_time_interval", 0, "s", 0, NONE, SHUT, REAL,
-                                  "An entry of /fields at the first step at or after each multiple; 0: not so"},
+                            "Unit of slip rate in a policy's observation \"velocity\""},
+  [FAULT_OUTPUT_INTERVAL] =
+    {"output_interval", 1, "steps", 1, NONE, SHUT, WHOLE,
+     "Accepted steps from one entry of /fields to the next; beside another -fault_output_ interval only if given"},
+  [FAULT_OUTPUT_SLIP_INTERVAL] =
+    {"output_slip_interval", 0, "m", 0, NONE, SHUT, REAL,
+     "Write an entry of /fields when a cell has slipped by this much since the last entry; 0: disabled"},
+  [FAULT_OUTPUT_TIME_INTERVAL] =
+    {"output_time_interval", 0, "s", 0, NONE, SHUT, REAL,
+     "Write an entry of /fields at the first step at or after each multiple of this time; 0: disabled"},
   [FAULT_OUTPUT_RATE_CHANGE] = {"output_rate_change", 0, "", 0, NONE, SHUT, REAL,
-                                "An entry of /fields when the largest slip rate has grown or fallen by this factor "
-                                "since the last; 0: not so"},
+                                "Write an entry of /fields when the largest slip rate has changed by this factor since "
+                                "the last entry; 0: disabled"},
   [FAULT_OUTPUT_SIZE] = {"output_size", 1e8, "bytes", 0, NONE, SHUT, REAL,
-                         "What /fields takes at most where none of the other options says when there is an entry: one "
-                         "after each step while a fifth of it lasts, the rest by the time and slip that pass; 0: no "
-                         "bound"},
+                         "Largest size of /fields when no other option sets its entries. The first fifth has one entry "
+                         "a step, the rest is spread over time and slip; 0: unlimited"},
   [FAULT_OUTPUT_COMPRESSION] = {"output_compression", 0, "", 0, 10, SHUT, WHOLE,
-                                "Level of deflate, with bytes shuffled, that /fields is compressed by; 0: not at all"},
+                                "Level of deflate compression of /fields, with bytes shuffled; 0: disabled"},
   [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
                             "Relative error of the low-rank blocks of -fault_operator hmat"},
   [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
-                              "Relative error of products with a viscosity that Lanczos' method applies"},
+                              "Relative error of products with the viscosity of -fault_viscosity lanczos"},
   [FAULT_RATE_TOLERANCE] = {"rate_tolerance", (PetscReal)NAN, "m/s", 0, NONE, OPEN, REAL,
                             "Absolute tolerance of slip rates in the local error (default 1e-10 m over T*)"},
   [FAULT_ACCURACY] = {"accuracy", (PetscReal)NAN, "", SLIP_FAULT_ACCURACY_MIN, SLIP_FAULT_ACCURACY_MAX, SHUT, REAL,
-                      "Wanted relative error of the run, which sets -ts_rtol of the controllers heuristic, pi, dsp and "
-                      "basic, and -ts_adapt_rl_accuracy (default 1e-2)"},
+                      "Relative error that the run should keep, 1e-3 to 1e-1; sets -ts_rtol of heuristic, pi, dsp and "
+                      "basic, and -ts_adapt_rl_accuracy (default 1e-2, of explicit runs 1e-3)"},
   [FAULT_CHECKPOINT_INTERVAL] = {"checkpoint_interval", 600, "s", 0, NONE, SHUT, REAL,
                                  "Wall time from one checkpoint to the next"},
   [FAULT_RESTART_DT] = {"restart_dt", 0, "s", 0, NONE, SHUT, REAL,
-                        "Next step of a run that goes on; 0: the checkpoint's"},
-  [FAULT_WALL_LIMIT] = {"wall_limit", 0, "s", 0, NONE, SHUT, REAL,
-                        "Wall time of the program before which the run stops, with a checkpoint; 0: none"},
-  [FAULT_EVENT_RATE] =
-    {"event_rate", 1e-3, "m/s", 0, NONE, OPEN, REAL,
-     "Slip rate of a cell from which on an event of -fault_catalogue lasts, until all are below a tenth of it"},
+                        "First step after -fault_restart; 0: that of the checkpoint (-ts_dt has no effect there)"},
+  [FAULT_WALL_LIMIT] =
+    {"wall_limit", 0, "s", 0, NONE, SHUT, REAL,
+     "Wall time of the program before which the run stops with a checkpoint and exit code 152; 0: unlimited"},
+  [FAULT_EVENT_RATE] = {"event_rate", 1e-3, "m/s", 0, NONE, OPEN, REAL,
+                        "Slip rate of a cell at which an event of -fault_catalogue begins; it ends when all cells are "
+                        "below a tenth of it"},
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
@@ -122,35 +129,36 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|", "Evolution of the state of rate-and-state friction"},
   [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|",
                     "Elastic medium: with or without the free surface"},
-  [FAULT_NORMAL_COUPLING] =
-    {"normal_coupling", "auto", "|auto|yes|no|",
-     "Slip changes the normal stress, and with it the strength; auto: of dipping faults, and of "
-     "vertical ones with a rake other than 0"},
-  [FAULT_INITIAL] =
-    {"initial", "auto", "|auto|critical|rest|traction|rate|",
-     "Start: at the frictional instability, unstressed, under the shear stress initial_traction, or with "
-     "initial_rate under the stress that balances it; auto: critical, of rate-and-state friction rate"},
-  [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|", "Storage of the stiffness"},
-  [FAULT_VISCOSITY] = {"viscosity", "auto", "|auto|sqrtm|spectral|lanczos|radiation|none|",
-                       "Viscosity H: exact matrix square root, per wavenumber, exact by Lanczos' method, radiation "
-                       "damping G/(2 cs), or zero; auto: sqrtm; radiation of rate-and-state friction and, "
-                       "without inertia, of -fault_initial traction"},
-  [FAULT_STIFFNESS_AVERAGE] =
-    {"stiffness_average", "centre", "|centre|cell|whole|",
-     "Where the stress of slip is taken: at centres of cells, or averaged over them, for slip whose edge "
-     "is prescribed, or for faults that slide as a whole"},
+  [FAULT_NORMAL_COUPLING] = {"normal_coupling", "auto", "|auto|yes|no|",
+                             "Slip changes the normal stress, and so the strength; auto: yes for dipping faults, and "
+                             "for vertical ones with a rake other than 0 or 180"},
+  [FAULT_INITIAL] = {"initial", "auto", "|auto|critical|rest|traction|rate|",
+                     "Start: critical, at the frictional instability; rest, without stress; traction, under the shear "
+                     "stress initial_traction; rate, at initial_rate under the stress that balances it; auto: rate for "
+                     "rate-and-state friction, else critical"},
+  [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|",
+                      "Storage of the stiffness; auto: fft on grids, dense up to 3000 cells of a mesh, hmat above"},
+  [FAULT_VISCOSITY] =
+    {"viscosity", "auto", "|auto|sqrtm|spectral|lanczos|radiation|none|",
+     "Viscosity H: sqrtm, exact matrix square root; spectral, one value per wavenumber; lanczos, exact in each product "
+     "without set-up; radiation, radiation damping G/(2 cs); none; auto: radiation for rate-and-state friction and, "
+     "without inertia, for -fault_initial traction, else sqrtm"},
+  [FAULT_STIFFNESS_AVERAGE] = {"stiffness_average", "centre", "|centre|cell|whole|",
+                               "Where stress is evaluated: centre of each cell, where friction chooses the edge of "
+                               "slip (ruptures, injections, cycles); cell, averaged over it, where cells that do not "
+                               "slip prescribe the edge; whole, averaged for faults all of whose cells slide"},
   [FAULT_STIFFNESS_FILE] =
     {"stiffness_file", "", NULL,
      "Stiffness from F.h5[:/dataset] (default /stiffness), [N,N] in Pa/m, instead of the kernel"},
   [FAULT_STIFFNESS_SCALING] =
     {"stiffness_scaling", "none", "|mean_slip|none|",
-     "Leave K as it is computed or read, or, as the study does, multiply it so that mean(K^-1 sigma_n) = mean(sigma_n) "
-     "Ly/G"},
-  [FAULT_CACHE_DIR] =
-    {"cache_dir", "", NULL,
-     "Existing directory to keep what is expensive to set up in: the exact viscosity of large faults"},
-  [FAULT_PARAMETERS] = {"parameters", "", NULL,
-                        "HDF5 file of per-cell fields [Nz,Nx] named as their options, which they replace"},
+     "Scaling of K: none, as computed or read; mean_slip, multiplied so that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G"},
+  [FAULT_CACHE_DIR] = {"cache_dir", "", NULL,
+                       "Existing directory that stores the expensive part of the set-up for later runs: the exact "
+                       "viscosity of faults of 1500 and more cells"},
+  [FAULT_PARAMETERS] =
+    {"parameters", "", NULL,
+     "HDF5 file of fields [Nz,Nx] with a value per cell, named as the options whose values they override"},
   [FAULT_MESH] =
     {"mesh", "", NULL,
      "File of cells in place of the grid and its extents: HDF5 with rectangles, /cells [n,5] with x, y, z "
@@ -162,9 +170,10 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
      "enu of Gmsh, ned of HDF5"},
   [FAULT_MESH_UNIT] =
     {"mesh_unit", "auto", "|auto|m|km|",
-     "Unit of lengths in the file of -fault_mesh; auto: m, and what looks like kilometres is refused"},
+     "Unit of lengths in the file of -fault_mesh; auto: m, but lengths that look like kilometres are an error"},
   [FAULT_PORE_PRESSURE] = {"pore_pressure", "", NULL,
-                           "HDF5 file of pore pressure in time, /time [m] in s and /pressure [m,Nz,Nx] or [m,N] in Pa"},
+                           "HDF5 file of pore pressure in time, /time [m] in s and /pressure [m,Nz,Nx] or [m,N] in Pa, "
+                           "linear between times and constant beyond"},
   [FAULT_INJECTION] = {"injection", "", NULL,
                        "Point x,z [m] of the fault, x,y,z where a mesh has several planes, at which fluid is injected "
                        "from time 0 on"},
@@ -173,42 +182,41 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
     {"output_fields", "slip_rate,slip,displacement,traction", NULL,
      "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state, pore_pressure, "
      "normal_stress (effective); opening comes with -fault_opening"},
-  [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Numbers of /fields in the output"},
+  [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Precision of numbers in /fields"},
   [FAULT_STATIONS] = {"stations", "", NULL,
-                      "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, whose cells are written to /stations of "
-                      "-fault_output at every accepted step"},
-  [FAULT_SURFACE_STATIONS] =
-    {"surface_stations", "", NULL,
-     "Points \"x,y;x,y\" [m] of the free surface, or a file with a point \"x,y\" or \"x y\" on each line and comments "
-     "after #, whose displacement and velocity are written to /surface of -fault_output at every accepted step"},
-  [FAULT_CATALOGUE] = {"catalogue", "", NULL, "HDF5 file to write a row of every event of the run to"},
+                      "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap; values of their cells are written to "
+                      "/stations of -fault_output at every accepted step"},
+  [FAULT_SURFACE_STATIONS] = {"surface_stations", "", NULL,
+                              "Points \"x,y;x,y\" [m] of the free surface, or a file with a point \"x,y\" or \"x y\" "
+                              "on each line and comments after #; x is north, y is east. Their displacement and "
+                              "velocity are written to /surface of -fault_output at every accepted step"},
+  [FAULT_CATALOGUE] = {"catalogue", "", NULL,
+                       "HDF5 file to write the catalogue to, with a row for every event of the run"},
   [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
-  [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to go on from"},
+  [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to continue from; may be the file of -fault_checkpoint"},
 };
 
 #define AT(member) offsetof(struct _p_SlipFault, member)
 
 const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES] = {
   {"check_error", AT(options.check_error), PETSC_TRUE, "SlipFaultOutputFinish",
-   "Repeat the run with every step computed in four parts, for its errors: costs five times its Bathe solves more "
-   "(default: no; the estimate that is always printed is free)"},
+   "Measure the errors of the run: repeat it with every step divided into four, which costs five times its Bathe "
+   "solves in addition; with -ts_type bathe (default no; the estimate in the summary costs nothing)"},
   {"inertia", AT(options.inertia), PETSC_FALSE, "SlipFaultSetInertia",
-   "Inertia M = rho Ly; without it (no) the balance is that of friction, elasticity and viscosity alone (default yes; "
-   "no "
-   "of rate-and-state friction, and of slip weakening with -fault_initial traction unless -fault_viscosity is none)"},
+   "Include inertia M = rho Ly, a mass per area without waves; no: quasi-dynamic (default yes; no for rate-and-state "
+   "friction, and for slip weakening with -fault_initial traction unless -fault_viscosity is none)"},
   {"initial_unstable", AT(options.initial_unstable), PETSC_FALSE, "SlipFaultSetInitialState",
    "With -fault_initial traction: cells may start above their strength (default no)"},
   {"opening", AT(options.opening), PETSC_FALSE, "SlipFaultSetBool",
-   "Cells may open where nothing presses them together, and close again; with -fault_slip_components 2 and a law of "
-   "friction that sticks (default no: without normal stress they slide freely, but stay closed)"},
+   "Cells without normal stress may open, and close again; needs -fault_slip_components 2, -fault_initial traction and "
+   "a friction law that sticks (default no: they slide freely, but stay closed)"},
   {"output_xdmf", AT(options.output_xdmf), PETSC_TRUE, "SlipFaultOutputStart",
    "Write FILE.xdmf2 beside FILE of -fault_output, for ParaView (default yes)"},
   {"progress", AT(run.progress.wanted), PETSC_TRUE, "SlipFaultOutputStart",
-   "Print how far the run is, every few seconds on a terminal, else once a minute, and what a long set-up does "
-   "(default "
-   "yes)"},
+   "Print progress, every few seconds on a terminal, else once a minute: time, largest slip rate, steps and time left "
+   "(default yes)"},
   {"output_overwrite", AT(options.output_overwrite), PETSC_TRUE, "SlipFaultOutputStart",
-   "Throw the rows of an unfinished FILE.part of -fault_output and -fault_catalogue away (default no)"},
+   "Overwrite an unfinished FILE.part of -fault_output and -fault_catalogue (default no)"},
   {"catalogue_maps", AT(options.catalogue_maps), PETSC_TRUE, "SlipFaultOutputStart",
    "Write slip and rupture time of every cell for each event of -fault_catalogue (default no)"},
 };

@@ -249,9 +249,9 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscCall(TSBatheGetError(ts, &estimate));
   *why = NULL;
   if (fault->layout.components > 1)
-    *why = "not known of two components of slip";
+    *why = "slip has two components";
   else if (!est->known)
-    *why = "no estimates of its steps";
+    *why = "its steps have no error estimates";
   else if (est->moving > 0)
     *why = "the fault still slides";
   else if (fault->friction.law != SlipFrictionLaws)
@@ -337,19 +337,20 @@ static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, Pe
   SlipFaultEstimate judged;
   PetscInt steps;
   const char *why = NULL;
-  char ask[64], text[128], name[64];
+  char ask[64], unsure[96], text[160], name[64];
 
   PetscFunctionBegin;
   PetscCall(Judged(ts, &judged));
-  PetscCall(PetscSNPrintf(ask, sizeof(ask), "unknown, use -%sfault_check_error", SlipFaultPrefix(fault)));
+  PetscCall(PetscSNPrintf(ask, sizeof(ask), "-%sfault_check_error measures it", SlipFaultPrefix(fault)));
   PetscCall(TSGetStepNumber(ts, &steps));
   PetscCall(WhyUnknown(fault, ts, steps, &why));
   if (why) {
-    PetscCall(PetscSNPrintf(text, sizeof(text), "%s (%s)", ask, why));
+    PetscCall(PetscSNPrintf(text, sizeof(text), "not estimated (%s); %s", why, ask));
     if (wanted > 0) PetscCall(SlipOutputAddResult(run, "slip_error_estimate_met", NULL, NULL, -1));
     PetscCall(Report(run, judged, "estimate", "estimated", NAN, text));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(PetscSNPrintf(unsure, sizeof(unsure), "perhaps not met, %s", ask));
   Measures(est, mean_slip, measure);
   PetscCall(SlipOutputAddResult(run, "slip_error_signed", NULL, NULL, est->slip[0] / mean_slip));
   for (PetscInt k = 0; k < NUM_ESTIMATES; k++) {
@@ -358,7 +359,7 @@ static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, Pe
     error = Factor((SlipFaultEstimate)k, steps) * measure[k];
     if (k == (PetscInt)judged)
       PetscCall(Verdict(run, "slip_error_estimate_met", wanted, error <= wanted ? 1 : -1,
-                        error <= wanted ? "likely met" : ask, text, sizeof(text)));
+                        error <= wanted ? "likely met" : unsure, text, sizeof(text)));
     PetscCall(Report(run, (SlipFaultEstimate)k, "estimate", "estimated", error, k == (PetscInt)judged ? text : NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -378,7 +379,7 @@ static PetscErrorCode ReportCheck(SlipFault fault, TS ts, SlipOutput run, PetscR
   PetscCall(SlipFaultCheckError(fault, ts, run, all, &final, &solves));
   if (PetscIsNanReal(final)) {
     if (wanted > 0) PetscCall(SlipOutputAddResult(run, "slip_error_check_met", NULL, NULL, -1));
-    PetscCall(Report(run, judged, "check", "checked", final, "unknown, its repetition was stopped"));
+    PetscCall(Report(run, judged, "check", "checked", final, "unknown, the repetition was stopped"));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipOutputAddResult(run, "slip_error_check_signed", NULL, NULL, final));

@@ -173,7 +173,7 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
   }
   (void)snprintf(text, sizeof(text),
                  "%s -help %s prints the options of SlipStep alone, %s -help those of PETSc as well. -options_file F "
-                 "reads options from a file, -version says what runs.\n\n%s",
+                 "reads options from a file, -version prints the version.\n\n%s",
                  program, program, program, help);
   PetscCall(PetscInitialize(argc, argv, NULL, text));
   if (own && !PetscGlobalRank) fputs(text, stdout);

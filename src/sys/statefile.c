@@ -128,9 +128,9 @@ static PetscErrorCode StateOpenFile(SlipState s, const char file[], const char s
     PetscCall(SlipH5Follow(file, "", target));
     PetscCall(PetscSNPrintf(previous, sizeof(previous), "%s" STATE_PREVIOUS, target));
     PetscCall(StateVerify(previous, &older));
-    PetscCheck(!older, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot go on from %s: %s; nor from %s: %s (%s)", file,
+    PetscCheck(!older, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot continue from %s: %s; nor from %s: %s (%s)", file,
                newest, previous, older, source);
-    PetscCall(SlipWarning("cannot go on from %s: %s; %s is taken instead (%s)", file, newest, previous, source));
+    PetscCall(SlipWarning("cannot continue from %s: %s; %s is used instead (%s)", file, newest, previous, source));
   }
   PetscCall(SlipH5OpenRead(newest ? previous : file, &s->file));
   PetscCall(PetscSNPrintf(s->file.source, sizeof(s->file.source), " (%s)", source));

@@ -112,7 +112,7 @@ def broken_run(build, ranks, options, number, moments, interval):
         met += 1
         if moment is None:
             return met, f"exit code {run.returncode}: {err}"
-        if number != signal.SIGKILL and "to go on: " in err and run.returncode != 128 + number:
+        if number != signal.SIGKILL and "to continue: " in err and run.returncode != 128 + number:
             complaint = f"exit code {run.returncode} of a run that was stopped: {err}"
         if number != signal.SIGKILL and "stopped by" not in err and run.returncode != -number and ranks == 1:
             complaint = f"exit code {run.returncode}: {err}"  # before the handlers are there it dies of the signal

@@ -151,11 +151,11 @@ open("flipped13", "wb").write(good + b"\0")
 open("flipped14", "wb").write(b"")
 P
 for k in $(seq 0 14); do
-  refuses "flipped$k" "cannot go on from" -- "${run[@]}" -fault_restart "flipped$k"
+  refuses "flipped$k" "cannot continue from" -- "${run[@]}" -fault_restart "flipped$k"
 done
 cp grid.state flipped9.previous
 "${run[@]}" -fault_restart flipped9 -fault_output again.h5 >/dev/null 2>err.txt || fail "the file before"
-[ "$(grep -c "warning: cannot go on from flipped9: it is damaged.*flipped9.previous is taken" err.txt)" = 1 ] || fail "$(cat err.txt)"
+[ "$(grep -c "warning: cannot continue from flipped9: it is damaged.*flipped9.previous is used" err.txt)" = 1 ] || fail "$(cat err.txt)"
 [ "$(wc -l <err.txt)" = 1 ] || fail "more than one warning: $(cat err.txt)"
 
 # ---- stopped ----
@@ -169,7 +169,7 @@ stops() {
   kill -"$signal" $! || fail "it ended by itself: $(cat err.txt)"
   wait $! || code=$?
   [ $code = "$expected" ] || fail "exit code $code after SIG$signal, expected $expected: $(cat err.txt)"
-  grep -q "stopped by SIG$signal at time .* steps; to go on: .*fault .*-fault_restart 'a b.state'" err.txt || fail "$(cat err.txt)"
+  grep -q "stopped by SIG$signal at time .* steps; to continue: .*fault .*-fault_restart 'a b.state'" err.txt || fail "$(cat err.txt)"
 }
 for pair in TERM:143 INT:130 USR1:138 XCPU:152; do
   rm -f "a b.state"*
@@ -178,12 +178,12 @@ for pair in TERM:143 INT:130 USR1:138 XCPU:152; do
 done
 rm -f "a b.state"*
 stops USR1 138 -- mpirun --oversubscribe -n 2 "$fault" "${slow[@]}" -fault_checkpoint "a b.state"
-grep -q "to go on: mpirun -n 2 " err.txt || fail "$(cat err.txt)"
+grep -q "to continue: mpirun -n 2 " err.txt || fail "$(cat err.txt)"
 code=0
 "$fault" "${slow[@]}" -fault_wall_limit 3 -fault_checkpoint limit.state >/dev/null 2>err.txt || code=$?
 [ $code = 152 ] && grep -q "stopped by the wall limit of 3 s" err.txt || fail "wall limit: exit code $code, $(cat err.txt)"
-command=$(sed -n 's/.*to go on: //p' err.txt)
+command=$(sed -n 's/.*to continue: //p' err.txt)
 code=0
 eval "timeout $hang $command -ts_max_steps 1 -fault_wall_limit 0" >out.txt 2>&1 || code=$?
-[ $code = 3 ] && grep -q "goes on from limit.state" out.txt || fail "\"$command\": exit code $code, $(cat out.txt)"
+[ $code = 3 ] && grep -q "continues from limit.state" out.txt || fail "\"$command\": exit code $code, $(cat out.txt)"
 exit $failed

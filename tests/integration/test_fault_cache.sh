@@ -43,7 +43,7 @@ for case in "truncated text foreign damaged:-fault_operator dense -fault_nx 42 -
     damaged) cp good "$name" && printf '\377\377\377' | dd of="$name" bs=1 seek=200000 conv=notrunc status=none ;;
     esac
     same "$first" "$(slip "${run[@]}")" 0 "$kind, $bad file"
-    grep -q "^fault: warning: .*$name.*; it will be built anew$" messages || fail "$bad file: $(cat messages)"
+    grep -q "^fault: warning: .*$name.*; it is computed again$" messages || fail "$bad file: $(cat messages)"
     same "$first" "$(slip "${run[@]}")" 0 "$kind, after a $bad file"
     [ ! -s messages ] || fail "$kind: the $bad file was not replaced: $(cat messages)"
   done
@@ -52,7 +52,7 @@ done
 # Something that cannot be replaced: the run goes on without.
 rm "$name" && mkdir "$name"
 same "$first" "$(slip "${run[@]}")" 0 "a directory in the file's place"
-grep -q "^fault: warning: cannot replace $name: Is a directory; nothing was kept$" messages || fail "a directory: $(cat messages)"
+grep -q "^fault: warning: cannot replace $name: Is a directory; nothing was stored$" messages || fail "a directory: $(cat messages)"
 [ "$(files)" = 0 ] || fail "a file that could not be renamed was left: $(find cache)"
 rmdir "$name" && cp good "$name"
 

@@ -232,7 +232,7 @@ ends() { # CODE LINE COMMAND...
 }
 ends 0 't = 30 s, all cells rest$' "$fault" -fault_nx 3 -fault_nz 3 -fault_stiffness_scaling mean_slip
 ends 3 'stopped by -ts_max_steps 5 at t = [0-9.]+ of 30 s, 9 of 9 cells slide' "$fault" -fault_nx 3 -fault_nz 3 -ts_max_steps 5
-ends 0 't = 8 s, [1-9] of 9 cells slide: the error of a slip that goes on is not estimated$' "$fault" -fault_nx 3 -fault_nz 3 \
+ends 0 't = 8 s, [1-9] of 9 cells slide: the error of unfinished slip is not estimated$' "$fault" -fault_nx 3 -fault_nz 3 \
   -fault_stiffness_scaling mean_slip -ts_max_time 8
 grep -q "estimated slip error: *[0-9]" out.txt && fail "an estimate while the fault slides"
 ends 3 'stopped by -ts_max_steps 5 at' mpirun --oversubscribe -n 2 "$fault" -fault_nx 3 -fault_nz 3 -ts_max_steps 5

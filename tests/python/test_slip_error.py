@@ -120,7 +120,7 @@ class SlipError(unittest.TestCase):
         for options in (["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", "0.3"], ["-ts_max_time", "10"]):
             run = self.run_fault(*ONE, *options)
             self.assertNotIn("slip_error_estimate", run)
-            self.assertIn("estimated history error: unknown, use -fault_check_error (", run["text"])
+            self.assertIn("estimated history error: not estimated (", run["text"])
 
     def test_dial(self):
         """A policy that observes log_accuracy has its dial judged; any other has not."""
@@ -133,7 +133,7 @@ class SlipError(unittest.TestCase):
             f["layers/0"].attrs["activation"] = "linear"
             f.create_group("action").attrs.update({"low": -1.0, "high": 1.0, "squash": "tanh", "dt_min": 0.25, "dt_max": 0.65,
                                                    "dt_min_unit": "s", "dt_max_unit": "s"})
-        for wanted, verdict, check in (("0.1", "likely met", "met"), ("0.0001", "unknown, use -fault_check_error", "not met")):
+        for wanted, verdict, check in (("0.1", "likely met", "met"), ("0.0001", "perhaps not met, -fault_check_error measures it", "not met")):
             run = self.run_fault(*ONE, "-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy, "-ts_adapt_rl_accuracy", wanted, "-fault_check_error")
             self.assertEqual(run["accuracy_requested"], float(wanted))
             self.assertEqual(run["slip_error_estimate_met"], 1 if verdict == "likely met" else -1)

@@ -88,9 +88,8 @@ PetscErrorCode TrainSetFiles(SlipOptionItems PetscOptionsObject, const char text
     PetscCheck(!set || row[i].value[0], PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
                "%s has no value, expected the name of a file", row[i].name);
   }
-  PetscCall(PetscOptionsBool("-train_log_overwrite",
-                             "Throw the rows of an unfinished FILE.part of -train_log away (default no)", NULL,
-                             overwrite, &overwrite, NULL)); /* CurveKind() reads it */
+  PetscCall(PetscOptionsBool("-train_log_overwrite", "Overwrite an unfinished FILE.part of -train_log (default no)",
+                             NULL, overwrite, &overwrite, NULL)); /* CurveKind() reads it */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -131,11 +131,10 @@ static PetscErrorCode Limits(EvaluateOptions *o, SlipOptionItems PetscOptionsObj
     OPTION_INTEGER("-evaluate_max_attempts", "Attempts after which a run is given up and recorded as failed",
                    &o->max_attempts, 1, PETSC_MAX_REAL),
     OPTION_INTEGER("-evaluate_spread",
-                   "Meshes up to this are spread over the processes, a cell each; a cell of a finer one runs on all of "
-                   "them",
+                   "Meshes of up to this many cells along an edge run one a process; finer ones run on all processes",
                    &o->spread, 0, PETSC_MAX_REAL),
     OPTION_REAL("-evaluate_time_limit",
-                "Begin no further cell after this many seconds; the same command goes on later. 0: none",
+                "Begin no further run after this many seconds; the same command continues later. 0: unlimited",
                 &o->time_limit, 0, PETSC_MAX_REAL)};
 
   PetscFunctionBegin;

@@ -144,7 +144,7 @@ static PetscErrorCode ReadOrWarn(const char name[], const char key[], PetscInt n
   if (!code) PetscFunctionReturn(PETSC_SUCCESS);
   *good = PETSC_FALSE;
   for (PetscInt i = 0; i < n; i++) PetscCall(PetscFree(item[i].data));
-  PetscCall(SlipWarning("%s; it will be built anew", message));
+  PetscCall(SlipWarning("%s; it is computed again", message));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -190,7 +190,7 @@ PetscErrorCode SlipCacheWrite(Mat K, const char kind[], const char key[], PetscI
   PetscCall(PetscPushErrorHandler(KeepMessage, message));
   code = WriteFile(name, key, n, item);
   PetscCall(PetscPopErrorHandler());
-  if (code) PetscCall(SlipWarning("%s; nothing was kept", message));
+  if (code) PetscCall(SlipWarning("%s; nothing was stored", message));
   PetscCall(SlipNote(K, "SlipCache", code ? "%s could not be written" : "not found, written to %s", name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
