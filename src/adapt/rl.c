@@ -27,7 +27,7 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   rl->handed = PETSC_TRUE;
   rl->handover_time = ts->ptime;
   rl->handover_step = ts->steps;
-  PetscCall(TSAdaptRLHeirCreate_Private(adapt, ts));
+  PetscCall(TSAdaptRLFallbackCreate_Private(adapt, ts));
   if (rl->told) PetscFunctionReturn(PETSC_SUCCESS);
   rl->told = PETSC_TRUE;
   PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
@@ -161,7 +161,7 @@ static PetscErrorCode WatchPace_RL(TSAdapt adapt)
     "-ts_adapt_rl_strict keeps a policy whose last %d steps covered %g s, at time %g s, of %g s that are left: "
     "expected a run like those of its training. Without the option the run continues with %s",
     PACE_DECISIONS, (double)covered, (double)run->time, (double)(run->max_time - run->time),
-    TSAdaptRLHeirType_Private(rl));
+    TSAdaptRLFallbackType_Private(rl));
   rl->pace_time = run->time;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -270,7 +270,7 @@ static PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscI
     *wlte = rl->observer.last.error;
   }
   /* of the attempt that hands over too: the one that goes on judges it */
-  if (rl->handed) PetscCall(TSAdaptRLHeirChoose_Private(adapt, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
+  if (rl->handed) PetscCall(TSAdaptRLFallbackChoose_Private(adapt, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -304,7 +304,7 @@ static PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscRe
   PetscFunctionBegin;
   if (!rl->begun) PetscCall(Begin_RL(adapt, ts));
   if (!rl->handed) PetscCall(Failed_RL(adapt, ts, h_failed, h_next));
-  if (rl->handed) PetscCall(TSAdaptRLHeirAfterFailure_Private(adapt, ts, h_failed, h_next));
+  if (rl->handed) PetscCall(TSAdaptRLFallbackAfterFailure_Private(adapt, ts, h_failed, h_next));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -355,7 +355,7 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
                              "reach the end; otherwise such runs continue with a classical controller (default no)",
                              "TSAdaptRLSetStrict", rl->strict, &rl->strict, NULL));
   PetscOptionsHeadEnd();
-  PetscCall(TSAdaptRLHeirOptions_Private(adapt, PetscOptionsObject));
+  PetscCall(TSAdaptRLFallbackOptions_Private(adapt, PetscOptionsObject));
   if (dial) PetscCall(TSAdaptRLSetAccuracy(adapt, accuracy));
   if (measured) PetscCall(TSAdaptRLSetMeasure(adapt, measure));
   PetscCheck(rl->max_failures >= 1, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
@@ -442,7 +442,7 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscCall(SlipStateInt(s, "handover_step", 1, &rl->handover_step));
   PetscCall(SlipStateBool(s, "told", &rl->told));
   PetscCall(SlipStateInt(s, "outside_in_a_row", 1, &rl->outside_run));
-  if (rl->handed && !rl->heir) PetscCall(TSAdaptRLHeirCreate_Private(adapt, rl->observer.ts));
+  if (rl->handed && !rl->heir) PetscCall(TSAdaptRLFallbackCreate_Private(adapt, rl->observer.ts));
   if (rl->handed) {
     PetscCall(SlipStateController(s, "heir", rl->heir));
     PetscCall(SlipStateGroup(s, "adapt")); /* what follows has names that the heir's memory has too */

@@ -280,7 +280,7 @@ PetscErrorCode SlipFaultForce(SlipFault fault, Vec w, Vec u, Vec force)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
-  PetscCall(SlipFaultWasBalanced(fault, u, &same));
+  PetscCall(SlipFaultDisplacementUnchanged(fault, u, &same));
   if (same)
     PetscCall(VecCopy(fault->balance.force, force));
   else

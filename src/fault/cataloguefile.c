@@ -149,7 +149,7 @@ static PetscErrorCode Continue(SlipFaultCatalogue cat)
 }
 
 /* Rank 0: the rows before an error that ends the program */
-static PetscErrorCode Last(void *ctx)
+static PetscErrorCode FlushBeforeExit(void *ctx)
 {
   SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
 
@@ -186,7 +186,7 @@ PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat)
   if (!cat->rank) ierr = cat->resumed ? Continue(cat) : Create(cat);
   PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
   cat->begun = PETSC_TRUE;
-  cat->file.last = Last;
+  cat->file.last = FlushBeforeExit;
   cat->file.ctx = cat;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

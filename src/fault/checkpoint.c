@@ -221,7 +221,7 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
 /* ---- the state ---- */
 
 /* Everything: who adds a memory that outlives a step visits it as an observer, or composes SLIP_STATE_METHOD with its object. */
-static PetscErrorCode Visit(SlipState s, TS ts, void *ctx)
+static PetscErrorCode VisitFaultState(SlipState s, TS ts, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
 
@@ -273,7 +273,7 @@ static PetscErrorCode Restart(SlipFault fault, TS ts)
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(source, sizeof(source), "-%sfault_restart", SlipFaultPrefix(fault)));
   PetscCall(SlipStateOpen(fault->comm, fault->options.text[FAULT_RESTART], source, &s));
-  PetscCall(Visit(s, ts, fault));
+  PetscCall(VisitFaultState(s, ts, fault));
   PetscCall(SlipStateClose(&s));
   PetscCall(RestartStep(fault, ts));
   PetscCall(TSGetTime(ts, &time));
@@ -340,7 +340,7 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   const SlipCheckpointPlan plan = {.file = fault->options.text[FAULT_CHECKPOINT],
                                    .interval = fault->options.value[FAULT_CHECKPOINT_INTERVAL],
                                    .wall_limit = fault->options.value[FAULT_WALL_LIMIT],
-                                   .visit = Visit,
+                                   .visit = VisitFaultState,
                                    .ctx = fault};
   SlipCheckpointPlan named = plan;
   char restart[128];

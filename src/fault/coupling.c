@@ -162,13 +162,13 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
     PetscCall(SlipFaultGetFriction(fault, t, friction));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipFaultIsNow(fault, t, w, &c->moment, &now, &same));
+  PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
   if (same) {
     *friction = SlipFaultCellFriction(fault, c->stress);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFaultGetDisplacement(fault, w, c->u));
-  if (c->balanced) PetscCall(SlipFaultWasBalanced(fault, c->u, &c->balanced));
+  if (c->balanced) PetscCall(SlipFaultDisplacementUnchanged(fault, c->u, &c->balanced));
   if (!c->balanced) PetscCall(MatMult(fault->operators.Kn, c->u, c->rise));
   PetscCall(SlipFaultCoupledFriction(fault, t, 0, friction));
   c->moment = now;

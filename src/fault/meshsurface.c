@@ -31,8 +31,8 @@ static PetscReal Distance(const SlipFaultMeshFile *m, PetscInt a, PetscInt b)
   return PetscSqrtReal(PetscSqr(p[0] - q[0]) + PetscSqr(p[1] - q[1]) + PetscSqr(p[2] - q[2]));
 }
 
-/* Keeps the vertices v with place[v] == v, in their order, in the place of all that place names; those with -1 go. */
-static PetscErrorCode Keep(SlipFaultMeshFile *m, PetscInt place[])
+/* Keep the vertices v with place[v] == v, in their order; the others are replaced by vertex place[v], or removed where it is -1. */
+static PetscErrorCode RemoveOtherVertices(SlipFaultMeshFile *m, PetscInt place[])
 {
   PetscInt kept = 0, *to;
 
@@ -67,7 +67,7 @@ PetscErrorCode SlipFaultMeshUseVertices(const char source[], SlipFaultMeshFile *
   PetscCall(PetscMalloc1(PetscMax(m->nvertices, 1), &place));
   for (PetscInt v = 0; v < m->nvertices; v++) place[v] = -1;
   for (size_t c = 0; c < (size_t)m->sides * (size_t)m->n; c++) place[m->corner[c]] = m->corner[c];
-  PetscCall(Keep(m, place));
+  PetscCall(RemoveOtherVertices(m, place));
   PetscCall(PetscFree(place));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -156,7 +156,7 @@ static PetscErrorCode Merge(SlipFaultMeshFile *m, PetscReal near)
         if (*of == item[j].cell && Distance(m, item[i].cell, item[j].cell) <= near) *of = item[i].cell;
       }
   }
-  PetscCall(Keep(m, place));
+  PetscCall(RemoveOtherVertices(m, place));
   PetscCall(PetscFree2(item, place));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -71,7 +71,7 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
 
   PetscFunctionBegin;
   *sums = c;
-  PetscCall(SlipFaultIsNow(fault, t, w, &c->moment, &now, &same));
+  PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultForce(fault, w, fault->work[0], fault->work[1]));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
@@ -120,7 +120,7 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
 
   PetscFunctionBegin;
   *mode = c;
-  PetscCall(SlipFaultIsNow(fault, t, w, &c->moment, &now, &same));
+  PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   if (moves)
     PetscCall(SlipFaultGetRate(fault, w, x));

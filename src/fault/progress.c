@@ -8,15 +8,15 @@
 #include <string.h>
 #include <unistd.h>
 
-#define PROGRESS_FIRST 2        /* first line on a terminal after [s] */
-#define PROGRESS_TERMINAL 5     /* from one line to the next on a terminal [s] */
-#define PROGRESS_FILE 60        /* and elsewhere [s] */
-#define PROGRESS_SETUP 1        /* a set-up is long from here on [s] */
-#define PROGRESS_CLEAR "\033[K" /* the terminal's line */
-#define PROGRESS_AGREE 0.25     /* ranks agree about a line so often [s] */
-#define PROGRESS_UNASKED 1000   /* and after so many steps at the latest */
-#define PROGRESS_OVER 10        /* an event is over below the event rate over this, as in the catalogue */
-#define PROGRESS_REACH 20       /* a run is not longer than so many times what is known of it */
+#define PROGRESS_FIRST 2                /* first line on a terminal after [s] */
+#define PROGRESS_TERMINAL 5             /* from one line to the next on a terminal [s] */
+#define PROGRESS_FILE 60                /* and elsewhere [s] */
+#define PROGRESS_SETUP 1                /* a set-up is long from here on [s] */
+#define PROGRESS_CLEAR "\033[K"         /* the terminal's line */
+#define PROGRESS_AGREE 0.25             /* ranks agree about a line so often [s] */
+#define PROGRESS_MAX_STEPS_BETWEEN 1000 /* and after so many steps at the latest */
+#define PROGRESS_OVER 10                /* an event is over below the event rate over this, as in the catalogue */
+#define PROGRESS_REACH 20               /* a run is not longer than so many times what is known of it */
 
 /* Is a line due? elapsed: since the run began, since: since the last line, or likewise [s] */
 PetscBool SlipFaultProgressDue(PetscBool terminal, PetscReal elapsed, PetscReal since)
@@ -153,14 +153,15 @@ static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0 decides; word[0]: whether a line is due, word[1]: the number of steps until it is asked again */
-static PetscErrorCode Ask(SlipFaultProgress *p, PetscLogDouble now, int word[2])
+/* Rank 0 decides; word[0]: whether a line is due, word[1]: the number of steps until the next decision */
+static PetscErrorCode ProgressLineDue(SlipFaultProgress *p, PetscLogDouble now, int word[2])
 {
   const PetscReal since = (PetscReal)(now - p->printed);
 
   PetscFunctionBegin;
   word[0] = SlipFaultProgressDue(IsTerminal(), (PetscReal)(now - p->begin), since);
-  word[1] = now > p->step ? (int)PetscMin(PROGRESS_AGREE / (now - p->step), PROGRESS_UNASKED) : PROGRESS_UNASKED;
+  word[1] = now > p->step ? (int)PetscMin(PROGRESS_AGREE / (now - p->step), PROGRESS_MAX_STEPS_BETWEEN)
+                          : PROGRESS_MAX_STEPS_BETWEEN;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -206,7 +207,7 @@ static PetscErrorCode ProgressStep(SlipFault fault, TS ts, PetscInt step, PetscR
   if (p->wait-- <= 0) {
     PetscCall(SlipFaultStepRate(fault, time, w, &rate));
     SlipFaultProgressSee(p, now, time, rate, fault->options.value[FAULT_EVENT_RATE]);
-    if (!rank) PetscCall(Ask(p, now, word));
+    if (!rank) PetscCall(ProgressLineDue(p, now, word));
     PetscCallMPI(MPI_Bcast(word, 2, MPI_INT, 0, fault->comm));
     p->wait = word[1];
   }

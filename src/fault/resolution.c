@@ -8,7 +8,7 @@
      slip weakening    cohesive zone (9 pi/32) G/W (Day et al. 2005), W = K_c = -dq/ds at the start, dmu sigma/d_c;
                        nucleation 1.158 G/W (Uenishi & Rice 2003)
      rate weakening    no cohesive zone: strength falls at once. Motion runs away where damping is lost, d = dq/d|v| + H
-                       < 0, and K < K_c = d^2/(4 M) (swing.c); nucleation (2/pi) G/K_c
+                       < 0, and K < K_c = d^2/(4 M) (runaway.c); nucleation (2/pi) G/K_c
 
    A cell can fail alone where its own stiffness K_ii is below K_c. */
 #include <slipstep/private/slipfault.h>

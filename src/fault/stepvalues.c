@@ -23,7 +23,7 @@ PetscErrorCode SlipFaultStepTraction(SlipFault fault, PetscReal time, Vec w, Vec
   PetscBool same;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultIsNow(fault, time, w, &known->traction_moment, &now, &same));
+  PetscCall(SlipFaultStateUnchanged(fault, time, w, &known->traction_moment, &now, &same));
   if (!known->traction) PetscCall(VecDuplicate(fault->critical.uc, &known->traction));
   *traction = known->traction;
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
@@ -40,7 +40,7 @@ PetscErrorCode SlipFaultStepRate(SlipFault fault, PetscReal time, Vec w, PetscRe
   PetscBool same;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultIsNow(fault, time, w, &known->rate_moment, &now, &same));
+  PetscCall(SlipFaultStateUnchanged(fault, time, w, &known->rate_moment, &now, &same));
   if (!same) PetscCall(SlipFaultLargestSpeed(fault, w, &known->rate));
   known->rate_moment = now;
   *largest = known->rate;

@@ -178,7 +178,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   wanted = of_rate * rtol * (largest[2] - rtol * largest[4]) + tolerance;
   *E = PetscMax(PetscMax(largest[0] / (of_slip * rtol), largest[3] / (of_cube * rtol)), largest[5]);
   if (wanted > 0) *E = PetscMax(*E, largest[1] / wanted);
-  PetscCall(SlipFaultSwing(fault, t, w1, &swing));
+  PetscCall(SlipFaultRunaway(fault, t, w1, &swing));
   *E = PetscMax(*E, PetscPowRealInt(swing, 3));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

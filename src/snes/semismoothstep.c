@@ -64,7 +64,7 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
 }
 
 /* y -= k P x where cells have two components: what Newton's step across their directions has besides F (cone.c) */
-static PetscErrorCode SlipSemismoothHold(SlipConstraint con, Vec x, Vec y)
+static PetscErrorCode SlipSemismoothAddTransverse(SlipConstraint con, Vec x, Vec y)
 {
   PetscInt n;
   const PetscReal *xx, *normal, *hold;
@@ -100,7 +100,7 @@ PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Mat A, Vec
   } else
     PetscCall(VecZeroEntries(rhs));
   PetscCall(VecAXPY(rhs, -1.0, con->F));
-  PetscCall(SlipSemismoothHold(con, x, rhs));
+  PetscCall(SlipSemismoothAddTransverse(con, x, rhs));
   PetscCall(VecPointwiseMult(rhs, con->mask, rhs));
   *ok = PETSC_FALSE;
   for (*picard = PETSC_FALSE;; *picard = PETSC_TRUE) {

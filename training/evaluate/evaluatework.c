@@ -30,7 +30,7 @@ typedef struct {
 
 /* ---- one job ---- */
 
-static PetscErrorCode PutAway(Work *w)
+static PetscErrorCode ReleaseJob(Work *w)
 {
   PetscFunctionBegin;
   if (w->instance >= 0 && w->model) PetscCall(w->m->cases[w->instance].problem->evaluation->destroy(&w->model));
@@ -41,14 +41,14 @@ static PetscErrorCode PutAway(Work *w)
 }
 
 /* Set the case of a job up, unless it is at hand. */
-static PetscErrorCode TakeUp(Work *w, MPI_Comm comm, const Job *job)
+static PetscErrorCode PrepareJob(Work *w, MPI_Comm comm, const Job *job)
 {
   const ProblemCase *c = &w->m->cases[job->instance];
   PetscLogDouble begin, end;
 
   PetscFunctionBegin;
   if (w->instance != job->instance || w->comm != comm) {
-    PetscCall(PutAway(w));
+    PetscCall(ReleaseJob(w));
     w->comm = comm;
     w->instance = job->instance;
     PetscCall(PetscTime(&begin));
@@ -88,7 +88,7 @@ static PetscErrorCode Report(const Work *w, PetscInt index, const char name[], c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode DoReference(Work *w, PetscInt index, PetscBool writes)
+static PetscErrorCode RunReference(Work *w, PetscInt index, PetscBool writes)
 {
   const ProblemCase *c = &w->m->cases[w->jobs[index].instance];
   EvaluateReference ref = {0};
@@ -110,7 +110,7 @@ static PetscErrorCode DoReference(Work *w, PetscInt index, PetscBool writes)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode DoCell(Work *w, PetscInt index, PetscBool writes)
+static PetscErrorCode RunCell(Work *w, PetscInt index, PetscBool writes)
 {
   const ProblemCase *c = &w->m->cases[w->jobs[index].instance];
   EvaluateCell *cell = &w->m->cells[w->jobs[index].cell];
@@ -129,21 +129,21 @@ static PetscErrorCode DoCell(Work *w, PetscInt index, PetscBool writes)
       PetscCall(PetscSNPrintf(what, sizeof(what), "FAILED, %s", r.reason));
     PetscCall(Report(w, index, cell->path + 7, what));
   }
-  if (!r.converged) PetscCall(PutAway(w)); /* what a failed run has left in there is not known */
+  if (!r.converged) PetscCall(ReleaseJob(w)); /* what a failed run has left in there is not known */
   PetscCall(EvaluateResultClear(&r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Do(Work *w, MPI_Comm comm, PetscInt index)
+static PetscErrorCode RunJob(Work *w, MPI_Comm comm, PetscInt index)
 {
   const PetscBool writes = comm == PETSC_COMM_SELF || !w->rank ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(TakeUp(w, comm, &w->jobs[index]));
+  PetscCall(PrepareJob(w, comm, &w->jobs[index]));
   if (w->jobs[index].cell < 0)
-    PetscCall(DoReference(w, index, writes));
+    PetscCall(RunReference(w, index, writes));
   else
-    PetscCall(DoCell(w, index, writes));
+    PetscCall(RunCell(w, index, writes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -187,19 +187,19 @@ static PetscErrorCode WorkThrough(Work *w)
     if (next >= w->njobs || out) break;
     if (!IsSpread(w, &w->jobs[next])) continue;
     CountDone(w, next);
-    PetscCall(Do(w, PETSC_COMM_SELF, next));
+    PetscCall(RunJob(w, PETSC_COMM_SELF, next));
   }
   PetscCall(QueueDestroy(&queue));
-  PetscCall(PutAway(w));
+  PetscCall(ReleaseJob(w));
   for (PetscInt i = 0; i < w->njobs; i++) {
     if (IsSpread(w, &w->jobs[i])) continue;
     PetscCall(OutOfTime(w, &out));
     PetscCallMPI(MPI_Bcast(&out, 1, MPIU_BOOL, 0, PETSC_COMM_WORLD));
     if (out) break;
     CountDone(w, i);
-    PetscCall(Do(w, PETSC_COMM_WORLD, i));
+    PetscCall(RunJob(w, PETSC_COMM_WORLD, i));
   }
-  PetscCall(PutAway(w));
+  PetscCall(ReleaseJob(w));
   PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -77,7 +77,7 @@ typedef struct {
   PetscBool good;
 } Survey;
 
-static PetscErrorCode Keep(Survey *s, PetscReal t, Vec w)
+static PetscErrorCode AppendState(Survey *s, PetscReal t, Vec w)
 {
   const PetscReal *a;
   PetscReal *row;
@@ -124,7 +124,7 @@ static PetscErrorCode Look(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
   }
   if (slow >= 0) s->over = slow;
   if (s->passed == s->wanted && !s->events.on && !s->state.n) s->quiet = t;
-  if ((s->passed == s->wanted && !s->events.on) || s->passed == s->wanted + 1) PetscCall(Keep(s, t, w));
+  if ((s->passed == s->wanted && !s->events.on) || s->passed == s->wanted + 1) PetscCall(AppendState(s, t, w));
   if (s->passed == s->wanted + 1) {
     s->fastest = PetscMax(s->fastest, rate);
     if (!s->events.on && t > s->over + QUIET * s->interval) {

@@ -77,7 +77,7 @@ typedef struct {
   /* handing over */
   PetscBool strict;        /* never */
   PetscBool handed;        /* the run under way goes on by heir */
-  TSAdapt heir;            /* the controller that it goes on by, rlheir.c; NULL before that */
+  TSAdapt heir;            /* the controller that it goes on by, rlfallback.c; NULL before that */
   char heir_name[64];      /* its type, and its filter after a colon */
   PetscBool from_options;  /* which has options */
   PetscReal handover_time; /* since then [s] */
@@ -102,15 +102,15 @@ typedef struct {
   PetscInt outside;   /* decisions with an observation outside the training range */
 } TSAdapt_RL;
 
-/* rlheir.c */
-PETSC_INTERN const char *TSAdaptRLHeirType_Private(const TSAdapt_RL *rl);
-PETSC_INTERN PetscErrorCode TSAdaptRLHeirOptions_Private(TSAdapt adapt, SlipOptionItems PetscOptionsObject);
-PETSC_INTERN PetscErrorCode TSAdaptRLHeirCreate_Private(TSAdapt adapt, TS ts);
-PETSC_INTERN PetscErrorCode TSAdaptRLHeirChoose_Private(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc,
-                                                        PetscReal *next_h, PetscBool *accept, PetscReal *wlte,
-                                                        PetscReal *wltea, PetscReal *wlter);
-PETSC_INTERN PetscErrorCode TSAdaptRLHeirAfterFailure_Private(TSAdapt adapt, TS ts, PetscReal h_failed,
-                                                              PetscReal *h_next);
+/* rlfallback.c */
+PETSC_INTERN const char *TSAdaptRLFallbackType_Private(const TSAdapt_RL *rl);
+PETSC_INTERN PetscErrorCode TSAdaptRLFallbackOptions_Private(TSAdapt adapt, SlipOptionItems PetscOptionsObject);
+PETSC_INTERN PetscErrorCode TSAdaptRLFallbackCreate_Private(TSAdapt adapt, TS ts);
+PETSC_INTERN PetscErrorCode TSAdaptRLFallbackChoose_Private(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc,
+                                                            PetscReal *next_h, PetscBool *accept, PetscReal *wlte,
+                                                            PetscReal *wltea, PetscReal *wlter);
+PETSC_INTERN PetscErrorCode TSAdaptRLFallbackAfterFailure_Private(TSAdapt adapt, TS ts, PetscReal h_failed,
+                                                                  PetscReal *h_next);
 
 /* rlmeasure.c */
 PETSC_INTERN PetscErrorCode TSAdaptRLFindDefault_Private(MPI_Comm comm, const char problem[], const char measure[],

@@ -81,8 +81,8 @@ typedef struct {
 } SlipFaultKnown;
 
 /* observe.c. Is what is known of a moment that of the state w of now, with the load of time t? */
-PETSC_EXTERN PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
-                                           SlipFaultMoment *now, PetscBool *same);
+PETSC_EXTERN PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
+                                                    SlipFaultMoment *now, PetscBool *same);
 /* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no explicit problem */
 PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);

@@ -63,7 +63,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
 PETSC_INTERN PetscErrorCode SlipFaultForce(SlipFault fault, Vec w, Vec u, Vec force);
-PETSC_INTERN PetscErrorCode SlipFaultWasBalanced(SlipFault fault, Vec u, PetscBool *same);
+PETSC_INTERN PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, Vec u, PetscBool *same);
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
 PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
 /* explicit.c */
@@ -79,7 +79,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t
 PETSC_INTERN PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscReal rtol, PetscReal share,
                                           const Vec state[3], Vec k0, PetscReal *stop);
 /* tolerance.c */
-PETSC_EXTERN PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio);
+PETSC_EXTERN PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio);
 PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, PetscReal h, Vec e, Vec w0,
                                                Vec w1, PetscReal *E);
 PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest);

@@ -1,9 +1,9 @@
-/* Whether what is known of a state is still that of now. */
+/* Whether a state has changed since results were computed of it and cached. */
 #include <slipstep/private/slipfault.h>
 
-/* now: all that what is computed of the state w depends on; *same: it is what was known */
-PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known, SlipFaultMoment *now,
-                              PetscBool *same)
+/* now: everything that results of the state w depend on; *same: it equals `known`, of the cached results */
+PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
+                                       SlipFaultMoment *now, PetscBool *same)
 {
   PetscFunctionBegin;
   PetscCall(PetscObjectGetId((PetscObject)w, &now->id));
@@ -17,7 +17,7 @@ PetscErrorCode SlipFaultIsNow(SlipFault fault, PetscReal t, Vec w, const SlipFau
 }
 
 /* Was this the displacement of the last right-hand side, bit by bit? Collective. */
-PetscErrorCode SlipFaultWasBalanced(SlipFault fault, Vec u, PetscBool *same)
+PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, Vec u, PetscBool *same)
 {
   const PetscReal *a, *b;
   PetscBool here;

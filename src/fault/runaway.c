@@ -18,11 +18,11 @@ static PetscReal Time(PetscReal m, PetscReal d, PetscReal k)
 }
 
 /*
-  SlipFaultSwing - the stage's theta over the longest one that follows what runs away, 0 where nothing does
+  SlipFaultRunaway - the stage's theta over the longest one that follows what runs away, 0 where nothing does
 
   Collective; at the last stage, w: the state at its end, t. A product with H and one with K where strength falls with rate.
 */
-PetscErrorCode SlipFaultSwing(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio)
+PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio)
 {
   const PetscInt c = fault->layout.components;
   Vec v = fault->work[0], d = fault->work[1], Kv = fault->work[2]; /* which has the slopes [n] before */

@@ -1,4 +1,4 @@
-/* TSADAPTRL: the classical controller that a run goes on by once the policy is given up. It is a TSAdapt of its own, so
+/* TSADAPTRL: the classical controller that a run continues with once the policy is given up. It is a separate TSAdapt, so
    that it may be of any type, PETSc's among them; limits of the step and the like stay those of the one that hands over. */
 #include <slipstep/private/slipadapt.h>
 #include <slipts.h>
@@ -7,7 +7,7 @@
 static const char *const Types[] = {TSADAPTHEURISTIC, TSADAPTPI, TSADAPTDSP, TSADAPTBASIC};
 
 /* The type that goes on: what the problem names, or the heuristic. */
-const char *TSAdaptRLHeirType_Private(const TSAdapt_RL *rl)
+const char *TSAdaptRLFallbackType_Private(const TSAdapt_RL *rl)
 {
   const SlipProblemOps *problem = rl->observer.problem;
 
@@ -33,7 +33,7 @@ static PetscErrorCode ReadOptions(TSAdapt heir, SlipOptionItems PetscOptionsObje
 }
 
 /* The options of all types, for -help and so that a wrong value ends the run before its start */
-PetscErrorCode TSAdaptRLHeirOptions_Private(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
+PetscErrorCode TSAdaptRLFallbackOptions_Private(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
 {
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Types); i++) {
@@ -75,13 +75,13 @@ static PetscErrorCode SetTolerance(TSAdapt adapt, TS ts)
 }
 
 /* Begin to go on by it, without memory. */
-PetscErrorCode TSAdaptRLHeirCreate_Private(TSAdapt adapt, TS ts)
+PetscErrorCode TSAdaptRLFallbackCreate_Private(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
 
   PetscFunctionBegin;
   PetscCall(TSAdaptDestroy(&rl->heir));
-  PetscCall(Create(adapt, TSAdaptRLHeirType_Private(rl), &rl->heir));
+  PetscCall(Create(adapt, TSAdaptRLFallbackType_Private(rl), &rl->heir));
   if (!rl->from_options) {
     PetscCall(SetTolerance(adapt, ts));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -97,8 +97,8 @@ PetscErrorCode TSAdaptRLHeirCreate_Private(TSAdapt adapt, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSAdaptRLHeirChoose_Private(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
-                                           PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+PetscErrorCode TSAdaptRLFallbackChoose_Private(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                               PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
   TSAdapt heir = ((TSAdapt_RL *)adapt->data)->heir;
 
@@ -110,7 +110,7 @@ PetscErrorCode TSAdaptRLHeirChoose_Private(TSAdapt adapt, TS ts, PetscReal h, Pe
 }
 
 /* Of a type that knows nothing of failed solves the next step is the one that PETSc has shortened, as in TSBATHE. */
-PetscErrorCode TSAdaptRLHeirAfterFailure_Private(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
+PetscErrorCode TSAdaptRLFallbackAfterFailure_Private(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
 {
   TSAdapt heir = ((TSAdapt_RL *)adapt->data)->heir;
   PetscErrorCode (*after)(TSAdapt, TS, PetscReal, PetscReal *);
