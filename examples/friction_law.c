@@ -1,8 +1,6 @@
-static const char help[] =
-  "A friction law of one's own, with a parameter of its own: rate-and-state friction whose evolution effect ends at a "
-  "cut-off rate.\n"
-  "  friction_law -fault_cut_off_rate 1e-3 -fault_loading_rate 1e-9 -ts_max_time 1e10\n"
-  "All else is as in fault.\n\n";
+static const char help[] = "A user's friction law, with an additional parameter: rate-and-state friction whose "
+                           "evolution effect ends at a cut-off rate.\n  friction_law -fault_cut_off_rate 1e-3 "
+                           "-fault_loading_rate 1e-9 -ts_max_time 1e10\nAll else is as in fault.\n\n";
 
 #include <slipstep.h>
 #include <math.h>

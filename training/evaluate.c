@@ -1,5 +1,5 @@
 static const char help[] =
-  "Runs step-size controllers on a matrix of problems, and keeps steps, times and errors in one file.\n  evaluate "
+  "Runs step-size controllers on a matrix of problems, and stores steps, times and errors in one file.\n  evaluate "
   "-evaluate_quick -evaluate_output output/quick.h5                       (seconds)\n  mpirun -n 2 evaluate "
   "-evaluate_policies 'training/policies/*.h5' -evaluate_output output/study.h5\nErrors are against a reference of "
   "each mesh, computed once and kept in the file. A run that was stopped continues with the\nsame command; other "

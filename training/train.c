@@ -64,7 +64,7 @@ static PetscErrorCode Run(PetscInt *failed)
     known[i] = Trainers[i].name;
     PetscCall(TextAdd(text, sizeof(text), "%s%s, %s", i ? "; " : ": ", Trainers[i].name, Trainers[i].meaning));
   }
-  PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Trainers, which have options of their own", "train");
+  PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Trainers with further options", "train");
   PetscCall(OptionChoice(PetscOptionsObject, "-train_algorithm", text, known, &k));
   PetscOptionsEnd();
   PetscCall((*Trainers[k].train)(PETSC_COMM_WORLD, failed));

@@ -43,9 +43,9 @@ PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const ch
 }
 
 /*@
-  SlipAdaptSetNorm - the norm in which a controller sees the error of a step
+  SlipAdaptSetNorm - set the norm that a controller measures the error of a step in
 
-  Logically collective; before TSSetFromOptions(), whose -ts_adapt_wnormtype goes before
+  Logically collective; before TSSetFromOptions(), whose -ts_adapt_wnormtype overrides it
 
   Input Parameters:
 + adapt - of any type

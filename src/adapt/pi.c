@@ -68,7 +68,7 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
 }
 
 /*@C
-  TSAdaptPISetFilter - the named filter of the controller: its exponents and the limits of the ratio of steps
+  TSAdaptPISetFilter - set the named filter of the controller: its exponents and the limits of the ratio of steps
 
   Logically collective; without effect when the type of adapt is not `TSADAPTPI`
 
@@ -102,7 +102,7 @@ PetscErrorCode TSAdaptPISetFilter(TSAdapt adapt, const char name[])
 }
 
 /*@C
-  SlipAdaptSetController - the type of a controller and, after a colon, its named filter
+  SlipAdaptSetController - set the type of a controller and, after a colon, its named filter
 
   Logically collective
 

@@ -5,7 +5,7 @@
 #define DIAL_MARGIN 0.1             /* of the range's width: observations as far beyond it count as inside */
 
 /*@C
-  TSAdaptRLSetMeasure - which error of the run the accuracy dial bounds
+  TSAdaptRLSetMeasure - set which error of the run the accuracy dial bounds
 
   Logically collective; without effect when the type of adapt is not `TSADAPTRL`
 
@@ -68,7 +68,7 @@ static PetscErrorCode MeasureOf(SlipPolicy policy, const char **measure)
 }
 
 /*@C
-  TSAdaptRLGetMeasure - which error of the run the accuracy dial bounds
+  TSAdaptRLGetMeasure - get which error of the run the accuracy dial bounds
 
   Not collective
 
@@ -125,7 +125,7 @@ PetscErrorCode TSAdaptRLCheckMeasure_Private(TSAdapt adapt, const SlipProblemOps
   PetscFunctionBegin;
   if (!rl->measure) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(measures || rl->measure == SlipMeasures, comm, PETSC_ERR_SUP,
-             "-ts_adapt_rl_measure %s: the problem%s%s has one error of its own; leave the option out",
+             "-ts_adapt_rl_measure %s: the problem%s%s has only one measure of error; leave the option out",
              rl->measure->name, name[0] ? " " : "", name);
   if (!measures || !rl->policy || rl->default_of[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MeasureOf(rl->policy, &trained));

@@ -29,7 +29,7 @@ static PetscErrorCode TSAdaptRLSetNames(TSAdapt adapt, PetscInt n, const char *c
 }
 
 /*@
-  TSAdaptRLSetPolicy - the policy that chooses the steps
+  TSAdaptRLSetPolicy - set the policy that chooses the steps
 
   Logically collective; without effect when the type of adapt is not `TSADAPTRL`
 
@@ -93,7 +93,7 @@ PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[])
 }
 
 /*@
-  TSAdaptRLGetPolicy - the policy that chooses the steps
+  TSAdaptRLGetPolicy - get the policy that chooses the steps
 
   Not collective
 
@@ -118,7 +118,7 @@ PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy)
 }
 
 /*@C
-  TSAdaptRLSetActor - let a function, a trainer's, choose the steps in place of a policy
+  TSAdaptRLSetActor - set a function that chooses the steps instead of a policy, for trainers
 
   Logically collective
 
@@ -158,7 +158,7 @@ PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const na
 }
 
 /*@
-  TSAdaptRLSetAccuracy - the accuracy dial: the relative error of the run's result that the user wants
+  TSAdaptRLSetAccuracy - set the accuracy dial, the relative error of the result that the run should keep
 
   Logically collective; without effect when the type of adapt is not `TSADAPTRL`
 
@@ -225,7 +225,7 @@ PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy)
 }
 
 /*@
-  TSAdaptRLIsChosen - has anybody set something of this controller: a policy, an actor, accuracy, measure or strictness?
+  TSAdaptRLIsChosen - get whether a policy, an actor, the accuracy, the measure or strictness was set
 
   Not collective
 
@@ -255,7 +255,7 @@ PetscErrorCode TSAdaptRLIsChosen(TSAdapt adapt, PetscBool *chosen)
 }
 
 /*@
-  TSAdaptRLGetAccuracy - the accuracy dial
+  TSAdaptRLGetAccuracy - get the accuracy dial
 
   Not collective
 
@@ -280,7 +280,7 @@ PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy)
 }
 
 /*@
-  TSAdaptRLGetCounts - what the learned controller did, and how often its guard rails acted
+  TSAdaptRLGetCounts - get the counts of decisions, and of how often guard rails acted
 
   Not collective
 
@@ -312,7 +312,7 @@ PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *
 }
 
 /*@
-  TSAdaptRLSetStrict - keep to the policy in runs unlike those of its training
+  TSAdaptRLSetStrict - set whether the policy is used in runs unlike those of its training too
 
   Logically collective; without effect when the type of adapt is not `TSADAPTRL`
 
@@ -338,7 +338,7 @@ PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict)
 }
 
 /*@
-  TSAdaptRLGetHandover - whether the run goes on by a classical controller, and since when
+  TSAdaptRLGetHandover - get whether a classical controller has replaced the policy, and since when
 
   Not collective
 
@@ -391,7 +391,7 @@ PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps)
 }
 
 /*@C
-  TSAdaptRLGetHeir - the type of the controller that the run goes on by once it was handed over
+  TSAdaptRLGetHeir - get the type of the classical controller that replaces the policy
 
   Not collective
 

@@ -269,7 +269,7 @@ const SlipMeasure SlipMeasures[] = {
 };
 
 /*
-  SlipMeasureFind - the row of a name; NULL when there is none
+  SlipMeasureFind - find the measure with a name, or NULL
 */
 const SlipMeasure *SlipMeasureFind(const char name[])
 {

@@ -86,7 +86,7 @@ const SlipFrictionLaw *SlipFrictionNext(const SlipFrictionLaw *law)
 }
 
 /*
-  SlipFrictionFind - the friction law of a name
+  SlipFrictionFind - find the friction law with a name
 
   Not collective. law is NULL when there is none.
 */
@@ -104,7 +104,7 @@ PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
 }
 
 /*
-  SlipFrictionRegister - one more row of the table
+  SlipFrictionRegister - add a friction law to the table
 
   Not collective. The row is copied; strings, context and parameters of its own, which SlipFaultRegisterFrictionLaw()
   checks, are not. PETSC_ERR_ARG_WRONG for a name that is taken, a row without functions, and too many rows.

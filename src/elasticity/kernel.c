@@ -8,7 +8,7 @@
 #include <math.h>
 
 /*@
-  SlipKernelCheck - refuse a kernel that no stiffness can be computed from
+  SlipKernelCheck - check that a stiffness can be computed from a kernel
 
   Not collective, but every process of comm must pass the same kernel
 

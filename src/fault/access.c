@@ -2,7 +2,7 @@
 #include <slipstep/private/slipfaultrecord.h>
 
 /*@C
-  SlipFaultSetBool - switch something of the fault on or off
+  SlipFaultSetBool - set a parameter of the fault that is yes or no
 
   Logically collective; before SlipFaultSetUp() (inertia and initial_unstable) or SlipFaultOutputStart()
 
@@ -43,7 +43,7 @@ PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[], PetscBool va
 }
 
 /*@C
-  SlipFaultGetString - a named choice or a file name of the fault
+  SlipFaultGetString - get a choice or a file name of the fault
 
   Not collective
 
@@ -85,7 +85,7 @@ static PetscErrorCode CheckSize(SlipFault fault, PetscInt n)
 }
 
 /*@C
-  SlipFaultGetField - a parameter of all cells, wherever it comes from
+  SlipFaultGetField - get a parameter of all cells
 
   Collective; after SlipFaultSetUp()
 
@@ -117,7 +117,7 @@ PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n,
 }
 
 /*@
-  SlipFaultGetCentres - where the cells are
+  SlipFaultGetCentres - get the centres of the cells
 
   Not collective; after SlipFaultSetUp()
 
@@ -175,7 +175,7 @@ static PetscErrorCode GatherComponent(SlipFault fault, PetscInt each, PetscInt j
 }
 
 /*@C
-  SlipFaultGetCellValues - what a state is in all cells
+  SlipFaultGetCellValues - get the values of a state in all cells
 
   Collective; after SlipFaultSetUp(), for the traction after SlipFaultConfigureTS()
 
@@ -295,7 +295,7 @@ PetscErrorCode SlipFaultGetLabels(SlipFault fault, PetscInt size, PetscInt *n, P
 }
 
 /*@C
-  SlipFaultGetEvents - a column of the catalogue of a run
+  SlipFaultGetEvents - get a column of the catalogue of a run
 
   Collective; after SlipFaultOutputFinish()
 

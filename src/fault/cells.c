@@ -110,7 +110,7 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 }
 
 /*@C
-  SlipFaultSetField - a parameter cell by cell
+  SlipFaultSetField - set a parameter cell by cell
 
   Logically collective; before SlipFaultSetUp().
 
@@ -126,7 +126,7 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
   Level: intermediate
 
   Notes:
-  A dataset of -fault_parameters goes before it, and it goes before the scalar parameters. Normal stress given this way
+  A dataset of -fault_parameters overrides it, and it overrides the scalar parameters. Normal stress given this way
   is not added to the gradient's.
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for a name without a field; at SlipFaultSetUp() PETSC_ERR_ARG_SIZ for another

@@ -302,7 +302,7 @@ static PetscErrorCode CheckFile(SlipFault fault)
 }
 
 /*@
-  SlipFaultCheckpointStart - go on from -fault_restart, and keep checkpoints of the run
+  SlipFaultCheckpointStart - continue from -fault_restart, and write checkpoints of the run
 
   Collective; after SlipFaultOutputStart() with the solution set, before TSSolve().
 

@@ -35,11 +35,10 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
     along = fault->mesh.planes == 1 ? PETSC_TRUE : PETSC_FALSE;
   else
     PetscCall(AlongStrike(fault, &along));
-  PetscCheck(
-    !yes || !file[0], fault->comm, PETSC_ERR_ARG_INCOMP,
-    "-%sfault_normal_coupling yes needs a kernel, but -%sfault_stiffness_file %s is given, which says nothing of "
-    "normal stress: expected auto or no",
-    prefix, prefix, file);
+  PetscCheck(!yes || !file[0], fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_normal_coupling yes needs a kernel, but -%sfault_stiffness_file %s is given, which does not "
+             "contain normal stress: expected auto or no",
+             prefix, prefix, file);
   PetscCheck(
     !opens || !no, fault->comm, PETSC_ERR_ARG_INCOMP,
     "-%sfault_opening yes needs the normal stress that slip and opening make: expected -%sfault_normal_coupling "
@@ -207,14 +206,14 @@ static PetscErrorCode SayBare(SlipFault fault, PetscReal time, PetscInt row, Pet
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, fault->comm));
   if (SlipFaultOpens(fault)) {
     PetscCall(PetscPrintf(fault->comm,
-                          "At %.6g s %" PetscInt_FMT " cells open, first cell %" PetscInt_FMT " (said once)\n",
+                          "At %.6g s %" PetscInt_FMT " cells open, first cell %" PetscInt_FMT " (printed once)\n",
                           (double)time, cells, row));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscPrintf(fault->comm,
                         "At %.6g s slip has taken the normal stress of %" PetscInt_FMT
                         " cells, first of cell %" PetscInt_FMT
-                        ": they have no strength while it has none (said once)\n",
+                        ": they have no strength while it has none (printed once)\n",
                         (double)time, cells, row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,7 +3,7 @@
 #include <math.h>
 
 /*@
-  SlipFaultCreate - the reference case "3 km" with one cell
+  SlipFaultCreate - create a fault, with the parameters of the reference case "3 km" and one cell
 
   Collective.
 
@@ -89,7 +89,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
 }
 
 /*@
-  SlipFaultSetInertia - sets whether the fault has inertia
+  SlipFaultSetInertia - set whether the fault has inertia
 
   Logically collective; before SlipFaultSetUp()
 
@@ -166,7 +166,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
 }
 
 /*@
-  SlipFaultReference - one more owner of a fault
+  SlipFaultReference - add a reference to a fault
 
   Logically collective
 
@@ -186,7 +186,7 @@ PetscErrorCode SlipFaultReference(SlipFault fault)
 }
 
 /*@C
-  SlipFaultSetOptionsPrefix - what the names of this fault's options begin with, for two faults in one program
+  SlipFaultSetOptionsPrefix - set the prefix of this fault's options, for two faults in one program
 
   Logically collective; before SlipFaultSetFromOptions()
 
@@ -211,7 +211,7 @@ PetscErrorCode SlipFaultSetOptionsPrefix(SlipFault fault, const char prefix[])
 }
 
 /*@C
-  SlipFaultAppendOptionsPrefix - add to what the names of this fault's options begin with
+  SlipFaultAppendOptionsPrefix - append to the prefix of this fault's options
 
   Logically collective; before SlipFaultSetFromOptions()
 
@@ -232,7 +232,7 @@ PetscErrorCode SlipFaultAppendOptionsPrefix(SlipFault fault, const char prefix[]
 }
 
 /*@C
-  SlipFaultGetOptionsPrefix - what the names of this fault's options begin with
+  SlipFaultGetOptionsPrefix - get the prefix of this fault's options
 
   Not collective
 
@@ -256,7 +256,7 @@ PetscErrorCode SlipFaultGetOptionsPrefix(SlipFault fault, const char *prefix[])
 }
 
 /*@
-  SlipFaultGetOperators - stiffness, viscosity and mass of the fault
+  SlipFaultGetOperators - get stiffness, viscosity and mass of the fault
 
   Not collective; after SlipFaultSetUp()
 
@@ -285,7 +285,7 @@ PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal 
 }
 
 /*@
-  SlipFaultGetTimeScale - T* = Ly sqrt(rho/G) [s], the time of a shear wave across the mobilised thickness
+  SlipFaultGetTimeScale - get T* = Ly sqrt(rho/G) [s], the time of a shear wave across the mobilised thickness
 
   Not collective; after SlipFaultSetUp()
 

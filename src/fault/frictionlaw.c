@@ -49,7 +49,7 @@ static PetscErrorCode CheckOwn(const SlipFrictionLaw *law)
 }
 
 /*@C
-  SlipFaultRegisterFrictionLaw - one more choice of -fault_friction_law
+  SlipFaultRegisterFrictionLaw - add a choice to -fault_friction_law
 
   Not collective, on every process in the same order; before the options of a fault are read
 

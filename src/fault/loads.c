@@ -316,7 +316,7 @@ PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoa
 }
 
 /*
-  SlipFaultReportOpening - say once that cells have opened: their pressure exceeds their normal stress, and they have no
+  SlipFaultReportOpening - print once that cells have opened: their pressure exceeds their normal stress, and they have no
   strength
 
   Collective; for times that the run has reached, not those that an attempt or a search for an onset looks at.
@@ -335,7 +335,7 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
   fault->loads.opened = PETSC_TRUE;
   PetscCall(PetscPrintf(fault->comm,
                         "At %.6g s the pore pressure exceeds the normal stress in %" PetscInt_FMT
-                        " cells: they open, without strength (said once)\n",
+                        " cells: they open, without strength (printed once)\n",
                         (double)t, opened));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

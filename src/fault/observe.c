@@ -136,7 +136,7 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
 }
 
 /*
-  SlipFaultKeepEstimates - sum up the integrator's estimates for observations
+  SlipFaultKeepEstimates - add up the integrator's error estimates for observations
 
   Collective. w: state after the attempt; error, derivative: the attempt's local error and dw/dt at its end, NULL when
   not known. A cell that has just stopped has no derivative.

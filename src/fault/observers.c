@@ -35,7 +35,7 @@ static const SlipFaultObserver *ObserverAt(PetscInt i)
 }
 
 /*@C
-  SlipFaultRegisterObserver - have runs of faults watched
+  SlipFaultRegisterObserver - add an observer that runs of faults call
 
   Not collective, on every process; before SlipFaultOutputStart()
 
@@ -178,7 +178,7 @@ static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
 }
 
 /*@
-  SlipFaultOutputStart - have a run watched: by what writes -fault_output and -fault_catalogue, estimates the slip's error and prints
+  SlipFaultOutputStart - start the observers of a run, which write -fault_output and -fault_catalogue, estimate the slip's error and print
   how far it is, and by the observers of SlipFaultRegisterObserver()
 
   Collective; after TSSetFromOptions(), before TSSolve().

@@ -385,7 +385,7 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
 }
 
 /*@C
-  SlipFaultGetReal - a scalar parameter of the fault; until they are set, thickness is length_x, rate_tolerance is
+  SlipFaultGetReal - get a scalar parameter of the fault; until they are set, thickness is length_x, rate_tolerance is
                      1e-10 m over T* and accuracy is 1e-2
 
   Not collective.
@@ -452,7 +452,7 @@ PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[]
 }
 
 /*@C
-  SlipFaultSetString - set a named choice or a file name of the fault
+  SlipFaultSetString - set a choice or a file name of the fault
 
   Logically collective; before SlipFaultSetUp() only (except output, output_*, stations, surface_stations and catalogue).
 

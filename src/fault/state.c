@@ -2,7 +2,7 @@
 #include <slipstep/private/slipfault.h>
 
 /*@
-  SlipFaultCreateState - a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two components of
+  SlipFaultCreateState - create a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two components of
                          slip block size 5, (v, v, u, u, s)
 
   Collective; after SlipFaultSetUp().
@@ -74,7 +74,7 @@ static PetscErrorCode CheckTraction(SlipFault fault)
 }
 
 /*@
-  SlipFaultSetInitialState - the start that -fault_initial names
+  SlipFaultSetInitialState - set the initial state that -fault_initial selects
 
   Collective. "critical": v = 0, s = 0, u = -(1 + perturbation) K^-1 q(0), so that -K u slightly exceeds the strength
   everywhere; "rest" and "traction": all zero. The shear stress is T0 - K u, T0 the field initial_traction.

@@ -170,13 +170,13 @@ static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
   PetscCall(PetscStrcmp(fault->kind.viscosity, "spectral", &spectral));
   PetscCall(SlipFaultKernel(fault, &kernel));
   PetscCheck(kernel.average != SLIP_AVERAGE_WHOLE || !kernel.type->side, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_stiffness_average whole is not known of triangles: expected centre or cell", prefix);
+             "-%sfault_stiffness_average whole does not support triangles: expected centre or cell", prefix);
   PetscCheck(
     !kernel.average || kernel.type->average, fault->comm, PETSC_ERR_ARG_INCOMP,
-    "-%sfault_stiffness_average %s is known of triangles, and of vertical planes with the rake 0: expected centre",
+    "-%sfault_stiffness_average %s supports only triangles, and vertical planes with the rake 0: expected centre",
     prefix, fault->options.text[FAULT_STIFFNESS_AVERAGE]);
   PetscCheck(!fault->kind.dipping || !spectral, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_viscosity spectral is known of vertical planes with the rake 0 only: expected sqrtm, lanczos, "
+             "-%sfault_viscosity spectral supports only vertical planes with the rake 0: expected sqrtm, lanczos, "
              "radiation or none",
              prefix);
   PetscCheck(!file[0] || !kernel.average, fault->comm, PETSC_ERR_ARG_INCOMP,
@@ -276,8 +276,8 @@ static PetscErrorCode CheckOpening(SlipFault fault)
   PetscCall(KSPDestroy(&ksp));
   PetscCheck(
     reason != KSP_DIVERGED_INDEFINITE_MAT, fault->comm, PETSC_ERR_ARG_INCOMP,
-    "-%sfault_opening yes: the stiffness is not positive definite, cells would open by themselves, as where "
-    "they are wide against their depth: expected smaller cells below the ground, or triangles "
+    "-%sfault_opening yes: the stiffness is not positive definite, so cells would open without a load; this happens "
+    "where they are wide compared with their depth: expected smaller cells below the ground, or triangles "
     "(-%sfault_mesh) with -%sfault_stiffness_average cell and a dip of 15 degrees at least where they reach it",
     prefix, prefix, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -138,7 +138,7 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
 }
 
 /*@C
-  SlipOutputSetOption - say by which option the file is named
+  SlipOutputSetOption - set the name of the option that names the file, for messages
 
   Logically collective; before TSSolve()
 
@@ -205,7 +205,7 @@ PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *seri
 }
 
 /*@
-  SlipOutputResume - go on in the file of an earlier run
+  SlipOutputResume - continue the file of an earlier run
 
   Collective; after SlipOutputCreate(), before TSSolve()
 
@@ -260,7 +260,7 @@ static PetscErrorCode SlipOutputAdd(SlipOutput out, SlipOutputNumber list[], Pet
 }
 
 /*@C
-  SlipOutputAddResult - a number that the run found, for /result and the summary
+  SlipOutputAddResult - add a result of the run to /result and the summary
 
   Logically collective
 
@@ -284,7 +284,7 @@ PetscErrorCode SlipOutputAddResult(SlipOutput output, const char name[], const c
 }
 
 /*@C
-  SlipOutputAddRun - a number that describes the run, an attribute of /run
+  SlipOutputAddRun - add a number that describes the run, an attribute of /run
 
   Logically collective
 
@@ -423,7 +423,7 @@ PetscErrorCode SlipOutputFinish(SlipOutput *output, PetscReal wall_setup, PetscR
 }
 
 /*@
-  SlipOutputDestroy - give up the output of a run that did not finish: FILE.part stays with its rows, FILE is untouched
+  SlipOutputDestroy - close the output of a run that did not finish: FILE.part keeps its rows, FILE is untouched
 
   Collective
 

@@ -44,7 +44,7 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
 }
 
 /*@C
-  SlipOutputAddTable - a table with a row for each row of /series
+  SlipOutputAddTable - add a table with a row for each row of /series
 
   Collective; while the file of a run is made, as in the function layout of a SlipFaultObserver
 
@@ -86,7 +86,7 @@ PetscErrorCode SlipOutputAddTable(SlipOutput out, const char group[], PetscInt n
 }
 
 /*@
-  SlipOutputAddRows - a row for each of some tables
+  SlipOutputAddRows - add a row to each of several tables
 
   Collective; once for each row of /series, before it, as in the function step of a SlipFaultObserver
 
@@ -121,7 +121,7 @@ PetscErrorCode SlipOutputAddRows(SlipOutput out, PetscInt table, PetscInt n, con
 }
 
 /*@C
-  SlipOutputAddAttribute - a number that describes a table of the file
+  SlipOutputAddAttribute - add a number that describes a table of the file
 
   Collective; while the file is made, after SlipOutputAddTable()
 

@@ -4,7 +4,7 @@
 #include <slipsys.h>
 
 /*@
-  SlipPolicyCreate - an empty policy
+  SlipPolicyCreate - create an empty policy
 
   Collective
 
@@ -50,7 +50,7 @@ PetscErrorCode SlipPolicyClear_Private(SlipPolicy p)
 }
 
 /*@
-  SlipPolicyDestroy - let go of a policy; the last reference frees it
+  SlipPolicyDestroy - release a policy; the last release frees it
 
   Collective
 
@@ -76,7 +76,7 @@ PetscErrorCode SlipPolicyDestroy(SlipPolicy *policy)
 }
 
 /*@
-  SlipPolicyReference - one more owner of a policy
+  SlipPolicyReference - add a reference to a policy
 
   Logically collective
 
@@ -96,7 +96,7 @@ PetscErrorCode SlipPolicyReference(SlipPolicy policy)
 }
 
 /*@C
-  SlipPolicyGetHash - digest of everything the policy holds, for provenance
+  SlipPolicyGetHash - get a digest of the policy's content, for provenance
 
   Not collective
 

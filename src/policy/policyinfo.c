@@ -2,7 +2,7 @@
 #include <slipstep/private/slippolicy.h>
 
 /*@C
-  SlipPolicyGetAttribute - what was noted about the training
+  SlipPolicyGetAttribute - get an attribute that describes the training
 
   Not collective
 

@@ -497,7 +497,7 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   Level: beginner
 
   Notes:
-  For problems whose right-hand side (TSSetRHSFunction()) is smooth and dear: explicit pairs of Runge and Kutta take 3
+  For problems whose right-hand side (TSSetRHSFunction()) is smooth and expensive: explicit pairs of Runge and Kutta take 3
   (3bs) to 6 (5dp) of them a step. The order is chosen anew each step from 1 to the highest. TSAdapt types basic, dsp, pi,
   heuristic and rl control the step by the estimate of the order that comes next. An attempt that leaves the domain of the
   right-hand side (TSSetFunctionDomainError()), or is no number, is refused, and so are steps below the rounding of time, by an error.

@@ -186,7 +186,7 @@ class Verdict(Runs):
     def test_unknown(self):
         """What was not calibrated is said to be unknown, with the reason."""
         for options, why in ((["-ts_max_time", "5"], "the fault still slides"), (["-fault_friction_law", "linear_slip_weakening"], "not calibrated for this friction law"),
-                             (["-ts_bathe_error", "none", "-ts_adapt_type", "none", "-ts_dt", "0.3"], "no estimates of its steps"),
+                             (["-ts_bathe_error", "none", "-ts_adapt_type", "none", "-ts_dt", "0.3"], "its steps have no error estimates"),
                              (["-ts_bathe_reaction", "implicit"], "not calibrated for this integrator"),
                              (["-ts_adapt_type", "none", "-ts_dt", "10"], "too few steps")):
             run = self.run_fault("-fault_nx", "2", "-fault_nz", "2", "-fault_stiffness_scaling", "mean_slip", *options)

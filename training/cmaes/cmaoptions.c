@@ -62,8 +62,8 @@ static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems Pe
     OPTION_INTEGER("-train_mesh_side", "Largest number of cells along a side of these meshes", &o->side, 2, 12),
     OPTION_INTEGER("-train_batch_singles", "Episodes of one cell in a generation", &o->batch_single, 1, 100000),
     OPTION_INTEGER("-train_batch_meshes", "Episodes on meshes in a generation", &o->batch_mesh, 0, 100000),
-    OPTION_INTEGER("-train_late_generations", "Generations at the end that have batches of their own",
-                   &o->late_generations, 0, 1e8),
+    OPTION_INTEGER("-train_late_generations", "Generations at the end that have separate batches", &o->late_generations,
+                   0, 1e8),
     OPTION_INTEGER("-train_late_singles", "Episodes of one cell in one of these", &o->late_single, 1, 100000),
     OPTION_INTEGER("-train_late_meshes", "Episodes on meshes in one of these", &o->late_mesh, 0, 100000),
     OPTION_INTEGER("-train_calibration", "Episodes of each kind by which the dial is calibrated", &o->calibration, 1,
@@ -129,7 +129,7 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *
   PetscCall(TrainSetFiles(PetscOptionsObject, "Checkpoint to write at every validation", o->output, o->log,
                           o->checkpoint, o->resume));
   PetscCall(PetscOptionsString(
-    "-train_calibrate", "Policy file whose accuracy dial is calibrated anew, by -train_within; nothing is trained",
+    "-train_calibrate", "Policy file whose accuracy dial is calibrated again, by -train_within; nothing is trained",
     NULL, o->calibrate, o->calibrate, sizeof(o->calibrate), &set));
   PetscOptionsEnd();
   PetscCheck(!set || (o->calibrate[0] && !o->resume[0]), comm, PETSC_ERR_ARG_WRONG,

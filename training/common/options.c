@@ -42,7 +42,8 @@ PetscErrorCode OptionFind(const char option[], const char value[], const char *c
     if (same) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(TextAdd(list, sizeof(list), " %s", known[i]));
   }
-  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s is not known; expected one of:%s", option, value, list);
+  SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_ARG_UNKNOWN_TYPE, "%s %s does not exist; expected one of:%s", option, value,
+          list);
 }
 
 PetscErrorCode OptionChoice(SlipOptionItems PetscOptionsObject, const char name[], const char text[],

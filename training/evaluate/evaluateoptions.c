@@ -128,7 +128,7 @@ static PetscErrorCode Limits(EvaluateOptions *o, SlipOptionItems PetscOptionsObj
                    "Constant steps of a reference; -1: the problem's own (fault 4000, circuit 200000); 0: references "
                    "must be in the file",
                    &o->reference_steps, -1, PETSC_MAX_REAL),
-    OPTION_INTEGER("-evaluate_max_attempts", "Attempts after which a run is given up and recorded as failed",
+    OPTION_INTEGER("-evaluate_max_attempts", "Attempts after which a run is stopped and recorded as failed",
                    &o->max_attempts, 1, PETSC_MAX_REAL),
     OPTION_INTEGER("-evaluate_spread",
                    "Meshes of up to this many cells along an edge run one a process; finer ones run on all processes",

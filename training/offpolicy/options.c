@@ -268,8 +268,8 @@ PetscErrorCode TrainOptionsSet(MPI_Comm comm, TrainOptions *o)
   PetscCall(ParseAgent(o, PetscOptionsObject));
   PetscCall(SlipCheckBoolOption(PETSC_COMM_WORLD, NULL, NULL, "-train_transfer"));
   PetscCall(PetscOptionsBool("-train_transfer",
-                             "-train_resume is of another mesh or fault: keep its networks and optimisers, forget its "
-                             "transitions and evaluations",
+                             "-train_resume names a checkpoint of another mesh or fault: use its networks and "
+                             "optimisers, discard its transitions and evaluations",
                              NULL, o->transfer, &o->transfer, NULL));
   PetscCall(TrainSetFiles(PetscOptionsObject, "Checkpoint to write: networks, optimisers, buffer, random state",
                           o->output, o->log, o->checkpoint, o->resume));
