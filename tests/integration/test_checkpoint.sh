@@ -64,7 +64,7 @@ linked=("${run[@]}" -fault_output link.h5)
 same grid.h5 scratch/there.h5 0 || fail "another run behind links"
 echo damaged >scratch/there.state
 "${run[@]}" -ts_max_time 5 -fault_restart link.state >/dev/null 2>err.txt || fail "$(cat err.txt)"
-grep -q "scratch/there.state.previous is taken" err.txt || fail "no file before: $(cat err.txt)"
+grep -q "scratch/there.state.previous is used" err.txt || fail "no file before: $(cat err.txt)"
 
 # ---- the step ----
 "${run[@]}" -ts_max_time 5 -ts_dt 1e-3 -fault_restart end.state -fault_output '' >out.txt 2>/dev/null
