@@ -201,7 +201,7 @@ static void other_problem(void **state)
   (void)state;
   ok(TSSetSlipProblem(r.ts, NULL));
   ok(TSAdaptRLSetPolicy(r.adapt, p));
-  (void)step(&r, text, sizeof(text), "-ts_adapt_rl_measure final_slip: the problem has one error of its own");
+  (void)step(&r, text, sizeof(text), "-ts_adapt_rl_measure final_slip: the problem has only one measure of error");
   ObjectsDestroy(&r.ts, &r.w, &r.fault);
   r = start("-ts_adapt_rl_measure history");
   ok(TSSetSlipProblem(r.ts, NULL));
