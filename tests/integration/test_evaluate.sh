@@ -96,9 +96,9 @@ grep -q "6 cells of this matrix, 0 were there, 0 failed, 0 left" h.txt || fail "
 # ---- wrong use: one message, and the file stays as it is ----
 sum=$(sha256sum <a.h5)
 same=("$bin/evaluate" "${tiny[@]}" -evaluate_output a.h5)
-refuses "-evaluate_controllers nonsense is not known" heuristic pi dsp none rl -- "${same[@]}" -evaluate_controllers pi,nonsense
-refuses "-evaluate_problems pendulum is not known" sliding_mode -- "${same[@]}" -evaluate_problems pendulum
-refuses "-evaluate_errors tripling is not known" embedded doubling -- "${same[@]}" -evaluate_errors tripling
+refuses "-evaluate_controllers nonsense does not exist" heuristic pi dsp none rl -- "${same[@]}" -evaluate_controllers pi,nonsense
+refuses "-evaluate_problems pendulum does not exist" sliding_mode -- "${same[@]}" -evaluate_problems pendulum
+refuses "-evaluate_errors tripling does not exist" embedded doubling -- "${same[@]}" -evaluate_errors tripling
 refuses "-evaluate_policies" -- "${same[@]}" -evaluate_controllers rl
 refuses "for the problem fault" fault.h5 -- "${same[@]}" -evaluate_problems circuit -evaluate_policies "$policy"
 refuses "fault_tqc_alpha2.h5 follows no option" "patterns quotes" -- "${same[@]}" -evaluate_policies "$trained"/fault_tqc_alpha[12].h5
