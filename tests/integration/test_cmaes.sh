@@ -6,7 +6,7 @@ tiny=("$bin/train" -train_algorithm cmaes -train_singles 4 -train_meshes 1 -trai
   -train_validation 2 -train_calibration 2 -train_validation_interval 2 -train_population 6 -train_hidden 3 -train_generations 2 -train_late_generations 1)
 refused=("${tiny[@]}" -train_output refused.h5)
 
-refuses "-train_problem pendulum is not known" -- "${refused[@]}" -train_problem pendulum
+refuses "-train_problem pendulum does not exist" -- "${refused[@]}" -train_problem pendulum
 refuses "-train_hidden is 0" -- "${refused[@]}" -train_hidden 0
 refuses "-train_mesh_side is 20" -- "${refused[@]}" -train_mesh_side 20
 refuses "-train_sigma is 0" -- "${refused[@]}" -train_sigma 0
