@@ -77,7 +77,7 @@ SLIPSTEP_POLICY_DIR=$work/only "$build/bin/sliding_mode" -ts_adapt_type rl -ts_a
 expect message "default one of the problem fault, $work/only/fault.h5"
 if SLIPSTEP_POLICY_DIR=$work/nowhere "$build/bin/fault" "${small[@]}" > missing 2> message; then fail "a missing default must fail"; fi
 expect message "fault: error: -ts_adapt_type rl has no policy" "$work/nowhere/fault.h5, is not there" "-ts_adapt_rl_policy <file.h5>"
-[ "$(wc -l < message)" = 1 ] || { cat message; fail "expected one line"; }
+[ "$(grep -vc ': warning: ' message)" = 1 ] || { cat message; fail "expected one line"; }
 SLIPSTEP_POLICY_DIR=$work/nowhere "$build/bin/sliding_mode" -ts_adapt_type rl > missing 2> message && fail "a missing default must fail"
 expect message "default one of the problem sliding_mode, $work/nowhere/sliding_mode.h5"
 SLIPSTEP_POLICY_DIR=$work/nowhere "$build/bin/circuit" -ts_adapt_type rl > missing 2> message && fail "a missing default must fail"

@@ -207,7 +207,7 @@ def test_checksum():
     if not os.access(fault, os.X_OK):
         print("no build (SLIPSTEP_BUILD): what is imported is not read by the library")
         return
-    command = [fault, "-ts_adapt_type", "rl", "-ts_adapt_rl_policy", "out.h5", "-ts_max_time", "1e-3"]
+    command = [fault, "-ts_adapt_type", "rl", "-ts_adapt_rl_policy", "out.h5", "-ts_max_time", "1e-3", "-fault_stiffness_average", "whole"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     with h5py.File("out.h5", "r+") as file:

@@ -106,6 +106,7 @@ def stopped_by_disk(run, folder, older, reasons):
     if run.returncode == 0:  # there was enough after all
         return check_rows(os.path.join(folder, "run.h5"), 1)
     assert run.returncode == 1, (run.returncode, message)
+    message = "".join(line for line in message.splitlines(True) if ": warning: " not in line)
     assert message.count("\n") == 1 and "run.h5" in message and any(reason in message for reason in reasons), message
     with open(os.path.join(folder, "run.h5"), "rb") as file:
         assert file.read() == older

@@ -58,7 +58,7 @@ class Results(FaultTest):
 
     def test_files(self):
         """open() has what run() returns; FILE.part of a run that was stopped; what is no such file."""
-        self.fault("-fault_nx", 4, "-fault_nz", 3, "-fault_output", "run.h5", "-fault_catalogue", "events.h5")
+        self.fault("-fault_nx", 4, "-fault_nz", 3, "-fault_stiffness_average", "whole", "-fault_output", "run.h5", "-fault_catalogue", "events.h5")
         with open(self.path("text"), "w") as file:
             file.write("no HDF5")
         done = python("-c", textwrap.dedent(f"""
@@ -75,6 +75,19 @@ class Results(FaultTest):
                     assert name in str(error)
             os.rename(folder + "/run.h5", folder + "/run.h5.part")
             assert slipstep.open(folder + "/run.h5.part").summary["accepted"] > 0
+            """))
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_options_file(self):
+        """Keywords override the file, and what it has of cells overrides the default of 10 x 10, on both backends."""
+        with open(self.path("few.opts"), "w") as file:
+            file.write("-fault_nx 6\n-fault_nz 4\n-ts_max_time 2\n")
+        done = python("-c", textwrap.dedent(f"""
+            import slipstep
+            for backend in ["program", slipstep.Fault.backend]:
+                for given, shape in (({{}}, (4, 6)), ({{"nx": 5}}, (4, 5)), ({{"nx": 5, "nz": 3}}, (3, 5))):
+                    result = slipstep.Fault(options_file={self.path("few.opts")!r}, **given).run(progress=False, backend=backend)
+                    assert result["slip"].shape[1:] == shape and result.series["time"][-1] == 2, (backend, given, result["slip"].shape)
             """))
         self.assertEqual(done.returncode, 0, done.stderr)
 

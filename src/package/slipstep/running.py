@@ -81,6 +81,18 @@ def written(at):
     return f"{at:.4g} s"
 
 
+def options_of(path):
+    """Names of the options of faults in a file of options, without "fault_"."""
+    if path is None:
+        return set()
+    try:
+        with open(path, encoding="utf-8") as file:
+            lines = file.read().splitlines()
+    except OSError as error:
+        raise Error(f"cannot read {path} (options_file): {error.strerror}") from None
+    return {match[1] for match in (re.match(r"\s*-fault_(\w+)", line) for line in lines) if match}
+
+
 def word(value):
     """A value as the command line has it."""
     if isinstance(value, bool):
@@ -123,9 +135,11 @@ class Runs:
         if backend == "petsc" and self.backend != "petsc":
             raise Error("backend='petsc' needs petsc4py and the library of SlipStep")
         given = dict(self._given)
-        if "mesh" not in given:
-            given.setdefault("nx", 10)
-            given.setdefault("nz", 10)
+        in_file = options_of(self._options.get("options_file"))
+        if "mesh" not in given and "mesh" not in in_file:
+            for name in ("nx", "nz"):
+                if name not in in_file:
+                    given.setdefault(name, 10)
         folder = _folder(self, backend)
         try:
             given.setdefault("output", os.path.join(folder, "run.h5"))
@@ -146,9 +160,14 @@ def _folder(fault, backend):
     """A temporary folder, the same on every process."""
     if backend == "petsc":
         from petsc4py import PETSc
-        comm = PETSc.COMM_WORLD.tompi4py() if PETSc.COMM_WORLD.getSize() > 1 else None
-        if comm is not None:
+        if PETSc.COMM_WORLD.getSize() > 1:
+            try:
+                comm = PETSc.COMM_WORLD.tompi4py()
+            except ImportError:
+                raise Error("run() on several processes needs mpi4py; Debian's package is python3-mpi4py") from None
             return comm.bcast(tempfile.mkdtemp(prefix="slipstep-") if comm.rank == 0 else None)
+    elif int(os.environ.get("OMPI_COMM_WORLD_SIZE", os.environ.get("PMI_SIZE", "1"))) > 1:
+        raise Error("the program cannot be started by several processes: expected one, or petsc4py")
     return tempfile.mkdtemp(prefix="slipstep-")
 
 
@@ -177,6 +196,10 @@ def _in_process(fault, given, folder, progress):
     try:
         if "options_file" in fault._options:
             database.insertString("-options_file " + word(fault._options["options_file"]))
+            if database.hasName("fault_nx") and "nx" not in given:  # arrays need the shape before the options are read
+                given = {**given, "nx": database.getInt("fault_nx")}
+            if database.hasName("fault_nz") and "nz" not in given:
+                given = {**given, "nz": database.getInt("fault_nz")}
             for name in (*given, *fault._arrays):  # what is given here overrides the file
                 database.delValue(f"fault_{name}")
         for name, value in fault._options.items():
@@ -222,7 +245,10 @@ def message_of(error):
 
 def _by_program(fault, given, folder, progress):
     """True when it was interrupted."""
-    words = [find_program(), "-fault_progress", "no"]
+    words = [find_program()]
+    if "options_file" in fault._options:  # what follows overrides it
+        words += ["-options_file", word(fault._options["options_file"])]
+    words += ["-fault_progress", "no"]
     if fault._arrays:
         if "parameters" in given:
             raise Error(f"parameters is {given['parameters']}, and {', '.join(fault._arrays)} are arrays: expected one of them")
@@ -241,7 +267,8 @@ def _by_program(fault, given, folder, progress):
     for name, value in given.items():
         words += [f"-fault_{name}", word(value)]
     for name, value in fault._options.items():
-        words += [f"-{name}", word(value)]
+        if name != "options_file":
+            words += [f"-{name}", word(value)]
     line, interrupted = Line(progress), False
     log = os.path.join(folder, "log")
     with open(log, "w+", encoding="utf-8") as output:
