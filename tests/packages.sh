@@ -74,7 +74,7 @@ attempt() { # WHAT LOG COMMAND...
 }
 
 build() { # ROOT: the .deb of what is committed, in /srv/package
-  rm -rf --one-file-system "$1/srv/package"
+  rm -rf --one-file-system "$1/srv/package" # CI shares this folder, and has its own in /srv
   git clone -q --no-hardlinks . "$1/srv/package"
   inside "$1" "cd /srv/package && . tests/setup.sh && slipstep_setup file && slipstep_build build -DBUILD_TESTING=OFF && cd build && cpack -G DEB"
 }
@@ -82,27 +82,48 @@ files() { # ROOT: of a system, but for what any package leaves: lists, logs and 
   find "$1" -xdev \( -path "$1/proc" -o -path "$1/sys" -o -path "$1/dev" -o -path "$1/tmp" -o -path "$1/var/lib/apt" -o -path "$1/var/cache" -o -path "$1/var/log" -o -path "$1/var/lib/dpkg" \
     -o -path "$1/root" \) -prune -o -print | sort
 }
-first_run="cd /root && mkdir -p run && cd run
+# One command a line: bash -e does not end where the first of a && b fails.
+first_run="mkdir -p /root/run
+  cd /root/run
   slipstep-fault -fault_output run.h5 -fault_catalogue events.h5 -fault_output_overwrite
   mpirun --oversubscribe -n 2 slipstep-fault -ts_adapt_type rl -ts_max_time 10
   slipstep-fault -options_file /usr/share/slipstep/examples/fault_3km.opts -ts_max_time 5
-  slipstep-plot-run run.h5 && slipstep-report run.h5 --catalogue events.h5 && slipstep-catalogue-quakeml events.h5 e.xml --origin 10 50
-  [ -s run.png ] && [ -s run.html ] && [ -s e.xml ]
+  slipstep-plot-run run.h5
+  slipstep-report run.h5 --catalogue events.h5
+  slipstep-catalogue-quakeml events.h5 e.xml --origin 10 50
+  test -s run.png
+  test -s run.html
+  test -s e.xml
   python3 -c 'import slipstep; r = slipstep.Fault(nx=4, nz=4).run(progress=False); assert r.complete and r[\"slip\"].max() > 0; print(slipstep.Fault.backend, r)'
-  slipstep-train -help train | grep -q -e -train_output
-  zcat /usr/share/man/man1/slipstep-fault.1.gz | grep -q fault_nx"
+  slipstep-train -help train >help.txt
+  grep -q -e -train_output help.txt
+  zcat /usr/share/man/man1/slipstep-fault.1.gz >man.txt
+  grep -q fault_nx man.txt"
 developer="apt-get -q -y install --no-install-recommends gcc libc6-dev pkg-config cmake make libpetsc-real-dev libopenmpi-dev libhdf5-openmpi-dev libfftw3-dev libfftw3-mpi-dev libmetis-dev libopenblas-pthread-dev python3-petsc4py-real man-db
   cd /root/run
   printf '#include <slipstep.h>\nint main(int c, char **v) { SlipFault f; PetscCall(SlipProgramInitialize(&c, &v, \"mine\", \"\")); PetscCall(SlipStepInitializePackage()); PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &f)); PetscCall(SlipFaultDestroy(&f)); return PetscFinalize(); }\n' >mine.c
-  mpicc mine.c -o mine \$(pkg-config --cflags --libs slipstep) && ./mine
-  mkdir -p c && printf 'cmake_minimum_required(VERSION 3.16)\nproject(mine C)\nfind_package(slipstep REQUIRED)\nadd_executable(mine ../mine.c)\ntarget_link_libraries(mine slipstep::slipstep)\n' >c/CMakeLists.txt
-  cmake -S c -B c/build && cmake --build c/build && c/build/mine
-  MANWIDTH=100 man --warnings -l /usr/share/man/man1/slipstep-fault.1.gz >man.txt 2>man.err && [ ! -s man.err ] && lexgrog /usr/share/man/man1/slipstep-*.1.gz
-  export PYTHONPATH=\$(echo /usr/lib/petscdir/petsc3*/x86_64-linux-gnu-real/lib/python3/dist-packages)
+  mpicc mine.c -o mine \$(pkg-config --cflags --libs slipstep)
+  ./mine
+  mkdir -p c
+  printf 'cmake_minimum_required(VERSION 3.16)\nproject(mine C)\nfind_package(slipstep REQUIRED)\nadd_executable(mine ../mine.c)\ntarget_link_libraries(mine slipstep::slipstep)\n' >c/CMakeLists.txt
+  cmake -S c -B c/build
+  cmake --build c/build
+  c/build/mine
+  MANWIDTH=100 man --warnings -l /usr/share/man/man1/slipstep-fault.1.gz >man.txt 2>man.err
+  test ! -s man.err
+  lexgrog /usr/share/man/man1/slipstep-*.1.gz
+  export PYTHONPATH=\$(echo /usr/lib/petscdir/petsc3*/*-real/lib/python3/dist-packages)
   python3 -c 'import slipstep; assert slipstep.Fault.backend == \"petsc\"; print(slipstep.Fault(nx=4, nz=4).run(progress=False))'
-  rm -rf moved && dpkg -x /tmp/slipstep.deb moved && apt-get -q -y remove slipstep
-  moved/usr/bin/slipstep-fault -ts_max_time 5 | grep mean && PKG_CONFIG_PATH=moved/usr/lib/pkgconfig mpicc mine.c -o mine \$(PKG_CONFIG_PATH=moved/usr/lib/pkgconfig pkg-config --cflags --libs slipstep) && ./mine
-  rm -rf c/build && cmake -S c -B c/build -DCMAKE_PREFIX_PATH=/root/run/moved/usr && cmake --build c/build && c/build/mine"
+  rm -rf moved c/build
+  dpkg -x /tmp/slipstep.deb moved
+  apt-get -q -y remove slipstep
+  moved/usr/bin/slipstep-fault -ts_max_time 5
+  export PKG_CONFIG_PATH=moved/usr/lib/pkgconfig
+  mpicc mine.c -o mine \$(pkg-config --cflags --libs slipstep)
+  ./mine
+  cmake -S c -B c/build -DCMAKE_PREFIX_PATH=/root/run/moved/usr
+  cmake --build c/build
+  c/build/mine"
 
 for release in "$@"; do
   root=$keep/systems/$release clean=$keep/clean/$release trial=$keep/trial/$release logs=$keep/packages.logs/$release
