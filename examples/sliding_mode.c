@@ -2,7 +2,7 @@ static const char help[] =
   "First-order sliding mode controller dw/dt = D sin(omega t) + F_r, F_r in -k Sign(w).\n"
   "  sliding_mode -ts_adapt_type pi -sliding_mode_output run.h5\n"
   "Defaults: the evaluation setting, 0.5 s (-ts_max_time), steps from 1e-9 s to 2 pi/(10 omega) "
-  "(-ts_adapt_dt_min, -ts_adapt_dt_max),\n-ts_rtol 1e-3, -ts_atol 1e-6, -ts_adapt_type heuristic.\n\n";
+  "(-ts_adapt_dt_min, -ts_adapt_dt_max), -ts_rtol 1e-3, -ts_atol 1e-6, -ts_adapt_type heuristic.\n\n";
 
 #include "smallmodel.h"
 
