@@ -185,7 +185,7 @@ class SpringSlider(FaultTest):
         text = self.fault(CRITICAL, 1, *CUT_OFF, "-fault_cut_of_rate", "1", code=1, program="friction_law")
         self.assertIn("did you mean -fault_cut_off_rate", text)
         text = self.fault(CRITICAL, 1, "-fault_cut_off_rate", "1", program="friction_law")
-        self.assertIn("warning: -fault_cut_off_rate does nothing", text)
+        self.assertIn("warning: -fault_cut_off_rate has no effect", text)
         text = self.fault(CRITICAL, 1, "-fault_cut_off_rate", "1", code=1)  # of the program without the law
         self.assertIn("there is no option -fault_cut_off_rate", text)
 
