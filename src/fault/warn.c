@@ -229,9 +229,11 @@ static PetscErrorCode WarnOfPlanes(SlipFault fault, PetscMPIInt rank)
 PetscErrorCode SlipFaultWarn(SlipFault fault)
 {
   PetscMPIInt rank;
+  PetscBool help;
 
   PetscFunctionBegin;
-  if (!fault->options.speaks) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscOptionsHasHelp(NULL, &help));
+  if (!fault->options.speaks || help) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(WarnOfUnits(fault, rank));
   PetscCall(WarnOfOtherLaws(fault, rank));

@@ -1,5 +1,6 @@
 """Runs of a fault: in this process by petsc4py, or by the program `fault`."""
 
+import contextlib
 import os
 import re
 import shutil
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 from .errors import Error
@@ -189,7 +191,13 @@ def _in_process(fault, given, folder, progress):
     line = Line(progress and not PETSc.COMM_WORLD.getRank())
     interrupted, ts = False, None
 
+    def interrupt(number, frame):
+        nonlocal interrupted
+        interrupted = True  # the monitor ends the run: petsc4py would lose an exception in some places
+
     def monitor(ts, step, at, w):
+        if interrupted:
+            raise KeyboardInterrupt
         rates = w.getArray(readonly=True)[:: max(w.getBlockSize(), 3)]  # the first number of each cell
         line.show(at, ts.getMaxTime(), step, float(abs(rates).max()) if rates.size else 0.0)
 
@@ -217,10 +225,11 @@ def _in_process(fault, given, folder, progress):
                     raise Error(f"nothing reads the option -{name}")
             ts.setMonitor(monitor)
             try:
-                with petsc.silence():
+                with handled(interrupt), petsc.silence():
                     inner.solve(ts)
-            except KeyboardInterrupt:
-                interrupted = True
+            except (KeyboardInterrupt, PETSc.Error):
+                if not interrupted:
+                    raise
         finally:
             inner.destroy()
             if ts:
@@ -234,6 +243,19 @@ def _in_process(fault, given, folder, progress):
         for name, value in before.items():
             database.setValue(name, value)
     return interrupted
+
+
+@contextlib.contextmanager
+def handled(function):
+    """SIGINT calls a function meanwhile; other threads than the main one cannot have that."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, function)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def message_of(error):
