@@ -129,6 +129,6 @@ PETSC_EXTERN PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt 
 PETSC_EXTERN PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows);
 PETSC_EXTERN PetscErrorCode SlipH5NameDimensions(SlipH5 *h, const char group[], const SlipH5Axes *axes);
 PETSC_EXTERN PetscErrorCode SlipH5CountAxes(SlipH5 *h, const char group[], PetscInt *n);
-PETSC_EXTERN PetscErrorCode SlipH5WriteNumbers(SlipH5 *h, const char path[], PetscInt n);
+PETSC_EXTERN PetscErrorCode SlipH5MakeDimension(SlipH5 *h, const char path[], PetscInt n);
 PETSC_EXTERN PetscErrorCode SlipH5Link(SlipH5 *h, const char path[], const char name[]);
 PETSC_EXTERN PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows); /* fewer than there are */

@@ -34,7 +34,7 @@ class Catalogue:
             if _plain(file.attrs.get("format", "")) != "slipstep-catalogue":
                 raise OutputError(f"{self.path}: no catalogue of events, as fault -fault_catalogue writes it")
             self.attributes = {name: _plain(value) for name, value in file.attrs.items()}
-            columns = {name: data for name, data in file.items() if isinstance(data, h5py.Dataset) and name != "fault_index"}  # an axis
+            columns = {name: data for name, data in file.items() if isinstance(data, h5py.Dataset) and (name == "onset" or "CLASS" not in data.attrs)}  # without axes
             self.count = min(len(data) for data in columns.values())  # while a row is written they may differ
             for name in ("slip", "rupture_time"):
                 if f"maps/{name}" in file:

@@ -387,7 +387,7 @@ PetscErrorCode SlipFaultNameDimensions(SlipFault fault, SlipH5 *h, const char gr
   if (!two && !triangles) axes.n = 1;
   for (PetscInt i = 0; i < axes.n && !two; i++) {
     PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", list[i]));
-    PetscCall(SlipH5WriteNumbers(h, path, sizes[i]));
+    PetscCall(SlipH5MakeDimension(h, path, sizes[i]));
   }
   PetscCall(SlipH5NameDimensions(h, "/mesh", &axes));
   if (!group) PetscFunctionReturn(PETSC_SUCCESS);

@@ -48,8 +48,8 @@ static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
   PetscCall(SlipH5WriteReal(h, "/xdmf/points", 2, points, place, "m"));
   PetscCall(SlipH5WriteInt(h, "/xdmf/cells", 2, cells, corners, NULL));
   PetscCall(PetscFree2(place, corners));
-  PetscCall(SlipH5WriteNumbers(h, "/xdmf/cell", mesh->N));
-  PetscCall(SlipH5WriteNumbers(h, "/xdmf/vertex", mesh->npoints));
+  PetscCall(SlipH5MakeDimension(h, "/xdmf/cell", mesh->N));
+  PetscCall(SlipH5MakeDimension(h, "/xdmf/vertex", mesh->npoints));
   PetscCall(SlipH5NameDimensions(h, "/xdmf", &(SlipH5Axes){.n = 2, .axis = axes, .rest = "corner"}));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -35,17 +35,20 @@ static PetscErrorCode SlipOutputRunNumbers(SlipOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+#define SLIP_OUTPUT_WARNINGS 8192 /* bytes; more is cut */
+
 /* Warnings so far, a line each: those of the set-up at the start, and what came later at the end */
 static PetscErrorCode SlipOutputWarnings(SlipOutput out)
 {
-  char *text, before[8192] = "", all[16384];
+  char *text, *old = NULL, before[SLIP_OUTPUT_WARNINGS] = "", all[SLIP_OUTPUT_WARNINGS];
   PetscBool has;
 
   PetscFunctionBegin;
   PetscCall(SlipWarningsTake(&text));
   PetscCall(SlipH5HasAttribute(&out->file, "/run", "warnings", &has));
   if (has) PetscCall(SlipH5ReadAttrString(&out->file, "/run", "warnings", before, sizeof(before)));
-  PetscCall(PetscSNPrintf(all, sizeof(all), "%s%s", before, text));
+  PetscCall(PetscStrstr(before, text, &old)); /* a run that continues is warned of the same */
+  PetscCall(PetscSNPrintf(all, sizeof(all), "%s%s", before, old ? "" : text));
   PetscCall(PetscFree(text));
   PetscCall(SlipH5WriteAttrString(&out->file, "/run", "warnings", all));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -6,8 +6,8 @@
 
 #define SLIP_H5_MAX_DIM 4
 
-/* Axes that are no data of their group: those of fields, which are shared with /mesh */
-static const char *const Axes[] = {"x", "z", "cell"};
+/* Axes that are no data of their group: those of fields, which are shared with /mesh, and that of vectors */
+static const char *const Axes[] = {"x", "z", "cell", "component"};
 
 static PetscErrorCode Failed(SlipH5 *h, const char path[])
 {
@@ -17,34 +17,45 @@ static PetscErrorCode Failed(SlipH5 *h, const char path[])
 }
 
 /*@C
-  SlipH5WriteNumbers - write the numbers 0, 1, ... as a dataset of integers
+  SlipH5MakeDimension - make a dimension that has a name and a length, and no coordinates
 
   Not collective.
 
   Input Parameters:
-+ h    - file
-. path - dataset, whose parents are created
-- n    - how many
++ h    - file, not live
+. path - dataset of the name, whose parents are created; it takes no space, and reads as zeros
+- n    - length
 
   Level: developer
 
-  Errors: those of SlipH5WriteInt()
+  Notes:
+  As netCDF-4 writes what it calls a dimension without variable: ncdump and xarray show the dimension alone.
 
-.seealso: SlipH5WriteInt(), SlipH5NameDimensions()
+  Errors: PETSC_ERR_FILE_WRITE when it cannot be written
+
+.seealso: SlipH5NameDimensions()
 @*/
-PetscErrorCode SlipH5WriteNumbers(SlipH5 *h, const char path[], PetscInt n)
+PetscErrorCode SlipH5MakeDimension(SlipH5 *h, const char path[], PetscInt n)
 {
-  PetscInt *number;
+  const hsize_t size = (hsize_t)n;
+  const hid_t space = H5Screate_simple(1, &size, NULL), lcpl = H5Pcreate(H5P_LINK_CREATE),
+              dcpl = H5Pcreate(H5P_DATASET_CREATE);
+  char name[64];
+  hid_t set;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(n, &number));
-  for (PetscInt i = 0; i < n; i++) number[i] = i;
-  PetscCall(SlipH5WriteInt(h, path, 1, &n, number, "1"));
-  PetscCall(PetscFree(number));
+  PetscCall(PetscSNPrintf(name, sizeof(name), "This is a netCDF dimension but not a netCDF variable.%10d", (int)n));
+  H5Pset_create_intermediate_group(lcpl, 1);
+  H5Pset_alloc_time(dcpl, H5D_ALLOC_TIME_LATE);
+  set = H5Dcreate2(h->id, path, H5T_IEEE_F32BE, space, lcpl, dcpl, H5P_DEFAULT);
+  H5Pclose(dcpl);
+  H5Pclose(lcpl);
+  H5Sclose(space);
+  if (set < 0 || H5DSset_scale(set, name) < 0 || H5Dclose(set) < 0) PetscCall(Failed(h, path));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The scale group/name as an open dataset: one that is there, or the numbers 0, 1, ... n - 1 */
+/* The scale group/name as an open dataset: one that is there, or a dimension of n */
 static PetscErrorCode OpenScale(SlipH5 *h, const char group[], const char name[], hsize_t n, hid_t *scale)
 {
   char path[128];
@@ -53,7 +64,7 @@ static PetscErrorCode OpenScale(SlipH5 *h, const char group[], const char name[]
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", strcmp(group, "/") ? group : "", name));
   PetscCall(SlipH5Has(h, path, &has));
-  if (!has) PetscCall(SlipH5WriteNumbers(h, path, (PetscInt)n));
+  if (!has) PetscCall(SlipH5MakeDimension(h, path, (PetscInt)n));
   *scale = H5Dopen2(h->id, path, H5P_DEFAULT);
   if (*scale < 0 || (H5DSis_scale(*scale) <= 0 && H5DSset_scale(*scale, name) < 0)) PetscCall(Failed(h, path));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -77,6 +88,7 @@ static PetscErrorCode Fits(SlipH5 *h, const char group[], const char name[], hsi
 /* Names of the dimensions of a dataset: the row, then those axes that fit, and the last one for what remains */
 static PetscErrorCode NameOf(SlipH5 *h, const char group[], const char name[], const SlipH5Axes *axes)
 {
+  const char *const rest = axes->n ? group : "/";
   hsize_t shape[SLIP_H5_MAX_DIM];
   char path[128], other[64];
   hid_t set, space, scale;
@@ -106,9 +118,9 @@ static PetscErrorCode NameOf(SlipH5 *h, const char group[], const char name[], c
       PetscCall(OpenScale(h, group, axis, shape[d], &scale));
     else {
       axis = axes->rest ? axes->rest : "component";
-      PetscCall(Fits(h, "/", axis, shape[d], &fits));
+      PetscCall(Fits(h, rest, axis, shape[d], &fits));
       if (!fits) PetscCall(PetscSNPrintf(other, sizeof(other), "%s_%d", axis, (int)shape[d]));
-      PetscCall(OpenScale(h, "/", fits ? axis : other, shape[d], &scale));
+      PetscCall(OpenScale(h, rest, fits ? axis : other, shape[d], &scale));
     }
     if (H5DSattach_scale(set, scale, (unsigned)d) < 0) PetscCall(Failed(h, path));
     H5Dclose(scale);
@@ -131,8 +143,8 @@ static PetscErrorCode NameOf(SlipH5 *h, const char group[], const char name[], c
 
   Notes:
   The first dimension is the axis row, where there is one; the next ones are those axes that have as many entries, and what remains
-  is the axis rest. An axis is a dataset of the group, rest one of the root, so that all data of a group have their rows. One that is
-  not there is made, with the numbers 0, 1, ...; a rest of another length than the first has that in its name. Dimensions that have a
+  is the axis rest. An axis is a dataset of the group; rest is one of the root where there are no other axes, as all data of a table
+  have its rows. One that is not there is made, without coordinates; a rest of another length than the first has that in its name. Dimensions that have a
   name already stay.
 
   Errors: PETSC_ERR_FILE_WRITE when the disk is full

@@ -3,7 +3,6 @@
 and for ncdump; grids, meshes, triangles, vectors, several faults, two ranks, and a run that went on."""
 
 import importlib.util
-import os
 import shutil
 import subprocess
 import unittest
@@ -13,6 +12,8 @@ from scripts import FaultTest
 import meshfiles
 import h5py
 import numpy as np
+
+from slipstep_catalogue import Catalogue
 
 ENGINES = [engine for engine, module in (("netcdf4", "netCDF4"), ("h5netcdf", "h5netcdf")) if importlib.util.find_spec(module)]
 XARRAY = importlib.util.find_spec("xarray") and ENGINES
@@ -30,11 +31,19 @@ class NetcdfTest(FaultTest):
                 for k, length in enumerate(item.shape):
                     if "CLASS" not in item.attrs:
                         self.assertEqual((len(item.dims[k]), item.dims[k][0].shape), (1, (length,)), (path, k))
-                found[path] = (path.split("/")[-1],) if "CLASS" in item.attrs else tuple(item.dims[k][0].attrs["NAME"].decode() for k in range(item.ndim))
+                found[path] = (path.split("/")[-1],) if "CLASS" in item.attrs else tuple(item.dims[k][0].name.split("/")[-1] for k in range(item.ndim))
 
         with h5py.File(self.path(name)) as file:
             file.visititems(visit)
         return found
+
+    def columns(self, name, faults):
+        """Datasets of the root have the rows of the events, but for the axis of faults, and readers count the events."""
+        with h5py.File(self.path(name)) as file:
+            events = len(file["onset"])
+            self.assertEqual({key: len(data) for key, data in file.items() if isinstance(data, h5py.Dataset) and len(data) != events},
+                             {"fault_index": faults} if faults and faults != events else {})
+        self.assertEqual(Catalogue(self.path(name)).count, events)
 
     def opened(self, name, group):
         import xarray
@@ -74,6 +83,7 @@ class NetcdfTest(FaultTest):
         of = self.dimensions("run.h5")
         self.assertEqual((of["fields/slip"], of["stations/0/slip"]), (("time", "z", "x", "component"), ("time", "component")))
         self.assertEqual(self.dimensions("events.h5")["maps/slip"], ("onset", "z", "x", "component"))
+        self.columns("events.h5", 0)
 
     def test_meshes(self):
         """Two faults of triangles, and rectangles: a number for each cell, and one for each fault."""
@@ -90,6 +100,7 @@ class NetcdfTest(FaultTest):
             if mesh == "triangles":
                 self.assertEqual((of["mesh/triangles"], of["mesh/vertices"]), (("cell", "component"), ("vertex", "component")))
                 self.assertEqual(events["fault_moment"], ("onset", "fault_index"))
+                self.columns("events.h5", 2)
             if XARRAY:
                 self.assertEqual(self.opened("run.h5", "fields").slip.dims, ("time", "cell"))
 

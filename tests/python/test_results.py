@@ -3,14 +3,13 @@
 
 import json
 import os
-import re
 import subprocess
 import sys
 import tempfile
 import textwrap
 import unittest
 
-from scripts import BUILD, FAULT, FaultTest
+from scripts import FAULT, FaultTest
 from test_from_python import environment, python
 
 WITHOUT = """

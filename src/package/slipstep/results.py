@@ -54,6 +54,8 @@ class Result:
         found = {}
         for name, item in data.items():
             axis = "CLASS" in item.attrs and name != "time"
+            if axis and plain(item.attrs["NAME"]).startswith("This is a netCDF dimension"):
+                continue  # without coordinates
             found[name] = item[()] if axis or rows is None else item[:rows]
             unit = plain(item.attrs.get("units", ""))
             if self.units.setdefault(name, unit) != unit:
@@ -69,7 +71,7 @@ class Result:
                 setattr(self, name, self._columns(file[name], name))
         grid = "length" not in self.mesh
         for name, values in self.fields.items():
-            if name not in ("time", "x", "z", "cell"):
+            if name not in ("time", "x", "z"):
                 inner = ("z", "x") if grid else ("cell",)
                 self.dimensions[name] = ("time", *inner, "component")[: values.ndim]
         for name in ("stations", "surface"):
@@ -80,7 +82,7 @@ class Result:
     def _read_events(self, file):
         import h5py
         import numpy as np
-        columns = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset) and name != "fault_index"}
+        columns = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset) and (name == "onset" or "CLASS" not in item.attrs)}  # without axes
         rows = min((len(item) for item in columns.values()), default=0)
         self._event_units = {name: plain(item.attrs.get("units", "")) for name, item in columns.items()}
         order = ["onset", "end", "magnitude"] + sorted(set(columns) - {"onset", "end", "magnitude"})
@@ -124,7 +126,10 @@ class Result:
 
     @property
     def dataset(self):
-        import xarray
+        try:
+            import xarray
+        except ImportError:
+            raise Error("dataset needs xarray; Debian's package is python3-xarray") from None
         variables = {name: (dims, self.fields[name], {"units": self.units.get(f"fields/{name}", self.units[name])}) for name, dims in self.dimensions.items()}
         coordinates = {"time": ("time", self.fields["time"], {"units": "s"})} if "time" in self.fields else {}
         if "length" not in self.mesh and "x" in self.mesh:
