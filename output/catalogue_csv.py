@@ -17,8 +17,8 @@ from slipstep_modules import need
 
 need("h5py", "numpy")
 from slipstep_catalogue import Catalogue
-from slipstep_geographic import add_arguments, check_origin, dates, hypocentres, lonlat
-from slipstep_output import OutputError
+from slipstep_geographic import add_arguments, check_origin, dates, lonlat
+from slipstep_output import OutputError, replacing
 
 # These first, as people read them; all others follow.
 FIRST = ("onset", "end", "magnitude", "fault", "x", "y", "z", "mean_slip", "max_slip", "rake", "area", "moment", "stress_drop", "peak_slip_rate")
@@ -47,8 +47,8 @@ def write(catalogue, file):
 
 def write_csep(catalogue, file, origin, start):
     """The format csep-csv of pyCSEP (docs.cseptesting.org, catalogs): depths in km."""
-    cells = hypocentres(catalogue)
-    columns = (*lonlat(cells[:, 0], cells[:, 1], origin), catalogue.event["magnitude"], dates(catalogue, start), cells[:, 2] / 1e3)
+    of = catalogue.event
+    columns = (*lonlat(of["x"], of["y"], origin), of["magnitude"], dates(catalogue, start), of["z"] / 1e3)
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(("lon", "lat", "M", "time_string", "depth", "catalog_id", "event_id"))
     for number, (lon, lat, magnitude, when, depth) in enumerate(zip(*columns), 1):
@@ -77,9 +77,8 @@ def main():
         if not options.output:
             write_rows(sys.stdout)
             return
-        with open(options.output + ".part", "w", encoding="utf-8") as file:
+        with replacing(options.output) as part, open(part, "w", encoding="utf-8") as file:
             write_rows(file)
-        os.replace(options.output + ".part", options.output)
     except (OutputError, OSError) as error:
         sys.exit(f"catalogue_csv.py: {error}")
 

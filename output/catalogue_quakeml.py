@@ -18,8 +18,8 @@ need("h5py", "numpy")
 import numpy as np
 
 from slipstep_catalogue import Catalogue
-from slipstep_geographic import add_arguments, check_origin, dates, hypocentres, lonlat
-from slipstep_output import OutputError
+from slipstep_geographic import add_arguments, check_origin, dates, first_cells, lonlat
+from slipstep_output import OutputError, replacing
 
 BED, QUAKEML = "http://quakeml.org/xmlns/bed/1.2", "http://quakeml.org/xmlns/quakeml/1.2"
 
@@ -41,9 +41,9 @@ def tree(catalogue, origin, start):
     name = "".join(c if c.isalnum() or c in "-_." else "_" for c in os.path.splitext(os.path.basename(catalogue.path))[0])
     prefix = f"smi:local/{name}"
     parameters = add(root, "eventParameters", publicID=prefix)
-    cells, when = hypocentres(catalogue), dates(catalogue, start)
-    longitude, latitude = lonlat(cells[:, 0], cells[:, 1], origin)
+    cells, when = first_cells(catalogue), dates(catalogue, start)
     of = catalogue.event
+    longitude, latitude = lonlat(of["x"], of["y"], origin)
     rake = of["rake"] if "rake" in of else np.zeros(catalogue.count)
     for k in range(catalogue.count):
         event = add(parameters, "event", publicID=f"{prefix}/event/{k + 1}")
@@ -56,7 +56,7 @@ def tree(catalogue, origin, start):
         add(add(place, "time"), "value", when[k].isoformat(timespec="microseconds") + "Z")
         add(place, "longitude", float(longitude[k]))
         add(place, "latitude", float(latitude[k]))
-        add(place, "depth", float(cells[k, 2]))
+        add(place, "depth", float(of["z"][k]))
         add(place, "evaluationMode", "automatic")
         if np.isfinite(of["magnitude"][k]):
             size = add(event, "magnitude", publicID=ids["magnitude"])
@@ -89,8 +89,8 @@ def main():
             raise OutputError(f"{options.output} is the catalogue itself, expected another name")
         document = tree(catalogue, options.origin, options.start)
         ElementTree.indent(document)
-        document.write(options.output + ".part", encoding="utf-8", xml_declaration=True)
-        os.replace(options.output + ".part", options.output)
+        with replacing(options.output) as part:
+            document.write(part, encoding="utf-8", xml_declaration=True)
     except (OutputError, OSError) as error:
         sys.exit(f"catalogue_quakeml.py: {error}")
     print(f"QuakeML: {options.output}, {catalogue.count} events")

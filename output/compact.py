@@ -16,7 +16,7 @@ from slipstep_modules import need
 need("h5py", "numpy")
 import h5py
 import numpy as np
-from slipstep_output import MESH, OutputError, Run
+from slipstep_output import MESH, OutputError, Run, replacing
 
 
 def kept(count, stride):
@@ -35,7 +35,7 @@ def compact(source, target, rows):
         raise OutputError(f"{target} is the file itself, expected another name: what is left out would be lost")
     count = len(Run(source).series["time"])
     stride = max(1, -(-count // rows))
-    with h5py.File(source, "r") as old, h5py.File(target + ".part", "w") as new:
+    with h5py.File(source, "r") as old, replacing(target) as part, h5py.File(part, "w") as new:
         for group in ("run", "result", "mesh"):
             new.create_group(group).attrs.update(old[group].attrs)
         new["run"].attrs["rows_kept_every"] = stride
@@ -44,7 +44,6 @@ def compact(source, target, rows):
         for group in ("steps", "series"):
             for data in old[group].values():
                 store(new, data, kept(len(data), stride))
-    os.replace(target + ".part", target)
     return stride
 
 

@@ -18,7 +18,7 @@ need("h5py", "numpy", "matplotlib")
 import numpy as np
 
 from slipstep_catalogue import Catalogue
-from slipstep_output import OutputError, Run
+from slipstep_output import OutputError, Run, replacing
 from slipstep_panels import RUN_STYLES, plt, use_style
 from slipstep_time import seconds, written
 
@@ -98,13 +98,12 @@ def main():
         begin, end, title = window(options)
         time, rate = moment_rate(run, begin, end)
         faults = run.faults if len(run.faults) == rate.shape[1] else np.arange(rate.shape[1])
-        with open(table + ".part", "w", encoding="utf-8") as file:
+        with replacing(table) as part, open(part, "w", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
             of_faults = [f"moment_rate {label} [N m/s]" for label in faults] if len(faults) > 1 else []
             writer.writerow(["time [s]", "moment_rate [N m/s]", *of_faults])
             for at, row in zip(time.tolist(), rate.tolist()):
                 writer.writerow([repr(value) for value in ([at, sum(row)] + (row if of_faults else []))])
-        os.replace(table + ".part", table)
         figure(time, rate, faults, title).savefig(picture)
     except (OutputError, OSError) as error:
         sys.exit(f"moment_rate.py: {error}")

@@ -26,7 +26,7 @@ import plot_run
 from slipstep_catalogue import Catalogue
 from slipstep_cumulative import courses
 from slipstep_events import Events
-from slipstep_output import OutputError, Run
+from slipstep_output import OutputError, Run, replacing
 from slipstep_panels import plt
 from slipstep_spacetime import space_time
 from slipstep_time import Clock, written
@@ -156,9 +156,8 @@ def main():
         run.warn("report.py")
         events = Events(options.catalogue) if options.catalogue and Catalogue(options.catalogue).count else None
         text = page(run, events)
-        with open(target + ".part", "w", encoding="utf-8") as file:
+        with replacing(target) as part, open(part, "w", encoding="utf-8") as file:
             file.write(text)
-        os.replace(target + ".part", target)
     except (OutputError, OSError, ValueError) as error:
         sys.exit(f"report.py: {error}")
     print(f"Report: {target}, {len(text) // 1000} kB")

@@ -15,7 +15,7 @@ from slipstep_modules import need
 
 need("h5py", "numpy")
 import numpy as np
-from slipstep_output import OutputError
+from slipstep_output import OutputError, replacing
 from slipstep_study import Study, cheapest
 
 DEFAULT, PUBLISHED = ("embedded", "trapezoidal"), ("doubling", "implicit")
@@ -376,9 +376,8 @@ def main():
         with open(options.page, encoding="utf-8") as file:
             text = file.read()
         text = fill(text, study, options.page)
-        with open(options.page + ".part", "w", encoding="utf-8") as file:
+        with replacing(options.page) as part, open(part, "w", encoding="utf-8") as file:
             file.write(text)
-        os.replace(options.page + ".part", options.page)
     except (OutputError, OSError) as error:
         sys.exit(f"results_table.py: {error}")
     print(f"Tables: {options.page}")

@@ -7,6 +7,7 @@ import numpy as np
 
 from slipstep_cells import cells_of
 from slipstep_output import OutputError
+from slipstep_time import YEAR
 
 EARTH_RADIUS = 6371e3  # [m], of a sphere
 
@@ -30,7 +31,7 @@ def check_origin(parser, origin):
         parser.error(f"--origin is {origin[0]:g} {origin[1]:g}, expected a longitude from -180 to 180 and a latitude from -89 to 89 degrees")
 
 
-def hypocentres(catalogue):
+def first_cells(catalogue):
     """[events, 7] of the cells where events began: x north, y east, z down [m], length, width [m], strike and dip [degrees]."""
     cells, _ = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
     return cells[catalogue.event["cell"].astype(int)]
@@ -51,6 +52,6 @@ def dates(catalogue, start):
         try:
             found.append(start + datetime.timedelta(seconds=onset))
         except OverflowError:
-            raise OutputError(f"{catalogue.path}: event {number + 1} begins {onset / 3.15576e7:.0f} years after --start {start.isoformat()}, expected no date after the "
+            raise OutputError(f"{catalogue.path}: event {number + 1} begins {onset / YEAR:.0f} years after --start {start.isoformat()}, expected no date after the "
                               "year 9999") from None
     return found

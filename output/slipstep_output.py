@@ -8,6 +8,7 @@ Run(path) and its steps, series, fields and results in SI units.
     time, maps = run.field("slip_rate")              # [n], [n, Nz, Nx]
 """
 
+import contextlib
 import os
 import sys
 import time
@@ -38,6 +39,20 @@ def _plain(value):
     if isinstance(value, np.ndarray) and value.size == 1:
         return _plain(value.reshape(-1)[0])
     return value.item() if isinstance(value, np.generic) else value
+
+
+@contextlib.contextmanager
+def replacing(target):
+    """with replacing("out.csv") as part: write to the file part, which takes the target's name at the end. After an error it is removed, and an older
+    target stays as it was."""
+    part = target + ".part"
+    try:
+        yield part
+        os.replace(part, target)
+    except BaseException:
+        if os.path.exists(part):
+            os.remove(part)
+        raise
 
 
 def split(name):

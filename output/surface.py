@@ -26,7 +26,7 @@ from matplotlib.colors import Normalize
 from matplotlib.patheffects import withStroke
 from slipstep_catalogue import Catalogue
 from slipstep_maps import colour_bar
-from slipstep_output import OutputError, Run, _plain, open_file
+from slipstep_output import OutputError, Run, _plain, open_file, replacing
 from slipstep_panels import plt, use_style
 from slipstep_surface import Elastic, look_vector, slip_of_event, slip_of_run
 from slipstep_time import seconds
@@ -150,12 +150,12 @@ def numbers_of(target, source, plane, on_map, points, at_points):
             for k, part in enumerate(parts or [""]):
                 head.append(f"{name}{part and '_' + part} [{unit}]")
                 table.append(data.reshape(len(where), -1)[:, k])
-        with open(target + ".part", "w", encoding="utf-8", newline="") as file:
+        with replacing(target) as out, open(out, "w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(head)
             writer.writerows([repr(float(value)) for value in row] for row in zip(*table))
     else:
-        with h5py.File(target + ".part", "w") as file:
+        with replacing(target) as out, h5py.File(out, "w") as file:
             file.attrs["source"], file.attrs["slip"] = source.path, source.words
             for group, axes, columns in (("map", plane.axes, on_map), ("points", points.T if at_points else [], at_points)):
                 for name, (data, unit, parts) in columns.items():
@@ -167,7 +167,6 @@ def numbers_of(target, source, plane, on_map, points, at_points):
                     file[f"{group}/{name}"].attrs["units"] = "m"
             if "map" in file:
                 file["map"].attrs["stress_depth"] = plane.depth
-    os.replace(target + ".part", target)
 
 
 def draw(source, options, points):

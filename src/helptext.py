@@ -18,12 +18,10 @@ def printed(program):
 
 
 def default_of(text):
-    """The default in PETSc's "now 10 : formerly 10", and the choices of a list, if there are any."""
-    text = text or ""
-    choices = ""
-    found = re.match(r"(?:now )?(.*?) ?: ?(?:formerly )?(.*)$", text)
-    value = found[2] if found else text
-    return {"FALSE": "no", "TRUE": "yes"}.get(value.strip(), value.strip()).rstrip("."), choices
+    """The default in PETSc's "now 10 : formerly 10", of switches yes or no."""
+    found = re.match(r"(?:now )?(.*?) ?: ?(?:formerly )?(.*)$", text or "")
+    value = (found[2] if found else text or "").strip()
+    return {"FALSE": "no", "TRUE": "yes"}.get(value, value).rstrip(".")
 
 
 def parse(text):
@@ -34,12 +32,10 @@ def parse(text):
         if match:
             description = re.sub(r" \((?:\w*::)?[A-Za-z]\w*\)$", "", match[3].strip())  # the function that sets it
             choices = re.search(r"\(choose one of\) (.*)$", description)
-            name, (default, _) = match[1], default_of(match[2])
             if choices:
                 description = description[: choices.start()].rstrip() + f" Choices: {', '.join(choices[1].split())}"
-                default = default or ""
             if sections:
-                sections[-1][1].append((name, default, description.lstrip(": ")))
+                sections[-1][1].append((match[1], default_of(match[2]), description.lstrip(": ")))
         elif line.endswith(":") and not line.startswith(" "):
             sections.append((line.rstrip(":").strip(), []))
         elif not sections:

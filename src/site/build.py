@@ -57,12 +57,6 @@ def pages():
     return found
 
 
-def anchor(heading):
-    """As GitHub makes them."""
-    heading = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).strip().lower()
-    return re.sub(r"[^\w\- ]", "", heading).replace(" ", "-")
-
-
 class Site:
     def __init__(self, build, output):
         self.build, self.output = build, output

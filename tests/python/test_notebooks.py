@@ -4,7 +4,6 @@
 import importlib.util
 import os
 import re
-import sys
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
@@ -45,13 +44,15 @@ class Notebooks(unittest.TestCase):
         self.assertIn("animation", self.found["first_rupture.ipynb"][2].lower())
 
     def test_century(self):
-        """What was released is what was loaded, to a fifth: the fault begins and ends at other stresses."""
+        """What was released is what was loaded, but for what is stored at the ends: at most a largest event, which slips by 0.9 m of the 4.7 m that 150 years
+        load, a fifth."""
         released, loaded = map(float, re.search(r"released (\S+) N m, loaded (\S+) N m", self.found["century.ipynb"][0]).groups())
         self.assertAlmostEqual(released / loaded, 1, delta=0.2)
 
     def test_benchmark(self):
-        """235.57 years by examples/seas_bp5.sh with the same cells; other codes 234.3 with cells of 1 km."""
-        self.assertAlmostEqual(float(re.search(r"first interval ([\d.]+) years", self.found["benchmark.ipynb"][0])[1]), 235.57, delta=1)
+        """235.57 years by examples/seas_bp5.sh with the same cells and steps, so that only rounding differs; twice the cells give 235.81 and
+        other codes 234.3, so that 0.2 years tell them apart."""
+        self.assertAlmostEqual(float(re.search(r"first interval ([\d.]+) years", self.found["benchmark.ipynb"][0])[1]), 235.57, delta=0.2)
 
     def test_no_output_is_stored(self):
         """Outputs would be of another version."""
