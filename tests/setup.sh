@@ -14,7 +14,7 @@ SLIPSTEP_PETSC_PACKAGES=(libpetsc-real-dev libopenmpi-dev openmpi-bin libhdf5-op
 SLIPSTEP_SYSTEMS="debian 12, debian 13, ubuntu 24.04" # that install by themselves
 
 # What tests need besides, one a line: clang-format 14 where there is one, and petsc4py for Debian's PETSc; with another
-# PETSc the test of slipstep.py looks for that one's.
+# PETSc the tests of Python look for that one's.
 slipstep_test_packages() {
   echo libcmocka-dev
   printf '%s\n' python3-xarray python3-pandas python3-netcdf4 netcdf-bin python3-nbconvert python3-ipykernel \
