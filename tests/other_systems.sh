@@ -10,6 +10,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh
+. tests/systems.sh
 
 usage() { sed -n '2,10s/^# \{0,1\}//p' "$0"; exit "${1:-1}"; }
 
@@ -48,76 +49,12 @@ exec 9>"$room/.lock"
 if ! flock -n 9; then unavailable "$*" "another run is at work in $room"; exit $status; fi
 clone=/srv/slipstep # within a release's folder: no path of this machine
 
-# Mounts go before anything is removed, and a folder that still has some is left alone: they are this machine's own.
-mounted=()
-dismount() {
-  local i
-  for ((i = ${#mounted[@]} - 1; i >= 0; i--)); do umount -R "${mounted[i]}" || umount -R -l "${mounted[i]}" || true; done
-  mounted=()
-}
 leave() {
   dismount
   if [ -z "$keep" ]; then discard "$room"; fi
 }
-discard() { # FOLDER
-  if grep -qF " $1/" /proc/mounts; then
-    echo "left, with mounts: $1" >&2
-    return 1
-  fi
-  rm -rf --one-file-system "$1"
-}
 trap leave EXIT
 trap 'exit 1' INT TERM
-
-# ROOT: what programs expect of a system, from this machine; devices are the few that are needed. Mounts that a run left
-# which was killed are taken over. A slave's unmounting does not reach this machine.
-enter() {
-  local root=$1 folder
-  for folder in proc sys dev; do # hwloc complains without sys
-    if mountpoint -q "$root/$folder"; then
-      true
-    elif [ $folder = proc ]; then
-      mount -t proc proc "$root/proc" 2>/dev/null || return 1
-    else
-      mount --rbind "/$folder" "$root/$folder" 2>/dev/null || return 1
-    fi
-    mount --make-rslave "$root/$folder" || return 1
-    mounted+=("$root/$folder")
-  done
-}
-
-# inside ROOT LOG COMMAND...: nothing of this machine's environment gets in
-inside() {
-  local root=$1 log=$2
-  shift 2
-  nice -n 19 chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
-    bash -c "$*" >"$log" 2>&1 </dev/null 9>&-
-}
-
-# Whether a folder is a release as debootstrap leaves it: the folder /debootstrap is there until that has ended, and
-# dpkg knows of nothing half done (or can end it).
-complete() { # ROOT
-  [ -x "$1/usr/bin/dpkg" ] && [ ! -e "$1/debootstrap" ] || return 1
-  inside "$1" /dev/null "dpkg --configure -a && [ -z \"\$(dpkg --audit)\" ] && git --version && test -e /etc/ssl/certs/ca-certificates.crt"
-}
-
-reason() { # LOG: what apt-get or debootstrap complained of last
-  grep -a '^[EW]: ' "$1" | tail -n 1 | grep . || tail -n 1 "$1"
-}
-
-bootstrap() { # RELEASE ROOT LOG: fails with a reason, in why
-  why="an incomplete $2 is in the way"
-  if [ -e "$2" ]; then discard "$2" || return 1; fi
-  why="no debootstrap, and it could not be installed"
-  if ! command -v debootstrap >/dev/null; then
-    (slipstep_install debootstrap) >"$3" 2>&1 || return 1
-    command -v debootstrap >/dev/null || return 1
-  fi
-  mkdir -p "$2"
-  # one hour: a slow mirror, but not one that never answers
-  timeout 3600 debootstrap --variant=minbase --include=git,ca-certificates "$1" "$2" ${SLIPSTEP_MIRROR:+"$SLIPSTEP_MIRROR"} >"$3" 2>&1 </dev/null ||
-    { why="debootstrap failed: $(reason "$3")"; return 1; }
-}
 
 # The packages of both commands, before they ask for them: a server that does not answer is told from a package that the
 # release does not have, which is left for the commands to say.
@@ -159,9 +96,7 @@ for release in "$@"; do
     bootstrap "$release" "$root" "$logs/debootstrap.log" || { unavailable "$release" "$why"; continue; }
   fi
   enter "$root" || { dismount; unavailable "$release" "/proc, /sys and /dev cannot be mounted there"; continue; }
-  cp -L /etc/resolv.conf "$root/etc/resolv.conf" 2>/dev/null || true
-  # what is needed to reach packages here is needed there
-  for file in $(grep -ls '^ *Acquire' /etc/apt/apt.conf /etc/apt/apt.conf.d/*); do cp "$file" "$root$file"; done
+  network "$root"
   rm -rf --one-file-system "${root:?}${clone:?}"
   git clone -q --no-hardlinks . "$root$clone"
   echo "== $release: $(cat "$root/etc/debian_version"), commit $(git rev-parse --short HEAD) =="

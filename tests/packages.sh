@@ -7,6 +7,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh
+. tests/systems.sh
 
 usage() { sed -n '2,6s/^# \{0,1\}//p' "$0"; exit "${1:-1}"; }
 
@@ -26,65 +27,43 @@ for release in "$@"; do
 done
 [ "$(id -u)" = 0 ] || slipstep_die "tests/packages.sh: debootstrap and chroot need root"
 (slipstep_install debootstrap)
-mkdir -p "$keep"
-exec 9>"$keep/.packages"
-flock -n 9 || slipstep_die "tests/packages.sh: another run is at work in $keep"
-status=0
-
-mounted=()
-dismount() {
-  local i
-  for ((i = ${#mounted[@]} - 1; i >= 0; i--)); do umount -R "${mounted[i]}" || umount -R -l "${mounted[i]}" || true; done
-  mounted=()
-}
+mkdir -p "$keep/systems"
+exec 9>"$keep/systems/.lock" # that of tests/other_systems.sh, which mounts in the same folders
+flock -n 9 || slipstep_die "tests/packages.sh: another run is at work in $keep/systems"
+status=0 clone=/srv/package # within a release's folder; that of CI is another
 trap dismount EXIT
 trap 'exit 1' INT TERM
-enter() { # ROOT
-  local folder
-  for folder in proc sys dev; do
-    mountpoint -q "$1/$folder" || if [ $folder = proc ]; then mount -t proc proc "$1/proc"; else mount --rbind "/$folder" "$1/$folder"; fi
-    mount --make-rslave "$1/$folder"
-    mounted+=("$1/$folder")
-  done
-  cp -L /etc/resolv.conf "$1/etc/resolv.conf" 2>/dev/null || true
-  for file in $(grep -ls '^ *Acquire' /etc/apt/apt.conf /etc/apt/apt.conf.d/*); do cp "$file" "$1$file"; done
-}
-inside() { # ROOT COMMAND...
-  local root=$1
-  shift
-  nice -n 19 chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
-    OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 bash -ec "$*" </dev/null 9>&-
-}
-bootstrap() { # RELEASE ROOT
-  [ -x "$2/usr/bin/dpkg" ] && [ ! -e "$2/debootstrap" ] && return
-  rm -rf --one-file-system "$2"
-  mkdir -p "$2"
-  debootstrap --variant=minbase --include=git,ca-certificates "$1" "$2" ${SLIPSTEP_MIRROR:+"$SLIPSTEP_MIRROR"}
-}
-attempt() { # WHAT LOG COMMAND...
-  local what=$1 log=$2
-  shift 2
-  if "$@" >"$log" 2>&1; then
-    echo "passed  $what"
+result() { # WHAT LOG CODE
+  if [ "$3" = 0 ]; then
+    echo "passed  $1"
   else
-    echo "FAILED  $what"
-    tail -n 25 "$log" | sed 's/^/        /'
+    echo "FAILED  $1"
+    tail -n 25 "$2" | sed 's/^/        /'
     status=1
   fi
 }
-
-build() { # ROOT: the .deb of what is committed, in /srv/package
-  rm -rf --one-file-system "$1/srv/package" # CI shares this folder, and has its own in /srv
-  git clone -q --no-hardlinks . "$1/srv/package"
-  inside "$1" "cd /srv/package && . tests/setup.sh && slipstep_setup file && slipstep_build build -DBUILD_TESTING=OFF && cd build && cpack -G DEB"
+# WHAT LOG ROOT COMMANDS: in a folder of a system, until one fails. One command a line: bash -e does not end where the first of a && b fails.
+attempt() {
+  local code=0
+  inside "$3" "$2" "set -eo pipefail
+    export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+    $4" || code=1
+  result "$1" "$2" $code
 }
+
+# In a clone of what is committed
+build="cd $clone
+  . tests/setup.sh
+  slipstep_setup file
+  slipstep_build build -DBUILD_TESTING=OFF
+  cd build
+  cpack -G DEB"
 files() { # ROOT: of a system, but for what any package leaves: lists, logs and caches of apt, dpkg and the linker, and configurations of other packages
   find "$1" -xdev \( -path "$1/proc" -o -path "$1/sys" -o -path "$1/dev" -o -path "$1/tmp" -o -path "$1/var/lib/apt" -o -path "$1/var/cache" -o -path "$1/var/log" -o -path "$1/var/lib/dpkg" \
     -o -path "$1/root" \) -prune -o -print | sort
 }
-# One command a line: bash -e does not end where the first of a && b fails.
-first_run="mkdir -p /root/run
-  cd /root/run
+install="apt-get -q -y install --no-install-recommends /tmp/slipstep.deb"
+first_run="cd \$(mktemp -d)
   slipstep-fault -fault_output run.h5 -fault_catalogue events.h5 -fault_output_overwrite
   mpirun --oversubscribe -n 2 slipstep-fault -ts_adapt_type rl -ts_max_time 10
   slipstep-fault -options_file /usr/share/slipstep/examples/fault_3km.opts -ts_max_time 5
@@ -99,8 +78,9 @@ first_run="mkdir -p /root/run
   grep -q -e -train_output help.txt
   zcat /usr/share/man/man1/slipstep-fault.1.gz >man.txt
   grep -q fault_nx man.txt"
-developer="apt-get -q -y install --no-install-recommends gcc libc6-dev pkg-config cmake make libpetsc-real-dev libopenmpi-dev libhdf5-openmpi-dev libfftw3-dev libfftw3-mpi-dev libmetis-dev libopenblas-pthread-dev python3-petsc4py-real man-db
-  cd /root/run
+developer="$install
+  apt-get -q -y install --no-install-recommends gcc libc6-dev pkg-config cmake make libpetsc-real-dev libopenmpi-dev libhdf5-openmpi-dev libfftw3-dev libfftw3-mpi-dev libmetis-dev libopenblas-pthread-dev python3-petsc4py-real man-db
+  cd \$(mktemp -d)
   printf '#include <slipstep.h>\nint main(int c, char **v) { SlipFault f; PetscCall(SlipProgramInitialize(&c, &v, \"mine\", \"\")); PetscCall(SlipStepInitializePackage()); PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &f)); PetscCall(SlipFaultDestroy(&f)); return PetscFinalize(); }\n' >mine.c
   mpicc mine.c -o mine \$(pkg-config --cflags --libs slipstep)
   ./mine
@@ -121,35 +101,43 @@ developer="apt-get -q -y install --no-install-recommends gcc libc6-dev pkg-confi
   export PKG_CONFIG_PATH=moved/usr/lib/pkgconfig
   mpicc mine.c -o mine \$(pkg-config --cflags --libs slipstep)
   ./mine
-  cmake -S c -B c/build -DCMAKE_PREFIX_PATH=/root/run/moved/usr
+  cmake -S c -B c/build -DCMAKE_PREFIX_PATH=\$PWD/moved/usr
   cmake --build c/build
   c/build/mine"
 
 for release in "$@"; do
   root=$keep/systems/$release clean=$keep/clean/$release trial=$keep/trial/$release logs=$keep/packages.logs/$release
-  mkdir -p "$logs" "$keep/systems" "$keep/clean"
-  bootstrap "$release" "$root" >"$logs/debootstrap.log" 2>&1
-  bootstrap "$release" "$clean" >>"$logs/debootstrap.log" 2>&1
+  mkdir -p "$logs" "$keep/clean" "$keep/trial"
+  for folder in "$root" "$clean"; do
+    complete "$folder" || bootstrap "$release" "$folder" "$logs/debootstrap.log" || slipstep_die "tests/packages.sh: $release: $why"
+  done
   enter "$root"
-  attempt "$release: cpack -G DEB" "$logs/build.log" build "$root"
+  network "$root"
+  rm -rf --one-file-system "${root:?}$clone"
+  git clone -q --no-hardlinks . "$root$clone"
+  attempt "$release: cpack -G DEB" "$logs/build.log" "$root" "$build"
   dismount
-  deb=$(ls "$root"/srv/package/build/slipstep_*.deb 2>/dev/null | head -n 1)
+  deb=$(ls "$root$clone"/build/slipstep_*.deb 2>/dev/null | head -n 1)
   [ -n "$deb" ] || continue
   rm -rf --one-file-system "$trial"
-  mkdir -p "$keep/trial"
   cp -a "$clean" "$trial"
   enter "$trial"
+  network "$trial"
   cp "$deb" "$trial/tmp/slipstep.deb"
   # what the package needs first, so that what it leaves itself is seen
-  attempt "$release: its dependencies" "$logs/depends.log" inside "$trial" "apt-get -q update && apt-get -q -y install --no-install-recommends /tmp/slipstep.deb && apt-get -q -y purge slipstep"
+  attempt "$release: its dependencies" "$logs/depends.log" "$trial" "apt-get -q update
+    $install
+    apt-get -q -y purge slipstep"
   files "$trial" >"$logs/before"
-  attempt "$release: install" "$logs/install.log" inside "$trial" "apt-get -q -y install --no-install-recommends /tmp/slipstep.deb"
-  attempt "$release: first run, picture, report, QuakeML, Python" "$logs/first.log" inside "$trial" "$first_run"
-  attempt "$release: purge" "$logs/purge.log" inside "$trial" "apt-get -q -y purge slipstep"
+  attempt "$release: install" "$logs/install.log" "$trial" "$install"
+  attempt "$release: first run, picture, report, QuakeML, Python" "$logs/first.log" "$trial" "$first_run"
+  attempt "$release: purge" "$logs/purge.log" "$trial" "apt-get -q -y purge slipstep"
   files "$trial" >"$logs/after"
-  attempt "$release: nothing is left" "$logs/left.log" diff "$logs/before" "$logs/after"
-  attempt "$release: pkg-config, find_package, man, petsc4py; moved to another folder" "$logs/developer.log" inside "$trial" "apt-get -q -y install --no-install-recommends /tmp/slipstep.deb; $developer"
+  code=0
+  diff "$logs/before" "$logs/after" >"$logs/left.log" || code=1
+  result "$release: nothing is left" "$logs/left.log" $code
+  attempt "$release: pkg-config, find_package, man, petsc4py; moved to another folder" "$logs/developer.log" "$trial" "$developer"
   dismount
-  rm -rf --one-file-system "$trial"
+  discard "$trial"
 done
 exit $status
