@@ -105,10 +105,10 @@ static PetscErrorCode SlipHelpPrint(FILE *file, const char format[], va_list arg
 }
 
 /* Takes the program's name after -help away, which PETSc refuses there */
-static PetscBool SlipProgramTakeHelp(int *argc, char **argv, const char program[])
+static PetscBool SlipProgramTakeHelp(int *argc, char **argv, const char program[], const char file[])
 {
   for (int i = 1; i + 1 < *argc; i++) {
-    if (strcmp(argv[i], "-help") || strcmp(argv[i + 1], program)) continue;
+    if (strcmp(argv[i], "-help") || (strcmp(argv[i + 1], program) && strcmp(argv[i + 1], file))) continue;
     for (int k = i + 1; k < *argc; k++) argv[k] = argv[k + 1];
     (*argc)--;
     return PETSC_TRUE;
@@ -148,7 +148,7 @@ static void SlipProgramLeavePagers(int argc, char **argv)
   Options Database Keys:
 + -version        - print the versions of SlipStep, PETSc, MPI and HDF5, and end with exit code 0; also --version
 . -help           - print all options, those of PETSc as well
-- -help <program> - print those of SlipStep, and the few of PETSc that every run needs
+- -help <program> - print those of SlipStep, also by the name of its file, and the few of PETSc that every run needs
 
   Level: intermediate
 
@@ -160,12 +160,13 @@ static void SlipProgramLeavePagers(int argc, char **argv)
 PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program[], const char help[])
 {
   static char text[8192]; /* PETSc keeps the pointer until it is printed */
+  const char *file = *argc > 0 && strrchr((*argv)[0], '/') ? strrchr((*argv)[0], '/') + 1 : program; /* slipstep-fault */
   PetscBool own;
 
   PetscFunctionBegin;
   if (SlipProgramWantsVersion(*argc, *argv)) SlipProgramShowVersion(argc, argv, program);
   SlipProgramLeavePagers(*argc, *argv);
-  own = SlipProgramTakeHelp(argc, *argv, program);
+  own = SlipProgramTakeHelp(argc, *argv, program, file);
   PetscCall(SlipErrorHandlerBegin());
   if (own) {
     print = PetscVFPrintf;
@@ -174,7 +175,7 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
   (void)snprintf(text, sizeof(text),
                  "%s -help %s prints the options of SlipStep alone, %s -help those of PETSc as well. -options_file F "
                  "reads options from a file, -version prints the version.\n\n%s",
-                 program, program, program, help);
+                 file, file, file, help);
   PetscCall(PetscInitialize(argc, argv, NULL, text));
   if (own && !PetscGlobalRank) fputs(text, stdout);
   PetscCall(SlipErrorHandlerPush(program));
