@@ -19,7 +19,7 @@ typedef enum { KIND_EVENT, KIND_RUPTURE, KIND_SEQUENCE, KIND_HEAVY, KIND_INJECTI
 #define STOPS 5
 
 /* Kinds of runs. controller is the classical one that is the default and that rl hands over to: the cheapest at the accuracy 1e-2;
-   fine likewise, of finer accuracies than 3e-3. The numbers are those of train -train_algorithm tolerances (training/learned_steps.md); 0: the
+   fine likewise, of finer accuracies than 3e-3. The numbers are those of train -train_algorithm tolerances (training/howto/one_dial.md); 0: the
    controller keeps this accuracy at none. */
 static const struct {
   const char *name, *meaning;

@@ -36,10 +36,10 @@ PARTS = {
               ["examples/howto/install.md", "examples/howto/options.md", "examples/howto/accuracy.md", "examples/howto/python.md", "examples/howto/*.md", "output/howto/*.md",
                "training/howto/*.md", "examples/README.md"]),
     "explanation": ("Explanation", "You want to know why: which equations are solved, how, how accurately, and what do learned steps do?",
-                    ["src/physics.md", "src/geometry.md", "training/learned_steps.md"]),
-    "reference": ("Reference", "You know what you look for: options, files, functions. Made from the programs and the sources.", ["output/README.md"]),
+                    ["src/physics.md", "src/numerics.md", "src/accuracy.md", "src/geometry.md", "training/learned_steps.md"]),
+    "reference": ("Reference", "You know what you look for: options, files, functions. Made from the programs and the sources.", ["output/README.md", "training/policy_file.md"]),
     "development": ("Development", "You change SlipStep, or want to know how its numbers came about.",
-                    ["CONTRIBUTING.md", "src/README.md", "tests/benchmarks/README.md", "tests/benchmarks/cycles.md", "output/RESULTS.md", "training/README.md", "training/policies/README.md", "CHANGELOG.md"]),
+                    ["CONTRIBUTING.md", "src/README.md", "tests/benchmarks/README.md", "tests/benchmarks/cycles.md", "tests/benchmarks/numerics.md", "output/RESULTS.md", "training/README.md", "training/trials.md", "training/policies/README.md", "CHANGELOG.md"]),
 }
 NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "benchmarks", "output/RESULTS.md": "results",
          "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog"}
