@@ -43,6 +43,9 @@ PARTS = {
 }
 NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "benchmarks", "output/RESULTS.md": "results",
          "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog"}
+# scripts that users start, whose --help the reference shows
+SCRIPTS = ["output/plot_run.py", "output/plot_catalogue.py", "output/surface.py", "output/compare.py", "output/report.py", "output/moment_rate.py", "output/catalogue_csv.py", "output/catalogue_quakeml.py",
+           "output/seas.py", "output/compact.py", "output/plot_training.py", "examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/import_sb3.py"]
 PROGRAMS = {"fault": "The fault", "sliding_mode": "The sliding mode", "circuit": "The circuit", "oscillator": "The oscillator", "train": "Training", "evaluate": "Evaluation of controllers"}
 
 
@@ -112,7 +115,7 @@ class Site:
         for part, (title, question, _) in PARTS.items():
             entries = [page.split("/", 1)[1] for page in self.known.values() if page.startswith(part + "/")]
             if part == "reference":
-                entries = ["options", *entries, "functions", "python"]
+                entries = ["options", "scripts", *entries, "functions", "python"]
             self.write(f"{part}/index", f"# {title}\n\n{question}\n\n```{{toctree}}\n:maxdepth: 1\n\n" + "\n".join(entries) + "\n```\n")
 
     def write_options(self):
@@ -134,6 +137,14 @@ class Site:
                     lines += [f"| `{option}` | {f'`{default}`' if default else ''} | {cell(text)} |" for option, default, text in rows] + [""]
         self.write("reference/options", "\n".join(lines))
         return seen
+
+    def write_scripts(self):
+        """What each script prints on --help."""
+        lines = ["# Scripts", "", "What the scripts in Python print on `--help`.", ""]
+        for script in SCRIPTS:
+            done = subprocess.run([sys.executable, os.path.join(SOURCE, script), "--help"], capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "140"})
+            lines += [f"## `{script}`", "", "```text", done.stdout.strip(), "```", ""]
+        self.write("reference/scripts", "\n".join(lines))
 
     def write_functions(self):
         """A section for each header, a heading for each function."""
@@ -188,6 +199,7 @@ class Site:
         self.copy_pages()
         self.write_indices()
         self.write_options()
+        self.write_scripts()
         self.write_functions()
         self.write_python()
         shutil.copy(os.path.join(HERE, "conf.py"), self.source)
