@@ -22,6 +22,7 @@ DEFAULT, PUBLISHED = ("embedded", "trapezoidal"), ("doubling", "implicit")
 TREATMENTS = (DEFAULT, ("doubling", "trapezoidal"), ("embedded", "implicit"), PUBLISHED)
 MEASURES = (("final_error",), ("history_error",), ("final_error", "history_error"))
 NO = "–"
+SWEEP = "_alpha"  # in the names of the sweep's policies
 
 
 def markdown(heads, rows):
@@ -123,9 +124,11 @@ def equal_accuracy(study):
 
 
 def equal_accuracy_cells(study):
-    """Every policy, fault and mesh: what the best classical run was."""
+    """Every policy but those of the sweep of alphas, fault and mesh: what the best classical run was."""
     rows = []
     for name in study.policies("fault"):
+        if SWEEP in name:
+            continue
         for cell in sorted(policy_cells(study, name, DEFAULT), key=lambda c: (c["size_km"], c["mesh"])):
             if not swept(study, cell.case):
                 continue
@@ -288,11 +291,11 @@ def small(study):
 
 
 def cost(study):
-    """What a solve costs with each controller at the reference tolerance, default integrator."""
+    """What a solve costs with each controller but those of the sweep of alphas at the reference tolerance, default integrator."""
     rows = []
     for case in sorted({cell.case for cell in study.select(problem="fault", tolerance=1.0)}):
         for cell in study.select(problem="fault", tolerance=1.0, error=DEFAULT[0], reaction=DEFAULT[1], converged=1):
-            if cell.case == case:
+            if cell.case == case and SWEEP not in cell.name:
                 rows.append([case.replace("_", " "), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
                              number(cell["newton_iterations"] / cell["solves"], 2), number(cell["linear_iterations"] / cell["solves"], 2),
                              number(1e3 * cell["cpu"] / cell["solves"], 2), number(cell["wall"], 2),
