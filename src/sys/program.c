@@ -160,7 +160,8 @@ static void SlipProgramLeavePagers(int argc, char **argv)
 PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program[], const char help[])
 {
   static char text[8192]; /* PETSc keeps the pointer until it is printed */
-  const char *file = *argc > 0 && strrchr((*argv)[0], '/') ? strrchr((*argv)[0], '/') + 1 : program; /* slipstep-fault */
+  const char *file =
+    *argc > 0 && strrchr((*argv)[0], '/') ? strrchr((*argv)[0], '/') + 1 : program; /* slipstep-fault */
   PetscBool own;
 
   PetscFunctionBegin;
