@@ -71,6 +71,8 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name
 #define SLIP_POLICY_STEP_FACTOR "step_factor"
 /* Attribute: the error that its accuracy dial bounds, see TSAdaptRLSetMeasure(); without it final_slip. */
 #define SLIP_POLICY_MEASURE "measure"
+/* Attribute of a policy whose training has not ended: why its dial cannot be relied on */
+#define SLIP_POLICY_UNFINISHED "unfinished"
 PETSC_EXTERN PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);
 /* of training; NULL: not known */

@@ -79,6 +79,7 @@ def main():
             return
         with replacing(options.output) as part, open(part, "w", encoding="utf-8") as file:
             write_rows(file)
+        print(f"Table: {options.output}, {catalogue.count} event{'s' * (catalogue.count != 1)}")
     except (OutputError, OSError) as error:
         sys.exit(f"catalogue_csv.py: {error}")
 

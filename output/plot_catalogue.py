@@ -29,9 +29,10 @@ from slipstep_spacetime import place
 from slipstep_time import Clock, seconds, written
 from slipstep_view import event_view
 
-MANY = 300  # events, beyond which only the largest have stems and circles
+MANY = 300  # events, beyond which only the largest have stems
 FAULTS = len(RUN_STYLES)  # up to which each has a colour
-CIRCLES = 5  # and so many circles: in a long catalogue the largest events all break the whole fault
+MANY_CIRCLES = 60  # events, beyond which only the largest have circles
+CIRCLES = 5  # so many: in a long catalogue the largest events all break the whole fault
 LARGEST = 60
 
 
@@ -49,7 +50,7 @@ def draw_times(axes, events, clock):
         own = label == fault
         axes.vlines(time[stems][own[stems]], bottom, magnitude[stems][own[stems]], color=style["color"], linewidth=0.8, alpha=0.7)
         axes.plot(time[own], magnitude[own], linestyle="", marker="o", markersize=2 if many else 5, color=style["color"], markeredgewidth=0,
-                  alpha=0.5 if len(time) > 10 * MANY else 1, label=f"fault {fault}")
+                  alpha=0.5 if len(time) > 10 * MANY else 1, clip_on=False, label=f"fault {fault}")
     if several:
         axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, ncols=len(events.faults))
     axes.set(title="1 event" if len(events) == 1 else f"{len(events)} events", xlabel=clock.label, ylabel="moment magnitude", ylim=(bottom, magnitude.max() + 0.3))
@@ -73,7 +74,7 @@ def draw_frequency(axes, events):
     axes.legend()
     axes.set(title="Magnitude and frequency", xlabel="moment magnitude M", ylabel="events of at least M")
     log_scale(axes)
-    axes.set_ylim(0.7, 1.6 * len(magnitude))
+    axes.set_ylim(0.7, max(1.6 * len(magnitude), 12))
 
 
 def hypocentres(events):
@@ -94,7 +95,7 @@ def hypocentres(events):
 def draw_places(canvas, panels, events):
     """Hypocentres, large events on top, and circles of the ruptured areas around them."""
     radius, magnitude = np.sqrt(events["area"] / np.pi) / 1e3, events["magnitude"]
-    many = len(events) > MANY
+    many = len(events) > MANY_CIRCLES
     sized = np.zeros(len(events), bool)
     sized[np.argsort(events["area"])[-CIRCLES if many else 0:]] = True
     least, most = np.nanmin(magnitude), np.nanmax(magnitude)
@@ -107,7 +108,7 @@ def draw_places(canvas, panels, events):
         circles = EllipseCollection(2 * radius[large], 2 * radius[large], np.zeros(len(large)), units="xy", offsets=np.stack([x, z], axis=1)[sized[rows]],
                                     offset_transform=axes.transData, edgecolors=colours(norm(magnitude[large])), facecolors="none", linewidths=1.2, zorder=4)
         axes.add_collection(circles)
-        dots = axes.scatter(x, z, c=magnitude[rows], norm=norm, cmap=colours, s=5 if many else 22, linewidth=0, zorder=3)
+        dots = axes.scatter(x, z, c=magnitude[rows], norm=norm, cmap=colours, s=22 if not many else 12 if len(events) < MANY else 5, linewidth=0, zorder=3)
         x0, x1, z0, z1 = frame
         axes.set(xlabel="along strike (km)" if axes is panels[-1] else "", ylabel=down, aspect="equal", xlim=(x0, x1), ylim=(z1, z0))
         if name:

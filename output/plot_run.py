@@ -20,7 +20,7 @@ need("h5py", "numpy", "matplotlib")
 from slipstep_film import film
 from slipstep_maps import draw_map
 from slipstep_output import OutputError, Run
-from slipstep_panels import RED, RUN_STYLES, draw_series, draw_steps, log_scale, plt, use_style
+from slipstep_panels import DENSE, DOTS, RED, RUN_STYLES, draw_series, draw_steps, legend_above, log_scale, plt, use_style
 from slipstep_snapshots import rupture, snapshots
 from slipstep_spacetime import place, space_time
 from slipstep_time import Clock, seconds
@@ -39,7 +39,7 @@ def draw_error(axes, run, style, clock):
     """Local error estimate of each attempt that has one, with the limit 1 of the tolerances."""
     known = run.steps["error"] > 0
     for chosen, marker in ((known & run.accepted, {"color": style["color"]}), (known & run.rejected, {"color": RED})):
-        axes.plot(clock(run.steps["time"][chosen]), run.steps["error"][chosen], linestyle="", marker="o", markersize=4, **marker)
+        axes.plot(clock(run.steps["time"][chosen]), run.steps["error"][chosen], **(DOTS if len(run.steps["error"]) > DENSE else {"linestyle": "", "marker": "o", "markersize": 4}), **marker)
     axes.axhline(1.0, color="black", linewidth=0.8, linestyle="--")
     log_scale(axes)
     axes.set(title="Error estimate (1 is the tolerance)", xlabel=clock.label, ylabel="error over the tolerance")
@@ -56,9 +56,9 @@ def draw_columns(axes, run, units, clock):
 
 def draw_attempts(axes, run, style, clock):
     """Step sizes, in seconds whatever the unit of time."""
-    draw_steps(axes, run, style, "attempt", clock)
+    draw_steps(axes, run, style, "", clock)
     axes.set(title="Step size", xlabel=clock.label, ylabel="step (s)")
-    axes.legend()
+    legend_above(axes)
 
 
 def attempt_panels(run):
@@ -96,7 +96,7 @@ def draw_rates(axes, run, style, clock, log):
     axes.set(title="Slip rate", xlabel=clock.label, ylabel="slip rate (m/s)")
     if log and (run.series["max_slip_rate"] > 0).any():
         log_scale(axes)
-    axes.legend()
+    legend_above(axes)
 
 
 def figure(run, clock, log, wanted=None):
@@ -115,7 +115,7 @@ def figure(run, clock, log, wanted=None):
     labels = {"slip_rate": ("Slip rate", "slip rate (m/s)"), "slip": ("Slip", "slip (m)")}
     for plane, name in zip((axes[name] for name in maps), stored):
         time = draw_map(plane, run, name, times[name], labels[name][1], log and name == "slip_rate", wanted if name == "slip_rate" else None)
-        plane.set_title(f"{labels[name][0]} at {clock.text(time)}")
+        plane.set_title(f"{labels[name][0]} at {clock.text(time)}" + (", near its largest" if name == "slip_rate" else ""))
     canvas.suptitle(f"{run.title}: {run.result['accepted']} accepted, {run.result['rejected']} rejected, "
                     f"{'final ' if run.complete else ''}mean slip {run.result['mean_slip']:.4f} m")
     for _ in range(LAYOUTS):

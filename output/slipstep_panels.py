@@ -62,21 +62,39 @@ def draw_reference(axes, run, name, label):
     axes.plot(run.series["time"], run.series[name], color=REFERENCE, linewidth=3.5, alpha=0.7, label=label, zorder=1)
 
 
+DENSE = 3000  # steps from which on each has a small dot, or none
+DOTS = {"linestyle": "", "marker": "o", "markersize": 1.6, "markeredgewidth": 0, "alpha": 0.5, "rasterized": True}
+
+
+def legend_above(axes):
+    """A legend above the axes, to the right of the title, where it hides nothing."""
+    for line in axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2, handlelength=1.2, columnspacing=1.0).get_lines():
+        line.set(alpha=1)
+        if line.get_marker() == "o" and line.get_markersize() < 3:
+            line.set_markersize(4)
+
+
 def draw_series(axes, run, name, style, label, clock=np.asarray):
     """One quantity against time, every accepted step marked; clock: times in the unit of the axis."""
-    small = len(run.series["time"]) > 60
-    axes.plot(clock(run.series["time"]), run.series[name], color=style["color"], marker=style["marker"], markersize=2.5 if small else 5,
-              markeredgewidth=0, linewidth=1.0, label=label, zorder=style["zorder"])
+    small, dense = len(run.series["time"]) > 60, len(run.series["time"]) > DENSE
+    axes.plot(clock(run.series["time"]), run.series[name], color=style["color"], marker="" if dense else style["marker"], markersize=2.5 if small else 5,
+              markeredgewidth=0, linewidth=0.6 if dense else 1.0, label=label, zorder=style["zorder"], rasterized=dense)
 
 
 def draw_steps(axes, run, style, label, clock=np.asarray):
     """Step size of each attempt at the time it started; rejected attempts in red, with the run's marker."""
     time, dt, rejected = clock(run.steps["time"]), run.steps["dt"], run.rejected
+    label += ", " if label else ""
+    if len(dt) > DENSE:
+        for chosen, colour, text in ((~rejected, style["color"], f"{label}accepted"), (rejected, RED, f"{label}rejected ({rejected.sum()})")):
+            axes.plot(time[chosen], dt[chosen], **DOTS, color=colour, label=text)
+        log_scale(axes)
+        return
     axes.step(np.append(time[~rejected], clock(run.steps["time"][~rejected][-1:] + dt[~rejected][-1:])),
               np.append(dt[~rejected], dt[~rejected][-1:]), where="post", color=style["color"], linewidth=1.0, alpha=0.6, zorder=1)
     axes.plot(time[~rejected], dt[~rejected], linestyle="", color=style["color"], marker=style["marker"], markersize=4.5 if len(dt) < 100 else 3,
-              markeredgewidth=0, label=f"{label}, accepted", zorder=style["zorder"])
+              markeredgewidth=0, label=f"{label}accepted", zorder=style["zorder"])
     few = rejected.sum() < 40
     axes.plot(time[rejected], dt[rejected], linestyle="", marker=style["marker"], markersize=6.5 if few else 5, markerfacecolor="none",
-              markeredgecolor=RED, markeredgewidth=1.5 if few else 0.8, label=f"{label}, rejected ({rejected.sum()})", zorder=style["zorder"])
+              markeredgecolor=RED, markeredgewidth=1.5 if few else 0.8, label=f"{label}rejected ({rejected.sum()})", zorder=style["zorder"])
     log_scale(axes)

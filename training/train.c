@@ -57,6 +57,7 @@ static PetscErrorCode Run(PetscInt *failed)
 {
   const char *known[TRAINERS + 1] = {NULL};
   char text[512] = "Trainer";
+  PetscBool only_help, named;
   PetscInt k = 0;
 
   PetscFunctionBeginUser;
@@ -67,6 +68,11 @@ static PetscErrorCode Run(PetscInt *failed)
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Trainers with further options", "train");
   PetscCall(OptionChoice(PetscOptionsObject, "-train_algorithm", text, known, &k));
   PetscOptionsEnd();
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-train_algorithm", &named));
+  if (only_help && !named) /* all of them: the others' options follow those of the default */
+    for (PetscInt i = 1; i < TRAINERS; ++i)
+      if (Trainers[i].train != Trainers[k].train) PetscCall((*Trainers[i].train)(PETSC_COMM_WORLD, failed));
   PetscCall((*Trainers[k].train)(PETSC_COMM_WORLD, failed));
   PetscCall(SlipWarnOfUnusedOptions());
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -79,14 +79,23 @@ PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy)
 @*/
 PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[])
 {
+  const char *unfinished = NULL;
   SlipPolicy policy;
   PetscErrorCode ierr;
+  PetscMPIInt rank;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)adapt), &rank));
   PetscCall(SlipPolicyCreate(PetscObjectComm((PetscObject)adapt), &policy));
   ierr = SlipPolicyLoad(policy, file);
   if (!ierr) ierr = TSAdaptRLSetPolicy(adapt, policy);
+  if (!ierr) ierr = SlipPolicyGetAttribute(policy, SLIP_POLICY_UNFINISHED, &unfinished);
+  if (!ierr && unfinished && !rank)
+    ierr =
+      SlipWarning("the training of %s has not ended: its policy is %s, and may not keep the accuracy. Continue with "
+                  "train -train_resume, if there is a checkpoint, or train again",
+                  file, unfinished);
   PetscCall(SlipPolicyDestroy(&policy));
   PetscCall(ierr);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -271,15 +271,16 @@ static PetscErrorCode Onset(SlipFaultCatalogue cat, const Step *step, PetscReal 
 
 static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
 {
-  char when[32], lasted[32], where[32] = "", line[256];
+  char when[32], lasted[32], where[32] = "", across[32] = "", line[256];
 
   PetscFunctionBegin;
   SlipTimeText(row[EVENT_ONSET], 7, when, sizeof(when));
   SlipTimeText(row[EVENT_END] - row[EVENT_ONSET], 4, lasted, sizeof(lasted));
   if (fault->mesh.faults > 1) (void)snprintf(where, sizeof(where), "fault %lld  ", (long long)row[EVENT_FAULT]);
+  if (row[EVENT_Y] != 0) (void)snprintf(across, sizeof(across), "  y %.4g km", (double)row[EVENT_Y] / 1e3);
   (void)snprintf(
-    line, sizeof(line), "event %lld  t %s  Mw %.2f  %sx %.4g km  z %.4g km  slip %.3g m  drop %.3g MPa  %s\n",
-    (long long)fault->run.events, when, (double)row[EVENT_MAGNITUDE], where, (double)row[EVENT_X] / 1e3,
+    line, sizeof(line), "event %lld  t %s  Mw %.2f  %sx %.4g km%s  z %.4g km  slip %.3g m  drop %.3g MPa  %s\n",
+    (long long)fault->run.events, when, (double)row[EVENT_MAGNITUDE], where, (double)row[EVENT_X] / 1e3, across,
     (double)row[EVENT_Z] / 1e3, (double)row[EVENT_MEAN_SLIP], (double)row[EVENT_STRESS_DROP] / 1e6, lasted);
   PetscCall(PetscPrintf(fault->comm, "%s", line));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -449,7 +450,7 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
 static PetscErrorCode CatalogueFinish(SlipFault fault, TS ts, SlipOutput run, void *ctx)
 {
   SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
-  char when[32], line[128];
+  char when[32], line[256];
 
   PetscFunctionBegin;
   (void)ts;
@@ -457,8 +458,11 @@ static PetscErrorCode CatalogueFinish(SlipFault fault, TS ts, SlipOutput run, vo
   if (cat->active && cat->ended) PetscCall(Close(cat));
   if (cat->active) {
     SlipTimeText(cat->event.onset, 7, when, sizeof(when));
-    (void)snprintf(line, sizeof(line),
-                   "The event that began at t %s goes on at the end of the run: it is not in the catalogue\n", when);
+    (void)snprintf(
+      line, sizeof(line),
+      "The event that began at t %s goes on at the end of the run: it is not in the catalogue. Continue the run "
+      "with a later -ts_max_time\n",
+      when);
     PetscCall(PetscPrintf(fault->comm, "%s", line));
   }
   PetscCall(SlipOutputAddResult(run, "events", "events", NULL, (PetscReal)fault->run.events));

@@ -43,7 +43,7 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_NORMAL_STRESS] = {"normal_stress", 0, "Pa", 0, NONE, SHUT, REAL, "Effective normal stress, the uniform part"},
   [FAULT_NORMAL_STRESS_GRADIENT] =
     {"normal_stress_gradient", 15e3, "Pa/m", 0, NONE, SHUT, REAL,
-     "Effective normal stress per depth of the cell's centre, added to the uniform part"},
+     "Effective normal stress per depth of the cell's centre, added to the uniform part; not to a field normal_stress"},
   [FAULT_FRICTION_RESIDUAL] = {"friction_residual", 0.5, "", 0, NONE, SHUT, REAL, "Residual friction mu_d"},
   [FAULT_FRICTION_DROP] = {"friction_drop", 0.1, "", 0, NONE, SHUT, REAL,
                            "Friction above the residual at the start, dmu"},
@@ -120,8 +120,8 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
     {"wall_limit", 0, "s", 0, NONE, SHUT, REAL,
      "Wall time of the program before which the run stops with a checkpoint and exit code 152; 0: unlimited"},
   [FAULT_EVENT_RATE] = {"event_rate", 1e-3, "m/s", 0, NONE, OPEN, REAL,
-                        "Slip rate of a cell at which an event of -fault_catalogue begins; it ends when all cells are "
-                        "below a tenth of it"},
+                        "Slip rate of a cell at which an event of -fault_catalogue begins and ends; its row is written "
+                        "when all cells are below a tenth of it"},
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {

@@ -248,7 +248,9 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscCall(TSBatheGetReactionType(ts, &reaction));
   PetscCall(TSBatheGetError(ts, &estimate));
   *why = NULL;
-  if (fault->layout.components > 1)
+  if (fault->kind.driven)
+    *why = "not calibrated for ruptures from a given stress";
+  else if (fault->layout.components > 1)
     *why = "slip has two components";
   else if (!est->known)
     *why = "its steps have no error estimates";
@@ -415,7 +417,7 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
 {
   SlipFaultObservables obs;
   PetscReal wanted, t, mean_slip;
-  PetscBool bathe;
+  PetscBool bathe, once; /* events that follow each other, and slow slip, have no such error */
   Vec w;
 
   PetscFunctionBegin;
@@ -428,7 +430,8 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
   PetscCall(WantedAccuracy(ts, &wanted));
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (bathe && !fault->kind.driven) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
+  once = fault->kind.sequence || fault->loads.pressed || fault->friction.law->always_slides ? PETSC_FALSE : PETSC_TRUE;
+  if (bathe && once) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
   if (fault->options.check_error) PetscCall(ReportCheck(fault, ts, run, wanted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

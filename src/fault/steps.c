@@ -350,6 +350,24 @@ static PetscErrorCode InCharge(TS ts, char controller[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* rl that somebody asked for, and the file of the policy that was named */
+static PetscErrorCode ReportNamedPolicy(SlipFault fault, TSAdapt adapt)
+{
+  const char *file = NULL;
+  char at[48] = "";
+  SlipPolicy policy;
+  PetscReal dial;
+
+  PetscFunctionBegin;
+  PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
+  if (policy) PetscCall(SlipPolicyGetFile(policy, &file));
+  if (!file || !file[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
+  if (dial > 0) (void)snprintf(at, sizeof(at), " at the accuracy %g", (double)dial);
+  PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl%s, policy %s\n", "steps:", at, file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Before the run: what follows from the accuracy, and may be chosen otherwise */
 PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
 {
@@ -363,8 +381,9 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   if (!bathe || !fault->problem.begin) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultBeginSteps(fault, ts, PETSC_FALSE));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  if (!steps->learned) PetscCall(ReportNamedPolicy(fault, adapt));
   if (steps->learned) {
-    PetscCall(TSGetAdapt(ts, &adapt));
     PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
     PetscCall(PetscPrintf(fault->comm, "%-24s -ts_adapt_type rl at the accuracy %g, for %s\n", "steps:", (double)dial,
                           Kinds[steps->kind].meaning));

@@ -99,6 +99,24 @@ static PetscErrorCode WarnOfOtherLaws(SlipFault fault, PetscMPIInt rank)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A field has all of the normal stress: a gradient that somebody gave is not added. */
+static PetscErrorCode WarnOfGradient(SlipFault fault, PetscMPIInt rank)
+{
+  const char *source = fault->fields.source[FIELD_NORMAL_STRESS], *prefix = SlipFaultPrefix(fault);
+  char option[128];
+  PetscBool set;
+
+  PetscFunctionBegin;
+  if (rank || !source || fault->options.value[FAULT_NORMAL_STRESS_GRADIENT] == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(option, sizeof(option), "-%sfault_normal_stress_gradient", prefix);
+  PetscCall(PetscOptionsHasName(NULL, NULL, option, &set));
+  if (set)
+    PetscCall(
+      SlipWarning("%s has no effect: %s: /normal_stress has the normal stress of each cell. Add the gradient to it",
+                  option, source));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- the start of rate-and-state friction ---- */
 
 /* Relative deviations from the steady rate and state, below which a cell starts steady */
@@ -188,28 +206,30 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
 #define FEW_CELLS 20
 
 /* A fault that starts at its instability, and is not loaded, slides as a whole, up to its edges. Planes
-   that dip, and slip with two components, have no other average. */
+   that dip, and slip with two components, have no other average; there the numbers of the vertical fault are a guide. */
 static PetscErrorCode WarnOfMesh(SlipFault fault, PetscMPIInt rank)
 {
   const SlipFaultMesh *mesh = &fault->mesh;
   const char *prefix = SlipFaultPrefix(fault);
+  const PetscBool whole = fault->kind.dipping || fault->layout.components > 1 ? PETSC_FALSE : PETSC_TRUE;
   PetscBool critical, centre, none;
+  char average[128] = "";
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_AVERAGE], "centre", &centre));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "none", &none));
-  if (rank || !critical || fault->kind.driven || fault->kind.dipping || fault->layout.components > 1 || !centre ||
-      !none || fault->options.text[FAULT_STIFFNESS_FILE][0] || mesh->ndim != 2)
+  if (rank || !critical || fault->kind.driven || !centre || !none || fault->options.text[FAULT_STIFFNESS_FILE][0] ||
+      mesh->ndim != 2)
     PetscFunctionReturn(PETSC_SUCCESS);
   if (PetscMin(mesh->dims[0], mesh->dims[1]) < 2 || PetscMin(mesh->dims[0], mesh->dims[1]) > FEW_CELLS)
     PetscFunctionReturn(PETSC_SUCCESS);
+  if (whole) (void)snprintf(average, sizeof(average), "-%sfault_stiffness_average whole, or ", prefix);
   PetscCall(
     SlipWarning("%" PetscInt_FMT " x %" PetscInt_FMT " cells are few for -%sfault_stiffness_average centre on a "
-                "fault that slides as a whole: its slip comes out too large (that of the 3 km fault by 50 %% on "
-                "10 x 10 cells, 22 %% on 20 x 20, 10 %% on 40 x 40). Use -%sfault_stiffness_average whole, or "
-                "more cells (-%sfault_nx, -%sfault_nz)",
-                mesh->dims[1], mesh->dims[0], prefix, prefix, prefix, prefix));
+                "fault that slides as a whole: its slip comes out too large (that of the vertical 3 km fault by 50 %% "
+                "on 10 x 10 cells, 22 %% on 20 x 20, 10 %% on 40 x 40). Use %smore cells (-%sfault_nx, -%sfault_nz)",
+                mesh->dims[1], mesh->dims[0], prefix, average, prefix, prefix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -237,6 +257,7 @@ PetscErrorCode SlipFaultWarn(SlipFault fault)
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(WarnOfUnits(fault, rank));
   PetscCall(WarnOfOtherLaws(fault, rank));
+  PetscCall(WarnOfGradient(fault, rank));
   PetscCall(WarnOfPlanes(fault, rank));
   PetscCall(WarnOfSteadyStart(fault, rank));
   PetscCall(WarnOfThickness(fault, rank));

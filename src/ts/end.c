@@ -2,7 +2,10 @@
 #include <slipts.h>
 #include <petsc/private/petscimpl.h>
 #include <slipcompat.h>
+#include <slipstep/private/slipsys.h>
 #include <stdio.h>
+
+#define DAYS (2 * 86400) /* seconds from which on a time is also said in days or years */
 
 /*@C
   SlipReportEnd - print the last line of a summary: when a run ended and, when this was before its final time, why
@@ -28,7 +31,7 @@ PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete)
   TSConvergedReason reason;
   PetscReal time, end;
   PetscInt steps;
-  char why[128] = "", line[256]; /* by C's own printf, since PETSc's %g writes "5." for 5 */
+  char why[128] = "", long_time[40] = "", line[256]; /* by C's own printf, since PETSc's %g writes "5." for 5 */
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
@@ -38,6 +41,10 @@ PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete)
   PetscCall(TSGetMaxSteps(ts, &steps));
   PetscCall(TSGetConvergedReason(ts, &reason));
   *complete = time >= end * (1 - 10 * PETSC_MACHINE_EPSILON) ? PETSC_TRUE : PETSC_FALSE; /* 10: sums of steps */
+  if (time >= DAYS) {
+    SlipTimeText(time, 6, line, sizeof(line));
+    (void)snprintf(long_time, sizeof(long_time), " (%.32s)", line);
+  }
   if (!*complete) {
     if (reason == TS_CONVERGED_ITS)
       (void)snprintf(why, sizeof(why), "stopped by -ts_max_steps %lld at ", (long long)steps);
@@ -45,9 +52,9 @@ PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete)
       (void)snprintf(why, sizeof(why), "stopped on demand at ");
     else
       (void)snprintf(why, sizeof(why), "stopped (%s) at ", TSConvergedReasons[reason]);
-    (void)snprintf(line, sizeof(line), "%st = %g of %g s", why, (double)time, (double)end);
+    (void)snprintf(line, sizeof(line), "%st = %g of %g s%s", why, (double)time, (double)end, long_time);
   } else
-    (void)snprintf(line, sizeof(line), "t = %g s", (double)time);
+    (void)snprintf(line, sizeof(line), "t = %g s%s", (double)time, long_time);
   PetscCall(PetscPrintf(PetscObjectComm((PetscObject)ts), "%-24s %s%s%s\n", "end:", line, state && state[0] ? ", " : "",
                         state ? state : ""));
   PetscFunctionReturn(PETSC_SUCCESS);

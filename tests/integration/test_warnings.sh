@@ -73,8 +73,14 @@ warns "4 x 3 cells" "-fault_stiffness_average whole" -- "${few[@]}"
 warns "20 x 41 cells" -- "${few[@]}" -fault_nx 20 -fault_nz 41
 quiet "${few[@]}" -fault_nx 21 -fault_nz 21
 quiet "${few[@]}" -fault_stiffness_scaling mean_slip
-quiet "${few[@]}" -fault_dip 60 -fault_depth_top 100
+warns "4 x 3 cells" "Use more cells" -- "${few[@]}" -fault_dip 60 -fault_depth_top 100 # which has no other average
 quiet "${few[@]}" -fault_nx 1
+
+# A gradient beside a field of normal stress, to which it is not added
+"$SLIPSTEP_PYTHON" -c 'import h5py, numpy; h5py.File("stress.h5", "w")["normal_stress"] = numpy.full((3, 4), 40e6)' || fail "stress.h5"
+warns "-fault_normal_stress_gradient has no effect" "stress.h5: /normal_stress" -- "${short[@]}" -fault_parameters stress.h5 -fault_normal_stress_gradient 2e4
+quiet "${short[@]}" -fault_parameters stress.h5 -fault_normal_stress_gradient 0
+quiet "${short[@]}" -fault_parameters stress.h5
 
 # An equilibrium that only rounding leaves: h* is 7.6 km, which the fault of 12 km x 9 km exceeds and that of 4 km x 3 km does not.
 large=("${cycle[@]}" -fault_nx 12 -fault_nz 9 -fault_length_x 12000 -fault_length_z 9000)

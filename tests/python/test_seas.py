@@ -79,7 +79,7 @@ class SeasTest(PictureTest):
     def test_bp5(self):
         run, events, said = self.run_benchmark("bp5", 2000, 480)
         self.assertIn("Files: 12 in ", said)
-        self.look(self.path("run.png"))
+        self.look(self.path("run_seas.png"))
         # 235.585 and 469.138 years are those of a prototype in numpy with rtol 1e-6; here 235.567 and 469.103, and 0.002 away with rtol 1e-4
         np.testing.assert_allclose(events["onset"] / YEAR, [0, 235.585, 469.138], atol=0.05)
         # other codes: moments 1.78e20 to 1.80e20 N m, largest slip rates of 0.98 in the first event and 1.07 to 1.12 m/s later
@@ -146,7 +146,7 @@ class SeasTest(PictureTest):
         neither up nor left: a patch in another corner does the same there."""
         run, events, said = self.run_benchmark("bp4", 1000, 0.01)
         self.assertIn("Files: 16 in ", said)
-        self.look(self.path("run.png"))
+        self.look(self.path("run_seas.png"))
         self.assertEqual((events["onset"][0], len(events)), (0, 1))
         steady = 50 * 0.025 * np.arcsinh(1e-9 / 2e-6 * np.exp((0.6 + 0.013 * np.log(1e3)) / 0.025))
         places = [(-360, "+000"), (-225, "-750"), (-165, "-120"), (-165, "+000"), (-165, "+120"), (0, "-210"), (0, "-120"), (0, "+000"), (0, "+120"),
@@ -183,7 +183,7 @@ class SeasTest(PictureTest):
         run, events, said = self.run_benchmark("bp7", 12.5, 300 / YEAR)
         self.assertRegex(said, r"slip 10 s after it at \(100, 100\) m: 0\.\d+ m along strike, -0\.0001\d+ m up dip \(EQquasi: 0\.012076, -0\.000224\)")
         self.assertIn("Files: 10 in ", said)
-        self.look(self.path("run.png"))
+        self.look(self.path("run_seas.png"))
         # between the four cells in the middle; cells of 10 m leave 0.02259 m, with 0.1399 m/s at most, and of 5 m 0.02251 and 0.1392: what a cell
         # changes goes with its size or its square, so that those of 12.5 m are off by at most 2.5 times as much as those of 10 m, 1 and 1.5 %
         with h5py.File(run.path) as file:
@@ -220,7 +220,7 @@ class SeasTest(PictureTest):
         """78.2 years, of other codes, to half a per cent."""
         run, events, said = self.run_benchmark("bp1", 200, 600)
         self.assertIn("Files: 13 in ", said)
-        self.look(self.path("run.png"))
+        self.look(self.path("run_seas.png"))
         self.assertAlmostEqual(seas.recurrence(events) / 78.2, 1, delta=0.005)
         self.assertEqual(len(seas.cycles(events)), len(events))  # the first rupture pauses, and is one row
         for k, z in enumerate((0, 25, 50, 75, 100, 125, 150, 175, 200, 250, 300, 350)):
@@ -247,7 +247,7 @@ class SeasTest(PictureTest):
         run, events, said = self.run_benchmark("bp3", 200, 240, "-fault_dip", "60", "-fault_rake", "90", "-fault_stations", stations,
                                               "-fault_surface_stations", "19.5e6,-16e3;19.5e6,-1e-3;19.5e6,0;19.5e6,16e3")
         self.assertIn("Files: 17 in ", said)
-        self.look(self.path("run.png"))
+        self.look(self.path("run_seas.png"))
         # cells of 200 m, 1.7 in a cohesive zone, are 0.3 % late, of 100 m 0.03 %, of 25 m 0.007 %
         self.assertEqual(len(events), 1)
         self.assertAlmostEqual(events["onset"][0] / YEAR / 177.0997, 1, delta=0.005)
@@ -284,7 +284,7 @@ class SeasTest(PictureTest):
         """The first step, of a hundredth of the 127 years in which a cell slips its d_c, is far too long. What it leads to must not be taken
         back by subtraction: the middle slipped 2 % more before that was so."""
         run, _, said = self.run_benchmark("bp6", 400, 200 * 86400 / YEAR, "-ts_rtol", "1e-5")
-        self.look(self.path("run.png"))
+        self.look(self.path("run_seas.png"))
         self.assertRegex(said, r"largest slip rate: .* days\nslip at the injection after 100 days: .* m\nslip at the injection after 200 days: .* m\nFiles: 11 in ")
         slip, exact = run.field("slip")[1][-1, :, 0], bp6_slip(400.0, 200.0)
         # both tolerances are 1e-5; the record's straight lines between 200 times add less: measured 4e-5
@@ -337,7 +337,7 @@ class SeasTest(PictureTest):
             subprocess.run([*weakens, *options], cwd=self.folder.name, check=True, capture_output=True)
             self.refused("seas", message, "bp5", self.path("run.h5"), self.path("events.h5"))
         self.refused("seas", "no catalogue of events", "bp5", self.path("run.h5"), self.path("run.h5"))
-        self.assertFalse(os.path.exists(self.path("run.png")))
+        self.assertFalse(os.path.exists(self.path("run_seas.png")))
 
 
 def file_depth(head):

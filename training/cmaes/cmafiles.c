@@ -6,7 +6,7 @@
 
 #define CHECKPOINT_FORMAT "slipstep-cmaes"
 
-PetscErrorCode CMAStorePolicy(CMATrainer *t)
+PetscErrorCode CMAStorePolicy(CMATrainer *t, PetscBool unfinished)
 {
   SlipPolicy p;
 
@@ -17,6 +17,7 @@ PetscErrorCode CMAStorePolicy(CMATrainer *t)
   PetscCall(SlipPolicySetAttribute(p, "algorithm", "cmaes"));
   PetscCall(SlipPolicySetAttribute(p, "problem", ProblemPolicy(t->o.problem)));
   if (t->cma->measure) PetscCall(SlipPolicySetAttribute(p, SLIP_POLICY_MEASURE, t->cma->measure));
+  if (unfinished) PetscCall(SlipPolicySetAttribute(p, SLIP_POLICY_UNFINISHED, "not calibrated"));
   PetscCall(PolicySetNumber(p, "generations", "%.0f", (double)t->best_generation));
   PetscCall(PolicySetNumber(p, "training_runs", "%.0f", (double)t->evaluations));
   PetscCall(PolicySetNumber(p, "validation_cost", "%.5f", (double)t->score.cost));

@@ -36,8 +36,8 @@ static PetscErrorCode ParseNumbers(CMAOptions *o, SlipOptionItems PetscOptionsOb
                    &o->interval, 1, 1e6),
     OPTION_INTEGER("-train_seed", "Seed of everything random", &o->seed, 0, PETSC_MAX_INT),
     OPTION_REAL("-train_sigma", "First step length of CMA-ES, in weights", &o->sigma, 1e-6, PETSC_MAX_REAL),
-    OPTION_REAL("-train_minutes", "Wall time after which training ends [min], 0: no limit", &o->minutes, 0,
-                PETSC_MAX_REAL)};
+    OPTION_REAL("-train_minutes", "Wall time after which training ends and calibration begins [min], 0: no limit",
+                &o->minutes, 0, PETSC_MAX_REAL)};
   const NumberOption of_episodes[] = {
     OPTION_INTEGER("-train_episodes", "Episodes of the training", &o->nsingle, 1, 100000),
     OPTION_INTEGER("-train_batch", "Episodes of a generation", &o->batch_single, 1, 100000)};

@@ -3,7 +3,7 @@
 #include <sliph5.h>
 #include <slipcompat.h>
 
-#define CALIBRATIONS 30 /* validations of a calibration, about */
+#define CALIBRATIONS 72 /* validations of a calibration, at most: its steps of the dial, and the report */
 
 /* Of the problem's seeds; the last one is far from all problems' own. */
 enum { TRAIN_STREAM, VALID_STREAM, GENERATION_STREAM, CALIBRATION_STREAM, FRESH_STREAM = 50 };
@@ -35,6 +35,7 @@ static PetscErrorCode SetDestroy(const CMATrainer *t, CMASet *set)
 PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *t)
 {
   const PetscInt n = CMACount(o), most = PetscMax(o->batch_single + o->batch_mesh, o->late_single + o->late_mesh);
+  PetscReal before, after;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(t, sizeof(*t)));
@@ -59,8 +60,11 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
     t->loop.generations = 0;
     PetscCall(CMAPolicyRead(t));
   }
+  PetscCall(CMALoopElapsed(&t->loop, &before));
   PetscCall(SetCreate(t, TRAIN_STREAM, o->nsingle, o->nmesh, &t->train));
   PetscCall(SetCreate(t, VALID_STREAM, o->validation, t->cma->dial == CMA_DIAL_SPREAD ? o->validation : 0, &t->valid));
+  PetscCall(CMALoopElapsed(&t->loop, &after));
+  t->reference = (after - before) / (PetscReal)(t->train.n + t->valid.n);
   if (o->resume[0]) /* the same unless the episodes are others now */
     PetscCall(CMAValidate(t, &t->valid, t->best, unmoved, &t->score));
   PetscCall(CMALogOpen(t));
@@ -184,8 +188,17 @@ static PetscErrorCode FindRange(CMATrainer *t, const CMASet *set)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [s]: of the generations that are left, in runs, of which late ones have more, and of the calibration, which validates its
-   own set some thirty times. A validation lasted from begin to end. */
+/* [s], at most: the calibration validates its own set, and the report a fresh one of the same size, after their references
+   are made as those of the training were. A validation lasted from begin to end. */
+static PetscReal CalibrationTime(const CMATrainer *t, PetscReal begin, PetscReal end)
+{
+  const PetscReal n = 2 * (PetscReal)t->o.calibration;
+
+  if (t->o.within <= 0) return 0;
+  return CALIBRATIONS * (end - begin) * n / (PetscReal)t->valid.n + 2 * n * t->reference;
+}
+
+/* [s]: of the generations that are left, in runs, of which late ones have more, and of the calibration */
 static PetscReal TimeLeft(const CMATrainer *t, PetscReal begin, PetscReal end)
 {
   const CMAOptions *o = &t->o;
@@ -199,9 +212,7 @@ static PetscReal TimeLeft(const CMATrainer *t, PetscReal begin, PetscReal end)
   PetscReal left = end * runs / (PetscReal)t->evaluations;
 
   if (o->minutes > 0) left = PetscMin(left, 60 * o->minutes - end);
-  left = PetscMax(left, 0);
-  if (o->within > 0) left += CALIBRATIONS * (end - begin) * (PetscReal)o->calibration / (PetscReal)o->validation;
-  return left;
+  return PetscMax(left, 0) + CalibrationTime(t, begin, end);
 }
 
 static PetscErrorCode Say(const CMATrainer *t, const CMAScore *score, PetscReal begin, PetscReal end, PetscBool better)
@@ -210,7 +221,8 @@ static PetscErrorCode Say(const CMATrainer *t, const CMAScore *score, PetscReal 
 
   PetscFunctionBegin;
   if (t->loop.es.generation) PetscCall(PetscSNPrintf(cost, sizeof(cost), "  cost %7.4f", (double)t->loop.median));
-  if (t->evaluations) PetscCall(PetscSNPrintf(left, sizeof(left), "  left %5.0f s", (double)TimeLeft(t, begin, end)));
+  if (t->evaluations)
+    PetscCall(PetscSNPrintf(left, sizeof(left), "  left at most %.0f s", (double)TimeLeft(t, begin, end)));
   PetscCall((*t->cma->say)(score, text, sizeof(text)));
   PetscCall(PetscPrintf(t->loop.comm, "generation %5" PetscInt64_FMT "%s  validation: %s  sigma %6.4f%s%s\n",
                         t->loop.es.generation, cost, text, t->loop.es.sigma, left, better ? "  best so far" : ""));
@@ -228,6 +240,7 @@ static PetscErrorCode Validate(void *ctx)
   PetscCall(CMALoopElapsed(&t->loop, &begin));
   PetscCall(CMAValidate(t, &t->valid, t->loop.es.mean, unmoved, &score));
   PetscCall(CMALoopElapsed(&t->loop, &end));
+  t->calibration = CalibrationTime(t, begin, end);
   better = score.cost < t->score.cost ? PETSC_TRUE : PETSC_FALSE;
   if (better) {
     t->score = score;
@@ -235,7 +248,7 @@ static PetscErrorCode Validate(void *ctx)
     PetscCall(PetscArraycpy(t->best, t->loop.es.mean, t->loop.es.n));
     if (t->o.output[0]) { /* should training end here: not calibrated, and with the range of the validation */
       PetscCall(FindRange(t, &t->valid));
-      PetscCall(CMAStorePolicy(t));
+      PetscCall(CMAStorePolicy(t, PETSC_TRUE));
     }
   }
   PetscCall(Say(t, &score, begin, end, better));
@@ -252,6 +265,7 @@ static PetscErrorCode Finish(void *ctx)
   if (t->o.within > 0) {
     CMASet set, fresh;
 
+    PetscCall(PetscPrintf(t->loop.comm, "calibration, at most %.0f s\n", (double)t->calibration));
     PetscCall(SetCreate(t, FRESH_STREAM, t->o.calibration, t->o.calibration, &fresh));
     if (t->o.calibrate[0]) PetscCall(CMAReport(t, &fresh, "before"));
     PetscCall(SetCreate(t, CALIBRATION_STREAM, t->o.calibration, t->o.calibration, &set));
@@ -261,7 +275,7 @@ static PetscErrorCode Finish(void *ctx)
     PetscCall(SetDestroy(t, &fresh));
   }
   PetscCall(FindRange(t, &t->train));
-  if (t->o.output[0]) PetscCall(CMAStorePolicy(t));
+  if (t->o.output[0]) PetscCall(CMAStorePolicy(t, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

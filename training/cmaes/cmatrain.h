@@ -26,6 +26,7 @@ typedef struct {
   double *best;   /* [n] mean with the best validation */
   CMAScore score; /* of it */
   PetscInt64 best_generation;
+  PetscReal reference, calibration; /* wall time of an episode's reference, and of the calibration at most [s] */
   PetscReal shift[2]; /* decades by which the policy sees the dial moved, in the middle of its range, and per decade */
   PetscReal obs_min[CMA_MAX_OBS], obs_max[CMA_MAX_OBS];
   struct _CMALog *log;
@@ -55,7 +56,7 @@ PETSC_INTERN PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set);
 PETSC_INTERN PetscErrorCode CMAReport(CMATrainer *t, const CMASet *set, const char what[]);
 
 /* ---- files (cmafiles.c, cmaread.c), by the first rank ---- */
-PETSC_INTERN PetscErrorCode CMAStorePolicy(CMATrainer *t);
+PETSC_INTERN PetscErrorCode CMAStorePolicy(CMATrainer *t, PetscBool unfinished);
 PETSC_INTERN PetscErrorCode CMACheckpointWrite(CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMACheckpointRead(CMATrainer *t); /* on every rank */
 /* The policy of o.calibrate as the best one, and the shift of its dial; on every rank */

@@ -64,7 +64,7 @@ static PetscErrorCode CheckProblem(MPI_Comm comm, const SlipTrainProblem *p)
 . -train_checkpoint <file.h5>   - all that -train_resume needs, at every validation
 . -train_resume <file.h5>       - go on from there
 . -train_generations <160>      - how long
-. -train_minutes <0>            - wall time after which training ends, then calibrates; 0: no limit
+. -train_minutes <0>            - wall time after which training ends and calibration begins [min]; 0: no limit
 . -train_singles <128>          - instances to learn from
 . -train_batch_singles <16>     - of a generation
 . -train_validation <40>        - other instances, by which the best policy is chosen
