@@ -310,7 +310,7 @@ def inputs(folder):
 def environment():
     """One thread a rank, ranks without cores of their own; options from the table only; each build's own policies."""
     env = {name: value for name, value in os.environ.items() if name not in ("SLIPSTEP_POLICY_DIR", "PETSC_OPTIONS")}
-    env.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", OMPI_MCA_mpi_yield_when_idle="1",
+    env.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1",
                OMPI_MCA_btl_vader_single_copy_mechanism="none")
     if os.geteuid() == 0:
         env.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")

@@ -36,7 +36,8 @@ reported=$(grep -c '^\[[0-9]*/108\]' b.txt)
 grep -q "108 cells of this matrix, $before were there, 0 failed, 0 left" c.txt || fail "after kill -9 with $before cells: $(tail -1 c.txt)"
 
 # ---- cells on two ranks together, and one repeated by the program fault ----
-mpirun --oversubscribe -n 2 "$bin/evaluate" "${tiny[@]}" -evaluate_spread 0 -evaluate_policies "$policy" -evaluate_output d.h5 >d.txt 2>&1 ||
+mpirun --oversubscribe -n 2 "$bin/evaluate" "${tiny[@]}" -evaluate_spread 0 -evaluate_policies "$policy" -evaluate_errors embedded \
+  -evaluate_reactions trapezoidal -evaluate_reference_steps 100 -evaluate_output d.h5 >d.txt 2>&1 ||
   fail "on two ranks together: $(tail -3 d.txt)"
 "$bin/fault" -fault_nx 3 -fault_nz 3 -fault_stiffness_scaling mean_slip -ts_adapt_type pi -ts_rtol 1e-3 -ts_bathe_error doubling -fault_output run.h5 >/dev/null || fail "fault"
 "$bin/sliding_mode" -ts_adapt_type pi -sliding_mode_output small.h5 >/dev/null || fail "sliding_mode"
