@@ -160,8 +160,8 @@ static void SlipProgramLeavePagers(int argc, char **argv)
 PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program[], const char help[])
 {
   static char text[8192]; /* PETSc keeps the pointer until it is printed */
-  const char *file =
-    *argc > 0 && strrchr((*argv)[0], '/') ? strrchr((*argv)[0], '/') + 1 : program; /* slipstep-fault */
+  const char *path = *argc > 0 ? (*argv)[0] : program, *slash = strrchr(path, '/');
+  const char *file = slash ? slash + 1 : path; /* such as slipstep-fault */
   PetscBool own;
 
   PetscFunctionBegin;

@@ -145,6 +145,9 @@ for option in fault_nx fault_friction_law fault_check_error fault_view fault_swe
 done
 grep -qE -- "-(ksp_|pc_type|fault_start_ksp|malloc|log_view|fp_trap)" out.txt && fail "-help fault has options of PETSc's"
 grep -qE -- "-ksp_" all.txt || fail "-help has none of PETSc's"
+ln -s "$fault" slipstep-fault # as the package names it, found on PATH
+PATH=$PWD:$PATH slipstep-fault -help slipstep-fault >installed.txt 2>err.txt || fail "-help of an installed program: $(cat err.txt)"
+head -1 installed.txt | grep -q "^slipstep-fault -help slipstep-fault prints" || fail "an installed program calls itself $(head -1 installed.txt)"
 "$bin/circuit" -help circuit >out.txt 2>err.txt || fail "-help circuit: $(cat err.txt)"
 grep -q -- "-circuit_c1" out.txt || fail "-help circuit: $(cat out.txt)"
 
