@@ -249,7 +249,7 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscCall(TSBatheGetError(ts, &estimate));
   *why = NULL;
   if (fault->kind.driven)
-    *why = "not calibrated for ruptures from a given stress";
+    *why = "not calibrated without inertia";
   else if (fault->layout.components > 1)
     *why = "slip has two components";
   else if (!est->known)
