@@ -3,7 +3,7 @@
 #include <sliph5.h>
 #include <slipcompat.h>
 
-#define CALIBRATIONS 72 /* validations of a calibration, at most: its steps of the dial, and the report */
+#define CALIBRATIONS 72 /* validations of a calibration that moves the dial as far as it may, and of the report */
 
 /* Of the problem's seeds; the last one is far from all problems' own. */
 enum { TRAIN_STREAM, VALID_STREAM, GENERATION_STREAM, CALIBRATION_STREAM, FRESH_STREAM = 50 };
@@ -188,7 +188,7 @@ static PetscErrorCode FindRange(CMATrainer *t, const CMASet *set)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [s], at most: the calibration validates its own set, and the report a fresh one of the same size, after their references
+/* [s], where the dial moves far, which few episodes make it do: the calibration validates its own set, and the report a fresh one of the same size, after their references
    are made as those of the training were. A validation lasted from begin to end. */
 static PetscReal CalibrationTime(const CMATrainer *t, PetscReal begin, PetscReal end)
 {
@@ -222,7 +222,7 @@ static PetscErrorCode Say(const CMATrainer *t, const CMAScore *score, PetscReal 
   PetscFunctionBegin;
   if (t->loop.es.generation) PetscCall(PetscSNPrintf(cost, sizeof(cost), "  cost %7.4f", (double)t->loop.median));
   if (t->evaluations)
-    PetscCall(PetscSNPrintf(left, sizeof(left), "  left at most %.0f s", (double)TimeLeft(t, begin, end)));
+    PetscCall(PetscSNPrintf(left, sizeof(left), "  left up to about %.0f s", (double)TimeLeft(t, begin, end)));
   PetscCall((*t->cma->say)(score, text, sizeof(text)));
   PetscCall(PetscPrintf(t->loop.comm, "generation %5" PetscInt64_FMT "%s  validation: %s  sigma %6.4f%s%s\n",
                         t->loop.es.generation, cost, text, t->loop.es.sigma, left, better ? "  best so far" : ""));
@@ -265,7 +265,8 @@ static PetscErrorCode Finish(void *ctx)
   if (t->o.within > 0) {
     CMASet set, fresh;
 
-    PetscCall(PetscPrintf(t->loop.comm, "calibration, at most %.0f s\n", (double)t->calibration));
+    if (t->calibration > 0)
+      PetscCall(PetscPrintf(t->loop.comm, "calibration, up to about %.0f s\n", (double)t->calibration));
     PetscCall(SetCreate(t, FRESH_STREAM, t->o.calibration, t->o.calibration, &fresh));
     if (t->o.calibrate[0]) PetscCall(CMAReport(t, &fresh, "before"));
     PetscCall(SetCreate(t, CALIBRATION_STREAM, t->o.calibration, t->o.calibration, &set));

@@ -26,7 +26,8 @@ typedef struct {
   double *best;   /* [n] mean with the best validation */
   CMAScore score; /* of it */
   PetscInt64 best_generation;
-  PetscReal reference, calibration; /* wall time of an episode's reference, and of the calibration at most [s] */
+  PetscReal reference,
+    calibration; /* wall time of an episode's reference, and of the calibration if the dial moves far, 0: not known [s] */
   PetscReal shift[2]; /* decades by which the policy sees the dial moved, in the middle of its range, and per decade */
   PetscReal obs_min[CMA_MAX_OBS], obs_max[CMA_MAX_OBS];
   struct _CMALog *log;
