@@ -94,7 +94,7 @@ PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[])
   if (!ierr && unfinished && !rank)
     ierr =
       SlipWarning("the training of %s has not ended: its policy is %s, and may not keep the accuracy. Continue with "
-                  "train -train_resume, if there is a checkpoint, or train again",
+                  "train -train_resume, if there is a checkpoint, or end it by train -train_calibrate",
                   file, unfinished);
   PetscCall(SlipPolicyDestroy(&policy));
   PetscCall(ierr);

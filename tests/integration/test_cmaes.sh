@@ -41,6 +41,16 @@ with h5py.File("l.h5") as log:
     assert list(g["generation"][:]) == [2] and g["runs"][0] == 6 * (3 + 1 + 4 + 1) and g["wall_time"][0] > 0
     assert 0 <= g["within_dial"][0] <= 1 and g["best"][0] <= g["median"][0]
 EOF
+# A training that was killed leaves a policy that says so, until it is calibrated. The first validation writes it.
+"${tiny[@]}" -train_generations 1000000 -train_output killed.h5 >out.txt 2>&1 &
+until [ -e killed.h5 ] || ! kill -0 $! 2>/dev/null; do sleep 0.05; done
+kill -9 $!
+wait $! 2>/dev/null
+"${tiny[@]}" -train_calibrate killed.h5 -train_within 0.5 -train_output ended.h5 >out.txt 2>&1 || fail "a calibration of a killed training: $(cat out.txt)"
+"$SLIPSTEP_PYTHON" - <<'EOF' || fail "which policies are unfinished"
+import h5py
+assert ["unfinished" in h5py.File(name).attrs for name in ("killed.h5", "ended.h5", "p.h5")] == [True, False, False]
+EOF
 # A dial that is calibrated anew: the same weights, and the policy at a does what the old one does at the dial that a is moved to. What was
 # moved once and is calibrated alike again is the same.
 { "${tiny[@]}" -train_within 0 -train_output plain.h5 && "${tiny[@]}" -train_calibrate plain.h5 -train_within 0.5 -train_output moved.h5 &&

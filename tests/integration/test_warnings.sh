@@ -82,6 +82,19 @@ warns "-fault_normal_stress_gradient has no effect" "stress.h5: /normal_stress" 
 quiet "${short[@]}" -fault_parameters stress.h5 -fault_normal_stress_gradient 0
 quiet "${short[@]}" -fault_parameters stress.h5
 
+# A policy whose training has not ended
+"$SLIPSTEP_PYTHON" - <<'PY' || fail "unfinished.h5"
+import h5py, os, shutil
+shutil.copy(os.environ["SLIPSTEP_SOURCE"] + "/training/policies/fault.h5", "unfinished.h5")
+with h5py.File("unfinished.h5", "r+") as file:
+    del file.attrs["checksum"]
+    file.attrs["unfinished"] = "not calibrated"
+PY
+learned=("${short[@]}" -ts_adapt_type rl -ts_adapt_rl_policy)
+warns "the training of unfinished.h5 has not ended" "not calibrated" -- "${learned[@]}" unfinished.h5
+grep -q "^steps: .*rl at the accuracy 0.01, policy unfinished.h5$" out.txt || fail "the policy is not named: $(cat out.txt)"
+quiet "${learned[@]}" "$SLIPSTEP_SOURCE/training/policies/fault.h5"
+
 # An equilibrium that only rounding leaves: h* is 7.6 km, which the fault of 12 km x 9 km exceeds and that of 4 km x 3 km does not.
 large=("${cycle[@]}" -fault_nx 12 -fault_nz 9 -fault_length_x 12000 -fault_length_z 9000)
 warns "steady state" "-fault_initial_rate" -- "${large[@]}" -fault_initial_rate 1e-9
