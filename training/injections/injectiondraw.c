@@ -164,7 +164,8 @@ static PetscErrorCode WritePressure(const Draw *d, SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up the fault with a record, which faults read from files. */
+/* Sets up the fault with a record, which faults read from files. A pressure function would need none, but has no corners for
+   steps to end at. */
 static PetscErrorCode SetUpFromFile(const Draw *d, const char file[], SlipFault fault)
 {
   PetscErrorCode code;
@@ -190,7 +191,7 @@ static PetscErrorCode SetUpWithRecord(const Draw *d, SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(PetscGetTmp(PETSC_COMM_SELF, folder, sizeof(folder)));
-  /* mkdtemp() puts what makes the name unique in place of the X */
+  /* the template of mkdtemp(3), which replaces the six last letters by a unique name */
   PetscCall(PetscStrlcat(folder, "/slipstep_injection_XXXXXX", sizeof(folder)));
   PetscCheck(mkdtemp(folder), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "Cannot make the directory %s", folder);
   PetscCall(PetscSNPrintf(file, sizeof(file), "%s/pressure.h5", folder));
