@@ -2,7 +2,7 @@
 
 import unittest
 
-from scripts import PictureTest
+from scripts import FaultTest, PictureTest
 
 import century
 import h5py
@@ -242,6 +242,20 @@ class Pictures(PictureTest):
                                    ("error: --fps is not for --kind overview; expected with --film", ("--fps", "3"))):
             with self.subTest(message):
                 self.refused("plot_run", message, run, *arguments, code=2)
+
+
+class ManySteps(FaultTest, PictureTest):
+    def test_many_steps_have_small_dots_and_legends_hide_nothing(self):
+        self.fault("-fault_nx", "1", "-fault_nz", "1", "-ts_adapt_type", "none", "-ts_dt", "1e-3", "-ts_max_time", "3.1", "-fault_output", self.path("many.h5"), "-fault_output_interval", "1000")
+        run = Run(self.path("many.h5"))
+        canvas = figure(run, Clock(0, 3.1), False)
+        panels = {axes.get_title(loc="left") or axes.get_title(): axes for axes in canvas.axes}
+        steps = panels["Step size"]
+        self.assertEqual(len(run.steps["dt"]), 3100)
+        self.assertLess(max(line.get_markersize() for line in steps.lines), 3)
+        self.assertEqual({line.get_marker() for line in panels["Mean slip"].lines}, {""})
+        for axes in (steps, panels["Slip rate"]):
+            self.assertGreaterEqual(axes.get_legend().get_window_extent().y0, axes.get_window_extent().y1 - 1)
 
 
 if __name__ == "__main__":
