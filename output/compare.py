@@ -17,7 +17,7 @@ need("h5py", "numpy", "matplotlib")
 from slipstep_course import Course, from_start, history, passage
 from slipstep_maps import draw_map
 from slipstep_output import OutputError, Run
-from slipstep_panels import RUN_STYLES, draw_reference, draw_series, draw_steps, plt, use_style
+from slipstep_panels import RUN_STYLES, draw_reference, draw_series, draw_steps, legend_of_dots, plt, use_style
 
 
 def arguments():
@@ -102,7 +102,7 @@ def figure(runs, reference, title):
     slip.set(title="Mean slip", ylabel="slip (m)")
     steps.set(title="Step size", xlabel="time (s)", ylabel="step (s)")
     rate.legend(loc="upper right")
-    steps.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2)
+    legend_of_dots(steps, loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2)
 
     label, run = runs[0]
     peak = run.series["time"][run.peak]

@@ -66,12 +66,17 @@ DENSE = 3000  # steps from which on each has a small dot, or none
 DOTS = {"linestyle": "", "marker": "o", "markersize": 1.6, "markeredgewidth": 0, "alpha": 0.5, "rasterized": True}
 
 
-def legend_above(axes):
-    """A legend above the axes, to the right of the title, where it hides nothing."""
-    for line in axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2, handlelength=1.2, columnspacing=1.0).get_lines():
+def legend_of_dots(axes, **place):
+    """A legend in which small dots are large enough to see."""
+    for line in axes.legend(**place).get_lines():
         line.set(alpha=1)
         if line.get_marker() == "o" and line.get_markersize() < 3:
             line.set_markersize(4)
+
+
+def legend_above(axes):
+    """A legend above the axes, to the right of the title, where it hides nothing."""
+    legend_of_dots(axes, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2, handlelength=1.2, columnspacing=1.0)
 
 
 def draw_series(axes, run, name, style, label, clock=np.asarray):
