@@ -17,7 +17,8 @@ need("h5py", "numpy", "matplotlib")
 from slipstep_course import Course, from_start, history, passage
 from slipstep_maps import draw_map
 from slipstep_output import OutputError, Run
-from slipstep_panels import RUN_STYLES, draw_reference, draw_series, draw_steps, legend_of_dots, plt, use_style
+from slipstep_panels import RUN_STYLES, draw_reference, draw_series, draw_steps, legend_above, legend_of_dots, log_scale, plt, use_style
+from slipstep_time import Clock
 
 
 def arguments():
@@ -90,24 +91,31 @@ def figure(runs, reference, title):
     """Slip rate, slip and step size against time for all runs, and the map of the first near its peak."""
     use_style()
     canvas, ((rate, slip), (steps, plane)) = plt.subplots(2, 2, figsize=(11, 7.6), layout="constrained")
+    clock = Clock(0.0, max(run.series["time"][-1] for _, run in runs))
+    log = clock.logarithmic("slip_rate")
     for axes, name in ((rate, "mean_slip_rate"), (slip, "mean_slip")):
         if reference:
-            draw_reference(axes, reference, name, "fine reference")
+            draw_reference(axes, reference, name, "fine reference", clock)
         for (label, run), style in zip(runs, RUN_STYLES):
-            draw_series(axes, run, name, style, f"{label}: {run.result['accepted']} steps")
-        axes.set_xlabel("time (s)")
+            draw_series(axes, run, name, style, f"{label}: {run.result['accepted']} steps", clock)
+        axes.set_xlabel(clock.label)
     for (label, run), style in zip(runs, RUN_STYLES):
-        draw_steps(steps, run, style, label)
+        draw_steps(steps, run, style, label, clock)
     rate.set(title="Mean slip rate", ylabel="slip rate (m/s)")
     slip.set(title="Mean slip", ylabel="slip (m)")
-    steps.set(title="Step size", xlabel="time (s)", ylabel="step (s)")
-    rate.legend(loc="upper right")
+    steps.set(title="Step size", xlabel=clock.label, ylabel="step (s)")
+    if log and any((run.series["mean_slip_rate"] > 0).any() for _, run in runs):
+        log_scale(rate)
+    if log:  # lines are everywhere
+        legend_above(rate)
+    else:
+        rate.legend(loc="upper right")
     legend_of_dots(steps, loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2)
 
     label, run = runs[0]
     peak = run.series["time"][run.peak]
-    stored = draw_map(plane, run, "slip_rate", peak, "slip rate (m/s)")
-    plane.set_title(f"Slip rate at {stored:.1f} s ({label})")
+    stored = draw_map(plane, run, "slip_rate", peak, "slip rate (m/s)", log)
+    plane.set_title(f"Slip rate at {clock.text(stored)} ({label})")
     if title:
         canvas.suptitle(title)
     return canvas

@@ -53,7 +53,7 @@ def figure(time, rate, faults, title):
     axes.fill_between(time, 0, total, color=RUN_STYLES[0]["color"], alpha=0.25, linewidth=0)
     axes.plot(time, total, color=RUN_STYLES[0]["color"], label="all faults" if rate.shape[1] > 1 else "")
     for k in range(rate.shape[1] if 1 < rate.shape[1] <= 6 else 0):
-        axes.plot(time, rate[:, k], linewidth=1.0, label=f"fault {faults[k]}")
+        axes.plot(time, rate[:, k], color=f"C{k + 1}", linewidth=1.0, label=f"fault {faults[k]}")
     axes.set(title=title, xlabel="time since the onset (s)", ylabel="moment rate (N m/s)", xlim=(0, time[-1]))
     if total.min() >= 0:
         axes.set_ylim(bottom=0)

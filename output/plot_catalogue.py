@@ -34,6 +34,7 @@ FAULTS = len(RUN_STYLES)  # up to which each has a colour
 MANY_CIRCLES = 60  # events, beyond which only the largest have circles
 CIRCLES = 5  # so many: in a long catalogue the largest events all break the whole fault
 LARGEST = 60
+LEAST_SPAN = 0.2  # of magnitudes, of axes and colours: less is no difference that one should see
 
 
 def draw_times(axes, events, clock):
@@ -50,7 +51,9 @@ def draw_times(axes, events, clock):
         own = label == fault
         axes.vlines(time[stems][own[stems]], bottom, magnitude[stems][own[stems]], color=style["color"], linewidth=0.8, alpha=0.7)
         axes.plot(time[own], magnitude[own], linestyle="", marker="o", markersize=2 if many else 5, color=style["color"], markeredgewidth=0,
-                  alpha=0.5 if len(time) > 10 * MANY else 1, clip_on=False, label=f"fault {fault}")
+                  alpha=0.5 if len(time) > 10 * MANY else 1, clip_on=not own.any(), label=f"fault {fault}")  # an empty one would be at the figure's corner
+    if len(time) == 1:
+        axes.annotate(f"M {magnitude[0]:.2f}", (time[0], magnitude[0]), xytext=(8, 0), textcoords="offset points", va="center")
     if several:
         axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, ncols=len(events.faults))
     axes.set(title="1 event" if len(events) == 1 else f"{len(events)} events", xlabel=clock.label, ylabel="moment magnitude", ylim=(bottom, magnitude.max() + 0.3))
@@ -71,7 +74,11 @@ def draw_frequency(axes, events):
         reach = np.array([least, min(magnitude[-1], least + np.log10(above) / b)])
         axes.plot(reach, above * 10 ** (-b * (reach - least)), color="black", linewidth=1.2, linestyle="--",
                   label=f"b = {b:.2f} ± {error:.2f} (M ≥ {least:.1f}, several cells)")
-    axes.legend()
+    axes.legend(loc="upper right")  # which is free: few events are large
+    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    low, high = axes.get_xlim()
+    if high - low < LEAST_SPAN:
+        axes.set_xlim((low + high - LEAST_SPAN) / 2, (low + high + LEAST_SPAN) / 2)
     axes.set(title="Magnitude and frequency", xlabel="moment magnitude M", ylabel="events of at least M")
     log_scale(axes)
     axes.set_ylim(0.7, max(1.6 * len(magnitude), 12))
@@ -99,7 +106,8 @@ def draw_places(canvas, panels, events):
     sized = np.zeros(len(events), bool)
     sized[np.argsort(events["area"])[-CIRCLES if many else 0:]] = True
     least, most = np.nanmin(magnitude), np.nanmax(magnitude)
-    norm = plt.Normalize(least, most) if most > least else plt.Normalize(least - 0.5, least + 0.5)
+    middle, half = (least + most) / 2, max(most - least, LEAST_SPAN) / 2
+    norm = plt.Normalize(middle - half, middle + half)
     colours = plt.get_cmap("viridis_r")
     for axes, (frame, name, down, rows, x, z) in zip(panels, hypocentres(events)):
         order = np.argsort(events["area"][rows])
@@ -117,9 +125,10 @@ def draw_places(canvas, panels, events):
         for axis, ticks in ((axes.xaxis, 6), (axes.yaxis, 5)):
             axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
         axes.grid(False)
-    title = f"Hypocentres, circles of {'the largest areas' if many else 'the ruptured area'}"
+    title = "Hypocentre, circle of the ruptured area" if len(events) == 1 else f"Hypocentres, circles of {'the largest areas' if many else 'the ruptured area'}"
     panels[0].set_title("\n".join(filter(None, (title, panels[0].get_title(loc="left")))))
-    colour_bar(canvas, dots, norm, "moment magnitude", ax=panels if len(panels) > 1 else panels[0], location="bottom", shrink=0.8, aspect=30, pad=0.02)
+    if len(events) > 1:
+        colour_bar(canvas, dots, norm, "moment magnitude", ax=panels if len(panels) > 1 else panels[0], location="bottom", shrink=0.8, aspect=30, pad=0.02)
 
 
 def figure(events, lines, years):
@@ -132,10 +141,12 @@ def figure(events, lines, years):
     top = canvas.add_subplot(grid[0, :])
     draw_times(top, events, clock)
     top.set_xlim(0, float(clock(clock.span)))
-    draw_frequency(canvas.add_subplot(grid[1, 0]), events)
+    beside = grid[1, 1] if len(events) > 1 else grid[1, :]
+    if len(events) > 1:  # of one there is no frequency
+        draw_frequency(canvas.add_subplot(grid[1, 0]), events)
     heights = [frame[3] - frame[2] for frame, *_ in hypocentres(events)]
-    rows = grid[1, 1].subgridspec(len(heights), 1, height_ratios=heights)
-    draw_places(canvas, [canvas.add_subplot(row) for row in rows] if len(heights) > 1 else [canvas.add_subplot(grid[1, 1])], events)
+    rows = beside.subgridspec(len(heights), 1, height_ratios=heights)
+    draw_places(canvas, [canvas.add_subplot(row) for row in rows] if len(heights) > 1 else [canvas.add_subplot(beside)], events)
     pairs = np.stack([events["onset"], events["end"]], axis=1)
     poor = [draw_cumulative(canvas.add_subplot(grid[2 + k, :]), course, pairs) for k, course in enumerate(lines)]
     canvas.suptitle(os.path.basename(events.path) + ("" if events.complete else " (unfinished)"))
@@ -172,7 +183,7 @@ def event_figure(events, number):
     colour_bar(layout.canvas, artists[0], norm, "slip (m)", ax=block, location="bottom", shrink=0.7, aspect=35, pad=0.02)
     layout.canvas.suptitle(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, {broken_faults(events, number)}"
                            + (f"rake {events['rake'][number]:.0f}°, " if "rake" in events.event else "")
-                           + f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {duration:.3g} s")
+                           + f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {duration:{'.3g' if duration < 999.5 else '.0f'}} s")
     return layout.canvas
 
 

@@ -17,8 +17,9 @@ import sys
 from slipstep_modules import need
 
 need("h5py", "numpy", "matplotlib")
+import numpy as np
 from slipstep_film import film
-from slipstep_maps import draw_map
+from slipstep_maps import draw_map, frames_of
 from slipstep_output import OutputError, Run
 from slipstep_panels import DENSE, DOTS, RED, RUN_STYLES, draw_series, draw_steps, legend_above, log_scale, plt, use_style
 from slipstep_snapshots import rupture, snapshots
@@ -32,6 +33,9 @@ KINDS = {"overview": set(), "snapshots": {"time", "field", "window"}, "rupture":
          "film": {"field", "window", "fps", "frames"}}
 
 
+HIGH = 3.7  # inches of a row of panels
+MAP_WIDTH = 4.0  # inches
+MARGIN = 0.03  # of times, at both ends
 LAYOUTS = 3  # of an overview: a bar is as far to the right as the layout before has made its map wide, and the layout leaves room for it
 
 
@@ -80,7 +84,7 @@ def small_figure(run, clock):
     """Any other model: the first series' unit apart from the others."""
     use_style()
     rows = [["first", "second"], *attempt_panels(run)]
-    canvas, axes = plt.subplot_mosaic(rows, figsize=(11, 3.7 * len(rows)), layout="constrained")
+    canvas, axes = plt.subplot_mosaic(rows, figsize=(11, HIGH * len(rows)), layout="constrained")
     units = list(dict.fromkeys(run.columns.values()))
     draw_columns(axes["first"], run, units[:1], clock)
     draw_columns(axes["second"], run, units[1:] or units, clock)
@@ -99,18 +103,38 @@ def draw_rates(axes, run, style, clock, log):
     legend_above(axes)
 
 
+def same_times(panels, clock):
+    """All of the run in each panel: series begin with the first step's end, error estimates later."""
+    low, high = (float(clock(time)) for time in (clock.origin, clock.origin + clock.span))
+    for axes in panels:
+        axes.set_xlim(low - MARGIN * (high - low), high + MARGIN * (high - low))
+
+
+def map_height(run):
+    """Inches of a row of maps: of a long fault less than of other panels."""
+    frames = frames_of(run, tall=True)
+    if len(frames) > 1:
+        return HIGH
+    (x0, x1, z0, z1), = frames
+    return float(np.clip(MAP_WIDTH * (z1 - z0) / (x1 - x0) + 1.0, 2.0, HIGH))
+
+
 def figure(run, clock, log, wanted=None):
     """Time series above, maps of the fields that the run stored below."""
     use_style()
     stored = [name for name in ("slip_rate", "slip") if name in run.field_names]
     maps = [f"map of {name}" for name in stored]
     rows = [["rate", "slip"], *attempt_panels(run), *([maps + ["."] * (2 - len(maps))] if maps else [])]
-    canvas, axes = plt.subplot_mosaic(rows, figsize=(11, 3.7 * len(rows)), layout="constrained")
+    heights = [HIGH] * len(rows)
+    if maps:
+        heights[-1] = map_height(run)
+    canvas, axes = plt.subplot_mosaic(rows, figsize=(11, sum(heights)), height_ratios=heights, layout="constrained")
     style = RUN_STYLES[0]
     draw_rates(axes["rate"], run, style, clock, log)
     draw_series(axes["slip"], run, "mean_slip", style, "mean slip", clock)
     axes["slip"].set(title="Mean slip", xlabel=clock.label, ylabel="slip (m)")
     draw_attempt_panels(axes, run, style, clock)
+    same_times([axes[name] for name in ("rate", "slip", "steps", "error") if name in axes], clock)
     times = {"slip_rate": run.series["time"][run.peak], "slip": run.series["time"][-1]}
     labels = {"slip_rate": ("Slip rate", "slip rate (m/s)"), "slip": ("Slip", "slip (m)")}
     for plane, name in zip((axes[name] for name in maps), stored):
@@ -143,7 +167,7 @@ def arguments():
                         "and above the horizon; default 40 from across the strike, 25")
     parser.add_argument("--years", action=argparse.BooleanOptionalAction, help="time in years, default for more than one year")
     parser.add_argument("--log-rate", action=argparse.BooleanOptionalAction, help="slip rate on a logarithmic scale, default for "
-                        "space-time, film and more than one year")
+                        "space-time, film and more than three hours")
     parser.add_argument("--film", metavar="FILE", help="write a film, FILE.mp4 (needs ffmpeg) or FILE.gif, a frame for each row of /fields: "
                         "of maps, or with --kind view of that")
     parser.add_argument("--fps", type=float, help="frames of the film a second, default 15")
@@ -179,28 +203,22 @@ def check(parser, options):
         parser.error("--range needs --field NAME with --kind space-time, which draws two fields")
 
 
-def is_log(run, options):
-    """Whether slip rates are drawn on a logarithmic scale."""
-    if options.log_rate is not None:
-        return options.log_rate
-    return options.kind in ("space-time", "film") or options.kind == "overview" and run.is_fault and Clock(0.0, run.series["time"][-1]).unit == "y"
-
-
 def picture(run, options):
     """The figure of the kind that is asked for."""
-    log, common = is_log(run, options), {"wanted": options.range, "years": options.years}
+    common = {"log": options.log_rate, "wanted": options.range, "years": options.years}
     field = options.field or "slip_rate"
     if options.kind == "snapshots":
-        return snapshots(run, field, options.time, options.window, log and field == "slip_rate", **common)
+        return snapshots(run, field, options.time, options.window, **common)
     if options.kind == "rupture":
-        return rupture(run, options.time, options.window, log, **common)
+        return rupture(run, options.time, options.window, **common)
     if options.kind == "view":
-        return views(run, field, options.time, options.window, log and field == "slip_rate", viewer=getattr(options, "from"), **common)
+        return views(run, field, options.time, options.window, viewer=getattr(options, "from"), **common)
     if options.kind == "space-time":
         fields = [options.field] if options.field else [name for name in ("slip_rate", "slip") if name in run.field_names] or ["slip_rate"]
-        return space_time(run, fields, options.along or "strike", options.at, options.against or "time", options.window, log, **common)
+        return space_time(run, fields, options.along or "strike", options.at, options.against or "time", options.window,
+                          **dict(common, log=options.log_rate is not False))
     clock = Clock(0.0, run.series["time"][-1], options.years)
-    return figure(run, clock, log, options.range) if run.is_fault else small_figure(run, clock)
+    return figure(run, clock, clock.logarithmic("slip_rate", options.log_rate), options.range) if run.is_fault else small_figure(run, clock)
 
 
 def main():
@@ -213,7 +231,7 @@ def main():
         if options.kind != "overview":
             run.require_fault(f"--{'film' if options.film else 'kind ' + options.kind}")
         if options.film:
-            shown, rows = film(run, target, options.field or "slip_rate", options.window, is_log(run, options), options.range, options.years,
+            shown, rows = film(run, target, options.field or "slip_rate", options.window, options.log_rate is not False, options.range, options.years,
                                options.fps or 15.0, options.frames or 500, options.view, getattr(options, "from"))
             print(f"Film: {target}, {shown} of {rows} rows of /fields")
         else:

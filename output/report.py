@@ -106,10 +106,11 @@ def accuracy(run):
 
 def pictures(run, events):
     """(title, image) of each picture."""
-    years = Clock(0.0, run.series["time"][-1]).unit == "y"
+    clock = Clock(0.0, run.series["time"][-1])
+    years = clock.unit == "y"
     if not run.is_fault:
-        return [("The run", picture(plot_run.small_figure(run, Clock(0.0, run.series["time"][-1])), "series and step sizes"))]
-    found = [("Slip, slip rate and steps", picture(plot_run.figure(run, Clock(0.0, run.series["time"][-1]), years), "time series, step sizes and maps"))]
+        return [("The run", picture(plot_run.small_figure(run, clock), "series and step sizes"))]
+    found = [("Slip, slip rate and steps", picture(plot_run.figure(run, clock, clock.logarithmic("slip_rate")), "time series, step sizes and maps"))]
     rows = len(run.field("slip")[0]) if "slip" in run.field_names else 0
     if rows > 2 and "slip_rate" in run.field_names:
         found.append(("Slip rate and slip along strike", picture(space_time(run, ["slip_rate", "slip"]), "space-time picture")))

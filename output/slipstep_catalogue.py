@@ -71,6 +71,11 @@ class Catalogue:
             return maps
 
     @property
+    def extents(self):
+        """Of a grid: length_x, length_z [m]."""
+        return self.attributes
+
+    @property
     def has_vectors(self):
         """Whether the maps of slip have two components."""
         with open_file(self.path, "fault -fault_catalogue writes it") as file:

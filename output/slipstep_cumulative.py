@@ -71,9 +71,10 @@ def draw_cumulative(axes, course, events):
     line = course.line
     solid, dashed, poor = course.lines(events)
     for values, colour, style, width in ((dashed, DASHED, (0, (4, 2)), 0.7), (solid, SOLID, "solid", 1.0)):
-        pairs = [(line.centres, row) if line.along == "strike" else (row, line.centres) for row in values]
+        along, rows = line.drawn(values)
+        pairs = [(along, row) if line.along == "strike" else (row, along) for row in rows]
         axes.add_collection(LineCollection([np.stack(pair, axis=1) for pair in pairs], colors=colour, linestyles=style, linewidths=width))
-    low, high = min(0.0, course.values.min()), course.values.max() * 1.03 or 1.0
+    low, high = min(0.0, np.nanmin(course.values)), np.nanmax(course.values) * 1.03 or 1.0
     distance, slip = (line.edges[0], line.edges[-1]), (low, high)
     if line.along == "strike":
         axes.set(xlim=distance, ylim=slip, xlabel=line.label, ylabel=f"cumulative {course.fields.label}")

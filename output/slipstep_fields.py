@@ -147,13 +147,37 @@ def events(times, rates, threshold=RUPTURE_RATE):
     return [(times[max(a - 1, 0)], times[min(b + 1, last_row)]) for a, b in zip(first, last)]
 
 
+def from_start(run, name):
+    """A column of the series with its start."""
+    return np.concatenate(([0.0], run.series[name]))
+
+
+def largest_rates(run):
+    """Times from the start on [s], and the largest slip rate at each [m/s]."""
+    return from_start(run, "time"), from_start(run, "max_slip_rate")
+
+
 def event_around(run, begin, end):
     """The event of the series that holds these times [s]; None where they are not within a single one."""
-    time, rate = (np.concatenate(([0.0], run.series[name])) for name in ("time", "max_slip_rate"))
-    return next(((first, last) for first, last in events(time, rate) if first <= begin and end <= last), None)
+    return next(((first, last) for first, last in events(*largest_rates(run)) if first <= begin and end <= last), None)
 
 
-def largest_event(run):
-    """The event of the largest mean slip rate, from the series; the whole run where nothing is that fast."""
-    peak = run.series["time"][run.peak]
-    return event_around(run, peak, peak) or (0.0, run.series["time"][-1])
+def events_within(run, window=None):
+    """(begin, end) of the events of the series, or of their parts within a window."""
+    low, high = window or (-np.inf, np.inf)
+    parts = [(max(first, low), min(last, high)) for first, last in events(*largest_rates(run))]
+    return [(first, last) for first, last in parts if first < last]
+
+
+def mean_slip_at(run, times):
+    """Mean slip [m] at some times [s], between steps linear."""
+    return np.interp(times, from_start(run, "time"), from_start(run, "mean_slip"))
+
+
+def largest_event(run, window=None):
+    """Of the events within a window, or in all of the run, the one with most slip, as of the largest moment; the window itself, or the whole run,
+    where nothing is that fast."""
+    found = events_within(run, window)
+    if not found:
+        return window or (0.0, run.series["time"][-1])
+    return max(found, key=lambda event: abs(np.diff(mean_slip_at(run, event))[0]))

@@ -9,12 +9,13 @@ from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
-from slipstep_fields import Fields, events
+from slipstep_fields import Fields, largest_rates
 from slipstep_maps import Span, colour_bar
 from slipstep_output import OutputError
 from slipstep_panels import RED, RUN_STYLES, plt, use_style
 from slipstep_snapshots import WIDTH, Layout
-from slipstep_time import SECONDS, NAMES, Clock, unit_of
+from slipstep_time import SECONDS, Clock
+from slipstep_titles import titles_of
 from slipstep_view import BAR, View, bar
 
 DPI = 100
@@ -90,37 +91,25 @@ def picked(count, frames):
     return np.unique(np.round(np.linspace(0, count - 1, min(count, frames))).astype(int))
 
 
-class Titles:
-    """The time of a frame in words; within an event of a long run the time since it began."""
-
-    def __init__(self, run, fields, years):
-        times = np.concatenate(([0.0], run.series["time"]))
-        rates = np.concatenate(([0.0], run.series["max_slip_rate"]))
-        self.clock = Clock(fields.times[0], fields.times[-1], years)
-        long = SECONDS[self.clock.unit] > 1
-        self.events = [(begin, end) for begin, end in events(times, rates) if end - begin < 1e-3 * self.clock.span] if long else []
-
-    def text(self, time):
-        for begin, end in self.events:
-            if begin < time <= end:
-                unit = unit_of(end - begin)
-                return f"{self.clock.text(begin)} + {(time - begin) / SECONDS[unit]:.2f} {NAMES[unit]}"
-        return self.clock.text(time)
+def positive(rates):
+    """Rates of a logarithmic scale; at rest there are none."""
+    return np.where(rates > 0, rates, np.nan)
 
 
 def draw_course(axes, run, fields, rows, clock):
-    """The largest slip rate at each frame, against the frames where time would hide the events; the dot that moves."""
-    series = np.concatenate(([0.0], run.series["time"])), np.concatenate(([0.0], run.series["max_slip_rate"]))
-    rates = np.interp(fields.times[rows], *series)
+    """The largest slip rate, against time, or, where that would hide the events, at each frame; the dot that moves."""
+    times, series = largest_rates(run)
+    rates = np.interp(fields.times[rows], times, series)
     long = SECONDS[clock.unit] > 1
     at = np.arange(len(rows)) if long else clock(fields.times[rows])
-    axes.plot(at, np.where(rates > 0, rates, np.nan), color=RUN_STYLES[0]["color"], linewidth=1.0)
+    axes.plot(at if long else clock(times), positive(rates if long else series), color=RUN_STYLES[0]["color"], linewidth=1.0)
     dot, = axes.plot(at[:1], rates[:1], marker="o", markersize=6, color=RED, linestyle="")
     axes.set(xlabel="frame" if long else clock.label, ylabel="largest slip rate\n(m/s)", xlim=(at[0], at[-1] if at[-1] > at[0] else at[0] + 1))
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=long, steps=[1, 2, 5, 10]))
-    if (rates > 0).any():
+    drawn = rates if long else np.append(rates, series[(times >= fields.times[rows[0]]) & (times <= fields.times[rows[-1]])])
+    if (drawn > 0).any():
         axes.set_yscale("log")
-        axes.set_ylim(max(rates[rates > 0].min(), rates.max() * 1e-13) / 2, rates.max() * 3)
+        axes.set_ylim(max(drawn[drawn > 0].min(), drawn.max() * 1e-13) / 2, drawn.max() * 3)
     return at, rates, dot
 
 
@@ -175,22 +164,23 @@ def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=1
     for _, maps in fields.chunks(rows):
         span.see(np.abs(maps) if log else maps)
     norm = span.norm(fields.kind, log, wanted)
-    titles = Titles(run, fields, years)
+    clock = Clock(*fields.times[rows][[0, -1]], years)
+    titles = titles_of(run, fields.times[rows], clock)
     shown = Scene(run, viewer) if view else Maps(run)
     canvas = shown.canvas
     canvas.set_size_inches(0.8 * WIDTH, shown.height + 1.7)
     above, below = canvas.subfigures(2, 1, height_ratios=(shown.height, 1.7))
     artists = shown.draw(above, fields.maps(rows[:1])[0], norm, fields.kind, fields.label)
-    title = above.suptitle(titles.text(fields.times[-1]))
-    at, rates, dot = draw_course(below.subplots(), run, fields, rows, titles.clock)
+    title = above.suptitle(titles[0])
+    at, rates, dot = draw_course(below.subplots(), run, fields, rows, clock)
     canvas.set_dpi(DPI)
     stage = Stage(canvas, [*artists, title, dot])
     try:
         with out.saving(canvas, path, DPI):
             for frame, values in enumerate(values for _, maps in fields.chunks(rows) for values in maps):
                 shown.show(np.abs(values) if log else values)
-                title.set_text(titles.text(fields.times[rows[frame]]))
-                dot.set_data(at[frame:frame + 1], np.where(rates > 0, rates, np.nan)[frame:frame + 1])
+                title.set_text(titles[frame])
+                dot.set_data(at[frame:frame + 1], positive(rates)[frame:frame + 1])
                 stage.draw()
                 out.grab_frame()
     except (subprocess.CalledProcessError, BrokenPipeError) as error:

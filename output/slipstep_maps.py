@@ -17,11 +17,19 @@ DIGITS = 9  # of coordinates of unrolled cells [km], so that edges of a row are 
 DECADES = 13  # of a logarithmic scale at most
 FEW = 0.01  # of all cells, at either end of a scale, are few
 STRETCHED = 2 / 3  # where those few need a scale longer than the others' by more than half, they are beyond it
+NUMBERS = 6  # contours with their values
+SIDES = (0.25, 0.5, 0.75)  # of a side: where it is looked whether that is within cells
+WIDER = 1.01
+SHADES = 256  # of a colour map: what is beyond its ends by less than one is not
+NOISE = {"m": 1e-9}  # by unit: sizes that are rounding
 EXTEND = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
 
 
-def edges(centres, others):
-    """Edges of equal cells from their centres; of a single row those of squares, by the centres in the other direction."""
+def edges(centres, others, length=None):
+    """Edges of equal cells from their centres; of a single row by its length, or, in files that do not have it, those of squares, by the centres in the
+    other direction."""
+    if len(centres) == 1 and length:
+        return centres[0] + np.array([-0.5, 0.5]) * length
     spaced = centres if len(centres) > 1 else others
     half = 0.5 * (spaced[1] - spaced[0]) if len(spaced) > 1 else 0.5 * max(abs(centres[0]), 1e-3)
     return np.append(centres - half, centres[-1] + half)
@@ -38,7 +46,8 @@ class Plane:
     def of_grid(cls, run):
         """All of a grid, which down dip begins at its upper edge."""
         x, z = run.axes[0] / 1e3, run.mesh.get("down_dip", run.axes[1]) / 1e3
-        x, z = edges(x, z), edges(z, x)
+        length, width = (run.extents.get(name, 0) / 1e3 for name in ("length_x", "length_z"))
+        x, z = edges(x, z, length), edges(z, x, width)
         shape = len(z) - 1, len(x) - 1
         x, z = (np.stack([e[:-1], e[1:]]) for e in (x, z))
         return cls(np.tile(x, shape[0]), np.repeat(z, shape[1], axis=1), shape=shape, vertical="down_dip" not in run.mesh)
@@ -80,8 +89,31 @@ class Plane:
         axes.grid(False)
         return artist
 
+    def between(self):
+        """Triangles between the centres of neighbouring cells: none across a notch or a hole."""
+        x, z = self.x.mean(axis=0), self.z.mean(axis=0)
+        size = [np.median(np.ptp(sides, axis=0)) for sides in (self.x, self.z)]  # so that flat cells have their neighbours beside them
+        mesh = Triangulation(x / size[0], z / size[1])
+        near = np.concatenate([mesh.triangles, opposite(mesh)], axis=1)
+        corners = np.stack([x, z], axis=-1)[mesh.triangles]
+        inside = np.ones(len(near), bool)
+        for share in SIDES:  # points of its sides are in cells of its corners, or of the triangles beside it
+            points = corners + share * (np.roll(corners, -1, axis=1) - corners)
+            inside &= np.array([self.within(near, points[:, side]).any(axis=1) for side in range(3)]).all(axis=0)
+        return Triangulation(x, z, mesh.triangles, mask=~inside)
+
+    def within(self, cells, points):
+        """Whether points [n, 2] are in cells [n, m], [n, m]; their edges, widened by a hundredth, count."""
+        x, z = self.x[:, cells], self.z[:, cells]
+        px, pz = points[:, :1], points[:, 1:]
+        if len(x) == 2:
+            return (np.abs(px - x.mean(axis=0)) <= WIDER * 0.5 * (x[1] - x[0])) & (np.abs(pz - z.mean(axis=0)) <= WIDER * 0.5 * (z[1] - z[0]))
+        px, pz = (x.mean(axis=0) + (px - x.mean(axis=0)) / WIDER, z.mean(axis=0) + (pz - z.mean(axis=0)) / WIDER)
+        turn = np.array([(x[(k + 1) % 3] - x[k]) * (pz - z[k]) - (z[(k + 1) % 3] - z[k]) * (px - x[k]) for k in range(3)])
+        return (turn >= 0).all(axis=0) | (turn <= 0).all(axis=0)
+
     def contour(self, axes, values, levels):
-        """Lines of equal value through the cells' centres, with their values; where those are nan there are none."""
+        """Lines of equal value through the cells' centres, some with their values; where those are nan there are none, and none outside of the cells."""
         x, z = self.x.mean(axis=0), self.z.mean(axis=0)
         good = np.isfinite(values)
         if good.sum() < 4 or np.ptp(x[good]) == 0 or np.ptp(z[good]) == 0:
@@ -90,15 +122,16 @@ class Plane:
         if self.shape and min(self.shape) > 1:
             lines = axes.contour(x.reshape(self.shape)[0], z.reshape(self.shape)[:, 0], values.reshape(self.shape), **style)
         else:
-            mesh = Triangulation(x, z)
-            mesh.set_mask(~good[mesh.triangles].all(axis=1))
+            mesh = self.between()
+            mesh.set_mask(mesh.mask | ~good[mesh.triangles].all(axis=1))
             if mesh.mask.all():
                 return
             lines = axes.tricontour(mesh, np.where(good, values, 0), **style)
         halo = [withStroke(linewidth=2.2, foreground="white", alpha=0.7)]
         for line in [lines] if isinstance(lines, Collection) else lines.collections:  # one artist from Matplotlib 3.8 on
             line.set_path_effects(halo)
-        plt.setp(axes.clabel(lines, fmt="%g", fontsize=8), path_effects=halo)
+        named = lines.levels[:: -(-len(lines.levels) // NUMBERS)]
+        plt.setp(axes.clabel(lines, named, fmt="%g", fontsize=8), path_effects=halo)
 
     def frame(self, axes, extent=None):
         """Limits of its own, or those shared with others."""
@@ -106,12 +139,18 @@ class Plane:
         axes.set(xlim=(low_x, high_x), ylim=(high_z, low_z))
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
         axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-        if self.shape and self.shape[0] == 1:
-            axes.set_yticks([self.z.mean()])  # the file does not say how wide a single row is
 
     @property
     def extent(self):
         return self.x.min(), self.x.max(), self.z.min(), self.z.max()
+
+
+def opposite(mesh):
+    """Of each triangle of a Triangulation the corners [n, 3] that the triangles beside it have besides the shared ones; at the rim its own."""
+    beside = mesh.neighbors
+    total = mesh.triangles.sum(axis=1)
+    shared = mesh.triangles + np.roll(mesh.triangles, -1, axis=1)  # neighbour k is across the side from corner k to the next one
+    return np.where(beside >= 0, total[beside] - shared, mesh.triangles)
 
 
 def span(angles, turn):
@@ -194,15 +233,20 @@ def frames_of(run, tall=False):
     return list(zip(x0, x0 + (x1 - x0).max(), z0, z1))
 
 
+class Nothing(Normalize):
+    """Colours of a field that is zero, or rounding, everywhere: the bar has a 0 and no number that nothing has."""
+
+
 def norm_of(kind, low, high, smallest, log=False, wanted=None):
     """Colours for values between low and high; smallest: about the least positive one; wanted: limits of the user's own."""
+    if not wanted and max(abs(low), abs(high)) <= NOISE.get(kind.unit, 0):
+        return Nothing(-1 if kind.limits == "even" else 0, 1)
     if wanted:
         low, high = wanted
         if log and low <= 0:
             raise OutputError(f"--range begins at {low:g}, expected a number > 0 on a logarithmic scale (--no-log-rate: a linear one)")
         return LogNorm(low, high) if log else Normalize(low, high)
     if log:
-        high = high if high > 0 else 1.0
         bottom = 10.0 ** np.floor(np.log10(smallest if 0 < smallest < high else high) - 0.3)  # what creeps is not as what rests
         return LogNorm(min(max(bottom, high * 10.0 ** -DECADES), high / 100), high)
     if kind.limits == "even":
@@ -228,6 +272,7 @@ class Span:
         self.most = np.array([np.inf, -np.inf])
 
     def see(self, values):
+        values = values[np.isfinite(values)]
         self.low, self.high = min(self.low, values.min()), max(self.high, values.max())
         low, high = np.quantile(values, (FEW, 1 - FEW), method="closest_observation")
         self.most = np.array([min(self.most[0], low), max(self.most[1], high)])
@@ -248,9 +293,12 @@ def colour_bar(canvas, artist, norm, label, extend=None, **place):
     """A bar with arrows towards values beyond it, and below a logarithmic scale: a cell at rest has the slip rate 0."""
     if extend is None:
         values = artist.get_array()
-        extend = EXTEND[isinstance(norm, LogNorm) or values.min() < norm.vmin, values.max() > norm.vmax]
+        least = 0 if isinstance(norm, LogNorm) else (norm.vmax - norm.vmin) / SHADES
+        extend = EXTEND[isinstance(norm, LogNorm) or np.nanmin(values) < norm.vmin - least, np.nanmax(values) > norm.vmax + least]
     bar = canvas.colorbar(artist, label=label, extend=extend, **place)
-    if not isinstance(norm, LogNorm):
+    if isinstance(norm, Nothing):
+        bar.set_ticks([0])
+    elif not isinstance(norm, LogNorm):
         bar.locator = MaxNLocator(6, steps=[1, 2, 5, 10])
         bar.formatter.set_powerlimits((-3, 4))
         bar.update_ticks()

@@ -212,6 +212,8 @@ class Run(Cells):
         return {name: self.units[f"/series/{name}"] for name in self.series
                 if name != "time" and f"/series/{name}" in self.units}
 
+    extents = parameters  # of a grid: length_x, length_z, as a catalogue has them
+
     def require_fault(self, purpose):
         """What only a fault has is asked for."""
         if not self.is_fault:

@@ -2,14 +2,19 @@
 
 import numpy as np
 
-from slipstep_fields import Fields, event_around, largest_event, rupture_times
+from slipstep_fields import Fields, event_around, events_within, largest_event, mean_slip_at, rupture_times
 from slipstep_maps import Span, beside, colour_bar, frames_of, planes_of
 from slipstep_output import OutputError
 from slipstep_panels import plt, use_style
 from slipstep_time import Clock
+from slipstep_titles import titles_of
 
 COUNT = 6  # snapshots where no times are asked for
 WIDTH = 11.0  # inches
+LINES = 12  # contours of the times of rupture of most cells, about
+MOST = 0.9  # of all cells
+MOST_LINES = 18  # contours of all
+AT_ONCE = 0.01  # of the duration
 
 
 def round_step(span, lines):
@@ -70,27 +75,31 @@ def columns_of(run, count):
     return min(count, 3 if (x1 - x0) < 3.5 * (z1 - z0) else 2 if (x1 - x0) < 7 * (z1 - z0) else 1)
 
 
-def spread(times, count):
-    """About so many rows at equal times, none twice."""
-    wanted = np.linspace(times[0], times[-1], count + 2)[1:-1]
-    return np.unique([np.argmin(np.abs(times - time)) for time in wanted])
+def spread(at, count):
+    """About so many rows at equal distances of what grows from row to row, none twice."""
+    wanted = at[0] + (np.arange(count) + 0.5) / count * (at[-1] - at[0])
+    return np.unique([np.argmin(np.abs(at - one)) for one in wanted])
 
 
 def chosen_rows(fields, times, count=COUNT):
-    """Rows nearest to the times asked for, else some at equal distances."""
-    if not times:
-        return spread(fields.times, count)
-    return np.array([fields.row_at(time) for time in times])
+    """Rows nearest to the times asked for. Else some at equal times, or of what an event shows at equal shares of its slip: at equal times most would
+    be of its slow begin and end."""
+    if times:
+        return np.array([fields.row_at(time) for time in times])
+    of_event = fields.name in ("slip_rate", "stress_drop") or event_around(fields.run, *fields.times[[0, -1]])
+    slip = np.maximum.accumulate(np.abs(mean_slip_at(fields.run, fields.times) - mean_slip_at(fields.run, fields.times[0])))
+    return spread(slip if of_event and slip[-1] > 0 else fields.times, count)
 
 
 def draw_snapshots(canvas, layout, fields, rows, clock, log, wanted):
     """Maps of a field at some rows under one scale of colours."""
+    words = titles_of(fields.run, fields.times[rows], clock, named=False)
     maps = fields.maps(rows)
     maps = np.abs(maps) if log else maps
     norm = Span().see(maps).norm(fields.kind, log, wanted)
     blocks = layout.fill(canvas)
     for k, (block, values) in enumerate(zip(blocks, maps)):
-        artists = layout.draw(block, values, norm, fields.kind.colours, clock.text(fields.times[rows[k]]), k % layout.columns == 0)
+        artists = layout.draw(block, values, norm, fields.kind.colours, words[k], k % layout.columns == 0)
     colour_bar(canvas, artists[0], norm, fields.label, ax=[axes for block in blocks for axes in block], shrink=0.8, aspect=30, pad=0.02)
 
 
@@ -106,13 +115,14 @@ def clock_of(run, times, years):
     return Clock(0.0 if len(times) == 1 else times.min(), times.max(), years)
 
 
-def snapshots(run, name, times, window=None, log=False, wanted=None, years=None):
+def snapshots(run, name, times, window=None, log=None, wanted=None, years=None):
     """A field at several times."""
     if not times and window is None and name in ("slip_rate", "stress_drop"):
         window = largest_event(run)
     fields = Fields(run, name, window)
     rows = chosen_rows(fields, times)
     clock = clock_of(run, fields.times[rows], years)
+    log = clock.logarithmic(name, log)
     if min(planes_of(run)[0].shape or (2, 2)) == 1:
         return curves(run, fields, rows, clock, log, wanted)
     layout = Layout(run, len(rows), columns_of(run, len(rows)))
@@ -129,9 +139,12 @@ def curves(run, fields, rows, clock, log, wanted):
     across = plane.shape[0] == 1
     shades = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(rows)))
     maps = fields.maps(rows).reshape(len(rows), -1)
-    for shade, row, values in zip(shades, rows, np.abs(maps) if log else maps):
-        axes.plot((plane.x if across else plane.z).mean(axis=0), np.where(values > 0, values, np.nan) if log else values, color=shade,
-                  label=clock.text(fields.times[row]))
+    sides = plane.x if across else plane.z
+    at = sides.mean(axis=0) if sides.shape[1] > 1 else sides[:, 0]  # a single cell has a line as long as it is
+    words = titles_of(run, fields.times[rows], clock, named=False)
+    for shade, text, values in zip(shades, words, np.abs(maps) if log else maps):
+        values = np.broadcast_to(np.where(values > 0, values, np.nan) if log else values, at.shape)
+        axes.plot(at, values, color=shade, label=text)
     axes.set(xlabel="along strike (km)" if across else plane.down_label, ylabel=fields.label)
     if log:
         axes.set_yscale("log")
@@ -144,16 +157,27 @@ def curves(run, fields, rows, clock, log, wanted):
     return canvas
 
 
-def rupture(run, times, window=None, log=False, wanted=None, years=None):
-    """Slip rate at several times, below them slip with contours of the time of rupture, and the static stress drop."""
-    window = window or largest_event(run)
-    rates = Fields(run, "slip_rate", window)
+def rates_of(run, window):
+    """Rows of the slip rate in the largest event within a window, or in all of it where none of them has rows; and in words what else there is."""
+    event, count = largest_event(run, window), len(events_within(run, window))
+    rates = Fields(run, "slip_rate", window or event)
+    inside = (rates.times >= event[0]) & (rates.times <= event[1])
+    if not inside.any():
+        return rates, ""
+    return Fields(run, "slip_rate", event), f" in the largest of {count} events of the window" if window and count > 1 else ""
+
+
+def rupture(run, times, window=None, log=None, wanted=None, years=None):
+    """Of the largest event of a run or of a window slip rate at several times, below them slip with contours of the time of rupture, and the static
+    stress drop."""
+    rates, others = rates_of(run, window)
     missing = [name for name in ("slip", "traction") if name not in run.field_names]
     if missing:
         raise OutputError(f"{run.path}: field {missing[0]} was not stored; a picture of a rupture needs slip_rate, slip and traction: "
                           "run with -fault_output_fields slip_rate,slip,traction")
     rows = chosen_rows(rates, times)
     clock = Clock(*rates.times[[0, -1]], years)
+    log = clock.logarithmic("slip_rate", log)
     layout = Layout(run, len(rows), columns_of(run, len(rows)))
     result = Layout(run, 2, 2)
     plt.close(result.canvas)
@@ -161,18 +185,21 @@ def rupture(run, times, window=None, log=False, wanted=None, years=None):
     layout.canvas.set_figheight(sum(height))
     above, below = layout.canvas.subfigures(2, 1, height_ratios=height)
     draw_snapshots(above, layout, rates, rows, clock, log, wanted)
-    above.suptitle(f"{run.title}: slip rate{since(clock)}")
+    above.suptitle(f"{run.title}: slip rate{others}{since(clock)}")
     draw_result(below, result, run, rates, clock)
     return layout.canvas
 
 
 def contours_of(broke, clock):
-    """A title that names their interval, and the times of rupture at which there are contours, in the clock's unit."""
+    """A title that names their interval, and the times of rupture at which there are contours, in the clock's unit. The interval is that of most cells:
+    few late ones would leave the others without. None where all cells broke at about once."""
     good = broke[np.isfinite(broke)]
-    if not len(good) or np.ptp(good) == 0:
+    if not len(good) or np.ptp(good) < AT_ONCE * float(clock(clock.origin + clock.span)):
         return "Slip", []
-    step = round_step(np.ptp(good), 12)
-    return f"Slip, rupture time every {step:g} {clock.name}", np.arange(np.floor(good.min() / step) + 1, np.ceil(good.max() / step)) * step
+    step = round_step((np.quantile(good, MOST) - good.min()) or np.ptp(good), LINES)
+    levels = np.arange(np.floor(good.min() / step) + 1, np.ceil(good.max() / step)) * step
+    last = f" to {levels[MOST_LINES - 1]:g}" if len(levels) > MOST_LINES else ""
+    return f"Slip, rupture time every {step:g}{last} {clock.name}", levels[:MOST_LINES]
 
 
 def draw_result(canvas, layout, run, rates, clock):

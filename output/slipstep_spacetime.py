@@ -64,9 +64,6 @@ class Line:
         corners = corners[np.append(True, np.diff(corners) > SLIVER * (here[1] - here[0]).min())]
         middle = 0.5 * (corners[1:] + corners[:-1])
         over = [cells[(here[0, cells] <= m) & (m <= here[1, cells])] for m in middle]
-        filled = np.array([len(cells) > 0 for cells in over])
-        if not filled.all():
-            raise OutputError(f"the line at {self.at} km leaves the cells of the mesh at {middle[~filled][0]:g} km; give another --at")
         self.edges, self.centres, self.over = corners, middle, over
 
     @staticmethod
@@ -90,15 +87,15 @@ class Line:
         return ", ".join(filter(None, (place, self.plane.name)))
 
     def values(self, maps):
-        """[n, intervals] of maps [n, ...]."""
+        """[n, intervals] of maps [n, ...]; NaN where the line is in no cell, as in a notch."""
         values = self.plane.values(maps)
-        if self.at == "max":
-            columns = [values[:, cells].max(axis=1) for cells in self.over]
-        elif self.at == "mean":
-            columns = [np.average(values[:, cells], axis=1, weights=self.weight[cells]) for cells in self.over]
-        else:
-            columns = [values[:, cells[0]] for cells in self.over]
-        return np.stack(columns, axis=1)
+        take = {"max": lambda cells: values[:, cells].max(axis=1), "mean": lambda cells: np.average(values[:, cells], axis=1, weights=self.weight[cells])}.get(
+            self.at, lambda cells: values[:, cells[0]])
+        return np.stack([take(cells) if len(cells) else np.full(len(values), np.nan) for cells in self.over], axis=1)
+
+    def drawn(self, values):
+        """Distances and values [..., intervals] of a curve along the line: through the middles, or of a single cell from end to end."""
+        return (self.centres, values) if len(self.centres) > 1 else (self.edges, np.repeat(values, 2, axis=-1))
 
 
 def lines_of(run, along, at):
@@ -145,6 +142,7 @@ def draw_space_time(axes, fields, line, clock, against, log, wanted):
     """A field on a line: distance upwards (down dip downwards), time or steps to the right."""
     values = along_line(fields, line)
     values = np.abs(values) if log else values
+    gaps = np.isnan(values).any(axis=0)
     norm = Span().see(values).norm(fields.kind, log, wanted)
     rows = np.arange(len(values))
     rate = fields.name == "slip_rate"
@@ -163,6 +161,8 @@ def draw_space_time(axes, fields, line, clock, against, log, wanted):
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axes.set_title(f"{fields.kind.title} {line.where}", fontsize=10, fontweight="normal", pad=6)
     colour_bar(axes.figure, image, norm, fields.label, ax=axes, pad=0.01, aspect=18)
+    for gap in np.flatnonzero(gaps):  # where the line leaves the fault, no colour is right
+        axes.axhspan(*line.edges[gap:gap + 2], color="white", linewidth=0)
 
 
 def space_time(run, names, along="strike", at=None, against="time", window=None, log=True, wanted=None, years=None):

@@ -46,7 +46,7 @@ class Clock:
     @property
     def since(self):
         """The begin of the part, in words; empty where times count from 0."""
-        return written(self.origin) if self.origin else ""
+        return written(self.origin, self.span) if self.origin else ""
 
     @property
     def name(self):
@@ -59,14 +59,27 @@ class Clock:
         name = NAMES[self.unit]
         return f"time since {self.since} ({name})" if self.since else f"time ({name})"
 
+    @property
+    def digits(self):
+        """Of times in words, about a thousandth of the span."""
+        return digits_for(self.span / SECONDS[self.unit], 2 + (self.unit == "y"))
+
+    def logarithmic(self, name, wanted=None):
+        """Whether a field is drawn on a logarithmic scale, unless the user wants it so or not: slip rates of more than an event."""
+        return name == "slip_rate" and (self.unit != "s" if wanted is None else wanted)
+
     def text(self, time):
         """A time in words, to about a thousandth of the span."""
-        value = float(self(time))
-        digits = int(np.clip(2 + (self.unit == "y") - np.floor(np.log10(self.span / SECONDS[self.unit])), 0, 6))
-        return f"{value:.{digits}f} {self.name}"
+        return f"{float(self(time)):.{self.digits}f} {self.name}"
 
 
-def written(time):
-    """A time [s] by itself, in its unit: "113.271 years"."""
+def digits_for(size, more=0):
+    """How many digits after the point a number needs to show a size, and some more; 6 at most."""
+    return int(np.clip(more - np.floor(np.log10(size)), 0, 6))
+
+
+def written(time, span=np.inf):
+    """A time [s] by itself, in its unit: "113.271 years"; of one from which a span [s] is counted more digits where that is short."""
     unit = unit_of(abs(time))
-    return f"{time / SECONDS[unit]:.3f}".rstrip("0").rstrip(".") + f" {NAMES[unit]}"
+    digits = max(3, digits_for(span / SECONDS[unit], 1))
+    return f"{time / SECONDS[unit]:.{digits}f}".rstrip("0").rstrip(".") + f" {NAMES[unit]}"

@@ -15,12 +15,14 @@ from slipstep_maps import Span, colour_bar, colour_map
 from slipstep_panels import plt, use_style
 from slipstep_snapshots import WIDTH, chosen_rows, clock_of, since
 from slipstep_time import written
+from slipstep_titles import titles_of
 
 PIECES = 8000  # about, of all cells
 BAR = 1.2  # inches, of the colour bar
 COUNT = 4  # views where no times are asked for
 ASIDE, ABOVE = 40.0, 25.0  # degrees, of the view where none is asked for: from across the strike, and elevation
 PAD = 0.04  # of the box around the cells, of its longest side
+CORNER = 0.05  # of the box as it is seen
 THIN = 0.25  # of the longest side: the other ones at least
 NAMES = ("north (km)", "east (km)", "depth (km)")
 
@@ -166,16 +168,18 @@ class View:
         low[2] = self.box[1, 2]
         sides = [np.where(np.arange(3) == k, before, behind) for k in (0, 1)]  # vertical edges at the rim, where depths are on the left one
         left = min(sides, key=lambda point: self.seen(point)[0])
+        short = min((0, 1), key=lambda k: np.linalg.norm(self.axes[:2, k]) * (self.box[1, k] - self.box[0, k]))
         for k, start in ((0, low), (1, low), (2, left)):
-            self.number(axes, k, start, ticks[k])
+            self.number(axes, k, start, ticks[k], low if k == short else None)
 
     def ticks(self, k):
         low, high = self.box[:, k]
         found = MaxNLocator(5, steps=[1, 2, 5, 10]).tick_values(low, high)
         return found[(found >= low - 1e-9) & (found <= high + 1e-9)]
 
-    def number(self, axes, k, start, ticks):
-        """Ticks and their numbers along the edge of the box in a direction k, and its name; none where it is seen nearly from its end."""
+    def number(self, axes, k, start, ticks, corner=None):
+        """Ticks and their numbers along the edge of the box in a direction k, and its name; none where it is seen nearly from its end, or near a corner
+        where another edge has its numbers."""
         edge = np.tile(start, (2, 1))
         edge[:, k] = self.box[:, k]
         edge = self.seen(edge)
@@ -191,11 +195,13 @@ class View:
         for tick in ticks[every]:
             at = start.copy()
             at[k] = tick
+            if corner is not None and np.linalg.norm(self.seen(at) - self.seen(corner)) < CORNER * max(x1 - x0, y1 - y0):
+                continue
             axes.annotate(f"{tick:g}", self.seen(at), xytext=11 * out, textcoords="offset points", ha="center", va="center", fontsize=9,
                           annotation_clip=False, arrowprops={"arrowstyle": "-", "color": "#888888", "linewidth": 0.7, "shrinkA": 6, "shrinkB": 0})
         turn = np.degrees(np.arctan2(along[1], along[0]))
         axes.annotate(NAMES[k], edge.mean(axis=0), xytext=(28 if k < 2 else 32) * out, textcoords="offset points", ha="center", va="center",
-                      rotation=(turn + 90) % 180 - 90, fontsize=10, annotation_clip=False)
+                      rotation=(turn + 89.9) % 180 - 89.9, fontsize=10, annotation_clip=False)
 
     def height(self, width):
         """Inches of a panel of a width [inches], with its title and numbers."""
@@ -214,7 +220,7 @@ def bar(canvas, values, norm, colours, label, axes, **place):
     return colour_bar(canvas, scale, norm, label, ax=axes, **place)
 
 
-def views(run, name, times, window=None, log=False, wanted=None, years=None, viewer=None):
+def views(run, name, times, window=None, log=None, wanted=None, years=None, viewer=None):
     """A field at several times."""
     use_style()
     if not times and window is None and name in ("slip_rate", "stress_drop"):
@@ -223,6 +229,7 @@ def views(run, name, times, window=None, log=False, wanted=None, years=None, vie
     view = View(run, run.parameters, viewer)
     rows = chosen_rows(fields, times, COUNT)
     clock = clock_of(run, fields.times[rows], years)
+    log = clock.logarithmic(name, log)
     columns = 1 if len(rows) == 1 else 2 if len(rows) < 5 else 3
     wide = WIDTH if columns > 1 else 0.8 * WIDTH
     down = -(-len(rows) // columns)
@@ -230,9 +237,9 @@ def views(run, name, times, window=None, log=False, wanted=None, years=None, vie
     maps = fields.maps(rows)
     maps = np.abs(maps) if log else maps
     norm = Span().see(maps).norm(fields.kind, log, wanted)
-    for own, row, values in zip(axes.flat, rows, maps):
+    for own, text, values in zip(axes.flat, titles_of(run, fields.times[rows], clock, named=False), maps):
         view.draw(own, norm, fields.kind.colours).show(values)
-        own.set_title(clock.text(fields.times[row]), fontsize=10, fontweight="normal")
+        own.set_title(text, fontsize=10, fontweight="normal")
     for spare in axes.flat[len(rows):]:
         spare.remove()
     bar(canvas, maps, norm, fields.kind.colours, fields.label, list(axes.flat[:len(rows)]), shrink=0.7, aspect=30, pad=0.02)

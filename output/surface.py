@@ -21,9 +21,9 @@ from slipstep_modules import need
 need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
-from matplotlib.patheffects import withStroke
+from matplotlib.patheffects import Normal, withStroke
 from slipstep_catalogue import Catalogue
 from slipstep_maps import colour_bar
 from slipstep_output import OutputError, Run, _plain, open_file, replacing
@@ -35,6 +35,8 @@ ACROSS = 81  # points of a map along its longer side
 BEYOND = 0.01  # share of a map of stress, infinite along edges of cells, that may be beyond the ends of its colours
 UNITS = ((1.0, "m"), (1e-2, "cm"), (1e-3, "mm"))
 ARROW = 0.13  # of the map's longer side: the longest vector
+HEAD = 0.018  # of the map's longer side: the head of an arrow
+SHAFT = 2.5  # an arrow's length over that of its head, at least
 
 
 def unit_of(size):
@@ -133,11 +135,26 @@ class Picture:
         key = float(f"{length or 1:.1g}")
         reach = max(self.plane.extent[1] - self.plane.extent[0], self.plane.extent[3] - self.plane.extent[2]) / 1e3
         y, x = points[:, 1] / 1e3, points[:, 0] / 1e3
-        arrows = axes.quiver(y, x, u[:, 1] / scale, u[:, 0] / scale, angles="xy", scale_units="xy", scale=(length or 1) / (ARROW * reach), width=0.006,
-                             zorder=6, edgecolor="white", linewidth=0.6)
-        axes.scatter(y, x, c=-u[:, 2] / scale, norm=norm, cmap="RdBu_r", s=20, edgecolor="black", linewidth=0.7, zorder=7)
-        box = axes.quiverkey(arrows, 0.12, 0.05, key, f"{key:g} {unit}", labelpos="N", coordinates="axes", zorder=8)
-        box.text.set_path_effects([withStroke(linewidth=3, foreground="white")])
+        axes.scatter(y, x, c=-u[:, 2] / scale, norm=norm, cmap="RdBu_r", s=20, edgecolor="black", linewidth=0.7, zorder=6)
+        size = ARROW * reach / (length or 1)  # km for each of the unit
+        self.arrows(axes, np.stack([y, x], axis=1), size * u[:, 1::-1] / scale, reach)
+        south, north, west, east = np.array(self.plane.extent) / 1e3
+        begin = np.array([west + 0.04 * (east - west), south + 0.05 * (north - south)])
+        self.arrows(axes, begin[None], np.array([[size * key, 0.0]]), reach)
+        axes.text(begin[0] + 0.5 * size * key, begin[1] + 0.012 * reach, f"{key:g} {unit}", ha="center", va="bottom", zorder=8,
+                  path_effects=[withStroke(linewidth=3, foreground="white")])
+
+    @staticmethod
+    def arrows(axes, begin, vectors, reach):
+        """Arrows [n, 2] km from points [n, 2]; heads of short ones are a share of them, so that each has a shaft that shows where it goes. Above the
+        points' dots, which would hide the short ones."""
+        length = np.linalg.norm(vectors, axis=1)
+        begin, vectors, length = begin[length > 0], vectors[length > 0], length[length > 0, None]
+        head, along = np.minimum(HEAD * reach, length / SHAFT), vectors / length
+        tip, foot, across = begin + vectors, begin + vectors - head * along, 0.4 * head * along[:, ::-1] * [-1, 1]
+        halo = [withStroke(linewidth=2.4, foreground="white"), Normal()]
+        axes.add_collection(LineCollection(np.stack([begin, foot + 0.2 * head * along], axis=1), colors="black", linewidths=1.3, path_effects=halo, zorder=7))
+        axes.add_collection(PolyCollection(np.stack([tip, foot + across, foot - across], axis=1), facecolors="black", edgecolors="white", linewidths=0.4, zorder=7))
 
 
 def numbers_of(target, source, plane, on_map, points, at_points):
@@ -214,7 +231,8 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0], epilog="\n\n".join(__doc__.split("\n\n")[1:]),
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", metavar="FILE", help="output of a run, or catalogue with maps (-fault_catalogue_maps)")
-    parser.add_argument("--figure", metavar="PNG", help="file to write, default FILE with _surface.png; its ending chooses the format (png, pdf, svg)")
+    parser.add_argument("--figure", metavar="PNG", help="file to write, default FILE with _surface and --event, look, points and receiver where they are drawn, as "
+                        "_surface_look.png; its ending chooses the format (png, pdf, svg)")
     parser.add_argument("--numbers", metavar="OUT", help="write what is drawn to OUT.h5 or OUT.csv: x north, y east [m], displacement north, east, down [m], stress [Pa]")
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="part of a run: seconds, or a number with s, min, h, d, y; default all")
     parser.add_argument("--field", choices=("displacement", "slip"), help="quantity of a run: displacement, relative to the far field, as stations have it (default), or slip")
@@ -259,6 +277,12 @@ def check(parser, options):
         parser.error(f"--event is {options.event}, expected a number from 1 on, or largest")
 
 
+def suffix_of(options):
+    """What tells pictures of one file apart: those of all of it have none but for what is drawn besides displacement."""
+    event = f"_event_{options.event}" if options.event not in (None, "largest") else ""
+    return event + "".join(f"_{name}" for name in ("look", "points", "receiver") if getattr(options, name) is not None)
+
+
 def is_catalogue(path):
     with open_file(path, "a run writes it with -fault_output, or -fault_catalogue") as file:
         return _plain(file.attrs.get("format", "")) == "slipstep-catalogue"
@@ -284,7 +308,7 @@ def source_of(options):
 
 def main():
     options = arguments()
-    target = options.figure or os.path.splitext(options.file)[0] + "_surface.png"
+    target = options.figure or f"{os.path.splitext(options.file)[0]}_surface{suffix_of(options)}.png"
     try:
         source = source_of(options)
         points = None if options.points is None else points_of(options.points, options.file)
