@@ -21,7 +21,7 @@ from matplotlib.ticker import MaxNLocator
 from slipstep_cumulative import courses, draw_cumulative, warn
 from slipstep_events import Events
 from slipstep_fields import KINDS
-from slipstep_maps import Span, colour_bar, extent_of, frames_of, planes_of
+from slipstep_maps import Span, aspect_of, colour_bar, extent_of, frames_of, planes_of
 from slipstep_output import OutputError, Run
 from slipstep_panels import RUN_STYLES, log_scale, plt, use_style
 from slipstep_snapshots import Layout, contours_of
@@ -74,14 +74,14 @@ def draw_frequency(axes, events):
         reach = np.array([least, min(magnitude[-1], least + np.log10(above) / b)])
         axes.plot(reach, above * 10 ** (-b * (reach - least)), color="black", linewidth=1.2, linestyle="--",
                   label=f"b = {b:.2f} ± {error:.2f} (M ≥ {least:.1f}, several cells)")
-    axes.legend(loc="upper right")  # which is free: few events are large
+    axes.legend(loc="upper right")
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     low, high = axes.get_xlim()
     if high - low < LEAST_SPAN:
         axes.set_xlim((low + high - LEAST_SPAN) / 2, (low + high + LEAST_SPAN) / 2)
     axes.set(title="Magnitude and frequency", xlabel="moment magnitude M", ylabel="events of at least M")
     log_scale(axes)
-    axes.set_ylim(0.7, max(1.6 * len(magnitude), 12))
+    axes.set_ylim(0.7, max(0.7 * (len(magnitude) / 0.7) ** 1.35, 12))  # a quarter of it above all events, for the legend
 
 
 def hypocentres(events):
@@ -109,7 +109,10 @@ def draw_places(canvas, panels, events):
     middle, half = (least + most) / 2, max(most - least, LEAST_SPAN) / 2
     norm = plt.Normalize(middle - half, middle + half)
     colours = plt.get_cmap("viridis_r")
-    for axes, (frame, name, down, rows, x, z) in zip(panels, hypocentres(events)):
+    places = hypocentres(events)
+    if aspect_of(places[0][0]) == "auto":
+        sized[:] = False  # circles would be none
+    for axes, (frame, name, down, rows, x, z) in zip(panels, places):
         order = np.argsort(events["area"][rows])
         rows, x, z = rows[order], x[order], z[order]
         large = rows[sized[rows]]
@@ -118,14 +121,16 @@ def draw_places(canvas, panels, events):
         axes.add_collection(circles)
         dots = axes.scatter(x, z, c=magnitude[rows], norm=norm, cmap=colours, s=22 if not many else 12 if len(events) < MANY else 5, linewidth=0, zorder=3)
         x0, x1, z0, z1 = frame
-        axes.set(xlabel="along strike (km)" if axes is panels[-1] else "", ylabel=down, aspect="equal", xlim=(x0, x1), ylim=(z1, z0))
+        axes.set(xlabel="along strike (km)" if axes is panels[-1] else "", ylabel=down, aspect=aspect_of(frame), xlim=(x0, x1), ylim=(z1, z0))
         if name:
             axes.set_title(name, fontsize="small", fontweight="normal")
         axes.spines[:].set_visible(True)
         for axis, ticks in ((axes.xaxis, 6), (axes.yaxis, 5)):
             axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
         axes.grid(False)
-    title = "Hypocentre, circle of the ruptured area" if len(events) == 1 else f"Hypocentres, circles of {'the largest areas' if many else 'the ruptured area'}"
+    title = "Hypocentre" if len(events) == 1 else "Hypocentres"
+    if sized.any():
+        title += f", circle{title[len('Hypocentre'):]} of {'the largest areas' if many else 'the ruptured area'}"
     panels[0].set_title("\n".join(filter(None, (title, panels[0].get_title(loc="left")))))
     if len(events) > 1:
         colour_bar(canvas, dots, norm, "moment magnitude", ax=panels if len(panels) > 1 else panels[0], location="bottom", shrink=0.8, aspect=30, pad=0.02)

@@ -35,6 +35,12 @@ def edges(centres, others, length=None):
     return np.append(centres - half, centres[-1] + half)
 
 
+def aspect_of(extent):
+    """Of a map with these limits: equal scales, unless the fault would be a line, as those of nearly two dimensions."""
+    x0, x1, z0, z1 = extent
+    return "equal" if 0.1 < (z1 - z0) / (x1 - x0) < 10 else "auto"
+
+
 class Plane:
     """Cells that are drawn together: low and high edges along strike and down dip, or three corners of triangles [km], which of a map's values
     are theirs (None: all, of a grid of this shape), what they are called, and whether down dip is the depth."""
@@ -84,7 +90,7 @@ class Plane:
             artist = PolyCollection(corners, array=values, norm=norm, cmap=colours, edgecolor="face", linewidth=0.2)
             axes.add_collection(artist)
             artist.show = artist.set_array
-        axes.set(aspect="equal" if 0.1 < np.ptp(self.z) / np.ptp(self.x) < 10 else "auto", ylabel=self.down_label)
+        axes.set(aspect=aspect_of(self.extent), ylabel=self.down_label)
         axes.spines[:].set_visible(True)
         axes.grid(False)
         return artist

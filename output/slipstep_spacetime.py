@@ -80,8 +80,9 @@ class Line:
         """In words, for titles."""
         other = self.plane.down.replace("down ", "") if self.along == "strike" else "strike"
         if isinstance(self.at, float):
-            deep = f"at a depth of {self.at:.3g} km" if self.plane.vertical else f"at {self.at:.3g} km down dip"
-            place = deep if self.along == "strike" else f"at {self.at:.3g} km along strike"
+            at = f"{self.at:{'.3g' if abs(self.at) < 999.5 else '.0f'}} km"
+            deep = f"at a depth of {at}" if self.plane.vertical else f"at {at} down dip"
+            place = deep if self.along == "strike" else f"at {at} along strike"
         else:
             place = {"max": f"(largest over {other})", "mean": f"(mean over {other})"}[self.at]
         return ", ".join(filter(None, (place, self.plane.name)))
