@@ -1,18 +1,23 @@
 """Films of a run by plot_run.py --film, on a synthetic century."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
 import unittest
+from unittest import mock
 
 from scripts import OUTPUT, PictureTest
 
 import century
+import h5py
 import numpy as np
 from PIL import Image
 
-from slipstep_time import YEAR
+import slipstep_film
+from slipstep_output import Run
+from slipstep_time import NAMES, SECONDS, YEAR
 
 
 class Films(PictureTest):
@@ -33,6 +38,48 @@ class Films(PictureTest):
         self.plot("plot_run", run, "--film", self.path("few.gif"), "--frames", "3", "--field", "slip")
         with Image.open(self.path("few.gif")) as film:
             self.assertEqual(film.n_frames, 3)
+
+    def titles(self, run, *arguments):
+        """Of the frames of a film, as they are drawn."""
+        found = []
+        with mock.patch.object(slipstep_film.Gif, "grab_frame", lambda self: found.append(self.fig.subfigs[0]._suptitle.get_text())), \
+                mock.patch.object(slipstep_film.Gif, "finish", lambda self: None):
+            self.plot("plot_run", run, "--film", self.path("film.gif"), *arguments)
+        return found
+
+    def test_titles_tell_frames_apart(self):
+        """Each frame of a window has a title of its own, which names what its time counts from: read back they are the times of the rows, to half of
+        their last digits. Windows are of a month about an event and a creep before it, of years with an event, of the event, and all of the run."""
+        run = century.write_run(self.path("run.h5"), shape=(4, 8))
+        onset = century.EVENTS[-1][0]
+        with h5py.File(run, "r+") as file:  # a month before, an hour before, and slow ends
+            for group, every in (("fields", ("slip", "slip_rate", "traction")), ("series", [name for name in file["series"] if name != "time"])):
+                times = file[f"{group}/time"][...]
+                more = onset * YEAR + np.array([-30 * 86400, -36 * 3600, -3600, -5, 30, 90, 600])
+                order = np.argsort(np.append(times, more))
+                for name in ("time", *every):
+                    data = file[f"{group}/{name}"]
+                    values, attributes = data[...], dict(data.attrs)
+                    extra = more if name == "time" else np.repeat(values[:1] * 0 + (2e-3 if "rate" in name else 0), len(more), axis=0)
+                    del file[f"{group}/{name}"]
+                    file[f"{group}/{name}"] = np.append(values, extra, axis=0)[order]
+                    file[f"{group}/{name}"].attrs.update(attributes)
+            for name in list(file["steps"]):
+                del file[f"steps/{name}"]
+                century.put(file, f"steps/{name}", np.zeros(0), "s")
+        stored = Run(run).field("slip")[0]
+        for low, high in ((onset - 0.1, onset + 0.01), (onset - 4, onset + 4), (onset, onset + 1e-6), (0, 110)):
+            said = self.titles(run, "--window", f"{low}y", f"{high}y")
+            times = stored[(stored >= low * YEAR) & (stored <= high * YEAR)]
+            self.assertEqual((len(said), len(set(said))), (len(times), len(times)), said)
+            self.assertTrue(low == 0 or all("years" in title for title in said), said)
+            for title, time in zip(said, times):
+                total = error = 0.0
+                for sign, number, unit in re.findall(r"(^|[+−] )([0-9.]+) (\w+)", title):
+                    size = SECONDS[next(key for key, name in NAMES.items() if name == unit)]
+                    total += (-1 if sign.startswith("−") else 1) * float(number) * size
+                    error += 0.5 * 10.0 ** -max(3 * (unit == "years" and title.count(" ") > 1), len(number.partition(".")[2])) * size  # origins have three digits or more
+                self.assertAlmostEqual(total, time, delta=1.01 * error, msg=title)
 
     @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg")
     def test_mp4(self):

@@ -9,11 +9,14 @@ import h5py
 import numpy as np
 
 from plot_run import attempt_panels, figure
+from matplotlib.colors import LogNorm
 from slipstep_fields import KINDS, Fields, events, largest_event, rupture_times
-from slipstep_maps import Span, columns_for, planes_of
+from slipstep_maps import Nothing, Plane, Span, colour_bar, columns_for, planes_of
 from slipstep_output import OutputError, Run
-from slipstep_spacetime import Line, along_line, resample
-from slipstep_time import YEAR, Clock, seconds
+from slipstep_panels import plt
+from slipstep_snapshots import contours_of, rupture, snapshots
+from slipstep_spacetime import Line, along_line, resample, space_time
+from slipstep_time import YEAR, Clock, seconds, written
 
 
 class Times(unittest.TestCase):
@@ -32,6 +35,7 @@ class Times(unittest.TestCase):
         self.assertEqual(Clock(0, 30)(12.5), 12.5)
         self.assertEqual(Clock(0, 500 * YEAR).text(96.44 * YEAR), "96.4 years")
         self.assertEqual(Clock(0, 30).text(8.251), "8.3 s")
+        self.assertEqual([written(64.0076319 * YEAR, span) for span in (np.inf, 3 * 86400, 200)], ["64.008 years", "64.0076 years", "64.007632 years"])
         # 8.25 s after the begin, which is known to 4e-7 s at 3.6e9 s
         self.assertAlmostEqual(float(Clock(113.25 * YEAR, 113.25 * YEAR + 20)(113.25 * YEAR + 8.25)), 8.25, delta=1e-6)
 
@@ -45,6 +49,25 @@ class Scales(unittest.TestCase):
         self.assertEqual((-norm.vmin, norm.vmax), (norm.vmax, norm.vmax))
         self.assertAlmostEqual(norm.vmax, 5, delta=0.1)  # that of which a hundredth is larger
         self.assertEqual(Span().see(values).norm(KINDS["slip"]).vmax, 40)
+
+    def test_nothing_has_no_scale(self):
+        """A field that is zero, or rounding, has one number at its bar, not a scale of its own; what is less than a shade beyond an end has no arrow."""
+        for name, values in (("slip_rate", np.zeros(4)), ("slip", np.array([0, -2e-16])), ("stress_drop", np.zeros(3))):
+            norm = Span().see(values).norm(KINDS[name], log=name == "slip_rate")
+            self.assertIsInstance(norm, Nothing)
+            canvas, axes = plt.subplots()
+            bar = colour_bar(canvas, axes.pcolormesh(np.zeros((2, 2)), norm=norm), norm, name)
+            self.assertEqual(list(bar.get_ticks()), [0])
+        for beyond, extend in ((1e-15, "neither"), (0.1, "both")):
+            canvas, axes = plt.subplots()
+            norm = plt.Normalize(0, 1)
+            self.assertEqual(colour_bar(canvas, axes.pcolormesh(np.array([[-beyond, 1 + beyond]]), norm=norm), norm, "").extend, extend)
+        plt.close("all")
+
+    def test_slip_rates_of_more_than_an_event_are_logarithmic(self):
+        self.assertEqual([Clock(0, end).logarithmic("slip_rate") for end in (30, 3 * 3600, 40 * 86400, 500 * YEAR)], [False, False, True, True])
+        self.assertEqual([Clock(0, 40 * 86400).logarithmic(name, wanted) for name, wanted in (("slip_rate", False), ("slip", None), ("slip", True))], [False] * 3)
+        self.assertTrue(Clock(0, 30).logarithmic("slip_rate", True))
 
     def test_planes_lie_where_their_maps_are_larger(self):
         for length, width, planes, columns in ((3, 3, 2, 2), (20, 5, 2, 1), (3, 3, 4, 2), (1, 3, 3, 3), (3, 3, 1, 1)):
@@ -83,6 +106,133 @@ class Overview(PictureTest):
             canvas.savefig(self.path("overview.png"))
             right = max(bar.get_tightbbox(canvas.canvas.get_renderer()).x1 for axes in canvas.axes for bar in axes.child_axes)
             self.assertLessEqual(right, canvas.bbox.width, share)
+
+
+class Ruptures(PictureTest):
+    """Pictures of the largest event of a run or window, whatever else that holds."""
+
+    def test_a_window_shows_its_largest_event(self):
+        """Of twenty years with two events: times count from the second, every panel has a good part of the largest rate, contours are few."""
+        run = Run(century.write_run(self.path("run.h5")))
+        onset = century.EVENTS[-1][0] * YEAR
+        for window, others in (((onset - 18 * YEAR, onset + 2 * YEAR), " in the largest of 2 events of the window"), ((onset - 1e6, onset + 1e6), ""), (None, "")):
+            canvas = rupture(run, None, window)
+            above, below = canvas.subfigs
+            self.assertEqual(above._suptitle.get_text(), f"run.h5: slip rate{others} (times since 96.4 years)")
+            images = [axes.images[0] for axes in above.axes if axes.images]
+            self.assertEqual(len(images), 6)
+            self.assertGreater(min(image.get_array().max() for image in images), 0.2 * images[0].norm.vmax)
+            self.assertNotIsInstance(images[0].norm, LogNorm)
+            titles = [axes.get_title(loc="left") for axes in above.axes if axes.images]
+            self.assertTrue(all(title.endswith(" s") for title in titles) and len(set(titles)) == 6, titles)
+            drops = below.axes[1].images[0].get_array()
+            np.testing.assert_allclose(drops.max(), century.STIFFNESS * 1e-6 * 2.2, rtol=0.01)
+            plt.close(canvas)
+
+    def test_rows_are_at_equal_shares_of_slip(self):
+        """Of an event of 5.8 s that begins slowly and ends so; other fields of a long run are at equal times."""
+        run = Run(century.write_run(self.path("run.h5"), step=0.05))
+        canvas = snapshots(run, "slip_rate", None)
+        found = [float(axes.get_title(loc="left").split()[0]) for axes in canvas.axes if axes.images]
+        times = np.linspace(0, 5.8, 5801)
+        x, z, length, width = century.grid()
+        slip = np.array([century.rupture(century.EVENTS[-1], x, z, time)[0].sum() for time in times[::50]])
+        shares = np.interp(found, times[::50], slip) / slip[-1]
+        np.testing.assert_allclose(shares, (np.arange(6) + 0.5) / 6, atol=0.05)  # rows each 0.05 s, in which a twentieth slips
+        titles = [axes.get_title(loc="left") for axes in snapshots(run, "slip", None).axes if axes.images]
+        np.testing.assert_allclose([float(title.split()[0]) for title in titles], (np.arange(6) + 0.5) / 6 * 110, atol=2.1)  # rows each four years
+        plt.close("all")
+
+    def test_the_largest_event_is_that_of_most_slip(self):
+        path = century.write_run(self.path("run.h5"))
+        with h5py.File(path, "r+") as file:  # fast, and small
+            rate, time = file["series/mean_slip_rate"], file["series/time"][...]
+            rate[...] *= np.where(np.abs(time - century.EVENTS[3][0] * YEAR) < 100, 1e3, 1)
+        self.assertAlmostEqual(largest_event(Run(path))[0], century.EVENTS[-1][0] * YEAR, delta=0.3)
+        self.assertAlmostEqual(largest_event(Run(path), (0, 60 * YEAR))[0], century.EVENTS[1][0] * YEAR, delta=0.3)
+        self.assertEqual(largest_event(Run(path), (0, 10 * YEAR)), (0, 10 * YEAR))  # none
+
+    def test_contours_are_of_most_cells(self):
+        """Few late cells do not take the others' contours, and their own are left out; cells that break at once have none."""
+        broke = np.append(np.linspace(0, 10, 190), np.linspace(100, 1000, 10))
+        title, levels = contours_of(broke, Clock(0, 1200))
+        self.assertEqual(title, "Slip, rupture time every 1 to 18 s")
+        np.testing.assert_allclose(levels, np.arange(1, 19))
+        title, levels = contours_of(np.append(np.linspace(0, 12, 200), np.nan), Clock(0, 20))
+        self.assertEqual((title, list(levels)), ("Slip, rupture time every 1 s", list(range(1, 12))))
+        self.assertEqual(contours_of(np.linspace(0, 1e-3, 50), Clock(0, 14)), ("Slip", []))
+
+    def test_lines_stay_within_the_fault(self):
+        """A fault with a notch, of squares and of triangles: no contour crosses it, and elsewhere they are as they were."""
+        x, z = (part.ravel() + 0.5 for part in np.meshgrid(np.arange(20.0), np.arange(10.0)))
+        kept = (z < 5) | (x < 8) | (x > 15)
+        x, z = x[kept], z[kept]
+        squares = np.stack([x - 0.5, x + 0.5]), np.stack([z - 0.5, z + 0.5])
+        halves = [np.concatenate([part - 0.5 + np.array(first)[:, None], part - 0.5 + np.array(second)[:, None]], axis=1)
+                  for part, first, second in ((x, (0, 1, 1), (0, 1, 0)), (z, (0, 0, 1), (0, 1, 1)))]
+        for sides in (squares, halves):
+            plane = Plane(*sides, cells=np.arange(sides[0].shape[1]))
+            _, axes = plt.subplots()
+            plane.contour(axes, plane.x.mean(axis=0), np.arange(1.0, 20) + 0.1)
+            drawn = np.concatenate([np.concatenate([path.vertices for path in lines.get_paths() if len(path.vertices)]) for lines in axes.collections])
+            inside = (drawn[:, 1] > 5.15) & (drawn[:, 0] > 8.15) & (drawn[:, 0] < 14.85)  # but for corners of the notch
+            self.assertFalse(inside.any(), drawn[inside])
+            for low, high in ((0.5, 9.5), (15.5, 19.5)):  # beside the notch lines reach the lower row
+                self.assertGreater(drawn[(drawn[:, 0] > low) & (drawn[:, 0] < high)][:, 1].max(), 9 if low > 8 or high < 8 else 4.4)
+        plt.close("all")
+        for (x, z, length, width), shift in ((century.graded(), 0.0), (century.grid(), 0.37)):  # faults without a notch, rows of the second shifted
+            x, z = np.stack([x - length / 2, x + length / 2]) / 1e3 + shift * z / 1e3, np.stack([z - width / 2, z + width / 2]) / 1e3
+            self.assertFalse(Plane(x, z).between().mask.any())
+
+
+class Ends(PictureTest):
+    """Runs of few cells, and of few of anything."""
+
+    def test_a_single_cell(self):
+        """Is as large as the file says, in maps, curves and space-time pictures."""
+        run = Run(century.write_run(self.path("cell.h5"), shape=(1, 1)))
+        plane, = planes_of(run)
+        self.assertEqual(plane.extent, (0, 20, 0, 10))
+        onset = century.EVENTS[-1][0] * YEAR
+        lines = snapshots(run, "slip", [onset + 1, onset + 3]).axes[0].lines
+        self.assertEqual([list(line.get_xdata()) for line in lines], [[0, 20]] * 2)
+        self.assertEqual([line.get_ydata()[0] for line in lines], [line.get_ydata()[1] for line in lines])
+        self.assertEqual(Line(plane).drawn(np.array([[2.0]]))[1].tolist(), [[2.0, 2.0]])
+        plt.close("all")
+
+    def test_a_line_across_a_notch_has_a_gap(self):
+        x, z, length, width = century.grid(20, 10)
+        kept = (z < 5000) | (x < 8000) | (x > 15000)
+        run = Run(century.write_run(self.path("run.h5"), cells=[part[kept] for part in (x, z, length, width)]))
+        line = Line(planes_of(run)[0], "strike", 6.5)
+        values = along_line(Fields(run, "slip"), line)
+        np.testing.assert_array_equal(np.isnan(values[-1]), (line.centres > 8) & (line.centres < 15))
+        canvas = space_time(run, ["slip"], at=6.5)
+        axes = canvas.axes[0]
+        spans = np.array([patch.get_xy()[:, 1].min() for patch in axes.patches])
+        np.testing.assert_allclose(spans, [8], atol=1e-6)
+        mesh = axes.collections[0]
+        self.assertAlmostEqual(mesh.norm.vmax, np.nanmax(values))
+        plt.close("all")
+
+    def test_a_century_is_compared_in_years(self):
+        import compare
+        runs = [(label, Run(century.write_run(self.path(f"{label}.h5")))) for label in "ab"]
+        rate, slip, steps, plane = compare.figure(runs, runs[1][1], None).axes[:4]
+        self.assertEqual({axes.get_xlabel() for axes in (rate, slip, steps)}, {"time (years)"})
+        self.assertEqual((rate.get_yscale(), slip.get_yscale()), ("log", "linear"))
+        self.assertRegex(plane.get_title(loc="left"), r"^Slip rate at 96\.4 years \(a\)$")
+        self.assertTrue(all(line.get_xdata().max() < 111 for line in rate.lines))
+        plt.close("all")
+
+    def test_panels_have_the_times_of_the_run(self):
+        run = Run(century.write_run(self.path("run.h5")))
+        canvas = figure(run, Clock(0.0, run.series["time"][-1]), True)
+        limits = {axes.get_xlim() for axes in canvas.axes if axes.get_xlabel() == "time (years)"}
+        self.assertEqual(len(limits), 1)
+        self.assertLess(min(limits)[0], 0)
+        self.assertGreater(min(limits)[1], 110)
+        plt.close("all")
 
 
 class FieldsTest(PictureTest):

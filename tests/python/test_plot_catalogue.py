@@ -162,6 +162,47 @@ class Pictures(PictureTest):
         self.plot("plot_catalogue", path)
         self.look(self.path("c.png"))
 
+    def test_a_single_event(self):
+        """Has its magnitude in words, and neither a frequency nor a bar of magnitudes; faults without an event do not push panels away."""
+        import plot_catalogue
+        one = {name: (values[-1:], unit) for name, (values, unit) in century.columns().items()}
+        path = century.write_catalogue(self.path("one.h5"), one)
+        with h5py.File(path, "r+") as file:
+            century.put(file, "fault", [7], "1")
+            file.attrs["faults"] = [-3, 7]
+        canvas, _ = plot_catalogue.figure(Events(path), [], None)
+        canvas.canvas.draw()
+        top, places = canvas.axes
+        self.assertEqual([text.get_text() for text in top.texts], [f"M {one['magnitude'][0][0]:.2f}"])
+        self.assertEqual(places.get_title(loc="left"), "Hypocentre, circle of the ruptured area")
+        for axes in canvas.axes:
+            self.assertGreater(axes.get_window_extent().height, 120)  # pixels, of 720
+        self.plot("plot_catalogue", path)
+        two = {name: (np.repeat(values, 2), unit) for name, (values, unit) in one.items()}
+        canvas, _ = plot_catalogue.figure(Events(century.write_catalogue(self.path("two.h5"), two)), [], None)
+        frequency, bar = canvas.axes[1], canvas.axes[-1]
+        self.assertEqual(frequency.get_title(loc="left"), "Magnitude and frequency")
+        self.assertGreaterEqual(np.ptp(frequency.get_xlim()), 0.2)
+        self.assertAlmostEqual(np.ptp(bar.get_xlim()), 0.2)
+
+    def test_lines_of_a_single_cell(self):
+        import plot_catalogue
+        from slipstep_cumulative import draw_cumulative
+        run = Run(century.write_run(self.path("cell.h5"), shape=(1, 1)))
+        _, axes = plot_catalogue.plt.subplots()
+        draw_cumulative(axes, Course(run, Line(planes_of(run)[0]), "slip", 5 * YEAR, 1.0), [])
+        drawn = axes.collections[-1].get_segments()
+        self.assertGreater(len(drawn), 10)
+        self.assertTrue(all(line[:, 0].tolist() == [0, 20] for line in drawn))
+
+    def test_legends_are_above_the_events(self):
+        import plot_catalogue
+        canvas, _ = plot_catalogue.figure(Events(century.write_catalogue(self.path("c.h5"), century.many(60, smallest=3.6))), [], None)
+        canvas.canvas.draw()
+        axes = canvas.axes[1]
+        low = axes.transData.inverted().transform(axes.get_legend().get_window_extent())[0, 1]
+        self.assertGreater(low, 60)
+
     def test_many_events_of_irregular_cells(self):
         data = century.many()
         data["magnitude"][0][7] = np.nan  # of no moment

@@ -278,6 +278,30 @@ class Maps(SurfaceTest):
         self.assertLess(shear[0], 0)
         self.assertEqual(change[0], shear[0])  # strike slip leaves the normal stress of its own plane
 
+    def test_arrows_have_shafts(self):
+        """Of all lengths: heads end where vectors do, and are a share of them."""
+        import surface
+        _, axes = surface.plt.subplots()
+        begin, vectors = np.zeros((4, 2)), np.array([[10.0, 0], [0, 0.5], [-1e-3, 1e-3], [0, 0]])
+        surface.Picture.arrows(axes, begin, vectors, 100.0)
+        shafts, heads = axes.collections[-2].get_segments(), [path.vertices[:3] for path in axes.collections[-1].get_paths()]
+        self.assertEqual((len(shafts), len(heads)), (3, 3))
+        for vector, shaft, head in zip(vectors, shafts, heads):
+            length = np.hypot(*vector)
+            np.testing.assert_allclose(head[0], vector)
+            foot = head[1:].mean(axis=0)
+            self.assertLessEqual(np.hypot(*(head[0] - foot)), min(0.4 * length, 1.8) * (1 + 1e-9))
+            self.assertLess(np.hypot(*(head[1] - head[2])), 0.4 * length)
+            self.assertGreater(np.hypot(*(shaft[1] - shaft[0])), 0.6 * length)
+        surface.plt.close("all")
+
+    def test_pictures_of_one_file_have_names_of_their_own(self):
+        import surface
+        for options, suffix in (((), ""), (("--look", "257", "39"), "_look"), (("--look", "257", "39", "--points", "1,2"), "_look_points"), (("--event", "3"), "_event_3"),
+                                (("--event", "largest", "--receiver", "0", "90", "0"), "_receiver")):
+            with unittest.mock.patch.object(sys, "argv", ["surface.py", "run.h5", *options]):
+                self.assertEqual(surface.suffix_of(surface.arguments()), suffix)
+
     def test_look(self):
         np.testing.assert_allclose(look_vector(0, 30), [0.5, 0, -np.sqrt(3) / 2], atol=1e-15)
         np.testing.assert_allclose(look_vector(90, 0), [0, 0, -1], atol=1e-15)

@@ -370,6 +370,21 @@ class Views(PictureTest):
         np.testing.assert_allclose(said["east (km)"], view.seen(np.array([low[0], (low[1] + high[1]) / 2, high[2]])))
         plt.close("all")
 
+    def test_numbers_do_not_meet(self):
+        """Those of the two lower edges of the box, seen from all sides."""
+        import matplotlib.pyplot as plt
+        from matplotlib.text import Text
+        cells = plane(9.6, 90, (3.77e6, 399050, 0), (4, 4), (6030.0, 2600.0))  # a long box with a number of the one edge near the corner, and long numbers
+        for azimuth in (45, 135, 225, 315):
+            canvas, axes = plt.subplots(figsize=(5.2, 4.5))
+            self.view(cells, (azimuth, 25)).draw(axes, plt.Normalize(0, 1), "viridis")
+            canvas.canvas.draw()
+            boxes = {text.get_text(): Text.get_window_extent(text) for text in axes.texts if text.get_text().isdigit()}  # without their lines to the box
+            north, east = ([box for number, box in boxes.items() if low <= int(number) < high] for low, high in ((3000, 4000), (300, 500)))
+            self.assertTrue(north and east)
+            self.assertFalse(any(box.overlaps(other) for box in north for other in east), azimuth)
+            plt.close(canvas)
+
     def test_commands(self):
         grid = century.write_run(self.path("grid.h5"), shape=(5, 10), step=1.0)
         self.assertEqual(self.plot("plot_run", grid, "--kind", "view"), f"Figure: {self.path('grid_view.png')}\n")
