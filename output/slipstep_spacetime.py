@@ -7,7 +7,7 @@ from slipstep_fields import Fields
 from slipstep_maps import DIGITS, Span, colour_bar, colour_map, planes_of
 from slipstep_output import OutputError
 from slipstep_panels import plt, use_style
-from slipstep_time import Clock
+from slipstep_time import SECONDS, Clock, digits_for
 
 SLIVER = 1e-5  # of the smallest cell: corners that are nearer to each other are one
 COLUMNS = 500  # of a picture against time: some dots of it each, so that none is lost in drawing
@@ -134,7 +134,10 @@ def draw_time_ticks(axes, fields, clock):
     ticks = [tick for tick in axes.get_xticks() if 0 <= tick < len(fields.times)]
     top = axes.secondary_xaxis("top")
     rows = np.clip(np.round(ticks).astype(int), 0, len(fields.times) - 1)
-    top.set_xticks(ticks, [clock.text(fields.times[row]).split(" ")[0] for row in rows])
+    gaps = np.diff(fields.times[rows]) / SECONDS[clock.unit]
+    digits = max(clock.digits, min(digits_for(gaps[gaps > 0].min()), 4) if (gaps > 0).any() else 0)
+    words = [f"{float(clock(time)):.{digits}f}" for time in fields.times[rows]]
+    top.set_xticks(ticks, [word if k == 0 or word != words[k - 1] else "" for k, word in enumerate(words)])  # those of an event may be one
     top.set_xlabel(clock.label)
     top.spines["top"].set_visible(True)
 

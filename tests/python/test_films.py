@@ -43,7 +43,7 @@ class Films(PictureTest):
         """Of the frames of a film, as they are drawn."""
         found = []
         with mock.patch.object(slipstep_film.Gif, "grab_frame", lambda self: found.append(self.fig.subfigs[0]._suptitle.get_text())), \
-                mock.patch.object(slipstep_film.Gif, "finish", lambda self: None):
+                mock.patch.object(slipstep_film.Gif, "finish", lambda self: None), mock.patch.object(slipstep_film.Stage, "draw", lambda self: None):
             self.plot("plot_run", run, "--film", self.path("film.gif"), *arguments)
         return found
 
