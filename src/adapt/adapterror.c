@@ -1,6 +1,7 @@
 /* What controllers share: the error estimate of the step, the two ends of a choice that follows it, and the step after a
    failure. */
 #include <slipstep/private/slipadapt.h>
+#include <slipstep/private/slipts.h>
 
 /*
   Types with their own estimate (theta, bdf, alpha, bathe) give E and its order, the power of h that it goes with;
@@ -36,6 +37,7 @@ PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscReal *q, PetscR
 PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const char why[])
 {
   PetscFunctionBegin;
+  if (h < adapt->dt_min) PetscCall(SlipRunFails(ts));
   PetscCheck(h >= adapt->dt_min, PetscObjectComm((PetscObject)adapt), PETSC_ERR_CONV_FAILED,
              "At time %g s %s asks for a step of %g s, below -ts_adapt_dt_min %g s (-ts_adapt_type %s)",
              (double)ts->ptime, why, (double)h, (double)adapt->dt_min, ((PetscObject)adapt)->type_name);

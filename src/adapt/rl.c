@@ -147,7 +147,7 @@ static PetscErrorCode WatchRange_RL(TSAdapt adapt, TS ts, PetscInt outside)
 
 /* The guard rail against a fault that creeps: to a policy of single events it moves, and steps are shares of T* as long as
    anything moves. Without -ts_adapt_rl_strict such a run is handed over; relative steps grow. */
-static PetscErrorCode WatchPace_RL(TSAdapt adapt)
+static PetscErrorCode WatchPace_RL(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   const SlipRunNumbers *run = &rl->observer.run;
@@ -155,13 +155,14 @@ static PetscErrorCode WatchPace_RL(TSAdapt adapt)
 
   PetscFunctionBegin;
   if (rl->paced++ % PACE_DECISIONS) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(
-    rl->paced == 1 || !rl->strict || rl->relative || covered * PACE_WINDOWS >= run->max_time - run->time,
-    PetscObjectComm((PetscObject)adapt), PETSC_ERR_CONV_FAILED,
-    "-ts_adapt_rl_strict keeps a policy whose last %d steps covered %g s, at time %g s, of %g s that are left: "
-    "expected a run like those of its training. Without the option the run continues with %s",
-    PACE_DECISIONS, (double)covered, (double)run->time, (double)(run->max_time - run->time),
-    TSAdaptRLFallbackType_Private(rl));
+  if (rl->paced > 1 && rl->strict && !rl->relative && covered * PACE_WINDOWS < run->max_time - run->time) {
+    PetscCall(SlipRunFails(ts));
+    SETERRQ(PetscObjectComm((PetscObject)adapt), PETSC_ERR_CONV_FAILED,
+            "-ts_adapt_rl_strict keeps a policy whose last %d steps covered %g s, at time %g s, of %g s that are left: "
+            "expected a run like those of its training. Without the option the run continues with %s",
+            PACE_DECISIONS, (double)covered, (double)run->time, (double)(run->max_time - run->time),
+            TSAdaptRLFallbackType_Private(rl));
+  }
   rl->pace_time = run->time;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -198,7 +199,7 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
     if (limited && problem && problem->rest_time) PetscCall((*problem->rest_time)(ts, &rest));
     if (limited) *h = SlipControlRest(*h, limit * o->run.tstar, rest, o->run.max_time - o->run.time);
     PetscCall(WatchRange_RL(adapt, ts, outside));
-    PetscCall(WatchPace_RL(adapt));
+    PetscCall(WatchPace_RL(adapt, ts));
   }
   *h = PetscClipInterval(*h, adapt->dt_min, adapt->dt_max);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -5,8 +5,10 @@
 #include <petsc/private/tsimpl.h>
 #include <slipcompat.h>
 #include <slipsys.h>
+#include <slipcore.h>
 #include <slipstep/private/slipcheckpoint.h>
 #include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipts.h>
 #include <petsctime.h>
 #include <signal.h>
 #include <stdio.h>
@@ -45,22 +47,30 @@ typedef struct {
   PetscLogDouble last_step, last_write;           /* when the last ones ended [s] */
   PetscLogDouble longest_step, longest_write;     /* [s] */
   PetscInt written;                               /* checkpoints */
+  PetscInt first;                                 /* steps before this run, which writes nothing while it has no more */
+  PetscBool raises; /* an error of PETSc's for a step that failed, which waits for Finish */
 } SlipCheckpoint;
+
+/* Is the TS at its final time, that of an earlier run with the same one included? The last step may have gone beyond it. */
+static PetscBool SlipCheckpointAtEnd(TS ts, PetscReal reached)
+{
+  return reached == ts->max_time || SlipControlAtEnd(ts->ptime, ts->max_time) ? PETSC_TRUE : PETSC_FALSE;
+}
 
 static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
 {
   PetscLogDouble begin;
   SlipState state;
-  PetscBool finished;
+  PetscReal final_time = PETSC_MIN_REAL;
 
   PetscFunctionBegin;
   PetscCall(SlipLogOutputBegin());
   PetscCall(PetscTime(&begin));
   PetscCall(SlipStateCreate(c->comm, c->file, &state));
   PetscCall((*c->visit)(state, c->ts, c->ctx));
-  finished = c->ts->reason && !c->stopped ? PETSC_TRUE : PETSC_FALSE;
+  if (c->ts->ptime >= c->ts->max_time || SlipCheckpointAtEnd(c->ts, final_time)) final_time = c->ts->max_time;
   PetscCall(SlipStateGroup(state, "run"));
-  PetscCall(SlipStateBool(state, "finished", &finished));
+  PetscCall(SlipStateReal(state, "final_time", 1, &final_time)); /* that was reached, if one was */
   PetscCall(SlipStateClose(&state));
   PetscCall(PetscTime(&c->last_write));
   c->longest_write = PetscMax(c->longest_write, c->last_write - begin);
@@ -134,6 +144,8 @@ static PetscErrorCode SlipCheckpointBeforeStep(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SlipCheckpointFailed(TS ts); /* below */
+
 PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
 {
   SlipCheckpoint *c;
@@ -147,6 +159,7 @@ PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
     c->prestep = ts->prestep;
     PetscCall(TSSetPostStep(ts, SlipCheckpointAfterStep));
     PetscCall(TSSetPreStep(ts, SlipCheckpointBeforeStep));
+    PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_RUN_FAILS_METHOD, SlipCheckpointFailed));
   }
   c->ts = ts;
   c->comm = PetscObjectComm((PetscObject)ts);
@@ -160,6 +173,9 @@ PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
   c->ctx = plan->ctx;
   c->stopped = 0;
   c->written = 0;
+  c->first = ts->steps;
+  c->raises = c->file[0] ? ts->errorifstepfailed : PETSC_FALSE;
+  if (c->raises) PetscCall(TSSetErrorIfStepFails(ts, PETSC_FALSE));
   c->wait = 0;
   c->due = c->over = PETSC_FALSE;
   PetscCall(PetscTime(&c->last_step));
@@ -217,6 +233,36 @@ static PetscErrorCode SlipCheckpointCommand(SlipCheckpoint *c, char text[], size
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0 says where the state of a run is that has failed by its steps, the error of which follows. */
+static PetscErrorCode SlipCheckpointSayFailed(SlipCheckpoint *c)
+{
+  char command[8192];
+
+  PetscFunctionBegin;
+  if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipCheckpointCommand(c, command, sizeof(command)));
+  PetscCall(SlipWarning(
+    "steps fail at time %g s after %d steps; to continue from there, with another tolerance or controller and a "
+    "first step by %s_dt: %s",
+    (double)c->ts->ptime, (int)c->ts->steps, c->restart, command));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of a run that fails by its steps, before its error: the start of the step that leads nowhere */
+static PetscErrorCode SlipCheckpointFailed(TS ts)
+{
+  SlipCheckpoint *c;
+
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
+  if (c->over || !c->file[0] || ts->steps == c->first) PetscFunctionReturn(PETSC_SUCCESS);
+  c->over = PETSC_TRUE;
+  if (ts->ops->rollback) PetscCall((*ts->ops->rollback)(ts));
+  PetscCall(SlipCheckpointWrite(c));
+  PetscCall(SlipCheckpointSayFailed(c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
 {
   SlipCheckpoint *c;
@@ -227,7 +273,13 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
   PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
   if (!c) PetscFunctionReturn(PETSC_SUCCESS);
   c->over = PETSC_TRUE;
-  if (c->file[0]) PetscCall(SlipCheckpointWrite(c));
+  if (c->file[0] && ts->steps > c->first) PetscCall(SlipCheckpointWrite(c));
+  if (c->raises) PetscCall(TSSetErrorIfStepFails(ts, PETSC_TRUE));
+  if (c->raises && ts->reason < 0) {
+    if (ts->steps > c->first) PetscCall(SlipCheckpointSayFailed(c));
+    SETERRQ(c->comm, PETSC_ERR_NOT_CONVERGED, "At time %.15g s TSStep has failed due to %s", (double)ts->ptime,
+            TSConvergedReasons[ts->reason]);
+  }
   if (!c->stopped) PetscFunctionReturn(PETSC_SUCCESS);
   *code = 128 + c->stopped;
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
@@ -243,5 +295,47 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
     PetscCall(
       SlipWarning("stopped by %s at time %g s after %d steps, without a checkpoint to continue from: no -%s was given",
                   who, (double)c->ts->ptime, (int)c->ts->steps, c->option));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Whether PetscOptions has a final time for the TS */
+static PetscErrorCode SlipCheckpointGivesEnd(TS ts, const char **prefix, PetscBool *given)
+{
+  PetscFunctionBegin;
+  PetscCall(TSGetOptionsPrefix(ts, prefix));
+  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, *prefix, "-ts_max_time", given));
+  if (!*prefix) *prefix = "";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipCheckpointStepsLeft(SlipState state, TS ts, const char source[], PetscBool *left)
+{
+  const MPI_Comm comm = PetscObjectComm((PetscObject)ts);
+  PetscReal reached = PETSC_MIN_REAL;
+  const char *prefix;
+  char at[32], end[32]; /* by C's own printf, as PETSc's %g writes "5." for 5 */
+  PetscBool given, over;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateGroup(state, "run"));
+  PetscCall(SlipStateReal(state, "final_time", 1, &reached));
+  over = SlipCheckpointAtEnd(ts, reached);
+  *left = !over && ts->ptime < ts->max_time && ts->steps < ts->max_steps ? PETSC_TRUE : PETSC_FALSE;
+  if (*left) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipCheckpointGivesEnd(ts, &prefix, &given));
+  (void)snprintf(at, sizeof(at), "%.9g", (double)ts->ptime);
+  (void)snprintf(end, sizeof(end), "%.9g", (double)ts->max_time);
+  PetscCheck(over || ts->ptime < ts->max_time, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "%s is at time %s s, after the final time of %s s (-%sts_max_time%s): expected a later final time", source,
+             at, end, prefix, given ? "" : ", which was not given");
+  if (over)
+    PetscCall(PetscPrintf(
+      comm, "%s is at the final time of %s s (-%sts_max_time): nothing is left to do, and nothing is written\n", source,
+      end, prefix));
+  else
+    PetscCall(PetscPrintf(comm,
+                          "%s is at time %s s after %" PetscInt_FMT " steps, and -%sts_max_steps is %" PetscInt_FMT
+                          ": no step is left, and nothing is written\n",
+                          source, at, ts->steps, prefix, ts->max_steps));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

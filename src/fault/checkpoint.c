@@ -224,18 +224,25 @@ static PetscErrorCode VisitParameters(SlipState s, SlipFault fault)
 static PetscErrorCode VisitFaultState(SlipState s, TS ts, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  char restart[PETSC_MAX_PATH_LEN + 64];
+  PetscBool left = PETSC_TRUE;
 
   PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(restart, sizeof(restart), "-%sfault_restart %s", SlipFaultPrefix(fault),
+                          fault->options.text[FAULT_RESTART]));
   PetscCall(VisitParameters(s, fault));
   PetscCall(SlipStateCells(s, fault->mesh.N, fault->mesh.order));
   PetscCall(SlipStateTS(s, ts));
+  if (SlipStateIsLoading(s)) PetscCall(SlipCheckpointStepsLeft(s, ts, restart, &left));
+  fault->run.idle = left ? PETSC_FALSE : PETSC_TRUE;
   PetscCall(SlipFaultExplicitState(fault, s, ts));
   if (SlipStateIsLoading(s) && fault->problem.begin) PetscCall((*fault->problem.begin)(ts, PETSC_FALSE));
   PetscCall(SlipStateAdapt(s, ts));
   PetscCall(SlipStateObject(s, "stiffness", (PetscObject)fault->operators.K));
   PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->operators.H));
   PetscCall(SlipStateObject(s, "stage", (PetscObject)fault->operators.B));
-  PetscCall(SlipFaultObserversVisit(fault, s));
+  /* Without a step to take nobody watches: files stay as they are. */
+  PetscCall(left ? SlipFaultObserversVisit(fault, s) : SlipFaultObserversDestroy(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -246,7 +253,7 @@ static PetscErrorCode RestartStep(SlipFault fault, TS ts)
 {
   const char *prefix;
   const PetscReal dt = fault->options.value[FAULT_RESTART_DT];
-  PetscReal step;
+  PetscReal step, least;
   PetscBool given, renamed; /* as PETSc calls it from 3.25 on */
 
   PetscFunctionBegin;
@@ -255,6 +262,11 @@ static PetscErrorCode RestartStep(SlipFault fault, TS ts)
   PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, prefix, "-ts_time_step", &renamed));
   if (dt > 0) PetscCall(TSSetTimeStep(ts, dt));
   PetscCall(TSGetTimeStep(ts, &step));
+  PetscCheck(
+    !SlipStepIsLost(ts, step, &least), fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+    "the next step is %g s at the time of -%sfault_restart %s, %.15g s: expected at least %g s, by -%sfault_restart_dt",
+    (double)step, SlipFaultPrefix(fault), fault->options.text[FAULT_RESTART], (double)ts->ptime, (double)least,
+    SlipFaultPrefix(fault));
   if ((given || renamed) && dt <= 0)
     PetscCall(PetscPrintf(fault->comm,
                           "The run goes on with the step of its checkpoint, %g s, and not that of -%sts_dt: "
@@ -275,6 +287,7 @@ static PetscErrorCode Restart(SlipFault fault, TS ts)
   PetscCall(SlipStateOpen(fault->comm, fault->options.text[FAULT_RESTART], source, &s));
   PetscCall(VisitFaultState(s, ts, fault));
   PetscCall(SlipStateClose(&s));
+  if (fault->run.idle) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestartStep(fault, ts));
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetStepNumber(ts, &step));
@@ -358,6 +371,7 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
              "friction, not %s",
              prefix, prefix, ((PetscObject)ts)->type_name);
   PetscCall(CheckFile(fault));
+  fault->run.idle = PETSC_FALSE;
   if (fault->options.text[FAULT_RESTART][0]) PetscCall(Restart(fault, ts));
   PetscCall(PetscSNPrintf(restart, sizeof(restart), "-%sfault_restart", prefix));
   named.restart = restart;

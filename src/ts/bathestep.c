@@ -329,6 +329,7 @@ static PetscErrorCode TSBatheFailed(TS ts)
   if (++ba->failures >= ba->max_failures) {
     PetscCall(TSBatheRunMonitors(ts));
     PetscCall(TSBatheWorst(ts, &worst, &residual));
+    PetscCall(SlipRunFails(ts));
     SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_NOT_CONVERGED,
             "%" PetscInt_FMT
             " attempts in a row did not converge (-ts_bathe_max_failures) at time %g, step %" PetscInt_FMT

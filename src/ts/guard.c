@@ -1,6 +1,23 @@
 /* What no integrator may go on with: a step that time does not resolve, and a state that is no number. */
 #include <slipstep/private/slipts.h>
 
+PetscErrorCode SlipRunFails(TS ts)
+{
+  PetscErrorCode (*told)(TS);
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQueryFunction((PetscObject)ts, SLIP_RUN_FAILS_METHOD, &told));
+  if (told) PetscCall((*told)(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is h too short for a step from the time of ts on? least: the shortest that is not [s] */
+PetscBool SlipStepIsLost(TS ts, PetscReal h, PetscReal *least)
+{
+  *least = PETSC_MACHINE_EPSILON * PetscAbsReal(ts->ptime);
+  return h >= *least || ts->ptime + h >= ts->max_time ? PETSC_FALSE : PETSC_TRUE;
+}
+
 /* Before an attempt with ts->time_step. A step below the rounding of time goes nowhere; runs of centuries at tight tolerances get along
    with some four times that, at the onset of an event. The rest of a run to its final time may be that short, and goes beyond it by no
    rounding: TSAdaptChoose() of PETSc 3.22 ends a run that does. */
@@ -10,12 +27,13 @@ PetscErrorCode SlipGuardStep(TS ts)
   const PetscReal h = ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP
                         ? SlipControlEnd(ts->time_step, t, ts->max_time)
                         : ts->time_step;
-  const PetscReal least = PETSC_MACHINE_EPSILON * PetscAbsReal(t);
+  PetscReal least;
   const char *adapt = ts->adapt ? ((PetscObject)ts->adapt)->type_name : NULL;
 
   PetscFunctionBegin;
   ts->time_step = h;
-  if (h >= least || t + h >= ts->max_time) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!SlipStepIsLost(ts, h, &least)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipRunFails(ts));
   SETERRQ(
     PetscObjectComm((PetscObject)ts), PETSC_ERR_CONV_FAILED,
     "At time %.15g s the next step is %g s, below the rounding of that time; expected at least %g s (-ts_type %s, "

@@ -73,7 +73,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   TS_Bathe *ba;
   PetscObjectId id;
   PetscObjectState state;
-  PetscBool unchanged;
+  PetscBool unchanged, known;
 
   PetscFunctionBegin;
   PetscCall(TSSetUp(ts));
@@ -100,8 +100,10 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(SlipStateInt(s, "towards_barrier", 1, &ba->towards));
   PetscCall(SlipStateAttempt(s, &ba->last));
   if (ba->con) PetscCall(SlipStateVec(s, "reaction", ba->r));
-  PetscCall(SlipStateBool(s, "derivative_known", &ba->k2_known));
-  if (ba->k2_known) PetscCall(SlipStateVec(s, "derivative", ba->K2));
+  known = ba->k2_known && ba->last.accepted ? PETSC_TRUE : PETSC_FALSE; /* else that of an attempt that was refused */
+  PetscCall(SlipStateBool(s, "derivative_known", &known));
+  if (SlipStateIsLoading(s)) ba->k2_known = known;
+  if (known) PetscCall(SlipStateVec(s, "derivative", ba->K2));
   PetscCall(SlipStateInterpolation(s, ts));
   PetscCall(SlipStateBool(s, "unchanged", &unchanged)); /* by others since the last step */
   if (!SlipStateIsLoading(s)) PetscFunctionReturn(PETSC_SUCCESS);

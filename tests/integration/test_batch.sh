@@ -47,6 +47,10 @@ done
 [ "$SLURM_RESTART_COUNT" -ge 1 ] || fail "one job was enough: nothing was tested"
 grep -q "goes back into the queue" queued.txt || fail "$(cat queued.txt)"
 grep -q "has reached its end" job.txt || fail "$(cat job.txt)"
+sums=$(cksum run.*h5*)
+job 1-00:00:00 # once more, by mistake
+[ $code = 0 ] && [ ! -e queued ] && grep -q "nothing is left to do" job.txt && grep -q "has reached its end" job.txt || fail "again: $code $(cat job.txt)"
+[ "$(cksum run.*h5*)" = "$sums" ] || fail "a job that was submitted again after the end wrote: $(cksum run.*h5*)"
 "$SLIPSTEP_PYTHON" - <<'P' || fail "the run of several jobs is not the unbroken one"
 import h5py
 with h5py.File("whole.h5") as a, h5py.File("run.h5") as b:

@@ -74,6 +74,7 @@ typedef struct {
   struct _n_SlipFaultWatch *watch; /* [nwatch] of observers.c */
   PetscInt nwatch;
   PetscBool started; /* they know what TSSolve() starts from */
+  PetscBool idle;    /* it goes on from a checkpoint that leaves no step to take: nothing is written */
   PetscInt step;     /* the last that they were told of */
   SlipFaultStepValues values;
   PetscBool complete;           /* the file has its name */
