@@ -92,6 +92,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w,
    step; attributes x, z, cell, cell_x, cell_z), of -fault_surface_stations /surface/K (time, displacement and velocity [n, 3]; attributes x, y); /xdmf (corners of the cells) and FILE.xdmf2 beside it; finish writes
    /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
+/* before a sweep: an error, naming the lines, where two of n runs write one file */
+PETSC_EXTERN PetscErrorCode SlipFaultCheckSweepFiles(MPI_Comm comm, PetscInt n, const PetscOptions options[],
+                                                     const PetscInt line[]);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);
 /* Who watches runs of faults; any function may be NULL, see SlipFaultRegisterObserver() */
 typedef struct {

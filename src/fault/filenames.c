@@ -37,10 +37,24 @@ static const struct {
 };
 enum { NUM_FILES = PETSC_STATIC_ARRAY_LENGTH(SlipFaultFiles) };
 
+/* The file of a viewer, TYPE:FILE[:FORMAT], if it has one */
+static PetscErrorCode ViewedFile(char value[], char file[PETSC_MAX_PATH_LEN])
+{
+  char *begin = strchr(value, ':'), *end;
+
+  PetscFunctionBegin;
+  file[0] = '\0';
+  if (!begin) PetscFunctionReturn(PETSC_SUCCESS);
+  end = strchr(begin + 1, ':');
+  if (end) *end = '\0';
+  PetscCall(PetscStrncpy(file, begin + 1, PETSC_MAX_PATH_LEN));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The file of an option that is no string of the fault, if it has one */
 static PetscErrorCode FileOf(SlipFault fault, const char option[], PetscBool viewer, char file[PETSC_MAX_PATH_LEN])
 {
-  char value[PETSC_MAX_PATH_LEN] = "", name[96], *begin, *end;
+  char value[PETSC_MAX_PATH_LEN] = "", name[96];
 
   PetscFunctionBegin;
   file[0] = '\0';
@@ -48,12 +62,10 @@ static PetscErrorCode FileOf(SlipFault fault, const char option[], PetscBool vie
   PetscCall(PetscOptionsGetString(((PetscObject)fault)->options,
                                   strncmp(option, "fault_", 6) ? NULL : ((PetscObject)fault)->prefix, name, value,
                                   sizeof(value), NULL));
-  if (!viewer) PetscCall(PetscStrncpy(file, value, PETSC_MAX_PATH_LEN));
-  begin = viewer ? strchr(value, ':') : NULL;
-  if (!begin) PetscFunctionReturn(PETSC_SUCCESS);
-  end = strchr(begin + 1, ':');
-  if (end) *end = '\0';
-  PetscCall(PetscStrncpy(file, begin + 1, PETSC_MAX_PATH_LEN));
+  if (viewer)
+    PetscCall(ViewedFile(value, file));
+  else
+    PetscCall(PetscStrncpy(file, value, PETSC_MAX_PATH_LEN));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,6 +93,91 @@ PetscErrorCode SlipFaultCheckFileNames(SlipFault fault)
     for (PetscInt e = 0; e < SLIP_FILE_ENDINGS; e++) file[i].endings[e] = SlipFaultFiles[i].endings[e];
   }
   PetscCall(SlipFilesCheckNames(fault->comm, NUM_FILES, file));
+  PetscCall(PetscFree(file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The file that an option of a run in a sweep writes, if it does; a view may be added to a file */
+static PetscErrorCode FileOfRun(PetscOptions options, PetscInt row, char file[PETSC_MAX_PATH_LEN])
+{
+  char name[96], value[PETSC_MAX_PATH_LEN] = "", *append;
+
+  PetscFunctionBegin;
+  file[0] = '\0';
+  if (!SlipFaultFiles[row].written || strncmp(SlipFaultFiles[row].option, "fault_", 6))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", SlipFaultFiles[row].option));
+  PetscCall(PetscOptionsGetString(options, NULL, name, value, sizeof(value), NULL));
+  append = strstr(value, ":append");
+  if (SlipFaultFiles[row].id != A_VIEWER)
+    PetscCall(PetscStrncpy(file, value, PETSC_MAX_PATH_LEN));
+  else if (!append)
+    PetscCall(ViewedFile(value, file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Which runs may write the same files as run k: the run itself, or the one before whose checkpoint it goes on from and whose files it
+   continues */
+static PetscErrorCode FamilyOfRun(PetscInt k, const PetscOptions options[], PetscInt family[])
+{
+  char restart[PETSC_MAX_PATH_LEN] = "", checkpoint[PETSC_MAX_PATH_LEN];
+  PetscBool same;
+
+  PetscFunctionBegin;
+  family[k] = k + 1;
+  PetscCall(PetscOptionsGetString(options[k], NULL, "-fault_restart", restart, sizeof(restart), NULL));
+  for (PetscInt j = 0; j < k && restart[0]; j++) {
+    checkpoint[0] = '\0';
+    PetscCall(PetscOptionsGetString(options[j], NULL, "-fault_checkpoint", checkpoint, sizeof(checkpoint), NULL));
+    PetscCall(PetscStrcmp(restart, checkpoint, &same));
+    if (same) family[k] = family[j];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultCheckSweepFiles - refuse runs of which one would write over a file of another one
+
+  Collective; before the first run of a sweep
+
+  Input Parameters:
++ comm    - the processes
+. n       - number of runs
+. options - [n] the options of each, as -fault_output, -fault_catalogue, -fault_checkpoint and viewers of files
+- line    - [n] number of the line that each comes from, for the message
+
+  Level: advanced
+
+  Note:
+  A run that goes on (-fault_restart) from the checkpoint of one before may continue its files.
+
+  Errors: PETSC_ERR_FILE_OPEN, with both lines, when two runs write one file; links and what runs make of names are included
+
+.seealso: SlipFaultSetFromOptions(), SlipFaultOutputStart()
+@*/
+PetscErrorCode SlipFaultCheckSweepFiles(MPI_Comm comm, PetscInt n, const PetscOptions options[], const PetscInt line[])
+{
+  SlipNamedFile *file;
+  PetscInt m = 0, *family;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(n * NUM_FILES, &file));
+  PetscCall(PetscMalloc1(n, &family));
+  for (PetscInt k = 0; k < n; k++) {
+    PetscCall(FamilyOfRun(k, options, family));
+    for (PetscInt i = 0; i < (PetscInt)NUM_FILES; i++) {
+      PetscCall(FileOfRun(options[k], i, file[m].name));
+      if (!file[m].name[0]) continue;
+      PetscCall(PetscSNPrintf(file[m].option, sizeof(file[m].option), "line %" PetscInt_FMT " of -fault_sweep: -%s",
+                              line[k], SlipFaultFiles[i].option));
+      file[m].written = PETSC_TRUE;
+      file[m].family = family[k];
+      for (PetscInt e = 0; e < SLIP_FILE_ENDINGS; e++) file[m].endings[e] = SlipFaultFiles[i].endings[e];
+      m++;
+    }
+  }
+  PetscCall(SlipFilesCheckNames(comm, m, file));
+  PetscCall(PetscFree(family));
   PetscCall(PetscFree(file));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

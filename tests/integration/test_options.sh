@@ -84,6 +84,19 @@ printf -- '-fault_nx 2 fault_nz 2\n' >words.txt
 refuses "fault_nz (-fault_sweep) follows no option" -- "$fault" -fault_sweep words.txt
 printf -- '-fault_nx 2 -fault_nzz 2\n' >names.txt
 refuses "there is no option -fault_nzz" -- "$fault" -fault_sweep names.txt
+# Two lines that write one file: refused before the first runs, unless the second goes on where the first has ended
+ln -s sweep_b.h5 sweep_link.h5
+two=("$fault" -fault_nx 2 -fault_nz 2 -ts_max_time 1)
+for pair in "-fault_output sweep_a.h5:-fault_output ./sweep_a.h5" "-fault_catalogue sweep_link.h5:-fault_output sweep_b.h5" \
+  "-fault_checkpoint sweep_a.h5.xdmf2:-fault_output sweep_a.h5" "-fault_view ascii:sweep_a.h5:-fault_stiffness_view binary:sweep_a.h5"; do
+  printf "%s\n" "# first" "${pair%%:-*}" "" "-ts_max_time 2 -${pair#*:-}" >one_file.txt
+  refuses "line 2 of -fault_sweep: ${pair%% *}" "line 4 of -fault_sweep: " "of one file" -- "${two[@]}" -fault_sweep one_file.txt
+done
+refuses "line 2 of -fault_sweep: -fault_output sweep_a.h5" "line 4" -- "${two[@]}" -fault_output sweep_a.h5 -fault_sweep one_file.txt
+[ -z "$(ls sweep_[ab]* 2>/dev/null)" ] || fail "a sweep that was refused wrote $(ls sweep_*)"
+printf "%s\n" "-fault_checkpoint sweep.state" "-ts_max_time 2 -fault_restart sweep.state -fault_checkpoint sweep.state" >goes_on.txt
+"${two[@]}" -fault_output sweep_a.h5 -fault_sweep goes_on.txt >out.txt 2>err.txt || fail "a sweep that goes on: $(cat err.txt)"
+rm -f sweep*
 PETSC_OPTIONS="-fault_densty 3" expect "there is no option -fault_densty: did you mean -fault_density?"
 refuses "there is no option -circuit_c3" -- "$bin/circuit" -circuit_c3 1
 refuses "there is no option -sliding_mode_gian: did you mean -sliding_mode_gain?" -- "$bin/sliding_mode" -sliding_mode_gian 2
