@@ -2,6 +2,8 @@
 #pragma once
 #include <slipstep/private/slipfault.h>
 
+/* samerun.c: the first part; an error where the checkpoint is of another run */
+PETSC_INTERN PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState state, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState state); /* a checkpoint's part */
 PETSC_INTERN PetscErrorCode SlipFaultObserversDestroy(SlipFault fault);
 

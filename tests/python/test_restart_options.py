@@ -1,0 +1,284 @@
+#!/usr/bin/env python3
+"""Every option of `fault -help fault`, changed where a run goes on from its checkpoint: what says what is computed is refused by its name
+with both values, what says how is announced likewise, and what is neither leaves the result as it is. An option that -help has and the
+table below has not is a failure, and so is one that changes the result without a word.
+
+    test_restart_options.py --table     prints what became of each"""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from concurrent.futures import ThreadPoolExecutor
+
+from scripts import FAULT, SOURCE
+
+import h5py
+import numpy as np
+
+REFUSED, FILE, ANNOUNCED, SAME = "refused", "refused by the file", "announced", "same"
+EVENT = "-fault_nx 4 -fault_nz 3 -ts_max_time 12 -ts_adapt_type heuristic"
+SMOOTH = """-fault_nx 4 -fault_nz 3 -fault_friction_law rate_and_state -fault_friction_slip 0.02 -fault_loading_rate 1e-9 -fault_normal_stress 5e7
+ -fault_normal_stress_gradient 0 -ts_max_time 30y"""
+# Runs, and the steps after which they stop and go on
+RUNS = {
+    "event": (EVENT, 12),
+    "policy": ("-fault_nx 4 -fault_nz 3 -ts_max_time 12", 12),
+    "pi": (EVENT.replace("heuristic", "pi"), 12),
+    "thrust": (EVENT + " -fault_dip 40 -fault_rake 90", 12),
+    "mesh": (EVENT.replace("-fault_nx 4 -fault_nz 3", "-fault_mesh mesh.h5 -fault_mesh_frame ned -fault_mesh_unit km"), 12),
+    "lanczos": (EVENT + " -fault_viscosity lanczos", 12),
+    "hmat": (EVENT + " -fault_operator hmat", 12),
+    "rate": (EVENT + " -fault_friction_law rate_weakening", 12),
+    "smooth": (SMOOTH, 12),
+    "loaded": (EVENT + " -fault_loading_rate 0.1 -fault_initial traction -fault_initial_traction 1e6 -fault_healing_time 100", 12),
+    "injection": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_injection 1500,1500 -fault_injection_pressure 2e7 "
+                  "-fault_injection_diffusivity 1e3 -ts_max_time 500", 5),
+    "record": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_pore_pressure pressure.h5 -ts_max_time 200", 5),
+}
+# option: (run, value, what becomes of it), in a run where it counts; of values None the option stands alone
+TABLE = {
+    "fault_nx": ("event", "5", REFUSED),
+    "fault_nz": ("event", "4", REFUSED),
+    "fault_length_x": ("event", "3100", REFUSED),
+    "fault_length_z": ("event", "3100", REFUSED),
+    "fault_depth_top": ("event", "100", REFUSED),
+    "fault_strike": ("thrust", "30", REFUSED),
+    "fault_dip": ("thrust", "50", REFUSED),
+    "fault_rake": ("thrust", "80", REFUSED),
+    "fault_slip_components": ("thrust", "2", REFUSED),
+    "fault_thickness": ("event", "2000", REFUSED),
+    "fault_shear_modulus": ("event", "31e9", REFUSED),
+    "fault_poisson_ratio": ("thrust", "0.3", REFUSED),
+    "fault_density": ("event", "2600", REFUSED),
+    "fault_damping_ratio": ("event", "0.3", REFUSED),
+    "fault_loading_rate": ("loaded", "0.2", REFUSED),
+    "fault_normal_stress": ("event", "1e6", REFUSED),
+    "fault_normal_stress_gradient": ("event", "16e3", REFUSED),
+    "fault_friction_residual": ("event", "0.49", REFUSED),
+    "fault_friction_drop": ("event", "0.2", REFUSED),
+    "fault_friction_slip": ("event", "0.2", REFUSED),
+    "fault_friction_rate": ("rate", "0.2", REFUSED),
+    "fault_friction_a": ("smooth", "0.011", REFUSED),
+    "fault_friction_b": ("smooth", "0.016", REFUSED),
+    "fault_friction_alpha": ("smooth", "0.1", REFUSED),
+    "fault_friction_reference": ("smooth", "0.61", REFUSED),
+    "fault_friction_reference_rate": ("smooth", "2e-6", REFUSED),
+    "fault_healing_time": ("loaded", "50", REFUSED),
+    "fault_initial_traction": ("loaded", "2e6", REFUSED),
+    "fault_initial_rate": ("smooth", "2e-9", REFUSED),
+    "fault_initial_state": ("smooth", "1e7", REFUSED),
+    "fault_creep": ("smooth", "1", REFUSED),
+    "fault_stressing_rate": ("loaded", "1", REFUSED),
+    "fault_injection_pressure": ("injection", "1e7", REFUSED),
+    "fault_injection_diffusivity": ("injection", "2e3", REFUSED),
+    "fault_injection_stop": ("injection", "100", REFUSED),
+    "fault_initial_perturbation": ("event", "2e-5", REFUSED),
+    "fault_velocity_scale": ("policy", "0.08", REFUSED),
+    "fault_hmat_tolerance": ("hmat", "1e-6", REFUSED),
+    "fault_friction_law": ("event", "linear_slip_weakening", REFUSED),
+    "fault_state_law": ("smooth", "slip", REFUSED),
+    "fault_kernel": ("event", "full_space", REFUSED),
+    "fault_normal_coupling": ("thrust", "no", REFUSED),
+    "fault_initial": ("event", "rest", REFUSED),
+    "fault_operator": ("event", "fft", REFUSED),
+    "fault_viscosity": ("event", "spectral", REFUSED),
+    "fault_stiffness_average": ("event", "cell", REFUSED),
+    "fault_stiffness_file": ("event", "stiffness.h5", REFUSED),
+    "fault_stiffness_scaling": ("event", "mean_slip", REFUSED),
+    "fault_parameters": ("event", "parameters.h5", REFUSED),
+    "fault_mesh": ("mesh", "other_mesh.h5", REFUSED),
+    "fault_mesh_frame": ("mesh", "enu", FILE),
+    "fault_mesh_unit": ("mesh", "m", REFUSED),
+    "fault_pore_pressure": ("record", "other_pressure.h5", REFUSED),
+    "fault_event_rate": ("event", "1e-2", REFUSED),
+    "fault_injection": ("injection", "1600,1500", REFUSED),
+    "fault_inertia": ("event", "no -fault_viscosity sqrtm", REFUSED),
+    "fault_opening": ("thrust", "yes -fault_slip_components 2 -fault_initial traction", REFUSED),
+    "ts_type": ("smooth", "rk", REFUSED),
+    # how it is computed
+    "fault_krylov_tolerance": ("lanczos", "1e-6", ANNOUNCED),
+    "fault_rate_tolerance": ("event", "1e-9", ANNOUNCED),
+    "fault_accuracy": ("event", "1e-1", ANNOUNCED),
+    "fault_restart_dt": ("event", "1e-4", ANNOUNCED),
+    "mat_slipfft_depth": ("event", "transform", ANNOUNCED),
+    "mat_slip_share": ("event", "yes", ANNOUNCED),
+    "ts_rtol": ("event", "1e-2", ANNOUNCED),
+    "ts_bathe_gamma": ("event", "0.6", ANNOUNCED),
+    "ts_bathe_first_stage": ("event", "backward", ANNOUNCED),
+    "ts_bathe_reaction": ("event", "implicit", ANNOUNCED),
+    "ts_bathe_error": ("event", "doubling", ANNOUNCED),
+    "ts_bathe_order": ("event", "2", ANNOUNCED),
+    "ts_bathe_max_failures": ("event", "40", ANNOUNCED),
+    "ts_adapt_type": ("event", "pi", ANNOUNCED),
+    "ts_adapt_dt_min": ("event", "1e-12", ANNOUNCED),
+    "ts_adapt_dt_max": ("event", "0.05", ANNOUNCED),
+    "ts_adapt_rl_policy": ("policy", "other_policy.h5", ANNOUNCED),
+    "ts_adapt_rl_problem": ("policy", "rupture", ANNOUNCED),
+    "ts_adapt_rl_max_failures": ("policy", "4", ANNOUNCED),
+    "ts_adapt_rl_error_ceiling": ("policy", "1e-3", ANNOUNCED),
+    "ts_adapt_rl_accuracy": ("policy", "5e-2", ANNOUNCED),
+    "ts_adapt_rl_measure": ("policy", "history", ANNOUNCED),
+    "ts_adapt_rl_strict": ("policy", "yes", ANNOUNCED),
+    "ts_adapt_heuristic_growth": ("event", "1.5", ANNOUNCED),
+    "ts_adapt_heuristic_failure_factor": ("event", "0.5", ANNOUNCED),
+    "ts_adapt_pi_filter": ("pi", "PI33", ANNOUNCED),
+    "ts_adapt_pi_g1": ("pi", "5", ANNOUNCED),
+    "ts_adapt_pi_g2": ("pi", "5", ANNOUNCED),
+    "ts_adapt_pi_kappa": ("pi", "0.3", ANNOUNCED),
+    "ts_adapt_pi_ratio_min": ("pi", "0.7", ANNOUNCED),
+    "ts_adapt_pi_ratio_max": ("pi", "1.3", ANNOUNCED),
+    "ts_adapt_pi_failure_factor": ("pi", "0.5", ANNOUNCED),
+    "snes_type": ("event", "semismooth", ANNOUNCED),
+    "snes_slip_direct_max": ("event", "2", ANNOUNCED),
+    "pc_slipstage_type": ("event", "symbol", ANNOUNCED),
+    # of the start alone, or what is written and printed and when
+    "slip_traceback": ("event", "yes", SAME),
+    "fault_sweep": ("event", "sweep.txt", SAME),
+    "fault_initial_unstable": ("loaded", "yes", SAME),
+    "fault_output_interval": ("event", "3", SAME),
+    "fault_output_slip_interval": ("event", "0.01", SAME),
+    "fault_output_time_interval": ("event", "1", SAME),
+    "fault_output_rate_change": ("event", "2", SAME),
+    "fault_output_size": ("event", "1e4", SAME),
+    "fault_output_compression": ("event", "3", FILE),
+    "fault_output_fields": ("event", "slip", FILE),
+    "fault_output_precision": ("event", "single", FILE),
+    "fault_output": ("event", "elsewhere.h5", SAME),
+    "fault_output_xdmf": ("event", "no", SAME),
+    "fault_output_overwrite": ("event", "yes", SAME),
+    "fault_stations": ("event", "500,500", FILE),
+    "fault_surface_stations": ("event", "500,500", FILE),
+    "fault_catalogue": ("event", "elsewhere_events.h5", SAME),
+    "fault_catalogue_maps": ("event", "yes", FILE),
+    "fault_checkpoint": ("event", "elsewhere.state", SAME),
+    "fault_checkpoint_interval": ("event", "0", SAME),
+    "fault_restart": ("event", "state.copy", SAME),
+    "fault_wall_limit": ("event", "1000", SAME),
+    "fault_check_error": ("event", "yes", SAME),
+    "fault_cache_dir": ("event", ".", SAME),
+    "fault_progress": ("event", "no", SAME),
+    "fault_view": ("event", None, SAME),
+    "fault_stiffness_view": ("event", "binary:K.bin", SAME),
+    "ts_max_time": ("event", "13", SAME),
+    "ts_max_steps": ("event", "100000", SAME),
+    "ts_dt": ("event", "1e-3", SAME),
+}
+
+
+def options_of_help():
+    done = subprocess.run([FAULT, "-help", "fault"], capture_output=True, text=True, check=True)
+    return list(dict.fromkeys(re.findall(r"(?m)^ +-(\w+)(?::| <)", done.stdout)))
+
+
+def write_inputs():
+    distance = np.abs(np.subtract.outer(np.arange(12), np.arange(12)))
+    with h5py.File("stiffness.h5", "w") as file:
+        file["stiffness"] = np.where(distance, -1e5 / (1 + distance ** 2), 1e7)
+    with h5py.File("parameters.h5", "w") as file:
+        file["friction_drop"] = np.linspace(0.09, 0.11, 12).reshape(3, 4)
+    for name, depth in (("mesh.h5", 3.0), ("other_mesh.h5", 3.1)):
+        with h5py.File(name, "w") as file:
+            file["vertices"] = [[x, 0, z] for z in (0.1, depth) for x in (0.0, 2.0, 4.0)]
+            file["triangles"] = [[k, k + 1, k + 3] for k in range(2)] + [[k + 1, k + 4, k + 3] for k in range(2)]
+    for name, pressure in (("pressure.h5", 2e7), ("other_pressure.h5", 1e7)):
+        with h5py.File(name, "w") as file:
+            file["time"] = [0.0, 100.0]
+            file["pressure"] = np.multiply.outer([0, pressure], np.ones((3, 4)))
+    shutil.copy(os.path.join(SOURCE, "training", "policies", "fault.h5"), "other_policy.h5")
+    with open("sweep.txt", "w", encoding="utf-8") as file:
+        file.write("-fault_progress no\n")
+
+
+def fault(folder, words):
+    return subprocess.run([FAULT, *words], cwd=folder, capture_output=True, text=True)
+
+
+def files(*names):
+    return [word for name in names for word in (f"-fault_{name}", {"output": "run.h5", "catalogue": "events.h5"}.get(name, "state"))]
+
+
+def begin(run):
+    """A run to its end, and one that stops on the way, in folders of their own."""
+    options, steps = RUNS[run]
+    for name, more, code in ((run, [], 0), (run + "_part", ["-ts_max_steps", str(steps), *files("checkpoint")], 3)):
+        os.mkdir(name)
+        for file in os.listdir("inputs"):
+            shutil.copy(os.path.join("inputs", file), name)
+        done = fault(name, [*options.split(), *files("output", "catalogue"), *more])
+        if done.returncode != code:
+            raise AssertionError(f"{run} ended with {done.returncode}: {done.stderr}")
+
+
+def until(name, end):
+    """What the run has computed until a time, bit by bit."""
+    with h5py.File(name) as file:
+        n = np.searchsorted(file["series/time"][...], end, side="right")
+        return [file["series"][path][:n].tobytes() for path in ("time", "mean_slip", "max_slip_rate")]
+
+
+def go_on(option):
+    """What becomes of a run that goes on with this option changed, and the words about it"""
+    run, value, _ = TABLE[option]
+    folder = "option_" + option
+    shutil.copytree(run + "_part", folder)
+    shutil.copy(os.path.join(folder, "state"), os.path.join(folder, "state.copy"))
+    if option == "fault_output":
+        shutil.copy(os.path.join(folder, "run.h5"), os.path.join(folder, value))
+    done = fault(folder, [*RUNS[run][0].split(), *files("output", "catalogue", "restart"), f"-{option}", *(value or "").split()])
+    lines = (done.stdout + done.stderr).splitlines()
+    told = f"{option.removeprefix('fault_')} is .*, was "
+    mesh = "mesh is .*, was " if "_mesh" in option else told
+    fields = f"({mesh}|(normal_stress|friction_drop|stiffness) is .*, was )"  # what follows from the option
+    for line in lines:
+        if done.returncode and re.search(rf"error: -fault_(restart state is the checkpoint of another run: .*)?{fields}", line):
+            return REFUSED, line
+        if done.returncode and re.search(rf"error: .*(-{option}|another -fault_output|\(-fault_mesh\))", line):
+            return FILE, line
+        if not done.returncode and re.search(rf"warning: the run goes on with other .*{told}|The run continues .*\(-{option}\)", line):
+            return ANNOUNCED, line
+    end = 0.75 * float(RUNS[run][0].split("-ts_max_time ")[-1].split()[0]) if option == "ts_max_time" else np.inf  # the last steps meet the end
+    output = value if option == "fault_output" else "run.h5"
+    if not done.returncode and until(os.path.join(run, "run.h5"), end) == until(os.path.join(folder, output), end):
+        return SAME, ""
+    return f"ended with {done.returncode}, another result", lines[-1]
+
+
+class RestartOptions(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            os.mkdir("inputs")
+            os.chdir("inputs")
+            write_inputs()
+            os.chdir("..")
+            with ThreadPoolExecutor(2) as pool:
+                list(pool.map(begin, RUNS))
+                cls.found = dict(zip(TABLE, pool.map(go_on, TABLE)))
+            os.chdir("/")
+
+    def test_every_option_is_known(self):
+        """A new option needs a row of TABLE, and where it says what is computed a line in the checkpoint (src/fault/samerun.c)."""
+        self.assertEqual(set(options_of_help()), set(TABLE))
+
+    def test_what_becomes_of_each(self):
+        for option, (what, words) in self.found.items():
+            with self.subTest(option):
+                self.assertEqual(what, TABLE[option][2], words)
+
+
+def print_table():
+    RestartOptions.setUpClass()
+    print("| option | run, changed to | becomes | words |\n|---|---|---|---|")
+    for option, (what, words) in RestartOptions.found.items():
+        print(f"| `-{option}` | {TABLE[option][0]}, {TABLE[option][1] or 'given'} | {what} | {re.sub('^fault: .*?: ', '', words)[-160:]} |")
+
+
+if __name__ == "__main__":
+    if "--table" in sys.argv:
+        print_table()
+    else:
+        unittest.main()
