@@ -30,6 +30,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetString(SlipFault fault, const char name[
 PETSC_EXTERN PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n, PetscReal values[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], PetscReal y[],
                                                 PetscReal z[]);
+PETSC_EXTERN PetscErrorCode SlipFaultGetCellComponents(SlipFault fault, const char name[], PetscInt *n);
 PETSC_EXTERN PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const char name[], PetscInt n,
                                                    PetscReal values[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetLabels(SlipFault fault, PetscInt size, PetscInt *n, PetscInt label[]);

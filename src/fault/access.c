@@ -174,6 +174,56 @@ static PetscErrorCode GatherComponent(SlipFault fault, PetscInt each, PetscInt j
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+enum { RATE, DISPLACEMENT, SLIP, STATE, NORMAL, OPENING, TRACTION, STRESS, COUNT };
+
+/* Which of them a name is, and how many numbers a cell has of it */
+static PetscErrorCode FindValues(SlipFault fault, const char name[], PetscInt *k, PetscInt *each)
+{
+  static const char *const names[COUNT] = {"slip_rate",     "displacement", "slip",     "state",
+                                           "normal_stress", "opening",      "traction", "stress"};
+  PetscBool same = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  for (*k = 0; *k < COUNT && !same; ++*k) PetscCall(PetscStrcmp(name, names[*k], &same));
+  --*k;
+  PetscCheck(
+    same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+    "a state has no \"%s\", expected slip_rate, displacement, slip, state, normal_stress, opening, traction or "
+    "stress",
+    name);
+  *each = *k == STATE || *k == NORMAL || *k == OPENING ? 1 : fault->layout.plane;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultGetCellComponents - how many numbers each cell has of what SlipFaultGetCellValues() gets
+
+  Not collective; after SlipFaultSetUp()
+
+  Input Parameters:
++ fault - the fault
+- name  - one of the names there
+
+  Output Parameter:
+. n - 1; 2 with two components of slip, of all but state, normal stress and opening
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another name
+
+.seealso: SlipFaultGetCellValues()
+@*/
+PetscErrorCode SlipFaultGetCellComponents(SlipFault fault, const char name[], PetscInt *n)
+{
+  PetscInt k;
+
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscAssertPointer(n, 3);
+  PetscCall(FindValues(fault, name, &k, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipFaultGetCellValues - get the values of a state in all cells
 
@@ -199,38 +249,27 @@ static PetscErrorCode GatherComponent(SlipFault fault, PetscInt each, PetscInt j
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another name, PETSC_ERR_ARG_SIZ for another number of cells
 
-.seealso: SlipFaultGetField(), SlipFaultStress()
+.seealso: SlipFaultGetCellComponents(), SlipFaultGetField(), SlipFaultStress()
 @*/
 PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const char name[], PetscInt n,
                                       PetscReal values[])
 {
-  enum { RATE, DISPLACEMENT, SLIP, STATE, NORMAL, OPENING, TRACTION, STRESS, COUNT };
-  static const char *const names[COUNT] = {"slip_rate",     "displacement", "slip",     "state",
-                                           "normal_stress", "opening",      "traction", "stress"};
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *u;
   PetscReal *local;
   SlipFrictionCells friction;
   PetscInt k, each;
-  PetscBool same = PETSC_FALSE;
   Vec T;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
   PetscCall(CheckSize(fault, n));
-  for (k = 0; k < COUNT && !same; k++) PetscCall(PetscStrcmp(name, names[k], &same));
-  k--;
-  PetscCheck(
-    same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-    "a state has no \"%s\", expected slip_rate, displacement, slip, state, normal_stress, opening, traction or "
-    "stress",
-    name);
+  PetscCall(FindValues(fault, name, &k, &each));
   PetscCall(VecDuplicate(fault->critical.uc, &T));
   if (k == STRESS) PetscCall(SlipFaultStress(fault, t, w, T));
   if (k == TRACTION) PetscCall(SlipFaultTraction(fault, t, w, T));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
-  each = k == STATE || k == NORMAL || k == OPENING ? 1 : fault->layout.plane;
   PetscCall(PetscMalloc1(PetscMax(each * fault->mesh.n, 1), &local));
   PetscCall(VecGetArrayRead(k >= TRACTION ? T : w, &a));
   PetscCall(VecGetArrayRead(fault->critical.uc, &u));

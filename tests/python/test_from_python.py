@@ -39,9 +39,10 @@ def environment():
     return dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, path)))
 
 
-def python(*arguments, ranks=None):
+def python(*arguments, ranks=None, **more):
+    """more: of the environment"""
     launch = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks else []
-    return subprocess.run([*launch, sys.executable, *arguments], env=environment(), capture_output=True, text=True)
+    return subprocess.run([*launch, sys.executable, *arguments], env={**environment(), **more}, capture_output=True, text=True)
 
 
 class FromPython(unittest.TestCase):
@@ -186,30 +187,59 @@ if PETSc.COMM_WORLD.rank == 0:
                     self.assertEqual(set(got["events"].dtype.names), {name for name in events if isinstance(events[name], h5py.Dataset)})
 
     def test_vectors(self):
-        """Two components of slip: two numbers a cell, but for the state, as the output has them."""
-        for ranks in (None, 2):
+        """Two components of slip: two numbers a cell, but for what has one, as the output has them; cells that open likewise. The largest rate
+        of a state is that of /series, of all cells and components."""
+        one = ("state", "normal_stress", "opening")
+        opening = dict(initial="traction", initial_traction=2e5, normal_stress=1e4, normal_stress_gradient=0, opening=True, initial_unstable=True,
+                       injection="1500,1500", injection_pressure=1e5, injection_diffusivity=1e6)
+        for ranks, block, more in ((None, 5, {}), (2, 5, {}), (None, 7, opening), (2, 7, opening)):
             with tempfile.TemporaryDirectory() as folder:
                 code = PRELUDE + f"""
 import numpy as np
 slipstep.load()
-fault = slipstep.Fault(nx=4, nz=3, rake=30, slip_components=2, output={folder!r} + "/o.h5", output_fields="slip,displacement,slip_rate,traction,state", progress=False)
+fault = slipstep.Fault(nx=4, nz=3, rake=30, slip_components=2, output={folder!r} + "/o.h5", progress=False,
+                       output_fields="slip,displacement,slip_rate,traction,state,normal_stress", **{more!r})
 ts = PETSc.TS().create()
+for accessor in (fault.centres, fault.labels, lambda: fault.values(ts, "slip")):
+    try:
+        accessor()
+        sys.exit("a fault without a set-up had something to say")
+    except slipstep.Error as error:
+        assert "configure" in str(error), error
 fault.configure(ts)
 ts.setFromOptions()
-assert ts.getSolution().getBlockSize() == 5
+ts.setMaxTime({10 if more else 30})
+assert ts.getSolution().getBlockSize() == {block}
+rates = []
+ts.setMonitor(lambda ts, step, time, w: rates.append(slipstep.petsc.largest_rate(ts, w)))
 assert fault.solve(ts)
-values = {{name: fault.values(ts, name) for name in ("slip", "traction", "slip_rate", "displacement", "stress", "state")}}
+values = {{name: fault.values(ts, name) for name in ("slip", "traction", "slip_rate", "displacement", "stress", *{one!r})}}
+fails('no "colour"', fault.values, ts, "colour")
 if PETSc.COMM_WORLD.rank == 0:
-    np.savez({folder!r} + "/a.npz", **values)
+    np.savez({folder!r} + "/a.npz", rates=rates[1:-1], **values)
 """
                 done = python("-c", code, ranks=ranks)
                 self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
                 with np.load(os.path.join(folder, "a.npz")) as got, h5py.File(os.path.join(folder, "o.h5")) as out:
-                    for name in ("slip", "traction", "slip_rate", "displacement", "state"):
-                        self.assertEqual(got[name].shape, (3, 4) if name == "state" else (3, 4, 2))
-                        self.assertTrue(np.array_equal(got[name], out["fields"][name][-1]), name)
-                    np.testing.assert_allclose(got["stress"], -got["traction"], rtol=0, atol=1e-9 * np.abs(got["stress"]).max())
+                    for name in ("slip", "traction", "slip_rate", "displacement", *one):
+                        self.assertEqual(got[name].shape, (3, 4) if name in one else (3, 4, 2))
+                        if name in out["fields"]:
+                            self.assertTrue(np.array_equal(got[name], out["fields"][name][-1]), name)
+                    self.assertEqual("opening" in out["fields"], bool(more))
+                    self.assertEqual(got["opening"].any(), bool(more))
+                    if not more:
+                        np.testing.assert_allclose(got["stress"], -got["traction"], rtol=0, atol=1e-9 * np.abs(got["stress"]).max())
                     self.assertGreater(np.abs(got["slip"]).min(), 0)
+                    np.testing.assert_allclose(got["rates"], out["series/max_slip_rate"][:-1], rtol=1e-14)
+
+    def test_progress_of_vectors(self):
+        """The line of run() has the rate of /series, along both components."""
+        done = self.run_code("""
+result = slipstep.Fault(nx=4, nz=3, rake=80, slip_components=2, ts_max_time=10.0).run()
+print("rate", result.series["max_slip_rate"][-1])
+""")
+        shown, rate = (float(re.findall(pattern, done.stdout)[-1]) for pattern in (r"largest slip rate (\S+) m/s", r"rate (\S+)$"))
+        self.assertAlmostEqual(shown, rate, delta=6e-4 * rate)  # three digits are shown
 
     def test_faults_of_a_mesh(self):
         """Events with a number for each fault, in the order of labels()."""

@@ -102,6 +102,41 @@ class Results(FaultTest):
                 """))
             self.assertEqual(done.returncode, 0, done.stderr)
 
+    def test_the_program_ends_with_its_run(self):
+        """Whatever ends run() early, the program has ended before its folder is removed, be it one that does not listen."""
+        deaf = self.path("deaf")
+        with open(deaf, "w") as file:
+            file.write("#!/bin/sh\ntrap '' INT TERM\nwhile :; do sleep 0.05; done\n")
+        os.chmod(deaf, 0o755)
+        for program, raised, code in (
+                (FAULT, "ZeroDivisionError", "running._show = lambda line, path, fault: os.path.exists(path) and 1 / 0"),
+                (deaf, "KeyboardInterrupt", "[threading.Timer(t, os.kill, (os.getpid(), signal.SIGINT)).start() for t in (0.5, 1.0)]")):
+            done = python("-c", textwrap.dedent(f"""
+                import os, shutil, signal, subprocess, threading, slipstep
+                from slipstep import running
+                children, removed = [], []
+
+                class Popen(subprocess.Popen):
+                    def __init__(self, *arguments, **more):
+                        super().__init__(*arguments, **more)
+                        children.append(self)
+
+                def rmtree(folder, **more):
+                    removed.append(children[0].returncode is not None)
+                    rmtree_before(folder, **more)
+
+                running.subprocess.Popen, rmtree_before, shutil.rmtree, running.PATIENCE = Popen, shutil.rmtree, rmtree, 0.5
+                {code}
+                fault = slipstep.Fault(nx=3, nz=3, ts_adapt_type="none", ts_dt=1e-6, ts_max_time=600, output_interval=1000)
+                try:
+                    fault.run(backend="program")
+                except {raised}:
+                    assert removed == [True], removed
+                    raise SystemExit(0)
+                raise SystemExit("no {raised}")
+                """), SLIPSTEP_FAULT=program)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -156,6 +156,17 @@ def small(ts, mass, rows, force, jacobian, bound):
     ts.setAttr("slipstep", functions)  # as long as the TS lives
 
 
+def largest_rate(ts, w):
+    """The largest slip rate of all cells of a state of a fault [m/s], in their planes, as /series has it; collective. Rows of w as of configure()."""
+    size = w.getBlockSize()
+    rates = w.getArray(readonly=True).reshape(-1, size)[:, : min((size - 1) // 2, 2)]
+    peak = PETSc.Vec().createMPI((1, PETSc.DECIDE), comm=ts.getComm())
+    peak.setArray([np.sqrt((rates ** 2).sum(axis=1)).max(initial=0.0)])
+    largest = peak.max()[1]
+    peak.destroy()
+    return largest
+
+
 @contextlib.contextmanager
 def silence():
     """What PETSc prints on stdout goes nowhere meanwhile, be it by C or, in notebooks, by sys.stdout; warnings and errors, on stderr, still show."""
@@ -250,6 +261,10 @@ class Fault(Runs):
                 raise number from None
             return os.fsdecode(text.value)
 
+    def _ready(self, what):
+        if not self._state.get("ready"):
+            raise Error(f"{what} of a fault are known after configure(ts)")
+
     def _cells(self, function, *arguments, components=1):
         values = np.zeros(self.shape if components == 1 else (*self.shape, components))
         call(function, self, *arguments, values.size // components, values)
@@ -257,18 +272,23 @@ class Fault(Runs):
 
     def centres(self):
         """x along strike, y across, z depth [m] of the cells, each [nz, nx]; after configure()."""
+        self._ready("centres")
         x, y, z = (np.zeros(self.shape) for _ in range(3))
         call("SlipFaultGetCentres", self, x.size, x, y, z)
         return x, y, z
 
     def values(self, ts, name):
-        """Of the state that ts has now: "slip_rate" [m/s], "slip", "displacement" [m], "traction", "stress" [Pa], "state", as
-        [nz, nx], on every rank; with slip_components=2 all but the state as [nz, nx, 2], along strike and up dip."""
-        components = 1 if name == "state" else int(self._real("slip_components"))
-        return self._cells("SlipFaultGetCellValues", float(ts.getTime()), ts.getSolution(), name, components=components)
+        """Of the state that ts has now: "slip_rate" [m/s], "slip", "displacement" [m], "traction", "stress" [Pa], "state",
+        "normal_stress" [Pa], effective, "opening" [m], as [nz, nx], on every rank; with slip_components=2 the first five as
+        [nz, nx, 2], along strike and up dip. After configure()."""
+        self._ready("values")
+        components = INT(0)
+        call("SlipFaultGetCellComponents", self, name, ctypes.byref(components))
+        return self._cells("SlipFaultGetCellValues", float(ts.getTime()), ts.getSolution(), name, components=components.value)
 
     def labels(self):
         """Of the faults of a mesh, ascending, the order of what has a number for each fault; after configure()."""
+        self._ready("labels")
         count = INT(0)
         call("SlipFaultGetLabels", self, 0, ctypes.byref(count), None)
         found = np.zeros(count.value, dtype=PETSc.IntType)
@@ -292,8 +312,8 @@ class Fault(Runs):
 
     def configure(self, ts, options=True):
         """Make ts integrate the fault from its start: options (-fault_*), set-up, constraint, and the state in the TS.
-        Its local part has a row v, u, s for each cell: ts.getSolution().getArray().reshape(-1, 3) [m/s, m, m]; with slip_components=2 a row
-        v, v, u, u, s."""
+        Its local part has a row v, u, s for each cell: ts.getSolution().getArray().reshape(-1, 3) [m/s, m, m]. Rows have 5 numbers with
+        slip_components=2, v, v, u, u, s, along strike and up dip, and 7 with opening, v, v, v, u, u, u, s, across the plane behind them."""
         state = ctypes.c_void_p()
         if options:
             prefix = ctypes.c_char_p()

@@ -16,6 +16,7 @@ from .results import Result
 
 OPTION = re.compile(r"(ts|snes|ksp|pc|mat|log|options)_")  # of names that are options of PETSc and not parameters of a fault
 REPEAT = 0.2  # between two lines of progress [s]
+PATIENCE = 5.0  # until a program that was asked to end is killed [s]
 
 
 def fault_class():
@@ -198,8 +199,8 @@ def _in_process(fault, given, folder, progress):
     def monitor(ts, step, at, w):
         if interrupted:
             raise KeyboardInterrupt
-        rates = w.getArray(readonly=True)[:: max(w.getBlockSize(), 3)]  # the first number of each cell
-        line.show(at, ts.getMaxTime(), step, float(abs(rates).max()) if rates.size else 0.0)
+        if progress:  # on every process
+            line.show(at, ts.getMaxTime(), step, petsc.largest_rate(ts, w))
 
     try:
         if "options_file" in fault._options:
@@ -295,22 +296,39 @@ def _by_program(fault, given, folder, progress):
     log = os.path.join(folder, "log")
     with open(log, "w+", encoding="utf-8") as output:
         child = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT, env={"OPENBLAS_NUM_THREADS": "1", **os.environ})
-        while child.poll() is None:
-            try:
-                time.sleep(0.05)
-                if progress:
-                    _show(line, given["output"] + ".part", fault)
-            except KeyboardInterrupt:
-                interrupted = True
-                child.send_signal(signal.SIGINT)
-                child.wait()
+        try:
+            while child.poll() is None:
+                try:
+                    time.sleep(0.05)
+                    if progress:
+                        _show(line, given["output"] + ".part", fault)
+                except KeyboardInterrupt:
+                    interrupted = True
+                    child.send_signal(signal.SIGINT)
+                    child.wait()
+        finally:  # whatever was raised, no program is left that writes to a folder which is gone
+            _end(child)
+            line.close()
         output.seek(0)
         text = output.read()
-    line.close()
     if child.returncode not in (0, 3) and not interrupted:
         lines = re.findall(r"(?m)^\S+: error: (.*)$", text)
         raise Error(lines[-1] if lines else f"the program ended with the code {child.returncode}: {text.strip()[-300:]}")
     return interrupted
+
+
+def _end(child):
+    """Stop a program after its step if it still runs, and at once if it does not end soon or somebody is in a hurry."""
+    try:
+        if child.poll() is None:
+            child.terminate()
+            child.wait(PATIENCE)
+    except subprocess.TimeoutExpired:
+        pass
+    finally:
+        if child.poll() is None:
+            child.kill()
+            child.wait()
 
 
 def _show(line, path, fault):
@@ -324,7 +342,7 @@ def _show(line, path, fault):
             n = min(len(at), len(rate))
             if n:
                 line.show(float(at[n - 1]), None, n, float(rate[n - 1]))
-    except (OSError, KeyError):
+    except (OSError, KeyError, RuntimeError):  # of h5py
         return  # it is being made
 
 
