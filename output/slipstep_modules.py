@@ -18,4 +18,4 @@ def need(*modules):
     if is_script and os.path.exists(DEBIAN) and os.path.realpath(sys.executable) != os.path.realpath(DEBIAN):
         os.execv(DEBIAN, [DEBIAN, *sys.argv])
     sys.exit(f"{os.path.basename(sys.argv[0])}: {sys.executable} has no {', '.join(missing)}; Debian's packages are "
-             + " ".join(f"python3-{name}" for name in modules) + f", for {DEBIAN}")
+             + " ".join("python3-" + name.lower().replace("_", "-") for name in modules) + f", for {DEBIAN}")  # whose names have no underscores

@@ -4,6 +4,7 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
 #include <hdf5.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -153,7 +154,8 @@ static void SlipProgramLeavePagers(int argc, char **argv)
   Level: intermediate
 
   Notes:
-  SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well.
+  SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well. SIGPIPE is what it was before
+  PetscInitialize(): a program whose output nobody reads any more ends without a word.
 
 .seealso: SlipErrorHandlerPush(), SlipStepInitializePackage(), SlipCheckOptionNames()
 @*/
@@ -162,6 +164,7 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
   static char text[8192]; /* PETSc keeps the pointer until it is printed */
   const char *path = *argc > 0 ? (*argv)[0] : program, *slash = strrchr(path, '/');
   const char *file = slash ? slash + 1 : path; /* such as slipstep-fault */
+  struct sigaction pipes;
   PetscBool own;
 
   PetscFunctionBegin;
@@ -177,7 +180,9 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
                  "%s -help %s prints the options of SlipStep alone, %s -help those of PETSc as well. -options_file F "
                  "reads options from a file, -version prints the version.\n\n%s",
                  file, file, file, help);
+  (void)sigaction(SIGPIPE, NULL, &pipes);
   PetscCall(PetscInitialize(argc, argv, NULL, text));
+  (void)sigaction(SIGPIPE, &pipes, NULL); /* where output is not read to its end, as by head, a program ends quietly */
   if (own && !PetscGlobalRank) fputs(text, stdout);
   PetscCall(SlipErrorHandlerPush(program));
   PetscFunctionReturn(PETSC_SUCCESS);

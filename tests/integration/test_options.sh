@@ -151,6 +151,13 @@ for words in "" fault; do # a pager that is left before the end
   { "$fault" -help "${words[@]}" 2>err.txt || true; } | head -1 >one.txt
   [ -s one.txt ] && [ ! -s err.txt ] || fail "-help ${words[*]} into a pager: $(cat err.txt)"
 done
+# Nobody reads what is printed: quiet, by SIGPIPE, or where that is ignored to the end
+for words in "-fault_view" "-fault_output pipe.h5" "-ts_monitor"; do
+  read -r -a words <<<"$words"
+  { "$fault" -fault_nx 4 -fault_nz 4 -fault_stiffness_average whole -ts_max_time 1 "${words[@]}" 2>err.txt; echo $? >code.txt; } | true
+  grep -qxE "141|0" code.txt && [ ! -s err.txt ] || fail "${words[*]} into a closed pipe: $(cat code.txt err.txt)"
+done
+rm -f pipe.h5*
 head -1 all.txt | grep -q "fault -help fault" || fail "-help does not begin with where ours are"
 "$fault" -help fault >out.txt 2>err.txt || fail "-help fault: $(cat err.txt)"
 for option in fault_nx fault_friction_law fault_check_error fault_view fault_sweep ts_bathe_gamma ts_max_time ts_adapt_type; do

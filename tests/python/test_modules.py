@@ -44,6 +44,13 @@ class Modules(unittest.TestCase):
                 self.assertRegex(done.stderr, r"\A[\w.]+: \S+ has no (?:(h5py|petsc4py), )?numpy.*; Debian's packages are (?(1)python3-\1 )"
                                  r"python3-numpy.*\n\Z")
 
+    def test_names_of_packages(self):
+        """Debian's have hyphens where modules have underscores."""
+        for script, packages in ((os.path.join(SOURCE, "src", "site", "build.py"), "python3-sphinx python3-myst-parser python3-sphinx-rtd-theme"),):
+            done = bare(script)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(f"Debian's packages are {packages}, for", done.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()
