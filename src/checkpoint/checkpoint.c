@@ -174,8 +174,10 @@ PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
   c->stopped = 0;
   c->written = 0;
   c->first = ts->steps;
-  c->raises = c->file[0] ? ts->errorifstepfailed : PETSC_FALSE;
-  if (c->raises) PetscCall(TSSetErrorIfStepFails(ts, PETSC_FALSE));
+  if (c->file[0] && ts->errorifstepfailed) {
+    c->raises = PETSC_TRUE;
+    PetscCall(TSSetErrorIfStepFails(ts, PETSC_FALSE));
+  }
   c->wait = 0;
   c->due = c->over = PETSC_FALSE;
   PetscCall(PetscTime(&c->last_step));
@@ -267,6 +269,7 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
 {
   SlipCheckpoint *c;
   char command[8192], who[64];
+  PetscBool raises;
 
   PetscFunctionBegin;
   *code = 0;
@@ -274,8 +277,10 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
   if (!c) PetscFunctionReturn(PETSC_SUCCESS);
   c->over = PETSC_TRUE;
   if (c->file[0] && ts->steps > c->first) PetscCall(SlipCheckpointWrite(c));
-  if (c->raises) PetscCall(TSSetErrorIfStepFails(ts, PETSC_TRUE));
-  if (c->raises && ts->reason < 0) {
+  raises = c->raises;
+  c->raises = PETSC_FALSE;
+  if (raises) PetscCall(TSSetErrorIfStepFails(ts, PETSC_TRUE));
+  if (raises && ts->reason < 0) {
     if (ts->steps > c->first) PetscCall(SlipCheckpointSayFailed(c));
     SETERRQ(c->comm, PETSC_ERR_NOT_CONVERGED, "At time %.15g s TSStep has failed due to %s", (double)ts->ptime,
             TSConvergedReasons[ts->reason]);
