@@ -76,8 +76,11 @@ int main(int argc, char **argv)
   PetscCall(SlipSignalsPush());
   PetscCall(SlipDeclareOptions("fault_", "sweep"));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Several runs", NULL);
-  PetscCall(PetscOptionsString("-fault_sweep", "File with a line of options for each of several runs (default none)",
-                               NULL, sweep, sweep, sizeof(sweep), NULL));
+  PetscCall(
+    PetscOptionsString("-fault_sweep",
+                       "File with a line of options for each of several runs, which write files of their own (default "
+                       "none)",
+                       NULL, sweep, sweep, sizeof(sweep), NULL));
   PetscOptionsEnd();
   if (sweep[0])
     PetscCall(Sweep(sweep, Run));
