@@ -61,7 +61,7 @@ PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx)
   Input Parameters:
 + con    - the constraint
 - refuse - PETSC_TRUE: a solve with SNESSEMISMOOTH fails when the generalised Jacobian on the sliding set is not positive
-           definite, where that of a short step is; PETSC_FALSE (the default): it goes on to a stable solution beyond
+           definite, where that of a short step is, or with a coupling has eigenvalues without a positive real part; PETSC_FALSE (the default): it goes on to a stable solution beyond
 
   Level: advanced
 

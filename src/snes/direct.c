@@ -81,10 +81,10 @@ static PetscErrorCode SlipPackCoupling(Mat C, PetscReal scale, PetscInt stride, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rows of J_ss owned here, n entries each, and their right-hand sides */
+/* The rows of J_ss owned here, n entries each, their right-hand sides, and the diagonal of B in them */
 static PetscErrorCode SlipPackRows(Mat dense, PetscReal scale, Vec diagonal, Vec slope, Vec rhs, PetscInt nloc,
                                    const PetscInt loc[], PetscInt n, const PetscInt glob[], PetscInt first,
-                                   PetscScalar rows[], PetscScalar b[])
+                                   PetscScalar rows[], PetscScalar b[], PetscScalar own[])
 {
   Mat local;
   PetscInt lda;
@@ -99,6 +99,7 @@ static PetscErrorCode SlipPackRows(Mat dense, PetscReal scale, Vec diagonal, Vec
   for (PetscInt j = 0; j < n; j++)
     for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] = scale * a[loc[i] + lda * glob[j]];
   for (PetscInt i = 0; i < nloc; i++) {
+    own[i] = rows[i * n + first + i] + (more ? more[loc[i]] : 0.0);
     rows[i * n + first + i] += d[loc[i]] + (more ? more[loc[i]] : 0.0);
     b[i] = f[loc[i]];
   }
@@ -140,38 +141,79 @@ static PetscErrorCode SlipSolveSymmetric(PetscInt n, PetscScalar A[], PetscScala
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* LU for a matrix that is known not to be symmetric; A holds it by rows. Its solution shows negative curvature, no
-   more; of bounds that are coupled the sign of the determinant says more: positive for a stage short enough, it is
-   negative behind an instability. */
-static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscBool coupled, PetscScalar A[], PetscScalar b[], PetscBool *pd)
+/* Is x'Ax > 0 for all x, as it is where all eigenvalues of the symmetric part are positive? W: work */
+static PetscErrorCode SlipIsPositive(PetscInt n, const PetscScalar A[], PetscScalar W[], PetscBool *positive)
 {
-  PetscBLASInt nb, one = 1, info, *pivot;
-  PetscScalar *rhs;
-  PetscReal curvature = 0.0;
+  PetscBLASInt nb, info;
 
   PetscFunctionBegin;
   PetscCall(PetscBLASIntCast(n, &nb));
-  PetscCall(PetscMalloc2(n, &pivot, n, &rhs));
-  PetscCall(PetscArraycpy(rhs, b, n));
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt j = 0; j <= i; j++) W[i * n + j] = 0.5 * (A[i * n + j] + A[j * n + i]);
+  LAPACKpotrf_("U", &nb, W, &nb, &info); /* of columns: by rows it is the lower half */
+  PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
+  *positive = info == 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscLogFlops((PetscLogDouble)n * n * n / 3.0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Have all eigenvalues of A, which is lost, a positive real part? */
+static PetscErrorCode SlipIsStable(PetscInt n, PetscScalar A[], PetscBool *stable)
+{
+  PetscBLASInt nb, one = 1, info, size;
+  PetscScalar *work, *real, *imaginary;
+
+  PetscFunctionBegin;
+  PetscCall(PetscBLASIntCast(n, &nb));
+  PetscCall(PetscBLASIntCast(34 * n, &size)); /* for blocks of 32, as gehrd has them */
+  PetscCall(PetscMalloc3(n, &real, n, &imaginary, size, &work));
+  LAPACKgeev_("N", "N", &nb, A, &nb, real, imaginary, NULL, &one, NULL, &one, work, &size, &info);
+  PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "geev: argument %d is wrong", (int)-info);
+  *stable = info == 0 ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt i = 0; i < n; i++)
+    if (!(real[i] > 0.0)) *stable = PETSC_FALSE;
+  PetscCall(PetscFree3(real, imaginary, work));
+  PetscCall(PetscLogFlops(10.0 * (PetscLogDouble)n * n * n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* LU for a matrix that is known not to be symmetric; A holds it by rows, D > 0 is the diagonal of B. What has to be positive
+   here are the real parts of the eigenvalues of D^-1 A, which do not depend on the units of rows. They are where a stage is
+   short enough. A real one passes zero where the stage loses its only solution, as one mode of those that run away does; a
+   pair passes the imaginary axis where a mode swings ever further within the stage. A positive symmetric part proves that none
+   has, at half the cost of LU, and hardly a stable matrix needs more. A negative determinant proves that one has, or three;
+   two leave it positive, and only the eigenvalues themselves tell, which cost 30 times LU. */
+static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], const PetscScalar D[], PetscScalar b[],
+                                       PetscBool *pd)
+{
+  PetscBLASInt nb, one = 1, info, *pivot;
+  PetscScalar *W;
+  PetscBool positive = PETSC_FALSE, negative = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(PetscBLASIntCast(n, &nb));
+  PetscCall(PetscMalloc2(n, &pivot, (size_t)n * n, &W));
+  PetscCall(SlipIsPositive(n, A, W, &positive));
+  for (PetscInt i = 0; i < n && !positive; i++)
+    for (PetscInt j = 0; j < n; j++) W[i * n + j] = A[i * n + j] / D[i];
   LAPACKgetrf_(&nb, &nb, A, &nb, pivot, &info);
   PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "getrf: argument %d is wrong", (int)-info);
-  if (!info) LAPACKgetrs_("T", &nb, &one, A, &nb, pivot, b, &nb, &info);
-  for (PetscInt i = 0; i < n; i++) curvature += PetscRealPart(rhs[i] * b[i]);
-  if (coupled) {
-    curvature = 1.0;
-    for (PetscInt i = 0; i < n; i++)
-      if ((PetscRealPart(A[(size_t)i * n + i]) < 0.0) != (pivot[i] != i + 1)) curvature = -curvature;
-  }
-  *pd = info == 0 && curvature >= 0.0 ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(PetscFree2(pivot, rhs));
+  *pd = info == 0 ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt i = 0; i < n && !positive; i++)
+    if ((PetscRealPart(A[(size_t)i * n + i]) < 0.0) != (pivot[i] != i + 1)) negative = (PetscBool)!negative;
+  if (negative) *pd = PETSC_FALSE;
+  if (*pd && !positive) PetscCall(SlipIsStable(n, W, pd));
+  if (*pd) LAPACKgetrs_("T", &nb, &one, A, &nb, pivot, b, &nb, &info);
+  PetscCall(PetscFree2(pivot, W));
   PetscCall(PetscLogFlops(2.0 * (PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gather A and b everywhere, factor and solve there */
-static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscBool symmetric, PetscBool coupled, PetscInt n, PetscInt nloc,
-                                      const PetscScalar rows[], const PetscScalar mine[], const PetscMPIInt counts[],
-                                      const PetscMPIInt displs[], PetscScalar A[], PetscScalar b[], PetscBool *pd)
+/* Gather A and b everywhere, and D of A that is not symmetric (else NULL); factor and solve there */
+static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscInt n, PetscInt nloc, const PetscScalar rows[],
+                                      const PetscScalar mine[], const PetscScalar diagonal[],
+                                      const PetscMPIInt counts[], const PetscMPIInt displs[], PetscScalar A[],
+                                      PetscScalar b[], PetscScalar D[], PetscBool *pd)
 {
   PetscMPIInt size, *cnt, *dsp;
 
@@ -185,10 +227,12 @@ static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscBool symmetric, PetscB
   PetscCallMPI(MPI_Allgatherv(rows, (PetscMPIInt)(nloc * n), MPIU_SCALAR, A, cnt, dsp, MPIU_SCALAR, comm));
   PetscCallMPI(MPI_Allgatherv(mine, (PetscMPIInt)nloc, MPIU_SCALAR, b, counts, displs, MPIU_SCALAR, comm));
   PetscCall(PetscFree2(cnt, dsp));
-  if (symmetric)
+  if (!D) {
     PetscCall(SlipSolveSymmetric(n, A, b, pd));
-  else
-    PetscCall(SlipSolveGeneral(n, coupled, A, b, pd));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCallMPI(MPI_Allgatherv(diagonal, (PetscMPIInt)nloc, MPIU_SCALAR, D, counts, displs, MPIU_SCALAR, comm));
+  PetscCall(SlipSolveGeneral(n, A, D, b, pd));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -203,7 +247,7 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   PetscReal sum, scale;
   PetscInt n, nloc = 0, block, cells, *loc, *glob;
   PetscMPIInt *counts, *displs, rank;
-  PetscScalar *rows, *A, *b, *mine, *y;
+  PetscScalar *rows, *A, *b, *D, *mine, *own, *y;
   PetscBool told, symmetric;
 
   PetscFunctionBegin;
@@ -223,8 +267,8 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   if (!dense) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(SlipSlidingSet(mask, &nloc, &loc, &counts, &displs, &glob));
-  PetscCall(PetscMalloc4(nloc * n, &rows, nloc, &mine, n * n, &A, n, &b));
-  PetscCall(SlipPackRows(dense, scale, diagonal, slope, rhs, nloc, loc, n, glob, displs[rank], rows, mine));
+  PetscCall(PetscMalloc6(nloc * n, &rows, nloc, &mine, nloc, &own, n * n, &A, n, &b, n, &D));
+  PetscCall(SlipPackRows(dense, scale, diagonal, slope, rhs, nloc, loc, n, glob, displs[rank], rows, mine, own));
   if (cross) {
     PetscCall(VecGetLocalSize(mask, &block));
     PetscCall(VecGetLocalSize(cross, &cells));
@@ -235,15 +279,15 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   else if (row)
     PetscCall(SlipPackCoupling(dense, scale, 3, row, nloc, loc, n, glob, rows));
   PetscCall(MatIsSymmetricKnown(dense, &told, &symmetric));
-  PetscCall(SlipGatherSolve(comm, !row && (!told || symmetric) ? PETSC_TRUE : PETSC_FALSE,
-                            row ? PETSC_TRUE : PETSC_FALSE, n, nloc, rows, mine, counts, displs, A, b, pd));
+  PetscCall(
+    SlipGatherSolve(comm, n, nloc, rows, mine, own, counts, displs, A, b, !row && (!told || symmetric) ? NULL : D, pd));
   if (*pd) {
     PetscCall(VecZeroEntries(dx));
     PetscCall(VecGetArray(dx, &y));
     for (PetscInt i = 0; i < nloc; i++) y[loc[i]] = b[displs[rank] + i];
     PetscCall(VecRestoreArray(dx, &y));
   }
-  PetscCall(PetscFree4(rows, mine, A, b));
+  PetscCall(PetscFree6(rows, mine, own, A, b, D));
   PetscCall(PetscFree(glob));
   PetscCall(PetscFree3(loc, counts, displs));
   *done = PETSC_TRUE;

@@ -8,7 +8,8 @@
    solutions, and those at which the Jacobian is indefinite are unstable branches that no smaller step reaches. There
    the weakening slope is left out of the step (a Picard step with the bound frozen): dG/dx is positive definite, the
    step goes down the stage's energy, and unstable solutions repel it. What it converges to has a positive definite
-   Jacobian, so no stage ends on the wrong branch. */
+   Jacobian, so no stage ends on the wrong branch. Where bounds depend on other rows too it is not symmetric, and what has
+   to be positive are the real parts of eigenvalues (direct.c). */
 #include <slipstep/private/slipsnes.h>
 
 /* Share of the residual to which the model of an approximate operator is solved: it leaves about as much for its own
@@ -113,6 +114,31 @@ static PetscErrorCode SlipSemismoothModel(SNES snes, SlipConstraint con, Mat A, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A share of every way to slide, whoever owns which cell: numbers in (0, 1) by the number of a cell (Steele et al. 2014,
+   OOPSLA: SplitMix). */
+static PetscErrorCode SlipSemismoothSpread(SlipConstraint con, Vec v)
+{
+  PetscInt n, first;
+  const PetscInt c = con->components;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(v, &n));
+  PetscCall(VecGetOwnershipRange(v, &first, NULL));
+  PetscCall(VecGetArrayWrite(v, &a));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt cell = (first + i) / c;
+    uint64_t z = ((uint64_t)(con->number ? con->number[cell] : cell) * c + i % c + 1) * 0x9e3779b97f4a7c15u;
+
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    a[i] = (PetscReal)(z >> 11) / 9007199254740992.0;
+  }
+  PetscCall(VecRestoreArrayWrite(v, &a));
+  PetscCall(VecPointwiseMult(v, v, con->mask));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Where stages that go past an instability are refused: is the generalised Jacobian of the cells that slide positive
    definite with the slope at the stage's start, too? One that is indefinite there and not at the end has an instability
    in between that grew and went within the stage. */
@@ -134,7 +160,10 @@ static PetscErrorCode SlipSemismoothCheckStart(SNES snes, SlipConstraint con, Ve
   if (change < small_change) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipDirectSolve(con->B, con->C, con->row, con->mask, slope, cross, rhs, work[SEMISMOOTH_DX], ss->direct_max,
                             &done, &pd));
-  if (!done) PetscCall(SlipSemismoothKrylov(snes, con, con->B, slope, cross, &ok, &pd));
+  if (!done) {
+    if (con->row) PetscCall(SlipSemismoothSpread(con, rhs));
+    PetscCall(SlipSemismoothKrylov(snes, con, con->B, slope, cross, &ok, &pd));
+  }
   if (pd) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(snes, "Indefinite Jacobian at the start: the step would go past an instability\n"));
   con->unstable = PETSC_TRUE;
@@ -258,7 +287,9 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
   Notes:
   Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
   "slipstage") solves on the sliding set. Bounds that depend on other rows' x (coupling of SlipConstraintOps), as where slip
-  changes normal stress, make the Jacobian unsymmetric: LU takes the place of Cholesky and gmres that of cg. The KSP's relative tolerance is chosen in each iteration.
+  changes normal stress, make the Jacobian unsymmetric: LU takes the place of Cholesky and gmres that of cg. Positive
+  definite is then one whose eigenvalues have positive real parts: by LU all of D^-1 J, D the diagonal of B, are looked at
+  where its symmetric part is not positive; by a KSP those it finds on the way (KSPComputeEigenvalues()). The KSP's relative tolerance is chosen in each iteration.
 
   With two components a cell (SlipConstraintSetComponents()) the step turns sliding cells as well; the linear systems
   stay symmetric, and the limit on direct solves is twice the number of cells.

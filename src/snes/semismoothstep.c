@@ -22,7 +22,28 @@ PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Krylov solve of (A + slope) dx = rhs on the sliding set; pd is false when the matrix shows itself indefinite */
+/* Of a matrix that is not symmetric, what a change of sign is to CG: *stable becomes false when the last solve found an
+   eigenvalue of the preconditioned matrix that has no positive real part (SlipSolveGeneral(), with the preconditioner for
+   D). Such eigenvalues are apart from the others and are found first, if only the right-hand side has a share of their
+   modes. */
+static PetscErrorCode SlipKrylovSawStable(KSP ksp, PetscInt iterations, PetscBool *stable)
+{
+  PetscReal *real, *imaginary;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(iterations, &real, iterations, &imaginary));
+  PetscCall(KSPComputeEigenvalues(ksp, iterations, real, imaginary, &n));
+  for (PetscInt i = 0; i < n; i++) {
+    if (getenv("RZ")) fprintf(stderr, "%d/%d %g %g\n", (int)i, (int)iterations, real[i], imaginary[i]);
+    if (!(real[i] > 0.0)) *stable = PETSC_FALSE;
+  }
+  PetscCall(PetscFree2(real, imaginary));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Krylov solve of (A + slope) dx = rhs on the sliding set; pd is false when the matrix shows itself indefinite, or with a
+   coupling unstable */
 PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec slope, Vec cross, PetscBool *ok,
                                     PetscBool *pd)
 {
@@ -43,6 +64,7 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
     PetscCall(MatSlipJacobianSetCoupling(ss->J, con->C, con->row));
     PetscCall(PetscObjectTypeCompare((PetscObject)snes->ksp, KSPCG, &cg));
     if (cg) PetscCall(KSPSetType(snes->ksp, KSPGMRES));
+    PetscCall(KSPSetComputeEigenvalues(snes->ksp, PETSC_TRUE));
   }
   PetscCall(KSPSetOperators(snes->ksp, ss->J, ss->J));
   /* Near quadratic convergence the next residual is of the order of the square of this one: solve so far, or to
@@ -54,12 +76,14 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
   PetscCall(KSPGetIterationNumber(snes->ksp, &lits));
   snes->linear_its += lits;
   ss->n_krylov++;
-  /* KSPCG notices a change of sign, not a curvature that is negative from the start */
-  PetscCall(VecDot(rhs, dx, &curvature));
-  *pd = reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC || PetscRealPart(curvature) < 0.0
-          ? PETSC_FALSE
-          : PETSC_TRUE;
   *ok = reason > 0 || reason == KSP_DIVERGED_ITS ? PETSC_TRUE : PETSC_FALSE;
+  *pd = reason != KSP_DIVERGED_INDEFINITE_MAT && reason != KSP_DIVERGED_INDEFINITE_PC ? PETSC_TRUE : PETSC_FALSE;
+  if (!con->row) { /* KSPCG notices a change of sign, not a curvature that is negative from the start */
+    PetscCall(VecDot(rhs, dx, &curvature));
+    if (PetscRealPart(curvature) < 0.0) *pd = PETSC_FALSE;
+  } else if (*ok)
+    PetscCall(SlipKrylovSawStable(snes->ksp, lits, pd));
+  if (!*pd) *ok = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -190,12 +190,62 @@ static PetscErrorCode TestJacobian(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Pairs of cells, on different ranks where there are several, whose motion swings and fades, or swings and grows, while the sum of
+   the matrix's diagonal, in rows of different units, says the opposite: T (2 - w + C) T, C skew, the same wherever cells slide forwards. One
+   is solved, the other not. */
+static PetscErrorCode TestSwingingPairs(void)
+{
+  const PetscReal w[][2] = {{3, 0}, {2.5, 1.75}}, t[][2] = {{3, 1}, {1, 3}};
+  const PetscInt n = 8;
+
+  PetscFunctionBegin;
+  for (int k = 0; k < 2; k++) {
+    SNESConvergedReason reason;
+    uint64_t seed = 3;
+    VectorsNumbers s;
+    Vectors p;
+    SNES snes;
+    Vec x, r;
+
+    PetscCall(VectorsRandomNumbers(n, 1, VECTORS_COUPLED, &seed, &s));
+    PetscCall(PetscArrayzero(s.B, n * n));
+    PetscCall(PetscArrayzero(s.C, n * n));
+    s.omega = s.friction = 1;
+    for (PetscInt i = 0; i < n; i++) {
+      const PetscInt side = i < n / 2 ? 0 : 1, other = n - 1 - i;
+      const PetscReal own = PetscSqr(t[k][side]);
+
+      s.B[(n + 1) * i] = 2 * own;
+      s.C[(n + 1) * i] = -w[k][side] * own;
+      s.C[n * i + other] = (side ? -2 : 2) * t[k][0] * t[k][1];
+      s.strength[i] = 1;
+      /* of x = 0.01 / t everywhere */
+      s.load[i] = 1 + 0.01 * t[k][side] * (2 - w[k][side] + (side ? -2 : 2));
+    }
+    PetscCall(VectorsCreate(PETSC_COMM_WORLD, &s, &p));
+    PetscCall(VecDuplicate(p.l.load, &x));
+    PetscCall(VecDuplicate(p.l.load, &r));
+    PetscCall(VecSet(x, 0.01));
+    PetscCall(VectorsCreateSolver(&p, SNESSEMISMOOTH, PETSC_TRUE, &snes));
+    PetscCall(VectorsSolve(&p, snes, x, r, &reason));
+    PetscCheck(k ? reason == SNES_DIVERGED_LINEAR_SOLVE : reason > 0, PETSC_COMM_WORLD, PETSC_ERR_USER,
+               "pairs that %s: %s", k ? "grow" : "fade", SNESConvergedReasons[reason]);
+    PetscCall(SNESDestroy(&snes));
+    PetscCall(VecDestroy(&x));
+    PetscCall(VecDestroy(&r));
+    PetscCall(VectorsDestroy(&p));
+    PetscCall(VectorsFreeNumbers(&s));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Run(void)
 {
   PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
   PetscCall(TestSolutions());
   PetscCall(TestJacobian());
+  PetscCall(TestSwingingPairs());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,0 +1,372 @@
+/* Stages that go past an instability, against eigenvalues that are known by construction: stages of cells with linear weakening
+   and linear coupling, whose Jacobian B - W + C is the same everywhere. */
+#include "unit.h"
+#include "linear.h"
+#include <math.h>
+
+enum { N = 16 };
+
+/* q = 100 - w |x| + C x of cells that all slide, with two components along (1, -1) */
+typedef struct {
+  LinearSystem l;
+  PetscInt components;
+  Vec weakening, start; /* w, and that of the stage's start */
+  Vec solution, work;
+  Mat C;
+  SlipConstraint con;
+} Modes;
+
+static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
+{
+  const Modes *p = (const Modes *)ctx;
+  const PetscInt c = p->components;
+  const PetscReal *xx, *w;
+  PetscReal *qq;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(MatMult(p->C, x, q));
+  if (dq) {
+    PetscCall(VecCopy(p->weakening, dq));
+    PetscCall(VecScale(dq, -1));
+  }
+  PetscCall(VecGetLocalSize(q, &n));
+  PetscCall(VecGetArrayRead(x, &xx));
+  PetscCall(VecGetArrayRead(p->weakening, &w));
+  PetscCall(VecGetArray(q, &qq));
+  for (PetscInt i = 0; i < n; i++)
+    qq[i] += 100 - w[i] * (c == 1 ? PetscAbsReal(xx[i]) : hypot(xx[2 * i], xx[2 * i + 1]));
+  PetscCall(VecRestoreArray(q, &qq));
+  PetscCall(VecRestoreArrayRead(p->weakening, &w));
+  PetscCall(VecRestoreArrayRead(x, &xx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* G(x) = B (x - solution) - q(solution), q along x */
+static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
+{
+  Modes *p = (Modes *)ctx;
+  const PetscInt c = p->components;
+  const PetscReal *q;
+  PetscReal *a;
+  PetscInt n;
+  Vec strength;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(p->weakening, &strength));
+  PetscCall(Bound(con, p->solution, strength, NULL, ctx));
+  PetscCall(VecWAXPY(p->work, -1, p->solution, x));
+  PetscCall(MatMult(p->l.B, p->work, g));
+  PetscCall(VecGetLocalSize(g, &n));
+  PetscCall(VecGetArrayRead(strength, &q));
+  PetscCall(VecGetArray(g, &a));
+  for (PetscInt i = 0; i < n; i++) a[i] -= q[i / c] * (c == 1 ? 1 : PetscSqrtReal(0.5) * (i % 2 ? -1 : 1));
+  PetscCall(VecRestoreArray(g, &a));
+  PetscCall(VecRestoreArrayRead(strength, &q));
+  PetscCall(VecDestroy(&strength));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(VecCopy(((const Modes *)ctx)->start, dq));
+  PetscCall(VecScale(dq, -1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)con;
+  *C = ((const Modes *)ctx)->C;
+  PetscCall(VecSet(a, 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* B and C by rows, n x n, and x of n cells; without a coupling C = 0 is not mentioned; start NULL: as w; eta > 0: so much of B's diagonal is
+   that of a stage of the library, beside its stiffness */
+typedef struct {
+  PetscInt n, components; /* 0: one */
+  PetscBool coupled, direct, go_on;
+  PetscReal B[N * N], C[N * N], w[N], x[N], eta;
+  const PetscReal *start;
+} Case;
+
+/* Blocks of c x d, down diagonals a_ij */
+static Mat Dense(PetscInt n, PetscInt c, PetscInt d, const PetscReal a[], PetscReal less)
+{
+  Mat A;
+
+  ok(MatCreateSeqDense(PETSC_COMM_SELF, c * n, d * n, NULL, &A));
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt j = 0; j < n; j++)
+      for (PetscInt k = 0; k < PetscMin(c, d); k++)
+        ok(MatSetValue(A, c * i + k, d * j + k, a[i * n + j] - (i == j ? less : 0), INSERT_VALUES));
+  ok(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+  ok(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  return A;
+}
+
+/* c numbers a cell, of alternating sign */
+static Vec Column(PetscInt n, PetscInt c, const PetscReal a[])
+{
+  Vec v;
+
+  ok(VecCreateSeq(PETSC_COMM_SELF, c * n, &v));
+  for (PetscInt i = 0; i < c * n; i++) ok(VecSetValue(v, i, i % c ? -a[i / c] : a[i / c], INSERT_VALUES));
+  ok(VecAssemblyBegin(v));
+  ok(VecAssemblyEnd(v));
+  return v;
+}
+
+/* Was the stage refused, or not solved where stages go on? Else its solution is x, to a residual of 1e-10 of 100 or so over the least
+   eigenvalue, a tenth. */
+static PetscBool Refused(const Case *c)
+{
+  const PetscInt components = PetscMax(c->components, 1);
+  const SlipConstraintOps ops = {.residual = Residual,
+                                 .jacobian = LinearJacobian,
+                                 .bound = Bound,
+                                 .start_slope = StartSlope,
+                                 .coupling = c->coupled ? Coupling : NULL};
+  const SlipStage stage = {.theta = 1, .omega = 1};
+  Modes p = {.l = {.B = Dense(c->n, components, components, c->B, c->eta)},
+             .C = Dense(c->n, 1, components, c->C, 0),
+             .components = components,
+             .weakening = Column(c->n, 1, c->w),
+             .start = Column(c->n, 1, c->start ? c->start : c->w),
+             .solution = Column(c->n, components, c->x)};
+  Mat K = p.l.B, H = NULL;
+  SNESConvergedReason reason;
+  PetscBool refused;
+  SNES snes;
+  Vec x, r;
+
+  if (c->eta > 0) {
+    ok(MatCreateSlipRadiation(K, c->eta, &H));
+    ok(MatCreateSlipStage(K, H, 0, &p.l.B));
+    ok(MatSlipStageSetTheta(p.l.B, 1));
+    ok(MatDestroy(&K));
+    ok(MatDestroy(&H));
+  }
+  VecsDuplicate(p.solution, &p.work, &x, &r);
+  ok(SlipConstraintCreate(PETSC_COMM_SELF, &ops, &p, x, &p.con));
+  ok(SlipConstraintSetComponents(p.con, components, p.weakening));
+  ok(SlipConstraintSetRefuseUnstable(p.con, c->go_on ? PETSC_FALSE : PETSC_TRUE));
+  ok(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", c->direct ? "350" : "0"));
+  ok(SNESCreate(PETSC_COMM_SELF, &snes));
+  ok(SNESSetType(snes, SNESSEMISMOOTH));
+  ok(SNESSetSlipConstraint(snes, p.con));
+  ok(SNESSetFromOptions(snes));
+  ok(PetscOptionsClearValue(NULL, "-snes_slip_direct_max"));
+  ok(VecCopy(p.solution, x));
+  ok(VecScale(x, 0.9));
+  ok(SNESSlipSolveStage(snes, &stage, x, r, NULL));
+  ok(SNESGetConvergedReason(snes, &reason));
+  ok(SlipConstraintWasUnstable(p.con, &refused));
+  if (c->go_on) {
+    assert_false(refused);
+    assert_true(reason > 0 || reason == SNES_DIVERGED_LINEAR_SOLVE);
+    refused = reason < 0 ? PETSC_TRUE : PETSC_FALSE;
+  }
+  assert_true(refused ? reason < 0 : reason > 0);
+  if (!refused) AssertVecNear(x, p.solution, NORM_INFINITY, 1e-7);
+  ObjectsDestroy(&snes, &p.l.B, &p.C, &p.weakening, &p.start, &p.solution, &p.work, &x, &r);
+  ok(SlipConstraintDestroy(&p.con));
+  return refused;
+}
+
+/* C = S Q diag(value) Q' S^-1 - B + W, so that B - W + C has these eigenvalues; Q: the cosine transform, S: stretch^(i / N) */
+static void Similar(Case *c, const PetscReal value[], PetscReal stretch)
+{
+  for (PetscInt i = 0; i < N; i++)
+    for (PetscInt j = 0; j < N; j++) {
+      PetscReal a = 0;
+
+      for (PetscInt k = 0; k < N; k++)
+        a += value[k] * (k ? 2.0 : 1.0) / N * cos(PETSC_PI * k * (i + 0.5) / N) * cos(PETSC_PI * k * (j + 0.5) / N);
+      c->C[i * N + j] = a * pow(stretch, (PetscReal)(i - j) / N) - c->B[i * N + j] + (i == j ? c->w[i] : 0);
+    }
+}
+
+/* The first column of the symmetric circulant matrix, or the odd one, with the eigenvalues, or their imaginary parts, value[k] of the
+   modes k and N - k */
+static void Circulant(const PetscReal value[], PetscBool odd, PetscReal a[])
+{
+  for (PetscInt i = 0; i < N; i++)
+    for (PetscInt j = 0; j < N; j++) {
+      PetscReal sum = 0;
+
+      for (PetscInt k = 0; k < N; k++) {
+        const PetscReal v = value[PetscMin(k, N - k)], angle = 2 * PETSC_PI * k * (i - j) / N;
+
+        sum += odd ? (k > N / 2 ? -v : v) * -sin(angle) / N : v * cos(angle) / N;
+      }
+      a[i * N + j] = sum;
+    }
+}
+
+enum { FAR, FAR_COUPLED, NEAR, NEAR_COUPLED, NEAR_DOWN, NEAR_UP, SWINGING, KINDS };
+static const char *const kinds[] = {"far",           "far, coupled",  "near", "near, coupled", "near, downwards",
+                                    "near, upwards", "near, swinging"};
+
+/* A case with m unstable modes, which have the real part -0.25 or less, others 0.25 or more; with the least of them. FALSE: not of this kind */
+static PetscBool Make(int kind, PetscInt m, Case *c, PetscReal *least)
+{
+  PetscReal value[N], odd[N] = {0};
+
+  *c = (Case){.n = N, .coupled = kind == FAR || kind == NEAR ? PETSC_FALSE : PETSC_TRUE};
+  *least = m ? -0.25 - (kind == FAR || kind == FAR_COUPLED ? 0 : 0.5 * (PetscReal)(m - 1)) : 0.25;
+  for (PetscInt i = 0; i < N; i++) {
+    c->x[i] = 1 + 0.5 * sin(3.0 * (PetscReal)i);
+    c->B[i * N + i] = 2;
+    value[i] = 0.25 + 0.5 * (PetscReal)(i - m);
+    c->w[i] = 1;
+  }
+  switch (kind) {
+  case FAR: /* nothing but themselves */
+  case FAR_COUPLED:
+    for (PetscInt i = 0; i < N; i++) {
+      c->w[i] = i % 3 == 1 && i / 3 < m ? 2.25 : 1.75;
+      for (PetscInt j = 0; j < N && kind == FAR_COUPLED; j++) c->C[i * N + j] = i == j ? 0 : 1e-9 * (PetscReal)(i - j);
+    }
+    break;
+  case NEAR: /* the values of B - W */
+    Similar(c, value, 1);
+    for (PetscInt i = 0; i < N * N; i++) {
+      c->B[i] += c->C[i];
+      c->C[i] = 0;
+    }
+    for (PetscInt i = 0; i < N; i++) { /* weaker, and stiffer, so that B is positive definite */
+      c->w[i] += 4;
+      c->B[i * N + i] += 4;
+    }
+    break;
+  case NEAR_COUPLED:
+    Similar(c, value, 2);
+    break;
+  case NEAR_DOWN: /* far from a positive symmetric part, whether stable or not: cells act on those after them, or before */
+  case NEAR_UP:
+    Similar(c, value, kind == NEAR_DOWN ? 30 : 1 / 30.0);
+    break;
+  default: /* pairs of modes k and N - k with the imaginary parts +- 1, of which none passes zero */
+    if (m % 2) return PETSC_FALSE;
+    for (PetscInt k = 0; k <= N / 2; k++) {
+      value[k] = k ? 2 + 0.5 * (PetscReal)k : 7;
+      odd[k] = k && 2 * k < N ? 1 : 0;
+    }
+    Circulant(value, PETSC_FALSE, c->B);
+    Circulant(odd, PETSC_TRUE, c->C);
+    for (PetscInt i = 0; i < N; i++) c->w[i] = 2.25 + 0.25 * (PetscReal)m;
+    *least = 2.5 - c->w[0];
+  }
+  return PETSC_TRUE;
+}
+
+/* LU, Cholesky, GMRES and CG refuse the stages that have an unstable mode, and no other; where nothing weakens they are not solved, as
+   neither the matrix nor that with a frozen bound leads anywhere. */
+static void modes_are_counted(void **state)
+{
+  Case c;
+  PetscReal least;
+
+  (void)state;
+  for (int kind = 0; kind < KINDS; kind++)
+    for (PetscInt m = 0; m <= 4; m++) {
+      PetscBool refused[4];
+      const int ways = kind == FAR || kind == NEAR ? 2 : 4;
+
+      if (!Make(kind, m, &c, &least)) continue;
+      for (int k = 0; k < ways; k++) {
+        c.direct = k % 2 ? PETSC_FALSE : PETSC_TRUE;
+        for (PetscInt i = 0; i < N && k == 2; i++) {
+          c.C[(N + 1) * i] -= c.w[i];
+          c.w[i] = 0;
+          c.go_on = PETSC_TRUE;
+        }
+        refused[k] = Refused(&c);
+      }
+      print_message("%-15s %d unstable modes, least real part %+.2f: dense %-8s krylov %s\n", kinds[kind], (int)m,
+                    (double)least, refused[0] ? "refused" : "taken", refused[1] ? "refused" : "taken");
+      for (int k = 0; k < ways; k++) assert_true(refused[k] == (m > 0));
+    }
+}
+
+/* All modes are unstable: conjugate gradients see no change of sign. */
+static void every_mode(void **state)
+{
+  Case c = {.n = 2, .B = {2, 0, 0, 2}, .w = {3, 3}, .x = {1, 1.5}};
+
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    c.direct = k ? PETSC_FALSE : PETSC_TRUE;
+    assert_true(Refused(&c));
+  }
+}
+
+/* An odd number of unstable modes is known from the determinant; the eigenvalues, of which there are others to refuse an even number, cost 10 N^3. */
+static void odd_numbers_cost_no_eigenvalues(void **state)
+{
+  PetscLogDouble flops[3];
+  PetscReal least;
+  Case c;
+
+  (void)state;
+  for (PetscInt m = 1; m <= 2; m++) {
+    assert_true(Make(NEAR_COUPLED, m, &c, &least));
+    c.direct = PETSC_TRUE;
+    ok(PetscGetFlops(&flops[0]));
+    assert_true(Refused(&c));
+    ok(PetscGetFlops(&flops[m]));
+    flops[m] -= flops[0];
+  }
+  assert_true(flops[2] - flops[1] > 9.0 * N * N * N);
+}
+
+/* A mode and its mirror image go past an instability with the weakening of the start alone, while all else, the load, the solution and
+   both slopes, is the same in all cells; with two components slip is along (1, -1). */
+static void start_counts_in_every_mode(void **state)
+{
+  Case c;
+  PetscReal least, start[N];
+
+  (void)state;
+  for (int k = 0; k < 8; k++) {
+    (void)Make(SWINGING, 0, &c, &least);
+    c.components = k < 4 ? 1 : 2;
+    for (PetscInt i = 0; i < N * N && c.components == 2; i++) c.C[i] = 0;
+    for (PetscInt i = 0; i < N; i++) {
+      c.x[i] = 1;
+      start[i] = k % 2 ? 2.75 : 2.4; /* 2.5 is what holds that mode */
+    }
+    c.start = start;
+    c.direct = k % 4 < 2 ? PETSC_TRUE : PETSC_FALSE;
+    assert_true(Refused(&c) == (k % 2 != 0));
+  }
+}
+
+/* Two cells whose mode swings, and grows or not as 4 - w1 - w2 says, in other units of their rows: B - W + C becomes T (B - W + C) T. The
+   sum of its diagonal says the opposite; with eta so does that over the diagonal of the stiffness alone. */
+static void units_do_not_matter(void **state)
+{
+  const PetscReal w[][2] = {{3, 0}, {2.5, 1.75}, {2.5, 1}}, t[][2] = {{3, 1}, {1, 3}, {1, 3}}, eta[] = {0, 0, 1.9};
+
+  (void)state;
+  for (int k = 0; k < 3; k++) {
+    Case c = {.n = 2, .coupled = PETSC_TRUE, .direct = PETSC_TRUE, .eta = eta[k]};
+
+    for (PetscInt i = 0; i < 2; i++) {
+      c.x[i] = 1 / t[k][i];
+      c.B[3 * i] = 2 * t[k][i] * t[k][i];
+      c.w[i] = w[k][i] * t[k][i] * t[k][i];
+      c.C[1 + i] = (i ? -2 : 2) * t[k][0] * t[k][1];
+    }
+    assert_true(Refused(&c) == (k == 1));
+  }
+}
+
+SLIP_TESTS(modes_are_counted, every_mode, odd_numbers_cost_no_eigenvalues, start_counts_in_every_mode,
+           units_do_not_matter)
