@@ -126,6 +126,40 @@ class Opening(FaultTest):
             for name, expected in (("opening", opening), ("slip", slip)):
                 np.testing.assert_array_equal(file["fields/" + name][()], expected)
 
+    def test_lost_normal_stress(self):
+        """A thrust to the ground that slips by more than its normal stress bears, and does not open: cells without it have none at all; what the run says
+        of them, in its summary and while it runs, is what /fields have of every step."""
+        options = ("-fault_nx", 5, "-fault_nz", 4, "-fault_length_x", 5e3, "-fault_length_z", 4e3, "-fault_dip", 20, "-fault_rake", 90, "-fault_normal_stress", 2e6,
+                   "-fault_normal_stress_gradient", 0, "-fault_friction_law", "constant", "-fault_friction_residual", 0.3, "-fault_initial", "traction",
+                   "-fault_initial_unstable", "-fault_inertia", "no", "-fault_viscosity", "radiation", "-fault_output_fields", "normal_stress")
+        for traction, lost in ((6e6, True), (1.5e6, False)):
+            name = f"clamp_{lost}.h5"
+            text = self.fault(*options, "-fault_initial_traction", traction, "-ts_max_time", 20, "-fault_output", name)
+            with h5py.File(self.path(name)) as file:
+                sigma = file["fields/normal_stress"][()].reshape(-1, 20)
+                result = dict(file["result"].attrs)
+                self.assertEqual(len(sigma), result["accepted"] + 1)
+            bare = sigma <= 0
+            self.assertEqual(sigma.min() == 0, lost)
+            self.assertEqual(result["least_normal_stress"], sigma.min())
+            self.assertNotEqual(sigma.min(), sigma[:, -1].min())
+            self.assertEqual(result["cells_without_stress"], bare.any(0).sum())
+            said = [line for line in text.splitlines() if "has taken the normal stress" in line]
+            self.assertEqual(len(said), lost)
+            if lost:
+                first = bare[bare.any(1)][0]
+                self.assertGreater(bare.sum(), bare.any(0).sum())
+                self.assertIn(f"of {first.sum()} cells, first of cell {np.flatnonzero(first)[0]}:", said[0])
+
+    def test_vertical_planes(self):
+        """Slip in a vertical plane leaves its own normal stress as it is, whatever its direction, and changes that of a parallel plane."""
+        for count in (1, 2):
+            with h5py.File(self.path("planes.h5"), "w") as file:
+                file["cells"] = [[0, 1000 * k, 5000, 1000, 1000, 0, 90] for k in range(count)]
+                file["cells"].attrs["units"] = "m"
+            text = self.fault("-fault_mesh", "planes.h5", "-fault_slip_components", 2, "-fault_viscosity", "radiation", "-ts_max_time", 0.1)
+            self.assertEqual("least normal stress:" in text, count == 2)
+
     def test_refused(self):
         """What does not go with opening is refused by the option's name"""
         grid = ("-fault_nx", 4, "-fault_nz", 3, "-fault_depth_top", 5000, "-fault_viscosity", "radiation", "-ts_max_time", 1)

@@ -120,25 +120,64 @@ static void one_block_swings_by_the_coupled_stiffness(void **state)
   }
 }
 
-/* Loading by backslip: K v t meets mu (sigma0 - Kn v t) - T0. To rounding of a quotient. */
+/* Loading by backslip: K v t meets mu (sigma0 - Kn v t) - T0. To rounding of a quotient; where states heal, if only from 0, the root is looked
+   for, by the first step of a run. */
 static void rest_ends_when_force_meets_the_falling_strength(void **state)
 {
-  SlipFault fault = Thrust(1, 1, 30, "constant");
   const PetscReal v = 1e-9, load = 0.9 * MU * SIGMA;
   PetscReal K, Kn, rest;
+  TS ts;
   Vec w;
 
   (void)state;
-  ok(FaultSetReals(fault, {"loading_rate", v}, {"initial_traction", load}));
-  ok(SlipFaultSetString(fault, "initial", "traction"));
+  for (int heals = 0; heals < 2; heals++) {
+    SlipFault fault = Thrust(1, 1, 30, heals ? "exponential_slip_weakening" : "constant");
+
+    ok(FaultSetReals(fault, {"loading_rate", v}, {"initial_traction", load}));
+    if (heals) ok(FaultSetReals(fault, {"friction_residual", MU - 0.1}, {"friction_drop", 0.1}, {"healing_time", 1e8}));
+    ok(SlipFaultSetString(fault, "initial", "traction"));
+    ok(FaultStart(fault, NULL, 0, 1e10, &w, &ts));
+    Numbers(fault, &K, &Kn);
+    if (heals) {
+      ok(TSSetSolution(ts, w));
+      ok(TSStep(ts));
+      ok(TSGetTime(ts, &rest));
+    } else
+      ok(SlipFaultRestTime(fault, 0, w, &rest));
+    /* the viscosity of the loading, H v, is held as well: G/(2 cs) v over 3 MPa is 1e-9 */
+    AssertNear(rest, (MU * SIGMA - load) / (v * (K + MU * Kn)), 1e-8 * rest);
+    ObjectsDestroy(&ts, &w);
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
+/* The start at the instability has slipped; normal stress is what it is before any slip all the same, and changes with the slip since: to
+   rounding. */
+static void normal_stress_begins_as_given(void **state)
+{
+  SlipFault fault = Thrust(4, 3, 30, "exponential_slip_weakening");
+  SlipFrictionCells friction;
+  const PetscReal *change;
+  Vec w, u, change_of;
+
+  (void)state;
   ok(SlipFaultSetUp(fault));
-  Numbers(fault, &K, &Kn);
   ok(SlipFaultCreateState(fault, &w));
-  ok(VecSet(w, 0));
-  ok(SlipFaultRestTime(fault, 0, w, &rest));
-  /* the viscosity of the loading, H v, is held as well: G/(2 cs) v over 3 MPa is 1e-9 */
-  AssertNear(rest, (MU * SIGMA - load) / (v * (K + MU * Kn)), 1e-8 * rest);
-  ok(VecDestroy(&w));
+  ok(SlipFaultSetInitialState(fault, w));
+  ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) AssertNear(friction.stress[i], SIGMA, 1e-13 * SIGMA);
+  ok(MatCreateVecs(fault->operators.Kn, &u, &change_of));
+  ok(VecSet(u, 0.01));
+  ok(MatMult(fault->operators.Kn, u, change_of));
+  ok(VecStrideScatter(u, fault->layout.displacement, w, ADD_VALUES));
+  ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
+  ok(VecGetArrayRead(change_of, &change));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    AssertNear(friction.stress[i], SIGMA + change[i], 1e-13 * SIGMA);
+    assert_true(PetscAbsReal(change[i]) > 1e-6 * SIGMA);
+  }
+  ok(VecRestoreArrayRead(change_of, &change));
+  ObjectsDestroy(&w, &u, &change_of);
   ok(SlipFaultDestroy(&fault));
 }
 
@@ -371,6 +410,6 @@ static void implicit_steps_of_smooth_friction_follow_explicit_ones(void **state)
 }
 
 SLIP_TESTS(one_block_swings_by_the_coupled_stiffness, motion_is_as_stiff_as_the_strength_it_takes,
-           rest_ends_when_force_meets_the_falling_strength, rates_balance_with_the_stress_of_now,
-           coupling_is_the_derivative_of_the_bound, newton_hardly_needs_more,
+           rest_ends_when_force_meets_the_falling_strength, normal_stress_begins_as_given,
+           rates_balance_with_the_stress_of_now, coupling_is_the_derivative_of_the_bound, newton_hardly_needs_more,
            implicit_steps_of_smooth_friction_follow_explicit_ones)

@@ -9,8 +9,8 @@ enum { N = 16 };
 /* q = 100 - w |x| + C x of cells that all slide, with two components along (1, -1) */
 typedef struct {
   LinearSystem l;
-  PetscInt components;
-  Vec weakening, start; /* w, and that of the stage's start */
+  PetscInt components, nfree; /* the first cells have no strength */
+  Vec weakening, start;       /* w, and that of the stage's start */
   Vec solution, work;
   Mat C;
   SlipConstraint con;
@@ -37,6 +37,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   PetscCall(VecGetArray(q, &qq));
   for (PetscInt i = 0; i < n; i++)
     qq[i] += 100 - w[i] * (c == 1 ? PetscAbsReal(xx[i]) : hypot(xx[2 * i], xx[2 * i + 1]));
+  for (PetscInt i = 0; i < p->nfree; i++) qq[i] = 0;
   PetscCall(VecRestoreArray(q, &qq));
   PetscCall(VecRestoreArrayRead(p->weakening, &w));
   PetscCall(VecRestoreArrayRead(x, &xx));
@@ -89,7 +90,7 @@ static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 /* B and C by rows, n x n, and x of n cells; without a coupling C = 0 is not mentioned; start NULL: as w; eta > 0: so much of B's diagonal is
    that of a stage of the library, beside its stiffness */
 typedef struct {
-  PetscInt n, components; /* 0: one */
+  PetscInt n, components, nfree; /* components 0: one */
   PetscBool coupled, direct, go_on;
   PetscReal B[N * N], C[N * N], w[N], x[N], eta;
   const PetscReal *start;
@@ -136,6 +137,7 @@ static PetscBool Refused(const Case *c)
   Modes p = {.l = {.B = Dense(c->n, components, components, c->B, c->eta)},
              .C = Dense(c->n, 1, components, c->C, 0),
              .components = components,
+             .nfree = c->nfree,
              .weakening = Column(c->n, 1, c->w),
              .start = Column(c->n, 1, c->start ? c->start : c->w),
              .solution = Column(c->n, components, c->x)};
@@ -348,6 +350,20 @@ static void start_counts_in_every_mode(void **state)
   }
 }
 
+/* What the bound of a cell without strength would gain, an instability, does not count: its row is that of B. */
+static void rows_without_strength(void **state)
+{
+  Case c = {.n = 2, .nfree = 1, .coupled = PETSC_TRUE, .B = {2, 0.5, 0.5, 2}, .C = {0, 0, 0, 1}, .x = {1, 1}};
+
+  (void)state;
+  for (int k = 0; k < 8; k++) {
+    c.components = 1 + k % 4 / 2;
+    c.direct = k % 2 ? PETSC_FALSE : PETSC_TRUE;
+    c.C[0] = k < 4 ? 8 : -8;
+    assert_false(Refused(&c));
+  }
+}
+
 /* Two cells whose mode swings, and grows or not as 4 - w1 - w2 says, in other units of their rows: B - W + C becomes T (B - W + C) T. The
    sum of its diagonal says the opposite; with eta so does that over the diagonal of the stiffness alone. */
 static void units_do_not_matter(void **state)
@@ -369,4 +385,4 @@ static void units_do_not_matter(void **state)
 }
 
 SLIP_TESTS(modes_are_counted, every_mode, odd_numbers_cost_no_eigenvalues, start_counts_in_every_mode,
-           units_do_not_matter)
+           rows_without_strength, units_do_not_matter)

@@ -188,6 +188,58 @@ static void test_rest(void **state)
   ObjectsDestroy(&ts, &w);
 }
 
+/* A free state whose balance w^3 - 2 w + 2 - start lets Newton's method go to and fro between 0 and 1 from start 0, as far each time: no state is
+   taken for its solution, and the stage fails. From 2 it finds the square root of 2, to rounding. */
+static PetscErrorCode CycleForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t, (void)ctx;
+  F[0] = w[0] - (w[0] * w[0] * w[0] - 2 * w[0] + 2);
+  F[1] = 10 * w[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CycleJacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t, (void)ctx;
+  J[0] = 1 - (3 * w[0] * w[0] - 2);
+  J[2] = 10;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void test_elimination_that_cycles(void **state)
+{
+  const SlipSmall cycle = {2, ones, 1, second, CycleForce, CycleJacobian, PendulumBound, NULL};
+  const PetscReal start[][2] = {{0, 0}, {2, 0}};
+  SNESConvergedReason reason;
+  SlipConstraint con;
+  PetscReal value;
+  SNES snes;
+  Vec x, r;
+
+  (void)state;
+  ok(SlipConstraintCreateSmall(&cycle, &con));
+  ok(SNESCreate(PETSC_COMM_SELF, &snes));
+  ok(SNESSetType(snes, SNESSEMISMOOTH));
+  ok(SNESSetSlipConstraint(snes, con));
+  ok(VecCreateSeq(PETSC_COMM_SELF, 1, &x));
+  ok(VecDuplicate(x, &r));
+  for (int k = 0; k < 2; k++) {
+    SlipStage stage = {.theta = 1, .omega = 1, .base = State(2, start[k])};
+
+    ok(VecZeroEntries(x));
+    ok(SNESSlipSolveStage(snes, &stage, x, r, NULL));
+    ok(SNESGetConvergedReason(snes, &reason));
+    assert_true(k ? reason > 0 : reason == SLIP_SNES_DIVERGED_NAN);
+    ok(VecDestroy(&stage.base));
+  }
+  Get(x, 1, &value);
+  AssertNear(value, 10 * PetscSqrtReal(2) - friction, 1e-12);
+  ObjectsDestroy(&snes, &x, &r);
+  ok(SlipConstraintDestroy(&con));
+}
+
 static void test_bad_input(void **state)
 {
   const PetscReal massless[] = {1, 0};
@@ -438,5 +490,6 @@ static void test_circuit_observe(void **state)
   ok(SlipModelDestroy(&model));
 }
 
-SLIP_TESTS(test_eliminated_row, test_not_symmetric, test_rest, test_bad_input, test_exact_arrest, test_exact_departures,
-           test_sliding_mode_order, test_sliding_mode_observe, test_circuit_energy, test_circuit_observe)
+SLIP_TESTS(test_eliminated_row, test_not_symmetric, test_rest, test_elimination_that_cycles, test_bad_input,
+           test_exact_arrest, test_exact_departures, test_sliding_mode_order, test_sliding_mode_observe,
+           test_circuit_energy, test_circuit_observe)
