@@ -34,10 +34,8 @@ static PetscErrorCode SlipKrylovSawStable(KSP ksp, PetscInt iterations, PetscBoo
   PetscFunctionBegin;
   PetscCall(PetscMalloc2(iterations, &real, iterations, &imaginary));
   PetscCall(KSPComputeEigenvalues(ksp, iterations, real, imaginary, &n));
-  for (PetscInt i = 0; i < n; i++) {
-    if (getenv("RZ")) fprintf(stderr, "%d/%d %g %g\n", (int)i, (int)iterations, real[i], imaginary[i]);
+  for (PetscInt i = 0; i < n; i++)
     if (!(real[i] > 0.0)) *stable = PETSC_FALSE;
-  }
   PetscCall(PetscFree2(real, imaginary));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
