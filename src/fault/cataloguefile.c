@@ -38,6 +38,9 @@ static const SlipOutputColumn Columns[EVENT_ALL_COLUMNS] = {
   [EVENT_FAULT_DISSIPATED_ENERGY] = {"fault_dissipated_energy", "J", PETSC_FALSE},
 };
 
+/* Of the event that goes on when the run ends: attributes of a group of its own, which whoever reads rows does not take for one */
+static const char *const GoesOn = "/goes_on";
+
 static const char *const Maps[2] = {"/maps/slip", "/maps/rupture_time"}, *const MapUnits[2] = {"m", "s"};
 
 static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
@@ -88,6 +91,7 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscCall(SlipH5CreateKind(&cat->kind, fault->options.text[FAULT_CATALOGUE], h));
   PetscCall(WriteAttributes(cat));
   PetscCall(CreateTable(cat, -1));
+  PetscCall(SlipH5GroupOfNumbers(h, GoesOn));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
     PetscCall(!m && fault->layout.components > 1
                 ? SlipH5CreateSeries(h, Maps[m], ndim + 1, of_slip, PETSC_FALSE, MapUnits[m])
@@ -143,6 +147,8 @@ static PetscErrorCode Continue(SlipFaultCatalogue cat)
   PetscCall(SlipH5CreateCopy(&cat->kind, NULL, cat->fault->options.text[FAULT_CATALOGUE], h));
   PetscCall(CheckLast(cat));
   PetscCall(CreateTable(cat, cat->fault->run.events));
+  PetscCall(SlipH5RemoveGroup(h, GoesOn));
+  PetscCall(SlipH5GroupOfNumbers(h, GoesOn));
   for (PetscInt m = 0; m < 2 && cat->maps; m++) PetscCall(SlipH5SetRows(h, Maps[m], cat->fault->run.events));
   PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -243,6 +249,33 @@ static PetscErrorCode Flush(SlipFaultCatalogue cat)
   PetscFunctionBegin;
   PetscCall(SlipTableFlush(&cat->table, &cat->file));
   PetscCall(SlipH5Flush(&cat->file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const SlipEventColumn SoFar[] = {EVENT_ONSET, EVENT_END,       EVENT_X,         EVENT_Y,
+                                        EVENT_Z,     EVENT_MEAN_SLIP, EVENT_MAGNITUDE, EVENT_MOMENT};
+
+/* Collective: those of the row that was filled */
+PetscErrorCode SlipCatalogueWriteGoesOn(SlipFaultCatalogue cat)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(SoFar) && !cat->rank && !ierr; k++)
+    ierr = SlipH5WriteAttrReal(&cat->file, GoesOn, Columns[SoFar[k]].name, cat->row[SoFar[k]]);
+  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: of all rows [n], freed with PetscFree() */
+PetscErrorCode SlipCatalogueReadEnergies(SlipFaultCatalogue cat, PetscInt *n, PetscReal **ledger, PetscReal **elastic,
+                                         PetscReal **dissipated)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipTableFlush(&cat->table, &cat->file));
+  PetscCall(SlipH5ReadReal(&cat->file, "/ledger", 1, n, ledger));
+  PetscCall(SlipH5ReadReal(&cat->file, "/elastic_energy", 1, n, elastic));
+  PetscCall(SlipH5ReadReal(&cat->file, "/dissipated_energy", 1, n, dissipated));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -49,32 +49,45 @@ PetscErrorCode SlipCatalogueFastest(SlipFault fault, Vec w, PetscInt n, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: those of the faults on which the first cells are above the rate at the end of a step, in the state w,
-   by the rule of the event's own; costs two reductions until all faults have broken, and none after that */
-PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, Vec w)
+/* Collective: those of the faults that broke in a step of this length, which ended in w: the cell that was above the rate first, of several
+   at once the fastest; costs three reductions until all faults have broken, and none after that */
+PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, PetscReal dt, Vec w)
 {
   SlipFault fault = cat->fault;
   const SlipFaultMesh *mesh = &fault->mesh;
-  const PetscReal *a;
-  PetscReal *max;
+  const PetscReal *a, *t;
+  const SlipArrays arrays[] = {{w, .read = &a}, {cat->rupture, .read = &t}};
+  PetscReal *first, *max;
   PetscInt *cell, n = 0;
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < mesh->faults && cat->hypocentre; k++) n += cat->hypocentre[k] < 0 ? 1 : 0;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc2(mesh->faults, &max, mesh->faults, &cell));
-  PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < mesh->n; i++) {
-    PetscReal *fastest = &max[SlipFaultMeshFaultOf(mesh, SlipFaultMeshRow(mesh, i))];
-
-    *fastest = PetscMax(*fastest, SlipFaultSpeed(fault, a, i));
+  PetscCall(PetscCalloc3(mesh->faults, &first, mesh->faults, &max, mesh->faults, &cell));
+  for (PetscInt k = 0; k < mesh->faults; k++) {
+    first[k] = PETSC_MAX_REAL;
+    cell[k] = mesh->N;
   }
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, max, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_MAX, fault->comm));
-  PetscCall(SlipCatalogueFastest(fault, w, mesh->faults, mesh->fault, max, cell));
+  PetscCall(SlipArraysGet(2, arrays));
+  for (int pass = 0; pass < 3; pass++) {
+    for (PetscInt i = 0; i < mesh->n; i++) {
+      const PetscInt row = SlipFaultMeshRow(mesh, i), k = SlipFaultMeshFaultOf(mesh, row);
+      const PetscReal speed = SlipFaultSpeed(fault, a, i);
+
+      if (t[i] < 0 || (pass && t[i] > first[k] + EVENT_TIE * dt)) continue;
+      if (pass == 0) first[k] = PetscMin(first[k], t[i]);
+      if (pass == 1) max[k] = PetscMax(max[k], speed);
+      if (pass == 2 && speed >= max[k] * (1 - EVENT_TIE)) cell[k] = PetscMin(cell[k], row);
+    }
+    if (pass < 2)
+      PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, pass ? max : first, (PetscMPIInt)mesh->faults, MPIU_REAL,
+                                 pass ? MPIU_MAX : MPIU_MIN, fault->comm));
+  }
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cell, (PetscMPIInt)mesh->faults, MPIU_INT, MPI_MIN, fault->comm));
   for (PetscInt k = 0; k < mesh->faults; k++)
-    if (cat->hypocentre[k] < 0 && max[k] > fault->options.value[FAULT_EVENT_RATE]) cat->hypocentre[k] = cell[k];
-  PetscCall(PetscFree2(max, cell));
+    if (cat->hypocentre[k] < 0 && cell[k] < mesh->N) cat->hypocentre[k] = cell[k];
+  PetscCall(PetscFree3(first, max, cell));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -362,7 +362,8 @@ static PetscErrorCode SlipOutputPrint(SlipOutput out, const SlipOutputTotals *t)
   PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "accepted steps:", t->accepted));
   PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "rejected steps:", t->rejected));
   if (t->implicit) {
-    PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "Bathe solves:", t->solves));
+    PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "%s\n", "Bathe solves:", t->solves,
+                          t->solves < t->accepted + t->rejected ? " (steps at rest need none)" : ""));
     PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "Newton iterations:", t->newton));
     PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "linear iterations:", t->linear));
   }
@@ -375,7 +376,8 @@ static PetscErrorCode SlipOutputPrint(SlipOutput out, const SlipOutputTotals *t)
     if (PetscIsNanReal(r->value))
       PetscCall(PetscPrintf(out->comm, "%-24s %s\n", label, r->unit));
     else
-      PetscCall(PetscPrintf(out->comm, "%-24s %.12g%s%s\n", label, (double)r->value, r->unit[0] ? " " : "", r->unit));
+      PetscCall(PetscPrintf(out->comm, r->value == PetscFloorReal(r->value) ? "%-24s %.0f%s%s\n" : "%-24s %.7g%s%s\n",
+                            label, (double)r->value, r->unit[0] ? " " : "", r->unit)); /* counts have all digits */
   }
   PetscCall(PetscPrintf(out->comm, "%-24s %.4f s\n", "wall time of set-up:", (double)t->wall_setup));
   PetscCall(PetscPrintf(out->comm, "%-24s %.4f s\n", "wall time of the solve:", (double)t->wall_solve));

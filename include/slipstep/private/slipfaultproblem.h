@@ -15,6 +15,7 @@ typedef struct {
   Vec F;              /* its rates, borrowed from the TS */
   Vec first;          /* those of the first step of a run that goes on from a checkpoint; NULL: to be computed */
   Vec u, rate, force; /* its displacement [m], slip rate [m/s], and K u [Pa] */
+  Vec aside[4];       /* room for those of a state within a step, and what it does to normal stress */
   PetscInt64 put;     /* how often it was put into a state */
   Vec seen;           /* an attempt's end with its rates, which a controller observes; NULL: none has */
   PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: nobody has asked */
@@ -65,6 +66,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, 
 PETSC_INTERN PetscErrorCode SlipFaultForce(SlipFault fault, Vec w, Vec u, Vec force);
 PETSC_INTERN PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, Vec u, PetscBool *same);
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultBalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, PetscReal power[3],
+                                                   PetscReal friction[]);
 PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);

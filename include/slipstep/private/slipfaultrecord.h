@@ -58,7 +58,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, Petsc
 PETSC_EXTERN PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts); /* prints it */
 /* Shape of a field in a file, [Nz, Nx], or [n] for a mesh: number of dimensions */
 
-/* ---- catalogue.c, cataloguerow.c, cataloguefile.c: events, a row each ---- */
+/* ---- catalogue.c, cataloguestep.c, cataloguerow.c, cataloguefile.c: events, a row each ---- */
 /* What is integrated over an event; of several faults what friction dissipates on each comes behind these. */
 typedef enum { WORK_RADIATED, WORK_DISSIPATED, WORK_LOADING, FAULT_NUM_WORKS } SlipFaultWorkId;
 
@@ -108,6 +108,22 @@ typedef enum {
   EVENT_ALL_COLUMNS
 } SlipEventColumn;
 
+/* A step of an event, and what of it is known: states at its nodes, from its start, or the onset in it, to its end */
+#define SLIP_EVENT_NODES 3
+#define SLIP_EVENT_HALVINGS 3
+typedef struct {
+  TS ts;
+  PetscReal begin, dt; /* [s] */
+  PetscInt nodes;
+  PetscReal share[SLIP_EVENT_NODES], weight[SLIP_EVENT_NODES]; /* weights of TSBATHE */
+  Vec node[SLIP_EVENT_NODES];                                  /* borrowed */
+  PetscInt side;    /* of where the bound is passed, all is slower before (-1), after (1); 0: it is not */
+  PetscReal cut;    /* the share at which it is */
+  PetscInt slow;    /* TSBATHE: the node on its slow side */
+  PetscBool dense;  /* TSInterpolate() follows the solution */
+  PetscBool sloped; /* slopes of its ends are known */
+} SlipEventStep;
+
 struct _n_SlipFaultCatalogue {
   SlipFault fault; /* borrowed */
   PetscMPIInt rank;
@@ -129,15 +145,25 @@ struct _n_SlipFaultCatalogue {
   Vec u0, stress0; /* displacement [m] and shear stress [Pa] at its onset */
   Vec rupture;     /* when each cell exceeded the rate, after the onset [s]; -1: not yet */
   Vec before;      /* with other integrators than TSBATHE: state of the step before, else NULL */
-  PetscReal time_before;           /* its time [s] */
-  Vec cut, stress, slip;           /* work: state within a step, shear stress [Pa], slip of the event [m] */
-  PetscBool power_known;           /* that of the end of the last step is */
-  PetscReal *power;                /* [nwork] [W] */
-  PetscReal *cut_power;            /* likewise, of the state within a step */
-  PetscReal *whole;                /* work while that of a part of a step is off it */
+  PetscReal time_before; /* its time [s] */
+  Vec stress, slip;      /* work: shear stress [Pa], slip of the event [m] */
+  /* cataloguestep.c: states within a step, where the bound is passed and elsewhere, slopes of its ends; powers [nwork] of the end of
+     the last step and, for work, of this one, of where the bound is passed and within; integrals [nwork] over a step */
+  Vec cut, middle, within, slope[2];
+  PetscBool power_known; /* that of the end of the last step is */
+  PetscReal *power, *next, *cut_power, *inner, *sum, *fast, *slow;
+  PetscReal *romberg;              /* [SLIP_EVENT_HALVINGS + 1][nwork] */
   VecScatter gather, gather_cells; /* maps, of vectors of slip and of cells, on rank 0 */
   Vec map[2];
 };
+
+/* cataloguestep.c; collective */
+PETSC_INTERN PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w,
+                                                 SlipEventStep *step);
+PETSC_INTERN PetscErrorCode SlipCatalogueCross(SlipFaultCatalogue cat, SlipEventStep *step, PetscBool upwards);
+PETSC_INTERN PetscErrorCode SlipCatalogueIntegrate(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal fast[],
+                                                   PetscReal slow[]);
+PETSC_INTERN PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEventStep *step);
 
 /* cataloguerow.c: numbers of an event. Energies of a state, elastic and kinetic [J]; the fastest cells of n groups,
    group NULL: all cells are one, max [n]: how fast those are, cell [n]: N where none is; the row of the event that
@@ -146,7 +172,7 @@ PETSC_EXTERN PetscErrorCode SlipCatalogueEnergies(SlipFault fault, PetscReal t, 
                                                   PetscReal *kinetic);
 PETSC_EXTERN PetscErrorCode SlipCatalogueFastest(SlipFault fault, Vec w, PetscInt n, const PetscInt group[],
                                                  const PetscReal max[], PetscInt cell[]);
-PETSC_EXTERN PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, Vec w);
+PETSC_EXTERN PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, PetscReal dt, Vec w);
 PETSC_EXTERN PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w);
 
 /* The file; collective */
@@ -156,3 +182,7 @@ PETSC_EXTERN PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat);
 PETSC_EXTERN PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete);
 PETSC_EXTERN PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat);
+PETSC_INTERN PetscErrorCode SlipCatalogueWriteGoesOn(SlipFaultCatalogue cat);
+/* rank 0 */
+PETSC_INTERN PetscErrorCode SlipCatalogueReadEnergies(SlipFaultCatalogue cat, PetscInt *n, PetscReal **ledger,
+                                                      PetscReal **elastic, PetscReal **dissipated);
