@@ -72,6 +72,7 @@ def main():
 
     try:
         catalogue = Catalogue(options.catalogue)
+        catalogue.warn("catalogue_csv.py")
         if options.output and os.path.exists(options.output) and os.path.samefile(options.catalogue, options.output):
             raise OutputError(f"{options.output} is the catalogue itself, expected another name")
         if not options.output:

@@ -85,6 +85,7 @@ def main():
     check_origin(parser, options.origin)
     try:
         catalogue = Catalogue(options.catalogue)
+        catalogue.warn("catalogue_quakeml.py")
         if os.path.exists(options.output) and os.path.samefile(options.catalogue, options.output):
             raise OutputError(f"{options.output} is the catalogue itself, expected another name")
         document = tree(catalogue, options.origin, options.start)

@@ -121,7 +121,7 @@ def pictures(run, events):
         if events.has_maps:
             found.append(("The largest event", picture(plot_catalogue.event_figure(events, number), "slip of the largest event")))
         begin, end = events["onset"][number], events["end"][number]
-        time, rate = moment_rate.moment_rate(run, begin, end)
+        time, rate, _ = moment_rate.moment_rate(run, begin, end)
         title = f"Event {number + 1} at {written(begin)}: M {events['magnitude'][number]:.2f}"
         found.append(("Its moment-rate function", picture(moment_rate.figure(time, rate, run.faults, title), "moment rate")))
     return found

@@ -8,6 +8,7 @@
 """
 
 import os
+import sys
 
 import h5py
 import numpy as np
@@ -26,6 +27,8 @@ class Catalogue:
     mesh       dict: x, z cell centres [m]; of irregular cells also y, length, width [m]
     has_maps   whether map() has some
     complete   whether the run has ended
+    goes_on    dict: onset, end of the run [s], magnitude, moment, mean_slip, x, y, z so far of an event that went on when it ended; it is no
+               event of the lists above. None: there is none
     """
 
     def __init__(self, path):
@@ -44,7 +47,14 @@ class Catalogue:
             self.units = {name: _plain(data.attrs["units"]) for name, data in columns.items()}
             self.mesh = {name: data[()] for name, data in file["mesh"].items()}
             self.faults = np.atleast_1d(file.attrs["faults"] if "faults" in file.attrs else np.unique(self.mesh.get("fault", 0)))
+            self.goes_on = {name: _plain(value) for name, value in file["goes_on"].attrs.items()} if "goes_on" in file else {}
         self.complete = bool(self.attributes["complete"])
+        self.goes_on = self.goes_on if self.complete and "magnitude" in self.goes_on else None
+
+    def warn(self, program):
+        """A line on standard error where an event goes on at the end of the run, of which nothing is in the lists."""
+        if self.goes_on:
+            print(f"{program}: {self.path}: an event of M {self.goes_on['magnitude']:.2f} so far goes on at the end of the run, and is left out", file=sys.stderr)
 
     def of_fault(self, name, label):
         """ "moment", "area", "mean_slip", "stress_drop", "onset", "cell" or "dissipated_energy" of one fault in each event."""

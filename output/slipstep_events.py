@@ -77,7 +77,8 @@ class Events(Catalogue, Cells):
         return least, *b_value(magnitude, least), above
 
     def warn(self, program):
-        """One line on stderr for a run that has not ended."""
+        """One line on stderr for a run that has not ended, and for an event that goes on."""
+        super().warn(program)
         if not self.complete:
             print(f"{program}: {self.path} is unfinished: complete = 0, its last event is at {written(self['onset'][-1])}", file=sys.stderr)
 

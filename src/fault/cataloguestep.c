@@ -318,7 +318,8 @@ static PetscErrorCode AddImpacts(SlipFaultCatalogue cat, const SlipEventStep *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of TSBATHE: the whole by its weights, the slow part by trapezoids from its end to the crossing */
+/* Of TSBATHE: the whole by its weights. The slow part goes from its end over the state of the first stage, where that is slow too, by the
+   integrator's rules of its stages, and to the crossing by a trapezoid, as the displacement there. */
 static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal fast[],
                                      PetscReal slow[])
 {
@@ -330,17 +331,20 @@ static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep
   for (PetscInt k = 0; k < 3; k++) AddWork(cat, step->dt * step->weight[k], power[k], fast);
   PetscCall(AddImpacts(cat, step, fast));
   if (step->side) {
-    const PetscInt outer = step->side < 0 ? 0 : 2;
-    const PetscReal first = PetscAbsReal(step->share[1] - step->share[outer]) * step->dt,
-                    second = PetscAbsReal(step->cut - step->share[step->slow]) * step->dt;
+    const PetscReal part = PetscAbsReal(step->cut - step->share[step->slow]) * step->dt;
 
     PetscCall(Powers(cat, step->begin + step->cut * step->dt, cat->cut, cat->cut_power));
     if (step->slow == 1) {
-      AddWork(cat, 0.5 * first, power[outer], slow);
-      AddWork(cat, 0.5 * first, power[1], slow);
+      const PetscReal sign = step->side < 0 ? 1 : -1, stage = sign * step->share[1] * step->dt;
+      TSBatheFirstStage rule;
+
+      PetscCall(TSBatheGetFirstStage(step->ts, &rule));
+      if (step->side > 0) AddWork(cat, 1, fast, slow);
+      AddWork(cat, rule == TSBATHE_STAGE_BACKWARD ? 0 : 0.5 * stage, power[0], slow);
+      AddWork(cat, rule == TSBATHE_STAGE_BACKWARD ? stage : 0.5 * stage, power[1], slow);
     }
-    AddWork(cat, 0.5 * second, power[step->slow], slow);
-    AddWork(cat, 0.5 * second, cat->cut_power, slow);
+    AddWork(cat, 0.5 * part, power[step->slow], slow);
+    AddWork(cat, 0.5 * part, cat->cut_power, slow);
     AddWork(cat, -1, slow, fast);
   }
   PetscFunctionReturn(PETSC_SUCCESS);

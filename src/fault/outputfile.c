@@ -8,9 +8,12 @@ static const SlipOutputColumn SeriesColumns[] = {
   {"sliding_fraction", "1", PETSC_FALSE},   {"kinetic_energy", "J/m^2", PETSC_FALSE},
   {"elastic_energy", "J/m^2", PETSC_FALSE}, {"viscous_power", "W/m^2", PETSC_FALSE},
   {"friction_power", "W/m^2", PETSC_FALSE}, {"loading_power", "W/m^2", PETSC_FALSE},
-  {"moment_rate", "N m/s", PETSC_FALSE},
+  {"moment_rate", "N m/s", PETSC_FALSE},    {"moment", "N m", PETSC_FALSE},
 };
-enum { SERIES_MOMENT_RATE = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1 };
+enum {
+  SERIES_MOMENT = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1, /* the last two have a number for each fault */
+  SERIES_MOMENT_RATE = SERIES_MOMENT - 1
+};
 
 static const struct {
   const char *name, *unit;
@@ -32,27 +35,42 @@ PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f)
   return OutputFields[f].vector ? fault->layout.plane : 1;
 }
 
-/* G times the sum of area times slip rate, along the rake, [N m/s] of each fault. One has its sum already; several cost a reduction. */
-static PetscErrorCode MomentRates(SlipFault fault, PetscReal t, Vec w, PetscReal rate[])
+/* G times the sums of area times slip rate, along the rake, [N m/s] of each fault, and of area times slip since the start, which the
+   integrator forms of the rates within steps, [N m]. One fault has its sums already; several cost a reduction. */
+static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rate[], PetscReal moment[])
 {
-  const PetscInt n = fault->mesh.faults;
+  const PetscInt n = fault->mesh.faults, c = fault->layout.components;
+  const PetscReal unit = fault->options.value[FAULT_SHEAR_MODULUS] * fault->mesh.area,
+                  start = fault->critical.start_share;
   const SlipFaultSums *sums;
-  const PetscReal *a;
+  const PetscReal *a, *uc, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
+  const SlipArrays arrays[] = {{w, .read = &a}, {fault->critical.uc, .read = &uc}};
 
   PetscFunctionBegin;
   if (n == 1) {
     PetscCall(SlipFaultGetSums(fault, t, w, &sums));
     rate[0] = sums->sum[SUM_V];
+    moment[0] = sums->sum[SUM_U] + t * sums->sum[SUM_VINF] - start * fault->critical.mean_uc * (PetscReal)fault->mesh.N;
   } else {
     PetscCall(PetscArrayzero(rate, n));
-    PetscCall(VecGetArrayRead(w, &a));
-    for (PetscInt i = 0; i < fault->mesh.n; i++)
-      rate[SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i))] +=
-        fault->mesh.weight[i] * SlipFaultDot(fault, a + SlipFaultRateAt(fault, i), SlipFaultAlong(fault, i));
-    PetscCall(VecRestoreArrayRead(w, &a));
+    PetscCall(PetscArrayzero(moment, n));
+    PetscCall(SlipArraysGet(2, arrays));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      const PetscInt k = SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i));
+      const PetscReal weight = fault->mesh.weight[i], *along = SlipFaultAlong(fault, i);
+
+      rate[k] += weight * SlipFaultDot(fault, a + SlipFaultRateAt(fault, i), along);
+      moment[k] += weight * (SlipFaultDot(fault, a + SlipFaultDisplacementAt(fault, i), along) + t * vinf[i] -
+                             start * SlipFaultDot(fault, uc + c * i, along));
+    }
+    PetscCall(SlipArraysRestore(2, arrays));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moment, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
   }
-  for (PetscInt k = 0; k < n; k++) rate[k] = fault->options.value[FAULT_SHEAR_MODULUS] * fault->mesh.area * rate[k];
+  for (PetscInt k = 0; k < n; k++) {
+    rate[k] *= unit;
+    moment[k] *= unit;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -71,7 +89,8 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
                                 o.friction_power,   o.loading_power};
 
     PetscCall(PetscArraycpy(row, values, SERIES_MOMENT_RATE));
-    PetscCall(MomentRates(fault, t, w, row + SERIES_MOMENT_RATE));
+    row += SERIES_MOMENT_RATE;
+    PetscCall(Moments(fault, t, w, row, row + fault->mesh.faults));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -122,7 +141,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   fault->run.file->kind.restart = "fault_restart";
   fault->run.file->kind.start = "fields/";
   fault->run.file->sides = SlipFaultOutputSides;
-  fault->run.file->entries[1 + SERIES_MOMENT_RATE] = fault->mesh.faults;
+  fault->run.file->entries[1 + SERIES_MOMENT_RATE] = fault->run.file->entries[1 + SERIES_MOMENT] = fault->mesh.faults;
   fault->run.file->moving_only = PETSC_TRUE; /* for friction_power: a product with K less for each row */
   PetscCall(SlipOutputAddRun(fault->run.file, "stiffness_scaling_factor", fault->operators.scaling));
   PetscCall(SlipOutputAddRun(fault->run.file, "time_scale", fault->operators.tstar));
@@ -361,6 +380,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   PetscCall(FieldStorage(fault, &storage));
   PetscCall(WriteParameters(fault, h));
   PetscCall(SlipH5WriteAttrInts(h, "/series/moment_rate", "faults", fault->mesh.faults, fault->mesh.labels));
+  PetscCall(SlipH5WriteAttrInts(h, "/series/moment", "faults", fault->mesh.faults, fault->mesh.labels));
   PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
   for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
     if (!out->wanted[f]) continue;

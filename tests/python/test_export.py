@@ -67,8 +67,9 @@ class Export(FaultTest, PictureTest):
         self.assertFalse(os.path.exists(self.path("no.xml")))
 
     def test_moment_rate(self):
-        """Its integral is the event's moment. Trapezoids over n steps of a pulse of half a sine are off by pi^2/(12 n^2), 0.2 % for the twenty of an event;
-        steps differ in length by some three times, which lets the longest weigh ten times as much: 2 %."""
+        """The moment is the event's, to what a straight line of the logarithm of rates leaves in the steps of its ends. Trapezoids of the rates over n steps
+        of a pulse of half a sine are off by pi^2/(12 n^2), 0.2 % for the twenty of an event; steps differ in length by some three times, which lets the
+        longest weigh ten times as much: 2 %."""
         out = self.plot("moment_rate", self.path("run.h5"), "--catalogue", self.path("events.h5"))
         self.look(self.path("run_moment_rate.png"))
         with open(self.path("run_moment_rate.csv"), encoding="utf-8") as file:
@@ -76,6 +77,7 @@ class Export(FaultTest, PictureTest):
         largest = np.argmax(self.event["moment"])
         self.assertAlmostEqual(np.trapz(rows[:, 1], rows[:, 0]) / self.event["moment"][largest] if hasattr(np, "trapz")
                                else np.trapezoid(rows[:, 1], rows[:, 0]) / self.event["moment"][largest], 1, delta=0.02)
+        self.assertAlmostEqual(rows[-1, 2] / self.event["moment"][largest], 1, delta=1e-3)
         self.assertAlmostEqual(rows[-1, 0], self.event["end"][largest] - self.event["onset"][largest], delta=1e-9)
         self.assertAlmostEqual(float(re.search(r"M ([\d.]+)", out)[1]), self.event["magnitude"][largest], delta=0.02)
 

@@ -180,13 +180,13 @@ static Outcome Run(const char law[], Case c, PetscInt steps)
    7.1e-8 1.1e-8, loaded at a rate of a quarter of the bound, where the work of loading is 6 % of that change, 2.0e-6 4.2e-7
    1.0e-7 3.0e-8 (9.2e-7 to 2.0e-8 with a backward first stage). That is the method's order: a factor of 64 in all for 8
    times the steps, half of which is asked for as cells stop at other places within their steps. Onset and end, which a step
-   has in its middle, have the same order: their errors go from 6e-3 and 6e-3 s to below 1e-3 and 3e-3 s of steps of 0.2 and
-   0.05 s. So do slip and peak rate, 2e-4 to 4e-4 with the longest steps. The thrust, whose normal stress slip changes while that
+   has in its middle, have the same order: their errors go from 6e-3 and 1.1e-2 s to 4e-4 and 6e-4 s of steps of 0.2 and
+   0.05 s (3e-3 without the state of the first stage). So do slip and peak rate, 2e-4 to 4e-4 with the longest steps. The thrust, whose normal stress slip changes while that
    does no work, starts with a force that nothing balances: 3.1e-5 and 4.7e-7, the same 64. Its last cells stop within a
    fifth of the longest steps, 1.4e-2 s. */
 static void ledger(void **state)
 {
-  static const Case cases[] = {{0, 1e-3, 30, 4e-6, 8e-3, PETSC_FALSE},
+  static const Case cases[] = {{0, 1e-3, 30, 4e-6, 1.2e-2, PETSC_FALSE},
                                {1e-3, 4e-3, 30, 4e-6, 8e-3, PETSC_FALSE},
                                {0, 1e-3, 10, 1e-4, 2e-2, PETSC_TRUE}};
 
@@ -210,7 +210,7 @@ static void ledger(void **state)
     assert_true(fabs(coarse.row[EVENT_ONSET] - fine.row[EVENT_ONSET]) < 8e-3);
     assert_true(fabs(middle.row[EVENT_ONSET] - fine.row[EVENT_ONSET]) < 1e-3);
     assert_true(fabs(coarse.row[EVENT_END] - fine.row[EVENT_END]) < cases[c].end);
-    assert_true(fabs(middle.row[EVENT_END] - fine.row[EVENT_END]) < 3e-3);
+    assert_true(fabs(middle.row[EVENT_END] - fine.row[EVENT_END]) < 8e-4);
     assert_true(fabs(coarse.row[EVENT_MEAN_SLIP] / fine.row[EVENT_MEAN_SLIP] - 1) < 5e-4);
     assert_true(fabs(coarse.row[EVENT_PEAK_SLIP_RATE] / fine.row[EVENT_PEAK_SLIP_RATE] - 1) < 6e-4);
   }
@@ -234,4 +234,101 @@ static void whole_run(void **state)
   assert_true(o.row[EVENT_STRESS_DROP] > 1e6);
 }
 
-SLIP_TESTS(formulas, quadrature, ledger, whole_run)
+/* ---- cells that always slide ---- */
+
+typedef struct {
+  PetscReal moment, dissipated, radiated, duration, ledger; /* of the first event; the largest ledger of all */
+  PetscInt cell;
+} Smooth;
+
+/* The first events of 8 x 4 cells of 2 km, too large for their nucleation, so that rates grow by decades in a step; tolerance 0: steps by the policy */
+static Smooth RunSmooth(const char type[], const char pair[], PetscReal tolerance)
+{
+  char folder[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 16];
+  PetscReal *x, onset;
+  PetscInt n, first;
+  Smooth out = {0};
+  SlipFault fault;
+  TSAdapt adapt;
+  SlipH5 h;
+  TS ts;
+  Vec w;
+
+  assert_int_equal(0, TempDirMake("catalogue", folder));
+  ok(PetscSNPrintf(file, sizeof(file), "%s/events.h5", folder));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetReals(fault, {"nx", 8}, {"nz", 4}, {"length_x", 16e3}, {"length_z", 8e3}, {"loading_rate", 1e-9},
+                   {"normal_stress", 5e7}, {"normal_stress_gradient", 0}, {"friction_slip", 0.02},
+                   {"friction_a", 0.008}, {"friction_b", 0.012}, {"initial_rate", 1e-10}));
+  ok(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
+  ok(SlipFaultSetString(fault, "catalogue", file));
+  ok(SlipFaultSetUp(fault));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(fault, ts));
+  if (type) ok(TSSetType(ts, type));
+  if (pair) ok(TSRKSetType(ts, pair));
+  ok(TSGetAdapt(ts, &adapt));
+  if (tolerance > 0) {
+    ok(TSAdaptSetType(adapt, TSADAPTBASIC));
+    ok(TSSetTolerances(ts, PETSC_DEFAULT, NULL, tolerance, NULL));
+  }
+  ok(TSSetMaxTime(ts, 5.225e8)); /* 16.557 years */
+  ok(SlipFaultCreateState(fault, &w));
+  ok(SlipFaultSetInitialState(fault, w));
+  ok(SlipFaultOutputStart(fault, ts));
+  ok(TSSolve(ts, w));
+  ok(SlipFaultOutputFinish(fault, ts, 0, 0));
+  ok(SlipH5OpenRead(file, &h));
+  ok(SlipH5ReadReal(&h, "/ledger", 1, &n, &x));
+  assert_true(n >= 2);
+  for (PetscInt k = 0; k < n; k++) out.ledger = PetscMax(out.ledger, fabs(x[k]));
+  ok(PetscFree(x));
+#define FIRST(name, value)                                                                                             \
+  ok(SlipH5ReadReal(&h, name, 1, &first, &x));                                                                         \
+  value = x[0];                                                                                                        \
+  ok(PetscFree(x));
+  FIRST("/moment", out.moment)
+  FIRST("/dissipated_energy", out.dissipated)
+  FIRST("/radiated_energy", out.radiated)
+  FIRST("/end", out.duration)
+  FIRST("/onset", onset)
+  FIRST("/cell", out.cell)
+#undef FIRST
+  out.duration -= onset;
+  ok(SlipH5Close(&h));
+  assert_int_equal(0, TempDirRemove(folder));
+  ObjectsDestroy(&w, &ts, &fault);
+  return out;
+}
+
+/* Residuals of all events, in brackets with trapezoids between the ends of steps: 1.0e-3 (2.2e-2) of Adams' formulas, 3.1e-3 (5.5e-2) of the
+   pair 5dp, 4.1e-4 (4.9e-3) of 3bs, which has no dense output, 4.3e-2 (0.32) of the policy, whose steps may be as far off themselves. Heat and duration of the
+   first event are off by 3e-4 to 6e-4 and by up to 7e-4 (1e-2) from a run with a thousandth of the tolerance, with the policy by 6e-3 (0.35) and 1.3e-2 (0.3). */
+static void smooth(void **state)
+{
+  static const struct {
+    const char *type, *pair;
+    PetscReal tolerance, ledger, event;
+  } cases[] = {{NULL, NULL, 1e-3, 2e-3, 2e-3},
+               {TSRK, TSRK5DP, 1e-3, 7e-3, 2e-3},
+               {TSRK, TSRK3BS, 1e-3, 1e-3, 2e-3},
+               {NULL, NULL, 0, 6e-2, 3e-2}};
+  const Smooth fine = RunSmooth(NULL, NULL, 1e-6);
+
+  (void)state;
+  assert_true(fine.ledger < 1e-4);
+  for (size_t c = 0; c < PETSC_STATIC_ARRAY_LENGTH(cases); c++) {
+    const Smooth found = RunSmooth(cases[c].type, cases[c].pair, cases[c].tolerance);
+    const PetscReal worst =
+      PetscMax(fabs(found.dissipated / fine.dissipated - 1), fabs(found.duration / fine.duration - 1));
+
+    print_message("residual %g, moment %g, heat %g, radiated %g, duration %g\n", (double)found.ledger,
+                  (double)(found.moment / fine.moment - 1), (double)(found.dissipated / fine.dissipated - 1),
+                  (double)(found.radiated / fine.radiated - 1), (double)(found.duration / fine.duration - 1));
+    assert_true(found.ledger < cases[c].ledger);
+    assert_true(worst < cases[c].event);
+    assert_int_equal(fine.cell, found.cell);
+  }
+}
+
+SLIP_TESTS(formulas, quadrature, ledger, whole_run, smooth)
