@@ -21,6 +21,7 @@ PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, PetscInt column
     cells->dip = column[6];
   }
   PetscCall(SlipFaultKernel(fault, &cells->kernel));
+  cells->kernel.average = SLIP_AVERAGE_CENTRE; /* what is wrong with another one is said later, by its option */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

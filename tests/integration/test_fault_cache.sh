@@ -7,6 +7,7 @@ set -uo pipefail
 fault=$SLIPSTEP_BUILD/bin/fault
 # slip OPTIONS...: final mean slip of a run; its messages go to messages
 slip() { "$@" -ts_max_time 0.3 -fault_cache_dir cache 2>messages | awk '/final mean slip/{print $4}'; }
+# the summary has seven digits: two numbers that are the same but for rounding are within 2e-6
 same() { awk -v a="$1" -v b="$2" -v tol="$3" 'BEGIN{d = a - b; exit !(a > 0 && (d < 0 ? -d : d) <= tol * a)}' || fail "$4: slip $1 and $2"; }
 files() { find cache -type f | wc -l; }
 
@@ -30,7 +31,7 @@ for case in "truncated text foreign damaged:-fault_operator dense -fault_nx 42 -
   cp "$name" good
   before=$(stat -c %i "$name")
   same "$first" "$(slip "${run[@]}")" 0 "$kind, from the cache"
-  same "$first" "$(slip mpirun --oversubscribe -n 2 "${run[@]}")" 1e-9 "$kind, from the cache on two ranks"
+  same "$first" "$(slip mpirun --oversubscribe -n 2 "${run[@]}")" 2e-6 "$kind, from the cache on two ranks"
   same "$first" "$(slip "${run[@]}" -fault_density 2500.0)" 0 "$kind, read again"
   slip "${run[@]}" -fault_density 3000 -fault_damping_ratio 0.1 >other
   [ "$(files)" = 1 ] && [ "$(stat -c %i "$name")" = "$before" ] || fail "$kind: the file serves every density and damping"
@@ -58,7 +59,7 @@ rmdir "$name" && cp good "$name"
 
 # A stiffness that changed does not find the old root.
 "$SLIPSTEP_PYTHON" -c 'import h5py; f = h5py.File("k.h5", "r+"); f["stiffness"][7, 7] *= 1.001'
-same "$(slip "${run[@]}")" "$("${run[@]}" -ts_max_time 0.3 | awk '/final mean slip/{print $4}')" 1e-9 "a changed stiffness"
+same "$(slip "${run[@]}")" "$("${run[@]}" -ts_max_time 0.3 | awk '/final mean slip/{print $4}')" 2e-6 "a changed stiffness"
 [ "$(files)" = 2 ] || fail "a changed stiffness: $(files) files, expected 2"
 
 # Two ranks write.
@@ -68,7 +69,7 @@ for kind in dense; do
   first=$(slip mpirun --oversubscribe -n 2 "${run[@]}" -fault_view)
   [ "$(files)" = 1 ] && [ ! -s messages ] || fail "$kind on two ranks: $(files) files, messages: $(cat messages)"
   same "$first" "$(slip mpirun --oversubscribe -n 2 "${run[@]}")" 0 "$kind, written and read on two ranks"
-  same "$first" "$(slip "${run[@]}")" 1e-9 "$kind, written on two ranks, read on one"
+  same "$first" "$(slip "${run[@]}")" 2e-6 "$kind, written on two ranks, read on one"
 done
 
 # Three at once.

@@ -142,6 +142,16 @@ class CatalogueTest(FaultTest):
             self.assertAlmostEqual(mean / ((slip * area)[broke].sum() / size), 1, delta=1e-12)
             self.assertEqual(y, catalogue.mesh["y"][int(cell)])
 
+    def test_elastic_energy(self):
+        """Of one cell of 3 km at the ground, whose stiffness is known (0.311646 G/km): u K u/2 - T u, T the load. (test_stress has that of the catalogue.)"""
+        load, stiffness = 20e6, 0.311646 * G / 1e3
+        self.fault("-fault_nx", 1, "-fault_nz", 1, "-fault_initial", "traction", "-fault_initial_traction", load, "-fault_initial_unstable", "-fault_stressing_rate", 1e4,
+                   "-fault_output", "run.h5", "-ts_max_time", 5)
+        with h5py.File(self.path("run.h5")) as file:
+            time, u, energy = file["series/time"][()], file["series/mean_displacement"][()], file["series/elastic_energy"][()]
+        np.testing.assert_allclose(energy, stiffness * u**2 / 2 - (load + 1e4 * time) * u, rtol=2e-6, atol=2e-6 * abs(energy).max())  # six digits of the stiffness
+        self.assertLess(energy.min(), -0.1 * load * u.max())  # and without T it would not be negative
+
     def test_cells_of_other_areas(self):
         """Cells that differ by nine in area break otherwise than those of a grid (here by 10 % in slip), but the stress that a metre of slip
         releases, and the energy that a moment does, are the fault's: measured 0.4 and 1.6 % apart, and 41 % with the stress of rows that keep their weights."""

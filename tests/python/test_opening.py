@@ -169,6 +169,18 @@ class Opening(FaultTest):
                               (("-fault_depth_top", 0, "-fault_dip", 5), "-fault_stiffness_average cell")):
             self.assertIn(said, self.fault(*grid, *OPENS, *options, code=1), options)
         self.assertIn("expected -fault_opening yes", self.fault(*grid, "-fault_output", "o.h5", "-fault_output_fields", "opening", code=1))
+        # a checkpoint of the other kind, whose state has other numbers
+        closed = ("-fault_slip_components", 2, "-fault_initial", "traction")
+        self.fault(*grid, *OPENS, "-fault_checkpoint", "open")
+        self.fault(*grid, *closed, "-fault_checkpoint", "closed")
+        self.assertIn("opening is no, was yes", self.fault(*grid, *closed, "-fault_restart", "open", code=1))
+        self.assertIn("opening is yes, was no", self.fault(*grid, *OPENS, "-fault_restart", "closed", code=1))
+        with h5py.File(self.path("cells.h5"), "w") as file:
+            file["cells"] = [[1000.0 * k, 0, 6000, 1000, 1000] for k in range(2)]
+            file["cells"].attrs["columns"] = "x y z length width"
+        for average in ("cell", "whole"):
+            self.assertIn(f"-fault_stiffness_average {average} supports only triangles", self.fault("-fault_mesh", "cells.h5", "-fault_slip_components", 2,
+                                                                                                  "-fault_stiffness_average", average, code=1))
 
 
 if __name__ == "__main__":
