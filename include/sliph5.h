@@ -125,6 +125,8 @@ PETSC_EXTERN PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], Pet
 PETSC_EXTERN PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
                                                      const SlipH5Storage *storage, const char units[]);
 PETSC_EXTERN PetscErrorCode SlipH5GetStorage(SlipH5 *h, const char path[], SlipH5Storage *storage);
+PETSC_EXTERN PetscErrorCode SlipH5CreateView(SlipH5 *h, const char path[], const char series[], PetscInt entry,
+                                             const char units[]);
 PETSC_EXTERN PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const PetscReal data[]);
 PETSC_EXTERN PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows);
 PETSC_EXTERN PetscErrorCode SlipH5NameDimensions(SlipH5 *h, const char group[], const SlipH5Axes *axes);

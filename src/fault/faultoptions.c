@@ -56,7 +56,9 @@ static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, Sli
 static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
 {
   const SlipFaultString *p = &SlipFaultStrings[id];
+  const PetscOptions options = ((PetscObject)fault)->options;
   char option[64], help[384 + FAULT_MAX_CHOICES], list[FAULT_MAX_CHOICES] = "", value[PETSC_MAX_PATH_LEN];
+  const char *whole = NULL;
   PetscBool set;
 
   PetscFunctionBegin;
@@ -66,6 +68,7 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
                           p->value[0] ? "" : " (default none)"));
   PetscCall(
     PetscOptionsString(option, help, "SlipFaultSetString", fault->options.text[id], value, sizeof(value), &set));
+  if (set) PetscCall(PetscOptionsFindPair(options, SlipFaultPrefix(fault), option, &whole, NULL)); /* uncut */
   PetscCheck(!set || value[0] || id == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONG,
              "-%s%s has no value, expected %s", SlipFaultPrefix(fault), option + 1,
              p->choices                     ? list
@@ -73,7 +76,7 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
              : id == FAULT_STATIONS         ? "points \"x,z;x,z\" in m"
              : id == FAULT_SURFACE_STATIONS ? "points \"x,y;x,y\" in m"
                                             : "the name of a file");
-  if (set) PetscCall(SlipFaultSetString(fault, p->name, value));
+  if (set) PetscCall(SlipFaultSetString(fault, p->name, whole ? whole : value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

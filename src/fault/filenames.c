@@ -25,7 +25,8 @@ static const struct {
   {"fault_parameters", FAULT_PARAMETERS, PETSC_FALSE, 0, {""}},
   {"fault_stiffness_file", FAULT_STIFFNESS_FILE, PETSC_FALSE, 0, {""}},
   {"fault_pore_pressure", FAULT_PORE_PRESSURE, PETSC_FALSE, 0, {""}},
-  {"fault_surface_stations", FAULT_SURFACE_STATIONS, PETSC_FALSE, 0, {""}}, /* or a list, which names no file */
+  {"fault_stations", FAULT_STATIONS, PETSC_FALSE, 0, {""}}, /* or a list, which names no file */
+  {"fault_surface_stations", FAULT_SURFACE_STATIONS, PETSC_FALSE, 0, {""}},
   {"ts_adapt_rl_policy", ANOTHER, PETSC_FALSE, 0, {""}},
   {"fault_restart", FAULT_RESTART, PETSC_FALSE, FAMILY_STATE, {"", ".previous"}},
   {"fault_output", FAULT_OUTPUT, PETSC_TRUE, 0, {GROWING, ".xdmf2", ".part.xdmf2"}},

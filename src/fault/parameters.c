@@ -184,12 +184,17 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
      "normal_stress (effective); opening comes with -fault_opening"},
   [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Precision of numbers in /fields"},
   [FAULT_STATIONS] = {"stations", "", NULL,
-                      "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap; values of their cells are written to "
-                      "/stations of -fault_output at every accepted step"},
+                      "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, or a file with a point on each line and "
+                      "comments after #; values of their cells are written to /stations of -fault_output at every "
+                      "accepted step"},
   [FAULT_SURFACE_STATIONS] = {"surface_stations", "", NULL,
                               "Points \"x,y;x,y\" [m] of the free surface, or a file with a point \"x,y\" or \"x y\" "
                               "on each line and comments after #; x is north, y is east. Their displacement and "
                               "velocity are written to /surface of -fault_output at every accepted step"},
+  [FAULT_SURFACE_MOTION] = {"surface_motion", "relative", "|relative|total|",
+                            "Motion of -fault_surface_stations where plates load the fault: relative to that of the "
+                            "plates, or total, with half of -fault_loading_rate along the rake on the side of the "
+                            "hanging wall, and against it on the other, for one plane with one rate and rake"},
   [FAULT_CATALOGUE] = {"catalogue", "", NULL,
                        "HDF5 file to write the catalogue to, with a row for every event of the run"},
   [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
@@ -463,7 +468,8 @@ PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[]
 
   Level: intermediate
 
-  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown name or choice.
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown name or choice, PETSC_ERR_ARG_OUTOFRANGE for a value of PETSC_MAX_PATH_LEN characters
+  or more that is no list of points.
 
 .seealso: SlipFaultSetReal(), SlipFaultSetFromOptions()
 @*/
@@ -486,6 +492,13 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
       PetscCall(SlipFaultListChoices(p, value, list, sizeof(list), &found));
       PetscCheck(found, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "-%sfault_%s is \"%s\", expected one of %s",
                  SlipFaultPrefix(fault), name, value, list);
+    }
+    PetscCall(PetscFree(fault->options.longer[i]));
+    if (strlen(value) >= sizeof(fault->options.text[i])) {
+      PetscCheck(i == FAULT_STATIONS || i == FAULT_SURFACE_STATIONS, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+                 "-%sfault_%s has %zu characters, expected at most %zu", SlipFaultPrefix(fault), name, strlen(value),
+                 sizeof(fault->options.text[i]) - 1);
+      PetscCall(PetscStrallocpy(value, &fault->options.longer[i]));
     }
     PetscCall(PetscStrncpy(fault->options.text[i], value, sizeof(fault->options.text[i])));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -2,8 +2,7 @@
    /stations/1, ... of the output. Their rows are those of /series, so that a checkpoint's count of the one is that
    of the other. */
 #include <slipstep/private/slipfaultobservers.h>
-#include <stdlib.h>
-#include <string.h>
+#include <stdio.h>
 
 /* A point may be outside of a cell by this part of its size: coordinates of edges are rounded. Where y is given it may be so far
    off the plane: who writes metres, or decimetres, seldom meets one that dips. */
@@ -132,34 +131,26 @@ static void FindLocal(SlipFault fault, Station *s)
     if (SlipFaultMeshRow(&fault->mesh, i) == s->cell) s->local = i;
 }
 
-/* One point of the list: two or three numbers with commas between */
-static PetscErrorCode ReadStation(SlipFault fault, const char point[], Station *s)
+/* The cell of a point [3], x, y or NaN, z */
+static PetscErrorCode PlaceStation(SlipFault fault, const PetscReal point[3], Station *s)
 {
-  const char *prefix = SlipFaultPrefix(fault), *c = point;
-  PetscReal number[3];
+  const char *prefix = SlipFaultPrefix(fault);
+  const PetscBool three = PetscIsNanReal(point[1]) ? PETSC_FALSE : PETSC_TRUE;
   PetscBool inside, several;
-  PetscInt n = 0;
-  char *end;
+  char across[32] = "", text[96];
 
   PetscFunctionBegin;
-  do {
-    number[n] = (PetscReal)strtod(c, &end);
-    if (end == c || PetscIsInfOrNanReal(number[n])) break;
-    c = end + strspn(end, " ");
-    n++;
-  } while (n < 3 && *c == ',' && c++);
-  PetscCheck(n >= 2 && !*c, fault->comm, PETSC_ERR_ARG_WRONG,
-             "-%sfault_stations has the point \"%s\", expected points \"x,z;x,z\" in m, \"x,y,z\" where planes overlap",
-             prefix, point);
-  s->x = number[0];
-  s->z = number[n - 1];
-  PetscCall(FindCell(fault, n == 3 ? &number[1] : NULL, s, &inside, &several));
+  s->x = point[0];
+  s->z = point[2];
+  if (three) (void)snprintf(across, sizeof(across), "%.10g,", (double)point[1]);
+  (void)snprintf(text, sizeof(text), "%.10g,%s%.10g", (double)point[0], across, (double)point[2]);
+  PetscCall(FindCell(fault, three ? &point[1] : NULL, s, &inside, &several));
   PetscCheck(inside, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-%sfault_stations has the point %s outside the fault, expected points in its cells; the centre of the "
              "nearest is at x = %g, y = %g, z = %g m",
-             prefix, point, (double)s->centre[0], (double)s->centre[1], (double)s->centre[2]);
+             prefix, text, (double)s->centre[0], (double)s->centre[1], (double)s->centre[2]);
   PetscCheck(!several, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_stations has the point %s, which several planes have: expected x,y,z", prefix, point);
+             "-%sfault_stations has the point %s, which several planes have: expected x,y,z", prefix, text);
   FindLocal(fault, s);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -168,8 +159,8 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
 {
   const char *text = fault->options.text[FAULT_STATIONS], *prefix = SlipFaultPrefix(fault);
   Stations *list;
-  char **point;
-  int n;
+  PetscReal *point;
+  PetscInt n;
 
   PetscFunctionBegin;
   (void)ts;
@@ -179,17 +170,13 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(fault->options.text[FAULT_OUTPUT][0], fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_stations %s is written to the output: expected -%sfault_output", prefix, text, prefix);
-  PetscCheck(strlen(text) + 1 < sizeof(fault->options.text[FAULT_STATIONS]), fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-%sfault_stations is too long, expected less than %d characters", prefix, PETSC_MAX_PATH_LEN - 1);
-  PetscCall(PetscStrToArray(text, ';', &n, &point));
-  PetscCheck(n > 0, fault->comm, PETSC_ERR_ARG_WRONG, "-%sfault_stations is \"%s\", expected points \"x,z;x,z\" in m",
-             prefix, text);
+  PetscCall(SlipFaultReadPoints(fault, FAULT_STATIONS, "xz", PETSC_TRUE, &n, &point));
   list->n = n;
   list->columns = SlipFaultOpens(fault) ? STATION_COLUMNS : fault->kind.coupled ? STATION_OPENING : STATION_NORMAL;
   list->numbers = list->columns + 3 * (fault->layout.plane - 1);
   PetscCall(PetscCalloc2(n, &list->station, list->numbers * n, &list->row));
-  for (int k = 0; k < n; k++) PetscCall(ReadStation(fault, point[k], &list->station[k]));
-  PetscCall(PetscStrToArrayDestroy(n, point));
+  for (PetscInt k = 0; k < n; k++) PetscCall(PlaceStation(fault, point + 3 * k, &list->station[k]));
+  PetscCall(PetscFree(point));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

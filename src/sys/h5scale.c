@@ -6,8 +6,8 @@
 
 #define SLIP_H5_MAX_DIM 4
 
-/* Axes that are no data of their group: those of fields, which are shared with /mesh, and that of vectors */
-static const char *const Axes[] = {"x", "z", "cell", "component"};
+/* Axes that are no data of their group: those of fields, which are shared with /mesh, of stations, and that of vectors */
+static const char *const Axes[] = {"x", "z", "cell", "station", "component"};
 
 static PetscErrorCode Failed(SlipH5 *h, const char path[])
 {

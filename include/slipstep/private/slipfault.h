@@ -41,6 +41,7 @@ typedef struct {
 typedef struct {
   PetscReal value[FAULT_MAX_REALS]; /* NaN: not given, the default of the row is derived or that of a registered law */
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
+  char *longer[FAULT_NUM_STRINGS]; /* lists of points that do not fit into text; NULL: it does */
   PetscBool inertia;          /* -fault_inertia */
   PetscBool inertia_given;    /* else the law decides */
   PetscBool initial_unstable; /* -fault_initial_unstable */
@@ -226,6 +227,10 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec
 PETSC_INTERN PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], PetscBool weighted, Vec x);
 PETSC_INTERN PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* filenames.c */
+/* points.c. Collective: the points [n][3] of a list or file, freed with PetscFree(): axes are two letters, with a third coordinate, which may
+   be given between them, in the middle, NaN where it is not */
+PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, const char axes[2], PetscBool three,
+                                                PetscInt *n, PetscReal **points);
 /* loads.c */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);

@@ -4,8 +4,9 @@
 #include <sliph5.h>
 #include <slipts.h>
 
-/* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there. */
+/* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there, of wide ones so many that they have these numbers. */
 #define SLIP_TABLE_ROWS 256
+#define SLIP_TABLE_NUMBERS 262144
 #define SLIP_TABLE_COLUMNS 32
 typedef struct {
   char group[64];
@@ -14,10 +15,12 @@ typedef struct {
   PetscInt entries[SLIP_TABLE_COLUMNS]; /* numbers of a column in a row */
   PetscInt first[SLIP_TABLE_COLUMNS];   /* of them, in a row */
   PetscInt written;                     /* rows in the file */
-  PetscReal *value;                     /* of SLIP_TABLE_ROWS rows, one column after the other */
+  PetscInt room;                        /* rows that are kept */
+  PetscReal *value;                     /* of so many rows, one column after the other */
 } SlipTable;
 
-/* entries [ncolumns], or NULL: a row has so many numbers in a column, whose dataset is [n, entries]; 0: one, and [n].
+/* entries [ncolumns], or NULL: a row has so many numbers in a column, whose dataset is [n, entries]; 0: one, and [n]; -m: m vectors of 3,
+   and [n, m, 3].
    rows >= 0: the table is there, and is cut to so many */
 PETSC_INTERN PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
                                             const SlipOutputColumn column[], const PetscInt entries[], PetscInt rows);

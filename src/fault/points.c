@@ -1,0 +1,112 @@
+/* Points of an option, -fault_stations or -fault_surface_stations: a list, or a file with one on each line. */
+#include <slipstep/private/slipfault.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LONGEST_LINE = 256 };
+
+/* Two or three numbers with commas between, or where it may be so only space, and nothing else */
+static PetscBool ReadPoint(const char text[], PetscBool space, PetscBool three, PetscReal point[3])
+{
+  static const char Space[] = " \t\r\n";
+  const char *c = text;
+  PetscInt n = 0;
+  char *end;
+
+  while (n < (three ? 3 : 2)) {
+    point[n] = (PetscReal)strtod(c, &end);
+    if (end == c || PetscIsInfOrNanReal(point[n])) return PETSC_FALSE;
+    n++;
+    c = end + strspn(end, Space);
+    if (!*c) break;
+    if (*c == ',')
+      c++;
+    else if (!space || c == end)
+      return PETSC_FALSE;
+    if (n == (three ? 3 : 2)) return PETSC_FALSE; /* one number too many */
+    if (!*c) return PETSC_FALSE;
+  }
+  if (n < 2 || *c) return PETSC_FALSE;
+  if (n == 2) {
+    point[2] = point[1];
+    point[1] = (PetscReal)NAN;
+  }
+  return PETSC_TRUE;
+}
+
+/* Rank 0: n points of a text file, freed with PetscFree() */
+static PetscErrorCode ReadFile(const char option[], const char name[], const char forms[], PetscBool three, PetscInt *n,
+                               PetscReal **point)
+{
+  FILE *file = fopen(name, "r");
+  char line[LONGEST_LINE];
+  PetscInt room = 0;
+
+  PetscFunctionBegin;
+  *n = 0;
+  *point = NULL;
+  PetscCheck(file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "%s (%s) cannot be read: %s", name, option, strerror(errno));
+  for (PetscInt number = 1; fgets(line, LONGEST_LINE, file); number++) {
+    const size_t length = strlen(line), used = strcspn(line, "#");
+    const PetscBool whole = length + 1 < LONGEST_LINE || line[length - 1] == '\n' ? PETSC_TRUE : PETSC_FALSE;
+
+    line[whole ? used : strcspn(line, "\n")] = '\0';
+    if (whole && line[strspn(line, " \t\r\n")] == '\0') continue;
+    if (*n == room) PetscCall(PetscRealloc(3 * (size_t)(room = 2 * room + 64) * sizeof(**point), point));
+    if (whole && ReadPoint(line, PETSC_TRUE, three, *point + 3 * *n)) {
+      ++*n;
+      continue;
+    }
+    (void)fclose(file);
+    PetscCall(PetscFree(*point));
+    line[strcspn(line, "\r\n")] = '\0';
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+            "%s (%s), line %" PetscInt_FMT ": \"%.60s\", expected a point %s in m, or a comment after #", name, option,
+            number, line, forms);
+  }
+  (void)fclose(file);
+  PetscCheck(*n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s (%s) has no points, expected one %s in m on each line",
+             name, option, forms);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, const char axes[2], PetscBool three, PetscInt *n,
+                                   PetscReal **points)
+{
+  const char *text = fault->options.longer[id] ? fault->options.longer[id] : fault->options.text[id];
+  char option[96], forms[64], expected[256];
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscBool file = PETSC_FALSE;
+  PetscMPIInt rank;
+  char **point;
+  int count;
+
+  PetscFunctionBegin;
+  (void)snprintf(option, sizeof(option), "-%sfault_%s", SlipFaultPrefix(fault), SlipFaultStrings[id].name);
+  (void)snprintf(forms, sizeof(forms), "\"%c,%c\" or \"%c %c\"", axes[0], axes[1], axes[0], axes[1]);
+  (void)snprintf(expected, sizeof(expected),
+                 "expected points \"%c,%c;%c,%c\" in m, %sor a file with a point %s on each line", axes[0], axes[1],
+                 axes[0], axes[1], three ? "\"x,y,z\" where planes overlap, " : "", forms);
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (!rank && !fault->options.longer[id]) PetscCall(PetscTestFile(text, '\0', &file));
+  PetscCallMPI(MPI_Bcast(&file, 1, MPIU_BOOL, 0, fault->comm));
+  if (file) {
+    if (!rank) ierr = ReadFile(option, text, forms, three, n, points);
+    PetscCall(SlipErrorBcast(fault->comm, ierr));
+    PetscCallMPI(MPI_Bcast(n, 1, MPIU_INT, 0, fault->comm));
+    if (rank) PetscCall(PetscMalloc1(3 * (size_t)*n, points));
+    PetscCallMPI(MPI_Bcast(*points, (PetscMPIInt)(3 * *n), MPIU_REAL, 0, fault->comm));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscStrToArray(text, ';', &count, &point));
+  PetscCheck(count > 0, fault->comm, PETSC_ERR_ARG_WRONG, "%s is \"%s\", %s", option, text, expected);
+  *n = count;
+  PetscCall(PetscMalloc1(3 * (size_t)count, points));
+  for (int k = 0; k < count; k++)
+    PetscCheck(ReadPoint(point[k], PETSC_FALSE, three, *points + 3 * k), fault->comm, PETSC_ERR_ARG_WRONG,
+               "%s has the point \"%.60s\", %s", option, point[k], expected);
+  PetscCall(PetscStrToArrayDestroy(count, point));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
