@@ -106,9 +106,10 @@ def surface_of(run):
     half = sign * 0.5 * np.array([math.cos(math.radians(dip)), math.sin(math.radians(dip))])
     found = {}
     with run._open() as file:
+        total = "ground" in file and bool(file["ground"].attrs["total"])  # -fault_surface_motion: it is in the file
         for station in file.get("surface", {}).values():
             y, time = float(_plain(station.attrs["y"])), station["time"][...]
-            rigid = (-1 if y >= 0 else 1) * PLATES * half
+            rigid = 0 * half if total else (-1 if y >= 0 else 1) * PLATES * half
             found[y] = time, station["displacement"][:, 1:] + np.outer(time, rigid), station["velocity"][:, 1:] + rigid
     return dict(sorted(found.items()))
 

@@ -52,6 +52,7 @@ static PetscErrorCode Onset(SlipFaultCatalogue cat, SlipEventStep *step)
   PetscCall(BeginEvent(cat, step->begin + step->cut * step->dt, cat->cut));
   e->time[1] = step->begin;
   PetscCall(SlipFaultLargestSpeed(cat->fault, step->node[0], &e->rate[1]));
+  if (e->rate[1] == 0) PetscCall(SlipCatalogueFirstToSlip(cat, step->begin, step->node[0], &e->cell));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

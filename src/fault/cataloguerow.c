@@ -85,9 +85,43 @@ PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, PetscReal dt, Ve
   }
   PetscCall(SlipArraysRestore(2, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cell, (PetscMPIInt)mesh->faults, MPIU_INT, MPI_MIN, fault->comm));
+  if (!cat->event.steps) cell[SlipFaultMeshFaultOf(mesh, cat->event.cell)] = cat->event.cell;
   for (PetscInt k = 0; k < mesh->faults; k++)
     if (cat->hypocentre[k] < 0 && cell[k] < mesh->N) cat->hypocentre[k] = cell[k];
   PetscCall(PetscFree3(first, max, cell));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the cell of a fault at rest whose stress exceeds its strength by most in the state w, to which it slips first, however long the step is in
+   which that is seen; as it was where none does */
+PetscErrorCode SlipCatalogueFirstToSlip(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscInt *first)
+{
+  SlipFault fault = cat->fault;
+  const PetscReal tiny = 1e-9; /* of the strength: what rounding leaves of both */
+  const PetscReal *stress, *strength;
+  const SlipArrays arrays[] = {{cat->stress, .read = &stress}, {fault->cells, .read = &strength}};
+  const PetscInt c = fault->layout.components;
+  PetscReal most = 0;
+  PetscInt cell = fault->mesh.N;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultStress(fault, t, w, cat->stress));
+  PetscCall(SlipFaultStrength(fault, t, w, fault->cells));
+  PetscCall(SlipArraysGet(2, arrays));
+  for (int pass = 0; pass < 2; pass++) {
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      const PetscReal bound = strength[i] / fault->mesh.weight[i],
+                      excess = SlipFaultLength(fault, stress + c * i) - bound;
+
+      if (excess <= tiny * bound) continue;
+      if (!pass) most = PetscMax(most, excess);
+      if (pass && excess >= most * (1 - EVENT_TIE)) cell = PetscMin(cell, SlipFaultMeshRow(&fault->mesh, i));
+    }
+    if (!pass) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  }
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cell, 1, MPIU_INT, MPI_MIN, fault->comm));
+  if (cell < fault->mesh.N) *first = cell;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -201,21 +201,43 @@ static PetscErrorCode Cut(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of TSBATHE, from one of the three states to the next */
+/* Where the largest rate passes the bound in a step that ends at rest, and has no inertia: stress dies away exponentially then, and the length of the
+   step, in which slip was of no account any more, says nothing of it. It goes on as it fell in the step before. */
+static PetscReal DiesAway(SlipFaultCatalogue cat, const SlipEventStep *step)
+{
+  const SlipFaultEvent *e = &cat->event;
+  const PetscReal rate = cat->fault->options.value[FAULT_EVENT_RATE];
+
+  if (e->steps < 2 || !(e->rate[0] > e->rate[1])) return 1;
+  return PetscMin(1, (e->time[1] - e->time[0]) * PetscLogReal(e->rate[1] / rate) /
+                       PetscLogReal(e->rate[0] / e->rate[1]) / step->dt);
+}
+
+/* Of TSBATHE, from one of the three states to the next. That of a backward first stage is of first order only: without it where both ends
+   move, between which what grows or decays exponentially goes by a straight line of its logarithm. */
 static PetscErrorCode CrossNodes(SlipFaultCatalogue cat, SlipEventStep *step)
 {
   const PetscReal rate = cat->fault->options.value[FAULT_EVENT_RATE];
   const PetscBool onset = step->side < 0 ? PETSC_TRUE : PETSC_FALSE;
-  PetscReal inner, share, dt;
+  PetscReal max[3], share, dt;
   PetscInt slow = onset ? 0 : 2, fast = 1;
+  TSBatheFirstStage rule;
+  PetscBool crude;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultLargestSpeed(cat->fault, step->node[1], &inner));
-  if (inner <= rate) {
+  PetscCall(TSBatheGetFirstStage(step->ts, &rule));
+  for (PetscInt k = 0; k < 3; k++) PetscCall(SlipFaultLargestSpeed(cat->fault, step->node[k], &max[k]));
+  crude = rule == TSBATHE_STAGE_BACKWARD && (!onset || max[0] > 0) ? PETSC_TRUE : PETSC_FALSE;
+  if (crude)
+    fast = onset ? 2 : 0;
+  else if (max[1] <= rate) {
     slow = 1;
     fast = onset ? 2 : 0;
   }
-  PetscCall(FirstCrossing(cat, step->node[slow], step->node[fast], &share));
+  if (crude && max[2] == 0 && !cat->fault->kind.inertia)
+    share = 1 - DiesAway(cat, step);
+  else
+    PetscCall(FirstCrossing(cat, step->node[slow], step->node[fast], &share));
   dt = (step->share[fast] - step->share[slow]) * step->dt;
   PetscCall(Cut(cat, step->node[slow], step->node[fast], share, share * dt));
   step->slow = slow;

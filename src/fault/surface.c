@@ -123,7 +123,8 @@ static PetscErrorCode MovePlates(SlipFault fault, Surface *s)
     const PetscReal *p = s->point + 2 * k, *normal = first.direction[2];
     const PetscReal off =
       (p[0] - first.centre[0]) * normal[0] + (p[1] - first.centre[1]) * normal[1] - first.centre[2] * normal[2];
-    const PetscReal side = off >= -1e-9 * size ? 0.5 : -0.5;
+    const PetscReal far = PetscMax(hypot(p[0], p[1]), hypot(first.centre[0], first.centre[1])) + size;
+    const PetscReal side = off >= -1e-14 * far ? 0.5 : -0.5; /* what rounding leaves of a point on the trace */
 
     for (PetscInt j = 0; j < 3; j++) s->plates[3 * k + j] = side * bounds[0] * slip[j];
   }

@@ -140,7 +140,21 @@ class Stations(FaultTest):
         for points, message in (("1", 'the point "1"'), ("1,2,3,4", '"1,2,3,4"'), ("a,b", '"a,b"'), ("1,nan", '"1,nan"'), ("1,2 m", '"1,2 m"'),
                                 (";", 'is ";"'), ("1,1;3001,1", "3001,1 outside the fault"), ("1,-1", "the nearest is at x = 250")):
             self.assertIn(message, self.fault(*GRID, "-fault_output", "a.h5", "-fault_stations", points, code=1))
+        with open(self.path("points.txt"), "w") as file:
+            file.write("1 1\n1 a\n")
+        self.assertIn('points.txt (-fault_stations), line 2: "1 a", expected a point "x,z" or "x z" in m', self.fault(
+            *GRID, "-fault_output", "a.h5", "-fault_stations", "points.txt", code=1))
         self.assertFalse(os.path.exists(self.path("a.h5")))
+
+    def test_file(self):
+        """A file of points is a list of them, and a list may be long."""
+        points = [(250, 300), (1250, 900)] + [(2750, 2700)] * 600
+        with open(self.path("points.txt"), "w") as file:
+            file.write("# x z\n\n" + "".join(f"{x} {z}  # a comment\n" for x, z in points[:2]) + "2750,0,2700\n")
+        for name, stations, cells in (("file.h5", "points.txt", [0, 8, 29]), ("list.h5", ";".join(f"{x},{z}" for x, z in points), [0, 8] + [29] * 600)):
+            self.fault(*GRID, "-fault_output", name, "-fault_stations", stations, "-ts_max_time", "1")
+            with h5py.File(self.path(name)) as file:
+                self.assertEqual([file[f"stations/{k}"].attrs["cell"] for k in range(len(cells))], cells)
 
 
 if __name__ == "__main__":

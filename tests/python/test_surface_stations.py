@@ -67,6 +67,11 @@ class SurfaceStations(FaultTest):
         self.assertGreater(self.compare("one.h5", [(1500, 0, 1500, 3000, 3000)], 0), 0.05)
         with h5py.File(self.path("one.h5")) as file:  # the sides move apart
             np.testing.assert_array_equal(file["surface/0/displacement"][:, 0], -file["surface/1/displacement"][:, 0])
+            self.assertEqual(np.transpose([file[f"ground_points/{axis}"] for axis in "xy"]).tolist(), [list(map(float, point)) for point in POINTS])
+            self.assertEqual((file["ground"].attrs["total"], file["ground/velocity"].shape), (0, (len(file["series/time"]), len(POINTS), 3)))
+            for k in range(len(POINTS)):  # each station's group shows its part
+                for key in ("displacement", "velocity"):
+                    np.testing.assert_array_equal(file[f"surface/{k}/{key}"], file[f"ground/{key}"][:, k])
 
     def test_grid_on_ranks(self):
         cells = [(250 + 500 * i, 0, 300 + 600 * j, 500, 600) for j in range(5) for i in range(6)]
@@ -98,21 +103,54 @@ class SurfaceStations(FaultTest):
 
     def test_bp3(self):
         """SEAS BP3, thrust of 60 degrees: displacement, horizontal and down, at 50.0307 years, before the first event, as published for the
-        code FDRA with cells of 25 m. What stations give is relative to slip at the plate rate Vp everywhere; to that the benchmark adds the
-        plates' rigid motion, against the hanging wall's half of the slip on the right, with it on the left."""
+        code FDRA with cells of 25 m, with the rigid motion of the plates: half of the slip along the dip, up on the right."""
         published = {16e3: (-0.400304, -0.418260), -16e3: (-0.031915, 0.527212), 0.0: (-0.303663, 0.227878)}
         length, depth = 3.9e7, (np.arange(200) + 0.5) * 200
         with h5py.File(self.path("fields.h5"), "w") as file:
             file["friction_a"] = np.interp(depth, [15e3, 18e3], [0.010, 0.025])[:, None]
-        self.fault(*BP3, "-fault_length_x", length, "-fault_surface_stations", ";".join(f"{length / 2},{y}" for y in published))
-        time, plates = 50.0307 * YEAR, 1e-9 * 50.0307 * YEAR / 2 * np.array([np.cos(np.pi / 3), np.sin(np.pi / 3)])
+        self.fault(*BP3, "-fault_length_x", length, "-fault_surface_motion", "total", "-fault_surface_stations", ";".join(f"{length / 2},{y}" for y in published))
+        time = 50.0307 * YEAR
         with h5py.File(self.path("bp3.h5")) as file:
             for k, (y, wanted) in enumerate(published.items()):
                 found = [np.interp(time, file[f"surface/{k}/time"], file[f"surface/{k}/displacement"][:, c]) for c in range(3)]
                 self.assertEqual(found[0], 0)  # the middle of the strike
                 # 7e-5 to 1.2e-4 m are between the two codes, with cells of 25 m too. And the fault has an end: 1.4e-4 m down, 5.3e-4 m times
                 # 1e7 m / length, as slip deficit times width over half of the length is.
-                np.testing.assert_allclose(np.array(found[1:]) - (1 if y >= 0 else -1) * plates, wanted, rtol=0, atol=3e-4)
+                np.testing.assert_allclose(found[1:], wanted, rtol=0, atol=3e-4)
+
+    def test_motion_of_plates(self):
+        """Between plates that slip at V below a depth D the ground moves along the strike with V/pi arctan(y/D) (Savage & Burford 1973), y the distance to the
+        right; a rate that is not one, or planes that are several, have no plates; and a restart is in the frame of its file."""
+        depth, rate, length = 10e3, 1e-9, 3.9e7
+        across = np.array([3e3, 10e3, 40e3, 1e-3])
+        points = ";".join(f"{length / 2},{y}" for y in (*across, *-across))
+        rest = ("-fault_nx", 1, "-fault_nz", 1, "-fault_length_x", length, "-fault_length_z", depth, "-fault_initial", "rest", "-fault_loading_rate", rate, "-ts_max_time",
+                "1y", "-fault_surface_stations", points, "-fault_output", "run.h5")
+        for motion in ("total", "relative"):
+            self.fault(*rest, "-fault_surface_motion", motion, "-fault_checkpoint", "state", "-fault_output_overwrite")
+            with h5py.File(self.path("run.h5")) as file:
+                moved, moves, time = file["ground/displacement"][-1, :, 0], file["ground/velocity"][-1, :, 0], file["ground/time"][-1]
+                y = file["ground_points/y"][()]
+            # the ends of the fault are 2,000 D away, where the deficit is a double couple: D^2/r^2
+            exact = rate / np.pi * np.arctan(y / depth) - (rate / 2 * np.sign(y) if motion == "relative" else 0)
+            np.testing.assert_allclose(moves, exact, rtol=0, atol=1e-6 * rate)
+            np.testing.assert_allclose(moved, exact * time, rtol=0, atol=1e-6 * rate * time)
+        self.assertIn("has stations with -fault_surface_motion relative", self.fault(*rest, "-fault_surface_motion", "total", "-fault_restart", "state", "-ts_max_time", "2y",
+                                                                                    code=1))
+        with h5py.File(self.path("fields.h5"), "w") as file:
+            file["loading_rate"] = np.full((1, 2), 1e-9) * [1, 2]
+        self.assertIn("-fault_surface_motion total needs cells on one plane", self.fault(*rest, "-fault_nx", 2, "-fault_parameters", "fields.h5", "-fault_surface_motion", "total",
+                                                                                         "-fault_output_overwrite", code=1))
+
+    def test_long_lists(self):
+        """A list has no end at 4,095 characters, which a file's name has."""
+        points = [(10.0 * k, 7.0) for k in range(600)]
+        text = ";".join(f"{x},{y}" for x, y in points)
+        self.assertGreater(len(text), 4200)
+        self.fault(*GRID, "-fault_output", "long.h5", "-fault_surface_stations", text, "-ts_max_time", "1")
+        with h5py.File(self.path("long.h5")) as file:
+            self.assertEqual((file["ground_points/x"][-1], len(file["surface"])), (points[-1][0], 600))
+        self.assertIn("-fault_output has 5000 characters, expected at most 4095", self.fault(*GRID, "-fault_output", 5000 * "a", code=1))
 
     def test_strike_and_rake(self):
         """A fault that is turned turns what it does, and on a vertical one rake 180 is rake 0 with the other sign."""

@@ -172,6 +172,7 @@ PETSC_EXTERN PetscErrorCode SlipCatalogueEnergies(SlipFault fault, PetscReal t, 
                                                   PetscReal *kinetic);
 PETSC_EXTERN PetscErrorCode SlipCatalogueFastest(SlipFault fault, Vec w, PetscInt n, const PetscInt group[],
                                                  const PetscReal max[], PetscInt cell[]);
+PETSC_INTERN PetscErrorCode SlipCatalogueFirstToSlip(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscInt *first);
 PETSC_EXTERN PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, PetscReal dt, Vec w);
 PETSC_EXTERN PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w);
 
