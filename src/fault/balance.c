@@ -306,43 +306,6 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives a state within the last step the slip rates of its balance; F: its rates, power [3] and friction: as of SlipFaultGetPowers(), or
-   NULL. What is known of the last right-hand side, from which the integrator goes on, stays. Costs a product with K, where slip changes
-   normal stress with Kn as well. */
-PetscErrorCode SlipFaultBalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, PetscReal power[3],
-                                      PetscReal friction[])
-{
-  SlipFaultBalance *b = &fault->balance;
-  SlipFaultCoupling *c = &fault->coupling;
-  const PetscBool known = b->known, balanced = c->balanced;
-  const PetscReal time = b->time;
-  Vec *of_last[] = {&b->u, &b->rate, &b->force, &c->rise};
-  const PetscInt n = fault->operators.Kn ? 4 : 3;
-
-  PetscFunctionBegin;
-  for (PetscInt k = 0; k < n; k++) {
-    const Vec last = *of_last[k];
-
-    if (!b->aside[k]) PetscCall(VecDuplicate(last, &b->aside[k]));
-    *of_last[k] = b->aside[k];
-    b->aside[k] = last;
-  }
-  PetscCall(SlipFaultRates(fault, t, w, F));
-  PetscCall(SlipFaultPutRates(fault, w));
-  if (power) PetscCall(SlipFaultGetPowers(fault, t, w, NULL, power, friction));
-  for (PetscInt k = 0; k < n; k++) {
-    const Vec mine = *of_last[k];
-
-    *of_last[k] = b->aside[k];
-    b->aside[k] = mine;
-  }
-  b->known = known;
-  b->time = time;
-  c->balanced = balanced;
-  c->moment = (SlipFaultMoment){0};
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The state of the start */
 PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
 {

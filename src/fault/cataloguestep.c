@@ -98,6 +98,43 @@ PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal tim
 
 /* ---- states within a step in which all cells slide ---- */
 
+/* Gives a state within the last step the slip rates of its balance; F: its rates, power [3] and friction: as of SlipFaultGetPowers(), or
+   NULL. What is known of the last right-hand side, from which the integrator goes on, stays. Costs a product with K, where slip changes
+   normal stress with Kn as well. */
+static PetscErrorCode BalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, PetscReal power[3],
+                                    PetscReal friction[])
+{
+  SlipFaultBalance *b = &fault->balance;
+  SlipFaultCoupling *c = &fault->coupling;
+  const PetscBool known = b->known, balanced = c->balanced;
+  const PetscReal time = b->time;
+  Vec *of_last[] = {&b->u, &b->rate, &b->force, &c->rise};
+  const PetscInt n = fault->operators.Kn ? 4 : 3;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < n; k++) {
+    const Vec last = *of_last[k];
+
+    if (!b->aside[k]) PetscCall(VecDuplicate(last, &b->aside[k]));
+    *of_last[k] = b->aside[k];
+    b->aside[k] = last;
+  }
+  PetscCall(SlipFaultRates(fault, t, w, F));
+  PetscCall(SlipFaultPutRates(fault, w));
+  if (power) PetscCall(SlipFaultGetPowers(fault, t, w, NULL, power, friction));
+  for (PetscInt k = 0; k < n; k++) {
+    const Vec mine = *of_last[k];
+
+    *of_last[k] = b->aside[k];
+    b->aside[k] = mine;
+  }
+  b->known = known;
+  b->time = time;
+  c->balanced = balanced;
+  c->moment = (SlipFaultMoment){0};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Hermite's cubic between the ends, for integrators without a dense output: slopes are their right-hand sides, a product with K each. */
 static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal share, Vec w)
 {
@@ -107,7 +144,7 @@ static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscRe
   for (PetscInt k = 0; k < 2 && !step->sloped; k++) {
     if (!cat->slope[k]) PetscCall(SlipFaultCreateState(cat->fault, &cat->slope[k]));
     PetscCall(VecCopy(k ? step->node[step->nodes - 1] : cat->before, w));
-    PetscCall(SlipFaultBalanceWithin(cat->fault, step->begin + k * h, w, cat->slope[k], NULL, NULL));
+    PetscCall(BalanceWithin(cat->fault, step->begin + k * h, w, cat->slope[k], NULL, NULL));
   }
   step->sloped = PETSC_TRUE;
   PetscCall(VecCopy(cat->before, w));
@@ -125,7 +162,7 @@ static PetscErrorCode StateWithin(SlipFaultCatalogue cat, SlipEventStep *step, P
 
   PetscFunctionBegin;
   PetscCall(step->dense ? TSInterpolate(step->ts, t, w) : Cubic(cat, step, share, w));
-  PetscCall(SlipFaultBalanceWithin(cat->fault, t, w, NULL, power ? sum : NULL, power ? OfFaults(cat, power) : NULL));
+  PetscCall(BalanceWithin(cat->fault, t, w, NULL, power ? sum : NULL, power ? OfFaults(cat, power) : NULL));
   if (power) PetscCall(Assemble(cat, t, w, sum, power));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

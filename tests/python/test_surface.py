@@ -200,8 +200,14 @@ class Maps(SurfaceTest):
         catalogue = Catalogue(self.path("events.h5"))
         self.assertGreater(catalogue.count, 0)
         event, (onset, end) = slip_of_event(catalogue, 0), (catalogue.event[name][0] for name in ("onset", "end"))
-        window = slip_of_run(Run(self.path("run.h5")), onset, end)
-        np.testing.assert_allclose(event.slip, window.slip, rtol=0, atol=0.02 * np.abs(window.slip).max())  # as in test_event
+        # between that of the steps within the event and that with the two in which it begins and ends: in these fields are no straight lines
+        run = Run(self.path("run.h5"))
+        times = run.field("slip")[0]
+        first, last = np.searchsorted(times, (onset, end))
+        inner, outer = (slip_of_run(run, times[a], times[b]).slip for a, b in ((first, last - 1), (first - 1, last)))
+        rounding = 1e-6 * np.abs(outer).max()  # and loading in the minute of the first step, 5e-8 m
+        self.assertTrue((event.slip >= np.minimum(inner, outer) - rounding).all() and (event.slip <= np.maximum(inner, outer) + rounding).all())
+        self.assertGreater(np.abs(inner).max(), 0.7 * np.abs(outer).max())
         broke = np.isfinite(catalogue.map("rupture_time")[0].ravel())
         self.assertAlmostEqual(catalogue.event["rake"][0], np.degrees(np.arctan2(*event.slip[broke].sum(axis=0)[::-1])), delta=1e-9)
         self.assertAlmostEqual(catalogue.event["moment"][0], 30e9 * 12e3 * 8e3 / 30 * np.linalg.norm(event.slip.sum(axis=0)), delta=1e-9 * catalogue.event["moment"][0])

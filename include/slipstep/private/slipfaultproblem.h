@@ -66,8 +66,6 @@ PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, 
 PETSC_INTERN PetscErrorCode SlipFaultForce(SlipFault fault, Vec w, Vec u, Vec force);
 PETSC_INTERN PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, Vec u, PetscBool *same);
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
-PETSC_EXTERN PetscErrorCode SlipFaultBalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, PetscReal power[3],
-                                                   PetscReal friction[]);
 PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
