@@ -42,17 +42,17 @@ typedef struct {
   PetscReal value[FAULT_MAX_REALS]; /* NaN: not given, the default of the row is derived or that of a registered law */
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
   char *longer[FAULT_NUM_STRINGS]; /* lists of points that do not fit into text; NULL: it does */
-  PetscBool inertia;          /* -fault_inertia */
-  PetscBool inertia_given;    /* else the law decides */
-  PetscBool initial_unstable; /* -fault_initial_unstable */
-  PetscBool opening;          /* -fault_opening */
-  PetscBool check_error;      /* -fault_check_error */
-  PetscBool output_overwrite; /* -fault_output_overwrite */
-  PetscBool output_xdmf;      /* -fault_output_xdmf */
-  PetscBool interval_given;   /* output_interval was set */
-  PetscBool catalogue_maps;   /* -fault_catalogue_maps */
-  PetscBool speaks;           /* its options were read: it warns, and prints what it found */
-  PetscViewer viewer;         /* -fault_view */
+  PetscBool inertia;               /* -fault_inertia */
+  PetscBool inertia_given;         /* else the law decides */
+  PetscBool initial_unstable;      /* -fault_initial_unstable */
+  PetscBool opening;               /* -fault_opening */
+  PetscBool check_error;           /* -fault_check_error */
+  PetscBool output_overwrite;      /* -fault_output_overwrite */
+  PetscBool output_xdmf;           /* -fault_output_xdmf */
+  PetscBool interval_given;        /* output_interval was set */
+  PetscBool catalogue_maps;        /* -fault_catalogue_maps */
+  PetscBool speaks;                /* its options were read: it warns, and prints what it found */
+  PetscViewer viewer;              /* -fault_view */
   PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */
   PetscViewerFormat stiffness_format;
