@@ -21,7 +21,8 @@ enum { GMSH_TRIANGLE = 2, GMSH_QUADRILATERAL = 3, GMSH_KINDS = PETSC_STATIC_ARRA
 
 typedef struct {
   PetscInt64 tag;
-  PetscInt where; /* of a node its place, of a surface its physical group, -1: several */
+  PetscInt where; /* of a node its place, of a surface its physical group */
+  PetscInt other; /* of a surface a second group, or 0 */
 } Tagged;
 
 typedef struct {
@@ -139,7 +140,7 @@ static PetscErrorCode ReadEntities(Gmsh *f)
       PetscCall(PetscMalloc1(PetscMax(count[2], 1), &f->surface));
     }
     for (PetscInt64 i = 0; i < count[dim]; i++) {
-      PetscInt physical = 0;
+      PetscInt physical[2] = {0, 0};
 
       PetscCall(SlipGmshInts(g, 1, sizeof(int), &tag));
       PetscCall(SlipGmshReals(g, dim ? 6 : 3, box));
@@ -148,12 +149,12 @@ static PetscErrorCode ReadEntities(Gmsh *f)
       for (PetscInt64 k = 0; k < groups; k++) {
         PetscCall(SlipGmshInts(g, 1, sizeof(int), &group));
         if (group < 0) group = -group; /* of the other sense of the surface */
-        physical = k || group > (PetscInt64)MESH_MAX_LABEL ? -1 : (PetscInt)group;
+        if (k < 2) physical[k] = (PetscInt)group;
       }
       if (dim) PetscCall(SlipGmshInts(g, 1, 8, &bounds));
       if (dim) PetscCall(SlipGmshFits(g, bounds, g->binary ? sizeof(int) : 2, "bounds"));
       for (PetscInt64 k = 0; dim && k < bounds; k++) PetscCall(SlipGmshInts(g, 1, sizeof(int), &group));
-      if (dim == 2) f->surface[f->nsurfaces++] = (Tagged){tag, physical};
+      if (dim == 2) f->surface[f->nsurfaces++] = (Tagged){tag, physical[0], physical[1]};
     }
   }
   qsort(f->surface, (size_t)f->nsurfaces, sizeof(*f->surface), Compare);
@@ -313,6 +314,33 @@ static PetscErrorCode ReadElementsOld(Gmsh *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Number and name of a physical group, as the file has them */
+static const char *GroupOf(const Gmsh *f, PetscInt group, char text[], size_t len)
+{
+  char key[32];
+  const char *at = f->names;
+  const size_t n = (size_t)snprintf(key, sizeof(key), "%" PetscInt_FMT " ", group);
+
+  while (at && strncmp(at, key, n)) {
+    at = strstr(at, "; ");
+    if (at) at += 2;
+  }
+  if (at)
+    (void)snprintf(text, len, "%" PetscInt_FMT " \"%.*s\"", group, (int)strcspn(at + n, ";"), at + n);
+  else
+    (void)snprintf(text, len, "%" PetscInt_FMT, group);
+  return text;
+}
+
+static PetscErrorCode FailOfGroups(const Gmsh *f, const char what[], PetscInt64 tag, PetscInt one, PetscInt other)
+{
+  char name[2][300];
+
+  PetscFunctionBegin;
+  Fail("%s: %s %lld is of several physical groups, %s and %s, expected one: a triangle is of one fault", f->g.source,
+       what, (long long)tag, GroupOf(f, one, name[0], sizeof(name[0])), GroupOf(f, other, name[1], sizeof(name[1])));
+}
+
 /* 4.1: blocks of one kind on one entity of the model, which has the physical groups */
 static PetscErrorCode ReadElements(Gmsh *f)
 {
@@ -332,9 +360,7 @@ static PetscErrorCode ReadElements(Gmsh *f)
     PetscCall(SlipGmshFits(g, n, g->binary ? 16 : 4, "elements"));
     surface = block[0] == 2 ? Find(f->nsurfaces, f->surface, block[1]) : NULL;
     physical = surface ? surface->where : 0;
-    if (physical < 0)
-      Fail("%s: surface %lld is of several physical groups, expected one: a triangle is of one fault", g->source,
-           (long long)block[1]);
+    if (surface && surface->other) PetscCall(FailOfGroups(f, "surface", block[1], physical, surface->other));
     for (PetscInt64 i = 0; i < n; i++) {
       PetscCall(SlipGmshInts(g, 1, 8, &tag));
       PetscCall(SlipGmshInts(g, Elements[block[2]].nodes, 8, node));
@@ -383,6 +409,51 @@ static PetscErrorCode ReadSections(Gmsh *f)
     }
     PetscCall(SlipGmshEnd(g));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+typedef struct {
+  PetscInt64 node[4]; /* ascending */
+  const Facet *facet;
+} Sorted;
+
+static int CompareSorted(const void *a, const void *b)
+{
+  const Sorted *p = (const Sorted *)a, *q = (const Sorted *)b;
+
+  for (int k = 0; k < 4; k++)
+    if (p->node[k] != q->node[k]) return p->node[k] < q->node[k] ? -1 : 1;
+  return p->facet->tag < q->facet->tag ? -1 : p->facet->tag > q->facet->tag;
+}
+
+/* 2.2 has the elements of a surface once for each of its physical groups. */
+static PetscErrorCode CheckGroups(const Gmsh *f)
+{
+  Sorted *all;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(PetscMax(f->nfacets, 1), &all));
+  for (PetscInt i = 0; i < f->nfacets; i++) {
+    const Facet *own = &f->facet[i];
+
+    all[i] = (Sorted){{own->node[0], own->node[1], own->node[2], own->sides == 4 ? own->node[3] : -1}, own};
+    for (int k = 1; k < 4; k++)
+      for (int j = k; j > 0 && all[i].node[j] < all[i].node[j - 1]; j--) {
+        const PetscInt64 low = all[i].node[j];
+
+        all[i].node[j] = all[i].node[j - 1];
+        all[i].node[j - 1] = low;
+      }
+  }
+  qsort(all, (size_t)f->nfacets, sizeof(*all), CompareSorted);
+  for (PetscInt i = 1; i < f->nfacets; i++) {
+    const Facet *a = all[i - 1].facet, *b = all[i].facet;
+
+    if (!memcmp(all[i].node, all[i - 1].node, sizeof(all[i].node)) && a->physical && b->physical &&
+        a->physical != b->physical)
+      PetscCall(FailOfGroups(f, "element", a->tag, a->physical, b->physical));
+  }
+  PetscCall(PetscFree(all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -438,6 +509,7 @@ PetscErrorCode SlipFaultMeshReadGmsh(const char name[], const char source[], Sli
   PetscFunctionBegin;
   PetscCall(SlipGmshOpen(name, source, &f.g));
   PetscCall(ReadSections(&f));
+  PetscCall(CheckGroups(&f));
   PetscCall(TakeFacets(&f, m));
   m->names = f.physical ? f.names : NULL;
   if (!f.physical) PetscCall(PetscFree(f.names));

@@ -8,6 +8,8 @@ static PetscErrorCode Create_Grid(SlipFault fault, const SlipFaultMeshFile *file
   SlipFaultMesh *mesh = &fault->mesh;
   const PetscReal *const e = mesh->extent;
   const char *prefix = SlipFaultPrefix(fault);
+  PetscReal sine, cosine, bottom, side;
+  PetscBool full_space;
 
   PetscFunctionBegin;
   (void)file;
@@ -24,6 +26,14 @@ static PetscErrorCode Create_Grid(SlipFault fault, const SlipFaultMeshFile *file
   mesh->planes = 1;
   mesh->dips = e[FAULT_DIP] != 90 ? PETSC_TRUE : PETSC_FALSE;
   mesh->area = e[FAULT_LENGTH_X] * e[FAULT_LENGTH_Z] / (PetscReal)mesh->N;
+  SlipDegrees(e[FAULT_DIP], &sine, &cosine);
+  bottom = e[FAULT_DEPTH_TOP] + sine * e[FAULT_LENGTH_Z] / mesh->dims[0];
+  side = PetscMin(e[FAULT_LENGTH_X] / mesh->dims[1], e[FAULT_LENGTH_Z] / mesh->dims[0]);
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &full_space));
+  PetscCheck(full_space || bottom >= SLIP_GROUND * side, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "the upper cells lie on the ground, with their lower edges %.6g m deep: expected a larger -%sfault_dip, "
+             "which is %.6g, or -%sfault_depth_top",
+             (double)bottom, prefix, (double)e[FAULT_DIP], prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -106,7 +106,7 @@ static PetscErrorCode CheckFolds(const char source[], const SlipFaultMeshFile *m
           angle >= FOLD, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
           "%s: triangles %" PetscInt_FMT " and %" PetscInt_FMT
           " share an edge with an angle of %.3g degrees between them, expected at least %.3g: one is folded back on "
-          "the other",
+          "the other, which convert_mesh.py --repair undoes",
           source, Number(m, edge[i].triangle), Number(m, edge[j].triangle), (double)angle, FOLD);
       }
   }

@@ -10,17 +10,14 @@
 #define MESH_LABELS "/fault"
 #define MESH_NAMES "x y z length width"
 #define MESH_ALL_NAMES MESH_NAMES " strike dip"
-/* [m] No natural fault ends above this depth, and all do in kilometres: a smaller one, as in a laboratory, says that its
-   units are metres. */
-#define MESH_SHALLOW 100
 #define MESH_VERTICES "/vertices"
 #define MESH_TRIANGLES "/triangles"
 
 /* What the options say of numbers in the file */
 typedef struct {
-  PetscBool enu, ned; /* neither: as the kind of file has it */
-  PetscReal unit;     /* [m] */
-  PetscBool known;    /* said by an option */
+  PetscBool framed, east, up; /* the axes are said; the first is east, the last upward */
+  PetscReal unit;             /* [m] */
+  PetscBool known;            /* said by an option */
 } Ways;
 
 static PetscErrorCode WaysOf(SlipFault fault, Ways *w)
@@ -28,62 +25,42 @@ static PetscErrorCode WaysOf(SlipFault fault, Ways *w)
   const char *frame = fault->options.text[FAULT_MESH_FRAME], *unit = fault->options.text[FAULT_MESH_UNIT];
 
   PetscFunctionBegin;
-  w->enu = strcmp(frame, "enu") ? PETSC_FALSE : PETSC_TRUE;
-  w->ned = strcmp(frame, "ned") ? PETSC_FALSE : PETSC_TRUE;
+  w->framed = strcmp(frame, "auto") ? PETSC_TRUE : PETSC_FALSE;
+  w->east = frame[0] == 'e' ? PETSC_TRUE : PETSC_FALSE; /* enu, end */
+  w->up = strcmp(frame, "enu") ? PETSC_FALSE : PETSC_TRUE;
   w->unit = strcmp(unit, "km") ? 1 : 1000;
   w->known = strcmp(unit, "auto") ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Can numbers be metres, of cells that reach down to deepest? */
-static PetscErrorCode CheckDeepest(SlipFault fault, const char source[], PetscReal deepest, PetscBool metres)
-{
-  const char *prefix = SlipFaultPrefix(fault);
-
-  PetscFunctionBegin;
-  PetscCheck(
-    metres || !(deepest < MESH_SHALLOW), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-    "%s: the cells reach down to %.6g m, as if they were in kilometres: expected metres, or -%sfault_mesh_unit "
-    "km. A fault so small says so by -%sfault_mesh_unit m, or in HDF5 by the attribute units = \"m\"",
-    source, (double)deepest, prefix, prefix);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Can rows be metres and degrees? What no stiffness can be computed for is refused by SlipCellsCheck(). */
-static PetscErrorCode CheckRows(SlipFault fault, const char source[], const SlipFaultMeshFile *m)
+static PetscErrorCode CheckRows(const char source[], const SlipFaultMeshFile *m)
 {
   static const char *const name[MESH_COLUMNS] = {"x", "y", "z", "length", "width", "strike", "dip"};
   static const PetscReal limit[] = {FAULT_MAX_REACH, FAULT_MAX_REACH, FAULT_MAX_DEPTH, FAULT_MAX_REACH,
                                     FAULT_MAX_DEPTH};
-  PetscReal deepest = 0;
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < m->n; i++) {
     const PetscReal *row = m->rows + (size_t)i * m->columns;
-    PetscReal sine = 1, cosine;
 
     for (PetscInt k = 0; k < MESH_VERTICAL_COLUMNS; k++)
       PetscCheck(!(PetscAbsReal(row[k]) > limit[k]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
                  "%s: row %" PetscInt_FMT " of " MESH_DATASET
                  " has %s = %.6g, expected metres of a fault, at most %.6g",
                  source, i, name[k], (double)row[k], (double)limit[k]);
-    if (m->columns == MESH_COLUMNS) SlipDegrees(row[6], &sine, &cosine);
-    deepest = PetscMax(deepest, row[2] + 0.5 * row[4] * sine);
   }
-  PetscCall(CheckDeepest(fault, source, deepest, m->metres));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Vertices as the file has them to metres north, east and down, and whether they can be that */
-static PetscErrorCode TakeVertices(SlipFault fault, const char source[], const Ways *ways, PetscBool enu,
-                                   SlipFaultMeshFile *m)
+static PetscErrorCode TakeVertices(const char source[], const Ways *ways, PetscBool gmsh, SlipFaultMeshFile *m)
 {
   static const char *const name[] = {"x", "y", "z"};
   static const PetscReal limit[] = {FAULT_MAX_REACH, FAULT_MAX_REACH, FAULT_MAX_DEPTH};
-  PetscReal deepest = PETSC_MIN_REAL;
+  const PetscBool east = ways->framed ? ways->east : gmsh, up = ways->framed ? ways->up : gmsh;
 
   PetscFunctionBegin;
-  if (ways->enu || ways->ned) enu = ways->enu;
   for (PetscInt i = 0; i < m->nvertices; i++) {
     PetscReal *v = m->vertex + 3 * (size_t)i;
 
@@ -93,16 +70,14 @@ static PetscErrorCode TakeVertices(SlipFault fault, const char source[], const W
                  "%s: vertex %" PetscInt_FMT " has %s = %.6g m, expected a number of metres of a fault, at most %.6g",
                  source, m->vertex_number ? m->vertex_number[i] : i, name[k], (double)v[k], (double)limit[k]);
     }
-    if (enu) {
-      const PetscReal east = v[0];
+    if (east) {
+      const PetscReal x = v[0];
 
       v[0] = v[1];
-      v[1] = east;
-      v[2] = 0 - v[2];
+      v[1] = x;
     }
-    deepest = PetscMax(deepest, v[2]);
+    if (up) v[2] = 0 - v[2];
   }
-  if (deepest > 0) PetscCall(CheckDeepest(fault, source, deepest, m->metres));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -243,6 +218,25 @@ static PetscErrorCode IsGmsh(const char name[], PetscBool *gmsh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Files of other kinds are for a script, which is named. */
+static PetscErrorCode CheckHDF5(const char name[], const char source[])
+{
+  const char *dot = strrchr(name, '.'), *slash = strrchr(name, '/');
+  const int stem = (int)(dot && (!slash || dot > slash) ? (size_t)(dot - name) : strlen(name));
+  FILE *file = fopen(name, "rb");
+  PetscBool h5;
+
+  PetscFunctionBegin;
+  if (!file) PetscFunctionReturn(PETSC_SUCCESS); /* said by who opens it */
+  (void)fclose(file);
+  PetscCall(PetscStrendswith(name, ".h5", &h5));
+  PetscCheck(h5 || H5Fis_hdf5(name) > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s is not an HDF5 file, nor .msh of Gmsh: STL, GOCAD .ts, RSQSim .flt and others are converted by "
+             "convert_mesh.py %s %.*s.h5",
+             source, name, stem, name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultMeshRead(SlipFault fault, SlipFaultMeshFile *m)
 {
   const char *name = fault->options.text[FAULT_MESH], *prefix = SlipFaultPrefix(fault);
@@ -257,21 +251,23 @@ PetscErrorCode SlipFaultMeshRead(SlipFault fault, SlipFaultMeshFile *m)
   PetscCall(IsGmsh(name, &gmsh));
   if (gmsh)
     PetscCall(SlipFaultMeshReadGmsh(name, source, m));
-  else
+  else {
+    PetscCall(CheckHDF5(name, source));
     PetscCall(ReadHDF5(fault, name, m));
-  m->metres = m->metres || ways.known ? PETSC_TRUE : PETSC_FALSE;
+  }
   if (m->sides) {
     PetscCall(SlipFaultMeshUseVertices(source, m));
-    PetscCall(TakeVertices(fault, source, &ways, gmsh, m));
-    if (!m->triangles) PetscCall(SlipFaultMeshRectangles(source, m));
+    PetscCall(TakeVertices(source, &ways, gmsh, m));
   } else {
-    PetscCheck(!ways.enu, PETSC_COMM_SELF, PETSC_ERR_ARG_INCOMP,
+    PetscCheck(!ways.east, PETSC_COMM_SELF, PETSC_ERR_ARG_INCOMP,
                "%s holds " MESH_DATASET ", whose frame is x north, y east, z down: expected -%sfault_mesh_frame ned",
                source, prefix);
     for (PetscInt i = 0; i < m->n && ways.unit != 1; i++)
       for (PetscInt k = 0; k < MESH_VERTICAL_COLUMNS; k++) m->rows[(size_t)i * m->columns + k] *= ways.unit;
-    PetscCall(CheckRows(fault, source, m));
+    PetscCall(CheckRows(source, m));
   }
+  PetscCall(SlipFaultMeshCheckUnit(prefix, source, m->metres || ways.known ? PETSC_TRUE : PETSC_FALSE, ways.framed, m));
+  if (m->sides == 4) PetscCall(SlipFaultMeshRectangles(source, m));
   if (!m->triangles) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &full_space));
   PetscCall(SlipFaultTrianglesCheck(source, full_space, m));

@@ -114,14 +114,16 @@ static PetscErrorCode CheckEach(const char source[], PetscBool full_space, const
       height >= NEEDLE * longest, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
       "%s: triangle %" PetscInt_FMT
       " is a needle, with a height of %.6g m on a side of %.6g m: expected at least %.3g of the side, as stress goes "
-      "with its reciprocal",
+      "with its reciprocal. convert_mesh.py --repair takes such triangles away",
       source, number, (double)height, (double)longest, NEEDLE);
     for (int k = 0; k < 3; k++)
-      PetscCheck(full_space || m->vertex[3 * (size_t)c[k] + 2] >= -SLIP_TOUCH * height, PETSC_COMM_SELF,
-                 PETSC_ERR_FILE_UNEXPECTED,
-                 "%s: vertex %" PetscInt_FMT " of triangle %" PetscInt_FMT
-                 " is %.6g m above the ground, expected below it or on it",
-                 source, VertexNumber(m, c[k]), number, (double)-m->vertex[3 * (size_t)c[k] + 2]);
+      PetscCheck(
+        full_space || m->vertex[3 * (size_t)c[k] + 2] >= -SLIP_TOUCH * height, PETSC_COMM_SELF,
+        PETSC_ERR_FILE_UNEXPECTED,
+        "%s: vertex %" PetscInt_FMT " of triangle %" PetscInt_FMT
+        " is %.6g m above the ground, expected below it or on it: convert_mesh.py --clip, --shift or --flatten "
+        "brings topography there; if z is downward, -fault_mesh_frame end or ned says so",
+        source, VertexNumber(m, c[k]), number, (double)-m->vertex[3 * (size_t)c[k] + 2]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -164,13 +164,14 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
      "File of cells in place of the grid and its extents: HDF5 with rectangles, /cells [n,5] with x, y, z "
      "of the centre, length and width [m], or [n,7] with strike and dip, or with triangles, /vertices [v,3] "
      "and /triangles [n,3]; or .msh of Gmsh"},
-  [FAULT_MESH_FRAME] =
-    {"mesh_frame", "auto", "|auto|enu|ned|",
-     "Axes of vertices in the file of -fault_mesh: enu is x east, y north, z up, ned is x north, y east, z down; auto: "
-     "enu of Gmsh, ned of HDF5"},
+  [FAULT_MESH_FRAME] = {"mesh_frame", "auto", "|auto|enu|ned|end|",
+                        "Axes of vertices in the file of -fault_mesh: enu is x east, y north, z up, ned is x north, y "
+                        "east, z down, end is x "
+                        "east, y north, z down; auto: enu of Gmsh, ned of HDF5"},
   [FAULT_MESH_UNIT] =
     {"mesh_unit", "auto", "|auto|m|km|",
-     "Unit of lengths in the file of -fault_mesh; auto: m, but lengths that look like kilometres are an error"},
+     "Unit of lengths in the file of -fault_mesh; auto: what the file says, else m, but lengths that may be kilometres "
+     "or degrees are an error"},
   [FAULT_PORE_PRESSURE] = {"pore_pressure", "", NULL,
                            "HDF5 file of pore pressure in time, /time [m] in s and /pressure [m,Nz,Nx] or [m,N] in Pa, "
                            "linear between times and constant beyond"},

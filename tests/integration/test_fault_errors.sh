@@ -26,6 +26,7 @@ def mesh(name, row, columns="x y z length width"):
     with h5py.File(name, "w") as f:
         f["cells"] = np.vstack([good, [row]])
         f["cells"].attrs["columns"] = columns
+        f["cells"].attrs["units"] = "m"
 
 
 mesh("mesh.h5", [150, 200, 60, 100, 100])
@@ -129,6 +130,8 @@ expect "weather" -ts_adapt_type weather
 expect "-ts_type rk knows no friction" -ts_type rk
 expect "none.h5" -fault_mesh none.h5
 expect "not.h5 is not an HDF5 file (-fault_mesh)" -fault_mesh not.h5
+echo "solid" >facets.stl
+expect "facets.stl (-fault_mesh) is not an HDF5 file, nor .msh of Gmsh: STL, GOCAD .ts, RSQSim .flt and others are converted by convert_mesh.py facets.stl facets.h5" -fault_mesh facets.stl
 expect "k.h5 has no dataset /cells" -fault_mesh k.h5
 : >empty.txt
 expect "empty.txt (-fault_sweep) has no line of options" -fault_sweep empty.txt
@@ -138,6 +141,7 @@ expect "zero.h5 (-fault_mesh): row 3 has length = 0" -fault_mesh zero.h5
 expect "negative.h5 (-fault_mesh): row 3 has width = -5" -fault_mesh negative.h5
 expect "nan.h5 (-fault_mesh): row 3 has z = nan" -fault_mesh nan.h5
 expect "the cell of row 3 reaches above the surface" -fault_mesh above.h5
+expect "the upper cells lie on the ground, with their lower edges 0.0523599 m deep: expected a larger -fault_dip" -fault_dip 0.01
 expect "the cells of rows 2 and 3 overlap" -fault_mesh overlap.h5
 expect "-fault_operator fft needs a uniform grid, but -fault_mesh mesh.h5" -fault_mesh mesh.h5 -fault_operator fft
 expect "but -fault_mesh mesh.h5 is given" -fault_mesh mesh.h5 -fault_viscosity spectral

@@ -222,7 +222,7 @@ expect "density.h5 holds /density, which nothing reads" -fault_parameters densit
 expect "group.h5 holds /more, which nothing reads" -fault_parameters group.h5
 expect '/normal_stress of fields_mpa.h5 has the units "MPa", expected "Pa" (-fault_parameters)' -fault_parameters fields_mpa.h5
 expect '/stiffness of k_km.h5 has the units "1/km", expected "Pa/m" (-fault_stiffness_file)' -fault_stiffness_file k_km.h5
-mesh "the cells reach down to 0.11 m, as if they were in kilometres: expected metres" cells_km.h5
+mesh "0.2828 across and reaches down to 0.11, in cells of 0.1, may be one of metres or one of kilometres" cells_km.h5
 mesh '/cells of cells_said_km.h5 has the units "km", expected "m" (-fault_mesh)' cells_said_km.h5
 mesh "row 3 of /cells has z = 1e+30" cells_deep.h5
 mesh "row 3 of /cells has x = 5e+07" cells_far.h5

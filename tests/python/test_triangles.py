@@ -135,6 +135,9 @@ class Run(FaultTest):
         # by options, in another frame and unit: to rounding of a thousandth
         other, _ = self.end("enu.h5", "-fault_mesh_frame", "enu", "-fault_mesh_unit", "km", "-fault_stiffness_view", "binary:enu")
         self.assertLess(np.abs(view(self.path("enu"), len(triangles)) - K).max(), 1e-12 * K.max())
+        write_hdf5(self.path("end.h5"), vertices[:, [1, 0, 2]], triangles, fault=label)
+        self.end("end.h5", "-fault_mesh_frame", "end", "-fault_stiffness_view", "binary:end")
+        np.testing.assert_array_equal(view(self.path("end"), len(triangles)), K)
 
     def test_rectangles_of_gmsh(self):
         """Quadrilaterals that are rectangles are the list of cells."""

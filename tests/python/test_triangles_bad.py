@@ -62,6 +62,8 @@ def mobius(n=12):
 CENTRE = VERTICES[TRIANGLES[5]].mean(axis=0)
 NORMAL = np.cross(VERTICES[1] - VERTICES[0], VERTICES[5] - VERTICES[0])
 NORMAL = NORMAL / np.linalg.norm(NORMAL)
+LONLAT = np.column_stack([38 + 0.1 * (np.arange(V) // 5) + 0.02 * (np.arange(V) % 5), 138 + 0.25 * (np.arange(V) % 5), 9 + 7 * (np.arange(V) // 5)])  # latitude, longitude, depth in km
+TALL = np.column_stack([38 + np.arange(V) % 5, 138 + 0.5 * (np.arange(V) % 5), 1 + 10 * (np.arange(V) // 5)])  # in km, 38 and 138 km away
 ALONG = (VERTICES[1] - VERTICES[0]) / 500
 DOWN = (VERTICES[5] - VERTICES[0]) / 400
 MIRROR = VERTICES[1] + VERTICES[0] - VERTICES[5]  # beyond the upper edge of cell 0, above the ground
@@ -90,8 +92,18 @@ BAD = {
                  "triangle 24 is a needle, with a height of 4.9 m on a side of 500 m: expected at least 0.01 of the side"),
     "above the ground": (dict(vertices=shifted(0, [0, 0, -101])), "vertex 0 of triangle 0 is 1 m above the ground"),
     "upward": (dict(vertices=VERTICES * [1, 1, -1]), "above the ground"),
-    "kilometres that are not said": (dict(vertices=VERTICES / 1000, units=None), "as if they were in kilometres: expected metres, or -fault_mesh_unit km"),
+    "kilometres that are not said": (dict(vertices=VERTICES / 1000, units=None), "may be one of metres or one of kilometres, and nothing says which: expected -fault_mesh_unit m or km"),
     "kilometres that are said": (dict(vertices=VERTICES / 1000, units="km"), 'has the units "km", expected "m"'),
+    "a slab in kilometres to a depth of 120": (dict(vertices=VERTICES / [20, 20, 9.5], units=None), "121.5 across and reaches down to 119.9, in cells of 30.7"),
+    "a slab in kilometres to a depth of 660": (dict(vertices=VERTICES / 1.7258, units=None), "reaches down to 660.1, in cells of 259"),
+    "degrees and kilometres": (dict(vertices=LONLAT, units=None), "from 38 to 38.38 and from 138 to 139, beside depths to 30, look like latitudes and longitudes"),
+    "degrees that are said to be metres": (dict(vertices=LONLAT), "look like latitudes and longitudes"),
+    "degrees of coarse cells": (dict(vertices=LONLAT * [40, 20, 1] - [1520, 2640, 0], units=None), "or one of kilometres, or x and y are degrees"),
+    "degrees and metres": (dict(vertices=LONLAT * [1, 1, 1000], units=None), "look like latitudes and longitudes"),
+    "kilometres and metres": (dict(vertices=VERTICES * [1e-3, 1e-3, 1], units=None), "do not look like one unit of length"),
+    "metres and kilometres": (dict(vertices=VERTICES * [10, 10, 1e-3], units=None), "do not look like one unit of length"),
+    "level on the ground": (dict(vertices=VERTICES * [1, 1, 0]), "triangle 0 lies on the ground, with its lowest point 0 m deep, as in a mesh of two dimensions"),
+    "nearly level on the ground": (dict(vertices=VERTICES * [1, 1, 0.003]), "triangle 0 lies on the ground, with its lowest point 1.3"),
     "a triangle twice": (dict(triangles=np.concatenate([TRIANGLES, TRIANGLES[5:6, [1, 2, 0]]])), "triangles 5 and 24 have the same vertices"),
     "a triangle twice, with vertices of its own": (dict(zip(("vertices", "triangles"), joined((VERTICES, TRIANGLES), (VERTICES[TRIANGLES[9]] + 1e-5, [[0, 1, 2]])))),
                                                    "triangles 9 and 24 have the same vertices"),
@@ -143,7 +155,9 @@ BAD_GMSH = {
     "rectangles and triangles": (text(elements=FACETS + [(3, 7, [0, 1, 6, 5])]), "element 25 has 4 sides and element 1 3"),
     "points and lines alone": (text(elements=[(15, 0, [0]), (1, 0, [0, 1])]), "has no triangles"),
     "volumes without groups": (text(elements=[(2, 0, [0, 1, 5]), (4, 0, [0, 1, 5, 6])]), "has volumes and no physical surface, expected one for each fault"),
-    "several groups": (text(groups={7: (7, 8)}), "surface 7 is of several physical groups, expected one"),
+    "several groups": (text(groups={7: (7, 8)}), "surface 7 is of several physical groups, 7 and 8, expected one"),
+    "several groups in 2.2": (text("2.2", elements=FACETS + [(2, 8, f[2]) for f in FACETS[4:6]], names=((2, 7, "fault"), (2, 8, "asperity"))),
+                              'element 5 is of several physical groups, 7 "fault" and 8 "asperity", expected one'),
     "parts": (text(sections="$PartitionedEntities\n0\n$EndPartitionedEntities\n"), "is partitioned"),
     "a name without an end": (text(sections='$PhysicalNames\n1\n2 7 "fault\n$EndPhysicalNames\n'.replace('"fault', "fault")), "expected a name in quotation marks"),
     "a section without an end": (text(sections="$Parametrizations\n0 0\n"), "expected $EndParametrizations"),
@@ -205,6 +219,15 @@ class Input(FaultTest):
             with self.subTest(options):
                 self.refused(self.run_of(path, *options), path, message)
         self.refused(subprocess.run([FAULT, "-fault_mesh_unit", "km"], capture_output=True, text=True), "-fault_mesh_unit km", "which is not given")
+
+    def test_units_that_are_said(self):
+        """Of a laboratory, of kilometres, and of numbers that look like degrees; they take a step."""
+        for what, options in ((dict(vertices=VERTICES / 1000, units=None), ("-fault_mesh_unit", "m")), (dict(vertices=VERTICES / 17, units=None), ("-fault_mesh_unit", "km")),
+                              (dict(vertices=TALL, units=None), ("-fault_mesh_unit", "km", "-fault_mesh_frame", "ned"))):
+            with self.subTest(options):
+                self.write(what)
+                done = self.run_of("mesh.h5", *options, "-fault_friction_slip", "1e-5" if options[1] == "m" else "5")
+                self.assertIn("accepted steps:          1", done.stdout, done.stderr)
 
     def test_good_meshes(self):
         """A step is taken, so the operators were made as well."""

@@ -33,7 +33,7 @@ typedef struct {
   PetscInt *number, *label; /* [n] of each cell in messages, and its fault; NULL: from 0, and not said */
   PetscInt *vertex_number;  /* [nvertices] likewise */
   char *names;              /* of the faults, "label name; label name", or NULL */
-  PetscBool metres;         /* it is said that lengths are metres, however small */
+  PetscBool metres;         /* the file says that lengths are metres, however small */
 } SlipFaultMeshFile;
 
 /* A row of a file, or the number iz nx + ix in a grid, names a cell; those of this process are cells start, start + 1 ... */
@@ -114,6 +114,9 @@ PETSC_INTERN PetscErrorCode SlipFaultMeshRead(SlipFault fault, SlipFaultMeshFile
 PETSC_INTERN PetscErrorCode SlipFaultMeshFileDestroy(SlipFaultMeshFile *file);
 /* meshgmsh.c: numbers as they are in a file of Gmsh */
 PETSC_INTERN PetscErrorCode SlipFaultMeshReadGmsh(const char name[], const char source[], SlipFaultMeshFile *file);
+/* meshunits.c: unit, frame: something says what they are */
+PETSC_INTERN PetscErrorCode SlipFaultMeshCheckUnit(const char prefix[], const char source[], PetscBool unit,
+                                                   PetscBool frame, const SlipFaultMeshFile *file);
 /* meshrectangles.c: rows in place of the corners of rectangles, which others are refused as; meshsurface.c, meshorient.c: what is wrong with triangles, one by one and beside each other, is refused; vertices in one place become
    one, and corners go around the normals into the hanging wall. source: what messages begin with */
 PETSC_INTERN PetscErrorCode SlipFaultMeshRectangles(const char source[], SlipFaultMeshFile *file);

@@ -35,6 +35,18 @@ static PetscReal CellSide(const SlipCells *c, PetscInt i)
   return 2 * c->length[i] * c->width[i] / PetscSqrtReal(longest);
 }
 
+/* bottom: depth of its lowest point [m] */
+static PetscErrorCode CheckBottom(MPI_Comm comm, const SlipCells *c, PetscInt i, PetscReal bottom, const char source[])
+{
+  PetscFunctionBegin;
+  PetscCheck(c->kernel.full_space || bottom >= SLIP_GROUND * CellSide(c, i), comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "%s: %s %" PetscInt_FMT
+             " lies on the ground, with its lowest point %.6g m deep, as in a mesh of two dimensions: expected cells "
+             "that go down from there, or lie deeper",
+             source, CellWord(c, PETSC_FALSE), CellNumber(c, i), (double)bottom);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, const char source[])
 {
   const SlipCell cell = SlipCellsGet(c, i);
@@ -44,7 +56,7 @@ static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, co
   static const char *const unit[8] = {"m", "m", "m", "m", "m", "degrees", "degrees", "degrees"};
   const char *word = CellWord(c, PETSC_FALSE);
   const PetscInt number = CellNumber(c, i);
-  PetscReal sine, cosine, top = 0;
+  PetscReal sine, cosine, top = 0, bottom = PETSC_MIN_REAL;
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < 8; k++) {
@@ -66,10 +78,14 @@ static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, co
       PetscCheck(isfinite(cell.vertices[k]), comm, PETSC_ERR_ARG_OUTOFRANGE,
                  "%s: a vertex of triangle %" PetscInt_FMT " has the coordinate %.6g m, expected a finite number",
                  source, number, (double)cell.vertices[k]);
-    for (int k = 2; k < 9; k += 3) top = PetscMin(top, cell.vertices[k]);
+    for (int k = 2; k < 9; k += 3) {
+      top = PetscMin(top, cell.vertices[k]);
+      bottom = PetscMax(bottom, cell.vertices[k]);
+    }
     PetscCheck(c->kernel.full_space || top >= -SLIP_TOUCH * CellSide(c, i), comm, PETSC_ERR_ARG_OUTOFRANGE,
                "%s: triangle %" PetscInt_FMT " reaches above the surface: a vertex at depth %.6g m", source, number,
                (double)top);
+    PetscCall(CheckBottom(comm, c, i, bottom, source));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCheck(r->dip > 0 && r->dip <= 90, comm, PETSC_ERR_ARG_OUTOFRANGE,
@@ -81,6 +97,7 @@ static PetscErrorCode CheckRow(MPI_Comm comm, const SlipCells *c, PetscInt i, co
              "%s: the cell of row %" PetscInt_FMT
              " reaches above the surface: its centre at depth %.6g m, its width %.6g m, its dip %.6g degrees",
              source, number, (double)r->z, (double)r->width, (double)r->dip);
+  PetscCall(CheckBottom(comm, c, i, r->z + 0.5 * r->width * sine, source));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
