@@ -17,7 +17,7 @@ from slipstep_modules import need
 
 need("h5py", "numpy")
 from slipstep_catalogue import Catalogue
-from slipstep_geographic import add_arguments, check_origin, dates, lonlat
+from slipstep_geographic import add_arguments, check_origin, dates, local, lonlat
 from slipstep_output import OutputError, replacing
 
 # These first, as people read them; all others follow.
@@ -45,10 +45,10 @@ def write(catalogue, file):
         writer.writerow([repr(value) for value in row])
 
 
-def write_csep(catalogue, file, origin, start):
+def write_csep(catalogue, file, origin, at, start):
     """The format csep-csv of pyCSEP (docs.cseptesting.org, catalogs): depths in km."""
     of = catalogue.event
-    columns = (*lonlat(of["x"], of["y"], origin), of["magnitude"], dates(catalogue, start), of["z"] / 1e3)
+    columns = (*lonlat(*local(catalogue, at), origin), of["magnitude"], dates(catalogue, start), of["z"] / 1e3)
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(("lon", "lat", "M", "time_string", "depth", "catalog_id", "event_id"))
     for number, (lon, lat, magnitude, when, depth) in enumerate(zip(*columns), 1):
@@ -64,11 +64,11 @@ def main():
     options = parser.parse_args()
     if options.csep:
         check_origin(parser, options.origin)
-    elif options.origin:
-        parser.error("--origin is for --csep")
+    elif options.origin or options.origin_at:
+        parser.error("--origin and --origin-at are for --csep")
 
     def write_rows(file):
-        write_csep(catalogue, file, options.origin, options.start) if options.csep else write(catalogue, file)
+        write_csep(catalogue, file, options.origin, options.origin_at, options.start) if options.csep else write(catalogue, file)
 
     try:
         catalogue = Catalogue(options.catalogue)

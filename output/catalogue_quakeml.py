@@ -18,7 +18,7 @@ need("h5py", "numpy")
 import numpy as np
 
 from slipstep_catalogue import Catalogue
-from slipstep_geographic import add_arguments, check_origin, dates, first_cells, lonlat
+from slipstep_geographic import add_arguments, check_origin, dates, first_cells, local, lonlat
 from slipstep_output import OutputError, replacing
 
 BED, QUAKEML = "http://quakeml.org/xmlns/bed/1.2", "http://quakeml.org/xmlns/quakeml/1.2"
@@ -34,7 +34,7 @@ def add(parent, tag, value=None, **attributes):
     return element
 
 
-def tree(catalogue, origin, start):
+def tree(catalogue, origin, at, start):
     """The document, an event for each row of the catalogue (QuakeML-BED-1.2, Euchner and Schorlemmer 2013)."""
     ElementTree.register_namespace("q", QUAKEML)
     root = ElementTree.Element(f"{{{QUAKEML}}}quakeml", {"xmlns": BED})
@@ -43,7 +43,7 @@ def tree(catalogue, origin, start):
     parameters = add(root, "eventParameters", publicID=prefix)
     cells, when = first_cells(catalogue), dates(catalogue, start)
     of = catalogue.event
-    longitude, latitude = lonlat(of["x"], of["y"], origin)
+    longitude, latitude = lonlat(*local(catalogue, at), origin)
     rake = of["rake"] if "rake" in of else np.zeros(catalogue.count)
     for k in range(catalogue.count):
         event = add(parameters, "event", publicID=f"{prefix}/event/{k + 1}")
@@ -88,7 +88,7 @@ def main():
         catalogue.warn("catalogue_quakeml.py")
         if os.path.exists(options.output) and os.path.samefile(options.catalogue, options.output):
             raise OutputError(f"{options.output} is the catalogue itself, expected another name")
-        document = tree(catalogue, options.origin, options.start)
+        document = tree(catalogue, options.origin, options.origin_at, options.start)
         ElementTree.indent(document)
         with replacing(options.output) as part:
             document.write(part, encoding="utf-8", xml_declaration=True)

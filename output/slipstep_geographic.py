@@ -10,10 +10,12 @@ from slipstep_output import OutputError
 from slipstep_time import YEAR
 
 EARTH_RADIUS = 6371e3  # [m], of a sphere
+FALSE_ORIGIN = 100e3  # [m] from its middle, and farther than it is long: the origin of a mesh is not one of its own, nor is the projection of lonlat() good there
 
 
 def add_arguments(parser):
     parser.add_argument("--origin", nargs=2, type=float, metavar=("LON", "LAT"), help="longitude and latitude [degrees] of the point x = y = 0; x is north, y is east")
+    parser.add_argument("--origin-at", nargs=2, type=float, metavar=("NORTH", "EAST"), help="point [m] of the mesh that is at --origin (default 0 0), as of coordinates of a map projection")
     parser.add_argument("--start", type=date, default=date("2000-01-01"), metavar="DATE", help="date of the time 0, UTC, as 2000-01-01 (default) or 2000-01-01T12:00:00")
 
 
@@ -35,6 +37,20 @@ def first_cells(catalogue):
     """[events, 7] of the cells where events began: x north, y east, z down [m], length, width [m], strike and dip [degrees]."""
     cells, _ = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
     return cells[catalogue.event["cell"].astype(int)]
+
+
+def local(catalogue, at):
+    """North and east [m] of the events, from the point at of the mesh or from x = y = 0, which must be near the mesh: it is not in coordinates of a map
+    projection, as UTM's, whose origin is elsewhere."""
+    if at is None:
+        cells, _ = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
+        middle, reach = (cells[:, :2].max(axis=0) + cells[:, :2].min(axis=0)) / 2, np.ptp(cells[:, :2], axis=0) + cells[:, 3].max()
+        away = np.hypot(*middle)
+        if away > max(FALSE_ORIGIN, np.hypot(*reach)):
+            raise OutputError(f"{catalogue.path}: the mesh is {away / 1e3:.0f} km from x = y = 0, the point of --origin, as where x and y are northing and easting of a map "
+                              f"projection (UTM): expected the point [m] of the mesh that is at --origin, near {middle[0]:.0f} {middle[1]:.0f}, as --origin-at NORTH EAST")
+        at = (0.0, 0.0)
+    return catalogue.event["x"] - at[0], catalogue.event["y"] - at[1]
 
 
 def lonlat(north, east, origin):

@@ -26,7 +26,7 @@ foreach(_program ${_programs})
   slipstep_man(${_root}/bin/${_program} ${_program})
 endforeach()
 # the scripts that users call by name; those of the study and of trainings stay in share/slipstep/python
-foreach(_script plot_run plot_catalogue catalogue_csv catalogue_quakeml moment_rate report compare surface seas)
+foreach(_script plot_run plot_catalogue catalogue_csv catalogue_quakeml moment_rate report compare surface seas convert_mesh)
   string(REPLACE _ - _name slipstep-${_script})
   file(CREATE_LINK ../share/slipstep/python/${_script}.py ${_root}/bin/${_name} SYMBOLIC)
   slipstep_man(${_root}/share/slipstep/python/${_script}.py ${_name})

@@ -24,6 +24,7 @@ if [ -n "$(find "$prefix" -name libslipstep.so)" ]; then
   [ -f "$(dirname "$library")/python3/slipstep/petsc.py" ] || fail "the Python package was not installed"
 fi
 [ -x "$prefix/share/slipstep/python/compare.py" ] || fail "compare.py was not installed"
+"$SLIPSTEP_PYTHON" "$prefix/share/slipstep/python/convert_mesh.py" --help >/dev/null || fail "convert_mesh.py was not installed with what it needs"
 
 # Every program of the build is installed, and finds all its libraries without help from the environment.
 for program in "$SLIPSTEP_BUILD"/bin/*; do

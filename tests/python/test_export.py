@@ -66,6 +66,24 @@ class Export(FaultTest, PictureTest):
         self.refused("catalogue_quakeml", "years after --start", self.path("events.h5"), self.path("no.xml"), "--origin", "0", "0", "--start", "9999-12-31T23:59:59.999999")
         self.assertFalse(os.path.exists(self.path("no.xml")))
 
+    def test_false_origin(self):
+        """A mesh in coordinates of a map projection: the point of --origin is asked for, and then its events are there."""
+        with h5py.File(self.path("utm.h5"), "w") as file:
+            file["cells"] = [[3.9e6 + 500 * (k % 6 + 0.5), 4e5, 750 * (k // 6 + 0.5), 500, 750] for k in range(24)]
+            file["cells"].attrs["units"] = "m"
+        self.fault("-fault_mesh", "utm.h5", "-fault_friction_slip", 0.01, "-fault_catalogue", "utm_events.h5")
+        with h5py.File(self.path("utm_events.h5")) as file:
+            north, east = file["x"][0] - 3.9e6, file["y"][0] - 4e5
+        for module, target, more in (("catalogue_quakeml", "utm.xml", ()), ("catalogue_csv", "utm.csv", ("--csep",))):
+            self.refused(module, "the mesh is 3922 km from x = y = 0, .* near 3901500 400000, as --origin-at NORTH EAST", self.path("utm_events.h5"), self.path(target), *more,
+                         "--origin", "13.9", "35.24")
+            self.assertFalse(os.path.exists(self.path(target)))
+            self.plot(module, self.path("utm_events.h5"), self.path(target), *more, "--origin", "13.9", "35.24", "--origin-at", "3900000", "400000")
+        with open(self.path("utm.csv"), encoding="utf-8") as file:
+            row = next(csv.DictReader(file))
+        self.assertAlmostEqual(float(row["lat"]), 35.24 + np.degrees(north / 6371e3), delta=1e-6)
+        self.assertAlmostEqual(float(row["lon"]), 13.9 + np.degrees(east / 6371e3) / np.cos(np.radians(35.24)), delta=1e-6)
+
     def test_moment_rate(self):
         """The moment is the event's, to what a straight line of the logarithm of rates leaves in the steps of its ends. Trapezoids of the rates over n steps
         of a pulse of half a sine are off by pi^2/(12 n^2), 0.2 % for the twenty of an event; steps differ in length by some three times, which lets the

@@ -1,0 +1,380 @@
+"""Triangles in files of other programs: STL, GOCAD TSurf, rows of RSQSim, OBJ, Gmsh as text, HDF5 of -fault_mesh, and what meshio reads."""
+
+import contextlib
+import io
+import os
+import re
+import struct
+
+import h5py
+import numpy as np
+
+YEAR = 365.25 * 86400  # [s]
+RATES = {"m/s": 1.0, "m/yr": 1 / YEAR, "mm/yr": 1e-3 / YEAR}
+UNITS = {"m": 1.0, "km": 1000.0}
+
+
+class MeshError(Exception):
+    """What is wrong with a file: its name and what was expected."""
+
+
+class Surfaces:
+    """Corners [N, 3, 3] as the file has them, the number of each one's fault, names of faults, and what the file says besides: a unit of lengths, in which case
+    they are metres here, axes, and remarks for the user."""
+
+    def __init__(self, corners, fault, names, fields=None, unit=None, frame="enu", remarks=()):
+        self.corners = np.asarray(corners, float).reshape(-1, 3, 3)
+        self.fault, self.names, self.fields = np.asarray(fault, int), names, fields or {}
+        self.unit, self.frame, self.remarks = unit, frame, list(remarks)
+
+
+def fans(faces):
+    """Triangles of polygons, lists of their corners, and the number of the polygon that each is of."""
+    triangles = [(face[0], face[k], face[k + 1]) for face in faces for k in range(1, len(face) - 1)]
+    return triangles, np.repeat(np.arange(len(faces)), [len(face) - 2 for face in faces])
+
+
+def number(path, line, word):
+    try:
+        return float(word)
+    except ValueError:
+        raise MeshError(f"{path}, line {line}: \"{word[:40]}\", expected a number") from None
+
+
+# ---- STL ----
+
+def read_stl(path):
+    with open(path, "rb") as file:
+        content = file.read()
+    if len(content) >= 84 and len(content) == 84 + 50 * struct.unpack("<I", content[80:84])[0]:
+        rows = np.frombuffer(content, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("colour", "<u2")]), offset=84)
+        return Surfaces(rows["corners"], np.zeros(len(rows), int), {})
+    if b"\0" in content or not content.lstrip().lower().startswith(b"solid"):
+        raise MeshError(f"{path}: {len(content)} bytes, which are neither text that begins with \"solid\" nor 84 and 50 for each of the triangles that they say: expected STL")
+    corners, fault, names, solid, facet = [], [], {}, -1, []
+    for line, text in enumerate(content.decode(errors="replace").splitlines(), 1):
+        words = text.split()
+        if not words:
+            continue
+        word = words[0].lower()
+        if word == "solid":
+            solid += 1
+            names[solid] = " ".join(words[1:])
+        elif word == "vertex":
+            if len(words) != 4:
+                raise MeshError(f"{path}, line {line}: {len(words) - 1} coordinates, expected 3")
+            facet.append([number(path, line, w) for w in words[1:]])
+        elif word == "endfacet":
+            if len(facet) != 3:
+                raise MeshError(f"{path}, line {line}: a facet of {len(facet)} vertices, expected 3")
+            corners.append(facet)
+            fault.append(solid)
+            facet = []
+        elif word not in ("facet", "outer", "endloop", "endsolid"):
+            raise MeshError(f"{path}, line {line}: \"{words[0][:40]}\", expected a word of STL")
+    if facet:
+        raise MeshError(f"{path} ends within a facet")
+    return Surfaces(corners, fault, names)
+
+
+# ---- GOCAD ----
+
+def read_gocad(path):
+    corners, fault, names, surface, places, up, unit, system, said = [], [], {}, -1, {}, True, np.ones(3), False, set()
+    own = None  # the unit of all axes
+    with open(path, errors="replace") as file:
+        for line, text in enumerate(file, 1):
+            words = text.split()
+            if not words:
+                continue
+            word = words[0].upper()
+            if word == "GOCAD":
+                if len(words) < 2 or words[1].upper() != "TSURF":
+                    raise MeshError(f"{path}, line {line}: a GOCAD {' '.join(words[1:2])}, expected a TSurf")
+                surface, places, up, unit, system = surface + 1, {}, True, np.ones(3), False
+                own = None
+                names[surface] = ""
+            elif surface < 0:
+                raise MeshError(f"{path}, line {line}: \"{words[0][:40]}\", expected GOCAD TSurf")
+            elif word in ("GOCAD_ORIGINAL_COORDINATE_SYSTEM", "END_ORIGINAL_COORDINATE_SYSTEM"):
+                system = not word.startswith("END")  # which has a NAME of its own
+            elif word == "HDR" and len(words) > 1 and words[1].lower().startswith("name:"):
+                names[surface] = text.split(":", 1)[1].strip()
+            elif not system and (word.startswith("NAME:") or (word == "NAME" and len(words) > 1)):
+                names[surface] = text.split(":", 1)[-1].strip() if ":" in text else " ".join(words[1:])
+            elif word == "ZPOSITIVE":
+                if len(words) != 2 or words[1].lower() not in ("elevation", "depth"):
+                    raise MeshError(f"{path}, line {line}: ZPOSITIVE {' '.join(words[1:])}, expected Elevation or Depth")
+                up = words[1].lower() == "elevation"
+            elif word == "AXIS_UNIT":
+                found = [w.lower() for w in text.replace('"', " ").split()[1:]]
+                if len(found) != 3 or not set(found) <= set(UNITS):
+                    raise MeshError(f"{path}, line {line}: {text.strip()}, expected m or km for each of three axes")
+                unit, own = np.array([UNITS[w] for w in found]), found[0] if len(set(found)) == 1 else "m"
+            elif word in ("VRTX", "PVRTX"):
+                if len(words) < 5:
+                    raise MeshError(f"{path}, line {line}: {len(words) - 2} coordinates, expected 3")
+                place = np.array([number(path, line, w) for w in words[2:5]]) * unit
+                said.add(own)
+                places[words[1]] = place * (1, 1, 1 if up else -1)
+            elif word in ("ATOM", "PATOM"):
+                if len(words) < 3 or words[2] not in places:
+                    raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the number of a vertex before it")
+                places[words[1]] = places[words[2]]
+            elif word == "TRGL":
+                missing = [w for w in words[1:4] if w not in places]
+                if len(words) != 4 or missing:
+                    raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the numbers of three vertices"
+                                    + (f", but there is no {missing[0][:20]}" if missing else ""))
+                corners.append([places[w] for w in words[1:]])
+                fault.append(surface)
+    if surface < 0:
+        raise MeshError(f"{path} is empty, expected GOCAD TSurf")
+    if None in said and len(said) > 1:
+        raise MeshError(f"{path}: some surfaces have AXIS_UNIT and some have not, expected all or none")
+    return Surfaces(corners, fault, names, unit=said.pop() if len(said) == 1 else "m")
+
+
+# ---- RSQSim ----
+
+def is_number(word):
+    try:
+        return np.isfinite(float(word))
+    except ValueError:
+        return False
+
+
+def names_of(rows):
+    """Names of faults from the words after their numbers, {number: [words, ...]}, and how many columns of numbers follow the names. As many as every row ends
+    with are columns, unless names are told apart by them alone."""
+    ending = [next((k for k, word in enumerate(reversed(words)) if not is_number(word)), max(len(words) - 1, 0)) for all_words in rows.values() for words in all_words]
+    columns = min(ending, default=0)
+    short = {label: " ".join(words[0][:len(words[0]) - columns]) for label, words in rows.items()}
+    if len(set(short.values())) < len({" ".join(words[0]) for words in rows.values()}) and all(len(set(map(tuple, words))) == 1 for words in rows.values()):
+        columns, short = 0, {label: " ".join(words[0]) for label, words in rows.items()}
+    return short, columns
+
+
+def read_rsqsim(path, rate_unit):
+    corners, fault, words_of, rake, rate = [], [], {}, [], []
+    with open(path, errors="replace") as file:
+        for line, text in enumerate(file, 1):
+            words = text.split("#", 1)[0].split()
+            if not words:
+                continue
+            if len(words) < 11:
+                raise MeshError(f"{path}, line {line}: {len(words)} columns, expected x1 y1 z1 x2 y2 z2 x3 y3 z3 rake rate, and perhaps id name, of RSQSim")
+            values = [number(path, line, w) for w in words[:12]]
+            own = int(values[11]) if len(words) > 11 else 0
+            if len(words) > 11 and own != values[11]:
+                raise MeshError(f"{path}, line {line}: the fault's number is {words[11]}, expected a whole one")
+            corners.append(np.reshape(values[:9], (3, 3)))
+            rake.append(values[9])
+            rate.append(values[10] * RATES[rate_unit])
+            fault.append(own)
+            if len(words) > 12:
+                words_of.setdefault(own, []).append(words[12:])
+    names, columns = names_of(words_of)
+    return Surfaces(corners, fault, names, {"rake": (rake, "degrees"), "loading_rate": (rate, "m/s")},
+                    remarks=[f"{columns} column{'s' * (columns > 1)} after the names left out"] if columns else ())
+
+
+# ---- OBJ ----
+
+def read_obj(path):
+    """Vertices and faces; normals and places in pictures, which faces may name beside each vertex, are left out. Groups are faults, or else objects."""
+    points, faces, groups, objects, group, thing = [], [], [], [], "", ""
+    with open(path, errors="replace") as file:
+        for line, text in enumerate(file, 1):
+            words = text.split("#", 1)[0].split()
+            if not words:
+                continue
+            if words[0] == "v":
+                if len(words) < 4:
+                    raise MeshError(f"{path}, line {line}: {len(words) - 1} coordinates, expected 3")
+                points.append([number(path, line, w) for w in words[1:4]])
+            elif words[0] in ("g", "o"):
+                group, thing = (" ".join(words[1:]), thing) if words[0] == "g" else (group, " ".join(words[1:]))
+            elif words[0] == "f":
+                try:
+                    numbers = [int(w.split("/")[0]) for w in words[1:]]
+                except ValueError:
+                    numbers = []
+                corners = [n - 1 if n > 0 else len(points) + n for n in numbers]
+                if len(corners) < 3 or 0 in numbers or not all(0 <= c < len(points) for c in corners):
+                    raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the numbers of three or more vertices before it")
+                faces.append(corners)
+                groups.append(group)
+                objects.append(thing)
+    triangles, of = fans(faces)
+    said = groups if len(set(groups)) > 1 or not any(objects) else objects
+    names = list(dict.fromkeys(said))
+    fault = np.array([names.index(name) for name in said], int)[of] if faces else []
+    corners = np.array(points)[np.array(triangles, int)] if triangles else []
+    many = len(triangles) - len(faces)
+    return Surfaces(corners, fault, dict(enumerate(names)), remarks=[f"faces of more than three corners cut into {many} triangles more"] if many else ())
+
+
+# ---- HDF5 of -fault_mesh ----
+
+def read_hdf5(path):
+    with h5py.File(path) as file:
+        if "vertices" not in file or "triangles" not in file:
+            raise MeshError(f"{path}: expected /vertices and /triangles; rectangles need no conversion")
+        vertices, triangles = file["vertices"][()], file["triangles"][()].astype(int)
+        fault = file["fault"][()].astype(int) if "fault" in file else np.zeros(len(triangles), int)
+        said = file["fault"].attrs.get("names", "") if "fault" in file else ""
+        unit = file["vertices"].attrs.get("units")
+    text, unit = (word.decode() if isinstance(word, bytes) else word for word in (said, unit))
+    if triangles.size and (triangles.min() < 0 or triangles.max() >= len(vertices)):
+        raise MeshError(f"{path}: /triangles has the vertex {triangles.max()}, expected 0 to {len(vertices) - 1}")
+    names = {int(part.split(" ", 1)[0]): part.split(" ", 1)[1] for part in text.split("; ") if " " in part}
+    if unit not in (None, "m"):
+        raise MeshError(f"{path}: /vertices has the units {unit}, expected m")
+    return Surfaces(vertices[triangles], fault, names, unit=unit, frame="ned")
+
+
+# ---- Gmsh ----
+
+def read_gmsh(path):
+    """2.2 and 4.1 as text: triangles of physical surfaces, or all where there are none. fault reads such files itself and says more of what is wrong with them."""
+    with open(path, "rb") as file:
+        content = file.read()
+    if re.match(rb"\s*\$MeshFormat\s+\S+\s+1\b", content):
+        return read_meshio(path, None)
+    sections = dict(re.findall(r"\$(\w+)\s*\n(.*?)\$End\1", content.decode(errors="replace"), re.DOTALL))
+    try:
+        version = sections["MeshFormat"].split()[0]
+        if version not in ("2.2", "4.1"):
+            raise MeshError(f"{path} is of version {version} of the format, expected 2.2 or 4.1")
+        numbers = {name: iter(sections[name].split()) for name in ("Nodes", "Elements", "Entities") if name in sections}
+        points, elements = (_gmsh_old if version == "2.2" else _gmsh)(numbers)
+    except (KeyError, ValueError, StopIteration, RuntimeError):
+        raise MeshError(f"{path}: expected $MeshFormat, $Nodes and $Elements of Gmsh 2.2 or 4.1") from None
+    names = {int(tag): name for dim, tag, name in re.findall(r'(\d+)\s+(\d+)\s+"(.*)"', sections.get("PhysicalNames", "")) if dim == "2"}
+    if any(group for _, group in elements):
+        elements = [element for element in elements if element[1]]
+    faces, groups = [nodes for nodes, _ in elements], [group for _, group in elements]
+    triangles, of = fans(faces)
+    try:
+        corners = [[points[node] for node in nodes] for nodes in triangles]
+    except KeyError as error:
+        raise MeshError(f"{path}: an element has the node {error}, which $Nodes does not have") from None
+    return Surfaces(corners, np.array(groups, int)[of] if faces else [], names)
+
+
+NODES = {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 15: 1}  # of elements of Gmsh of the first order
+
+
+def _take(numbers, count, kind=int):
+    return [kind(next(numbers)) for _ in range(count)]
+
+
+def _gmsh_old(numbers):
+    nodes, elements = numbers["Nodes"], []
+    points = {int(next(nodes)): _take(nodes, 3, float) for _ in range(int(next(nodes)))}
+    of = numbers["Elements"]
+    for _ in range(int(next(of))):
+        _, kind, tags = _take(of, 3)
+        group = (_take(of, tags) or [0])[0]
+        corners = _take(of, NODES[kind])
+        if kind in (2, 3):
+            elements.append((corners, group))
+    return points, elements
+
+
+def _gmsh(numbers):
+    points, elements, groups, of = {}, [], {}, numbers.get("Entities", iter("0000"))
+    for dim, count in enumerate(_take(of, 4)):
+        for _ in range(count):
+            tag = int(next(of))
+            _take(of, 6 if dim else 3, float)
+            physical = _take(of, int(next(of)))
+            if dim:
+                _take(of, int(next(of)))
+            if dim == 2:
+                groups[tag] = abs(physical[0]) if physical else 0
+    of = numbers["Nodes"]
+    for _ in range(_take(of, 4)[0]):
+        dim, _, parametric, count = _take(of, 4)
+        tags = _take(of, count)
+        for tag in tags:
+            points[tag] = _take(of, 3, float)
+            _take(of, dim if parametric else 0, float)
+    of = numbers["Elements"]
+    for _ in range(_take(of, 4)[0]):
+        dim, tag, kind, count = _take(of, 4)
+        for _ in range(count):
+            corners = _take(of, 1 + NODES[kind])[1:]
+            if kind in (2, 3):
+                elements.append((corners, groups.get(tag, 0)))
+    return points, elements
+
+
+# ---- meshio ----
+
+# Names of data of cells that say which fault a cell is of, in small letters, without "id" at their end and signs
+REGIONS = ("fault", "region", "segment", "patch", "surface", "section", "group", "gmshphysical", "objgroup", "celltag", "meditref", "part", "body", "block", "zone", "label", "material", "tag")
+
+
+def region_of(data):
+    """The name of the array, of {name: values}, that says which fault each cell is of, or None"""
+    plain = {re.sub(r"ids?$", "", re.sub("[^a-z]", "", name.lower())).rstrip("s"): name for name in data}
+    found = [plain[name] for name in REGIONS if name in plain]
+    return next((name for name in found if np.ndim(data[name]) == 1 and np.all(data[name] == np.round(data[name]))), None)
+
+
+def read_meshio(path, label):
+    """label: the name of the data of cells that says which fault a cell is of, or None."""
+    try:
+        import meshio
+    except ImportError:
+        raise MeshError(f"{path}: expected .stl, .ts, .obj, .msh as text, .h5, or .txt, .dat or .flt of RSQSim, or --format stl, gocad, obj, gmsh, hdf5 or rsqsim; "
+                        "others need meshio, which is not installed") from None
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            mesh = meshio.read(path)
+    except (Exception, SystemExit) as error:  # its readers raise what they like, and it may print a line and end the program
+        words = " ".join((said.getvalue() or str(error)).split())
+        raise MeshError(f"{path}: meshio cannot read it: {words or type(error).__name__} (rows of RSQSim: --format rsqsim)") from None
+    taken = [k for k, block in enumerate(mesh.cells) if block.type in ("triangle", "quad", "polygon")]
+    if not taken:
+        raise MeshError(f"{path}: {', '.join(sorted({block.type for block in mesh.cells})) or 'nothing'}, expected triangles")
+    data = {name: np.concatenate([np.broadcast_to(values[k], (len(mesh.cells[k].data), *np.shape(values[k])[1:])) for k in taken]) for name, values in mesh.cell_data.items()}
+    if label and label not in data:
+        raise MeshError(f"{path} has no data of cells of the name {label} (--label): it has {', '.join(data) or 'none'}")
+    points = np.column_stack([mesh.points, np.zeros((len(mesh.points), 3 - mesh.points.shape[1]))])
+    triangles, of = fans([list(face) for k in taken for face in mesh.cells[k].data])
+    region, remarks = label or region_of(data), []
+    fault = np.zeros(len(triangles), int)
+    if region:
+        if np.ndim(data[region]) != 1 or not np.all(data[region] == np.round(data[region])):
+            raise MeshError(f"{path}: {region} has other values than a whole number for each cell (--label)")
+        fault = np.asarray(data[region]).astype(int)[of]
+        remarks.append(f"faults by its data {region}")
+    elif data:
+        remarks.append(f"its data {', '.join(data)} not used: --label NAME makes faults of one")
+    known = {int(value[0]): name for name, value in mesh.field_data.items() if len(value) > 1 and int(value[1]) == 2}
+    return Surfaces(points[np.array(triangles, int)], fault, {key: known[key] for key in np.unique(fault) if key in known} if region else {}, remarks=remarks)
+
+
+KINDS = {".stl": "stl", ".ts": "gocad", ".obj": "obj", ".msh": "gmsh", ".h5": "hdf5", ".hdf5": "hdf5", ".txt": "rsqsim", ".dat": "rsqsim", ".flt": "rsqsim"}
+FORMATS = ("stl", "gocad", "obj", "gmsh", "hdf5", "rsqsim", "meshio")
+
+
+def read(path, kind=None, rate_unit="m/s", label=None):
+    """Surfaces of a file whose kind is that of its ending by default."""
+    if not os.path.isfile(path):
+        raise MeshError(f"{path}: no such file")
+    kind = kind or KINDS.get(os.path.splitext(path)[1].lower(), "meshio")
+    if kind == "hdf5" and not h5py.is_hdf5(path):
+        raise MeshError(f"{path} is not an HDF5 file")
+    found = {"stl": read_stl, "gocad": read_gocad, "obj": read_obj, "gmsh": read_gmsh, "hdf5": read_hdf5, "meshio": lambda p: read_meshio(p, label),
+             "rsqsim": lambda p: read_rsqsim(p, rate_unit)}[kind](path)
+    if not len(found.corners):
+        raise MeshError(f"{path} has no triangles")
+    finite = np.isfinite(found.corners).all(axis=(1, 2))
+    if not finite.all():
+        raise MeshError(f"{path}: triangle {int(np.flatnonzero(~finite)[0])} has a coordinate that is not finite")
+    return found
