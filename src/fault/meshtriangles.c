@@ -51,8 +51,7 @@ static PetscErrorCode Describe(const PetscReal v[9], PetscReal row[MESH_COLUMNS]
   PetscCall(SlipTriangleDirections(v, side, angles, directions));
   for (int k = 0; k < 3; k++) {
     const PetscReal *p = v + 3 * k;
-    const PetscReal along =
-      (p[0] - v[0]) * directions[0] + (p[1] - v[1]) * directions[1] + (p[2] - v[2]) * directions[2];
+    const PetscReal along = (p[0] - v[0]) * directions[0] + (p[1] - v[1]) * directions[1]; /* the strike is level */
 
     low = PetscMin(low, along);
     top = PetscMax(top, along);
@@ -145,7 +144,6 @@ static PetscErrorCode Create_Triangles(SlipFault fault, const SlipFaultMeshFile 
   PetscCall(Take(fault, file));
   PetscCall(Fill(mesh));
   PetscCall(SlipFaultKernel(fault, &mesh->cells.kernel));
-  mesh->cells.kernel.average = SLIP_AVERAGE_CENTRE; /* what is wrong with another one is said later, by its option */
   PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", fault->options.text[FAULT_MESH],
                           SlipFaultPrefix(fault)));
   mesh->cells.number = file->number;

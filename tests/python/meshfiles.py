@@ -50,15 +50,23 @@ def enu(vertices):
     return np.column_stack([vertices[:, 1], vertices[:, 0], -vertices[:, 2]])
 
 
-def gmsh(version, binary, points, elements, names=(), groups=None, sections="", tag=1, end=True):
+def gmsh(version, binary, points, elements, names=(), groups=None, sections="", tag=1, end=True, length=1):
     """Bytes of a file. points [V, 3]; elements: (kind, surface, nodes from 0), surfaces are physical groups unless groups {surface: (group, ...)} says
-    otherwise; names: (dim, group, name)."""
+    otherwise; names: (dim, group, name). length: elements in a block, where 2.2 and 4.1 have blocks; above 1 there are
+    more kinds of numbers to pass over too: nodes in two blocks of 4.1, of which one has their places on its surface, and boundaries of surfaces."""
     groups = {surface: (surface,) if surface else () for _, surface, _ in elements} if groups is None else groups
     dims = {15: 0, 1: 1, 2: 2, 3: 2, 9: 2, 16: 2, 4: 3, 8: 1}
     out = f"$MeshFormat\n{version} {int(binary)} 8\n".encode() + (struct.pack("=i", 1) + b"\n" if binary else b"") + b"$EndMeshFormat\n"
     if names:
         out += f"$PhysicalNames\n{len(names)}\n".encode() + b"".join(f'{dim} {group} "{name}"\n'.encode() for dim, group, name in names) + b"$EndPhysicalNames\n"
     out += sections.encode()
+
+    blocks = []
+    for k, element in enumerate(elements):
+        if blocks and len(blocks[-1]) < length and elements[blocks[-1][0]][:2] == element[:2]:
+            blocks[-1].append(k)
+        else:
+            blocks.append([k])
 
     def put(code, *values):
         if binary:
@@ -70,22 +78,29 @@ def gmsh(version, binary, points, elements, names=(), groups=None, sections="", 
         out += b"$Entities\n" + put("QQQQ", 0, 0, len(surfaces), 0)
         for surface in surfaces:
             own = groups.get(surface, ())
-            out += put("i" + "d" * 6 + "Q" + "i" * len(own) + "Q", surface, *points.min(axis=0), *points.max(axis=0), len(own), *own, 0)
-        out += b"\n$EndEntities\n$Nodes\n" + put("QQQQ", 1, len(points), tag, tag + len(points) - 1) + put("iiiQ", 2, 1, 0, len(points))
-        out += b"".join(put("Q", tag + k) for k in range(len(points))) + b"".join(put("ddd", *p) for p in points)
-        out += b"\n$EndNodes\n$Elements\n" + put("QQQQ", len(elements), len(elements), tag, tag + len(elements) - 1)
-        for k, (kind, surface, nodes) in enumerate(elements):
-            out += put("iiiQ", dims[kind], surface, kind, 1) + put("Q" * (1 + len(nodes)), tag + k, *(tag + n for n in nodes))
+            out += put("i" + "d" * 6 + "Q" + "i" * len(own) + "Q", surface, *points.min(axis=0), *points.max(axis=0), len(own), *own, 3 * (length > 1)) + put("iii", 1, -2, 3) * (length > 1)
+        half = len(points) // 2 if length > 1 else 0
+        out += b"\n$EndEntities\n$Nodes\n" + put("QQQQ", 1 + (half > 0), len(points), tag, tag + len(points) - 1)
+        for first, last, on in ((0, half, 1), (half, len(points), 0)):
+            if last > first:
+                out += put("iiiQ", 2, 1, on, last - first) + b"".join(put("Q", tag + k) for k in range(first, last))
+                out += b"".join(put("ddd" + "dd" * on, *p, *(7.5, -3.5)[:2 * on]) for p in points[first:last])
+        out += b"\n$EndNodes\n$Elements\n" + put("QQQQ", len(blocks), len(elements), tag, tag + len(elements) - 1)
+        for block in blocks:
+            kind, surface, _ = elements[block[0]]
+            out += put("iiiQ", dims[kind], surface, kind, len(block))
+            out += b"".join(put("Q" * (1 + len(elements[k][2])), tag + k, *(tag + n for n in elements[k][2])) for k in block)
     else:
         out += f"$Nodes\n{len(points)}\n".encode() + b"".join(put("iddd", tag + k, *p) for k, p in enumerate(points))
         out += f"\n$EndNodes\n$Elements\n{len(elements)}\n".encode()
-        for k, (kind, surface, nodes) in enumerate(elements):
+        for block in blocks:
+            kind, surface, _ = elements[block[0]]
             group = (groups.get(surface) or (0,))[0]
-            values = [tag + n for n in nodes]
-            if binary:
-                out += put("iii", kind, 1, 2) + put("i" * (3 + len(values)), tag + k, group, surface, *values)
-            else:
-                out += put("i" * (5 + len(values)), tag + k, kind, 2, group, surface, *values)
+            tags = (group, surface) + (1, 1) * (length > 1)  # and parts
+            out += put("iii", kind, len(block), len(tags)) if binary else b""
+            for k in block:
+                own = (tag + k, *(() if binary else (kind, len(tags))), *tags, *(tag + n for n in elements[k][2]))
+                out += put("i" * len(own), *own)
     return out + (b"\n$EndElements\n" if end else b"")
 
 

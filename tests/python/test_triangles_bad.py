@@ -1,5 +1,6 @@
 """Files of triangles that are refused, by the one error that each must give, and unusual ones that are not."""
 
+import struct
 import subprocess
 import unittest
 
@@ -142,6 +143,10 @@ BAD_GMSH = {
     "an end in the elements": (text("2.2")[:-60], "expected a whole number"),
     "an end without $EndElements": (text(end=False), "expected $EndElements"),
     "an end in the bytes": (text("2.2", binary=True)[:-60], "the file ends here, expected a number of 4 bytes"),
+    "a block of more elements than there are": (text("2.2", binary=True, length=50).replace(struct.pack("=iii", 2, N, 4), struct.pack("=iii", 2, N + 1, 4)),
+                                                "$Elements has a block of 25 elements, expected 1 to 24"),
+    "a block of no elements": (text("2.2", binary=True, length=50).replace(struct.pack("=iii", 2, N, 4), struct.pack("=iii", 2, 0, 4)), "has a block of 0 elements, expected 1 to 24"),
+    "more nodes in blocks than in all": (text(length=9).replace(b"2 1 1 10\n", b"2 1 1 21\n"), "$Nodes has more nodes in its blocks than the 20 that it begins with"),
     "an end in the bytes of 4.1": (text(binary=True)[:-20], "the file ends here, expected a number of 8 bytes"),
     "a word for a number": (text("2.2").replace(b"\n7 ", b"\nseven ", 1), '"seven", expected a whole number'),
     "more nodes than the file can hold": (text("2.2").replace(b"$Nodes\n20\n", b"$Nodes\n2000000000\n"), "2000000000 nodes are to follow"),
@@ -162,6 +167,8 @@ BAD_GMSH = {
     "a name without an end": (text(sections='$PhysicalNames\n1\n2 7 "fault\n$EndPhysicalNames\n'.replace('"fault', "fault")), "expected a name in quotation marks"),
     "a section without an end": (text(sections="$Parametrizations\n0 0\n"), "expected $EndParametrizations"),
     "overlap": (text(elements=FACETS + [(2, 7, [0, 1, 5])]), "triangles 1 and 25 "),
+    "crossing": (text(elements=FACETS + [(2, 7, [V, V + 1, V + 2])], points=enu(beside(CENTRE - 200 * NORMAL, CENTRE + 200 * NORMAL, CENTRE + 200 * NORMAL + 100 * DOWN)["vertices"])),
+                 "triangles 6 and 25 cross"),
     "z downward": (text(points=POINTS * [1, 1, -1]), "above the ground"),
 }
 GOOD = {

@@ -249,4 +249,143 @@ static void turned_grid(void **state)
   }
 }
 
-SLIP_TESTS(grid, list, planes, vertical, turned_grid)
+/* ---- triangles ---- */
+
+/* A rectangle of length x width [m] from a corner, of its strike and dip, as two triangles: rows of vertex and corner from r on */
+static void AddRectangle(PetscReal vertex[][3], PetscReal triangle[][3], PetscInt r, PetscReal strike, PetscReal dip,
+                         PetscReal length, PetscReal width, const PetscReal at[3])
+{
+  static const int corners[2][3] = {{0, 1, 2}, {0, 2, 3}};
+  const PetscReal a = strike * PETSC_PI / 180, b = dip * PETSC_PI / 180;
+  const PetscReal along[3] = {PetscCosReal(a), PetscSinReal(a), 0};
+  const PetscReal down[3] = {-PetscSinReal(a) * PetscCosReal(b), PetscCosReal(a) * PetscCosReal(b), PetscSinReal(b)};
+
+  for (int v = 0; v < 4; v++)
+    for (int k = 0; k < 3; k++)
+      vertex[4 * r + v][k] = at[k] + (v == 1 || v == 2 ? length : 0) * along[k] + (v >= 2 ? width : 0) * down[k];
+  for (int t = 0; t < 2; t++)
+    for (int k = 0; k < 3; k++) triangle[2 * r + t][k] = 4 * r + corners[t][k];
+}
+
+/* Of the first n triangles of such rectangles, each of which has a label of its own */
+static SlipFault FaultOfTriangles(PetscInt n, const PetscReal vertex[][3], const PetscReal triangle[][3])
+{
+  const PetscInt vertices[2] = {4 * ((n + 1) / 2), 3}, triangles[2] = {n, 3};
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+  PetscReal label[16];
+  SlipFault fault;
+  SlipH5 h;
+
+  for (PetscInt i = 0; i < n; i++) label[i] = i / 2;
+  assert_int_equal(0, TempDirMake("mesh", dir));
+  snprintf(file, sizeof(file), "%s/mesh.h5", dir);
+  ok(SlipH5Create(file, &h));
+  ok(SlipH5WriteReal(&h, "/vertices", 2, vertices, &vertex[0][0], "m"));
+  ok(SlipH5WriteReal(&h, "/triangles", 2, triangles, &triangle[0][0], NULL));
+  ok(SlipH5WriteReal(&h, "/fault", 1, triangles, label, NULL));
+  ok(SlipH5Close(&h));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetString(fault, "mesh", file));
+  ok(SlipFaultSetString(fault, "initial", "rest"));
+  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+  ok(SlipFaultSetUp(fault));
+  assert_int_equal(0, TempDirRemove(dir));
+  return fault;
+}
+
+/* Vertical planes of one strike, and of both strikes of one plane, are those of an infinite dip: neither strikes a turn apart by rounding, nor a
+   second one by the choice of the hanging wall at 1e-3 from north, make them others, and what is more than a billionth of a circle does. */
+static void vertical_triangles(void **state)
+{
+  const PetscReal edge = PetscAsinReal(1e-3) * 180 / PETSC_PI;
+  const struct {
+    PetscReal strike[2], dip[2], turn;
+    PetscBool dips;
+  } cases[] = {{{30, 30}, {90, 90}, 0, PETSC_FALSE},
+               {{1e-9, -1e-9}, {90, 90}, 360, PETSC_FALSE},
+               {{-edge + 1e-10, -edge - 1e-10}, {90, 90}, 180, PETSC_FALSE},
+               {{30, 30 + 2e-7}, {90, 90}, 0, PETSC_FALSE},
+               {{30, 30 + 1e-6}, {90, 90}, 0, PETSC_TRUE},
+               {{30, 30}, {90, 90 - 2e-7}, 0, PETSC_FALSE},
+               {{30, 30}, {90, 90 - 1e-6}, 0, PETSC_TRUE},
+               {{30, 30}, {90 - 1e-6, 90}, 0, PETSC_TRUE},
+               {{30, 120}, {90, 90}, 90, PETSC_TRUE}};
+
+  (void)state;
+  for (size_t c = 0; c < PETSC_STATIC_ARRAY_LENGTH(cases); c++) {
+    PetscReal vertex[8][3], triangle[4][3];
+    SlipFault fault;
+
+    for (int r = 0; r < 2; r++) {
+      const PetscReal at[3] = {0, 5000 * r, 1000};
+
+      AddRectangle(vertex, triangle, r, cases[c].strike[r], cases[c].dip[r], 1000, 1000, at);
+    }
+    fault = FaultOfTriangles(4, (const PetscReal(*)[3])vertex, (const PetscReal(*)[3])triangle);
+    assert_int_equal(cases[c].dips, fault->mesh.dips);
+    AssertNear(PetscAbsReal(fault->mesh.cells.strike[0] - fault->mesh.cells.strike[2]), cases[c].turn, 2e-6);
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
+/* Numbers of two rectangles beside each other in one dipping plane, and of two planes */
+static void extents_of_triangles(void **state)
+{
+  const PetscReal strike = 300, dip = 40, sine = PetscSinReal(dip * PETSC_PI / 180);
+  PetscReal d[9], vertex[8][3], triangle[4][3];
+  SlipFault fault;
+
+  (void)state;
+  SlipPlaneDirections(strike, dip, 0, d);
+  for (int r = 0; r < 2; r++) {
+    const PetscReal at[3] = {7e3 + 1200 * r * d[0], -3e3 + 1200 * r * d[1], 500 + 1200 * r * d[2]};
+
+    AddRectangle(vertex, triangle, r, strike, dip, 1200, 800, at);
+  }
+  fault = FaultOfTriangles(4, (const PetscReal(*)[3])vertex, (const PetscReal(*)[3])triangle);
+  assert_true(fault->mesh.N == 4 && fault->mesh.planes == 1 && fault->mesh.dips && fault->mesh.labelled);
+  assert_true(fault->mesh.npoints == 6 && fault->mesh.faults == 2); /* vertices in one place are one */
+  assert_true(Real(fault, "nx") == 4 && Real(fault, "nz") == 1);
+  AssertNear(Real(fault, "length_x"), 2400, 1e-8); /* of coordinates of 1e4 m that round */
+  AssertNear(Real(fault, "length_z"), 800, 1e-8);
+  AssertNear(Real(fault, "depth_top"), 500, 1e-8);
+  AssertNear(Real(fault, "strike"), strike, 1e-9);
+  AssertNear(Real(fault, "dip"), dip, 1e-9);
+  AssertNear(fault->mesh.area, 0.5 * 1200 * 800, 1e-6);
+  for (PetscInt e = 0; e < 4; e++) {
+    PetscReal centre[3] = {0, 0, 0};
+    SlipFaultCell cell;
+
+    fault->mesh.kind->cell(&fault->mesh, e, &cell);
+    AssertNear(cell.size[0], 1200, 1e-8);
+    AssertNear(cell.size[1], 400, 1e-8); /* the area over that */
+    for (int k = 0; k < 9; k++) centre[k % 3] += cell.vertices[k] / 3;
+    for (int k = 0; k < 3; k++) AssertNear(cell.centre[k], centre[k], 1e-9);
+    AssertNear(cell.centre[2], 500 + 800 * sine * (e % 2 ? 2 : 1) / 3, 1e-8);
+    for (int k = 0; k < 3; k++) AssertNear(cell.direction[2][k], d[6 + k], 1e-12);
+  }
+  ok(SlipFaultDestroy(&fault));
+  for (int r = 0; r < 2; r++) { /* strikes and dips in the middle, and the ground as it rounds */
+    const PetscReal at[3] = {0, 9000 * r, -1e-5};
+
+    AddRectangle(vertex, triangle, r, r ? 350 : 310, r ? 50 : 30, 1000, 500, at);
+  }
+  fault = FaultOfTriangles(4, (const PetscReal(*)[3])vertex, (const PetscReal(*)[3])triangle);
+  assert_true(fault->mesh.planes == 2 && Real(fault, "depth_top") == 0);
+  AssertNear(Real(fault, "strike"), 330, 1e-9);
+  AssertNear(Real(fault, "dip"), 40, 1e-9);
+  for (PetscInt e = 0; e < 4; e++) {
+    SlipFaultCell cell;
+
+    fault->mesh.kind->cell(&fault->mesh, e, &cell);
+    SlipPlaneDirections(e / 2 ? 350 : 310, e / 2 ? 50 : 30, 0, d);
+    assert_int_equal(e / 2, cell.plane);
+    for (int k = 0; k < 3; k++) AssertNear(cell.direction[0][k], d[k], 1e-9);
+  }
+  ok(SlipFaultDestroy(&fault));
+  fault = FaultOfTriangles(1, (const PetscReal(*)[3])vertex, (const PetscReal(*)[3])triangle);
+  assert_true(fault->mesh.N == 1 && fault->mesh.dips && Real(fault, "nx") == 1);
+  ok(SlipFaultDestroy(&fault));
+}
+
+SLIP_TESTS(grid, list, planes, vertical, turned_grid, vertical_triangles, extents_of_triangles)
