@@ -196,6 +196,28 @@ static void pairs(void **state)
   }
 }
 
+/* Within a triangle of 1e6 m points belong to the hanging wall, near a corner at the origin too, whose own coordinates do not round. */
+static void near_a_corner(void **state)
+{
+  const PetscReal slip[3] = {1, 0, 0};
+  PetscReal wide[9] = {0, 0, 0, 1e6, 3e5, 2e5, -2e5, 1e6, 7e5}, directions[9], u[3];
+
+  (void)state;
+  ok(SlipTriangleDirections(wide, NULL, NULL, directions));
+  for (int n = 0; n < 200; n++) {
+    const PetscReal a = Random(1e-6, 1e-5), b = Random(1e-6, 1e-5);
+    PetscReal at[3], beyond[3], hanging[3];
+
+    for (int i = 0; i < 3; i++) {
+      at[i] = a * wide[3 + i] + b * wide[6 + i];
+      beyond[i] = at[i] + 1e-3 * directions[6 + i];
+    }
+    ok(SlipTriangleDisplacement(0.25, PETSC_TRUE, wide, slip, 1, at, u));
+    ok(SlipTriangleDisplacement(0.25, PETSC_TRUE, wide, slip, 1, beyond, hanging));
+    for (int i = 0; i < 3; i++) AssertNear(u[i], hanging[i], 1e-2); /* of a jump of 1, and a strain of 0.1 a metre */
+  }
+}
+
 /* Many points are what each of them is, and wrong input ends with what is wrong. */
 static void input(void **state)
 {
@@ -229,6 +251,12 @@ static void input(void **state)
   wrong[5] = -1e-6; /* a vertex that is above the ground by rounding of its file is on it */
   ok(SlipTriangleDisplacement(0.25, PETSC_FALSE, wrong, slip, 1, at[0], u[1]));
   for (int i = 0; i < 3; i++) AssertNear(u[1][i], u[0][i], 1e-5);
+  at[2][0] = at[3][0] = 0.7; /* a point is on it as well, to the bit */
+  at[2][1] = at[3][1] = -0.3;
+  at[2][2] = 0;
+  at[3][2] = -1e-14;
+  ok(SlipTriangleStress(1, 0.25, PETSC_FALSE, v, slip, 2, at[2], s[0]));
+  for (int i = 0; i < 6; i++) assert_true(s[1][i] == s[0][i]);
   at[2][0] = wrong[3];
   at[2][1] = wrong[4];
   at[2][2] = 0;
@@ -253,4 +281,4 @@ static void input(void **state)
   }
 }
 
-SLIP_TESTS(sides, edges, directions, pairs, input)
+SLIP_TESTS(sides, edges, directions, pairs, near_a_corner, input)
