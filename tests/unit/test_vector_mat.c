@@ -204,7 +204,7 @@ static void transforms(void **state)
     const SlipDippingGrid grid = {.grid = {nx, nz, 100 * nx, 80 * nz, s % 3 ? 50 : 0, vectors[0].kernel},
                                   .dip = s % 2 ? 90 : 40};
     Mat dense[2], fft[2], alone;
-    PetscReal size, error;
+    PetscReal size;
     Vec u, f[2], n[2];
 
     ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "dense", &dense[0], &dense[1]));

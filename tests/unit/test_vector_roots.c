@@ -158,7 +158,7 @@ static void stages(void **state)
   for (size_t k = 0; k < 3 * PETSC_STATIC_ARRAY_LENGTH(Kinds); k++) {
     const PetscReal mass = k % 3 == 2 ? 0 : MASS;
     Mat S = Stiffness(Kinds[k / 3].kind, Kinds[k / 3].type), H, B;
-    PetscReal error, norm;
+    PetscReal norm;
     Vec weights, x, y, z, d;
     KSP ksp;
     PC pc;
