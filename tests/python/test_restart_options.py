@@ -151,7 +151,7 @@ TABLE = {
     "fault_output_overwrite": ("event", "yes", SAME),
     "fault_stations": ("event", "500,500", FILE),
     "fault_surface_stations": ("event", "500,500", FILE),
-    "fault_surface_motion": ("loaded", "total", REFUSED),
+    "fault_surface_motion": ("loaded", "total", SAME),
     "fault_catalogue": ("event", "elsewhere_events.h5", SAME),
     "fault_catalogue_maps": ("event", "yes", FILE),
     "fault_checkpoint": ("event", "elsewhere.state", SAME),
