@@ -110,8 +110,8 @@ typedef struct {
   PetscErrorCode (*rest_time)(TS ts, PetscReal *rest); /* for how long the current state stays exactly at rest,
                                                                   in s; 0 when something moves or is about to,
                                                                   PETSC_MAX_REAL for ever */
-  /* Asked by TSBATHE and TSADAMS before a step: the next time at which its loading has a corner, [s] and after t; steps end there.
-     PETSC_MAX_REAL: none */
+  /* Asked by TSBATHE and TSADAMS before a step, whose length is that of TSGetTimeStep(): the next time at which its loading has a corner
+     that a step is to end at, [s] and after t. PETSC_MAX_REAL: none */
   PetscErrorCode (*corner)(TS ts, PetscReal t, PetscReal *next);
   /* Likewise: does the state w of time t [s] stay at rest beyond t? Then *end is until when, at most limit; half and
      after are the states halfway and at the end, exactly, and *h a step to go on with from there [s]. Otherwise *end =

@@ -104,11 +104,13 @@ static PetscErrorCode HandOver_Fault(TS ts, TSAdapt heir, PetscReal accuracy)
 static PetscErrorCode Corner_Fault(TS ts, PetscReal t, PetscReal *next)
 {
   SlipFault fault;
+  Vec w;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(SlipFaultReportOpening(fault, t));
-  *next = SlipLoadsNextCorner(&fault->loads, t);
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(SlipFaultNextCorner(fault, ts, t, w, next));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

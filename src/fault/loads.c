@@ -30,13 +30,25 @@ static PetscInt Interval(const SlipFaultLoads *loads, PetscReal t, PetscReal *sh
   return low;
 }
 
-static void RecordPressure(const SlipFaultLoads *loads, PetscInt n, PetscReal t, PetscReal p[])
+/* Adds to p [n] the pressure of the record at t [Pa] */
+void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
 {
+  const PetscInt n = loads->n;
   PetscReal share;
   const PetscInt row = Interval(loads, t, &share);
   const PetscReal *a = loads->record + (size_t)row * n, *b = share > 0 ? a + n : a;
 
   for (PetscInt i = 0; i < n; i++) p[i] += (1 - share) * a[i] + share * b[i];
+}
+
+/* Number of the record's first time after t; rows: there is none */
+PetscInt SlipLoadsRowAfter(const SlipFaultLoads *loads, PetscReal t)
+{
+  const PetscReal after = t + SAME_TIME * PetscAbsReal(t);
+  PetscReal share;
+
+  if (!loads->rows || after >= loads->times[loads->rows - 1]) return loads->rows;
+  return after < loads->times[0] ? 0 : Interval(loads, after, &share) + 1;
 }
 
 /* Rank 0: times [rows] and pressures [rows][N] of the open file, checked */
@@ -240,7 +252,7 @@ PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, Petsc
 {
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(p, loads->n));
-  if (loads->rows) RecordPressure(loads, loads->n, t, p);
+  if (loads->rows) SlipLoadsAddRecord(loads, t, p);
   if (loads->source.distance2) SourcePressure(&loads->source, loads->n, t, p);
   if (loads->function) {
     PetscCall((*loads->function)(loads->fault, t, loads->n, loads->own, loads->ctx));
@@ -344,11 +356,11 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
 PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t)
 {
   const PetscReal after = t + SAME_TIME * PetscAbsReal(t), stop = loads->source.stop;
-  PetscReal next = NEVER, share;
+  const PetscInt row = SlipLoadsRowAfter(loads, t);
+  PetscReal next = NEVER;
 
   if (loads->source.distance2 && stop > after) next = stop;
-  if (loads->rows && after < loads->times[loads->rows - 1])
-    next = PetscMin(next, loads->times[after < loads->times[0] ? 0 : Interval(loads, after, &share) + 1]);
+  if (row < loads->rows) next = PetscMin(next, loads->times[row]);
   return next;
 }
 

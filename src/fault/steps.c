@@ -350,6 +350,27 @@ static PetscErrorCode InCharge(TS ts, char controller[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of the dial of a policy, what tolerances of classical controllers are of their accuracy at 1e-2, about */
+#define OF_DIAL 0.3
+
+/* The relative error of a step, by the tolerance, or under a policy by its dial. 0: steps are given */
+PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative)
+{
+  char controller[64];
+  PetscReal dial = 0;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTolerances(ts, NULL, NULL, relative, NULL));
+  PetscCall(InCharge(ts, controller, sizeof(controller)));
+  if (!strcmp(controller, TSADAPTNONE) || !strcmp(controller, TSADAPTHISTORY)) *relative = 0;
+  if (controller[0] || fault->problem.any_integrator) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
+  if (dial > 0) *relative = OF_DIAL * dial;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* rl that somebody asked for, and the file of the policy that was named */
 static PetscErrorCode ReportNamedPolicy(SlipFault fault, TSAdapt adapt)
 {

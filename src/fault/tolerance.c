@@ -182,3 +182,53 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   *E = PetscMax(*E, PetscPowRealInt(swing, 3));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* K u.u of the fault that slips as a whole, over its area [Pa/m]: no other slip costs less stress, but for its shape */
+static PetscErrorCode WholeStiffness(SlipFault fault, PetscReal *stiffness)
+{
+  Vec u = fault->work[0], ku = fault->work[1];
+
+  PetscFunctionBegin;
+  if (fault->loads.soft == 0) {
+    PetscCall(SlipFaultFillAlong(fault, NULL, PETSC_FALSE, u));
+    PetscCall(MatMult(fault->operators.K, u, ku));
+    PetscCall(VecDot(u, ku, &fault->loads.soft));
+    fault->loads.soft /= (PetscReal)fault->mesh.N;
+  }
+  *stiffness = fault->loads.soft;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  SlipFaultLoadTolerance - what the pressure of the cells may be off by [n] [Pa]
+
+  Collective. Stress that is worth a slip of relative times d_c, or times the largest displacement so far where that is less: a
+  history is to be right before slip is as large as d_c, too. A smooth law answers to a stress of a sigma by e times the rate.
+*/
+PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, PetscReal t, Vec w, PetscReal tolerance[])
+{
+  const PetscBool smooth = fault->friction.law->always_slides;
+  PetscReal stiffness = 0, displacement;
+  SlipFrictionCells friction;
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(WholeStiffness(fault, &stiffness));
+  PetscCall(LargestDisplacement(fault, w, &displacement));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal mu, ds, dv, stress;
+    PetscBool weakens;
+
+    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], SlipFaultSpeed(fault, a, i), &mu, &ds, &dv);
+    stress = stiffness * PetscMin(displacement, SlipScale(fault, &friction, i, displacement, &weakens));
+    if (smooth)
+      stress = PetscMin(stiffness * fault->fields.cell[FIELD_FRICTION_SLIP][i],
+                        fault->fields.cell[FIELD_FRICTION_A][i] * friction.stress[i]);
+    if (SlipFaultOpens(fault)) mu = PetscMax(mu, 1);
+    tolerance[i] = relative * stress / PetscMax(mu, PETSC_SMALL);
+  }
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

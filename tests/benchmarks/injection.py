@@ -105,27 +105,28 @@ def line_slip(t):
 
 
 def line_times(end):
-    """Of the record: dense at first, where the pressure grows as sqrt(t), and after the end of the injection, and on the days that are compared"""
+    """Of the record: dense at first, where the pressure grows as sqrt(t), and after the end of the injection"""
     times = np.concatenate([STOP * (np.arange(61) / 60) ** 2, DAY * np.array(LINE_DAYS + SHUT_DAYS), STOP + 50 * DAY * (np.arange(41) / 40) ** 2])
     times = np.unique(np.round(times))
     return times[times <= end + 1]
 
 
 def line_run(build, folder, n, days, options=()):
-    """Depth of the centres from the middle [n], slip on the days [days, n], steps."""
+    """Depth of the centres from the middle [n], slip on the days [days, n], each the end of a run, steps of the last one."""
     h = 2 * LINE_HALF / n
     z = (np.arange(n) + 0.5) * h - LINE_HALF
     times = line_times(days[-1] * DAY)
     with h5py.File(os.path.join(folder, "pressure.h5"), "w") as f:
         f["time"] = times
         f["pressure"] = np.array([line_pressure(z, t) for t in times])[:, :, None]
-    t, slip, accepted, rejected = run(build, folder, [
-        "-fault_nx", "1", "-fault_nz", str(n), "-fault_length_x", str(LINE_LENGTH), "-fault_length_z", str(2 * LINE_HALF),
-        "-fault_depth_top", str(DEPTH), "-fault_initial_traction", str(LINE_LOAD), "-fault_pore_pressure", "pressure.h5",
-        "-ts_max_time", str(days[-1] * DAY), *options])
-    rows = [int(np.argmin(abs(t - d * DAY))) for d in days]
-    assert all(abs(t[i] - d * DAY) <= 1e-11 * t[i] for i, d in zip(rows, days)), "steps do not end at the record's times"
-    return z, slip[rows, :, 0], (accepted, rejected)
+    last = []
+    for day in days:
+        _, slip, *steps = run(build, folder, [
+            "-fault_nx", "1", "-fault_nz", str(n), "-fault_length_x", str(LINE_LENGTH), "-fault_length_z", str(2 * LINE_HALF),
+            "-fault_depth_top", str(DEPTH), "-fault_initial_traction", str(LINE_LOAD), "-fault_pore_pressure", "pressure.h5",
+            "-ts_max_time", str(day * DAY), *options])
+        last.append(slip[-1, :, 0])
+    return z, np.array(last), tuple(steps)
 
 
 def edge_of(z, slip, cells=6):
@@ -248,7 +249,8 @@ def shut_in_errors(build, folder, n):
     """Edge over that of the model less 1, and the largest difference of the slips over the largest slip"""
     z, slip, steps = line_run(build, folder, n, SHUT_DAYS)
     zm, model = strips(2 * n, np.arange(1, 601) / 600 * SHUT_DAYS[-1] * DAY, SHUT_DAYS)
-    assert slip[-1][n // 2] == slip[-2][n // 2], "the middle has not stuck"
+    # of two runs, whose steps pass other corners of the record: far below the tolerance
+    assert abs(slip[-1][n // 2] / slip[-2][n // 2] - 1) < 1e-4, "the middle has not stuck"
     return np.array([(edge_of(z, s) / edge_of(zm, m, 12) - 1, abs(s - np.interp(z, zm, m)).max() / m.max())
                      for s, m in zip(slip, model)]), steps
 

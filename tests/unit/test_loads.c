@@ -250,6 +250,98 @@ static void function(void **state)
   assert_int_equal(0, TempDirRemove(dir));
 }
 
+/* ---- corners that a step may pass ---- */
+
+enum { MANY = 200 };
+
+/* times [rows] and what each cell has then, the last one half as much */
+static void WriteEvenRecord(const char file[], PetscInt rows, const PetscReal times[], const PetscReal p[])
+{
+  const PetscInt dims[2] = {rows, N};
+  PetscReal *all;
+  SlipH5 h;
+
+  ok(PetscMalloc1(rows * N, &all));
+  for (PetscInt k = 0; k < rows * N; k++) all[k] = p[k / N] * (k % N == N - 1 ? 0.5 : 1);
+  ok(SlipH5Create(file, &h));
+  ok(SlipH5WriteReal(&h, "/time", 1, &rows, times, "s"));
+  ok(SlipH5WriteReal(&h, "/pressure", 2, dims, all, "Pa"));
+  ok(SlipH5Close(&h));
+  ok(PetscFree(all));
+}
+
+static PetscReal NextCorner(SlipFault fault, TS ts, PetscReal t, PetscReal h, Vec w)
+{
+  PetscReal next;
+
+  ok(TSSetTimeStep(ts, h));
+  ok(SlipFaultNextCorner(fault, ts, t, w, &next));
+  return next;
+}
+
+/* A parabola c t^2 at whole seconds, and a jump by 1 MPa from 150 to 151 s. Slip of the whole fault by relative D, D the displacement so far, costs relative D (1.K 1)/N of stress, mu times the pressure. */
+static void corners(void **state)
+{
+  const PetscReal relative = 1e-2, D = 0.01, mu = 0.6, c = 20;
+  PetscReal times[MANY], p[MANY], tolerance;
+  PetscInt k;
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+  Vec w, one, k_one;
+  Mat K;
+  TSAdapt adapt;
+  TS ts;
+
+  (void)state;
+  assert_int_equal(0, TempDirMake("loads", dir));
+  snprintf(file, sizeof(file), "%s/p.h5", dir);
+  for (PetscInt i = 0; i < MANY; i++) {
+    times[i] = (PetscReal)i;
+    p[i] = c * (PetscReal)(i * i) + (i > 150 ? 1e6 : 0);
+  }
+  WriteEvenRecord(file, MANY, times, p);
+  for (int stops = 0; stops < 2; stops++) {
+    SlipFault fault = Fault();
+
+    ok(SlipFaultSetString(fault, "friction_law", "constant"));
+    ok(FaultSetReals(fault, {"friction_residual", mu}));
+    ok(SlipFaultSetInertia(fault, PETSC_FALSE));
+    ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+    ok(SlipFaultSetString(fault, "pore_pressure", file));
+    if (stops) {
+      ok(SlipFaultSetString(fault, "injection", "500,750"));
+      ok(FaultSetReals(fault, {"injection_pressure", 1e3}, {"injection_diffusivity", 1}, {"injection_stop", 3.5}));
+    }
+    ok(FaultStart(fault, "heuristic", 0, 200, &w, &ts));
+    ok(TSSetSolution(ts, w));
+    ok(TSSetTolerances(ts, PETSC_DEFAULT, NULL, relative, NULL));
+    ok(SlipFaultGetOperators(fault, &K, NULL, NULL));
+    ok(MatCreateVecs(K, &one, &k_one));
+    ok(VecSet(one, 1));
+    ok(MatMult(K, one, k_one));
+    ok(VecDot(one, k_one, &tolerance));
+    tolerance *= relative * D / N / mu;
+    /* k seconds miss the corner in the middle by c j (k - j), j = k/2 without its remainder */
+    for (k = 1; c * (PetscReal)((k + 1) / 2 * ((k + 2) / 2)) <= tolerance;) k++;
+    assert_true(k > 10 && k < 100);
+    /* nothing has moved: no error of slip is small against that */
+    assert_true(NextCorner(fault, ts, 10, 50, w) == 11);
+    ok(VecStrideSet(w, 1, D));
+    if (stops) {
+      assert_true(NextCorner(fault, ts, 0, 50, w) == 3.5);
+    } else {
+      /* a step that ends before the first corner, or before the last that it may pass, is left alone */
+      assert_true(NextCorner(fault, ts, 10, 0.5, w) == 11 && NextCorner(fault, ts, 10, k - 1.5, w) > 1e300);
+      assert_true(NextCorner(fault, ts, 10, 130, w) == 10 + k);
+      assert_true(NextCorner(fault, ts, 140.5, 50, w) == 150 && NextCorner(fault, ts, 150, 30, w) == 151);
+      ok(TSGetAdapt(ts, &adapt));
+      ok(TSAdaptSetType(adapt, TSADAPTNONE)); /* constant steps keep no error that could be small against another */
+      assert_true(NextCorner(fault, ts, 10, 50, w) == 11);
+    }
+    ObjectsDestroy(&one, &k_one, &w, &ts, &fault);
+  }
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
 /* Above the normal stress a cell has no strength, and less than none: the slip is that of all of the initial traction,
    whatever the pressure */
 static void opening(void **state)
@@ -298,5 +390,5 @@ static void start_under_pressure(void **state)
   }
 }
 
-SLIP_TESTS(exponential_integral, record, source, source_of_planes, disc_of_the_source, function, opening,
+SLIP_TESTS(exponential_integral, record, source, source_of_planes, disc_of_the_source, function, corners, opening,
            start_under_pressure)

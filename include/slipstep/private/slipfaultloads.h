@@ -17,6 +17,7 @@ typedef struct {
   PetscBool pressed;                                  /* there is a pore pressure */
   PetscInt rows;                                      /* of -fault_pore_pressure */
   PetscReal *times, *record;                          /* [rows] [s], [rows][n] [Pa] */
+  PetscReal soft; /* stiffness of the fault as a whole [Pa/m]; 0: nobody has asked */
   SlipFaultSource source;
   SlipFaultPressureFn function; /* of SlipFaultSetPressureFunction(), with its context and [n] values of it */
   void *ctx;
@@ -44,6 +45,8 @@ static inline PetscBool SlipLoadsVary(const SlipFaultLoads *loads)
 PETSC_EXTERN PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipFaultLoad *out);
 PETSC_EXTERN PetscErrorCode SlipLoadDestroy(SlipFaultLoad *load);
 PETSC_EXTERN PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]); /* [n] [Pa] */
+PETSC_INTERN void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]);
+PETSC_INTERN PetscInt SlipLoadsRowAfter(const SlipFaultLoads *loads, PetscReal t);
 PETSC_EXTERN PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t);
 PETSC_EXTERN PetscReal SlipLoadsPressureScale(const SlipFaultLoads *loads, PetscReal t, PetscReal duration);
 PETSC_EXTERN PetscReal SlipExponentialIntegral(PetscReal x);

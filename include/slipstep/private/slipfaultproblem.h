@@ -46,6 +46,9 @@ PETSC_INTERN PetscErrorCode SlipFaultBeginSteps(SlipFault fault, TS ts, PetscBoo
 PETSC_INTERN PetscErrorCode SlipFaultHandOverSteps(SlipFault fault, TS ts, TSAdapt heir, PetscReal accuracy);
 PETSC_INTERN PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run);
+PETSC_INTERN PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative);
+/* corners.c */
+PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(SlipFault fault, TS ts, PetscReal t, Vec w, PetscReal *next);
 /* constraint.c */
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
@@ -81,6 +84,8 @@ PETSC_INTERN PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscRea
                                           const Vec state[3], Vec k0, PetscReal *stop);
 /* tolerance.c */
 PETSC_EXTERN PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio);
+PETSC_INTERN PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, PetscReal t, Vec w,
+                                                   PetscReal tolerance[]);
 PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, PetscReal h, Vec e, Vec w0,
                                                Vec w1, PetscReal *E);
 PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest);

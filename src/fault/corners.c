@@ -1,0 +1,90 @@
+/* Which corners of a record of pressure a step ends at.
+
+   A step that passes a corner goes by a pressure that has none. The pressure that stages do not see is off the record's by no
+   more than the record is off its chord between the ends of the step. Slip under friction follows a load without adding up
+   what it is off by: stress that is off by d at any times leaves slip off by d over the stiffness of the fault. So a step
+   passes corners while mu times that distance is small against the stress that the wanted error of slip is worth
+   (SlipFaultLoadTolerance()), and else ends at the last corner up to which this is so. Steps end at the corners of large jumps, and of
+   records of few corners, as exactly as time is; records that sample a smooth curve cost what the curve costs. */
+#include <slipstep/private/slipfault.h>
+
+/* The fault, asked whether it may step over the corners from t to end */
+typedef struct {
+  SlipFault fault;
+  PetscReal t, end;
+  PetscInt first, n;
+  PetscReal *tolerance, *start, *there; /* [n] of pressure, at t, at a corner [Pa] */
+  PetscReal *low, *high;                /* [n] slopes of chords from t that miss no corner by more [Pa/s] */
+} Chord;
+
+/* Of corner k, or of the end behind the last one before it */
+static PetscReal TimeOf(const Chord *c, PetscInt k)
+{
+  const SlipFaultLoads *loads = &c->fault->loads;
+
+  return k < loads->rows && loads->times[k] < c->end ? loads->times[k] : c->end;
+}
+
+static void PressureOf(const Chord *c, PetscInt k)
+{
+  for (PetscInt i = 0; i < c->n; i++) c->there[i] = 0;
+  SlipLoadsAddRecord(&c->fault->loads, TimeOf(c, k), c->there);
+}
+
+/* The last corner, or the end, to which a chord misses none before it: slopes that miss those so far by no more narrow down, cell by
+   cell. Of all ranks. */
+static PetscErrorCode Last(Chord *c, PetscInt *last)
+{
+  PetscInt k = c->first;
+  PetscBool misses = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  for (PetscReal time = c->t; !misses && time < c->end; k++) {
+    const PetscReal length = TimeOf(c, k) - c->t;
+
+    time = TimeOf(c, k);
+    PressureOf(c, k);
+    for (PetscInt i = 0; i < c->n; i++) {
+      const PetscReal rise = c->there[i] - c->start[i];
+      const PetscReal high = (rise + c->tolerance[i]) / length, low = (rise - c->tolerance[i]) / length;
+
+      if (k > c->first && (rise > c->high[i] * length || rise < c->low[i] * length)) misses = PETSC_TRUE;
+      c->high[i] = k > c->first ? PetscMin(c->high[i], high) : high;
+      c->low[i] = k > c->first ? PetscMax(c->low[i], low) : low;
+    }
+  }
+  *last = misses ? k - 2 : k - 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, last, 1, MPIU_INT, MPI_MIN, c->fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  SlipFaultNextCorner - the next corner at which a step from t is to end
+
+  Collective. t: where the step of ts begins, w: the state there. PETSC_MAX_REAL: it may end anywhere. Constant steps, and runs
+  that keep no error, meet every corner.
+*/
+PetscErrorCode SlipFaultNextCorner(SlipFault fault, TS ts, PetscReal t, Vec w, PetscReal *next)
+{
+  const SlipFaultLoads *loads = &fault->loads;
+  const PetscInt n = loads->n;
+  Chord c = {.fault = fault, .t = t, .first = SlipLoadsRowAfter(loads, t), .n = n};
+  PetscReal h, relative, stop = PETSC_MAX_REAL;
+  PetscInt last;
+
+  PetscFunctionBegin;
+  *next = SlipLoadsNextCorner(loads, t);
+  PetscCall(TSGetTimeStep(ts, &h));
+  if (t + h <= *next || c.first == loads->rows || *next < loads->times[c.first]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultStepsError(fault, ts, &relative));
+  if (relative <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (loads->source.distance2 && loads->source.stop > *next) stop = loads->source.stop;
+  c.end = PetscMin(t + h, stop);
+  PetscCall(PetscCalloc5(n, &c.tolerance, n, &c.start, n, &c.there, n, &c.low, n, &c.high));
+  PetscCall(SlipFaultLoadTolerance(fault, relative, t, w, c.tolerance));
+  SlipLoadsAddRecord(loads, t, c.start);
+  PetscCall(Last(&c, &last));
+  *next = TimeOf(&c, last) < c.end ? loads->times[last] : stop;
+  PetscCall(PetscFree5(c.tolerance, c.start, c.there, c.low, c.high));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
