@@ -170,7 +170,7 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
   const SlipParameter *p;
-  PetscReal low = PETSC_MAX_REAL, value;
+  PetscReal low = PETSC_MAX_REAL, value, gradient;
   PetscInt any = 0;
 
   PetscFunctionBegin;
@@ -180,11 +180,12 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
     PetscCall(SlipFaultGetReal(fault, p->name, &value));
     for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = value;
   }
+  PetscCall(SlipFaultGetReal(fault, "normal_stress_gradient", &gradient));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     SlipFaultCell cell;
 
     fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &cell);
-    fault->fields.cell[FIELD_NORMAL_STRESS][i] += fault->options.value[FAULT_NORMAL_STRESS_GRADIENT] * cell.centre[2];
+    fault->fields.cell[FIELD_NORMAL_STRESS][i] += gradient * cell.centre[2];
   }
   for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++) {
     if (!fault->fields.given[f]) continue;

@@ -223,7 +223,8 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultReportSteps(fault, ts));
   PetscCall(TSMonitorSet(ts, SlipFaultObserversMonitor, fault, NULL)); /* before that of /series; PETSc has it once */
   PetscCall(SlipFaultObserversCreate(fault, ts));
-  PetscCall(SlipFaultResolutionPrint(fault)); /* now that nothing is refused any more */
+  PetscCall(SlipFaultStressPrint(fault)); /* now that nothing is refused any more */
+  PetscCall(SlipFaultResolutionPrint(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -40,10 +40,12 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_DAMPING_RATIO] = {"damping_ratio", 0.8 / 3, "", 0, NONE, SHUT, REAL,
                            "Damping ratio zeta in H = 2 zeta M (M^-1 K)^(1/2)"},
   [FAULT_LOADING_RATE] = {"loading_rate", 0, "m/s", ANY, NONE, SHUT, REAL, "Far-field slip rate v_inf"},
-  [FAULT_NORMAL_STRESS] = {"normal_stress", 0, "Pa", 0, NONE, SHUT, REAL, "Effective normal stress, the uniform part"},
-  [FAULT_NORMAL_STRESS_GRADIENT] =
-    {"normal_stress_gradient", 15e3, "Pa/m", 0, NONE, SHUT, REAL,
-     "Effective normal stress per depth of the cell's centre, added to the uniform part; not to a field normal_stress"},
+  [FAULT_NORMAL_STRESS] = {"normal_stress", 0, "Pa", 0, NONE, SHUT, REAL,
+                           "Effective normal stress: uniform, unless -fault_normal_stress_gradient adds to it"},
+  [FAULT_NORMAL_STRESS_GRADIENT] = {"normal_stress_gradient", NAN, "Pa/m", 0, NONE, SHUT, REAL,
+                                    "Effective normal stress per depth of the cell's centre, added to "
+                                    "-fault_normal_stress, not to a field normal_stress "
+                                    "(default 15e3, 0 beside a -fault_normal_stress)"},
   [FAULT_FRICTION_RESIDUAL] = {"friction_residual", 0.5, "", 0, NONE, SHUT, REAL, "Residual friction mu_d"},
   [FAULT_FRICTION_DROP] = {"friction_drop", 0.1, "", 0, NONE, SHUT, REAL,
                            "Friction above the residual at the start, dmu"},
@@ -212,7 +214,9 @@ const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES] = {
    "Include inertia M = rho Ly, a mass per area without waves; no: quasi-dynamic (default yes; no for rate-and-state "
    "friction, and for slip weakening with -fault_initial traction unless -fault_viscosity is none)"},
   {"initial_unstable", AT(options.initial_unstable), PETSC_FALSE, "SlipFaultSetInitialState",
-   "With -fault_initial traction: cells may start above their strength (default no)"},
+   "With -fault_initial traction: cells may start above their strength; a line says where, and how many are outside of "
+   "the "
+   "largest patch (default no)"},
   {"opening", AT(options.opening), PETSC_FALSE, "SlipFaultSetBool",
    "Cells without normal stress may open, and close again; needs -fault_slip_components 2, -fault_initial traction and "
    "a friction law that sticks (default no: they slide freely, but stay closed)"},
@@ -392,7 +396,7 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
 
 /*@C
   SlipFaultGetReal - get a scalar parameter of the fault; until they are set, thickness is length_x, rate_tolerance is
-                     1e-10 m over T* and accuracy is 1e-2
+                     1e-10 m over T*, accuracy is 1e-2, and normal_stress_gradient 15e3 Pa/m, or 0 where a normal_stress is set
 
   Not collective.
 
@@ -420,6 +424,8 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   *value = fault->mesh.kind && id < FAULT_MESH_REALS ? fault->mesh.extent[id] : fault->options.value[id];
   if (id >= FAULT_NUM_REALS && isnan(*value)) *value = SlipFaultRealRow(id)->value;
   if (id == FAULT_THICKNESS && isnan(*value)) PetscCall(SlipFaultGetReal(fault, "length_x", value));
+  if (id == FAULT_NORMAL_STRESS_GRADIENT && isnan(*value))
+    *value = fault->options.value[FAULT_NORMAL_STRESS] > 0 ? 0 : SLIP_FAULT_STRESS_GRADIENT;
   if (id == FAULT_ACCURACY && isnan(*value)) *value = SLIP_FAULT_ACCURACY;
   if (id == FAULT_RATE_TOLERANCE && isnan(*value)) {
     PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));

@@ -35,44 +35,6 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* No cell may start above its strength. */
-static PetscErrorCode CheckTraction(SlipFault fault)
-{
-  const PetscReal tiny = 10 * PETSC_MACHINE_EPSILON;
-  SlipFrictionCells friction;
-  PetscReal box[4] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL}, most = 0;
-  const char *prefix = SlipFaultPrefix(fault);
-  PetscInt above = 0;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal load = PetscAbsReal(fault->fields.cell[FIELD_INITIAL_TRACTION][i]);
-    PetscReal mu, ds, dv;
-    SlipFaultCell cell;
-
-    SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
-    if (load <= mu * friction.stress[i] * (1 + tiny)) continue;
-    above++;
-    fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &cell);
-    box[0] = PetscMax(box[0], -cell.centre[0]);
-    box[1] = PetscMax(box[1], cell.centre[0]);
-    box[2] = PetscMax(box[2], -cell.centre[2]);
-    box[3] = PetscMax(box[3], cell.centre[2]);
-    most = PetscMax(most, load - mu * friction.stress[i]);
-  }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &above, 1, MPIU_INT, MPI_SUM, fault->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, box, 4, MPIU_REAL, MPIU_MAX, fault->comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  PetscCheck(!above, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-%sfault_initial traction exceeds the strength in %" PetscInt_FMT " of %" PetscInt_FMT
-             " cells, at x %.6g to %.6g m and z %.6g to %.6g m, by up to %.6g Pa: expected at most the strength, or "
-             "-%sfault_initial_unstable when slip is to begin there at once",
-             prefix, above, fault->mesh.N, (double)-box[0], (double)box[1], (double)-box[2], (double)box[3],
-             (double)most, prefix);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@
   SlipFaultSetInitialState - set the initial state that -fault_initial selects
 
@@ -93,7 +55,8 @@ static PetscErrorCode CheckTraction(SlipFault fault)
 + -fault_initial <auto,critical,rest,traction,rate> - which start; auto: rate with smooth friction, else critical
 . -fault_initial_perturbation <1e-5>      - relative excess of the critical start, dimensionless
 . -fault_initial_traction <T0>            - shear stress of "traction" [Pa], or a field of -fault_parameters
-- -fault_initial_unstable <no>            - "traction" may exceed the strength: the fault begins to slip at once
+- -fault_initial_unstable <no>            - "traction" may exceed the strength: the fault begins to slip at once. A line
+                                            says where, and how many cells are outside of the largest patch of such cells
 
   Level: beginner
 
@@ -118,7 +81,7 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
     PetscCall(SlipFaultBalanceStart(fault, w));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (traction && !fault->options.initial_unstable) PetscCall(CheckTraction(fault));
+  if (traction) PetscCall(SlipFaultCheckTraction(fault));
   if (!critical) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetArray(w, &a));
   PetscCall(VecGetArrayRead(fault->critical.uc, &uc));

@@ -137,7 +137,7 @@ other=(-fault_restart grid.state)
 refuses "-fault_restart grid.state" "friction_drop is 0.2, was 0.1" -- "${run[@]}" -fault_friction_drop 0.2 "${other[@]}"
 refuses "nx is 7, was 6" "length_x is 2000 m, was 3000 m" -- "${run[@]}" -fault_nx 7 -fault_length_x 2000 "${other[@]}"
 refuses "operator is" "was dense" -- "${run[@]}" -fault_operator fft "${other[@]}"
-refuses "normal_stress is 5500000 to 41500000, in the mean 23500000 Pa, was 4500000 to" -- "${run[@]}" -fault_normal_stress 1e6 "${other[@]}"
+refuses "normal_stress is 5500000 to 41500000, in the mean 23500000 Pa, was 4500000 to" -- "${run[@]}" -fault_normal_stress 1e6 -fault_normal_stress_gradient 15e3 "${other[@]}"
 refuses "mesh is of 50 cells" "was no mesh" -- "$fault" -fault_mesh mesh "${other[@]}"
 refuses "friction_law is constant, was exponential_slip_weakening" -- "${run[@]}" -fault_friction_law constant "${other[@]}"
 refuses "missing.h5" "-fault_restart" "no such file" -- "${run[@]}" -fault_restart missing.h5

@@ -82,7 +82,45 @@ refuses "-fault_injection_stop is -1" -- "${run[@]}" "${point[@]}" -fault_inject
 refuses "need the point of -fault_injection x,z" -- "${run[@]}" -fault_injection_pressure 1e6
 refuses "-fault_initial traction exceeds the strength in 30 of 30 cells" "x 250 to 2750 m and z 300 to 2700 m" "by up to 1e+06 Pa" \
   "-fault_initial_unstable" -- "${run[@]}" -fault_initial_traction 6e6
+# A patch of 5 cells, one of which it meets at a corner, and two cells elsewhere: on the grid, as rectangles of which one is in four parts, and as
+# triangles, two for each cell.
+"$SLIPSTEP_PYTHON" - <<'P' || exit 77
+import h5py
+import numpy as np
+
+above = np.zeros((5, 6), bool)
+above[1:3, 1:3] = above[3, 3] = above[0, 5] = above[4, 0] = True
+a, b = 500.0, 600.0
+centre = np.array([(a * (k + 0.5), b * (i + 0.5)) for i in range(5) for k in range(6)])
+flat = above.ravel()
+rows = np.column_stack([centre[:, 0], 0 * flat, centre[:, 1], a + 0 * flat, b + 0 * flat])
+parts = [(rows[7, 0] + i * a / 4, 0, rows[7, 2] + k * b / 4, a / 2, b / 2) for i in (-1, 1) for k in (-1, 1)]
+point = np.array([(a * k, 0, b * i) for i in range(6) for k in range(7)])
+first = np.array([7 * i + k for i in range(5) for k in range(6)])
+halves = np.concatenate([np.column_stack([first, first + 1, first + 8]), np.column_stack([first, first + 8, first + 7])])
+meshes = {"grid": ({}, above), "list": ({"cells": np.concatenate([np.delete(rows, 7, 0), parts])}, np.append(np.delete(flat, 7), [True] * 4)),
+          "triangles": ({"vertices": point, "triangles": halves}, np.append(flat, flat))}
+for name, (mesh, where) in meshes.items():
+    with h5py.File(f"start_{name}.h5", "w") as f:
+        f["initial_traction"] = np.where(where, 5.5e6, 4.5e6)
+    if mesh:
+        with h5py.File(f"mesh_{name}.h5", "w") as f:
+            for key, value in mesh.items():
+                f[key] = value
+P
+unstable() { # ranks, name, what is said, option...
+  mpirun -n "$1" "${run[@]}" -fault_parameters "start_$2.h5" -fault_initial_unstable -ts_max_steps 1 "${@:4}" >log 2>&1
+  [ $? = 3 ] && [ "$(grep -c "^start: .*the stress exceeds the strength in $3 are outside of the largest patch" log)" = 1 ] || fail "an unstable start, $2: $(cat log)"
+}
+unstable 2 grid "7 of 30 cells, at x 250 to 2750 m and z 300 to 2700 m, by up to 500000 Pa; 2 of them (6.67 % of all cells)"
+grep -q "warning: 2 cells (6.67 % of all) outside of the patch .*-fault_initial_unstable" log || fail "no warning of cells outside of the patch: $(cat log)"
+unstable 1 list "10 of 33 cells, .*; 2 of them (6.06 % of all cells)" -fault_mesh mesh_list.h5
+unstable 2 triangles "14 of 60 cells, .*; 4 of them (6.67 % of all cells)" -fault_mesh mesh_triangles.h5
 "${run[@]}" -fault_initial_traction 6e6 -fault_initial_unstable >log 2>&1 || fail "an unstable start: $(cat log)"
+grep -q "^normal stress: *1e+07 Pa, effective" log || fail "normal stress of an even fault: $(cat log)"
+mpirun -n 2 "${run[@]}" -fault_normal_stress_gradient 1e3 -ts_max_steps 1 >log2 2>&1
+grep -q "^normal stress: *1.03e+07 to 1.27e+07 Pa, effective" log2 || fail "normal stress that grows with depth: $(cat log2)"
+grep -q "in 30 of 30 cells.* 0 of them (0 % of all cells)" log && ! grep -q "outside of the patch" log || fail "a start of one patch: $(cat log)"
 
 # ---- opening: said once, of the first time that the run has reached with such cells ----
 "${run[@]}" -fault_pore_pressure open.h5 -fault_output open_run.h5 >log 2>&1 || fail "opening: $(cat log)"

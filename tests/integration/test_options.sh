@@ -232,7 +232,7 @@ mesh "cells_more.h5 holds /friction, which nothing reads" cells_more.h5
 expect "-fault_length_x is 1e+30" -fault_length_x 1e30
 expect "-fault_depth_top is 3e+06" -fault_depth_top 3e6
 run() { "$fault" "$@" >out.txt 2>err.txt; }
-run -ts_max_time 0.1 -fault_mesh cells_m.h5 -fault_normal_stress 1e6 || fail "a small mesh that says its units: $(cat err.txt)"
+run -ts_max_time 0.1 -fault_mesh cells_m.h5 -fault_normal_stress 1e6 -fault_normal_stress_gradient 15e3 || fail "a small mesh that says its units: $(cat err.txt)"
 run "${tiny[@]}" -fault_parameters fields_pa.h5 || fail "fields with units: $(cat err.txt)"
 
 # What is used.

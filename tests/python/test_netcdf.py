@@ -93,7 +93,7 @@ class NetcdfTest(FaultTest):
             file["cells"] = [[250 + 500 * i, 0, 350, 500, 500] for i in range(3)]
             file["cells"].attrs["columns"] = "x y z length width"
         for mesh in ("triangles", "cells"):
-            self.fault("-fault_mesh", f"{mesh}.h5", *GRID[4:8], "-fault_catalogue", "events.h5", "-fault_catalogue_maps", "-fault_output_overwrite", "-fault_normal_stress", 1e6, "-ts_max_time", 2)
+            self.fault("-fault_mesh", f"{mesh}.h5", *GRID[4:8], "-fault_catalogue", "events.h5", "-fault_catalogue_maps", "-fault_output_overwrite", "-fault_normal_stress", 1e6, "-fault_normal_stress_gradient", 15e3, "-ts_max_time", 2)
             of, events = self.dimensions("run.h5"), self.dimensions("events.h5")
             self.assertEqual((of["fields/slip"], of["mesh/length"], of["series/moment_rate"]), (("time", "cell"), ("cell",), ("time", "fault_index")))
             self.assertEqual((events["maps/slip"], events["mesh/x"]), (("onset", "cell"), ("cell",)))

@@ -132,15 +132,27 @@ static void two_faults(void **state)
 
 static void normal_stress(void **state)
 {
-  SlipFault fault = Make(2, 3);
+  /* uniform part, gradient [Pa/m], what the deepest cell has per metre; NaN: not given. A value alone is uniform. */
+  const PetscReal given[4][3] = {{NAN, NAN, 15e3}, {1e6, NAN, 0}, {1e6, 2e3, 2e3}, {NAN, 2e3, 2e3}};
+  SlipFault fault;
 
   (void)state;
-  ok(FaultSetReals(fault, {"normal_stress", 1e6}, {"depth_top", 200}));
-  ok(SlipFaultSetUp(fault));
-  /* centre of the last row: 200 m + 2500 m; both terms are exact in doubles */
-  assert_true(fault->fields.cell[FIELD_NORMAL_STRESS][5] == 1e6 + 15e3 * 2700);
-  fails(SlipFaultSetReal(fault, "nx", 3), "before SlipFaultSetUp");
-  ok(SlipFaultDestroy(&fault));
+  for (int k = 0; k < 4; k++) {
+    PetscReal gradient;
+
+    fault = Make(2, 3);
+    ok(SlipFaultSetReal(fault, "depth_top", 200));
+    if (!isnan(given[k][1])) ok(SlipFaultSetReal(fault, "normal_stress_gradient", given[k][1]));
+    if (!isnan(given[k][0])) ok(SlipFaultSetReal(fault, "normal_stress", given[k][0]));
+    ok(SlipFaultSetUp(fault));
+    /* centre of the last row: 200 m + 2500 m; both terms are exact in doubles */
+    assert_true(fault->fields.cell[FIELD_NORMAL_STRESS][5] ==
+                (isnan(given[k][0]) ? 0 : given[k][0]) + given[k][2] * 2700);
+    ok(SlipFaultGetReal(fault, "normal_stress_gradient", &gradient));
+    assert_true(gradient == given[k][2]);
+    fails(SlipFaultSetReal(fault, "nx", 3), "before SlipFaultSetUp");
+    ok(SlipFaultDestroy(&fault));
+  }
   fault = Make(1, 1);
   ok(SlipFaultSetReal(fault, "normal_stress_gradient", 0));
   fails(SlipFaultSetUp(fault), "expected > 0: raise -fault_normal_stress");

@@ -1,5 +1,6 @@
 /* Elastic energy and the power of loading against what they are: the work of the stress, and the energy's change in time. */
 #include "unit.h"
+#include "faultstart.h"
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include "cells.h"
@@ -27,7 +28,7 @@ static SlipFault Fault(void)
   ok(SlipFaultSetString(fault, "mesh", file));
   ok(SlipFaultSetString(fault, "initial", "traction"));
   ok(SlipFaultSetString(fault, "viscosity", "radiation"));
-  ok(SlipFaultSetReal(fault, "normal_stress", 50e6));
+  ok(FaultSetReals(fault, {"normal_stress", 50e6}, {"normal_stress_gradient", 15e3}));
   ok(SlipFaultSetField(fault, "initial_traction", N, traction));
   ok(SlipFaultSetField(fault, "stressing_rate", N, stressing));
   ok(SlipFaultSetField(fault, "loading_rate", N, loading));

@@ -18,6 +18,7 @@ enum { FAULT_MAX_NAMES = 8192, FAULT_MAX_CHOICES = 4096 };
 #define SLIP_FAULT_ATOL 1e-10
 /* Default of -fault_accuracy, and what it may be */
 #define SLIP_FAULT_ACCURACY 1e-2
+#define SLIP_FAULT_STRESS_GRADIENT 15e3 /* of normal stress that nobody gives [Pa/m] */
 #define SLIP_FAULT_ACCURACY_MIN 1e-3
 #define SLIP_FAULT_ACCURACY_MAX 1e-1
 typedef enum {
