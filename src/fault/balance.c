@@ -45,6 +45,26 @@ static PetscErrorCode ChooseInertia(SlipFault fault, PetscBool traction)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A line before the run where -fault_inertia yes has changed the default of another option */
+PetscErrorCode SlipFaultViscosityPrint(SlipFault fault)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscBool automatic, sqrtm, traction;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "auto", &automatic));
+  PetscCall(PetscStrcmp(fault->kind.viscosity, "sqrtm", &sqrtm));
+  PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
+  if (!fault->run.progress.wanted || !automatic || !sqrtm || !traction || fault->friction.law->by_rate)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPrintf(
+    fault->comm,
+    "%-24s sqrtm, the default with -%sfault_inertia yes, which does not limit how fast ruptures run; without "
+    "inertia it is radiation (-%sfault_viscosity)\n",
+    "viscosity:", prefix, prefix));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What "auto" is for the law and the start, and whether there is inertia. */
 PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
 {

@@ -225,6 +225,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultObserversCreate(fault, ts));
   PetscCall(SlipFaultStressPrint(fault)); /* now that nothing is refused any more */
   PetscCall(SlipFaultResolutionPrint(fault));
+  PetscCall(SlipFaultViscosityPrint(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

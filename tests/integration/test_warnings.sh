@@ -112,6 +112,14 @@ front=("${few[@]}" -fault_length_x 4000 -fault_length_z 3000 -fault_normal_stres
 quiet "${front[@]}" -fault_inertia yes
 warns "-fault_thickness is 40000 m" "-fault_inertia no" -- "${front[@]}" -fault_inertia yes -fault_thickness 40000
 quiet "${front[@]}" -fault_thickness 40000
+# and a faster one than shear waves: (2/3 of the drop - 0.35) 2.1 cs sqrt(G/(W Ly)) is 1.21 cs with Ly = 1.5 km under sqrtm, and 0.9 with 2.7 km;
+# radiation limits it to 0.66
+quick=("${front[@]}" -fault_inertia yes -fault_thickness 1500)
+warns "-fault_thickness is 1500 m" "0.67 of the drop" "1.2 times the shear wave speed" "at least 2.7e+03 m" -- "${quick[@]}"
+grep -q "^viscosity: *sqrtm, the default with -fault_inertia yes.* radiation (-fault_viscosity)" out.txt || fail "the viscosity is not said: $(cat out.txt)"
+quiet "${quick[@]}" -fault_viscosity radiation
+grep -q "^viscosity:" out.txt && fail "a viscosity that was chosen is said: $(cat out.txt)"
+warns "1.3 times the shear wave speed" -- "${quick[@]}" -fault_viscosity radiation -fault_thickness 100 -fault_initial_traction 17.5e6
 
 # Normal stress does not pass between planes.
 warns "planes.h5" "normal stress" -- "$bin/fault" -fault_mesh planes.h5 -ts_max_time 1e-3

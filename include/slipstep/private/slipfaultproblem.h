@@ -62,6 +62,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscRea
                                           PetscReal *end, PetscReal *h);
 /* balance.c: faults whose cells always slide */
 PETSC_EXTERN PetscErrorCode SlipFaultChooseDefaults(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultViscosityPrint(SlipFault fault);
 PETSC_INTERN SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const PetscReal stress[]);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
@@ -80,7 +81,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w,
                                                     Vec r); /* -q sign(v), weighted */
 /* stop.c */
-PETSC_INTERN PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscReal rtol, PetscReal share,
+PETSC_EXTERN PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscReal rtol, PetscReal share,
                                           const Vec state[3], Vec k0, PetscReal *stop);
 /* tolerance.c */
 PETSC_EXTERN PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio);
