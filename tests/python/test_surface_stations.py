@@ -98,8 +98,24 @@ class SurfaceStations(FaultTest):
             for k in range(len(POINTS)):
                 for key, data in whole[f"surface/{k}"].items():
                     np.testing.assert_array_equal(data, part[f"surface/{k}/{key}"])
-        message = self.fault(*GRID, "-fault_output", "part.h5", "-fault_restart", "state", "-fault_surface_stations", "1,2", code=1)
-        self.assertIn("has other points of the surface than -fault_surface_stations", message)
+        places = [[point.split(",") for point in TEXT.split(";")] for _ in range(2)]
+        for axis, place in enumerate(places):
+            place[-1][axis] = repr(float(place[-1][axis]) + 1)
+        for other in ["1,2", *(";".join(map(",".join, place)) for place in places)]:  # other points, and one whose x, or y, differs
+            message = self.fault(*GRID, "-fault_output", "part.h5", "-fault_restart", "state", "-fault_surface_stations", other, code=1)
+            self.assertIn("has other points of the surface than -fault_surface_stations", message)
+
+    def test_restart_to_another_output(self):
+        """A new file is of displacement since its own beginning."""
+        mine = [*GRID, "-fault_surface_stations", TEXT]
+        self.fault(*mine, "-fault_output", "before.h5", "-fault_checkpoint", "state", "-ts_max_steps", "12", code=3)
+        self.fault(*mine, "-fault_output", "after.h5", "-fault_restart", "state")
+        self.fault(*mine, "-fault_output", "whole.h5")
+        for k in range(len(POINTS)):
+            with h5py.File(self.path("whole.h5")) as whole, h5py.File(self.path("after.h5")) as after:
+                u, last = (file[f"surface/{k}/displacement"][...] for file in (whole, after))
+            self.assertGreater(abs(u[11]).max(), 1e-6)
+            np.testing.assert_allclose(last, u[12:] - u[11], rtol=0, atol=30 * ROUNDING)
 
     def test_bp3(self):
         """SEAS BP3, thrust of 60 degrees: displacement, horizontal and down, at 50.0307 years, before the first event, as published for the

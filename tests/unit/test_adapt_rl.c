@@ -228,12 +228,14 @@ static void rl_handover(void **state)
   const char *const names[] = {"converged"};
   const PetscReal w[] = {0}, low[] = {0.9}, high[] = {1};
   const PetscReal never[] = {FAIL, 1, FAIL, FAIL, 1, 8}, after[] = {FAIL, FAIL, 8, 1.0 / 27, 1.0 / 8, 1};
-  const PetscReal fixed[] = {5.1, 5.1, 5.1, 5.1, 5.1, 5.1}, halved[] = {5.1, 5.1, 3.06, 1.53, 3.06, 6.12};
+  const PetscReal fixed[] = {5.1, 5.1, 5.1, 5.1, 5.1, 5.1}, halved[] = {5.1, 5.1, 3.06, 1.53, 3.06, 6.12},
+                  bounded[] = {5.1, 5.1, 3.06, 1.53, 3.06, 6};
   PetscErrorCode (*print)(FILE *, const char[], va_list) = PetscVFPrintf;
 
   (void)state;
-  for (int k = 0; k < 3; k++) {
-    TS ts = start(TSADAPTRL, k == 2 ? "-ts_adapt_rl_strict" : "", 77);
+  for (int k = 0; k < 4; k++) { /* 3: the bounds of steps go on */
+    const PetscBool over = k % 2 ? PETSC_TRUE : PETSC_FALSE;
+    TS ts = start(TSADAPTRL, k == 2 ? "-ts_adapt_rl_strict" : k == 3 ? "-ts_adapt_dt_max 6" : "", 77);
     SlipPolicy p = policy(1, names, w, 0);
     PetscReal time;
     PetscBool handed;
@@ -244,16 +246,15 @@ static void rl_handover(void **state)
     ok(TSSetFromOptions(ts));
     memset(&printed, 0, sizeof(printed));
     PetscVFPrintf = keep_printed;
-    ok(run(ts, 6, k == 1 ? after : never));
+    ok(run(ts, 6, over ? after : never));
     PetscVFPrintf = print;
-    tried(k == 1 ? halved : fixed);
-    accepted(k == 1 ? "rrraaa" : "rarraa");
+    tried(k == 1 ? halved : k == 3 ? bounded : fixed);
+    accepted(over ? "rrraaa" : "rarraa");
     ok(TSAdaptRLGetHandover(adapt, &handed, &time));
-    assert_int_equal(k == 1, handed);
-    assert_int_equal(k == 1,
-                     strstr(printed.text, "rl hands the run over to heuristic with -ts_rtol 0.0001, because its "
-                                          "observations stay outside the policy's training range") != NULL);
-    assert_int_equal(k == 1 ? 2 : 1, printed.lines);
+    assert_int_equal(over, handed);
+    assert_int_equal(over, strstr(printed.text, "rl hands the run over to heuristic with -ts_rtol 0.0001, because its "
+                                                "observations stay outside the policy's training range") != NULL);
+    assert_int_equal(over ? 2 : 1, printed.lines);
     assert_true(time == 0);
     ok(TSDestroy(&ts));
   }

@@ -235,4 +235,93 @@ static void pressure_after_the_stop(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-SLIP_TESTS(healing, states, areas, pressure_after_the_stop)
+/* ---- slip as a vector, and opening ---- */
+
+/* One cell with two components or three, the displacement u in its plane and the opening across it; the rest until limit, or where that is 0
+   of SlipFaultRestTime() */
+static PetscReal VectorRest(SlipFault fault, const PetscReal u[2], PetscReal opening, PetscReal limit)
+{
+  PetscReal end, h, *a;
+  Vec w[3];
+
+  for (int k = 0; k < 3; k++) ok(SlipFaultCreateState(fault, &w[k]));
+  ok(VecGetArray(w[0], &a));
+  for (int k = 0; k < 2; k++) a[SlipFaultDisplacementAt(fault, 0) + k] = u[k];
+  if (opening > 0) a[SlipFaultDisplacementAt(fault, 0) + 2] = opening;
+  ok(VecRestoreArray(w[0], &a));
+  if (limit > 0)
+    ok(SlipFaultRest(fault, 0, limit, w[0], w[1], w[2], &end, &h));
+  else
+    ok(SlipFaultRestTime(fault, 0, w[0], &end));
+  ObjectsDestroy(&w[0], &w[1], &w[2]);
+  return end;
+}
+
+/* A force F - K u, with displacements across the rake, grows along the rake by a constant rate: it meets the strength, a circle, where
+   bisection finds it; it may pass the circle's middle first, and may never come where the rate is 0. */
+static void vectors(void **state)
+{
+  const PetscReal rates[] = {0.02, 0, -0.02};
+
+  (void)state;
+  for (int m = 0; m < 3; m++)
+    for (int across = -1; across <= 1; across++) {
+      const PetscReal traction = 1e7, never = 1e12;
+      SlipFault fault = Cell();
+      PetscReal force[2], u[2] = {0, 0.3 * across}, low = 0, high = 1e11, limit = sigma * (residual + drop);
+      Vec x, f;
+      Mat K;
+      const PetscReal *a;
+
+      ok(SlipFaultSetReal(fault, "slip_components", 2));
+      ok(FaultSetReals(fault, {"initial_traction", traction}, {"stressing_rate", rates[m]}, {"loading_rate", 0}));
+      ok(SlipFaultSetUp(fault));
+      ok(SlipFaultGetOperators(fault, &K, NULL, NULL));
+      ok(MatCreateVecs(K, &x, &f));
+      ok(VecSetValue(x, 1, u[1], INSERT_VALUES));
+      ok(VecAssemblyBegin(x));
+      ok(VecAssemblyEnd(x));
+      ok(MatMult(K, x, f));
+      ok(VecGetArrayRead(f, &a));
+      force[0] = traction - a[0];
+      force[1] = -a[1];
+      ok(VecRestoreArrayRead(f, &a));
+      assert_true(hypot(force[0], force[1]) < 0.9 * limit && (!across || fabs(force[1]) > 0.05 * limit));
+      for (int k = 0; k < 200; k++) {
+        const PetscReal middle = 0.5 * (low + high);
+
+        if (hypot(force[0] + rates[m] * middle, force[1]) < limit)
+          low = middle;
+        else
+          high = middle;
+      }
+      /* rounding of forces, whose difference to the strength is a share of them */
+      AssertNear(VectorRest(fault, u, 0, never) / (m == 1 ? never : low), 1, 1e-12);
+      if (m == 1)
+        assert_true(VectorRest(fault, u, 0, 0) == PETSC_MAX_REAL);
+      else
+        AssertNear(VectorRest(fault, u, 0, 0) / low, 1, 1e-12);
+      u[1] *= 1e3; /* beyond the strength */
+      if (across) assert_true(VectorRest(fault, u, 0, never) == 0 && VectorRest(fault, u, 0, 0) == 0);
+      ObjectsDestroy(&x, &f, &fault);
+    }
+}
+
+/* A cell that is open does not rest, however slowly it moves. */
+static void open_cell(void **state)
+{
+  const PetscReal u[2] = {0, 0};
+  SlipFault fault = Cell();
+
+  (void)state;
+  ok(SlipFaultSetReal(fault, "slip_components", 2));
+  ok(SlipFaultSetBool(fault, "opening", PETSC_TRUE));
+  ok(SlipFaultSetInertia(fault, PETSC_FALSE));
+  ok(FaultSetReals(fault, {"initial_traction", 1e7}, {"depth_top", 1000}));
+  ok(SlipFaultSetUp(fault));
+  assert_true(VectorRest(fault, u, 0, 1e9) == 1e9 && VectorRest(fault, u, 0, 0) == PETSC_MAX_REAL);
+  assert_true(VectorRest(fault, u, 1e-9, 1e9) == 0 && VectorRest(fault, u, 1e-9, 0) == 0);
+  ok(SlipFaultDestroy(&fault));
+}
+
+SLIP_TESTS(healing, states, areas, pressure_after_the_stop, vectors, open_cell)

@@ -6,6 +6,7 @@
 #include "dials/tolerances.h"
 #include "environment/libraryepisode.h"
 #include "ruptures/ruptures.h"
+#include <slipstep/private/slipfault.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -235,6 +236,19 @@ static void end(Run *r)
   ok(PetscOptionsClear(NULL));
 }
 
+/* Where the table has no number for an accuracy the tolerance goes on by the slope of the two before: pi with the filter has none at
+   1e-3 for events, 0.000724 at 1e-2 and 0.000116 at 3e-3. */
+static void beyond_the_table(void **state)
+{
+  const PetscReal slope = log(0.000116 / 0.000724) / log(0.3), expected = 0.000116 * pow(1e-3 / 3e-3, slope);
+  Run r = start("-ts_adapt_type pi -ts_adapt_pi_filter fault_history -fault_accuracy 0.001", PETSC_FALSE);
+
+  (void)state;
+  assert_true(fabs(tolerance(&r) / expected - 1) < 1e-12);
+  assert_true(r.fault->steps.accuracy == 0); /* and is not said to keep it */
+  end(&r);
+}
+
 static void precedence(void **state)
 {
   const struct {
@@ -380,5 +394,5 @@ static void refused(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-SLIP_TESTS(events, ruptures, calibrated, limited, interpolated, precedence, learned, without_policies, handed_over,
-           refused)
+SLIP_TESTS(events, ruptures, calibrated, limited, interpolated, beyond_the_table, precedence, learned, without_policies,
+           handed_over, refused)
