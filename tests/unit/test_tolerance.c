@@ -3,6 +3,7 @@
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
 #include <math.h>
+#include "tempdir.h"
 
 static const PetscReal weakening = 0.05;
 
@@ -171,4 +172,59 @@ static void opening(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-SLIP_TESTS(stops, slip_and_rate, opening)
+/* ---- the estimate of a run's error ---- */
+
+/* What the error e of a step changes the work by, M v.e_v + K u.e_u + q.e_s, where slip has changed the normal stress of q, as it does where a
+   fault dips: after one step, from the state, the strength and K themselves. */
+static void work_of_an_error(void **state)
+{
+  enum { CELLS = 6 };
+  PetscReal sigma[CELLS], scale, mass, work = 0, change = 0;
+  const PetscReal *a, *e, *f;
+  SlipFrictionCells friction;
+  SlipFault fault;
+  Vec w, error, u, ku;
+  Mat K;
+  TS ts;
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 8];
+
+  (void)state;
+  assert_int_equal(0, TempDirMake("tolerance", dir));
+  snprintf(file, sizeof(file), "%s/o.h5", dir);
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}, {"dip", 40}, {"rake", 90}, {"depth_top", 500}));
+  ok(SlipFaultSetString(fault, "output", file));
+  ok(FaultStart(fault, TSADAPTNONE, 0.5, 0, &w, &ts));
+  ok(TSSetMaxSteps(ts, 1));
+  ok(TSSetSolution(ts, w));
+  ok(SlipFaultOutputStart(fault, ts));
+  ok(TSSolve(ts, w));
+  ok(TSBatheGetEstimates(ts, &error, &scale, NULL));
+  assert_non_null(error);
+  ok(SlipFaultGetOperators(fault, &K, NULL, &mass));
+  ok(SlipFaultGetCellValues(fault, 0.5, w, "normal_stress", CELLS, sigma));
+  ok(SlipFaultGetFriction(fault, 0, &friction));
+  ok(MatCreateVecs(K, &u, &ku));
+  ok(SlipFaultGetDisplacement(fault, w, u));
+  ok(MatMult(K, u, ku));
+  ok(VecGetArrayRead(w, &a));
+  ok(VecGetArrayRead(error, &e));
+  ok(VecGetArrayRead(ku, &f));
+  for (PetscInt i = 0; i < CELLS; i++) {
+    PetscReal mu, ds, dv;
+
+    SlipFrictionEvaluate(&friction, i, a[3 * i + 2], fabs(a[3 * i]), &mu, &ds, &dv);
+    work += mass * a[3 * i] * e[3 * i] + f[i] * e[3 * i + 1] + mu * sigma[i] * e[3 * i + 2];
+    change += mu * (sigma[i] - fault->fields.cell[FIELD_NORMAL_STRESS][i]) * e[3 * i + 2];
+  }
+  ok(VecRestoreArrayRead(ku, &f));
+  ok(VecRestoreArrayRead(error, &e));
+  ok(VecRestoreArrayRead(w, &a));
+  /* sums of terms that cancel in part, each to rounding; what slip has changed is far more */
+  assert_true(fabs(change) > 1e-4 * fabs(work));
+  AssertNear(fault->run.error.work[0] / (scale * work), 1, 1e-9);
+  ObjectsDestroy(&u, &ku, &w, &ts, &fault);
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+SLIP_TESTS(stops, slip_and_rate, opening, work_of_an_error)
