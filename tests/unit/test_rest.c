@@ -27,12 +27,13 @@ static SlipFault Cell(void)
 /* What SlipFaultRest() says of a fault without slip rate */
 typedef struct {
   PetscReal end, u[3], s[3]; /* displacement and state of the first cell at the start, the middle and the end */
+  PetscReal h;               /* step to go on with */
 } Rest;
 
 static Rest RestOf(SlipFault fault, PetscReal t, PetscReal limit, PetscReal u, PetscReal s)
 {
   Rest rest = {.u = {u}, .s = {s}};
-  PetscReal *a, h;
+  PetscReal *a;
   Vec w[3];
 
   for (int k = 0; k < 3; k++) ok(SlipFaultCreateState(fault, &w[k]));
@@ -42,7 +43,7 @@ static Rest RestOf(SlipFault fault, PetscReal t, PetscReal limit, PetscReal u, P
     a[3 * i + 2] = s;
   }
   ok(VecRestoreArray(w[0], &a));
-  ok(SlipFaultRest(fault, t, limit, w[0], w[1], w[2], &rest.end, &h));
+  ok(SlipFaultRest(fault, t, limit, w[0], w[1], w[2], &rest.end, &rest.h));
   for (int k = 1; k < 3; k++) {
     ok(VecGetArray(w[k], &a));
     assert_true(rest.end == t || a[0] == 0);
@@ -307,6 +308,61 @@ static void vectors(void **state)
     }
 }
 
+/* At the strength itself, and just below it, a force that falls passes the middle before it comes to the other side. */
+static void from_the_edge(void **state)
+{
+  const PetscReal limit = sigma * (residual + drop), share[] = {1, 1 - 1e-9}, u[2] = {0, 0};
+
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    SlipFault fault = Cell();
+
+    ok(FaultSetReals(fault, {"slip_components", 2}, {"initial_traction", share[k] * limit}, {"stressing_rate", -0.02}));
+    ok(SlipFaultSetUp(fault));
+    AssertNear(VectorRest(fault, u, 0, 0) / ((1 + share[k]) * limit / 0.02), 1, 1e-12);
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
+/* ---- the step after it ---- */
+
+/* Half of the time in which the cell runs away; or where it would swing and its damping is lost, a hundred times that in which it swings. */
+static void first_step(void **state)
+{
+  const PetscReal traction = 2.9e7, rate = 1e6, vc = 0.5;
+
+  (void)state;
+  for (int swings = 0; swings < 2; swings++) {
+    SlipFault fault = Cell();
+    PetscReal K, H, mass;
+    Mat k, h;
+    Rest rest;
+    Vec x;
+
+    if (swings) {
+      ok(SlipFaultSetString(fault, "friction_law", "rate_weakening"));
+      ok(FaultSetReals(fault, {"friction_rate", vc}, {"thickness", 1000}));
+    }
+    ok(FaultSetReals(fault, {"initial_traction", traction}, {"stressing_rate", rate}));
+    ok(SlipFaultSetInertia(fault, swings ? PETSC_TRUE : PETSC_FALSE));
+    ok(SlipFaultSetUp(fault));
+    ok(SlipFaultGetOperators(fault, &k, &h, &mass));
+    ok(MatCreateVecs(k, &x, NULL));
+    ok(MatGetDiagonal(k, x));
+    ok(VecSum(x, &K));
+    ok(MatGetDiagonal(h, x));
+    ok(VecSum(x, &H));
+    ok(VecDestroy(&x));
+    rest = RestOf(fault, 0, 1e3, 0, 0);
+    AssertNear(rest.end, (sigma * (residual + drop) - traction) / rate, 1e-9);
+    if (swings)
+      AssertNear(rest.h / (100 / sqrt(K / mass)), 1, 1e-12);
+    else
+      AssertNear(rest.h / (0.5 * H / (sigma * drop / weakening - K)), 1, 1e-12);
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
 /* A cell that is open does not rest, however slowly it moves. */
 static void open_cell(void **state)
 {
@@ -324,4 +380,4 @@ static void open_cell(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-SLIP_TESTS(healing, states, areas, pressure_after_the_stop, vectors, open_cell)
+SLIP_TESTS(healing, states, areas, pressure_after_the_stop, vectors, from_the_edge, first_step, open_cell)

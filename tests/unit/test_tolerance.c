@@ -29,6 +29,7 @@ static SlipFault Cells(PetscInt n, PetscInt components, PetscBool inertia)
 typedef struct {
   PetscReal v0, k, c, others; /* [m/s], [m/s^2], [m/s^3] */
   PetscReal x, h;
+  PetscReal end; /* the rate at the end where it is below 0; 0: that of the parabola */
 } Course;
 
 static PetscReal StopOf(SlipFault fault, const Course *p, PetscReal sign, PetscReal rtol)
@@ -39,7 +40,9 @@ static PetscReal StopOf(SlipFault fault, const Course *p, PetscReal sign, PetscR
   Vec w[4];
 
   for (int s = 0; s < 4; s++) {
-    const PetscReal v = s < 3 ? p->v0 + p->k * at[s] + p->c * at[s] * at[s] : p->k; /* the last one is the derivative */
+    const PetscReal parabola =
+      s < 3 ? p->v0 + p->k * at[s] + p->c * at[s] * at[s] : p->k; /* the last one is the derivative */
+    const PetscReal v = s == 2 && p->end < 0 ? p->end : parabola;
 
     ok(SlipFaultCreateState(fault, &w[s]));
     ok(VecGetArray(w[s], &a));
@@ -60,8 +63,11 @@ static PetscReal StopOf(SlipFault fault, const Course *p, PetscReal sign, PetscR
 /* The stop of a parabola is its root, after the state in between; before that one it is where the tangent at the start ends, or that state. */
 static void stops(void **state)
 {
-  const Course after = {1, -1, -0.25, 0, 0.586, 1}, before = {1, -2, 0, 0, 0.586, 1}, late = {1, -1, -1, 0, 0.8, 1};
-  const Course grows = {1, 0.5, -4, 0, 0.9, 1}, moves = {1, -0.5, 0, 0, 0.586, 1}, still = {0, 0, 0, 1, 0.586, 1};
+  const Course after = {1, -1, -0.25, 0, 0.586, 1, 0}, before = {1, -2, 0, 0, 0.586, 1, 0},
+               late = {1, -1, -1, 0, 0.8, 1, 0};
+  const Course ends = {1, -1, 0, 0, 0.5, 1, 0}, meets = {1, -1, -2, 0, 0.5, 1, 0}, back = {1, -10, 20, 0, 0.8, 1, -1};
+  const Course grows = {1, 0.5, -4, 0, 0.9, 1, 0}, moves = {1, -0.5, 0, 0, 0.586, 1, 0},
+               still = {0, 0, 0, 1, 0.586, 1, 0};
 
   (void)state;
   for (PetscInt components = 1; components <= 2; components++) {
@@ -79,6 +85,10 @@ static void stops(void **state)
       assert_true(fabs(StopOf(fault, &grows, sign, 1e-9) - 0.9) < 1e-14);
       assert_true(StopOf(fault, &moves, sign, 1e-9) == PETSC_MAX_REAL &&
                   StopOf(fault, &still, sign, 1e-9) == PETSC_MAX_REAL);
+      /* rates that are 0 at the end, and in between; a parabola that is 0 twice before says nothing of the end */
+      assert_true(fabs(StopOf(fault, &ends, sign, 1e-9) - 1) < 1e-14 &&
+                  fabs(StopOf(fault, &meets, sign, 1e-9) - 0.5) < 1e-14);
+      assert_true(StopOf(fault, &back, sign, 1e-9) == 1);
       /* a stop counts of the cell with half of the rates, of 1 among two of 0.49 and of 0.51 */
       p.others = 0.49;
       assert_true(StopOf(fault, &p, sign, 1e-9) < 1);
@@ -94,10 +104,13 @@ static void stops(void **state)
 
 /* ---- errors ---- */
 
-/* Of one cell: displacement u, slip rate v and the errors of both; with an opening of its own where cells open */
-static PetscReal ErrorOf(SlipFault fault, PetscReal rtol, PetscReal u, PetscReal v, PetscReal eu, PetscReal opening)
+/* Of one cell: slip u and rate v at the start, how far it moves, and the errors of slip, rate and opening */
+typedef struct {
+  PetscReal u, v, moved, slip, rate, opening;
+} Errors;
+
+static PetscReal ErrorOf(SlipFault fault, PetscReal rtol, const Errors *of)
 {
-  const PetscReal h = 1e-3; /* so that no slip of this step counts */
   PetscReal E, *a;
   Vec e, w[2];
 
@@ -105,18 +118,31 @@ static PetscReal ErrorOf(SlipFault fault, PetscReal rtol, PetscReal u, PetscReal
   for (int k = 0; k < 2; k++) {
     ok(SlipFaultCreateState(fault, &w[k]));
     ok(VecGetArray(w[k], &a));
-    a[SlipFaultRateAt(fault, 0)] = v;
-    a[SlipFaultDisplacementAt(fault, 0)] = u;
-    a[SlipFaultStateAt(fault, 0)] = u;
+    a[SlipFaultRateAt(fault, 0)] = of->v;
+    a[SlipFaultDisplacementAt(fault, 0)] = a[SlipFaultStateAt(fault, 0)] = of->u + (k ? of->moved : 0);
     ok(VecRestoreArray(w[k], &a));
   }
   ok(VecGetArray(e, &a));
-  a[SlipFaultDisplacementAt(fault, 0)] = eu;
-  if (SlipFaultOpens(fault)) a[SlipFaultDisplacementAt(fault, 0) + 2] = opening;
+  a[SlipFaultRateAt(fault, 0)] = of->rate;
+  a[SlipFaultDisplacementAt(fault, 0)] = of->slip;
+  if (SlipFaultOpens(fault)) a[SlipFaultDisplacementAt(fault, 0) + 2] = of->opening;
   ok(VecRestoreArray(e, &a));
-  ok(SlipFaultErrorNorm(fault, rtol, 0, h, e, w[0], w[1], &E));
+  ok(SlipFaultErrorNorm(fault, rtol, 0, 1e-3, e, w[0], w[1], &E));
   ObjectsDestroy(&e, &w[0], &w[1]);
   return E;
+}
+
+/* The one entry of a matrix of one cell */
+static PetscReal EntryOf(Mat A)
+{
+  PetscReal value;
+  Vec diagonal;
+
+  ok(MatCreateVecs(A, &diagonal, NULL));
+  ok(MatGetDiagonal(A, diagonal));
+  ok(VecSum(diagonal, &value));
+  ok(VecDestroy(&diagonal));
+  return value;
 }
 
 /* Without inertia an error e of the slip is one of the rate of e K/(H + theta K), against ten times rtol of the largest rate, which is at
@@ -127,17 +153,12 @@ static void slip_and_rate(void **state)
   PetscReal K, H;
   SlipFault fault = Cells(1, 1, PETSC_FALSE);
   Mat k, damping;
-  Vec diagonal;
 
   (void)state;
   ok(SlipFaultSetUp(fault));
   ok(SlipFaultGetOperators(fault, &k, &damping, NULL));
-  ok(MatCreateVecs(k, &diagonal, NULL));
-  ok(MatGetDiagonal(k, diagonal));
-  ok(VecSum(diagonal, &K));
-  ok(MatGetDiagonal(damping, diagonal));
-  ok(VecSum(diagonal, &H));
-  ok(VecDestroy(&diagonal));
+  K = EntryOf(k);
+  H = EntryOf(damping);
   for (int m = 0; m < 3; m++) {
     const PetscReal theta = m == 0 ? 0 : m == 1 ? H / K : 100 * H / K;
     const PetscReal fast = 1e-3 * weakening * K / H, slow = 1e-6 * weakening * K / H; /* rates */
@@ -147,10 +168,75 @@ static void slip_and_rate(void **state)
       const PetscReal rate = e * K / (H + theta * K) / (10 * rtol * (v + rtol * weakening * K / H));
 
       fault->stage.theta = theta;
-      AssertNear(ErrorOf(fault, rtol, u, v, e, 0) / PetscMax(rate, e / weakening / rtol), 1, 1e-12);
+      AssertNear(ErrorOf(fault, rtol, &(Errors){.u = u, .v = v, .slip = e}) / PetscMax(rate, e / weakening / rtol), 1,
+                 1e-12);
     }
   }
   ok(SlipFaultDestroy(&fault));
+}
+
+/* The slip of a step counts by its cube, times the share of the weakening rate that is left; with inertia a rate lasts, and its error is that of
+   the slip that it leads to while the cell swings, against a twentieth of the tolerance. */
+static void cube_and_swing(void **state)
+{
+  const PetscReal rtol = 1e-3, share = 0.2;
+  PetscReal mass;
+  SlipFault fault = Cells(1, 1, PETSC_FALSE);
+  Mat K;
+
+  (void)state;
+  ok(SlipFaultSetUp(fault));
+  for (int k = 0; k < 3; k++)
+    AssertNear(ErrorOf(fault, rtol, &(Errors){.u = k * weakening, .moved = share * weakening}) /
+                 (exp(-k) * share * share * share / (0.5 * rtol)),
+               1, 1e-12);
+  ok(SlipFaultDestroy(&fault));
+  fault = Cells(1, 1, PETSC_TRUE);
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultGetOperators(fault, &K, NULL, &mass));
+  AssertNear(ErrorOf(fault, rtol, &(Errors){.rate = 1e-4}) /
+               (1e-4 / (0.05 * rtol * weakening * sqrt(EntryOf(K) / mass))),
+             1, 1e-12);
+  ok(SlipFaultDestroy(&fault));
+}
+
+/* What the pressure may be off by is worth a slip of so much of d_c, or where a smooth law answers to less, of a sigma; where cells open it
+   counts itself, not times the friction. */
+static void pressure(void **state)
+{
+  const PetscReal relative = 1e-3, a = 0.01, b = 0.015, dc = 0.5, v = 1e-9;
+  PetscReal tolerance, *x;
+
+  (void)state;
+  for (int opens = 0; opens < 2; opens++) {
+    SlipFault fault = Cells(1, opens ? 2 : 1, PETSC_FALSE);
+    Mat K;
+    Vec w;
+
+    ok(FaultSetReals(fault, {"depth_top", 1000}, {"friction_a", a}, {"friction_b", b}));
+    ok(SlipFaultSetString(fault, "friction_law", opens ? "linear_slip_weakening" : "rate_and_state"));
+    if (opens)
+      ok(SlipFaultSetBool(fault, "opening", PETSC_TRUE));
+    else
+      ok(FaultSetReals(fault, {"friction_slip", dc}, {"initial_traction", 3e7}, {"initial_rate", v}));
+    ok(SlipFaultSetUp(fault));
+    ok(SlipFaultCreateState(fault, &w));
+    ok(SlipFaultSetInitialState(fault, w));
+    ok(SlipFaultGetOperators(fault, &K, NULL, NULL));
+    if (opens) ok(VecStrideSet(w, fault->layout.displacement, 2 * weakening));
+    ok(SlipFaultLoadTolerance(fault, relative, 0, w, &tolerance));
+    if (opens) {
+      ok(MatGetDiagonal(K, fault->work[0]));
+      ok(VecGetArray(fault->work[0], &x));
+      AssertNear(tolerance / (relative * x[0] * weakening), 1, 1e-12);
+      ok(VecRestoreArray(fault->work[0], &x));
+    } else {
+      assert_true(a * 50e6 < EntryOf(K) * dc);
+      /* the start's traction of 30 MPa at 50 MPa is the friction of 0.6 but for the radiation of 1e-9 m/s */
+      AssertNear(tolerance / (relative * a * 50e6 / 0.6), 1, 1e-8);
+    }
+    ObjectsDestroy(&w, &fault);
+  }
 }
 
 /* What opens a cell counts as slip does. */
@@ -165,10 +251,13 @@ static void opening(void **state)
   ok(SlipFaultSetString(fault, "friction_law", "linear_slip_weakening"));
   ok(SlipFaultSetUp(fault));
   fault->stage.theta = 1e6; /* so that rates do not count */
-  AssertNear(ErrorOf(fault, rtol, u, 0, e, 0) / (e / weakening / rtol), 1, 1e-12);
-  AssertNear(ErrorOf(fault, rtol, u, 0, e, 3 * e) / (3 * e / weakening / rtol), 1, 1e-12);
-  AssertNear(ErrorOf(fault, rtol, u, 0, e, -3 * e) / (3 * e / weakening / rtol), 1, 1e-12);
-  AssertNear(ErrorOf(fault, rtol, u, 0, 3 * e, e) / (3 * e / weakening / rtol), 1, 1e-12);
+  AssertNear(ErrorOf(fault, rtol, &(Errors){.u = u, .slip = e}) / (e / weakening / rtol), 1, 1e-12);
+  AssertNear(ErrorOf(fault, rtol, &(Errors){.u = u, .slip = e, .opening = 3 * e}) / (3 * e / weakening / rtol), 1,
+             1e-12);
+  AssertNear(ErrorOf(fault, rtol, &(Errors){.u = u, .slip = e, .opening = -3 * e}) / (3 * e / weakening / rtol), 1,
+             1e-12);
+  AssertNear(ErrorOf(fault, rtol, &(Errors){.u = u, .slip = 3 * e, .opening = e}) / (3 * e / weakening / rtol), 1,
+             1e-12);
   ok(SlipFaultDestroy(&fault));
 }
 
@@ -227,4 +316,4 @@ static void work_of_an_error(void **state)
   assert_int_equal(0, TempDirRemove(dir));
 }
 
-SLIP_TESTS(stops, slip_and_rate, opening, work_of_an_error)
+SLIP_TESTS(stops, slip_and_rate, cube_and_swing, pressure, opening, work_of_an_error)
