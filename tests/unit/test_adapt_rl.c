@@ -229,15 +229,15 @@ static void rl_handover(void **state)
   const PetscReal w[] = {0}, low[] = {0.9}, high[] = {1};
   const PetscReal never[] = {FAIL, 1, FAIL, FAIL, 1, 8}, after[] = {FAIL, FAIL, 8, 1.0 / 27, 1.0 / 8, 1};
   const PetscReal fixed[] = {5.1, 5.1, 5.1, 5.1, 5.1, 5.1}, halved[] = {5.1, 5.1, 3.06, 1.53, 3.06, 6.12},
-                  bounded[] = {5.1, 5.1, 3.06, 2, 4, 6};
+                  bounded[] = {5.1, 5.1, 3.06, 1.53, 3.06, 6};
   PetscErrorCode (*print)(FILE *, const char[], va_list) = PetscVFPrintf;
 
   (void)state;
-  for (int k = 0; k < 4; k++) { /* 3: the bounds of steps go on */
+  for (int k = 0; k < 5; k++) { /* 3, 4: the bounds of steps go on */
     const PetscBool over = k % 2 ? PETSC_TRUE : PETSC_FALSE;
     TS ts = start(TSADAPTRL,
                   k == 2   ? "-ts_adapt_rl_strict"
-                  : k == 3 ? "-ts_adapt_dt_max 6 -ts_adapt_dt_min 2"
+                  : k >= 3 ? k == 4 ? "-ts_adapt_dt_min 2" : "-ts_adapt_dt_max 6"
                            : "",
                   77);
     SlipPolicy p = policy(1, names, w, 0);
@@ -250,8 +250,15 @@ static void rl_handover(void **state)
     ok(TSSetFromOptions(ts));
     memset(&printed, 0, sizeof(printed));
     PetscVFPrintf = keep_printed;
-    ok(run(ts, 6, over ? after : never));
+    if (k == 4)
+      fails(run(ts, 6, after), "below -ts_adapt_dt_min 2");
+    else
+      ok(run(ts, 6, over ? after : never));
     PetscVFPrintf = print;
+    if (k == 4) {
+      ok(TSDestroy(&ts));
+      break;
+    }
     tried(k == 1 ? halved : k == 3 ? bounded : fixed);
     accepted(over ? "rrraaa" : "rarraa");
     ok(TSAdaptRLGetHandover(adapt, &handed, &time));
