@@ -218,7 +218,7 @@ PETSC_INTERN PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const
 PETSC_INTERN PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x);
 PETSC_INTERN void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len);
 PETSC_EXTERN PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel); /* that was chosen */
-PETSC_INTERN PetscErrorCode SlipFaultCheckTraction(SlipFault fault); /* startcheck.c */
+PETSC_INTERN PetscErrorCode SlipFaultCheckTraction(SlipFault fault);              /* startcheck.c */
 PETSC_INTERN PetscErrorCode SlipFaultStressPrint(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip);
 /* components.c */
