@@ -65,6 +65,7 @@ typedef struct {
 } SlipKernel;
 /* A block is [components + normals][components], row-major [Pa/m]: stress drop on the receiver, its
    shear components before its normal stress, positive where slip compresses, for unit slip on the source. */
+#define SLIP_KERNEL_BLOCK 12 /* the most numbers of one: three components of slip, and a row of normal stress */
 struct _SlipKernelType {
   const char *name;
   PetscInt

@@ -58,9 +58,9 @@ static inline PetscReal SlipKernelDirect(const SlipKernel *kernel, PetscReal dx,
   const SlipCell receiver = {.rectangle = {dx, 0, dz, a, b, 0, 90}, .rake = 0},
                  source = {.rectangle = {0, 0, 0, a, b, 0, 90}, .rake = 0};
   SlipKernel full = *kernel;
-  PetscReal entry;
+  PetscReal block[SLIP_KERNEL_BLOCK];
 
   full.full_space = PETSC_TRUE;
-  SlipKernelBlock(&full, &receiver, &source, &entry);
-  return entry;
+  SlipKernelBlock(&full, &receiver, &source, block);
+  return block[0];
 }

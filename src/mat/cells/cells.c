@@ -51,7 +51,6 @@ PetscErrorCode SlipCellsDirections(const SlipCells *c, PetscReal **directions)
 
 /* ---- entries: of a kernel with c components of slip, blocks [c][c] of a cell's rows and another one's columns ---- */
 
-#define MOST 9           /* numbers of a kernel's block */
 #define CELLS_AT_ONCE 32 /* two calls of a kernel's vectors */
 
 /* Into a, column-major: the symmetric part of the forces on cells of the areas p and q by each other */
@@ -71,7 +70,7 @@ static void PutAverage(const SlipCells *cells, PetscReal unit, PetscInt row, Pet
   const PetscInt c = cells->kernel.type->components, i = PetscMin(row, column), j = PetscMax(row, column);
   const SlipCell receiver = SlipCellsGet(cells, i), source = SlipCellsGet(cells, j);
   const PetscReal area = cells->length[i] * cells->width[i];
-  PetscReal block[MOST];
+  PetscReal block[SLIP_KERNEL_BLOCK];
 
   SlipKernelBlock(&cells->kernel, &receiver, &source, block);
   for (PetscInt l = 0; l < c; l++)
@@ -97,7 +96,7 @@ static void EntriesSingly(const SlipCells *cells, PetscReal unit, PetscInt m, co
     for (PetscInt i = 0; i < m; i++) {
       const PetscInt p = row[i], q = column[j];
       const SlipCell receiver = SlipCellsGet(cells, p), source = SlipCellsGet(cells, q);
-      PetscReal block[MOST], back[MOST], *at = a + (size_t)j * c * lda + i * rows;
+      PetscReal block[SLIP_KERNEL_BLOCK], back[SLIP_KERNEL_BLOCK], *at = a + (size_t)j * c * lda + i * rows;
 
       if (unit != 0 && cells->kernel.average) {
         PutAverage(cells, unit, p, q, lda, at);
@@ -131,7 +130,7 @@ void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const 
   for (size_t first = 0; first < all; first += CELLS_AT_ONCE) {
     const PetscInt count = (PetscInt)PetscMin(CELLS_AT_ONCE, all - first);
     SlipCell receiver[CELLS_AT_ONCE], source[CELLS_AT_ONCE];
-    PetscReal block[MOST * CELLS_AT_ONCE], back[MOST * CELLS_AT_ONCE];
+    PetscReal block[SLIP_KERNEL_BLOCK * CELLS_AT_ONCE], back[SLIP_KERNEL_BLOCK * CELLS_AT_ONCE];
 
     for (PetscInt k = 0; k < count; k++) {
       receiver[k] = SlipCellsGet(cells, row[(first + k) % m]);

@@ -67,7 +67,7 @@ PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
   const PetscBool even = SlipKernelIs(k, SLIP_EVEN_DEPTH);
   SlipCell receiver = {.rectangle = {dx, 0, zi, a, b, 0, 90}, .rake = 0},
            source = {.rectangle = {0, 0, zj, a, b, 0, 90}, .rake = 0};
-  PetscReal entry, other;
+  PetscReal entry[SLIP_KERNEL_BLOCK], other[SLIP_KERNEL_BLOCK]; /* of which the first is shear stress */
 
   if (even || (k->average && k->type->surface)) {
     PetscReal part[2] = {0, 0};
@@ -75,12 +75,12 @@ PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
     if (!even) k->type->surface(k, dx, 2 * g->depth_top + (PetscReal)(iz + jz + 1) * b, a, b, part);
     return SlipKernelDirect(k, dx, (PetscReal)PetscAbsInt(iz - jz) * b, a, b) + part[0] - zi * zj * part[1];
   }
-  SlipKernelBlock(k, &receiver, &source, &entry);
-  if (iz == jz || k->average) return entry;
+  SlipKernelBlock(k, &receiver, &source, entry);
+  if (iz == jz || k->average) return entry[0];
   receiver.rectangle.z = zj;
   source.rectangle.z = zi;
-  SlipKernelBlock(k, &receiver, &source, &other);
-  return 0.5 * (entry + other);
+  SlipKernelBlock(k, &receiver, &source, other);
+  return 0.5 * (entry[0] + other[0]);
 }
 
 void SlipGridKernel(const SlipGrid *g, PetscInt d, PetscReal block[])

@@ -423,7 +423,7 @@ static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
 static PetscErrorCode FillDiagonal(Mat S, HMat *h, const SlipCells *cells)
 {
   const PetscReal unit = h->whole ? 0 : SlipCellsUnit(cells);
-  PetscReal *d, block[4];
+  PetscReal *d, block[SLIP_KERNEL_BLOCK];
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(S, &h->diagonal, NULL));
