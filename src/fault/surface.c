@@ -56,7 +56,7 @@ static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
   for (PetscInt row = 0; row < components * fault->mesh.n; row++) {
     const PetscInt i = row / components, k = row % components;
     const PetscReal rake = components == 1 ? rakes[i] : k == 0 ? 0 : 90;
-    PetscReal *u = s->matrix + 3 * s->n * row, slip[3] = {0, 0, 0};
+    PetscReal *u = s->matrix + 3 * (size_t)s->n * row, slip[3] = {0, 0, 0};
     SlipDippingRectangle rectangle;
     SlipFaultCell c;
 
@@ -277,7 +277,7 @@ static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscRe
     const PetscInt i = row / components, j = row % components;
     const PetscReal u = a[SlipFaultDisplacementAt(fault, i) + j] - u0[row],
                     v = a[SlipFaultRateAt(fault, i) + j] - vinf[i] * SlipFaultAlong(fault, i)[j];
-    const PetscReal *m = s->matrix + 3 * s->n * row;
+    const PetscReal *m = s->matrix + 3 * (size_t)s->n * row;
 
     for (PetscInt k = 0; k < 3 * s->n; k++) {
       moved[k] += m[k] * u;

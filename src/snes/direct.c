@@ -5,6 +5,9 @@
 #include <slipstep/private/slipsys.h>
 #include <petscblaslapack.h>
 
+/* Rows whose square MPI and LAPACK, and integers of 32 bits, can still count */
+#define SLIP_DIRECT_MOST 46340
+
 /* B = scale times a dense matrix with local rows at hand plus a diagonal: B itself and NULL, or what it composes as
    "MatSlipGetDense_C" (Mat, Mat *, PetscReal *, Vec *) */
 static PetscErrorCode SlipGetDense(Mat B, Mat *dense, PetscReal *scale, Vec *diagonal)
@@ -75,7 +78,7 @@ static PetscErrorCode SlipPackCoupling(Mat C, PetscReal scale, PetscInt stride, 
   PetscCall(VecGetArrayRead(row, &f));
   for (PetscInt j = 0; j < n; j++)
     for (PetscInt i = 0; i < nloc; i++)
-      rows[i * n + j] += f[loc[i]] * scale * a[stride * (loc[i] / c) + last + lda * glob[j]];
+      rows[i * n + j] += f[loc[i]] * scale * a[stride * (loc[i] / c) + last + (size_t)lda * glob[j]];
   PetscCall(VecRestoreArrayRead(row, &f));
   PetscCall(MatDenseRestoreArrayRead(local, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -97,7 +100,7 @@ static PetscErrorCode SlipPackRows(Mat dense, PetscReal scale, Vec diagonal, Vec
   PetscCall(MatDenseGetArrayRead(local, &a));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt j = 0; j < n; j++)
-    for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] = scale * a[loc[i] + lda * glob[j]];
+    for (PetscInt i = 0; i < nloc; i++) rows[i * n + j] = scale * a[loc[i] + (size_t)lda * glob[j]];
   for (PetscInt i = 0; i < nloc; i++) {
     own[i] = rows[i * n + first + i] + (more ? more[loc[i]] : 0.0);
     rows[i * n + first + i] += d[loc[i]] + (more ? more[loc[i]] : 0.0);
@@ -255,7 +258,7 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   *pd = PETSC_TRUE;
   PetscCall(VecNorm(mask, NORM_1, &sum));
   n = (PetscInt)(sum + 0.5);
-  if (n > max) PetscFunctionReturn(PETSC_SUCCESS);
+  if (n > PetscMin(max, SLIP_DIRECT_MOST)) PetscFunctionReturn(PETSC_SUCCESS);
   if (C) PetscCall(PetscObjectTypeCompareAny((PetscObject)C, &told, MATSEQDENSE, MATMPIDENSE, ""));
   if (C && !told) PetscFunctionReturn(PETSC_SUCCESS);
   if (!n) {

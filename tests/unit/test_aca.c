@@ -29,6 +29,16 @@ static void ApartEntries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt
   for (PetscInt k = 0; k < m * n; k++) a[k] = Apart(ctx, i + k % m, j + k / m);
 }
 
+/* Blocks of 46,341 rows and columns have more numbers than 32 bits hold. */
+static void largest_rank(void **state)
+{
+  (void)state;
+  assert_int_equal(SlipRankMost(7, 5), 2);
+  assert_int_equal(SlipRankMost(46341, 46341), 23170);
+  assert_int_equal(SlipRankMost(46341, 1 << 30), 46339); /* m - m^2/(m + n) = m - 1.9999 */
+  assert_int_equal(SlipRankMost(1 << 30, 1 << 30), 1 << 29);
+}
+
 /* The error of U V' in the Frobenius norm, relative; at most the tolerance. */
 static void test_to_the_tolerance(void **state)
 {
@@ -119,4 +129,4 @@ static void test_tuples(void **state)
     }
 }
 
-SLIP_TESTS(test_to_the_tolerance, test_tuples)
+SLIP_TESTS(largest_rank, test_to_the_tolerance, test_tuples)

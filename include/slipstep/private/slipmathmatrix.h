@@ -12,6 +12,13 @@ PETSC_INTERN PetscErrorCode SlipCrossApproximate(SlipEntriesFn entries, void *ct
                                                  PetscInt max, PetscInt *rank, PetscReal **U, PetscReal **V,
                                                  PetscBool *found);
 
+/* The largest rank at which both factors have no more numbers than the block, r (m + n) <= m n: more than 32 bits hold from 46,341 rows
+   and columns on. */
+static inline PetscInt SlipRankMost(PetscInt m, PetscInt n)
+{
+  return (PetscInt)((PetscInt64)m * n / ((PetscInt64)m + n));
+}
+
 /* ---- hmatrix.c ---- */
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,
                                                      Mat *S);

@@ -83,6 +83,7 @@ PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt nlocal, PetscInt N, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+#define SLIP_EIGEN_MOST 32766 /* 1 + 6 n + 2 n^2 < 2^31 */
 /* A (symmetric, n * n) is replaced by its orthonormal eigenvectors, column k (contiguous) belonging to eigenvalue k,
  * ascending. */
 PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal eigenvalues[], PetscInt *info)
@@ -93,6 +94,9 @@ PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal eigenvalues[]
 
   PetscFunctionBegin;
   PetscCall(PetscBLASIntCast(n, &bn));
+  PetscCheck(sizeof(PetscBLASInt) > 4 || n <= SLIP_EIGEN_MOST, PETSC_COMM_SELF, PETSC_ERR_SUP,
+             "LAPACK's integers do not count the work for eigenvectors of %" PetscInt_FMT " rows, expected at most %d",
+             n, SLIP_EIGEN_MOST);
   SLIP_dsyevd("V", "U", &bn, A, &bn, eigenvalues, &size, &lwork, &isize, &liwork, &binfo);
   lwork = (PetscBLASInt)size;
   liwork = isize;

@@ -44,11 +44,18 @@ PetscInt SlipGoodLength(PetscInt n)
    estimated, not measured, so that every rank and every run rounds alike. */
 static PetscErrorCode CosineTransform(PetscInt nk, PetscInt nz, PetscReal a[])
 {
-  const int length = (int)nk, many = (int)(nz * nz);
   const fftw_r2r_kind kind = FFTW_REDFT00;
-  fftw_plan plan = fftw_plan_many_r2r(1, &length, many, a, NULL, many, 1, a, NULL, many, 1, &kind, FFTW_ESTIMATE);
+  const int length = (int)nk;
+  fftw_plan plan;
+  int many;
 
   PetscFunctionBegin;
+  PetscCheck((PetscInt64)nz * nz <= PETSC_MPI_INT_MAX, PETSC_COMM_SELF, PETSC_ERR_SUP,
+             "FFTW's integers do not count blocks of %" PetscInt_FMT
+             " cells in depth, expected at most 46340: take transforms",
+             nz);
+  many = (int)(nz * nz);
+  plan = fftw_plan_many_r2r(1, &length, many, a, NULL, many, 1, a, NULL, many, 1, &kind, FFTW_ESTIMATE);
   PetscCheck(plan, PETSC_COMM_SELF, PETSC_ERR_LIB, "FFTW cannot plan a cosine transform of length %d", length);
   fftw_execute(plan);
   fftw_destroy_plan(plan);

@@ -88,11 +88,12 @@ static PetscErrorCode PlanMessages(SlipTransposedFFT p)
   PetscCall(PetscMalloc2(2 * n, &s->there, 2 * n, &s->back));
   for (PetscMPIInt d = 0; d < s->size; d++) {
     const PetscInt theirs = rows[d + 1] - rows[d];
-    const PetscMPIInt count = (PetscMPIInt)(2 * p->layout.rows * (s->columns[d + 1] - s->columns[d]));
     PetscReal *waves = p->by_wave + 2 * rows[d];
     MPI_Datatype type;
+    PetscMPIInt count;
 
     if (d == s->rank) continue;
+    PetscCall(PetscMPIIntCast(2 * p->layout.rows * (s->columns[d + 1] - s->columns[d]), &count));
     PetscCallMPI(MPI_Type_vector((PetscMPIInt)p->layout.columns, (PetscMPIInt)(2 * theirs), (PetscMPIInt)(2 * p->nz),
                                  MPIU_REAL, &type));
     PetscCallMPI(MPI_Type_commit(&type));

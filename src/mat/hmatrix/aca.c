@@ -206,6 +206,7 @@ static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, Pe
                                  PetscReal V[])
 {
   const PetscInt k = *rank;
+  const size_t kk = (size_t)k * k;
   const PetscScalar one = 1, zero = 0;
   PetscReal *R, *Q, *C, *s, *left, *right, *work, *X, *Y, total = 0, tail = 0;
   PetscBLASInt bk, bm, bn, br, lwork, info;
@@ -217,7 +218,7 @@ static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, Pe
   PetscCall(PetscBLASIntCast(m, &bm));
   PetscCall(PetscBLASIntCast(n, &bn));
   lwork = 10 * bk;
-  PetscCall(PetscMalloc7(k * k, &R, k * k, &Q, k * k, &C, k, &s, k * k, &left, k * k, &right, lwork, &work));
+  PetscCall(PetscMalloc7(kk, &R, kk, &Q, kk, &C, k, &s, kk, &left, kk, &right, lwork, &work));
   PetscCall(PetscMalloc2((size_t)m * k, &X, (size_t)n * k, &Y));
   PetscCall(Orthogonalise(m, k, U, R));
   PetscCall(Orthogonalise(n, k, V, Q));

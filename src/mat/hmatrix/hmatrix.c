@@ -132,7 +132,7 @@ static PetscErrorCode BlockCreate(const HMat *h, const Pair *pair, EntryContext 
   e->row = h->tree.perm + p->start;
   e->column = h->tree.perm + q->start;
   if (pair->low)
-    PetscCall(SlipCrossApproximate(Entries, e, m, h->rows, n, h->columns, h->tolerance, k->m * k->n / (k->m + k->n),
+    PetscCall(SlipCrossApproximate(Entries, e, m, h->rows, n, h->columns, h->tolerance, SlipRankMost(k->m, k->n),
                                    &k->rank, &U, &V, &found));
   if (!found) {
     k->rank = -1;
