@@ -36,6 +36,11 @@ PETSC_EXTERN PetscErrorCode SlipCheckNumberOption(MPI_Comm comm, PetscOptions op
 PETSC_EXTERN PetscErrorCode SlipCheckFiniteOption(MPI_Comm comm, const char option[]);
 PETSC_EXTERN PetscErrorCode SlipCheckBoolOption(MPI_Comm comm, PetscOptions options, const char prefix[],
                                                 const char option[]);
+/* Integers that PetscInt does not hold, which PETSc reads as what is left of them */
+PETSC_EXTERN PetscErrorCode SlipCheckInteger(MPI_Comm comm, const char name[], const char text[]);
+PETSC_EXTERN PetscErrorCode SlipCheckIntegerOption(MPI_Comm comm, PetscOptions options, const char prefix[],
+                                                   const char option[]);
+PETSC_EXTERN PetscErrorCode SlipCheckIntegers(MPI_Comm comm, PetscOptions options);
 /* 90s, 10min, 12h, 20d, 100y in options that are times become seconds. */
 PETSC_EXTERN PetscErrorCode SlipExpandTimes(PetscOptions options);
 PETSC_EXTERN PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const char prefix[]);

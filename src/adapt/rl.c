@@ -336,6 +336,8 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
                                "Problem whose default policy is used when -ts_adapt_rl_policy is not given, or for "
                                "which the given one was trained (fault, ...; default: that of the TS)",
                                "SlipPolicyFindDefault", rl->problem, rl->problem, sizeof(rl->problem), NULL));
+  PetscCall(SlipCheckIntegerOption(PetscObjectComm((PetscObject)adapt), ((PetscObject)adapt)->options,
+                                   ((PetscObject)adapt)->prefix, "-ts_adapt_rl_max_failures"));
   PetscCall(PetscOptionsInt("-ts_adapt_rl_max_failures",
                             "Failed attempts in a row before steps are halved until one converges, >= 1", "",
                             rl->max_failures, &rl->max_failures, NULL));

@@ -21,7 +21,9 @@ static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipParameter 
   SlipParameterBounds(p, PETSC_FALSE, bounds, sizeof(bounds));
   PetscCheck(!ierr, fault->comm, PETSC_ERR_ARG_WRONG, "-%s%s is \"%s\", expected %s%s", SlipFaultPrefix(fault),
              option + 1, text, bounds, SlipIsTimeOption(option + 1) ? ", or with " SLIP_TIME_UNITS " behind it" : "");
-  if (!p->integer)
+  if (p->integer)
+    PetscCall(SlipCheckIntegerOption(fault->comm, ((PetscObject)fault)->options, ((PetscObject)fault)->prefix, option));
+  else
     PetscCall(SlipFaultCheckReal(fault, p, x)); /* NaN is refused by PETSc from 3.22 on, without a name */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

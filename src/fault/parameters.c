@@ -356,7 +356,11 @@ PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipParameter *p, Petsc
 
   PetscFunctionBegin;
   SlipParameterBounds(p, PETSC_FALSE, bounds, sizeof(bounds));
-  (void)snprintf(value, sizeof(value), "%g", (double)x);
+  (void)snprintf(value, sizeof(value), p->integer && PetscAbsReal(x) < 1e15 ? "%.15g" : "%g", (double)x);
+  PetscCheck(!p->integer || !isfinite(x) || PetscAbsReal(x) <= (PetscReal)PETSC_MAX_INT, fault->comm,
+             PETSC_ERR_ARG_OUTOFRANGE,
+             "-%sfault_%s is %s, which is more than this build's integers hold, %" PetscInt_FMT, SlipFaultPrefix(fault),
+             p->name, value, PETSC_MAX_INT);
   PetscCheck(SlipParameterHolds(p, x), fault->comm, PETSC_ERR_ARG_OUTOFRANGE, "-%sfault_%s is %s, expected %s",
              SlipFaultPrefix(fault), p->name, value, bounds);
   PetscFunctionReturn(PETSC_SUCCESS);

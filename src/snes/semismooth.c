@@ -10,6 +10,7 @@
    step goes down the stage's energy, and unstable solutions repel it. What it converges to has a positive definite
    Jacobian, so no stage ends on the wrong branch. Where bounds depend on other rows too it is not symmetric, and what has
    to be positive are the real parts of eigenvalues (direct.c). */
+#include <slipsys.h>
 #include <slipstep/private/slipsnes.h>
 
 /* Share of the residual to which the model of an approximate operator is solved: it leaves about as much for its own
@@ -247,6 +248,8 @@ static PetscErrorCode SNESSetFromOptions_Semismooth(SNES snes, SlipOptionItems P
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Semismooth Newton options");
+  PetscCall(SlipCheckIntegerOption(PetscObjectComm((PetscObject)snes), ((PetscObject)snes)->options,
+                                   ((PetscObject)snes)->prefix, "-snes_slip_direct_max"));
   PetscCall(PetscOptionsInt("-snes_slip_direct_max",
                             "Sliding cells, >= 0, up to which a dense Cholesky factorisation is used (350)", "",
                             ss->direct_max, &ss->direct_max, NULL));

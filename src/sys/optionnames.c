@@ -379,13 +379,6 @@ PetscErrorCode SlipCheckOwnOptions(MPI_Comm comm, PetscOptions options, const ch
 
 /* ---- options that nothing reads ---- */
 
-static PetscBool SlipEndsWith(const char name[], const char end[])
-{
-  const size_t len = strlen(name), tail = strlen(end);
-
-  return len >= tail && !strcasecmp(name + len - tail, end) ? PETSC_TRUE : PETSC_FALSE;
-}
-
 static PetscBool SlipIsReadLater(const char name[], PetscBool solved)
 {
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipReadInSolve) && !solved; i++)

@@ -62,6 +62,53 @@ const char *SlipNumberOption(size_t i)
   return i - n < PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers) ? SlipLinearNumbers[i - n].option + 1 : NULL;
 }
 
+/* Options that PETSc's TS, SNES, KSP and PC read as integers, by the PetscOptionsInt() of their sources, beside those of the tables above. Others, as times, may be as large. */
+static const char *const SlipIntegers[] = {"ts_max_step_rejections",
+                                           "ts_run_steps",
+                                           "ts_monitor_solution_vtk_interval",
+                                           "ts_monitor_draw_solution",
+                                           "ts_monitor_lg_solution",
+                                           "ts_monitor_lg_timestep",
+                                           "ts_monitor_lg_error",
+                                           "ts_bdf_order",
+                                           "ts_eimex_max_rows",
+                                           "ts_gl_max_order",
+                                           "ts_irk_nstages",
+                                           "ts_rk_dtratio",
+                                           "ts_ssp_num_stages",
+                                           "snes_grid_sequence",
+                                           "snes_lag_jacobian",
+                                           "snes_lag_preconditioner",
+                                           "snes_max_fail",
+                                           "snes_max_linear_solve_fail",
+                                           "snes_mf_version",
+                                           "snes_anderson_m",
+                                           "snes_anderson_restart",
+                                           "snes_ngmres_m",
+                                           "snes_ngmres_restart",
+                                           "snes_ngs_sweeps",
+                                           "snes_ngs_max_it",
+                                           "snes_qn_m",
+                                           "snes_linesearch_max_it",
+                                           "snes_linesearch_order",
+                                           "ksp_ew_version",
+                                           "ksp_check_norm_iteration",
+                                           "ksp_min_it",
+                                           "ksp_gmres_restart",
+                                           "ksp_gcr_restart",
+                                           "ksp_lgmres_augment",
+                                           "ksp_fcg_mmax",
+                                           "ksp_bcgsl_ell",
+                                           "ksp_idr_s",
+                                           "ksp_chebyshev_esteig_steps",
+                                           "pc_factor_levels",
+                                           "pc_bjacobi_blocks",
+                                           "pc_asm_blocks",
+                                           "pc_asm_overlap",
+                                           "pc_sor_its",
+                                           "pc_sor_lits",
+                                           "pc_mg_levels"};
+
 /* What a number must be, for example "a number > 0 s"; C's own %g, since PETSc's writes "0." for 0. */
 static void SlipDescribeNumber(const SlipNumber *n, char text[], size_t len)
 {
@@ -81,6 +128,7 @@ static PetscErrorCode SlipParseNumber(MPI_Comm comm, const char prefix[], const 
 {
   PetscErrorCode number, integer = PETSC_SUCCESS;
   PetscInt unused;
+  char name[128];
 
   PetscFunctionBegin;
   PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
@@ -90,6 +138,8 @@ static PetscErrorCode SlipParseNumber(MPI_Comm comm, const char prefix[], const 
   PetscCheck(!number && !integer, comm, PETSC_ERR_ARG_WRONG, "\"%s\" is not a %snumber (-%s%s)%s", text,
              number ? "" : "whole ", prefix ? prefix : "", option + 1,
              SlipIsTimeOption(option + 1) ? ", nor one with " SLIP_TIME_UNITS " behind it" : "");
+  PetscCall(PetscSNPrintf(name, sizeof(name), "%s%s", prefix ? prefix : "", option + 1));
+  if (whole) PetscCall(SlipCheckInteger(comm, name, text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -135,6 +185,49 @@ static PetscErrorCode SlipCheckNumbers(const SlipUnread *u, size_t count, const 
     PetscCheck(low && high, u->comm, PETSC_ERR_ARG_OUTOFRANGE, "-%s%s is %s, expected %s", u->prefix ? u->prefix : "",
                n->option + 1, value, expected);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool IsWhole(const SlipNumber *n, const char name[])
+{
+  return n->flags & SLIP_WHOLE ? SlipEndsWith(name, n->option + 1) : PETSC_FALSE;
+}
+
+/*@C
+  SlipCheckIntegers - refuse integers of PETSc's options that PetscInt does not hold, whatever their prefix
+
+  Not collective; SlipProgramInitialize() and SlipCheckSolverOptions() call it.
+
+  Input Parameters:
++ comm    - the processes that fail together
+- options - the database, NULL for the global one
+
+  Level: developer
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE
+
+.seealso: SlipCheckInteger(), SlipCheckSolverOptions()
+@*/
+PetscErrorCode SlipCheckIntegers(MPI_Comm comm, PetscOptions options)
+{
+  PetscInt n;
+  char **names, **values;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsLeftGet(options, &n, &names, &values));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscBool whole = PETSC_FALSE;
+
+    if (!values[i]) continue;
+    for (size_t k = 0; !whole && k < PETSC_STATIC_ARRAY_LENGTH(SlipIntegers); k++)
+      whole = SlipEndsWith(names[i], SlipIntegers[k]);
+    for (size_t k = 0; !whole && k < PETSC_STATIC_ARRAY_LENGTH(SlipSolverNumbers); k++)
+      whole = IsWhole(&SlipSolverNumbers[k], names[i]);
+    for (size_t k = 0; !whole && k < PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers); k++)
+      whole = IsWhole(&SlipLinearNumbers[k], names[i]);
+    if (whole) PetscCall(SlipCheckInteger(comm, names[i], values[i]));
+  }
+  PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -317,6 +410,7 @@ PetscErrorCode SlipCheckSolverOptions(TS ts)
   PetscCall(PetscObjectGetOptions((PetscObject)ts, &options));
   PetscCall(PetscObjectGetOptionsPrefix((PetscObject)ts, &u.prefix));
   PetscCall(SlipExpandTimes(options));
+  PetscCall(SlipCheckIntegers(u.comm, options));
   PetscCall(TSInitializePackage());
   PetscCall(SNESInitializePackage());
   PetscCall(KSPInitializePackage());

@@ -185,5 +185,6 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
   (void)sigaction(SIGPIPE, &pipes, NULL); /* where output is not read to its end, as by head, a program ends quietly */
   if (own && !PetscGlobalRank) fputs(text, stdout);
   PetscCall(SlipErrorHandlerPush(program));
+  PetscCall(SlipCheckIntegers(PETSC_COMM_WORLD, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

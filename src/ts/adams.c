@@ -96,6 +96,8 @@ static PetscErrorCode TSSetFromOptions_Adams(TS ts, SlipOptionItems PetscOptions
 
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Adams integrator options");
+  PetscCall(SlipCheckIntegerOption(PetscObjectComm((PetscObject)ts), ((PetscObject)ts)->options,
+                                   ((PetscObject)ts)->prefix, "-ts_adams_max_order"));
   PetscCall(PetscOptionsInt("-ts_adams_max_order", "Highest order of the predictor; the step is one better",
                             "TSAdamsSetMaxOrder", order, &order, &set));
   if (set) PetscCall(TSAdamsSetMaxOrder(ts, order));

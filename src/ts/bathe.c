@@ -103,10 +103,14 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
   PetscCall(PetscOptionsEnum("-ts_bathe_error", "Error estimate: embedded (default), doubling or none",
                              "TSBatheSetError", TSBatheErrors, (PetscEnum)error, (PetscEnum *)&error, &flg));
   if (flg) PetscCall(TSBatheSetError(ts, error));
+  PetscCall(SlipCheckIntegerOption(PetscObjectComm((PetscObject)ts), ((PetscObject)ts)->options,
+                                   ((PetscObject)ts)->prefix, "-ts_bathe_order"));
   PetscCall(PetscOptionsInt("-ts_bathe_order",
                             "Order p >= 1 assumed by doubling's 1/(2^p - 1) (default 1, as published)",
                             "TSBatheSetDoublingOrder", order, &order, &flg));
   if (flg) PetscCall(TSBatheSetDoublingOrder(ts, order));
+  PetscCall(SlipCheckIntegerOption(PetscObjectComm((PetscObject)ts), ((PetscObject)ts)->options,
+                                   ((PetscObject)ts)->prefix, "-ts_bathe_max_failures"));
   PetscCall(PetscOptionsInt("-ts_bathe_max_failures",
                             "Attempts >= 1 in a row that may fail to converge before the run stops (default 50)", "",
                             ba->max_failures, &ba->max_failures, NULL));

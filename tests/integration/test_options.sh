@@ -98,6 +98,10 @@ printf "%s\n" "-fault_checkpoint sweep.state" "-ts_max_time 2 -fault_restart swe
 "${two[@]}" -fault_output sweep_a.h5 -fault_sweep goes_on.txt >out.txt 2>err.txt || fail "a sweep that goes on: $(cat err.txt)"
 rm -f sweep*
 PETSC_OPTIONS="-fault_densty 3" expect "there is no option -fault_densty: did you mean -fault_density?"
+echo "-ts_max_steps 36893488147419103236" >large.txt
+refuses "-ts_max_steps is 36893488147419103236" -- "$fault" "${tiny[@]}" -options_file large.txt
+PETSC_OPTIONS="-ts_max_steps 36893488147419103236" refuses "-ts_max_steps is 36893488147419103236" -- "$bin/circuit"
+refuses "-train_seed is 36893488147419103236" -- "$bin/train" -train_seed 1,36893488147419103236
 refuses "there is no option -circuit_c3" -- "$bin/circuit" -circuit_c3 1
 refuses "there is no option -sliding_mode_gian: did you mean -sliding_mode_gain?" -- "$bin/sliding_mode" -sliding_mode_gian 2
 refuses "there is no option -oscillator_mas: did you mean -oscillator_mass?" -- "$bin/oscillator" -oscillator_mas 2

@@ -1,4 +1,5 @@
-/* Times with a unit in the options database: which options, which units, what stays as it is; and times in messages. */
+/* Times with a unit in the options database: which options, which units, what stays as it is; and times in messages. Integers beyond
+   PetscInt. */
 #include "unit.h"
 #include <slipstep/private/slipsys.h>
 #include <stdlib.h>
@@ -95,4 +96,52 @@ static void written(void **state)
   expect_time(-3600, "-60 min");
 }
 
-SLIP_TESTS(expand, read_by_objects, written)
+/* One beyond PetscInt, which has 32 or 64 bits, is refused by its digits where it would be read as what is left of it; others stay. */
+static void integers(void **state)
+{
+  static const char large[] = "36893488147419103236"; /* 2^65 + 4 */
+  static const char *const read[] = {"-ts_max_steps", "-upper_ts_max_steps", "-ksp_gmres_restart",
+                                     "-fault_start_ksp_max_it", "-snes_lag_jacobian"};
+  static const char *const other[] = {"-ts_max_time", "-fault_shear_modulus", "-seed"};
+  SlipFault fault;
+  char text[64];
+  TS ts;
+
+  (void)state;
+  ok(SlipCheckInteger(PETSC_COMM_SELF, "n", "unlimited"));
+  ok(SlipCheckInteger(PETSC_COMM_SELF, "n", "36893488147419103236.5"));
+  ok(SlipCheckInteger(PETSC_COMM_SELF, "n", "1,-2,3-5:2"));
+  ok(PetscSNPrintf(text, sizeof(text), "%" PetscInt_FMT ",%" PetscInt_FMT, PETSC_MAX_INT, PETSC_MIN_INT));
+  ok(SlipCheckInteger(PETSC_COMM_SELF, "n", text));
+  fails(SlipCheckInteger(PETSC_COMM_SELF, "n", "1,36893488147419103236"), "-n is 36893488147419103236, which is more");
+  fails(SlipCheckInteger(PETSC_COMM_SELF, "n", "1-36893488147419103236:2"), "-n is 36893488147419103236");
+  fails(SlipCheckInteger(PETSC_COMM_SELF, "n", "-36893488147419103236"), "-n is -36893488147419103236");
+  if (sizeof(PetscInt) == 4)
+    fails(SlipCheckInteger(PETSC_COMM_SELF, "n", "2147483648"),
+          "-n is 2147483648, which is more than this build's integers hold, 2147483647");
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(other); i++) ok(PetscOptionsSetValue(NULL, other[i], large));
+  ok(SlipCheckIntegers(PETSC_COMM_SELF, NULL));
+  ok(PetscOptionsClear(NULL));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(read); i++) {
+    ok(PetscSNPrintf(text, sizeof(text), "%s is %s", read[i], large));
+    ok(PetscOptionsSetValue(NULL, read[i], large));
+    fails(SlipCheckSolverOptions(ts), text);
+    ok(PetscOptionsClear(NULL));
+  }
+  /* of an object's own, and a number that was never a text */
+  ok(TSSetType(ts, TSADAMS));
+  ok(PetscOptionsSetValue(NULL, "-ts_adams_max_order", large));
+  fails(TSSetFromOptions(ts), "-ts_adams_max_order is 36893488147419103236");
+  ok(TSDestroy(&ts));
+  ok(PetscOptionsClear(NULL));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(PetscOptionsSetValue(NULL, "-fault_nx", large));
+  fails(SlipFaultSetFromOptions(fault), "-fault_nx is 36893488147419103236");
+  ok(PetscOptionsClear(NULL));
+  if (sizeof(PetscInt) == 4)
+    fails(SlipFaultSetReal(fault, "nx", 4294967316.0), "-fault_nx is 4294967316, which is more");
+  ok(SlipFaultDestroy(&fault));
+}
+
+SLIP_TESTS(expand, read_by_objects, written, integers)

@@ -44,6 +44,7 @@ static PetscErrorCode Numbers(SlipOptionItems PetscOptionsObject, const char opt
   PetscBool set;
 
   PetscFunctionBegin;
+  if (integer) PetscCall(SlipCheckIntegerOption(PETSC_COMM_WORLD, NULL, NULL, option));
   if (integer)
     PetscCall(PetscOptionsIntArray(option, help, NULL, integers, &found, &set));
   else

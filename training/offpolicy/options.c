@@ -112,6 +112,7 @@ static PetscErrorCode ParseWidths(SlipOptionItems PetscOptionsObject, const char
 
   PetscFunctionBegin;
   for (PetscInt l = 0; l < *layers; ++l) width[l] = hidden;
+  PetscCall(SlipCheckIntegerOption(PETSC_COMM_SELF, NULL, NULL, name));
   PetscCall(PetscOptionsIntArray(name, text, NULL, width, &n, &set));
   PetscCheck(!set || n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "%s has no value, expected widths such as 64,64",
              name);
@@ -216,6 +217,7 @@ static PetscErrorCode ParseSweep(TrainOptions *o, SlipOptionItems PetscOptionsOb
   o->nalpha = o->nseed = TRAIN_MAX_LIST;
   o->alphas[0] = 1;
   o->seeds[0] = 0;
+  PetscCall(SlipCheckIntegerOption(PETSC_COMM_WORLD, NULL, NULL, "-train_seed"));
   PetscCall(PetscOptionsIntArray("-train_seed",
                                  "Seed, or a list of seeds (default 0): each is trained with each -train_alpha, spread "
                                  "over the ranks; F.h5 becomes F_alpha2_seed1.h5",

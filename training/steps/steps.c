@@ -175,6 +175,7 @@ static PetscErrorCode OptionsSet(MPI_Comm comm, StepsOptions *o)
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscCall(
     PetscOptionsString("-train_output", "File to write (HDF5)", NULL, o->output, o->output, sizeof(o->output), NULL));
+  PetscCall(SlipCheckIntegerOption(comm, NULL, NULL, "-train_draw"));
   PetscCall(
     PetscOptionsIntArray("-train_draw",
                          "Stream and number of a rupture that is drawn as by -train_problem rupture, by the seed "

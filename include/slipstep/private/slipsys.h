@@ -33,6 +33,9 @@ PETSC_INTERN PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name
 PETSC_INTERN const char *
 SlipNumberOption(size_t i); /* name of the i-th number of PETSc's solvers, NULL after the last */
 
+/* ---- optionintegers.c ---- */
+PETSC_INTERN PetscBool SlipEndsWith(const char name[], const char end[]);
+
 /* ---- optiontimes.c ---- */
 #define SLIP_TIME_UNITS "s, min, h, d or y" /* for messages */
 /* Full names, without dash and with blanks between, of options that are times in s; borrowed: constant text */
