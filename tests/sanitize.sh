@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Address and undefined-behaviour sanitizers on every C test and on short runs of the programs; a check by hand of about
-# five minutes:
+# The preset "sanitize": address and undefined-behaviour sanitizers on every C test and on short runs of the programs, in about
+# six minutes on two idle cores, two of them for the build; .ci/run does it:
 #   tests/sanitize.sh            (SLIPSTEP_BUILD_DIR chooses the build folder, default build-sanitize)
 # The first finding ends its program with an error. Leaks are looked for by PETSc's -malloc_dump in the runs of the
 # programs: all our memory is PETSc's, and the sanitizer's own list is full of what MPI keeps until the process ends.
@@ -11,13 +11,15 @@ cd "$(dirname "$0")/.."
 slipstep_setup libcmocka-dev
 build=${SLIPSTEP_BUILD_DIR:-build-sanitize}
 SLIPSTEP_SOURCE=$PWD
-slipstep_build "$build" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DSLIPSTEP_SANITIZE=ON -DBUILD_TESTING=ON -DSLIPSTEP_PYTHON="$SLIPSTEP_PYTHON"
+slipstep_build "$build" --preset sanitize -DBUILD_TESTING=ON -DSLIPSTEP_PYTHON="$SLIPSTEP_PYTHON"
 export ASAN_OPTIONS=detect_leaks=0:detect_stack_use_after_return=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 export OPENBLAS_NUM_THREADS=1
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
 status=0
-ctest --test-dir "$build" --output-on-failure --no-tests=error -j 2 -L '^(unit|mpi)$' || status=1
+ran=$(cd "$build" && pwd -P)/tests.xml
+rm -f "$ran"
+ctest --test-dir "$build" --output-on-failure --no-tests=error -j 2 --output-junit "$ran" -L '^(unit|mpi)$' || status=1
 
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
@@ -45,4 +47,6 @@ try "$bin/train" -train_steps 600 -train_progress 0 -train_output p.h5 -train_lo
 try "$bin/train" -train_steps 700 -train_progress 0 -train_resume c.h5 -train_checkpoint c.h5
 try "$bin/train" -train_steps 300 -train_progress 0 -train_random -train_reward accuracy -train_evaluate_interval 200 \
   -train_evaluate_episodes 2 -train_output q.h5
+[ $status = 0 ] || slipstep_failures "$build"
+echo "Tests: $(slipstep_count "$ran") under sanitizers"
 exit $status
