@@ -101,11 +101,14 @@ Install python3-h5py python3-numpy python3-matplotlib, or set SLIPSTEP_PYTHON."
 
 # One BLAS thread a rank; Open MPI as root, with more ranks than cores, and without ptrace (containers forbid it). Open MPI lets
 # ranks yield where there are more of them than cores. Always (mpi_yield_when_idle=1) made two ranks on two cores 35 times slower
-# beside one busy process, which then gets a time slice at each message (12 s in place of 0.3 s).
+# beside one busy process, which then gets a time slice at each message (12 s in place of 0.3 s). And without a look at OpenCL's
+# devices, for which Open MPI has hwloc load their drivers: compilers among them take over signals, in mpirun too, which then passes
+# none on.
 slipstep_environment() {
   export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
   export OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_smsc=^cma
   export OMPI_MCA_rmaps_base_oversubscribe=1 PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe # Open MPI 4 and 5
+  export HWLOC_COMPONENTS=${HWLOC_COMPONENTS--opencl}
   if [ "$(id -u)" = 0 ]; then export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1; fi
 }
 

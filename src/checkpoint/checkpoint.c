@@ -13,11 +13,14 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 static const char key[] = "SlipCheckpoint";
 
 /* A wall limit counts as this signal, which batch systems send for it: exit code 152. */
 #define CHECKPOINT_LIMIT SIGXCPU
+/* And a file that asks for the end as this one: exit code 138. */
+#define CHECKPOINT_FILE SIGUSR1
 /* What is left of a wall limit must hold a step and a checkpoint as long as the longest so far, times these, and this
    much for the rest of the program [s]. */
 #define CHECKPOINT_STEPS 1.5
@@ -34,7 +37,7 @@ typedef struct {
   TS ts; /* borrowed */
   MPI_Comm comm;
   PetscMPIInt rank;
-  char file[PETSC_MAX_PATH_LEN], restart[128], option[64];
+  char file[PETSC_MAX_PATH_LEN], stop_file[PETSC_MAX_PATH_LEN], restart[128], option[64], stop_option[128];
   PetscReal interval, limit;
   SlipCheckpointFn visit;
   void *ctx;
@@ -43,7 +46,7 @@ typedef struct {
   PetscBool due;                                  /* before the next step */
   PetscBool over;                                 /* the run is: what the TS does now is no run to go on with */
   int stopped;                                    /* signal, or 0 */
-  PetscBool by_limit;                             /* nobody sent it */
+  PetscBool by_limit, by_file;                    /* nobody sent it */
   PetscLogDouble last_step, last_write;           /* when the last ones ended [s] */
   PetscLogDouble longest_step, longest_write;     /* [s] */
   PetscInt written;                               /* checkpoints */
@@ -79,9 +82,9 @@ static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What this process wants: the signal that it caught, or that time is over on rank 0; and on rank 0 a checkpoint, and the
-   number of steps that need no agreement. */
-static PetscErrorCode SlipCheckpointWishes(SlipCheckpoint *c, int wish[3])
+/* What this process wants: the signal that it caught, or that time is over on rank 0; and on rank 0 a checkpoint, the
+   number of steps that need no agreement, and the end where the file is there that asks for it. */
+static PetscErrorCode SlipCheckpointWishes(SlipCheckpoint *c, int wish[4])
 {
   PetscLogDouble now, begun;
   PetscReal spent;
@@ -89,7 +92,7 @@ static PetscErrorCode SlipCheckpointWishes(SlipCheckpoint *c, int wish[3])
   PetscFunctionBegin;
   PetscCall(SlipSignalsCaught(&wish[0]));
   PetscCall(PetscTime(&now));
-  wish[1] = wish[2] = 0;
+  wish[1] = wish[2] = wish[3] = 0;
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipGetStartTime(&begun));
   spent = (PetscReal)(now - begun);
@@ -99,6 +102,7 @@ static PetscErrorCode SlipCheckpointWishes(SlipCheckpoint *c, int wish[3])
   if (now - c->last_write >= c->interval || (!c->written && spent >= CHECKPOINT_FIRST * c->limit)) wish[1] = 1;
   wish[2] =
     c->interval < CHECKPOINT_AGREE ? 0 : (int)PetscMin(CHECKPOINT_AGREE / (now - c->last_step), CHECKPOINT_UNASKED);
+  wish[3] = c->stop_file[0] && !access(c->stop_file, F_OK) ? CHECKPOINT_FILE : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -107,7 +111,7 @@ static PetscErrorCode SlipCheckpointAfterStep(TS ts)
 {
   SlipCheckpoint *c;
   PetscLogDouble now;
-  int wish[3], all[4];
+  int wish[4], all[5];
 
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
@@ -120,12 +124,14 @@ static PetscErrorCode SlipCheckpointAfterStep(TS ts)
   all[1] = PetscMax(-wish[0], 0);
   all[2] = wish[1];
   all[3] = wish[2];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, 4, MPI_INT, MPI_MAX, c->comm));
+  all[4] = wish[3];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, 5, MPI_INT, MPI_MAX, c->comm));
   c->wait = all[3];
   c->due = all[2] && c->file[0] && !c->over ? PETSC_TRUE : PETSC_FALSE;
-  if (all[0] || all[1]) {
-    c->stopped = all[0] ? all[0] : all[1];
-    c->by_limit = all[0] ? PETSC_FALSE : PETSC_TRUE;
+  if (all[0] || all[1] || all[4]) {
+    c->by_file = !all[0] && all[4] ? PETSC_TRUE : PETSC_FALSE;
+    c->by_limit = !all[0] && !all[4] ? PETSC_TRUE : PETSC_FALSE;
+    c->stopped = all[0] ? all[0] : c->by_file ? all[4] : all[1];
     PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -146,6 +152,20 @@ static PetscErrorCode SlipCheckpointBeforeStep(TS ts)
 
 static PetscErrorCode SlipCheckpointFailed(TS ts); /* below */
 
+/* One that is there already would end every run after its first step. */
+static PetscErrorCode SlipCheckpointCheckStop(const SlipCheckpoint *c)
+{
+  PetscInt there;
+
+  PetscFunctionBegin;
+  there = !c->rank && c->stop_file[0] && !access(c->stop_file, F_OK);
+  PetscCallMPI(MPI_Bcast(&there, 1, MPIU_INT, 0, c->comm));
+  PetscCheck(!there, c->comm, PETSC_ERR_FILE_OPEN,
+             "%s is there already (%s), which ends a run after its step: remove it first", c->stop_file,
+             c->stop_option);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
 {
   SlipCheckpoint *c;
@@ -165,6 +185,9 @@ PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
   c->comm = PetscObjectComm((PetscObject)ts);
   PetscCallMPI(MPI_Comm_rank(c->comm, &c->rank));
   PetscCall(PetscStrncpy(c->file, plan->file, sizeof(c->file)));
+  PetscCall(PetscStrncpy(c->stop_file, plan->stop_file ? plan->stop_file : "", sizeof(c->stop_file)));
+  PetscCall(PetscStrncpy(c->stop_option, plan->stop_option ? plan->stop_option : "", sizeof(c->stop_option)));
+  PetscCall(SlipCheckpointCheckStop(c));
   PetscCall(PetscStrncpy(c->restart, plan->restart, sizeof(c->restart)));
   PetscCall(PetscStrncpy(c->option, plan->option ? plan->option : "checkpoint", sizeof(c->option)));
   c->interval = plan->interval;
@@ -217,8 +240,13 @@ static PetscErrorCode SlipCheckpointCommand(SlipCheckpoint *c, char text[], size
   PetscCall(PetscGetArgs(&argc, &argv));
   PetscCallMPI(MPI_Comm_size(c->comm, &size));
   text[0] = '\0';
+  if (c->by_file) {
+    PetscCall(PetscStrlcat(text, "rm", len));
+    PetscCall(AppendQuoted(text, len, c->stop_file));
+    PetscCall(PetscStrlcat(text, " &&", len));
+  }
   if (size > 1) {
-    PetscCall(PetscSNPrintf(number, sizeof(number), "mpirun -n %d", (int)size));
+    PetscCall(PetscSNPrintf(number, sizeof(number), "%smpirun -n %d", text[0] ? " " : "", (int)size));
     PetscCall(PetscStrlcat(text, number, len));
   }
   for (int i = 0; i < argc; i++) {
@@ -268,7 +296,7 @@ static PetscErrorCode SlipCheckpointFailed(TS ts)
 PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
 {
   SlipCheckpoint *c;
-  char command[8192], who[64];
+  char command[8192], who[PETSC_MAX_PATH_LEN + 192];
   PetscBool raises;
 
   PetscFunctionBegin;
@@ -290,6 +318,8 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
   if (c->by_limit)
     (void)snprintf(who, sizeof(who), "the wall limit of %g s", (double)c->limit);
+  else if (c->by_file)
+    (void)snprintf(who, sizeof(who), "the file %s (%s)", c->stop_file, c->stop_option);
   else
     PetscCall(PetscStrncpy(who, SlipSignalName(c->stopped), sizeof(who)));
   if (c->file[0]) {

@@ -117,7 +117,8 @@ static PetscErrorCode CheckFile(SlipFault fault)
 . -fault_checkpoint_interval <600>   - wall time from one checkpoint to the next [s]
 . -fault_restart <F.h5>              - go on from this checkpoint, or from F.h5.previous when it is damaged
 . -fault_restart_dt <dt>             - next step of a run that goes on [s]; 0: the checkpoint's
-- -fault_wall_limit <S>              - stop in time for the program to end within S seconds
+. -fault_wall_limit <S>              - stop in time for the program to end within S seconds
+- -fault_stop_file <F>               - stop after the step in work when F appears, for the first process to see
 
   Level: intermediate
 
@@ -146,10 +147,11 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   const SlipCheckpointPlan plan = {.file = fault->options.text[FAULT_CHECKPOINT],
                                    .interval = fault->options.value[FAULT_CHECKPOINT_INTERVAL],
                                    .wall_limit = fault->options.value[FAULT_WALL_LIMIT],
+                                   .stop_file = fault->options.text[FAULT_STOP_FILE],
                                    .visit = VisitFaultState,
                                    .ctx = fault};
   SlipCheckpointPlan named = plan;
-  char restart[128];
+  char restart[128], stop[128];
   PetscBool bathe, rk;
 
   PetscFunctionBegin;
@@ -167,7 +169,9 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   fault->run.idle = PETSC_FALSE;
   if (fault->options.text[FAULT_RESTART][0]) PetscCall(Restart(fault, ts));
   PetscCall(PetscSNPrintf(restart, sizeof(restart), "-%sfault_restart", prefix));
+  PetscCall(PetscSNPrintf(stop, sizeof(stop), "-%sfault_stop_file", prefix));
   named.restart = restart;
+  named.stop_option = stop;
   named.option = "fault_checkpoint";
   PetscCall(SlipCheckpointStart(ts, &named));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -184,8 +188,8 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
 - ts    - the TS, after SlipFaultCheckpointStart()
 
   Output Parameter:
-. code - what the program should return: 128 plus the number of the signal, 152 (SIGXCPU) for -fault_wall_limit; 0: it
-         was not stopped
+. code - what the program should return: 128 plus the number of the signal, 152 (SIGXCPU) for -fault_wall_limit, 138
+         (SIGUSR1) for -fault_stop_file; 0: it was not stopped
 
   Level: intermediate
 

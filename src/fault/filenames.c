@@ -28,6 +28,7 @@ static const struct {
   {"fault_stations", FAULT_STATIONS, PETSC_FALSE, 0, {""}}, /* or a list, which names no file */
   {"fault_surface_stations", FAULT_SURFACE_STATIONS, PETSC_FALSE, 0, {""}},
   {"ts_adapt_rl_policy", ANOTHER, PETSC_FALSE, 0, {""}},
+  {"fault_stop_file", FAULT_STOP_FILE, PETSC_FALSE, 0, {""}},
   {"fault_restart", FAULT_RESTART, PETSC_FALSE, FAMILY_STATE, {"", ".previous"}},
   {"fault_output", FAULT_OUTPUT, PETSC_TRUE, 0, {GROWING, ".xdmf2", ".part.xdmf2"}},
   {"fault_catalogue", FAULT_CATALOGUE, PETSC_TRUE, 0, {GROWING}},

@@ -202,6 +202,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                        "HDF5 file to write the catalogue to, with a row for every event of the run"},
   [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
   [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to continue from; may be the file of -fault_checkpoint"},
+  [FAULT_STOP_FILE] = {"stop_file", "", NULL,
+                       "File that stops the run after its step when it appears, with a checkpoint and exit code 138"},
 };
 
 #define AT(member) offsetof(struct _p_SlipFault, member)

@@ -175,6 +175,7 @@ int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes)
   off_t begin, end;
 
   if (h->fd < 0) return 0;
+  SlipH5IgnoreLimitSignal(); /* of a handler that came after the file */
   errno = 0;
   if (H5Fget_filesize(h->id, &size) < 0 || fstat(h->fd, &info)) return errno ? errno : EIO;
   h->ahead += bytes;

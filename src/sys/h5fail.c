@@ -35,16 +35,29 @@ SlipH5 *SlipH5WrittenAs(const struct stat *info)
 }
 
 /* While files are written, one that reaches the limit of sizes (RLIMIT_FSIZE) is an error of the write: by default there is
-   a signal that ends the process. */
-static void SlipH5IgnoreLimitSignal(PetscBool ignore)
-{
-  static PetscBool ignored = PETSC_FALSE;
-  struct sigaction action;
+   a signal that ends the process, as the handlers of compilers for OpenCL end it, which MPI may load when it looks for devices. Who
+   handled it before has it again when all files are closed, unless somebody else has taken it meanwhile. */
+static struct sigaction limit_before;
+static PetscBool limit_ours = PETSC_FALSE;
 
-  if (ignore == ignored || sigaction(SIGXFSZ, NULL, &action)) return;
-  if (action.sa_handler != (ignore ? SIG_DFL : SIG_IGN)) return; /* a handler of the program's */
-  action.sa_handler = ignore ? SIG_IGN : SIG_DFL;
-  if (!sigaction(SIGXFSZ, &action, NULL)) ignored = ignore;
+void SlipH5IgnoreLimitSignal(void)
+{
+  struct sigaction now, ignore = {.sa_handler = SIG_IGN};
+
+  if (sigaction(SIGXFSZ, NULL, &now) || now.sa_handler == SIG_IGN) return;
+  sigemptyset(&ignore.sa_mask);
+  if (sigaction(SIGXFSZ, &ignore, NULL)) return;
+  limit_before = now;
+  limit_ours = PETSC_TRUE;
+}
+
+static void SlipH5RestoreLimitSignal(void)
+{
+  struct sigaction now;
+
+  if (limit_ours && !sigaction(SIGXFSZ, NULL, &now) && now.sa_handler == SIG_IGN)
+    (void)sigaction(SIGXFSZ, &limit_before, NULL);
+  limit_ours = PETSC_FALSE;
 }
 
 PetscErrorCode SlipH5Enlist(SlipH5 *h)
@@ -58,7 +71,7 @@ PetscErrorCode SlipH5Enlist(SlipH5 *h)
   PetscCall(PetscNew(&entry));
   *entry = (SlipH5Entry){h, info.st_dev, info.st_ino, written};
   written = entry;
-  SlipH5IgnoreLimitSignal(PETSC_TRUE);
+  SlipH5IgnoreLimitSignal();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -77,7 +90,7 @@ void SlipH5Release(SlipH5 *h, PetscBool keep)
   if (h->fd >= 0) close(h->fd);
   h->fd = -1;
   h->id = -1;
-  if (!written) SlipH5IgnoreLimitSignal(PETSC_FALSE);
+  if (!written) SlipH5RestoreLimitSignal();
 }
 
 /* Closes a file for HDF5; after a write that failed nothing more is written. 0, or errno */

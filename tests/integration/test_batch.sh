@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# examples/batch.sh with a Slurm of three commands: it ends in time, goes back into the queue and goes on, until the run
-# is the unbroken one; it gives up where nothing goes on, and passes errors on.
+# examples/batch.sh with a Slurm of three commands: it ends in time, whether the signal reaches the run or the script alone, goes back
+# into the queue and goes on, until the run is the unbroken one; it gives up where nothing goes on or a file says so, and passes errors
+# on.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
 "$SLIPSTEP_PYTHON" -c 'import h5py, numpy' || exit 77
@@ -10,8 +11,15 @@ cat >slurm/squeue <<'S'
 echo "$TIME_LEFT"
 S
 cat >slurm/srun <<'S'
-[ -z "$SEND" ] || { "$@" & p=$!; until [ -e run.state.h5 ] || ! kill -0 $p; do sleep 0.01; done; kill -"$SEND" $p; wait $p; exit $?; }
-exec "$@"
+[ "$SEND" ] || exec "$@"
+"$@" & p=$!
+until [ -e run.state.h5 ] || ! kill -0 $p; do sleep 0.01; done
+case $SEND in
+script) kill -USR1 $PPID ;;
+file) touch run.stop ;;
+*) kill -"$SEND" $p ;;
+esac
+wait $p
 S
 cat >slurm/scontrol <<'S'
 [ "$1 $2" = "requeue 7" ] && echo again >queued
@@ -33,7 +41,7 @@ job() {
 SLURM_RESTART_COUNT=0
 export SLURM_RESTART_COUNT
 limit=3
-for SEND in USR1 "" "" "" "" "" "" "" "" ""; do # stopped by a signal, then by limits from 3 s on, as often as it takes
+for SEND in script USR1 "" "" "" "" "" "" "" "" ""; do # stopped by a signal, then by limits from 3 s on, as often as it takes
   export SEND
   if [ "$SEND" ]; then job 1-00:00:00; else job 0:$((60 + limit)); fi
   limit=$((2 * limit))
@@ -57,6 +65,15 @@ with h5py.File("whole.h5") as a, h5py.File("run.h5") as b:
     for name in ("steps/dt", "series/time", "series/mean_slip", "fields/slip", "fields/slip_rate"):
         assert a[name].shape == b[name].shape and (a[name][...] == b[name][...]).all(), name
 P
+[ ! -e run.stop ] || fail "run.stop was left"
+
+rm -f run.h5* run.state.h5*
+export SLURM_RESTART_COUNT=0
+SEND=file job 1-00:00:00
+[ $code = 0 ] && [ ! -e queued ] && [ -e run.state.h5 ] && grep -q "batch.sh: stopped by run.stop" job.txt || fail "a file that stops: exit code $code, $(cat job.txt)"
+touch run.stop
+SEND= job 1-00:00:00
+[ $code = 0 ] && grep -q "before it began" job.txt && [ ! -e run.stop ] || fail "a file that was there: $(cat job.txt)"
 
 SEND=
 rm -f run.h5* run.state.h5*

@@ -218,7 +218,8 @@ cp grid.state flipped9.previous
 [ "$(grep -c "flipped9" err.txt)" = 1 ] || fail "more than one warning: $(cat err.txt)"
 
 # ---- stopped ----
-slow=("${grid[@]}" -ts_adapt_type none -ts_dt 1e-5 -fault_checkpoint_interval 0.1)
+# the limit bounds what no signal reaches, by another exit code
+slow=("${grid[@]}" -ts_adapt_type none -ts_dt 1e-5 -fault_checkpoint_interval 0.1 -fault_wall_limit 100)
 # stops SIGNAL CODE -- command; after its first checkpoint
 stops() {
   local signal=$1 expected=$2 code=0
@@ -238,6 +239,24 @@ done
 rm -f "a b.state"*
 stops USR1 138 -- mpirun --oversubscribe -n 2 "$fault" "${slow[@]}" -fault_checkpoint "a b.state"
 grep -q "to continue: mpirun -n 2 " err.txt || fail "$(cat err.txt)"
+# a file, which needs no launcher; the command that goes on removes it, and without that it is refused
+rm -f "a b.state"*
+stop=("${slow[@]}" -fault_checkpoint "a b.state" -fault_stop_file "s top")
+code=0
+mpirun --oversubscribe -n 2 "$fault" "${stop[@]}" -fault_output stopped.h5 >out.txt 2>err.txt &
+until [ -e "a b.state" ] || ! kill -0 $! 2>/dev/null; do sleep 0.05; done
+touch "s top"
+wait $! || code=$?
+[ $code = 138 ] && [ -e stopped.h5.part ] && [ ! -e stopped.h5 ] || fail "exit code $code after the file of -fault_stop_file: $(cat err.txt)"
+grep -q "stopped by the file s top (-fault_stop_file) at time .* steps; to continue: rm 's top' && mpirun -n 2 .*fault .*-fault_restart 'a b.state'" err.txt || fail "$(cat err.txt)"
+command=$(sed -n 's/.*to continue: //p' err.txt)
+rm -f ./*.part
+refuses "s top is there already (-fault_stop_file)" "remove it" -- "$fault" "${stop[@]}" -fault_restart "a b.state"
+code=0
+eval "timeout $hang $command -fault_wall_limit 2" >out.txt 2>&1 || code=$?
+[ $code = 152 ] && grep -q "continues from a b.state" out.txt || fail "\"$command\": exit code $code, $(cat out.txt)"
+rm -f ./*.part
+refuses "same.h5" "fault_stop_file" -- "$fault" "${slow[@]}" -fault_stop_file same.h5 -fault_output same.h5
 code=0
 "$fault" "${slow[@]}" -fault_wall_limit 3 -fault_checkpoint limit.state >/dev/null 2>err.txt || code=$?
 [ $code = 152 ] && grep -q "stopped by the wall limit of 3 s" err.txt || fail "wall limit: exit code $code, $(cat err.txt)"

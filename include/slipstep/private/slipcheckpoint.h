@@ -7,11 +7,13 @@
 typedef PetscErrorCode (*SlipCheckpointFn)(SlipState state, TS ts, void *ctx);
 
 typedef struct {
-  const char *file;     /* written every interval of wall time [s], and at the end; "": none */
-  const char *option;   /* that names it, for messages */
-  PetscReal interval;   /* [s] */
-  PetscReal wall_limit; /* wall time of the program after which the run stops [s]; 0: none */
-  const char *restart;  /* option that continues a run, with the dash */
+  const char *file;        /* written every interval of wall time [s], and at the end; "": none */
+  const char *option;      /* that names it, for messages */
+  PetscReal interval;      /* [s] */
+  PetscReal wall_limit;    /* wall time of the program after which the run stops [s]; 0: none */
+  const char *stop_file;   /* that ends the run when it appears; NULL or "": none */
+  const char *stop_option; /* that names it, with the dash */
+  const char *restart;     /* option that continues a run, with the dash */
   SlipCheckpointFn visit;
   void *ctx;
 } SlipCheckpointPlan;

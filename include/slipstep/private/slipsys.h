@@ -130,6 +130,7 @@ PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, const char 
 PETSC_INTERN SlipH5 *SlipH5Written(int i);                     /* the i-th file that this process writes, or NULL */
 PETSC_INTERN SlipH5 *SlipH5WrittenAs(const struct stat *info); /* the one that is on this place of the disk, or NULL */
 PETSC_INTERN PetscErrorCode SlipH5Enlist(SlipH5 *h);           /* until it is released */
+PETSC_INTERN void SlipH5IgnoreLimitSignal(void);               /* until no file is enlisted any more */
 PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep);    /* the descriptor, and the file unless it is kept */
 PETSC_INTERN int SlipH5CloseId(SlipH5 *h);                     /* 0, or errno */
 

@@ -15,6 +15,8 @@ from .errors import Error
 from .results import Result
 
 OPTION = re.compile(r"(ts|snes|ksp|pc|mat|log|options)_")  # of names that are options of PETSc and not parameters of a fault
+# of the program, unless it is set: one thread, and no look at OpenCL's devices, whose drivers take over signals
+ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "HWLOC_COMPONENTS": "-opencl"}
 REPEAT = 0.2  # between two lines of progress [s]
 PATIENCE = 5.0  # until a program that was asked to end is killed [s]
 
@@ -295,7 +297,7 @@ def _by_program(fault, given, folder, progress):
     line, interrupted = Line(progress), False
     log = os.path.join(folder, "log")
     with open(log, "w+", encoding="utf-8") as output:
-        child = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT, env={"OPENBLAS_NUM_THREADS": "1", **os.environ})
+        child = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT, env={**ENVIRONMENT, **os.environ})
         try:
             while child.poll() is None:
                 try:
