@@ -148,7 +148,8 @@ static const struct {
                {FAULT_MESH_UNIT, CONTENT},  {FAULT_PORE_PRESSURE, CONTENT}, {FAULT_CACHE_DIR, FREE},
                {FAULT_OUTPUT, FREE},        {FAULT_OUTPUT_FIELDS, FREE},    {FAULT_OUTPUT_PRECISION, FREE},
                {FAULT_STATIONS, FREE},      {FAULT_SURFACE_STATIONS, FREE}, {FAULT_SURFACE_MOTION, FREE},
-               {FAULT_CATALOGUE, FREE},     {FAULT_CHECKPOINT, FREE},       {FAULT_RESTART, FREE}};
+               {FAULT_STOP_FILE, FREE},     {FAULT_CATALOGUE, FREE},        {FAULT_CHECKPOINT, FREE},
+               {FAULT_RESTART, FREE}};
 
 static Change ChangeOfReal(PetscInt id)
 {

@@ -158,6 +158,7 @@ TABLE = {
     "fault_checkpoint_interval": ("event", "0", SAME),
     "fault_restart": ("event", "state.copy", SAME),
     "fault_wall_limit": ("event", "1000", SAME),
+    "fault_stop_file": ("event", "elsewhere.stop", SAME),
     "fault_check_error": ("event", "yes", SAME),
     "fault_cache_dir": ("event", ".", SAME),
     "fault_progress": ("event", "no", SAME),
