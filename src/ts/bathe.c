@@ -2,6 +2,10 @@
    bathestage.c. */
 #include <slipstep/private/slipts.h>
 
+/* PETSc's defaults of -ts_max_snes_failures, by which the first failed stage ends a run, and of -ts_max_reject */
+#define PETSC_FAILURES 1
+#define PETSC_REJECTIONS 10
+
 static PetscBool cited = PETSC_FALSE;
 static const char citation[] =
   "@article{Bathe2005,\n"
@@ -40,6 +44,8 @@ static PetscErrorCode TSDestroy_Bathe(TS ts)
   PetscCall(VecDestroy(&ba->r));
   PetscCall(SlipConstraintDestroy(&ba->con));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", NULL));
+  if (ba->lifted_failures && ts->max_snes_failures == SLIP_UNLIMITED) ts->max_snes_failures = PETSC_FAILURES;
+  if (ba->lifted_rejections && ts->max_reject == SLIP_UNLIMITED) ts->max_reject = PETSC_REJECTIONS;
   PetscCall(PetscFree(ts->data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -237,6 +243,11 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   TSSetIFunction() problem with a constant mass matrix; with one (TSBatheSetConstraint()) stages are solved by
   SNESSEMISMOOTH or SNESPROJECTION on the constraint's reduced unknowns.
 
+  A stage that does not converge is no end: its attempt is repeated with the step that the controller chooses, or PETSc's
+  -ts_adapt_scale_solve_failed, until -ts_bathe_max_failures attempts in a row have failed. PETSc's defaults of one failed
+  solve in a run and ten rejections of a step are lifted; -ts_max_snes_failures, -ts_max_reject and their functions with
+  other numbers hold. The latter counts the attempts that the controller rejects.
+
   The embedded estimate is zero in the rate rows of cells that stick at the end of the step: their rate is exact
   there, and their jump in acceleration is no error of the method. Their displacement and slip rows keep it.
 
@@ -275,6 +286,11 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   ts->ops->setfromoptions = TSSetFromOptions_Bathe;
   ts->default_adapt_type = TSADAPTNONE;
   ts->usessnes = PETSC_TRUE;
+  /* options that are given are read later */
+  ba->lifted_failures = ts->max_snes_failures == PETSC_FAILURES ? PETSC_TRUE : PETSC_FALSE;
+  ba->lifted_rejections = ts->max_reject == PETSC_REJECTIONS ? PETSC_TRUE : PETSC_FALSE;
+  if (ba->lifted_failures) ts->max_snes_failures = SLIP_UNLIMITED;
+  if (ba->lifted_rejections) ts->max_reject = SLIP_UNLIMITED;
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", TSBatheGetLastAttempt));
   ts->ops->step = TSStep_Bathe;
   ts->ops->evaluatewlte = TSEvaluateWLTE_Bathe;

@@ -494,7 +494,8 @@ PetscErrorCode TSStep_Bathe(TS ts)
       PetscCall(TSBatheFailed(ts));
     if (accept) break;
     ts->reject++;
-    if (!ts->reason && ++rejections > ts->max_reject && ts->max_reject >= 0) {
+    /* failed ones have a limit of their own */
+    if (ok && !ts->reason && ++rejections > ts->max_reject && ts->max_reject >= 0) {
       ts->reason = TS_DIVERGED_STEP_REJECTED;
       PetscCall(PetscInfo(ts,
                           "Step=%" PetscInt_FMT ", step rejections %" PetscInt_FMT " greater than allowed, stopping\n",

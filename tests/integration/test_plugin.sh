@@ -61,6 +61,35 @@ if SLIPSTEP_POLICY_DIR=nowhere ./ode "${plugin[@]}" -ts_type bathe -ts_adapt_typ
 fi
 grep -q 'ts_adapt_rl_policy' none
 
+# The stiff oscillator, whose stages fail where it jumps: bathe repeats them under every controller, from any first step, and
+# ends only where a limit was given. The time of the jump is late by what steps of the tolerance sum up to: 9e-4 y/s, 10 s of
+# a period of 1614 s at the default tolerance, a tenth of that at 1e-6.
+stiff=(./ode "${plugin[@]}" -mu 1000 -ts_max_time 2000)
+./ode -mu 1000 -ts_max_time 2000 -ts_type arkimex -ts_arkimex_fully_implicit -ts_rtol 1e-9 -ts_atol 1e-9 -ts_max_snes_failures -1 > reference
+for type in heuristic pi dsp basic rl; do
+  for options in "" "-ts_dt 1000" "-ts_rtol 1e-6 -ts_atol 1e-6"; do
+    read -ra words <<< "$options"
+    echo "$("${stiff[@]}" -ts_type bathe -ts_adapt_type $type "${words[@]}" 2>&1 | tail -n 1) $type $options" >> stiff
+  done
+done
+"$python" - <<'P'
+want = float(open("reference").read().split()[5])
+for line in open("stiff"):
+    print(line, end="")
+    words = line.split()
+    assert words[0] == "time" and abs(float(words[1]) - 2000) < 1e-6, line
+    assert abs(float(words[5]) - want) < (1e-3 if "-ts_rtol" in words else 1e-2), (line, want)
+P
+"${stiff[@]}" -ts_type bathe -ts_adapt_type heuristic -ts_max_snes_failures 2 > limit 2>&1 && { echo "-ts_max_snes_failures has no effect"; exit 1; }
+grep -q DIVERGED_NONLINEAR_SOLVE limit
+"${stiff[@]}" -ts_type bathe -ts_adapt_type pi -ts_dt 1000 -ts_max_reject 3 > limit 2>&1 && { echo "-ts_max_reject has no effect"; exit 1; }
+grep -q DIVERGED_STEP_REJECTED limit
+# A dial that nothing follows is named, once.
+./ode "${plugin[@]}" -ts_type bathe -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3 > out 2> err
+[ "$(grep -c 'ode: warning: -ts_adapt_rl_accuracy 0.001 has no effect: the policy .*/ode.h5 does not observe log_accuracy' err)" = 1 ] || { cat err; exit 1; }
+./ode "${plugin[@]}" -ts_type bathe -ts_adapt_type rl > out 2> err
+[ ! -s err ] || { cat err; exit 1; }
+
 # A program that runs already: -dll_prepend comes too late, PetscDLLibraryAppend() does not.
 cat >late.c <<'C'
 #include <petscts.h>

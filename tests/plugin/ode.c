@@ -1,4 +1,4 @@
-/* A plain PETSc program that has never heard of SlipStep: the Van der Pol oscillator x'' = mu (1 - x^2) x' - x.
+/* A plain PETSc program that has never heard of SlipStep: the Van der Pol oscillator x'' = mu (1 - x^2) x' - x (-mu <1>).
    Run it with -dll_prepend libslipstep.so -ts_type bathe -ts_adapt_type rl -ts_adapt_rl_policy policy.h5 */
 #include <petscts.h>
 
@@ -48,6 +48,7 @@ int main(int argc, char **argv)
   const PetscScalar *a;
 
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-mu", &mu, NULL));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, 2, &y));
   PetscCall(VecSetValue(y, 0, 2, INSERT_VALUES));
   PetscCall(VecAssemblyBegin(y));

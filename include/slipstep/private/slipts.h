@@ -16,16 +16,17 @@ struct TSBatheMonitor {
 
 typedef struct {
   /* what the user chose */
-  PetscReal gamma;              /* split of the step, in (0, 1), with a trapezoidal stage 1 */
-  TSBatheFirstStage first;      /* rule of stage 1 */
-  SlipBathe c;                  /* numbers of both */
-  TSBatheReactionType reaction; /* treatment of the reaction in stage 1 */
-  TSBatheError error;           /* error estimate */
-  PetscBool error_set;          /* chosen explicitly, so that adapt none does not switch doubling off */
-  PetscInt order;               /* p of doubling's (2^p - 1) */
-  PetscInt max_failures;        /* attempts in a row that may fail to converge */
-  PetscInt parts;               /* the solution is computed in so many parts of each step; 0 or 1: in one */
-  TSBathePartFn part;           /* called at the end of each, or NULL */
+  PetscReal gamma;                              /* split of the step, in (0, 1), with a trapezoidal stage 1 */
+  TSBatheFirstStage first;                      /* rule of stage 1 */
+  SlipBathe c;                                  /* numbers of both */
+  TSBatheReactionType reaction;                 /* treatment of the reaction in stage 1 */
+  TSBatheError error;                           /* error estimate */
+  PetscBool error_set;                          /* chosen explicitly, so that adapt none does not switch doubling off */
+  PetscInt order;                               /* p of doubling's (2^p - 1) */
+  PetscInt max_failures;                        /* attempts in a row that may fail to converge */
+  PetscBool lifted_failures, lifted_rejections; /* PETSc's default limits, which another type finds again */
+  PetscInt parts;     /* the solution is computed in so many parts of each step; 0 or 1: in one */
+  TSBathePartFn part; /* called at the end of each, or NULL */
   void *part_ctx;
   SlipConstraint con;           /* NULL: unconstrained */
   const SlipConstraintOps *ops; /* its operations */
