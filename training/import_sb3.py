@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
 """Turn a Stable-Baselines3 zip (TQC, TD3 or SAC) into a SlipStep policy file, without torch.
 
-    import_sb3.py IN.zip OUT.h5 [--preset fault|sliding_mode|circuit] [--dt-min STEP] [--dt-max STEP]
+    import_sb3.py IN.zip OUT.h5 [--preset fault|sliding_mode|circuit] [--dt-min STEP] [--dt-max STEP] [--vecnormalize F.pkl]
 
 STEP is a number with a unit: seconds (6 or 6s), the problem's time scale (1e-6T*) or the simulated time (0.2t_max).
 The circuit's policies observe states over their start: run them with -circuit_unit start. Before the first step
 policies of sliding_mode and circuit are shown a last attempt other than the study's, the same as for every problem of
-SlipStep. The zip's weights are read without Python's unpickler: tensors are built and nothing else, and no code of the
+SlipStep. The spaces that the zip names must be the preset's: so many observations, and one action from 0 to 1 or -1 to 1, a share of the way from
+the smallest step to the largest. Of an action with other bounds only --dt-min and --dt-max together say which steps they mean. A
+zip does not say whether it was trained under VecNormalize: --vecnormalize takes the file that VecNormalize.save() wrote, and its
+means and variances become offset and scale of the policy file; its clipping of observations is left out.
+The zip's weights are read without Python's unpickler: tensors are built and nothing else, and no code of the
 file is ever run. Exit code 2 and one line on standard error when the zip does not hold such a policy; OUT.h5 is then
 left as it was.
 """
@@ -16,6 +20,7 @@ import io
 import json
 import math
 import os
+import pickle
 import pickletools
 import re
 import struct
@@ -332,6 +337,121 @@ def read_zip(path):
         raise BadPolicy(f"damaged ({type(error).__name__}: {error})") from None
 
 
+# ---- spaces, and normalised observations ----
+
+def box(data, name, width):
+    """Least and largest of a space, or None where the zip does not say; refused unless it is a Box [width]."""
+    space = dictionary(data, name)
+    if not space:
+        return None
+    kind = re.search(r"(\w+)'?>?$", str(space.get(":type:", "Box")))
+    if not kind or kind.group(1) != "Box":
+        raise BadPolicy(f"its {name} is {space[':type:']}; expected a Box of {width}")
+    shape = space.get("_shape", space.get("shape", [width]))
+    if re.findall(r"\d+", str(shape)) != [str(width)]:
+        raise BadPolicy(f"its {name} has the shape {shape}; expected [{width}]")
+    ends = []
+    for end in ("low", "high"):
+        text = str(space.get(end, ""))
+        try:
+            ends.append([float(word) for word in text.strip("[] ").split()])
+        except ValueError:
+            raise BadPolicy(f"its {name} has {end} = {text}; expected {width} numbers") from None
+    return ends if all(len(numbers) == width for numbers in ends) else None
+
+
+def check_spaces(data, names, both_steps):
+    """The preset's observations, and an action that is a share of the range of steps."""
+    box(data, "observation_space", len(names))
+    action = box(data, "action_space", 1)
+    if action is None:
+        return
+    (low,), (high,) = action
+    if not low < high or math.isinf(low) or math.isinf(high):
+        raise BadPolicy(f"its action_space is from {low:g} to {high:g}; expected two finite bounds, in order")
+    if (low, high) not in ((0, 1), (-1, 1)) and not both_steps:
+        raise BadPolicy(f"its action_space is from {low:g} to {high:g}, where the preset's is a share, from 0 to 1 or -1 to 1; "
+                        "expected --dt-min and --dt-max, the steps that these bounds mean")
+
+
+class Thing:
+    """What stands for every class and function that a pickle names: none of them is looked up, and nothing of the file runs."""
+
+    def __new__(cls, *_arguments, **_named):
+        return object.__new__(cls)
+
+    def __init__(self, *arguments, **_named):
+        self.arguments, self.state = arguments, None
+
+    def __setstate__(self, state):
+        self.state = state
+
+    def __setitem__(self, _key, _value):
+        pass
+
+    def append(self, _value):
+        pass
+
+    extend = add = append
+
+
+class Things(pickle.Unpickler):
+    def find_class(self, module, name):
+        return type(name if isinstance(name, str) and name.isidentifier() else "Thing", (Thing,), {})
+
+
+def numbers_of(thing, what, width):
+    """[width] doubles of a pickled array of NumPy's."""
+    content, dtype = None, None
+    if type(thing).__name__ == "_reconstruct" and isinstance(thing.state, tuple) and len(thing.state) == 5:
+        content, dtype = thing.state[4], thing.state[2]
+    elif type(thing).__name__ == "_frombuffer" and len(thing.arguments) == 4:
+        content, dtype = thing.arguments[0], thing.arguments[1]
+    if type(content).__name__ == "encode" and len(content.arguments) == 2 and isinstance(content.arguments[0], str):
+        content = content.arguments[0].encode("latin1")  # bytes as protocol 2 has them
+    kind = dtype.arguments[0] if isinstance(dtype, Thing) and dtype.arguments else None
+    order = dtype.state[1] if isinstance(dtype, Thing) and isinstance(dtype.state, tuple) and len(dtype.state) > 1 else "<"
+    if not isinstance(content, (bytes, bytearray)) or kind not in ("f8", "f4") or order not in ("<", "=", "|"):
+        raise BadPolicy(f"{what} is no array of numbers")
+    item = int(kind[1])
+    if len(content) != width * item:
+        raise BadPolicy(f"{what} has {len(content) // item} numbers; expected {width}, one an observation of the preset")
+    found = np.frombuffer(content, "<" + kind).astype(float)
+    if not np.isfinite(found).all():
+        raise BadPolicy(f"{what} has numbers that are not finite")
+    return found
+
+
+def read_vecnormalize(path, width):
+    """(scale, offset, clip) by which VecNormalize shows observations: clip((x - mean)/sqrt(var + epsilon))."""
+    try:
+        if os.path.getsize(path) > MAX_DATA:
+            raise BadPolicy(f"{path} has {os.path.getsize(path)} bytes; expected at most {MAX_DATA}")
+        with open(path, "rb") as file:
+            saved = Things(io.BytesIO(file.read(MAX_DATA))).load()
+        state = saved.state if type(saved).__name__ == "VecNormalize" else None
+        if not isinstance(state, dict):
+            raise BadPolicy(f"{path} holds no VecNormalize; expected the file of its save()")
+        if state.get("norm_obs") is False:
+            return np.ones(width), np.zeros(width), math.inf
+        rms = state.get("obs_rms")
+        if not isinstance(rms, Thing) or not isinstance(rms.state, dict):
+            raise BadPolicy(f"the obs_rms of {path} is not that of one array of observations")
+        mean = numbers_of(rms.state.get("mean"), f"the mean in {path}", width)
+        variance = numbers_of(rms.state.get("var"), f"the var in {path}", width)
+        epsilon, clip = state.get("epsilon", 1e-8), state.get("clip_obs", math.inf)
+        if not all(isinstance(x, (int, float)) and x >= 0 for x in (epsilon, clip)) or not (variance + epsilon > 0).all():
+            raise BadPolicy(f"{path} has epsilon {epsilon}, clip_obs {clip} and a variance down to {variance.min():g}; expected positive numbers")
+        scale = 1 / np.sqrt(variance + epsilon)
+        return scale, -mean * scale, clip
+    except BadPolicy:
+        raise
+    except OSError as error:
+        raise BadPolicy(f"{path}: {error.strerror or error}") from None
+    except Exception as error:  # pickle meets damaged input with errors of many types
+        raise BadPolicy(f"{path} is damaged, or no pickle ({type(error).__name__}: {error})") from None
+
+
 def notes(data, alpha):
     """Numbers of the training, for the file's attributes."""
     found = {"alpha": alpha, "training_steps": data.get("num_timesteps"), "seed": data.get("seed")}
@@ -395,7 +515,7 @@ def checksum(file):
     return f"{hash_:016x}"
 
 
-def write_policy(path, layers, names, dt_min, dt_max, attributes):
+def write_policy(path, layers, names, scale, offset, dt_min, dt_max, attributes):
     """The policy file that slippolicy.h describes, by way of a file of this process; links are followed."""
     target = os.path.realpath(path)
     part = f"{target}.{os.getpid()}.part"
@@ -405,8 +525,8 @@ def write_policy(path, layers, names, dt_min, dt_max, attributes):
         with h5py.File(part, "x") as file:
             file.attrs.update({"format": "slipstep-policy", "version": 1, **attributes})
             file["observation/names"] = np.array(names, dtype=h5py.string_dtype())
-            file["observation/scale"] = np.ones(len(names))
-            file["observation/offset"] = np.zeros(len(names))
+            file["observation/scale"] = scale
+            file["observation/offset"] = offset
             for k, (weight, bias, activation) in enumerate(layers):
                 group = file.create_group(f"layers/{k}")
                 group["weight"], group["bias"] = weight, bias
@@ -446,10 +566,16 @@ def import_zip(args):
     if os.path.exists(args.output) and os.path.samefile(args.zip, args.output):
         raise BadPolicy("it is the output as well; expected another OUT.h5")
     algorithm, layers = actor_layers(data, state)
+    check_spaces(data, names, args.dt_min and args.dt_max)
     check_shapes(layers, names)
-    write_policy(args.output, layers, names, dt_min, dt_max, {
+    scale, offset, clip = np.ones(len(names)), np.zeros(len(names)), math.inf
+    if args.vecnormalize:
+        scale, offset, clip = read_vecnormalize(args.vecnormalize, len(names))
+    write_policy(args.output, layers, names, scale, offset, dt_min, dt_max, {
         "algorithm": algorithm, "problem": args.preset, "library_version": "imported by import_sb3.py",
         "created": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()), **notes(data, args.alpha)})
+    if clip < math.inf:
+        print(f"{args.output}: observations are normalised as in {args.vecnormalize}, but not clipped at {clip:g}")
 
 
 def main():
@@ -459,6 +585,7 @@ def main():
     parser.add_argument("--preset", choices=sorted(PRESETS), default="fault", help="observations and steps (fault)")
     parser.add_argument("--dt-min", type=step, metavar="STEP", help="smallest step (fault: 1e-6T*)")
     parser.add_argument("--dt-max", type=step, metavar="STEP", help="largest step (fault: 6s)")
+    parser.add_argument("--vecnormalize", metavar="F.pkl", help="file of VecNormalize.save(), where the policy was trained under it")
     parser.add_argument("--alpha", type=float, help="weight of the error in the reward, written to the file")
     args = parser.parse_args()
     try:

@@ -193,6 +193,73 @@ def test_options():
     assert bounds(action) == (1e-5, "T*", 0.1, "t_max")
 
 
+def space(width, low, high):
+    return {":type:": "<class 'gymnasium.spaces.box.Box'>", "_shape": f"[{width}]", "low": str([low] * width).replace(",", ""),
+            "high": str([high] * width).replace(",", "")}
+
+
+def test_spaces():
+    """An action other than a share of the steps, and other numbers of observations, are refused by name."""
+    data, state = network("tqc", True)
+    for low, high in ((0.0, 1.0), (-1.0, 1.0)):
+        data |= {"action_space": space(1, low, high), "observation_space": space(6, -np.inf, np.inf)}
+        write_zip("in.zip", data, policy_pth(state))
+        imports("in.zip", state, True)
+    data["action_space"] = space(1, 0.001, 0.5)
+    write_zip("in.zip", data, policy_pth(state))
+    refused("bounds", "its action_space is from 0.001 to 0.5, where the preset's is a share", "--dt-min", "0.001")
+    _, action = imports("in.zip", state, True, "--dt-min", "0.001", "--dt-max", "0.5")
+    assert bounds(action) == (0.001, "s", 0.5, "s")
+    for name, value, want in (("action_space", space(1, 0.0, np.inf), "expected two finite bounds"),
+                              ("action_space", space(2, 0.0, 1.0), "its action_space has the shape [2]"),
+                              ("action_space", {":type:": "<class 'gymnasium.spaces.discrete.Discrete'>", "n": "3"}, "expected a Box of 1"),
+                              ("observation_space", space(5, -np.inf, np.inf), "its observation_space has the shape [5]; expected [6]")):
+        write_zip("in.zip", data | {"action_space": space(1, 0.0, 1.0), name: value}, policy_pth(state))
+        refused(want, want)
+
+
+class RunningMeanStd:
+    pass
+
+
+class VecNormalize:
+    pass
+
+
+class Payload:
+    def __reduce__(self):
+        return os.system, ("touch executed",)
+
+
+def test_vecnormalize():
+    """The network sees (x - mean)/sqrt(var + epsilon), of statistics of either precision; nothing of the file runs."""
+    data, state = network("td3", False)
+    write_zip("in.zip", data, policy_pth(state))
+    statistics, saved = RunningMeanStd(), VecNormalize()
+    saved.__dict__ |= {"obs_rms": statistics, "clip_obs": 10.0, "epsilon": 1e-8, "norm_obs": True, "callbacks": Payload()}
+    for dtype, protocol in (("f8", 2), ("f4", 4), ("f8", 5)):
+        statistics.mean, statistics.var = RNG.normal(0, 3, 6).astype(dtype), RNG.uniform(0.1, 9, 6).astype(dtype)
+        with open("norm.pkl", "wb") as file:
+            pickle.dump(saved, file, protocol)
+        done = run("in.zip", "out.h5", "--vecnormalize", "norm.pkl")
+        assert done.returncode == 0 and not os.path.exists("executed"), done.stderr
+        for _ in range(10):
+            seen = RNG.normal(0, 2, 6)
+            shown = (seen - statistics.mean.astype(float)) / np.sqrt(statistics.var.astype(float) + 1e-8)
+            assert abs(file_forward("out.h5", seen) - forward(state, shown, False)) < 1e-12
+    statistics.mean = np.zeros(5)
+    wrong = {"five.pkl": saved, "other.pkl": {"obs_rms": 3}, "text.pkl": "no pickle"}
+    for name, content in wrong.items():
+        with open(name, "wb") as file:
+            file.write(content.encode() if isinstance(content, str) else pickle.dumps(content))
+    refused("five", "the mean in five.pkl has 5 numbers; expected 6", "--vecnormalize", "five.pkl")
+    refused("other", "other.pkl holds no VecNormalize", "--vecnormalize", "other.pkl")
+    refused("text", "text.pkl is damaged, or no pickle", "--vecnormalize", "text.pkl")
+    refused("absent", "absent.pkl: No such file", "--vecnormalize", "absent.pkl")
+    for name in ("norm.pkl", *wrong):
+        os.remove(name)
+
+
 def test_checksum():
     """Python's checksum is the one of the library: of files that it wrote, and it reads those written here."""
     for path in glob.glob(os.path.join(SOURCE, "training", "policies", "**", "*.h5"), recursive=True):
@@ -405,7 +472,7 @@ def test_published():
 
 
 def main():
-    tests = [test_algorithms, test_options, test_broken, test_checksum, test_payloads, test_sizes, test_output]
+    tests = [test_algorithms, test_options, test_spaces, test_vecnormalize, test_broken, test_checksum, test_payloads, test_sizes, test_output]
     if os.path.exists(PUBLISHED):
         tests.append(test_published)
     else:
