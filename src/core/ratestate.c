@@ -152,7 +152,8 @@ PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction 
 /* ---- the balance of many cells ---- */
 
 /* Exponential and logarithm that compilers make vector code of: no calls, no branches, no errors. To 2 ulp; Exp() takes what
-   it is given as at least -708 and at most 709, Log() needs a positive normal number. */
+   it is given as at least -708 and needs at most 709: with a bound there compilers would multiply e^709 into lanes that do not
+   take it, which overflows under -fp_trap. Log() needs a positive normal number. */
 typedef union {
   double x;
   uint64_t bits;
@@ -167,7 +168,7 @@ static inline double Exp(double x)
   Word k, scale;
   double r, sum;
 
-  x = x < -708 ? -708 : (x > 709 ? 709 : x);
+  x = x < -708 ? -708 : x;
   k.x = x * 1.44269504088896340736 + ROUNDER;
   r = x - (k.x - ROUNDER) * LN2_HIGH - (k.x - ROUNDER) * LN2_LOW;
   /* Taylor's series: |r| <= ln 2/2, so that the term left out is below 1e-17 */
@@ -226,7 +227,7 @@ static inline double RoughExp(double x)
   Word k, scale;
   double r;
 
-  x = x < -708 ? -708 : (x > 709 ? 709 : x);
+  x = x < -708 ? -708 : x;
   k.x = x * 1.44269504088896340736 + ROUNDER;
   r = x - (k.x - ROUNDER) * (LN2_HIGH + LN2_LOW);
   scale.bits = (k.bits + 1023) << 52;
@@ -298,7 +299,9 @@ VECTOR static void BalanceChunk(PetscInt n, const Constants *c, const PetscReal 
 
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal load = PetscAbsReal(tau[i]) * inverse[i], L = load + offset[i] - slope[i] * s[i];
-    const PetscReal w = LambertOfExp(L), y = load - w, tail = RoughExp(-2 * y);
+    /* of the cells marked below too these are numbers, or -fp_trap ends a run for what nobody uses */
+    const PetscReal w = LambertOfExp(L > LEAST_LOG ? L : LEAST_LOG), y = load - w;
+    const PetscReal tail = RoughExp(y > SINH_IS_EXP ? -2 * y : -2 * SINH_IS_EXP);
     const PetscReal V = w * scale[i] * (1 + w * tail / (1 + w * (1 + tail))) * (1 - tail);
     const PetscReal signed_V = tau[i] < 0 ? -V : V;
 
@@ -318,7 +321,7 @@ VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, const
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal strength = a[i] * stress[i];
 
-    inverse[i] = 1 / strength;
+    inverse[i] = 1 / (strength > 0 ? strength : 1); /* without strength nobody uses it */
     scale[i] = strength / eta;
     slope[i] = b[i] / a[i];
     offset[i] = Log(eta * V0 * inverse[i]) - f0[i] / a[i];
