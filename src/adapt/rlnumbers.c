@@ -46,10 +46,13 @@ PetscErrorCode TSAdaptRLSetTolerance_Private(TSAdapt adapt, TS ts)
   if (rl->told_rtol) PetscFunctionReturn(PETSC_SUCCESS);
   rl->told_rtol = PETSC_TRUE;
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
-  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
-                        "-ts_rtol %g: the policy was trained with %.3g at this dial; leave the option out to "
-                        "keep the accuracy\n",
-                        (double)rtol, (double)trained));
+  PetscCall(PetscPrintf(
+    PetscObjectComm((PetscObject)adapt),
+    "-ts_rtol %g, of the command line or a file of options, in place of the %.3g with which the policy keeps "
+    "this dial: %s\n",
+    (double)rtol, (double)trained,
+    rtol < trained ? "errors and steps are smaller than it asks for"
+                   : "errors may exceed it, leave the option out to keep the accuracy"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
