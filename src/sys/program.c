@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 /* ---- -version ---- */
 
@@ -132,6 +133,40 @@ static void SlipProgramLeavePagers(int argc, char **argv)
   }
 }
 
+/* ---- options before a file of options ---- */
+
+/* PETSc reads -options_file where it stands: what the file has as well replaces what stood before it. Nothing has been read yet. */
+static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
+{
+  PetscInt n;
+  char **names, **values;
+  int last = 0;
+
+  PetscFunctionBegin;
+  for (int i = 1; i < argc; i++)
+    if (!strcasecmp(argv[i], "-options_file")) last = i;
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (int i = 1; i < last; i++) {
+    PetscBool key, more, again = PETSC_FALSE;
+    const char *value = "";
+
+    PetscCall(PetscOptionsValidKey(argv[i], &key));
+    if (!key || !strcasecmp(argv[i], "-options_file")) continue;
+    for (int k = i + 1; k < argc; k++)
+      if (!strcasecmp(argv[k], argv[i])) again = PETSC_TRUE; /* the last one counts */
+    PetscCall(PetscOptionsValidKey(argv[i + 1], &more));
+    if (!more) value = argv[i + 1];
+    for (PetscInt k = 0; k < n && !again; k++)
+      if (!strcasecmp(names[k], argv[i] + 1) && strcmp(values[k] ? values[k] : "", value))
+        PetscCall(SlipWarning(
+          "%s %s has no effect: it stands before -options_file, whose %s %s replaces it. Give it behind the "
+          "file",
+          argv[i], value, argv[i], values[k] ? values[k] : ""));
+  }
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- the beginning ---- */
 
 /*@C
@@ -154,8 +189,9 @@ static void SlipProgramLeavePagers(int argc, char **argv)
   Level: intermediate
 
   Notes:
-  SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well. SIGPIPE is what it was before
-  PetscInitialize(): a program whose output nobody reads any more ends without a word.
+  SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well, and so is each option
+  before one whose value in the file is another: PETSc takes that of the file. SIGPIPE is what it was before PetscInitialize(): a
+  program whose output nobody reads any more ends without a word.
 
 .seealso: SlipErrorHandlerPush(), SlipStepInitializePackage(), SlipCheckOptionNames()
 @*/
@@ -186,5 +222,6 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
   if (own && !PetscGlobalRank) fputs(text, stdout);
   PetscCall(SlipErrorHandlerPush(program));
   PetscCall(SlipCheckIntegers(PETSC_COMM_WORLD, NULL));
+  if (!PetscGlobalRank) PetscCall(SlipProgramWarnOfFiles(*argc, *argv));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
