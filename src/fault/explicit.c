@@ -78,6 +78,7 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
              : PETSC_FALSE;
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(&good, accept, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
+  if (!*accept) PetscCall(SlipGuardConstant(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

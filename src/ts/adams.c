@@ -441,6 +441,7 @@ static PetscErrorCode TSStep_Adams(TS ts)
       PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
     } else
       PetscCall(AfterFailure(ts, &next_h));
+    if (!good) PetscCall(SlipGuardConstant(ts));
     if (!accept) PetscCall(Retry(ts, next_h, good));
   }
   if (!accept) PetscFunctionReturn(PETSC_SUCCESS);
@@ -513,7 +514,8 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   (3bs) to 6 (5dp) of them a step. The order is chosen anew each step from 1 to the highest. TSAdapt types basic, dsp, pi,
   heuristic and rl control the step by the estimate of the order that comes next. An attempt that leaves the domain of the
   right-hand side (TSSetFunctionDomainError()), or is no number, is refused, and so are steps below the rounding of time, by an error.
-  After two refused attempts the formulas begin anew at order 1.
+  After two refused attempts the formulas begin anew at order 1. A constant step
+  (TSADAPTNONE) that leaves the domain ends the run: steps of the length that was asked for before it have spoilt the state.
 
   References:
 . * - L. F. Shampine, M. K. Gordon, Computer Solution of Ordinary Differential Equations, Freeman, 1975.

@@ -238,6 +238,7 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
 
   PetscFunctionBegin;
   ba->attempts = ba->accepted = ba->solves = ba->newton = ba->linear = ba->failures = ba->towards = 0;
+  ba->constant = (SlipConstant){.asked = 0};
   ba->barrier = no_barrier;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
   PetscCall(TSGetSlipProblem(ts, &problem));
@@ -315,13 +316,14 @@ static PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After a stage that did not converge: restore, record, choose the next step, and stop a run that leads nowhere */
-static PetscErrorCode TSBatheFailed(TS ts)
+/* After a stage that did not converge: restore, record, choose the next step, and stop a run that leads nowhere. whole: the step
+   that was cut for a corner or a stop, 0: it was not [s] */
+static PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscErrorCode (*f)(TSAdapt, TS, PetscReal, PetscReal *);
   PetscReal residual, h = ba->last.dt;
-  PetscBool unstable = PETSC_FALSE;
+  PetscBool unstable = PETSC_FALSE, constant;
   PetscInt worst;
 
   PetscFunctionBegin;
@@ -337,6 +339,8 @@ static PetscErrorCode TSBatheFailed(TS ts)
             ba->failures, (double)ts->ptime, ts->steps, (double)h, SNESConvergedReasons[ba->last.reason],
             (double)residual, worst);
   }
+  PetscCall(TSBatheIsConstant(ts, &constant));
+  if (constant && ba->failures == 1) PetscCall(SlipConstantRefused(ts, PetscMax(h, whole), &ba->constant));
   if (!ts->reason) {
     if (ba->con) PetscCall(SlipConstraintWasUnstable(ba->con, &unstable));
     PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseAfterFailure_C", &f));
@@ -491,7 +495,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
     if (ok)
       PetscCall(TSBatheJudge(ts, &accept));
     else
-      PetscCall(TSBatheFailed(ts));
+      PetscCall(TSBatheFailed(ts, whole));
     if (accept) break;
     ts->reject++;
     /* failed ones have a limit of their own */
@@ -505,5 +509,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
   PetscCall(TSBatheIsConstant(ts, &constant));
   if (constant && whole > 0 && ba->last.accepted && ba->last.dt == cut)
     ts->time_step = SlipStepAfterCorner(ts, ts->ptime, whole);
+  if (constant && ba->last.accepted)
+    ts->time_step = SlipConstantAfter(ts, PetscMax(ba->last.dt, ts->time_step), ts->time_step, &ba->constant);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,10 @@
-/* What no integrator may go on with: a step that time does not resolve, and a state that is no number. */
+/* What no integrator may go on with: a step that time does not resolve, and a state that is no number; and constant steps that
+   cannot be taken as they were asked for. */
 #include <slipstep/private/slipts.h>
+#include <slipsys.h>
+
+/* Constant steps grow back by this factor a step: what was too long once may still be. */
+#define GROW_BACK 4
 
 PetscErrorCode SlipRunFails(TS ts)
 {
@@ -56,6 +61,49 @@ PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole)
   const PetscReal left = ts->max_time - end;
 
   return ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP && left > 0 ? PetscMin(whole, left) : whole;
+}
+
+/* An attempt of an explicit method has left what the right-hand side is defined for. A controller refuses it; constant steps that
+   become shorter from there would go on from a state that longer ones have spoilt, for good, and be too many to end. */
+PetscErrorCode SlipGuardConstant(TS ts)
+{
+  PetscBool constant;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  PetscCheck(!constant, PetscObjectComm((PetscObject)ts), PETSC_ERR_CONV_FAILED,
+             "At time %.6g s a constant step of %.6g s leads to what is no state of the problem (-ts_type %s); "
+             "expected a shorter "
+             "-" SLIP_TS_DT ", or another -ts_adapt_type than none",
+             (double)ts->ptime, (double)ts->time_step, ((PetscObject)ts)->type_name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An attempt of h, of an implicit method, was refused; said once a run. */
+PetscErrorCode SlipConstantRefused(TS ts, PetscReal h, SlipConstant *steps)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  if (steps->asked > 0) PetscFunctionReturn(PETSC_SUCCESS);
+  steps->asked = h;
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
+  if (!rank && !steps->told)
+    PetscCall(
+      SlipWarning("a constant step of %.6g s cannot be taken at time %.6g s (-ts_adapt_type none): steps are shorter "
+                  "from there, and grow back to it",
+                  (double)h, (double)ts->ptime));
+  steps->told = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The step after one of h that was taken; next: what it would be otherwise */
+PetscReal SlipConstantAfter(TS ts, PetscReal h, PetscReal next, SlipConstant *steps)
+{
+  if (steps->asked <= 0) return next;
+  next = PetscMin(GROW_BACK * h, steps->asked);
+  if (next == steps->asked) steps->asked = 0;
+  return SlipStepAfterCorner(ts, ts->ptime, next);
 }
 
 /* Is every component a number? In the sum of all what is none remains, on any number of ranks. */

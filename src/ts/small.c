@@ -132,7 +132,7 @@ static PetscErrorCode CheckNumbers(TS ts)
 
 /*@
   TSBatheCheckOptions - refuse what PETSc takes and a run with friction cannot use: a type other than bathe, which sees
-  no constraint, and steps, times and tolerances without sense
+  no constraint, an interpolated end, and steps, times and tolerances without sense
 
   Collective; after TSSetFromOptions().
 
@@ -141,13 +141,19 @@ static PetscErrorCode CheckNumbers(TS ts)
 
   Level: intermediate
 
-  Errors: PETSC_ERR_SUP, with the type that -ts_type gave it; PETSC_ERR_ARG_OUTOFRANGE, with the option of the number.
+  Note:
+  At an interpolated end, -ts_exact_final_time interpolate, only the solution would be that of the final time: reaction,
+  outputs, results and checkpoints are those of steps.
+
+  Errors: PETSC_ERR_SUP, with the type that -ts_type gave it, or -ts_exact_final_time; PETSC_ERR_ARG_OUTOFRANGE, with the
+  option of the number.
 
 .seealso: TSBATHE, SlipSmallConfigureTS()
 @*/
 PetscErrorCode TSBatheCheckOptions(TS ts)
 {
   const SlipProblemOps *problem;
+  TSExactFinalTimeOption end;
   PetscBool bathe;
   TSType type;
 
@@ -158,6 +164,10 @@ PetscErrorCode TSBatheCheckOptions(TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCheck(bathe || (problem && problem->any_integrator), PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
              "-ts_type %s knows no friction, expected " TSBATHE, type);
+  PetscCall(TSGetExactFinalTime(ts, &end));
+  PetscCheck(end != TS_EXACTFINALTIME_INTERPOLATE, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
+             "-ts_exact_final_time interpolate: what is written and compared is that of steps, expected matchstep (the "
+             "last step ends at -ts_max_time) or stepover (the first one beyond it)");
   PetscCall(CheckNumbers(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -66,6 +66,20 @@ static PetscErrorCode SlipStateInterpolation(SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Only a run whose constant steps are shorter for now has it. */
+static PetscErrorCode SlipStateConstant(SlipState s, SlipConstant *steps)
+{
+  PetscBool has = steps->asked > 0 ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (SlipStateIsLoading(s)) PetscCall(SlipStateHas(s, "constant_steps", &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStateGroup(s, "constant_steps"));
+  PetscCall(SlipStateReal(s, "dt", 1, &steps->asked));
+  PetscCall(SlipStateGroup(s, "ts"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective; between two steps, the solution set. TSADAMS has a part of its own; that of TSRK, which is
    PETSc's, is the problem's. */
 PetscErrorCode SlipStateTS(SlipState s, TS ts)
@@ -98,6 +112,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(SlipStateInt(s, "failures", 1, &ba->failures));
   PetscCall(SlipStateReal(s, "barrier", 1, &ba->barrier));
   PetscCall(SlipStateInt(s, "towards_barrier", 1, &ba->towards));
+  PetscCall(SlipStateConstant(s, &ba->constant));
   PetscCall(SlipStateAttempt(s, &ba->last));
   if (ba->con) PetscCall(SlipStateVec(s, "reaction", ba->r));
   known = ba->k2_known && ba->last.accepted ? PETSC_TRUE : PETSC_FALSE; /* else that of an attempt that was refused */

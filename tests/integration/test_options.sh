@@ -128,6 +128,30 @@ warns "nothing has read the option -dm_type" -dm_type da
   -fault_start_ksp_type cg -fault_stiffness_average whole >out.txt 2>err.txt || fail "options that are read: $(cat err.txt)"
 [ ! -s err.txt ] || fail "options that are read: $(cat err.txt)"
 
+# Options before a file lose to it, and are named with both values; those behind it, and equal ones, are not.
+printf -- '-fault_nx 4\n-fault_view\n' >four.opts
+run_four() { "$fault" "$@" -fault_nz 2 -ts_max_time 0.1 >out.txt 2>err.txt || fail "$*: $(cat err.txt)"; }
+run_four -fault_nx 2 -options_file four.opts
+grep -qF "fault: warning: -fault_nx 2 has no effect: it stands before -options_file, whose -fault_nx 4 replaces it" err.txt || fail "a lost option: $(cat err.txt)"
+for words in "-fault_nx 4 -options_file four.opts" "-options_file four.opts -fault_nx 2" "-fault_nx 2 -options_file four.opts -fault_nx 2"; do
+  read -r -a words <<<"$words"
+  run_four "${words[@]}"
+  grep -qF "stands before" err.txt && fail "${words[*]}: $(cat err.txt)"
+done
+
+# A healthy run of years computes no number that nobody uses.
+"$fault" -fault_nx 20 -fault_nz 10 -fault_length_x 20000 -fault_length_z 10000 -fault_friction_law rate_and_state -fault_normal_stress 50e6 \
+  -fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_friction_slip 0.02 -fault_friction_b 0.02 -ts_max_time 30y -fp_trap >out.txt 2>err.txt ||
+  fail "-fp_trap: $(cat err.txt)"
+
+# Constant steps that cannot be taken: explicit ones end the run, implicit ones become shorter and grow back, and it is said.
+smooth=(-fault_nx 6 -fault_nz 4 -fault_length_x 6000 -fault_length_z 4000 -fault_friction_law rate_and_state -fault_normal_stress 50e6
+  -fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_friction_slip 0.02 -fault_friction_b 0.02 -fault_initial_rate 3e-9)
+for type in adams rk; do
+  refuses "a constant step of 8.64e+06 s leads to what is no state of the problem (-ts_type $type)" -- \
+    "$fault" "${smooth[@]}" -ts_max_time 60y -ts_type $type -ts_adapt_type none "$dt" 100d
+done
+
 # Files of options that cannot be read: one line, and nothing of PETSc's.
 printf -- '-options_file no.opts\n' >nested.opts
 for file in no.opts nested.opts; do
@@ -211,6 +235,14 @@ refuses '-train_random is "maybe"' -- "$bin/train" -train_random maybe
 refuses '-evaluate_quick is "maybe"' -- "$bin/evaluate" -evaluate_quick maybe
 refuses '-ts_adapt_safety is 2' -- "$bin/evaluate" -evaluate_quick -evaluate_output e.h5 -ts_adapt_safety 2
 rm -f e.h5
+
+# The end of a run: all that is written and compared is of one time, whatever PETSc offers.
+refuses "-ts_exact_final_time interpolate" "expected matchstep" -- "$fault" "${tiny[@]}" -ts_exact_final_time interpolate
+for program in circuit sliding_mode oscillator; do
+  refuses "-ts_exact_final_time interpolate" -- "$bin/$program" -ts_exact_final_time interpolate
+done
+"$bin/oscillator" -ts_exact_final_time stepover -ts_max_time 1 -ts_adapt_type none -ts_dt 0.3 -oscillator_output over.h5 >out.txt || fail "stepover"
+grep -qE "^end: +t = 1.2 s" out.txt || fail "stepover ends elsewhere: $(cat out.txt)"
 
 # Times with a unit.
 expect '"100q" is not a number (-ts_max_time), nor one with s, min, h, d or y' -ts_max_time 100q

@@ -84,6 +84,10 @@ P
 grep -q DIVERGED_NONLINEAR_SOLVE limit
 "${stiff[@]}" -ts_type bathe -ts_adapt_type pi -ts_dt 1000 -ts_max_reject 3 > limit 2>&1 && { echo "-ts_max_reject has no effect"; exit 1; }
 grep -q DIVERGED_STEP_REJECTED limit
+# Constant steps that cannot be taken become shorter, are said once, and grow back: a hundred of them and some about the jump.
+"${stiff[@]}" -ts_type bathe -ts_adapt_type none -ts_dt 20 > out 2> err
+[ "$(grep -c 'warning: a constant step of 20 s cannot be taken' err)" = 1 ] || { cat err; exit 1; }
+awk '$1 == "time" { exit !($2 == 2000 && $4 < 500) }' out || { cat out; exit 1; }
 # A dial that nothing follows is named, once.
 ./ode "${plugin[@]}" -ts_type bathe -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3 > out 2> err
 [ "$(grep -c 'ode: warning: -ts_adapt_rl_accuracy 0.001 has no effect: the policy .*/ode.h5 does not observe log_accuracy' err)" = 1 ] || { cat err; exit 1; }

@@ -267,16 +267,28 @@ static PetscErrorCode Keep(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
 }
 
 /* An attempt that leaves the domain is followed by one of a quarter of its step (PETSc's scale for solves that failed) and of the lowest
-   order, by which one step is Euler's and the trapezoids after it, to rounding: y (1 - h + h^2/2). */
+   order, by which one step is Euler's and the trapezoids after it, to rounding: y (1 - h + h^2/2). basic with a clip of 1 has steps
+   of 0.1 until then; constant ones end the run. */
 static void begins_anew(void **state)
 {
   const PetscReal h = 0.1 / 4;
+  TSAdapt adapt;
   TS ts;
   Vec y;
 
   (void)state;
   MakeScalar(&ts, &y, TSADAMS, TSADAPTNONE, Fall, 0.1, 1);
   ok(VecSet(y, 1));
+  ok(TSSetFunctionDomainError(ts, Inside));
+  refuse_at = 6;
+  fails(TSSolve(ts, y),
+        "At time 0.6 s a constant step of 0.1 s leads to what is no state of the problem (-ts_type adams)");
+  ObjectsDestroy(&ts, &y);
+  MakeScalar(&ts, &y, TSADAMS, TSADAPTBASIC, Fall, 0.1, 1);
+  ok(VecSet(y, 1));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetClip(adapt, 1, 1));
+  ok(TSAdaptSetAlwaysAccept(adapt, PETSC_TRUE));
   ok(TSSetFunctionDomainError(ts, Inside));
   ok(TSMonitorSet(ts, Keep, NULL, NULL));
   refuse_at = 6;
@@ -310,7 +322,7 @@ static PetscErrorCode IsNumber(TS ts, PetscInt step, PetscReal t, Vec y, void *c
 }
 
 /* States that are no numbers are refused under every controller, and where no shorter step helps the run ends and names time and step,
-   which is below the rounding of time by then. 0.01: constant steps of 0.05 are exact to 0.05^2. */
+   which is below the rounding of time by then; constant ones end it at once. 0.01: constant steps of 0.05 are exact to 0.05^2. */
 static void numbers_only(void **state)
 {
   const char *const adapts[] = {TSADAPTNONE, TSADAPTBASIC, TSADAPTDSP, TSADAPTPI, TSADAPTHEURISTIC};
@@ -326,7 +338,8 @@ static void numbers_only(void **state)
     ok(TSSetTime(ts, 100));
     ok(TSMonitorSet(ts, IsNumber, NULL, NULL));
     if (k % 2) {
-      fails(TSSolve(ts, y), "below the rounding of that time");
+      fails(TSSolve(ts, y),
+            k / 2 ? "below the rounding of that time" : "a constant step of 0.05 s leads to what is no state");
     } else {
       ok(TSSolve(ts, y));
       ok(VecMax(y, NULL, &a));

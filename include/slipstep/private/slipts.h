@@ -14,6 +14,12 @@ struct TSBatheMonitor {
   TSBatheMonitor *next;
 };
 
+/* Constant steps of which one was refused */
+typedef struct {
+  PetscReal asked; /* what they were, and will be again; 0: they are [s] */
+  PetscBool told;
+} SlipConstant;
+
 typedef struct {
   /* what the user chose */
   PetscReal gamma;                              /* split of the step, in (0, 1), with a trapezoidal stage 1 */
@@ -60,6 +66,7 @@ typedef struct {
   TSStepStatus status;
   SlipAttempt last;
   PetscInt failures; /* attempts in a row that failed to converge */
+  SlipConstant constant;
   PetscReal barrier; /* where an attempt ended that would have gone past an instability [s] */
   PetscInt towards;  /* steps in a row that were cut because of it */
   PetscInt attempts, accepted, solves, newton, linear; /* totals since TSSolve() began */
@@ -92,6 +99,9 @@ PETSC_INTERN PetscErrorCode TSCreate_Adams(TS);
 /* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step [s] */
 PETSC_INTERN PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole);
 PETSC_INTERN PetscReal SlipTimeAfterStep(TS ts);
+PETSC_INTERN PetscErrorCode SlipGuardConstant(TS ts); /* an error where steps are constant */
+PETSC_INTERN PetscErrorCode SlipConstantRefused(TS ts, PetscReal h, SlipConstant *steps);
+PETSC_INTERN PetscReal SlipConstantAfter(TS ts, PetscReal h, PetscReal next, SlipConstant *steps);
 PETSC_INTERN PetscErrorCode SlipGuardStep(TS ts); /* an error where ts->time_step is below the rounding of time */
 PETSC_INTERN PetscBool SlipStepIsLost(TS ts, PetscReal h, PetscReal *least);
 /* Collective, within a step: the run ends by an error, which is raised next, as its steps lead nowhere. Who keeps states of the run, as
