@@ -71,6 +71,8 @@ typedef struct {
   SlipFrictionBalanceFn balance;              /* NULL: cell by cell, by Newton's method */
   SlipFrictionKeepFn keep; /* the numbers of kept, for as long as the normal stress does not change */
   PetscInt nkept;          /* of a cell */
+  const char *
+    reads; /* the numbers of friction in it, as "residual slip", so that others are named as without effect; NULL: any */
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ours; ends with a NULL name */
 PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);

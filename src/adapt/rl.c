@@ -69,7 +69,7 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   rl->paced = 0;
   if (o->problem && o->problem->untrained && !rl->relative) PetscCall((*o->problem->untrained)(ts, &why));
   if (why) PetscCall(HandOver_RL(adapt, ts, why));
-  PetscCall(TSAdaptRLWarnOfDial_Private(adapt));
+  PetscCall(TSAdaptRLWarnOfIdle_Private(adapt, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -212,33 +212,3 @@ PetscErrorCode TSAdaptRLClipDial_Private(TSAdapt adapt, PetscReal *used)
                         (double)rl->accuracy, (double)*used, source, (double)dial[0], (double)dial[1], other));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-/* At the start of a run, once: nothing of the run follows the dial, neither what the policy observes nor the tolerance and
-   the first step that its file has for a dial, nor what a run is handed over to. */
-PetscErrorCode TSAdaptRLWarnOfDial_Private(TSAdapt adapt)
-{
-  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
-  static const char *const follow[] = {SLIP_POLICY_RTOL_POWER, SLIP_POLICY_FIRST_STEP_POWER};
-  const char *source;
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  if (!rl->accuracy_given || rl->told_idle || rl->actor || rl->handed || rl->sees_accuracy)
-    PetscFunctionReturn(PETSC_SUCCESS);
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(follow); i++) {
-    PetscReal number;
-    PetscBool has;
-
-    PetscCall(SlipPolicyGetNumber(rl->policy, follow[i], &number, &has));
-    if (has) PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  rl->told_idle = PETSC_TRUE;
-  PetscCall(SlipPolicyGetFile(rl->policy, &source));
-  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)adapt), &rank));
-  if (!rank)
-    PetscCall(SlipWarning(
-      "-%sts_adapt_rl_accuracy %g has no effect: the policy %s does not observe " SLIP_OBSERVES_ACCURACY "%s",
-      ((PetscObject)adapt)->prefix ? ((PetscObject)adapt)->prefix : "", (double)rl->accuracy, source,
-      rl->relative ? ". Its steps follow -ts_rtol and -ts_atol" : ", it was trained for one accuracy"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}

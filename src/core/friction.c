@@ -57,15 +57,18 @@ static void Constant(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal 
 }
 
 const SlipFrictionLaw SlipFrictionLaws[] = {
-  {"exponential_slip_weakening", ExponentialSlipWeakening, "residual + drop exp(-s/slip)", .by_rate = PETSC_FALSE},
-  {"linear_slip_weakening", LinearSlipWeakening, "residual + drop max(0, 1 - s/slip)", .by_rate = PETSC_FALSE},
-  {"rate_weakening", RateWeakening, "residual + drop/(1 + |v|/rate)", .by_rate = PETSC_TRUE},
-  {"constant", Constant, "residual", .by_rate = PETSC_FALSE},
+  {"exponential_slip_weakening", ExponentialSlipWeakening, "residual + drop exp(-s/slip)", .by_rate = PETSC_FALSE,
+   .reads = "residual drop slip"},
+  {"linear_slip_weakening", LinearSlipWeakening, "residual + drop max(0, 1 - s/slip)", .by_rate = PETSC_FALSE,
+   .reads = "residual drop slip"},
+  {"rate_weakening", RateWeakening, "residual + drop/(1 + |v|/rate)", .by_rate = PETSC_TRUE,
+   .reads = "residual drop rate"},
+  {"constant", Constant, "residual", .by_rate = PETSC_FALSE, .reads = "residual"},
   {"rate_and_state", SlipRateAndState, "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip))/a))", .by_rate = PETSC_TRUE,
    .always_slides = PETSC_TRUE, .state = SlipRateAndStateRate, .steady = SlipRateAndStateSteady, .state_unit = "s",
    .shown = SlipRateAndStateTheta, .of_shown = SlipRateAndStateOfTheta, .largest_state = 500, /* exp(500) is 1e217 */
    .direct = SlipRateAndStateDirect, .balance = SlipRateAndStateBalance, .keep = SlipRateAndStateKeep,
-   .nkept = SLIP_RATE_AND_STATE_KEPT},
+   .nkept = SLIP_RATE_AND_STATE_KEPT, .reads = "slip a b alpha reference reference_rate"},
   {.name = NULL},
 };
 

@@ -212,25 +212,81 @@ static PetscBool IsTrainedLaw(PetscInt kind, const char law[])
   return kind == KIND_INJECTION && !strcmp(law, "constant") ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Whether an option names a controller or a tolerance, or is one of the classical controller that would be the default */
+static PetscErrorCode NamesClassical(SlipFault fault, TS ts, PetscBool *names)
+{
+  const char *controller = fault->problem.controller;
+  char own[64];
+  const char *const beginnings[] = {"ts_adapt_type ", "ts_rtol ", "ts_adapt_safety ", own};
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(own, sizeof(own), "ts_adapt_%.*s_", (int)strcspn(controller, ":"), controller));
+  *names = PETSC_FALSE;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(beginnings) && !*names; i++)
+    PetscCall(Names(ts, beginnings[i], names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Whether rl is the default: where it has won, its policy is there, and no option speaks to a classical controller */
 static PetscErrorCode IsLearned(SlipFault fault, TS ts, PetscBool *learned)
 {
-  static const char *const classical[] = {"ts_adapt_type ", "ts_rtol ", "ts_adapt_pi_", "ts_adapt_dsp_",
-                                          "ts_adapt_safety "};
   const PetscInt kind = fault->steps.kind;
   char file[PETSC_MAX_PATH_LEN];
+  PetscBool named;
 
   PetscFunctionBegin;
   *learned = Kinds[kind].learned > 0 && Accuracy(fault) >= Kinds[kind].learned ? PETSC_TRUE : PETSC_FALSE;
   if (kind == KIND_EVENT && fault->kind.driven) *learned = PETSC_FALSE; /* without inertia */
   if (!IsTrainedLaw(kind, fault->friction.law->name)) *learned = PETSC_FALSE;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(classical) && *learned; i++) {
-    PetscBool named;
-
-    PetscCall(Names(ts, classical[i], &named));
-    if (named) *learned = PETSC_FALSE;
-  }
+  PetscCall(NamesClassical(fault, ts, &named));
+  if (named) *learned = PETSC_FALSE;
   if (*learned) PetscCall(SlipPolicyFindDefault(fault->comm, Kinds[kind].policy, file, sizeof(file), learned));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -fault_velocity_scale, once the policy is known; names NULL: there is none */
+static PetscErrorCode WarnOfVelocity(SlipFault fault, PetscInt n, const char *const names[])
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscBool given, seen = PETSC_FALSE;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  for (PetscInt i = 0; i < n && !seen; i++) PetscCall(PetscStrcmp(names[i], "velocity", &seen));
+  PetscCall(
+    PetscOptionsHasName(((PetscObject)fault)->options, ((PetscObject)fault)->prefix, "-fault_velocity_scale", &given));
+  if (given && !seen && !rank && fault->options.speaks)
+    PetscCall(
+      SlipWarning("-%sfault_velocity_scale has no effect: it is for -ts_adapt_type rl with a policy that observes "
+                  "velocity",
+                  prefix));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Options of the fault that nothing of the chosen steps follows, before a run */
+static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
+{
+  const PetscBool is_explicit = fault->problem.any_integrator;
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscBool learned, constant, rtol;
+  PetscMPIInt rank;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
+  rtol = !is_explicit && fault->steps.given ? PETSC_TRUE : PETSC_FALSE;
+  if (learned) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(WarnOfVelocity(fault, 0, NULL));
+  if (!PetscIsNanReal(fault->options.value[FAULT_ACCURACY]) && (constant || rtol || is_explicit) && !rank &&
+      fault->options.speaks)
+    PetscCall(SlipWarning("-%sfault_accuracy has no effect on the steps: %s", prefix,
+                          constant ? "they are constant (-ts_adapt_type none)"
+                          : rtol   ? "-ts_rtol has their tolerance"
+                                   : "give -ts_rtol, which sets the tolerance of explicit steps without a policy"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -296,7 +352,15 @@ PetscErrorCode SlipFaultBeginSteps(SlipFault fault, TS ts, PetscBool chosen)
   PetscFunctionBegin;
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   if (chosen) {
+    const char *const *names;
+    SlipPolicy policy;
+    PetscInt n;
+
     if (!steps->given) steps->rtol = rtol;
+    PetscCall(TSGetAdapt(ts, &adapt));
+    PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
+    if (policy) PetscCall(SlipPolicyGetObservations(policy, &n, &names));
+    if (policy) PetscCall(WarnOfVelocity(fault, n, names));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
@@ -400,8 +464,12 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (!bathe || !fault->problem.begin) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!bathe || !fault->problem.begin) {
+    PetscCall(WarnOfIdle(fault, ts));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipFaultBeginSteps(fault, ts, PETSC_FALSE));
+  PetscCall(WarnOfIdle(fault, ts));
   PetscCall(TSGetAdapt(ts, &adapt));
   if (!steps->learned) PetscCall(ReportNamedPolicy(fault, adapt));
   if (steps->learned) {

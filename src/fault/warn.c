@@ -309,6 +309,7 @@ PetscErrorCode SlipFaultWarn(SlipFault fault)
   PetscCall(WarnOfUnits(fault, rank));
   PetscCall(WarnOfOtherLaws(fault, rank));
   PetscCall(WarnOfGradient(fault, rank));
+  if (!rank) PetscCall(SlipFaultWarnOfIdle(fault));
   PetscCall(WarnOfPlanes(fault, rank));
   PetscCall(WarnOfSteadyStart(fault, rank));
   PetscCall(WarnOfThickness(fault, rank));

@@ -1,6 +1,8 @@
 /* TSBATHE as a PETSc TS type: life, options, view, interpolation. The step is in bathestep.c, its stages in
    bathestage.c. */
 #include <slipstep/private/slipts.h>
+#include <slipstep/private/slipsys.h>
+#include <slipsys.h>
 
 /* PETSc's defaults of -ts_max_snes_failures, by which the first failed stage ends a run, and of -ts_max_reject */
 #define PETSC_FAILURES 1
@@ -50,6 +52,43 @@ static PetscErrorCode TSDestroy_Bathe(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Options that another choice leaves without an effect: named once */
+static PetscErrorCode TSBatheWarnOfIdle(TS ts)
+{
+  const TS_Bathe *ba = (const TS_Bathe *)ts->data;
+  const PetscBool backward = ba->first == TSBATHE_STAGE_BACKWARD ? PETSC_TRUE : PETSC_FALSE;
+  static struct {
+    const char *option;
+    PetscBool told;
+  } row[] = {{"-ts_bathe_gamma", PETSC_FALSE},
+             {"-ts_bathe_reaction", PETSC_FALSE},
+             {"-ts_bathe_order", PETSC_FALSE},
+             {"-ts_adapt_dt_max", PETSC_FALSE}};
+  const char *why[] = {backward ? "-ts_bathe_first_stage is backward, which halves the step" : NULL,
+                       !ba->con   ? "the problem has no set-valued reaction"
+                       : backward ? "-ts_bathe_first_stage is backward, which has only one treatment of it"
+                                  : NULL,
+                       ba->error != TSBATHE_ERROR_DOUBLING ? "it is for -ts_bathe_error doubling" : NULL, NULL};
+  PetscMPIInt rank;
+  PetscBool constant;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  if (constant) why[3] = "steps are constant (-ts_adapt_type none)";
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row) && !rank; i++) {
+    PetscBool given;
+
+    if (!why[i] || row[i].told) continue;
+    PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, ((PetscObject)ts)->prefix, row[i].option, &given));
+    if (!given) continue;
+    row[i].told = PETSC_TRUE;
+    PetscCall(SlipWarning("-%s%s has no effect: %s", ((PetscObject)ts)->prefix ? ((PetscObject)ts)->prefix : "",
+                          row[i].option + 1, why[i]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode TSSetUp_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -72,6 +111,7 @@ static PetscErrorCode TSSetUp_Bathe(TS ts)
   }
   PetscCall(TSGetAdapt(ts, &ts->adapt));
   PetscCall(TSAdaptCandidatesClear(ts->adapt));
+  PetscCall(TSBatheWarnOfIdle(ts));
   PetscCall(TSGetSNES(ts, &snes));
   if (ba->con) {
     PetscCall(PetscObjectTypeCompareAny((PetscObject)snes, &ours, SNESSEMISMOOTH, SNESPROJECTION, ""));
@@ -246,7 +286,8 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   A stage that does not converge is no end: its attempt is repeated with the step that the controller chooses, or PETSc's
   -ts_adapt_scale_solve_failed, until -ts_bathe_max_failures attempts in a row have failed. PETSc's defaults of one failed
   solve in a run and ten rejections of a step are lifted; -ts_max_snes_failures, -ts_max_reject and their functions with
-  other numbers hold. The latter counts the attempts that the controller rejects.
+  other numbers hold. The latter counts the attempts that the controller rejects. Constant steps (TSADAPTNONE) become shorter
+  then, which is said, and grow back to what they were.
 
   The embedded estimate is zero in the rate rows of cells that stick at the end of the step: their rate is exact
   there, and their jump in acceleration is no error of the method. Their displacement and slip rows keep it.

@@ -301,6 +301,9 @@ static void learned(void **state)
               {"-ts_rtol 1e-3", "pi:fault_history", "pi:fault_history", PETSC_FALSE},
               {"-ts_rtol 1e-3", "pi", "pi", PETSC_TRUE},
               {"-ts_adapt_pi_filter PI42", "pi:PI42", "pi:PI42", PETSC_TRUE},
+              {"-ts_adapt_dsp_filter PI42", "rl", "pi", PETSC_TRUE}, /* of no controller that the run could take */
+              {"-ts_adapt_dsp_filter PI42", "rl", "pi:fault_history", PETSC_FALSE},
+              {"-ts_adapt_heuristic_growth 3", "rl", "pi:fault_history", PETSC_FALSE},
               {"-ts_adapt_type dsp", "dsp", "dsp", PETSC_FALSE},
               {"-ts_adapt_type rl", "rl", "rl", PETSC_FALSE},
               {"-fault_friction_law constant", "pi", "pi", PETSC_TRUE},

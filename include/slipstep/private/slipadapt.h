@@ -70,7 +70,7 @@ typedef struct {
   PetscBool accuracy_given;   /* by the user; else the problem may have another default */
   const SlipMeasure *measure; /* of that error; NULL: that of the policy */
   PetscReal told_dial;        /* this one was clipped, and the line of message printed */
-  PetscBool told_idle;        /* the warning of one that does nothing was printed */
+  PetscBool told_idle;        /* options that do nothing were named */
   PetscBool sees_accuracy;    /* an observation reads it */
   SlipObserver observer;
   PetscBool begun; /* a solve is under way */
@@ -119,12 +119,14 @@ PETSC_INTERN PetscErrorCode TSAdaptRLFindDefault_Private(MPI_Comm comm, const ch
 PETSC_INTERN PetscErrorCode TSAdaptRLCheckMeasure_Private(TSAdapt adapt, const SlipProblemOps *problem,
                                                           const char name[]);
 PETSC_INTERN PetscErrorCode TSAdaptRLClipDial_Private(TSAdapt adapt, PetscReal *used);
-PETSC_INTERN PetscErrorCode TSAdaptRLWarnOfDial_Private(TSAdapt adapt); /* of one that was given and does nothing */
 
 /* rlnumbers.c: what a policy says in numbers of its own; all are of the run that begins */
 PETSC_INTERN PetscErrorCode TSAdaptRLSetTolerance_Private(TSAdapt adapt, TS ts);
 PETSC_INTERN PetscErrorCode TSAdaptRLFirstStep_Private(TSAdapt adapt, TS ts, PetscReal *h);
 PETSC_INTERN PetscErrorCode TSAdaptRLFindGuards_Private(TSAdapt adapt);
+
+/* rlidle.c */
+PETSC_INTERN PetscErrorCode TSAdaptRLWarnOfIdle_Private(TSAdapt adapt, TS ts);
 
 /* rlset.c */
 /* NULL when the controller is of another type */

@@ -1,0 +1,115 @@
+/* TSADAPTRL: options that were given and that nothing of the run follows, named at its start. */
+#include <slipstep/private/slipadapt.h>
+#include <slipsys.h>
+
+static PetscErrorCode Given(TS ts, const char option[], PetscBool *given)
+{
+  return PetscOptionsHasName(((PetscObject)ts)->options, ((PetscObject)ts)->prefix, option, given);
+}
+
+/* Does the policy's file have a number that follows the dial? */
+static PetscErrorCode FollowsDial(const TSAdapt_RL *rl, PetscBool *follows)
+{
+  PetscReal number;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_RTOL_POWER, &number, follows));
+  if (!*follows) PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_FIRST_STEP_POWER, &number, follows));
+  if (rl->sees_accuracy) *follows = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does a step follow the tolerances: is the error over them observed, not that of slip itself, or held to a ceiling? */
+static PetscErrorCode FollowsTolerance(const TSAdapt_RL *rl, PetscBool *follows)
+{
+  const char *const *names;
+  PetscInt n, component;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyGetObservations(rl->policy, &n, &names));
+  *follows = rl->ceiling > 0 ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt i = 0; i < n && !*follows; i++) {
+    const PetscInt row = SlipObservationFind(names[i], &component);
+
+    if (row >= 0 && (SlipObservations[row].reads & (SLIP_READS_ERROR | SLIP_READS_ESTIMATES)) == SLIP_READS_ERROR)
+      *follows = PETSC_TRUE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Options of types that could go on where the policy hands over, and that does not */
+static PetscErrorCode WarnOfHeirs(TSAdapt_RL *rl, TS ts)
+{
+  static const struct {
+    const char *type, *option;
+  } row[] = {{TSADAPTHEURISTIC, "-ts_adapt_heuristic_growth"},
+             {TSADAPTHEURISTIC, "-ts_adapt_heuristic_failure_factor"},
+             {TSADAPTPI, "-ts_adapt_pi_filter"},
+             {TSADAPTPI, "-ts_adapt_pi_g1"},
+             {TSADAPTPI, "-ts_adapt_pi_g2"},
+             {TSADAPTPI, "-ts_adapt_pi_kappa"},
+             {TSADAPTPI, "-ts_adapt_pi_ratio_min"},
+             {TSADAPTPI, "-ts_adapt_pi_ratio_max"},
+             {TSADAPTPI, "-ts_adapt_pi_failure_factor"},
+             {TSADAPTDSP, "-ts_adapt_dsp_filter"},
+             {TSADAPTDSP, "-ts_adapt_dsp_pid"}};
+  const char *heir = TSAdaptRLFallbackType_Private(rl), *prefix = ((PetscObject)ts)->prefix;
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++) {
+    const size_t len = strlen(row[i].type);
+    const PetscBool same =
+      !strncmp(heir, row[i].type, len) && (!heir[len] || heir[len] == ':') ? PETSC_TRUE : PETSC_FALSE;
+    PetscBool given;
+
+    PetscCall(Given(ts, row[i].option, &given));
+    if (!given || (same && rl->handed)) continue;
+    if (same)
+      PetscCall(SlipWarning("-%s%s has no effect unless -ts_adapt_type rl hands the run over to %s",
+                            prefix ? prefix : "", row[i].option + 1, row[i].type));
+    else
+      PetscCall(SlipWarning("-%s%s has no effect: the controller is rl%s%s, give -ts_adapt_type %s",
+                            prefix ? prefix : "", row[i].option + 1,
+                            rl->handed ? ", which has handed the run over to " : "", rl->handed ? heir : "",
+                            row[i].type));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0 speaks, once */
+PetscErrorCode TSAdaptRLWarnOfIdle_Private(TSAdapt adapt, TS ts)
+{
+  TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
+  const char *prefix = ((PetscObject)ts)->prefix ? ((PetscObject)ts)->prefix : "", *source;
+  PetscBool dial, first, rtol, follows, bathe;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)adapt), &rank));
+  if (rl->told_idle || rl->actor || !rl->from_options || rank) PetscFunctionReturn(PETSC_SUCCESS);
+  rl->told_idle = PETSC_TRUE;
+  PetscCall(WarnOfHeirs(rl, ts));
+  if (rl->handed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipPolicyGetFile(rl->policy, &source));
+  PetscCall(FollowsDial(rl, &follows));
+  PetscCall(Given(ts, "-ts_adapt_rl_accuracy", &dial));
+  if (dial && !follows)
+    PetscCall(SlipWarning(
+      "-%sts_adapt_rl_accuracy %g has no effect: the policy %s does not observe " SLIP_OBSERVES_ACCURACY "%s", prefix,
+      (double)rl->accuracy, source,
+      rl->relative ? ". Its steps follow -ts_rtol and -ts_atol" : ", it was trained for one accuracy"));
+  if (rl->relative) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, "bathe", &bathe)); /* other types do not ask for a first step */
+  PetscCall(Given(ts, "-" SLIP_TS_DT, &first));
+  if (first && bathe)
+    PetscCall(
+      SlipWarning("-%s" SLIP_TS_DT " has no effect: the policy %s chooses the first step as well", prefix, source));
+  PetscCall(Given(ts, "-ts_rtol", &rtol));
+  PetscCall(FollowsTolerance(rl, &follows));
+  if (rtol && !follows)
+    PetscCall(
+      SlipWarning("-%sts_rtol has no effect unless -ts_adapt_type rl hands the run over: the policy %s does not look "
+                  "at the error of a step",
+                  prefix, source));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
