@@ -38,7 +38,7 @@ static PetscErrorCode FollowsTolerance(const TSAdapt_RL *rl, PetscBool *follows)
 }
 
 /* Options of types that could go on where the policy hands over, and that does not */
-static PetscErrorCode WarnOfHeirs(TSAdapt_RL *rl, TS ts)
+static PetscErrorCode WarnOfFallbacks(TSAdapt_RL *rl, TS ts)
 {
   static const struct {
     const char *type, *option;
@@ -53,13 +53,13 @@ static PetscErrorCode WarnOfHeirs(TSAdapt_RL *rl, TS ts)
              {TSADAPTPI, "-ts_adapt_pi_failure_factor"},
              {TSADAPTDSP, "-ts_adapt_dsp_filter"},
              {TSADAPTDSP, "-ts_adapt_dsp_pid"}};
-  const char *heir = TSAdaptRLFallbackType_Private(rl), *prefix = ((PetscObject)ts)->prefix;
+  const char *fallback = TSAdaptRLFallbackType_Private(rl), *prefix = ((PetscObject)ts)->prefix;
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++) {
     const size_t len = strlen(row[i].type);
     const PetscBool same =
-      !strncmp(heir, row[i].type, len) && (!heir[len] || heir[len] == ':') ? PETSC_TRUE : PETSC_FALSE;
+      !strncmp(fallback, row[i].type, len) && (!fallback[len] || fallback[len] == ':') ? PETSC_TRUE : PETSC_FALSE;
     PetscBool given;
 
     PetscCall(Given(ts, row[i].option, &given));
@@ -70,7 +70,7 @@ static PetscErrorCode WarnOfHeirs(TSAdapt_RL *rl, TS ts)
     else
       PetscCall(SlipWarning("-%s%s has no effect: the controller is rl%s%s, give -ts_adapt_type %s",
                             prefix ? prefix : "", row[i].option + 1,
-                            rl->handed ? ", which has handed the run over to " : "", rl->handed ? heir : "",
+                            rl->handed ? ", which has handed the run over to " : "", rl->handed ? fallback : "",
                             row[i].type));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -88,7 +88,7 @@ PetscErrorCode TSAdaptRLWarnOfIdle_Private(TSAdapt adapt, TS ts)
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)adapt), &rank));
   if (rl->told_idle || rl->actor || !rl->from_options || rank) PetscFunctionReturn(PETSC_SUCCESS);
   rl->told_idle = PETSC_TRUE;
-  PetscCall(WarnOfHeirs(rl, ts));
+  PetscCall(WarnOfFallbacks(rl, ts));
   if (rl->handed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipPolicyGetFile(rl->policy, &source));
   PetscCall(FollowsDial(rl, &follows));

@@ -21,7 +21,6 @@ PetscErrorCode SlipFaultCellsCreate(SlipFault fault, PetscInt n, PetscInt column
     cells->dip = column[6];
   }
   PetscCall(SlipFaultKernel(fault, &cells->kernel));
-  cells->kernel.average = SLIP_AVERAGE_CENTRE; /* what is wrong with another one is said later, by its option */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -119,6 +118,7 @@ static PetscErrorCode Take(SlipFault fault, const SlipFaultMeshFile *m)
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCallMPI(MPI_Bcast(sizes, 3, MPIU_INT, 0, fault->comm));
   PetscCall(SlipFaultCellsCreate(fault, sizes[0], sizes[1], &mesh->cells, column));
+  mesh->cells.kernel.average = SLIP_AVERAGE_CENTRE; /* what is wrong with another one is said later, by its option */
   for (PetscInt k = 0; k < sizes[1]; k++) {
     for (PetscInt i = 0; !rank && i < m->n; i++) column[k][i] = m->rows[(size_t)i * m->columns + k];
     PetscCallMPI(MPI_Bcast(column[k], (PetscMPIInt)sizes[0], MPIU_REAL, 0, fault->comm));
