@@ -255,7 +255,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultResolutionResult(SlipFault fault, SlipOutpu
 PETSC_EXTERN PetscErrorCode SlipFaultResolutionWarn(SlipFault fault);
 /* warn.c */
 PETSC_EXTERN PetscErrorCode SlipFaultWarn(SlipFault fault);
-PETSC_INTERN PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault); /* idle.c; on rank 0 */
+PETSC_INTERN PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault);          /* idle.c; on rank 0 */
 PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law reads it */
 PETSC_INTERN PetscErrorCode SlipFaultFollowSetUp(SlipFault fault);         /* friction.c */
 PETSC_EXTERN const char *SlipFaultStateUnit(SlipFault fault);
