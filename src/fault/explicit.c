@@ -78,7 +78,7 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
              : PETSC_FALSE;
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(&good, accept, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
-  if (!*accept) PetscCall(SlipGuardConstant(ts));
+  if (!*accept) PetscCall(SlipGuardConstant(ts, ts->time_step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

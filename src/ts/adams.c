@@ -441,8 +441,8 @@ static PetscErrorCode TSStep_Adams(TS ts)
       PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
     } else
       PetscCall(AfterFailure(ts, &next_h));
-    if (!good) PetscCall(SlipGuardConstant(ts));
     if (!accept) PetscCall(Retry(ts, next_h, good));
+    if (!good) PetscCall(SlipGuardConstant(ts, whole));
   }
   if (!accept) PetscFunctionReturn(PETSC_SUCCESS);
   if (constant && corner) next_h = SlipStepAfterCorner(ts, ts->ptime + ts->time_step, whole);

@@ -63,20 +63,20 @@ PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole)
   return ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP && left > 0 ? PetscMin(whole, left) : whole;
 }
 
-/* An attempt of an explicit method has left what the right-hand side is defined for. A controller refuses it; constant steps that
+/* An attempt of h, of an explicit method, has left what the right-hand side is defined for. A controller refuses it; constant steps that
    become shorter from there would go on from a state that longer ones have spoilt, for good, and be too many to end. */
-PetscErrorCode SlipGuardConstant(TS ts)
+PetscErrorCode SlipGuardConstant(TS ts, PetscReal h)
 {
   PetscBool constant;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
-  PetscCheck(!constant, PetscObjectComm((PetscObject)ts), PETSC_ERR_CONV_FAILED,
-             "At time %.6g s a constant step of %.6g s leads to what is no state of the problem (-ts_type %s); "
-             "expected a shorter "
-             "-" SLIP_TS_DT ", or another -ts_adapt_type than none",
-             (double)ts->ptime, (double)ts->time_step, ((PetscObject)ts)->type_name);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  if (!constant) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipRunFails(ts));
+  SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_CONV_FAILED,
+          "At time %.6g s a constant step of %.6g s leads to what is no state of the problem (-ts_type %s); expected a "
+          "shorter -" SLIP_TS_DT ", or another -ts_adapt_type than none",
+          (double)ts->ptime, (double)h, ((PetscObject)ts)->type_name);
 }
 
 /* An attempt of h, of an implicit method, was refused; said once a run. */

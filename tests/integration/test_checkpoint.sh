@@ -105,7 +105,7 @@ code=0
 
 # ---- a run that fails by its steps ends with a checkpoint, and goes on by other steps ----
 years=(-fault_friction_law rate_and_state -fault_friction_slip 0.05 -fault_loading_rate 1e-9 -fault_normal_stress 5e7 -fault_normal_stress_gradient 0)
-for kind in "below the rounding of that time:${years[*]} -ts_max_time 200y -ts_adapt_type none -ts_dt 5y" \
+for kind in "a constant step of .* is no state:${years[*]} -ts_max_time 200y -ts_adapt_type none -ts_dt 5y" \
   "below -ts_adapt_dt_min:-ts_max_time 30 -ts_adapt_type heuristic -ts_adapt_dt_min 2e-2 -ts_rtol 1e-5" \
   "DIVERGED_STEP_REJECTED:-ts_max_time 30 -ts_adapt_type heuristic -ts_max_reject 0"; do
   rm -f fails.*
@@ -115,10 +115,14 @@ for kind in "below the rounding of that time:${years[*]} -ts_max_time 200y -ts_a
   [ $code = 1 ] && [ -e fails.state ] && [ -e fails.h5.part ] && grep -q "error: At time .*${kind%%:*}" err.txt &&
     grep -q "warning: steps fail at time .* -fault_restart_dt: .* -fault_restart fails.state" err.txt || fail "${kind%%:*}: exit code $code, $(ls), $(cat err.txt)"
   more=(-ts_adapt_type heuristic -ts_adapt_dt_min 1e-20 -ts_max_reject -1 -ts_rtol 1e-3 -fault_restart fails.state)
-  if [[ $kind = *rounding* ]]; then
-    "$fault" -fault_nx 4 -fault_nz 4 "${words[@]}" "${more[@]}" >out.txt 2>err.txt
-    [ $? = 1 ] && grep -q "error: the next step is .* fails.state.* by -fault_restart_dt" err.txt || fail "its next step: $(cat err.txt)"
-    continue # constant steps of years have left a state that no later step can mend
+  if [[ $kind = *constant* ]]; then # which have left a state that no shorter steps mend
+    code=0
+    "$fault" -fault_nx 4 -fault_nz 4 "${words[@]}" "${more[@]}" -fault_checkpoint again.state >out.txt 2>err.txt || code=$?
+    [ $code = 1 ] && [ -e again.state ] && grep -q "error: At time .* below the rounding of that time" err.txt || fail "shorter steps: $(cat err.txt)"
+    code=0
+    "$fault" -fault_nx 4 -fault_nz 4 "${words[@]}" "${more[@]}" -fault_restart again.state >out.txt 2>err.txt || code=$?
+    [ $code = 1 ] && grep -q "error: the next step is .* again.state.* by -fault_restart_dt" err.txt || fail "its next step: $(cat err.txt)"
+    continue
   fi
   "$fault" -fault_nx 4 -fault_nz 4 "${words[@]}" "${more[@]}" -fault_restart_dt 1e-2 -fault_output fails.h5 >/dev/null 2>err.txt ||
     fail "${kind%%:*}, on with other steps: $(cat err.txt)"

@@ -99,7 +99,7 @@ PETSC_INTERN PetscErrorCode TSCreate_Adams(TS);
 /* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step [s] */
 PETSC_INTERN PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole);
 PETSC_INTERN PetscReal SlipTimeAfterStep(TS ts);
-PETSC_INTERN PetscErrorCode SlipGuardConstant(TS ts); /* an error where steps are constant */
+PETSC_INTERN PetscErrorCode SlipGuardConstant(TS ts, PetscReal h); /* an error where steps are constant */
 PETSC_INTERN PetscErrorCode SlipConstantRefused(TS ts, PetscReal h, SlipConstant *steps);
 PETSC_INTERN PetscReal SlipConstantAfter(TS ts, PetscReal h, PetscReal next, SlipConstant *steps);
 PETSC_INTERN PetscErrorCode SlipGuardStep(TS ts); /* an error where ts->time_step is below the rounding of time */
