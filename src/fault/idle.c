@@ -58,6 +58,11 @@ static PetscBool NoOutput(SlipFault fault)
   return fault->options.text[FAULT_OUTPUT][0] ? PETSC_FALSE : PETSC_TRUE;
 }
 
+static PetscBool NoSurface(SlipFault fault)
+{
+  return fault->options.text[FAULT_SURFACE_STATIONS][0] ? PETSC_FALSE : PETSC_TRUE;
+}
+
 static PetscBool NoCatalogue(SlipFault fault)
 {
   return fault->options.text[FAULT_CATALOGUE][0] ? PETSC_FALSE : PETSC_TRUE;
@@ -100,6 +105,7 @@ static const struct {
   {"output_fields output_interval output_slip_interval output_time_interval output_rate_change output_size "
    "output_compression output_precision output_xdmf stations surface_stations",
    NoOutput, "there is no -fault_output"},
+  {"surface_motion", NoSurface, "there are no -fault_surface_stations"},
   {"catalogue_maps event_rate", NoCatalogue, "there is no -fault_catalogue"},
   {"output_overwrite", NoFiles, "there is neither -fault_output nor -fault_catalogue"},
   {"checkpoint_interval", NoCheckpoint, "there is no -fault_checkpoint"},

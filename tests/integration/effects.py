@@ -112,6 +112,8 @@ ARGUED = {
     "ts_adapt_heuristic_failure_factor": "likewise", "ts_adapt_pi_failure_factor": "likewise",
     "ts_adapt_rl_strict": "of runs that are handed over",
     "mat_slipfft_depth": "another way to the same product", "snes_slip_direct_max": "another way to the same solution, of operators with rows at hand",
+    "fault_thickness": "without inertia the time scale of first steps and tolerances, which may not show",
+    "fault_rate_tolerance": "far below the slip rates of some of these runs",
     "ts_adapt_dt_min": "ends a run that would go below",
     "ts_dt": "of a fault that rests first, whose first step is the rest",
     "circuit_unit": "of what policies observe",
@@ -133,7 +135,7 @@ def write_inputs():
         file["friction_a"] = np.where(inner, 0.012, 0.028)
         file["initial_rate"] = np.where((x < 3) & inner, 3e-9, 1e-9)
     with h5py.File("other.h5", "w") as file:
-        file["friction_slip"] = np.where(x < NX / 2, 0.08, 0.12)
+        file["normal_stress"] = np.where(x < NX / 2, 48e6, 52e6)
     with h5py.File("pressure.h5", "w") as file:
         file["time"] = [0.0, 1.0, 2.0]
         file["pressure"] = np.stack([np.zeros((NZ, NX)), np.full((NZ, NX), 1e5), np.full((NZ, NX), 2e5)])
