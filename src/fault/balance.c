@@ -128,7 +128,7 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
   PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *theta = fault->fields.cell[FIELD_INITIAL_STATE];
   const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *load = fault->fields.cell[FIELD_INITIAL_TRACTION];
   const char *prefix = SlipFaultPrefix(fault);
-  PetscInt bad = 0;
+  PetscInt bad = 0, bare = 0; /* cells whose state would follow from a traction of 0, which no friction has */
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -143,11 +143,19 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
     if (!isnan(theta[i])) continue;
     if (!traction)
       theta[i] = SlipFrictionShown(friction, i, SlipFrictionSteady(friction, i, steady));
+    else if (load[i] == 0)
+      bare++;
     else
       theta[i] = SlipFrictionShown(
         friction, i, SlipFrictionStateOf(friction, i, PetscAbsReal(load[i]) / friction->stress[i], rate[i]));
     if (!isfinite(theta[i])) bad = 1;
   }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bare, 1, MPIU_INT, MPI_SUM, fault->comm));
+  PetscCheck(!bare, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_initial traction with -%sfault_friction_law %s needs -%sfault_initial_traction (or a field "
+             "initial_traction) other than 0, or -%sfault_initial_state: the traction is 0 in %" PetscInt_FMT
+             " of %" PetscInt_FMT " cells",
+             prefix, prefix, fault->friction.law->name, prefix, prefix, bare, fault->mesh.N);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_MAX, fault->comm));
   PetscCheck(!bad, fault->comm, PETSC_ERR_ARG_INCOMP,
              "the state of -%sfault_friction_law %s at the start is not known: expected -%sfault_initial_state, or "

@@ -313,6 +313,10 @@ done
 grep -q "fault: warning: -fault_nx does nothing: the cells of -fault_mesh mesh.h5 count" err.txt ||
   fail "-fault_nx beside -fault_mesh"
 
+# No state of rate and state follows from a traction of 0.
+refuses "-fault_initial_traction" "the traction is 0 in 4 of 4 cells" -- "$fault" -fault_nx 2 -fault_nz 2 -fault_friction_law rate_and_state -fault_loading_rate 1e-9 \
+  -fault_initial traction -ts_max_time 1y
+
 # A strength that falls with rate faster than viscosity grows leaves no slip rate without inertia.
 refuses "-fault_inertia no" "rate_weakening" "no slip rate is in balance" -- "$fault" -fault_inertia no -fault_viscosity radiation \
   -fault_friction_law rate_weakening -fault_friction_rate 1e-3
