@@ -174,15 +174,14 @@ static inline PetscReal SlipConeClip(PetscReal r, PetscReal q)
   return r > q ? q : (r < -q ? -q : r);
 }
 
-/* Region of p = x - rho g; wq = omega q, zero on rows without a bound */
+/* Region of p = x - rho g; wq = omega q, zero on rows without a bound; one that is not a number slides: the residual is to show it */
 static inline SlipRegion SlipConeRegion(PetscReal x, PetscReal g, PetscReal rho, PetscReal wq)
 {
   const PetscReal p = x - rho * g;
 
   if (wq == 0.0) return SLIP_REGION_FREE;
   if (p > rho * wq) return SLIP_REGION_POSITIVE;
-  if (p < -rho * wq) return SLIP_REGION_NEGATIVE;
-  return SLIP_REGION_STICK;
+  return p >= -rho * wq ? SLIP_REGION_STICK : SLIP_REGION_NEGATIVE;
 }
 
 /* Reaction of a solution: -q sign(x) where x != 0, the balance g / omega clipped into the cone where x = 0. Of a state

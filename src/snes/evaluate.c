@@ -38,12 +38,13 @@ PetscErrorCode SlipConstraintJacobian(SlipConstraint con, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |v| of a cell in its plane, or the size of what opens it, whichever is larger; of one that is not a number infinite */
+/* |v| of a cell in its plane, or the size of what opens it, whichever is larger; of one that is not a number infinite, which
+   PETSC_INFINITY, a quarter of the largest number, is not */
 static PetscReal SlipBlockSize(PetscInt c, const PetscReal v[])
 {
   const PetscReal size = hypot(v[0], v[1]), open = c == 3 ? PetscAbsReal(v[2]) : 0;
 
-  return PetscIsInfOrNanReal(size) || PetscIsInfOrNanReal(open) ? PETSC_INFINITY : PetscMax(size, open);
+  return PetscIsInfOrNanReal(size) || PetscIsInfOrNanReal(open) ? (PetscReal)INFINITY : PetscMax(size, open);
 }
 
 PetscErrorCode SlipConstraintNorm(SlipConstraint con, Vec v, PetscReal *norm)
@@ -63,7 +64,7 @@ PetscErrorCode SlipConstraintNorm(SlipConstraint con, Vec v, PetscReal *norm)
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal size = SlipBlockSize(c, a + c * i);
 
-    *norm = PetscIsInfOrNanReal(size) ? PETSC_INFINITY : PetscMax(*norm, size);
+    *norm = PetscMax(*norm, size);
   }
   PetscCall(VecRestoreArrayRead(v, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, norm, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)con)));

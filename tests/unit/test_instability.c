@@ -10,7 +10,8 @@ enum { N = 16 };
 typedef struct {
   LinearSystem l;
   PetscInt components, nfree; /* the first cells have no strength */
-  Vec weakening, start;       /* w, and that of the stage's start */
+  PetscReal omega;
+  Vec weakening, start; /* w, and that of the stage's start */
   Vec solution, work;
   Mat C;
   SlipConstraint con;
@@ -62,7 +63,7 @@ static PetscErrorCode Residual(SlipConstraint con, Vec x, Vec g, void *ctx)
   PetscCall(VecGetLocalSize(g, &n));
   PetscCall(VecGetArrayRead(strength, &q));
   PetscCall(VecGetArray(g, &a));
-  for (PetscInt i = 0; i < n; i++) a[i] -= q[i / c] * (c == 1 ? 1 : PetscSqrtReal(0.5) * (i % 2 ? -1 : 1));
+  for (PetscInt i = 0; i < n; i++) a[i] -= p->omega * q[i / c] * (c == 1 ? 1 : PetscSqrtReal(0.5) * (i % 2 ? -1 : 1));
   PetscCall(VecRestoreArray(g, &a));
   PetscCall(VecRestoreArrayRead(strength, &q));
   PetscCall(VecDestroy(&strength));
@@ -92,7 +93,7 @@ static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 typedef struct {
   PetscInt n, components, nfree; /* components 0: one */
   PetscBool coupled, direct, go_on;
-  PetscReal B[N * N], C[N * N], w[N], x[N], eta;
+  PetscReal B[N * N], C[N * N], w[N], x[N], eta, omega; /* omega 0: one; w and C are times it */
   const PetscReal *start;
 } Case;
 
@@ -133,8 +134,9 @@ static PetscBool Refused(const Case *c)
                                  .bound = Bound,
                                  .start_slope = StartSlope,
                                  .coupling = c->coupled ? Coupling : NULL};
-  const SlipStage stage = {.theta = 1, .omega = 1};
+  const SlipStage stage = {.theta = 1, .omega = c->omega > 0 ? c->omega : 1};
   Modes p = {.l = {.B = Dense(c->n, components, components, c->B, c->eta)},
+             .omega = stage.omega,
              .C = Dense(c->n, 1, components, c->C, 0),
              .components = components,
              .nfree = c->nfree,
@@ -154,6 +156,9 @@ static PetscBool Refused(const Case *c)
     ok(MatDestroy(&K));
     ok(MatDestroy(&H));
   }
+  ok(MatScale(p.C, 1 / p.omega));
+  ok(VecScale(p.weakening, 1 / p.omega));
+  ok(VecScale(p.start, 1 / p.omega));
   VecsDuplicate(p.solution, &p.work, &x, &r);
   ok(SlipConstraintCreate(PETSC_COMM_SELF, &ops, &p, x, &p.con));
   ok(SlipConstraintSetComponents(p.con, components, p.weakening));
@@ -329,7 +334,7 @@ static void odd_numbers_cost_no_eigenvalues(void **state)
 }
 
 /* A mode and its mirror image go past an instability with the weakening of the start alone, while all else, the load, the solution and
-   both slopes, is the same in all cells; with two components slip is along (1, -1). */
+   both slopes, is the same in all cells; with two components slip is along (1, -1). Bounds of half the strength act twice. */
 static void start_counts_in_every_mode(void **state)
 {
   Case c;
@@ -339,6 +344,7 @@ static void start_counts_in_every_mode(void **state)
   for (int k = 0; k < 8; k++) {
     (void)Make(SWINGING, 0, &c, &least);
     c.components = k < 4 ? 1 : 2;
+    c.omega = 2;
     for (PetscInt i = 0; i < N * N && c.components == 2; i++) c.C[i] = 0;
     for (PetscInt i = 0; i < N; i++) {
       c.x[i] = 1;

@@ -345,4 +345,93 @@ static void approximate_operator(void **state)
     }
 }
 
-SLIP_TESTS(along_one_axis, turned_axes, many_cells, approximate_operator, random_stages)
+/* A guess and no iteration: cells with one component, two, and those that open, each by itself, the first of which sticks and the second slides,
+   in units of rho = 1 / diag(B), for both components of a cell of the larger entry. Strengths are 0.5 and 0.3, with omega = 2, a pull of 3 on the second, or a
+   pressure of 4 that friction is a quarter of what it has without: the scale is 1 and 3, or 4. First the guess, 4 = 8 / 2 of it, is the
+   largest residual, then the pull less its strength, 2.4, then what 1.5 / rho is across. */
+static void residual_of_a_guess(void **state)
+{
+  const PetscReal guess[3][3] = {{0.5, 0, 0}, {0, 0, 0}, {0, 0, 1.5}}, largest[] = {4, 2.4, 6};
+  uint64_t seed = 1;
+
+  (void)state;
+  for (PetscInt c = 1; c <= 3; c++)
+    for (int k = 0; k < c; k++) {
+      const PetscReal scale = c < 3 ? 4 : 5;
+      SNESConvergedReason reason;
+      VectorsNumbers s;
+      PetscInt cell;
+      PetscReal residual, *a;
+      Vectors p;
+      SNES snes;
+      Vec x, r;
+
+      ok(VectorsRandomNumbers(2, c, c < 3 ? VECTORS_CONSTANT : VECTORS_FRICTION, &seed, &s));
+      s.theta = 1, s.omega = 2;
+      s.strength[0] = c < 3 ? 0.5 : 0.25, s.strength[1] = c < 3 ? 0.3 : 0.15;
+      for (PetscInt i = 0; i < 4 * c * c; i++) s.B[i] = 0;
+      for (PetscInt i = 0; i < 2 * c; i++) {
+        s.B[(2 * c + 1) * i] = c == 1 || i == 1 || i == c ? 8 : i % c == 2 ? 4 : 2;
+        s.load[i] = i % c == 2 ? -4 : 0;
+      }
+      s.load[0] = 0.1, s.load[c + (c > 1)] = 3; /* along the entry 2, as the one of the larger entry does not tell */
+      ok(VectorsCreate(PETSC_COMM_SELF, &s, &p));
+      ok(VectorsCreateSolver(&p, SNESSEMISMOOTH, PETSC_TRUE, &snes));
+      ok(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 0, PETSC_DEFAULT));
+      VecsDuplicate(p.l.load, &x, &r);
+      ok(VecZeroEntries(x));
+      ok(VecGetArray(x, &a));
+      if (k == 0) a[c > 1] = guess[0][0];
+      if (k == 2) a[5] = guess[2][2];
+      ok(VecRestoreArray(x, &a));
+      ok(VectorsSolve(&p, snes, x, r, &reason));
+      assert_int_equal(reason, SNES_DIVERGED_MAX_IT);
+      ok(SNESSlipGetWorstCell(snes, &cell, &residual));
+      AssertNear(residual, largest[k] / scale, 1e-14);
+      assert_int_equal(cell, k > 0);
+      ObjectsDestroy(&snes, &x, &r);
+      ok(VectorsDestroy(&p));
+      ok(VectorsFreeNumbers(&s));
+    }
+}
+
+/* A load that is not a number, of any row, ends the solve, and the cell is named. Without loads and strengths nothing moves. */
+static void not_a_number(void **state)
+{
+  uint64_t seed = 1;
+
+  (void)state;
+  for (PetscInt c = 1; c <= 3; c++)
+    for (PetscInt k = -1; k < c; k++) {
+      SNESConvergedReason reason;
+      VectorsNumbers s;
+      PetscInt cell;
+      PetscReal size;
+      Vectors p;
+      SNES snes;
+      Vec x, r;
+
+      ok(VectorsRandomNumbers(3, c, c < 3 ? VECTORS_CONSTANT : VECTORS_FRICTION, &seed, &s));
+      if (k >= 0) s.load[c + k] = NAN;
+      for (PetscInt i = 0; i < 3 * c && k < 0; i++) s.load[i] = s.strength[i / c] = 0;
+      ok(VectorsCreate(PETSC_COMM_SELF, &s, &p));
+      ok(VectorsCreateSolver(&p, SNESSEMISMOOTH, PETSC_TRUE, &snes));
+      VecsDuplicate(p.l.load, &x, &r);
+      ok(VecZeroEntries(x));
+      ok(VectorsSolve(&p, snes, x, r, &reason));
+      if (k >= 0) {
+        ok(SNESSlipGetWorstCell(snes, &cell, NULL));
+        assert_int_equal(reason, SLIP_SNES_DIVERGED_NAN);
+        assert_int_equal(cell, 1);
+      } else {
+        ok(VecNorm(x, NORM_INFINITY, &size));
+        assert_true(reason > 0 && size == 0);
+      }
+      ObjectsDestroy(&snes, &x, &r);
+      ok(VectorsDestroy(&p));
+      ok(VectorsFreeNumbers(&s));
+    }
+}
+
+SLIP_TESTS(residual_of_a_guess, not_a_number, along_one_axis, turned_axes, many_cells, approximate_operator,
+           random_stages)
