@@ -14,7 +14,7 @@ Units: /vertices says units = "m" only where --unit or the file (AXIS_UNIT of GO
 asks where they may be metres, kilometres or degrees. --frame: enu, x east, y north, z up (default; of HDF5 ned); ned, x north, y east, z down; end, x east, y north, z down.
 
 STL, text or binary: each solid is a fault. GOCAD .ts: VRTX, PVRTX, ATOM, TRGL and ZPOSITIVE (Elevation or Depth) of each TSurf, which is a fault; x east, y north.
-OBJ: groups (g), or objects (o), are faults. Gmsh .msh as text and HDF5, to mend them; fault itself reads them.
+OBJ: groups (g), or objects (o), are faults. Gmsh .msh and HDF5, to mend them; fault itself reads them.
 RSQSim: each row has three corners, x y z each, rake, slip rate, and optionally number and name of the fault, and more columns of numbers, which are left out; # begins
 a comment. Rakes [deg] and slip rates [m/s, or by --rate-unit mm/yr or m/yr] go to the fields rake and loading_rate of --fields, for -fault_parameters.
 Rakes are measured from the strike of the triangle in that file, which is that of SlipStep except for overturned triangles.
@@ -67,14 +67,16 @@ def shared(corners):
 def joined(paths, found, unit, frame):
     """Surfaces of all files in one, in metres where the unit is said"""
     for path, own in zip(paths, found):
-        if own.unit and unit not in (None, own.unit):
+        if own.unit and unit not in (None, own.unit) and all(other.unit for other in found):
             raise MeshError(f"{path} says that its lengths are in {own.unit}, and --unit says {unit}")
         if not (own.unit or unit) and any(other.unit for other in found):
             raise MeshError(f"{path} does not say the unit of its lengths and another file does: expected --unit m or km")
     corners, fault, names, free = [], [], {}, 0
     for path, own in zip(paths, found):
-        scale = 1.0 if own.unit else UNITS[unit or "m"]
-        corners.append(in_frame(own.corners * scale, frame or own.frame))
+        places = own.corners * (1.0 if own.unit else UNITS[unit or "m"])
+        if frame in ("ned", "end"):  # as ZPOSITIVE Depth says
+            places[own.down, :, 2] *= -1
+        corners.append(in_frame(places, frame or own.frame))
         labels = np.unique(own.fault)
         step = free - labels[0] if len(paths) > 1 and set(labels.tolist()) & {k for f in fault for k in np.unique(f).tolist()} else 0
         fault.append(own.fault + step)
@@ -115,11 +117,11 @@ def write_fields(path, fields, parent):
             file[name].attrs["units"] = unit
 
 
-def hints(mesh, done, degree):
-    """What a run will refuse, and what helps; degree: coordinates up to this may be degrees, which no shift makes lengths"""
+def hints(mesh, done, up, degree):
+    """What a run will refuse, and what helps; up: z was taken to be upward; degree: coordinates up to this may be degrees, which no shift makes lengths"""
     above, most = rising(mesh)
     if above and above == len(mesh.triangles) and mesh.vertices[:, 2].max() <= 0:
-        yield "all triangles are above the ground, as where z is downward: --frame ned or end"
+        yield f"all triangles are above the ground, as where z is {'downward: --frame ned or end' if up else 'upward: --frame enu'}"
     elif above:
         yield f"{above} triangles rise above the ground, by up to {most:.6g}: --clip, --shift or --flatten"
     needles, folds = faults_of(mesh)
@@ -173,7 +175,7 @@ def main():
         if args.clip or (args.flatten and rising(mesh)[0]):
             said.append(clip(mesh))
         if not len(mesh.triangles):
-            raise MeshError(f"{args.input[0]}: nothing is below the ground; if z is downward, --frame ned or end says so")
+            raise MeshError(f"{args.input[0]}: nothing is below the ground; {'if z is downward, --frame ned or end' if (args.frame or found[0].frame) == 'enu' else 'if z is upward, --frame enu'} says so")
         if args.repair:
             said.append(repair(mesh))
         write(args.output, mesh, surfaces)
@@ -184,7 +186,7 @@ def main():
     unit = "m" if surfaces.unit else "in a unit that nothing says: --unit m or km does"
     print("".join(f"{line}\n" for line in said)
           + f"{len(mesh.triangles)} triangles, {len(mesh.vertices)} vertices, {len(np.unique(mesh.label))} faults, depths {0 + mesh.vertices[:, 2].min():.6g} to {0 + mesh.vertices[:, 2].max():.6g} {unit}")
-    for line in hints(mesh, args.repair, 360 * UNITS[surfaces.unit or "m"]):
+    for line in hints(mesh, args.repair, (args.frame or found[0].frame) == "enu", 360 * UNITS[surfaces.unit or "m"]):
         print(line)
 
 

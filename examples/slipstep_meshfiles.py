@@ -1,4 +1,4 @@
-"""Triangles in files of other programs: STL, GOCAD TSurf, rows of RSQSim, OBJ, Gmsh as text, HDF5 of -fault_mesh, and what meshio reads."""
+"""Triangles in files of other programs: STL, GOCAD TSurf, rows of RSQSim, OBJ, Gmsh, HDF5 of -fault_mesh, and what meshio reads."""
 
 import contextlib
 import io
@@ -20,12 +20,13 @@ class MeshError(Exception):
 
 class Surfaces:
     """Corners [N, 3, 3] as the file has them, the number of each one's fault, names of faults, and what the file says besides: a unit of lengths, in which case
-    they are metres here, axes, and remarks for the user."""
+    they are metres here, axes, and remarks for the user. down [N]: the file says that z is downward, and here it is upward."""
 
-    def __init__(self, corners, fault, names, fields=None, unit=None, frame="enu", remarks=()):
+    def __init__(self, corners, fault, names, fields=None, unit=None, frame="enu", remarks=(), down=None):
         self.corners = np.asarray(corners, float).reshape(-1, 3, 3)
         self.fault, self.names, self.fields = np.asarray(fault, int), names, fields or {}
         self.unit, self.frame, self.remarks = unit, frame, list(remarks)
+        self.down = np.zeros(len(self.corners), bool) if down is None else np.asarray(down, bool)
 
 
 def fans(faces):
@@ -80,7 +81,7 @@ def read_stl(path):
 # ---- GOCAD ----
 
 def read_gocad(path):
-    corners, fault, names, surface, places, up, unit, system, said = [], [], {}, -1, {}, True, np.ones(3), False, set()
+    corners, fault, names, surface, places, up, unit, system, said, down = [], [], {}, -1, {}, True, np.ones(3), False, set(), []
     own = None  # the unit of all axes
     with open(path, errors="replace") as file:
         for line, text in enumerate(file, 1):
@@ -128,11 +129,12 @@ def read_gocad(path):
                                     + (f", but there is no {missing[0][:20]}" if missing else ""))
                 corners.append([places[w] for w in words[1:]])
                 fault.append(surface)
+                down.append(not up)
     if surface < 0:
         raise MeshError(f"{path} is empty, expected GOCAD TSurf")
     if None in said and len(said) > 1:
         raise MeshError(f"{path}: some surfaces have AXIS_UNIT and some have not, expected all or none")
-    return Surfaces(corners, fault, names, unit=said.pop() if len(said) == 1 else "m")
+    return Surfaces(corners, fault, names, unit=said.pop() if len(said) == 1 else "m", down=down)
 
 
 # ---- RSQSim ----
@@ -221,13 +223,21 @@ def read_hdf5(path):
     with h5py.File(path) as file:
         if "vertices" not in file or "triangles" not in file:
             raise MeshError(f"{path}: expected /vertices and /triangles; rectangles need no conversion")
-        vertices, triangles = file["vertices"][()], file["triangles"][()].astype(int)
+        vertices, triangles = file["vertices"][()], file["triangles"][()]
+        for name, values in (("vertices", vertices), ("triangles", triangles)):
+            if values.ndim != 2 or values.shape[1] != 3 or not np.issubdtype(values.dtype, np.number):
+                raise MeshError(f"{path}: /{name} has shape {list(values.shape)}, expected numbers of shape [any, 3]")
+        if not np.all(triangles == np.floor(triangles)):
+            raise MeshError(f"{path}: /triangles has numbers that are not whole, expected rows of /vertices")
+        triangles = triangles.astype(int)
         fault = file["fault"][()].astype(int) if "fault" in file else np.zeros(len(triangles), int)
+        if fault.shape != (len(triangles),):
+            raise MeshError(f"{path}: /fault has shape {list(fault.shape)}, expected [{len(triangles)}], a label for each triangle")
         said = file["fault"].attrs.get("names", "") if "fault" in file else ""
         unit = file["vertices"].attrs.get("units")
     text, unit = (word.decode() if isinstance(word, bytes) else word for word in (said, unit))
     if triangles.size and (triangles.min() < 0 or triangles.max() >= len(vertices)):
-        raise MeshError(f"{path}: /triangles has the vertex {triangles.max()}, expected 0 to {len(vertices) - 1}")
+        raise MeshError(f"{path}: /triangles has the vertex {triangles.min() if triangles.min() < 0 else triangles.max()}, expected 0 to {len(vertices) - 1}")
     names = {int(part.split(" ", 1)[0]): part.split(" ", 1)[1] for part in text.split("; ") if " " in part}
     if unit not in (None, "m"):
         raise MeshError(f"{path}: /vertices has the units {unit}, expected m")
@@ -236,78 +246,118 @@ def read_hdf5(path):
 
 # ---- Gmsh ----
 
+class _Words:
+    """Numbers of a section as text: take(count, code) with the codes of struct, d of floating point and others of whole numbers"""
+
+    def __init__(self, content):
+        self.words = iter(content.decode(errors="replace").split())
+
+    def take(self, count, code="i"):
+        kind = float if code == "d" else int
+        return [kind(next(self.words)) for _ in range(count)]
+
+    def count(self):
+        return self.take(1)[0]
+
+
+class _Bytes:
+    """Those of a section in bytes; sections of 2.2 begin with a line of text."""
+
+    def __init__(self, content, order):
+        self.content, self.order, self.at = content, order, 0
+
+    def take(self, count, code="i"):
+        values = struct.unpack_from(f"{self.order}{count}{code}", self.content, self.at)
+        self.at += struct.calcsize(f"{self.order}{count}{code}")
+        return list(values)
+
+    def count(self):
+        end = self.content.index(b"\n", self.at)
+        value, self.at = int(self.content[self.at:end]), end + 1
+        return value
+
+
 def read_gmsh(path):
-    """2.2 and 4.1 as text: triangles of physical surfaces, or all where there are none. fault reads such files itself and says more of what is wrong with them."""
+    """2.2 and 4.1: triangles of physical surfaces, or all where there are none. fault reads such files itself and says more of what is wrong with them."""
     with open(path, "rb") as file:
-        content = file.read()
-    if re.match(rb"\s*\$MeshFormat\s+\S+\s+1\b", content):
-        return read_meshio(path, None)
-    sections = dict(re.findall(r"\$(\w+)\s*\n(.*?)\$End\1", content.decode(errors="replace"), re.DOTALL))
+        sections = dict(re.findall(rb"\$(\w+)[ \t]*\r?\n(.*?)\$End\1", file.read(), re.DOTALL))
     try:
-        version = sections["MeshFormat"].split()[0]
-        if version not in ("2.2", "4.1"):
-            raise MeshError(f"{path} is of version {version} of the format, expected 2.2 or 4.1")
-        numbers = {name: iter(sections[name].split()) for name in ("Nodes", "Elements", "Entities") if name in sections}
-        points, elements = (_gmsh_old if version == "2.2" else _gmsh)(numbers)
-    except (KeyError, ValueError, StopIteration, RuntimeError):
+        version, binary = sections[b"MeshFormat"].split()[:2]
+        if version not in (b"2.2", b"4.1"):
+            raise MeshError(f"{path} is of version {version.decode(errors='replace')} of the format, expected 2.2 or 4.1")
+        order = "<" if b"\n\1\0\0\0" in sections[b"MeshFormat"] else ">"
+        numbers = {name: _Bytes(content, order) if binary == b"1" else _Words(content) for name, content in sections.items() if name in (b"Nodes", b"Elements", b"Entities")}
+        points, elements = (_gmsh_old if version == b"2.2" else _gmsh)(numbers)
+    except (KeyError, ValueError, StopIteration, RuntimeError, struct.error, MemoryError):
         raise MeshError(f"{path}: expected $MeshFormat, $Nodes and $Elements of Gmsh 2.2 or 4.1") from None
-    names = {int(tag): name for dim, tag, name in re.findall(r'(\d+)\s+(\d+)\s+"(.*)"', sections.get("PhysicalNames", "")) if dim == "2"}
-    if any(group for _, group in elements):
+    said = sections.get(b"PhysicalNames", b"").decode(errors="replace")
+    names = {int(tag): name for dim, tag, name in re.findall(r'(\d+)\s+(\d+)\s+"(.*)"', said) if dim == "2"}
+    own = {}
+    for nodes, groups in elements:
+        own.setdefault(tuple(sorted(nodes)), set()).update(groups)
+    several = next((sorted(groups) for groups in own.values() if len(groups) > 1), None)
+    if several:
+        words = [f'{group} "{names[group]}"' if group in names else str(group) for group in several]
+        raise MeshError(f"{path}: a triangle is of several physical groups, {' and '.join(words)}, expected one: a triangle is of one fault")
+    if any(groups for _, groups in elements):
         elements = [element for element in elements if element[1]]
-    faces, groups = [nodes for nodes, _ in elements], [group for _, group in elements]
+    faces, labels = [nodes for nodes, _ in elements], [next(iter(groups), 0) for _, groups in elements]
     triangles, of = fans(faces)
     try:
         corners = [[points[node] for node in nodes] for nodes in triangles]
     except KeyError as error:
         raise MeshError(f"{path}: an element has the node {error}, which $Nodes does not have") from None
-    return Surfaces(corners, np.array(groups, int)[of] if faces else [], names)
+    return Surfaces(corners, np.array(labels, int)[of] if faces else [], names)
 
 
 NODES = {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 15: 1}  # of elements of Gmsh of the first order
 
 
-def _take(numbers, count, kind=int):
-    return [kind(next(numbers)) for _ in range(count)]
-
-
 def _gmsh_old(numbers):
-    nodes, elements = numbers["Nodes"], []
-    points = {int(next(nodes)): _take(nodes, 3, float) for _ in range(int(next(nodes)))}
-    of = numbers["Elements"]
-    for _ in range(int(next(of))):
-        _, kind, tags = _take(of, 3)
-        group = (_take(of, tags) or [0])[0]
-        corners = _take(of, NODES[kind])
+    """Places of nodes, and (nodes, physical groups) of elements, whose sign says which way a surface faces"""
+    nodes, of, points, elements = numbers[b"Nodes"], numbers[b"Elements"], {}, []
+    for _ in range(nodes.count()):
+        tag = nodes.take(1)[0]
+        points[tag] = nodes.take(3, "d")
+    left = of.count()
+    while left > 0:
+        if isinstance(of, _Bytes):
+            kind, count, tags = of.take(3)
+            rows = [of.take(1 + tags + NODES[kind])[1:] for _ in range(count)]
+        else:
+            _, kind, tags = of.take(3)
+            rows = [of.take(tags + NODES[kind])]
+        left -= max(len(rows), 1)
         if kind in (2, 3):
-            elements.append((corners, group))
+            elements += [(row[tags:], {abs(row[0])} - {0} if tags else set()) for row in rows]
     return points, elements
 
 
 def _gmsh(numbers):
-    points, elements, groups, of = {}, [], {}, numbers.get("Entities", iter("0000"))
-    for dim, count in enumerate(_take(of, 4)):
+    points, elements, groups, of = {}, [], {}, numbers.get(b"Entities")
+    for dim, count in enumerate(of.take(4, "Q") if of else ()):
         for _ in range(count):
-            tag = int(next(of))
-            _take(of, 6 if dim else 3, float)
-            physical = _take(of, int(next(of)))
+            tag = of.take(1)[0]
+            of.take(6 if dim else 3, "d")
+            physical = of.take(of.take(1, "Q")[0])
             if dim:
-                _take(of, int(next(of)))
+                of.take(of.take(1, "Q")[0])
             if dim == 2:
-                groups[tag] = abs(physical[0]) if physical else 0
-    of = numbers["Nodes"]
-    for _ in range(_take(of, 4)[0]):
-        dim, _, parametric, count = _take(of, 4)
-        tags = _take(of, count)
+                groups[tag] = {abs(group) for group in physical} - {0}
+    of = numbers[b"Nodes"]
+    for _ in range(of.take(4, "Q")[0]):
+        dim, _, parametric = of.take(3)
+        tags = of.take(of.take(1, "Q")[0], "Q")
         for tag in tags:
-            points[tag] = _take(of, 3, float)
-            _take(of, dim if parametric else 0, float)
-    of = numbers["Elements"]
-    for _ in range(_take(of, 4)[0]):
-        dim, tag, kind, count = _take(of, 4)
-        for _ in range(count):
-            corners = _take(of, 1 + NODES[kind])[1:]
+            points[tag] = of.take(3, "d")
+            of.take(dim if parametric else 0, "d")
+    of = numbers[b"Elements"]
+    for _ in range(of.take(4, "Q")[0]):
+        _, tag, kind = of.take(3)
+        for _ in range(of.take(1, "Q")[0]):
+            corners = of.take(1 + NODES[kind], "Q")[1:]
             if kind in (2, 3):
-                elements.append((corners, groups.get(tag, 0)))
+                elements.append((corners, groups.get(tag, set())))
     return points, elements
 
 
@@ -329,7 +379,7 @@ def read_meshio(path, label):
     try:
         import meshio
     except ImportError:
-        raise MeshError(f"{path}: expected .stl, .ts, .obj, .msh as text, .h5, or .txt, .dat or .flt of RSQSim, or --format stl, gocad, obj, gmsh, hdf5 or rsqsim; "
+        raise MeshError(f"{path}: expected .stl, .ts, .obj, .msh, .h5, or .txt, .dat or .flt of RSQSim, or --format stl, gocad, obj, gmsh, hdf5 or rsqsim; "
                         "others need meshio, which is not installed") from None
     said = io.StringIO()
     try:

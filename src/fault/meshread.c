@@ -61,6 +61,7 @@ static PetscErrorCode TakeVertices(const char source[], const Ways *ways, PetscB
   const PetscBool east = ways->framed ? ways->east : gmsh, up = ways->framed ? ways->up : gmsh;
 
   PetscFunctionBegin;
+  m->upward = up;
   for (PetscInt i = 0; i < m->nvertices; i++) {
     PetscReal *v = m->vertex + 3 * (size_t)i;
 
@@ -225,10 +226,12 @@ static PetscErrorCode CheckHDF5(const char name[], const char source[])
   const int stem = (int)(dot && (!slash || dot > slash) ? (size_t)(dot - name) : strlen(name));
   FILE *file = fopen(name, "rb");
   PetscBool h5;
+  SlipH5 quiet;
 
   PetscFunctionBegin;
   if (!file) PetscFunctionReturn(PETSC_SUCCESS); /* said by who opens it */
   (void)fclose(file);
+  PetscCall(SlipH5Clear(NULL, NULL, &quiet)); /* HDF5 prints of folders otherwise */
   PetscCall(PetscStrendswith(name, ".h5", &h5));
   PetscCheck(h5 || H5Fis_hdf5(name) > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s is not an HDF5 file, nor .msh of Gmsh: STL, GOCAD .ts, RSQSim .flt and others are converted by "

@@ -122,8 +122,9 @@ static PetscErrorCode CheckEach(const char source[], PetscBool full_space, const
         PETSC_ERR_FILE_UNEXPECTED,
         "%s: vertex %" PetscInt_FMT " of triangle %" PetscInt_FMT
         " is %.6g m above the ground, expected below it or on it: convert_mesh.py --clip, --shift or --flatten "
-        "brings topography there; if z is downward, -fault_mesh_frame end or ned says so",
-        source, VertexNumber(m, c[k]), number, (double)-m->vertex[3 * (size_t)c[k] + 2]);
+        "brings topography there; if z is %s says so",
+        source, VertexNumber(m, c[k]), number, (double)-m->vertex[3 * (size_t)c[k] + 2],
+        m->upward ? "downward, -fault_mesh_frame end or ned" : "upward, -fault_mesh_frame enu");
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -132,6 +132,8 @@ expect "none.h5" -fault_mesh none.h5
 expect "not.h5 is not an HDF5 file (-fault_mesh)" -fault_mesh not.h5
 echo "solid" >facets.stl
 expect "facets.stl (-fault_mesh) is not an HDF5 file, nor .msh of Gmsh: STL, GOCAD .ts, RSQSim .flt and others are converted by convert_mesh.py facets.stl facets.h5" -fault_mesh facets.stl
+mkdir folder
+expect "folder (-fault_mesh) is not an HDF5 file" -fault_mesh folder
 expect "k.h5 has no dataset /cells" -fault_mesh k.h5
 : >empty.txt
 expect "empty.txt (-fault_sweep) has no line of options" -fault_sweep empty.txt

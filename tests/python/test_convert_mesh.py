@@ -138,6 +138,8 @@ class Convert(FaultTest):
         self.convert("a.stl", down.encode(), "--frame", "end")
         self.check(1e-12, names="0 north; 1 south part")
         self.assertIn("all triangles are above the ground, as where z is downward: --frame ned or end", self.convert("a.stl", down.encode()))
+        self.convert("a.ts", gocad("Depth"), "--frame", "end")  # both say the same
+        self.check(1e-12)
         said = self.convert("a.stl", stl_text(), "--origin", "1e3", "-2000")
         with h5py.File(self.path("mesh.h5")) as file:
             np.testing.assert_allclose(file["vertices"][()][file["triangles"][()]], VERTICES[TRIANGLES] - [1e3, -2e3, 0], atol=1e-9)
@@ -187,15 +189,26 @@ class Convert(FaultTest):
     def test_gmsh_and_hdf5(self):
         """Read to be mended: a row of quadrilaterals beside triangles, groups, and what is of none"""
         elements = [(2, 3 + label, [int(n) for n in t]) for t, label in zip(TRIANGLES, LABEL)]
-        for version in ("2.2", "4.1"):
-            self.convert("a.msh", gmsh(version, False, enu(VERTICES), elements + [(1, 0, [0, 1]), (15, 0, [0])], names=((2, 3, "north"), (2, 4, "south"), (1, 3, "edge"))))
+        for version, binary, groups in (("2.2", False, (3, 4)), ("2.2", True, (-3, 4)), ("4.1", False, (3, -4)), ("4.1", True, (-3, 4))):  # a sign says which way it faces
+            more = {"names": ((2, 3, "north"), (2, 4, "south"), (1, 3, "edge")), "groups": {3: groups[:1], 4: groups[1:]}, "length": 5}
+            self.convert("a.msh", gmsh(version, binary, enu(VERTICES), elements + [(1, 0, [0, 1]), (15, 0, [0])], **more))
             self.check(1e-12, LABEL + 3, "3 north; 4 south")
+        nested = gmsh("2.2", False, enu(VERTICES), elements + [(2, 9, [2, 0, 1] if set(elements[0][2]) == {0, 1, 2} else elements[0][2][::-1])], names=((2, 3, "north"),))
+        both = gmsh("4.1", True, enu(VERTICES), elements, groups={3: (3, 9), 4: (4,)}, names=((2, 3, "north"),))
+        for content in (nested, both):
+            self.assertIn('of several physical groups, 3 "north" and 9, expected one', self.convert("a.msh", content, code=1))
         os.rename(self.path("mesh.h5"), self.path("a.h5"))
         self.run_of("a.h5", "mesh.h5")
         self.check(1e-12, LABEL + 3, "3 north; 4 south")
         for content, message in ((b"$MeshFormat\n4.0 0 8\n$EndMeshFormat\n", "version 4.0"), (b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n", "expected $MeshFormat, $Nodes and"),
                                  (gmsh("2.2", False, enu(VERTICES), [(2, 1, [0, 1, 99])]), "has the node 100")):
             self.assertIn(message, self.convert("a.msh", content, code=1))
+        self.assertIn("expected $MeshFormat, $Nodes and", self.convert("a.msh", gmsh("4.1", True, enu(VERTICES), elements)[:-200] + b"\n$EndElements\n", code=1))
+        for vertices, triangles, more, message in ((enu(VERTICES), TRIANGLES, {}, "as where z is upward: --frame enu"), (VERTICES, TRIANGLES[:, :2], {}, "shape [any, 3]"),
+                                                   (VERTICES, TRIANGLES + 0.5, {}, "not whole"), (VERTICES, TRIANGLES - 1, {}, "the vertex -1"),
+                                                   (VERTICES, TRIANGLES, {"fault": LABEL[1:]}, "a label for each triangle")):
+            write_hdf5(self.path("a.h5"), vertices, triangles, **more)
+            self.assertIn(message, self.run_of("a.h5", "mesh.h5", code=0 if "frame" in message else 1))
 
     def test_several(self):
         """Labels and names of each file, and numbers on from there where they are the same"""
@@ -210,6 +223,12 @@ class Convert(FaultTest):
             self.assertEqual(file["fault"].attrs["names"], "0 north; 1 south; 7 north fault; 8 south; 9 plain")
             self.assertEqual(len(file["triangles"]), 3 * len(TRIANGLES))
         self.assertIn("plain.stl does not say the unit of its lengths and another file does", self.run_of("b.ts", "plain.stl", "mesh.h5", code=1))
+        kilometres = gocad().replace(b'"m" "m" "m"', b'"km" "km" "km"')  # which says its own, and --unit is that of the other
+        self.convert("k.ts", kilometres)
+        self.run_of("k.ts", "plain.stl", "mesh.h5", "--unit", "m")
+        with h5py.File(self.path("mesh.h5")) as file:
+            tops = [file["vertices"][()][file["triangles"][()][k * len(TRIANGLES):(k + 1) * len(TRIANGLES)]][..., 2].min() for k in range(2)]
+            np.testing.assert_allclose(tops, [1e5, 100], rtol=1e-5)
         self.assertIn("plain.stl is the last name, which is of the HDF5 file to write", self.run_of("b.ts", "plain.stl", code=1))
         self.assertIn("mesh.h5 is a file to read", self.run_of("mesh.h5", "mesh.h5", code=1))
         self.assertEqual(os.path.getsize(self.path("plain.stl")), len(stl_bytes()))

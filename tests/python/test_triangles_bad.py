@@ -92,7 +92,7 @@ BAD = {
     "a needle": (beside(CENTRE + 3000 * NORMAL, CENTRE + 3000 * NORMAL + 500 * ALONG, CENTRE + 3000 * NORMAL + 250 * ALONG + 4.9 * DOWN),
                  "triangle 24 is a needle, with a height of 4.9 m on a side of 500 m: expected at least 0.01 of the side"),
     "above the ground": (dict(vertices=shifted(0, [0, 0, -101])), "vertex 0 of triangle 0 is 1 m above the ground"),
-    "upward": (dict(vertices=VERTICES * [1, 1, -1]), "above the ground"),
+    "upward": (dict(vertices=VERTICES * [1, 1, -1]), "brings topography there; if z is upward, -fault_mesh_frame enu says so"),
     "kilometres that are not said": (dict(vertices=VERTICES / 1000, units=None), "may be one of metres or one of kilometres, and nothing says which: expected -fault_mesh_unit m or km"),
     "kilometres that are said": (dict(vertices=VERTICES / 1000, units="km"), 'has the units "km", expected "m"'),
     "a slab in kilometres to a depth of 120": (dict(vertices=VERTICES / [20, 20, 9.5], units=None), "121.5 across and reaches down to 119.9, in cells of 30.7"),

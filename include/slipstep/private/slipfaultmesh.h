@@ -34,6 +34,7 @@ typedef struct {
   PetscInt *vertex_number;  /* [nvertices] likewise */
   char *names;              /* of the faults, "label name; label name", or NULL */
   PetscBool metres;         /* the file says that lengths are metres, however small */
+  PetscBool upward;         /* z of the file was taken to be upward */
 } SlipFaultMeshFile;
 
 /* A row of a file, or the number iz nx + ix in a grid, names a cell; those of this process are cells start, start + 1 ... */
