@@ -92,7 +92,7 @@ def window(options):
         return (*options.window, f"From {written(options.window[0])} to {written(options.window[1])}")
     catalogue = Catalogue(options.catalogue)
     if not catalogue.count:
-        raise OutputError(f"{options.catalogue}: the catalogue has no event")
+        raise OutputError(catalogue.none())
     number = int(np.nanargmax(catalogue.event["moment"])) if options.event == "largest" else int(options.event) - 1
     if not 0 <= number < catalogue.count:
         raise OutputError(f"{options.catalogue}: --event is {options.event}, expected a number from 1 to {catalogue.count}, or largest")

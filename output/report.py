@@ -127,10 +127,13 @@ def pictures(run, events):
     return found
 
 
-def page(run, events):
+def page(run, events, catalogue):
     warnings = [line for line in run.run.get("warnings", "").split("\n") if line]
     parts = [f"<h1>{html.escape(os.path.basename(run.path))}</h1>", '<p class="note">A run of SlipStep</p>', "<h2>What ran</h2>", table(facts(run))]
     parts += ["<h2>Result</h2>", table(numbers(run))]
+    if catalogue is not None and catalogue.goes_on:
+        of = catalogue.goes_on
+        parts.append(f"<p>An event goes on at the end of the run, which is not among them: M {of['magnitude']:.2f} so far, since {written(of['onset'])}.</p>")
     parts += ["<h2>Accuracy</h2>", *(f"<p>{line}</p>" for line in accuracy(run))]
     if "warnings" in run.run:
         parts += ["<h2>Warnings</h2>"] + ([f'<p class="warn">{html.escape(line)}</p>' for line in warnings] or ['<p class="good">The run printed no warnings.</p>'])
@@ -155,8 +158,9 @@ def main():
     try:
         run = Run(options.run)
         run.warn("report.py")
-        events = Events(options.catalogue) if options.catalogue and Catalogue(options.catalogue).count else None
-        text = page(run, events)
+        catalogue = Catalogue(options.catalogue) if options.catalogue else None
+        events = Events(options.catalogue) if catalogue and catalogue.count else None
+        text = page(run, events, catalogue)
         with replacing(target) as part, open(part, "w", encoding="utf-8") as file:
             file.write(text)
     except (OutputError, OSError, ValueError) as error:

@@ -56,6 +56,14 @@ class Catalogue:
         if self.goes_on:
             print(f"{program}: {self.path}: an event of M {self.goes_on['magnitude']:.2f} so far goes on at the end of the run, and is left out", file=sys.stderr)
 
+    def none(self):
+        """What is said of a list without events"""
+        if not self.complete:
+            return f"{self.path}: no event is there yet"
+        if self.goes_on:
+            return f"{self.path}: no event is there, but one of M {self.goes_on['magnitude']:.2f} so far that goes on at the end of the run: continue it with a later -ts_max_time"
+        return f"{self.path}: no event is there"
+
     def of_fault(self, name, label):
         """ "moment", "area", "mean_slip", "stress_drop", "onset", "cell" or "dissipated_energy" of one fault in each event."""
         if label not in self.faults:

@@ -27,7 +27,7 @@ class Events(Catalogue, Cells):
             if self.units[name] != expected:
                 raise OutputError(f"{self.path}: /{name} has units \"{self.units[name]}\", expected \"{expected}\"")
         if not self.count:
-            raise OutputError(f"{self.path}: no event is there" + ("" if self.complete else " yet"))
+            raise OutputError(self.none())
 
     def __getitem__(self, name):
         return self.event[name]

@@ -301,7 +301,7 @@ def source_of(options):
             raise OutputError(f"--{name} is of a run, but {options.file} is a catalogue: expected --event")
     catalogue = Catalogue(options.file)
     if not catalogue.count:
-        raise OutputError(f"{options.file}: no event is there")
+        raise OutputError(catalogue.none())
     largest = options.event in (None, "largest")
     return slip_of_event(catalogue, int(np.nanargmax(catalogue.event["moment"])) if largest else int(options.event) - 1)
 

@@ -7,6 +7,7 @@ import os
 import re
 import unittest
 import xml.etree.ElementTree as ElementTree
+from unittest import mock
 
 from scripts import FaultTest, PictureTest
 
@@ -114,6 +115,13 @@ class Export(FaultTest, PictureTest):
         with h5py.File(self.path("run.h5")) as file:
             self.assertIn(f"{file['result'].attrs['accepted']}", text)
             self.assertIn(warning, np.bytes_(file["run"].attrs["warnings"]).decode())
+        self.assertNotIn("goes on at the end", text)
+        with h5py.File(self.path("events.h5"), "r+") as file:
+            file["goes_on"].attrs.update({"onset": 5.0, "magnitude": 4.094})
+        with mock.patch("report.pictures", lambda run, events: []):
+            self.plot("report", self.path("run.h5"), "--catalogue", self.path("events.h5"), "-o", self.path("r.html"))
+        with open(self.path("r.html"), encoding="utf-8") as file:
+            self.assertIn("goes on at the end of the run, which is not among them: M 4.09 so far, since 5 s", file.read())
 
 
 if __name__ == "__main__":
