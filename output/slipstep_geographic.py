@@ -11,6 +11,7 @@ from slipstep_time import YEAR
 
 EARTH_RADIUS = 6371e3  # [m], of a sphere
 FALSE_ORIGIN = 100e3  # [m] from its middle, and farther than it is long: the origin of a mesh is not one of its own, nor is the projection of lonlat() good there
+FALSE_POINT = 1000e3  # [m] likewise, of a point that is given
 
 
 def add_arguments(parser):
@@ -41,15 +42,16 @@ def first_cells(catalogue):
 
 def local(catalogue, at):
     """North and east [m] of the events, from the point at of the mesh or from x = y = 0, which must be near the mesh: it is not in coordinates of a map
-    projection, as UTM's, whose origin is elsewhere."""
-    if at is None:
-        cells, _ = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
-        middle, reach = (cells[:, :2].max(axis=0) + cells[:, :2].min(axis=0)) / 2, np.ptp(cells[:, :2], axis=0) + cells[:, 3].max()
-        away = np.hypot(*middle)
-        if away > max(FALSE_ORIGIN, np.hypot(*reach)):
-            raise OutputError(f"{catalogue.path}: the mesh is {away / 1e3:.0f} km from x = y = 0, the point of --origin, as where x and y are northing and easting of a map "
-                              f"projection (UTM): expected the point [m] of the mesh that is at --origin, near {middle[0]:.0f} {middle[1]:.0f}, as --origin-at NORTH EAST")
-        at = (0.0, 0.0)
+    projection, as UTM's, whose origin is elsewhere. A point that is given may be farther away, but not as far as one of another mesh or zone, or east before north."""
+    cells, _ = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
+    middle, reach = (cells[:, :2].max(axis=0) + cells[:, :2].min(axis=0)) / 2, np.ptp(cells[:, :2], axis=0) + cells[:, 3].max()
+    away = np.hypot(*(middle - (at or (0.0, 0.0))))
+    if away > max(FALSE_ORIGIN if at is None else FALSE_POINT, np.hypot(*reach)):
+        of = ("x = y = 0, the point of --origin, as where x and y are northing and easting of a map projection (UTM)" if at is None
+              else f"the point of --origin, --origin-at {at[0]:.0f} {at[1]:.0f}")
+        raise OutputError(f"{catalogue.path}: the mesh is {away / 1e3:.0f} km from {of}: expected the point [m] of the mesh that is at --origin, near "
+                          f"{middle[0]:.0f} {middle[1]:.0f}, as --origin-at NORTH EAST")
+    at = at or (0.0, 0.0)
     return catalogue.event["x"] - at[0], catalogue.event["y"] - at[1]
 
 

@@ -78,6 +78,8 @@ class Export(FaultTest, PictureTest):
         for module, target, more in (("catalogue_quakeml", "utm.xml", ()), ("catalogue_csv", "utm.csv", ("--csep",))):
             self.refused(module, "the mesh is 3922 km from x = y = 0, .* near 3901500 400000, as --origin-at NORTH EAST", self.path("utm_events.h5"), self.path(target), *more,
                          "--origin", "13.9", "35.24")
+            self.refused(module, "the mesh is 4951 km from the point of --origin, --origin-at 400000 3900000: .* near 3901500 400000", self.path("utm_events.h5"), self.path(target), *more,
+                         "--origin", "13.9", "35.24", "--origin-at", "400000", "3900000")  # east before north
             self.assertFalse(os.path.exists(self.path(target)))
             self.plot(module, self.path("utm_events.h5"), self.path(target), *more, "--origin", "13.9", "35.24", "--origin-at", "3900000", "400000")
         with open(self.path("utm.csv"), encoding="utf-8") as file:
