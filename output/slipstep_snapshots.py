@@ -15,6 +15,7 @@ LINES = 12  # contours of the times of rupture of most cells, about
 MOST = 0.9  # of all cells
 MOST_LINES = 18  # contours of all
 AT_ONCE = 0.01  # of the duration
+BLACK = 0.2  # of the largest rate of all maps: on a linear scale a map whose largest is below is black or nearly so
 
 
 def round_step(span, lines):
@@ -103,6 +104,15 @@ def draw_snapshots(canvas, layout, fields, rows, clock, log, wanted):
     colour_bar(canvas, artists[0], norm, fields.label, ax=[axes for block in blocks for axes in block], shrink=0.8, aspect=30, pad=0.02)
 
 
+def logarithmic(fields, rows, clock, wanted):
+    """Whether snapshots are drawn on a logarithmic scale: also those of an event in which a few cells are so fast at one time that most maps were black."""
+    log = clock.logarithmic(fields.name, wanted)
+    if log or wanted is not None or fields.name != "slip_rate":
+        return log
+    peaks = np.array([np.nanmax(np.abs(values)) for values in fields.maps(rows)])
+    return bool(np.median(peaks) < BLACK * peaks.max())
+
+
 def since(clock):
     return f" (times since {clock.since})" if clock.since else ""
 
@@ -122,7 +132,7 @@ def snapshots(run, name, times, window=None, log=None, wanted=None, years=None):
     fields = Fields(run, name, window)
     rows = chosen_rows(fields, times)
     clock = clock_of(run, fields.times[rows], years)
-    log = clock.logarithmic(name, log)
+    log = logarithmic(fields, rows, clock, log)
     if min(planes_of(run)[0].shape or (2, 2)) == 1:
         return curves(run, fields, rows, clock, log, wanted)
     layout = Layout(run, len(rows), columns_of(run, len(rows)))
@@ -177,7 +187,7 @@ def rupture(run, times, window=None, log=None, wanted=None, years=None):
                           "run with -fault_output_fields slip_rate,slip,traction")
     rows = chosen_rows(rates, times)
     clock = Clock(*rates.times[[0, -1]], years)
-    log = clock.logarithmic("slip_rate", log)
+    log = logarithmic(rates, rows, clock, log)
     layout = Layout(run, len(rows), columns_of(run, len(rows)))
     result = Layout(run, 2, 2)
     plt.close(result.canvas)

@@ -314,7 +314,9 @@ def main():
         points = None if options.points is None else points_of(options.points, options.file)
         canvas, plane, on_map, at_points = draw(source, options, points)
         canvas.savefig(target)
-        print(f"Figure: {target}")
+        south, north, west, east = plane.extent
+        outside = 0 if points is None else int(((points < (south, west)) | (points > (north, east))).any(axis=1).sum())
+        print(f"Figure: {target}" + (f", without {outside} of {len(points)} points that are outside of the map (--extent)" if outside else ""))
         if options.numbers:
             numbers_of(options.numbers, source, plane, on_map, points, at_points)
             print(f"Numbers: {options.numbers}")

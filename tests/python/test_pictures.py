@@ -1,6 +1,7 @@
 """Pictures and films of a run by plot_run.py, on a synthetic century of circular ruptures and on irregular cells."""
 
 import unittest
+from types import SimpleNamespace
 
 from scripts import FaultTest, PictureTest
 
@@ -14,7 +15,7 @@ from slipstep_fields import KINDS, Fields, events, largest_event, rupture_times
 from slipstep_maps import Nothing, Plane, Span, colour_bar, columns_for, planes_of
 from slipstep_output import OutputError, Run
 from slipstep_panels import plt
-from slipstep_snapshots import contours_of, rupture, snapshots
+from slipstep_snapshots import contours_of, logarithmic, rupture, snapshots
 from slipstep_spacetime import Line, along_line, resample, space_time
 from slipstep_time import YEAR, Clock, seconds, written
 
@@ -68,6 +69,9 @@ class Scales(unittest.TestCase):
         self.assertEqual([Clock(0, end).logarithmic("slip_rate") for end in (30, 3 * 3600, 40 * 86400, 500 * YEAR)], [False, False, True, True])
         self.assertEqual([Clock(0, 40 * 86400).logarithmic(name, wanted) for name, wanted in (("slip_rate", False), ("slip", None), ("slip", True))], [False] * 3)
         self.assertTrue(Clock(0, 30).logarithmic("slip_rate", True))
+        for peaks, wanted, log in (((0.3, 0.7, 1.0, 0.9, 0.5, 0.2), None, False), ((0.1, 1.0, 0.15, 0.02, 0.17, 0.06), None, True), ((0.1, 1.0, 0.15, 0.02, 0.17, 0.06), False, False)):
+            maps = SimpleNamespace(name="slip_rate", maps=lambda rows, peaks=peaks: np.multiply.outer(peaks, [[-1.0, 0.5], [0.0, np.nan]]))
+            self.assertEqual(logarithmic(maps, range(6), Clock(0, 30), wanted), log)  # of an event with one fast cell
 
     def test_planes_lie_where_their_maps_are_larger(self):
         for length, width, planes, columns in ((3, 3, 2, 2), (20, 5, 2, 1), (3, 3, 4, 2), (1, 3, 3, 3), (3, 3, 1, 1)):

@@ -320,6 +320,7 @@ class Maps(SurfaceTest):
         self.refused("surface", "--event is one of a catalogue, but .*run.h5 is none", path, "--event", "1")
         self.refused("surface", "/fields is from 0 s to 1 s, expected a window within", path, "--window", "0", "2")
         self.refused("surface", "has no points of -fault_surface_stations", path, "--points")
+        self.assertIn(", without 2 of 3 points that are outside of the map (--extent)\n", self.plot("surface", path, "--points", "1,1;900000,1;1,-900000", "--spacing", "1"))
         self.refused("surface", '--points: "1,b", expected a point x,y in m', path, "--points", "1,1;1,b")
         with open(self.path("p.txt"), "w") as file:
             file.write("# x y\n1 2\n3\n")
