@@ -327,12 +327,12 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
                PETSC_ERR_FILE_UNEXPECTED,
                "%s in %s is stored otherwise: expected -%sfault_output_precision %s -%sfault_output_compression "
                "%" PetscInt_FMT ", or another -%sfault_output",
-               path, h->name, prefix, stored.single ? "single" : "double", prefix, stored.deflate, prefix);
+               path, h->target, prefix, stored.single ? "single" : "double", prefix, stored.deflate, prefix);
   }
   PetscCall(SlipH5CountMembers(h, "/fields", &found));
   PetscCall(SlipH5CountAxes(h, "/fields", &axes));
   PetscCheck(found - axes == wanted, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "/fields in %s has other datasets than the %" PetscInt_FMT " that -%sfault_output_fields names", h->name,
+             "/fields in %s has other datasets than the %" PetscInt_FMT " that -%sfault_output_fields names", h->target,
              wanted - 1, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -218,14 +218,14 @@ static PetscErrorCode CheckPlaces(SlipFault fault, SlipH5 *h, const Stations *li
   PetscCheck(n == list->n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s has %" PetscInt_FMT " stations, but -%sfault_stations %" PetscInt_FMT
              ": expected the same ones, or another -%sfault_output",
-             h->name, n, prefix, list->n, prefix);
+             h->target, n, prefix, list->n, prefix);
   for (PetscInt k = 0; k < n; k++) {
     PetscCall(PetscSNPrintf(group, sizeof(group), "/stations/%" PetscInt_FMT, k));
     PetscCall(SlipH5ReadAttrInt(h, group, "cell", &cell));
     PetscCheck(cell == list->station[k].cell, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
                "%s has station %" PetscInt_FMT " in cell %" PetscInt_FMT ", -%sfault_stations in cell %" PetscInt_FMT
                ": expected the same ones, or another -%sfault_output",
-               h->name, k, cell, prefix, list->station[k].cell, prefix);
+               h->target, k, cell, prefix, list->station[k].cell, prefix);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -184,11 +184,11 @@ static PetscErrorCode CheckPlaces(SlipFault fault, SlipH5 *h, const Surface *s)
   PetscCheck(has && same && n == s->n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
              "%s has other points of the surface than -%sfault_surface_stations: expected the same ones, or another "
              "-%sfault_output",
-             h->name, prefix, prefix);
+             h->target, prefix, prefix);
   PetscCall(SlipH5ReadAttrInt(h, ALL, "total", &total));
   PetscCheck(!total == !s->plates, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s has stations with -%sfault_surface_motion %s: expected the same, or another -%sfault_output", h->name,
-             prefix, total ? "total" : "relative", prefix);
+             "%s has stations with -%sfault_surface_motion %s: expected the same, or another -%sfault_output",
+             h->target, prefix, total ? "total" : "relative", prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

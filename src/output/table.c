@@ -33,7 +33,7 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
     PetscCall(SlipH5GetRank(h, path, &ndim));
     PetscCall(SlipH5GetSize(h, path, 1, &size));
     PetscCheck(ndim == 1 + wide && (!wide || size == dims[0]), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s in %s has other numbers in a row than the %" PetscInt_FMT " of this run%s", path, h->name,
+               "%s in %s has other numbers in a row than the %" PetscInt_FMT " of this run%s", path, h->target,
                t->entries[c], h->source);
   }
   t->room = PetscClipInterval(SLIP_TABLE_NUMBERS / numbers, 1, SLIP_TABLE_ROWS);
@@ -42,7 +42,7 @@ PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], Pets
   PetscCall(SlipH5CountMembers(h, group, &found));
   PetscCall(SlipH5CountAxes(h, group, &axes));
   PetscCheck(found - axes == ncolumns, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s in %s has %" PetscInt_FMT " datasets, expected the %" PetscInt_FMT " of this run%s", group, h->name,
+             "%s in %s has %" PetscInt_FMT " datasets, expected the %" PetscInt_FMT " of this run%s", group, h->target,
              found - axes, ncolumns, h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
