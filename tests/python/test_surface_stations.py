@@ -103,7 +103,7 @@ class SurfaceStations(FaultTest):
             place[-1][axis] = repr(float(place[-1][axis]) + 1)
         for other in ["1,2", *(";".join(map(",".join, place)) for place in places)]:  # other points, and one whose x, or y, differs
             message = self.fault(*GRID, "-fault_output", "part.h5", "-fault_restart", "state", "-fault_surface_stations", other, code=1)
-            self.assertIn("has other points of the surface than -fault_surface_stations", message)
+            self.assertIn("error: part.h5 has other points of the surface than -fault_surface_stations", message)
 
     def test_restart_to_another_output(self):
         """A new file is of displacement since its own beginning."""
