@@ -157,6 +157,7 @@ BAD_GMSH = {
     "fewer nodes than are said": (text("2.2").replace(b"$Nodes\n20\n", b"$Nodes\n21\n"), "line 27: \"$EndNodes\", expected a whole number"),
     "a node twice": (text("2.2").replace(b"\n7 0", b"\n6 0", 1) if b"\n7 0" in text("2.2") else text("2.2").replace(b"\n7 ", b"\n6 ", 1), "$Nodes has the node 6 twice"),
     "a node that is not there": (text("2.2", elements=FACETS[:-1] + [(2, 7, [0, 1, 400])]), "element 24 has the node 401, which $Nodes does not have"),
+    "a node that is before all": (text("2.2", elements=FACETS[:-1] + [(2, 7, [0, 1, -1])]), "element 24 has the node 0, which $Nodes does not have"),
     "a node that is no number": (text("2.2", points=np.where(np.arange(V)[:, None] == 6, np.nan, POINTS)), "vertex 7 has x = nan m"),
     "six nodes a triangle": (text(elements=FACETS + [(9, 7, [0, 1, 5, 2, 3, 4])]), "element 25 is of the type 9, of 6 nodes: expected triangles of 3"),
     "a type that is none": (text("2.2").replace(b"\n1 2 2 7 7", b"\n1 77 2 7 7", 1), "elements of the type 77, expected 1 to 31"),

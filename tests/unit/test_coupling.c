@@ -198,6 +198,82 @@ static Vec State(SlipFault fault, PetscReal rate)
   return w;
 }
 
+/* Slip along strike in a vertical plane, of whichever sense, leaves normal stress as it is; any other changes it, or who asks for it: and by
+   which kernel. Rakes of two cells. */
+static void what_changes_normal_stress(void **state)
+{
+  static const struct {
+    PetscReal dip, rake[2];
+    const char *coupling;
+    PetscBool opens, coupled, dipping;
+  } row[] = {{90, {0, 0}, "auto", PETSC_FALSE, PETSC_FALSE, PETSC_FALSE},
+             {90, {180, 180}, "auto", PETSC_FALSE, PETSC_FALSE, PETSC_FALSE},
+             {90, {0, 180}, "auto", PETSC_FALSE, PETSC_TRUE, PETSC_TRUE},
+             {90, {90, 90}, "auto", PETSC_FALSE, PETSC_TRUE, PETSC_TRUE},
+             {90, {90, 90}, "no", PETSC_FALSE, PETSC_FALSE, PETSC_TRUE},
+             {90, {0, 0}, "yes", PETSC_FALSE, PETSC_TRUE, PETSC_TRUE},
+             {30, {0, 0}, "auto", PETSC_FALSE, PETSC_TRUE, PETSC_TRUE},
+             {30, {0, 0}, "no", PETSC_FALSE, PETSC_FALSE, PETSC_TRUE},
+             {90, {0, 0}, "auto", PETSC_TRUE, PETSC_TRUE, PETSC_TRUE}};
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(row); k++) {
+    SlipFault fault = Thrust(2, 1, row[k].dip, "constant");
+
+    ok(FaultSetReals(fault, {"depth_top", 5e3}, {"initial_traction", 1e6}, {"slip_components", row[k].opens ? 2 : 1}));
+    ok(SlipFaultSetField(fault, "rake", 2, row[k].rake));
+    ok(SlipFaultSetString(fault, "initial", "traction"));
+    ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+    ok(SlipFaultSetString(fault, "normal_coupling", row[k].coupling));
+    ok(SlipFaultSetBool(fault, "opening", row[k].opens));
+    ok(SlipFaultSetUp(fault));
+    assert_int_equal(fault->kind.coupled, row[k].coupled);
+    assert_int_equal(fault->operators.Kn != NULL, row[k].coupled);
+    assert_int_equal(fault->kind.dipping, row[k].dipping);
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
+/* What was asked about before does not matter, another state, the rates of another, or a stage from it, after the rates of this one
+   too: to the bit */
+static void friction_is_of_the_state_asked_about(void **state)
+{
+  (void)state;
+  for (int k = 0; k < 4; k++) {
+    SlipFault fault = Thrust(3, 2, 30, k % 2 ? "rate_and_state" : "constant");
+    SlipStage stage = {.t = 1, .theta = 1, .omega = 1};
+    SlipFrictionCells friction;
+    PetscReal first[6];
+    Vec w, x, q;
+
+    ok(FaultSetReals(fault, {"loading_rate", 1e-9}, {"initial_traction", 0.5 * MU * SIGMA}));
+    if (k % 2 == 0) ok(SlipFaultSetString(fault, "initial", "traction"));
+    ok(SlipFaultSetUp(fault));
+    ok(SlipFaultCreateState(fault, &w));
+    ok(SlipFaultSetInitialState(fault, w));
+    VecsDuplicate(w, &stage.base, &stage.explicit_part);
+    ok(VecCopy(w, stage.base));
+    ok(VecShift(stage.base, 1e-2));
+    ok(VecZeroEntries(stage.explicit_part));
+    ok(MatCreateVecs(fault->operators.K, &x, &q));
+    ok(VecSet(x, 1e-2));
+    ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
+    for (int i = 0; i < 6; i++) first[i] = friction.stress[i];
+    if (k == 0) ok(SlipFaultGetFrictionOf(fault, 0, stage.base, &friction));
+    if (k % 2) ok(SlipFaultRates(fault, 0, k == 1 ? stage.base : w, NULL));
+    if (k > 1) {
+      ok(SlipFaultConstraintCreate(fault));
+      ok((*fault->stage.con->ops->stage)(fault->stage.con, &stage, fault));
+      ok((*fault->stage.con->ops->bound)(fault->stage.con, x, q, NULL, fault));
+    }
+    for (int i = 0; i < 6; i++) assert_true(fault->coupling.stress[i] != first[i]);
+    ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
+    for (int i = 0; i < 6; i++) assert_true(friction.stress[i] == first[i]);
+    ObjectsDestroy(&w, &stage.base, &stage.explicit_part, &x, &q);
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
 /* The rates of a state balance each cell: T - K u - eta (v - v_inf) = (sigma0 + Kn u) mu(s, v), to what the scalar solve leaves
    of the largest term */
 static void rates_balance_with_the_stress_of_now(void **state)
@@ -410,6 +486,7 @@ static void implicit_steps_of_smooth_friction_follow_explicit_ones(void **state)
 }
 
 SLIP_TESTS(one_block_swings_by_the_coupled_stiffness, motion_is_as_stiff_as_the_strength_it_takes,
-           rest_ends_when_force_meets_the_falling_strength, normal_stress_begins_as_given,
-           rates_balance_with_the_stress_of_now, coupling_is_the_derivative_of_the_bound, newton_hardly_needs_more,
+           rest_ends_when_force_meets_the_falling_strength, normal_stress_begins_as_given, what_changes_normal_stress,
+           friction_is_of_the_state_asked_about, rates_balance_with_the_stress_of_now,
+           coupling_is_the_derivative_of_the_bound, newton_hardly_needs_more,
            implicit_steps_of_smooth_friction_follow_explicit_ones)

@@ -91,8 +91,8 @@ static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 /* B and C by rows, n x n, and x of n cells; without a coupling C = 0 is not mentioned; start NULL: as w; eta > 0: so much of B's diagonal is
    that of a stage of the library, beside its stiffness */
 typedef struct {
-  PetscInt n, components, nfree; /* components 0: one */
-  PetscBool coupled, direct, go_on;
+  PetscInt n, components, nfree;                        /* components 0: one */
+  PetscBool coupled, direct, go_on, ends;               /* ends: before the first iteration */
   PetscReal B[N * N], C[N * N], w[N], x[N], eta, omega; /* omega 0: one; w and C are times it */
   const PetscReal *start;
 } Case;
@@ -145,8 +145,11 @@ static PetscBool Refused(const Case *c)
              .solution = Column(c->n, components, c->x)};
   Mat K = p.l.B, H = NULL;
   SNESConvergedReason reason;
-  PetscBool refused;
+  PetscBool refused, again;
+  PetscInt iterations;
+  char rows[16];
   SNES snes;
+  KSP ksp;
   Vec x, r;
 
   if (c->eta > 0) {
@@ -163,12 +166,14 @@ static PetscBool Refused(const Case *c)
   ok(SlipConstraintCreate(PETSC_COMM_SELF, &ops, &p, x, &p.con));
   ok(SlipConstraintSetComponents(p.con, components, p.weakening));
   ok(SlipConstraintSetRefuseUnstable(p.con, c->go_on ? PETSC_FALSE : PETSC_TRUE));
-  ok(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", c->direct ? "350" : "0"));
+  ok(PetscSNPrintf(rows, sizeof(rows), "%" PetscInt_FMT, c->direct ? components * c->n : 0));
+  ok(PetscOptionsSetValue(NULL, "-snes_slip_direct_max", rows));
   ok(SNESCreate(PETSC_COMM_SELF, &snes));
   ok(SNESSetType(snes, SNESSEMISMOOTH));
   ok(SNESSetSlipConstraint(snes, p.con));
   ok(SNESSetFromOptions(snes));
   ok(PetscOptionsClearValue(NULL, "-snes_slip_direct_max"));
+  if (c->ends) ok(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 0, PETSC_DEFAULT));
   ok(VecCopy(p.solution, x));
   ok(VecScale(x, 0.9));
   ok(SNESSlipSolveStage(snes, &stage, x, r, NULL));
@@ -179,8 +184,19 @@ static PetscBool Refused(const Case *c)
     assert_true(reason > 0 || reason == SNES_DIVERGED_LINEAR_SOLVE);
     refused = reason < 0 ? PETSC_TRUE : PETSC_FALSE;
   }
-  assert_true(refused ? reason < 0 : reason > 0);
-  if (!refused) AssertVecNear(x, p.solution, NORM_INFINITY, 1e-7);
+  if (c->ends) assert_true(reason == SNES_DIVERGED_MAX_IT && !refused);
+  ok(SNESGetKSP(snes, &ksp));
+  ok(KSPGetTotalIterations(ksp, &iterations));
+  assert_int_equal(iterations == 0, c->direct || c->ends);
+  assert_true(refused || c->ends ? reason < 0 : reason > 0);
+  if (reason > 0) AssertVecNear(x, p.solution, NORM_INFINITY, 1e-7);
+  if (refused && !c->go_on) { /* of this stage, not of the next */
+    ok(SlipConstraintSetRefuseUnstable(p.con, PETSC_FALSE));
+    ok(VecCopy(p.solution, x));
+    ok(SNESSlipSolveStage(snes, &stage, x, r, NULL));
+    ok(SlipConstraintWasUnstable(p.con, &again));
+    assert_false(again);
+  }
   ObjectsDestroy(&snes, &p.l.B, &p.C, &p.weakening, &p.start, &p.solution, &p.work, &x, &r);
   ok(SlipConstraintDestroy(&p.con));
   return refused;
@@ -356,6 +372,33 @@ static void start_counts_in_every_mode(void **state)
   }
 }
 
+/* It is the slope over the diagonal of B that counts, whatever the units, and where it changes its sign; what has not converged is not asked. */
+static void start_counts_if_the_end_is_known(void **state)
+{
+  Case c;
+  PetscReal least, start[N];
+
+  (void)state;
+  for (int k = 0; k < 3; k++) {
+    const PetscReal unit = k == 0 ? 1e-4 : 1;
+
+    (void)Make(SWINGING, 0, &c, &least);
+    for (PetscInt i = 0; i < N * N; i++) {
+      c.B[i] *= unit;
+      c.C[i] *= unit;
+    }
+    for (PetscInt i = 0; i < N; i++) {
+      c.x[i] = 1;
+      c.w[i] = k == 1 ? -2.75 : unit * c.w[i];
+      start[i] = unit * 2.75;
+    }
+    c.start = start;
+    c.direct = PETSC_TRUE;
+    c.ends = k == 2 ? PETSC_TRUE : PETSC_FALSE;
+    assert_true(Refused(&c) == (k < 2));
+  }
+}
+
 /* What the bound of a cell without strength would gain, an instability, does not count: its row is that of B. */
 static void rows_without_strength(void **state)
 {
@@ -371,13 +414,14 @@ static void rows_without_strength(void **state)
 }
 
 /* Two cells whose mode swings, and grows or not as 4 - w1 - w2 says, in other units of their rows: B - W + C becomes T (B - W + C) T. The
-   sum of its diagonal says the opposite; with eta so does that over the diagonal of the stiffness alone. */
+   sum of its diagonal says the opposite; with eta so does that over the diagonal of the stiffness alone. One that swings on without growing is refused. */
 static void units_do_not_matter(void **state)
 {
-  const PetscReal w[][2] = {{3, 0}, {2.5, 1.75}, {2.5, 1}}, t[][2] = {{3, 1}, {1, 3}, {1, 3}}, eta[] = {0, 0, 1.9};
+  const PetscReal w[][2] = {{3, 0}, {2.5, 1.75}, {2.5, 1}, {2, 2}}, t[][2] = {{3, 1}, {1, 3}, {1, 3}, {1, 1}},
+                  eta[] = {0, 0, 1.9, 0};
 
   (void)state;
-  for (int k = 0; k < 3; k++) {
+  for (int k = 0; k < 4; k++) {
     Case c = {.n = 2, .coupled = PETSC_TRUE, .direct = PETSC_TRUE, .eta = eta[k]};
 
     for (PetscInt i = 0; i < 2; i++) {
@@ -386,9 +430,9 @@ static void units_do_not_matter(void **state)
       c.w[i] = w[k][i] * t[k][i] * t[k][i];
       c.C[1 + i] = (i ? -2 : 2) * t[k][0] * t[k][1];
     }
-    assert_true(Refused(&c) == (k == 1));
+    assert_true(Refused(&c) == (k % 2 != 0));
   }
 }
 
 SLIP_TESTS(modes_are_counted, every_mode, odd_numbers_cost_no_eigenvalues, start_counts_in_every_mode,
-           rows_without_strength, units_do_not_matter)
+           start_counts_if_the_end_is_known, rows_without_strength, units_do_not_matter)

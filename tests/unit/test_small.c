@@ -310,8 +310,59 @@ static void test_eliminated_to_rounding(void **state)
   }
 }
 
+/* One state that slides, with the strength 0.2 + 0.1 (x - 1), and G + q = 1.1 (x - 1) plus a rounding of 3e-11, or of -6e-11 just below 1, at which Newton's
+   method arrives first: its next step makes the residual three times as large, and what was better is kept, with the strength there. */
+static PetscErrorCode RoundedForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
+{
+  const PetscReal x = w[0];
+
+  PetscFunctionBeginUser;
+  (void)t, (void)ctx;
+  F[0] = 1.2 - (x < 0.5 ? 0 : x < 1 - 1e-12 ? -6e-11 : 3e-11);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RoundedJacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t, (void)w, (void)J, (void)ctx;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RoundedBound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t, (void)ctx;
+  q[0] = 0.2 + 0.1 * (w[0] - 1);
+  if (dq) dq[0] = 0.1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void test_better_point_is_kept(void **state)
+{
+  const PetscInt only[] = {0};
+  const SlipSmall rounded = {1, ones, 1, only, RoundedForce, RoundedJacobian, RoundedBound, NULL};
+  SlipStage stage = {.theta = 1, .omega = 1, .base = State(1, (const PetscReal[]){0})};
+  Vec x = State(1, (const PetscReal[]){0}), r;
+  SNESConvergedReason reason;
+  PetscReal value, reaction;
+  SNES snes = Solver(&rounded);
+
+  (void)state;
+  ok(VecDuplicate(x, &r));
+  ok(SNESSlipSolveStage(snes, &stage, x, r, NULL));
+  ok(SNESGetConvergedReason(snes, &reason));
+  assert_true(reason > 0);
+  Get(x, 1, &value);
+  Get(r, 1, &reaction);
+  AssertNear(value, 1, 1e-15);
+  AssertNear(reaction, -0.2 - 0.1 * (value - 1), 1e-16);
+  ObjectsDestroy(&snes, &x, &r, &stage.base);
+}
+
 /* What steps ask of the constraint: the rows that reactions enter gain a multiple of them, masses divide, in place or not; bounds find
-   their derivatives zero and must not be negative. */
+   their derivatives zero and must not be negative. What is left of dG/dx without the free row, whose own entry is 2 - 0.3 cos w, is its Schur
+   complement. */
 static void test_operations(void **state)
 {
   const PetscReal masses[] = {2, 4}, force[] = {6, 20};
@@ -320,6 +371,7 @@ static void test_operations(void **state)
   const SlipConstraintOps *ops;
   PetscReal value[2], q;
   SlipConstraint con;
+  Mat B;
   Vec F = State(2, force), k = State(2, force), one = State(1, (const PetscReal[]){3}), bound = State(1, force);
 
   (void)state;
@@ -339,6 +391,11 @@ static void test_operations(void **state)
   Get(bound, 1, &q);
   Get(one, 1, value);
   assert_true(q == friction && value[0] == 0);
+  ok((*ops->lift)(con, one, F, con->ctx));
+  ok((*ops->jacobian)(con, one, &B, con->ctx));
+  Get(F, 2, value);
+  ok(MatGetValue(B, 0, 0, &q));
+  AssertNear(q, 4 - 4 * PetscCosReal(value[0]) * (-1) / (2 - 0.3 * PetscCosReal(value[0])), 1e-13);
   friction = -0.1;
   fails((*ops->bound_state)(con, 0, k, bound, con->ctx), "The bound of reaction 0 is -0.1 at time 0");
   friction = 0.2;
@@ -597,5 +654,6 @@ static void test_circuit_observe(void **state)
 }
 
 SLIP_TESTS(test_eliminated_row, test_not_symmetric, test_rest, test_elimination_that_cycles,
-           test_eliminated_to_rounding, test_operations, test_bad_input, test_exact_arrest, test_exact_departures,
-           test_sliding_mode_order, test_sliding_mode_observe, test_circuit_energy, test_circuit_observe)
+           test_eliminated_to_rounding, test_operations, test_better_point_is_kept, test_bad_input, test_exact_arrest,
+           test_exact_departures, test_sliding_mode_order, test_sliding_mode_observe, test_circuit_energy,
+           test_circuit_observe)
