@@ -125,16 +125,19 @@ class Opening(FaultTest):
         with h5py.File(self.path("cut.h5")) as file:
             for name, expected in (("opening", opening), ("slip", slip)):
                 np.testing.assert_array_equal(file["fields/" + name][()], expected)
+            for name in ("least_normal_stress", "cells_without_stress", "largest_opening"):
+                self.assertEqual(file["result"].attrs[name], result[name])
 
     def test_lost_normal_stress(self):
         """A thrust to the ground that slips by more than its normal stress bears, and does not open: cells without it have none at all; what the run says
         of them, in its summary and while it runs, is what /fields have of every step."""
-        options = ("-fault_nx", 5, "-fault_nz", 4, "-fault_length_x", 5e3, "-fault_length_z", 4e3, "-fault_dip", 20, "-fault_rake", 90, "-fault_normal_stress", 2e6,
+        options = ("-fault_nx", 5, "-fault_nz", 4, "-fault_length_x", 5e3, "-fault_length_z", 4e3, "-fault_dip", 20, "-fault_rake", 90,
                    "-fault_normal_stress_gradient", 0, "-fault_friction_law", "constant", "-fault_friction_residual", 0.3, "-fault_initial", "traction",
                    "-fault_initial_unstable", "-fault_inertia", "no", "-fault_viscosity", "radiation", "-fault_output_fields", "normal_stress")
-        for traction, lost in ((6e6, True), (1.5e6, False)):
-            name = f"clamp_{lost}.h5"
-            text = self.fault(*options, "-fault_initial_traction", traction, "-ts_max_time", 20, "-fault_output", name)
+        for stress, lost, ranks in ((2e6, True, 1), (2e6, True, 2), (2e6, False, 2), (500, False, 1)):
+            name = f"clamp_{stress}_{lost}_{ranks}.h5"
+            text = self.fault(*options, "-fault_normal_stress", stress, "-fault_initial_traction", (3 if lost else 0.75) * stress, "-ts_max_time", 20,
+                              "-fault_output", name, ranks=ranks)
             with h5py.File(self.path(name)) as file:
                 sigma = file["fields/normal_stress"][()].reshape(-1, 20)
                 result = dict(file["result"].attrs)
@@ -159,6 +162,12 @@ class Opening(FaultTest):
                 file["cells"].attrs["units"] = "m"
             text = self.fault("-fault_mesh", "planes.h5", "-fault_slip_components", 2, "-fault_viscosity", "radiation", "-ts_max_time", 0.1)
             self.assertEqual("least normal stress:" in text, count == 2)
+        # a stiffness from a file does not say what slip changes, whatever the dip
+        with h5py.File(self.path("k.h5"), "w") as file:
+            file["K"] = 1e7 * np.eye(2)
+        text = self.fault("-fault_nx", 2, "-fault_nz", 1, "-fault_dip", 30, "-fault_stiffness_file", "k.h5:/K", "-fault_viscosity", "radiation",
+                          "-ts_max_time", 0.1)
+        self.assertNotIn("least normal stress:", text)
 
     def test_refused(self):
         """What does not go with opening is refused by the option's name"""

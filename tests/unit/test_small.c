@@ -311,7 +311,8 @@ static void test_eliminated_to_rounding(void **state)
 }
 
 /* One state that slides, with the strength 0.2 + 0.1 (x - 1), and G + q = 1.1 (x - 1) plus a rounding of 3e-11, or of -6e-11 just below 1, at which Newton's
-   method arrives first: its next step makes the residual three times as large, and what was better is kept, with the strength there. */
+   method arrives first: its next step makes the residual three times as large, and what was better is kept, with the strength there. Before, at x = 0, the residual is
+   1.2 - 0.1 of G(0) and the strength there. */
 static PetscErrorCode RoundedForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
 {
   const PetscReal x = w[0];
@@ -347,9 +348,17 @@ static void test_better_point_is_kept(void **state)
   SNESConvergedReason reason;
   PetscReal value, reaction;
   SNES snes = Solver(&rounded);
+  SlipConstraint con;
+  Vec w = State(1, (const PetscReal[]){5});
 
   (void)state;
   ok(VecDuplicate(x, &r));
+  ok(SNESGetSlipConstraint(snes, &con));
+  ok(SlipConstraintInitialReaction(con, 0, w, r)); /* whose state is none of the stage's */
+  ok(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 0, PETSC_DEFAULT));
+  ok(SNESSlipSolveStage(snes, &stage, x, r, &value));
+  AssertNear(value, (1.2 - 0.1) / (1.2 + 0.1), 1e-14);
+  ok(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 50, PETSC_DEFAULT));
   ok(SNESSlipSolveStage(snes, &stage, x, r, NULL));
   ok(SNESGetConvergedReason(snes, &reason));
   assert_true(reason > 0);
@@ -357,7 +366,7 @@ static void test_better_point_is_kept(void **state)
   Get(r, 1, &reaction);
   AssertNear(value, 1, 1e-15);
   AssertNear(reaction, -0.2 - 0.1 * (value - 1), 1e-16);
-  ObjectsDestroy(&snes, &x, &r, &stage.base);
+  ObjectsDestroy(&snes, &x, &r, &w, &stage.base);
 }
 
 /* What steps ask of the constraint: the rows that reactions enter gain a multiple of them, masses divide, in place or not; bounds find
