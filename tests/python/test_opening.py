@@ -91,7 +91,7 @@ class Opening(FaultTest):
         from a checkpoint does so to the bit."""
         self.thrust(25e3)
         run = (*THRUST, "-fault_opening", "yes", *DYNAMIC, "-fault_stations", "3683.33,362.523,169.047")
-        for name, ranks, more in (("one.h5", 1, ()), ("two.h5", 2, ()), ("cut.h5", 1, ("-ts_max_steps", "90", "-fault_checkpoint", "state.h5")),
+        for name, ranks, more in (("one.h5", 1, ()), ("two.h5", 2, ()), ("cut.h5", 1, ("-ts_max_steps", "160", "-fault_checkpoint", "state.h5")),
                                   ("cut.h5", 1, ("-fault_restart", "state.h5", "-fault_checkpoint", "state.h5"))):
             printed = self.fault(*run, *more, "-fault_output", name, ranks=ranks, code=3 if "-ts_max_steps" in more else 0)
         self.assertIn("cells open, first cell", self.fault(*run, "-fault_output", "one.h5", "-fault_output_overwrite"))
