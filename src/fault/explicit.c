@@ -78,7 +78,9 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
              : PETSC_FALSE;
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(&good, accept, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
-  if (!*accept) PetscCall(SlipGuardConstant(ts, ts->time_step));
+  if (*accept) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipGuardConstant(ts, ts->time_step));
+  PetscCall(SlipGuardStep(ts)); /* else TSRK would shorten for ever the steps from a state that none leads away from */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

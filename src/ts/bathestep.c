@@ -185,8 +185,7 @@ static PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
 {
   PetscFunctionBegin;
   h = PetscClipInterval(h, ts->adapt->dt_min, ts->adapt->dt_max);
-  if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) h = PetscMin(h, ts->max_time - ts->ptime);
-  PetscCall(TSSetTimeStep(ts, h));
+  PetscCall(TSSetTimeStep(ts, SlipStepAfterCorner(ts, ts->ptime, h)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -195,7 +195,8 @@ def write_inputs():
 
 
 def fault(folder, words):
-    return subprocess.run([FAULT, *words], cwd=folder, capture_output=True, text=True)
+    with tempfile.TemporaryDirectory() as own:  # of Open MPI, away from the programs that begin at the same time
+        return subprocess.run([FAULT, *words], cwd=folder, env={**os.environ, "TMPDIR": own}, capture_output=True, text=True)
 
 
 def files(*names):
