@@ -13,8 +13,8 @@ room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 cd "$room"
 apt-get -qq download admesh=0.98.4-2 libadmesh1=0.98.4-2 >apt.log 2>&1 || { tail -3 apt.log; exit 77; }
-for deb in *.deb; do dpkg -x "$deb" root; done
-admesh() { LD_LIBRARY_PATH=root/usr/lib/x86_64-linux-gnu root/usr/bin/admesh "$@"; }
+for deb in *.deb; do dpkg -x "$deb" tree; done
+admesh() { LD_LIBRARY_PATH=tree/usr/lib/x86_64-linux-gnu tree/usr/bin/admesh "$@"; }
 
 # a square of 4 x 4 quadrilaterals, two facets each, all counterclockwise seen from above
 awk 'function facet(a, b, c, d, e, f) {

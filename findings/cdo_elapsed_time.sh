@@ -12,13 +12,13 @@ set -euo pipefail
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 cd "$room"
-mkdir -p debs/partial root && : >status
+mkdir -p debs/partial tree && : >status
 apt-get -qq -y -o Dir::State::status="$room/status" -o Dir::Cache::archives="$room/debs" -o Debug::NoLocking=1 --no-install-recommends \
   --download-only install cdo=2.1.1-1+deb12u1 netcdf-bin=1:4.9.0-3+b1 >apt.log 2>&1 || { tail -3 apt.log; exit 77; }
 rm -f debs/libc6_*.deb
-for deb in debs/*.deb; do dpkg -x "$deb" root; done
-lib=$room/root/usr/lib/x86_64-linux-gnu
-here() { LD_LIBRARY_PATH=$lib:$room/root/lib/x86_64-linux-gnu:$lib/blas:$lib/lapack "root/usr/bin/$@"; }
+for deb in debs/*.deb; do dpkg -x "$deb" tree; done
+lib=$room/tree/usr/lib/x86_64-linux-gnu
+here() { LD_LIBRARY_PATH=$lib:$room/tree/lib/x86_64-linux-gnu:$lib/blas:$lib/lapack "tree/usr/bin/$@"; }
 
 make() { # NAME UNITS
   cat >"$1.cdl" <<CDL

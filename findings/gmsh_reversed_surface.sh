@@ -12,13 +12,13 @@ set -euo pipefail
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 cd "$room"
-mkdir -p debs/partial root && : >status
+mkdir -p debs/partial tree && : >status
 apt-get -qq -y -o Dir::State::status="$room/status" -o Dir::Cache::archives="$room/debs" -o Debug::NoLocking=1 \
   --no-install-recommends --download-only install gmsh=4.8.4+ds2-3 >apt.log 2>&1 || { tail -3 apt.log; exit 77; }
 rm -f debs/libc6_*.deb
-for deb in debs/*.deb; do dpkg -x "$deb" root; done
-lib=root/usr/lib/x86_64-linux-gnu
-gmsh() { LD_LIBRARY_PATH=$lib:root/lib/x86_64-linux-gnu:$lib/blas:$lib/lapack:$lib/pulseaudio HWLOC_COMPONENTS=-opencl root/usr/bin/gmsh -nopopup -v 1 "$@"; }
+for deb in debs/*.deb; do dpkg -x "$deb" tree; done
+lib=tree/usr/lib/x86_64-linux-gnu
+gmsh() { LD_LIBRARY_PATH=$lib:tree/lib/x86_64-linux-gnu:$lib/blas:$lib/lapack:$lib/pulseaudio HWLOC_COMPONENTS=-opencl tree/usr/bin/gmsh -nopopup -v 1 "$@"; }
 
 square() { # SIGN
   cat <<GEO

@@ -12,17 +12,17 @@ set -euo pipefail
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 cd "$room"
-mkdir -p debs/partial root && : >status
+mkdir -p debs/partial tree && : >status
 apt-get -qq -y -o Dir::State::status="$room/status" -o Dir::Cache::archives="$room/debs" -o Debug::NoLocking=1 \
   --no-install-recommends --download-only install python3-h5py-serial=3.7.0-8 libhdf5-103-1=1.10.8+repack1-1 >apt.log 2>&1 ||
   { tail -3 apt.log; exit 77; }
 rm -f debs/libc6_*.deb
-for deb in debs/*.deb; do dpkg -x "$deb" root; done
-export LD_LIBRARY_PATH=root/usr/lib/x86_64-linux-gnu:root/lib/x86_64-linux-gnu:root/usr/lib/x86_64-linux-gnu/blas:root/usr/lib/x86_64-linux-gnu/lapack
+for deb in debs/*.deb; do dpkg -x "$deb" tree; done
+export LD_LIBRARY_PATH=tree/usr/lib/x86_64-linux-gnu:tree/lib/x86_64-linux-gnu:tree/usr/lib/x86_64-linux-gnu/blas:tree/usr/lib/x86_64-linux-gnu/lapack
 
-PYTHONHOME=$room/root/usr root/usr/bin/python3.11 - <<'PY'
+PYTHONHOME=$room/tree/usr tree/usr/bin/python3.11 - <<'PY'
 import sys
-sys.path.insert(0, "root/usr/lib/python3/dist-packages")
+sys.path.insert(0, "tree/usr/lib/python3/dist-packages")
 import h5py
 import numpy as np
 

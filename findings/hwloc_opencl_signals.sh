@@ -13,12 +13,12 @@ set -euo pipefail
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 cd "$room"
-mkdir -p debs/partial root && : >status
+mkdir -p debs/partial tree && : >status
 apt-get -qq -y -o Dir::State::status="$room/status" -o Dir::Cache::archives="$room/debs" -o Debug::NoLocking=1 --no-install-recommends \
   --download-only install libhwloc-dev=2.9.0-1 libhwloc-plugins=2.9.0-1 pocl-opencl-icd=3.1-3+deb12u1 >apt.log 2>&1 || { tail -3 apt.log; exit 77; }
 rm -f debs/libc6_*.deb debs/libc6-dev_*.deb
-for deb in debs/*.deb; do dpkg -x "$deb" root; done
-lib=$room/root/usr/lib/x86_64-linux-gnu
+for deb in debs/*.deb; do dpkg -x "$deb" tree; done
+lib=$room/tree/usr/lib/x86_64-linux-gnu
 # the driver's own file names its library below /usr
 mkdir vendors && echo "$(ls $lib/libpocl.so.2* | head -1)" >vendors/pocl.icd
 
@@ -66,8 +66,8 @@ int main(void)
   return 0;
 }
 C
-cc -I root/usr/include try.c -o try -L "$lib" -lhwloc -Wl,-rpath-link,"$lib"
-export LD_LIBRARY_PATH=$lib:$room/root/lib/x86_64-linux-gnu OCL_ICD_VENDORS=$room/vendors HWLOC_PLUGINS_PATH=$lib/hwloc POCL_CACHE_DIR=$room/cache
+cc -I tree/usr/include try.c -o try -L "$lib" -lhwloc -Wl,-rpath-link,"$lib"
+export LD_LIBRARY_PATH=$lib:$room/tree/lib/x86_64-linux-gnu OCL_ICD_VENDORS=$room/vendors HWLOC_PLUGINS_PATH=$lib/hwloc POCL_CACHE_DIR=$room/cache
 echo "with the plugin:"
 ./try | tee with.txt
 echo "HWLOC_COMPONENTS=-opencl:"

@@ -13,7 +13,7 @@ room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 cd "$room"
 apt-get -qq download libmetis5=5.1.0.dfsg-7 libmetis-dev=5.1.0.dfsg-7 >apt.log 2>&1 || { tail -3 apt.log; exit 77; }
-for deb in *.deb; do dpkg -x "$deb" root; done
+for deb in *.deb; do dpkg -x "$deb" tree; done
 
 cat >try.c <<'C'
 #include <metis.h>
@@ -60,5 +60,5 @@ int main(void)
   return !seen;
 }
 C
-cc -I root/usr/include try.c -o try -L root/usr/lib/x86_64-linux-gnu -lmetis
-LD_LIBRARY_PATH=root/usr/lib/x86_64-linux-gnu ./try
+cc -I tree/usr/include try.c -o try -L tree/usr/lib/x86_64-linux-gnu -lmetis
+LD_LIBRARY_PATH=tree/usr/lib/x86_64-linux-gnu ./try

@@ -12,17 +12,17 @@ set -euo pipefail
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 cd "$room"
-mkdir -p debs/partial root && : >status
+mkdir -p debs/partial tree && : >status
 apt-get -qq -y -o Dir::State::status="$room/status" -o Dir::Cache::archives="$room/debs" -o Debug::NoLocking=1 --no-install-recommends \
   --download-only install python3-h5py-serial=3.7.0-8 netcdf-bin=1:4.9.0-3+b1 >apt.log 2>&1 || { tail -3 apt.log; exit 77; }
 rm -f debs/libc6_*.deb
-for deb in debs/*.deb; do dpkg -x "$deb" root; done
-lib=$room/root/usr/lib/x86_64-linux-gnu
-export LD_LIBRARY_PATH=$lib:$room/root/lib/x86_64-linux-gnu:$lib/blas:$lib/lapack
+for deb in debs/*.deb; do dpkg -x "$deb" tree; done
+lib=$room/tree/usr/lib/x86_64-linux-gnu
+export LD_LIBRARY_PATH=$lib:$room/tree/lib/x86_64-linux-gnu:$lib/blas:$lib/lapack
 
-PYTHONHOME=$room/root/usr root/usr/bin/python3.11 - <<'PY'
+PYTHONHOME=$room/tree/usr tree/usr/bin/python3.11 - <<'PY'
 import sys
-sys.path.insert(0, "root/usr/lib/python3/dist-packages")
+sys.path.insert(0, "tree/usr/lib/python3/dist-packages")
 import h5py
 import numpy as np
 
@@ -36,6 +36,6 @@ with h5py.File("named.h5", "w") as file:
     file["boolean"] = h5py.enum_dtype({"FALSE": 0, "TRUE": 1}, basetype="i1")
     file.create_dataset("slides", (2,), dtype=file["boolean"])[:] = [1, 0]
 PY
-root/usr/bin/ncdump -h plain.h5 | tee plain.cdl
-root/usr/bin/ncdump -h named.h5 | tee named.cdl
+tree/usr/bin/ncdump -h plain.h5 | tee plain.cdl
+tree/usr/bin/ncdump -h named.h5 | tee named.cdl
 grep -q 'double slip' plain.cdl && grep -q ':runs = 3' plain.cdl && ! grep -q 'slides\|modes\|complete' plain.cdl && grep -q 'boolean slides' named.cdl

@@ -14,12 +14,12 @@ room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 cd "$room"
 npm install --silent --no-audit --no-fund --prefix . netcdfjs@4.0.0 >npm.log 2>&1 || { tail -3 npm.log; exit 77; }
-mkdir -p debs/partial root && : >status
+mkdir -p debs/partial tree && : >status
 apt-get -qq -y -o Dir::State::status="$room/status" -o Dir::Cache::archives="$room/debs" -o Debug::NoLocking=1 \
   --no-install-recommends --download-only install netcdf-bin=1:4.9.0-3+b1 >apt.log 2>&1 || { tail -3 apt.log; exit 77; }
 rm -f debs/libc6_*.deb
-for deb in debs/*.deb; do dpkg -x "$deb" root; done
-netcdf() { LD_LIBRARY_PATH=root/usr/lib/x86_64-linux-gnu:root/lib/x86_64-linux-gnu "root/usr/bin/$@"; }
+for deb in debs/*.deb; do dpkg -x "$deb" tree; done
+netcdf() { LD_LIBRARY_PATH=tree/usr/lib/x86_64-linux-gnu:tree/lib/x86_64-linux-gnu "tree/usr/bin/$@"; }
 
 cat >two.cdl <<'CDL'
 netcdf two {

@@ -12,14 +12,14 @@ set -euo pipefail
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 cd "$room"
-mkdir -p debs/partial root && : >status
+mkdir -p debs/partial tree && : >status
 apt-get -qq -y -o Dir::State::status="$room/status" -o Dir::Cache::archives="$room/debs" -o Debug::NoLocking=1 \
   --no-install-recommends --download-only install octave=7.3.0-2 >apt.log 2>&1 || { tail -3 apt.log; exit 77; }
 rm -f debs/libc6_*.deb debs/libc6-dev_*.deb
-for deb in debs/*.deb; do dpkg -x "$deb" root; done
-lib=$room/root/usr/lib/x86_64-linux-gnu
-export LD_LIBRARY_PATH=$lib:$room/root/lib/x86_64-linux-gnu:$room/root/usr/lib:$lib/blas:$lib/lapack:$lib/pulseaudio:$lib/octave/7.3.0
-export OCTAVE_HOME=$room/root/usr OCTAVE_EXEC_HOME=$room/root/usr HWLOC_COMPONENTS=-opencl OPENBLAS_NUM_THREADS=1
+for deb in debs/*.deb; do dpkg -x "$deb" tree; done
+lib=$room/tree/usr/lib/x86_64-linux-gnu
+export LD_LIBRARY_PATH=$lib:$room/tree/lib/x86_64-linux-gnu:$room/tree/usr/lib:$lib/blas:$lib/lapack:$lib/pulseaudio:$lib/octave/7.3.0
+export OCTAVE_HOME=$room/tree/usr OCTAVE_EXEC_HOME=$room/tree/usr HWLOC_COMPONENTS=-opencl OPENBLAS_NUM_THREADS=1
 
 cat >try.m <<'M'
 1;
@@ -41,4 +41,4 @@ for tol = [1e-3 1e-6]
 end
 exit(!(seen && late(2) > late(1)));
 M
-root/usr/bin/octave-cli --no-gui --no-init-file --no-site-file -q try.m 2>error.txt || { cat error.txt; exit 1; }
+tree/usr/bin/octave-cli --no-gui --no-init-file --no-site-file -q try.m 2>error.txt || { cat error.txt; exit 1; }

@@ -12,12 +12,12 @@ set -euo pipefail
 room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 cd "$room"
-mkdir -p debs/partial root && : >status
+mkdir -p debs/partial tree && : >status
 apt-get -qq -y -o Dir::State::status="$room/status" -o Dir::Cache::archives="$room/debs" -o Debug::NoLocking=1 --no-install-recommends \
   --download-only install libpetsc-real3.18=3.18.5+dfsg1-1 libpetsc-real3.18-dev=3.18.5+dfsg1-1 >apt.log 2>&1 || { tail -3 apt.log; exit 77; }
 rm -f debs/libc6_*.deb debs/libc6-dev_*.deb
-for deb in debs/*.deb; do dpkg -x "$deb" root; done
-lib=$room/root/usr/lib/x86_64-linux-gnu petsc=$(echo "$room"/root/usr/lib/petscdir/petsc*/x86_64-linux-gnu-real)
+for deb in debs/*.deb; do dpkg -x "$deb" tree; done
+lib=$room/tree/usr/lib/x86_64-linux-gnu petsc=$(echo "$room"/tree/usr/lib/petscdir/petsc*/x86_64-linux-gnu-real)
 
 cat >try.c <<'C'
 #include <petscts.h>
@@ -54,9 +54,9 @@ int main(int argc, char **argv)
   return 0;
 }
 C
-include=$(for folder in "$petsc"/include "$petsc"/../include root/usr/include root/usr/lib/x86_64-linux-gnu/openmpi/include; do printf ' -I %s' "$folder"; done)
+include=$(for folder in "$petsc"/include "$petsc"/../include tree/usr/include tree/usr/lib/x86_64-linux-gnu/openmpi/include; do printf ' -I %s' "$folder"; done)
 cc $include try.c -o try -L "$petsc"/lib -lpetsc_real -L "$lib" -lmpi -Wl,--allow-shlib-undefined
-export LD_LIBRARY_PATH=$petsc/lib:$lib:$room/root/lib/x86_64-linux-gnu:$lib/blas:$lib/lapack OPAL_PREFIX=$room/root/usr PMIX_INSTALL_PREFIX=$lib/pmix2 HWLOC_COMPONENTS=-opencl
+export LD_LIBRARY_PATH=$petsc/lib:$lib:$room/tree/lib/x86_64-linux-gnu:$lib/blas:$lib/lapack OPAL_PREFIX=$room/tree/usr PMIX_INSTALL_PREFIX=$lib/pmix2 HWLOC_COMPONENTS=-opencl
 export OMPI_MCA_mca_base_component_path=$lib/openmpi/lib/openmpi3 OMPI_MCA_ess_singleton_isolated=1 OMPI_MCA_btl=self OMPI_MCA_pml=ob1 PMIX_MCA_gds=hash
 ./try -first 4294967316 -second 2147483648 -ts_max_steps 4294967299 >seen.txt 2>error.txt || { tail -5 error.txt; exit 1; }
 echo "-first 4294967316 -second 2147483648 -ts_max_steps 4294967299: first, second and steps taken are $(cat seen.txt)"
