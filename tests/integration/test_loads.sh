@@ -109,11 +109,11 @@ for name, (mesh, where) in meshes.items():
                 f[key] = value
 P
 unstable() { # ranks, name, what is said, option...
-  mpirun -n "$1" "${run[@]}" -fault_parameters "start_$2.h5" -fault_initial_unstable -ts_max_steps 1 "${@:4}" >log 2>&1
-  [ $? = 3 ] && [ "$(grep -c "^start: .*the stress exceeds the strength in $3 are outside of the largest patch" log)" = 1 ] || fail "an unstable start, $2: $(cat log)"
+  mpirun -n "$1" "${run[@]}" -fault_parameters "start_$2.h5" -fault_initial_unstable -ts_max_steps 1 "${@:4}" >log 2>err
+  [ $? = 3 ] && [ "$(grep -c "^start: .*the stress exceeds the strength in $3 are outside of the largest patch" log)" = 1 ] || fail "an unstable start, $2: $(cat log err)"
 }
 unstable 2 grid "7 of 30 cells, at x 250 to 2750 m and z 300 to 2700 m, by up to 500000 Pa; 2 of them (6.67 % of all cells)"
-grep -q "warning: 2 cells (6.67 % of all) outside of the patch .*-fault_initial_unstable" log || fail "no warning of cells outside of the patch: $(cat log)"
+grep -q "warning: 2 cells (6.67 % of all) outside of the patch .*-fault_initial_unstable" err || fail "no warning of cells outside of the patch: $(cat err)"
 unstable 1 list "10 of 33 cells, .*; 2 of them (6.06 % of all cells)" -fault_mesh mesh_list.h5
 unstable 2 triangles "14 of 60 cells, .*; 4 of them (6.67 % of all cells)" -fault_mesh mesh_triangles.h5
 "${run[@]}" -fault_initial_traction 6e6 -fault_initial_unstable >log 2>&1 || fail "an unstable start: $(cat log)"

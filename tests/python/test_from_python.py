@@ -238,7 +238,9 @@ if PETSc.COMM_WORLD.rank == 0:
 result = slipstep.Fault(nx=4, nz=3, rake=80, slip_components=2, ts_max_time=10.0).run()
 print("rate", result.series["max_slip_rate"][-1])
 """)
-        shown, rate = (float(re.findall(pattern, done.stdout)[-1]) for pattern in (r"largest slip rate (\S+) m/s", r"rate (\S+)$"))
+        found = [re.findall(pattern, done.stdout, re.MULTILINE) for pattern in (r"largest slip rate (\S+) m/s", r"^rate (\S+)$")]
+        self.assertTrue(all(found), done.stdout + done.stderr)
+        shown, rate = (float(numbers[-1]) for numbers in found)
         self.assertAlmostEqual(shown, rate, delta=6e-4 * rate)  # three digits are shown
 
     def test_faults_of_a_mesh(self):

@@ -213,7 +213,7 @@ class Ends(PictureTest):
         np.testing.assert_array_equal(np.isnan(values[-1]), (line.centres > 8) & (line.centres < 15))
         canvas = space_time(run, ["slip"], at=6.5)
         axes = canvas.axes[0]
-        spans = np.array([patch.get_xy()[:, 1].min() for patch in axes.patches])
+        spans = [patch.get_patch_transform().transform(patch.get_path().vertices)[:, 1].min() for patch in axes.patches]  # rectangles from Matplotlib 3.9 on
         np.testing.assert_allclose(spans, [8], atol=1e-6)
         mesh = axes.collections[0]
         self.assertAlmostEqual(mesh.norm.vmax, np.nanmax(values))
