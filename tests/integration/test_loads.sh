@@ -109,7 +109,7 @@ for name, (mesh, where) in meshes.items():
                 f[key] = value
 P
 unstable() { # ranks, name, what is said, option...
-  mpirun -n "$1" "${run[@]}" -fault_parameters "start_$2.h5" -fault_initial_unstable -ts_max_steps 1 "${@:4}" >log 2>err
+  ranks "$1" err "${run[@]}" -fault_parameters "start_$2.h5" -fault_initial_unstable -ts_max_steps 1 "${@:4}" >log
   [ $? = 3 ] && [ "$(grep -c "^start: .*the stress exceeds the strength in $3 are outside of the largest patch" log)" = 1 ] || fail "an unstable start, $2: $(cat log err)"
 }
 unstable 2 grid "7 of 30 cells, at x 250 to 2750 m and z 300 to 2700 m, by up to 500000 Pa; 2 of them (6.67 % of all cells)"
@@ -118,7 +118,7 @@ unstable 1 list "10 of 33 cells, .*; 2 of them (6.06 % of all cells)" -fault_mes
 unstable 2 triangles "14 of 60 cells, .*; 4 of them (6.67 % of all cells)" -fault_mesh mesh_triangles.h5
 "${run[@]}" -fault_initial_traction 6e6 -fault_initial_unstable >log 2>&1 || fail "an unstable start: $(cat log)"
 grep -q "^normal stress: *1e+07 Pa, effective" log || fail "normal stress of an even fault: $(cat log)"
-mpirun -n 2 "${run[@]}" -fault_normal_stress_gradient 1e3 -ts_max_steps 1 >log2 2>&1
+ranks 2 err "${run[@]}" -fault_normal_stress_gradient 1e3 -ts_max_steps 1 >log2
 grep -q "^normal stress: *1.03e+07 to 1.27e+07 Pa, effective" log2 || fail "normal stress that grows with depth: $(cat log2)"
 grep -q "in 30 of 30 cells.* 0 of them (0 % of all cells)" log && ! grep -q "outside of the patch" log || fail "a start of one patch: $(cat log)"
 
