@@ -38,12 +38,14 @@ ORDER = [
     ("output", "what a run leaves behind", 11, (.29, .94)),
     ("checkpoint", "when a run is saved or stopped", 11, (.04, .26)),
     ("models", "circuit, sliding mode", 12, (.04, .26)),
-    ("fault", "the strike-slip fault as a TS problem", 12, (.29, .98)),
-    ("package", "has every room register its types", 13, (0, 1)),
+    ("mesh", "cells of a fault, from options and files", 12, (.29, .98)),
+    ("fault", "friction, loads and balance as a TS problem", 13, (.29, .98)),
+    ("record", "a fault's life, its options and all that a run leaves behind", 14, (.29, .98)),
+    ("package", "has every room register its types", 15, (0, 1)),
 ]
 ROOMS = [room for room, *_ in ORDER]
 # Headers that are not named after their room; the others are slip<room>.h, without slashes, and slipfault<part>.h.
-HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipstate.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys", "slipdipping.h": "elasticity", "sliptriangle.h": "elasticity"}
+HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipstate.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys", "slipdipping.h": "elasticity", "sliptriangle.h": "elasticity", "slipgmsh.h": "mesh"}
 EVERYWHERE = ("core", "sys", "package")  # bars in the picture, without arrows: all rooms may use the first two
 
 
@@ -61,7 +63,7 @@ def header_room(name):
     """The room of one of our headers, None for those of others."""
     base = os.path.basename(name)
     rooms = {"slip" + room.replace("/", "") + ".h": room for room in ROOMS}
-    return HEADERS.get(base) or rooms.get(base) or ("fault" if base.startswith("slipfault") else None)
+    return HEADERS.get(base) or rooms.get(base) or next((room for room in ("fault", "record") if base.startswith("slip" + room)), None)
 
 
 class Sources:

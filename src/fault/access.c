@@ -1,5 +1,5 @@
 /* What other languages ask of a fault: switches by their names, texts, and numbers of all cells as arrays. */
-#include <slipstep/private/slipfaultrecord.h>
+#include <slipstep/private/slipfault.h>
 
 /*@C
   SlipFaultSetBool - set a parameter of the fault that is yes or no
@@ -112,7 +112,7 @@ PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n,
   PetscCall(CheckSize(fault, n));
   PetscCheck(f >= 0 && fault->fields.cell[f], fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no field \"%s\"",
              name);
-  PetscCall(SlipFaultGatherAll(fault, fault->fields.cell[f], values));
+  PetscCall(SlipFaultGatherAll(&fault->mesh, fault->fields.cell[f], values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -163,12 +163,12 @@ static PetscErrorCode GatherComponent(SlipFault fault, PetscInt each, PetscInt j
 
   PetscFunctionBegin;
   if (each == 1) {
-    PetscCall(SlipFaultGatherAll(fault, local, values));
+    PetscCall(SlipFaultGatherAll(&fault->mesh, local, values));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscMalloc2(fault->mesh.n + 1, &mine, fault->mesh.N, &all));
   for (PetscInt i = 0; i < fault->mesh.n; i++) mine[i] = local[each * i + j];
-  PetscCall(SlipFaultGatherAll(fault, mine, all));
+  PetscCall(SlipFaultGatherAll(&fault->mesh, mine, all));
   for (PetscInt i = 0; i < fault->mesh.N; i++) values[each * i + j] = all[i];
   PetscCall(PetscFree2(mine, all));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -388,5 +388,89 @@ PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt
     PetscCallMPI(MPI_Bcast(values, (PetscMPIInt)PetscMin(size, *n), MPIU_REAL, 0, fault->comm));
   }
   PetscCall(PetscFree(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultSetInertia - set whether the fault has inertia
+
+  Logically collective; before SlipFaultSetUp()
+
+  Input Parameters:
++ fault   - the fault
+- inertia - PETSC_TRUE (the default but for laws whose cells always slide), or PETSC_FALSE: M = 0, the quasi-dynamic balance H (v - v_inf) + K u = T + tau, in
+            which H, still made with M = rho Ly or radiation damping, limits slip rates
+
+  Options Database Key:
+. -fault_inertia <yes,no> - the same
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ORDER after SlipFaultSetUp(); there, PETSC_ERR_ARG_INCOMP without inertia and viscosity
+
+.seealso: SlipFaultSetUp(), SlipFaultSetReal()
+@*/
+PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetInertia() before SlipFaultSetUp()");
+  fault->options.inertia = inertia;
+  fault->options.inertia_given = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultGetOperators - get stiffness, viscosity and mass of the fault
+
+  Not collective; after SlipFaultSetUp()
+
+  Input Parameter:
+. fault - the fault
+
+  Output Parameters (each may be NULL):
++ K    - stiffness after scaling, N x N [Pa/m], borrowed
+. H    - viscosity, N x N [Pa s/m], borrowed
+- mass - rho Ly [kg/m^2]
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
+
+.seealso: SlipFaultSetUp()
+@*/
+PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass)
+{
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  if (K) *K = fault->operators.K;
+  if (H) *H = fault->operators.H;
+  if (mass) *mass = fault->operators.mass;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultGetTimeScale - get T* = Ly sqrt(rho/G) [s], the time of a shear wave across the mobilised thickness
+
+  Not collective; after SlipFaultSetUp()
+
+  Input Parameter:
+. fault - the fault
+
+  Output Parameter:
+. tstar - T* [s]
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
+
+.seealso: SlipFaultConfigureTS()
+@*/
+PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar)
+{
+  PetscFunctionBegin;
+  SlipFaultCheckSetUp(fault, 1);
+  PetscAssertPointer(tstar, 2);
+  *tstar = fault->operators.tstar;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -55,7 +55,7 @@ PetscErrorCode SlipFaultViscosityPrint(SlipFault fault)
   PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "auto", &automatic));
   PetscCall(PetscStrcmp(fault->kind.viscosity, "sqrtm", &sqrtm));
   PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
-  if (!fault->run.progress.wanted || !automatic || !sqrtm || !traction || fault->friction.law->by_rate)
+  if (!fault->options.progress || !automatic || !sqrtm || !traction || fault->friction.law->by_rate)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscPrintf(
     fault->comm,

@@ -1,7 +1,7 @@
 /* Normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), where cells open 0 for those that are, u the displacement relative to the far field, which
    loading by backslip leaves as it is, and u0 that of the start, which is not 0 where elastic stress is to be critical there: sigma0
    is the normal stress before any slip. */
-#include <slipstep/private/slipfaultobservers.h>
+#include <slipstep/private/slipfault.h>
 #include <slipelasticity.h>
 #include <slipstep/private/slipsys.h>
 

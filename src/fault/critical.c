@@ -121,7 +121,7 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   fault->critical.mean_drop = sum[3] / fault->mesh.N;
   if (!fault->critical.known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecScale(fault->critical.uc, sum[2] / fault->mesh.N));
-  PetscCall(SlipFaultProgressSetUp(fault, "K^-1 of the strength, the critical state"));
+  PetscCall((*fault->told)(fault, "K^-1 of the strength, the critical state"));
   PetscCall(SlipFaultSolveStiffness(fault, q0, fault->critical.uc));
   PetscCall(VecDot(fault->critical.uc, q0, &fault->critical.energy));
   PetscCall(SlipFaultWeightedSum(fault, fault->critical.uc, &fault->critical.mean_uc));

@@ -16,10 +16,10 @@
 const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
   [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Cells along strike"},
   [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Cells in depth"},
-  [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, FAULT_MAX_REACH, OPEN, REAL, "Length of the fault along strike"},
-  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, FAULT_MAX_DEPTH, OPEN, REAL,
+  [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, MESH_MAX_REACH, OPEN, REAL, "Length of the fault along strike"},
+  [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, MESH_MAX_DEPTH, OPEN, REAL,
                       "Width of the fault, measured along its dip"},
-  [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, FAULT_MAX_DEPTH, SHUT, REAL,
+  [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, MESH_MAX_DEPTH, SHUT, REAL,
                        "Depth of the upper edge; 0 touches the free surface"},
   [FAULT_STRIKE] = {"strike", 0, "degrees", -360, 360, SHUT, REAL,
                     "Strike, clockwise from north, which is x, as Aki and Richards define it"},
@@ -32,7 +32,7 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
                              "Components of slip: 1, along the rake, or 2, along strike and up dip. With 2, friction "
                              "acts against the slip rate, and loading and shear stress act along the rake; not with "
                              "-fault_stiffness_file or -fault_stiffness_average of rectangles"},
-  [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, FAULT_MAX_REACH, OPEN, REAL,
+  [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, MESH_MAX_REACH, OPEN, REAL,
                        "Mobilised thickness Ly (default: length_x)"},
   [FAULT_SHEAR_MODULUS] = {"shear_modulus", 30e9, "Pa", 0, NONE, OPEN, REAL, "Shear modulus G"},
   [FAULT_POISSON_RATIO] = {"poisson_ratio", 0.25, "", -1, 0.5, OPEN, REAL, "Poisson's ratio"},
@@ -224,7 +224,7 @@ const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES] = {
    "a friction law that sticks (default no: they slide freely, but stay closed)"},
   {"output_xdmf", AT(options.output_xdmf), PETSC_TRUE, "SlipFaultOutputStart",
    "Write FILE.xdmf2 beside FILE of -fault_output, for ParaView (default yes)"},
-  {"progress", AT(run.progress.wanted), PETSC_TRUE, "SlipFaultOutputStart",
+  {"progress", AT(options.progress), PETSC_TRUE, "SlipFaultOutputStart",
    "Print progress, every few seconds on a terminal, else once a minute: time, largest slip rate, steps and time left "
    "(default yes)"},
   {"output_overwrite", AT(options.output_overwrite), PETSC_TRUE, "SlipFaultOutputStart",
@@ -427,7 +427,7 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
-  *value = fault->mesh.kind && id < FAULT_MESH_REALS ? fault->mesh.extent[id] : fault->options.value[id];
+  *value = fault->mesh.kind && id < MESH_REALS ? fault->mesh.extent[id] : fault->options.value[id];
   if (id >= FAULT_NUM_REALS && isnan(*value)) *value = SlipFaultRealRow(id)->value;
   if (id == FAULT_THICKNESS && isnan(*value)) PetscCall(SlipFaultGetReal(fault, "length_x", value));
   if (id == FAULT_NORMAL_STRESS_GRADIENT && isnan(*value))
@@ -526,28 +526,4 @@ const char *SlipFaultGetText(SlipFault fault, PetscInt id)
   if (fault->setup && id == FAULT_VISCOSITY) return fault->kind.viscosity;
   if (fault->setup && id == FAULT_NORMAL_COUPLING) return fault->kind.coupled ? "yes" : "no";
   return fault->options.text[id];
-}
-
-PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel)
-{
-  const char *text = fault->options.text[FAULT_STIFFNESS_AVERAGE];
-  const SlipKernelType *type = fault->mesh.cells.vertices ? &SlipKernelTriangle
-                               : fault->kind.dipping      ? &SlipKernelDipping
-                                                          : &SlipKernelStrikeSlip;
-  PetscBool cell, whole;
-
-  PetscFunctionBegin;
-  PetscCall(PetscStrcmp(text, "cell", &cell));
-  PetscCall(PetscStrcmp(text, "whole", &whole));
-  if (fault->layout.components == 2)
-    type = fault->mesh.cells.vertices ? &SlipKernelTriangleVector : &SlipKernelDippingVector;
-  if (SlipFaultOpens(fault)) type = fault->mesh.cells.vertices ? &SlipKernelTriangleOpening : &SlipKernelDippingOpening;
-  *kernel = (SlipKernel){.type = type,
-                         .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
-                         .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO],
-                         .average = cell    ? SLIP_AVERAGE_CELL
-                                    : whole ? SLIP_AVERAGE_WHOLE
-                                            : SLIP_AVERAGE_CENTRE};
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &kernel->full_space));
-  PetscFunctionReturn(PETSC_SUCCESS);
 }

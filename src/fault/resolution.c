@@ -140,7 +140,7 @@ PetscErrorCode SlipFaultResolutionPrint(SlipFault fault)
   char text[256];
 
   PetscFunctionBegin;
-  if (!fault->resolution.known || !fault->run.progress.wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->resolution.known || !fault->options.progress) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultResolutionText(fault, text, sizeof(text)));
   PetscCall(PetscPrintf(fault->comm, "%-24s %s\n", "resolution:", text));
   PetscFunctionReturn(PETSC_SUCCESS);

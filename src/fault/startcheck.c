@@ -134,7 +134,7 @@ static PetscErrorCode SayIt(SlipFault fault, const PetscReal above[], const char
   if (help || !fault->options.speaks || fault->options.text[FAULT_RESTART][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(PetscMalloc1(fault->mesh.N, &all));
-  PetscCall(SlipFaultGatherAll(fault, above, all));
+  PetscCall(SlipFaultGatherAll(&fault->mesh, above, all));
   if (!rank) ierr = OutsideOfPatch(&fault->mesh, all, &outside);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCall(PetscFree(all));
@@ -206,7 +206,7 @@ PetscErrorCode SlipFaultStressPrint(SlipFault fault)
   char text[96];
 
   PetscFunctionBegin;
-  if (!fault->run.progress.wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->options.progress) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetLoad(fault, 0, &load));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     range[0] = PetscMax(range[0], -load->stress[i]);

@@ -1,6 +1,6 @@
 /* What several observers need of the end of a step: who asks first has it computed, the others get the same. What is known is known
    of a state under the load of a time (SlipFaultMoment). Sums over the cells are in observe.c. */
-#include <slipstep/private/slipfaultobservers.h>
+#include <slipstep/private/slipfault.h>
 
 /* Collective. The traction is the static one of the state, which the next step starts from: where a cell has just come to
    rest it does not contain the impulse that stopped it. Weighted by area. */
@@ -18,7 +18,7 @@ PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r)
 
 PetscErrorCode SlipFaultStepTraction(SlipFault fault, PetscReal time, Vec w, Vec *traction)
 {
-  SlipFaultStepValues *known = &fault->run.values;
+  SlipFaultStepValues *known = &fault->known.step;
   SlipFaultMoment now;
   PetscBool same;
 
@@ -35,7 +35,7 @@ PetscErrorCode SlipFaultStepTraction(SlipFault fault, PetscReal time, Vec w, Vec
 /* Largest |v| [m/s] */
 PetscErrorCode SlipFaultStepRate(SlipFault fault, PetscReal time, Vec w, PetscReal *largest)
 {
-  SlipFaultStepValues *known = &fault->run.values;
+  SlipFaultStepValues *known = &fault->known.step;
   SlipFaultMoment now;
   PetscBool same;
 
@@ -50,7 +50,7 @@ PetscErrorCode SlipFaultStepRate(SlipFault fault, PetscReal time, Vec w, PetscRe
 PetscErrorCode SlipFaultStepValuesDestroy(SlipFault fault)
 {
   PetscFunctionBegin;
-  PetscCall(VecDestroy(&fault->run.values.traction));
-  fault->run.values = (SlipFaultStepValues){0};
+  PetscCall(VecDestroy(&fault->known.step.traction));
+  fault->known.step = (SlipFaultStepValues){0};
   PetscFunctionReturn(PETSC_SUCCESS);
 }

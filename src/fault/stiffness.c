@@ -295,12 +295,11 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
   fault->critical.known = !(traction || fault->friction.law->always_slides) || scaled ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(SlipFaultProgressSetUp(fault, "stiffness K"));
+  PetscCall((*fault->told)(fault, "stiffness K"));
   if (fault->options.text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault));
   else
-    PetscCall(
-      fault->mesh.kind->stiffness(fault, &fault->operators.K, fault->kind.coupled ? &fault->operators.Kn : NULL));
+    PetscCall(SlipFaultMeshStiffness(fault, &fault->operators.K, fault->kind.coupled ? &fault->operators.Kn : NULL));
   PetscCall(MatSetOptionsPrefix(fault->operators.K, ((PetscObject)fault)->prefix)); /* H and B take it over */
   PetscCall(MatSlipStiffnessSetFromOptions(fault->operators.K));
   PetscCall(MatSlipStiffnessSetCacheDir(fault->operators.K, fault->options.text[FAULT_CACHE_DIR]));
@@ -314,11 +313,11 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_NORMAL_STRESS], PETSC_TRUE, fault->work[0]));
   PetscCall(VecZeroEntries(fault->critical.uc));
   if (fault->critical.known) {
-    PetscCall(SlipFaultProgressSetUp(fault, "K^-1 of the normal stress"));
+    PetscCall((*fault->told)(fault, "K^-1 of the normal stress"));
     PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->critical.uc));
   }
   PetscCall(SlipFaultViewStiffness(fault));
-  PetscCall(SlipFaultProgressSetUp(fault, "viscosity H"));
+  PetscCall((*fault->told)(fault, "viscosity H"));
   PetscCall(PetscStrcmp(fault->kind.viscosity, "radiation", &radiation));
   if (radiation) /* G/(2 cs), cs = sqrt(G/rho), and across cells rho cp/2, cp^2/cs^2 = 2 (1 - nu)/(1 - 2 nu) */
     PetscCall(MatCreateSlipRadiationOpening(

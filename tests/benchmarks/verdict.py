@@ -2,7 +2,7 @@
 """Is a run right about its own error? The estimates of -ts_adapt_rl_measure and "likely met", on random faults.
 
     tests/benchmarks/verdict.py                        # 300 fresh faults: how often "likely met" is said, and right
-    tests/benchmarks/verdict.py --calibrate            # prints Calibration[] for src/fault/slipestimate.c, by other faults
+    tests/benchmarks/verdict.py --calibrate            # prints Calibration[] for src/record/slipestimate.c, by other faults
     tests/benchmarks/verdict.py --prove 20             # the reference against finer runs and -fault_check_error first
     tests/benchmarks/verdict.py --measure final_slip   # another measure than history, of its default policy
     tests/benchmarks/verdict.py --policy F.h5          # another policy than the default one of the measure
@@ -174,7 +174,7 @@ def table_of_factors(faults):
                 factors.setdefault(high, []).append(np.quantile(ratio[inside], QUANTILE))
                 print(f"{high:13g} {inside.sum():7d} {np.quantile(ratio[inside], .5):9.2f} {factors[high][-1]:12.2f} "
                       f"{np.quantile(ratio[inside], .95):10.2f}")
-    print("Calibration[] of src/fault/slipestimate.c: {steps, {" + ", ".join(ATTRIBUTES) + "}}")
+    print("Calibration[] of src/record/slipestimate.c: {steps, {" + ", ".join(ATTRIBUTES) + "}}")
     for high, row in factors.items():
         print(f"  {{{'PETSC_MAX_INT' if np.isinf(high) else high}, {{{', '.join(f'{factor:.2g}' for factor in row)}}}}},")
 

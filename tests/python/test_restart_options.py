@@ -264,7 +264,7 @@ class RestartOptions(unittest.TestCase):
             os.chdir("/")
 
     def test_every_option_is_known(self):
-        """A new option needs a row of TABLE, and where it says what is computed a line in the checkpoint (src/fault/samerun.c)."""
+        """A new option needs a row of TABLE, and where it says what is computed a line in the checkpoint (src/record/samerun.c)."""
         self.assertEqual(set(options_of_help()), set(TABLE))
 
     def test_what_becomes_of_each(self):

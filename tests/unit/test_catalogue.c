@@ -1,7 +1,7 @@
 /* The catalogue of events: its formulas by hand, the integrator's quadrature, the ledger of energy. */
 #include "unit.h"
 #include "faultstart.h"
-#include <slipstep/private/slipfaultrecord.h>
+#include <slipstep/private/sliprecordfiles.h>
 #include <math.h>
 #include "tempdir.h"
 
@@ -171,7 +171,7 @@ static Outcome Run(const char law[], Case c, PetscInt steps)
     out.row[columns[c].id] = Read(&h, columns[c].name, &out.events);
   ok(SlipH5Close(&h));
   assert_int_equal(0, TempDirRemove(folder));
-  assert_int_equal(out.events, fault->run.events);
+  assert_int_equal(out.events, fault->run->events);
   ObjectsDestroy(&w, &ts, &fault);
   return out;
 }

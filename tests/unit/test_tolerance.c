@@ -1,7 +1,7 @@
 /* What a step may err by, and where it ends for what stops within it, from formulas of one cell and of parabolas. */
 #include "unit.h"
 #include "faultstart.h"
-#include <slipstep/private/slipfault.h>
+#include <slipstep/private/sliprecord.h>
 #include <math.h>
 #include "tempdir.h"
 
@@ -311,7 +311,7 @@ static void work_of_an_error(void **state)
   ok(VecRestoreArrayRead(w, &a));
   /* sums of terms that cancel in part, each to rounding; what slip has changed is far more */
   assert_true(fabs(change) > 1e-4 * fabs(work));
-  AssertNear(fault->run.error.work[0] / (scale * work), 1, 1e-9);
+  AssertNear(fault->run->error.work[0] / (scale * work), 1, 1e-9);
   ObjectsDestroy(&u, &ku, &w, &ts, &fault);
   assert_int_equal(0, TempDirRemove(dir));
 }

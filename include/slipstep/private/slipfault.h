@@ -1,4 +1,4 @@
-/* Inside the fault: the parts that it wires, each with a header of its own. What a run leaves behind is in slipfaultrecord.h. */
+/* Inside the fault: the parts that it wires, each with a header of its own. What a run leaves behind is in sliprecordfiles.h. */
 #pragma once
 #include <petsc/private/petscimpl.h>
 #include <slipfault.h>
@@ -12,11 +12,10 @@
 #include <slipstep/private/slipcheckpoint.h>
 #include <slipstep/private/slipfaultknown.h>
 #include <slipstep/private/slipfaultloads.h>
-#include <slipstep/private/slipfaultmesh.h>
+#include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipfaultoperators.h>
 #include <slipstep/private/slipfaultparameters.h>
 #include <slipstep/private/slipfaultproblem.h>
-#include <slipstep/private/slipfaultrun.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -47,6 +46,7 @@ typedef struct {
   PetscBool initial_unstable;      /* -fault_initial_unstable */
   PetscBool opening;               /* -fault_opening */
   PetscBool check_error;           /* -fault_check_error */
+  PetscBool progress;              /* -fault_progress */
   PetscBool output_overwrite;      /* -fault_output_overwrite */
   PetscBool output_xdmf;           /* -fault_output_xdmf */
   PetscBool interval_given;        /* output_interval was set */
@@ -123,9 +123,10 @@ struct _p_SlipFault {
   SlipFaultSteps steps;
   SlipFaultKnown known;
   SlipFaultCoupling coupling;
-  SlipFaultRun run;
-  Vec work[3]; /* of slip */
-  Vec cells;   /* of cells: work within a function, and for its layout */
+  struct _n_SlipFaultRun *run;                           /* of the room record */
+  PetscErrorCode (*told)(SlipFault fault, const char[]); /* what the set-up begins with */
+  Vec work[3];                                           /* of slip */
+  Vec cells;                                             /* of cells: work within a function, and for its layout */
 };
 
 /* Entries of cell i of this rank in a state */
@@ -217,8 +218,12 @@ PETSC_INTERN PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const
                                                  PetscBool *is);
 PETSC_INTERN PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x);
 PETSC_INTERN void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len);
+/* geometry.c */
 PETSC_EXTERN PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel); /* that was chosen */
-PETSC_INTERN PetscErrorCode SlipFaultCheckTraction(SlipFault fault);              /* startcheck.c */
+PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn);
+PETSC_EXTERN PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum);
+PETSC_INTERN PetscErrorCode SlipFaultCheckTraction(SlipFault fault); /* startcheck.c */
 PETSC_INTERN PetscErrorCode SlipFaultStressPrint(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip);
 /* components.c */
@@ -245,8 +250,6 @@ PETSC_INTERN PetscErrorCode SlipFaultCouplingDestroy(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal rest,
                                                      SlipFrictionCells *friction);
 PETSC_INTERN PetscErrorCode SlipFaultCoupledBound(SlipFault fault, Vec x, SlipFrictionCells *friction);
-PETSC_INTERN PetscErrorCode SlipFaultGatherAll(SlipFault fault, const PetscReal local[],
-                                               PetscReal all[]); /* access.c */
 /* resolution.c */
 PETSC_EXTERN PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultResolutionText(SlipFault fault, char text[], size_t len); /* for views and lines */

@@ -59,6 +59,13 @@ typedef struct {
   SlipFaultMoment moment;
 } SlipFaultMode;
 
+/* stepvalues.c: each of the moment beside it */
+typedef struct {
+  Vec traction;   /* static, weighted by area */
+  PetscReal rate; /* largest |v| [m/s] */
+  SlipFaultMoment traction_moment, rate_moment;
+} SlipFaultStepValues;
+
 /* coupling.c: the normal stress of the state asked about last, where slip changes it */
 typedef struct {
   Vec u, rise;        /* its displacement [m] and Kn u [Pa]; NULL where slip does not */
@@ -78,6 +85,7 @@ typedef struct {
   SlipFaultSums sums;
   SlipFaultMode mode;
   SlipFaultEstimates estimates;
+  SlipFaultStepValues step;
 } SlipFaultKnown;
 
 /* observe.c. Is what is known of a moment that of the state w of now, with the load of time t? */
@@ -98,3 +106,10 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec
 /* ---- stress.c: elastic stress and energy, and what loading does ---- */
 PETSC_EXTERN PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy); /* [J] */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power);   /* [W] */
+
+/* stepvalues.c: what several need of the end of a step, computed once for a state w and a time. Collective, borrowed. */
+PETSC_INTERN PetscErrorCode SlipFaultStepTraction(SlipFault fault, PetscReal time, Vec w, Vec *traction);
+PETSC_INTERN PetscErrorCode SlipFaultStepRate(SlipFault fault, PetscReal time, Vec w, PetscReal *largest);
+PETSC_INTERN PetscErrorCode SlipFaultStepValuesDestroy(SlipFault fault);
+/* The static traction of any state, weighted by area */
+PETSC_INTERN PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r);

@@ -3,16 +3,12 @@
    FAULT_NUM_REALS and FAULT_NUM_FIELDS on, one law after another. */
 #pragma once
 #include <slipcore.h>
+#include <slipstep/private/slipmesh.h>
 
 /* At most so many parameters of registered laws, with names of so many characters */
 enum { FAULT_MAX_OWN = 64, FAULT_MAX_NAME = 48 };
 /* Characters of all names of options or of fields, with blanks between, and of a list of choices */
 enum { FAULT_MAX_NAMES = 8192, FAULT_MAX_CHOICES = 4096 };
-
-/* What can be metres of a fault: along strike the Earth's circumference, which coordinates of a map keep to as well; in
-   depth more than the 700 km below which no rock breaks. */
-#define FAULT_MAX_REACH 4e7
-#define FAULT_MAX_DEPTH 1e6
 
 /* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
 #define SLIP_FAULT_ATOL 1e-10
@@ -22,14 +18,14 @@ enum { FAULT_MAX_NAMES = 8192, FAULT_MAX_CHOICES = 4096 };
 #define SLIP_FAULT_ACCURACY_MIN 1e-3
 #define SLIP_FAULT_ACCURACY_MAX 1e-1
 typedef enum {
-  FAULT_NX,
-  FAULT_NZ,
-  FAULT_LENGTH_X,
-  FAULT_LENGTH_Z,
-  FAULT_DEPTH_TOP,
-  FAULT_STRIKE,
-  FAULT_DIP,
-  FAULT_RAKE,
+  FAULT_NX = MESH_NX,
+  FAULT_NZ = MESH_NZ,
+  FAULT_LENGTH_X = MESH_LENGTH_X,
+  FAULT_LENGTH_Z = MESH_LENGTH_Z,
+  FAULT_DEPTH_TOP = MESH_DEPTH_TOP,
+  FAULT_STRIKE = MESH_STRIKE,
+  FAULT_DIP = MESH_DIP,
+  FAULT_RAKE = MESH_REALS, /* those before it a mesh says instead of the options */
   FAULT_SLIP_COMPONENTS,
   FAULT_THICKNESS,
   FAULT_SHEAR_MODULUS,
@@ -76,8 +72,6 @@ typedef enum {
   FAULT_NUM_REALS
 } SlipFaultRealId;
 
-/* What a mesh says instead of the options */
-enum { FAULT_MESH_REALS = FAULT_DIP + 1 };
 enum { FAULT_MAX_REALS = FAULT_NUM_REALS + FAULT_MAX_OWN };
 PETSC_EXTERN const SlipParameter SlipFaultReals[FAULT_NUM_REALS];
 PETSC_INTERN const SlipParameter *SlipFaultRealRow(PetscInt id); /* NULL after the last */

@@ -1,0 +1,92 @@
+/* What a fault asks of its mesh: its cells by the options, the kernel between them, their stiffness, and sums over them. */
+#include <slipstep/private/slipfault.h>
+#include <string.h>
+
+/* The kernel that was chosen, of cells of a shape */
+static PetscErrorCode KernelOf(SlipFault fault, PetscBool triangles, SlipKernel *kernel)
+{
+  const char *text = fault->options.text[FAULT_STIFFNESS_AVERAGE];
+  const SlipKernelType *type = triangles             ? &SlipKernelTriangle
+                               : fault->kind.dipping ? &SlipKernelDipping
+                                                     : &SlipKernelStrikeSlip;
+  PetscBool cell, whole;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(text, "cell", &cell));
+  PetscCall(PetscStrcmp(text, "whole", &whole));
+  if (fault->layout.components == 2) type = triangles ? &SlipKernelTriangleVector : &SlipKernelDippingVector;
+  if (SlipFaultOpens(fault)) type = triangles ? &SlipKernelTriangleOpening : &SlipKernelDippingOpening;
+  *kernel = (SlipKernel){.type = type,
+                         .shear_modulus = fault->options.value[FAULT_SHEAR_MODULUS],
+                         .poisson_ratio = fault->options.value[FAULT_POISSON_RATIO],
+                         .average = cell    ? SLIP_AVERAGE_CELL
+                                    : whole ? SLIP_AVERAGE_WHOLE
+                                            : SLIP_AVERAGE_CENTRE};
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &kernel->full_space));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel)
+{
+  PetscFunctionBegin;
+  PetscCall(KernelOf(fault, fault->mesh.cells.vertices ? PETSC_TRUE : PETSC_FALSE, kernel));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Cells, their owners and weights; collective */
+PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
+{
+  const char(*text)[PETSC_MAX_PATH_LEN] = (const char(*)[PETSC_MAX_PATH_LEN])fault->options.text;
+  SlipFaultMeshOptions o = {.comm = fault->comm,
+                            .prefix = SlipFaultPrefix(fault),
+                            .file = text[FAULT_MESH],
+                            .frame = text[FAULT_MESH_FRAME],
+                            .unit = text[FAULT_MESH_UNIT],
+                            .type = text[FAULT_OPERATOR],
+                            .fields = SlipFaultFieldNames(),
+                            .extent = fault->options.value,
+                            .block = fault->layout.block};
+
+  PetscFunctionBegin;
+  PetscCheck(!o.file[0] || !text[FAULT_STIFFNESS_FILE][0], fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_stiffness_file %s and -%sfault_mesh %s exclude each other", o.prefix, text[FAULT_STIFFNESS_FILE],
+             o.prefix, o.file);
+  PetscCall(KernelOf(fault, PETSC_FALSE, &o.rectangles));
+  PetscCall(KernelOf(fault, PETSC_TRUE, &o.triangles));
+  PetscCall(SlipFaultMeshCreate(&o, &fault->mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* K of the mesh, and Kn unless it is NULL; collective */
+PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  SlipFaultStiffness s = {.dipping = fault->kind.dipping,
+                          .type = fault->options.text[FAULT_OPERATOR],
+                          .tolerance = fault->options.value[FAULT_HMAT_TOLERANCE],
+                          .rake = fault->fields.cell[FIELD_RAKE]};
+
+  PetscFunctionBegin;
+  PetscCheck(fault->mesh.kind == &SlipFaultMeshGrid || strcmp(s.type, "fft"), fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_operator fft needs a uniform grid, but -%sfault_mesh %s is an irregular one: expected dense, "
+             "hmat or auto",
+             prefix, prefix, fault->options.text[FAULT_MESH]);
+  PetscCall(SlipFaultKernel(fault, &s.kernel));
+  PetscCall(fault->mesh.kind->stiffness(&fault->mesh, &s, K, Kn));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sum of the weighted values of a vector of slip along the rake, collective. */
+PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum)
+{
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  *sum = 0;
+  PetscCall(VecGetArrayRead(x, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    *sum += fault->mesh.weight[i] * SlipFaultDot(fault, a + fault->layout.components * i, SlipFaultAlong(fault, i));
+  PetscCall(VecRestoreArrayRead(x, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,49 @@
+/* The names of the options of faults, by which unknown ones are found. */
+#include <slipstep/private/slipfault.h>
+#include <string.h>
+
+static PetscErrorCode AddName(char names[], size_t len, const char before[], const char name[])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscStrlcat(names, before, len));
+  PetscCall(PetscStrlcat(names, name, len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* All that may follow "fault_", with blanks between */
+PetscErrorCode SlipFaultOptionNames(char names[], size_t len)
+{
+  const SlipParameter *p;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(names, "view stiffness_view start_ksp_* start_pc_*", len));
+  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++) PetscCall(AddName(names, len, " ", SlipFaultSwitches[i].name));
+  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++) PetscCall(AddName(names, len, " ", SlipFaultStrings[i].name));
+  for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++) PetscCall(AddName(names, len, " ", p->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultDeclareOptions - name the options of faults, for SlipCheckOptionNames(): those of the tables, the others that
+  SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state
+
+  Not collective; SlipStepInitializePackage() does it, and SlipFaultRegisterFrictionLaw() for what a law brings.
+
+  Level: developer
+
+.seealso: SlipDeclareOptions(), SlipFaultSetFromOptions()
+@*/
+PetscErrorCode SlipFaultDeclareOptions(void)
+{
+  static char names[FAULT_MAX_NAMES], times[FAULT_MAX_NAMES];
+  const SlipParameter *p;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultOptionNames(names, sizeof(names)));
+  times[0] = '\0';
+  for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++)
+    if (!strcmp(p->unit, "s")) PetscCall(AddName(times, sizeof(times), " fault_", p->name));
+  PetscCall(SlipDeclareTimes(times));
+  PetscCall(SlipDeclareOptions("fault_", names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

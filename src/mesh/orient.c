@@ -1,0 +1,283 @@
+/*
+  Which side of a surface of triangles is the hanging wall: normals agree across every edge that two triangles of one fault share, so
+  that a surface which goes through the vertical keeps its hanging wall, and the surface as a whole, weighted by area, looks upward. Edges at
+  which three or more triangles meet are where faults branch: each of the surfaces there is one of its own.
+*/
+#include <slipstep/private/slipmesh.h>
+#include <slipstep/private/slipelasticity.h>
+#include <stdlib.h>
+
+/* Two triangles at one edge with less between them [deg] are one folded back on itself: their centres would be a hundredth of their
+   size from each other, and their rows of K nearly the same. */
+#define FOLD 1.0
+/* Without labels each connected piece is a fault; more are the parts of one, as of files whose triangles share no vertices. */
+#define MOST_PIECES 21
+/* Surfaces that are vertical on the whole, or strike north, to this angle [rad] count as such in the choice of the hanging wall:
+   coordinates in single precision leave less. */
+#define VERTICAL 1e-3
+
+typedef struct {
+  PetscInt low, top, triangle; /* vertices, ascending */
+  PetscBool forward;           /* the triangle goes from low to top */
+} Edge;
+
+static int Compare(const void *a, const void *b)
+{
+  const Edge *p = (const Edge *)a, *q = (const Edge *)b;
+
+  if (p->low != q->low) return p->low < q->low ? -1 : 1;
+  if (p->top != q->top) return p->top < q->top ? -1 : 1;
+  return p->triangle < q->triangle ? -1 : p->triangle > q->triangle;
+}
+
+static const PetscReal *Vertex(const SlipFaultMeshFile *m, PetscInt v)
+{
+  return m->vertex + 3 * (size_t)v;
+}
+
+static PetscInt Number(const SlipFaultMeshFile *m, PetscInt i)
+{
+  return m->number ? m->number[i] : i;
+}
+
+static PetscReal Dot(const PetscReal a[3], const PetscReal b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static PetscErrorCode EdgesCreate(const SlipFaultMeshFile *m, Edge **edge)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(3 * (size_t)m->n, edge));
+  for (PetscInt e = 0; e < 3 * m->n; e++) {
+    const PetscInt a = m->corner[e], b = m->corner[e - e % 3 + (e + 1) % 3];
+
+    (*edge)[e] = (Edge){PetscMin(a, b), PetscMax(a, b), e / 3, a < b ? PETSC_TRUE : PETSC_FALSE};
+  }
+  qsort(*edge, 3 * (size_t)m->n, sizeof(**edge), Compare);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One past the last that lies on edge k */
+static PetscInt End(const SlipFaultMeshFile *m, const Edge edge[], PetscInt k)
+{
+  PetscInt end = k;
+
+  while (end < 3 * m->n && edge[end].low == edge[k].low && edge[end].top == edge[k].top) end++;
+  return end;
+}
+
+/* ---- folds ---- */
+
+/* Unit vector in the triangle, across the edge to its third vertex */
+static void Inward(const SlipFaultMeshFile *m, const Edge *e, PetscReal u[3])
+{
+  const PetscInt *c = m->corner + 3 * (size_t)e->triangle;
+  const PetscReal *from = Vertex(m, e->low), *to = Vertex(m, e->top), *third = from;
+  PetscReal along[3], length2, share;
+
+  for (int k = 0; k < 3; k++)
+    if (c[k] != e->low && c[k] != e->top) third = Vertex(m, c[k]);
+  for (int k = 0; k < 3; k++) {
+    along[k] = to[k] - from[k];
+    u[k] = third[k] - from[k];
+  }
+  length2 = Dot(along, along);
+  share = Dot(u, along) / length2;
+  for (int k = 0; k < 3; k++) u[k] -= share * along[k];
+  length2 = Dot(u, u);
+  for (int k = 0; k < 3; k++) u[k] /= PetscSqrtReal(length2);
+}
+
+static PetscErrorCode CheckFolds(const char source[], const SlipFaultMeshFile *m, const Edge edge[])
+{
+  PetscFunctionBegin;
+  for (PetscInt first = 0, end; first < 3 * m->n; first = end) {
+    end = End(m, edge, first);
+    for (PetscInt i = first; i < end; i++)
+      for (PetscInt j = i + 1; j < end; j++) {
+        PetscReal u[3], v[3], angle;
+
+        Inward(m, &edge[i], u);
+        Inward(m, &edge[j], v);
+        for (int k = 0; k < 3; k++) v[k] -= u[k];
+        angle = 2 * PetscAsinReal(PetscMin(1, 0.5 * PetscSqrtReal(Dot(v, v)))) * 180 / PETSC_PI;
+        PetscCheck(
+          angle >= FOLD, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+          "%s: triangles %" PetscInt_FMT " and %" PetscInt_FMT
+          " share an edge with an angle of %.3g degrees between them, expected at least %.3g: one is folded back on "
+          "the other, which convert_mesh.py --repair undoes",
+          source, Number(m, edge[i].triangle), Number(m, edge[j].triangle), (double)angle, FOLD);
+      }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- surfaces ---- */
+
+/* Across side k of triangle i, [3 n]: the other triangle, or -1, and whether both go around in one sense */
+typedef struct {
+  PetscInt triangle;
+  PetscBool same;
+} Across;
+
+static PetscErrorCode AcrossCreate(const SlipFaultMeshFile *m, const Edge edge[], Across **across)
+{
+  PetscInt *filled;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(3 * (size_t)m->n, across));
+  PetscCall(PetscCalloc1(m->n, &filled));
+  for (PetscInt first = 0, end; first < 3 * m->n; first = end) {
+    const Edge *a = &edge[first], *b = a + 1;
+
+    end = End(m, edge, first);
+    if (end - first != 2 || (m->label && m->label[a->triangle] != m->label[b->triangle])) continue;
+    for (int k = 0; k < 2; k++) {
+      const Edge *own = k ? b : a, *other = k ? a : b;
+
+      (*across)[3 * own->triangle + filled[own->triangle]++] =
+        (Across){other->triangle, a->forward != b->forward ? PETSC_TRUE : PETSC_FALSE};
+    }
+  }
+  for (PetscInt i = 0; i < m->n; i++)
+    while (filled[i] < 3) (*across)[3 * i + filled[i]++] = (Across){-1, PETSC_TRUE};
+  PetscCall(PetscFree(filled));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Twice the area times the normal around which the vertices go */
+static void Normal(const SlipFaultMeshFile *m, PetscInt i, PetscReal normal[3])
+{
+  const PetscInt *c = m->corner + 3 * (size_t)i;
+  const PetscReal *p = Vertex(m, c[0]), *q = Vertex(m, c[1]), *r = Vertex(m, c[2]);
+
+  for (int k = 0; k < 3; k++) {
+    const int x = (k + 1) % 3, y = (k + 2) % 3;
+
+    normal[k] = (q[x] - p[x]) * (r[y] - p[y]) - (q[y] - p[y]) * (r[x] - p[x]);
+  }
+}
+
+static void Turn(SlipFaultMeshFile *m, PetscInt i)
+{
+  PetscInt *c = m->corner + 3 * (size_t)i, second = c[1];
+
+  c[1] = c[2];
+  c[2] = second;
+}
+
+/* The triangles of a surface from queue[0] on, turned as the first one is; *n of them, and the sum of their normals. turned [all]: -1 of those
+   that are in no surface yet */
+static PetscErrorCode Spread(const char source[], const SlipFaultMeshFile *m, const Across across[], PetscInt turned[],
+                             PetscInt queue[], PetscInt *n, PetscReal sum[4])
+{
+  PetscFunctionBegin;
+  *n = 1;
+  turned[queue[0]] = 0;
+  for (int k = 0; k < 4; k++) sum[k] = 0;
+  for (PetscInt head = 0; head < *n; head++) {
+    const PetscInt i = queue[head];
+    PetscReal normal[3];
+
+    Normal(m, i, normal);
+    for (int k = 0; k < 3; k++) sum[k] += (turned[i] ? -1 : 1) * normal[k];
+    sum[3] += PetscSqrtReal(Dot(normal, normal));
+    for (int k = 0; k < 3; k++) {
+      const Across *a = &across[3 * i + k];
+      const PetscInt as = a->same ? turned[i] : 1 - turned[i];
+
+      if (a->triangle < 0) continue;
+      PetscCheck(
+        turned[a->triangle] < 0 || turned[a->triangle] == as, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+        "%s: triangles %" PetscInt_FMT " and %" PetscInt_FMT
+        " are of a surface with one side only, which has no hanging wall: expected one that can be oriented, or "
+        "/fault with labels that cut it",
+        source, Number(m, i), Number(m, a->triangle));
+      if (turned[a->triangle] >= 0) continue;
+      turned[a->triangle] = as;
+      queue[(*n)++] = a->triangle;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Corners around the normals into the hanging walls */
+static PetscErrorCode Orient(const char source[], SlipFaultMeshFile *m, const Across across[])
+{
+  PetscInt *turned, *queue;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(m->n, &turned, m->n, &queue));
+  for (PetscInt i = 0; i < m->n; i++) turned[i] = -1;
+  for (PetscInt first = 0; first < m->n; first++) {
+    PetscReal sum[4], normal[3];
+    PetscInt n, over;
+
+    if (turned[first] >= 0) continue;
+    queue[0] = first;
+    PetscCall(Spread(source, m, across, turned, queue, &n, sum));
+    /* of a surface that closes around the vertical, as a ring of dikes does, nothing is left: its first triangle says it */
+    if (PetscSqrtReal(Dot(sum, sum)) < 1e-9 * sum[3]) Normal(m, first, sum);
+    for (int k = 0; k < 3; k++) normal[k] = sum[k] / PetscSqrtReal(Dot(sum, sum));
+    if (PetscAbsReal(normal[2]) < VERTICAL) normal[2] = 0;
+    if (normal[2] == 0 && PetscAbsReal(normal[0]) < VERTICAL) normal[0] = 0;
+    over = SlipHangingWall(normal) ? 0 : 1;
+    for (PetscInt k = 0; k < n; k++)
+      if (turned[queue[k]] != over) Turn(m, queue[k]);
+  }
+  PetscCall(PetscFree2(turned, queue));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- pieces ---- */
+
+static PetscInt Root(PetscInt of[], PetscInt i)
+{
+  while (of[i] != i) i = of[i] = of[of[i]];
+  return i;
+}
+
+/* label: of the pieces that edges connect, in the order of the file; all of one fault where there are many */
+static PetscErrorCode LabelPieces(SlipFaultMeshFile *m, const Edge edge[])
+{
+  PetscInt *of, pieces = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(m->n, &of));
+  PetscCall(PetscMalloc1(m->n, &m->label));
+  for (PetscInt i = 0; i < m->n; i++) of[i] = i;
+  for (PetscInt k = 1; k < 3 * m->n; k++) {
+    const Edge *a = &edge[k - 1], *b = &edge[k];
+    PetscInt p, q;
+
+    if (a->low != b->low || a->top != b->top) continue;
+    p = Root(of, a->triangle);
+    q = Root(of, b->triangle);
+    of[PetscMax(p, q)] = PetscMin(p, q);
+  }
+  for (PetscInt i = 0; i < m->n; i++) { /* the root of a piece is its first triangle */
+    const PetscInt root = Root(of, i);
+
+    m->label[i] = root == i ? pieces++ : m->label[root];
+  }
+  if (pieces > MOST_PIECES) PetscCall(PetscArrayzero(m->label, m->n));
+  PetscCall(PetscFree(of));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultTrianglesOrient(const char source[], SlipFaultMeshFile *m)
+{
+  Across *across;
+  Edge *edge;
+
+  PetscFunctionBegin;
+  PetscCall(EdgesCreate(m, &edge));
+  PetscCall(CheckFolds(source, m, edge));
+  PetscCall(AcrossCreate(m, edge, &across));
+  PetscCall(Orient(source, m, across));
+  PetscCall(PetscFree(across));
+  if (!m->label) PetscCall(LabelPieces(m, edge));
+  PetscCall(PetscFree(edge));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,80 @@
+/* Which cells of a list are on one plane: their strikes, dips and the distances of their planes from the origin agree to
+   rounding. Planes are numbered as they come. */
+#include <slipstep/private/slipmesh.h>
+#include <stdlib.h>
+
+/* What of an angle, as a share of the circle, and of a distance, as one of the coordinates, is rounding: a thousand times
+   less than by what cells may overlap. */
+#define PLANE_ROUNDING 1e-9
+
+static int Compare(const void *a, const void *b)
+{
+  const SlipFaultItem *p = (const SlipFaultItem *)a, *q = (const SlipFaultItem *)b;
+
+  if (p->group != q->group) return p->group < q->group ? -1 : 1;
+  if (p->key != q->key) return p->key < q->key ? -1 : 1;
+  return p->cell < q->cell ? -1 : p->cell > q->cell;
+}
+
+/* Cuts the groups where sorted keys differ by more than rounding */
+void SlipFaultSplit(PetscInt n, SlipFaultItem item[], PetscReal rounding)
+{
+  PetscInt group = 0, last = 0;
+
+  qsort(item, (size_t)n, sizeof(*item), Compare);
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscInt own = item[k].group;
+
+    if (k > 0 && (own != last || item[k].key - item[k - 1].key > rounding)) group++;
+    last = own;
+    item[k].group = group;
+  }
+}
+
+/* In [0, 360), where 360 less rounding is 0 */
+static PetscReal Turn(PetscReal strike)
+{
+  const PetscReal turn = strike - 360 * PetscFloorReal(strike / 360);
+
+  return turn > 360 * (1 - PLANE_ROUNDING) ? 0 : turn;
+}
+
+/* mesh->plane and how many there are */
+PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh)
+{
+  const SlipCells *c = &mesh->cells;
+  PetscReal *distance, far = 0;
+  PetscInt *number;
+  SlipFaultItem *item;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(c->n, &mesh->plane));
+  PetscCall(PetscMalloc3(c->n, &item, c->n, &distance, c->n, &number));
+  for (PetscInt i = 0; i < c->n; i++) {
+    item[i] = (SlipFaultItem){c->strike ? Turn(c->strike[i]) : 0, 0, i};
+    distance[i] = c->y[i];
+    if (c->dip) {
+      SlipFaultCell cell;
+
+      SlipFaultCellDirections(c->strike[i], c->dip[i], &cell);
+      distance[i] = c->x[i] * cell.direction[2][0] + c->y[i] * cell.direction[2][1] + c->z[i] * cell.direction[2][2];
+    }
+    far = PetscMax(far, PetscMax(PetscMax(PetscAbsReal(c->x[i]), PetscAbsReal(c->y[i])), PetscAbsReal(c->z[i])));
+    number[i] = -1;
+  }
+  SlipFaultSplit(c->n, item, 360 * PLANE_ROUNDING);
+  for (PetscInt k = 0; k < c->n; k++) item[k].key = c->dip ? c->dip[item[k].cell] : 90;
+  SlipFaultSplit(c->n, item, 360 * PLANE_ROUNDING);
+  for (PetscInt k = 0; k < c->n; k++) item[k].key = distance[item[k].cell];
+  SlipFaultSplit(c->n, item, far * PLANE_ROUNDING);
+  for (PetscInt k = 0; k < c->n; k++) mesh->plane[item[k].cell] = item[k].group;
+  mesh->planes = 0;
+  for (PetscInt i = 0; i < c->n; i++) {
+    PetscInt *p = &number[mesh->plane[i]];
+
+    if (*p < 0) *p = mesh->planes++;
+    mesh->plane[i] = *p;
+  }
+  PetscCall(PetscFree3(item, distance, number));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

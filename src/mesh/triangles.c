@@ -1,0 +1,194 @@
+/* A mesh of the kind "triangles": of -fault_mesh, with corners around the normals into the hanging wall (orient.c). Each is a
+   cell whose size is its extent along strike and its area over that. */
+#include <slipstep/private/slipmesh.h>
+#include <slipstep/private/slipelasticity.h>
+#include <slipstep/private/slipmatcells.h>
+
+/* What of an angle is rounding, as a share of the circle: planes.c has the same of strikes and dips. */
+#define ANGLE_ROUNDING 1e-9
+
+/* What rank 0 has read, on every rank: vertices, corners and labels */
+static PetscErrorCode Take(SlipFaultMesh *mesh, const SlipFaultMeshFile *m)
+{
+  PetscInt sizes[2] = {m->n, m->nvertices};
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
+  PetscCallMPI(MPI_Bcast(sizes, 2, MPIU_INT, 0, mesh->comm));
+  mesh->cells.n = sizes[0];
+  mesh->npoints = sizes[1];
+  PetscCall(PetscMalloc1(3 * (size_t)mesh->npoints, &mesh->vertex));
+  PetscCall(PetscMalloc1(3 * (size_t)sizes[0], &mesh->corner));
+  PetscCall(PetscMalloc1(sizes[0], &mesh->label));
+  if (!rank) {
+    PetscCall(PetscArraycpy(mesh->vertex, m->vertex, 3 * (size_t)sizes[1]));
+    PetscCall(PetscArraycpy(mesh->corner, m->corner, 3 * (size_t)sizes[0]));
+    PetscCall(PetscArraycpy(mesh->label, m->label, sizes[0]));
+  }
+  PetscCallMPI(MPI_Bcast(mesh->vertex, (PetscMPIInt)(3 * sizes[1]), MPIU_REAL, 0, mesh->comm));
+  PetscCallMPI(MPI_Bcast(mesh->corner, (PetscMPIInt)(3 * sizes[0]), MPIU_INT, 0, mesh->comm));
+  PetscCallMPI(MPI_Bcast(mesh->label, (PetscMPIInt)sizes[0], MPIU_INT, 0, mesh->comm));
+  mesh->labelled = PETSC_TRUE; /* by the file, or by its connected pieces */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One triangle [3][3] as a row of a list, with the strike and dip of its hanging wall */
+static PetscErrorCode Describe(const PetscReal v[9], PetscReal row[MESH_COLUMNS])
+{
+  PetscReal side[3], angles[2], directions[9], low = PETSC_MAX_REAL, top = PETSC_MIN_REAL, area = 0;
+
+  PetscFunctionBegin;
+  for (int k = 0; k < 3; k++) {
+    const int x = (k + 1) % 3, y = (k + 2) % 3;
+
+    row[k] = (v[k] + v[3 + k] + v[6 + k]) / 3;
+    side[k] = (v[3 + x] - v[x]) * (v[6 + y] - v[y]) - (v[3 + y] - v[y]) * (v[6 + x] - v[x]);
+    area += PetscSqr(side[k]);
+  }
+  area = 0.5 * PetscSqrtReal(area);
+  PetscCall(SlipTriangleDirections(v, side, angles, directions));
+  for (int k = 0; k < 3; k++) {
+    const PetscReal *p = v + 3 * k;
+    const PetscReal along = (p[0] - v[0]) * directions[0] + (p[1] - v[1]) * directions[1]; /* the strike is level */
+
+    low = PetscMin(low, along);
+    top = PetscMax(top, along);
+  }
+  row[3] = top - low;
+  row[4] = area / (top - low);
+  row[5] = 0 + angles[0]; /* and not -0 */
+  row[6] = angles[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* mesh->cells; x owns the memory of all columns, and behind them of the vertices [n][3][3] */
+static PetscErrorCode Fill(SlipFaultMesh *mesh)
+{
+  const PetscInt n = mesh->cells.n;
+  PetscReal *data, *vertices, row[MESH_COLUMNS] = {0};
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1((MESH_COLUMNS + 9) * (size_t)n, &data));
+  vertices = data + MESH_COLUMNS * (size_t)n;
+  for (PetscInt i = 0; i < n; i++) {
+    for (PetscInt k = 0; k < 9; k++)
+      vertices[9 * (size_t)i + k] = mesh->vertex[3 * (size_t)mesh->corner[3 * i + k / 3] + k % 3];
+    PetscCall(Describe(vertices + 9 * (size_t)i, row));
+    for (PetscInt k = 0; k < MESH_COLUMNS; k++) data[(size_t)k * n + i] = row[k];
+  }
+  mesh->cells = (SlipCells){.n = n,
+                            .x = data,
+                            .y = data + n,
+                            .z = data + 2 * (size_t)n,
+                            .length = data + 3 * (size_t)n,
+                            .width = data + 4 * (size_t)n,
+                            .strike = data + 5 * (size_t)n,
+                            .dip = data + 6 * (size_t)n,
+                            .vertices = vertices};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* mesh->dips: are they not all vertical and of one strike, or of both strikes of one plane? */
+static void Directions(SlipFaultMesh *mesh)
+{
+  const SlipCells *c = &mesh->cells;
+
+  mesh->dips = PETSC_FALSE;
+  for (PetscInt i = 0; i < c->n; i++) {
+    const PetscReal turn = PetscAbsReal(c->strike[i] - c->strike[0]) / 180;
+
+    if (PetscAbsReal(c->dip[i] - 90) > 360 * ANGLE_ROUNDING ||
+        PetscAbsReal(turn - PetscFloorReal(turn + 0.5)) > 2 * ANGLE_ROUNDING)
+      mesh->dips = PETSC_TRUE;
+  }
+}
+
+/* The extents of all vertices along the strike of the whole and down its dip */
+static void Extents(SlipFaultMesh *mesh)
+{
+  PetscReal strike, dip, low[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL};
+  PetscReal top[2] = {PETSC_MIN_REAL, PETSC_MIN_REAL};
+  SlipFaultCell whole;
+
+  SlipFaultCellsDirection(&mesh->cells, &strike, &dip);
+  SlipFaultCellDirections(strike, dip, &whole);
+  for (PetscInt p = 0; p < mesh->npoints; p++) {
+    const PetscReal *v = mesh->vertex + 3 * (size_t)p;
+
+    for (int k = 0; k < 2; k++) {
+      const PetscReal *d = whole.direction[k], along = v[0] * d[0] + v[1] * d[1] + v[2] * d[2];
+
+      low[k] = PetscMin(low[k], along);
+      top[k] = PetscMax(top[k], along);
+    }
+    low[2] = PetscMin(low[2], v[2]);
+  }
+  mesh->extent[MESH_NX] = (PetscReal)mesh->cells.n;
+  mesh->extent[MESH_NZ] = 1;
+  mesh->extent[MESH_LENGTH_X] = top[0] - low[0];
+  mesh->extent[MESH_LENGTH_Z] = top[1] - low[1];
+  mesh->extent[MESH_DEPTH_TOP] = PetscMax(low[2], 0);
+  mesh->extent[MESH_STRIKE] = strike < 0 ? strike + 360 : 0 + strike;
+  mesh->extent[MESH_DIP] = dip;
+}
+
+static PetscErrorCode Create_Triangles(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o,
+                                       const SlipFaultMeshFile *file)
+{
+  char source[PETSC_MAX_PATH_LEN + 64];
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCall(Take(mesh, file));
+  PetscCall(Fill(mesh));
+  mesh->cells.kernel = o->triangles;
+  PetscCall(PetscSNPrintf(source, sizeof(source), "%s (-%sfault_mesh)", o->file, o->prefix));
+  mesh->cells.number = file->number;
+  PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
+  PetscCall(SlipErrorBcast(mesh->comm, rank ? PETSC_SUCCESS : SlipCellsCheck(PETSC_COMM_SELF, &mesh->cells, source)));
+  mesh->cells.number = NULL;
+  Directions(mesh);
+  Extents(mesh);
+  PetscCall(SlipFaultMeshPlanes(mesh));
+  PetscCall(SlipFaultCellsShare(mesh, o->type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void Cell_Triangles(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *cell)
+{
+  const SlipCells *c = &mesh->cells;
+
+  *cell = (SlipFaultCell){.centre = {c->x[row], c->y[row], c->z[row]},
+                          .size = {c->length[row], c->width[row]},
+                          .plane = mesh->plane[row],
+                          .vertices = c->vertices + 9 * (size_t)row};
+  SlipFaultCellDirections(c->strike[row], c->dip[row], cell);
+}
+
+static PetscErrorCode Write_Triangles(const SlipFaultMesh *mesh, SlipH5 *h)
+{
+  const PetscInt points[2] = {mesh->npoints, 3}, cells[2] = {mesh->N, 3};
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultCellsWrite(mesh, h));
+  PetscCall(SlipH5WriteReal(h, "/mesh/vertices", 2, points, mesh->vertex, "m"));
+  PetscCall(SlipH5WriteInt(h, "/mesh/triangles", 2, cells, mesh->corner, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Corners_Triangles(const SlipFaultMesh *mesh, PetscReal points[], PetscInt corners[])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscArraycpy(points, mesh->vertex, 3 * (size_t)mesh->npoints));
+  PetscCall(PetscArraycpy(corners, mesh->corner, 3 * (size_t)mesh->N));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const SlipFaultMeshKind SlipFaultMeshTriangles = {Create_Triangles,
+                                                  Cell_Triangles,
+                                                  SlipFaultCellsStiffness,
+                                                  Write_Triangles,
+                                                  Corners_Triangles,
+                                                  SlipFaultCellsDigest,
+                                                  3};

@@ -1,0 +1,218 @@
+/* -fault_view: the parameters of a fault, and what its operators are and take. */
+#include <slipstep/private/sliprecord.h>
+#include <stdio.h>
+
+/* "1.5 MB"; C's own printf, since PETSc's %g differs from it. */
+static void Size(PetscReal bytes, char text[32])
+{
+  static const char *const units[] = {"B", "kB", "MB", "GB", "TB"};
+  int u = 0;
+
+  for (; bytes >= 1000 && u < 4; u++) bytes /= 1000;
+  (void)snprintf(text, 32, u ? "%.1f %s" : "%.0f %s", (double)bytes, units[u]);
+}
+
+/* What a matrix or preconditioner holds: bytes most on one rank, in all, and of a dense matrix. */
+static PetscErrorCode ViewMemory(SlipFault fault, const char what[], PetscReal most, PetscReal all, PetscViewer viewer)
+{
+  const PetscReal N = (PetscReal)fault->mesh.N, dense = N * N * (PetscReal)sizeof(PetscScalar);
+  char one[32], sum[32];
+
+  PetscFunctionBegin;
+  if (most < 0) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "memory of %s: not known\n", what));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  Size(most, one);
+  Size(all, sum);
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "memory of %s: %.0f bytes (%s) at most on a rank, %s in all, %.2f %% of a dense matrix\n", what,
+    (double)most, one, sum, (double)(100 * all / dense)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ViewMatrix(SlipFault fault, const char what[], const char name[], Mat A, PetscViewer viewer)
+{
+  const char *why, *cache;
+  PetscReal most, all;
+  SlipMatFn *view = NULL;
+  PetscBool ours;
+  MatType type;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetType(A, &type));
+  PetscCall(MatSlipGetNotes(A, &why, &cache));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s%s%s%s\n", what, type, why[0] ? " (" : "", why, why[0] ? ")" : ""));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  /* MatView() would begin with two lines on the object */
+  PetscCall(
+    PetscObjectTypeCompareAny((PetscObject)A, &ours, "sliphmat", "slipspectral", "sliplanczos", "slipstage", ""));
+  if (ours) PetscCall(MatGetOperation(A, MATOP_VIEW, &view));
+  if (view) PetscCall((*(PetscErrorCode(*)(Mat, PetscViewer))view)(A, viewer));
+  PetscCall(MatSlipGetMemory(A, &most, &all));
+  PetscCall(ViewMemory(fault, name, most, all, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The preconditioner that the stages of a run will set up, set up here for all cells sliding and theta = T*: what is
+   costly in it stays with the stiffness and the viscosity, so the run does not do it again. */
+static PetscErrorCode CreatePreconditioner(SlipFault fault, PC *pc)
+{
+  PetscReal theta;
+
+  PetscFunctionBegin;
+  PetscCall(MatSlipStageGetTheta(fault->operators.B, &theta));
+  PetscCall(MatSlipStageSetTheta(fault->operators.B, fault->operators.tstar));
+  PetscCall(PCCreate(fault->comm, pc));
+  PetscCall(PCSetType(*pc, PCSLIPSTAGE));
+  PetscCall(PCSetOperators(*pc, fault->operators.B, fault->operators.B));
+  PetscCall(PCSetUp(*pc));
+  if (theta > 0) PetscCall(MatSlipStageSetTheta(fault->operators.B, theta));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
+{
+  PetscErrorCode (*memory)(PC, PetscReal *);
+  PetscInt least = fault->mesh.n, most = fault->mesh.n;
+  const char *why, *cache;
+  PetscReal resident, bytes = 0, largest, all;
+  PetscLogDouble mine;
+  PetscMPIInt size;
+  char text[32];
+  PC pc;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_INT, MPI_MIN, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_INT, MPI_MAX, fault->comm));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "cells: %" PetscInt_FMT " on %d ranks, %" PetscInt_FMT " to %" PetscInt_FMT " on each\n", fault->mesh.N,
+    (int)size, least, most));
+  PetscCall(CreatePreconditioner(fault, &pc));
+  PetscCall(ViewMatrix(fault, "stiffness K", "K", fault->operators.K, viewer));
+  PetscCall(ViewMatrix(fault, "viscosity H", "H", fault->operators.H, viewer));
+  PetscCall(ViewMatrix(fault, "stage operator B", "B, beside K and H", fault->operators.B, viewer));
+  PetscCall(PetscObjectQueryFunction((PetscObject)pc, "PCSlipGetMemory_C", &memory));
+  if (memory) PetscCall((*memory)(pc, &bytes));
+  PetscCallMPI(MPI_Allreduce(&bytes, &largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCallMPI(MPI_Allreduce(&bytes, &all, 1, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "preconditioner: " PCSLIPSTAGE " unless -pc_type names another\n"));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  PetscCall(ViewMemory(fault, "the preconditioner, beside what it shares with K", memory ? largest : -1, all, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscCall(PCDestroy(&pc));
+  PetscCall(MatSlipGetNotes(fault->operators.K, &why, &cache));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "cache: %s\n",
+                                   cache[0] ? cache
+                                   : fault->options.text[FAULT_CACHE_DIR][0]
+                                     ? "not used, this viscosity is set up quickly or not at all"
+                                     : "none (-fault_cache_dir)"));
+  PetscCall(PetscMemoryGetCurrentUsage(&mine));
+  resident = (PetscReal)mine;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &resident, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  Size(resident, text);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "memory of the process after set-up: %s at most on a rank\n", text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a run uses of a parameter: least, mean (by area) and largest of all cells, and where they come from when this is
+   not the scalar of its name. */
+static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
+{
+  const SlipParameter *p = SlipFaultFieldRow(f);
+  const char *from = fault->fields.source[f];
+  PetscReal range[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, sums[2] = {0, 0}; /* least, and least of the negative */
+  char text[128];
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    range[0] = PetscMin(range[0], fault->fields.cell[f][i]);
+    range[1] = PetscMin(range[1], -fault->fields.cell[f][i]);
+    sums[0] += fault->mesh.weight[i] * fault->fields.cell[f][i];
+    sums[1] += fault->mesh.weight[i];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, range, 2, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, fault->comm));
+  if (range[0] == -range[1])
+    (void)snprintf(text, sizeof(text), "%g", (double)range[0]);
+  else
+    (void)snprintf(text, sizeof(text), "least %g, mean %g, largest %g", (double)range[0], (double)(sums[0] / sums[1]),
+                   (double)-range[1]);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s%s%s%s\n", p->name, text, p->unit, from ? " (from " : "",
+                                   from ? from : "", from ? ")" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultView - print the fault's parameters with their units; after SlipFaultSetUp() those that are used, cell by cell
+                  the least, mean and largest, and its operators as well
+
+  Collective.
+
+  Input Parameters:
++ fault  - the fault
+- viewer - an ASCII viewer, NULL for standard output
+
+  Notes:
+  After SlipFaultSetUp() also whether there is inertia, and how many cells a cohesive zone has.
+
+  Of K, H, the stage operator B and its preconditioner: the type and why it was chosen, the memory on the rank that has
+  the most and in all, the compression against a dense matrix, ranks of low-rank blocks; what the cache did.
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_SUP for a viewer that writes no text
+
+.seealso: SlipFaultSetFromOptions(), MatSlipGetMemory()
+@*/
+PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
+{
+  const SlipParameter *p;
+  PetscBool ascii;
+  char number[32];
+  PetscReal value;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  if (!viewer) PetscCall(PetscViewerASCIIGetStdout(fault->comm, &viewer));
+  PetscValidHeaderSpecific(viewer, PETSC_VIEWER_CLASSID, 2);
+  PetscCheckSameComm(fault, 1, viewer, 2);
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  PetscCheck(ascii, fault->comm, PETSC_ERR_SUP, "-%sfault_view writes text: expected an ASCII viewer",
+             SlipFaultPrefix(fault));
+  PetscCall(PetscObjectPrintClassNamePrefixType((PetscObject)fault, viewer));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++) {
+    const PetscInt field = SlipFaultFieldOf(i);
+
+    if (fault->setup && field >= 0 && !SlipFaultHasField(fault, field)) continue;
+    if (fault->setup && field >= 0) {
+      PetscCall(ViewField(fault, field, viewer));
+      continue;
+    }
+    if (fault->setup && i == FAULT_NORMAL_STRESS_GRADIENT) continue; /* part of the normal stress, or replaced */
+    PetscCall(SlipFaultGetReal(fault, p->name, &value));
+    (void)snprintf(number, sizeof(number), "%g", (double)value);
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s\n", p->name, number, p->unit));
+  }
+  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,
+                                     fault->options.text[i][0] ? SlipFaultGetText(fault, i) : "(none)"));
+  if (fault->setup) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->operators.tstar));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %.6g\n", (double)fault->operators.scaling));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "inertia: %s\n", fault->kind.inertia ? "yes" : "no"));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "friction: %s\n", fault->friction.law->formula));
+    if (fault->resolution.known) {
+      char text[256];
+
+      PetscCall(SlipFaultResolutionText(fault, text, sizeof(text)));
+      PetscCall(PetscViewerASCIIPrintf(viewer, "resolution: %s\n", text));
+    }
+    PetscCall(ViewOperators(fault, viewer));
+  }
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
