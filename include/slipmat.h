@@ -42,7 +42,6 @@ PETSC_EXTERN PetscErrorCode MatSlipStiffnessMultBoth(Mat K, Mat Kn, Vec u, Vec f
 PETSC_EXTERN PetscErrorCode MatCreateSlipStiffnessFromEntries(MPI_Comm comm, PetscInt N, const PetscReal *entries,
                                                               const char *source, Mat *K);
 /* Keep what is expensive to set up for K in files of this existing directory; "" for none. */
-PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetCacheDir(Mat K, const char dir[]);
 
 /* How products by transforms are formed; before the first product. */
 PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetDepth(Mat K, const char type[]); /* "auto", "blocks" or "transform" */
@@ -52,8 +51,8 @@ PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetFromOptions(Mat K);
 PETSC_EXTERN PetscErrorCode SlipMatInitializePackage(void); /* called by what creates objects; again does nothing */
 /* Memory that a matrix holds [bytes]: most on one process, and on all; -1 where a type does not know. */
 PETSC_EXTERN PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all);
-/* How its type was chosen, and what the cache did, in words; borrowed, "" when there is nothing to tell. */
-PETSC_EXTERN PetscErrorCode MatSlipGetNotes(Mat A, const char **why, const char **cache);
+/* How its type was chosen, in words; borrowed, "" when there is nothing to tell. */
+PETSC_EXTERN PetscErrorCode MatSlipGetNotes(Mat A, const char **why);
 
 /* ---- viscosity ---- H = 2 zeta M (M^-1 K)^(1/2), M = mass * I, mass [kg/m^2]; H [Pa s/m].
    type: "sqrtm" (exact matrix square root), "spectral" (per-wavenumber square root, uniform grids only), "lanczos"

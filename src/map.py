@@ -27,7 +27,6 @@ ORDER = [
     ("mat/grid", "FFT, Toeplitz, circulants", 4, (.06, .48)),
     ("mat/cells", "irregular cells, clusters", 4, (.52, .94)),
     ("mat/hmatrix", "hierarchical stiffness", 5, (.52, .94)),
-    ("mat/cache", "roots kept in files", 5, (.06, .48)),
     ("mat/viscosity", "square roots: exact, spectral, Lanczos", 6, (.06, .48)),
     ("mat/stage", "stage operator, preconditioner", 7, (.06, .41)),
     ("mat/interface", "K and H by name", 8, (.06, .94)),

@@ -11,7 +11,6 @@
 #include <slipstep.h>
 #include <sliph5.h>
 #include <slipstep/private/slippolicy.h>
-#include <slipstep/private/slipmatcache.h>
 #include <slipstep/private/slipsys.h>
 #include <execinfo.h>
 #include <poll.h>
@@ -25,7 +24,6 @@
 
 enum { timeout = 200, initial = 1 };          /* [s] of a child; its exit code when a file was refused */
 static const long most = 1536L * 1024 * 1024; /* bytes that a child may have resident; fuzz.py allows less */
-#define CACHE_KEY "version 2, a key of tests/fuzz.c"
 
 static char message[512]; /* of the first error, and the content of what was accepted */
 
@@ -108,56 +106,15 @@ static PetscErrorCode ReadStiffness(const char file[])
   return ReadOfFault("stiffness_file", file);
 }
 
-/* K with a cache: the folder that file is in. */
-static PetscErrorCode WithCache(const char file[], Mat *K)
-{
-  char *folder;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscStrallocpy(file, &folder));
-  *strrchr(folder, '/') = '\0';
-  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, 6, 6, NULL, K));
-  PetscCall(SlipObjectComposeData((PetscObject)*K, "SlipCacheDir", folder, SlipContainerDestroyDefault));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ReadCache(const char file[])
-{
-  SlipCacheItem item = {"/root", "sqrt(Pa/m)", 2, {6, 6}, NULL};
-  PetscBool found;
-  Mat K;
-
-  PetscFunctionBeginUser;
-  PetscCall(WithCache(file, &K));
-  PetscCall(SlipCacheRead(K, "root", CACHE_KEY, 1, &item, &found));
-  PetscCall(MatDestroy(&K));
-  PetscCheck(found, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s not used", file);
-  snprintf(message, sizeof(message), "%016llx",
-           (unsigned long long)SlipHashBytes(SLIP_HASH_START, item.data, 36 * sizeof(PetscReal)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode MakeCache(const char file[])
-{
-  PetscReal root[36];
-  const SlipCacheItem item = {"/root", "sqrt(Pa/m)", 2, {6, 6}, root};
-  Mat K;
-
-  PetscFunctionBeginUser;
-  for (int i = 0; i < 36; i++) root[i] = 1.0 / (1 + i / 6 + i % 6) + (i % 7 ? 0 : 10);
-  PetscCall(WithCache(file, &K));
-  PetscCall(SlipCacheWrite(K, "root", CACHE_KEY, 1, &item));
-  PetscCall(MatDestroy(&K));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static const struct {
   const char *name;
   PetscErrorCode (*read)(const char file[]);
   PetscErrorCode (*make)(const char file[]); /* NULL: fuzz.py writes it */
 } Kinds[] = {
-  {"policy", ReadPolicy, MakePolicy}, {"mesh", ReadMesh, NULL},        {"parameters", ReadParameters, NULL},
-  {"stiffness", ReadStiffness, NULL}, {"cache", ReadCache, MakeCache},
+  {"policy", ReadPolicy, MakePolicy},
+  {"mesh", ReadMesh, NULL},
+  {"parameters", ReadParameters, NULL},
+  {"stiffness", ReadStiffness, NULL},
 };
 
 /* Where it crashed, or hung, for fuzz.py to tell our code from HDF5; PETSc has taken the handlers of sanitizers, which report bad accesses
@@ -263,7 +220,7 @@ int main(int argc, char **argv)
   (void)backtrace(&frame, 1); /* loads what it needs while that is safe */
   while (kind < sizeof(Kinds) / sizeof(*Kinds) && (argc < 2 || strcmp(argv[1], Kinds[kind].name))) kind++;
   PetscCheck(kind < sizeof(Kinds) / sizeof(*Kinds), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "expected fuzz KIND, with policy, mesh, parameters, stiffness or cache");
+             "expected fuzz KIND, with policy, mesh, parameters or stiffness");
   if (argc == 4 && Kinds[kind].make) PetscCall(Kinds[kind].make(argv[3]));
   while (argc == 2 && fgets(file, sizeof(file), stdin)) {
     file[strcspn(file, "\n")] = '\0';

@@ -3,7 +3,7 @@
 
     tests/fuzz.py [--count 2000] [--seed 1] [--keep DIR] [KIND ...]
 
-KIND: policy, mesh, planes, triangles, gmsh22 (text), gmsh41 (bytes), parameters, stiffness, cache (read by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
+KIND: policy, mesh, planes, triangles, gmsh22 (text), gmsh41 (bytes), parameters, stiffness (read by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
 -fault_restart), catalogue and output (by a run that goes on in them) and zip (by training/import_sb3.py). A mutant is a good file with flipped bits, other numbers, pieces cut out,
 doubled or missing, or a dataset or attribute of another type, rank, size or value, a missing or additional one, links in its
 place. Its number and --seed alone decide what it is. Each must be read within 20 s and 1 GB, and be refused with one message
@@ -56,7 +56,7 @@ Result = collections.namedtuple("Result", "path end seconds memory text")  # end
 Kind = collections.namedtuple("Kind", "make mutate read checksum")
 
 
-# ---- policy, mesh, parameters, stiffness, cache: read by tests/fuzz.c ----
+# ---- policy, mesh, parameters, stiffness: read by tests/fuzz.c ----
 
 def make_by_reader(kind):
     def make(folder):
@@ -141,7 +141,6 @@ def crash_report(path, kind):
 
 def read_by_reader(kind):
     def read(paths):
-        # a cache's file has the name that its key gives it
         done = subprocess.run([READER, kind], input="".join(path + "\n" for path in paths), env=ENVIRONMENT, capture_output=True,
                               text=True, errors="replace")
         results = [Result(*line.split("\t", 4)) for line in done.stdout.splitlines()]
@@ -348,9 +347,9 @@ def read_zips(paths):
 
 
 KINDS = {
-    **{name: Kind(make, mutate_hdf5, read_by_reader(name), name in ("policy", "cache"))
+    **{name: Kind(make, mutate_hdf5, read_by_reader(name), name == "policy")
        for name, make in (("policy", make_by_reader("policy")), ("mesh", make_mesh), ("parameters", make_parameters),
-                          ("stiffness", make_stiffness), ("cache", make_by_reader("cache")))},
+                          ("stiffness", make_stiffness))},
     "planes": Kind(make_planes, mutate_hdf5, read_by_reader("mesh"), False),
     "triangles": Kind(make_triangles, mutate_hdf5, read_by_reader("mesh"), False),
     **{f"gmsh{version.replace('.', '')}": Kind(make_gmsh(version, binary), mutate_file, read_by_reader("mesh"), False)
@@ -389,10 +388,7 @@ def broken_rule(kind, result, good):
 
 
 def place(folder, kind, seed, number):
-    """Where a mutant is: a cache's file has the name that its key gives it."""
-    if kind == "cache":
-        os.makedirs(os.path.join(folder, str(number)), exist_ok=True)
-        return os.path.join(folder, str(number), os.path.basename(seed))
+    """Where a mutant is"""
     return os.path.join(folder, f"{kind}{number}{os.path.splitext(seed)[1]}")
 
 

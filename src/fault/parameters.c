@@ -155,9 +155,6 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_STIFFNESS_SCALING] =
     {"stiffness_scaling", "none", "|mean_slip|none|",
      "Scaling of K: none, as computed or read; mean_slip, multiplied so that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G"},
-  [FAULT_CACHE_DIR] = {"cache_dir", "", NULL,
-                       "Existing directory that stores the expensive part of the set-up for later runs: the exact "
-                       "viscosity of faults of 1500 and more cells"},
   [FAULT_PARAMETERS] =
     {"parameters", "", NULL,
      "HDF5 file of fields [Nz,Nx] with a value per cell, named as the options whose values they override"},

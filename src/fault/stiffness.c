@@ -302,7 +302,6 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
     PetscCall(SlipFaultMeshStiffness(fault, &fault->operators.K, fault->kind.coupled ? &fault->operators.Kn : NULL));
   PetscCall(MatSetOptionsPrefix(fault->operators.K, ((PetscObject)fault)->prefix)); /* H and B take it over */
   PetscCall(MatSlipStiffnessSetFromOptions(fault->operators.K));
-  PetscCall(MatSlipStiffnessSetCacheDir(fault->operators.K, fault->options.text[FAULT_CACHE_DIR]));
   PetscCall(MatCreateVecs(fault->operators.K, &fault->critical.uc, &fault->stage.c));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->critical.uc, &fault->work[i]));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->operators.vinf));

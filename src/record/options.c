@@ -74,7 +74,6 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
   PetscCheck(!set || value[0] || id == FAULT_OUTPUT_FIELDS, fault->comm, PETSC_ERR_ARG_WRONG,
              "-%s%s has no value, expected %s", SlipFaultPrefix(fault), option + 1,
              p->choices                     ? list
-             : id == FAULT_CACHE_DIR        ? "the name of an existing directory"
              : id == FAULT_STATIONS         ? "points \"x,z;x,z\" in m"
              : id == FAULT_SURFACE_STATIONS ? "points \"x,y;x,y\" in m"
                                             : "the name of a file");

@@ -33,7 +33,7 @@ static PetscErrorCode ViewMemory(SlipFault fault, const char what[], PetscReal m
 
 static PetscErrorCode ViewMatrix(SlipFault fault, const char what[], const char name[], Mat A, PetscViewer viewer)
 {
-  const char *why, *cache;
+  const char *why;
   PetscReal most, all;
   SlipMatFn *view = NULL;
   PetscBool ours;
@@ -41,7 +41,7 @@ static PetscErrorCode ViewMatrix(SlipFault fault, const char what[], const char 
 
   PetscFunctionBegin;
   PetscCall(MatGetType(A, &type));
-  PetscCall(MatSlipGetNotes(A, &why, &cache));
+  PetscCall(MatSlipGetNotes(A, &why));
   PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s%s%s%s\n", what, type, why[0] ? " (" : "", why, why[0] ? ")" : ""));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   /* MatView() would begin with two lines on the object */
@@ -76,7 +76,6 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
 {
   PetscErrorCode (*memory)(PC, PetscReal *);
   PetscInt least = fault->mesh.n, most = fault->mesh.n;
-  const char *why, *cache;
   PetscReal resident, bytes = 0, largest, all;
   PetscLogDouble mine;
   PetscMPIInt size;
@@ -103,12 +102,6 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
   PetscCall(ViewMemory(fault, "the preconditioner, beside what it shares with K", memory ? largest : -1, all, viewer));
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscCall(PCDestroy(&pc));
-  PetscCall(MatSlipGetNotes(fault->operators.K, &why, &cache));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "cache: %s\n",
-                                   cache[0] ? cache
-                                   : fault->options.text[FAULT_CACHE_DIR][0]
-                                     ? "not used, this viscosity is set up quickly or not at all"
-                                     : "none (-fault_cache_dir)"));
   PetscCall(PetscMemoryGetCurrentUsage(&mine));
   resident = (PetscReal)mine;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &resident, 1, MPIU_REAL, MPIU_MAX, fault->comm));
@@ -159,7 +152,7 @@ static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
   After SlipFaultSetUp() also whether there is inertia, and how many cells a cohesive zone has.
 
   Of K, H, the stage operator B and its preconditioner: the type and why it was chosen, the memory on the rank that has
-  the most and in all, the compression against a dense matrix, ranks of low-rank blocks; what the cache did.
+  the most and in all, the compression against a dense matrix, ranks of low-rank blocks.
 
   Level: intermediate
 

@@ -30,6 +30,12 @@ static const SlipNames SlipLibrary[] = {
   {"circuit_", "case c1 c2 r l m start unit"},
   {"sliding_mode_", "case gain amplitude frequency start"},
 };
+/* Options that were there once: old scripts that give them run on, with a warning why they do nothing */
+static const struct {
+  const char *name, *why;
+} SlipRetired[] = {
+  {"fault_cache_dir", "no part of the set-up is kept in files since version 0.4.0, as computing it is as fast"},
+};
 static SlipNames SlipDeclared[SLIP_MAX_DECLARED];
 static int SlipNumDeclared;
 
@@ -303,6 +309,23 @@ PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode SlipIsRetired(PetscOptions options, const char name[], const char prefix[], PetscBool *retired)
+{
+  char whole[SLIP_NAME_LENGTH];
+  PetscBool set;
+
+  PetscFunctionBegin;
+  *retired = PETSC_FALSE;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipRetired) && !*retired; i++) {
+    if (strcasecmp(name, SlipRetired[i].name)) continue;
+    PetscCall(SlipWarning("-%s%s does nothing: %s", prefix, SlipRetired[i].name, SlipRetired[i].why));
+    PetscCall(PetscSNPrintf(whole, sizeof(whole), "-%s%s", prefix, name));
+    PetscCall(PetscOptionsHasName(options, NULL, whole, &set)); /* it counts as read */
+    *retired = PETSC_TRUE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Refuses options of ours that are not known; words: and those of anybody that a dash or an equals sign spoils */
 static PetscErrorCode SlipCheckNames(MPI_Comm comm, PetscOptions options, const char prefix[], PetscBool words)
 {
@@ -315,10 +338,12 @@ static PetscErrorCode SlipCheckNames(MPI_Comm comm, PetscOptions options, const 
   for (PetscInt i = 0; i < n; i++) {
     const char *name = names[i] + len;
     char hint[SLIP_HINT_LENGTH], dash[SLIP_NAME_LENGTH];
-    PetscBool known;
+    PetscBool known, retired;
 
     if (words) PetscCall(SlipCheckSpelling(names[i], "")); /* of files and the environment */
     if (strncasecmp(names[i], prefix, len) || !SlipIsOurs(name, PETSC_TRUE, &known) || known) continue;
+    PetscCall(SlipIsRetired(options, name, prefix, &retired));
+    if (retired) continue;
     PetscCall(PetscSNPrintf(dash, sizeof(dash), "-%s", prefix));
     (void)SlipSuggestOption(name, dash, hint);
     SETERRQ(comm, PETSC_ERR_ARG_WRONG, "there is no option -%s%s", names[i], hint);

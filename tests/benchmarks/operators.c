@@ -23,9 +23,8 @@ typedef struct {
   MPI_Comm comm;
   PetscInt n;
   PetscReal mass, tstar, step; /* [kg/m^2], [s], length of a time step in T* */
-  char cache[PETSC_MAX_PATH_LEN];
-  Mat K, H, B, A; /* A: the operator that is timed, one of the others */
-  PC pc;          /* or this */
+  Mat K, H, B, A;              /* A: the operator that is timed, one of the others */
+  PC pc;                       /* or this */
 } Bench;
 
 /* ---- what is timed, and what it needs ---- */
@@ -76,7 +75,6 @@ static PetscErrorCode CreateWarmStiffness(Bench *b)
 
   PetscFunctionBeginUser;
   PetscCall(CreateGridStiffness(b, "fft"));
-  if (b->cache[0]) PetscCall(MatSlipStiffnessSetCacheDir(b->K, b->cache));
   PetscCall(MatCreateVecs(b->K, &x, &y));
   PetscCall(VecSet(x, 1));
   PetscCall(MatMult(b->K, x, y));
@@ -275,8 +273,7 @@ static PetscErrorCode PrintMemory(Bench *b)
 static PetscErrorCode RunOperator(Bench *b, const char kind[])
 {
   PetscLogDouble begin, end, first = 0, median = 0;
-  PetscBool same = PETSC_FALSE, read = PETSC_FALSE;
-  const char *why, *cache;
+  PetscBool same = PETSC_FALSE;
   size_t k = 0;
 
   PetscFunctionBeginUser;
@@ -293,11 +290,6 @@ static PetscErrorCode RunOperator(Bench *b, const char kind[])
   PetscCall((*Kinds[k].create)(b, Kinds[k].type));
   PetscCallMPI(MPI_Barrier(b->comm));
   PetscCall(PetscTime(&end));
-  if (b->A == b->H && b->H) {
-    PetscCall(MatSlipGetNotes(b->K, &why, &cache));
-    PetscCall(PetscStrbeginswith(cache, "read", &read));
-    PetscCall(PetscPrintf(b->comm, "setup_from_cache %d\n", read ? 1 : 0));
-  }
   PetscCall(TimeProducts(b, &first, &median));
   PetscCall(PetscPrintf(b->comm, "setup %.6g\nproduct %.6g\n", end - begin + PetscMax(first - median, 0), median));
   PetscFunctionReturn(0);
@@ -364,8 +356,6 @@ static PetscErrorCode Run(void)
                                kind, kind, sizeof(kind), NULL));
   PetscCall(PetscOptionsInt("-bench_n", "Cells along strike and in depth", "", b.n, &b.n, NULL));
   PetscCall(PetscOptionsReal("-bench_step", "Length of a time step for cg [T*]", "", b.step, &b.step, NULL));
-  PetscCall(PetscOptionsString("-bench_cache", "Directory of the exact viscosity's cache, none if not given", "",
-                               b.cache, b.cache, sizeof(b.cache), NULL));
   PetscOptionsEnd();
   PetscCheck(b.n > 0 && b.step > 0, b.comm, PETSC_ERR_ARG_OUTOFRANGE, "-bench_n and -bench_step must be positive");
   PetscCall(PetscStrcmp(kind, "cg", &cg));

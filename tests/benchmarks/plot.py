@@ -47,8 +47,6 @@ def draw_operators(axes, columns):
     for ax, quantity, scale, title in panels:
         for i, (kind, label) in enumerate(LABELS.items()):
             chosen = (columns["kind"] == kind) & (columns["ranks"] == 1)
-            if quantity == "setup" and kind == "h_sqrtm" and "setup_from_cache" in columns:
-                chosen = chosen & (columns["setup_from_cache"] != 1)
             curve(ax, columns, chosen, quantity, label, f"C{i}", scale=scale)
         ax.set_title(title)
 

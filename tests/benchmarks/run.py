@@ -13,7 +13,6 @@ import math
 import os
 import platform
 import re
-import shutil
 import subprocess
 import sys
 import time
@@ -64,7 +63,7 @@ class Cell:
         self.program, self.options, self.keys = program, options, keys
 
 
-def operator_cells(sizes, cache):
+def operator_cells(sizes):
     """Set-up grows about as n^3 where wavenumbers are diagonalised, as n^4 or more for what is dense or compressed."""
     guess = {"k_dense": (2, 4), "k_fft": (0.1, 2), "k_hmat": (10, 2.5), "h_sqrtm": (10, 3.5), "h_spectral": (0.1, 3),
              "h_lanczos": (1, 3), "b": (0.3, 3), "pc": (0.3, 3)}
@@ -74,41 +73,36 @@ def operator_cells(sizes, cache):
                 continue
             for ranks in (1, 2) if kind in TWO_RANKS else (1,):
                 options = ["-bench_kind", kind, "-bench_n", str(n)]
-                if kind in ("h_sqrtm", "b", "pc"):
-                    options += ["-bench_cache", cache(n)]
                 yield Cell("operators", f"{kind}-{n}-{ranks}", n, ranks, 1 + at_100 * (n / 100) ** power, "operators", options,
                            kind=kind)
 
 
-def iteration_cells(sizes, cache):
+def iteration_cells(sizes):
     for n in sizes:
         for step in STEPS if n <= LARGEST["b"] else ():
-            options = ["-bench_kind", "cg", "-bench_n", str(n), "-bench_step", str(step), "-bench_cache", cache(n)]
+            options = ["-bench_kind", "cg", "-bench_n", str(n), "-bench_step", str(step)]
             yield Cell("iterations", f"cg-{n}-{step:g}", n, 1, 1 + 0.5 * (n / 100) ** 3, "operators", options, step=step)
 
 
-def run_cells(sizes, cache, extra):
+def run_cells(sizes, extra):
     policy = os.path.join(ROOT, "training", "policies", "fault.h5")
     controllers = {"rl": ["-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy], "heuristic": ["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3"]}
     for n in sizes:
         for controller, options in controllers.items():
             for ranks in (1, 2) if n <= RUN_LARGEST[controller] else ():
                 cost = (1 if controller == "rl" else 20) * (n / 100) ** 3
-                grid = ["-fault_nx", str(n), "-fault_nz", str(n), "-fault_stiffness_scaling", "mean_slip", "-fault_cache_dir", cache(n)]
+                grid = ["-fault_nx", str(n), "-fault_nz", str(n), "-fault_stiffness_scaling", "mean_slip"]
                 yield Cell("runs", f"{controller}-{n}-{ranks}", n, ranks, 1 + cost, "fault",
                            [*grid, *options, "-memory_view", *extra], controller=controller)
 
 
 def all_cells(args):
     """In order of size, so that a benchmark that is stopped has the small ones complete."""
-    def cache(n):
-        return f"{args.output}.cache/{n}"
-
     sizes = (10, 15, 25) if args.quick else [n for n in SIZES if n <= args.max_n]
     run_sizes = (10, 15) if args.quick else sizes
     iteration_sizes = (15, 25) if args.quick else [n for n in sizes if n >= 50]
     extra = ["-ts_max_time", "5"] if args.quick else []
-    cells = [*operator_cells(sizes, cache), *iteration_cells(iteration_sizes, cache), *run_cells(run_sizes, cache, extra)]
+    cells = [*operator_cells(sizes), *iteration_cells(iteration_sizes), *run_cells(run_sizes, extra)]
     return sorted(cells, key=lambda c: (c.n, ("operators", "iterations", "runs").index(c.table)))
 
 
@@ -126,16 +120,6 @@ def numbers_of(cell, text):
     return {pair[0]: float(pair[1]) for pair in pairs if len(pair) == 2}
 
 
-def prepare_cache(cell):
-    """The exact viscosity's set-up is timed, so it starts without what an earlier attempt may have kept."""
-    if "-bench_cache" in cell.options or "-fault_cache_dir" in cell.options:
-        option = "-bench_cache" if "-bench_cache" in cell.options else "-fault_cache_dir"
-        directory = cell.options[cell.options.index(option) + 1]
-        if cell.keys.get("kind") == "h_sqrtm":
-            shutil.rmtree(directory, ignore_errors=True)
-        os.makedirs(directory, exist_ok=True)
-
-
 def hopeless(cell, cells):
     """Did the same on a smaller mesh take too long already?"""
     return any(c["status"] == "timeout" and c["n"] < cell.n and c["table"] == cell.table and c["ranks"] == cell.ranks and
@@ -149,7 +133,6 @@ def measure(cell, cells, args):
     if hopeless(cell, cells):
         return dict(result, status="skipped", message="a smaller size took too long", wall=0.0)
     try:
-        prepare_cache(cell)
         done = subprocess.run(command(cell, args.build), capture_output=True, text=True, timeout=args.timeout)
         numbers = numbers_of(cell, done.stdout)
         wanted = {"operators": "product", "iterations": "iterations", "runs": "mean_slip"}[cell.table]

@@ -72,7 +72,6 @@ VALUES = {
     "fault_injection": ["1000,1000"],
     "fault_sweep": ["sweep.txt"],
     "fault_restart": ["state.h5"],
-    "fault_cache_dir": ["."],
     "fault_stations": ["500,500"],
     "fault_surface_stations": ["500,500"],
     "fault_output": ["other_run.h5"],
@@ -104,7 +103,6 @@ VALUES = {
 ARGUED = {
     "slip_traceback": "shows where an error happened: there is none",
     "fault_progress": "lines by wall time: these runs are over before the first",
-    "fault_cache_dir": "of the set-up of 1500 cells and more",
     "fault_output_overwrite": "of an unfinished file: there is none",
     "fault_checkpoint_interval": "wall time between checkpoints: these runs are over before",
     "mat_slip_share": "spreads wavenumbers over ranks: there is one",

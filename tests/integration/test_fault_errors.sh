@@ -114,7 +114,6 @@ expect '-fault_density is "heavy"' -fault_density heavy
 expect '-fault_friction_law is "velcro"' -fault_friction_law velcro
 expect '-fault_operator is "sparse"' -fault_operator sparse
 expect '-fault_initial is "later"' -fault_initial later
-expect "cache directory no/dir: no such directory" -fault_cache_dir no/dir
 expect "truncated.h5" -fault_stiffness_file truncated.h5
 expect "has shape [4, 4], expected [9, 9]" -fault_nx 3 -fault_nz 3 -fault_stiffness_file k.h5
 expect "k.h5 has no dataset /K" "${mesh[@]}" -fault_stiffness_file k.h5:/K
@@ -152,7 +151,6 @@ expect "but -fault_stiffness_file k.h5 is given" "${mesh[@]}" -fault_stiffness_f
 for type in fft hmat; do
   expect "of -fault_stiffness_file k.h5: expected dense or auto" "${mesh[@]}" -fault_stiffness_file k.h5 -fault_operator $type
 done
-expect "-fault_cache_dir has no value" -fault_cache_dir
 expect "has shape [3, 2], expected 1 dimension" -fault_mesh mesh.h5 -fault_parameters stress_shape.h5
 expect "has shape [3], expected [4]" -fault_mesh mesh.h5 -fault_parameters stress_list.h5
 expect "/cells in wide.h5 has shape [3, 1000000000]" -fault_mesh wide.h5
@@ -265,7 +263,7 @@ for option in "-fault_nx 0" "-fault_stiffness_file none.h5" "-fault_output no/su
   "${mesh[*]} -ts_bathe_reaction velcro" "${rl[*]} -ts_adapt_rl_policy p_truncated.h5" \
   "${rl[*]} -ts_adapt_rl_policy p_nan.h5" "${rl[*]} -ts_adapt_rl_policy p_names.h5" \
   "${rl[*]} -ts_adapt_rl_policy $other" "-fault_sweep empty.txt" "-fault_mesh none.h5" "-fault_mesh overlap.h5" "-fault_mesh mesh.h5 -fault_parameters stress_list.h5" \
-  "-fault_cache_dir none" "-fault_mesh mesh.h5 -fault_viscosity spectral" "-fault_mesh mesh.h5 -fault_operator fft"; do
+  "-fault_mesh mesh.h5 -fault_viscosity spectral" "-fault_mesh mesh.h5 -fault_operator fft"; do
   read -r -a args <<<"$option"
   refuses "fault: error: " -- mpirun --oversubscribe -n 2 "$fault" "${args[@]}"
   cmp -s old.h5 reference || fail "$option on two ranks: old.h5 was touched"

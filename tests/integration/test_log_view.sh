@@ -81,10 +81,8 @@ P
 # The operators of a view, from rank counts 1 and 2; 1600 cells.
 grid=(-fault_nx 40 -fault_nz 40 -ts_max_time 0.1 -fault_view)
 run "$fault" "${grid[@]}" -fault_operator dense && mv log dense1
-mkdir cache # of dense roots: others are set up quickly or not at all
-run "$fault" "${grid[@]}" -fault_operator dense -fault_cache_dir cache && mv log dense_write
-run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" -fault_operator dense -fault_cache_dir cache && mv log dense2
-run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" -fault_cache_dir cache && mv log fft2
+run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" -fault_operator dense && mv log dense2
+run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" && mv log fft2
 run "$fault" "${grid[@]}" && mv log fft1
 run "$fault" -fault_nx 30 -fault_nz 30 -fault_operator hmat -ts_max_time 0.1 -fault_view && mv log hmat1
 expect() { grep -qE -- "$2" "$1" || { echo "FAILED: no line \"$2\" in $1:"; cat "$1"; failed=1; }; }
@@ -93,13 +91,9 @@ expect dense2 "cells: 1600 on 2 ranks, 800 to 800 on each"
 expect dense1 "stiffness K: seqdense \(dense as asked\)"
 expect dense1 "memory of K: $((8 * 1600 * 1600)) bytes \(20.5 MB\) at most on a rank, 20.5 MB in all, 100.00 %"
 expect dense2 "memory of H: $((4 * 1600 * 1600)) bytes \(10.2 MB\) at most on a rank, 20.5 MB in all, 100.00 %"
-expect dense1 "cache: none \(-fault_cache_dir\)"
 expect fft1 "stiffness K: slipfft \(auto: a uniform grid of more than 256 cells\)"
 expect fft1 "viscosity H: [a-z]+ \(sqrtm"
 expect fft1 "memory of the preconditioner, .* bytes"
-expect dense_write "cache: not found, written to cache/"
-expect dense2 "cache: read from cache/"
-expect fft2 "cache: not used, this viscosity is set up quickly or not at all"
 expect hmat1 "stiffness K: sliphmat \(hmat as asked\)"
 expect hmat1 "memory of K: [0-9]+ bytes .* [0-9.]+ % of a dense matrix"
 for file in dense1 fft1 fft2 hmat1; do expect $file "memory of the process after set-up: [0-9.]+ MB at most on a rank"; done

@@ -318,4 +318,8 @@ grep -qE "^end: +stopped on demand at t = [0-9.e-]+ of 30 s" out.txt || fail "no
 grep -qE "SIGUSR1 at time [0-9.e-]+ s after [1-9][0-9]* steps.*-fault_checkpoint" err.txt || fail "stopped: $(cat err.txt)"
 printf -- '-fault_nx 2 -fault_nz 2 -ts_max_steps 3\n-fault_nx 2 -fault_nz 2 -ts_max_time 1\n' >two.txt
 ends 3 't = 1 s' "$fault" -fault_sweep two.txt
+# ---- an option of old scripts that nothing needs any more: the run goes on, with one line that says why ----
+"$fault" "${tiny[@]}" -upper_fault_cache_dir x -fault_cache_dir cache >log 2>err || fail "an option of old scripts ends the run: $(cat err)"
+[ "$(grep -c "fault_cache_dir" err)" = 2 ] && grep -q "warning: -fault_cache_dir does nothing: no part of the set-up" err || fail "not one line on an option of old scripts: $(cat err)"
+
 exit $failed

@@ -29,7 +29,7 @@ def declared(code):
             prefix = re.search(r'SlipDeclareOptions\("(\w+)", names\)', content)[1]
             pairs.append((prefix, text(re.search(r"char names\[\] =\s*" + TEXT, content)[1])))
         pairs += [(m[1], m[2]) for m in re.finditer(r'Program program = \{\s*"\w+",\s*help,\s*"(\w+)",\s*"([^"]*)"', content)]
-    pairs.append(("fault_", text(re.search(r"PetscStrncpy\(\s*names,\s*" + TEXT, code["src/record/options.c"])[1])))
+    pairs.append(("fault_", text(re.search(r"PetscStrncpy\(\s*names,\s*" + TEXT, code["src/fault/optionnames.c"])[1])))
     pairs.append(("fault_", " ".join(fault_table(code))))
     numbers = re.findall(r'\{"-(\w+)"', code["src/sys/options.c"])
     found |= {name for name in numbers if any(name.startswith(prefix) for prefix in re.findall(r'\{"(\w+)",', table))}

@@ -160,7 +160,6 @@ TABLE = {
     "fault_wall_limit": ("event", "1000", SAME),
     "fault_stop_file": ("event", "elsewhere.stop", SAME),
     "fault_check_error": ("event", "yes", SAME),
-    "fault_cache_dir": ("event", ".", SAME),
     "fault_progress": ("event", "no", SAME),
     "fault_view": ("event", None, SAME),
     "fault_stiffness_view": ("event", "binary:K.bin", SAME),

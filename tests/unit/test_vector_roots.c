@@ -1,4 +1,4 @@
-/* Viscosities and stage operators of slip as a vector: roots by every method that needs no grid, radiation, stages and their solves, and the cache. */
+/* Viscosities and stage operators of slip as a vector: roots by every method that needs no grid, radiation, stages and their solves. */
 #include "unit.h"
 #include "products.h"
 #include "cells.h"
@@ -212,51 +212,4 @@ static void stages(void **state)
   }
 }
 
-/* H of 1500 rows from a directory, as MATDENSE */
-static Mat Cached(PetscBool vector, const char dir[])
-{
-  enum { columns = 30, rows = 25, cells = columns * rows };
-  static PetscReal rake[2 * cells];
-  SlipDippingGrid grid = {.grid = {columns, rows, 3000, 2000, 0, Mesh(PETSC_FALSE).kernel}, .dip = 50, .rake = rake};
-  Mat S, H;
-
-  if (vector)
-    ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, "dense", &S, NULL));
-  else {
-    grid.grid.nx = 2 * columns;
-    grid.grid.kernel.type = &SlipKernelDipping;
-    ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "dense", &S, NULL));
-  }
-  ok(MatSlipStiffnessSetCacheDir(S, dir));
-  ok(MatCreateSlipViscosity(S, MASS, ZETA, "sqrtm", &H));
-  ok(MatDestroy(&S));
-  return H;
-}
-
-/* Roots of a vector's and of a scalar stiffness with as many rows have files of their own: what is read is what was built, to rounding of units. */
-static void caches(void **state)
-{
-  char dir[TEMPDIR_LENGTH];
-  Mat H[2][2];
-  PetscReal norm, error;
-
-  (void)state;
-  assert_int_equal(TempDirMake("vector_roots", dir), 0);
-  for (int t = 0; t < 2; t++)
-    for (int vector = 0; vector < 2; vector++) H[vector][t] = Cached((PetscBool)vector, dir);
-  for (int vector = 0; vector < 2; vector++) {
-    ok(MatNorm(H[vector][0], NORM_FROBENIUS, &norm));
-    ok(MatAXPY(H[vector][1], -1, H[vector][0], SAME_NONZERO_PATTERN));
-    ok(MatNorm(H[vector][1], NORM_FROBENIUS, &error));
-    assert_true(error < 1e-15 * norm);
-  }
-  ok(MatNorm(H[0][0], NORM_FROBENIUS, &norm));
-  ok(MatAXPY(H[1][0], -1, H[0][0], SAME_NONZERO_PATTERN));
-  ok(MatNorm(H[1][0], NORM_FROBENIUS, &error));
-  assert_true(error > 0.1 * norm);
-  for (int t = 0; t < 2; t++)
-    for (int vector = 0; vector < 2; vector++) ok(MatDestroy(&H[vector][t]));
-  assert_int_equal(TempDirRemove(dir), 0);
-}
-
-SLIP_TESTS(roots, roots_refused, many_rows, radiation, stages, caches)
+SLIP_TESTS(roots, roots_refused, many_rows, radiation, stages)

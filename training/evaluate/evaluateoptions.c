@@ -224,7 +224,6 @@ static PetscErrorCode Settings(char **settings)
       keep = PETSC_FALSE;
       for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(results) && !keep; i++)
         keep = strncmp(word, results[i], strlen(results[i])) ? PETSC_FALSE : PETSC_TRUE;
-      if (!strncmp(word, "-fault_cache_dir", 16)) keep = PETSC_FALSE;
     }
     if (!keep) continue;
     if (text[0]) PetscCall(PetscStrlcat(text, " ", len + 2));

@@ -1,6 +1,7 @@
 /* Private to src/mat: the square root of a stiffness, by every method. */
 #pragma once
-#include <slipstep/private/slipmatcache.h>
+#include <slipstep/private/slipmatcells.h>
+#include <slipstep/private/slipmatgrid.h>
 #include <slipstep/private/slipstate.h>
 
 /* Bytes up to which viscosities may be kept as blocks; beyond, Lanczos' method needs none. */

@@ -63,26 +63,24 @@ PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all)
 }
 
 /*@C
-  MatSlipGetNotes - how the type of a matrix was chosen, and what the cache did for it, in words
+  MatSlipGetNotes - how the type of a matrix was chosen, in words
 
   Not collective
 
   Input Parameter:
 . A - stiffness or viscosity
 
-  Output Parameters:
-+ why   - "auto: ..." or what was asked for; borrowed, "" when there is nothing to tell
-- cache - of a stiffness: "read from FILE" and the like, on rank 0; borrowed, "" when no cache was used
+  Output Parameter:
+. why - "auto: ..." or what was asked for; borrowed, "" when there is nothing to tell
 
   Level: intermediate
 
-.seealso: MatSlipStiffnessSetCacheDir(), SlipFaultView()
+.seealso: SlipFaultView()
 @*/
-PetscErrorCode MatSlipGetNotes(Mat A, const char **why, const char **cache)
+PetscErrorCode MatSlipGetNotes(Mat A, const char **why)
 {
   PetscFunctionBegin;
   PetscCall(SlipNoteGet(A, "SlipWhy", why));
-  PetscCall(SlipNoteGet(A, "SlipCache", cache));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -63,7 +63,6 @@ PetscErrorCode SlipViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
   PetscReal *entries = NULL, scale, result[2] = {1, 0};
   PetscMPIInt rank;
   PetscInt N, m, info = 0;
-  PetscBool found;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
@@ -71,12 +70,11 @@ PetscErrorCode SlipViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
   PetscCall(MatGetLocalSize(S, &m, NULL));
   PetscCall(SlipRootWeights(S, &root, &inverse));
   PetscCall(SlipGridOf(S, &grid));
-  PetscCall(SlipCacheLoadRoot(S, &entries, &found));
-  if (!found && grid) {
+  if (grid) {
     PetscCall(SlipGridScale(S, &scale));
     if (!rank) PetscCall(PetscMalloc1((size_t)N * N, &entries));
     if (!rank) PetscCall(SqrtOfGrid(grid, scale, entries, &result[0], &info));
-  } else if (!found) {
+  } else {
     PetscCall(MatConvert(S, MATDENSE, MAT_INITIAL_MATRIX, &scaled));
     if (root) PetscCall(MatDiagonalScale(scaled, inverse, inverse));
     PetscCall(SlipDenseGather(scaled, &entries));
@@ -90,7 +88,6 @@ PetscErrorCode SlipViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H)
              (double)result[1]);
   PetscCheck(result[0] > 0, comm, PETSC_ERR_ARG_WRONG,
              "The stiffness has no real square root: its smallest eigenvalue is %g Pa/m", (double)result[0]);
-  if (!found) PetscCall(SlipCacheSaveRoot(S, entries));
   for (size_t k = 0; !rank && k < (size_t)N * N; k++) entries[k] *= factor;
   PetscCall(SlipDenseScatter(comm, m, N, entries, H));
   PetscCall(PetscFree(entries));
