@@ -34,6 +34,12 @@ PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscReal *q, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Are the limits of the ratio of steps, -ts_adapt_clip, these? */
+PetscBool SlipAdaptClips(TSAdapt adapt, PetscReal low, PetscReal high)
+{
+  return adapt->clip[0] == low && adapt->clip[1] == high ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const char why[])
 {
   PetscFunctionBegin;
@@ -93,6 +99,7 @@ static PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, Pet
   *next_h = h;
   *next_h = (*ctx->next)(adapt, ts, h, E, q, accept);
   if (E < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  *next_h = PetscClipInterval(*next_h, h * adapt->clip[0], h * adapt->clip[1]);
   if (*accept)
     *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
   else
@@ -115,6 +122,7 @@ static PetscErrorCode TSAdaptDestroy_Error(TSAdapt adapt)
   PetscFunctionBegin;
   adapt->safety = ctx->safety;
   adapt->reject_safety = ctx->reject_safety;
+  if (SlipAdaptClips(adapt, 0, PETSC_MAX_REAL)) PetscCall(TSAdaptSetClip(adapt, SLIP_CLIP_LOW, SLIP_CLIP_HIGH));
   PetscCall(PetscObjectComposeFunction((PetscObject)adapt, "TSAdaptChooseAfterFailure_C", NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)adapt, SLIP_STATE_METHOD, NULL));
   PetscCall(PetscFree(adapt->data));
@@ -129,6 +137,11 @@ PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, Slip
   ctx->failure = 0.6;
   ctx->safety = adapt->safety;
   ctx->reject_safety = adapt->reject_safety;
+  if (SlipAdaptClips(adapt, SLIP_CLIP_LOW, SLIP_CLIP_HIGH)) { /* nobody has set it: the type's own limits are enough */
+    adapt->clip[0] = 0;
+    adapt->clip[1] = PETSC_MAX_REAL;
+  }
+  adapt->safety = adapt->reject_safety = 1;
   adapt->data = ctx;
   adapt->ops->choose = TSAdaptChoose_Error;
   adapt->ops->destroy = TSAdaptDestroy_Error;

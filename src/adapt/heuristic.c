@@ -67,7 +67,8 @@ static PetscErrorCode SlipState_Heuristic(TSAdapt adapt, SlipState s)
 + -ts_adapt_heuristic_growth <2>           - largest ratio of successive steps
 . -ts_adapt_heuristic_failure_factor <0.6> - factor on the step when a solve did not converge
 . -ts_adapt_safety <1>                     - factor on E^-q
-- -ts_adapt_reject_safety <0.9>            - further factor when a step is rejected again
+. -ts_adapt_reject_safety <0.9>            - further factor when a step is rejected again
+- -ts_adapt_clip <low,high>                - limits of the ratio of steps besides; none unless given
 
   Level: beginner
 
@@ -81,7 +82,6 @@ PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt)
   PetscCall(PetscNew(&ctx));
   PetscCall(SlipAdaptCreateByError(adapt, &ctx->base, Next_Heuristic, SlipState_Heuristic));
   ctx->growth = 2;
-  adapt->safety = 1;
   adapt->reject_safety = 0.9;
   adapt->ops->setfromoptions = TSAdaptSetFromOptions_Heuristic;
   adapt->ops->view = TSAdaptView_Heuristic;

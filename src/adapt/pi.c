@@ -26,7 +26,9 @@ static PetscReal Next_PI(TSAdapt adapt, TS ts, PetscReal h, PetscReal E, PetscRe
     ctx->memory.error = 1;
     ctx->memory.h_last = 0;
   }
-  return E < 0 ? h : h * SlipControlFilter(&ctx->filter, &ctx->memory, q, E, h, adapt->always_accept, accept);
+  if (E < 0) return h;
+  h *= SlipControlFilter(&ctx->filter, &ctx->memory, q, E, h, adapt->always_accept, accept);
+  return h * adapt->safety * (*accept ? 1 : adapt->reject_safety);
 }
 
 static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
@@ -206,7 +208,10 @@ static PetscErrorCode SlipState_PI(TSAdapt adapt, SlipState s)
 . -ts_adapt_pi_g1, -ts_adapt_pi_g2, -ts_adapt_pi_kappa - any other filter
 . -ts_adapt_pi_ratio_min <0.8>      - smaller step ratios reject
 . -ts_adapt_pi_ratio_max <1.2>      - larger step ratios are capped
-- -ts_adapt_pi_failure_factor <0.6> - factor on the step when a solve did not converge
+. -ts_adapt_pi_failure_factor <0.6> - factor on the step when a solve did not converge
+. -ts_adapt_safety <1>              - factor on the ratio that the filter asks for, its cap included
+. -ts_adapt_reject_safety <1>       - further factor when the step is rejected
+- -ts_adapt_clip <low,high>         - limits of the ratio of steps besides, accepted or rejected; none unless given
 
   Level: beginner
 

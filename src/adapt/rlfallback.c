@@ -55,8 +55,10 @@ static void Share(TSAdapt from, TSAdapt to)
   to->always_accept = from->always_accept;
   to->wnormtype = from->wnormtype;
   to->ignore_max = from->ignore_max;
-  to->clip[0] = from->clip[0];
-  to->clip[1] = from->clip[1];
+  if (!SlipAdaptClips(from, SLIP_CLIP_LOW, SLIP_CLIP_HIGH)) { /* else that of its type */
+    to->clip[0] = from->clip[0];
+    to->clip[1] = from->clip[1];
+  }
   to->candidates = from->candidates;
   to->timestepjustdecreased = from->timestepjustdecreased;
   to->timestepjustdecreased_delay = from->timestepjustdecreased_delay;

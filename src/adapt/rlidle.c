@@ -52,26 +52,29 @@ static PetscErrorCode WarnOfFallbacks(TSAdapt_RL *rl, TS ts)
              {TSADAPTPI, "-ts_adapt_pi_ratio_max"},
              {TSADAPTPI, "-ts_adapt_pi_failure_factor"},
              {TSADAPTDSP, "-ts_adapt_dsp_filter"},
-             {TSADAPTDSP, "-ts_adapt_dsp_pid"}};
+             {TSADAPTDSP, "-ts_adapt_dsp_pid"},
+             {NULL, "-ts_adapt_clip"}, /* of each of them: the ratio of a policy's steps is its own */
+             {NULL, "-ts_adapt_safety"},
+             {NULL, "-ts_adapt_reject_safety"}};
   const char *fallback = TSAdaptRLFallbackType_Private(rl), *prefix = ((PetscObject)ts)->prefix;
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++) {
-    const size_t len = strlen(row[i].type);
+    const char *type = row[i].type ? row[i].type : fallback;
+    const size_t len = strcspn(type, ":");
     const PetscBool same =
-      !strncmp(fallback, row[i].type, len) && (!fallback[len] || fallback[len] == ':') ? PETSC_TRUE : PETSC_FALSE;
+      !strncmp(fallback, type, len) && (!fallback[len] || fallback[len] == ':') ? PETSC_TRUE : PETSC_FALSE;
     PetscBool given;
 
     PetscCall(Given(ts, row[i].option, &given));
     if (!given || (same && rl->handed)) continue;
     if (same)
       PetscCall(SlipWarning("-%s%s has no effect unless -ts_adapt_type rl hands the run over to %s",
-                            prefix ? prefix : "", row[i].option + 1, row[i].type));
+                            prefix ? prefix : "", row[i].option + 1, type));
     else
       PetscCall(SlipWarning("-%s%s has no effect: the controller is rl%s%s, give -ts_adapt_type %s",
                             prefix ? prefix : "", row[i].option + 1,
-                            rl->handed ? ", which has handed the run over to " : "", rl->handed ? fallback : "",
-                            row[i].type));
+                            rl->handed ? ", which has handed the run over to " : "", rl->handed ? fallback : "", type));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

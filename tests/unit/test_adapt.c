@@ -119,4 +119,37 @@ static void pi_named(void **state)
   }
 }
 
-SLIP_TESTS_WITH(Register, NULL, heuristic, heuristic_again, heuristic_options, pi_filter, pi_cap, pi_named)
+/* PETSc's factors on the ratio of steps, and limits of it, hold for our types as for PETSc's own; without these options their own count,
+   and the next type of the same object has PETSc's again. */
+static void options_of_all(void **state)
+{
+  const PetscReal error[] = {1.0 / 8, 8, 1e-9, 1}; /* q = 1/3: ratios of 2, 1/2 and 1000 */
+  const PetscReal half[] = {0.1, 0.1 * 1.5, 0.1 * 1.5 * 0.7, 0.1 * 1.5 * 0.7 * 1.5};
+  PetscReal safe[] = {0.1, 0.1, 0.1 * 0.25,
+                      0}; /* the last one capped, before the factor by heuristic, after it by pi */
+  TSAdapt adapt;
+  TS ts;
+
+  (void)state;
+  for (int pi = 0; pi < 2; pi++) {
+    const char *own = pi ? "-ts_adapt_pi_filter elementary -ts_adapt_pi_ratio_max 4" : "-ts_adapt_heuristic_growth 4";
+
+    for (int clip = 0; clip < 2; clip++) {
+      ts = start(pi ? TSADAPTPI : TSADAPTHEURISTIC, own, 0.1);
+      ok(PetscOptionsInsertString(NULL, clip ? "-ts_adapt_clip 0.7,1.5" : "-ts_adapt_safety 0.5"));
+      ok(TSSetFromOptions(ts));
+      ok(run(ts, 4, error));
+      safe[3] = safe[2] * (pi ? 0.5 * 4 : 4);
+      tried(clip ? half : safe);
+      accepted("araa");
+      ok(TSGetAdapt(ts, &adapt));
+      ok(TSAdaptSetType(adapt, TSADAPTBASIC));
+      assert_true(adapt->clip[0] == (clip ? 0.7 : 0.1) && adapt->clip[1] == (clip ? 1.5 : 10));
+      ok(TSDestroy(&ts));
+      PetscOptionsClear(NULL);
+    }
+  }
+}
+
+SLIP_TESTS_WITH(Register, NULL, options_of_all, heuristic, heuristic_again, heuristic_options, pi_filter, pi_cap,
+                pi_named)

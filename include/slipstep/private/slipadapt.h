@@ -15,6 +15,10 @@ PETSC_EXTERN PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt);
 /* Weighted local error E of the step just computed, -1 when the TS gives none, and its exponent q. */
 PETSC_INTERN PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscReal *q, PetscReal *E);
 /* An error that names -ts_adapt_dt_min when h is below it. why: what made h so small. */
+/* PETSc's default of -ts_adapt_clip */
+#define SLIP_CLIP_LOW 0.1
+#define SLIP_CLIP_HIGH 10
+PETSC_INTERN PetscBool SlipAdaptClips(TSAdapt adapt, PetscReal low, PetscReal high);
 PETSC_INTERN PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const char why[]);
 
 /* A controller that goes by the error estimate: its context begins with this. next: its rule, the
