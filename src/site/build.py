@@ -19,8 +19,8 @@ import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SOURCE = os.path.normpath(os.path.join(HERE, "..", ".."))
-sys.path[:0] = [os.path.join(SOURCE, "src"), os.path.join(SOURCE, "output")]
-from slipstep_modules import need
+sys.path[:0] = [os.path.join(SOURCE, "src"), os.path.join(SOURCE, "src", "package")]
+from slipstep.modules import need
 
 need("sphinx", "myst_parser", "sphinx_rtd_theme")
 import reference

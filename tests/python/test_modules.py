@@ -9,7 +9,7 @@ import unittest
 from scripts import OUTPUT, SOURCE
 
 # -S leaves site-packages out; no other Python takes over
-BARE = "import runpy, sys, slipstep_modules; slipstep_modules.DEBIAN = ''; sys.argv = sys.argv[1:]; " \
+BARE = "import runpy, sys, slipstep.modules; slipstep.modules.DEBIAN = ''; sys.argv = sys.argv[1:]; " \
        "runpy.run_path(sys.argv[0], run_name='__main__')"
 
 
@@ -17,7 +17,7 @@ STANDARD = {"tests/benchmarks/ode.py"}  # needs none of them
 
 
 def bare(script):
-    path = os.pathsep.join([OUTPUT, os.path.dirname(script)])
+    path = os.pathsep.join([os.path.join(SOURCE, "src", "package"), os.path.dirname(script)])
     return subprocess.run([sys.executable, "-S", "-c", BARE, script], capture_output=True, text=True,
                           env=dict(os.environ, PYTHONPATH=path, PYTHONDONTWRITEBYTECODE="1"))
 

@@ -13,8 +13,9 @@ from scripts import ScriptTest
 import h5py
 import numpy as np
 
-from compare import slip_error, table
-from slipstep_output import OutputError, Run, open_file
+from slipstep import OutputError, Run
+from slipstep.programs.compare import slip_error, table
+from slipstep.results.files import open_file
 
 NX, NZ, END = 6, 4, 30.0
 

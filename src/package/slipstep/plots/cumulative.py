@@ -7,10 +7,10 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 
-from slipstep_fields import Fields
-from slipstep_snapshots import round_step
-from slipstep_spacetime import along_line, lines_of
-from slipstep_time import NAMES, SECONDS, unit_of
+from ..results.fields import Fields
+from ..times import NAMES, SECONDS, unit_of
+from .snapshots import round_step
+from .spacetime import along_line, lines_of
 
 SOLID, DASHED = "#0062a5", "#d9541e"
 LINES = 40  # solid ones where no interval is given

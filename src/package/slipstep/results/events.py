@@ -4,9 +4,10 @@ import sys
 
 import numpy as np
 
-from slipstep_catalogue import Catalogue
-from slipstep_output import Cells, OutputError
-from slipstep_time import written
+from ..errors import OutputError
+from ..times import written
+from .catalogue import Catalogue
+from .run import Cells
 
 FITTED = 30  # events from the magnitude of completeness on, below which no b is worth a line
 RANGE = 0.5  # of magnitudes, likewise
