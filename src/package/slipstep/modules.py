@@ -16,7 +16,8 @@ def need(*modules):
     if not missing:
         return
     main = sys.modules["__main__"]
-    is_script = getattr(main, "__spec__", None) is None and str(getattr(main, "__file__", "")).endswith(".py")
+    name = os.path.basename(str(getattr(main, "__file__", "")))
+    is_script = getattr(main, "__spec__", None) is None and (name.endswith(".py") or name.startswith("slipstep-"))  # as Debian's package calls them
     if is_script and os.path.exists(DEBIAN) and os.path.realpath(sys.executable) != os.path.realpath(DEBIAN):
         os.execv(DEBIAN, [DEBIAN, *sys.argv])
     sys.exit(f"{os.path.basename(sys.argv[0])}: {sys.executable} has no {', '.join(missing)}; Debian's packages are "
