@@ -68,7 +68,7 @@ class Modules(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             os.symlink(os.path.join(OUTPUT, "catalogue_csv.py"), os.path.join(folder, "slipstep-catalogue-csv"))
             done = subprocess.run([sys.executable, os.path.join(folder, "slipstep-catalogue-csv"), "none.h5"], cwd=folder, capture_output=True, text=True)
-            self.assertEqual((done.returncode, done.stderr), (1, "catalogue_csv.py: none.h5: no such file; fault -fault_catalogue writes it\n"))
+            self.assertEqual((done.returncode, done.stderr), (1, "slipstep-catalogue-csv: none.h5: no such file; fault -fault_catalogue writes it\n"))
 
     def test_names_that_moved(self):
         """Modules that pages told to import have what those used, and say where it is."""

@@ -1,9 +1,13 @@
-"""What a Python or a machine may lack: need() says before modules are imported which of Debian's packages have them, find_program() where a program is."""
+"""What programs in Python share: need() says before modules are imported which of Debian's packages have them, find_program() where a program of
+the library is, one_line() how errors end."""
 
+import functools
 import importlib.util
 import os
 import shutil
 import sys
+
+from .errors import Error
 
 DEBIAN = "/usr/bin/python3"
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -20,8 +24,26 @@ def need(*modules):
     is_script = getattr(main, "__spec__", None) is None and (name.endswith(".py") or name.startswith("slipstep-"))  # as Debian's package calls them
     if is_script and os.path.exists(DEBIAN) and os.path.realpath(sys.executable) != os.path.realpath(DEBIAN):
         os.execv(DEBIAN, [DEBIAN, *sys.argv])
-    sys.exit(f"{os.path.basename(sys.argv[0])}: {sys.executable} has no {', '.join(missing)}; Debian's packages are "
+    sys.exit(f"{program()}: {sys.executable} has no {', '.join(missing)}; Debian's packages are "
              + " ".join("python3-" + name.lower().replace("_", "-") for name in modules) + f", for {DEBIAN}")  # whose names have no underscores
+
+
+def program():
+    """The name under which this one was started."""
+    return os.path.basename(sys.argv[0])
+
+
+def one_line(main):
+    """A main() whose errors of files and of values end with one line, which begins with the program's name."""
+
+    @functools.wraps(main)
+    def run():
+        try:
+            main()
+        except (Error, OSError, ValueError) as error:
+            sys.exit(f"{program()}: {error}")
+
+    return run
 
 
 def find_program(name):

@@ -11,6 +11,7 @@ import time
 
 from .errors import Error
 from .modules import find_program
+from .times import written
 
 OPTION = re.compile(r"(ts|snes|ksp|pc|mat|log|options)_")  # of names that are options of PETSc and not parameters of a fault
 # of the program, unless it is set: one thread, and no look at OpenCL's devices, whose drivers take over signals
@@ -54,13 +55,6 @@ class Line:
             self.show(*self.newest, force=True)
             self.out.write("\n")
             self.out.flush()
-
-
-def written(at):
-    for unit, size in (("years", 3.15576e7), ("days", 86400.0), ("hours", 3600.0)):
-        if at >= 2 * size:
-            return f"{at / size:.4g} {unit}"
-    return f"{at:.4g} s"
 
 
 def options_of(path):

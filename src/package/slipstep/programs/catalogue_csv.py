@@ -9,13 +9,11 @@ Without OUT.csv it goes to standard output. A catalogue that is still written, E
 
 import argparse
 import csv
-import os
 import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy")
-from ..errors import OutputError
 from ..geometry.geographic import add_arguments, check_origin, dates, local, lonlat
 from ..results.catalogue import Catalogue
 from ..results.files import replacing
@@ -55,6 +53,7 @@ def write_csep(catalogue, file, origin, at, start):
         writer.writerow((f"{lon:.6f}", f"{lat:.6f}", f"{magnitude:.4f}", when.isoformat(timespec="microseconds"), f"{depth:.4f}", 0, number))
 
 
+@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("catalogue", metavar="EVENTS", help="file of -fault_catalogue")
@@ -70,16 +69,11 @@ def main():
     def write_rows(file):
         write_csep(catalogue, file, options.origin, options.origin_at, options.start) if options.csep else write(catalogue, file)
 
-    try:
-        catalogue = Catalogue(options.catalogue)
-        catalogue.warn("catalogue_csv.py")
-        if options.output and os.path.exists(options.output) and os.path.samefile(options.catalogue, options.output):
-            raise OutputError(f"{options.output} is the catalogue itself, expected another name")
-        if not options.output:
-            write_rows(sys.stdout)
-            return
-        with replacing(options.output) as part, open(part, "w", encoding="utf-8") as file:
-            write_rows(file)
-        print(f"Table: {options.output}, {catalogue.count} event{'s' * (catalogue.count != 1)}")
-    except (OutputError, OSError) as error:
-        sys.exit(f"catalogue_csv.py: {error}")
+    catalogue = Catalogue(options.catalogue)
+    catalogue.warn()
+    if not options.output:
+        write_rows(sys.stdout)
+        return
+    with replacing(options.output, options.catalogue) as part, open(part, "w", encoding="utf-8") as file:
+        write_rows(file)
+    print(f"Table: {options.output}, {catalogue.count} event{'s' * (catalogue.count != 1)}")

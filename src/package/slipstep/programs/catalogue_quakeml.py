@@ -8,15 +8,13 @@ EVENTS.h5.part, is read up to its last whole row.
 
 import argparse
 import os
-import sys
 import xml.etree.ElementTree as ElementTree
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy")
 import numpy as np
 
-from ..errors import OutputError
 from ..geometry.geographic import add_arguments, check_origin, dates, first_cells, local, lonlat
 from ..results.catalogue import Catalogue
 from ..results.files import replacing
@@ -76,6 +74,7 @@ def tree(catalogue, origin, at, start):
     return ElementTree.ElementTree(root)
 
 
+@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("catalogue", metavar="EVENTS", help="file of -fault_catalogue")
@@ -83,15 +82,10 @@ def main():
     add_arguments(parser)
     options = parser.parse_args()
     check_origin(parser, options.origin)
-    try:
-        catalogue = Catalogue(options.catalogue)
-        catalogue.warn("catalogue_quakeml.py")
-        if os.path.exists(options.output) and os.path.samefile(options.catalogue, options.output):
-            raise OutputError(f"{options.output} is the catalogue itself, expected another name")
-        document = tree(catalogue, options.origin, options.origin_at, options.start)
-        ElementTree.indent(document)
-        with replacing(options.output) as part:
-            document.write(part, encoding="utf-8", xml_declaration=True)
-    except (OutputError, OSError) as error:
-        sys.exit(f"catalogue_quakeml.py: {error}")
+    catalogue = Catalogue(options.catalogue)
+    catalogue.warn()
+    document = tree(catalogue, options.origin, options.origin_at, options.start)
+    ElementTree.indent(document)
+    with replacing(options.output, options.catalogue) as part:
+        document.write(part, encoding="utf-8", xml_declaration=True)
     print(f"QuakeML: {options.output}, {catalogue.count} events")

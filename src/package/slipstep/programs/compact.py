@@ -8,14 +8,12 @@ the attribute "rows_kept_every" with k, since the rows of /steps then no longer 
 
 import argparse
 import os
-import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy")
 import h5py
 import numpy as np
-from ..errors import OutputError
 from ..results.files import replacing
 from ..results.run import MESH, Run
 
@@ -32,11 +30,10 @@ def store(file, data, rows):
 
 
 def compact(source, target, rows):
-    if os.path.exists(target) and os.path.samefile(source, target):
-        raise OutputError(f"{target} is the file itself, expected another name: what is left out would be lost")
-    count = len(Run(source).series["time"])
+    run = Run(source)
+    count = len(run.series["time"])
     stride = max(1, -(-count // rows))
-    with h5py.File(source, "r") as old, replacing(target) as part, h5py.File(part, "w") as new:
+    with run.open() as old, replacing(target, source) as part, h5py.File(part, "w") as new:
         for group in ("run", "result", "mesh"):
             new.create_group(group).attrs.update(old[group].attrs)
         new["run"].attrs["rows_kept_every"] = stride
@@ -48,6 +45,7 @@ def compact(source, target, rows):
     return stride
 
 
+@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("source", metavar="IN", help="output file of a run")
@@ -56,10 +54,7 @@ def main():
     options = parser.parse_args()
     if options.rows < 1:
         parser.error(f"--rows is {options.rows}, expected a number >= 1")
-    try:
-        stride = compact(options.source, options.target, options.rows)
-    except (OutputError, OSError) as error:
-        sys.exit(f"compact.py: {error}")
+    stride = compact(options.source, options.target, options.rows)
     run = Run(options.target)
     print(f"{options.target}: final mean slip {run.result['mean_slip']:.8f} m after {run.result['accepted']} steps; "
           f"every {stride}. row kept, {os.path.getsize(options.target) // 1024} KB")

@@ -8,9 +8,8 @@ one. The slip-rate map is that of the first run. The reference is such an output
 
 import argparse
 import os
-import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 from ..errors import OutputError
@@ -38,7 +37,7 @@ def load(argument):
     label, equals, path = argument.partition("=")
     run = Run(path if equals else argument)
     run.require_fault("compare.py")
-    run.warn("compare.py")
+    run.warn()
     return (label if equals else os.path.splitext(os.path.basename(argument))[0]) + ("" if run.complete else " (unfinished)"), run
 
 
@@ -121,16 +120,14 @@ def figure(runs, reference, title):
     return canvas
 
 
+@one_line
 def main():
     options = arguments()
-    try:
-        runs = [load(argument) for argument in options.runs]
-        reference = load(options.reference)[1] if options.reference else None
-        for _, run in runs if reference else ():
-            check_same_case(run, reference)
-        print("\n".join(table(runs, reference)))
-        if options.figure:
-            figure(runs, reference, options.title).savefig(options.figure)
-            print(f"\nFigure: {options.figure}")
-    except (OutputError, OSError) as error:
-        sys.exit(f"compare.py: {error}")
+    runs = [load(argument) for argument in options.runs]
+    reference = load(options.reference)[1] if options.reference else None
+    for _, run in runs if reference else ():
+        check_same_case(run, reference)
+    print("\n".join(table(runs, reference)))
+    if options.figure:
+        figure(runs, reference, options.title).savefig(options.figure)
+        print(f"\nFigure: {options.figure}")

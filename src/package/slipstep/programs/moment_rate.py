@@ -10,9 +10,8 @@ that of the slip between (/series/moment), which trapezoids of the rates miss wh
 import argparse
 import csv
 import os
-import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 import numpy as np
@@ -94,13 +93,14 @@ def window(options):
     catalogue = Catalogue(options.catalogue)
     if not catalogue.count:
         raise OutputError(catalogue.none())
-    number = int(np.nanargmax(catalogue.event["moment"])) if options.event == "largest" else int(options.event) - 1
+    number = catalogue.number_of(options.event)
     if not 0 <= number < catalogue.count:
         raise OutputError(f"{options.catalogue}: --event is {options.event}, expected a number from 1 to {catalogue.count}, or largest")
     onset, end = (float(catalogue.event[name][number]) for name in ("onset", "end"))
     return onset, end, f"Event {number + 1} at {written(onset)}: M {catalogue.event['magnitude'][number]:.2f}"
 
 
+@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("run", metavar="RUN", help="output file of the run")
@@ -116,21 +116,18 @@ def main():
         parser.error(f"--event is {options.event}, expected a number from 1 on, or largest")
     stem = os.path.splitext(options.run)[0] + "_moment_rate"
     table, picture = options.csv or stem + ".csv", options.figure or stem + ".png"
-    try:
-        run = Run(options.run)
-        run.warn("moment_rate.py")
-        run.require_fault("a moment rate")
-        begin, end, title = window(options)
-        time, rate, moment = moment_rate(run, begin, end)
-        faults = run.faults if len(run.faults) == rate.shape[1] else np.arange(rate.shape[1])
-        with replacing(table) as part, open(part, "w", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            of_faults = [f"moment_rate {label} [N m/s]" for label in faults] if len(faults) > 1 else []
-            writer.writerow(["time [s]", "moment_rate [N m/s]", *of_faults, "moment [N m]"])
-            for at, row, so_far in zip(time.tolist(), rate.tolist(), moment.sum(axis=1).tolist()):
-                writer.writerow([repr(value) for value in ([at, sum(row)] + (row if of_faults else []) + [so_far])])
-        figure(time, rate, faults, title).savefig(picture)
-    except (OutputError, OSError) as error:
-        sys.exit(f"moment_rate.py: {error}")
+    run = Run(options.run)
+    run.warn()
+    run.require_fault("a moment rate")
+    begin, end, title = window(options)
+    time, rate, moment = moment_rate(run, begin, end)
+    faults = run.faults if len(run.faults) == rate.shape[1] else np.arange(rate.shape[1])
+    with replacing(table) as part, open(part, "w", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        of_faults = [f"moment_rate {label} [N m/s]" for label in faults] if len(faults) > 1 else []
+        writer.writerow(["time [s]", "moment_rate [N m/s]", *of_faults, "moment [N m]"])
+        for at, row, so_far in zip(time.tolist(), rate.tolist(), moment.sum(axis=1).tolist()):
+            writer.writerow([repr(value) for value in ([at, sum(row)] + (row if of_faults else []) + [so_far])])
+    figure(time, rate, faults, title).savefig(picture)
     total = float(moment[-1].sum())
     print(f"Moment: {total:.4g} N m, M {magnitude(total):.2f}, in {end - begin:.4g} s and {len(time) - 2} steps\nTable: {table}\nFigure: {picture}")

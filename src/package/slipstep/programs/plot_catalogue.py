@@ -9,15 +9,13 @@ cumulative slip along a line. Or one event: its slip and when each cell broke.
 
 import argparse
 import os
-import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 import numpy as np
 from matplotlib.collections import EllipseCollection
 from matplotlib.ticker import MaxNLocator
-from ..errors import OutputError
 from ..plots.cumulative import courses, draw_cumulative, warn
 from ..plots.maps import Span, aspect_of, colour_bar, extent_of, frames_of, planes_of
 from ..plots.panels import RUN_STYLES, log_scale, plt, use_style
@@ -229,28 +227,26 @@ def arguments():
     return options
 
 
+@one_line
 def main():
     options = arguments()
     suffix = (f"_event_{options.event}" if options.event else "") + ("_view" if options.view else "")
     target = options.figure or os.path.splitext(options.catalogue)[0] + suffix + ".png"
-    try:
-        events = Events(options.catalogue)
-        events.warn("plot_catalogue.py")
-        if options.event:
-            number = int(np.nanargmax(events["moment"])) if options.event == "largest" else int(options.event) - 1
-            canvas = event_view(events, number, KINDS["slip"], getattr(options, "from")) if options.view else event_figure(events, number)
-            canvas.savefig(target)
-        else:
-            lines = []
-            if options.run:
-                run = Run(options.run)
-                run.warn("plot_catalogue.py")
-                run.require_fault("plot_catalogue.py")
-                lines = courses(run, options.field or "slip", options.along or "strike", options.at, options.every, options.every_event or 1.0)
-            canvas, poor = figure(events, lines, options.years)
-            canvas.savefig(target)
-            if poor:
-                warn("plot_catalogue.py", run, poor, lines[0])
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"plot_catalogue.py: {error}")
+    events = Events(options.catalogue)
+    events.warn()
+    if options.event:
+        number = events.number_of(options.event)
+        canvas = event_view(events, number, KINDS["slip"], getattr(options, "from")) if options.view else event_figure(events, number)
+        canvas.savefig(target)
+    else:
+        lines = []
+        if options.run:
+            run = Run(options.run)
+            run.warn()
+            run.require_fault("a line of its slip")
+            lines = courses(run, options.field or "slip", options.along or "strike", options.at, options.every, options.every_event or 1.0)
+        canvas, poor = figure(events, lines, options.years)
+        canvas.savefig(target)
+        if poor:
+            warn(run, poor, lines[0])
     print(f"Figure: {target}")

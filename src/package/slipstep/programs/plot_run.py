@@ -11,13 +11,11 @@ step size and error estimate against time. Or of a fault: snapshots, a rupture, 
 
 import argparse
 import os
-import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 import numpy as np
-from ..errors import OutputError
 from ..plots.film import film
 from ..plots.maps import draw_map, frames_of
 from ..plots.panels import DENSE, DOTS, RED, RUN_STYLES, draw_series, draw_steps, legend_above, log_scale, plt, use_style
@@ -221,21 +219,19 @@ def picture(run, options):
     return figure(run, clock, clock.logarithmic("slip_rate", options.log_rate), options.range) if run.is_fault else small_figure(run, clock)
 
 
+@one_line
 def main():
     options = arguments()
     suffix = "" if options.kind == "overview" else f"_{options.kind}"
     target = options.film or options.figure or os.path.splitext(options.run)[0] + suffix + ".png"
-    try:
-        run = Run(options.run)
-        run.warn("plot_run.py")
-        if options.kind != "overview":
-            run.require_fault(f"--{'film' if options.film else 'kind ' + options.kind}")
-        if options.film:
-            shown, rows = film(run, target, options.field or "slip_rate", options.window, options.log_rate is not False, options.range, options.years,
-                               options.fps or 15.0, options.frames or 500, options.view, getattr(options, "from"))
-            print(f"Film: {target}, {shown} of {rows} rows of /fields")
-        else:
-            picture(run, options).savefig(target)
-            print(f"Figure: {target}")
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"plot_run.py: {error}")
+    run = Run(options.run)
+    run.warn()
+    if options.kind != "overview":
+        run.require_fault(f"--{'film' if options.film else 'kind ' + options.kind}")
+    if options.film:
+        shown, rows = film(run, target, options.field or "slip_rate", options.window, options.log_rate is not False, options.range, options.years,
+                           options.fps or 15.0, options.frames or 500, options.view, getattr(options, "from"))
+        print(f"Film: {target}, {shown} of {rows} rows of /fields")
+    else:
+        picture(run, options).savefig(target)
+        print(f"Figure: {target}")

@@ -9,11 +9,10 @@ import argparse
 import os
 import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 import numpy as np
-from ..errors import OutputError
 from ..plots.heat import Table, colours, draw_heat, error_of, error_ratio, ratio_to
 from ..plots.panels import RED, REFERENCE, log_scale, plt, save, use_style
 from ..results.study import CLASSICAL, Study, envelope, family
@@ -393,6 +392,7 @@ FIGURES = {
 }
 
 
+@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="FILE", help="output file of evaluate")
@@ -404,14 +404,11 @@ def main():
     unknown = [name for name in names if name not in FIGURES]
     if unknown:
         parser.error(f"unknown figure {unknown[0]}, expected some of {', '.join(FIGURES)}")
-    try:
-        study = Study(options.study)
-        study.warn("plot_study.py")
-        os.makedirs(options.figures, exist_ok=True)
-        use_style()
-        for name in names:
-            target = os.path.join(options.figures, f"study_{name}.png")
-            save(FIGURES[name](study), target)
-            print(f"Figure: {target}")
-    except (OutputError, OSError) as error:
-        sys.exit(f"plot_study.py: {error}")
+    study = Study(options.study)
+    study.warn()
+    os.makedirs(options.figures, exist_ok=True)
+    use_style()
+    for name in names:
+        target = os.path.join(options.figures, f"study_{name}.png")
+        save(FIGURES[name](study), target)
+        print(f"Figure: {target}")

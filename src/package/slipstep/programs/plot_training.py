@@ -8,15 +8,14 @@ colour; the thick line is their mean.
 
 import argparse
 import os
-import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
-import h5py
 import numpy as np
 from ..errors import OutputError
 from ..plots.panels import log_scale, plt, save, use_style
+from ..results.files import attributes, open_file
 
 WINDOW = 50  # episodes in a running mean
 COLUMNS = {"episodes": ("step", "return", "length"), "evaluations": ("step", "return", "length", "error")}
@@ -27,22 +26,15 @@ class Log:
 
     def __init__(self, path):
         self.path = path
-        try:
-            with h5py.File(path, "r") as file:
-                self.attributes = {name: self.text(value) for name, value in file.attrs.items()}
-                for group, columns in COLUMNS.items():
-                    missing = [name for name in columns if f"{group}/{name}" not in file]
-                    if missing:
-                        raise OutputError(f"{path}: no dataset /{group}/{missing[0]}; expected a file of train -train_log")
-                    setattr(self, group, {name: file[f"{group}/{name}"][:] for name in columns})
-        except OSError as error:
-            raise OutputError(f"{path}: {error}") from None
+        with open_file(path, "train -train_log writes it") as file:
+            self.attributes = attributes(file)
+            for group, columns in COLUMNS.items():
+                missing = [name for name in columns if f"{group}/{name}" not in file]
+                if missing:
+                    raise OutputError(f"{path}: no dataset /{group}/{missing[0]}; expected a file of train -train_log")
+                setattr(self, group, {name: file[f"{group}/{name}"][:] for name in columns})
         if not len(self.episodes["step"]):
             raise OutputError(f"{path}: no episode; the training ended before its first one did")
-
-    @staticmethod
-    def text(value):
-        return value.decode() if isinstance(value, bytes) else value
 
     def attribute(self, name, default):
         return self.attributes.get(name, default)
@@ -147,14 +139,12 @@ def figure(logs):
     return canvas
 
 
+@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("logs", metavar="LOG", nargs="+", help="log files of train (-train_log)")
     parser.add_argument("--figure", metavar="PNG", help="file to write, default the first LOG with .png")
     options = parser.parse_args()
     target = options.figure or os.path.splitext(options.logs[0])[0] + ".png"
-    try:
-        save(figure(read_logs(options.logs)), target)
-    except (OutputError, OSError) as error:
-        sys.exit(f"plot_training.py: {error}")
+    save(figure(read_logs(options.logs)), target)
     print(f"Figure: {target}")

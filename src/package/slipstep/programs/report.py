@@ -11,15 +11,13 @@ import html
 import io
 import os
 import re
-import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 import numpy as np
 from PIL import Image
 
-from ..errors import OutputError
 from ..plots.cumulative import courses
 from ..plots.panels import plt
 from ..plots.spacetime import space_time
@@ -147,6 +145,7 @@ def page(run, events, catalogue):
             + "\n".join(parts) + "\n</body>\n</html>\n")
 
 
+@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("run", metavar="RUN", help="output file of a run")
@@ -154,14 +153,11 @@ def main():
     parser.add_argument("-o", "--output", metavar="REPORT", help="file to write, default RUN.html")
     options = parser.parse_args()
     target = options.output or os.path.splitext(options.run)[0] + ".html"
-    try:
-        run = Run(options.run)
-        run.warn("report.py")
-        catalogue = Catalogue(options.catalogue) if options.catalogue else None
-        events = Events(options.catalogue) if catalogue and catalogue.count else None
-        text = page(run, events, catalogue)
-        with replacing(target) as part, open(part, "w", encoding="utf-8") as file:
-            file.write(text)
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"report.py: {error}")
+    run = Run(options.run)
+    run.warn()
+    catalogue = Catalogue(options.catalogue) if options.catalogue else None
+    events = Events(options.catalogue) if catalogue and catalogue.count else None
+    text = page(run, events, catalogue)
+    with replacing(target) as part, open(part, "w", encoding="utf-8") as file:
+        file.write(text)
     print(f"Report: {target}, {len(text) // 1000} kB")

@@ -10,7 +10,7 @@ import os
 import re
 import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy")
 import numpy as np
@@ -367,20 +367,18 @@ def fill(text, study, page):
     return text
 
 
+@one_line
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="FILE", help="output file of evaluate")
     parser.add_argument("--page", metavar="MD", default=os.path.join(os.path.dirname(os.path.realpath(sys.argv[0])), "RESULTS.md"),
                         help="page to fill, default RESULTS.md beside this script")
     options = parser.parse_args()
-    try:
-        study = Study(options.study)
-        study.warn("results_table.py")
-        with open(options.page, encoding="utf-8") as file:
-            text = file.read()
-        text = fill(text, study, options.page)
-        with replacing(options.page) as part, open(part, "w", encoding="utf-8") as file:
-            file.write(text)
-    except (OutputError, OSError) as error:
-        sys.exit(f"results_table.py: {error}")
+    study = Study(options.study)
+    study.warn()
+    with open(options.page, encoding="utf-8") as file:
+        text = file.read()
+    text = fill(text, study, options.page)
+    with replacing(options.page) as part, open(part, "w", encoding="utf-8") as file:
+        file.write(text)
     print(f"Tables: {options.page}")

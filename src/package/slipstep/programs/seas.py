@@ -13,9 +13,8 @@ bp7: fltst_strk*dp*, global.dat. slipstep/results/seas.py says what is in them. 
 
 import argparse
 import os
-import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 import numpy as np
@@ -283,21 +282,19 @@ def arguments():
     return parser.parse_args()
 
 
+@one_line
 def main():
     options = arguments()
     stem = os.path.splitext(options.run)[0]
     target = options.figure or stem + "_seas.png"
-    try:
-        injection = options.benchmark == "bp6"  # which has no events
-        run, events = Run(options.run), (Catalogue if injection else Events)(options.catalogue)
-        run.warn("seas.py")
-        if run.planes or len(run.axes[1]) < 2:
-            raise OutputError(f"{run.path}: expected a run on a grid, with two rows of cells at least")
-        paths = write_files(options.benchmark, run, events, options.folder or stem)
-        canvas = injection_figure(run) if injection else vector_figure(run, events) if options.benchmark == "bp7" else figure(options.benchmark, run, events)
-        save(canvas, target) if target.endswith(".png") else canvas.savefig(target)
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"seas.py: {error}")
+    injection = options.benchmark == "bp6"  # which has no events
+    run, events = Run(options.run), (Catalogue if injection else Events)(options.catalogue)
+    run.warn()
+    if run.planes or len(run.axes[1]) < 2:
+        raise OutputError(f"{run.path}: expected a run on a grid, with two rows of cells at least")
+    paths = write_files(options.benchmark, run, events, options.folder or stem)
+    canvas = injection_figure(run) if injection else vector_figure(run, events) if options.benchmark == "bp7" else figure(options.benchmark, run, events)
+    save(canvas, target) if target.endswith(".png") else canvas.savefig(target)
     lines = list(injection_summary(run) if injection else vector_summary(run, events) if options.benchmark == "bp7" else summary(events))
     for line in lines + (list(ground_summary(run)) if options.benchmark == "bp3" else []):
         print(line)

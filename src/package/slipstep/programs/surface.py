@@ -13,9 +13,8 @@ Formulas are those of the library, by its program elastic (build/bin, or SLIPSTE
 import argparse
 import csv
 import os
-import sys
 
-from ..modules import need
+from ..modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 import h5py
@@ -292,7 +291,7 @@ def source_of(options):
         if options.event:
             raise OutputError(f"--event is one of a catalogue, but {options.file} is none: expected the file of -fault_catalogue, or --window")
         run = Run(options.file)
-        run.warn("surface.py")
+        run.warn()
         return slip_of_run(run, *(options.window or (None, None)), options.field or "displacement")
     for name in ("window", "field"):
         if getattr(options, name):
@@ -300,23 +299,20 @@ def source_of(options):
     catalogue = Catalogue(options.file)
     if not catalogue.count:
         raise OutputError(catalogue.none())
-    largest = options.event in (None, "largest")
-    return slip_of_event(catalogue, int(np.nanargmax(catalogue.event["moment"])) if largest else int(options.event) - 1)
+    return slip_of_event(catalogue, catalogue.number_of(options.event or "largest"))
 
 
+@one_line
 def main():
     options = arguments()
     target = options.figure or f"{os.path.splitext(options.file)[0]}_surface{suffix_of(options)}.png"
-    try:
-        source = source_of(options)
-        points = None if options.points is None else points_of(options.points, options.file)
-        canvas, plane, on_map, at_points = draw(source, options, points)
-        canvas.savefig(target)
-        south, north, west, east = plane.extent
-        outside = 0 if points is None else int(((points < (south, west)) | (points > (north, east))).any(axis=1).sum())
-        print(f"Figure: {target}" + (f", without {outside} of {len(points)} points that are outside of the map (--extent)" if outside else ""))
-        if options.numbers:
-            numbers_of(options.numbers, source, plane, on_map, points, at_points)
-            print(f"Numbers: {options.numbers}")
-    except (OutputError, OSError, ValueError) as error:
-        sys.exit(f"surface.py: {error}")
+    source = source_of(options)
+    points = None if options.points is None else points_of(options.points, options.file)
+    canvas, plane, on_map, at_points = draw(source, options, points)
+    canvas.savefig(target)
+    south, north, west, east = plane.extent
+    outside = 0 if points is None else int(((points < (south, west)) | (points > (north, east))).any(axis=1).sum())
+    print(f"Figure: {target}" + (f", without {outside} of {len(points)} points that are outside of the map (--extent)" if outside else ""))
+    if options.numbers:
+        numbers_of(options.numbers, source, plane, on_map, points, at_points)
+        print(f"Numbers: {options.numbers}")

@@ -13,6 +13,7 @@ import sys
 import numpy as np
 
 from ..errors import OutputError
+from ..modules import program
 from .files import attributes, columns, datasets, drawn, is_catalogue, is_complete, open_file, split
 
 
@@ -50,10 +51,10 @@ class Catalogue:
     def open(self):
         return open_file(self.path, "fault -fault_catalogue writes it")
 
-    def warn(self, program):
+    def warn(self):
         """A line on standard error where an event goes on at the end of the run, of which nothing is in the lists."""
         if self.goes_on:
-            print(f"{program}: {self.path}: an event of M {self.goes_on['magnitude']:.2f} so far goes on at the end of the run, and is left out", file=sys.stderr)
+            print(f"{program()}: {self.path}: an event of M {self.goes_on['magnitude']:.2f} so far goes on at the end of the run, and is left out", file=sys.stderr)
 
     def none(self):
         """What is said of a list without events"""
@@ -62,6 +63,10 @@ class Catalogue:
         if self.goes_on:
             return f"{self.path}: no event is there, but one of M {self.goes_on['magnitude']:.2f} so far that goes on at the end of the run: continue it with a later -ts_max_time"
         return f"{self.path}: no event is there"
+
+    def number_of(self, event):
+        """The row of an event that is named by its number from 1 on, or of the "largest"."""
+        return int(np.nanargmax(self.event["moment"])) if event == "largest" else int(event) - 1
 
     def of_fault(self, name, label):
         """ "moment", "area", "mean_slip", "stress_drop", "onset", "cell" or "dissipated_energy" of one fault in each event."""

@@ -5,6 +5,7 @@ import sys
 import numpy as np
 
 from ..errors import OutputError
+from ..modules import program
 from ..times import written
 from .catalogue import Catalogue
 from .run import Cells
@@ -77,11 +78,11 @@ class Events(Catalogue, Cells):
             return f"no b: {words} of M {least:.1f} to {magnitude.max():.1f}"
         return least, *b_value(magnitude, least), above
 
-    def warn(self, program):
+    def warn(self):
         """One line on stderr for a run that has not ended, and for an event that goes on."""
-        super().warn(program)
+        super().warn()
         if not self.complete:
-            print(f"{program}: {self.path} is unfinished: complete = 0, its last event is at {written(self['onset'][-1])}", file=sys.stderr)
+            print(f"{program()}: {self.path} is unfinished: complete = 0, its last event is at {written(self['onset'][-1])}", file=sys.stderr)
 
     def map_of(self, name, event):
         """Slip [m], or time of rupture after the onset [s], of each cell in one event: [Nz, Nx], or [N] of irregular cells."""

@@ -46,14 +46,8 @@ class Fields:
         self.run, self.name, self.window = run, name, window
         source, self._part = split(KINDS[name].source if name in KINDS else name)
         with run.open() as file:
-            group = file.get("fields")
-            if group is None or "time" not in group or source not in group or source == "time":
-                raise OutputError(f"{run.path}: field {source} was not stored (there are: {', '.join(run.field_names) or 'none'}); "
-                                  f"run with -fault_output_fields {source}")
-            data = group[source]
-            self._source = source
-            rows = min(len(group["time"]), len(data))
-            times = group["time"][:rows]
+            times, data = run.stored(file, source)
+            self._source, rows = source, len(times)
             self.kind = kind_of(name, plain(data.attrs.get("units", "")))
             self._check_shape(data)
         low, high = window or (-np.inf, np.inf)

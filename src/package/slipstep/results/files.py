@@ -87,9 +87,11 @@ def drawn(vectors, part=None):
 
 
 @contextlib.contextmanager
-def replacing(target):
+def replacing(target, source=None):
     """with replacing("out.csv") as part: write to the file part, which takes the target's name at the end. After an error it is removed, and an older
-    target stays as it was."""
+    target stays as it was. The source, which is read, is no target."""
+    if source and os.path.exists(target) and os.path.samefile(source, target):
+        raise OutputError(f"{target} is the file itself that is read, expected another name")
     part = target + ".part"
     try:
         yield part

@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 
 from ..errors import OutputError
+from ..modules import program
 from ..times import written
 from .files import attributes, columns, drawn, is_complete, open_file, split
 
@@ -145,10 +146,10 @@ class Run(Contents, Cells):
         """The name of the file, and that its run has not ended."""
         return os.path.basename(self.path) + ("" if self.complete else f" (unfinished, to {written(self.series['time'][-1])})")
 
-    def warn(self, program):
+    def warn(self):
         """One line on stderr for a run that has not ended."""
         if not self.complete:
-            print(f"{program}: {self.path} is unfinished: complete = 0, its rows end at {written(self.series['time'][-1])}", file=sys.stderr)
+            print(f"{program()}: {self.path} is unfinished: complete = 0, its rows end at {written(self.series['time'][-1])}", file=sys.stderr)
 
     def _check_rows(self, name, columns):
         rows = {key: len(value) for key, value in columns.items() if isinstance(value, np.ndarray) and value.ndim}
@@ -186,17 +187,21 @@ class Run(Contents, Cells):
         one of them, as of "slip_along_strike" and "slip_up_dip"."""
         source, part = split(name)
         with self.open() as file:
-            group = file.get("fields")
-            if group is None or source not in group or "time" not in group:
-                raise OutputError(f"{self.path}: field {source} was not stored (there are: {', '.join(self.field_names) or 'none'}); "
-                                  f"run with -fault_output_fields {source}")
-            rows = min(len(group["time"]), len(group[source]))
-            maps = group[source][:rows]
+            times, data = self.stored(file, source)
+            maps = data[:len(times)]
             if maps.ndim > (2 if self.planes else 3):
                 maps = drawn(maps, part)
             elif part is not None:
                 raise OutputError(f"{self.path}: {source} has one component; expected a run with -fault_slip_components 2")
-            return group["time"][:rows], maps
+            return times, maps
+
+    def stored(self, file, source):
+        """Times of the rows that a dataset of /fields has, and the dataset, which may have more."""
+        group = file.get("fields")
+        if group is None or source not in group or "time" not in group or source == "time":
+            raise OutputError(f"{self.path}: field {source} was not stored (there are: {', '.join(self.field_names) or 'none'}); "
+                              f"run with -fault_output_fields {source}")
+        return group["time"][:len(group[source])], group[source]
 
     def has_vectors(self, name):
         """Whether a field has two components, which field() takes apart by "slip_along_strike" and "slip_up_dip"."""

@@ -15,12 +15,13 @@ import os
 import numpy as np
 
 from ..errors import OutputError
+from ..times import YEAR
 from .fields import Fields, rupture_times
 from .files import plain
 
 NOTHING = 1e-30  # m/s
 FRONT_RATE = 0.1  # m/s: a cell of BP4 or BP5 breaks when it is that fast first
-PAUSE = 3.15576e7  # s: events that begin earlier after the one before belong to it, as a rupture may pause
+PAUSE = YEAR  # [s]: events that begin earlier after the one before belong to it, as a rupture may pause
 NEVER = 1e9  # s: the time of cells that do not break
 ORIGIN = {"bp4": 40e3, "bp5": 50e3, "bp6": 20e3, "bp7": 400.0}  # where x2 of BP4 and BP5, BP4's x3 and BP6's z are 0 [m], along strike and in depth, and BP7's x2 and x3
 DAY = 86400.0
@@ -89,12 +90,10 @@ def stations_of(run):
         group = file.get("stations")
         if group is None or not len(group):
             raise OutputError(f"{run.path}: no /stations; run with -fault_stations, as the benchmark's options file has them")
-        rows = len(run.series["time"])
         found = []
         for k in range(len(group)):
-            station = {key: plain(value) for key, value in group[str(k)].attrs.items()}
-            station.update((key, data[:rows]) for key, data in group[str(k)].items())
-            if plain(group[f"{k}/state"].attrs["units"]) != "s":
+            station = run.group(file, f"stations/{k}")
+            if run.units[f"/stations/{k}/state"] != "s":
                 raise OutputError(f"{run.path}: the state of its stations is not a time: expected a run with -fault_friction_law rate_and_state")
             found.append(station)
     return found

@@ -13,8 +13,9 @@ import sys
 import numpy as np
 
 from ..errors import OutputError
+from ..modules import program
 from .course import Course, slip_at
-from .files import open_file, plain
+from .files import attributes, open_file, plain
 
 FORMAT = "slipstep-evaluation"
 CLASSICAL = ("heuristic", "pi", "dsp", "basic", "none")
@@ -123,20 +124,19 @@ class Study:
     def __init__(self, path):
         self.path = os.fspath(path)
         with self.open() as file:
-            if plain(file.attrs.get("format", "")) != FORMAT:
-                raise OutputError(f"{self.path}: not a file of evaluate (attribute format is "
-                                  f"\"{plain(file.attrs.get('format', ''))}\", expected \"{FORMAT}\")")
-            self.attributes = {key: plain(value) for key, value in file.attrs.items()}
-            self.cells = [Cell(self, cell.name, {key: plain(value) for key, value in cell.attrs.items()})
+            self.attributes = attributes(file)
+            found = self.attributes.get("format", "")
+            if found != FORMAT:
+                raise OutputError(f"{self.path}: not a file of evaluate (attribute format is \"{found}\", expected \"{FORMAT}\")")
+            self.cells = [Cell(self, cell.name, attributes(cell))
                           for case in file.get("cells", {}).values() for cell in case.values()]
             self.cells, self.outdated = newest(self.cells)
-            self.references = {name: {key: plain(value) for key, value in group.attrs.items()}
-                               for name, group in file.get("references", {}).items()}
+            self.references = {name: attributes(group) for name, group in file.get("references", {}).items()}
 
-    def warn(self, program):
+    def warn(self):
         """Say on the error output which cells are left out."""
         for name, count in self.outdated.items():
-            print(f"{program}: warning: {self.path} has {count} cells of another file of the policy {name}, which are left out; "
+            print(f"{program()}: warning: {self.path} has {count} cells of another file of the policy {name}, which are left out; "
                   "evaluate makes them anew", file=sys.stderr)
 
     def open(self):
