@@ -7,8 +7,11 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 from scripts import OUTPUT, SOURCE
+
+from slipstep import modules
 
 # -S leaves site-packages out; no other Python takes over
 BARE = "import runpy, sys, slipstep.modules; slipstep.modules.DEBIAN = ''; sys.argv = sys.argv[1:]; " \
@@ -53,6 +56,15 @@ class Modules(unittest.TestCase):
             done = bare(script)
             self.assertEqual(done.returncode, 1)
             self.assertIn(f"Debian's packages are {packages}, for", done.stderr)
+
+    def test_another_python(self):
+        """A program goes on under Debian's, also by its name there; whoever imports it does not."""
+        for name, goes_on in (("plot_run.py", True), ("slipstep-plot-run", True), ("pytest", False)):
+            with mock.patch.object(modules.os, "execv") as execv, mock.patch.object(modules, "DEBIAN", "/bin/sh"), \
+                    mock.patch.object(sys.modules["__main__"], "__file__", f"/usr/bin/{name}"), mock.patch.object(sys.modules["__main__"], "__spec__", None), \
+                    self.assertRaisesRegex(SystemExit, "has no nothing_has_this_name"):
+                modules.need("nothing_has_this_name")
+            self.assertEqual(execv.called, goes_on, name)
 
     def test_programs(self):
         """Each file of output/ starts the program of its name, from any folder and by a link; none is without, and no program without a file."""

@@ -335,6 +335,12 @@ class Maps(SurfaceTest):
         with unittest.mock.patch.dict(os.environ, {"SLIPSTEP_BUILD": self.path("nowhere"), "PATH": ""}), \
                 unittest.mock.patch("slipstep.modules.HERE", self.path("a/b/c")), self.assertRaisesRegex(Exception, "the program elastic is not there"):
             Elastic(source)
+        debian = self.path("slipstep-elastic")  # as Debian's package calls it
+        with open(debian, "w") as file:
+            file.write("#!/bin/sh\n")
+        os.chmod(debian, 0o755)
+        with unittest.mock.patch.dict(os.environ, {"SLIPSTEP_BUILD": self.path("nowhere"), "PATH": self.folder.name}), unittest.mock.patch("slipstep.modules.HERE", self.path("a/b/c")):
+            self.assertEqual(Elastic(source).program, debian)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@
     result["slip"][-1], result.units["slip"]                     # [nz, nx], "m"
     result.dataset, result.catalogue                             # xarray and pandas, where they are installed
     slipstep.open("run.h5")                                      # the same of a file of the program
+    slipstep.Run("run.h5"), slipstep.Catalogue("events.h5")      # readers that pictures and tables are made with, fields when asked for
 
 A fault runs in this process where petsc4py of the library's PETSc is there, else by the program `fault`. load(), call(), small(),
 totals() and version() need petsc4py: they are the functions of the library for a TS of yours, see slipstep.petsc.

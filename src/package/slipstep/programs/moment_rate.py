@@ -91,11 +91,7 @@ def window(options):
     if options.window:
         return (*options.window, f"From {written(options.window[0])} to {written(options.window[1])}")
     catalogue = Catalogue(options.catalogue)
-    if not catalogue.count:
-        raise OutputError(catalogue.none())
     number = catalogue.number_of(options.event)
-    if not 0 <= number < catalogue.count:
-        raise OutputError(f"{options.catalogue}: --event is {options.event}, expected a number from 1 to {catalogue.count}, or largest")
     onset, end = (float(catalogue.event[name][number]) for name in ("onset", "end"))
     return onset, end, f"Event {number + 1} at {written(onset)}: M {catalogue.event['magnitude'][number]:.2f}"
 

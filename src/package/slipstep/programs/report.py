@@ -114,7 +114,7 @@ def pictures(run, events):
     if events is not None and len(events):
         lines = courses(run, "slip", "strike", None, None, 5.0) if rows > 2 and years else []
         found.append(("The catalogue", picture(plot_catalogue.figure(events, lines, None)[0], "magnitudes, frequencies, hypocentres")))
-        number = int(np.nanargmax(events["moment"]))
+        number = events.number_of("largest")
         if events.has_maps:
             found.append(("The largest event", picture(plot_catalogue.event_figure(events, number), "slip of the largest event")))
         begin, end = events["onset"][number], events["end"][number]

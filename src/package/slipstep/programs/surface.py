@@ -297,8 +297,6 @@ def source_of(options):
         if getattr(options, name):
             raise OutputError(f"--{name} is of a run, but {options.file} is a catalogue: expected --event")
     catalogue = Catalogue(options.file)
-    if not catalogue.count:
-        raise OutputError(catalogue.none())
     return slip_of_event(catalogue, catalogue.number_of(options.event or "largest"))
 
 

@@ -66,7 +66,12 @@ class Catalogue:
 
     def number_of(self, event):
         """The row of an event that is named by its number from 1 on, or of the "largest"."""
-        return int(np.nanargmax(self.event["moment"])) if event == "largest" else int(event) - 1
+        if not self.count:
+            raise OutputError(self.none())
+        number = int(np.nanargmax(self.event["moment"])) if event == "largest" else int(event) - 1
+        if not 0 <= number < self.count:
+            raise OutputError(f"{self.path}: no event {event}, expected a number from 1 to {self.count}, or largest")
+        return number
 
     def of_fault(self, name, label):
         """ "moment", "area", "mean_slip", "stress_drop", "onset", "cell" or "dissipated_energy" of one fault in each event."""

@@ -86,8 +86,6 @@ class Events(Catalogue, Cells):
 
     def map_of(self, name, event):
         """Slip [m], or time of rupture after the onset [s], of each cell in one event: [Nz, Nx], or [N] of irregular cells."""
-        if not 0 <= event < len(self):
-            raise OutputError(f"{self.path}: no event {event + 1}, expected a number from 1 to {len(self)}")
         maps = self.map(name)
         expected = (len(self.mesh["x"]),) if self.planes else self.shape
         if maps.shape[1:] != expected:
