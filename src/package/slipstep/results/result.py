@@ -13,6 +13,15 @@ from .run import Contents
 GROUPS = ("fields", "series", "steps", "mesh", "stations", "surface")  # whose unit a name has where it is in several
 
 
+class Whole(Contents):
+    """All that the file of a run holds."""
+
+    def read(self, file):
+        super().read(file)
+        self.fields = self.group(file, "fields")
+        self.stations, self.surface = ([self.group(file, f"{name}/{k}") for k in range(len(file.get(name, ())))] for name in ("stations", "surface"))
+
+
 class Result:
     """What a run found, in SI units.
 
@@ -38,7 +47,7 @@ class Result:
         self.stations, self.surface, self.summary, self.parameters, self.run = [], [], {}, {}, {}
         self.dimensions, self.complete, self._events, self._event_units = {}, True, None, {}
         if run:
-            self._read(Contents(run))
+            self._read(Whole(run))
         if catalogue:
             self._read_events(Catalogue(catalogue), run is None)
 
@@ -46,10 +55,7 @@ class Result:
         self.complete, self.run, self.summary, self.parameters = found.complete, found.run, found.summary, found.parameters
         self.series, self.steps = found.series, found.steps
         self.mesh = {name: values for name, values in found.mesh.items() if f"/mesh/{name}" in found.units}
-        with found.open() as file:
-            self.fields = found.group(file, "fields")
-            for name in ("stations", "surface"):
-                setattr(self, name, [found.group(file, f"{name}/{k}") for k in range(len(file.get(name, ())))])
+        self.fields, self.stations, self.surface = found.fields, found.stations, found.surface
         for group in GROUPS:
             for path, unit in found.units.items():
                 name = path.rsplit("/", 1)[1]
