@@ -9,21 +9,21 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
-from slipstep_cells import mesh_cells
-from slipstep_events import Events
-from slipstep_fields import KINDS
-from slipstep_maps import Span
-from slipstep_output import OutputError, Run
-from slipstep_panels import RUN_STYLES, plt, use_style
-from slipstep_surface import Elastic, slip_of_event
-from slipstep_time import YEAR
-from slipstep_view import View, bar
+from slipstep import OutputError, Run
+from slipstep.geometry.cells import mesh_cells
+from slipstep.geometry.surface import Elastic, slip_of_event
+from slipstep.plots.maps import Span
+from slipstep.plots.panels import RUN_STYLES, plt, use_style
+from slipstep.plots.view import View, bar
+from slipstep.results.events import Events
+from slipstep.results.fields import KINDS
+from slipstep.times import YEAR
 
 DIP, LENGTH = 60.0, 30e3  # of both [degrees, m]; the main fault has the strike 0, the antithetic 180
 WIDTH = 16e3, 8e3  # down dip [m]: the antithetic ends at the main fault, half as far down

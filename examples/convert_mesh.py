@@ -35,15 +35,15 @@ import os
 import re
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy")
 import h5py
 import numpy as np
-from slipstep_meshfiles import FORMATS, KINDS, RATES, UNITS, MeshError, Surfaces, read
-from slipstep_meshrepair import Mesh, clip, faults_of, flatten, repair, rising, shift
-from slipstep_output import replacing
+from slipstep.geometry.meshfiles import FORMATS, KINDS, RATES, UNITS, MeshError, Surfaces, read
+from slipstep.geometry.meshrepair import Mesh, clip, faults_of, flatten, repair, rising, shift
+from slipstep.results.files import replacing
 
 FAR = 10  # times its extent from its origin: coordinates of a map projection
 

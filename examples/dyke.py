@@ -9,16 +9,16 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
-from slipstep_fields import KINDS
-from slipstep_maps import Span, colour_bar, planes_of
-from slipstep_output import OutputError, Run
-from slipstep_panels import RUN_STYLES, plt, save, use_style
+from slipstep import OutputError, Run
+from slipstep.plots.maps import Span, colour_bar, planes_of
+from slipstep.plots.panels import RUN_STYLES, plt, save, use_style
+from slipstep.results.fields import KINDS
 
 DAY = 86400.0
 DYKE, FAULT = 0, 1  # labels

@@ -9,20 +9,20 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy", "matplotlib")
 import h5py
 import make_mesh
 import numpy as np
-from slipstep_events import Events
-from slipstep_fields import KINDS
-from slipstep_maps import Span
-from slipstep_output import OutputError, Run
-from slipstep_panels import RUN_STYLES, plt, use_style
-from slipstep_time import YEAR
-from slipstep_view import View, bar
+from slipstep import OutputError, Run
+from slipstep.plots.maps import Span
+from slipstep.plots.panels import RUN_STYLES, plt, use_style
+from slipstep.plots.view import View, bar
+from slipstep.results.events import Events
+from slipstep.results.fields import KINDS
+from slipstep.times import YEAR
 
 SIZE, TOP, STRIKE = (20e3, 16e3), 0.0, 30.0  # along strike and down dip [m], upper edge [m], degrees
 DIPS = 60.0, 15.0  # at the ground and at the lower edge [degrees]

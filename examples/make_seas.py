@@ -17,13 +17,13 @@ import math
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy")
 import h5py
 import numpy as np
-from slipstep_seas import ORIGIN, STOP, pressure
+from slipstep.results.seas import ORIGIN, STOP, pressure
 
 DEPTH, STRIKE = 40e3, 100e3  # of the faults, and of BP4 and BP5 [m]
 WHOLE = 80e3  # of BP4, in depth [m]

@@ -11,14 +11,14 @@ import os
 import re
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
-from slipstep_output import OutputError, Run
-from slipstep_panels import RUN_STYLES, plt, use_style
+from slipstep import OutputError, Run
+from slipstep.plots.panels import RUN_STYLES, plt, use_style
 
 SIZE = 20e3, 10e3  # of each fault, along strike and in depth [m]
 OVERLAP = 5e3  # [m]

@@ -9,16 +9,16 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
-from slipstep_events import Events
-from slipstep_output import OutputError
-from slipstep_panels import RUN_STYLES, plt, use_style
-from slipstep_time import YEAR
+from slipstep import OutputError
+from slipstep.plots.panels import RUN_STYLES, plt, use_style
+from slipstep.results.events import Events
+from slipstep.times import YEAR
 
 SHARE = 0.3  # of the largest mean slip of a fault: events of less are left out
 NEAR = 1.0  # years within which an event follows another

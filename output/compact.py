@@ -1,68 +1,11 @@
 #!/usr/bin/env python3
-"""Copy an output file without its fields and with few rows, small enough to keep under version control.
+"""Copy an output file without its fields and with few rows, small enough to keep under version control: the program slipstep.programs.compact; --help says how to use it."""
 
-    output/compact.py IN.h5 OUT.h5 [--rows 500]
-
-/series and /steps keep every k-th row and the last one; /result and /run are kept whole, of /mesh the cell centres. /run gets
-the attribute "rows_kept_every" with k, since the rows of /steps then no longer add up to /result.
-"""
-
-import argparse
 import os
 import sys
 
-from slipstep_modules import need
-
-need("h5py", "numpy")
-import h5py
-import numpy as np
-from slipstep_output import MESH, OutputError, Run, replacing
-
-
-def kept(count, stride):
-    """Indices of every stride-th of count rows, and the last."""
-    return np.unique(np.append(np.arange(stride - 1, count, stride), count - 1))
-
-
-def store(file, data, rows):
-    """A compressed copy of some rows of a dataset, under its own name and with its attributes."""
-    copy = file.create_dataset(data.name, data=data[()][rows], compression="gzip", shuffle=True)
-    copy.attrs.update(data.attrs)
-
-
-def compact(source, target, rows):
-    if os.path.exists(target) and os.path.samefile(source, target):
-        raise OutputError(f"{target} is the file itself, expected another name: what is left out would be lost")
-    count = len(Run(source).series["time"])
-    stride = max(1, -(-count // rows))
-    with h5py.File(source, "r") as old, replacing(target) as part, h5py.File(part, "w") as new:
-        for group in ("run", "result", "mesh"):
-            new.create_group(group).attrs.update(old[group].attrs)
-        new["run"].attrs["rows_kept_every"] = stride
-        for name in MESH:
-            store(new, old[f"mesh/{name}"], slice(None))
-        for group in ("steps", "series"):
-            for data in old[group].values():
-                store(new, data, kept(len(data), stride))
-    return stride
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("source", metavar="IN", help="output file of a run")
-    parser.add_argument("target", metavar="OUT", help="file to write")
-    parser.add_argument("--rows", type=int, default=500, help="rows to keep at most, default 500")
-    options = parser.parse_args()
-    if options.rows < 1:
-        parser.error(f"--rows is {options.rows}, expected a number >= 1")
-    try:
-        stride = compact(options.source, options.target, options.rows)
-    except (OutputError, OSError) as error:
-        sys.exit(f"compact.py: {error}")
-    run = Run(options.target)
-    print(f"{options.target}: final mean slip {run.result['mean_slip']:.8f} m after {run.result['accepted']} steps; "
-          f"every {stride}. row kept, {os.path.getsize(options.target) // 1024} KB")
-
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "src", "package"))  # of the source; in an installation it is beside this file
+from slipstep.programs.compact import main
 
 if __name__ == "__main__":
     main()

@@ -1,100 +1,10 @@
-"""Read the catalogue of a run, -fault_catalogue: Catalogue(path) and its events in SI units, also while the run goes on.
-
-    from slipstep_catalogue import Catalogue
-    catalogue = Catalogue("events.h5")
-    catalogue.event["onset"], catalogue.event["magnitude"]   # one value per event
-    catalogue.of_fault("moment", 7)                          # of the fault with this label
-    catalogue.map("slip")                                    # [n, Nz, Nx], or [n, N] of a mesh
-"""
+"""slipstep_catalogue of before version 0.4, for scripts that import it: from slipstep import Catalogue."""
 
 import os
 import sys
+import warnings
 
-import h5py
-import numpy as np
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "src", "package"))  # of the source; in an installation it is beside this file
+from slipstep import Catalogue
 
-from slipstep_output import OutputError, _plain, drawn, open_file, split
-
-
-class Catalogue:
-    """Everything but the maps is in memory after construction; the file is not kept open.
-
-    event      dict of arrays, one value per event, in the order of the file; "fault_moment" and its like [n, faults] where a mesh
-               has several faults
-    faults     labels of the faults in that order; of an older file those of its mesh, or 0
-    units      dict of their units
-    attributes dict: event_rate [m/s], shear_modulus [Pa], ...
-    mesh       dict: x, z cell centres [m]; of irregular cells also y, length, width [m]
-    has_maps   whether map() has some
-    complete   whether the run has ended
-    goes_on    dict: onset, end of the run [s], magnitude, moment, mean_slip, x, y, z so far of an event that went on when it ended; it is no
-               event of the lists above. None: there is none
-    """
-
-    def __init__(self, path):
-        self.path = os.fspath(path)
-        with open_file(self.path, "fault -fault_catalogue writes it") as file:
-            if _plain(file.attrs.get("format", "")) != "slipstep-catalogue":
-                raise OutputError(f"{self.path}: no catalogue of events, as fault -fault_catalogue writes it")
-            self.attributes = {name: _plain(value) for name, value in file.attrs.items()}
-            columns = {name: data for name, data in file.items() if isinstance(data, h5py.Dataset) and (name == "onset" or "CLASS" not in data.attrs)}  # without axes
-            self.count = min(len(data) for data in columns.values())  # while a row is written they may differ
-            for name in ("slip", "rupture_time"):
-                if f"maps/{name}" in file:
-                    self.count = min(self.count, len(file["maps"][name]))
-            self.event = {name: data[:self.count] for name, data in columns.items()}
-            self.has_maps = "maps/slip" in file
-            self.units = {name: _plain(data.attrs["units"]) for name, data in columns.items()}
-            self.mesh = {name: data[()] for name, data in file["mesh"].items()}
-            self.faults = np.atleast_1d(file.attrs["faults"] if "faults" in file.attrs else np.unique(self.mesh.get("fault", 0)))
-            self.goes_on = {name: _plain(value) for name, value in file["goes_on"].attrs.items()} if "goes_on" in file else {}
-        self.complete = bool(self.attributes["complete"])
-        self.goes_on = self.goes_on if self.complete and "magnitude" in self.goes_on else None
-
-    def warn(self, program):
-        """A line on standard error where an event goes on at the end of the run, of which nothing is in the lists."""
-        if self.goes_on:
-            print(f"{program}: {self.path}: an event of M {self.goes_on['magnitude']:.2f} so far goes on at the end of the run, and is left out", file=sys.stderr)
-
-    def none(self):
-        """What is said of a list without events"""
-        if not self.complete:
-            return f"{self.path}: no event is there yet"
-        if self.goes_on:
-            return f"{self.path}: no event is there, but one of M {self.goes_on['magnitude']:.2f} so far that goes on at the end of the run: continue it with a later -ts_max_time"
-        return f"{self.path}: no event is there"
-
-    def of_fault(self, name, label):
-        """ "moment", "area", "mean_slip", "stress_drop", "onset", "cell" or "dissipated_energy" of one fault in each event."""
-        if label not in self.faults:
-            raise OutputError(f"{self.path}: no fault {label}, expected one of {', '.join(map(str, self.faults))}")
-        if len(self.faults) == 1 and name in self.event:
-            return self.event[name]
-        if f"fault_{name}" not in self.event:
-            raise OutputError(f"{self.path}: no dataset /fault_{name}; it has {', '.join(sorted(self.event))}")
-        return self.event[f"fault_{name}"][:, list(self.faults).index(label)]
-
-    def map(self, name):
-        """"slip" [m], of two components its magnitude, or one of them, "slip_along_strike", "slip_up_dip"; or "rupture_time" [s] after the onset, NaN
-        where a cell stayed below the rate; with -fault_catalogue_maps."""
-        name, part = split(name)
-        with open_file(self.path, "fault -fault_catalogue writes it") as file:
-            if f"maps/{name}" not in file:
-                raise OutputError(f"{self.path}: no /maps/{name}; fault -fault_catalogue_maps writes it")
-            maps = file[f"maps/{name}"][:self.count]
-            if maps.ndim > file["maps/rupture_time"].ndim:
-                return drawn(maps, part)
-            if part is not None:
-                raise OutputError(f"{self.path}: /maps/{name} has one component; expected a run with -fault_slip_components 2")
-            return maps
-
-    @property
-    def extents(self):
-        """Of a grid: length_x, length_z [m]."""
-        return self.attributes
-
-    @property
-    def has_vectors(self):
-        """Whether the maps of slip have two components."""
-        with open_file(self.path, "fault -fault_catalogue writes it") as file:
-            return "maps/slip" in file and file["maps/slip"].ndim > file["maps/rupture_time"].ndim
+warnings.warn("slipstep_catalogue has moved: from slipstep import Catalogue", FutureWarning, stacklevel=2)

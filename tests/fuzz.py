@@ -29,8 +29,8 @@ import tempfile
 import time
 
 SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
-sys.path[:0] = [os.path.join(SOURCE, folder) for folder in ("output", "training", os.path.join("tests", "python"))]
-from slipstep_modules import need
+sys.path[:0] = [os.path.join(SOURCE, folder) for folder in (os.path.join("src", "package"), "training", os.path.join("tests", "python"))]
+from slipstep.modules import need
 
 need("h5py", "numpy")
 import h5py

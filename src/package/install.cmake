@@ -7,7 +7,7 @@ install(TARGETS ${_libraries} EXPORT slipstepTargets LIBRARY DESTINATION ${CMAKE
         INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/slipstep)
 file(GLOB _headers CONFIGURE_DEPENDS include/*.h)
 file(GLOB _policies CONFIGURE_DEPENDS training/policies/*.h5)
-file(GLOB _python CONFIGURE_DEPENDS output/*.py training/*.py examples/convert_mesh.py examples/slipstep_*.py)
+file(GLOB _python CONFIGURE_DEPENDS output/*.py training/*.py examples/convert_mesh.py)
 file(GLOB _options CONFIGURE_DEPENDS examples/*.opts)
 install(FILES ${_headers} ${PROJECT_BINARY_DIR}/include/slipbuild.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/slipstep)
 install(FILES ${_policies} DESTINATION ${_data}/policies)
@@ -25,14 +25,12 @@ foreach(_folder ${_beside})
   file(CREATE_LINK ${PROJECT_SOURCE_DIR}/training/policies ${PROJECT_BINARY_DIR}/${_folder}/slipstep-policies SYMBOLIC)
 endforeach()
 install(PROGRAMS ${_python} DESTINATION ${_data}/python)
-# The Python package looks for the library two folders up.
-if(BUILD_SHARED_LIBS)
-  file(GLOB _modules CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/slipstep/*.py)
-  install(FILES ${_modules} DESTINATION ${CMAKE_INSTALL_LIBDIR}/python3/slipstep)
-  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/lib/python3)
-  file(REMOVE ${PROJECT_BINARY_DIR}/lib/python3/slipstep.py) # of older builds
-  file(CREATE_LINK ${CMAKE_CURRENT_LIST_DIR}/slipstep ${PROJECT_BINARY_DIR}/lib/python3/slipstep SYMBOLIC)
-endif()
+# The Python package looks for the library two folders up. Programs in Python find it beside them, by a link.
+install(DIRECTORY ${CMAKE_CURRENT_LIST_DIR}/slipstep DESTINATION ${CMAKE_INSTALL_LIBDIR}/python3 FILES_MATCHING PATTERN *.py PATTERN __pycache__ EXCLUDE)
+file(RELATIVE_PATH _programs_to_package ${CMAKE_INSTALL_FULL_DATADIR}/slipstep/python ${CMAKE_INSTALL_FULL_LIBDIR}/python3/slipstep)
+install(CODE "file(CREATE_LINK ${_programs_to_package} \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${_data}/python/slipstep\" SYMBOLIC)")
+file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/lib/python3)
+file(CREATE_LINK ${CMAKE_CURRENT_LIST_DIR}/slipstep ${PROJECT_BINARY_DIR}/lib/python3/slipstep SYMBOLIC)
 install(FILES ${_options} DESTINATION ${_data}/examples)
 
 # find_package(slipstep) gives slipstep::slipstep, shared unless BUILD_SHARED_LIBS is off, and slipstep::slipstep_static,

@@ -19,8 +19,9 @@ import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SOURCE = os.path.normpath(os.path.join(HERE, "..", ".."))
-sys.path[:0] = [os.path.join(SOURCE, "src"), os.path.join(SOURCE, "output")]
-from slipstep_modules import need
+PACKAGE = os.path.join(SOURCE, "src", "package", "slipstep")
+sys.path[:0] = [os.path.join(SOURCE, "src"), os.path.dirname(PACKAGE)]
+from slipstep.modules import need
 
 need("sphinx", "myst_parser", "sphinx_rtd_theme")
 import reference
@@ -43,9 +44,11 @@ PARTS = {
 }
 NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "benchmarks", "output/RESULTS.md": "results",
          "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog"}
-# scripts that users start, whose --help the reference shows
-SCRIPTS = ["output/plot_run.py", "output/plot_catalogue.py", "output/surface.py", "output/compare.py", "output/report.py", "output/moment_rate.py", "output/catalogue_csv.py", "output/catalogue_quakeml.py",
-           "output/seas.py", "output/compact.py", "output/plot_training.py", "examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/import_sb3.py"]
+# programs in Python that users start, whose --help the reference shows: those of output/ but for the study's, and these
+SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/import_sb3.py"]
+STUDY = ("plot_study", "results_table")
+# what the reference shows of the package
+MODULES = ("", "running", "results", "results.result", "results.run", "results.catalogue", "results.events", "results.fields", "geometry.surface", "errors", "petsc")
 PROGRAMS = {"fault": "The fault", "sliding_mode": "The sliding mode", "circuit": "The circuit", "oscillator": "The oscillator", "train": "Training", "evaluate": "Evaluation of controllers"}
 
 
@@ -141,7 +144,8 @@ class Site:
     def write_scripts(self):
         """What each script prints on --help."""
         lines = ["# Scripts", "", "What the scripts in Python print on `--help`.", ""]
-        for script in SCRIPTS:
+        programs = [os.path.splitext(os.path.basename(path))[0] for path in sorted(glob.glob(os.path.join(PACKAGE, "programs", "[a-z]*.py")))]
+        for script in [f"output/{name}.py" for name in programs if name not in STUDY] + SCRIPTS:
             done = subprocess.run([sys.executable, os.path.join(SOURCE, script), "--help"], capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "140"})
             lines += [f"## `{script}`", "", "```text", done.stdout.strip(), "```", ""]
         self.write("reference/scripts", "\n".join(lines))
@@ -174,10 +178,11 @@ class Site:
         """Docstrings of the package, read without importing it."""
         import ast
         lines = ["# Python", "", "Docstrings of the package `slipstep`; [how to use it](../howto/python.md).", ""]
-        for module in ("__init__", "running", "results", "errors", "petsc"):
-            with open(os.path.join(SOURCE, "src", "package", "slipstep", module + ".py"), encoding="utf-8") as file:
+        for module in MODULES:
+            path = os.path.join(PACKAGE, *module.split("."))
+            with open(os.path.join(path, "__init__.py") if os.path.isdir(path) else path + ".py", encoding="utf-8") as file:
                 tree = ast.parse(file.read())
-            lines += [f"## {'slipstep' if module == '__init__' else 'slipstep.' + module}", "", "```text", ast.get_docstring(tree) or "", "```", ""]
+            lines += [f"## {'.'.join(filter(None, ('slipstep', module)))}", "", "```text", ast.get_docstring(tree) or "", "```", ""]
             for node in tree.body:
                 lines += self.described(node, "")
         self.write("reference/python", "\n".join(lines))

@@ -18,8 +18,8 @@ import sys
 import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path.insert(0, os.path.join(ROOT, "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(ROOT, "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy")
 import h5py

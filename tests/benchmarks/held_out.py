@@ -9,7 +9,7 @@ ones, at equal error of the whole course of slip.
 
 Runs are done by the program `fault`, as a user would, and kept in FOLDER/runs.jsonl with all parts of their errors: an
 interrupted benchmark goes on where it was, and another measure needs no runs. Writes FOLDER/MEASURE.h5 and figures
-FOLDER/MEASURE_*.png. Faults and classical controllers: held_out_cases.py; error: slipstep_course.py; what "at equal error" means:
+FOLDER/MEASURE_*.png. Faults and classical controllers: held_out_cases.py; error: slipstep.results.course; what "at equal error" means:
 held_out_score.py. Needs numpy, h5py, matplotlib.
 """
 
@@ -17,15 +17,15 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy", "matplotlib")
 import h5py
 import numpy as np
 
 sys.dont_write_bytecode = True
-import slipstep_course as course
+from slipstep.results import course
 import held_out_cases
 import held_out_score
 from held_out_run import Bench, BenchmarkError, Job

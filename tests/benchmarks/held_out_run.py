@@ -14,7 +14,7 @@ import time
 import h5py
 import numpy as np
 
-import slipstep_course as course
+from slipstep.results import course
 import held_out_cases
 
 PART = 40  # runs in one process

@@ -11,7 +11,7 @@ the share of the cases that the dial promises; chosen on the held-out cases them
 
 import numpy as np
 
-from slipstep_course import MEASURES
+from slipstep.results.course import MEASURES
 
 PROMISE = {3e-3: 0.90}  # share of runs that keep the dial
 USUAL_PROMISE = 0.95

@@ -13,14 +13,14 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy", "matplotlib")
 import numpy as np
 
 sys.dont_write_bytecode = True
-import slipstep_course as course
+from slipstep.results import course
 import held_out_cases
 from held_out import ROOT, chosen_cases, learned
 from held_out_run import Bench, BenchmarkError

@@ -4,8 +4,8 @@
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "output"))
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy", "matplotlib")
 import h5py

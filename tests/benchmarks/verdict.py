@@ -24,15 +24,15 @@ import sys
 import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path[:0] = [os.path.join(ROOT, "output"), os.path.join(ROOT, "examples")]
-from slipstep_modules import need
+sys.path[:0] = [os.path.join(ROOT, "src", "package"), os.path.join(ROOT, "examples")]
+from slipstep.modules import need
 
 need("h5py", "numpy")
 import h5py
 import numpy as np
 
 sys.dont_write_bytecode = True
-import slipstep_course as course
+from slipstep.results import course
 import verdict_cases
 import held_out_run
 from held_out_run import BenchmarkError, Job, execute, read_course

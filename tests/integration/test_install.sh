@@ -19,12 +19,15 @@ library=$(find "$prefix" -name libslipstep.so)
 for policy in "$SLIPSTEP_SOURCE"/training/policies/*.h5; do
   [ ! -e "$policy" ] || cmp "$policy" "$prefix/share/slipstep/policies/$(basename "$policy")"
 done
-# the Python package has the library two folders up
-if [ -n "$(find "$prefix" -name libslipstep.so)" ]; then
-  [ -f "$(dirname "$library")/python3/slipstep/petsc.py" ] || fail "the Python package was not installed"
-fi
-[ -x "$prefix/share/slipstep/python/compare.py" ] || fail "compare.py was not installed"
-"$SLIPSTEP_PYTHON" "$prefix/share/slipstep/python/convert_mesh.py" --help >/dev/null || fail "convert_mesh.py was not installed with what it needs"
+# the Python package has the library two folders up, and the programs in Python find it, whatever folders there are in the source
+[ -f "$(dirname "$library")/python3/slipstep/petsc.py" ] || fail "the Python package was not installed"
+diff -r -x __pycache__ "$SLIPSTEP_SOURCE/src/package/slipstep" "$(dirname "$library")/python3/slipstep" || fail "the Python package is not that of the source"
+for program in catalogue_csv plot_run convert_mesh import_sb3; do
+  [ -x "$prefix/share/slipstep/python/$program.py" ] || fail "$program.py was not installed"
+  "$SLIPSTEP_PYTHON" "$prefix/share/slipstep/python/$program.py" --help >/dev/null || fail "$program.py was not installed with what it needs"
+done
+said=$(env -u SLIPSTEP_BUILD PYTHONPATH="$(dirname "$library")/python3" "$SLIPSTEP_PYTHON" -c 'from slipstep import modules; print(modules.find_program("elastic"))')
+[ "$said" -ef "$prefix/bin/elastic" ] || fail "the package does not find the programs beside it: $said"
 
 # Every program of the build is installed, and finds all its libraries without help from the environment.
 for program in "$SLIPSTEP_BUILD"/bin/*; do

@@ -22,8 +22,8 @@ for case in "3000 3000 30 25 25 mean_slip 0.1" "5000 5000 50 25 25 mean_slip 0.1
     read -r accuracy most <<<"$dial"
     rm -f run.h5
     run=$("$fault" "${common[@]}" -ts_adapt_type rl -ts_adapt_rl_accuracy "$accuracy" -fault_output run.h5) || exit 1
-    error=$(PYTHONPATH=$SLIPSTEP_SOURCE/output "$SLIPSTEP_PYTHON" -c \
-      "import slipstep_course as course; print(course.MEASURES['history'](course.errors(course.read('run.h5'), course.read('fine.h5'))))") || exit 1
+    error=$(PYTHONPATH=$SLIPSTEP_SOURCE/src/package "$SLIPSTEP_PYTHON" -c \
+      "from slipstep.results import course; print(course.MEASURES['history'](course.errors(course.read('run.h5'), course.read('fine.h5'))))") || exit 1
     rejected=$(number "rejected steps" "$run") solves=$(number "Bathe solves" "$run")
     echo "$length m, $nx x $nz, dial $accuracy: $solves solves, $rejected rejected, history off by $error"
     [ "$solves" -le "$most" ] && [ "$rejected" -le 2 ] || fail "too many steps"

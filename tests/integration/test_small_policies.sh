@@ -31,11 +31,11 @@ for problem in sliding_mode circuit; do
   evaluate -evaluate_problems $problem -evaluate_reference_steps 0 -evaluate_controllers rl -evaluate_errors embedded \
     -evaluate_policies "$policies/$problem.h5" -evaluate_accuracies 1e-1,3e-2,3e-3,1e-3
 done
-PYTHONPATH=$SLIPSTEP_SOURCE/output "$SLIPSTEP_PYTHON" - <<'EOF'
+PYTHONPATH=$SLIPSTEP_SOURCE/src/package "$SLIPSTEP_PYTHON" - <<'EOF'
 import sys
 
 import numpy as np
-from slipstep_study import Study, integral
+from slipstep.results.study import Study, integral
 
 MEASURES = ("l2_error", "history_error")
 CIRCUIT_CONSTANT = 1.2**2 * 295

@@ -1,8 +1,9 @@
-"""What the tests of the scripts in output/ share: the folder on Python's path, and a test case with a folder for its
+"""What the tests of the package and of the programs in output/ share: the package on Python's path, and a test case with a folder for its
 files."""
 
 import contextlib
 import importlib
+import importlib.util
 import io
 import os
 import subprocess
@@ -15,8 +16,8 @@ SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.
 BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
 FAULT = os.path.join(BUILD, "bin", "fault")
 OUTPUT = os.path.join(SOURCE, "output")
-sys.path.insert(0, OUTPUT)
-from slipstep_modules import need
+sys.path.insert(0, os.path.join(SOURCE, "src", "package"))
+from slipstep.modules import need
 
 need("h5py", "numpy", "matplotlib")
 
@@ -50,14 +51,15 @@ class PictureTest(ScriptTest):
     def main(self, module, *arguments):
         """Exit code, output and error output of main() of a script."""
         out, err, code = io.StringIO(), io.StringIO(), 0
-        script = importlib.import_module(module)
+        ours = importlib.util.find_spec(f"slipstep.programs.{module}")
+        script = importlib.import_module(f"slipstep.programs.{module}" if ours else module)  # or of examples/
         with mock.patch.object(sys, "argv", [f"{module}.py", *arguments]), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             try:
                 script.main()
             except SystemExit as stop:
                 code = stop.code if isinstance(stop.code, int) else 1
                 err.write("" if isinstance(stop.code, int) else f"{stop.code}\n")
-        importlib.import_module("slipstep_panels").plt.close("all")
+        importlib.import_module("slipstep.plots.panels").plt.close("all")
         return code, out.getvalue(), err.getvalue()
 
     def plot(self, module, *arguments):

@@ -13,7 +13,7 @@ from scripts import FAULT, OUTPUT, SOURCE, FaultTest
 import h5py
 import numpy as np
 
-from slipstep_catalogue import Catalogue
+from slipstep import Catalogue
 
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")  # as in test_output_whole.py
 GRID = ("-fault_nx", "6", "-fault_nz", "5", "-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3")

@@ -11,8 +11,7 @@ from scripts import OUTPUT, SOURCE, FaultTest
 import h5py
 import numpy as np
 
-from slipstep_catalogue import Catalogue
-from slipstep_output import OutputError, Run
+from slipstep import Catalogue, OutputError, Run
 
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
 import make_mesh

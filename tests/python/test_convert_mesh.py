@@ -18,7 +18,7 @@ from meshfiles import enu, gmsh, joined, plane, write_hdf5
 
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
 import convert_mesh
-from slipstep_meshrepair import Mesh, clip, edges_of, faults_of, flatten, normals, repair, rising, shift, slender
+from slipstep.geometry.meshrepair import Mesh, clip, edges_of, faults_of, flatten, normals, repair, rising, shift, slender
 
 FIRST, SECOND = plane((2, 1), (500.0, 400.0), 20, 60, (0, 0, 100)), plane((1, 1), (500.0, 400.0), 80, 45, (0, 4000, 300))
 VERTICES, TRIANGLES = joined(FIRST, SECOND)

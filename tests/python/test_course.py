@@ -1,4 +1,4 @@
-"""The error of a run's whole course (output/slipstep_course.py): closed forms, dense sampling, and files of runs."""
+"""The error of a run's whole course (slipstep.results.course): closed forms, dense sampling, and files of runs."""
 
 import os
 import subprocess
@@ -12,8 +12,8 @@ import numpy as np
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.join(scripts.SOURCE, "tests", "benchmarks"))
-import slipstep_course as course
-from slipstep_course import Course
+from slipstep.results import course
+from slipstep.results.course import Course
 
 
 def cubic(times, factor=1.0):

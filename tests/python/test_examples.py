@@ -20,11 +20,11 @@ import listric
 import make_fault
 import make_mesh
 import triggering
-from slipstep_cells import corners_of, mesh_cells
-from slipstep_events import Events
-from slipstep_output import Run
-from slipstep_surface import Elastic, slip_of_run
-from slipstep_time import YEAR
+from slipstep import Run
+from slipstep.geometry.cells import corners_of, mesh_cells
+from slipstep.geometry.surface import Elastic, slip_of_run
+from slipstep.results.events import Events
+from slipstep.times import YEAR
 
 
 class ExamplesTest(PictureTest):

@@ -120,7 +120,7 @@ class Export(FaultTest, PictureTest):
         self.assertNotIn("goes on at the end", text)
         with h5py.File(self.path("events.h5"), "r+") as file:
             file["goes_on"].attrs.update({"onset": 5.0, "magnitude": 4.094})
-        with mock.patch("report.pictures", lambda run, events: []):
+        with mock.patch("slipstep.programs.report.pictures", lambda run, events: []):
             self.plot("report", self.path("run.h5"), "--catalogue", self.path("events.h5"), "-o", self.path("r.html"))
         with open(self.path("r.html"), encoding="utf-8") as file:
             self.assertIn("goes on at the end of the run, which is not among them: M 4.09 so far, since 5 s", file.read())

@@ -15,9 +15,9 @@ import h5py
 import numpy as np
 from PIL import Image
 
-import slipstep_film
-from slipstep_output import Run
-from slipstep_time import NAMES, SECONDS, YEAR
+from slipstep import Run
+from slipstep.plots import film
+from slipstep.times import NAMES, SECONDS, YEAR
 
 
 class Films(PictureTest):
@@ -42,8 +42,8 @@ class Films(PictureTest):
     def titles(self, run, *arguments):
         """Of the frames of a film, as they are drawn."""
         found = []
-        with mock.patch.object(slipstep_film.Gif, "grab_frame", lambda self: found.append(self.fig.subfigs[0]._suptitle.get_text())), \
-                mock.patch.object(slipstep_film.Gif, "finish", lambda self: None), mock.patch.object(slipstep_film.Stage, "draw", lambda self: None):
+        with mock.patch.object(film.Gif, "grab_frame", lambda self: found.append(self.fig.subfigs[0]._suptitle.get_text())), \
+                mock.patch.object(film.Gif, "finish", lambda self: None), mock.patch.object(film.Stage, "draw", lambda self: None):
             self.plot("plot_run", run, "--film", self.path("film.gif"), *arguments)
         return found
 

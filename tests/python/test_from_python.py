@@ -320,7 +320,7 @@ else:
 
 
 if __name__ == "__main__":
-    if not os.path.exists(os.path.join(MODULE, "slipstep", "petsc.py")):
+    if not os.path.exists(os.path.join(BUILD, "lib", "libslipstep.so")):
         print("skipped: this build has no shared library")
         sys.exit(77)
     if python("-c", "import petsc4py").returncode:

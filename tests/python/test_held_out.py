@@ -14,7 +14,7 @@ import numpy as np
 sys.dont_write_bytecode = True
 BENCHMARKS = os.path.join(scripts.SOURCE, "tests", "benchmarks")
 sys.path.insert(0, BENCHMARKS)
-import slipstep_course as course
+from slipstep.results import course
 import held_out
 import held_out_cases
 import held_out_run

@@ -2,7 +2,8 @@
 """The order of the rooms (ORDER of src/map.py) holds: by the symbol tables of the build's object files nothing calls
 upward and no files need each other in a circle, and the wings of training keep the order of its page; by the sources no
 include runs upward, training and examples include public headers only, and core knows no object of PETSc. The picture
-src/map.svg shows the sources as they are."""
+src/map.svg shows the sources as they are. The modules of the Python package have an order and no circles."""
+import ast
 import collections
 import glob
 import os
@@ -22,6 +23,11 @@ PENDING = [
 # What pure functions may use of other libraries: the C library's, and PETSc's for memory and errors.
 OBJECTS = re.compile(r"^(Vec|Mat|IS|DM|KSP|PC|SNES|TS|PetscObject|PetscOptions|PetscViewer|PetscContainer|MPI_|H5)")
 
+
+# The modules of the package from the bottom to the top: each imports those of lines above its own and of its own folder, and Python's package itself all.
+PACKAGE = os.path.join(SOURCE, "src", "package", "slipstep")
+PYTHON = (("errors",), ("modules", "times"), ("results",), ("geometry", "running"), ("plots", "petsc"), ("programs",), ("",))
+HEAVY = {"matplotlib": ("plots", "programs"), "petsc4py": ("petsc",)}  # what only some import
 
 LIBRARY = os.path.join(BUILD, "CMakeFiles", "slipstep.dir", "src"), os.path.join(SOURCE, "src")
 TRAINING = os.path.join(BUILD, "training", "CMakeFiles", "sliptrain.dir"), os.path.join(SOURCE, "training")
@@ -50,6 +56,41 @@ def symbols(folder, source):
             if defined[name] != file:
                 calls[file, defined[name]].add(name)
     return calls, undefined
+
+
+def modules(folder):
+    """Name of each module of a package -> its syntax tree; a folder is the module of its __init__.py, the package itself "". """
+    found = {}
+    for path in glob.glob(os.path.join(folder, "**", "*.py"), recursive=True):
+        words = os.path.relpath(path, folder)[:-len(".py")].split(os.sep)
+        found[".".join(words[:-1] if words[-1] == "__init__" else words)] = ast.parse(rooms.read(path))
+    return found
+
+
+def imported(name, tree, known, package="slipstep"):
+    """Modules of the package that a module imports, wherever it does so, and the first words of others'."""
+    is_folder = name == "" or any(other.startswith(name + ".") for other in known)
+    ours, others = set(), set()
+
+    def add(full, names=()):
+        """A module, or names of it, which may be modules themselves."""
+        parts = {full if other not in known else other for other in ([f"{full}.{n}".lstrip(".") for n in names] or [full])}
+        ours.update(part for part in parts if part in known and part != name)
+
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            up = name.split(".") if name else []
+            up = up[:len(up) - node.level + is_folder]
+            add(".".join(filter(None, [*up, node.module or ""])), [alias.name for alias in node.names])
+        elif isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == package:
+            add(node.module.partition(".")[2], [alias.name for alias in node.names])
+        elif isinstance(node, ast.ImportFrom):
+            others.add(node.module.split(".")[0])
+        elif isinstance(node, ast.Import):
+            for alias in node.names:
+                first, _, rest = alias.name.partition(".")
+                add(rest) if first == package else others.add(first)
+    return ours, others
 
 
 class Layers(ScriptTest):
@@ -131,6 +172,50 @@ class Layers(ScriptTest):
                 if ours and name not in allowed:
                     found.append(f"pure: {os.path.relpath(path, SOURCE)} includes {name}")
         self.expect_none(found)
+
+    def python_faults(self, folder):
+        """Lines on imports upward, circles, and heavy modules."""
+        level = {part: k for k, parts in enumerate(PYTHON) for part in parts}
+        trees, pairs, found = modules(folder), set(), []
+        for name, tree in sorted(trees.items()):
+            ours, others = imported(name, tree, trees)
+            part = name.split(".")[0]
+            self.assertIn(part, level, f"{name} is in no layer")
+            pairs |= {(name, other) for other in ours}
+            found += [f"{name or 'slipstep'} imports {other or 'slipstep'}, which is not below it" for other in sorted(ours)
+                      if other.split(".")[0] != part and level[other.split(".")[0]] >= level[part]]
+            found += [f"{name} imports {heavy}" for heavy, parts in HEAVY.items() if heavy in others and part not in parts]
+        return found + [f"circle: {', '.join(circle)}" for circle in rooms.circles(pairs)], pairs
+
+    def test_modules_of_python(self):
+        found, pairs = self.python_faults(PACKAGE)
+        self.assertGreater(len(pairs), 100)
+        self.expect_none(found)
+
+    def test_python_faults_are_found(self):
+        """A circle within a folder, one by an import within a function, an import upward, and a heavy one, each alone."""
+        cases = (({"errors": "", "plots/a": "from .b import x", "plots/b": "from . import a"}, "^circle: plots.a, plots.b$"),
+                 ({"running": "def f():\n    from . import petsc", "petsc": "from .running import f"}, "^running imports petsc, which is not below it|^circle: petsc, running$"),
+                 ({"errors": "from slipstep.results import Run", "results/__init__": ""}, "^errors imports results, which is not below it$"),
+                 ({"times": "import matplotlib.pyplot"}, "^times imports matplotlib$"), ({"results/a": "from ..times import x", "times": ""}, None))
+        for k, (files, expected) in enumerate(cases):
+            for name, text in files.items():
+                path = self.path(f"{k}/{name}.py")
+                os.makedirs(os.path.dirname(path), exist_ok=True)
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text)
+            found, _ = self.python_faults(self.path(str(k)))
+            self.assertEqual(bool(found), expected is not None, found)
+            for line in found:
+                self.assertRegex(line, expected)
+
+    def test_import_is_light(self):
+        """import slipstep brings neither NumPy nor HDF5, Matplotlib or PETSc; readers of results bring no Matplotlib."""
+        for code, without in (("import slipstep", ("numpy", "h5py", "matplotlib", "petsc4py")),
+                              ("import slipstep, slipstep.geometry.surface; slipstep.Result, slipstep.Run", ("matplotlib", "petsc4py"))):
+            done = subprocess.run([sys.executable, "-c", f"import sys\n{code}\nprint([name for name in {without!r} if name in sys.modules])"], capture_output=True, text=True,
+                                  env=dict(os.environ, PYTHONPATH=os.path.dirname(PACKAGE)))
+            self.assertEqual(done.stdout, "[]\n", done.stderr)
 
     def test_the_checks_find_what_they_look_for(self):
         self.assertEqual(rooms.circles({("a", "b"), ("b", "c"), ("c", "a"), ("c", "d")}), [["a", "b", "c"]])

@@ -62,8 +62,8 @@ class Mesh(ScriptTest):
         figure = os.path.join(self.folder.name, "run.png")
         subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, *SCALED, "-ts_max_time",
                         "8"], check=True, stdout=subprocess.DEVNULL)
-        sys.path.insert(0, os.path.join(SOURCE, "output"))
-        from slipstep_output import Run
+        sys.path.insert(0, os.path.join(SOURCE, "src", "package"))
+        from slipstep import Run
         planes = Run(output).planes
         self.assertEqual([y for y, _ in planes], [0, 800])
         np.testing.assert_array_equal(np.concatenate([cells for _, cells in planes]), np.arange(len(rows)))

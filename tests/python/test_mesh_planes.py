@@ -96,8 +96,8 @@ class Run(FaultTest):
         rows = np.concatenate([plane(60, 45, (0, 0, 500)), plane(60, 30, (5000, 0, 500))])
         write(self.path("mesh.h5"), rows, fault=np.repeat([4, 2], 12))
         self.fault("-fault_mesh", "mesh.h5", "-fault_output", "run.h5", "-fault_catalogue", "events.h5", *THRUST)
-        from slipstep_maps import planes_of
-        from slipstep_output import Run
+        from slipstep.plots.maps import planes_of
+        from slipstep import Run
         planes = planes_of(Run(self.path("run.h5")))
         self.assertEqual([p.name for p in planes], ["fault 2 (strike 60°, dip 30°)", "fault 4 (strike 60°, dip 45°)"])
         np.testing.assert_array_equal(planes[1].cells, np.arange(12))

@@ -1,23 +1,29 @@
-"""Every script under a Python without h5py, numpy and matplotlib: one line that names Debian's packages."""
+"""Every script under a Python without h5py, numpy and matplotlib: one line that names Debian's packages. The programs of output/ are those of the
+package, and names that were modules there say where they are."""
 
 import glob
 import os
 import subprocess
 import sys
+import tempfile
 import unittest
+from unittest import mock
 
 from scripts import OUTPUT, SOURCE
 
+from slipstep import modules
+
 # -S leaves site-packages out; no other Python takes over
-BARE = "import runpy, sys, slipstep_modules; slipstep_modules.DEBIAN = ''; sys.argv = sys.argv[1:]; " \
+BARE = "import runpy, sys, slipstep.modules; slipstep.modules.DEBIAN = ''; sys.argv = sys.argv[1:]; " \
        "runpy.run_path(sys.argv[0], run_name='__main__')"
 
 
+MOVED = {"slipstep_output.py", "slipstep_catalogue.py", "slipstep_surface.py"}  # modules of output/ of before 0.4
 STANDARD = {"tests/benchmarks/ode.py"}  # needs none of them
 
 
 def bare(script):
-    path = os.pathsep.join([OUTPUT, os.path.dirname(script)])
+    path = os.pathsep.join([os.path.join(SOURCE, "src", "package"), os.path.dirname(script)])
     return subprocess.run([sys.executable, "-S", "-c", BARE, script], capture_output=True, text=True,
                           env=dict(os.environ, PYTHONPATH=path, PYTHONDONTWRITEBYTECODE="1"))
 
@@ -50,6 +56,44 @@ class Modules(unittest.TestCase):
             done = bare(script)
             self.assertEqual(done.returncode, 1)
             self.assertIn(f"Debian's packages are {packages}, for", done.stderr)
+
+    def test_another_python(self):
+        """A program goes on under Debian's, also by its name there; whoever imports it does not."""
+        for name, goes_on in (("plot_run.py", True), ("slipstep-plot-run", True), ("pytest", False)):
+            with mock.patch.object(modules.os, "execv") as execv, mock.patch.object(modules, "DEBIAN", "/bin/sh"), \
+                    mock.patch.object(sys.modules["__main__"], "__file__", f"/usr/bin/{name}"), mock.patch.object(sys.modules["__main__"], "__spec__", None), \
+                    self.assertRaisesRegex(SystemExit, "has no nothing_has_this_name"):
+                modules.need("nothing_has_this_name")
+            self.assertEqual(execv.called, goes_on, name)
+
+    def test_programs(self):
+        """Each file of output/ starts the program of its name, from any folder and by a link; none is without, and no program without a file."""
+        programs = {name for name in glob.glob("[a-z]*.py", root_dir=os.path.join(SOURCE, "src", "package", "slipstep", "programs"))}
+        files = {name for name in glob.glob("*.py", root_dir=OUTPUT) if name not in MOVED}
+        self.assertEqual(files, programs)
+        for name in files:
+            with open(os.path.join(OUTPUT, name), encoding="utf-8") as file:
+                lines = file.read().splitlines()
+            self.assertTrue(os.access(os.path.join(OUTPUT, name), os.X_OK), name)
+            self.assertIn(f"from slipstep.programs.{name[:-3]} import main", lines)
+            self.assertLess(len(lines), 15, name)
+        with tempfile.TemporaryDirectory() as folder:
+            os.symlink(os.path.join(OUTPUT, "catalogue_csv.py"), os.path.join(folder, "slipstep-catalogue-csv"))
+            done = subprocess.run([sys.executable, os.path.join(folder, "slipstep-catalogue-csv"), "none.h5"], cwd=folder, capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stderr), (1, "slipstep-catalogue-csv: none.h5: no such file; fault -fault_catalogue writes it\n"))
+
+    def test_names_that_moved(self):
+        """Modules that pages told to import have what those used, and say where it is."""
+        uses = {"slipstep_output.py": "Run, OutputError", "slipstep_catalogue.py": "Catalogue", "slipstep_surface.py": "Elastic, slip_of_run"}
+        self.assertEqual(set(uses), MOVED)
+        for file, names in uses.items():
+            module = file[:-3]
+            done = subprocess.run([sys.executable, "-c", f"from {module} import {names}"], env=dict(os.environ, PYTHONPATH=OUTPUT), capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertRegex(done.stderr, rf"FutureWarning: {module} has moved: from slipstep\S* import (\w+)")
+            advice = done.stderr.split("has moved: ")[1].splitlines()[0]
+            done = subprocess.run([sys.executable, "-c", advice], env=dict(os.environ, PYTHONPATH=os.path.join(SOURCE, "src", "package")), capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
 
 
 if __name__ == "__main__":

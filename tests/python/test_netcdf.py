@@ -13,7 +13,7 @@ import meshfiles
 import h5py
 import numpy as np
 
-from slipstep_catalogue import Catalogue
+from slipstep import Catalogue
 
 ENGINES = [engine for engine, module in (("netcdf4", "netCDF4"), ("h5netcdf", "h5netcdf")) if importlib.util.find_spec(module)]
 XARRAY = importlib.util.find_spec("xarray") and ENGINES

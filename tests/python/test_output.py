@@ -13,8 +13,10 @@ from scripts import ScriptTest
 import h5py
 import numpy as np
 
-from compare import slip_error, table
-from slipstep_output import OutputError, Run, open_file
+import slipstep
+from slipstep import OutputError, Run
+from slipstep.programs.compare import slip_error, table
+from slipstep.results.files import open_file
 
 NX, NZ, END = 6, 4, 30.0
 
@@ -113,6 +115,25 @@ class OutputTest(ScriptTest):
             with self.assertRaisesRegex(OutputError, "late.h5: not a complete HDF5 file"):
                 open_file(self.path("late.h5"), "")
         self.assertEqual(len(calls), 1)
+
+    def test_file_that_grows(self):
+        """Both readers take the rows that all datasets of a group have, of fields as well; axes are no rows."""
+        path = write_run(self.path("a.h5.part"), 40)
+        with h5py.File(path, "a") as file:
+            file.attrs["complete"] = 0
+            file["fields/x"] = file["mesh/x"][()]
+            file["fields/x"].make_scale("x")
+            for name, rows in (("series/mean_slip", 37), ("steps/dt", 41), ("fields/slip_rate", 36)):
+                data = file[name][:rows]
+                del file[name]
+                file[name] = data
+        run, result = Run(path), slipstep.open(path)
+        for found in (run, result):
+            self.assertEqual({len(values) for values in found.series.values()}, {37})
+            self.assertEqual({len(values) for values in found.steps.values()}, {41})
+        self.assertFalse(result.complete)
+        self.assertEqual((len(run.field("slip_rate")[0]), len(result.time), result["slip_rate"].shape, len(result.fields["x"])), (36, 36, (36, NZ, NX), NX))
+        self.assertEqual(run.result["mean_slip"], result["mean_slip"][36])
 
     def test_field_that_was_not_stored(self):
         run = Run(write_run(self.path("a.h5"), 40))

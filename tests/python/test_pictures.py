@@ -9,15 +9,15 @@ import century
 import h5py
 import numpy as np
 
-from plot_run import attempt_panels, figure
+from slipstep.programs.plot_run import attempt_panels, figure
 from matplotlib.colors import LogNorm
-from slipstep_fields import KINDS, Fields, events, largest_event, rupture_times
-from slipstep_maps import Nothing, Plane, Span, colour_bar, columns_for, planes_of
-from slipstep_output import OutputError, Run
-from slipstep_panels import plt
-from slipstep_snapshots import contours_of, logarithmic, rupture, snapshots
-from slipstep_spacetime import Line, along_line, resample, space_time
-from slipstep_time import YEAR, Clock, seconds, written
+from slipstep import OutputError, Run
+from slipstep.plots.maps import Nothing, Plane, Span, colour_bar, columns_for, planes_of
+from slipstep.plots.panels import plt
+from slipstep.plots.snapshots import contours_of, logarithmic, rupture, snapshots
+from slipstep.plots.spacetime import Line, along_line, resample, space_time
+from slipstep.results.fields import KINDS, Fields, events, largest_event, rupture_times
+from slipstep.times import YEAR, Clock, seconds, written
 
 
 class Times(unittest.TestCase):
@@ -220,7 +220,7 @@ class Ends(PictureTest):
         plt.close("all")
 
     def test_a_century_is_compared_in_years(self):
-        import compare
+        from slipstep.programs import compare
         runs = [(label, Run(century.write_run(self.path(f"{label}.h5")))) for label in "ab"]
         rate, slip, steps, plane = compare.figure(runs, runs[1][1], None).axes[:4]
         self.assertEqual({axes.get_xlabel() for axes in (rate, slip, steps)}, {"time (years)"})
@@ -350,7 +350,7 @@ class Pictures(PictureTest):
             self.look(self.path("mesh.png"))
 
     def test_a_single_row_of_cells_has_curves(self):
-        from slipstep_snapshots import snapshots
+        from slipstep.plots.snapshots import snapshots
         run = Run(century.write_run(self.path("row.h5"), shape=(1, 40)))
         onset = century.EVENTS[-1][0] * YEAR
         for log in (False, True):
@@ -362,7 +362,7 @@ class Pictures(PictureTest):
 
     def test_colours_begin_at_zero(self):
         """The colour bar of a slip rate, and limits of the user's own, as the scale of the drawn image."""
-        from slipstep_snapshots import snapshots
+        from slipstep.plots.snapshots import snapshots
         run = Run(century.write_run(self.path("run.h5")))
         for arguments, limits in (({}, (0, None)), ({"wanted": (0.2, 0.4)}, (0.2, 0.4)), ({"log": True, "wanted": (1e-9, 1)}, (1e-9, 1))):
             canvas = snapshots(run, "slip_rate", [century.EVENTS[-1][0] * YEAR + 2], **arguments)

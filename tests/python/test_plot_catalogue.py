@@ -8,12 +8,12 @@ import century
 import h5py
 import numpy as np
 
-from slipstep_cumulative import Course, between, during, plain
-from slipstep_events import Events, b_value, completeness
-from slipstep_maps import planes_of
-from slipstep_output import OutputError, Run
-from slipstep_spacetime import Line
-from slipstep_time import YEAR, Clock
+from slipstep import OutputError, Run
+from slipstep.plots.cumulative import Course, between, during, plain
+from slipstep.plots.maps import planes_of
+from slipstep.plots.spacetime import Line
+from slipstep.results.events import Events, b_value, completeness
+from slipstep.times import YEAR, Clock
 
 
 class Reading(PictureTest):
@@ -149,7 +149,7 @@ class Pictures(PictureTest):
 
     def test_events_of_several_faults(self):
         """A colour for each fault of the hypocentres, and the faults that broke in the title of an event."""
-        import plot_catalogue
+        from slipstep.programs import plot_catalogue
         path = century.write_catalogue(self.path("c.h5"))
         with h5py.File(path, "r+") as file:
             century.put(file, "fault", [7, -3, 7, 7, -3], "1")
@@ -168,7 +168,7 @@ class Pictures(PictureTest):
 
     def test_a_single_event(self):
         """Has its magnitude in words, and neither a frequency nor a bar of magnitudes; faults without an event do not push panels away."""
-        import plot_catalogue
+        from slipstep.programs import plot_catalogue
         one = {name: (values[-1:], unit) for name, (values, unit) in century.columns().items()}
         path = century.write_catalogue(self.path("one.h5"), one)
         with h5py.File(path, "r+") as file:
@@ -190,8 +190,8 @@ class Pictures(PictureTest):
         self.assertAlmostEqual(np.ptp(bar.get_xlim()), 0.2)
 
     def test_lines_of_a_single_cell(self):
-        import plot_catalogue
-        from slipstep_cumulative import draw_cumulative
+        from slipstep.programs import plot_catalogue
+        from slipstep.plots.cumulative import draw_cumulative
         run = Run(century.write_run(self.path("cell.h5"), shape=(1, 1)))
         _, axes = plot_catalogue.plt.subplots()
         draw_cumulative(axes, Course(run, Line(planes_of(run)[0]), "slip", 5 * YEAR, 1.0), [])
@@ -200,7 +200,7 @@ class Pictures(PictureTest):
         self.assertTrue(all(line[:, 0].tolist() == [0, 20] for line in drawn))
 
     def test_legends_are_above_the_events(self):
-        import plot_catalogue
+        from slipstep.programs import plot_catalogue
         canvas, _ = plot_catalogue.figure(Events(century.write_catalogue(self.path("c.h5"), century.many(60, smallest=3.6))), [], None)
         canvas.canvas.draw()
         axes = canvas.axes[1]

@@ -7,8 +7,8 @@ from scripts import ScriptTest
 import h5py
 import numpy as np
 
-from plot_training import Log, groups, read_logs, running_mean
-from slipstep_output import OutputError
+from slipstep import OutputError
+from slipstep.programs.plot_training import Log, groups, read_logs, running_mean
 
 
 def write_log(path, alpha=2.0, seed=1, algorithm="tqc", problem="fault", evaluations=5, skip=None):

@@ -13,11 +13,11 @@ import numpy as np
 
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
 import make_seas
-import seas
-import slipstep_seas
-from slipstep_events import Events
-from slipstep_output import Run
-from slipstep_time import YEAR
+from slipstep import Run
+from slipstep.programs import seas
+from slipstep.results import seas as bp6
+from slipstep.results.events import Events
+from slipstep.times import YEAR
 
 
 
@@ -41,7 +41,7 @@ def bp6_slip(cell, days):
 
     def rates(t, y):
         u, q = y
-        v = 2 * v0 * np.sinh((tau - K @ u) / (a * (sigma - slipstep_seas.pressure(z, t)))) * np.exp(-(f0 + b * (np.log(v0 / dc) + q)) / a)
+        v = 2 * v0 * np.sinh((tau - K @ u) / (a * (sigma - bp6.pressure(z, t)))) * np.exp(-(f0 + b * (np.log(v0 / dc) + q)) / a)
         return np.array([v, np.exp(-q) - v / dc])
 
     theta = dc / v0 * np.exp((a * np.log(2 * v0 / start * np.sinh(tau / (a * sigma))) - f0) / b)
@@ -306,13 +306,13 @@ class SeasTest(PictureTest):
         """What has been injected is there, the pressure diffuses, and Darcy's velocity is its gradient."""
         z = (np.arange(40000) + 0.5) * 2 - 40e3
         for days, injected in ((30, 30), (99, 99), (150, 100), (600, 100)):
-            p = slipstep_seas.pressure(z, days * 86400)
+            p = bp6.pressure(z, days * 86400)
             self.assertAlmostEqual(1e-8 * 0.1 * p.sum() * 2 / (1.25e-6 * injected * 86400), 1, delta=1e-6)  # sums of 2 m, a cusp at 0
             flow = -0.1 * 1e-8 * 0.1 * np.diff(p) / 2
-            np.testing.assert_allclose(slipstep_seas.darcy(z[:-1] + 1, days * 86400)[:19990], flow[:19990], atol=1e-5 * 1.25e-6)
-            rise = slipstep_seas.pressure(z, days * 86400 + 100) - slipstep_seas.pressure(z, days * 86400 - 100)
+            np.testing.assert_allclose(bp6.darcy(z[:-1] + 1, days * 86400)[:19990], flow[:19990], atol=1e-5 * 1.25e-6)
+            rise = bp6.pressure(z, days * 86400 + 100) - bp6.pressure(z, days * 86400 - 100)
             np.testing.assert_allclose(rise[1:19990] / 200, 0.1 * np.diff(p, 2)[:19989] / 4, atol=2e-3 * abs(rise / 200).max())
-        np.testing.assert_array_equal(slipstep_seas.pressure(z[::100], 0.0), 0)
+        np.testing.assert_array_equal(bp6.pressure(z[::100], 0.0), 0)
 
     def test_fields(self):
         """At points that are known by hand."""

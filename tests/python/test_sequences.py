@@ -14,7 +14,7 @@ from oneblock import Block
 import h5py
 import numpy as np
 
-from slipstep_catalogue import Catalogue
+from slipstep import Catalogue
 
 sys.path.insert(0, os.path.join(SOURCE, "tests", "benchmarks"))
 import nucleation

@@ -10,7 +10,7 @@ from scripts import FaultTest
 import h5py
 import numpy as np
 
-from slipstep_catalogue import Catalogue
+from slipstep import Catalogue
 
 try:
     from scipy.integrate import solve_ivp

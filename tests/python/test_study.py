@@ -12,11 +12,11 @@ from scripts import OUTPUT, ScriptTest
 import h5py
 import numpy as np
 
-from plot_study import shown_policies, transfers
-from results_table import advantage, contents, equal_accuracy, fill, number, processor_time, published
-from slipstep_output import OutputError, Run
-from slipstep_course import Course, slip_at
-from slipstep_study import Study, cheapest, envelope, family
+from slipstep import OutputError, Run
+from slipstep.programs.plot_study import shown_policies, transfers
+from slipstep.programs.results_table import advantage, contents, equal_accuracy, fill, number, processor_time, published
+from slipstep.results.course import Course, slip_at
+from slipstep.results.study import Study, cheapest, envelope, family
 
 COLUMNS = "time s, mean_slip m, mean_slip_rate m/s, max_slip_rate m/s"
 CASE = "fault_3km_25x25"

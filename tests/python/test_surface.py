@@ -14,10 +14,9 @@ import h5py
 import numpy as np
 
 from meshfiles import joined, plane, write_hdf5
-from slipstep_catalogue import Catalogue
-from slipstep_cells import corners_of
-from slipstep_output import Run
-from slipstep_surface import Elastic, Source, look_vector, slip_of_event, slip_of_run
+from slipstep import Catalogue, Run
+from slipstep.geometry.cells import corners_of
+from slipstep.geometry.surface import Elastic, Source, look_vector, slip_of_event, slip_of_run
 
 ELASTIC = os.path.join(BUILD, "bin", "elastic")
 # DC3D (Okada 1992) in double precision, lambda = mu: depth 10, dip 30, 10 along strike and 8 along dip, unit slip. Rows: displacement and its
@@ -286,7 +285,7 @@ class Maps(SurfaceTest):
 
     def test_arrows_have_shafts(self):
         """Of all lengths: heads end where vectors do, and are a share of them."""
-        import surface
+        from slipstep.programs import surface
         _, axes = surface.plt.subplots()
         begin, vectors = np.zeros((4, 2)), np.array([[10.0, 0], [0, 0.5], [-1e-3, 1e-3], [0, 0]])
         surface.Picture.arrows(axes, begin, vectors, 100.0)
@@ -302,7 +301,7 @@ class Maps(SurfaceTest):
         surface.plt.close("all")
 
     def test_pictures_of_one_file_have_names_of_their_own(self):
-        import surface
+        from slipstep.programs import surface
         for options, suffix in (((), ""), (("--look", "257", "39"), "_look"), (("--look", "257", "39", "--points", "1,2"), "_look_points"), (("--event", "3"), "_event_3"),
                                 (("--event", "largest", "--receiver", "0", "90", "0"), "_receiver")):
             with unittest.mock.patch.object(sys, "argv", ["surface.py", "run.h5", *options]):
@@ -334,8 +333,14 @@ class Maps(SurfaceTest):
             self.refused("surface", message, path, *options, code=2)
         source = Source("", np.array([[0, 0, 10e3, 1e3, 1e3, 0, 90]]), np.zeros(1), np.ones(1), 30e9, 0.25, "")
         with unittest.mock.patch.dict(os.environ, {"SLIPSTEP_BUILD": self.path("nowhere"), "PATH": ""}), \
-                unittest.mock.patch("slipstep_surface.HERE", self.path("a/b/c")), self.assertRaisesRegex(Exception, "the program elastic is not there"):
+                unittest.mock.patch("slipstep.modules.HERE", self.path("a/b/c")), self.assertRaisesRegex(Exception, "the program elastic is not there"):
             Elastic(source)
+        debian = self.path("slipstep-elastic")  # as Debian's package calls it
+        with open(debian, "w") as file:
+            file.write("#!/bin/sh\n")
+        os.chmod(debian, 0o755)
+        with unittest.mock.patch.dict(os.environ, {"SLIPSTEP_BUILD": self.path("nowhere"), "PATH": self.folder.name}), unittest.mock.patch("slipstep.modules.HERE", self.path("a/b/c")):
+            self.assertEqual(Elastic(source).program, debian)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from scripts import SOURCE, FaultTest
 import h5py
 import numpy as np
 
-from slipstep_time import YEAR
+from slipstep.times import YEAR
 
 GRID = ["-fault_nx", "6", "-fault_nz", "5", "-ts_max_time", "4", "-fault_loading_rate", "1e-3"]
 POINTS = [(1200, 300), (1200, -300), (-4000, 2500), (3700, -0.5)]

@@ -80,7 +80,7 @@ class Run(FaultTest):
             np.testing.assert_array_equal(file["xdmf/cells"][()], mesh["triangles"])
         with open(self.path("out.h5.xdmf2")) as file:
             self.assertIn(f'TopologyType="Triangle" NumberOfElements="{len(triangles)}"', file.read())
-        from slipstep_output import Run as Output
+        from slipstep import Run as Output
         run = Output(self.path("out.h5"))
         self.assertEqual([(label, len(cells)) for label, cells in run.planes], [(4, 12), (5, 12)])
         # read again, the output's own mesh is the same fault
@@ -254,8 +254,8 @@ class Run(FaultTest):
         """Each fault is seen across its mean plane, along its strike and down its dip: corners of a plane keep their distances, to 1e-9 of 2 km."""
         write_hdf5(self.path("mesh.h5"), *joined(BASE, plane((2, 2), (500.0, 400.0), 70, 90, (3e3, 9e3, 500))), fault=np.repeat([4, 2], [24, 8]))
         self.end("mesh.h5")
-        from slipstep_maps import planes_of
-        from slipstep_output import Run as Output
+        from slipstep.plots.maps import planes_of
+        from slipstep import Run as Output
         run = Output(self.path("out.h5"))
         first, second = planes_of(run)[::-1]
         self.assertEqual((len(first.cells), len(second.cells), first.x.shape), (24, 8, (3, 24)))

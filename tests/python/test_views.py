@@ -13,16 +13,16 @@ from PIL import Image
 
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
 import make_mesh
-from plot_catalogue import hypocentres
-from slipstep_cells import corners_of, free_edges, free_sides
-from slipstep_events import Events
-from slipstep_fields import Fields
-from slipstep_maps import Plane, frames_of, planes_of
-from slipstep_output import OutputError, Run
-from slipstep_snapshots import Layout
-from slipstep_spacetime import Line, lines_of
-from slipstep_unroll import overlap, unroll
-from slipstep_view import View, box_of, cut, cut_triangles, screen
+from slipstep import OutputError, Run
+from slipstep.geometry.cells import corners_of, free_edges, free_sides
+from slipstep.geometry.unroll import overlap, unroll
+from slipstep.plots.maps import Plane, frames_of, planes_of
+from slipstep.plots.snapshots import Layout
+from slipstep.plots.spacetime import Line, lines_of
+from slipstep.plots.view import View, box_of, cut, cut_triangles, screen
+from slipstep.programs.plot_catalogue import hypocentres
+from slipstep.results.events import Events
+from slipstep.results.fields import Fields
 from test_mesh_planes import plane
 
 SIZE = (10000.0, 8000.0)

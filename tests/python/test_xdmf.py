@@ -13,7 +13,7 @@ from scripts import FAULT, SOURCE, FaultTest
 import h5py
 import numpy as np
 
-from slipstep_output import open_file
+from slipstep.results.files import open_file
 
 try:
     from vtkmodules.util.numpy_support import vtk_to_numpy

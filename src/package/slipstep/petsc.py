@@ -18,6 +18,10 @@ import contextlib
 import ctypes
 import io
 import os
+import re
+import signal
+import tempfile
+import threading
 import time
 import traceback
 
@@ -25,7 +29,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from .errors import Error
-from .running import Runs, message_of
+from .running import Line, Program, Runs, word
 
 INT = ctypes.c_int64 if np.dtype(PETSc.IntType).itemsize == 8 else ctypes.c_int32
 REALS = ctypes.POINTER(ctypes.c_double)
@@ -44,6 +48,13 @@ Totals = collections.namedtuple("Totals", "attempts accepted solves newton linea
 _library = None
 
 
+def message_of(error):
+    """The line of an error of PETSc, without its stack."""
+    lines = [re.sub(r"^\[\d+\] ?", "", text).strip() for text in str(error).split("\n")]
+    lines = [text for text in lines if text and not re.match(r"(error code|\S+\(\) at |\w+\(\) line )", text)]
+    return lines[-1] if lines else str(error)
+
+
 class LibraryError(Error, PETSc.Error):
     """An error of the library: its line, and the code of PETSc as ierr."""
 
@@ -53,7 +64,6 @@ class LibraryError(Error, PETSc.Error):
 
     def __str__(self):
         return self.line
-
 
 
 def load(path=None):
@@ -183,6 +193,101 @@ def silence():
         libc.fclose(ctypes.c_void_p(nowhere))
 
 
+@contextlib.contextmanager
+def handled(function):
+    """SIGINT calls a function meanwhile; other threads than the main one cannot have that."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, function)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+class Process(Program):
+    """How a fault runs in this process, as running.Program has it for the program."""
+
+    @staticmethod
+    def folder():
+        """A temporary one, the same on every process."""
+        if PETSc.COMM_WORLD.getSize() == 1:
+            return tempfile.mkdtemp(prefix="slipstep-")
+        try:
+            comm = PETSc.COMM_WORLD.tompi4py()
+        except ImportError:
+            raise Error("run() on several processes needs mpi4py; Debian's package is python3-mpi4py") from None
+        return comm.bcast(tempfile.mkdtemp(prefix="slipstep-") if comm.rank == 0 else None)
+
+    @staticmethod
+    def remove(folder):
+        PETSc.COMM_WORLD.barrier()
+        if not PETSc.COMM_WORLD.getRank():
+            Program.remove(folder)
+
+    @staticmethod
+    def run(fault, given, folder, progress):
+        """True when it was interrupted."""
+        database = PETSc.Options()
+        before = database.getAll()
+        line = Line(progress and not PETSc.COMM_WORLD.getRank())
+        interrupted, ts = False, None
+
+        def interrupt(number, frame):
+            nonlocal interrupted
+            interrupted = True  # the monitor ends the run: petsc4py would lose an exception in some places
+
+        def monitor(ts, step, at, w):
+            if interrupted:
+                raise KeyboardInterrupt
+            if progress:  # on every process
+                line.show(at, ts.getMaxTime(), step, largest_rate(ts, w))
+
+        try:
+            if "options_file" in fault._options:
+                database.insertString("-options_file " + word(fault._options["options_file"]))
+                if database.hasName("fault_nx") and "nx" not in given:  # arrays need the shape before the options are read
+                    given = {**given, "nx": database.getInt("fault_nx")}
+                if database.hasName("fault_nz") and "nz" not in given:
+                    given = {**given, "nz": database.getInt("fault_nz")}
+                for name in (*given, *fault._arrays):  # what is given here overrides the file
+                    database.delValue(f"fault_{name}")
+            for name, value in fault._options.items():
+                if name != "options_file":
+                    database.setValue(name, word(value))
+            inner = Fault(getattr(fault, "_comm_given", None), **given, **fault._arrays)
+            try:
+                ts = PETSc.TS().create(getattr(fault, "_comm_given", None))
+                if "progress" not in given:
+                    inner.set(progress=False)
+                inner.configure(ts)
+                ts.setFromOptions()
+                for name in fault._options:
+                    if name != "options_file" and not used(name):
+                        raise Error(f"nothing reads the option -{name}")
+                ts.setMonitor(monitor)
+                try:
+                    with handled(interrupt), silence():
+                        inner.solve(ts)
+                except (KeyboardInterrupt, PETSc.Error):
+                    if not interrupted:
+                        raise
+            finally:
+                inner.destroy()
+                if ts:
+                    ts.destroy()
+        except PETSc.Error as error:
+            raise Error(message_of(error)) from None
+        finally:
+            line.close()
+            for name in set(database.getAll()) - set(before):
+                database.delValue(name)
+            for name, value in before.items():
+                database.setValue(name, value)
+        return interrupted
+
+
 class Fault(Runs):
     """A fault in this process (slipfault.h): the case "3 km" with one cell until parameters are set. What has one number a
     cell is an array [nz, nx] in the order of the grid, or [1, n] of the rows of a mesh, on every rank.
@@ -190,6 +295,7 @@ class Fault(Runs):
     run() does everything; configure(), solve() and values() are for a TS of yours."""
 
     backend = "petsc"
+    backends = {**Runs.backends, "petsc": Process}
 
     def __init__(self, comm=None, **parameters):
         self._remember()

@@ -7,11 +7,11 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
-from slipstep_cells import mesh_cells
-from slipstep_fields import Fields
-from slipstep_output import OutputError
-from slipstep_panels import plt
-from slipstep_unroll import unroll
+from ..errors import OutputError
+from ..geometry.cells import mesh_cells
+from ..geometry.unroll import unroll
+from ..results.fields import Fields
+from .panels import plt
 
 DIGITS = 9  # of coordinates of unrolled cells [km], so that edges of a row are equal
 DECADES = 13  # of a logarithmic scale at most
@@ -173,7 +173,7 @@ def name_of(label, mesh, cells, part):
 
 
 def planes_of(run):
-    """The planes of a run, front to back; a grid has one. Of a mesh with strikes and dips its faults, each drawn flat as slipstep_unroll
+    """The planes of a run, front to back; a grid has one. Of a mesh with strikes and dips its faults, each drawn flat as geometry.unroll
     says."""
     if not hasattr(run, "drawn"):
         run.drawn = _planes(run)

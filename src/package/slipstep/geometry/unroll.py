@@ -14,7 +14,7 @@
 
 import numpy as np
 
-from slipstep_cells import EDGE, LEFT, RIGHT, corners_of
+from .cells import EDGE, LEFT, RIGHT, corners_of
 
 ANGLE = 1e-6  # degrees that are rounding
 NEAR = 0.3  # of a cell's smaller side: how far apart ends may be that meet

@@ -9,13 +9,13 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.ticker import MaxNLocator
 
-from slipstep_cells import cells_of, corners_of, free_edges, free_sides, mesh_cells, triangles_of
-from slipstep_fields import Fields, largest_event
-from slipstep_maps import Span, colour_bar, colour_map
-from slipstep_panels import plt, use_style
-from slipstep_snapshots import WIDTH, chosen_rows, clock_of, since
-from slipstep_time import written
-from slipstep_titles import titles_of
+from ..geometry.cells import cells_of, corners_of, free_edges, free_sides, mesh_cells, triangles_of
+from ..results.fields import Fields, largest_event
+from ..times import written
+from .maps import Span, colour_bar, colour_map
+from .panels import plt, use_style
+from .snapshots import WIDTH, chosen_rows, clock_of, since
+from .titles import titles_of
 
 PIECES = 8000  # about, of all cells
 BAR = 1.2  # inches, of the colour bar

@@ -1,6 +1,6 @@
 """Read the file of evaluate: Study(path), its cells (one run each) and references.
 
-    from slipstep_study import Study
+    from slipstep.results.study import Study
     study = Study("output/study.h5")
     for cell in study.select(problem="fault", size_km=3, mesh=50, controller="rl"):
         cell.name, cell["solves"], cell["final_error"], cell.series()["mean_slip"]
@@ -12,8 +12,10 @@ import sys
 
 import numpy as np
 
-from slipstep_course import Course, slip_at
-from slipstep_output import OutputError, _plain, open_file
+from ..errors import OutputError
+from ..modules import program
+from .course import Course, slip_at
+from .files import attributes, open_file, plain
 
 FORMAT = "slipstep-evaluation"
 CLASSICAL = ("heuristic", "pi", "dsp", "basic", "none")
@@ -22,7 +24,7 @@ ATTEMPTS = ("time", "dt", "accepted", "error", "converged")
 
 def _columns(dataset):
     """A dataset with the attribute columns "time s, mean_slip m, ..." as a dict of arrays."""
-    names = [part.strip().split(" ")[0] for part in _plain(dataset.attrs["columns"]).split(",")]
+    names = [part.strip().split(" ")[0] for part in plain(dataset.attrs["columns"]).split(",")]
     return dict(zip(names, dataset[()].T))
 
 
@@ -122,20 +124,19 @@ class Study:
     def __init__(self, path):
         self.path = os.fspath(path)
         with self.open() as file:
-            if _plain(file.attrs.get("format", "")) != FORMAT:
-                raise OutputError(f"{self.path}: not a file of evaluate (attribute format is "
-                                  f"\"{_plain(file.attrs.get('format', ''))}\", expected \"{FORMAT}\")")
-            self.attributes = {key: _plain(value) for key, value in file.attrs.items()}
-            self.cells = [Cell(self, cell.name, {key: _plain(value) for key, value in cell.attrs.items()})
+            self.attributes = attributes(file)
+            found = self.attributes.get("format", "")
+            if found != FORMAT:
+                raise OutputError(f"{self.path}: not a file of evaluate (attribute format is \"{found}\", expected \"{FORMAT}\")")
+            self.cells = [Cell(self, cell.name, attributes(cell))
                           for case in file.get("cells", {}).values() for cell in case.values()]
             self.cells, self.outdated = newest(self.cells)
-            self.references = {name: {key: _plain(value) for key, value in group.attrs.items()}
-                               for name, group in file.get("references", {}).items()}
+            self.references = {name: attributes(group) for name, group in file.get("references", {}).items()}
 
-    def warn(self, program):
+    def warn(self):
         """Say on the error output which cells are left out."""
         for name, count in self.outdated.items():
-            print(f"{program}: warning: {self.path} has {count} cells of another file of the policy {name}, which are left out; "
+            print(f"{program()}: warning: {self.path} has {count} cells of another file of the policy {name}, which are left out; "
                   "evaluate makes them anew", file=sys.stderr)
 
     def open(self):

@@ -9,7 +9,8 @@ import collections
 
 import numpy as np
 
-from slipstep_output import COMPONENTS, OutputError, _plain, drawn, split
+from ..errors import OutputError
+from .files import COMPONENTS, drawn, plain, split
 
 RUPTURE_RATE = 1e-3  # m/s: what slips faster is in an event
 CHUNK = 128  # rows that are in memory at once
@@ -44,16 +45,10 @@ class Fields:
     def __init__(self, run, name, window=None):
         self.run, self.name, self.window = run, name, window
         source, self._part = split(KINDS[name].source if name in KINDS else name)
-        with run._open() as file:
-            group = file.get("fields")
-            if group is None or "time" not in group or source not in group or source == "time":
-                raise OutputError(f"{run.path}: field {source} was not stored (there are: {', '.join(run.field_names) or 'none'}); "
-                                  f"run with -fault_output_fields {source}")
-            data = group[source]
-            self._source = source
-            rows = min(len(group["time"]), len(data))
-            times = group["time"][:rows]
-            self.kind = kind_of(name, _plain(data.attrs.get("units", "")))
+        with run.open() as file:
+            times, data = run.stored(file, source)
+            self._source, rows = source, len(times)
+            self.kind = kind_of(name, plain(data.attrs.get("units", "")))
             self._check_shape(data)
         low, high = window or (-np.inf, np.inf)
         self.rows = np.flatnonzero((times >= low) & (times <= high))
@@ -83,13 +78,13 @@ class Fields:
 
     def maps(self, rows):
         """Maps [n, Nz, Nx], or [n, N] of irregular cells, of some rows of the window, in the unit of the label."""
-        with self.run._open() as file:
+        with self.run.open() as file:
             data = file[f"fields/{self._source}"]
             return self._drawn(data, [self.rows[row] for row in rows])
 
     def outer(self):
         """The maps at the begin and the end of the window, or at the next rows outside of it."""
-        with self.run._open() as file:
+        with self.run.open() as file:
             return self._drawn(file[f"fields/{self._source}"], self._outer)
 
     def _drawn(self, data, rows):

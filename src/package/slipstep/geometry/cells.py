@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slipstep_output import OutputError
+from ..errors import OutputError
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])  # of a cell, along strike and down dip: from its upper left one
 UPPER, RIGHT, LOWER, LEFT = range(4)  # edges, each from its corner to the next

@@ -4,9 +4,11 @@ import sys
 
 import numpy as np
 
-from slipstep_catalogue import Catalogue
-from slipstep_output import Cells, OutputError
-from slipstep_time import written
+from ..errors import OutputError
+from ..modules import program
+from ..times import written
+from .catalogue import Catalogue
+from .run import Cells
 
 FITTED = 30  # events from the magnitude of completeness on, below which no b is worth a line
 RANGE = 0.5  # of magnitudes, likewise
@@ -76,16 +78,14 @@ class Events(Catalogue, Cells):
             return f"no b: {words} of M {least:.1f} to {magnitude.max():.1f}"
         return least, *b_value(magnitude, least), above
 
-    def warn(self, program):
+    def warn(self):
         """One line on stderr for a run that has not ended, and for an event that goes on."""
-        super().warn(program)
+        super().warn()
         if not self.complete:
-            print(f"{program}: {self.path} is unfinished: complete = 0, its last event is at {written(self['onset'][-1])}", file=sys.stderr)
+            print(f"{program()}: {self.path} is unfinished: complete = 0, its last event is at {written(self['onset'][-1])}", file=sys.stderr)
 
     def map_of(self, name, event):
         """Slip [m], or time of rupture after the onset [s], of each cell in one event: [Nz, Nx], or [N] of irregular cells."""
-        if not 0 <= event < len(self):
-            raise OutputError(f"{self.path}: no event {event + 1}, expected a number from 1 to {len(self)}")
         maps = self.map(name)
         expected = (len(self.mesh["x"]),) if self.planes else self.shape
         if maps.shape[1:] != expected:

@@ -14,12 +14,14 @@ import os
 
 import numpy as np
 
-from slipstep_fields import Fields, rupture_times
-from slipstep_output import OutputError, _plain
+from ..errors import OutputError
+from ..times import YEAR
+from .fields import Fields, rupture_times
+from .files import plain
 
 NOTHING = 1e-30  # m/s
 FRONT_RATE = 0.1  # m/s: a cell of BP4 or BP5 breaks when it is that fast first
-PAUSE = 3.15576e7  # s: events that begin earlier after the one before belong to it, as a rupture may pause
+PAUSE = YEAR  # [s]: events that begin earlier after the one before belong to it, as a rupture may pause
 NEVER = 1e9  # s: the time of cells that do not break
 ORIGIN = {"bp4": 40e3, "bp5": 50e3, "bp6": 20e3, "bp7": 400.0}  # where x2 of BP4 and BP5, BP4's x3 and BP6's z are 0 [m], along strike and in depth, and BP7's x2 and x3
 DAY = 86400.0
@@ -72,8 +74,8 @@ def name_of(benchmark, run):
 
 def dip_of(run):
     """Dip [degrees], and 1 where slip is that of a thrust or along strike, -1 of a normal fault."""
-    with run._open() as file:
-        dip = float(_plain(file["parameters"].attrs["dip"]))
+    with run.open() as file:
+        dip = float(plain(file["parameters"].attrs["dip"]))
     return dip, -1 if np.mean(run.mesh["rake"]) < 0 else 1
 
 
@@ -84,16 +86,14 @@ def log_rate(rate):
 
 def stations_of(run):
     """Of -fault_stations, in their order: dicts of arrays, one value per accepted step, and of x, z, cell_x, cell_z [m]."""
-    with run._open() as file:
+    with run.open() as file:
         group = file.get("stations")
         if group is None or not len(group):
             raise OutputError(f"{run.path}: no /stations; run with -fault_stations, as the benchmark's options file has them")
-        rows = len(run.series["time"])
         found = []
         for k in range(len(group)):
-            station = {key: _plain(value) for key, value in group[str(k)].attrs.items()}
-            station.update((key, data[:rows]) for key, data in group[str(k)].items())
-            if _plain(group[f"{k}/state"].attrs["units"]) != "s":
+            station = run.group(file, f"stations/{k}")
+            if run.units[f"/stations/{k}/state"] != "s":
                 raise OutputError(f"{run.path}: the state of its stations is not a time: expected a run with -fault_friction_law rate_and_state")
             found.append(station)
     return found
@@ -105,10 +105,10 @@ def surface_of(run):
     dip, sign = dip_of(run)
     half = sign * 0.5 * np.array([math.cos(math.radians(dip)), math.sin(math.radians(dip))])
     found = {}
-    with run._open() as file:
+    with run.open() as file:
         total = "ground" in file and bool(file["ground"].attrs["total"])  # -fault_surface_motion: it is in the file
         for station in file.get("surface", {}).values():
-            y, time = float(_plain(station.attrs["y"])), station["time"][...]
+            y, time = float(plain(station.attrs["y"])), station["time"][...]
             rigid = 0 * half if total else (-1 if y >= 0 else 1) * PLATES * half
             found[y] = time, station["displacement"][:, 1:] + np.outer(time, rigid), station["velocity"][:, 1:] + rigid
     return dict(sorted(found.items()))

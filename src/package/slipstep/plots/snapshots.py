@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from slipstep_fields import Fields, event_around, events_within, largest_event, mean_slip_at, rupture_times
-from slipstep_maps import Span, beside, colour_bar, frames_of, planes_of
-from slipstep_output import OutputError
-from slipstep_panels import plt, use_style
-from slipstep_time import Clock
-from slipstep_titles import titles_of
+from ..errors import OutputError
+from ..results.fields import Fields, event_around, events_within, largest_event, mean_slip_at, rupture_times
+from ..times import Clock
+from .maps import Span, beside, colour_bar, frames_of, planes_of
+from .panels import plt, use_style
+from .titles import titles_of
 
 COUNT = 6  # snapshots where no times are asked for
 WIDTH = 11.0  # inches

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from slipstep_panels import plt
+from .panels import plt
 
 MISSING, FAILED = "#f0f0f0", "#f3c7c7"
 

@@ -5,9 +5,9 @@ import datetime
 
 import numpy as np
 
-from slipstep_cells import cells_of
-from slipstep_output import OutputError
-from slipstep_time import YEAR
+from ..errors import OutputError
+from ..times import YEAR
+from .cells import cells_of
 
 EARTH_RADIUS = 6371e3  # [m], of a sphere
 FALSE_ORIGIN = 100e3  # [m] from its middle, and farther than it is long: the origin of a mesh is not one of its own, nor is the projection of lonlat() good there

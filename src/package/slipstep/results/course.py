@@ -15,8 +15,9 @@ and a run's error is of MEASURES one that the user chose: `history` is the large
 
 import dataclasses
 
-import h5py
 import numpy as np
+
+from .files import open_file
 
 PEAK_WEIGHT = 0.2
 PARTS = ("final", "history", "shift", "peak", "field")
@@ -51,7 +52,7 @@ def from_start(series):
 
 def read(path):
     """The course of a run that started at rest at time 0, from its file (-fault_output with the field slip)."""
-    with h5py.File(path) as file:
+    with open_file(path, "fault -fault_output writes it") as file:
         series = from_start(file["series"])
         field = file["fields/slip"][-1].ravel()
         mesh = file["mesh"]

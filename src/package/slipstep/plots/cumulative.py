@@ -7,10 +7,11 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 
-from slipstep_fields import Fields
-from slipstep_snapshots import round_step
-from slipstep_spacetime import along_line, lines_of
-from slipstep_time import NAMES, SECONDS, unit_of
+from ..modules import program
+from ..results.fields import Fields
+from ..times import NAMES, SECONDS, unit_of
+from .snapshots import round_step
+from .spacetime import along_line, lines_of
 
 SOLID, DASHED = "#0062a5", "#d9541e"
 LINES = 40  # solid ones where no interval is given
@@ -101,7 +102,7 @@ def courses(run, name, along, at, every, every_event):
     return [Course(run, line, name, every, every_event) for line in lines_of(run, along, at)]
 
 
-def warn(program, run, poor, course):
+def warn(run, poor, course):
     if poor:
-        print(f"{program}: {run.path} has too few rows of /fields in {poor} events for a line every {plain(course.every_event)}: those have lines at their rows; "
+        print(f"{program()}: {run.path} has too few rows of /fields in {poor} events for a line every {plain(course.every_event)}: those have lines at their rows; "
               "run with a smaller -fault_output_interval or -fault_output_slip_interval", file=sys.stderr)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from slipstep_fields import events, largest_rates
-from slipstep_time import NAMES, SECONDS, digits_for, unit_of, written
+from ..results.fields import events, largest_rates
+from ..times import NAMES, SECONDS, digits_for, unit_of, written
 
 FINEST = 1e-4  # s, of digits
 

@@ -2,14 +2,24 @@
 
 import os
 
-from .errors import Error
+import numpy as np
+
+from ..errors import Error, OutputError
+from .catalogue import Catalogue
+from .files import is_catalogue, open_any
+from .run import Contents
 
 
-def plain(value):
-    """A string or number of an attribute."""
-    if isinstance(value, bytes):
-        return value.decode()
-    return value.item() if getattr(value, "ndim", None) == 0 else value
+GROUPS = ("fields", "series", "steps", "mesh", "stations", "surface")  # whose unit a name has where it is in several
+
+
+class Whole(Contents):
+    """All that the file of a run holds."""
+
+    def read(self, file):
+        super().read(file)
+        self.fields = self.group(file, "fields")
+        self.stations, self.surface = ([self.group(file, f"{name}/{k}") for k in range(len(file.get(name, ())))] for name in ("stations", "surface"))
 
 
 class Result:
@@ -37,58 +47,33 @@ class Result:
         self.stations, self.surface, self.summary, self.parameters, self.run = [], [], {}, {}, {}
         self.dimensions, self.complete, self._events, self._event_units = {}, True, None, {}
         if run:
-            with _opened(run) as file:
-                self._read(file)
+            self._read(Whole(run))
         if catalogue:
-            with _opened(catalogue) as file:
-                self._read_events(file)
-                if not run:
-                    self.complete = bool(file.attrs.get("complete", 1))
-                    self.mesh = {name: data[()] for name, data in file["mesh"].items()}
+            self._read_events(Catalogue(catalogue), run is None)
 
-    def _columns(self, group, where, unit_prefix=""):
-        """Datasets of a group cut to the rows that all of them have, as a file that grows may have more in some."""
-        import h5py
-        data = {name: item for name, item in group.items() if isinstance(item, h5py.Dataset)}
-        rows = min((len(item) for name, item in data.items() if name == "time" or "CLASS" not in item.attrs), default=0) if "time" in data else None
-        found = {}
-        for name, item in data.items():
-            axis = "CLASS" in item.attrs and name != "time"
-            if axis and plain(item.attrs["NAME"]).startswith("This is a netCDF dimension"):
-                continue  # without coordinates
-            found[name] = item[()] if axis or rows is None else item[:rows]
-            unit = plain(item.attrs.get("units", ""))
-            if self.units.setdefault(name, unit) != unit:
-                self.units[f"{where}/{name}"] = unit
-        return found
-
-    def _read(self, file):
-        self.complete = bool(file.attrs.get("complete", 1))
-        self.run, self.summary, self.parameters = ({name: plain(value) for name, value in file[group].attrs.items()} if group in file else {}
-                                                   for group in ("run", "result", "parameters"))
-        for name in ("fields", "series", "steps", "mesh"):
-            if name in file:
-                setattr(self, name, self._columns(file[name], name))
-        grid = "length" not in self.mesh
+    def _read(self, found):
+        self.complete, self.run, self.summary, self.parameters = found.complete, found.run, found.summary, found.parameters
+        self.series, self.steps = found.series, found.steps
+        self.mesh = {name: values for name, values in found.mesh.items() if f"/mesh/{name}" in found.units}
+        self.fields, self.stations, self.surface = found.fields, found.stations, found.surface
+        for group in GROUPS:
+            for path, unit in found.units.items():
+                name = path.rsplit("/", 1)[1]
+                if path.startswith(f"/{group}/") and self.units.setdefault(name, unit) != unit:
+                    self.units[f"{group}/{name}"] = unit
+        inner = ("z", "x") if "length" not in self.mesh else ("cell",)
         for name, values in self.fields.items():
             if name not in ("time", "x", "z"):
-                inner = ("z", "x") if grid else ("cell",)
                 self.dimensions[name] = ("time", *inner, "component")[: values.ndim]
-        for name in ("stations", "surface"):
-            for k in range(len(file.get(name, ()))):
-                group = file[f"{name}/{k}"]
-                getattr(self, name).append({**self._columns(group, name), **{key: plain(value) for key, value in group.attrs.items()}})
 
-    def _read_events(self, file):
-        import h5py
-        import numpy as np
-        columns = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset) and (name == "onset" or "CLASS" not in item.attrs)}  # without axes
-        rows = min((len(item) for item in columns.values()), default=0)
-        self._event_units = {name: plain(item.attrs.get("units", "")) for name, item in columns.items()}
-        order = ["onset", "end", "magnitude"] + sorted(set(columns) - {"onset", "end", "magnitude"})
-        self._events = np.zeros(rows, dtype=[(name, columns[name].dtype, columns[name].shape[1:]) for name in order])
+    def _read_events(self, found, alone):
+        self._event_units = found.units
+        order = ["onset", "end", "magnitude"] + sorted(set(found.event) - {"onset", "end", "magnitude"})
+        self._events = np.zeros(found.count, dtype=[(name, found.event[name].dtype, found.event[name].shape[1:]) for name in order])
         for name in order:
-            self._events[name] = columns[name][:rows]
+            self._events[name] = found.event[name]
+        if alone:
+            self.complete, self.mesh = found.complete, found.mesh
 
     def __getitem__(self, name):
         for group in (self.fields, self.series):
@@ -147,29 +132,13 @@ class Result:
         return f"<slipstep.Result: {'ended' if self.complete else 'stopped'} at {end:.6g} s{slip}, {len(self.series['time'])} steps{events}>"
 
 
-def _opened(path):
-    try:
-        import h5py
-    except ImportError:
-        raise Error("results need h5py; Debian's package is python3-h5py") from None
-    path = os.fspath(path)
-    if not os.path.exists(path):
-        part = f"; {path}.part is there, of a run that has not ended" if os.path.exists(path + ".part") else ""
-        raise Error(f"{path}: no such file{part}")
-    try:
-        return h5py.File(path, "r", swmr=path.endswith(".part"))
-    except OSError as error:
-        raise Error(f"{path}: not an HDF5 file, or truncated ({error})") from None
-
-
 def open(path, catalogue=None):
     """The Result of a file that the program wrote: of -fault_output, with the file of -fault_catalogue if it is given, or of a catalogue
     alone. FILE.part of a run that has not ended is read as far as it has come. Error: it is missing, or no such file."""
-    with _opened(path) as file:
-        kind = plain(file.attrs.get("format", ""))
-        groups = set(file)
-    if kind == "slipstep-catalogue":
+    with open_any(path) as file:
+        events, groups = is_catalogue(file), set(file)
+    if events:
         return Result(None, path)
     if not {"run", "series"} <= groups:
-        raise Error(f"{os.fspath(path)}: neither the output of a run (-fault_output) nor a catalogue (-fault_catalogue)")
+        raise OutputError(f"{os.fspath(path)}: neither the output of a run (-fault_output) nor a catalogue (-fault_catalogue)")
     return Result(path, catalogue)

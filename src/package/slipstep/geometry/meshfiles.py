@@ -9,7 +9,8 @@ import struct
 import h5py
 import numpy as np
 
-YEAR = 365.25 * 86400  # [s]
+from ..times import YEAR
+
 RATES = {"m/s": 1.0, "m/yr": 1 / YEAR, "mm/yr": 1e-3 / YEAR}
 UNITS = {"m": 1.0, "km": 1000.0}
 

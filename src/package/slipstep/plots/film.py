@@ -9,14 +9,14 @@ from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
-from slipstep_fields import Fields, largest_rates
-from slipstep_maps import Span, colour_bar
-from slipstep_output import OutputError
-from slipstep_panels import RED, RUN_STYLES, plt, use_style
-from slipstep_snapshots import WIDTH, Layout
-from slipstep_time import SECONDS, Clock
-from slipstep_titles import titles_of
-from slipstep_view import BAR, View, bar
+from ..errors import OutputError
+from ..results.fields import Fields, largest_rates
+from ..times import SECONDS, Clock
+from .maps import Span, colour_bar
+from .panels import RED, RUN_STYLES, plt, use_style
+from .snapshots import WIDTH, Layout
+from .titles import titles_of
+from .view import BAR, View, bar
 
 DPI = 100
 EVEN = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"  # numbers of pixels that mp4 needs

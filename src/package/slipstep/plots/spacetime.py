@@ -3,11 +3,11 @@
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from slipstep_fields import Fields
-from slipstep_maps import DIGITS, Span, colour_bar, colour_map, planes_of
-from slipstep_output import OutputError
-from slipstep_panels import plt, use_style
-from slipstep_time import SECONDS, Clock, digits_for
+from ..errors import OutputError
+from ..results.fields import Fields
+from ..times import SECONDS, Clock, digits_for
+from .maps import DIGITS, Span, colour_bar, colour_map, planes_of
+from .panels import plt, use_style
 
 SLIVER = 1e-5  # of the smallest cell: corners that are nearer to each other are one
 COLUMNS = 500  # of a picture against time: some dots of it each, so that none is lost in drawing

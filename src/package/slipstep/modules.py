@@ -1,0 +1,59 @@
+"""What programs in Python share: need() says before modules are imported which of Debian's packages have them, find_program() where a program of
+the library is, one_line() how errors end."""
+
+import functools
+import importlib.util
+import os
+import shutil
+import sys
+
+from .errors import Error
+
+DEBIAN = "/usr/bin/python3"
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def need(*modules):
+    """Returns when all modules are there. Else the script goes on under Debian's python3, or ends with one line that
+    names the packages."""
+    missing = [name for name in modules if importlib.util.find_spec(name) is None]
+    if not missing:
+        return
+    main = sys.modules["__main__"]
+    name = os.path.basename(str(getattr(main, "__file__", "")))
+    is_script = getattr(main, "__spec__", None) is None and (name.endswith(".py") or name.startswith("slipstep-"))  # as Debian's package calls them
+    if is_script and os.path.exists(DEBIAN) and os.path.realpath(sys.executable) != os.path.realpath(DEBIAN):
+        os.execv(DEBIAN, [DEBIAN, *sys.argv])
+    sys.exit(f"{program()}: {sys.executable} has no {', '.join(missing)}; Debian's packages are "
+             + " ".join("python3-" + name.lower().replace("_", "-") for name in modules) + f", for {DEBIAN}")  # whose names have no underscores
+
+
+def program():
+    """The name under which this one was started."""
+    return os.path.basename(sys.argv[0])
+
+
+def one_line(main):
+    """A main() whose errors of files and of values end with one line, which begins with the program's name."""
+
+    @functools.wraps(main)
+    def run():
+        try:
+            main()
+        except (Error, OSError, ValueError) as error:
+            sys.exit(f"{program()}: {error}")
+
+    return run
+
+
+def find_program(name):
+    """A program of SlipStep: of the build that SLIPSTEP_BUILD names, of the source, build or installation that this package is in, or on PATH, where
+    Debian's names begin with slipstep-; None: there is none."""
+    folders = [os.path.join(os.environ["SLIPSTEP_BUILD"], "bin")] if "SLIPSTEP_BUILD" in os.environ else []
+    folders += [os.path.normpath(os.path.join(HERE, *up)) for up in (("..", "..", "..", "build", "bin"), ("..", "..", "..", "bin"), ("..", "..", "..", "..", "bin"))]
+    for path in (*folders, None):
+        for word in (f"slipstep-{name}", name):
+            found = shutil.which(word, path=path)
+            if found:
+                return found
+    return None

@@ -1,0 +1,1 @@
+"""The programs of output/, one each: arguments, and main()."""

@@ -1,0 +1,129 @@
+"""The moment-rate function of an event: a table as CSV, and a picture.
+
+    output/moment_rate.py RUN.h5 --catalogue EVENTS.h5 [--event largest] [--csv OUT.csv] [--figure OUT.png]
+    output/moment_rate.py RUN.h5 --window 96.4y 96.4y+30s
+
+The run has it at every accepted step (/series/moment_rate, of every fault); the event, or the window, says from when to when. The moment is
+that of the slip between (/series/moment), which trapezoids of the rates miss where a step raises them many times over.
+"""
+
+import argparse
+import csv
+import os
+
+from ..modules import need, one_line
+
+need("h5py", "numpy", "matplotlib")
+import numpy as np
+
+from ..errors import OutputError
+from ..plots.panels import RUN_STYLES, plt, use_style
+from ..results.catalogue import Catalogue
+from ..results.files import replacing
+from ..results.run import Run
+from ..times import seconds, written
+
+
+def moment_rate(run, begin, end):
+    """Times since begin [s], moment rates [N m/s] and moments since begin [N m], both [n, faults], of the steps from begin to end and of both ends.
+
+    Within a step a rate goes by a straight line of its logarithm, as that of the catalogue does, and the moment as its integral; by a straight line of
+    itself where the rate of one end is no more than 0. Files of before SlipStep 0.4 have no moments: trapezoids of the rates.
+    """
+    if "moment_rate" not in run.series:
+        raise OutputError(f"{run.path}: no /series/moment_rate; expected a run of SlipStep 0.3 or later")
+    time, rate = run.series["time"], np.asarray(run.series["moment_rate"])
+    if not (len(time) and begin < end and time[0] <= end and begin <= time[-1]):
+        raise OutputError(f"{run.path}: no steps from {written(begin)} to {written(end)}")
+    total = run.series.get("moment")
+    start = run.steps["time"][0] if len(run.steps["time"]) else time[0]
+    if start < time[0]:  # rates have no row of the start: that of a straight line with the first step's moment, or rest
+        first = np.zeros_like(rate[0]) if total is None else np.maximum(2 * total[0] / (time[0] - start) - rate[0], 0)
+        time, rate = np.append(start, time), np.vstack([first, rate])
+        total = total if total is None else np.vstack([np.zeros_like(rate[0]), total])
+    if total is None:
+        total = np.vstack([np.zeros_like(rate[0]), np.cumsum(np.diff(time)[:, None] * (rate[1:] + rate[:-1]) / 2, axis=0)])
+
+    def within(at):
+        """Rate and moment at a time."""
+        k = int(np.clip(np.searchsorted(time, at) - 1, 0, max(len(time) - 2, 0)))
+        if len(time) < 2 or not time[k] < time[k + 1]:
+            return rate[k], total[k]
+        x, low, high = np.clip((at - time[k]) / (time[k + 1] - time[k]), 0, 1), rate[k], rate[k + 1]
+        grows = (low > 0) & (high > 0)
+        growth = np.log(np.where(grows, high, 1) / np.where(grows, low, 1))
+        curved = grows & (np.abs(growth) > 1e-6)
+        safe = np.where(curved, growth, 1.0)
+        straight = low + x * (high - low)
+        whole = np.where(low + high == 0, 1.0, low + high)
+        share = np.where(curved, np.expm1(safe * x) / np.expm1(safe), np.where(low + high == 0, x, x * (low + straight) / whole))
+        return np.where(curved, low * np.exp(growth * x), straight), total[k] + share * (total[k + 1] - total[k])
+
+    inside = (time > begin) & (time < end)
+    ends = [within(at) for at in (begin, end)]
+    rates, moments = (np.vstack([ends[0][i], column[inside], ends[1][i]]) for i, column in enumerate((rate, total)))
+    return np.concatenate([[0.0], time[inside] - begin, [end - begin]]), rates, moments - moments[0]
+
+
+def magnitude(moment):
+    """Moment magnitude of the standard of the IASPEI (2013), that of the catalogue."""
+    return 2 / 3 * (np.log10(moment) - 9.1) if moment > 0 else np.nan
+
+
+def figure(time, rate, faults, title):
+    use_style()
+    canvas, axes = plt.subplots(figsize=(8, 4.2), layout="constrained")
+    total = rate.sum(axis=1)
+    axes.fill_between(time, 0, total, color=RUN_STYLES[0]["color"], alpha=0.25, linewidth=0)
+    axes.plot(time, total, color=RUN_STYLES[0]["color"], label="all faults" if rate.shape[1] > 1 else "")
+    for k in range(rate.shape[1] if 1 < rate.shape[1] <= 6 else 0):
+        axes.plot(time, rate[:, k], color=f"C{k + 1}", linewidth=1.0, label=f"fault {faults[k]}")
+    axes.set(title=title, xlabel="time since the onset (s)", ylabel="moment rate (N m/s)", xlim=(0, time[-1]))
+    if total.min() >= 0:
+        axes.set_ylim(bottom=0)
+    if rate.shape[1] > 1:
+        axes.legend()
+    return canvas
+
+
+def window(options):
+    """Begin and end [s], and a title."""
+    if options.window:
+        return (*options.window, f"From {written(options.window[0])} to {written(options.window[1])}")
+    catalogue = Catalogue(options.catalogue)
+    number = catalogue.number_of(options.event)
+    onset, end = (float(catalogue.event[name][number]) for name in ("onset", "end"))
+    return onset, end, f"Event {number + 1} at {written(onset)}: M {catalogue.event['magnitude'][number]:.2f}"
+
+
+@one_line
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("run", metavar="RUN", help="output file of the run")
+    parser.add_argument("--catalogue", metavar="EVENTS", help="its catalogue of events")
+    parser.add_argument("--event", default="largest", metavar="N", help="the event: its number from 1 on, or largest (default)")
+    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="the interval to use if there is no catalogue: seconds, or numbers with s, min, h, d, y")
+    parser.add_argument("--csv", metavar="OUT", help="table to write, default RUN_moment_rate.csv")
+    parser.add_argument("--figure", metavar="OUT", help="picture to write, default RUN_moment_rate.png")
+    options = parser.parse_args()
+    if bool(options.catalogue) == bool(options.window):
+        parser.error("expected either --catalogue or --window")
+    if options.event != "largest" and not options.event.isdigit():
+        parser.error(f"--event is {options.event}, expected a number from 1 on, or largest")
+    stem = os.path.splitext(options.run)[0] + "_moment_rate"
+    table, picture = options.csv or stem + ".csv", options.figure or stem + ".png"
+    run = Run(options.run)
+    run.warn()
+    run.require_fault("a moment rate")
+    begin, end, title = window(options)
+    time, rate, moment = moment_rate(run, begin, end)
+    faults = run.faults if len(run.faults) == rate.shape[1] else np.arange(rate.shape[1])
+    with replacing(table) as part, open(part, "w", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        of_faults = [f"moment_rate {label} [N m/s]" for label in faults] if len(faults) > 1 else []
+        writer.writerow(["time [s]", "moment_rate [N m/s]", *of_faults, "moment [N m]"])
+        for at, row, so_far in zip(time.tolist(), rate.tolist(), moment.sum(axis=1).tolist()):
+            writer.writerow([repr(value) for value in ([at, sum(row)] + (row if of_faults else []) + [so_far])])
+    figure(time, rate, faults, title).savefig(picture)
+    total = float(moment[-1].sum())
+    print(f"Moment: {total:.4g} N m, M {magnitude(total):.2f}, in {end - begin:.4g} s and {len(time) - 2} steps\nTable: {table}\nFigure: {picture}")
