@@ -222,10 +222,11 @@ static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *fric
   return 1 / (eta + friction->stress[i] * dv);
 }
 
-/* Of the rates that the last right-hand side found, as those in w are of the step's start while it is judged; 0 where rates
+/* SlipProblemOps.relaxation, of the rates that the last right-hand side found, as those in w are of the step's start while it is judged; 0 where rates
    follow from momentum or jump */
-PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation)
+PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
   SlipFaultBalance *b = &fault->balance;
   SlipFrictionCells friction;
   const PetscReal *a, *v, *force, *load;
@@ -235,6 +236,7 @@ PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation
   const SlipArrays arrays[] = {{w, .read = &a}, {b->rate, .read = &v}, {b->force, .read = &force}};
 
   PetscFunctionBegin;
+  (void)ts;
   *relaxation = 0;
   if (!fault->friction.law->always_slides || fault->kind.inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
   if (b->stiffest == 0) PetscCall(LargestEigenvalue(fault, &b->stiffest));
@@ -312,7 +314,7 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
     if (!(SlipObservations[row[i]].reads & SLIP_READS_STIFFNESS))
       sums = PETSC_TRUE;
     else
-      PetscCall(SlipFaultRelaxation(fault, w, &known.relaxation));
+      PetscCall(SlipFaultRelaxation(NULL, w, &known.relaxation, fault));
   }
   if (sums) PetscCall(KnowSums(fault, t, w, &known));
   for (PetscInt i = 0; i < n && !mode; i++)

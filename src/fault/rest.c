@@ -351,17 +351,19 @@ static PetscErrorCode RestEnd(Vec w, Rest *r)
 }
 
 /*
-  SlipFaultRestTime - for how long the state w of time t stays exactly at rest [s]
+  SlipFaultRestTime - SlipProblemOps.rest_time: for how long the state w of time t stays exactly at rest [s]
 
   Collective. 0 when a cell moves or its force exceeds the strength; PETSC_MAX_REAL for ever, which is not looked for when
   strengths change in time: then 0, too.
 */
-PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest)
+PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
   PetscBool moves;
   Rest r;
 
   PetscFunctionBegin;
+  (void)ts;
   *rest = 0;
   PetscCall(Moves(fault, w, &moves));
   if (moves || fault->kind.heals || fault->loads.pressed) PetscFunctionReturn(PETSC_SUCCESS);
@@ -372,19 +374,21 @@ PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal 
 }
 
 /*
-  SlipFaultRest - the rest that begins with the state w of time t: until when, at most limit, and the states halfway and
-  at its end, exactly
+  SlipFaultRest - SlipProblemOps.rest: the rest that begins with the state w of time t: until when, at most limit, and the
+  states halfway and at its end, exactly
 
   Collective. *end = t when a cell moves or is at its strength. *h: a step to go on with [s].
 */
-PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end,
-                             PetscReal *h)
+PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end,
+                             PetscReal *h, void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
   PetscReal rest;
   PetscBool moves;
   Rest r;
 
   PetscFunctionBegin;
+  (void)ts;
   *end = t;
   PetscCall(Moves(fault, w, &moves));
   if (moves) PetscFunctionReturn(PETSC_SUCCESS);

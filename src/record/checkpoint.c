@@ -22,7 +22,7 @@ static PetscErrorCode VisitFaultState(SlipState s, TS ts, void *ctx)
   PetscCall(SlipFaultExplicitState(fault, s, ts));
   if (SlipStateIsLoading(s)) PetscCall(SlipCheckpointStepsLeft(s, ts, restart, &left));
   fault->run->idle = left ? PETSC_FALSE : PETSC_TRUE;
-  if (SlipStateIsLoading(s) && fault->problem.begin) PetscCall((*fault->problem.begin)(ts, PETSC_FALSE));
+  if (SlipStateIsLoading(s) && fault->problem.begin) PetscCall((*fault->problem.begin)(ts, PETSC_FALSE, fault));
   PetscCall(SlipStateAdapt(s, ts));
   PetscCall(SlipStateObject(s, "stiffness", (PetscObject)fault->operators.K));
   PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->operators.H));

@@ -143,7 +143,7 @@ static void rest_ends_when_force_meets_the_falling_strength(void **state)
       ok(TSStep(ts));
       ok(TSGetTime(ts, &rest));
     } else
-      ok(SlipFaultRestTime(fault, 0, w, &rest));
+      ok(SlipFaultRestTime(NULL, 0, w, &rest, fault));
     /* the viscosity of the loading, H v, is held as well: G/(2 cs) v over 3 MPa is 1e-9 */
     AssertNear(rest, (MU * SIGMA - load) / (v * (K + MU * Kn)), 1e-8 * rest);
     ObjectsDestroy(&ts, &w);

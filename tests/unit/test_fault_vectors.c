@@ -284,7 +284,7 @@ static void rest_ends_where_the_first_vector_is_long_enough(void **state)
     ok(VecGetArrayWrite(w, &a));
     for (PetscInt i = 0; i < 5 * N; i++) a[i] = i % 5 < 2 || i % 5 == 4 ? 0 : 0.1 * PetscSinReal((PetscReal)(7 * i));
     ok(VecRestoreArrayWrite(w, &a));
-    ok(SlipFaultRestTime(fault, 0, w, &rest));
+    ok(SlipFaultRestTime(NULL, 0, w, &rest, fault));
     assert_true(rest > 0 && rest < 1e11);
     for (PetscInt part = 1; part <= 2; part++) { /* half of it, and all */
       SlipFrictionCells friction;
