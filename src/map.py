@@ -30,6 +30,7 @@ ORDER = [
     ("mat/viscosity", "square roots: exact, spectral, Lanczos", 6, (.06, .48)),
     ("mat/stage", "stage operator, preconditioner", 7, (.06, .41)),
     ("mat/interface", "K and H by name", 8, (.06, .94)),
+    ("elastic", "the medium: what slip does to stress", 9, (.06, .48)),
     ("snes", "solvers of the friction constraint", 9, (.06, .48)),
     ("ts", "the integrator TSBATHE", 10, (.06, .48)),
     ("policy", "networks in files", 9, (.52, .94)),

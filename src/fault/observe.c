@@ -73,7 +73,7 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   *sums = c;
   PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultForce(fault, w, fault->work[0], fault->work[1]));
+  PetscCall(SlipFaultForce(fault, t, w, fault->work[0], fault->work[1]));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
   PetscCall(SlipFaultAddUp(fault, t, w, fault->work[1], c->sum, &c->max_v));
@@ -127,9 +127,9 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
   else
     PetscCall(VecCopy(fault->critical.uc, x));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
-  PetscCall(MatMult(fault->operators.K, x, fault->work[1]));
-  if (fault->operators.Kn) PetscCall(MatMult(fault->operators.Kn, x, fault->cells));
-  PetscCall(AddMode(fault, t, w, x, fault->work[1], fault->operators.Kn ? fault->cells : NULL, c->sum));
+  PetscCall(SlipElasticApply(fault->medium, x, fault->work[1], NULL));
+  if (fault->kind.coupled) PetscCall(SlipElasticApply(fault->medium, x, NULL, fault->cells));
+  PetscCall(AddMode(fault, t, w, x, fault->work[1], fault->kind.coupled ? fault->cells : NULL, c->sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -191,7 +191,7 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
   PetscCall(VecNormalize(x, NULL));
   *largest = 0;
   for (PetscInt k = 0; k < POWER_PRODUCTS; k++) {
-    PetscCall(MatMult(fault->operators.K, x, y));
+    PetscCall(SlipElasticApply(fault->medium, x, y, NULL));
     PetscCall(VecGetArray(y, &a));
     for (PetscInt i = 0; i < c * fault->mesh.n; i++) a[i] /= fault->mesh.weight[i / c];
     PetscCall(VecRestoreArray(y, &a));
@@ -338,7 +338,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCall(PetscArrayzero(power, 3));
   PetscCall(SlipFaultGetRate(fault, w, rel));
   PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
-  PetscCall(MatMult(fault->operators.H, rel, hv));
+  PetscCall(SlipElasticForce(fault->medium, t, NULL, rel, hv, NULL));
   if (!r) PetscCall(SlipFaultStrength(fault, t, w, q));
   {
     const SlipArrays arrays[] = {{rel, .read = &b}, {hv, .read = &f}, {fault->operators.vinf, .read = &vinf}};

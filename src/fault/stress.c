@@ -35,7 +35,7 @@ PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
   PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
   PetscValidHeaderSpecific(T, VEC_CLASSID, 4);
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipFaultForce(fault, w, fault->work[0], T));
+  PetscCall(SlipFaultForce(fault, t, w, fault->work[0], T));
   if (load->shear) PetscCall(VecAXPY(T, -1, load->shear));
   PetscCall(VecGetArray(T, &a));
   for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
@@ -69,7 +69,7 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipFaultForce(fault, w, fault->work[0], fault->work[1]));
+  PetscCall(SlipFaultForce(fault, t, w, fault->work[0], fault->work[1]));
   PetscCall(VecDot(fault->work[0], fault->work[1], energy));
   if (load->shear) PetscCall(VecDot(fault->work[0], load->shear, &work));
   PetscCall(PressureTimes(fault, load, fault->work[0], 0, 3, &pressure));
