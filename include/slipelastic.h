@@ -25,10 +25,22 @@ typedef struct {
   Vec u;       /* [m] */
 } SlipElasticPast;
 
+/* What the rock is like */
+typedef struct {
+  PetscReal shear_modulus, poisson_ratio, density; /* [Pa], [1], [kg/m^3] */
+  PetscReal mass;        /* rho Ly, of M and of the square root H = 2 zeta (M K)^(1/2) [kg/m^2] */
+  PetscBool inertia;     /* M is in the balance */
+  const char *viscosity; /* "radiation" or a type of MatCreateSlipViscosity() */
+  PetscReal zeta;        /* damping ratio; 0: no viscosity, unless that is "radiation" */
+  PetscReal impedance;   /* of radiation, G/(2 cs) [Pa s/m] */
+  PetscReal across;      /* of what opens cells, rho cp/2 [Pa s/m]; 0: cells do not open */
+  PetscReal tolerance;   /* relative, of products with a viscosity by Lanczos' method */
+} SlipElasticRock;
+
 /* A type. Any function may be NULL: then that of static takes its place, which works with the matrices of
    SlipElasticSetStiffness(), and where static has none, nothing is done. All are collective. */
 typedef struct {
-  PetscErrorCode (*setup)(SlipElastic); /* after the matrices are there */
+  PetscErrorCode (*setup)(SlipElastic, const SlipElasticRock *rock); /* after the matrices are there */
   /* shear = f(u, v, t) [Pa], normal: what is added to compression [Pa]; u NULL: shear = (df/dv) v alone; v NULL: v = 0; either
      output may be NULL */
   PetscErrorCode (*force)(SlipElastic, PetscReal t, Vec u, Vec v, Vec shear, Vec normal);
@@ -50,17 +62,6 @@ typedef struct {
   PetscBool rests;
 } SlipElasticOps;
 
-/* What the rock is like */
-typedef struct {
-  PetscReal mass;        /* rho Ly, of M and of the square root H = 2 zeta (M K)^(1/2) [kg/m^2] */
-  PetscBool inertia;     /* M is in the balance */
-  const char *viscosity; /* "radiation" or a type of MatCreateSlipViscosity() */
-  PetscReal zeta;        /* damping ratio; 0: no viscosity, unless that is "radiation" */
-  PetscReal impedance;   /* of radiation, G/(2 cs) [Pa s/m] */
-  PetscReal across;      /* of what opens cells, rho cp/2 [Pa s/m]; 0: cells do not open */
-  PetscReal tolerance;   /* relative, of products with a viscosity by Lanczos' method */
-} SlipElasticRock;
-
 PETSC_EXTERN PetscErrorCode SlipElasticInitializePackage(void); /* called by what creates objects; again does nothing */
 PETSC_EXTERN PetscErrorCode SlipElasticRegister(const char name[], PetscErrorCode (*create)(SlipElastic));
 PETSC_EXTERN PetscErrorCode SlipElasticListTypes(char names[], size_t len); /* "|static|...|" */
@@ -77,6 +78,7 @@ PETSC_EXTERN PetscErrorCode SlipElasticView(SlipElastic el, PetscReal theta, Pet
 PETSC_EXTERN PetscErrorCode SlipElasticDestroy(SlipElastic *el);
 /* ---- what it answers ---- */
 PETSC_EXTERN PetscErrorCode SlipElasticForce(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal);
+PETSC_EXTERN PetscErrorCode SlipElasticForceStatic(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal);
 PETSC_EXTERN PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscReal theta);
 PETSC_EXTERN PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C);
 PETSC_EXTERN PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear,

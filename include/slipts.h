@@ -134,6 +134,14 @@ typedef struct {
   /* Likewise, and after it: the fastest rate at which the solution relaxes at the state w [1/s], which bounds stable steps under
      controllers that observe no such thing; 0: not known */
   PetscErrorCode (*relaxation)(TS ts, Vec w, PetscReal *rate, void *ctx);
+  /* Of a problem that remembers its history, for TSBATHE and TSADAMS, all or none of them. A step begins from the state w of t [s],
+     which was accepted; first: a run begins, with nothing before it. It is called where the next step begins: states in between follow
+     from the history before, as they did when the step was tried. */
+  PetscErrorCode (*accept)(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx);
+  /* The next part of an attempt begins from w, which is only tried; and an attempt, or a step that an event looks into again, is
+     given up: back to the start of the step */
+  PetscErrorCode (*advance)(TS ts, PetscReal t, Vec w, void *ctx);
+  PetscErrorCode (*rollback)(TS ts, void *ctx);
   /* Observations of its own: number of the row of a name, -1 for none, asked once a run; values of rows [n] in the
      current solution, which is of the time t [s], asked once a state. TSGetTime() is the step's start until the controller
      has chosen. */

@@ -167,7 +167,7 @@ PetscErrorCode SlipElasticRollBack(SlipElastic el)
 - t  - the time [s]
 
   Output Parameter:
-. slot - 0 or 1; -1: there is no history yet
+. slot - 0 or 1; -1: there is no history, as before a run
 
   Level: developer
 
@@ -177,7 +177,7 @@ PetscErrorCode SlipElasticFindPast(SlipElastic el, PetscReal t, PetscInt *slot)
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
-  *slot = !el->known ? -1 : t >= el->past[1].t ? 1 : 0;
+  *slot = !el->known || t < el->past[0].t ? -1 : t >= el->past[1].t ? 1 : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

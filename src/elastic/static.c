@@ -1,11 +1,31 @@
 /* The medium "static": elastic stress follows slip at once, f = K u + H v, with H a viscosity, or radiation damping. */
 #include <slipstep/private/slipelastic.h>
 
-static PetscErrorCode Force_Static(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
+/*@
+  SlipElasticForceStatic - the stress of a static medium, to which types of others add
+
+  Collective; after SlipElasticSetUp()
+
+  Input Parameters:
++ el - the medium, of any type
+. t  - the time, not used [s]
+. u  - displacement [m], `NULL`: 0
+- v  - slip rate [m/s], `NULL`: 0
+
+  Output Parameters:
++ shear  - K u + H v [Pa]; `NULL`: not wanted
+- normal - Kn u [Pa]; `NULL`: not wanted
+
+  Level: advanced
+
+.seealso: SlipElasticSetOps(), SlipElasticForce()
+@*/
+PetscErrorCode SlipElasticForceStatic(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
 {
   Vec damping;
 
   PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
   (void)t;
   if (u) PetscCall(SlipElasticApply(el, u, shear, normal));
   if (!v || !shear) PetscFunctionReturn(PETSC_SUCCESS);
@@ -29,4 +49,4 @@ static PetscErrorCode Stage_Static(SlipElastic el, PetscReal t, PetscReal theta,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const SlipElasticOps SlipElasticStatic = {.force = Force_Static, .stage = Stage_Static, .rests = PETSC_TRUE};
+const SlipElasticOps SlipElasticStatic = {.force = SlipElasticForceStatic, .stage = Stage_Static, .rests = PETSC_TRUE};

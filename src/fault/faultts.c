@@ -94,6 +94,59 @@ static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, vo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- a medium that remembers ---- */
+
+static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCall(SlipFaultGetDisplacement(fault, w, fault->work[0]));
+  PetscCall(SlipElasticAccept(fault->medium, t, fault->work[0], first));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Advance_Fault(TS ts, PetscReal t, Vec w, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCall(SlipFaultGetDisplacement(fault, w, fault->work[0]));
+  PetscCall(SlipElasticAdvance(fault->medium, t, fault->work[0]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RollBack_Fault(TS ts, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCall(SlipElasticRollBack(((SlipFault)ctx)->medium));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSPreStep, which PETSc does not call for a step that an event looks into again: types of PETSc's own know no SlipProblemOps */
+static PetscErrorCode BeforeStep(TS ts)
+{
+  const SlipProblemOps *problem;
+  PetscBool ours;
+  PetscInt step;
+  PetscReal t;
+  void *fault;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, ""));
+  if (ours) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetSlipProblem(ts, &problem, &fault));
+  PetscCall(TSGetStepNumber(ts, &step));
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall((*problem->accept)(ts, t, w, step == 0 ? PETSC_TRUE : PETSC_FALSE, fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static const SlipProblemOps FaultProblem = {.name = Name_Fault,
                                             .time_scale = TimeScale_Fault,
                                             .untrained = Untrained_Fault,
@@ -211,8 +264,16 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
 static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_explicit)
 {
   SlipProblemOps *problem = &fault->problem;
+  PetscBool remembers;
 
   PetscFunctionBegin;
+  PetscCall(SlipElasticRemembers(fault->medium, &remembers));
+  if (remembers) {
+    problem->accept = Accept_Fault;
+    problem->advance = Advance_Fault;
+    problem->rollback = RollBack_Fault;
+    PetscCall(TSSetPreStep(ts, BeforeStep));
+  }
   problem->any_integrator = is_explicit;
   problem->finish = is_explicit ? SlipFaultFinishStep : NULL;
   problem->relaxation = is_explicit ? SlipFaultRelaxation : NULL;

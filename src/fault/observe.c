@@ -67,6 +67,7 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
 {
   SlipFaultSums *c = &fault->known.sums;
   SlipFaultMoment now;
+  PetscReal stored;
   PetscBool same;
 
   PetscFunctionBegin;
@@ -74,10 +75,12 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultForce(fault, t, w, fault->work[0], fault->work[1]));
+  PetscCall(SlipElasticGetEnergy(fault->medium, t, fault->work[0], &stored));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
   PetscCall(SlipFaultAddUp(fault, t, w, fault->work[1], c->sum, &c->max_v));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));
+  c->sum[SUM_U_KU] += 2 * stored;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->max_v, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -333,6 +336,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   Vec rel = fault->work[0], hv = fault->work[1], q = fault->cells;
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *f, *vinf, *b;
+  PetscReal lost;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
@@ -365,6 +369,9 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
   if (friction)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscCall(SlipFaultGetDisplacement(fault, w, rel));
+  PetscCall(SlipElasticGetPower(fault->medium, t, rel, &lost));
+  power[0] += lost;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -300,7 +300,10 @@ static SlipElasticRock Rock(SlipFault fault)
   const PetscReal *value = fault->options.value, nu = value[FAULT_POISSON_RATIO];
   const PetscReal shear = 0.5 * PetscSqrtReal(value[FAULT_SHEAR_MODULUS] * value[FAULT_DENSITY]);
 
-  return (SlipElasticRock){.mass = fault->operators.mass,
+  return (SlipElasticRock){.shear_modulus = value[FAULT_SHEAR_MODULUS],
+                           .poisson_ratio = nu,
+                           .density = value[FAULT_DENSITY],
+                           .mass = fault->operators.mass,
                            .inertia = fault->kind.inertia,
                            .viscosity = fault->kind.viscosity,
                            .zeta = value[FAULT_DAMPING_RATIO],

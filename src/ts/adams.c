@@ -411,6 +411,7 @@ static PetscErrorCode Retry(TS ts, PetscReal next_h, PetscBool good)
 
   PetscFunctionBegin;
   PetscCall(VecCopy(ad->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
   ts->time_step = next_h;
   ts->reject++;
   ad->rejections++;
@@ -428,6 +429,7 @@ static PetscErrorCode TSStep_Adams(TS ts)
   PetscReal whole = ts->time_step, next_h;
 
   PetscFunctionBegin;
+  PetscCall(SlipProblemAccept(ts));
   if (ts->steprestart || !ad->n) PetscCall(Begin(ts));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
   PetscCall(VecCopy(ts->vec_sol, ad->start));
@@ -458,6 +460,7 @@ static PetscErrorCode TSRollBack_Adams(TS ts)
 
   PetscFunctionBegin;
   PetscCall(VecCopy(ad->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
   ts->steprestart = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

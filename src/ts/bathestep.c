@@ -76,6 +76,7 @@ static PetscErrorCode TSBatheDoubling(TS ts, PetscReal h, PetscReal *residual, P
   }
   if (*ok) {
     run++;
+    PetscCall(SlipProblemAdvance(ts, t + 0.5 * h, ba->Wmid));
     PetscCall(TSBatheCounted(ts, t + 0.5 * h, 0.5 * h, ba->Wmid, ba->rmid, ba->Y[0], ba->Y[1], ba->r, residual, ok));
   }
   *residual += 2.0 * (3 - run);
@@ -112,10 +113,12 @@ static PetscErrorCode TSBatheInParts(TS ts, PetscReal h, PetscInt parts, PetscRe
 
   PetscFunctionBegin;
   PetscCall(TSBatheSetUpDoubling(ts));
+  PetscCall(SlipProblemRollBack(ts));
   for (PetscInt k = 0; k < parts && *ok; k++) {
     const PetscBool odd = k % 2 ? PETSC_TRUE : PETSC_FALSE;
     Vec from = k ? (odd ? ba->Wmid : ba->Y[1]) : ba->X0, rfrom = k ? (odd ? ba->rmid : ba->r) : ba->r0;
 
+    if (k) PetscCall(SlipProblemAdvance(ts, ts->ptime + (PetscReal)k * part, from));
     PetscCall(TSBatheCounted(ts, ts->ptime + (PetscReal)k * part, part, from, rfrom, ba->Y[0],
                              odd ? ba->Y[1] : ba->Wmid, odd ? ba->r : ba->rmid, residual, ok));
     if (*ok && ba->part)
@@ -166,6 +169,7 @@ static PetscErrorCode TSBatheRestore(TS ts)
   PetscFunctionBegin;
   PetscCall(VecCopy(ba->X0, ts->vec_sol));
   if (ba->con) PetscCall(VecCopy(ba->r0, ba->r));
+  PetscCall(SlipProblemRollBack(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -266,8 +270,9 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));
   unchanged = id == ba->sol_id && state == ba->sol_state ? PETSC_TRUE : PETSC_FALSE;
   fresh = begin || ts->steprestart ? PETSC_TRUE : PETSC_FALSE;
-  if (begin) PetscCall(TSBatheBeginRun(ts));
   if (ts->steprollback && unchanged && !fresh) PetscFunctionReturn(PETSC_SUCCESS); /* X0, r0, K0 are still those */
+  PetscCall(SlipProblemAccept(ts));
+  if (begin) PetscCall(TSBatheBeginRun(ts));
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
   if (ba->con) {
     /* Stage 2's reaction of an cell that has just stopped holds the impulse that stopped it. Carried into the next

@@ -1,5 +1,5 @@
 /* What controllers ask of the problem that a TS integrates: one table of operations, carried by the TS. */
-#include <slipts.h>
+#include <slipstep/private/slipts.h>
 #include <petsc/private/petscimpl.h>
 #include <slipstep/private/slipsys.h>
 
@@ -59,5 +59,41 @@ PetscErrorCode TSGetSlipProblem(TS ts, const SlipProblemOps **problem, void *ctx
   PetscCall(SlipObjectQueryData((PetscObject)ts, "SlipProblem", &p));
   *problem = p ? p->ops : NULL;
   if (ctx) *(void **)ctx = p ? p->ctx : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the history of a problem that remembers ---- */
+
+PetscErrorCode SlipProblemAccept(TS ts)
+{
+  const PetscBool first = ts->steps == 0 && !ts->steprollback ? PETSC_TRUE : PETSC_FALSE;
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->accept) PetscCall((*problem->accept)(ts, ts->ptime, ts->vec_sol, first, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipProblemAdvance(TS ts, PetscReal t, Vec w)
+{
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->advance) PetscCall((*problem->advance)(ts, t, w, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipProblemRollBack(TS ts)
+{
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->rollback) PetscCall((*problem->rollback)(ts, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
