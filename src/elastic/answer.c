@@ -68,6 +68,8 @@ PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscReal theta)
 
   Level: developer
 
+  Errors: PETSC_ERR_ORDER before a stage
+
 .seealso: SlipElasticStage()
 @*/
 PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C)

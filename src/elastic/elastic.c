@@ -15,6 +15,8 @@ PetscClassId SLIP_ELASTIC_CLASSID = 0;
 
   Level: advanced
 
+  Errors: PETSC_ERR_ARG_WRONG for a medium that remembers without copy and visit, or that says it rests
+
 .seealso: SlipElasticRegister(), SlipElasticGetData()
 @*/
 PetscErrorCode SlipElasticSetOps(SlipElastic el, const SlipElasticOps *ops, void *data)

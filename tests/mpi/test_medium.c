@@ -484,7 +484,8 @@ static PetscErrorCode Order(const Problem *p, How how, const PetscReal exact[N])
     PetscCall(Run(p, "maxwell", &how, u, NULL));
     e[k] = Apart(u, exact);
   }
-  Expect(open < 1e-4, "%s: the energy does not close by %g", how.type, (double)open);
+  /* the work by the trapezoidal rule, of the second order; what the dashpots lose is a tenth of it and more */
+  Expect(open < 1e-3, "%s: the energy does not close by %g", how.type, (double)open);
   PetscCall(Run(p, SLIPELASTICSTATIC, &how, u, NULL));
   without = Apart(u, exact);
   Expect(e[0] / e[1] > 3.4 && e[0] / e[1] < 6, "%s: errors %g and %g at h and h/2, expected the second order", how.type,
