@@ -4,16 +4,18 @@
 #include <slipsys.h>
 
 /*
-   The balance on the fault is M dv/dt = -f(u, v, t) + T + r. Of displacement u and slip rate v, both relative to the far
-   field, the medium answers with the stress f(u, v, t) that resists, and with what it adds to the normal stress. It is affine:
-       f(u, v, t) = f(u, t) + (df/dv) v,
+   The balance on the fault is M dv/dt = -f(u, v, t) + T + r. Of displacement u and slip rate v, both relative to the
+   far field, the medium answers with the stress f(u, v, t) that resists, and with what it adds to the normal stress. It
+   is affine,
+      f(u, v, t) = f(u, t) + (df/dv) v,
    and what depends on the history of slip, if anything does, is in f(u, t). "static" has f = K u + H v, and no history.
-   Vectors of slip and of shear stress have 1, 2 or 3 numbers a cell, those of normal stress one; rows of stress count by the
-   weights of the stiffness (areas over their mean).
+   Vectors of slip and of shear stress have 1, 2 or 3 numbers a cell, those of normal stress one; rows of stress count
+   by the weights of the stiffness (areas over their mean).
 
-   A medium that remembers keeps two slots of history. Slot 1 is that of the step's start, or of the end of a part of the attempt
-   that is under way, slot 0 the one before. A trial state (u, t) follows from slot 1, or where t is before it, as while
-   states within the last step are asked for, from slot 0: SlipElasticFindPast(). Asking for trial states changes nothing.
+   A medium that remembers keeps two slots of history. Slot 1 is that of the step's start, or of the end of a part of
+   the attempt that is under way, slot 0 the one before. A trial state (u, t) follows from slot 1, or where t is before
+   it, as while states within the last step are asked for, from slot 0: SlipElasticFindPast(). Asking for trial states
+   changes nothing.
 */
 typedef struct _p_SlipElastic *SlipElastic;
 PETSC_EXTERN PetscClassId SLIP_ELASTIC_CLASSID;
@@ -41,24 +43,25 @@ typedef struct {
    SlipElasticSetStiffness(), and where static has none, nothing is done. All are collective. */
 typedef struct {
   PetscErrorCode (*setup)(SlipElastic, const SlipElasticRock *rock); /* after the matrices are there */
-  /* shear = f(u, v, t) [Pa], normal: what is added to compression [Pa]; u NULL: shear = (df/dv) v alone; v NULL: v = 0; either
-     output may be NULL */
+  /* shear = f(u, v, t) [Pa], normal: what is added to compression [Pa]; u NULL: shear = (df/dv) v alone; v NULL: v = 0;
+     either output may be NULL */
   PetscErrorCode (*force)(SlipElastic, PetscReal t, Vec u, Vec v, Vec shear, Vec normal);
-  /* B(theta) = M/theta + df/dv + theta df/du [Pa s/m] of a stage that ends at t, in which u = u0 + theta v, and C = d normal/du
-     there [Pa/m], NULL: 0; both borrowed, until the next stage */
+  /* B(theta) = M/theta + df/dv + theta df/du [Pa s/m] of a stage that ends at t, in which u = u0 + theta v, and C =
+     d normal/du there [Pa/m], NULL: 0; both borrowed, until the next stage */
   PetscErrorCode (*stage)(SlipElastic, PetscReal t, PetscReal theta, Mat *B, Mat *C);
-  /* Energy besides u.f(u, t)/2, and what is lost besides v.(df/dv) v; of this process [J/m^2 and W/m^2, sums over cells] */
+  /* Energy besides u.f(u, t)/2, and what is lost besides v.(df/dv) v; of the cells of this process [J/m^2, W/m^2] */
   PetscErrorCode (*energy)(SlipElastic, PetscReal t, Vec u, PetscReal *stored);
   PetscErrorCode (*power)(SlipElastic, PetscReal t, Vec u, PetscReal *lost);
-  /* Of media that remember. The history of slot to from that of slot from, of the same number or not, by the way to u at t;
-     from -1: nothing was before. The slots' times and displacements are those of SlipElasticGetPast(), before the change. */
+  /* Of media that remember. The history of slot to from that of slot from, of the same number or not, by the way to u
+     at t; from -1: nothing was before. The slots' times and displacements are those of SlipElasticGetPast(), before the
+     change. */
   PetscErrorCode (*advance)(SlipElastic, PetscInt from, PetscInt to, PetscReal t, Vec u);
   PetscErrorCode (*copy)(SlipElastic, PetscInt from, PetscInt to);
   PetscErrorCode (*visit)(SlipElastic, SlipState); /* the history of both slots, for checkpoints, in both directions */
   PetscErrorCode (*view)(SlipElastic, PetscViewer);
   PetscErrorCode (*destroy)(SlipElastic);
-  /* A fault that sticks is loaded at rates that do not change: f depends neither on t nor on the past, but for u. Then quiet times are
-     skipped without a solve. */
+  /* A fault that sticks is loaded at rates that do not change: f depends neither on t nor on the past, but for u. Then
+     quiet times are skipped without a solve. */
   PetscBool rests;
 } SlipElasticOps;
 

@@ -88,7 +88,7 @@ PetscErrorCode SlipElasticSetStiffness(SlipElastic el, Mat K, Mat Kn)
 
   Input Parameters:
 + el     - the medium
-- factor - of K and Kn
+- factor - of K and Kn, dimensionless
 
   Level: advanced
 

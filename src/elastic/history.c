@@ -88,8 +88,8 @@ static PetscErrorCode SetUpSlots(SlipElastic el)
   Level: developer
 
   Note:
-  It is called where a step begins, not where the one before ends: states within the last step, which observers ask for in
-  between, and steps that an event takes back then follow from the same history as they did.
+  It is called where a step begins, not where the one before ends: states within the last step, which observers ask for
+  in between, and steps that an event takes back then follow from the same history as they did.
 
 .seealso: SlipElasticAdvance(), SlipElasticRollBack()
 @*/

@@ -2,7 +2,7 @@
 #include <slipstep/private/slipelastic.h>
 #include <petscksp.h>
 
-/* Relative residual of K^-1 b that is accepted: a thousandth of what the critical start of a fault exceeds the strength by */
+/* Relative residual of K^-1 b that is accepted: a thousandth of what the critical start exceeds the strength by */
 #define SLIP_ELASTIC_RESIDUAL 1e-8
 
 /* x += K^-1 (b - K x), once. */
@@ -43,9 +43,9 @@ static PetscErrorCode Refine(SlipElastic el, KSP ksp, Vec b, Vec x)
   Level: developer
 
   Note:
-  The critical start of a fault exceeds its strength by a relative 1e-5 only, so that an error of K^-1 q counts 1e5 times: three
-  passes of 1e-7 (K is symmetric positive definite) leave nothing but the rounding of K x. What options of the solver leave
-  is looked at.
+  The critical start of a fault exceeds its strength by a relative 1e-5 only, so that an error of K^-1 q counts 1e5
+  times: three passes of 1e-7 (K is symmetric positive definite) leave nothing but the rounding of K x. What options of
+  the solver leave is looked at.
 
   Errors: PETSC_ERR_NOT_CONVERGED
 

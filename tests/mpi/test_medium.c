@@ -1,217 +1,20 @@
-/* A medium that remembers, through TSBATHE, TSADAMS and TSRK: beside the static stiffness a spring and a dashpot in series on each cell,
-   m' = -m/tau + k u', of which the medium keeps m. The exact answer is that of a larger system of differential equations, which is
-   integrated here by itself. Steps that are refused, halves of steps, a run that goes on from a checkpoint to the bit, on
-   several ranks. */
+/* A medium that remembers, through TSBATHE, TSADAMS and TSRK: beside the static stiffness a spring and a dashpot in
+   series on each cell, m' = -m/tau + k u', of which the medium keeps m. The exact answer is that of a larger system of
+   differential equations, which is integrated here by itself. Steps that are refused, halves of steps, a run that goes
+   on from a checkpoint to the bit, on several ranks. */
 #include "ranks.h"
 #include "faultstart.h"
-#include <slipelastic.h>
+#include "maxwell.h"
 #include <slipadapt.h>
 #include <math.h>
 #include <unistd.h>
 
 enum { N = 4, FINE = 8000, ROOM = 1000 };
 
-/* ---- the medium ---- */
-
-typedef struct {
-  PetscReal tau, k;    /* [s], [Pa/m] */
-  PetscReal mass, eta; /* of the balance */
-  Vec m[2];            /* of the slots [Pa] */
-  Vec now;
-  Mat K, B; /* dense */
-} Maxwell;
-
-static PetscReal Tau, Stiffness; /* of the next medium */
-
-/* m of the state (t, u) that follows from a slot: u goes there at a constant rate */
-static PetscErrorCode Memory(SlipElastic el, PetscInt slot, PetscReal t, Vec u, Vec m)
-{
-  SlipElasticPast past;
-  PetscReal x;
-  Maxwell *c;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetData(el, &c));
-  if (slot < 0) {
-    PetscCall(VecZeroEntries(m));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SlipElasticGetPast(el, slot, &past));
-  x = (t - past.t) / c->tau;
-  PetscCall(VecWAXPY(c->now, -1, past.u, u));
-  PetscCall(VecScale(c->now, c->k * (x > 0 ? -expm1(-x) / x : 1)));
-  PetscCall(VecAXPY(c->now, exp(-x), c->m[slot]));
-  PetscCall(VecCopy(c->now, m));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SetUp_Maxwell(SlipElastic el, const SlipElasticRock *rock)
-{
-  Maxwell *c;
-  Mat K;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(SlipElasticGetMatrices(el, &K, NULL, NULL));
-  for (int i = 0; i < 2; i++) PetscCall(MatCreateVecs(K, &c->m[i], NULL));
-  PetscCall(MatCreateVecs(K, &c->now, NULL));
-  PetscCall(MatConvert(K, MATDENSE, MAT_INITIAL_MATRIX, &c->K));
-  PetscCall(MatDuplicate(c->K, MAT_COPY_VALUES, &c->B));
-  PetscCall(MatSetOption(c->B, MAT_SYMMETRIC, PETSC_TRUE));
-  c->mass = rock->inertia ? rock->mass : 0;
-  PetscCall(SlipElasticGetImpedance(el, &c->eta));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Force_Maxwell(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
-{
-  PetscInt slot;
-  Vec m;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticForceStatic(el, t, u, v, shear, normal));
-  if (!u || !shear) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipElasticFindPast(el, t, &slot));
-  PetscCall(VecDuplicate(u, &m));
-  PetscCall(Memory(el, slot, t, u, m));
-  PetscCall(VecAXPY(shear, 1, m));
-  PetscCall(VecDestroy(&m));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Stage_Maxwell(SlipElastic el, PetscReal t, PetscReal theta, Mat *B, Mat *C)
-{
-  SlipElasticPast past;
-  PetscInt slot;
-  PetscReal x;
-  Maxwell *c;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(SlipElasticFindPast(el, t, &slot));
-  PetscCall(SlipElasticGetPast(el, slot, &past));
-  x = (t - past.t) / c->tau;
-  PetscCall(MatCopy(c->K, c->B, SAME_NONZERO_PATTERN));
-  PetscCall(MatScale(c->B, theta));
-  PetscCall(MatShift(c->B, c->mass / theta + c->eta + theta * c->k * (x > 0 ? -expm1(-x) / x : 1)));
-  *B = c->B;
-  *C = NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* m^2/(2 k) in the place of u m/2, and m^2/(k tau) */
-static PetscErrorCode Energy_Maxwell(SlipElastic el, PetscReal t, Vec u, PetscReal *stored)
-{
-  const PetscReal *a, *b;
-  PetscInt slot, n;
-  Maxwell *c;
-  Vec m;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(SlipElasticFindPast(el, t, &slot));
-  PetscCall(VecDuplicate(u, &m));
-  PetscCall(Memory(el, slot, t, u, m));
-  PetscCall(VecGetLocalSize(u, &n));
-  PetscCall(VecGetArrayRead(u, &a));
-  PetscCall(VecGetArrayRead(m, &b));
-  for (PetscInt i = 0; i < n; i++) *stored += b[i] * b[i] / (2 * c->k) - a[i] * b[i] / 2;
-  PetscCall(VecRestoreArrayRead(m, &b));
-  PetscCall(VecRestoreArrayRead(u, &a));
-  PetscCall(VecDestroy(&m));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Power_Maxwell(SlipElastic el, PetscReal t, Vec u, PetscReal *lost)
-{
-  const PetscReal *a;
-  PetscInt slot, n;
-  Maxwell *c;
-  Vec m;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(SlipElasticFindPast(el, t, &slot));
-  PetscCall(VecDuplicate(u, &m));
-  PetscCall(Memory(el, slot, t, u, m));
-  PetscCall(VecGetLocalSize(u, &n));
-  PetscCall(VecGetArrayRead(m, &a));
-  for (PetscInt i = 0; i < n; i++) *lost += a[i] * a[i] / (c->k * c->tau);
-  PetscCall(VecRestoreArrayRead(m, &a));
-  PetscCall(VecDestroy(&m));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Advance_Maxwell(SlipElastic el, PetscInt from, PetscInt to, PetscReal t, Vec u)
-{
-  Maxwell *c;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(Memory(el, from, t, u, c->m[to]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Copy_Maxwell(SlipElastic el, PetscInt from, PetscInt to)
-{
-  Maxwell *c;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(VecCopy(c->m[from], c->m[to]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Visit_Maxwell(SlipElastic el, SlipState state)
-{
-  Maxwell *c;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetData(el, &c));
-  PetscCall(SlipStateVec(state, "stress_before", c->m[0]));
-  PetscCall(SlipStateVec(state, "stress", c->m[1]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Destroy_Maxwell(SlipElastic el)
-{
-  Maxwell *c;
-
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetData(el, &c));
-  for (int i = 0; i < 2; i++) PetscCall(VecDestroy(&c->m[i]));
-  PetscCall(VecDestroy(&c->now));
-  PetscCall(MatDestroy(&c->K));
-  PetscCall(MatDestroy(&c->B));
-  PetscCall(PetscFree(c));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Create_Maxwell(SlipElastic el)
-{
-  static const SlipElasticOps ops = {.setup = SetUp_Maxwell,
-                                     .force = Force_Maxwell,
-                                     .stage = Stage_Maxwell,
-                                     .energy = Energy_Maxwell,
-                                     .power = Power_Maxwell,
-                                     .advance = Advance_Maxwell,
-                                     .copy = Copy_Maxwell,
-                                     .visit = Visit_Maxwell,
-                                     .destroy = Destroy_Maxwell};
-  Maxwell *c;
-
-  PetscFunctionBegin;
-  PetscCall(PetscNew(&c));
-  c->tau = Tau;
-  c->k = Stiffness;
-  PetscCall(SlipElasticSetOps(el, &ops, c));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* ---- two problems ---- */
 
-/* Cells with inertia that slide all the time under constant friction: a linear system; and rate-and-state friction without. The latter
-   slips by some of its d_c, the former for about the time that radiation takes. */
+/* Cells with inertia that slide all the time under constant friction: a linear system; and rate-and-state friction
+   without. The latter slips by some of its d_c, the former for about the time that radiation takes. */
 typedef struct {
   PetscBool smooth;
   PetscReal end, tau, first; /* [s]; a first step far too long */
@@ -339,8 +142,8 @@ typedef struct {
   PetscInt parts;
   PetscInt most;   /* steps; 0: to the end */
   PetscBool event; /* steps are taken back to end at some time */
-  PetscInt *
-    n; /* number of steps taken, and these [s], at most ROOM: to be kept, or if there are some to be taken; NULL: neither */
+  PetscInt *n;     /* number of steps taken, and these [s], at most ROOM: to be kept, or if there are some to be taken;
+                      NULL: neither */
   PetscReal *step;
   PetscReal *energy; /* NULL, or what it does not close by, over what was lost */
 } How;
@@ -469,9 +272,9 @@ static PetscReal Apart(const PetscReal a[N], const PetscReal b[N])
 
 #define Expect(is, ...) PetscCheck(is, PETSC_COMM_SELF, PETSC_ERR_PLIB, __VA_ARGS__)
 
-/* The mean rate of a step is right to the second order, and so is a run: errors at h over those at h/2 are 4, a little more where
-   Adams' formulas begin at order 1, and 2 would be the first. Steps that an event takes back change no more than that. The static
-   medium is off by a tenth and more. */
+/* The mean rate of a step is right to the second order, and so is a run: errors at h over those at h/2 are 4, a little
+   more where Adams' formulas begin at order 1, and 2 would be the first. Steps that an event takes back change no more
+   than that. The static medium is off by a tenth and more. */
 static PetscErrorCode Order(const Problem *p, How how, const PetscReal exact[N])
 {
   PetscReal u[N], e[3], without, open;
@@ -496,8 +299,9 @@ static PetscErrorCode Order(const Problem *p, How how, const PetscReal exact[N])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Doubling is steps of half the length, whose memory is that of halves too; and what was refused leaves nothing behind: a run by the
-   same steps, without attempts that are refused, is the same. Both but for rounding; memory of whole steps would be off by 1e-5. */
+/* Doubling is steps of half the length, whose memory is that of halves too; and what was refused leaves nothing behind:
+   a run by the same steps, without attempts that are refused, is the same. Both but for rounding; memory of whole steps
+   would be off by 1e-5. */
 static PetscErrorCode Halves(const Problem *p)
 {
   PetscReal whole[N], u[N], step[ROOM];
@@ -533,8 +337,8 @@ static PetscErrorCode Halves(const Problem *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Steps by an error estimate with a relative tolerance of 1e-4, of which the first are refused: errors are some 1e-3 at most. Five steps,
-   and what follows from their checkpoint, are the whole run to the bit. */
+/* Steps by an error estimate with a relative tolerance of 1e-4, of which the first are refused: errors are some 1e-3 at
+   most. Five steps, and what follows from their checkpoint, are the whole run to the bit. */
 static PetscErrorCode Adaptive(const Problem *p, How how, PetscReal within, const PetscReal exact[N])
 {
   PetscReal whole[N], u[N];
@@ -568,7 +372,8 @@ static PetscErrorCode Adaptive(const Problem *p, How how, PetscReal within, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a fault does that is loaded and rests: the static medium says until when, and the first step needs no solve; what relaxes does not. */
+/* What a fault does that is loaded and rests: the static medium says until when, and the first step needs no solve;
+ * what relaxes does not. */
 static PetscErrorCode Quiet(const char medium[], PetscInt *solves)
 {
   SlipAttempt last;
