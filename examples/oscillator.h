@@ -62,36 +62,36 @@ static inline OscillatorCycle Cycle(const Oscillator *o, PetscReal v, PetscReal 
                            PetscSqrtReal(PetscSqr(y) + PetscSqr(u))};
 }
 
-static PetscErrorCode TimeScale(TS ts, PetscReal *tstar)
+static PetscErrorCode TimeScale(TS ts, PetscReal *tstar, void *ctx)
 {
-  Oscillator *o;
+  const Oscillator *o = (Oscillator *)ctx;
 
   PetscFunctionBeginUser;
-  PetscCall(TSGetApplicationContext(ts, &o));
+  (void)ts;
   *tstar = PetscSqrtReal(o->mass / o->stiffness);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Find(TS ts, const char name[], PetscInt *row)
+static PetscErrorCode Find(TS ts, const char name[], PetscInt *row, void *ctx)
 {
   PetscFunctionBeginUser;
   (void)ts;
+  (void)ctx;
   *row = !strcmp(name, "log_turn") ? 0 : !strcmp(name, "log_swing") ? 1 : -1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Observe(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[])
+static PetscErrorCode Observe(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[], void *ctx)
 {
+  Oscillator *o = (Oscillator *)ctx;
   OscillatorCycle cycle;
   PetscReal tstar = 1;
   const PetscScalar *a;
-  Oscillator *o;
   Vec w;
 
   PetscFunctionBeginUser;
   (void)t;
-  PetscCall(TSGetApplicationContext(ts, &o));
-  PetscCall(TimeScale(ts, &tstar));
+  PetscCall(TimeScale(ts, &tstar, o));
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(VecGetArrayRead(w, &a));
   cycle = Cycle(o, a[0], a[1]);
@@ -119,8 +119,7 @@ static inline PetscErrorCode ConfigureTS(Oscillator *o, TS ts)
   PetscCall(TSSetMaxTime(ts, 5));
   PetscCall(TSSetTimeStep(ts, 1e-3));
   PetscCall(TSSetTolerances(ts, 1e-6, NULL, 1e-4, NULL));
-  PetscCall(TSSetApplicationContext(ts, o));
-  PetscCall(TSSetSlipProblem(ts, &OscillatorProblem));
+  PetscCall(TSSetSlipProblem(ts, &OscillatorProblem, o));
   PetscCall(SlipCheckSolverOptions(ts)); /* wrong values, with the name of their option */
   PetscCall(TSSetFromOptions(ts));
   PetscCall(TSBatheCheckOptions(ts));

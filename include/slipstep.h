@@ -4,6 +4,7 @@
 #include <slipelasticity.h>
 #include <slipmat.h>
 #include <slipcells.h>
+#include <slipelastic.h>
 #include <slipsnes.h>
 #include <slipts.h>
 #include <slippolicy.h>

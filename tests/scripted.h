@@ -41,17 +41,20 @@ static inline PetscErrorCode GetLastAttempt_Scripted(TS ts, SlipAttempt *attempt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static inline PetscErrorCode Find_Scripted(TS ts, const char name[], PetscInt *row)
+static inline PetscErrorCode Find_Scripted(TS ts, const char name[], PetscInt *row, void *ctx)
 {
   PetscFunctionBegin;
+  (void)ctx;
   (void)ts;
   *row = strcmp(name, "energy") || isnan(script.energy) ? -1 : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static inline PetscErrorCode Observe_Scripted(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[])
+static inline PetscErrorCode Observe_Scripted(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[],
+                                              void *ctx)
 {
   PetscFunctionBegin;
+  (void)ctx;
   (void)ts, (void)t;
   for (PetscInt i = 0; i < n; i++) {
     assert_int_equal(0, (int)row[i]);
@@ -61,18 +64,18 @@ static inline PetscErrorCode Observe_Scripted(TS ts, PetscReal t, PetscInt n, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static inline PetscErrorCode TimeScale_Scripted(TS ts, PetscReal *tstar)
+static inline PetscErrorCode TimeScale_Scripted(TS ts, PetscReal *tstar, void *ctx)
 {
   PetscFunctionBegin;
-  (void)ts;
+  (void)ts, (void)ctx;
   *tstar = 2;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static inline PetscErrorCode Untrained_Scripted(TS ts, const char **why)
+static inline PetscErrorCode Untrained_Scripted(TS ts, const char **why, void *ctx)
 {
   PetscFunctionBegin;
-  (void)ts;
+  (void)ts, (void)ctx;
   *why = script.untrained;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -134,7 +137,7 @@ static inline PetscErrorCode Create_Scripted(TS ts)
   ts->usessnes = PETSC_FALSE;
   ts->default_adapt_type = TSADAPTNONE;
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", GetLastAttempt_Scripted));
-  PetscCall(TSSetSlipProblem(ts, &Scripted));
+  PetscCall(TSSetSlipProblem(ts, &Scripted, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

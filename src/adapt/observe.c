@@ -40,8 +40,8 @@ PetscErrorCode SlipObserverStart(SlipObserver *o, TS ts)
   o->run.time = ts->ptime;
   o->run.tstar = 1;
   PetscCall(TSGetMaxTime(ts, &o->run.max_time));
-  PetscCall(TSGetSlipProblem(ts, &o->problem));
-  if (o->problem && o->problem->time_scale) PetscCall((*o->problem->time_scale)(ts, &o->run.tstar));
+  PetscCall(TSGetSlipProblem(ts, &o->problem, &o->ctx));
+  if (o->problem && o->problem->time_scale) PetscCall((*o->problem->time_scale)(ts, &o->run.tstar, o->ctx));
   PetscCall(VecDuplicate(ts->vec_sol, &o->w0));
   PetscCall(VecCopy(ts->vec_sol, o->w0));
   PetscCall(VecNorm(o->w0, NORM_2, &o->run.norm0));
@@ -77,7 +77,7 @@ PetscErrorCode SlipObserverFindRows(SlipObserver *o, PetscInt n, SlipObserved se
     seen[i].own = -1;
     if (!SlipObservedOfState(&seen[i])) continue;
     if (o->problem && o->problem->find)
-      PetscCall((*o->problem->find)(o->ts, seen[i].name + seen[i].change, &seen[i].own));
+      PetscCall((*o->problem->find)(o->ts, seen[i].name + seen[i].change, &seen[i].own, o->ctx));
     if (seen[i].own >= 0)
       o->own[o->nown++] = seen[i].own;
     else if (!seen[i].row || !seen[i].row->run)
@@ -131,7 +131,8 @@ PetscErrorCode SlipObserve(SlipObserver *o, PetscInt n, SlipObserved seen[], Pet
   o->run.error = o->last.error;
   o->run.residual = o->last.residual;
   o->run.dt = o->last.dt;
-  if (state_changed && o->nown) PetscCall((*o->problem->observe)(o->ts, o->run.time, o->nown, o->own, o->value));
+  if (state_changed && o->nown)
+    PetscCall((*o->problem->observe)(o->ts, o->run.time, o->nown, o->own, o->value, o->ctx));
   for (PetscInt i = 0; i < n; i++) {
     PetscReal value;
 

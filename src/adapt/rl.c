@@ -67,7 +67,7 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   rl->hold = 0;
   rl->solves_failed = ts->num_snes_failures;
   rl->paced = 0;
-  if (o->problem && o->problem->untrained && !rl->relative) PetscCall((*o->problem->untrained)(ts, &why));
+  if (o->problem && o->problem->untrained && !rl->relative) PetscCall((*o->problem->untrained)(ts, &why, o->ctx));
   if (why) PetscCall(HandOver_RL(adapt, ts, why));
   PetscCall(TSAdaptRLWarnOfIdle_Private(adapt, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -174,9 +174,10 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   SlipObserver *o = &rl->observer;
   const SlipProblemOps *problem = o->problem;
-  PetscReal limit, rest = 0;
+  PetscReal limit, t, rest = 0;
   PetscInt outside;
   PetscBool limited;
+  Vec w;
 
   PetscFunctionBegin;
   if (!rl->actor && guarded) PetscFunctionReturn(PETSC_SUCCESS);
@@ -197,7 +198,11 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
     /* A policy trained on a few cells cannot know how little of a fine mesh may still be sliding: its attribute limits
        the step while anything moves, and a state at rest is left alone until something slips, which the problem knows. */
     PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_MOVING_DT_MAX, &limit, &limited));
-    if (limited && problem && problem->rest_time) PetscCall((*problem->rest_time)(ts, &rest));
+    if (limited && problem && problem->rest_time) {
+      PetscCall(TSGetTime(ts, &t));
+      PetscCall(TSGetSolution(ts, &w));
+      PetscCall((*problem->rest_time)(ts, t, w, &rest, o->ctx));
+    }
     if (limited) *h = SlipControlRest(*h, limit * o->run.tstar, rest, o->run.max_time - o->run.time);
     PetscCall(WatchRange_RL(adapt, ts, outside));
     PetscCall(WatchPace_RL(adapt, ts));

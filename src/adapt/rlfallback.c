@@ -72,7 +72,8 @@ static PetscErrorCode SetTolerance(TSAdapt adapt, TS ts)
 
   PetscFunctionBegin;
   PetscCall(SlipAdaptGetController(rl->heir, rl->heir_name, sizeof(rl->heir_name)));
-  if (problem && problem->hand_over) PetscCall((*problem->hand_over)(ts, rl->heir, rl->observer.run.accuracy));
+  if (problem && problem->hand_over)
+    PetscCall((*problem->hand_over)(ts, rl->heir, rl->observer.run.accuracy, rl->observer.ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -438,14 +438,15 @@ PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   const MPI_Comm comm = PetscObjectComm((PetscObject)adapt);
   const SlipProblemOps *problem;
+  void *ctx;
   const char *name = rl->problem, *trained, *source;
   char file[PETSC_MAX_PATH_LEN];
   PetscBool found = PETSC_FALSE;
 
   PetscFunctionBegin;
   if (rl->actor) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSGetSlipProblem(ts, &problem));
-  if (!name[0] && problem && problem->name) PetscCall((*problem->name)(ts, &name));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (!name[0] && problem && problem->name) PetscCall((*problem->name)(ts, &name, ctx));
   PetscCall(TSAdaptRLCheckMeasure_Private(adapt, problem, name));
   if (rl->policy) {
     PetscCall(SlipPolicyGetAttribute(rl->policy, "problem", &trained));

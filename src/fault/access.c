@@ -443,8 +443,7 @@ PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal 
 {
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
-  if (K) *K = fault->operators.K;
-  if (H) *H = fault->operators.H;
+  PetscCall(SlipElasticGetMatrices(fault->medium, K, NULL, H));
   if (mass) *mass = fault->operators.mass;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -8,7 +8,6 @@
    has no rate of its own: after a step it is made that of the balance, for all who read it. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
-#include <slipstep/private/slipmatviscosity.h>
 #include <math.h>
 
 /* Slip rate over the loading rate of cells that weaken, at the default start: a stress that is 7 a sigma below the steady
@@ -175,7 +174,7 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
   for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = rate[i] - vinf[i];
   PetscCall(SlipFaultFillAlong(fault, x, PETSC_FALSE, fault->work[0]));
   PetscCall(PetscFree(x));
-  PetscCall(MatMult(fault->operators.H, fault->work[0], fault->work[1]));
+  PetscCall(SlipElasticForce(fault->medium, 0, NULL, fault->work[0], fault->work[1], NULL));
   PetscCall(VecGetArrayRead(fault->work[1], &f));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
@@ -200,7 +199,7 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(FindCreep(fault));
   if (!fault->friction.law->always_slides) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipRadiationGet(fault->operators.H, &b->eta));
+  PetscCall(SlipElasticGetImpedance(fault->medium, &b->eta));
   PetscCall(VecDuplicate(fault->critical.uc, &b->u));
   PetscCall(VecDuplicate(fault->critical.uc, &b->rate));
   PetscCall(VecDuplicate(fault->critical.uc, &b->force));
@@ -210,7 +209,7 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
   if (!traction) PetscCall(FillTraction(fault, &friction));
   PetscCall(SlipLoadDestroy(&fault->known.load)); /* the initial traction has changed */
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
-  if (b->eta > 0 && friction.law->keep && !fault->loads.pressed && !fault->operators.Kn) {
+  if (b->eta > 0 && friction.law->keep && !fault->loads.pressed && !fault->kind.coupled) {
     PetscCall(PetscMalloc1(friction.law->nkept * fault->mesh.n + 1, &b->kept));
     friction.law->keep(&friction, fault->mesh.n, b->eta, b->kept);
   }
@@ -267,12 +266,12 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetDisplacement(fault, w, b->u));
-  if (fault->operators.Kn) {
-    PetscCall(MatSlipStiffnessMultBoth(fault->operators.K, fault->operators.Kn, b->u, b->force, fault->coupling.rise));
+  PetscCall(
+    SlipElasticForce(fault->medium, t, b->u, NULL, b->force, fault->kind.coupled ? fault->coupling.rise : NULL));
+  if (fault->kind.coupled) {
     PetscCall(SlipFaultCoupledFriction(fault, t, 0, &friction));
     fault->coupling.balanced = PETSC_TRUE;
   } else {
-    PetscCall(MatMult(fault->operators.K, b->u, b->force));
     PetscCall(SlipFaultGetFriction(fault, t, &friction));
   }
   PetscCall(SlipArraysGet(F ? 6 : 5, arrays));
@@ -302,18 +301,18 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u of the state w, and K u: that of the last right-hand side where its u was the very same. Collective. */
-PetscErrorCode SlipFaultForce(SlipFault fault, Vec w, Vec u, Vec force)
+/* u of the state w of time t, and f(u, t): that of the last right-hand side where its u was the very same. Collective. */
+PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec force)
 {
   PetscBool same;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
-  PetscCall(SlipFaultDisplacementUnchanged(fault, u, &same));
+  PetscCall(SlipFaultDisplacementUnchanged(fault, t, u, &same));
   if (same)
     PetscCall(VecCopy(fault->balance.force, force));
   else
-    PetscCall(MatMult(fault->operators.K, u, force));
+    PetscCall(SlipElasticForce(fault->medium, t, u, NULL, force, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -48,6 +48,7 @@ static PetscErrorCode CountFromClosed(SlipFault fault)
 {
   Vec open = fault->work[0];
   PetscReal *a, any = 0;
+  Mat B;
 
   PetscFunctionBegin;
   if (!SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -60,12 +61,13 @@ static PetscErrorCode CountFromClosed(SlipFault fault)
   PetscCall(VecRestoreArray(open, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   if (any == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatMult(fault->operators.B, open, fault->work[1]));
+  PetscCall(SlipElasticGetStage(fault->medium, &B, NULL));
+  PetscCall(MatMult(B, open, fault->work[1]));
   PetscCall(VecAXPY(fault->stage.c, 1 / fault->stage.theta, fault->work[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* c = (M/theta) base_v + ex_v + H v_inf - K u0 + T */
+/* c = (M/theta) base_v + ex_v + (df/dv) v_inf - f(u0, 0, t) + T */
 PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
 {
   const SlipFaultLoad *load;
@@ -74,12 +76,12 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
   fault->stage.time = stage->t;
   fault->stage.theta = stage->theta;
   PetscCall(SlipFaultGetLoad(fault, stage->t, &load));
-  PetscCall(MatSlipStageSetTheta(fault->operators.B, stage->theta));
+  PetscCall(SlipElasticStage(fault->medium, stage->t, stage->theta));
   PetscCall(SlipFaultEliminate(fault, stage));
-  PetscCall(MatMult(fault->operators.K, fault->stage.u0, fault->work[0]));
+  PetscCall(SlipElasticForce(fault->medium, stage->t, fault->stage.u0, NULL, fault->work[0], NULL));
   PetscCall(VecAXPY(fault->stage.c, -1, fault->work[0]));
   if (fault->kind.loaded) {
-    PetscCall(MatMult(fault->operators.H, fault->operators.vinf, fault->work[0]));
+    PetscCall(SlipElasticForce(fault->medium, stage->t, NULL, fault->operators.vinf, fault->work[0], NULL));
     PetscCall(VecAXPY(fault->stage.c, 1, fault->work[0]));
   }
   if (load->shear) PetscCall(VecAXPY(fault->stage.c, 1, load->shear));
@@ -98,8 +100,11 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
 /* g = B v - c */
 PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g)
 {
+  Mat B;
+
   PetscFunctionBegin;
-  PetscCall(MatMult(fault->operators.B, x, g));
+  PetscCall(SlipElasticGetStage(fault->medium, &B, NULL));
+  PetscCall(MatMult(B, x, g));
   PetscCall(VecAXPY(g, -1, fault->stage.c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -127,7 +132,7 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
   PetscFunctionBegin;
   (void)con;
   (void)x;
-  *B = ((SlipFault)ctx)->operators.B;
+  PetscCall(SlipElasticGetStage(((SlipFault)ctx)->medium, B, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -163,14 +168,14 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   (void)con;
   if (SlipFaultOpens(fault))
     friction = FrictionOverPressure(fault);
-  else if (fault->operators.Kn)
+  else if (fault->kind.coupled)
     PetscCall(SlipFaultCoupledBound(fault, x, &friction));
   else
     PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(4, arrays));
   speed = Speeds(fault, v);
   SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, 1, s0, speed, a, b);
-  if (fault->operators.Kn && !SlipFaultOpens(fault)) {
+  if (fault->kind.coupled && !SlipFaultOpens(fault)) {
     PetscCall(VecGetArrayWrite(fault->coupling.factor, &factor));
     for (PetscInt i = 0; i < fault->mesh.n; i++)
       factor[i] = friction.stress[i] > 0 ? fault->stage.theta * fault->mesh.weight[i] *
@@ -189,7 +194,7 @@ static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 
   PetscFunctionBegin;
   (void)con;
-  *C = fault->operators.Kn;
+  PetscCall(SlipElasticGetStage(fault->medium, NULL, C));
   PetscCall(VecCopy(fault->coupling.factor, a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -200,7 +205,7 @@ static PetscErrorCode StageFriction(SlipFault fault, SlipFrictionCells *friction
   PetscFunctionBegin;
   if (SlipFaultOpens(fault))
     *friction = FrictionOverPressure(fault);
-  else if (fault->operators.Kn)
+  else if (fault->kind.coupled)
     *friction = SlipFaultCellFriction(fault, fault->coupling.stress);
   else
     PetscCall(SlipFaultGetFriction(fault, fault->stage.time, friction));
@@ -299,7 +304,7 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
     {x, .read = &v}, {fault->stage.u0, .read = &u0}, {fault->stage.s0, .read = &s0}, {w, .write = &a}};
 
   PetscFunctionBegin;
-  if (fault->operators.Kn && fault->friction.follows)
+  if (fault->kind.coupled && fault->friction.follows)
     PetscCall(SlipFaultCoupledBound(fault, x, &friction));
   else
     PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
@@ -331,7 +336,7 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* F = (-H (v - v_inf) - K u + T, v - v_inf, ds/dt), in Pa, m/s, m/s. */
+/* F = (-f(u, v - v_inf, t) + T, v - v_inf, ds/dt), in Pa, m/s, m/s. */
 PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFrictionCells friction;
@@ -351,9 +356,7 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(SlipFaultGetRate(fault, w, rel));
   if (fault->kind.loaded) PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
-  PetscCall(MatMult(fault->operators.K, u, force));
-  PetscCall(MatMult(fault->operators.H, rel, u));
-  PetscCall(VecAXPY(force, 1, u));
+  PetscCall(SlipElasticForce(fault->medium, t, u, rel, force, NULL));
   if (load->shear) PetscCall(VecAXPY(force, -1, load->shear));
   PetscCall(SlipArraysGet(4, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
@@ -479,7 +482,7 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
                                  smooth ? SolveCells : NULL,
                                  smooth ? Prescribed : NULL,
                                  fault->friction.law->by_rate ? NULL : StartSlope,
-                                 fault->operators.Kn && !SlipFaultOpens(fault) ? Coupling : NULL};
+                                 fault->kind.coupled && !SlipFaultOpens(fault) ? Coupling : NULL};
 
   PetscFunctionBegin;
   if (!fault->stage.con) {

@@ -59,20 +59,23 @@ static PetscErrorCode Last(Chord *c, PetscInt *last)
 }
 
 /*
-  SlipFaultNextCorner - the next corner at which a step from t is to end
+  SlipFaultNextCorner - SlipProblemOps.corner: the next corner at which a step from t is to end
 
-  Collective. t: where the step of ts begins, w: the state there. PETSC_MAX_REAL: it may end anywhere. Constant steps, and runs
+  Collective. t: where the step of ts begins, from its solution. PETSC_MAX_REAL: it may end anywhere. Constant steps, and runs
   that keep no error, meet every corner.
 */
-PetscErrorCode SlipFaultNextCorner(SlipFault fault, TS ts, PetscReal t, Vec w, PetscReal *next)
+PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
   const SlipFaultLoads *loads = &fault->loads;
   const PetscInt n = loads->n;
   Chord c = {.fault = fault, .t = t, .first = SlipLoadsRowAfter(loads, t), .n = n};
   PetscReal h, relative, stop = PETSC_MAX_REAL;
   PetscInt last;
+  Vec w;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultReportOpening(fault, t));
   *next = SlipLoadsNextCorner(loads, t);
   PetscCall(TSGetTimeStep(ts, &h));
   if (t + h <= *next || c.first == loads->rows || *next < loads->times[c.first]) PetscFunctionReturn(PETSC_SUCCESS);
@@ -81,6 +84,7 @@ PetscErrorCode SlipFaultNextCorner(SlipFault fault, TS ts, PetscReal t, Vec w, P
   if (loads->source.distance2 && loads->source.stop > *next) stop = loads->source.stop;
   c.end = PetscMin(t + h, stop);
   PetscCall(PetscCalloc5(n, &c.tolerance, n, &c.start, n, &c.there, n, &c.low, n, &c.high));
+  PetscCall(TSGetSolution(ts, &w));
   PetscCall(SlipFaultLoadTolerance(fault, relative, t, w, c.tolerance));
   SlipLoadsAddRecord(loads, t, c.start);
   PetscCall(Last(&c, &last));

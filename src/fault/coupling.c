@@ -56,12 +56,12 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   SlipFaultCoupling *c = &fault->coupling;
 
   PetscFunctionBegin;
-  if (!fault->operators.Kn) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->kind.coupled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &c->u));
   PetscCall(VecDuplicate(fault->cells, &c->rise));
   PetscCall(VecDuplicate(fault->cells, &c->drive));
   PetscCall(VecDuplicate(fault->cells, &c->factor));
-  PetscCall(MatMult(fault->operators.Kn, fault->operators.vinf, c->drive));
+  PetscCall(SlipElasticApply(fault->medium, fault->operators.vinf, NULL, c->drive));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
   if (SlipFaultOpens(fault))
     PetscCall(PetscMalloc2(PetscMax(fault->mesh.n, 1), &c->one, PetscMax(fault->mesh.n, 1), &c->pull));
@@ -70,7 +70,7 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->cells, &c->start));
   PetscCall(VecCopy(fault->critical.uc, c->u));
   PetscCall(VecScale(c->u, fault->critical.start_share));
-  PetscCall(MatMult(fault->operators.Kn, c->u, c->start));
+  PetscCall(SlipElasticApply(fault->medium, c->u, NULL, c->start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -96,7 +96,7 @@ PetscErrorCode SlipFaultCoupledBound(SlipFault fault, Vec x, SlipFrictionCells *
 
   PetscFunctionBegin;
   PetscCall(VecWAXPY(c->u, fault->stage.theta, x, fault->stage.u0));
-  PetscCall(MatMult(fault->operators.Kn, c->u, c->rise));
+  PetscCall(SlipElasticForce(fault->medium, fault->stage.time, c->u, NULL, NULL, c->rise));
   c->balanced = PETSC_FALSE;
   PetscCall(SlipFaultCoupledFriction(fault, fault->stage.time, 0, friction));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -157,7 +157,7 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
   PetscBool same;
 
   PetscFunctionBegin;
-  if (!fault->operators.Kn) {
+  if (!fault->kind.coupled) {
     PetscCall(SlipFaultGetFriction(fault, t, friction));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -167,8 +167,8 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFaultGetDisplacement(fault, w, c->u));
-  if (c->balanced) PetscCall(SlipFaultDisplacementUnchanged(fault, c->u, &c->balanced));
-  if (!c->balanced) PetscCall(MatMult(fault->operators.Kn, c->u, c->rise));
+  if (c->balanced) PetscCall(SlipFaultDisplacementUnchanged(fault, t, c->u, &c->balanced));
+  if (!c->balanced) PetscCall(SlipElasticForce(fault->medium, t, c->u, NULL, NULL, c->rise));
   PetscCall(SlipFaultCoupledFriction(fault, t, 0, friction));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);

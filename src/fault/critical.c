@@ -1,65 +1,5 @@
 /* The critical state, in which elastic stress equals the strength: its solve with K, and the means of it. */
 #include <slipstep/private/slipfault.h>
-#include <petscksp.h>
-
-/* Relative residual of K^-1 q that is accepted: a thousandth of what the critical start exceeds the strength by */
-#define SLIP_FAULT_START_RESIDUAL 1e-8
-
-/* x += K^-1 (b - K x), once. */
-static PetscErrorCode SlipFaultRefine(SlipFault fault, KSP ksp, Vec b, Vec x)
-{
-  Vec r = fault->work[1], d = fault->work[2];
-  KSPConvergedReason reason;
-
-  PetscFunctionBegin;
-  PetscCall(MatMult(fault->operators.K, x, r));
-  PetscCall(VecAYPX(r, -1, b));
-  PetscCall(KSPSolve(ksp, r, d));
-  PetscCall(KSPGetConvergedReason(ksp, &reason));
-  PetscCheck(reason > 0, fault->comm, PETSC_ERR_NOT_CONVERGED,
-             "K^-1 q of the critical state was not found (%s): is the stiffness positive definite?",
-             KSPConvergedReasons[reason]);
-  PetscCall(VecAXPY(x, 1, d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-  x = K^-1 b, started from x, by conjugate gradients (K is symmetric positive definite) and iterative refinement.
-
-  The critical start exceeds the strength by a relative 1e-5 only, so that an error of K^-1 q counts 1e5 times: three
-  passes of 1e-7 leave nothing but the rounding of K x. What options of the solver leave is looked at. b must not be
-  work[1] or work[2].
-*/
-PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x)
-{
-  const char *prefix = SlipFaultPrefix(fault);
-  Vec r = fault->work[1];
-  PetscReal left, all;
-  KSP ksp;
-  PC pc;
-
-  PetscFunctionBegin;
-  PetscCall(KSPCreate(fault->comm, &ksp));
-  PetscCall(KSPSetOptionsPrefix(ksp, ((PetscObject)fault)->prefix));
-  PetscCall(KSPAppendOptionsPrefix(ksp, "fault_start_"));
-  PetscCall(KSPSetOperators(ksp, fault->operators.K, fault->operators.K));
-  PetscCall(KSPSetType(ksp, KSPCG));
-  PetscCall(KSPSetTolerances(ksp, 1e-7, 0, 1e10, PetscMax(1000, 10 * fault->layout.components * fault->mesh.N)));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PCSLIPSTAGE));
-  PetscCall(KSPSetFromOptions(ksp));
-  for (PetscInt pass = 0; pass < 3; pass++) PetscCall(SlipFaultRefine(fault, ksp, b, x));
-  PetscCall(KSPDestroy(&ksp));
-  PetscCall(MatMult(fault->operators.K, x, r));
-  PetscCall(VecAYPX(r, -1, b));
-  PetscCall(VecNorm(r, NORM_2, &left));
-  PetscCall(VecNorm(b, NORM_2, &all));
-  PetscCheck(left <= SLIP_FAULT_START_RESIDUAL * all, fault->comm, PETSC_ERR_NOT_CONVERGED,
-             "K^-1 q of the critical state has a relative residual of %.3g, expected at most %.6g: give "
-             "-%sfault_start_ksp_rtol, -%sfault_start_ksp_atol or -%sfault_start_ksp_type other values",
-             (double)(left / all), SLIP_FAULT_START_RESIDUAL, prefix, prefix, prefix);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* What uc's growth at the start is made of */
 static PetscErrorCode CriticalMode(SlipFault fault)
@@ -122,7 +62,7 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   if (!fault->critical.known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecScale(fault->critical.uc, sum[2] / fault->mesh.N));
   PetscCall((*fault->told)(fault, "K^-1 of the strength, the critical state"));
-  PetscCall(SlipFaultSolveStiffness(fault, q0, fault->critical.uc));
+  PetscCall(SlipElasticSolve(fault->medium, q0, fault->critical.uc));
   PetscCall(VecDot(fault->critical.uc, q0, &fault->critical.energy));
   PetscCall(SlipFaultWeightedSum(fault, fault->critical.uc, &fault->critical.mean_uc));
   fault->critical.mean_uc /= fault->mesh.N;

@@ -98,13 +98,13 @@ static PetscErrorCode EndIsKnown(SlipFault fault, TS ts, PetscReal t, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSADAMS asks for the slip rates within its step: those of its last right-hand side. */
-PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w)
+/* SlipProblemOps.finish: TSADAMS asks for the slip rates within its step: those of its last right-hand side. */
+PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *ctx)
 {
-  SlipFault fault;
+  SlipFault fault = (SlipFault)ctx;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
+  (void)ts;
   if (fault->balance.time != t) PetscCall(SlipFaultRates(fault, t, w, NULL));
   PetscCall(SlipFaultPutRates(fault, w));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -5,34 +5,25 @@
 /* First step over T*: the instability grows from a relative excess of 1e-5, so anything well below T* is safe. */
 #define SLIP_FAULT_FIRST_STEP 0.01
 
-static PetscErrorCode SlipFaultOfTS(TS ts, SlipFault *fault)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)fault));
-  PetscCheck(*fault, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
-             "this TS was not configured by a fault");
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Find_Fault(TS ts, const char name[], PetscInt *row)
+static PetscErrorCode Find_Fault(TS ts, const char name[], PetscInt *row, void *ctx)
 {
   PetscInt component;
 
   PetscFunctionBegin;
   (void)ts;
+  (void)ctx;
   *row = SlipObservationFind(name, &component);
   if (*row >= 0 && !SlipObservations[*row].fault) *row = -1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Observe_Fault(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[])
+static PetscErrorCode Observe_Fault(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[], void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
   PetscBool estimates = PETSC_FALSE, state = PETSC_FALSE;
-  SlipFault fault;
   Vec w, error, derivative;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(TSGetSolution(ts, &w));
   for (PetscInt i = 0; i < n; i++) {
     if (SlipObservations[row[i]].reads & SLIP_READS_ESTIMATES) estimates = PETSC_TRUE;
@@ -47,33 +38,31 @@ static PetscErrorCode Observe_Fault(TS ts, PetscReal t, PetscInt n, const PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TimeScale_Fault(TS ts, PetscReal *tstar)
+static PetscErrorCode TimeScale_Fault(TS ts, PetscReal *tstar, void *ctx)
 {
-  SlipFault fault;
-
   PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
-  PetscCall(SlipFaultGetTimeScale(fault, tstar));
+  (void)ts;
+  *tstar = ((SlipFault)ctx)->operators.tstar;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Name_Fault(TS ts, const char **name)
+static PetscErrorCode Name_Fault(TS ts, const char **name, void *ctx)
 {
-  SlipFault fault;
+  SlipFault fault = (SlipFault)ctx;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
+  (void)ts;
   *name = fault->problem.any_integrator ? "cycles" : fault->steps.policy;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* What policies whose steps are shares of T* were trained for: single events. Loading has no end, and its steps last years. */
-static PetscErrorCode Untrained_Fault(TS ts, const char **why)
+static PetscErrorCode Untrained_Fault(TS ts, const char **why, void *ctx)
 {
-  SlipFault fault;
+  SlipFault fault = (SlipFault)ctx;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
+  (void)ts;
   *why = NULL;
   if (fault->kind.driven) *why = "the fault is loaded or heals or has no inertia, which no policy was trained for";
   if (!fault->kind.driven && !fault->critical.known)
@@ -81,106 +70,87 @@ static PetscErrorCode Untrained_Fault(TS ts, const char **why)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Begin_Fault(TS ts, PetscBool chosen)
-{
-  SlipFault fault;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
-  PetscCall(SlipFaultBeginSteps(fault, ts, chosen));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode HandOver_Fault(TS ts, TSAdapt heir, PetscReal accuracy)
-{
-  SlipFault fault;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
-  PetscCall(SlipFaultHandOverSteps(fault, ts, heir, accuracy));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Corner_Fault(TS ts, PetscReal t, PetscReal *next)
-{
-  SlipFault fault;
-  Vec w;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
-  PetscCall(SlipFaultReportOpening(fault, t));
-  PetscCall(TSGetSolution(ts, &w));
-  PetscCall(SlipFaultNextCorner(fault, ts, t, w, next));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Rest_Fault(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end,
-                                 PetscReal *h)
-{
-  SlipFault fault;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
-  PetscCall(SlipFaultRest(fault, t, limit, w, half, after, end, h));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Stop_Fault(TS ts, PetscReal share, Vec w0, Vec wm, Vec w1, Vec k0, PetscReal *stop)
+static PetscErrorCode Stop_Fault(TS ts, PetscReal share, Vec w0, Vec wm, Vec w1, Vec k0, PetscReal *stop, void *ctx)
 {
   const Vec state[] = {w0, wm, w1};
-  SlipFault fault;
   PetscReal rtol, h;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   PetscCall(TSGetTimeStep(ts, &h));
-  PetscCall(SlipFaultStop(fault, h, rtol, share, state, k0, stop));
+  PetscCall(SlipFaultStop((SlipFault)ctx, h, rtol, share, state, k0, stop));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E)
+static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx)
 {
-  SlipFault fault;
   PetscReal rtol, t, h;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetTimeStep(ts, &h));
-  PetscCall(SlipFaultErrorNorm(fault, rtol, t + h, h, e, w0, w1, E));
+  PetscCall(SlipFaultErrorNorm((SlipFault)ctx, rtol, t + h, h, e, w0, w1, E));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode RestTime_Fault(TS ts, PetscReal *rest)
+/* ---- a medium that remembers ---- */
+
+static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx)
 {
-  SlipFault fault;
+  SlipFault fault = (SlipFault)ctx;
+
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCall(SlipFaultGetDisplacement(fault, w, fault->work[0]));
+  PetscCall(SlipElasticAccept(fault->medium, t, fault->work[0], first));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Advance_Fault(TS ts, PetscReal t, Vec w, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCall(SlipFaultGetDisplacement(fault, w, fault->work[0]));
+  PetscCall(SlipElasticAdvance(fault->medium, t, fault->work[0]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RollBack_Fault(TS ts, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCall(SlipElasticRollBack(((SlipFault)ctx)->medium));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSPreStep, which PETSc does not call for a step that an event looks into again: types of PETSc's own know no SlipProblemOps */
+static PetscErrorCode BeforeStep(TS ts)
+{
+  const SlipProblemOps *problem;
+  PetscBool ours;
+  PetscInt step;
   PetscReal t;
+  void *fault;
   Vec w;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
-  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, ""));
+  if (ours) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetSlipProblem(ts, &problem, &fault));
+  PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(TSGetTime(ts, &t));
-  PetscCall(SlipFaultRestTime(fault, t, w, rest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Relaxation_Fault(TS ts, Vec w, PetscReal *rate)
-{
-  SlipFault fault;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultOfTS(ts, &fault));
-  PetscCall(SlipFaultRelaxation(fault, w, rate));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall((*problem->accept)(ts, t, w, step == 0 ? PETSC_TRUE : PETSC_FALSE, fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static const SlipProblemOps FaultProblem = {.name = Name_Fault,
                                             .time_scale = TimeScale_Fault,
                                             .untrained = Untrained_Fault,
-                                            .rest_time = RestTime_Fault,
+                                            .rest_time = SlipFaultRestTime,
                                             .find = Find_Fault,
                                             .observe = Observe_Fault,
                                             .measures = PETSC_TRUE};
@@ -294,21 +264,29 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
 static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_explicit)
 {
   SlipProblemOps *problem = &fault->problem;
+  PetscBool remembers;
 
   PetscFunctionBegin;
+  PetscCall(SlipElasticRemembers(fault->medium, &remembers));
+  if (remembers) {
+    problem->accept = Accept_Fault;
+    problem->advance = Advance_Fault;
+    problem->rollback = RollBack_Fault;
+    PetscCall(TSSetPreStep(ts, BeforeStep));
+  }
   problem->any_integrator = is_explicit;
   problem->finish = is_explicit ? SlipFaultFinishStep : NULL;
-  problem->relaxation = is_explicit ? Relaxation_Fault : NULL;
-  problem->begin = is_explicit ? NULL : Begin_Fault;
-  problem->hand_over = is_explicit ? NULL : HandOver_Fault;
+  problem->relaxation = is_explicit ? SlipFaultRelaxation : NULL;
+  problem->begin = is_explicit ? NULL : SlipFaultBeginSteps;
+  problem->hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
   if (fault->kind.driven) { /* it rests for years between events */
-    problem->corner = Corner_Fault;
-    problem->rest = fault->friction.law->always_slides ? NULL : Rest_Fault;
+    problem->corner = SlipFaultNextCorner;
+    problem->rest = fault->friction.law->always_slides ? NULL : SlipFaultRest;
     problem->error = is_explicit ? NULL : Error_Fault;
     if (fault->kind.inertia && !fault->friction.law->by_rate) problem->stop = Stop_Fault;
   }
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));
-  PetscCall(TSSetSlipProblem(ts, problem));
+  PetscCall(TSSetSlipProblem(ts, problem, fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

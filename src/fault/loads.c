@@ -433,7 +433,6 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(VecDestroy(&loads->drive));
   PetscCall(VecDestroy(&loads->hold));
-  for (int k = 0; k < 2; k++) PetscCall(VecDestroy(&loads->diagonal[k]));
   PetscCall(PetscFree(loads->times));
   PetscCall(PetscFree(loads->record));
   PetscCall(PetscFree(loads->source.distance2));

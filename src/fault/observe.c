@@ -67,17 +67,20 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
 {
   SlipFaultSums *c = &fault->known.sums;
   SlipFaultMoment now;
+  PetscReal stored;
   PetscBool same;
 
   PetscFunctionBegin;
   *sums = c;
   PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultForce(fault, w, fault->work[0], fault->work[1]));
+  PetscCall(SlipFaultForce(fault, t, w, fault->work[0], fault->work[1]));
+  PetscCall(SlipElasticGetEnergy(fault->medium, t, fault->work[0], &stored));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
   PetscCall(SlipFaultAddUp(fault, t, w, fault->work[1], c->sum, &c->max_v));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));
+  c->sum[SUM_U_KU] += 2 * stored;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->max_v, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -127,9 +130,9 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
   else
     PetscCall(VecCopy(fault->critical.uc, x));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
-  PetscCall(MatMult(fault->operators.K, x, fault->work[1]));
-  if (fault->operators.Kn) PetscCall(MatMult(fault->operators.Kn, x, fault->cells));
-  PetscCall(AddMode(fault, t, w, x, fault->work[1], fault->operators.Kn ? fault->cells : NULL, c->sum));
+  PetscCall(SlipElasticApply(fault->medium, x, fault->work[1], NULL));
+  if (fault->kind.coupled) PetscCall(SlipElasticApply(fault->medium, x, NULL, fault->cells));
+  PetscCall(AddMode(fault, t, w, x, fault->work[1], fault->kind.coupled ? fault->cells : NULL, c->sum));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -191,7 +194,7 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
   PetscCall(VecNormalize(x, NULL));
   *largest = 0;
   for (PetscInt k = 0; k < POWER_PRODUCTS; k++) {
-    PetscCall(MatMult(fault->operators.K, x, y));
+    PetscCall(SlipElasticApply(fault->medium, x, y, NULL));
     PetscCall(VecGetArray(y, &a));
     for (PetscInt i = 0; i < c * fault->mesh.n; i++) a[i] /= fault->mesh.weight[i / c];
     PetscCall(VecRestoreArray(y, &a));
@@ -222,10 +225,11 @@ static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *fric
   return 1 / (eta + friction->stress[i] * dv);
 }
 
-/* Of the rates that the last right-hand side found, as those in w are of the step's start while it is judged; 0 where rates
+/* SlipProblemOps.relaxation, of the rates that the last right-hand side found, as those in w are of the step's start while it is judged; 0 where rates
    follow from momentum or jump */
-PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation)
+PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
   SlipFaultBalance *b = &fault->balance;
   SlipFrictionCells friction;
   const PetscReal *a, *v, *force, *load;
@@ -235,6 +239,7 @@ PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation
   const SlipArrays arrays[] = {{w, .read = &a}, {b->rate, .read = &v}, {b->force, .read = &force}};
 
   PetscFunctionBegin;
+  (void)ts;
   *relaxation = 0;
   if (!fault->friction.law->always_slides || fault->kind.inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
   if (b->stiffest == 0) PetscCall(LargestEigenvalue(fault, &b->stiffest));
@@ -312,7 +317,7 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
     if (!(SlipObservations[row[i]].reads & SLIP_READS_STIFFNESS))
       sums = PETSC_TRUE;
     else
-      PetscCall(SlipFaultRelaxation(fault, w, &known.relaxation));
+      PetscCall(SlipFaultRelaxation(NULL, w, &known.relaxation, fault));
   }
   if (sums) PetscCall(KnowSums(fault, t, w, &known));
   for (PetscInt i = 0; i < n && !mode; i++)
@@ -331,12 +336,13 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   Vec rel = fault->work[0], hv = fault->work[1], q = fault->cells;
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *f, *vinf, *b;
+  PetscReal lost;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
   PetscCall(SlipFaultGetRate(fault, w, rel));
   PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
-  PetscCall(MatMult(fault->operators.H, rel, hv));
+  PetscCall(SlipElasticForce(fault->medium, t, NULL, rel, hv, NULL));
   if (!r) PetscCall(SlipFaultStrength(fault, t, w, q));
   {
     const SlipArrays arrays[] = {{rel, .read = &b}, {hv, .read = &f}, {fault->operators.vinf, .read = &vinf}};
@@ -363,6 +369,9 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
   if (friction)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscCall(SlipFaultGetDisplacement(fault, w, rel));
+  PetscCall(SlipElasticGetPower(fault->medium, t, rel, &lost));
+  power[0] += lost;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

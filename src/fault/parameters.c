@@ -129,6 +129,8 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening", "|rows of SlipFrictionLaws|", "Friction law"},
   [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|", "Evolution of the state of rate-and-state friction"},
+  [FAULT_MEDIUM] = {"medium", "static", "|types of SlipElasticRegister()|",
+                    "How stress answers to slip; static: at once, by the stiffness and a viscosity"},
   [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|",
                     "Elastic medium: with or without the free surface"},
   [FAULT_NORMAL_COUPLING] = {"normal_coupling", "auto", "|auto|yes|no|",
@@ -452,6 +454,8 @@ PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[]
       PetscCall(PetscStrlcat(all, law->name, sizeof(all)));
       PetscCall(PetscStrlcat(all, "|", sizeof(all)));
     }
+  else if (p == &SlipFaultStrings[FAULT_MEDIUM])
+    PetscCall(SlipElasticListTypes(all, sizeof(all)));
   else
     PetscCall(PetscStrncpy(all, p->choices, sizeof(all)));
   for (const char *c = all + 1; *c && c[1] && k + 3 < len; c++) {

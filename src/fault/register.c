@@ -8,6 +8,7 @@ static PetscErrorCode Register_Fault(void)
 {
   PetscFunctionBegin;
   PetscCall(SlipAdaptInitializePackage());
+  PetscCall(SlipElasticInitializePackage());
   PetscCall(PetscClassIdRegister("SlipFault", &SLIP_FAULT_CLASSID));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

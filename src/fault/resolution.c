@@ -70,15 +70,15 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
 {
   SlipFaultResolution *r = &fault->resolution;
   const PetscInt c = fault->layout.components;
-  Vec k = fault->work[0], h = fault->work[1];
+  Vec k, h = fault->work[1];
   PetscReal best[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL}; /* ratio, its length, nucleation */
   PetscReal count[3] = {0, 0, 0}; /* cells that weaken, that can fail alone, and sum of K_c */
   const PetscReal *stiffness, *damping;
   SlipFrictionCells friction;
 
   PetscFunctionBegin;
-  PetscCall(MatGetDiagonal(fault->operators.K, k));
-  if (fault->friction.law->by_rate && !fault->friction.law->state) PetscCall(MatGetDiagonal(fault->operators.H, h));
+  PetscCall(SlipElasticGetDiagonals(fault->medium, &k,
+                                    fault->friction.law->by_rate && !fault->friction.law->state ? &h : NULL));
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(VecGetArrayRead(k, &stiffness));
   PetscCall(VecGetArrayRead(h, &damping));

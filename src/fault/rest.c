@@ -28,7 +28,7 @@ typedef struct {
   const PetscReal *clamp; /* Kn v_inf [Pa/s]; NULL: 0 */
 } Rest;
 
-/* K v_inf + w dT/dt, H v_inf and the diagonals of both matrices, once */
+/* K v_inf + w dT/dt and H v_inf, once */
 PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
@@ -38,12 +38,9 @@ PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
   if (loads->drive) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &loads->drive));
   PetscCall(VecDuplicate(fault->critical.uc, &loads->hold));
-  for (int k = 0; k < 2; k++) PetscCall(VecDuplicate(fault->critical.uc, &loads->diagonal[k]));
-  PetscCall(MatGetDiagonal(fault->operators.K, loads->diagonal[0]));
-  PetscCall(MatGetDiagonal(fault->operators.H, loads->diagonal[1]));
   if (fault->kind.loaded) {
-    PetscCall(MatMult(fault->operators.H, fault->operators.vinf, loads->hold));
-    PetscCall(MatMult(fault->operators.K, fault->operators.vinf, loads->drive));
+    PetscCall(SlipElasticForce(fault->medium, 0, NULL, fault->operators.vinf, loads->hold, NULL));
+    PetscCall(SlipElasticApply(fault->medium, fault->operators.vinf, loads->drive, NULL));
   } else {
     PetscCall(VecZeroEntries(loads->hold));
     PetscCall(VecZeroEntries(loads->drive));
@@ -254,18 +251,20 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
 {
   SlipFault fault = r->fault;
   const PetscReal *k, *viscosity;
+  Vec diagonal[2];
   PetscReal excess, rate[2] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL}; /* of growth, of relaxation */
   PetscInt i;
 
   PetscFunctionBegin;
   PetscCall(Excess(r, rest, &excess, &i));
+  PetscCall(SlipElasticGetDiagonals(fault->medium, &diagonal[0], &diagonal[1]));
   if (i >= 0) {
     const PetscReal M = fault->kind.inertia ? fault->operators.mass * fault->mesh.weight[i] : 0;
     const PetscReal stress = r->friction.stress[i] * fault->mesh.weight[i];
     PetscReal mu, ds, dv, damping, stiffness;
 
-    PetscCall(VecGetArrayRead(fault->loads.diagonal[0], &k));
-    PetscCall(VecGetArrayRead(fault->loads.diagonal[1], &viscosity));
+    PetscCall(VecGetArrayRead(diagonal[0], &k));
+    PetscCall(VecGetArrayRead(diagonal[1], &viscosity));
     SlipFrictionEvaluate(&r->friction, i,
                          SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(fault, i)], rest), 0, &mu, &ds,
                          &dv);
@@ -278,8 +277,8 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
     if (stiffness > 0) rate[1] = M > 0 ? PetscSqrtReal(stiffness / M) : -rate[0];
     /* It would swing and stick again within the step: long ones average that. */
     if (M > 0 && damping < 0) rate[1] *= step_of_relaxation / steps_of_swing;
-    PetscCall(VecRestoreArrayRead(fault->loads.diagonal[1], &viscosity));
-    PetscCall(VecRestoreArrayRead(fault->loads.diagonal[0], &k));
+    PetscCall(VecRestoreArrayRead(diagonal[1], &viscosity));
+    PetscCall(VecRestoreArrayRead(diagonal[0], &k));
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, 2, MPIU_REAL, MPIU_MAX, fault->comm));
   *h = step_of_rest * rest;
@@ -322,9 +321,9 @@ static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &r->friction));
-  if (fault->operators.Kn) PetscCall(VecGetArrayRead(fault->coupling.drive, &r->clamp));
+  if (fault->kind.coupled) PetscCall(VecGetArrayRead(fault->coupling.drive, &r->clamp));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
-  PetscCall(MatMult(fault->operators.K, u, ku));
+  PetscCall(SlipElasticForce(fault->medium, t, u, NULL, ku, NULL));
   PetscCall(VecCopy(load->shear ? load->shear : fault->loads.hold, u));
   PetscCall(VecGetArrayRead(w, &r->w));
   PetscCall(VecGetArrayRead(ku, &r->ku));
@@ -351,20 +350,23 @@ static PetscErrorCode RestEnd(Vec w, Rest *r)
 }
 
 /*
-  SlipFaultRestTime - for how long the state w of time t stays exactly at rest [s]
+  SlipFaultRestTime - SlipProblemOps.rest_time: for how long the state w of time t stays exactly at rest [s]
 
   Collective. 0 when a cell moves or its force exceeds the strength; PETSC_MAX_REAL for ever, which is not looked for when
   strengths change in time: then 0, too.
 */
-PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest)
+PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx)
 {
-  PetscBool moves;
+  SlipFault fault = (SlipFault)ctx;
+  PetscBool moves, rests;
   Rest r;
 
   PetscFunctionBegin;
+  (void)ts;
   *rest = 0;
+  PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(Moves(fault, w, &moves));
-  if (moves || fault->kind.heals || fault->loads.pressed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (moves || !rests || fault->kind.heals || fault->loads.pressed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestBegin(fault, t, w, &r));
   PetscCall(LinearOnset(&r, PETSC_MAX_REAL, rest));
   PetscCall(RestEnd(w, &r));
@@ -372,20 +374,24 @@ PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal 
 }
 
 /*
-  SlipFaultRest - the rest that begins with the state w of time t: until when, at most limit, and the states halfway and
-  at its end, exactly
+  SlipFaultRest - SlipProblemOps.rest: the rest that begins with the state w of time t: until when, at most limit, and the
+  states halfway and at its end, exactly
 
   Collective. *end = t when a cell moves or is at its strength. *h: a step to go on with [s].
 */
-PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end,
-                             PetscReal *h)
+PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end,
+                             PetscReal *h, void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
   PetscReal rest;
-  PetscBool moves;
+  PetscBool moves, rests;
   Rest r;
 
   PetscFunctionBegin;
+  (void)ts;
   *end = t;
+  PetscCall(SlipElasticRests(fault->medium, &rests));
+  if (!rests) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Moves(fault, w, &moves));
   if (moves) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestBegin(fault, t, w, &r));

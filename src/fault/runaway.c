@@ -31,14 +31,16 @@ PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *
   PetscReal sum[3] = {0, 0, 0}, least = PETSC_MAX_REAL; /* v M v, v (H + D) v, v K v */
   PetscBool weakens = PETSC_FALSE;
   PetscReal *slope;
+  Vec diagonal[2];
 
   PetscFunctionBegin;
   *ratio = 0;
   if (!fault->kind.inertia || !fault->friction.law->by_rate) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayRead(fault->loads.diagonal[0], &k));
-  PetscCall(VecGetArrayRead(fault->loads.diagonal[1], &h));
+  PetscCall(SlipElasticGetDiagonals(fault->medium, &diagonal[0], &diagonal[1]));
+  PetscCall(VecGetArrayRead(diagonal[0], &k));
+  PetscCall(VecGetArrayRead(diagonal[1], &h));
   PetscCall(VecGetArrayWrite(Kv, &slope));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, dmu_ds, dmu_dv;
@@ -54,13 +56,13 @@ PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *
                                    SlipFaultLargest(fault, h, i) + slope[i], SlipFaultLargest(fault, k, i)));
   }
   PetscCall(VecRestoreArrayWrite(Kv, &slope));
-  PetscCall(VecRestoreArrayRead(fault->loads.diagonal[1], &h));
-  PetscCall(VecRestoreArrayRead(fault->loads.diagonal[0], &k));
+  PetscCall(VecRestoreArrayRead(diagonal[1], &h));
+  PetscCall(VecRestoreArrayRead(diagonal[0], &k));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &weakens, 1, MPIU_BOOL, MPI_LOR, fault->comm));
   if (!weakens) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetRate(fault, w, v));
-  PetscCall(MatMult(fault->operators.H, v, d));
+  PetscCall(SlipElasticForce(fault->medium, t, NULL, v, d, NULL));
   PetscCall(VecGetArrayRead(v, &rate));
   PetscCall(VecGetArrayRead(d, &dv));
   PetscCall(VecGetArrayRead(Kv, &h));
@@ -75,7 +77,7 @@ PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *
   PetscCall(VecRestoreArrayRead(v, &rate));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, fault->comm));
   if (sum[1] < 0) {
-    PetscCall(MatMult(fault->operators.K, v, Kv));
+    PetscCall(SlipElasticApply(fault->medium, v, Kv, NULL));
     PetscCall(VecDot(v, Kv, &sum[2]));
     least = PetscMin(least, Time(sum[0], sum[1], sum[2]));
   }

@@ -16,15 +16,16 @@ PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Was this the displacement of the last right-hand side, bit by bit? Collective. */
-PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, Vec u, PetscBool *same)
+/* Was this the displacement of the last right-hand side, bit by bit, and its time where the medium asks for that? Collective. */
+PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec u, PetscBool *same)
 {
   const PetscReal *a, *b;
-  PetscBool here;
+  PetscBool here, rests;
 
   PetscFunctionBegin;
   *same = PETSC_FALSE;
-  if (!fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipElasticRests(fault->medium, &rests));
+  if (!fault->balance.known || (!rests && fault->balance.time != t)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetArrayRead(u, &a));
   PetscCall(VecGetArrayRead(fault->balance.u, &b));
   PetscCall(PetscArraycmp(a, b, fault->layout.components * fault->mesh.n, &here));

@@ -340,8 +340,9 @@ static PetscErrorCode GiveWay(SlipFault fault, TSAdapt adapt)
 
 /* SlipProblemOps.begin: the controller is known now. A tolerance that neither the fault nor a policy has set is the user's, as is
    that of -ts_rtol. */
-PetscErrorCode SlipFaultBeginSteps(SlipFault fault, TS ts, PetscBool chosen)
+PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
   SlipFaultSteps *steps = &fault->steps;
   const char *prefix;
   char controller[64];
@@ -380,8 +381,9 @@ PetscErrorCode SlipFaultBeginSteps(SlipFault fault, TS ts, PetscBool chosen)
 }
 
 /* SlipProblemOps.hand_over */
-PetscErrorCode SlipFaultHandOverSteps(SlipFault fault, TS ts, TSAdapt heir, PetscReal accuracy)
+PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt heir, PetscReal accuracy, void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
   const SlipFaultSteps *steps = &fault->steps;
   char controller[64];
 
@@ -468,7 +470,7 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
     PetscCall(WarnOfIdle(fault, ts));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipFaultBeginSteps(fault, ts, PETSC_FALSE));
+  PetscCall(SlipFaultBeginSteps(ts, PETSC_FALSE, fault));
   PetscCall(WarnOfIdle(fault, ts));
   PetscCall(TSGetAdapt(ts, &adapt));
   if (!steps->learned) PetscCall(ReportNamedPolicy(fault, adapt));

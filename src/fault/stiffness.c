@@ -1,7 +1,6 @@
 /* Stiffness of the mesh or from a file, its scaling, the viscosity, and the stage operator. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcommon.h>
-#include <petscksp.h>
 #include <math.h>
 
 #define SLIP_FAULT_MAX_DENSE 10000 /* cells up to which K is written as a dense matrix */
@@ -57,7 +56,7 @@ static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entrie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
+static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault, Mat *K)
 {
   PetscReal *entries = NULL;
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -72,7 +71,7 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault)
   if (!ierr) PetscCallMPI(MPI_Bcast(&fault->operators.read, 1, MPI_UINT64_T, 0, fault->comm));
   if (!ierr)
     ierr = MatCreateSlipStiffnessFromEntries(fault->comm, fault->mesh.N, entries,
-                                             fault->options.text[FAULT_STIFFNESS_FILE], &fault->operators.K);
+                                             fault->options.text[FAULT_STIFFNESS_FILE], K);
   PetscCall(PetscFree(entries));
   PetscCall(ierr);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -103,15 +102,14 @@ static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
 
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(x));
-  PetscCall(SlipFaultSolveStiffness(fault, sigma, x));
+  PetscCall(SlipElasticSolve(fault->medium, sigma, x));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scale));
   if (!scale) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
   PetscCall(SlipFaultWeightedSum(fault, x, &mean_slip));
   PetscCall(SumAlong(fault, sigma, &mean_stress));
   fault->operators.scaling = mean_slip * fault->options.value[FAULT_SHEAR_MODULUS] / (mean_stress * thickness);
-  PetscCall(MatScale(fault->operators.K, fault->operators.scaling));
-  if (fault->operators.Kn) PetscCall(MatScale(fault->operators.Kn, fault->operators.scaling));
+  PetscCall(SlipElasticScale(fault->medium, fault->operators.scaling));
   PetscCall(VecScale(x, 1 / fault->operators.scaling));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -134,7 +132,7 @@ static PetscErrorCode SlipFaultReorder(SlipFault fault, Mat *dense)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
+static PetscErrorCode SlipFaultViewStiffness(SlipFault fault, Mat K)
 {
   Mat dense;
 
@@ -146,7 +144,7 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault)
   PetscCheck(fault->layout.components == 1, fault->comm, PETSC_ERR_SUP,
              "-%sfault_stiffness_view writes a number for each pair of cells: expected -%sfault_slip_components 1",
              SlipFaultPrefix(fault), SlipFaultPrefix(fault));
-  PetscCall(MatConvert(fault->operators.K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  PetscCall(MatConvert(K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   if (fault->mesh.order) PetscCall(SlipFaultReorder(fault, &dense));
   PetscCall(PetscViewerPushFormat(fault->options.stiffness_viewer, fault->options.stiffness_format));
   PetscCall(MatView(dense, fault->options.stiffness_viewer));
@@ -217,13 +215,14 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   SlipFrictionCells friction;
   PetscReal worst = 0; /* loss of damping over viscosity */
   const PetscReal *h;
+  Vec damping;
 
   PetscFunctionBegin;
   if (fault->kind.inertia || !fault->friction.law->by_rate || fault->friction.law->always_slides)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
-  PetscCall(MatGetDiagonal(fault->operators.H, fault->work[0]));
-  PetscCall(VecGetArrayRead(fault->work[0], &h));
+  PetscCall(SlipElasticGetDiagonals(fault->medium, NULL, &damping));
+  PetscCall(VecGetArrayRead(damping, &h));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
 
@@ -231,7 +230,7 @@ static PetscErrorCode CheckBalance(SlipFault fault)
     worst = PetscMax(worst, -dv * fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i] /
                               SlipFaultLargest(fault, h, i));
   }
-  PetscCall(VecRestoreArrayRead(fault->work[0], &h));
+  PetscCall(VecRestoreArrayRead(damping, &h));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscCheck(worst < 1, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_inertia no: the strength of -%sfault_friction_law %s falls with slip rate %.3g times as fast as "
@@ -240,7 +239,7 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Within so many conjugate gradients have met a mode of no stiffness, on planes up to the ground (measured) */
+/* Conjugate gradients within which a mode of no stiffness is met, on planes up to the ground (measured) */
 #define SLIP_OPENING_PRODUCTS 100
 
 /* Rock above cells that are wide against their depth bends like a plate: uniform opening hardly presses the centre of such a cell, and
@@ -250,10 +249,8 @@ static PetscErrorCode CheckOpening(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
   Vec x = fault->work[0], b = fault->work[1];
-  KSPConvergedReason reason;
+  PetscBool indefinite;
   PetscReal *a;
-  KSP ksp;
-  PC pc;
 
   PetscFunctionBegin;
   if (!SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -265,17 +262,9 @@ static PetscErrorCode CheckOpening(SlipFault fault)
       a[3 * i + k] = PetscSinReal(2 + (PetscReal)3.7 * (PetscReal)number); /* of no symmetry */
     }
   PetscCall(VecRestoreArrayWrite(b, &a));
-  PetscCall(KSPCreate(fault->comm, &ksp));
-  PetscCall(KSPSetOperators(ksp, fault->operators.K, fault->operators.K));
-  PetscCall(KSPSetType(ksp, KSPCG));
-  PetscCall(KSPSetTolerances(ksp, 1e-8, 0, PETSC_MAX_REAL, SLIP_OPENING_PRODUCTS));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PCNONE));
-  PetscCall(KSPSolve(ksp, b, x));
-  PetscCall(KSPGetConvergedReason(ksp, &reason));
-  PetscCall(KSPDestroy(&ksp));
+  PetscCall(SlipElasticIsIndefinite(fault->medium, SLIP_OPENING_PRODUCTS, b, x, &indefinite));
   PetscCheck(
-    reason != KSP_DIVERGED_INDEFINITE_MAT, fault->comm, PETSC_ERR_ARG_INCOMP,
+    !indefinite, fault->comm, PETSC_ERR_ARG_INCOMP,
     "-%sfault_opening yes: the stiffness is not positive definite, so cells would open without a load; this happens "
     "where they are wide compared with their depth: expected smaller cells below the ground, or triangles "
     "(-%sfault_mesh) with -%sfault_stiffness_average cell and a dip of 15 degrees at least where they reach it",
@@ -283,12 +272,51 @@ static PetscErrorCode CheckOpening(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The matrices that the mesh or a file makes, in the medium */
+static PetscErrorCode CreateMedium(SlipFault fault)
+{
+  Mat K = NULL, Kn = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticCreate(fault->comm, &fault->medium));
+  PetscCall(PetscObjectSetOptionsPrefix((PetscObject)fault->medium, ((PetscObject)fault)->prefix));
+  PetscCall(SlipElasticSetType(fault->medium, fault->options.text[FAULT_MEDIUM]));
+  if (fault->options.text[FAULT_STIFFNESS_FILE][0])
+    PetscCall(SlipFaultLoadStiffness(fault, &K));
+  else
+    PetscCall(SlipFaultMeshStiffness(fault, &K, fault->kind.coupled ? &Kn : NULL));
+  PetscCall(MatSetOptionsPrefix(K, ((PetscObject)fault)->prefix)); /* H and B take it over */
+  PetscCall(MatSlipStiffnessSetFromOptions(K));
+  PetscCall(MatCreateVecs(K, &fault->critical.uc, &fault->stage.c));
+  PetscCall(SlipElasticSetStiffness(fault->medium, K, Kn));
+  PetscCall(MatDestroy(&K));
+  PetscCall(MatDestroy(&Kn));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* G/(2 cs), cs = sqrt(G/rho), and across cells rho cp/2, cp^2/cs^2 = 2 (1 - nu)/(1 - 2 nu) */
+static SlipElasticRock Rock(SlipFault fault)
+{
+  const PetscReal *value = fault->options.value, nu = value[FAULT_POISSON_RATIO];
+  const PetscReal shear = 0.5 * PetscSqrtReal(value[FAULT_SHEAR_MODULUS] * value[FAULT_DENSITY]);
+
+  return (SlipElasticRock){.shear_modulus = value[FAULT_SHEAR_MODULUS],
+                           .poisson_ratio = nu,
+                           .density = value[FAULT_DENSITY],
+                           .mass = fault->operators.mass,
+                           .inertia = fault->kind.inertia,
+                           .viscosity = fault->kind.viscosity,
+                           .zeta = value[FAULT_DAMPING_RATIO],
+                           .impedance = shear,
+                           .across = SlipFaultOpens(fault) ? shear * PetscSqrtReal(2 * (1 - nu) / (1 - 2 * nu)) : 0,
+                           .tolerance = value[FAULT_KRYLOV_TOLERANCE]};
+}
+
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
-  const PetscReal zeta = fault->options.value[FAULT_DAMPING_RATIO], nu = fault->options.value[FAULT_POISSON_RATIO];
-  const PetscReal shear =
-    0.5 * PetscSqrtReal(fault->options.value[FAULT_SHEAR_MODULUS] * fault->options.value[FAULT_DENSITY]);
-  PetscBool traction, scaled, radiation;
+  const SlipElasticRock rock = Rock(fault);
+  PetscBool traction, scaled;
+  Mat K;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultCheckChoices(fault));
@@ -296,13 +324,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
   fault->critical.known = !(traction || fault->friction.law->always_slides) || scaled ? PETSC_TRUE : PETSC_FALSE;
   PetscCall((*fault->told)(fault, "stiffness K"));
-  if (fault->options.text[FAULT_STIFFNESS_FILE][0])
-    PetscCall(SlipFaultLoadStiffness(fault));
-  else
-    PetscCall(SlipFaultMeshStiffness(fault, &fault->operators.K, fault->kind.coupled ? &fault->operators.Kn : NULL));
-  PetscCall(MatSetOptionsPrefix(fault->operators.K, ((PetscObject)fault)->prefix)); /* H and B take it over */
-  PetscCall(MatSlipStiffnessSetFromOptions(fault->operators.K));
-  PetscCall(MatCreateVecs(fault->operators.K, &fault->critical.uc, &fault->stage.c));
+  PetscCall(CreateMedium(fault));
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->critical.uc, &fault->work[i]));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->operators.vinf));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.u0));
@@ -315,21 +337,10 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
     PetscCall((*fault->told)(fault, "K^-1 of the normal stress"));
     PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->critical.uc));
   }
-  PetscCall(SlipFaultViewStiffness(fault));
+  PetscCall(SlipElasticGetMatrices(fault->medium, &K, NULL, NULL));
+  PetscCall(SlipFaultViewStiffness(fault, K));
   PetscCall((*fault->told)(fault, "viscosity H"));
-  PetscCall(PetscStrcmp(fault->kind.viscosity, "radiation", &radiation));
-  if (radiation) /* G/(2 cs), cs = sqrt(G/rho), and across cells rho cp/2, cp^2/cs^2 = 2 (1 - nu)/(1 - 2 nu) */
-    PetscCall(MatCreateSlipRadiationOpening(
-      fault->operators.K, shear, SlipFaultOpens(fault) ? shear * PetscSqrtReal(2 * (1 - nu) / (1 - 2 * nu)) : 0,
-      &fault->operators.H));
-  else
-    PetscCall(MatCreateSlipViscosity(fault->operators.K, fault->operators.mass, zeta,
-                                     zeta > 0 ? fault->kind.viscosity : "none", &fault->operators.H));
-  PetscCall(MatSlipViscositySetTolerance(fault->operators.H, fault->options.value[FAULT_KRYLOV_TOLERANCE]));
-  PetscCall(MatSlipViscositySetFromOptions(fault->operators.H)); /* its own option wins */
+  PetscCall(SlipElasticSetUp(fault->medium, &rock));
   PetscCall(CheckBalance(fault));
-  PetscCall(MatCreateSlipStage(fault->operators.K, fault->operators.H, fault->kind.inertia ? fault->operators.mass : 0,
-                               &fault->operators.B));
-  PetscCall(MatSlipStageSetFromOptions(fault->operators.B));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -35,7 +35,7 @@ PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
   PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
   PetscValidHeaderSpecific(T, VEC_CLASSID, 4);
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipFaultForce(fault, w, fault->work[0], T));
+  PetscCall(SlipFaultForce(fault, t, w, fault->work[0], T));
   if (load->shear) PetscCall(VecAXPY(T, -1, load->shear));
   PetscCall(VecGetArray(T, &a));
   for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
@@ -61,19 +61,20 @@ static PetscErrorCode PressureTimes(SlipFault fault, const SlipFaultLoad *load, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u K u/2 - u T, T the shear load, and where cells open -sigma0, of the whole fault [J]; a product with K. Collective. */
+/* u f(u)/2 and what else the medium stores - u T, T the shear load, and where cells open -sigma0, of the whole fault [J]; a product with K. Collective. */
 PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy)
 {
   const SlipFaultLoad *load;
-  PetscReal work = 0, pressure;
+  PetscReal work = 0, stored, pressure;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipFaultForce(fault, w, fault->work[0], fault->work[1]));
+  PetscCall(SlipFaultForce(fault, t, w, fault->work[0], fault->work[1]));
+  PetscCall(SlipElasticGetEnergy(fault->medium, t, fault->work[0], &stored));
   PetscCall(VecDot(fault->work[0], fault->work[1], energy));
   if (load->shear) PetscCall(VecDot(fault->work[0], load->shear, &work));
   PetscCall(PressureTimes(fault, load, fault->work[0], 0, 3, &pressure));
-  *energy = (0.5 * *energy - work + pressure) * fault->mesh.area;
+  *energy = (0.5 * *energy + stored - work + pressure) * fault->mesh.area;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -82,7 +83,8 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
 PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power)
 {
   const SlipFaultLoad *load;
-  PetscReal work = 0, pressure;
+  PetscReal work = 0, pressure, more;
+  PetscBool rests;
 
   PetscFunctionBegin;
   *power = 0;
@@ -90,7 +92,15 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetDisplacement(fault, w, fault->work[0]));
+  PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(VecDot(fault->loads.drive, fault->work[0], power));
+  if (!rests) { /* v_inf (f - K u), too */
+    PetscCall(SlipElasticForce(fault->medium, t, fault->work[0], NULL, fault->work[1], NULL));
+    PetscCall(SlipElasticApply(fault->medium, fault->work[0], fault->work[2], NULL));
+    PetscCall(VecAXPY(fault->work[1], -1, fault->work[2]));
+    PetscCall(VecDot(fault->operators.vinf, fault->work[1], &more));
+    *power += more;
+  }
   if (load->shear) PetscCall(VecDot(fault->operators.vinf, load->shear, &work));
   PetscCall(PressureTimes(fault, load, w, fault->layout.rate, fault->layout.block, &pressure));
   *power = (work - *power + pressure) * fault->mesh.area;

@@ -62,10 +62,12 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal toler
 {
   const PetscBool lasts = (PetscBool)(fault->kind.inertia && !fault->friction.law->by_rate);
   const PetscReal *a, *k, *viscosity;
-  const SlipArrays arrays[] = {
-    {e, .read = &a}, {fault->loads.diagonal[0], .read = &k}, {fault->loads.diagonal[1], .read = &viscosity}};
+  Vec diagonal[2];
 
   PetscFunctionBegin;
+  PetscCall(SlipElasticGetDiagonals(fault->medium, &diagonal[0], &diagonal[1]));
+  const SlipArrays arrays[] = {{e, .read = &a}, {diagonal[0], .read = &k}, {diagonal[1], .read = &viscosity}};
+
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscBool weakens;
@@ -146,7 +148,6 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   }
   if (!PetscIsNanReal(fault->options.value[FAULT_RATE_TOLERANCE]))
     tolerance = fault->options.value[FAULT_RATE_TOLERANCE];
-  PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w1, &friction));
   PetscCall(LargestDisplacement(fault, w1, &displacement));
   PetscCall(RateError(fault, rtol, tolerance, &friction, displacement, e, &largest[1], &slow, &largest[5]));
@@ -191,7 +192,7 @@ static PetscErrorCode WholeStiffness(SlipFault fault, PetscReal *stiffness)
   PetscFunctionBegin;
   if (fault->loads.soft == 0) {
     PetscCall(SlipFaultFillAlong(fault, NULL, PETSC_FALSE, u));
-    PetscCall(MatMult(fault->operators.K, u, ku));
+    PetscCall(SlipElasticApply(fault->medium, u, ku, NULL));
     PetscCall(VecDot(u, ku, &fault->loads.soft));
     fault->loads.soft /= (PetscReal)fault->mesh.N;
   }

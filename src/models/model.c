@@ -162,24 +162,21 @@ PetscInt SlipModelFindObservation(SlipModel model, const char name[])
   return -1;
 }
 
-static PetscErrorCode Find_Model(TS ts, const char name[], PetscInt *row)
+static PetscErrorCode Find_Model(TS ts, const char name[], PetscInt *row, void *ctx)
 {
-  SlipModel model;
-
   PetscFunctionBegin;
-  PetscCall(TSGetApplicationContext(ts, &model));
-  *row = SlipModelFindObservation(model, name);
+  (void)ts;
+  *row = SlipModelFindObservation((SlipModel)ctx, name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Observe_Model(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[])
+static PetscErrorCode Observe_Model(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[], void *ctx)
 {
-  SlipModel model;
+  SlipModel model = (SlipModel)ctx;
   Vec w;
   const PetscScalar *a;
 
   PetscFunctionBegin;
-  PetscCall(TSGetApplicationContext(ts, &model));
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < n; i++) {
@@ -191,23 +188,19 @@ static PetscErrorCode Observe_Model(TS ts, PetscReal t, PetscInt n, const PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TimeScale_Model(TS ts, PetscReal *tstar)
+static PetscErrorCode TimeScale_Model(TS ts, PetscReal *tstar, void *ctx)
 {
-  SlipModel model;
-
   PetscFunctionBegin;
-  PetscCall(TSGetApplicationContext(ts, &model));
-  *tstar = model->tstar;
+  (void)ts;
+  *tstar = ((SlipModel)ctx)->tstar;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Name_Model(TS ts, const char **name)
+static PetscErrorCode Name_Model(TS ts, const char **name, void *ctx)
 {
-  SlipModel model;
-
   PetscFunctionBegin;
-  PetscCall(TSGetApplicationContext(ts, &model));
-  *name = model->ops->name;
+  (void)ts;
+  *name = ((SlipModel)ctx)->ops->name;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -254,7 +247,7 @@ PetscErrorCode SlipModelConfigureTS(SlipModel model, TS ts)
   PetscCall(TSAdaptSetType(adapt, TSADAPTHEURISTIC));
   PetscCall(TSAdaptSetStepLimits(adapt, 1e-9, model->dt_max));
   PetscCall(TSSetApplicationContext(ts, model));
-  PetscCall(TSSetSlipProblem(ts, &ModelProblem));
+  PetscCall(TSSetSlipProblem(ts, &ModelProblem, model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -40,6 +40,7 @@ PetscErrorCode SlipStepInitializePackage(void)
   PetscFunctionBegin;
   PetscCall(SlipStepCheckPetsc());
   PetscCall(SlipMatInitializePackage());
+  PetscCall(SlipElasticInitializePackage());
   PetscCall(SlipSNESInitializePackage());
   PetscCall(SlipTSInitializePackage());
   PetscCall(SlipPolicyInitializePackage());

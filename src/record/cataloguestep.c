@@ -109,7 +109,7 @@ static PetscErrorCode BalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, 
   const PetscBool known = b->known, balanced = c->balanced;
   const PetscReal time = b->time;
   Vec *of_last[] = {&b->u, &b->rate, &b->force, &c->rise};
-  const PetscInt n = fault->operators.Kn ? 4 : 3;
+  const PetscInt n = fault->kind.coupled ? 4 : 3;
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < n; k++) {

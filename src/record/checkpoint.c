@@ -22,11 +22,9 @@ static PetscErrorCode VisitFaultState(SlipState s, TS ts, void *ctx)
   PetscCall(SlipFaultExplicitState(fault, s, ts));
   if (SlipStateIsLoading(s)) PetscCall(SlipCheckpointStepsLeft(s, ts, restart, &left));
   fault->run->idle = left ? PETSC_FALSE : PETSC_TRUE;
-  if (SlipStateIsLoading(s) && fault->problem.begin) PetscCall((*fault->problem.begin)(ts, PETSC_FALSE));
+  if (SlipStateIsLoading(s) && fault->problem.begin) PetscCall((*fault->problem.begin)(ts, PETSC_FALSE, fault));
   PetscCall(SlipStateAdapt(s, ts));
-  PetscCall(SlipStateObject(s, "stiffness", (PetscObject)fault->operators.K));
-  PetscCall(SlipStateObject(s, "viscosity", (PetscObject)fault->operators.H));
-  PetscCall(SlipStateObject(s, "stage", (PetscObject)fault->operators.B));
+  PetscCall(SlipElasticVisit(fault->medium, s));
   /* Without a step to take nobody watches: files stay as they are. */
   PetscCall(left ? SlipFaultObserversVisit(fault, s) : SlipFaultObserversDestroy(fault));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -131,10 +131,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscCall(SlipFaultBalanceDestroy(f));
   PetscCall(SlipFaultCouplingDestroy(f));
   PetscCall(SlipFaultMeshDestroy(&f->mesh));
-  PetscCall(MatDestroy(&f->operators.B));
-  PetscCall(MatDestroy(&f->operators.H));
-  PetscCall(MatDestroy(&f->operators.K));
-  PetscCall(MatDestroy(&f->operators.Kn));
+  PetscCall(SlipElasticDestroy(&f->medium));
   PetscCall(PetscFree(f->run));
   PetscCall(PetscHeaderDestroy(&f));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -363,8 +363,10 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   const SlipParameter *p;
   PetscBool cells;
   PetscMPIInt rank;
+  Mat K, H;
 
   PetscFunctionBegin;
+  PetscCall(SlipElasticGetMatrices(fault->medium, &K, NULL, &H));
   PetscCall(SlipStateGroup(s, "parameters"));
   PetscCall(CompareReals(&d, fault));
   PetscCall(CompareStrings(&d, fault));
@@ -372,8 +374,8 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   PetscCall(CompareText(&d, "ts_type", ((PetscObject)ts)->type_name));
   PetscCall(CompareMesh(&d, fault));
   PetscCall(CompareStiffness(&d, fault));
-  PetscCall(CompareType(&d, "operator", fault->operators.K));
-  PetscCall(CompareType(&d, "viscosity", fault->operators.H));
+  PetscCall(CompareType(&d, "operator", K));
+  PetscCall(CompareType(&d, "viscosity", H));
   cells = d.text[0] ? PETSC_FALSE : PETSC_TRUE; /* as many as they were */
   for (PetscInt f = 0; (p = SlipFaultFieldRow(f)) && cells; f++)
     if (SlipFaultHasField(fault, f)) PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->fields.cell[f]));

@@ -102,7 +102,7 @@ static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, Petsc
   PetscCall(VecGetArrayWrite(u, &x));
   for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = a[SlipFaultDisplacementAt(fault, i)];
   PetscCall(VecRestoreArrayWrite(u, &x));
-  PetscCall(MatMult(fault->operators.K, u, ku));
+  PetscCall(SlipElasticApply(fault->medium, u, ku, NULL));
   PetscCall(VecGetArrayRead(e, &b));
   PetscCall(VecGetArrayRead(ku, &f));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {

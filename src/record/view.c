@@ -2,85 +2,10 @@
 #include <slipstep/private/sliprecord.h>
 #include <stdio.h>
 
-/* "1.5 MB"; C's own printf, since PETSc's %g differs from it. */
-static void Size(PetscReal bytes, char text[32])
-{
-  static const char *const units[] = {"B", "kB", "MB", "GB", "TB"};
-  int u = 0;
-
-  for (; bytes >= 1000 && u < 4; u++) bytes /= 1000;
-  (void)snprintf(text, 32, u ? "%.1f %s" : "%.0f %s", (double)bytes, units[u]);
-}
-
-/* What a matrix or preconditioner holds: bytes most on one rank, in all, and of a dense matrix. */
-static PetscErrorCode ViewMemory(SlipFault fault, const char what[], PetscReal most, PetscReal all, PetscViewer viewer)
-{
-  const PetscReal N = (PetscReal)fault->mesh.N, dense = N * N * (PetscReal)sizeof(PetscScalar);
-  char one[32], sum[32];
-
-  PetscFunctionBegin;
-  if (most < 0) {
-    PetscCall(PetscViewerASCIIPrintf(viewer, "memory of %s: not known\n", what));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  Size(most, one);
-  Size(all, sum);
-  PetscCall(PetscViewerASCIIPrintf(
-    viewer, "memory of %s: %.0f bytes (%s) at most on a rank, %s in all, %.2f %% of a dense matrix\n", what,
-    (double)most, one, sum, (double)(100 * all / dense)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode ViewMatrix(SlipFault fault, const char what[], const char name[], Mat A, PetscViewer viewer)
-{
-  const char *why;
-  PetscReal most, all;
-  SlipMatFn *view = NULL;
-  PetscBool ours;
-  MatType type;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetType(A, &type));
-  PetscCall(MatSlipGetNotes(A, &why));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s%s%s%s\n", what, type, why[0] ? " (" : "", why, why[0] ? ")" : ""));
-  PetscCall(PetscViewerASCIIPushTab(viewer));
-  /* MatView() would begin with two lines on the object */
-  PetscCall(
-    PetscObjectTypeCompareAny((PetscObject)A, &ours, "sliphmat", "slipspectral", "sliplanczos", "slipstage", ""));
-  if (ours) PetscCall(MatGetOperation(A, MATOP_VIEW, &view));
-  if (view) PetscCall((*(PetscErrorCode(*)(Mat, PetscViewer))view)(A, viewer));
-  PetscCall(MatSlipGetMemory(A, &most, &all));
-  PetscCall(ViewMemory(fault, name, most, all, viewer));
-  PetscCall(PetscViewerASCIIPopTab(viewer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The preconditioner that the stages of a run will set up, set up here for all cells sliding and theta = T*: what is
-   costly in it stays with the stiffness and the viscosity, so the run does not do it again. */
-static PetscErrorCode CreatePreconditioner(SlipFault fault, PC *pc)
-{
-  PetscReal theta;
-
-  PetscFunctionBegin;
-  PetscCall(MatSlipStageGetTheta(fault->operators.B, &theta));
-  PetscCall(MatSlipStageSetTheta(fault->operators.B, fault->operators.tstar));
-  PetscCall(PCCreate(fault->comm, pc));
-  PetscCall(PCSetType(*pc, PCSLIPSTAGE));
-  PetscCall(PCSetOperators(*pc, fault->operators.B, fault->operators.B));
-  PetscCall(PCSetUp(*pc));
-  if (theta > 0) PetscCall(MatSlipStageSetTheta(fault->operators.B, theta));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
 {
-  PetscErrorCode (*memory)(PC, PetscReal *);
   PetscInt least = fault->mesh.n, most = fault->mesh.n;
-  PetscReal resident, bytes = 0, largest, all;
-  PetscLogDouble mine;
   PetscMPIInt size;
-  char text[32];
-  PC pc;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(fault->comm, &size));
@@ -89,24 +14,7 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "cells: %" PetscInt_FMT " on %d ranks, %" PetscInt_FMT " to %" PetscInt_FMT " on each\n", fault->mesh.N,
     (int)size, least, most));
-  PetscCall(CreatePreconditioner(fault, &pc));
-  PetscCall(ViewMatrix(fault, "stiffness K", "K", fault->operators.K, viewer));
-  PetscCall(ViewMatrix(fault, "viscosity H", "H", fault->operators.H, viewer));
-  PetscCall(ViewMatrix(fault, "stage operator B", "B, beside K and H", fault->operators.B, viewer));
-  PetscCall(PetscObjectQueryFunction((PetscObject)pc, "PCSlipGetMemory_C", &memory));
-  if (memory) PetscCall((*memory)(pc, &bytes));
-  PetscCallMPI(MPI_Allreduce(&bytes, &largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  PetscCallMPI(MPI_Allreduce(&bytes, &all, 1, MPIU_REAL, MPIU_SUM, fault->comm));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "preconditioner: " PCSLIPSTAGE " unless -pc_type names another\n"));
-  PetscCall(PetscViewerASCIIPushTab(viewer));
-  PetscCall(ViewMemory(fault, "the preconditioner, beside what it shares with K", memory ? largest : -1, all, viewer));
-  PetscCall(PetscViewerASCIIPopTab(viewer));
-  PetscCall(PCDestroy(&pc));
-  PetscCall(PetscMemoryGetCurrentUsage(&mine));
-  resident = (PetscReal)mine;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &resident, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  Size(resident, text);
-  PetscCall(PetscViewerASCIIPrintf(viewer, "memory of the process after set-up: %s at most on a rank\n", text));
+  PetscCall(SlipElasticView(fault->medium, fault->operators.tstar, viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

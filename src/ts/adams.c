@@ -339,11 +339,12 @@ static PetscErrorCode Begin(TS ts)
 static PetscErrorCode MeetCorner(TS ts, PetscBool *met)
 {
   const SlipProblemOps *problem;
+  void *ctx;
   PetscReal corner = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem));
-  if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner, ctx));
   *met = ts->time_step >= corner - ts->ptime ? PETSC_TRUE : PETSC_FALSE;
   if (*met) ts->time_step = corner - ts->ptime;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -351,7 +352,7 @@ static PetscErrorCode MeetCorner(TS ts, PetscBool *met)
 
 /* Steps are stable to some three relaxation times. A learned controller observes them, and constant steps are the user's; others go by
    an error that shows an instability when it is there. */
-static PetscErrorCode BoundStep(TS ts, const SlipProblemOps *problem)
+static PetscErrorCode BoundStep(TS ts, const SlipProblemOps *problem, void *ctx)
 {
   PetscBool left;
   PetscReal rate;
@@ -359,7 +360,7 @@ static PetscErrorCode BoundStep(TS ts, const SlipProblemOps *problem)
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &left, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
   if (left) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*problem->relaxation)(ts, ts->vec_sol, &rate));
+  PetscCall((*problem->relaxation)(ts, ts->vec_sol, &rate, ctx));
   if (rate > 0) ts->time_step = PetscMin(ts->time_step, ADAMS_STABLE / rate);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -368,6 +369,7 @@ static PetscErrorCode Accept(TS ts, PetscReal next_h, PetscBool corner)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
   const SlipProblemOps *problem;
+  void *ctx;
 
   PetscFunctionBegin;
   if (!ad->estimated) ad->next = PetscMin(PetscMin(ad->order + 1, ad->n), ad->max_order); /* as constant steps are */
@@ -383,9 +385,9 @@ static PetscErrorCode Accept(TS ts, PetscReal next_h, PetscBool corner)
     PetscCall(Begin(ts));
   else
     PetscCall(PushRate(ts));
-  PetscCall(TSGetSlipProblem(ts, &problem));
-  if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol));
-  if (problem && problem->relaxation) PetscCall(BoundStep(ts, problem));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
+  if (problem && problem->relaxation) PetscCall(BoundStep(ts, problem, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -409,6 +411,7 @@ static PetscErrorCode Retry(TS ts, PetscReal next_h, PetscBool good)
 
   PetscFunctionBegin;
   PetscCall(VecCopy(ad->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
   ts->time_step = next_h;
   ts->reject++;
   ad->rejections++;
@@ -426,6 +429,7 @@ static PetscErrorCode TSStep_Adams(TS ts)
   PetscReal whole = ts->time_step, next_h;
 
   PetscFunctionBegin;
+  PetscCall(SlipProblemAccept(ts));
   if (ts->steprestart || !ad->n) PetscCall(Begin(ts));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
   PetscCall(VecCopy(ts->vec_sol, ad->start));
@@ -456,6 +460,7 @@ static PetscErrorCode TSRollBack_Adams(TS ts)
 
   PetscFunctionBegin;
   PetscCall(VecCopy(ad->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
   ts->steprestart = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

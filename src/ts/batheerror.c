@@ -127,12 +127,13 @@ PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const SlipProblemOps *problem;
+  void *ctx;
   PetscReal enorma, enormr;
 
   PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   if (problem && problem->error) {
-    PetscCall((*problem->error)(ts, ba->E, ba->X0, ba->Y[1], norm));
+    PetscCall((*problem->error)(ts, ba->E, ba->X0, ba->Y[1], norm, ctx));
     *norm = SlipBatheRoundError(*norm);
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -76,6 +76,7 @@ static PetscErrorCode TSBatheDoubling(TS ts, PetscReal h, PetscReal *residual, P
   }
   if (*ok) {
     run++;
+    PetscCall(SlipProblemAdvance(ts, t + 0.5 * h, ba->Wmid));
     PetscCall(TSBatheCounted(ts, t + 0.5 * h, 0.5 * h, ba->Wmid, ba->rmid, ba->Y[0], ba->Y[1], ba->r, residual, ok));
   }
   *residual += 2.0 * (3 - run);
@@ -112,10 +113,12 @@ static PetscErrorCode TSBatheInParts(TS ts, PetscReal h, PetscInt parts, PetscRe
 
   PetscFunctionBegin;
   PetscCall(TSBatheSetUpDoubling(ts));
+  PetscCall(SlipProblemRollBack(ts));
   for (PetscInt k = 0; k < parts && *ok; k++) {
     const PetscBool odd = k % 2 ? PETSC_TRUE : PETSC_FALSE;
     Vec from = k ? (odd ? ba->Wmid : ba->Y[1]) : ba->X0, rfrom = k ? (odd ? ba->rmid : ba->r) : ba->r0;
 
+    if (k) PetscCall(SlipProblemAdvance(ts, ts->ptime + (PetscReal)k * part, from));
     PetscCall(TSBatheCounted(ts, ts->ptime + (PetscReal)k * part, part, from, rfrom, ba->Y[0],
                              odd ? ba->Y[1] : ba->Wmid, odd ? ba->r : ba->rmid, residual, ok));
     if (*ok && ba->part)
@@ -166,6 +169,7 @@ static PetscErrorCode TSBatheRestore(TS ts)
   PetscFunctionBegin;
   PetscCall(VecCopy(ba->X0, ts->vec_sol));
   if (ba->con) PetscCall(VecCopy(ba->r0, ba->r));
+  PetscCall(SlipProblemRollBack(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -232,6 +236,7 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const SlipProblemOps *problem;
+  void *ctx;
   PetscErrorCode (*f)(TSAdapt, TS, PetscReal *);
   PetscReal h = ts->time_step;
 
@@ -240,14 +245,14 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   ba->constant = (SlipConstant){.asked = 0};
   ba->barrier = no_barrier;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
-  PetscCall(TSGetSlipProblem(ts, &problem));
-  if (problem && problem->begin) PetscCall((*problem->begin)(ts, PETSC_FALSE));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->begin) PetscCall((*problem->begin)(ts, PETSC_FALSE, ctx));
   PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseFirst_C", &f));
   if (f) {
     PetscCall((*f)(ts->adapt, ts, &h));
     PetscCall(TSBatheSetStep(ts, h));
   }
-  if (problem && problem->begin) PetscCall((*problem->begin)(ts, PETSC_TRUE));
+  if (problem && problem->begin) PetscCall((*problem->begin)(ts, PETSC_TRUE, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -265,8 +270,9 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));
   unchanged = id == ba->sol_id && state == ba->sol_state ? PETSC_TRUE : PETSC_FALSE;
   fresh = begin || ts->steprestart ? PETSC_TRUE : PETSC_FALSE;
-  if (begin) PetscCall(TSBatheBeginRun(ts));
   if (ts->steprollback && unchanged && !fresh) PetscFunctionReturn(PETSC_SUCCESS); /* X0, r0, K0 are still those */
+  PetscCall(SlipProblemAccept(ts));
+  if (begin) PetscCall(TSBatheBeginRun(ts));
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
   if (ba->con) {
     /* Stage 2's reaction of an cell that has just stopped holds the impulse that stopped it. Carried into the next
@@ -396,7 +402,7 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscBool *accept)
 }
 
 /* A step that needs no solve: the problem knows until when all of it rests. No controller is asked. */
-static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, PetscBool *rested)
+static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ctx, PetscBool *rested)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const PetscReal t = ts->ptime;
@@ -406,7 +412,7 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, PetscBoo
   PetscFunctionBegin;
   *rested = PETSC_FALSE;
   if (!ba->con || !problem || !problem->rest) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*problem->rest)(ts, t, ts->max_time, ts->vec_sol, ba->Wm, ba->Y[1], &end, &h));
+  PetscCall((*problem->rest)(ts, t, ts->max_time, ts->vec_sol, ba->Wm, ba->Y[1], &end, &h, ctx));
   if (!(end > t)) PetscFunctionReturn(PETSC_SUCCESS);
   *rested = PETSC_TRUE;
   ba->share = 0.5;
@@ -426,13 +432,13 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, PetscBoo
 }
 
 /* Steps end where the loading has a corner. *whole: the step that was cut for it, 0 where none was [s] */
-static PetscErrorCode TSBatheMeetCorner(TS ts, const SlipProblemOps *problem, PetscReal *whole)
+static PetscErrorCode TSBatheMeetCorner(TS ts, const SlipProblemOps *problem, void *ctx, PetscReal *whole)
 {
   PetscReal corner = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
   *whole = 0;
-  if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner));
+  if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner, ctx));
   if (ts->time_step <= corner - ts->ptime) PetscFunctionReturn(PETSC_SUCCESS);
   *whole = ts->time_step;
   ts->time_step = corner - ts->ptime;
@@ -441,8 +447,8 @@ static PetscErrorCode TSBatheMeetCorner(TS ts, const SlipProblemOps *problem, Pe
 
 /* Steps end where the problem says that something stops: *again if the attempt is to be repeated with such a step.
    *whole: the step that was cut for it [s] */
-static PetscErrorCode TSBatheMeetStop(TS ts, const SlipProblemOps *problem, PetscInt *tries, PetscReal *whole,
-                                      PetscBool *again)
+static PetscErrorCode TSBatheMeetStop(TS ts, const SlipProblemOps *problem, void *ctx, PetscInt *tries,
+                                      PetscReal *whole, PetscBool *again)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscReal stop = PETSC_MAX_REAL;
@@ -450,7 +456,7 @@ static PetscErrorCode TSBatheMeetStop(TS ts, const SlipProblemOps *problem, Pets
   PetscFunctionBegin;
   *again = PETSC_FALSE;
   if (problem && problem->stop && ba->k0_known)
-    PetscCall((*problem->stop)(ts, ba->share, ba->X0, ba->Wm, ba->Y[1], ba->K0, &stop));
+    PetscCall((*problem->stop)(ts, ba->share, ba->X0, ba->Wm, ba->Y[1], ba->K0, &stop, ctx));
   ba->stops = stop < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
   stop *= 1 + beyond_stop;
   if (!ba->stops || ts->time_step <= stop * (1 + near_stop) || stop < ts->adapt->dt_min || ++*tries > max_stop_tries)
@@ -468,25 +474,26 @@ PetscErrorCode TSStep_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const SlipProblemOps *problem;
+  void *ctx;
   PetscInt rejections = 0, tries = 0;
   PetscBool ok, accept, again, constant;
   PetscReal whole, cut;
 
   PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(TSBatheBeginStep(ts));
   ba->status = TS_STEP_INCOMPLETE;
-  PetscCall(TSBatheRest(ts, problem, &accept));
+  PetscCall(TSBatheRest(ts, problem, ctx, &accept));
   if (accept) PetscFunctionReturn(PETSC_SUCCESS);
   /* What a controller remembers of the steps before a rest says nothing of those after it. */
   if (ba->last.accepted && !ba->last.solves) ts->steprestart = PETSC_TRUE;
-  PetscCall(TSBatheMeetCorner(ts, problem, &whole));
+  PetscCall(TSBatheMeetCorner(ts, problem, ctx, &whole));
   cut = ts->time_step;
   while (!ts->reason && ba->status != TS_STEP_COMPLETE) {
     PetscCall(SlipGuardStep(ts));
     PetscCall(TSBatheAttempt(ts, &ok));
     accept = again = PETSC_FALSE;
-    if (ok) PetscCall(TSBatheMeetStop(ts, problem, &tries, &whole, &again));
+    if (ok) PetscCall(TSBatheMeetStop(ts, problem, ctx, &tries, &whole, &again));
     if (again) {
       cut = ts->time_step;
       continue;

@@ -1,7 +1,12 @@
 /* What controllers ask of the problem that a TS integrates: one table of operations, carried by the TS. */
-#include <slipts.h>
+#include <slipstep/private/slipts.h>
 #include <petsc/private/petscimpl.h>
-#include <slipcompat.h>
+#include <slipstep/private/slipsys.h>
+
+typedef struct {
+  const SlipProblemOps *ops;
+  void *ctx;
+} Problem;
 
 /*@C
   TSSetSlipProblem - say what controllers may ask of the problem that a TS integrates
@@ -10,22 +15,22 @@
 
   Input Parameters:
 + ts      - the TS
-- problem - its operations, borrowed: they must live as long as ts
+. problem - its operations, borrowed: they must live as long as ts; NULL: it has none
+- ctx     - the last argument of each of them, borrowed
 
   Level: developer
 
 .seealso: TSGetSlipProblem(), SlipObservationView(), TSADAPTRL
 @*/
-PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem)
+PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem, void *ctx)
 {
-  PetscContainer container;
+  Problem *p;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)ts), &container));
-  PetscCall(PetscContainerSetPointer(container, (void *)(uintptr_t)problem));
-  PetscCall(PetscObjectCompose((PetscObject)ts, "SlipProblem", (PetscObject)container));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(PetscNew(&p));
+  *p = (Problem){.ops = problem, .ctx = ctx};
+  PetscCall(SlipObjectComposeData((PetscObject)ts, "SlipProblem", p, SlipContainerDestroyDefault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -37,22 +42,58 @@ PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem)
   Input Parameter:
 . ts - the TS
 
-  Output Parameter:
-. problem - its operations, borrowed; `NULL` when there are none
+  Output Parameters:
++ problem - its operations, borrowed; `NULL` when there are none
+- ctx     - address of a pointer that receives their last argument; `NULL` if not needed
 
   Level: developer
 
 .seealso: TSSetSlipProblem()
 @*/
-PetscErrorCode TSGetSlipProblem(TS ts, const SlipProblemOps **problem)
+PetscErrorCode TSGetSlipProblem(TS ts, const SlipProblemOps **problem, void *ctx)
 {
-  PetscContainer container;
-  void *pointer = NULL;
+  Problem *p;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscCall(PetscObjectQuery((PetscObject)ts, "SlipProblem", (PetscObject *)&container));
-  if (container) PetscCall(PetscContainerGetPointer(container, &pointer));
-  *problem = (const SlipProblemOps *)pointer;
+  PetscCall(SlipObjectQueryData((PetscObject)ts, "SlipProblem", &p));
+  *problem = p ? p->ops : NULL;
+  if (ctx) *(void **)ctx = p ? p->ctx : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the history of a problem that remembers ---- */
+
+PetscErrorCode SlipProblemAccept(TS ts)
+{
+  const PetscBool first = ts->steps == 0 && !ts->steprollback ? PETSC_TRUE : PETSC_FALSE;
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->accept) PetscCall((*problem->accept)(ts, ts->ptime, ts->vec_sol, first, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipProblemAdvance(TS ts, PetscReal t, Vec w)
+{
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->advance) PetscCall((*problem->advance)(ts, t, w, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipProblemRollBack(TS ts)
+{
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->rollback) PetscCall((*problem->rollback)(ts, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -160,7 +160,7 @@ PetscErrorCode TSBatheCheckOptions(TS ts)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
   PetscCall(TSGetType(ts, &type));
-  PetscCall(TSGetSlipProblem(ts, &problem));
+  PetscCall(TSGetSlipProblem(ts, &problem, NULL));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCheck(bathe || (problem && problem->any_integrator), PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
              "-ts_type %s knows no friction, expected " TSBATHE, type);

@@ -112,6 +112,7 @@ expect "-fault_length_x is 0" -fault_length_x 0
 expect "-fault_length_z is -2" -fault_length_z -2
 expect '-fault_density is "heavy"' -fault_density heavy
 expect '-fault_friction_law is "velcro"' -fault_friction_law velcro
+expect '-fault_medium is "jelly", expected one of static' -fault_medium jelly
 expect '-fault_operator is "sparse"' -fault_operator sparse
 expect '-fault_initial is "later"' -fault_initial later
 expect "truncated.h5" -fault_stiffness_file truncated.h5

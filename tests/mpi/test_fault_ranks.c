@@ -17,6 +17,7 @@ typedef struct {
 static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *out)
 {
   const SlipProblemOps *problem;
+  void *ctx;
   SlipFault fault;
   PetscInt row;
   TS ts;
@@ -31,11 +32,11 @@ static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *ou
   PetscCall(TSSolve(ts, w));
   PetscCall(SlipFaultOutputFinish(fault, ts, 0, 0));
   PetscCall(SlipFaultGetObservables(fault, 15, w, NULL, &out->obs));
-  PetscCall(TSGetSlipProblem(ts, &problem));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   PetscCall(SlipFaultDestroy(&fault)); /* the TS keeps it */
-  PetscCall((*problem->find)(ts, "energy", &row));
+  PetscCall((*problem->find)(ts, "energy", &row, ctx));
   PetscCheck(row >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault does not know its energy");
-  PetscCall((*problem->observe)(ts, 15, 1, &row, &out->energy));
+  PetscCall((*problem->observe)(ts, 15, 1, &row, &out->energy, ctx));
   PetscCall(VecNorm(w, NORM_2, &out->norm));
   PetscCall(VecDestroy(&w));
   PetscCall(TSDestroy(&ts));

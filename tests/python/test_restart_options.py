@@ -80,6 +80,7 @@ TABLE = {
     "fault_hmat_tolerance": ("hmat", "1e-6", REFUSED),
     "fault_friction_law": ("event", "linear_slip_weakening", REFUSED),
     "fault_state_law": ("smooth", "slip", REFUSED),
+    "fault_medium": ("event", "static", SAME),  # there is no other
     "fault_kernel": ("event", "full_space", REFUSED),
     "fault_normal_coupling": ("thrust", "no", REFUSED),
     "fault_initial": ("event", "rest", REFUSED),

@@ -350,17 +350,20 @@ static void numbers_only(void **state)
 }
 
 /* Constant steps that a corner of the loading cuts go on as they were. */
-static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *next)
+static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *next, void *ctx)
 {
+  const PetscReal at = *(const PetscReal *)ctx;
+
   PetscFunctionBeginUser;
   (void)ts;
-  *next = t < 0.375 ? 0.375 : PETSC_MAX_REAL;
+  *next = t < at ? at : PETSC_MAX_REAL;
   PetscFunctionReturn(0);
 }
 
 static void corner(void **state)
 {
   static const SlipProblemOps problem = {.corner = Corner};
+  PetscReal at = 0.375;
   const PetscReal want[] = {0, 0.25, 0.375, 0.625, 0.875, 1.125, 1.375};
   const char *const types[] = {TSADAMS, TSBATHE};
 
@@ -375,7 +378,7 @@ static void corner(void **state)
     ok(VecSet(y, 1));
     ok(MatCreateSeqDense(PETSC_COMM_SELF, 1, 1, NULL, &J));
     ok(TSSetRHSJacobian(ts, J, J, FallJacobian, NULL));
-    ok(TSSetSlipProblem(ts, &problem));
+    ok(TSSetSlipProblem(ts, &problem, &at));
     ok(TSMonitorSet(ts, Keep, NULL, NULL));
     ok(TSSolve(ts, y));
     ok(TSGetStepNumber(ts, &steps));
@@ -386,10 +389,10 @@ static void corner(void **state)
 }
 
 /* Controllers that go by the error keep below three relaxation times where the problem knows them, constant steps stay. */
-static PetscErrorCode Relaxes(TS ts, Vec w, PetscReal *rate)
+static PetscErrorCode Relaxes(TS ts, Vec w, PetscReal *rate, void *ctx)
 {
   PetscFunctionBeginUser;
-  (void)ts, (void)w;
+  (void)ts, (void)w, (void)ctx;
   *rate = 100;
   PetscFunctionReturn(0);
 }
@@ -407,7 +410,7 @@ static void bounded(void **state)
     MakeScalar(&ts, &y, TSADAMS, adapts[k], Fall, 0.0625, 1);
     ok(VecSet(y, 1));
     ok(TSSetTolerances(ts, 1e-2, NULL, 1e-2, NULL));
-    ok(TSSetSlipProblem(ts, &problem));
+    ok(TSSetSlipProblem(ts, &problem, NULL));
     ok(TSMonitorSet(ts, Keep, NULL, NULL));
     ok(TSSolve(ts, y));
     for (int i = 2; i < 16; i++) assert_true(fabs(when[i] - when[i - 1] - (k < 2 ? 0.03 : 0.0625)) < 1e-14);

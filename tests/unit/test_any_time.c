@@ -141,10 +141,10 @@ static PetscInt Rest(SlipFault fault, PetscReal t, Vec w, PetscReal out[])
   ok(VecDuplicate(w, &half));
   ok(VecDuplicate(w, &after));
   ok(VecZeroEntries(after));
-  if (!fault->friction.law->always_slides) ok(SlipFaultRest(fault, t, t + 1e9, w, half, after, &end, &h));
+  if (!fault->friction.law->always_slides) ok(SlipFaultRest(NULL, t, t + 1e9, w, half, after, &end, &h, fault));
   out[0] = end;
   out[1] = h;
-  ok(SlipFaultRestTime(fault, t, w, &out[2]));
+  ok(SlipFaultRestTime(NULL, t, w, &out[2], fault));
   Put(after, out + 3);
   ObjectsDestroy(&half, &after);
   return 3 + 3 * N;
@@ -165,7 +165,7 @@ static PetscInt Rates(SlipFault fault, PetscReal t, Vec w, PetscReal out[])
   ok(SlipFaultGetSums(fault, t, w, &sums));
   memcpy(out, sums->sum, sizeof(sums->sum));
   n = FAULT_NUM_SUMS + Put(F, out + FAULT_NUM_SUMS);
-  ok(SlipFaultRelaxation(fault, w, &out[n]));
+  ok(SlipFaultRelaxation(NULL, w, &out[n], fault));
   ok(VecDestroy(&F));
   return n + 1;
 }

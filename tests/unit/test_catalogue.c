@@ -1,6 +1,7 @@
 /* The catalogue of events: its formulas by hand, the integrator's quadrature, the ledger of energy. */
 #include "unit.h"
 #include "faultstart.h"
+#include <slipstep/private/slipelastic.h>
 #include <slipstep/private/sliprecordfiles.h>
 #include <math.h>
 #include "tempdir.h"
@@ -163,7 +164,7 @@ static Outcome Run(const char law[], Case c, PetscInt steps)
   ok(SlipFaultOutputFinish(fault, ts, 0, 0));
   ok(SlipFaultGetObservables(fault, c.time, w, NULL, &out.final));
   ok(VecStrideGather(w, 2, fault->work[0], INSERT_VALUES));
-  ok(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
+  ok(MatMult(fault->medium->K, fault->work[0], fault->work[1]));
   ok(VecSum(fault->work[1], &out.drop));
   out.drop /= 30;
   ok(SlipH5OpenRead(file, &h));

@@ -2,6 +2,7 @@
    of the bound. */
 #include "unit.h"
 #include "faultstart.h"
+#include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipts.h>
@@ -27,12 +28,12 @@ static void Numbers(SlipFault fault, PetscReal *K, PetscReal *Kn)
 {
   const PetscScalar *a;
 
-  ok(MatDenseGetArrayRead(fault->operators.K, &a));
+  ok(MatDenseGetArrayRead(fault->medium->K, &a));
   *K = a[0];
-  ok(MatDenseRestoreArrayRead(fault->operators.K, &a));
-  ok(MatDenseGetArrayRead(fault->operators.Kn, &a));
+  ok(MatDenseRestoreArrayRead(fault->medium->K, &a));
+  ok(MatDenseGetArrayRead(fault->medium->Kn, &a));
   *Kn = a[0];
-  ok(MatDenseRestoreArrayRead(fault->operators.Kn, &a));
+  ok(MatDenseRestoreArrayRead(fault->medium->Kn, &a));
 }
 
 /* One cell of constant friction under a traction above its strength, with inertia and no viscosity: M u'' = T - K u - mu (sigma0 + Kn u)
@@ -143,7 +144,7 @@ static void rest_ends_when_force_meets_the_falling_strength(void **state)
       ok(TSStep(ts));
       ok(TSGetTime(ts, &rest));
     } else
-      ok(SlipFaultRestTime(fault, 0, w, &rest));
+      ok(SlipFaultRestTime(NULL, 0, w, &rest, fault));
     /* the viscosity of the loading, H v, is held as well: G/(2 cs) v over 3 MPa is 1e-9 */
     AssertNear(rest, (MU * SIGMA - load) / (v * (K + MU * Kn)), 1e-8 * rest);
     ObjectsDestroy(&ts, &w);
@@ -166,9 +167,9 @@ static void normal_stress_begins_as_given(void **state)
   ok(SlipFaultSetInitialState(fault, w));
   ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
   for (PetscInt i = 0; i < fault->mesh.n; i++) AssertNear(friction.stress[i], SIGMA, 1e-13 * SIGMA);
-  ok(MatCreateVecs(fault->operators.Kn, &u, &change_of));
+  ok(MatCreateVecs(fault->medium->Kn, &u, &change_of));
   ok(VecSet(u, 0.01));
-  ok(MatMult(fault->operators.Kn, u, change_of));
+  ok(MatMult(fault->medium->Kn, u, change_of));
   ok(VecStrideScatter(u, fault->layout.displacement, w, ADD_VALUES));
   ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
   ok(VecGetArrayRead(change_of, &change));
@@ -228,7 +229,7 @@ static void what_changes_normal_stress(void **state)
     ok(SlipFaultSetBool(fault, "opening", row[k].opens));
     ok(SlipFaultSetUp(fault));
     assert_int_equal(fault->kind.coupled, row[k].coupled);
-    assert_int_equal(fault->operators.Kn != NULL, row[k].coupled);
+    assert_int_equal(fault->medium->Kn != NULL, row[k].coupled);
     assert_int_equal(fault->kind.dipping, row[k].dipping);
     ok(SlipFaultDestroy(&fault));
   }
@@ -255,7 +256,7 @@ static void friction_is_of_the_state_asked_about(void **state)
     ok(VecCopy(w, stage.base));
     ok(VecShift(stage.base, 1e-2));
     ok(VecZeroEntries(stage.explicit_part));
-    ok(MatCreateVecs(fault->operators.K, &x, &q));
+    ok(MatCreateVecs(fault->medium->K, &x, &q));
     ok(VecSet(x, 1e-2));
     ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
     for (int i = 0; i < 6; i++) first[i] = friction.stress[i];
@@ -291,11 +292,11 @@ static void rates_balance_with_the_stress_of_now(void **state)
   w = State(fault, 1e-9);
   ok(SlipFaultRates(fault, 0, w, NULL));
   ok(SlipFaultPutRates(fault, w));
-  ok(MatCreateVecs(fault->operators.K, &u, &Ku));
+  ok(MatCreateVecs(fault->medium->K, &u, &Ku));
   ok(VecDuplicate(u, &Knu));
   ok(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
-  ok(MatMult(fault->operators.K, u, Ku));
-  ok(MatMult(fault->operators.Kn, u, Knu));
+  ok(MatMult(fault->medium->K, u, Ku));
+  ok(MatMult(fault->medium->Kn, u, Knu));
   ok(SlipFaultGetLoad(fault, 0, &load));
   ok(SlipFaultGetFrictionOf(fault, 0, w, &friction));
   ok(VecGetArrayRead(w, &a));
@@ -340,7 +341,7 @@ static void CheckDerivative(SlipFault fault)
   ok(VecDuplicate(stage.base, &stage.explicit_part));
   ok(VecZeroEntries(stage.explicit_part));
   ok((*ops->stage)(fault->stage.con, &stage, fault));
-  ok(MatCreateVecs(fault->operators.K, &x, &factor));
+  ok(MatCreateVecs(fault->medium->K, &x, &factor));
   ok(VecSet(x, 0.1));
   for (int k = 0; k < 2; k++) ok(VecDuplicate(x, &q[k]));
   for (PetscInt j = 0; j < fault->mesh.N; j++) {

@@ -93,9 +93,9 @@ static void relaxation(void **state)
     ok(FaultStart(fault, NULL, 0, 0, &w, &ts));
     ok(TSSetSolution(ts, w));
     ok(TSGetAdapt(ts, &adapt));
-    ok(TSGetSlipProblem(ts, &problem));
-    ok((*problem->find)(ts, "log_relaxation", &row));
-    ok((*problem->observe)(ts, 0, 1, &row, &value));
+    ok(TSGetSlipProblem(ts, &problem, NULL));
+    ok((*problem->find)(ts, "log_relaxation", &row, fault));
+    ok((*problem->observe)(ts, 0, 1, &row, &value, fault));
     if (value > want + 1e-6 || value < want - 0.005) fail_msg("%.6f, expected %.6f", (double)value, want);
     ObjectsDestroy(&ts, &w, &fault);
   }

@@ -116,12 +116,12 @@ static void needs_estimate(void **state)
 static PetscReal rest_time(Run *r)
 {
   const SlipProblemOps *problem;
+  void *fault;
   PetscReal rest;
 
-  ok(TSGetSlipProblem(r->ts, &problem));
+  ok(TSGetSlipProblem(r->ts, &problem, &fault));
   assert_non_null(problem);
-  ok(TSSetSolution(r->ts, r->w));
-  ok((*problem->rest_time)(r->ts, &rest));
+  ok((*problem->rest_time)(r->ts, 0, r->w, &rest, fault));
   return rest;
 }
 

@@ -1,6 +1,7 @@
 /* The fault without an integrator: parameters and their errors, files, scaling, critical state, elimination, energy. */
 #include "unit.h"
 #include "faultstart.h"
+#include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include <unistd.h>
@@ -106,8 +107,8 @@ static void two_faults(void **state)
   ok(MatGetOptionsPrefix(K, &prefix));
   assert_string_equal(prefix, "lower_");
   /* by their views, as Lanczos' method is exact for so few cells */
-  assert_non_null(strstr(ViewOf(upper->operators.H), "relative tolerance 0.5,"));
-  assert_non_null(strstr(ViewOf(lower->operators.H), "relative tolerance 1e-10,"));
+  assert_non_null(strstr(ViewOf(upper->medium->H), "relative tolerance 0.5,"));
+  assert_non_null(strstr(ViewOf(lower->medium->H), "relative tolerance 1e-10,"));
   assert_string_equal(lower->friction.law->name, "constant");
   assert_string_equal(upper->friction.law->name, "exponential_slip_weakening");
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options); i++) ok(PetscOptionsClearValue(NULL, options[i][0]));
@@ -173,11 +174,11 @@ static void scaling_and_critical_state(void **state)
   for (PetscInt e = 0; e < 9; e++) ok(VecSetValue(sigma, e, fault->fields.cell[FIELD_NORMAL_STRESS][e], INSERT_VALUES));
   ok(VecAssemblyBegin(sigma));
   ok(VecAssemblyEnd(sigma));
-  ok(SlipFaultSolveStiffness(fault, sigma, x));
+  ok(SlipElasticSolve(fault->medium, sigma, x));
   ok(VecSum(x, &mean));
   ok(VecSum(sigma, &stress));
   assert_true(fabs(mean / (stress * 3000 / 30e9) - 1) < 1e-11);
-  ok(MatMult(fault->operators.K, fault->critical.uc, x)); /* K uc = 0.6 sigma */
+  ok(MatMult(fault->medium->K, fault->critical.uc, x)); /* K uc = 0.6 sigma */
   ok(VecAXPY(x, -0.6, sigma));
   ok(VecNorm(x, NORM_INFINITY, &norm));
   ok(VecNorm(sigma, NORM_INFINITY, &sum));
@@ -194,7 +195,7 @@ static void elasticity_is_left_alone(void **state)
   (void)state;
   ok(SlipFaultSetUp(fault));
   assert_true(fault->operators.scaling == 1);
-  ok(MatGetDiagonal(fault->operators.K, fault->work[0]));
+  ok(MatGetDiagonal(fault->medium->K, fault->work[0]));
   ok(VecMax(fault->work[0], NULL, &K));
   assert_true(fabs(K / (0.311646 * 30e9 / 1000) - 1) < 2e-6);
   ok(SlipFaultDestroy(&fault));
@@ -258,7 +259,7 @@ static void stiffness_file(void **state)
   ok(SlipFaultSetString(fault, "stiffness_file", "test_fault_stiffness.h5:/run/K"));
   ok(SlipFaultSetString(fault, "stiffness_scaling", "none"));
   ok(SlipFaultSetUp(fault));
-  ok(MatNorm(fault->operators.K, NORM_FROBENIUS, &x));
+  ok(MatNorm(fault->medium->K, NORM_FROBENIUS, &x));
   assert_true(fabs(x - sqrt(20.) * 1e7) < 1e-8); /* one rounding of a number of 4.5e7 is 7e-9 */
   ok(SlipFaultDestroy(&fault));
   Refuses(2, 1, "stiffness_file", file, "has no dataset /stiffness");
@@ -290,7 +291,7 @@ static void stiffness_view(void **state)
   ok(MatCreate(PETSC_COMM_SELF, &K));
   ok(MatSetType(K, MATDENSE));
   ok(MatLoad(K, viewer));
-  ok(MatConvert(fault->operators.K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
+  ok(MatConvert(fault->medium->K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   ok(MatEqual(K, dense, &same));
   assert_true(same);
   ObjectsDestroy(&dense, &K, &viewer, &fault);
@@ -373,7 +374,7 @@ static void power_balance(void **state)
   ok(VecGetArrayWrite(u, &x));
   for (PetscInt i = 0; i < 12; i++) x[i] = a[3 * i + 1];
   ok(VecRestoreArrayWrite(u, &x));
-  ok(MatMult(fault->operators.K, u, ku));
+  ok(MatMult(fault->medium->K, u, ku));
   ok(VecGetArray(F, &f));
   ok(VecGetArrayRead(ku, &k));
   ok(VecGetArrayRead(r, &q));

@@ -1,6 +1,7 @@
 /* Slip of two components: beside that of one where they must be the same, in axes that are turned, and the balance of each cell. */
 #include "unit.h"
 #include "faultstart.h"
+#include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipsys.h>
@@ -165,7 +166,7 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
   }
   ok(VecRestoreArray(w, &a));
   ok(SlipFaultGetDisplacement(fault, w, fault->work[0]));
-  ok(MatMult(fault->operators.K, fault->work[0], fault->work[1]));
+  ok(MatMult(fault->medium->K, fault->work[0], fault->work[1]));
   ok(VecGetArrayRead(fault->work[1], &f));
   for (PetscInt i = 0; i < N; i++)
     for (PetscInt k = 0; k < 2; k++) {
@@ -279,12 +280,12 @@ static void rest_ends_where_the_first_vector_is_long_enough(void **state)
     ok(SlipFaultSetString(fault, "friction_law", "constant"));
     ok(SlipFaultSetString(fault, "initial", "traction"));
     ok(SlipFaultSetUp(fault));
-    assert_int_equal(fault->operators.Kn ? 1 : 0, dip < 90);
+    assert_int_equal(fault->medium->Kn ? 1 : 0, dip < 90);
     ok(SlipFaultCreateState(fault, &w));
     ok(VecGetArrayWrite(w, &a));
     for (PetscInt i = 0; i < 5 * N; i++) a[i] = i % 5 < 2 || i % 5 == 4 ? 0 : 0.1 * PetscSinReal((PetscReal)(7 * i));
     ok(VecRestoreArrayWrite(w, &a));
-    ok(SlipFaultRestTime(fault, 0, w, &rest));
+    ok(SlipFaultRestTime(NULL, 0, w, &rest, fault));
     assert_true(rest > 0 && rest < 1e11);
     for (PetscInt part = 1; part <= 2; part++) { /* half of it, and all */
       SlipFrictionCells friction;

@@ -275,7 +275,8 @@ static PetscReal NextCorner(SlipFault fault, TS ts, PetscReal t, PetscReal h, Ve
   PetscReal next;
 
   ok(TSSetTimeStep(ts, h));
-  ok(SlipFaultNextCorner(fault, ts, t, w, &next));
+  ok(TSSetSolution(ts, w));
+  ok(SlipFaultNextCorner(ts, t, &next, fault));
   return next;
 }
 

@@ -199,12 +199,12 @@ static void other_problem(void **state)
   char text[512];
 
   (void)state;
-  ok(TSSetSlipProblem(r.ts, NULL));
+  ok(TSSetSlipProblem(r.ts, NULL, NULL));
   ok(TSAdaptRLSetPolicy(r.adapt, p));
   (void)step(&r, text, sizeof(text), "-ts_adapt_rl_measure final_slip: the problem has only one measure of error");
   ObjectsDestroy(&r.ts, &r.w, &r.fault);
   r = start("-ts_adapt_rl_measure history");
-  ok(TSSetSlipProblem(r.ts, NULL));
+  ok(TSSetSlipProblem(r.ts, NULL, NULL));
   ok(TSAdaptRLSetPolicy(r.adapt, p));
   (void)step(&r, text, sizeof(text), NULL);
   ObjectsDestroy(&r.ts, &r.w, &r.fault);

@@ -43,7 +43,7 @@ static Rest RestOf(SlipFault fault, PetscReal t, PetscReal limit, PetscReal u, P
     a[3 * i + 2] = s;
   }
   ok(VecRestoreArray(w[0], &a));
-  ok(SlipFaultRest(fault, t, limit, w[0], w[1], w[2], &rest.end, &rest.h));
+  ok(SlipFaultRest(NULL, t, limit, w[0], w[1], w[2], &rest.end, &rest.h, fault));
   for (int k = 1; k < 3; k++) {
     ok(VecGetArray(w[k], &a));
     assert_true(rest.end == t || a[0] == 0);
@@ -251,9 +251,9 @@ static PetscReal VectorRest(SlipFault fault, const PetscReal u[2], PetscReal ope
   if (opening > 0) a[SlipFaultDisplacementAt(fault, 0) + 2] = opening;
   ok(VecRestoreArray(w[0], &a));
   if (limit > 0)
-    ok(SlipFaultRest(fault, 0, limit, w[0], w[1], w[2], &end, &h));
+    ok(SlipFaultRest(NULL, 0, limit, w[0], w[1], w[2], &end, &h, fault));
   else
-    ok(SlipFaultRestTime(fault, 0, w[0], &end));
+    ok(SlipFaultRestTime(NULL, 0, w[0], &end, fault));
   ObjectsDestroy(&w[0], &w[1], &w[2]);
   return end;
 }

@@ -110,16 +110,17 @@ static PetscErrorCode WatchLoad(TS ts, PetscInt step, PetscReal time, Vec w, voi
 {
   const SlipSlidingMode *m = (const SlipSlidingMode *)ctx;
   const SlipProblemOps *problem;
+  void *model;
   PetscReal value;
   PetscInt row;
 
   PetscFunctionBeginUser;
   (void)w;
   if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  ok(TSGetSlipProblem(ts, &problem));
-  ok((*problem->find)(ts, "load", &row));
+  ok(TSGetSlipProblem(ts, &problem, &model));
+  ok((*problem->find)(ts, "load", &row, model));
   assert_true(row >= 0);
-  ok((*problem->observe)(ts, time, 1, &row, &value));
+  ok((*problem->observe)(ts, time, 1, &row, &value, model));
   assert_true(fabs(value - fabs(m->D * sin(m->omega * time)) / m->k) < 1e-12);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

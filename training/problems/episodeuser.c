@@ -43,6 +43,7 @@ static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, 
 {
   const SlipTrainProblem *user = o->problem->user;
   const SlipProblemOps *ops;
+  void *ctx;
   PetscReal longest;
   TSAdapt adapt;
   Episode *e;
@@ -64,8 +65,8 @@ static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, 
              "SlipTrain(): a run of problem %s goes from %g to %g s, expected TSSetMaxTime() after the start",
              user->name, (double)e->begin, (double)e->tmax);
   e->tstar = 1;
-  PetscCall(TSGetSlipProblem(e->ts, &ops));
-  if (ops && ops->time_scale) PetscCall((*ops->time_scale)(e->ts, &e->tstar));
+  PetscCall(TSGetSlipProblem(e->ts, &ops, &ctx));
+  if (ops && ops->time_scale) PetscCall((*ops->time_scale)(e->ts, &e->tstar, ctx));
   PetscCall(TSBatheMonitorSet(e->ts, Count, e, NULL));
   PetscCall(TSSetMaxSteps(e->ts, EPISODE_MAX_STEPS));
   PetscCall(TSSetErrorIfStepFails(e->ts, PETSC_FALSE));

@@ -43,6 +43,7 @@ PETSC_INTERN PetscErrorCode SlipAdaptWatch(TS ts, SlipAdaptWatchFn told);
 typedef struct {
   TS ts;
   const SlipProblemOps *problem; /* NULL: the TS integrates something that tells nothing of itself */
+  void *ctx;                     /* that its functions take */
   SlipAttempt last;              /* the last attempt, when there was one */
   SlipRunNumbers run;            /* what rows read; of the last attempt once SlipObserve() has begun */
   Vec w0;                        /* first state seen, for observations that the problem does not supply */

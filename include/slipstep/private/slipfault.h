@@ -114,6 +114,7 @@ struct _p_SlipFault {
   SlipFaultFriction friction;
   SlipFaultLoads loads;
   SlipFaultKind kind;
+  SlipElastic medium; /* what slip does to stress */
   SlipFaultOperators operators;
   SlipFaultCritical critical;
   SlipFaultStage stage;

@@ -92,7 +92,7 @@ typedef struct {
 PETSC_EXTERN PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
                                                     SlipFaultMoment *now, PetscBool *same);
 /* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no explicit problem */
-PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(SlipFault fault, Vec w, PetscReal *relaxation);
+PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
                                              PetscReal value[]);

@@ -24,7 +24,6 @@ typedef struct {
   PetscReal *own;
   PetscBool opened;          /* it was said that cells are without strength */
   Vec drive, hold;           /* of a fault at rest: rate of its load, K v_inf + w dT/dt [Pa/s], and H v_inf [Pa] */
-  Vec diagonal[2];           /* of K and H */
   PetscReal fastest_healing; /* largest 1/t_h [1/s] */
 } SlipFaultLoads;
 

@@ -1,11 +1,9 @@
-/* The operators of a fault, and the critical state that they and its strength make. */
+/* What a fault knows of its medium, and the critical state that that and its strength make. */
 #pragma once
 #include <slipfault.h>
-#include <slipmat.h>
+#include <slipelastic.h>
 
 typedef struct {
-  Mat K, H, B;       /* stiffness after scaling [Pa/m], viscosity [Pa s/m], stage operator */
-  Mat Kn;            /* what slip does to normal stress, likewise [Pa/m]; NULL: nothing */
   PetscReal mass;    /* rho Ly [kg/m^2] */
   PetscReal tstar;   /* Ly sqrt(rho/G) [s] */
   PetscReal scaling; /* factor that K was multiplied with */
@@ -32,4 +30,3 @@ typedef struct {
 PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault);
 /* critical.c: uc, and what observables are measured in; x = K^-1 b from the guess x */
 PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);
-PETSC_EXTERN PetscErrorCode SlipFaultSolveStiffness(SlipFault fault, Vec b, Vec x);

@@ -79,6 +79,7 @@ PETSC_INTERN const SlipParameter *SlipFaultRealRow(PetscInt id); /* NULL after t
 typedef enum {
   FAULT_FRICTION_LAW,
   FAULT_STATE_LAW,
+  FAULT_MEDIUM,
   FAULT_KERNEL,
   FAULT_NORMAL_COUPLING,
   FAULT_INITIAL,

@@ -42,13 +42,13 @@ typedef struct {
 } SlipFaultSteps;
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
 PETSC_INTERN PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts);
-PETSC_INTERN PetscErrorCode SlipFaultBeginSteps(SlipFault fault, TS ts, PetscBool chosen);
-PETSC_INTERN PetscErrorCode SlipFaultHandOverSteps(SlipFault fault, TS ts, TSAdapt heir, PetscReal accuracy);
+PETSC_INTERN PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *fault);
+PETSC_INTERN PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt heir, PetscReal accuracy, void *fault);
 PETSC_INTERN PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run);
 PETSC_INTERN PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative);
 /* corners.c */
-PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(SlipFault fault, TS ts, PetscReal t, Vec w, PetscReal *next);
+PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *fault);
 /* constraint.c */
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
@@ -58,8 +58,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w,
 PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q);
 /* rest.c */
 PETSC_EXTERN PetscErrorCode SlipFaultRestSetUp(SlipFault fault);
-PETSC_EXTERN PetscErrorCode SlipFaultRest(SlipFault fault, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after,
-                                          PetscReal *end, PetscReal *h);
+PETSC_EXTERN PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after,
+                                          PetscReal *end, PetscReal *h, void *fault);
 /* balance.c: faults whose cells always slide */
 PETSC_EXTERN PetscErrorCode SlipFaultChooseDefaults(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultViscosityPrint(SlipFault fault);
@@ -67,13 +67,13 @@ PETSC_INTERN SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const Pets
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
-PETSC_INTERN PetscErrorCode SlipFaultForce(SlipFault fault, Vec w, Vec u, Vec force);
-PETSC_INTERN PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, Vec u, PetscBool *same);
+PETSC_INTERN PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec force);
+PETSC_INTERN PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec u, PetscBool *same);
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
 PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w);
+PETSC_EXTERN PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *fault);
 PETSC_EXTERN PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w, Vec *seen);
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step); /* where all cells slide [s] */
@@ -89,4 +89,4 @@ PETSC_EXTERN PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal re
                                                    PetscReal tolerance[]);
 PETSC_EXTERN PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, PetscReal h, Vec e, Vec w0,
                                                Vec w1, PetscReal *E);
-PETSC_EXTERN PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest);
+PETSC_EXTERN PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, void *fault);

@@ -113,3 +113,7 @@ PETSC_INTERN PetscErrorCode SlipGuardState(Vec w, PetscBool *good); /* all of it
 /* ---- state.c: for checkpoints ---- */
 PETSC_INTERN PetscErrorCode SlipStateTS(SlipState, TS);
 PETSC_INTERN PetscErrorCode SlipStateAttempt(SlipState, SlipAttempt *);
+/* problem.c: what remembers is told of its history, as SlipProblemOps says */
+PETSC_INTERN PetscErrorCode SlipProblemAccept(TS ts);
+PETSC_INTERN PetscErrorCode SlipProblemAdvance(TS ts, PetscReal t, Vec w);
+PETSC_INTERN PetscErrorCode SlipProblemRollBack(TS ts);

@@ -1,0 +1,232 @@
+/* What the medium answers to slip. */
+#include <slipstep/private/slipelastic.h>
+#include <slipstep/private/slipmatviscosity.h>
+
+/*@
+  SlipElasticForce - the stress by which the medium resists
+
+  Collective; after SlipElasticSetUp()
+
+  Input Parameters:
++ el - the medium
+. t  - the time [s], not before the last accepted state but one
+. u  - displacement relative to the far field [m]; `NULL`: shear is (df/dv) v alone
+- v  - slip rate likewise [m/s]; `NULL`: 0
+
+  Output Parameters:
++ shear  - f(u, v, t), by the weights of the stiffness [Pa]; `NULL`: not wanted
+- normal - compression that u adds, a number a cell [Pa]; `NULL`: not wanted
+
+  Level: developer
+
+  Note:
+  With both outputs what they have in common is computed once.
+
+.seealso: SlipElasticApply(), SlipElasticStage()
+@*/
+PetscErrorCode SlipElasticForce(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall((*el->ops->force)(el, t, u, v, shear, normal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticStage - prepare the stage operator B = M/theta + df/dv + theta df/du
+
+  Collective; after SlipElasticSetUp()
+
+  Input Parameters:
++ el    - the medium
+. t     - time of the stage's end [s]
+- theta - u = u0 + theta v in the stage [s]
+
+  Level: developer
+
+.seealso: SlipElasticGetStage()
+@*/
+PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscReal theta)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall((*el->ops->stage)(el, t, theta, &el->stage, &el->coupling));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticGetStage - the stage operator of the last SlipElasticStage()
+
+  Not collective
+
+  Input Parameter:
+. el - the medium
+
+  Output Parameters (each may be `NULL`):
++ B - M/theta + df/dv + theta df/du [Pa s/m], borrowed until the next stage
+- C - what slip does to normal stress there [Pa/m], likewise; `NULL`: nothing
+
+  Level: developer
+
+  Errors: PETSC_ERR_ORDER before a stage
+
+.seealso: SlipElasticStage()
+@*/
+PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCheck(el->stage, PetscObjectComm((PetscObject)el), PETSC_ERR_ORDER, "call SlipElasticStage() first");
+  if (B) *B = el->stage;
+  if (C) *C = el->coupling;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticApply - the stress of a slip that the medium has had time to follow
+
+  Collective; after SlipElasticSetStiffness()
+
+  Input Parameters:
++ el - the medium
+- x  - slip [m]
+
+  Output Parameters:
++ shear  - K x, by the weights of the stiffness [Pa]; `NULL`: not wanted
+- normal - compression that x adds [Pa]; `NULL`: not wanted
+
+  Level: developer
+
+.seealso: SlipElasticForce(), SlipElasticSolve()
+@*/
+PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear, Vec normal)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  if (shear && normal)
+    PetscCall(MatSlipStiffnessMultBoth(el->K, el->Kn, x, shear, normal));
+  else if (shear)
+    PetscCall(MatMult(el->K, x, shear));
+  else if (normal)
+    PetscCall(MatMult(el->Kn, x, normal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticGetDiagonals - the stress on a cell of its own slip and slip rate
+
+  Collective; after SlipElasticSetUp()
+
+  Input Parameter:
+. el - the medium
+
+  Output Parameters (each may be `NULL`):
++ k - diagonal of K [Pa/m], borrowed
+- h - of df/dv [Pa s/m], likewise
+
+  Level: developer
+
+.seealso: SlipElasticApply()
+@*/
+PetscErrorCode SlipElasticGetDiagonals(SlipElastic el, Vec *k, Vec *h)
+{
+  const Mat of[] = {el->K, el->H};
+  Vec *out[] = {k, h};
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  for (int i = 0; i < 2; i++) {
+    if (!out[i]) continue;
+    if (!el->diagonal[i]) {
+      PetscCall(MatCreateVecs(el->K, &el->diagonal[i], NULL));
+      PetscCall(MatGetDiagonal(of[i], el->diagonal[i]));
+    }
+    *out[i] = el->diagonal[i];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticGetImpedance - the radiation damping of a medium
+
+  Not collective; after SlipElasticSetUp()
+
+  Input Parameter:
+. el - the medium
+
+  Output Parameter:
+. eta - df/dv is eta times the weights of the stiffness [Pa s/m]; 0: it is another matrix
+
+  Level: developer
+
+.seealso: SlipElasticForce()
+@*/
+PetscErrorCode SlipElasticGetImpedance(SlipElastic el, PetscReal *eta)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall(SlipRadiationGet(el->H, eta));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The sum over all processes of what a type says, 0 without an operation */
+static PetscErrorCode Sum(SlipElastic el, PetscErrorCode (*op)(SlipElastic, PetscReal, Vec, PetscReal *), PetscReal t,
+                          Vec u, PetscReal *sum)
+{
+  PetscFunctionBegin;
+  *sum = 0;
+  if (!op) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall((*op)(el, t, u, sum));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)el)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticGetEnergy - the energy that a medium stores besides u.f(u, t)/2
+
+  Collective
+
+  Input Parameters:
++ el - the medium
+. t  - the time [s]
+- u  - displacement [m]
+
+  Output Parameter:
+. stored - sum over all cells [J/m^2]; 0 without history
+
+  Level: developer
+
+.seealso: SlipElasticGetPower(), SlipElasticForce()
+@*/
+PetscErrorCode SlipElasticGetEnergy(SlipElastic el, PetscReal t, Vec u, PetscReal *stored)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall(Sum(el, el->ops->energy, t, u, stored));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticGetPower - what a medium loses besides v.(df/dv) v
+
+  Collective
+
+  Input Parameters:
++ el - the medium
+. t  - the time [s]
+- u  - displacement [m]
+
+  Output Parameter:
+. lost - sum over all cells [W/m^2]; 0 without history
+
+  Level: developer
+
+.seealso: SlipElasticGetEnergy()
+@*/
+PetscErrorCode SlipElasticGetPower(SlipElastic el, PetscReal t, Vec u, PetscReal *lost)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall(Sum(el, el->ops->power, t, u, lost));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

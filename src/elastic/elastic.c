@@ -1,0 +1,206 @@
+/* The medium's life: its operations, its matrices, its end. */
+#include <slipstep/private/slipelastic.h>
+#include <slipcells.h>
+
+PetscClassId SLIP_ELASTIC_CLASSID = 0;
+/*@C
+  SlipElasticSetOps - what a type does
+
+  Logically collective; in the function that SlipElasticRegister() was given
+
+  Input Parameters:
++ el   - the medium
+. ops  - the operations, copied; force and stage where they are NULL are those of static
+- data - of the type, whose destroy() frees it
+
+  Level: advanced
+
+  Errors: PETSC_ERR_ARG_WRONG for a medium that remembers without copy and visit, or that says it rests
+
+.seealso: SlipElasticRegister(), SlipElasticGetData()
+@*/
+PetscErrorCode SlipElasticSetOps(SlipElastic el, const SlipElasticOps *ops, void *data)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCheck(!ops->advance || (ops->copy && ops->visit && !ops->rests), PetscObjectComm((PetscObject)el),
+             PETSC_ERR_ARG_WRONG, "A medium that remembers (advance) needs copy and visit too, and does not rest");
+  el->ops[0] = *ops;
+  el->data = data;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipElasticGetData - what a type has given to SlipElasticSetOps()
+
+  Not collective
+
+  Input Parameter:
+. el - the medium
+
+  Output Parameter:
+. data - address of a pointer that receives it
+
+  Level: advanced
+
+.seealso: SlipElasticSetOps()
+@*/
+PetscErrorCode SlipElasticGetData(SlipElastic el, void *data)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  *(void **)data = el->data;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticSetStiffness - the matrices of static slip
+
+  Collective; before SlipElasticSetUp()
+
+  Input Parameters:
++ el - the medium
+. K  - stiffness, symmetric [Pa/m]; the medium keeps a reference
+- Kn - compression that slip adds, likewise [Pa/m]; `NULL`: none
+
+  Level: advanced
+
+.seealso: SlipElasticScale(), MatCreateSlipStiffness()
+@*/
+PetscErrorCode SlipElasticSetStiffness(SlipElastic el, Mat K, Mat Kn)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscValidHeaderSpecific(K, MAT_CLASSID, 2);
+  PetscCall(PetscObjectReference((PetscObject)K));
+  if (Kn) PetscCall(PetscObjectReference((PetscObject)Kn));
+  PetscCall(MatDestroy(&el->K));
+  PetscCall(MatDestroy(&el->Kn));
+  el->K = K;
+  el->Kn = Kn;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticScale - multiply the stiffness of a medium
+
+  Collective; after SlipElasticSetStiffness(), before SlipElasticSetUp()
+
+  Input Parameters:
++ el     - the medium
+- factor - of K and Kn, dimensionless
+
+  Level: advanced
+
+.seealso: SlipElasticSetStiffness()
+@*/
+PetscErrorCode SlipElasticScale(SlipElastic el, PetscReal factor)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall(MatScale(el->K, factor));
+  if (el->Kn) PetscCall(MatScale(el->Kn, factor));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticSetUp - make the viscosity and the stage operator of a medium
+
+  Collective; after SlipElasticSetStiffness()
+
+  Input Parameters:
++ el   - the medium
+- rock - what is not in the stiffness, copied as far as it is needed
+
+  Level: advanced
+
+.seealso: SlipElasticForce(), SlipElasticStage(), MatCreateSlipViscosity()
+@*/
+PetscErrorCode SlipElasticSetUp(SlipElastic el, const SlipElasticRock *rock)
+{
+  PetscBool radiation;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall(PetscStrcmp(rock->viscosity, "radiation", &radiation));
+  if (radiation)
+    PetscCall(MatCreateSlipRadiationOpening(el->K, rock->impedance, rock->across, &el->H));
+  else
+    PetscCall(MatCreateSlipViscosity(el->K, rock->mass, rock->zeta, rock->zeta > 0 ? rock->viscosity : "none", &el->H));
+  PetscCall(MatSlipViscositySetTolerance(el->H, rock->tolerance));
+  PetscCall(MatSlipViscositySetFromOptions(el->H)); /* its own option wins */
+  PetscCall(MatCreateSlipStage(el->K, el->H, rock->inertia ? rock->mass : 0, &el->B));
+  PetscCall(MatSlipStageSetFromOptions(el->B));
+  if (el->ops->setup) PetscCall((*el->ops->setup)(el, rock));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticGetMatrices - the matrices of a medium, for types of media, and for those who look at entries
+
+  Not collective
+
+  Input Parameter:
+. el - the medium
+
+  Output Parameters (each may be `NULL`):
++ K  - stiffness [Pa/m], borrowed
+. Kn - what slip does to normal stress [Pa/m], likewise; `NULL`: nothing
+- H  - viscosity [Pa s/m], likewise; `NULL` before SlipElasticSetUp()
+
+  Level: advanced
+
+.seealso: SlipElasticSetStiffness()
+@*/
+PetscErrorCode SlipElasticGetMatrices(SlipElastic el, Mat *K, Mat *Kn, Mat *H)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  if (K) *K = el->K;
+  if (Kn) *Kn = el->Kn;
+  if (H) *H = el->H;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticDestroy - give up a reference to a medium
+
+  Collective
+
+  Input Parameter:
+. el - the medium, set to NULL
+
+  Level: advanced
+
+.seealso: SlipElasticCreate()
+@*/
+PetscErrorCode SlipElasticDestroy(SlipElastic *el)
+{
+  PetscFunctionBegin;
+  if (*el) PetscValidHeaderSpecific(*el, SLIP_ELASTIC_CLASSID, 1);
+  if (*el && --((PetscObject)*el)->refct == 0) {
+    SlipElastic e = *el;
+
+    if (e->ops->destroy) PetscCall((*e->ops->destroy)(e));
+    for (int k = 0; k < 2; k++) {
+      PetscCall(VecDestroy(&e->diagonal[k]));
+      PetscCall(VecDestroy(&e->work[k]));
+      PetscCall(VecDestroy(&e->past[k].u));
+    }
+    PetscCall(MatDestroy(&e->B));
+    PetscCall(MatDestroy(&e->H));
+    PetscCall(MatDestroy(&e->K));
+    PetscCall(MatDestroy(&e->Kn));
+    PetscCall(PetscHeaderDestroy(el));
+  }
+  *el = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipElasticGetWork(SlipElastic el, PetscInt n, Vec *work)
+{
+  PetscFunctionBegin;
+  if (!el->work[n]) PetscCall(MatCreateVecs(el->K, &el->work[n], NULL));
+  *work = el->work[n];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,162 @@
+/* The types of media, and the creation of the object by which programs come to them. */
+#include <slipstep/private/slipelastic.h>
+#include <slipstep/private/slipsys.h>
+
+static PetscFunctionList Types = NULL;
+
+static PetscErrorCode Create_Static(SlipElastic el)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipElasticSetOps(el, &SlipElasticStatic, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Forget(void)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFunctionListDestroy(&Types));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Register_Elastic(void)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipMatInitializePackage());
+  PetscCall(PetscClassIdRegister("Slip medium", &SLIP_ELASTIC_CLASSID));
+  PetscCall(PetscFunctionListAdd(&Types, SLIPELASTICSTATIC, Create_Static));
+  PetscCall(PetscRegisterFinalize(Forget));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipElasticInitializePackage - register the class of media and its types, with what they use
+
+  Not collective; after PetscInitialize(). Again it does nothing.
+
+  Level: developer
+
+.seealso: SlipStepInitializePackage(), SlipElasticCreate()
+@*/
+PetscErrorCode SlipElasticInitializePackage(void)
+{
+  return SlipRegisterOnce(Register_Elastic);
+}
+
+/*@C
+  SlipElasticRegister - add a type of medium
+
+  Not collective; after PetscInitialize(), before SlipFaultSetFromOptions()
+
+  Input Parameters:
++ name   - of the type, which -fault_medium takes then
+- create - called once the type is chosen; it calls SlipElasticSetOps()
+
+  Level: advanced
+
+.seealso: SlipElasticSetType(), SlipElasticSetOps()
+@*/
+PetscErrorCode SlipElasticRegister(const char name[], PetscErrorCode (*create)(SlipElastic))
+{
+  PetscFunctionBegin;
+  PetscCall(SlipElasticInitializePackage());
+  PetscCall(PetscFunctionListAdd(&Types, name, create));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipElasticListTypes - the names of all types of media
+
+  Not collective
+
+  Input Parameter:
+. len - size of names
+
+  Output Parameter:
+. names - "|static|" and so on
+
+  Level: developer
+
+.seealso: SlipElasticRegister()
+@*/
+PetscErrorCode SlipElasticListTypes(char names[], size_t len)
+{
+  const char **name;
+  int n;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticInitializePackage());
+  PetscCall(PetscFunctionListGet(Types, &name, &n));
+  PetscCall(PetscStrncpy(names, "|", len));
+  for (int i = 0; i < n; i++) {
+    PetscCall(PetscStrlcat(names, name[i], len));
+    PetscCall(PetscStrlcat(names, "|", len));
+  }
+  PetscCall(PetscFree(name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticCreate - create a medium, of type static
+
+  Collective
+
+  Input Parameter:
+. comm - its processes
+
+  Output Parameter:
+. el - the medium
+
+  Level: advanced
+
+.seealso: SlipElasticSetType(), SlipElasticSetStiffness(), SlipElasticSetUp(), SlipElasticDestroy()
+@*/
+PetscErrorCode SlipElasticCreate(MPI_Comm comm, SlipElastic *el)
+{
+  SlipElastic e;
+
+  PetscFunctionBegin;
+  PetscAssertPointer(el, 2);
+  PetscCall(SlipElasticInitializePackage());
+  PetscCall(PetscHeaderCreate(e, SLIP_ELASTIC_CLASSID, "SlipElastic", "Medium around a fault", "SlipElastic", comm,
+                              SlipElasticDestroy, NULL));
+  PetscCall(SlipElasticSetType(e, SLIPELASTICSTATIC));
+  *el = e;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipElasticSetType - choose the type of a medium
+
+  Collective; before SlipElasticSetUp()
+
+  Input Parameters:
++ el   - the medium
+- type - SLIPELASTICSTATIC, or a name of SlipElasticRegister()
+
+  Options Database Key:
+. -fault_medium <static> - the type, of a fault's medium
+
+  Level: advanced
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE
+
+.seealso: SlipElasticRegister()
+@*/
+PetscErrorCode SlipElasticSetType(SlipElastic el, const char type[])
+{
+  PetscErrorCode (*create)(SlipElastic);
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall(PetscFunctionListFind(Types, type, &create));
+  PetscCheck(create, PetscObjectComm((PetscObject)el), PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "there is no type of medium \"%s\"; SlipElasticRegister() adds one", type);
+  if (el->ops->destroy) PetscCall((*el->ops->destroy)(el));
+  el->ops[0] = (SlipElasticOps){.force = NULL};
+  el->data = NULL;
+  PetscCall(PetscObjectChangeTypeName((PetscObject)el, type));
+  PetscCall((*create)(el));
+  if (!el->ops->force) el->ops->force = SlipElasticStatic.force;
+  if (!el->ops->stage) el->ops->stage = SlipElasticStatic.stage;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

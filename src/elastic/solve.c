@@ -1,0 +1,126 @@
+/* Static equilibrium: x of K x = b, and whether K is positive definite. */
+#include <slipstep/private/slipelastic.h>
+#include <petscksp.h>
+
+/* Relative residual of K^-1 b that is accepted: a thousandth of what the critical start exceeds the strength by */
+#define SLIP_ELASTIC_RESIDUAL 1e-8
+
+/* x += K^-1 (b - K x), once. */
+static PetscErrorCode Refine(SlipElastic el, KSP ksp, Vec b, Vec x)
+{
+  KSPConvergedReason reason;
+  Vec r, d;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticGetWork(el, 0, &r));
+  PetscCall(SlipElasticGetWork(el, 1, &d));
+  PetscCall(MatMult(el->K, x, r));
+  PetscCall(VecAYPX(r, -1, b));
+  PetscCall(KSPSolve(ksp, r, d));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCheck(reason > 0, PetscObjectComm((PetscObject)el), PETSC_ERR_NOT_CONVERGED,
+             "K^-1 q of the critical state was not found (%s): is the stiffness positive definite?",
+             KSPConvergedReasons[reason]);
+  PetscCall(VecAXPY(x, 1, d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticSolve - find the slip that a stress makes where all of the fault follows it
+
+  Collective; after SlipElasticSetStiffness()
+
+  Input Parameters:
++ el - the medium
+- b  - shear stress, by the weights of the stiffness [Pa]
+
+  Input/Output Parameter:
+. x - the slip, K x = b [m]; on entry a first guess
+
+  Options Database Key:
+. -fault_start_ksp_* - the solver, conjugate gradients by default
+
+  Level: developer
+
+  Note:
+  The critical start of a fault exceeds its strength by a relative 1e-5 only, so that an error of K^-1 q counts 1e5
+  times: three passes of 1e-7 (K is symmetric positive definite) leave nothing but the rounding of K x. What options of
+  the solver leave is looked at.
+
+  Errors: PETSC_ERR_NOT_CONVERGED
+
+.seealso: SlipElasticApply()
+@*/
+PetscErrorCode SlipElasticSolve(SlipElastic el, Vec b, Vec x)
+{
+  const char *prefix = ((PetscObject)el)->prefix ? ((PetscObject)el)->prefix : "";
+  PetscReal left, all;
+  PetscInt rows;
+  KSP ksp;
+  PC pc;
+  Vec r;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall(MatGetSize(el->K, &rows, NULL));
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)el), &ksp));
+  PetscCall(KSPSetOptionsPrefix(ksp, ((PetscObject)el)->prefix));
+  PetscCall(KSPAppendOptionsPrefix(ksp, "fault_start_"));
+  PetscCall(KSPSetOperators(ksp, el->K, el->K));
+  PetscCall(KSPSetType(ksp, KSPCG));
+  PetscCall(KSPSetTolerances(ksp, 1e-7, 0, 1e10, PetscMax(1000, 10 * rows)));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCSLIPSTAGE));
+  PetscCall(KSPSetFromOptions(ksp));
+  for (PetscInt pass = 0; pass < 3; pass++) PetscCall(Refine(el, ksp, b, x));
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(SlipElasticGetWork(el, 0, &r));
+  PetscCall(MatMult(el->K, x, r));
+  PetscCall(VecAYPX(r, -1, b));
+  PetscCall(VecNorm(r, NORM_2, &left));
+  PetscCall(VecNorm(b, NORM_2, &all));
+  PetscCheck(left <= SLIP_ELASTIC_RESIDUAL * all, PetscObjectComm((PetscObject)el), PETSC_ERR_NOT_CONVERGED,
+             "K^-1 q of the critical state has a relative residual of %.3g, expected at most %.6g: give "
+             "-%sfault_start_ksp_rtol, -%sfault_start_ksp_atol or -%sfault_start_ksp_type other values",
+             (double)(left / all), SLIP_ELASTIC_RESIDUAL, prefix, prefix, prefix);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticIsIndefinite - do conjugate gradients from a stress meet a slip that costs no energy?
+
+  Collective; after SlipElasticSetStiffness()
+
+  Input Parameters:
++ el       - the medium
+. products - with K, at most
+- b        - the stress, of no symmetry [Pa]
+
+  Output Parameters:
++ x  - overwritten
+- is - they did
+
+  Level: developer
+
+.seealso: SlipElasticSolve()
+@*/
+PetscErrorCode SlipElasticIsIndefinite(SlipElastic el, PetscInt products, Vec b, Vec x, PetscBool *is)
+{
+  KSPConvergedReason reason;
+  KSP ksp;
+  PC pc;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)el), &ksp));
+  PetscCall(KSPSetOperators(ksp, el->K, el->K));
+  PetscCall(KSPSetType(ksp, KSPCG));
+  PetscCall(KSPSetTolerances(ksp, 1e-8, 0, PETSC_MAX_REAL, products));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCNONE));
+  PetscCall(KSPSolve(ksp, b, x));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(KSPDestroy(&ksp));
+  *is = reason == KSP_DIVERGED_INDEFINITE_MAT ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

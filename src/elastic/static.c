@@ -1,0 +1,52 @@
+/* The medium "static": elastic stress follows slip at once, f = K u + H v, with H a viscosity, or radiation damping. */
+#include <slipstep/private/slipelastic.h>
+
+/*@
+  SlipElasticForceStatic - the stress of a static medium, to which types of others add
+
+  Collective; after SlipElasticSetUp()
+
+  Input Parameters:
++ el - the medium, of any type
+. t  - the time, not used [s]
+. u  - displacement [m], `NULL`: 0
+- v  - slip rate [m/s], `NULL`: 0
+
+  Output Parameters:
++ shear  - K u + H v [Pa]; `NULL`: not wanted
+- normal - Kn u [Pa]; `NULL`: not wanted
+
+  Level: advanced
+
+.seealso: SlipElasticSetOps(), SlipElasticForce()
+@*/
+PetscErrorCode SlipElasticForceStatic(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
+{
+  Vec damping;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  (void)t;
+  if (u) PetscCall(SlipElasticApply(el, u, shear, normal));
+  if (!v || !shear) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!u) {
+    PetscCall(MatMult(el->H, v, shear));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipElasticGetWork(el, 0, &damping));
+  PetscCall(MatMult(el->H, v, damping));
+  PetscCall(VecAXPY(shear, 1, damping));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Stage_Static(SlipElastic el, PetscReal t, PetscReal theta, Mat *B, Mat *C)
+{
+  PetscFunctionBegin;
+  (void)t;
+  PetscCall(MatSlipStageSetTheta(el->B, theta));
+  *B = el->B;
+  *C = el->Kn;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const SlipElasticOps SlipElasticStatic = {.force = SlipElasticForceStatic, .stage = Stage_Static, .rests = PETSC_TRUE};

@@ -1,0 +1,124 @@
+/* What the matrices of a medium are and take. */
+#include <slipstep/private/slipelastic.h>
+#include <stdio.h>
+
+/* "1.5 MB"; C's own printf, since PETSc's %g differs from it. */
+static void Size(PetscReal bytes, char text[32])
+{
+  static const char *const units[] = {"B", "kB", "MB", "GB", "TB"};
+  int u = 0;
+
+  for (; bytes >= 1000 && u < 4; u++) bytes /= 1000;
+  (void)snprintf(text, 32, u ? "%.1f %s" : "%.0f %s", (double)bytes, units[u]);
+}
+
+/* What a matrix or preconditioner holds: bytes most on one rank, in all, and of a dense matrix. */
+static PetscErrorCode ViewMemory(PetscInt rows, const char what[], PetscReal most, PetscReal all, PetscViewer viewer)
+{
+  const PetscReal N = (PetscReal)rows, dense = N * N * (PetscReal)sizeof(PetscScalar);
+  char one[32], sum[32];
+
+  PetscFunctionBegin;
+  if (most < 0) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "memory of %s: not known\n", what));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  Size(most, one);
+  Size(all, sum);
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "memory of %s: %.0f bytes (%s) at most on a rank, %s in all, %.2f %% of a dense matrix\n", what,
+    (double)most, one, sum, (double)(100 * all / dense)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ViewMatrix(const char what[], const char name[], Mat A, PetscViewer viewer)
+{
+  const char *why;
+  PetscReal most, all;
+  SlipMatFn *view = NULL;
+  PetscBool ours;
+  MatType type;
+  PetscInt rows;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetType(A, &type));
+  PetscCall(MatGetSize(A, &rows, NULL));
+  PetscCall(MatSlipGetNotes(A, &why));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s%s%s%s\n", what, type, why[0] ? " (" : "", why, why[0] ? ")" : ""));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  /* MatView() would begin with two lines on the object */
+  PetscCall(
+    PetscObjectTypeCompareAny((PetscObject)A, &ours, "sliphmat", "slipspectral", "sliplanczos", "slipstage", ""));
+  if (ours) PetscCall(MatGetOperation(A, MATOP_VIEW, &view));
+  if (view) PetscCall((*(PetscErrorCode(*)(Mat, PetscViewer))view)(A, viewer));
+  PetscCall(MatSlipGetMemory(A, &most, &all));
+  PetscCall(ViewMemory(rows, name, most, all, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The preconditioner that the stages of a run will set up, set up here for all cells sliding and theta = T*: what is
+   costly in it stays with the stiffness and the viscosity, so the run does not do it again. */
+static PetscErrorCode CreatePreconditioner(SlipElastic el, PetscReal theta, PC *pc)
+{
+  PetscReal before;
+
+  PetscFunctionBegin;
+  PetscCall(MatSlipStageGetTheta(el->B, &before));
+  PetscCall(MatSlipStageSetTheta(el->B, theta));
+  PetscCall(PCCreate(PetscObjectComm((PetscObject)el), pc));
+  PetscCall(PCSetType(*pc, PCSLIPSTAGE));
+  PetscCall(PCSetOperators(*pc, el->B, el->B));
+  PetscCall(PCSetUp(*pc));
+  if (before > 0) PetscCall(MatSlipStageSetTheta(el->B, before));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipElasticView - print what the matrices of a medium are and take
+
+  Collective; after SlipElasticSetUp()
+
+  Input Parameters:
++ el     - the medium
+. theta  - of a stage, at which its preconditioner is set up [s]
+- viewer - of type ascii
+
+  Level: developer
+
+.seealso: SlipFaultView()
+@*/
+PetscErrorCode SlipElasticView(SlipElastic el, PetscReal theta, PetscViewer viewer)
+{
+  const MPI_Comm comm = PetscObjectComm((PetscObject)el);
+  PetscErrorCode (*memory)(PC, PetscReal *);
+  PetscReal resident, bytes = 0, largest, all;
+  PetscLogDouble mine;
+  PetscInt rows;
+  char text[32];
+  PC pc;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall(CreatePreconditioner(el, theta, &pc));
+  PetscCall(ViewMatrix("stiffness K", "K", el->K, viewer));
+  PetscCall(ViewMatrix("viscosity H", "H", el->H, viewer));
+  PetscCall(ViewMatrix("stage operator B", "B, beside K and H", el->B, viewer));
+  PetscCall(PetscObjectQueryFunction((PetscObject)pc, "PCSlipGetMemory_C", &memory));
+  if (memory) PetscCall((*memory)(pc, &bytes));
+  PetscCallMPI(MPI_Allreduce(&bytes, &largest, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscCallMPI(MPI_Allreduce(&bytes, &all, 1, MPIU_REAL, MPIU_SUM, comm));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "preconditioner: " PCSLIPSTAGE " unless -pc_type names another\n"));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  PetscCall(MatGetSize(el->K, &rows, NULL));
+  PetscCall(ViewMemory(rows, "the preconditioner, beside what it shares with K", memory ? largest : -1, all, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscCall(PCDestroy(&pc));
+  PetscCall(PetscMemoryGetCurrentUsage(&mine));
+  resident = (PetscReal)mine;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &resident, 1, MPIU_REAL, MPIU_MAX, comm));
+  Size(resident, text);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "memory of the process after set-up: %s at most on a rank\n", text));
+  if (el->ops->view) PetscCall((*el->ops->view)(el, viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
