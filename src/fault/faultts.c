@@ -215,7 +215,7 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
       a[SlipFaultRateAt(fault, i) + k] = rate;
       a[SlipFaultDisplacementAt(fault, i) + k] = SLIP_FAULT_ATOL;
     }
-    a[SlipFaultStateAt(fault, i)] = SLIP_FAULT_ATOL;
+    for (PetscInt k = 0; k < fault->layout.states; k++) a[SlipFaultStateAt(fault, i) + k] = SLIP_FAULT_ATOL;
   }
   PetscCall(VecRestoreArray(atol, &a));
   PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, PETSC_DEFAULT, NULL));

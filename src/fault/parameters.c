@@ -301,6 +301,12 @@ PetscBool SlipFaultHasField(SlipFault fault, PetscInt field)
 {
   const SlipFrictionLaw *law = NULL;
 
+  if (field == FIELD_INITIAL_STATE) {
+    for (PetscInt k = 0; k < fault->friction.law->nstates; k++)
+      if (fault->friction.law->always_slides && !strcmp(fault->friction.law->states[k].start, "initial_state"))
+        return PETSC_TRUE;
+    return PETSC_FALSE;
+  }
   if (field < FAULT_NUM_FIELDS)
     return !Fields[field].slides || fault->friction.law->always_slides ? PETSC_TRUE : PETSC_FALSE;
   (void)SlipFaultOwnRow(field - FAULT_NUM_FIELDS, &law);

@@ -76,11 +76,10 @@ static PetscErrorCode Moves(SlipFault fault, Vec w, PetscBool *moves)
 /* q of cell i after dt of rest [Pa]; the friction is of that time */
 static PetscReal Strength(const Rest *r, PetscInt i, PetscReal dt)
 {
-  PetscReal mu, ds, dv;
+  PetscReal s[SLIP_MAX_STATES], mu, ds, dv;
 
-  SlipFrictionEvaluate(&r->friction, i,
-                       SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(r->fault, i)], dt), 0, &mu, &ds,
-                       &dv);
+  SlipFrictionStateAtRest(&r->friction, i, r->w + SlipFaultStateAt(r->fault, i), dt, s);
+  SlipFrictionEvaluate(&r->friction, i, s, 0, &mu, &ds, &dv);
   return mu * r->fault->mesh.weight[i] * r->friction.stress[i];
 }
 
@@ -262,13 +261,12 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
   if (i >= 0) {
     const PetscReal M = fault->kind.inertia ? fault->operators.mass * fault->mesh.weight[i] : 0;
     const PetscReal stress = r->friction.stress[i] * fault->mesh.weight[i];
-    PetscReal mu, ds, dv, damping, stiffness;
+    PetscReal s[SLIP_MAX_STATES], mu, ds, dv, damping, stiffness;
 
     PetscCall(VecGetArrayRead(fault->loads.diagonal[0], &k));
     PetscCall(VecGetArrayRead(fault->loads.diagonal[1], &viscosity));
-    SlipFrictionEvaluate(&r->friction, i,
-                         SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(fault, i)], rest), 0, &mu, &ds,
-                         &dv);
+    SlipFrictionStateAtRest(&r->friction, i, r->w + SlipFaultStateAt(fault, i), rest, s);
+    SlipFrictionEvaluate(&r->friction, i, s, 0, &mu, &ds, &dv);
     damping = SlipFaultLargest(fault, viscosity, i) + dv * stress;
     stiffness = SlipFaultLargest(fault, k, i) + ds * stress;
     if (M > 0 && PetscSqr(damping) >= 4 * M * stiffness)
@@ -304,8 +302,8 @@ static PetscErrorCode StateAfter(const Rest *r, PetscReal dt, Vec after)
       b[SlipFaultDisplacementAt(r->fault, i) + k] =
         r->w[SlipFaultDisplacementAt(r->fault, i) + k] - dt * (vinf[i] * SlipFaultAlong(r->fault, i)[k]);
     }
-    b[SlipFaultStateAt(r->fault, i)] =
-      SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(r->fault, i)], dt);
+    SlipFrictionStateAtRest(&r->friction, i, r->w + SlipFaultStateAt(r->fault, i), dt,
+                            b + SlipFaultStateAt(r->fault, i));
   }
   PetscCall(VecRestoreArrayWrite(after, &b));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -12,7 +12,8 @@ static const SlipParameter own[] = {
 };
 
 /* Tells the parameters apart */
-static void Mine(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *ds, PetscReal *dv)
+static void Mine(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess, PetscReal ds[],
+                 PetscReal *dv)
 {
   (void)s, (void)v;
   *excess = p->own ? 1e-3 * p->own[DROP] + 1e-6 * p->own[COUNT] + 1e-9 * p->own[TIME] : 0;
@@ -92,7 +93,7 @@ static void late_and_refused(void **state)
   for (PetscInt i = 0; i < 4; i++) {
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(&f, i, 0, 0, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&f, i, NULL, 0, &mu, &ds, &dv);
     assert_true(fabs(mu - (0.5 + 1e-3 * cells[i] + 3e-6 + 120e-9)) < 1e-15);
   }
   ok(SlipFaultGetField(fault, "mine_count", 4, sum));

@@ -54,7 +54,7 @@ static void friction(void **state)
         PetscReal mu, ds, dv;
         long double slope;
 
-        law->eval(&p, s[j], v, &mu, &ds, &dv);
+        law->eval(&p, &s[j], v, &mu, &ds, &dv);
         assert_true(fabs(mu - (PetscReal)Formula(&p, s[j], v)) <= 4 * EPS * terms);
         /* central differences in ln v and s: off by h^2/6 of third derivatives, which are at most 1/a^2 times the first
            in s where asinh bends */
@@ -65,11 +65,12 @@ static void friction(void **state)
       }
   {
     const SlipFriction p = Parameters(0.004);
-    PetscReal mu, ds, dv;
+    PetscReal mu, ds, dv, steady;
 
-    law->eval(&p, 3, 0, &mu, &ds, &dv);
+    law->eval(&p, (PetscReal[]){3}, 0, &mu, &ds, &dv);
     assert_true(mu == 0 && ds == 0 && dv > 0 && isfinite(dv));
-    assert_true(fabs(law->steady(&p, 1e-9) - log(1e-6 / 1e-9)) < 1e-14); /* theta = d_c/v */
+    law->steady(&p, 1e-9, &steady);
+    assert_true(fabs(steady - log(1e-6 / 1e-9)) < 1e-14); /* theta = d_c/v */
   }
 }
 
@@ -100,7 +101,7 @@ static void balance(void **state)
       weight[n] = 1 + 0.5 * (k % 5);
       s[3 * n] = -13 + k;
       v[n] = k % 2 ? -rate : rate;
-      SlipRateAndState(&p, s[3 * n], rate, &mu, &mu_s, &mu_v);
+      SlipRateAndState(&p, &s[3 * n], rate, &mu, &mu_s, &mu_v);
       tau[n] = weight[n] * (stress * mu + ETA * rate) * (k % 2 ? -1 : 1);
       allowed[n] = 16 * EPS *
                    (1 + (0.6 + 0.03 * fabs(s[3 * n])) / p.a * p.a * stress / ((stress * mu_v + ETA) * rate) +
@@ -153,12 +154,12 @@ static void advance(void **state)
 
         f.slip_law = (PetscBool)slip_law;
         SlipFrictionStateAdvance(&f, 1, theta, s0, &v, 1, &s);
-        SlipFrictionStateRate(&f, 1, 1, &s, &v, &rate);
+        SlipFrictionStateRate(&f, 1, 1, &s, 1, &v, &rate);
         /* terms of the rate are larger than it where they cancel */
         assert_true(fabs(s - s0[0] - theta * rate) <=
                     8 * EPS * (1 + fabs(s)) *
                       (10 + theta * (1e-6 / 0.14 * exp(-s) + v / 0.14 * (1 + fabs(log(v / 1e-6))))));
-        SlipFrictionStage(&f, 0, theta, s0[0], v, &mu, &ds, &dv, &slope);
+        SlipFrictionStage(&f, 0, theta, s0, v, &mu, &ds, &dv, &slope);
         for (int k = 0; k < 2; k++) {
           const PetscReal other = v * (1 + (k ? h : -h));
 
@@ -176,10 +177,12 @@ static void state_of(void **unused)
 
   (void)unused;
   for (PetscReal s = -10; s < 12; s += 1.7) {
-    PetscReal mu, ds, dv;
+    PetscReal mu, ds, dv, found;
 
-    SlipFrictionEvaluate(&f, 0, s, 1e-9, &mu, &ds, &dv);
-    if (mu > 0.1) assert_true(fabs(SlipFrictionStateOf(&f, 0, mu, 1e-9) - s) < 1e-11);
+    SlipFrictionEvaluate(&f, 0, &s, 1e-9, &mu, &ds, &dv);
+    SlipFrictionSteady(&f, 0, 1e-9, &found);
+    SlipFrictionStateOf(&f, 0, 0, mu, 1e-9, &found);
+    if (mu > 0.1) assert_true(fabs(found - s) < 1e-11);
   }
 }
 
@@ -201,11 +204,11 @@ static void follows_normal_stress(void **state)
       const PetscReal stress = 2e7 * (k ? 1 + h : 1 - h);
 
       f.stress = &stress;
-      SlipFrictionStrength(&f, 1, theta, 1, s0, v, &q[k], NULL);
+      SlipFrictionStrength(&f, 1, theta, 1, s0, 1, v, &q[k], NULL);
     }
     f.stress = (const PetscReal[]){2e7};
-    gain = SlipFrictionStressGain(&f, 0, theta, s0[0], v[0]);
-    SlipFrictionStrength(&f, 1, theta, 1, s0, v, &mu, NULL);
+    gain = SlipFrictionStressGain(&f, 0, theta, s0, v[0]);
+    SlipFrictionStrength(&f, 1, theta, 1, s0, 1, v, &mu, NULL);
     assert_true(fabs((q[1] - q[0]) / (2 * h * 2e7) - gain) < 1e-7);
     assert_true(mu / 2e7 - gain > (theta > 0 ? 0.005 : 0.2));
   }
@@ -229,13 +232,17 @@ static void registered(void **state)
   assert_string_equal("mine", found->name);
   fails(SlipFrictionRegister(&law), "There is a friction law mine already");
   law.name = "other";
-  law.state = NULL;
-  fails(SlipFrictionRegister(&law), "needs the rate of its state");
+  law.rate = NULL;
+  fails(SlipFrictionRegister(&law), "has states, but not what they are, their rates and steady ones");
+  law.nstates = 0;
+  fails(SlipFrictionRegister(&law), "needs a state");
+  law.nstates = SLIP_MAX_STATES + 1;
+  fails(SlipFrictionRegister(&law), "has 9 states, expected 0 to 8");
   SlipFrictionBalance(&f, NULL, 2, ETA, tau, 1, s, v, NULL);
   for (int i = 0; i < 2; i++) {
     const SlipFriction p = {.a = a[i], .b = b[i], .reference = f0[i], .slip = slip[i], .reference_rate = 1e-6};
 
-    w[i] = SlipFrictionBalanceOne(found, &p, s[i], sigma[i], ETA, tau[i]);
+    w[i] = SlipFrictionBalanceOne(found, &p, &s[i], sigma[i], ETA, tau[i]);
     assert_true(fabs(v[i] / w[i] - 1) < 1e-12); /* EPS tau/(a sigma), 200 here, and some */
   }
 }
