@@ -104,6 +104,56 @@ static void late_and_refused(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
+/* States whose names or starts are no good, and a law that begins with a parameter which has no default */
+static void states(void **unused)
+{
+  static const SlipParameter start[] = {
+    {"initial_warmth", (PetscReal)NAN, "K", 0, PETSC_MAX_REAL, PETSC_FALSE, PETSC_FALSE, "Warmth at the start"},
+    {.name = NULL}};
+  static const struct {
+    const char *name, *start, *words;
+  } bad[] = {{"Warmth", "initial_warmth", "is called \"Warmth\", expected a name"},
+             {"slip", "initial_warmth",
+              "is called \"slip\", expected a name of small letters, digits and _, of less than 48, that no other"},
+             {"state", "initial_warmth", "State 1 of the friction law warm is called \"state\""},
+             {"warmth", "initial_heat", "starts with the parameter \"initial_heat\", expected initial_state"},
+             {"warmth", "mine_drop", "starts with the parameter \"mine_drop\""},
+             {"warmth", NULL, "starts with the parameter \"\""}};
+  SlipFrictionLaw law;
+  SlipFrictionState two[2];
+  SlipFault fault;
+  PetscReal x;
+  const SlipFrictionLaw *found;
+
+  (void)unused;
+  ok(SlipFrictionFind("rate_and_state", &found));
+  law = *found;
+  law.name = "warm";
+  law.states = two;
+  law.nstates = 2;
+  law.balance = NULL;
+  law.keep = NULL;
+  two[0] = found->states[0];
+  for (size_t k = 0; k < sizeof(bad) / sizeof(*bad); k++) {
+    law.own = k < 3 ? start : NULL;
+    two[1] = (SlipFrictionState){.name = bad[k].name, .start = bad[k].start};
+    fails(SlipFaultRegisterFrictionLaw(&law), bad[k].words);
+  }
+  law.own = start;
+  two[1] = (SlipFrictionState){.name = "warmth", .start = "initial_state"};
+  fails(SlipFaultRegisterFrictionLaw(&law), "initial_warmth of the friction law warm is nan. by default");
+  two[1].start = "initial_warmth";
+  two[1].shown = found->states[0].shown;
+  fails(SlipFaultRegisterFrictionLaw(&law), "State 1 of the friction law warm needs a name, and both or none of shown");
+  two[1].shown = NULL;
+  ok(SlipFaultRegisterFrictionLaw(&law));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultGetReal(fault, "initial_warmth", &x));
+  assert_true(isnan(x));
+  fails(SlipFaultSetReal(fault, "initial_warmth", -1), "-fault_initial_warmth is -1, expected a number");
+  ok(SlipFaultDestroy(&fault));
+}
+
 /* Values out of bounds, or that are not whole, of a field */
 static void fields(void **state)
 {
@@ -128,4 +178,4 @@ static void fields(void **state)
   }
 }
 
-SLIP_TESTS(late_and_refused, fields)
+SLIP_TESTS(late_and_refused, states, fields)

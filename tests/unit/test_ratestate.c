@@ -247,4 +247,124 @@ static void registered(void **state)
   }
 }
 
-SLIP_TESTS(friction, balance, extremes, advance, state_of, follows_normal_stress, registered)
+/* ---- several states ---- */
+
+enum { D2 = 3 }; /* d_2/d_c */
+
+/* Rate-and-state friction of psi + 0.3 T, and a second state T that follows 0.2 psi: both rates depend on both states. */
+static void Pair(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu, PetscReal ds[], PetscReal *dv)
+{
+  const PetscReal sum = s[0] + 0.3 * s[1];
+
+  SlipRateAndState(p, &sum, v, mu, ds, dv);
+  ds[1] = 0.3 * ds[0];
+}
+
+static void PairRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal ds[],
+                     PetscReal dv[])
+{
+  const PetscReal sum = s[0] + 0.3 * s[1], share = v / (D2 * p->slip);
+
+  SlipRateAndStateRate(p, &sum, v, rate, ds, dv);
+  ds[1] = 0.3 * ds[0];
+  rate[1] = share * (0.2 * s[0] - s[1]);
+  ds[2] = 0.2 * share;
+  ds[3] = -share;
+  dv[1] = (0.2 * s[0] - s[1]) / (D2 * p->slip);
+}
+
+static void PairSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
+{
+  s[0] = log(p->reference_rate / v) / 1.06;
+  s[1] = 0.2 * s[0];
+}
+
+static const SlipFrictionState names[] = {{.name = "psi", .start = "initial_state"},
+                                          {.name = "t", .start = "initial_state"}};
+static const SlipFrictionLaw pair = {.name = "pair",
+                                     .eval = Pair,
+                                     .formula = "pair",
+                                     .by_rate = PETSC_TRUE,
+                                     .always_slides = PETSC_TRUE,
+                                     .states = names,
+                                     .nstates = 2,
+                                     .rate = PairRate,
+                                     .steady = PairSteady};
+
+/* An implicit stage of both states, to the rounding of the terms of their rates, and its derivative by differences, as advance() has
+   it for one */
+static void advance_two(void **state)
+{
+  const PetscReal a[] = {0.01}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14}, s0[] = {6.9, -2};
+  SlipFrictionCells f = Cells(a, b, f0, slip);
+
+  (void)state;
+  f.law = &pair;
+  for (int slip_law = 0; slip_law < 2; slip_law++)
+    for (PetscReal v = 1e-15; v < 10; v *= 30)
+      for (PetscReal theta = 1e-4; theta < 1e9; theta *= 50) {
+        const PetscReal h = 1e-5;
+        PetscReal s[2], rate[2], mu, ds[2], dv, slope[2], side[2][2];
+
+        f.slip_law = (PetscBool)slip_law;
+        SlipFrictionStateAdvance(&f, 1, theta, s0, &v, 2, s);
+        SlipFrictionStateRate(&f, 1, 2, s, 1, &v, rate);
+        SlipFrictionStage(&f, 0, theta, s0, v, &mu, ds, &dv, slope);
+        for (int k = 0; k < 2; k++) {
+          const PetscReal other = v * (1 + (k ? h : -h));
+
+          SlipFrictionStateAdvance(&f, 1, theta, s0, &other, 2, side[k]);
+        }
+        for (int k = 0; k < 2; k++) {
+          const PetscReal sum = s[0] + 0.3 * s[1],
+                          fast = v / 0.14 * (1 + fabs(log(v / 1e-6)) + fabs(s[0]) + fabs(s[1]));
+
+          assert_true(fabs(s[k] - s0[k] - theta * rate[k]) <=
+                      8 * EPS * (10 + fabs(s[0]) + fabs(s[1])) * (1 + theta * (1e-6 / 0.14 * exp(-sum) + fast)));
+          assert_true(fabs(slope[k] * v - (side[1][k] - side[0][k]) / (2 * h)) <=
+                      1e-6 * (fabs(slope[k] * v) + 1) / h * 1e-3);
+        }
+      }
+}
+
+/* The stiffness at which steady slip becomes unstable, by Hurwitz's criterion: with m = mu_s, J = f_s, r = f_v, t and D the trace
+   and determinant of J, growth rates x have mu_v x^3 + (K + A) x^2 + (B - t K) x + K D = 0 with A = m r - mu_v t and
+   B = mu_v D + m (J - t) r, and the real part of two of them is 0 where (K + A)(B - t K) = mu_v K D. To the rounding of a root's
+   place, 1e-16 over the slope. Where there is no such K slip is stable. */
+static void unstable_two(void **state)
+{
+  const PetscReal a[] = {0.01}, b[] = {0.03, 0.012, 0.008}, f0[] = {0.6}, slip[] = {0.14}, v = 1e-9;
+  int found = 0;
+
+  (void)state;
+  for (int i = 0; i < 6; i++) {
+    SlipFrictionCells f = Cells(a, b + i / 2, f0, slip);
+    const SlipFriction p = {
+      .a = 0.01, .b = b[i / 2], .slip = 0.14, .reference = 0.6, .reference_rate = 1e-6, .slip_law = (PetscBool)(i % 2)};
+    PetscReal s[2], mu, m[2], mu_v, rate[2], J[4], r[2], fall, critical, t, D, A, B, half, root;
+
+    f.law = &pair;
+    f.slip_law = p.slip_law;
+    pair.steady(&p, v, s);
+    pair.eval(&p, s, v, &mu, m, &mu_v);
+    pair.rate(&p, s, v, rate, J, r);
+    assert_true(fabs(rate[0]) < 1e-22 && fabs(rate[1]) < 1e-22);
+    t = J[0] + J[3];
+    D = J[0] * J[3] - J[1] * J[2];
+    A = m[0] * r[0] + m[1] * r[1] - mu_v * t;
+    B = mu_v * D + m[0] * ((J[0] - t) * r[0] + J[1] * r[1]) + m[1] * (J[2] * r[0] + (J[3] - t) * r[1]);
+    /* t K^2 + (mu_v D + A t - B) K - A B = 0 */
+    half = -(mu_v * D + A * t - B) / (2 * t);
+    root = half + sqrt(PetscMax(half * half + A * B / t, 0));
+    SlipFrictionWeakening(&f, 0, v, &fall, &critical);
+    assert_true(fabs(fall - b[i / 2] / 0.14) < 1e-12 * fall);
+    if (half * half + A * B / t >= 0 && root > 0 && B - t * root > 0) {
+      assert_true(fabs(critical / root - 1) < 1e-10);
+      found++;
+    } else
+      assert_true(critical <= 0);
+  }
+  assert_true(found > 0 && found < 6);
+}
+
+SLIP_TESTS(friction, balance, extremes, advance, state_of, follows_normal_stress, registered, advance_two, unstable_two)
