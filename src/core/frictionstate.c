@@ -105,7 +105,7 @@ static PetscReal Residual(const SlipFrictionLaw *law, const SlipFriction *p, Pet
 }
 
 /* A = 1 - theta df/ds */
-static void Matrix(PetscInt n, PetscReal theta, const PetscReal f_s[], PetscReal A[])
+static void NewtonMatrix(PetscInt n, PetscReal theta, const PetscReal f_s[], PetscReal A[])
 {
   for (PetscInt k = 0; k < n * n; k++) A[k] = (k % (n + 1) == 0 ? 1 : 0) - theta * f_s[k];
 }
@@ -127,7 +127,7 @@ static void AdvanceAll(const SlipFrictionLaw *law, const SlipFriction *p, PetscR
     PetscBool enough = PETSC_TRUE;
 
     size = Residual(law, p, theta, s0, rate, s, g, f_s, f_v);
-    Matrix(n, theta, f_s, A);
+    NewtonMatrix(n, theta, f_s, A);
     for (PetscInt k = 0; k < n; k++) step[k] = -g[k];
     Solve(n, A, step);
     for (PetscInt k = 0; k < n; k++)
@@ -140,7 +140,7 @@ static void AdvanceAll(const SlipFrictionLaw *law, const SlipFriction *p, PetscR
     if (enough || size == 0) break;
   }
   Rates(law, p, s, rate, g, f_s, f_v);
-  Matrix(n, theta, f_s, A);
+  NewtonMatrix(n, theta, f_s, A);
   for (PetscInt k = 0; k < n; k++) ds[k] = theta * f_v[k];
   Solve(n, A, ds);
 }

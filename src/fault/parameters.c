@@ -180,8 +180,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
   [FAULT_OUTPUT_FIELDS] =
     {"output_fields", "slip_rate,slip,displacement,traction", NULL,
-     "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state, pore_pressure, "
-     "normal_stress (effective); opening comes with -fault_opening"},
+     "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state (each of several by the "
+     "name that the law gives it), pore_pressure, normal_stress (effective); opening comes with -fault_opening"},
   [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Precision of numbers in /fields"},
   [FAULT_STATIONS] = {"stations", "", NULL,
                       "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, or a file with a point on each line and "
