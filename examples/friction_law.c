@@ -104,8 +104,8 @@ static SlipFriction Second(const SlipFriction *p)
 
      mu = a asinh( v/(2 V0) exp((f0 + b psi_1 + b_2 psi_2)/a) ),   psi_k = ln(V0 theta_k/d_k)
 
-  each evolving in its slip d_k by -fault_state_law; in Ruina's words, of the slip law, mu = f0 + a ln(v/V0) + Theta_1 + Theta_2 with
-  dTheta_k/dt = -(v/d_k)(Theta_k + b_k ln(v/V0)), Theta_k = b_k psi_k.
+  each evolving in its slip d_k by -fault_state_law. By the slip law it is, in Ruina's words with Theta_k = b_k psi_k,
+  mu = f0 + a ln(v/V0) + Theta_1 + Theta_2 and dTheta_k/dt = -(v/d_k)(Theta_k + b_k ln(v/V0)).
 */
 static void TwoStates(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu, PetscReal dmu_ds[],
                       PetscReal *dmu_dv)

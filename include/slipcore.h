@@ -33,14 +33,16 @@ typedef struct {
   const void *ctx;          /* of the law */
 } SlipFriction;
 
-/* The states of a law are s[0], s[1], ...: its own, as it declares them, or one, the cumulative slip >= 0 [m], of laws without. Changes
-   of its own by 1 are to matter as slip by d_c does, as of a logarithm: steps keep errors of both to the same tolerance. */
+/* The states of a law are s[0], s[1], ...: its own, as it declares them, or one, the cumulative slip >= 0 [m], of
+   laws without. Changes of its own by 1 are to matter as slip by d_c does, as of a logarithm: steps keep errors of
+   both to the same tolerance. */
 enum { SLIP_MAX_STATES = 8 };
-/* What mu(s, v) exceeds its residual by, and its derivatives with respect to each state and to v [s/m], |slip rate| [m/s] */
+/* What mu(s, v) exceeds its residual by, and its derivatives with respect to each state and to v [s/m], |slip rate|
+   [m/s] */
 typedef void (*SlipFrictionFn)(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess,
                                PetscReal dmu_ds[], PetscReal *dmu_dv);
-/* ds/dt of a law's own states, and its derivatives with respect to s, [n][n] by rows, 0 where they are not set, whose diagonal is
-   nowhere positive, and to v */
+/* ds/dt of a law's own states, and its derivatives with respect to s, [n][n] by rows, 0 where they are not set, whose
+   diagonal is nowhere positive, and to v */
 typedef void (*SlipStateFn)(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[],
                             PetscReal drate_ds[], PetscReal drate_dv[]);
 /* The states s at which ds/dt = 0 with the rate v */
@@ -49,10 +51,11 @@ typedef void (*SlipSteadyFn)(const SlipFriction *p, PetscReal v, PetscReal s[]);
 typedef PetscReal (*SlipFrictionNumberFn)(const SlipFriction *p, PetscReal x);
 /* A state that a law declares */
 typedef struct {
-  const char *name;  /* of datasets, and of -fault_output_fields; "state" is that of our own laws */
-  const char *unit;  /* as users give it and outputs show it; NULL: "1" */
-  const char *start; /* the parameter that begins with it where all cells slide: "initial_state", or one of the law's
-                                    own whose default is NaN; cells without a number begin steady */
+  const char *name; /* of datasets, and of -fault_output_fields; "state" is that of our own laws */
+  const char *unit; /* as users give it and outputs show it; NULL: "1" */
+  /* the parameter that it starts with where cells always slide: "initial_state", or one of the law's own whose default
+     is NaN; steady where no number is given */
+  const char *start;
   SlipFrictionNumberFn shown;    /* of s; NULL: s itself */
   SlipFrictionNumberFn of_shown; /* s of it */
   PetscReal largest;             /* |s| that only a step far too long leads to; 0: none is known */
@@ -138,8 +141,8 @@ PETSC_EXTERN void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, 
                                         PetscReal *critical);
 PETSC_EXTERN void SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal mu, PetscReal v,
                                       PetscReal s[]);
-/* One cell in a stage that always slides: D [Pa s/m] of the stage operator, weight of the reaction, theta [s] and the states
-   that it starts from */
+/* One cell in a stage that always slides: D [Pa s/m] of the stage operator, weight of the reaction, theta [s] and the
+   states that it starts from */
 typedef struct {
   PetscReal diagonal, omega, theta;
   const PetscReal *s0;

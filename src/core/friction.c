@@ -138,8 +138,9 @@ PetscErrorCode SlipFrictionCheck(const SlipFrictionLaw *law)
 /*
   SlipFrictionRegister - add a friction law to the table
 
-  Not collective. The row is copied; strings, context, states and parameters of its own, which SlipFaultRegisterFrictionLaw()
-  checks, are not. PETSC_ERR_ARG_WRONG for a name that is taken, a row without functions, and too many rows.
+  Not collective. The row is copied; strings, context, states and parameters of its own, which
+  SlipFaultRegisterFrictionLaw() checks, are not. PETSC_ERR_ARG_WRONG for a name that is taken, a row without functions,
+  and too many rows.
 */
 PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law)
 {
@@ -306,8 +307,8 @@ PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscRe
   return mu;
 }
 
-/* q = mu sigma w [Pa] at the end of a stage (theta 0: of the states s0), and, unless dq is NULL, dq/d|v|. From one cell to the
-   next s0 has the stride, and v the stride rates: the numbers of a cell in states (v, u, s) of a fault. */
+/* q = mu sigma w [Pa] at the end of a stage (theta 0: of the states s0), and, unless dq is NULL, dq/d|v|. From one
+   cell to the next s0 has the stride, and v the stride rates: the numbers of a cell in states (v, u, s) of a fault. */
 void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
                           const PetscReal s0[], PetscInt rates, const PetscReal v[], PetscReal q[], PetscReal dq[])
 {
@@ -346,13 +347,12 @@ void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal 
   }
 }
 
-/* The states of cell i after t [s] of rest, exactly; cells that always slide never rest */
+/* The states of cell i after t [s] of rest, exactly, of laws without states of their own */
 void SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, const PetscReal s0[], PetscReal t, PetscReal s[])
 {
   const PetscReal healing = f->healing ? f->healing[i] : 0;
 
-  for (PetscInt k = 0; k < SlipFrictionStates(f->law); k++)
-    s[k] = healing > 0 ? s0[k] * PetscExpReal(-t * healing) : s0[k];
+  s[0] = healing > 0 ? s0[0] * PetscExpReal(-t * healing) : s0[0];
 }
 
 /* What outputs call state k, s, of cell i, and what users give */
@@ -390,9 +390,9 @@ void SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v, Pet
     *s = 0;
 }
 
-/* Of a law with states of its own, where those are steady at the rate v > 0: what mu falls by per metre of slip that the states
-   follow (b/d_c of rate-and-state friction), and the stiffness over the normal stress below which steady slip is unstable
-   ((b - a)/d_c; Ruina 1983), not positive where it is stable */
+/* Of a law with states of its own, where those are steady at the rate v > 0: what mu falls by per metre of slip that
+   the states follow (b/d_c of rate-and-state friction), and the stiffness over the normal stress below which steady
+   slip is unstable ((b - a)/d_c; Ruina 1983), not positive where it is stable */
 void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal *fall, PetscReal *critical)
 {
   const SlipFriction p = At(f, i);
@@ -400,8 +400,8 @@ void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, PetscReal v, 
   SlipFrictionInstability(f->law, &p, v, fall, critical);
 }
 
-/* s[k] with which the friction of cell i is mu with the rate v, by Newton's method from s, the others as they are; NaN if there is
-   none. Rate-and-state friction is almost linear in its state. */
+/* s[k] with which the friction of cell i is mu with the rate v, by Newton's method from s, the others as they are;
+   NaN if there is none. Rate-and-state friction is almost linear in its state. */
 void SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal mu, PetscReal v, PetscReal s[])
 {
   const SlipFriction p = At(f, i);

@@ -1,13 +1,13 @@
-/* States of a friction law's own: what they are at the end of an implicit stage, and when steady slip is unstable. Pure functions
-   of a law's rates and their derivatives, for any number of states. */
+/* States of a friction law's own: what they are at the end of an implicit stage, and when steady slip is unstable.
+   Pure functions of a law's rates and their derivatives, for any number of states. */
 #include <slipcompat.h>
 #include <slipcore.h>
 
 /* A step of Newton's method whose square is below rounding: what is left after it */
 #define NEWTON_ENOUGH 1e-9
 
-/* Frequencies over the rates of relaxation among which instabilities are looked for, and from one to the next: a law with one state has
-   its own at sqrt(b/a - 1) */
+/* Frequencies over the rates of relaxation among which instabilities are looked for, and from one to the next: a law
+   with one state has its own at sqrt(b/a - 1) */
 #define FREQUENCY_RANGE 1e4
 #define FREQUENCY_STEP 1.5
 
@@ -54,9 +54,10 @@ static void Solve(PetscInt n, PetscReal A[], PetscReal x[])
 
 /* ---- the end of an implicit stage ---- */
 
-/* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the rate.
-   It is between s0 and the steady state of the rate. A step that leaves what brackets the root, one after the residual has
-   grown, and every eighth (far from the root, where an exponential rules, Newton's steps are of length 1) is of bisection. */
+/* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the
+   rate. It is between s0 and the steady state of the rate. A step that leaves what brackets the root, one after the
+   residual has grown, and every eighth (far from the root, where an exponential rules, Newton's steps are of length
+   1) is of bisection. */
 static PetscReal AdvanceOne(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, PetscReal s0,
                             PetscReal rate, PetscReal *ds)
 {
@@ -110,8 +111,8 @@ static void NewtonMatrix(PetscInt n, PetscReal theta, const PetscReal f_s[], Pet
   for (PetscInt k = 0; k < n * n; k++) A[k] = (k % (n + 1) == 0 ? 1 : 0) - theta * f_s[k];
 }
 
-/* The root of several states, by Newton's method from s0 or the steady states, whichever has the smaller residual: short stages end near
-   the one, long ones near the other. A step is halved until it lowers the residual. */
+/* The root of several states, by Newton's method from s0 or the steady states, whichever has the smaller residual:
+   short stages end near the one, long ones near the other. A step is halved until it lowers the residual. */
 static void AdvanceAll(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, const PetscReal s0[],
                        PetscReal rate, PetscReal s[], PetscReal ds[])
 {
@@ -145,8 +146,8 @@ static void AdvanceAll(const SlipFrictionLaw *law, const SlipFriction *p, PetscR
   Solve(n, A, ds);
 }
 
-/* The states at the end of a stage that is implicit by theta [s], s = s0 + theta ds/dt, with the rate there, and their derivatives with
-   respect to it */
+/* The states at the end of a stage that is implicit by theta [s], s = s0 + theta ds/dt, with the rate there, and
+   their derivatives with respect to it */
 void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, const PetscReal s0[],
                             PetscReal rate, PetscReal s[], PetscReal ds[])
 {
@@ -158,9 +159,9 @@ void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipFriction *p, P
 
 /* ---- instability of steady slip ---- */
 
-/* Of steady slip that is disturbed by exp(i w t), with s' = f(s, v): the stress over the normal stress that answers to slip is
-   -k + i w d, d = mu_v - mu_s f_s y and k = -w^2 mu_s y with y = (w^2 + f_s^2)^-1 f_v, as (i w - f_s)^-1 = -(i w + f_s)(w^2 + f_s^2)^-1.
-   A spring of the stiffness k sigma lets it go on for ever where d is 0. */
+/* Of steady slip that is disturbed by exp(i w t), with s' = f(s, v): the stress over the normal stress that answers
+   to slip is -k + i w d, d = mu_v - mu_s f_s y and k = -w^2 mu_s y with y = (w^2 + f_s^2)^-1 f_v, as (i w - f_s)^-1 =
+   -(i w + f_s)(w^2 + f_s^2)^-1. A spring of the stiffness k sigma lets it go on for ever where d is 0. */
 typedef struct {
   PetscInt n;
   PetscReal mu_v, mu_s[SLIP_MAX_STATES], f_s[ENTRIES], f_v[SLIP_MAX_STATES];
@@ -214,8 +215,8 @@ static PetscReal Largest(const Steady *c)
   return most;
 }
 
-/* SlipFrictionWeakening() of a law's functions. With one state x' = f(x, v) they are -mu_x f_v and mu_v f_x - mu_x f_v. With two of Ruina's
-   d is 0 where a = sum b_k/(1 + (d_k w/v)^2) (Gu et al. 1984). */
+/* SlipFrictionWeakening() of a law's functions. With one state x' = f(x, v) they are -mu_x f_v and mu_v f_x - mu_x
+   f_v. With two of Ruina's d is 0 where a = sum b_k/(1 + (d_k w/v)^2) (Gu et al. 1984). */
 void SlipFrictionInstability(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal v, PetscReal *fall,
                              PetscReal *critical)
 {

@@ -243,9 +243,9 @@ PetscErrorCode SlipFaultGetCellComponents(SlipFault fault, const char name[], Pe
 + fault - the fault
 . t     - time of the state [s]
 . w     - state, of SlipFaultCreateState()
-. name  - "slip_rate" [m/s], "displacement" [m], relative to the far field, "slip" [m], since the start, "state", or what
-          a law of several states calls each of them, or "traction" [Pa], as outputs have them, "normal_stress" [Pa], effective, "opening" [m], 0 where cells cannot open,
-          or "stress" [Pa], the elastic shear stress of SlipFaultStress()
+. name  - "slip_rate" [m/s], "displacement" [m], relative to the far field, "slip" [m], since the start, "state", of a
+          law with several the name of one, or "traction" [Pa], as outputs have them, "normal_stress" [Pa], effective,
+          "opening" [m], 0 where cells cannot open, or "stress" [Pa], the elastic shear stress of SlipFaultStress()
 - n     - number of cells, of all processes
 
   Output Parameter:

@@ -127,8 +127,8 @@ static void StartStates(SlipFault fault, const SlipFrictionCells *friction, Pets
     s[k] = SlipFrictionOfShown(friction, i, k, fault->friction.start[k][i]);
 }
 
-/* States of cell i that were not given are steady at a rate, but for the first of them where the friction mu is known; false: it
-   is no number */
+/* States of cell i that were not given are steady at a rate, but for the first of them where the friction mu is
+   known; false: it is no number */
 static PetscBool FillStates(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal rate,
                             const PetscReal *mu)
 {

@@ -303,7 +303,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->hand_over = is_explicit ? NULL : HandOver_Fault;
   if (fault->kind.driven) { /* it rests for years between events */
     problem->corner = Corner_Fault;
-    problem->rest = fault->friction.law->always_slides ? NULL : Rest_Fault;
+    problem->rest = fault->friction.law->nstates ? NULL : Rest_Fault; /* in which states of the law's own evolve */
     problem->error = is_explicit ? NULL : Error_Fault;
     if (fault->kind.inertia && !fault->friction.law->by_rate) problem->stop = Stop_Fault;
   }

@@ -104,24 +104,24 @@ static PetscErrorCode CheckStates(const SlipFrictionLaw *law)
   Not collective, on every process in the same order; before the options of a fault are read
 
   Input Parameter:
-. law - its name; mu and its derivatives with respect to the states s[] and to v = |slip rate| [m/s]; a formula for -help; and,
-        for a law with states of its own, what they are, their rates with derivatives and the s that are steady at a rate; parameters
-        that it brings. Copied; strings, states, parameters and context stay the caller's
+. law - its name; mu and its derivatives with respect to the states s[] and to v = |slip rate| [m/s]; a formula for
+        -help; for a law with states of its own, what they are, their rates with derivatives, and the s that are steady
+        at a rate; parameters that it brings. Copied; strings, states, parameters and context stay the caller's
 
   Level: advanced
 
   Notes:
-  All functions are pure, of one cell, whose parameters they find in SlipFriction. A law without states of its own gets the
-  slip of both signs as s[0] and gives what mu exceeds -fault_friction_residual by; |tau| <= sigma mu is its bound. A law whose
-  cells always slide gives mu itself, 0 at v = 0 and growing with v: without inertia the fault is an explicit problem for TSRK
-  and TSADAMS.
+  All functions are pure, of one cell, whose parameters they find in SlipFriction. A law without states of its own
+  gets the slip of both signs as s[0] and gives what mu exceeds -fault_friction_residual by; |tau| <= sigma mu is its
+  bound. A law whose cells always slide gives mu itself, 0 at v = 0 and growing with v: without inertia the fault is
+  an explicit problem for TSRK and TSADAMS.
 
-  A law declares up to SLIP_MAX_STATES states (SlipFrictionState), and one function gives the rates of all of them. No rate may
-  grow with its own state. A change of s[k] by 1 is to matter as slip by -fault_friction_slip does, as tolerances take both
-  alike. Stages of TSBATHE need no more: s = s0 + theta ds/dt is solved with the derivatives. Each state is a field of
-  -fault_output_fields, a column of stations and a name for SlipFaultGetCellValues(), with what its functions shown and of_shown
-  make of it, in its unit; those that always slide start with the parameter that the state names, which may be one of own with
-  the default NaN, and steady where no number is given.
+  A law declares up to SLIP_MAX_STATES states (SlipFrictionState), and one function gives the rates of all of them. No
+  rate may grow with its own state. A change of s[k] by 1 is to matter as slip by -fault_friction_slip does, as
+  tolerances take both alike. Stages of TSBATHE need no more: s = s0 + theta ds/dt is solved with the derivatives.
+  Each state is a field of -fault_output_fields, a column of stations and a name for SlipFaultGetCellValues(), shown
+  as its functions shown and of_shown say, in its unit. Where all cells slide it starts with the parameter that it
+  names, initial_state or one of own with the default NaN, and steady where no number is given.
 
   Each row of own is from then on what the numbers of every fault are: an option -fault_<name>, with a unit of time where it
   is in s, an argument of SlipFaultSetReal(), SlipFaultSetField() and SlipFaultGetField(), and a dataset of -fault_parameters
@@ -130,8 +130,8 @@ static PetscErrorCode CheckStates(const SlipFrictionLaw *law)
 
   See examples/friction_law.c.
 
-  Errors: PETSC_ERR_ARG_WRONG for a name that is taken, of the law, of a parameter or of a state, and for a law without the functions
-  that it needs; PETSC_ERR_ARG_OUTOFRANGE for a default out of bounds and too many parameters or states
+  Errors: PETSC_ERR_ARG_WRONG for a name that is taken, of the law, of a parameter or of a state, and for a law without
+  the functions that it needs; PETSC_ERR_ARG_OUTOFRANGE for a default out of bounds and too many parameters or states
 
 .seealso: SlipFaultSetString(), SlipFaultSetReal(), SlipFaultSetField(), SlipFaultSetFromOptions()
 @*/

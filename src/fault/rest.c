@@ -352,7 +352,7 @@ static PetscErrorCode RestEnd(Vec w, Rest *r)
   SlipFaultRestTime - for how long the state w of time t stays exactly at rest [s]
 
   Collective. 0 when a cell moves or its force exceeds the strength; PETSC_MAX_REAL for ever, which is not looked for when
-  strengths change in time: then 0, too.
+  strengths change in time, as they may with states of the law's own: then 0, too.
 */
 PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal *rest)
 {
@@ -362,7 +362,8 @@ PetscErrorCode SlipFaultRestTime(SlipFault fault, PetscReal t, Vec w, PetscReal 
   PetscFunctionBegin;
   *rest = 0;
   PetscCall(Moves(fault, w, &moves));
-  if (moves || fault->kind.heals || fault->loads.pressed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (moves || fault->kind.heals || fault->loads.pressed || fault->friction.law->nstates)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestBegin(fault, t, w, &r));
   PetscCall(LinearOnset(&r, PETSC_MAX_REAL, rest));
   PetscCall(RestEnd(w, &r));

@@ -3,7 +3,7 @@
 
 /*@
   SlipFaultCreateState - create a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two components of
-                         slip block size 5, (v, v, u, u, s); a friction law with more states than one has all of them in place of s
+                         slip block size 5, (v, v, u, u, s), and more where the friction law has several states s
 
   Collective; after SlipFaultSetUp().
 

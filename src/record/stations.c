@@ -15,8 +15,8 @@ static const SlipOutputColumn Columns[] = {
   {"traction", "Pa", PETSC_FALSE}, {"state", "m", PETSC_FALSE}, {"normal_stress", "Pa", PETSC_FALSE},
   {"opening", "m", PETSC_FALSE},
 };
-/* The normal stress where slip changes it only, the opening where cells open; slip, its rate and traction have a number for each component
-   of slip. In place of the state there are those of the law. */
+/* The normal stress where slip changes it only, the opening where cells open; slip, its rate and traction have a
+   number for each component of slip. In place of the state there are those of the law. */
 enum {
   STATION_SLIP = 1,
   STATION_RATE,

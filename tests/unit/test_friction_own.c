@@ -154,6 +154,83 @@ static void states(void **unused)
   ok(SlipFaultDestroy(&fault));
 }
 
+enum { TIME_UP = 4, TIME_DOWN = 9 }; /* [s] */
+
+/* A law that sticks, stronger with each of two states, which approach 1 and -1 while nothing slips */
+static void Sets(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess, PetscReal ds[],
+                 PetscReal *dv)
+{
+  (void)p, (void)v;
+  *excess = 0.1 * s[0] - 0.01 * s[1];
+  ds[0] = 0.1;
+  ds[1] = -0.01;
+  *dv = 0;
+}
+
+static void SetsRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal ds[],
+                     PetscReal dv[])
+{
+  (void)p;
+  rate[0] = (1 - s[0]) / TIME_UP - v * s[0];
+  rate[1] = (-1 - s[1]) / TIME_DOWN - v * s[1];
+  ds[0] = -1.0 / TIME_UP - v;
+  ds[3] = -1.0 / TIME_DOWN - v;
+  dv[0] = -s[0];
+  dv[1] = -s[1];
+}
+
+static void SetsSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
+{
+  (void)p;
+  s[0] = 1 / (1 + TIME_UP * v);
+  s[1] = -1 / (1 + TIME_DOWN * v);
+}
+
+/* Both states of a loaded cell that rests are where the exponentials are, 1 - exp(-t/T), to a step of second order,
+   (h/T)^2/12 with h = 0.1; and no rest is jumped over. Started without stress, it does not slip within the time. */
+static void states_at_rest(void **unused)
+{
+  static const SlipFrictionState two[] = {{.name = "up"}, {.name = "down"}};
+  const SlipFrictionLaw law = {.name = "sets",
+                               .eval = Sets,
+                               .formula = "sets",
+                               .states = two,
+                               .nstates = 2,
+                               .rate = SetsRate,
+                               .steady = SetsSteady};
+  PetscReal up, down, other;
+  SlipFault fault;
+  TSAdapt adapt;
+  TS ts;
+  Vec w;
+
+  (void)unused;
+  ok(SlipFaultRegisterFrictionLaw(&law));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetString(fault, "friction_law", "sets"));
+  ok(SlipFaultSetString(fault, "initial", "rest"));
+  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultCreateState(fault, &w));
+  ok(SlipFaultSetInitialState(fault, w));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(fault, ts));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTNONE));
+  ok(TSSetTimeStep(ts, 0.1));
+  ok(TSSetMaxTime(ts, 5));
+  ok(TSSolve(ts, w));
+  ok(SlipFaultGetCellValues(fault, 5, w, "up", 1, &up));
+  ok(SlipFaultGetCellValues(fault, 5, w, "down", 1, &down));
+  assert_true(fabs(up - (1 - exp(-5.0 / TIME_UP))) < 1e-4);
+  assert_true(fabs(down + (1 - exp(-5.0 / TIME_DOWN))) < 1e-4);
+  fails(SlipFaultGetCellValues(fault, 5, w, "state", 1, &other),
+        "a state has no \"state\", expected slip_rate, displacement, slip, up, down,");
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
+  ok(SlipFaultDestroy(&fault));
+}
+
 /* Values out of bounds, or that are not whole, of a field */
 static void fields(void **state)
 {
@@ -178,4 +255,4 @@ static void fields(void **state)
   }
 }
 
-SLIP_TESTS(late_and_refused, states, fields)
+SLIP_TESTS(late_and_refused, states, states_at_rest, fields)

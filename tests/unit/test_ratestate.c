@@ -251,7 +251,8 @@ static void registered(void **state)
 
 enum { D2 = 3 }; /* d_2/d_c */
 
-/* Rate-and-state friction of psi + 0.3 T, and a second state T that follows 0.2 psi: both rates depend on both states. */
+/* Rate-and-state friction of psi + 0.3 T, and a second state T that follows 0.2 psi: both rates depend on both
+   states. */
 static void Pair(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu, PetscReal ds[], PetscReal *dv)
 {
   const PetscReal sum = s[0] + 0.3 * s[1];
@@ -291,8 +292,8 @@ static const SlipFrictionLaw pair = {.name = "pair",
                                      .rate = PairRate,
                                      .steady = PairSteady};
 
-/* An implicit stage of both states, to the rounding of the terms of their rates, and its derivative by differences, as advance() has
-   it for one */
+/* An implicit stage of both states, to the rounding of the terms of their rates, and its derivative by differences,
+   as advance() has it for one */
 static void advance_two(void **state)
 {
   const PetscReal a[] = {0.01}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14}, s0[] = {6.9, -2};
@@ -327,10 +328,10 @@ static void advance_two(void **state)
       }
 }
 
-/* The stiffness at which steady slip becomes unstable, by Hurwitz's criterion: with m = mu_s, J = f_s, r = f_v, t and D the trace
-   and determinant of J, growth rates x have mu_v x^3 + (K + A) x^2 + (B - t K) x + K D = 0 with A = m r - mu_v t and
-   B = mu_v D + m (J - t) r, and the real part of two of them is 0 where (K + A)(B - t K) = mu_v K D. To the rounding of a root's
-   place, 1e-16 over the slope. Where there is no such K slip is stable. */
+/* The stiffness at which steady slip becomes unstable, by Hurwitz's criterion: with m = mu_s, J = f_s, r = f_v, t and
+   D the trace and determinant of J, growth rates x have mu_v x^3 + (K + A) x^2 + (B - t K) x + K D = 0 with A = m r -
+   mu_v t and B = mu_v D + m (J - t) r, and the real part of two of them is 0 where (K + A)(B - t K) = mu_v K D. To
+   the rounding of a root's place, 1e-16 over the slope. Where there is no such K slip is stable. */
 static void unstable_two(void **state)
 {
   const PetscReal a[] = {0.01}, b[] = {0.03, 0.012, 0.008}, f0[] = {0.6}, slip[] = {0.14}, v = 1e-9;
