@@ -104,6 +104,28 @@ static void late_and_refused(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
+/* Rate-and-state friction with a second state that decays with slip */
+static void Warm(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu, PetscReal ds[], PetscReal *dv)
+{
+  SlipRateAndState(p, s, v, mu, ds, dv);
+  ds[1] = 0;
+}
+
+static void WarmRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal ds[],
+                     PetscReal dv[])
+{
+  SlipRateAndStateRate(p, s, v, rate, ds, dv);
+  rate[1] = -v * s[1];
+  ds[3] = -v;
+  dv[1] = -s[1];
+}
+
+static void WarmSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
+{
+  SlipRateAndStateSteady(p, v, s);
+  s[1] = 0;
+}
+
 /* States whose names or starts are no good, and a law that begins with a parameter which has no default */
 static void states(void **unused)
 {
@@ -122,8 +144,12 @@ static void states(void **unused)
   SlipFrictionLaw law;
   SlipFrictionState two[2];
   SlipFault fault;
-  PetscReal x;
+  PetscReal x, rtol;
+  PetscInt n;
+  const PetscReal *a, *b;
   const SlipFrictionLaw *found;
+  TS ts;
+  Vec w, atol;
 
   (void)unused;
   ok(SlipFrictionFind("rate_and_state", &found));
@@ -131,6 +157,9 @@ static void states(void **unused)
   law.name = "warm";
   law.states = two;
   law.nstates = 2;
+  law.eval = Warm;
+  law.rate = WarmRate;
+  law.steady = WarmSteady;
   law.balance = NULL;
   law.keep = NULL;
   two[0] = found->states[0];
@@ -151,6 +180,25 @@ static void states(void **unused)
   ok(SlipFaultGetReal(fault, "initial_warmth", &x));
   assert_true(isnan(x));
   fails(SlipFaultSetReal(fault, "initial_warmth", -1), "-fault_initial_warmth is -1, expected a number");
+  /* its place in the state, behind v, u and theta, its start, and its tolerance, that of ln theta */
+  ok(SlipFaultSetString(fault, "friction_law", "warm"));
+  ok(SlipFaultSetReal(fault, "initial_warmth", 3));
+  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultCreateState(fault, &w));
+  ok(SlipFaultSetInitialState(fault, w));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(fault, ts));
+  ok(TSGetTolerances(ts, NULL, &atol, &rtol, NULL));
+  ok(VecGetSize(w, &n));
+  assert_int_equal(n, 4);
+  ok(VecGetArrayRead(w, &a));
+  ok(VecGetArrayRead(atol, &b));
+  assert_true(a[3] == 3 && b[3] == rtol && b[2] == rtol);
+  ok(VecRestoreArrayRead(atol, &b));
+  ok(VecRestoreArrayRead(w, &a));
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
   ok(SlipFaultDestroy(&fault));
 }
 
