@@ -161,6 +161,7 @@ PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law)
 
 /* ---- states: a law's own, or the slip s of both signs, which rest lets heal: ds/dt = |v| - s/t_h ---- */
 
+/* How many */
 PetscInt SlipFrictionStates(const SlipFrictionLaw *law)
 {
   return law->nstates ? law->nstates : 1;
