@@ -7,8 +7,8 @@ import unittest
 
 from scripts import BUILD, FaultTest
 from slider import Slider, Sliders
-from slipstep_fields import Fields
-from slipstep_output import Run
+from slipstep import Run
+from slipstep.results.fields import Fields
 
 import h5py
 import numpy as np
