@@ -1,9 +1,12 @@
-static const char help[] = "A user's friction law, with an additional parameter: rate-and-state friction whose "
-                           "evolution effect ends at a cut-off rate.\n  friction_law -fault_cut_off_rate 1e-3 "
-                           "-fault_loading_rate 1e-9 -ts_max_time 1e10\nAll else is as in fault.\n\n";
+static const char help[] = "A user's friction laws: rate-and-state friction whose evolution effect ends at a cut-off "
+                           "rate, and with two states.\n  friction_law -fault_cut_off_rate 1e-3 "
+                           "-fault_loading_rate 1e-9 -ts_max_time 1e10\n  friction_law -fault_friction_law two_states "
+                           "-fault_friction_b_2 -0.005 -fault_friction_slip_2 1\nAll else is as in fault.\n\n";
 
 #include <slipstep.h>
 #include <math.h>
+
+/* ---- a parameter of its own ---- */
 
 /* v_c: the option -fault_cut_off_rate, or cell by cell a dataset of -fault_parameters or SlipFaultSetField(). Constant, as the
    library refers to it. */
@@ -23,46 +26,163 @@ enum { CUT_OFF_RATE };
 
      mu = a asinh( v/(2 V0) exp((f0 + b g)/a) ),   g = ln(exp(psi) + V0/v_c),   exp(psi) = V0 theta/d_c
 
-  s is psi. A law fills in mu and its derivatives with respect to s and v.
+  s[0] is psi. A law fills in mu and its derivatives with respect to s and v.
 */
-static void CutOff(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds, PetscReal *dmu_dv)
+static void CutOff(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu, PetscReal dmu_ds[],
+                   PetscReal *dmu_dv)
 {
-  const PetscReal end = p->reference_rate / p->own[CUT_OFF_RATE];
+  const PetscReal end = p->reference_rate / p->own[CUT_OFF_RATE], g = log(exp(s[0]) + end);
 
-  SlipRateAndState(p, log(exp(s) + end), v, mu, dmu_ds, dmu_dv);
-  *dmu_ds *= exp(s) / (exp(s) + end);
+  SlipRateAndState(p, &g, v, mu, dmu_ds, dmu_dv);
+  dmu_ds[0] *= exp(s[0]) / (exp(s[0]) + end);
 }
 
 /* The rate of s and its derivatives: the aging or the slip law, which are there to be used. */
-static void Evolve(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate, PetscReal *drate_ds,
-                   PetscReal *drate_dv)
+static void Evolve(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal drate_ds[],
+                   PetscReal drate_dv[])
 {
   SlipRateAndStateRate(p, s, v, rate, drate_ds, drate_dv);
 }
 
 /* Where nothing changes at the rate v: theta = d_c/v */
-static PetscReal Steady(const SlipFriction *p, PetscReal v)
+static void Steady(const SlipFriction *p, PetscReal v, PetscReal s[])
 {
-  return log(p->reference_rate / v);
+  s[0] = log(p->reference_rate / v);
 }
+
+/* What it is called, and which parameter it starts with */
+static const SlipFrictionState psi[] = {{.name = "state", .start = "initial_state"}};
+
+static const SlipFrictionLaw cut_off = {.name = "cut_off",
+                                        .eval = CutOff,
+                                        .formula =
+                                          "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip + V0/cut_off_rate))/a))",
+                                        .by_rate = PETSC_TRUE,
+                                        .always_slides = PETSC_TRUE,
+                                        .states = psi,
+                                        .nstates = 1,
+                                        .rate = Evolve,
+                                        .steady = Steady,
+                                        .own = own};
+
+/* ---- two states ---- */
+
+static const SlipParameter own_of_two[] = {{.name = "friction_b_2",
+                                            .value = 0,
+                                            .unit = "",
+                                            .lower = PETSC_MIN_REAL,
+                                            .upper = PETSC_MAX_REAL,
+                                            .help = "Evolution effect b_2 of the second state"},
+                                           {.name = "friction_slip_2",
+                                            .value = 0.1,
+                                            .unit = "m",
+                                            .lower = 0,
+                                            .upper = PETSC_MAX_REAL,
+                                            .open = PETSC_TRUE,
+                                            .help = "Slip d_2 in which the second state evolves"},
+                                           {.name = "initial_state_2",
+                                            .value = (PetscReal)NAN, /* steady, unless it is given */
+                                            .unit = "s",
+                                            .lower = 0,
+                                            .upper = PETSC_MAX_REAL,
+                                            .open = PETSC_TRUE,
+                                            .help = "Second state at the start (default: steady)"},
+                                           {.name = NULL}};
+enum { B_2, SLIP_2 };
+
+/* The parameters of rate-and-state friction with d_2 in place of d_c */
+static SlipFriction Second(const SlipFriction *p)
+{
+  SlipFriction second = *p;
+
+  second.slip = p->own[SLIP_2];
+  return second;
+}
+
+/*
+  Rate-and-state friction with two states (Ruina 1983; Gu et al. 1984), regularised:
+
+     mu = a asinh( v/(2 V0) exp((f0 + b psi_1 + b_2 psi_2)/a) ),   psi_k = ln(V0 theta_k/d_k)
+
+  each evolving in its slip d_k by -fault_state_law. By the slip law it is, in Ruina's words with Theta_k = b_k psi_k,
+  mu = f0 + a ln(v/V0) + Theta_1 + Theta_2 and dTheta_k/dt = -(v/d_k)(Theta_k + b_k ln(v/V0)).
+*/
+static void TwoStates(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu, PetscReal dmu_ds[],
+                      PetscReal *dmu_dv)
+{
+  const PetscReal sum = p->b * s[0] + p->own[B_2] * s[1];
+  SlipFriction whole = *p;
+
+  whole.b = 1; /* the sum takes the place of b psi */
+  SlipRateAndState(&whole, &sum, v, mu, dmu_ds, dmu_dv);
+  dmu_ds[1] = dmu_ds[0] * p->own[B_2];
+  dmu_ds[0] *= p->b;
+}
+
+/* Neither rate depends on the other state: entries 1 and 2 of drate_ds [2][2] stay 0. */
+static void EvolveTwo(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal drate_ds[],
+                      PetscReal drate_dv[])
+{
+  const SlipFriction second = Second(p);
+
+  SlipRateAndStateRate(p, s, v, rate, drate_ds, drate_dv);
+  SlipRateAndStateRate(&second, s + 1, v, rate + 1, drate_ds + 3, drate_dv + 1);
+}
+
+static void SteadyTwo(const SlipFriction *p, PetscReal v, PetscReal s[])
+{
+  s[0] = s[1] = log(p->reference_rate / v);
+}
+
+static PetscReal Theta2(const SlipFriction *p, PetscReal s)
+{
+  const SlipFriction second = Second(p);
+
+  return SlipRateAndStateTheta(&second, s);
+}
+
+static PetscReal OfTheta2(const SlipFriction *p, PetscReal theta)
+{
+  const SlipFriction second = Second(p);
+
+  return SlipRateAndStateOfTheta(&second, theta);
+}
+
+/* Outputs have /fields/state and /fields/state_2 in s, stations columns of these names. */
+static const SlipFrictionState both[] = {
+  {.name = "state",
+   .unit = "s",
+   .start = "initial_state",
+   .shown = SlipRateAndStateTheta,
+   .of_shown = SlipRateAndStateOfTheta,
+   .largest = 500},
+  {.name = "state_2", .unit = "s", .start = "initial_state_2", .shown = Theta2, .of_shown = OfTheta2, .largest = 500}};
+
+static const SlipFrictionLaw two_states = {
+  .name = "two_states",
+  .eval = TwoStates,
+  .formula = "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip) + b_2 ln(V0 theta_2/slip_2))/a))",
+  .by_rate = PETSC_TRUE,
+  .always_slides = PETSC_TRUE,
+  .states = both,
+  .nstates = 2,
+  .rate = EvolveTwo,
+  .steady = SteadyTwo,
+  .direct = SlipRateAndStateDirect,
+  .own = own_of_two};
+
+/* ---- the run ---- */
 
 static PetscErrorCode Run(int *code)
 {
-  const SlipFrictionLaw law = {.name = "cut_off",
-                               .eval = CutOff,
-                               .formula = "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip + V0/cut_off_rate))/a))",
-                               .by_rate = PETSC_TRUE,
-                               .always_slides = PETSC_TRUE,
-                               .state = Evolve,
-                               .steady = Steady,
-                               .own = own};
   PetscBool only_help, complete = PETSC_TRUE;
   SlipFault fault;
   TS ts;
   Vec w;
 
   PetscFunctionBeginUser;
-  PetscCall(SlipFaultRegisterFrictionLaw(&law)); /* before the options are read */
+  PetscCall(SlipFaultRegisterFrictionLaw(&cut_off)); /* before the options are read */
+  PetscCall(SlipFaultRegisterFrictionLaw(&two_states));
   PetscCall(SlipCheckOptionNames());
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
   PetscCall(SlipFaultSetString(fault, "friction_law", "cut_off"));

@@ -33,15 +33,33 @@ typedef struct {
   const void *ctx;          /* of the law */
 } SlipFriction;
 
-/* What mu(s, v) exceeds its residual by, and its derivatives with respect to s and v [s/m]; s the state, the cumulative
-   slip >= 0 [m] of laws without a state of their own; v = |slip rate| [m/s]. */
-typedef void (*SlipFrictionFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
-                               PetscReal *dmu_dv);
-/* ds/dt of a law's own state and its derivatives with respect to s, nowhere positive, and v */
-typedef void (*SlipStateFn)(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate, PetscReal *drate_ds,
-                            PetscReal *drate_dv);
-/* A number of a law in others, for example the steady state at a rate */
+/* The states of a law are s[0], s[1], ...: its own, as it declares them, or one, the cumulative slip >= 0 [m], of
+   laws without. Changes of its own by 1 are to matter as slip by d_c does, as of a logarithm: steps keep errors of
+   both to the same tolerance. */
+enum { SLIP_MAX_STATES = 8 };
+/* What mu(s, v) exceeds its residual by, and its derivatives with respect to each state and to v [s/m], |slip rate|
+   [m/s] */
+typedef void (*SlipFrictionFn)(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess,
+                               PetscReal dmu_ds[], PetscReal *dmu_dv);
+/* ds/dt of a law's own states, and its derivatives with respect to s, [n][n] by rows, 0 where they are not set, whose
+   diagonal is nowhere positive, and to v */
+typedef void (*SlipStateFn)(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[],
+                            PetscReal drate_ds[], PetscReal drate_dv[]);
+/* The states s at which ds/dt = 0 with the rate v */
+typedef void (*SlipSteadyFn)(const SlipFriction *p, PetscReal v, PetscReal s[]);
+/* A number of a law in another, for example a state as outputs show it */
 typedef PetscReal (*SlipFrictionNumberFn)(const SlipFriction *p, PetscReal x);
+/* A state that a law declares */
+typedef struct {
+  const char *name; /* of datasets, and of -fault_output_fields; "state" is that of our own laws */
+  const char *unit; /* as users give it and outputs show it; NULL: "1" */
+  /* the parameter that it starts with where cells always slide: "initial_state", or one of the law's own whose default
+     is NaN; steady where no number is given */
+  const char *start;
+  SlipFrictionNumberFn shown;    /* of s; NULL: s itself */
+  SlipFrictionNumberFn of_shown; /* s of it */
+  PetscReal largest;             /* |s| that only a step far too long leads to; 0: none is known */
+} SlipFrictionState;
 /* The friction of many cells, below */
 typedef struct _n_SlipFrictionCells SlipFrictionCells;
 /* SlipFrictionBalance() of many cells at once; kept: numbers of SlipFrictionKeep(), or NULL */
@@ -54,18 +72,16 @@ typedef void (*SlipFrictionKeepFn)(const SlipFrictionCells *f, PetscInt n, Petsc
 typedef struct {
   const char *name;
   SlipFrictionFn eval;
-  const char *formula;         /* what -help and messages say */
-  PetscBool by_rate;           /* mu depends on v */
-  PetscBool always_slides;     /* mu is 0 at v = 0 and grows with v, at least with the help of radiation damping */
-  SlipStateFn state;           /* NULL: s is the slip of both signs, ds/dt = |v| - s/t_h */
-  SlipFrictionNumberFn steady; /* the state at which ds/dt = 0 with the rate v */
-  const SlipParameter *own;    /* parameters that it brings, the last row with a NULL name; NULL: none */
-  const void *ctx;             /* handed to the functions in SlipFriction */
-  /* the state as users give it and outputs show it */
-  const char *state_unit;        /* NULL: "1" of a state of the law's own, "m" of slip */
-  SlipFrictionNumberFn shown;    /* of s; NULL: s itself */
-  SlipFrictionNumberFn of_shown; /* s of it */
-  PetscReal largest_state;       /* |s| that only a step far too long leads to; 0: none is known */
+  const char *formula;     /* what -help and messages say */
+  PetscBool by_rate;       /* mu depends on v */
+  PetscBool always_slides; /* mu is 0 at v = 0 and grows with v, at least with the help of radiation damping */
+  /* NULL and 0: s is the slip of both signs, ds/dt = |v| - s/t_h */
+  const SlipFrictionState *states; /* [nstates] */
+  PetscInt nstates;                /* at most SLIP_MAX_STATES */
+  SlipStateFn rate;                /* of all of them */
+  SlipSteadyFn steady;
+  const SlipParameter *own; /* parameters that it brings, the last row with a NULL name; NULL: none */
+  const void *ctx;          /* handed to the functions in SlipFriction */
   /* short cuts, for speed */
   PetscReal (*direct)(const SlipFriction *p); /* a, where mu > 10 a has dmu/dv = a/v to 1e-9; NULL: nowhere */
   SlipFrictionBalanceFn balance;              /* NULL: cell by cell, by Newton's method */
@@ -76,6 +92,7 @@ typedef struct {
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ours; ends with a NULL name */
 PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
+PETSC_EXTERN PetscErrorCode SlipFrictionCheck(const SlipFrictionLaw *law);
 PETSC_EXTERN PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law);
 PETSC_EXTERN const SlipFrictionLaw *SlipFrictionNext(const SlipFrictionLaw *law); /* NULL: the first; NULL at the end */
 
@@ -95,43 +112,55 @@ struct _n_SlipFrictionCells {
   PetscInt nown;
 };
 
-PETSC_EXTERN void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
-                                       PetscReal *dmu_ds, PetscReal *dmu_dv);
-PETSC_EXTERN PetscReal SlipFrictionExcess(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v);
+PETSC_EXTERN PetscInt SlipFrictionStates(const SlipFrictionLaw *law);
+PETSC_EXTERN const char *SlipFrictionStateName(const SlipFrictionLaw *law, PetscInt k);
+PETSC_EXTERN const char *SlipFrictionStateUnit(const SlipFrictionLaw *law, PetscInt k);
+PETSC_EXTERN void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v,
+                                       PetscReal *mu, PetscReal *dmu_ds, PetscReal *dmu_dv);
+PETSC_EXTERN PetscReal SlipFrictionExcess(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v);
 PETSC_EXTERN PetscReal SlipFrictionWeakest(const SlipFrictionCells *f, PetscInt i);
-PETSC_EXTERN void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, PetscReal s0, PetscReal v,
-                                    PetscReal *mu, PetscReal *dmu_ds, PetscReal *dmu_dv, PetscReal *ds_dv);
+PETSC_EXTERN void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, const PetscReal s0[],
+                                    PetscReal v, PetscReal *mu, PetscReal dmu_ds[], PetscReal *dmu_dv,
+                                    PetscReal ds_dv[]);
 PETSC_EXTERN void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
-                                       const PetscReal s0[], const PetscReal v[], PetscReal q[], PetscReal dq[]);
+                                       const PetscReal s0[], PetscInt rates, const PetscReal v[], PetscReal q[],
+                                       PetscReal dq[]);
 PETSC_EXTERN void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
-                                        const PetscReal v[], PetscReal ds[]);
+                                        PetscInt rates, const PetscReal v[], PetscReal ds[]);
 PETSC_EXTERN void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal theta,
                                            const PetscReal s0[], const PetscReal v[], PetscInt stride, PetscReal s[]);
-PETSC_EXTERN PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, PetscReal s0, PetscReal t);
-PETSC_EXTERN PetscReal SlipFrictionShown(const SlipFrictionCells *f, PetscInt i, PetscReal s);
-PETSC_EXTERN PetscReal SlipFrictionOfShown(const SlipFrictionCells *f, PetscInt i, PetscReal shown);
-PETSC_EXTERN const char *SlipFrictionStateUnit(const SlipFrictionLaw *law);
-PETSC_EXTERN PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscReal theta, PetscReal s0,
-                                              PetscReal v);
+PETSC_EXTERN void SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, const PetscReal s0[], PetscReal t,
+                                          PetscReal s[]);
+PETSC_EXTERN PetscReal SlipFrictionShown(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal s);
+PETSC_EXTERN PetscReal SlipFrictionOfShown(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal shown);
+PETSC_EXTERN PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscReal theta,
+                                              const PetscReal s0[], PetscReal v);
 PETSC_EXTERN PetscReal SlipFrictionDirect(const SlipFrictionCells *f, PetscInt i);
-PETSC_EXTERN PetscReal SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v);
+PETSC_EXTERN void SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal s[]);
 PETSC_EXTERN void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal *fall,
                                         PetscReal *critical);
-PETSC_EXTERN PetscReal SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscReal mu, PetscReal v);
-/* One cell in a stage that always slides: D [Pa s/m] of the stage operator, weight of the reaction, theta [s] and the state
-   that it starts from */
+PETSC_EXTERN void SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal mu, PetscReal v,
+                                      PetscReal s[]);
+/* One cell in a stage that always slides: D [Pa s/m] of the stage operator, weight of the reaction, theta [s] and the
+   states that it starts from */
 typedef struct {
-  PetscReal diagonal, omega, theta, s0;
+  PetscReal diagonal, omega, theta;
+  const PetscReal *s0;
 } SlipFrictionStageCell;
 PETSC_EXTERN PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c,
                                              PetscReal load, PetscReal guess, PetscBool *stable);
+/* frictionstate.c: states of a law's own */
+PETSC_EXTERN void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta,
+                                         const PetscReal s0[], PetscReal rate, PetscReal s[], PetscReal ds[]);
+PETSC_EXTERN void SlipFrictionInstability(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal v,
+                                          PetscReal *fall, PetscReal *critical);
 /* ratestate.c */
-PETSC_EXTERN void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
-                                   PetscReal *dmu_dv);
-PETSC_EXTERN void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate,
-                                       PetscReal *drate_ds, PetscReal *drate_dv);
-PETSC_EXTERN PetscReal SlipRateAndStateSteady(const SlipFriction *p, PetscReal v);
-PETSC_EXTERN PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s,
+PETSC_EXTERN void SlipRateAndState(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu,
+                                   PetscReal dmu_ds[], PetscReal *dmu_dv);
+PETSC_EXTERN void SlipRateAndStateRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[],
+                                       PetscReal drate_ds[], PetscReal drate_dv[]);
+PETSC_EXTERN void SlipRateAndStateSteady(const SlipFriction *p, PetscReal v, PetscReal s[]);
+PETSC_EXTERN PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[],
                                               PetscReal sigma, PetscReal eta, PetscReal tau);
 PETSC_EXTERN PetscReal SlipRateAndStateShift(PetscReal alpha, PetscReal b, PetscReal stress, PetscReal start);
 PETSC_EXTERN PetscReal SlipRateAndStateTheta(const SlipFriction *p, PetscReal s);

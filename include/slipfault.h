@@ -51,8 +51,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetOptionsPrefix(SlipFault fault, const cha
 PETSC_EXTERN PetscErrorCode SlipFaultAppendOptionsPrefix(SlipFault fault, const char prefix[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetOptionsPrefix(SlipFault fault, const char *prefix[]);
 
-/* State w: block size 3, (v, u, s) per cell [m/s, m, m]; cell e = iz * nx + ix; PETSc's default distribution of
-   cells. */
+/* State w: block size 3, (v, u, s) per cell [m/s, m, m], more with two components of slip or several states of
+   friction; cell e = iz * nx + ix; PETSc's default distribution of cells. */
 PETSC_EXTERN PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w);
 PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
 /* TS of type bathe (changed by -ts_type afterwards), smooth right-hand side, constraint, reference tolerances, max time

@@ -14,30 +14,30 @@
 
 enum { FRICTION_REGISTERED = 64, STATE_MAX_IT = 300 };
 
-static void ExponentialSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess,
-                                     PetscReal *dmu_ds, PetscReal *dmu_dv)
+static void ExponentialSlipWeakening(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess,
+                                     PetscReal dmu_ds[], PetscReal *dmu_dv)
 {
   (void)v;
-  *excess = p->drop * PetscExpReal(-s / p->slip);
+  *excess = p->drop * PetscExpReal(-*s / p->slip);
   *dmu_ds = -*excess / p->slip;
   *dmu_dv = 0;
 }
 
 /* Ida (1972). At the corner s = d_c the derivative is that of the plateau. */
-static void LinearSlipWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
-                                PetscReal *dmu_dv)
+static void LinearSlipWeakening(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess,
+                                PetscReal dmu_ds[], PetscReal *dmu_dv)
 {
-  const PetscBool weakening = s < p->slip ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool weakening = *s < p->slip ? PETSC_TRUE : PETSC_FALSE;
 
   (void)v;
-  *excess = weakening ? p->drop * (1 - s / p->slip) : 0;
+  *excess = weakening ? p->drop * (1 - *s / p->slip) : 0;
   *dmu_ds = weakening ? -p->drop / p->slip : 0;
   *dmu_dv = 0;
 }
 
 /* Burridge and Knopoff (1967), Carlson and Langer (1989), above a residual. */
-static void RateWeakening(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
-                          PetscReal *dmu_dv)
+static void RateWeakening(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess,
+                          PetscReal dmu_ds[], PetscReal *dmu_dv)
 {
   const PetscReal fall = 1 / (1 + v / p->rate);
 
@@ -47,7 +47,7 @@ static void RateWeakening(const SlipFriction *p, PetscReal s, PetscReal v, Petsc
   *dmu_dv = -p->drop * fall * fall / p->rate;
 }
 
-static void Constant(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *dmu_ds,
+static void Constant(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess, PetscReal dmu_ds[],
                      PetscReal *dmu_dv)
 {
   (void)p, (void)s, (void)v;
@@ -55,6 +55,13 @@ static void Constant(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal 
   *dmu_ds = 0;
   *dmu_dv = 0;
 }
+
+static const SlipFrictionState Theta[] = {{.name = "state",
+                                           .unit = "s",
+                                           .start = "initial_state",
+                                           .shown = SlipRateAndStateTheta,
+                                           .of_shown = SlipRateAndStateOfTheta,
+                                           .largest = 500}}; /* exp(500) is 1e217 */
 
 const SlipFrictionLaw SlipFrictionLaws[] = {
   {"exponential_slip_weakening", ExponentialSlipWeakening, "residual + drop exp(-s/slip)", .by_rate = PETSC_FALSE,
@@ -65,10 +72,9 @@ const SlipFrictionLaw SlipFrictionLaws[] = {
    .reads = "residual drop rate"},
   {"constant", Constant, "residual", .by_rate = PETSC_FALSE, .reads = "residual"},
   {"rate_and_state", SlipRateAndState, "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip))/a))", .by_rate = PETSC_TRUE,
-   .always_slides = PETSC_TRUE, .state = SlipRateAndStateRate, .steady = SlipRateAndStateSteady, .state_unit = "s",
-   .shown = SlipRateAndStateTheta, .of_shown = SlipRateAndStateOfTheta, .largest_state = 500, /* exp(500) is 1e217 */
-   .direct = SlipRateAndStateDirect, .balance = SlipRateAndStateBalance, .keep = SlipRateAndStateKeep,
-   .nkept = SLIP_RATE_AND_STATE_KEPT, .reads = "slip a b alpha reference reference_rate"},
+   .always_slides = PETSC_TRUE, .states = Theta, .nstates = 1, .rate = SlipRateAndStateRate,
+   .steady = SlipRateAndStateSteady, .direct = SlipRateAndStateDirect, .balance = SlipRateAndStateBalance,
+   .keep = SlipRateAndStateKeep, .nkept = SLIP_RATE_AND_STATE_KEPT, .reads = "slip a b alpha reference reference_rate"},
   {.name = NULL},
 };
 
@@ -106,25 +112,42 @@ PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Refuses rows that have not what belongs together */
+PetscErrorCode SlipFrictionCheck(const SlipFrictionLaw *law)
+{
+  PetscFunctionBegin;
+  PetscCheck(law->name && law->name[0] && law->eval && law->formula, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "A friction law needs a name, a function and a formula");
+  PetscCheck(!law->always_slides || law->nstates, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "The friction law %s, whose cells always slide, needs a state", law->name);
+  PetscCheck(law->nstates >= 0 && law->nstates <= SLIP_MAX_STATES, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "The friction law %s has %" PetscInt_FMT " states, expected 0 to %d", law->name, law->nstates,
+             SLIP_MAX_STATES);
+  PetscCheck(!law->nstates || (law->states && law->rate && law->steady), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "The friction law %s has states, but not what they are, their rates and steady ones", law->name);
+  PetscCheck(!law->keep || (law->balance && law->nkept > 0), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "The friction law %s has one of two functions that belong together", law->name);
+  for (PetscInt k = 0; k < law->nstates; k++)
+    PetscCheck(law->states[k].name && !law->states[k].shown == !law->states[k].of_shown, PETSC_COMM_SELF,
+               PETSC_ERR_ARG_WRONG,
+               "State %" PetscInt_FMT " of the friction law %s needs a name, and both or none of shown and of_shown", k,
+               law->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
   SlipFrictionRegister - add a friction law to the table
 
-  Not collective. The row is copied; strings, context and parameters of its own, which SlipFaultRegisterFrictionLaw()
-  checks, are not. PETSC_ERR_ARG_WRONG for a name that is taken, a row without functions, and too many rows.
+  Not collective. The row is copied; strings, context, states and parameters of its own, which
+  SlipFaultRegisterFrictionLaw() checks, are not. PETSC_ERR_ARG_WRONG for a name that is taken, a row without functions,
+  and too many rows.
 */
 PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law)
 {
   const SlipFrictionLaw *same;
 
   PetscFunctionBegin;
-  PetscCheck(law->name && law->name[0] && law->eval && law->formula, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "A friction law needs a name, a function and a formula");
-  PetscCheck(!law->always_slides || law->state, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "The friction law %s, whose cells always slide, needs the rate of its state", law->name);
-  PetscCheck(!law->state || law->steady, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "The friction law %s has a state but no steady one", law->name);
-  PetscCheck(!law->shown == !law->of_shown && (!law->keep || (law->balance && law->nkept > 0)), PETSC_COMM_SELF,
-             PETSC_ERR_ARG_WRONG, "The friction law %s has one of two functions that belong together", law->name);
+  PetscCall(SlipFrictionCheck(law));
   PetscCall(SlipFrictionFind(law->name, &same));
   PetscCheck(!same, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "There is a friction law %s already", law->name);
   PetscCheck(nregistered < FRICTION_REGISTERED, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
@@ -136,71 +159,65 @@ PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the state: a law's own, or the slip s of both signs, which rest lets heal: ds/dt = |v| - s/t_h ---- */
+/* ---- states: a law's own, or the slip s of both signs, which rest lets heal: ds/dt = |v| - s/t_h ---- */
 
-static PetscReal StateRate(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s, PetscReal rate)
+/* How many */
+PetscInt SlipFrictionStates(const SlipFrictionLaw *law)
 {
-  PetscReal f, ds, dv;
-
-  if (!law->state) return rate - s * p->healing;
-  law->state(p, s, rate, &f, &ds, &dv);
-  return f;
+  return law->nstates ? law->nstates : 1;
 }
 
-/* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the rate.
-   It is between s0 and the steady state of the rate. A step that leaves what brackets the root, one after the residual has
-   grown, and every eighth (far from the root, where an exponential rules, Newton's steps are of length 1) is of bisection. */
-static PetscReal OwnStateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, PetscReal s0,
-                                 PetscReal rate, PetscReal *ds)
+/* Of datasets */
+const char *SlipFrictionStateName(const SlipFrictionLaw *law, PetscInt k)
 {
-  const PetscReal steady = law->steady(p, rate);
-  PetscReal s = s0, low = PetscMin(s0, steady), high = PetscMax(s0, steady), before = PETSC_MAX_REAL, f, f_s, f_v;
-
-  for (int it = 0; it < STATE_MAX_IT; it++) {
-    PetscReal g, next;
-    PetscBool enough;
-
-    law->state(p, s, rate, &f, &f_s, &f_v);
-    g = s - s0 - theta * f;
-    if (PetscAbsReal(g) <= PETSC_MACHINE_EPSILON * (PetscAbsReal(s) + PetscAbsReal(s0))) break;
-    if (g > 0)
-      high = PetscMin(high, s);
-    else
-      low = PetscMax(low, s);
-    next = s - g / (1 - theta * f_s);
-    enough = PetscAbsReal(next - s) <= NEWTON_ENOUGH * PetscMax(PetscAbsReal(s), 1) ? PETSC_TRUE : PETSC_FALSE;
-    if (!enough && low > -PETSC_MAX_REAL && high < PETSC_MAX_REAL &&
-        (!(next < high && next > low) || PetscAbsReal(g) > before || it % 8 == 7))
-      next = 0.5 * (low + high);
-    before = PetscAbsReal(g);
-    s = next;
-    if (enough) break;
-  }
-  law->state(p, s, rate, &f, &f_s, &f_v);
-  *ds = theta * f_v / (1 - theta * f_s);
-  return s;
+  return law->nstates ? law->states[k].name : "state";
 }
 
-/* At the end of a stage that is implicit by theta, s = s0 + theta ds/dt, and its derivative with respect to the rate
+/* As users give it and outputs show it */
+const char *SlipFrictionStateUnit(const SlipFrictionLaw *law, PetscInt k)
+{
+  if (!law->nstates) return "m";
+  return law->states[k].unit ? law->states[k].unit : "1";
+}
+
+static void StateRate(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[], PetscReal rate,
+                      PetscReal f[])
+{
+  PetscReal ds[SLIP_MAX_STATES * SLIP_MAX_STATES], dv[SLIP_MAX_STATES];
+
+  if (law->nstates)
+    law->rate(p, s, rate, f, ds, dv);
+  else
+    *f = rate - *s * p->healing;
+}
+
+/* At the end of a stage that is implicit by theta, s = s0 + theta ds/dt, and its derivatives with respect to the rate
    there */
-static PetscReal StateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, PetscReal s0,
-                              PetscReal rate, PetscReal *ds)
+static void StateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, const PetscReal s0[],
+                         PetscReal rate, PetscReal s[], PetscReal ds[])
 {
   const PetscReal share = 1 / (1 + theta * p->healing);
 
-  if (theta == 0) { /* a state as it is */
-    *ds = 0;
-    return s0;
+  if (theta == 0) { /* states as they are */
+    for (PetscInt k = 0; k < SlipFrictionStates(law); k++) {
+      s[k] = s0[k];
+      ds[k] = 0;
+    }
+  } else if (law->nstates)
+    SlipFrictionAdvanceOwn(law, p, theta, s0, rate, s, ds);
+  else {
+    *ds = theta * share;
+    *s = (*s0 + theta * rate) * share;
   }
-  if (law->state) return OwnStateAdvance(law, p, theta, s0, rate, ds);
-  *ds = theta * share;
-  return (s0 + theta * rate) * share;
 }
 
-/* After t [s] of rest, exactly; cells that always slide never rest */
-static PetscReal StateAtRest(const SlipFriction *p, PetscReal s0, PetscReal t)
+/* The change of mu with the rate by that of the states */
+static PetscReal Along(const SlipFrictionLaw *law, const PetscReal ds_dv[], const PetscReal dmu_ds[])
 {
-  return p->healing > 0 ? s0 * PetscExpReal(-t * p->healing) : s0;
+  PetscReal sum = ds_dv[0] * dmu_ds[0];
+
+  for (PetscInt k = 1; k < law->nstates; k++) sum += ds_dv[k] * dmu_ds[k];
+  return sum;
 }
 
 /* ---- many cells ---- */
@@ -222,128 +239,137 @@ static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
                         .ctx = f->law->ctx};
 }
 
-/* mu of cell i and its derivatives */
-void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v, PetscReal *mu,
+/* States of which nothing has slipped yet */
+static const PetscReal unslipped[SLIP_MAX_STATES] = {0};
+
+/* mu of cell i and its derivatives, with respect to all states together and to |v|; s NULL: 0 */
+void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v, PetscReal *mu,
                           PetscReal *dmu_ds, PetscReal *dmu_dv)
 {
   const SlipFriction p = At(f, i);
+  PetscReal ds[SLIP_MAX_STATES];
 
-  f->law->eval(&p, s, v, mu, dmu_ds, dmu_dv);
+  f->law->eval(&p, s ? s : unslipped, v, mu, ds, dmu_dv);
   if (!f->law->always_slides) *mu = p.residual + *mu;
+  *dmu_ds = ds[0];
+  for (PetscInt k = 1; k < f->law->nstates; k++) *dmu_ds += ds[k];
 }
 
-/* What mu of cell i exceeds its residual by */
-PetscReal SlipFrictionExcess(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v)
+/* What mu of cell i exceeds its residual by; s NULL: 0 */
+PetscReal SlipFrictionExcess(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v)
 {
   const SlipFriction p = At(f, i);
-  PetscReal excess, ds, dv;
+  PetscReal excess, ds[SLIP_MAX_STATES], dv;
 
-  f->law->eval(&p, s, v, &excess, &ds, &dv);
+  f->law->eval(&p, s ? s : unslipped, v, &excess, ds, &dv);
   return excess;
 }
 
 /* mu of cell i after all weakening; where cells always slide there is no such end */
 PetscReal SlipFrictionWeakest(const SlipFrictionCells *f, PetscInt i)
 {
+  static const PetscReal weak[SLIP_MAX_STATES] = {WEAK_SLIP, WEAK_SLIP, WEAK_SLIP, WEAK_SLIP,
+                                                  WEAK_SLIP, WEAK_SLIP, WEAK_SLIP, WEAK_SLIP};
+
   if (f->law->always_slides) return 0;
-  return f->residual[i] + SlipFrictionExcess(f, i, WEAK_SLIP, WEAK_RATE);
+  return f->residual[i] + SlipFrictionExcess(f, i, weak, WEAK_RATE);
 }
 
 /* mu of cell i at the end of a stage that starts from s0 and is implicit by theta [s], with the rate v there; its
-   derivatives and that of the state s there with respect to |v| */
-void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, PetscReal s0, PetscReal v,
-                       PetscReal *mu, PetscReal *dmu_ds, PetscReal *dmu_dv, PetscReal *ds_dv)
+   derivatives and those of the states there with respect to |v| */
+void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, const PetscReal s0[], PetscReal v,
+                       PetscReal *mu, PetscReal dmu_ds[], PetscReal *dmu_dv, PetscReal ds_dv[])
 {
   const SlipFriction p = At(f, i);
-  const PetscReal rate = PetscAbsReal(v), s = StateAdvance(f->law, &p, theta, s0, rate, ds_dv);
+  const PetscReal rate = PetscAbsReal(v);
+  PetscReal s[SLIP_MAX_STATES];
 
+  StateAdvance(f->law, &p, theta, s0, rate, s, ds_dv);
   f->law->eval(&p, s, rate, mu, dmu_ds, dmu_dv);
   if (!f->law->always_slides) *mu = p.residual + *mu;
 }
 
 /* dq/dsigma of q = mu sigma at the end of that stage: mu, less what the state's share of the stress takes from it (At()) */
-PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscReal theta, PetscReal s0, PetscReal v)
+PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscReal theta, const PetscReal s0[],
+                                 PetscReal v)
 {
-  PetscReal mu, dmu_ds, dmu_dv, ds_dv, rate, rate_s, rate_v;
+  PetscReal mu, dmu_ds[SLIP_MAX_STATES], dmu_dv, ds_dv[SLIP_MAX_STATES];
 
-  SlipFrictionStage(f, i, theta, s0, v, &mu, &dmu_ds, &dmu_dv, &ds_dv);
-  if (f->alpha && f->alpha[i] > 0 && f->stress[i] > 0) {
+  SlipFrictionStage(f, i, theta, s0, v, &mu, dmu_ds, &dmu_dv, ds_dv);
+  if (f->alpha && f->alpha[i] > 0 && f->stress[i] > 0) { /* of the law with one state that knows alpha */
     const SlipFriction p = At(f, i);
+    PetscReal s, rate, rate_s, rate_v;
 
     /* s - shift changes with the shift by -1/(1 - theta f_s), as s = s0 + theta f(s - shift) */
-    f->law->state(&p, StateAdvance(f->law, &p, theta, s0, PetscAbsReal(v), &ds_dv), PetscAbsReal(v), &rate, &rate_s,
-                  &rate_v);
-    mu -= f->alpha[i] / f->b[i] * dmu_ds / (1 - theta * rate_s);
+    StateAdvance(f->law, &p, theta, s0, PetscAbsReal(v), &s, ds_dv);
+    f->law->rate(&p, &s, PetscAbsReal(v), &rate, &rate_s, &rate_v);
+    mu -= f->alpha[i] / f->b[i] * *dmu_ds / (1 - theta * rate_s);
   }
   return mu;
 }
 
-/* q = mu sigma w [Pa] at the end of a stage (theta 0: of the state s0), and, unless dq is NULL, dq/d|v|. s0 and v have a
-   stride: 3 in states (v, u, s) of a fault. */
+/* q = mu sigma w [Pa] at the end of a stage (theta 0: of the states s0), and, unless dq is NULL, dq/d|v|. From one
+   cell to the next s0 has the stride, and v the stride rates: the numbers of a cell in states (v, u, s) of a fault. */
 void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
-                          const PetscReal s0[], const PetscReal v[], PetscReal q[], PetscReal dq[])
+                          const PetscReal s0[], PetscInt rates, const PetscReal v[], PetscReal q[], PetscReal dq[])
 {
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal sigma = f->weight ? f->weight[i] * f->stress[i] : f->stress[i];
-    PetscReal mu, dmu_ds, dmu_dv, ds_dv;
+    PetscReal mu, dmu_ds[SLIP_MAX_STATES], dmu_dv, ds_dv[SLIP_MAX_STATES];
 
-    SlipFrictionStage(f, i, theta, s0[stride * i], v[stride * i], &mu, &dmu_ds, &dmu_dv, &ds_dv);
+    SlipFrictionStage(f, i, theta, s0 + stride * i, v[rates * i], &mu, dmu_ds, &dmu_dv, ds_dv);
     q[i] = sigma * mu;
-    if (dq) dq[i] = sigma * (ds_dv * dmu_ds + dmu_dv);
+    if (dq) dq[i] = sigma * (Along(f->law, ds_dv, dmu_ds) + dmu_dv);
   }
 }
 
-/* ds/dt at the state (v, s); all three arrays have the stride */
-void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
+/* ds/dt at the state (v, s); s and ds have the stride, v the stride rates */
+void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[], PetscInt rates,
                            const PetscReal v[], PetscReal ds[])
 {
   for (PetscInt i = 0; i < n; i++) {
     const SlipFriction p = At(f, i);
 
-    ds[stride * i] = StateRate(f->law, &p, s[stride * i], PetscAbsReal(v[stride * i]));
+    StateRate(f->law, &p, s + stride * i, PetscAbsReal(v[rates * i]), ds + stride * i);
   }
 }
 
-/* The state at the end of a stage with the rates v; s, and only it, has a stride */
+/* The states at the end of a stage with the rates v from s0 [n][states]; s has a stride */
 void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal theta, const PetscReal s0[],
                               const PetscReal v[], PetscInt stride, PetscReal s[])
 {
+  const PetscInt states = SlipFrictionStates(f->law);
+
   for (PetscInt i = 0; i < n; i++) {
     const SlipFriction p = At(f, i);
-    PetscReal ds;
+    PetscReal ds[SLIP_MAX_STATES];
 
-    s[stride * i] = StateAdvance(f->law, &p, theta, s0[i], PetscAbsReal(v[i]), &ds);
+    StateAdvance(f->law, &p, theta, s0 + states * i, PetscAbsReal(v[i]), s + stride * i, ds);
   }
 }
 
-/* The state of cell i after t [s] of rest */
-PetscReal SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, PetscReal s0, PetscReal t)
+/* The states of cell i after t [s] of rest, exactly, of laws without states of their own */
+void SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, const PetscReal s0[], PetscReal t, PetscReal s[])
+{
+  const PetscReal healing = f->healing ? f->healing[i] : 0;
+
+  s[0] = healing > 0 ? s0[0] * PetscExpReal(-t * healing) : s0[0];
+}
+
+/* What outputs call state k, s, of cell i, and what users give */
+PetscReal SlipFrictionShown(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal s)
 {
   const SlipFriction p = At(f, i);
 
-  return StateAtRest(&p, s0, t);
+  return f->law->nstates && f->law->states[k].shown ? f->law->states[k].shown(&p, s) : s;
 }
 
-/* What outputs call the state s of cell i, and what users give */
-PetscReal SlipFrictionShown(const SlipFrictionCells *f, PetscInt i, PetscReal s)
+/* State k of cell i that outputs call this */
+PetscReal SlipFrictionOfShown(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal shown)
 {
   const SlipFriction p = At(f, i);
 
-  return f->law->shown ? f->law->shown(&p, s) : s;
-}
-
-/* The state of cell i that outputs call this */
-PetscReal SlipFrictionOfShown(const SlipFrictionCells *f, PetscInt i, PetscReal shown)
-{
-  const SlipFriction p = At(f, i);
-
-  return f->law->of_shown ? f->law->of_shown(&p, shown) : shown;
-}
-
-/* Of the state as users give it and outputs show it */
-const char *SlipFrictionStateUnit(const SlipFrictionLaw *law)
-{
-  return law->state_unit ? law->state_unit : law->state ? "1" : "m";
+  return f->law->nstates && f->law->states[k].of_shown ? f->law->states[k].of_shown(&p, shown) : shown;
 }
 
 /* dmu/d ln v of cell i, to 1e-9 where mu is more than ten times that; infinite where it is not known without the state */
@@ -354,47 +380,46 @@ PetscReal SlipFrictionDirect(const SlipFrictionCells *f, PetscInt i)
   return f->law->direct ? f->law->direct(&p) : PETSC_INFINITY;
 }
 
-/* The state of cell i at which nothing changes with the rate v */
-PetscReal SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v)
+/* The states of cell i at which nothing changes with the rate v */
+void SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal s[])
 {
   const SlipFriction p = At(f, i);
 
-  return f->law->steady ? f->law->steady(&p, PetscAbsReal(v)) : 0;
+  if (f->law->nstates)
+    f->law->steady(&p, PetscAbsReal(v), s);
+  else
+    *s = 0;
 }
 
-/* Of a law with a state of its own, where that is steady at the rate v > 0: what mu falls by per metre of slip that the state
-   follows (b/d_c of rate-and-state friction), and the stiffness over the normal stress below which steady slip is unstable
-   ((b - a)/d_c; Ruina 1983), not positive where it is stable. With x' = f(x, v) of the state x, they are -mu_x f_v and
-   mu_v f_x - mu_x f_v. */
+/* Of a law with states of its own, where those are steady at the rate v > 0: what mu falls by per metre of slip that
+   the states follow (b/d_c of rate-and-state friction), and the stiffness over the normal stress below which steady
+   slip is unstable ((b - a)/d_c; Ruina 1983), not positive where it is stable */
 void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal *fall, PetscReal *critical)
 {
   const SlipFriction p = At(f, i);
-  const PetscReal s = f->law->steady(&p, v);
-  PetscReal mu, mu_s, mu_v, rate, rate_s, rate_v;
 
-  f->law->eval(&p, s, v, &mu, &mu_s, &mu_v);
-  f->law->state(&p, s, v, &rate, &rate_s, &rate_v);
-  *fall = -mu_s * rate_v;
-  *critical = mu_v * rate_s - mu_s * rate_v;
+  SlipFrictionInstability(f->law, &p, v, fall, critical);
 }
 
-/* The state in which the friction of cell i is mu with the rate v, by Newton's method from the steady one; NaN if there is
-   none. Rate-and-state friction is almost linear in its state. */
-PetscReal SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscReal mu, PetscReal v)
+/* s[k] with which the friction of cell i is mu with the rate v, by Newton's method from s, the others as they are;
+   NaN if there is none. Rate-and-state friction is almost linear in its state. */
+void SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal mu, PetscReal v, PetscReal s[])
 {
   const SlipFriction p = At(f, i);
-  PetscReal s = f->law->steady(&p, PetscAbsReal(v)), now, ds, dv;
+  PetscReal now, ds[SLIP_MAX_STATES], dv;
 
   for (int it = 0; it < STATE_MAX_IT; it++) {
     PetscReal change;
 
-    f->law->eval(&p, s, PetscAbsReal(v), &now, &ds, &dv);
-    change = (mu - now) / ds;
-    if (PetscIsInfOrNanReal(change)) return change - change;
-    s += change;
-    if (PetscAbsReal(change) <= 4 * PETSC_MACHINE_EPSILON * PetscMax(PetscAbsReal(s), 1)) return s;
+    f->law->eval(&p, s, PetscAbsReal(v), &now, ds, &dv);
+    change = (mu - now) / ds[k];
+    if (PetscIsInfOrNanReal(change)) {
+      s[k] = change - change;
+      return;
+    }
+    s[k] += change;
+    if (PetscAbsReal(change) <= 4 * PETSC_MACHINE_EPSILON * PetscMax(PetscAbsReal(s[k]), 1)) return;
   }
-  return s;
 }
 
 /* The slip rates v [n] at which friction and radiation damping balance the traction: w sigma mu(s, |v|) sign(v) + w eta v =
@@ -411,8 +436,8 @@ void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], Pet
     const SlipFriction p = At(f, i);
     const PetscReal weight = f->weight ? f->weight[i] : 1;
 
-    v[i] = SlipFrictionBalanceOne(f->law, &p, s[stride * i], f->stress[i], eta, tau[i] / weight);
-    if (ds) ds[stride * i] = StateRate(f->law, &p, s[stride * i], PetscAbsReal(v[i]));
+    v[i] = SlipFrictionBalanceOne(f->law, &p, s + stride * i, f->stress[i], eta, tau[i] / weight);
+    if (ds) StateRate(f->law, &p, s + stride * i, PetscAbsReal(v[i]), ds + stride * i);
   }
 }
 
@@ -423,10 +448,10 @@ static PetscReal StageExcess(const SlipFrictionCells *f, PetscInt i, const SlipF
                              PetscReal v, PetscReal *slope)
 {
   const PetscReal strength = c->omega * (f->weight ? f->weight[i] : 1) * f->stress[i];
-  PetscReal mu, ds, dv, ds_dv;
+  PetscReal mu, ds[SLIP_MAX_STATES], dv, ds_dv[SLIP_MAX_STATES];
 
-  SlipFrictionStage(f, i, c->theta, c->s0, v, &mu, &ds, &dv, &ds_dv);
-  *slope = (strength * (dv + ds_dv * ds) + c->diagonal) * v;
+  SlipFrictionStage(f, i, c->theta, c->s0, v, &mu, ds, &dv, ds_dv);
+  *slope = (strength * (dv + Along(f->law, ds_dv, ds)) + c->diagonal) * v;
   return strength * mu + c->diagonal * v - load;
 }
 
@@ -437,11 +462,11 @@ static PetscReal StageStart(const SlipFrictionCells *f, PetscInt i, const SlipFr
 {
   const SlipFriction p = At(f, i);
   const PetscReal strength = c->omega * (f->weight ? f->weight[i] : 1) * f->stress[i];
-  PetscReal ds;
+  PetscReal s[SLIP_MAX_STATES], ds[SLIP_MAX_STATES];
 
   if (guess > 0) return PetscMin(PetscLogReal(guess), PetscLogReal(load / c->diagonal));
-  return PetscLogReal(
-    SlipFrictionBalanceOne(f->law, &p, StateAdvance(f->law, &p, c->theta, c->s0, 0, &ds), strength, c->diagonal, load));
+  StateAdvance(f->law, &p, c->theta, c->s0, 0, s, ds);
+  return PetscLogReal(SlipFrictionBalanceOne(f->law, &p, s, strength, c->diagonal, load));
 }
 
 /*

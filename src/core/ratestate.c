@@ -27,17 +27,17 @@ static PetscReal Argument(const SlipFriction *p, PetscReal s, PetscReal v)
 }
 
 /* mu and its derivatives (v >= 0): a SlipFrictionFn */
-void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *mu, PetscReal *dmu_ds,
+void SlipRateAndState(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu, PetscReal dmu_ds[],
                       PetscReal *dmu_dv)
 {
   PetscReal x, small, share;
 
   *mu = *dmu_ds = 0;
-  *dmu_dv = p->a * PetscMin(PetscExpReal(PetscMin((p->reference + p->b * (s - p->shift)) / p->a, 700)) /
+  *dmu_dv = p->a * PetscMin(PetscExpReal(PetscMin((p->reference + p->b * (*s - p->shift)) / p->a, 700)) /
                               (2 * p->reference_rate),
                             1e300);
   if (v <= 0) return;
-  x = Argument(p, s, v);
+  x = Argument(p, *s, v);
   small = PetscExpReal(-PetscAbsReal(x));
   /* asinh(e^x) = x + ln(1 + sqrt(1 + e^-2x)) */
   *mu = p->a * (x > 0 ? x + PetscLogReal(1 + PetscSqrtReal(1 + small * small)) : asinh(small));
@@ -47,14 +47,14 @@ void SlipRateAndState(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal
 }
 
 /* dpsi/dt and its derivatives: a SlipStateFn */
-void SlipRateAndStateRate(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *rate, PetscReal *drate_ds,
-                          PetscReal *drate_dv)
+void SlipRateAndStateRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[],
+                          PetscReal drate_ds[], PetscReal drate_dv[])
 {
-  const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(PetscMin(p->shift - s, MOST_HEALING));
+  const PetscReal aging = p->reference_rate / p->slip * PetscExpReal(PetscMin(p->shift - *s, MOST_HEALING));
   PetscReal excess;
 
   if (p->slip_law) {
-    excess = v > 0 ? PetscLogReal(v / p->reference_rate) + s - p->shift : 0;
+    excess = v > 0 ? PetscLogReal(v / p->reference_rate) + *s - p->shift : 0;
     *rate = -v / p->slip * excess;
     *drate_ds = -v / p->slip;
     *drate_dv = -(excess + 1) / p->slip;
@@ -75,9 +75,9 @@ PetscReal SlipRateAndStateShift(PetscReal alpha, PetscReal b, PetscReal stress, 
 }
 
 /* theta = d_c/V */
-PetscReal SlipRateAndStateSteady(const SlipFriction *p, PetscReal v)
+void SlipRateAndStateSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
 {
-  return PetscLogReal(p->reference_rate / v) + p->shift;
+  *s = PetscLogReal(p->reference_rate / v) + p->shift;
 }
 
 /* theta [s] of psi, as outputs show the state */
@@ -101,12 +101,12 @@ PetscReal SlipRateAndStateDirect(const SlipFriction *p)
 /* ---- the balance of one cell ---- */
 
 /* sigma mu(s, v) + eta v - tau and its derivative with respect to ln v */
-static PetscReal Excess(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s, PetscReal sigma, PetscReal eta,
-                        PetscReal tau, PetscReal v, PetscReal *slope)
+static PetscReal Excess(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[], PetscReal sigma,
+                        PetscReal eta, PetscReal tau, PetscReal v, PetscReal *slope)
 {
-  PetscReal mu, ds, dv;
+  PetscReal mu, ds[SLIP_MAX_STATES], dv;
 
-  law->eval(p, s, v, &mu, &ds, &dv);
+  law->eval(p, s, v, &mu, ds, &dv);
   *slope = (sigma * dv + eta) * v;
   return sigma * mu + eta * v - tau;
 }
@@ -116,8 +116,8 @@ static PetscReal Excess(const SlipFrictionLaw *law, const SlipFriction *p, Petsc
   law whose cells always slide, sigma >= 0 and eta > 0. Without friction v is tau/eta, which bounds it; below that the bracket is opened until
   it holds the root, by factors that square themselves, so that 300 decades take nine of them.
 */
-PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal s, PetscReal sigma,
-                                 PetscReal eta, PetscReal tau)
+PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[],
+                                 PetscReal sigma, PetscReal eta, PetscReal tau)
 {
   enum { MAX_IT = 200 };
   const PetscReal load = PetscAbsReal(tau), least = PetscLogReal(1e-300);
@@ -367,7 +367,7 @@ static PetscReal BalanceCell(const SlipFrictionCells *f, PetscInt i, PetscReal e
   const SlipFriction p = {
     .a = f->a[i], .b = f->b[i], .reference = f->reference[i], .reference_rate = f->reference_rate};
 
-  return SlipFrictionBalanceOne(f->law, &p, s, f->stress[i], eta, tau / (f->weight ? f->weight[i] : 1));
+  return SlipFrictionBalanceOne(f->law, &p, &s, f->stress[i], eta, tau / (f->weight ? f->weight[i] : 1));
 }
 
 /* SlipFrictionBalance() of this law; kept: as above, or NULL */

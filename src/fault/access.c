@@ -176,21 +176,31 @@ static PetscErrorCode GatherComponent(SlipFault fault, PetscInt each, PetscInt j
 
 enum { RATE, DISPLACEMENT, SLIP, STATE, NORMAL, OPENING, TRACTION, STRESS, COUNT };
 
-/* Which of them a name is, and how many numbers a cell has of it */
-static PetscErrorCode FindValues(SlipFault fault, const char name[], PetscInt *k, PetscInt *each)
+/* Which of them a name is, and which state of friction, and how many numbers a cell has of it */
+static PetscErrorCode FindValues(SlipFault fault, const char name[], PetscInt *k, PetscInt *state, PetscInt *each)
 {
-  static const char *const names[COUNT] = {"slip_rate",     "displacement", "slip",     "state",
+  static const char *const names[COUNT] = {"slip_rate",     "displacement", "slip",     NULL,
                                            "normal_stress", "opening",      "traction", "stress"};
+  char states[SLIP_MAX_STATES * FAULT_MAX_NAME] = "";
   PetscBool same = PETSC_FALSE;
 
   PetscFunctionBegin;
-  for (*k = 0; *k < COUNT && !same; ++*k) PetscCall(PetscStrcmp(name, names[*k], &same));
+  for (*state = 0; *state < fault->layout.states && !same; ++*state) {
+    const char *const one = SlipFrictionStateName(fault->friction.law, *state);
+
+    PetscCall(PetscStrcmp(name, one, &same));
+    PetscCall(PetscStrlcat(states, one, sizeof(states)));
+    PetscCall(PetscStrlcat(states, ", ", sizeof(states)));
+  }
+  --*state;
+  *k = STATE + 1;
+  if (!same)
+    for (*k = 0; *k < COUNT && !same; ++*k) PetscCall(PetscStrcmp(name, names[*k] ? names[*k] : "", &same));
   --*k;
   PetscCheck(
-    same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-    "a state has no \"%s\", expected slip_rate, displacement, slip, state, normal_stress, opening, traction or "
-    "stress",
-    name);
+    same && name[0], fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+    "a state has no \"%s\", expected slip_rate, displacement, slip, %snormal_stress, opening, traction or stress", name,
+    states);
   *each = *k == STATE || *k == NORMAL || *k == OPENING ? 1 : fault->layout.plane;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -205,7 +215,7 @@ static PetscErrorCode FindValues(SlipFault fault, const char name[], PetscInt *k
 - name  - one of the names there
 
   Output Parameter:
-. n - 1; 2 with two components of slip, of all but state, normal stress and opening
+. n - 1; 2 with two components of slip, of all but states, normal stress and opening
 
   Level: intermediate
 
@@ -215,12 +225,12 @@ static PetscErrorCode FindValues(SlipFault fault, const char name[], PetscInt *k
 @*/
 PetscErrorCode SlipFaultGetCellComponents(SlipFault fault, const char name[], PetscInt *n)
 {
-  PetscInt k;
+  PetscInt k, state;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscAssertPointer(n, 3);
-  PetscCall(FindValues(fault, name, &k, n));
+  PetscCall(FindValues(fault, name, &k, &state, n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -233,9 +243,9 @@ PetscErrorCode SlipFaultGetCellComponents(SlipFault fault, const char name[], Pe
 + fault - the fault
 . t     - time of the state [s]
 . w     - state, of SlipFaultCreateState()
-. name  - "slip_rate" [m/s], "displacement" [m], relative to the far field, "slip" [m], since the start, "state" or
-          "traction" [Pa], as outputs have them, "normal_stress" [Pa], effective, "opening" [m], 0 where cells cannot open,
-          or "stress" [Pa], the elastic shear stress of SlipFaultStress()
+. name  - "slip_rate" [m/s], "displacement" [m], relative to the far field, "slip" [m], since the start, "state", of a
+          law with several the name of one, or "traction" [Pa], as outputs have them, "normal_stress" [Pa], effective,
+          "opening" [m], 0 where cells cannot open, or "stress" [Pa], the elastic shear stress of SlipFaultStress()
 - n     - number of cells, of all processes
 
   Output Parameter:
@@ -258,14 +268,14 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
   const PetscReal *a, *u;
   PetscReal *local;
   SlipFrictionCells friction;
-  PetscInt k, each;
+  PetscInt k, state, each;
   Vec T;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
   PetscCall(CheckSize(fault, n));
-  PetscCall(FindValues(fault, name, &k, &each));
+  PetscCall(FindValues(fault, name, &k, &state, &each));
   PetscCall(VecDuplicate(fault->critical.uc, &T));
   if (k == STRESS) PetscCall(SlipFaultStress(fault, t, w, T));
   if (k == TRACTION) PetscCall(SlipFaultTraction(fault, t, w, T));
@@ -286,8 +296,8 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
       else if (k == OPENING)
         *value = SlipFaultAcross(fault, a + SlipFaultDisplacementAt(fault, i));
       else if (k == STATE)
-        *value = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
-      else if (k == SLIP && (each == 2 || fault->kind.heals || fault->friction.law->state))
+        *value = SlipFrictionShown(&friction, i, state, a[SlipFaultStateAt(fault, i) + state]);
+      else if (k == SLIP && (each == 2 || fault->kind.heals || fault->friction.law->nstates))
         *value = a[SlipFaultDisplacementAt(fault, i) + j] - fault->critical.start_share * u[c * i + j] +
                  t * (fault->fields.cell[FIELD_LOADING_RATE][i] * SlipFaultAlong(fault, i)[j]);
       else

@@ -119,12 +119,51 @@ PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, Pe
   return critical > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* The states of cell i at the start, which fields have as users give them */
+static void StartStates(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal s[])
+{
+  for (PetscInt k = 0; k < fault->layout.states; k++)
+    s[k] = SlipFrictionOfShown(friction, i, k, fault->friction.start[k][i]);
+}
+
+/* States of cell i that were not given are steady at a rate, but for the first of them where the friction mu is
+   known; false: it is no number */
+static PetscBool FillStates(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal rate,
+                            const PetscReal *mu)
+{
+  PetscReal **start = fault->friction.start, s[SLIP_MAX_STATES];
+  PetscInt first = -1;
+  PetscBool good = PETSC_TRUE;
+
+  SlipFrictionSteady(friction, i, rate, s);
+  for (PetscInt k = fault->layout.states - 1; k >= 0; k--)
+    if (isnan(start[k][i]))
+      first = k;
+    else
+      s[k] = SlipFrictionOfShown(friction, i, k, start[k][i]);
+  if (first < 0) return PETSC_TRUE;
+  if (mu) SlipFrictionStateOf(friction, i, first, *mu, rate, s);
+  for (PetscInt k = 0; k < fault->layout.states; k++) {
+    if (isnan(start[k][i])) start[k][i] = SlipFrictionShown(friction, i, k, s[k]);
+    if (!isfinite(start[k][i])) good = PETSC_FALSE;
+  }
+  return good;
+}
+
+/* Are all states of cell i given? */
+static PetscBool KnowsStates(SlipFault fault, PetscInt i)
+{
+  for (PetscInt k = 0; k < fault->layout.states; k++)
+    if (isnan(fault->friction.start[k][i])) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
 /* Rate and state that were not given, as far as that does not need the stress. Fields keep theta. All cells at the rate of
    loading, with the state that is steady there, would be an equilibrium, and where cells weaken an unstable one, which only
    rounding leaves: unless a rate is given cells that weaken begin locked, as some time after an event. */
 static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *friction, PetscBool traction)
 {
-  PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *theta = fault->fields.cell[FIELD_INITIAL_STATE];
+  PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE];
   const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *load = fault->fields.cell[FIELD_INITIAL_TRACTION];
   const char *prefix = SlipFaultPrefix(fault);
   PetscInt bad = 0, bare = 0; /* cells whose state would follow from a traction of 0, which no friction has */
@@ -139,27 +178,27 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
       rate[i] = vinf[i];
       if (!traction && !creeps && SlipFaultRateWeakens(friction, i, vinf[i])) rate[i] *= START_LOCKED;
     }
-    if (!isnan(theta[i])) continue;
-    if (!traction)
-      theta[i] = SlipFrictionShown(friction, i, SlipFrictionSteady(friction, i, steady));
-    else if (load[i] == 0)
+    if (KnowsStates(fault, i)) continue;
+    if (traction && load[i] == 0)
       bare++;
-    else
-      theta[i] = SlipFrictionShown(
-        friction, i, SlipFrictionStateOf(friction, i, PetscAbsReal(load[i]) / friction->stress[i], rate[i]));
-    if (!isfinite(theta[i])) bad = 1;
+    else {
+      const PetscReal mu = PetscAbsReal(load[i]) / friction->stress[i];
+
+      if (!FillStates(fault, friction, i, traction ? rate[i] : steady, traction ? &mu : NULL)) bad = 1;
+    }
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bare, 1, MPIU_INT, MPI_SUM, fault->comm));
   PetscCheck(!bare, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_initial traction with -%sfault_friction_law %s needs -%sfault_initial_traction (or a field "
-             "initial_traction) other than 0, or -%sfault_initial_state: the traction is 0 in %" PetscInt_FMT
-             " of %" PetscInt_FMT " cells",
-             prefix, prefix, fault->friction.law->name, prefix, prefix, bare, fault->mesh.N);
+             "initial_traction) other than 0, or -%sfault_%s: the traction is 0 in %" PetscInt_FMT " of %" PetscInt_FMT
+             " cells",
+             prefix, prefix, fault->friction.law->name, prefix, prefix, fault->friction.law->states[0].start, bare,
+             fault->mesh.N);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_MAX, fault->comm));
   PetscCheck(!bad, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "the state of -%sfault_friction_law %s at the start is not known: expected -%sfault_initial_state, or "
+             "the state of -%sfault_friction_law %s at the start is not known: expected -%sfault_%s, or "
              "-%sfault_initial_rate or -%sfault_loading_rate other than 0",
-             prefix, fault->friction.law->name, prefix, prefix, prefix);
+             prefix, fault->friction.law->name, prefix, fault->friction.law->states[0].start, prefix, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,10 +216,10 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
   PetscCall(SlipElasticForce(fault->medium, 0, NULL, fault->work[0], fault->work[1], NULL));
   PetscCall(VecGetArrayRead(fault->work[1], &f));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    PetscReal mu, ds, dv;
+    PetscReal s[SLIP_MAX_STATES], mu, ds, dv;
 
-    SlipFrictionEvaluate(friction, i, SlipFrictionOfShown(friction, i, fault->fields.cell[FIELD_INITIAL_STATE][i]),
-                         PetscAbsReal(rate[i]), &mu, &ds, &dv);
+    StartStates(fault, friction, i, s);
+    SlipFrictionEvaluate(friction, i, s, PetscAbsReal(rate[i]), &mu, &ds, &dv);
     fault->fields.cell[FIELD_INITIAL_TRACTION][i] =
       (rate[i] < 0 ? -mu : mu) * friction->stress[i] +
       SlipFaultDot(fault, f + fault->layout.components * i, SlipFaultAlong(fault, i)) / fault->mesh.weight[i];
@@ -199,6 +238,8 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(FindCreep(fault));
   if (!fault->friction.law->always_slides) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < fault->layout.states; k++)
+    fault->friction.start[k] = fault->fields.cell[SlipFaultFindField(fault->friction.law->states[k].start)];
   PetscCall(SlipElasticGetImpedance(fault->medium, &b->eta));
   PetscCall(VecDuplicate(fault->critical.uc, &b->u));
   PetscCall(VecDuplicate(fault->critical.uc, &b->rate));
@@ -286,7 +327,7 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   for (PetscInt i = 0; i < fault->mesh.n && b->creeps; i++) {
     if (!b->creeps[i]) continue;
     for (PetscInt k = c * i; k < c * (i + 1); k++) v[k] = vinf[k];
-    if (f) f[SlipFaultStateAt(fault, i)] = 0;
+    for (PetscInt k = 0; k < fault->layout.states && f; k++) f[SlipFaultStateAt(fault, i) + k] = 0;
   }
   for (PetscInt i = 0; i < fault->mesh.n && f; i++)
     for (PetscInt k = 0; k < c; k++) {
@@ -345,7 +386,7 @@ PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     for (PetscInt k = 0; k < fault->layout.components; k++)
       a[SlipFaultRateAt(fault, i) + k] = fault->fields.cell[FIELD_INITIAL_RATE][i] * SlipFaultAlong(fault, i)[k];
-    a[SlipFaultStateAt(fault, i)] = SlipFrictionOfShown(&friction, i, fault->fields.cell[FIELD_INITIAL_STATE][i]);
+    StartStates(fault, &friction, i, a + SlipFaultStateAt(fault, i));
   }
   PetscCall(VecRestoreArray(w, &a));
   if (fault->kind.inertia || fault->balance.eta == 0) PetscFunctionReturn(PETSC_SUCCESS);

@@ -45,7 +45,8 @@ PetscErrorCode SlipFaultChooseComponents(SlipFault fault)
   PetscCall(CheckOpening(fault, c));
   fault->layout.plane = c;
   fault->layout.components = fault->options.opening ? 3 : c;
-  fault->layout.block = 2 * fault->layout.components + 1;
+  fault->layout.states = SlipFrictionStates(fault->friction.law);
+  fault->layout.block = 2 * fault->layout.components + fault->layout.states;
   fault->layout.rate = 0;
   fault->layout.displacement = fault->layout.components;
   fault->layout.state = 2 * fault->layout.components;
@@ -66,7 +67,7 @@ PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault)
     for (PetscInt k = 1; k < c; k++) along[k] = 0;
     if (c > 1) SlipDegrees(fault->fields.cell[FIELD_RAKE][i], &along[1], &along[0]);
   }
-  if (c > 1) PetscCall(PetscMalloc1(3 * fault->mesh.n + 1, &fault->layout.sizes));
+  if (c > 1) PetscCall(PetscMalloc1(2 * fault->mesh.n + 1, &fault->layout.sizes));
   PetscCall(VecCreate(fault->comm, &fault->cells));
   PetscCall(VecSetSizes(fault->cells, fault->mesh.n, fault->mesh.N));
   PetscCall(VecSetType(fault->cells, VECSTANDARD));

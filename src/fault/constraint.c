@@ -36,7 +36,8 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
       if (fault->kind.inertia && fall > 0)
         c[3 * i + 2] -= fault->mesh.weight[i] * (fault->operators.mass / theta) * fall;
     }
-    s0[i] = base[SlipFaultStateAt(fault, i)] + theta * (ex ? ex[SlipFaultStateAt(fault, i)] : 0);
+    for (PetscInt k = 0, from = SlipFaultStateAt(fault, i), m = fault->layout.states; k < m; k++)
+      s0[m * i + k] = base[from + k] + theta * (ex ? ex[from + k] : 0);
   }
   PetscCall(SlipArraysRestore(6, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -146,6 +147,14 @@ static const PetscReal *Speeds(SlipFault fault, const PetscReal v[])
   return fault->layout.sizes;
 }
 
+/* The same of a state: of one component v stays where it is, a block from the next cell's */
+static const PetscReal *StateSpeeds(SlipFault fault, const PetscReal a[])
+{
+  if (fault->layout.components == 1) return a + fault->layout.rate;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) fault->layout.sizes[i] = SlipFaultSpeed(fault, a, i);
+  return fault->layout.sizes;
+}
+
 /* The friction of cells whose pressure the constraint finds: strengths are over that */
 static SlipFrictionCells FrictionOverPressure(SlipFault fault)
 {
@@ -160,6 +169,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   SlipFrictionCells friction;
+  const PetscInt states = fault->layout.states;
   const PetscReal *v, *s0, *speed;
   PetscReal *a, *b = NULL, *factor;
   const SlipArrays arrays[] = {{x, .read = &v}, {fault->stage.s0, .read = &s0}, {q, .write = &a}, {dq, .write = &b}};
@@ -174,13 +184,14 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
     PetscCall(SlipFaultGetFriction(fault, fault->stage.time, &friction));
   PetscCall(SlipArraysGet(4, arrays));
   speed = Speeds(fault, v);
-  SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, 1, s0, speed, a, b);
+  SlipFrictionStrength(&friction, fault->mesh.n, fault->stage.theta, states, s0, 1, speed, a, b);
   if (fault->kind.coupled && !SlipFaultOpens(fault)) {
     PetscCall(VecGetArrayWrite(fault->coupling.factor, &factor));
     for (PetscInt i = 0; i < fault->mesh.n; i++)
-      factor[i] = friction.stress[i] > 0 ? fault->stage.theta * fault->mesh.weight[i] *
-                                             SlipFrictionStressGain(&friction, i, fault->stage.theta, s0[i], speed[i])
-                                         : 0;
+      factor[i] = friction.stress[i] > 0
+                    ? fault->stage.theta * fault->mesh.weight[i] *
+                        SlipFrictionStressGain(&friction, i, fault->stage.theta, s0 + states * i, speed[i])
+                    : 0;
     PetscCall(VecRestoreArrayWrite(fault->coupling.factor, &factor));
   }
   PetscCall(SlipArraysRestore(4, arrays));
@@ -229,7 +240,7 @@ static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(&friction, i, s0[i], 0, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, s0 + fault->layout.states * i, 0, &mu, &ds, &dv);
     slope[i] = fault->stage.theta * ds * friction.stress[i] * (friction.weight ? friction.weight[i] : 1);
   }
   PetscCall(SlipArraysRestore(2, arrays));
@@ -256,7 +267,8 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
   PetscCall(StageFriction(fault, &friction));
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const SlipFrictionStageCell cell = {.diagonal = d[i], .omega = omega, .theta = fault->stage.theta, .s0 = s0[i]};
+    const SlipFrictionStageCell cell = {
+      .diagonal = d[i], .omega = omega, .theta = fault->stage.theta, .s0 = s0 + fault->layout.states * i};
     PetscBool stable = PETSC_TRUE;
 
     if (creeps && creeps[i]) { /* prescribed; of two components a vector, which is there */
@@ -323,7 +335,8 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
   SlipFrictionStateAdvance(&friction, fault->mesh.n, fault->stage.theta, s0, Speeds(fault, v), fault->layout.block,
                            a + fault->layout.state);
   for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
-    if (fault->balance.creeps[i]) a[SlipFaultStateAt(fault, i)] = s0[i];
+    for (PetscInt k = 0, m = fault->layout.states; k < m && fault->balance.creeps[i]; k++)
+      a[SlipFaultStateAt(fault, i) + k] = s0[m * i + k];
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -364,21 +377,11 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
       b[SlipFaultRateAt(fault, i) + k] = -f[c * i + k];
       b[SlipFaultDisplacementAt(fault, i) + k] = r[c * i + k];
     }
-  if (c == 1)
-    SlipFrictionStateRate(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state,
-                          a + fault->layout.rate, b + fault->layout.state);
-  else {
-    PetscReal *speed = fault->layout.sizes, *state = speed + fault->mesh.n, *change = state + fault->mesh.n;
-
-    for (PetscInt i = 0; i < fault->mesh.n; i++) {
-      speed[i] = SlipFaultSpeed(fault, a, i);
-      state[i] = a[SlipFaultStateAt(fault, i)];
-    }
-    SlipFrictionStateRate(&friction, fault->mesh.n, 1, state, speed, change);
-    for (PetscInt i = 0; i < fault->mesh.n; i++) b[SlipFaultStateAt(fault, i)] = change[i];
-  }
+  SlipFrictionStateRate(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state,
+                        c == 1 ? fault->layout.block : 1, StateSpeeds(fault, a), b + fault->layout.state);
   for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
-    if (fault->balance.creeps[i]) b[SlipFaultStateAt(fault, i)] = 0;
+    for (PetscInt k = 0; k < fault->layout.states && fault->balance.creeps[i]; k++)
+      b[SlipFaultStateAt(fault, i) + k] = 0;
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -441,18 +444,8 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipArraysGet(2, arrays));
-  if (fault->layout.components == 1)
-    SlipFrictionStrength(&friction, fault->mesh.n, 0, fault->layout.block, a + fault->layout.state,
-                         a + fault->layout.rate, b, NULL);
-  else {
-    PetscReal *speed = fault->layout.sizes, *state = speed + fault->mesh.n;
-
-    for (PetscInt i = 0; i < fault->mesh.n; i++) {
-      speed[i] = SlipFaultSpeed(fault, a, i);
-      state[i] = a[SlipFaultStateAt(fault, i)];
-    }
-    SlipFrictionStrength(&friction, fault->mesh.n, 0, 1, state, speed, b, NULL);
-  }
+  SlipFrictionStrength(&friction, fault->mesh.n, 0, fault->layout.block, a + fault->layout.state,
+                       fault->layout.components == 1 ? fault->layout.block : 1, StateSpeeds(fault, a), b, NULL);
   PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,7 +14,7 @@ static PetscErrorCode CriticalMode(SlipFault fault)
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, NULL, 0, &mu, &ds, &dv);
     {
       const PetscReal square = PetscSqr(SlipFaultLength(fault, uc + fault->layout.components * i));
 
@@ -45,7 +45,7 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(VecGetArrayWrite(q0, &q));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, NULL, 0, &mu, &ds, &dv);
     strength = mu * (fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i]);
     for (PetscInt k = 0; k < c; k++) q[c * i + k] = strength * SlipFaultAlong(fault, i)[k];
     sum[0] += strength;

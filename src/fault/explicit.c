@@ -25,7 +25,7 @@ static PetscErrorCode SetTolerances(SlipFault fault, TS ts, PetscReal rtol)
       a[SlipFaultRateAt(fault, i) + k] = 1;
       a[SlipFaultDisplacementAt(fault, i) + k] = rtol * fault->fields.cell[FIELD_FRICTION_SLIP][i];
     }
-    a[SlipFaultStateAt(fault, i)] = rtol;
+    for (PetscInt k = 0; k < fault->layout.states; k++) a[SlipFaultStateAt(fault, i) + k] = rtol;
   }
   PetscCall(VecRestoreArrayWrite(atol, &a));
   PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, rtol, none));
@@ -57,23 +57,32 @@ static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Are the states of a cell such as no step far too long makes? */
+static PetscBool StatesHold(SlipFault fault, const PetscReal s[])
+{
+  for (PetscInt k = 0; k < fault->layout.states; k++) {
+    const PetscReal largest = fault->friction.law->states[k].largest;
+
+    if (!(PetscAbsReal(s[k]) < (largest > 0 ? largest : PETSC_MAX_REAL))) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
 /* TSSetFunctionDomainError(). TSRK takes a rejected step back by subtracting what it had added, which leaves the state
    wrong by rounding of that: what a step that is far too long leads to (rates go as V0 exp(-psi)/d_c) must be rejected
    before it is added. The new state of pairs whose last stage is the step's end is a stage as well. */
 static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
 {
   PetscBool good = PETSC_TRUE;
-  PetscReal bound = PETSC_MAX_REAL;
   const PetscReal *a;
   SlipFault fault;
 
   PetscFunctionBegin;
   (void)t;
   PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
-  if (fault->friction.law->largest_state > 0) bound = fault->friction.law->largest_state;
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n && good; i++)
-    good = SlipFaultDistance(fault, a, i) < EXPLICIT_FARTHEST && PetscAbsReal(a[SlipFaultStateAt(fault, i)]) < bound
+    good = SlipFaultDistance(fault, a, i) < EXPLICIT_FARTHEST && StatesHold(fault, a + SlipFaultStateAt(fault, i))
              ? PETSC_TRUE
              : PETSC_FALSE;
   PetscCall(VecRestoreArrayRead(w, &a));

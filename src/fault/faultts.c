@@ -185,7 +185,7 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
       a[SlipFaultRateAt(fault, i) + k] = rate;
       a[SlipFaultDisplacementAt(fault, i) + k] = SLIP_FAULT_ATOL;
     }
-    a[SlipFaultStateAt(fault, i)] = SLIP_FAULT_ATOL;
+    for (PetscInt k = 0; k < fault->layout.states; k++) a[SlipFaultStateAt(fault, i) + k] = SLIP_FAULT_ATOL;
   }
   PetscCall(VecRestoreArray(atol, &a));
   PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, atol, PETSC_DEFAULT, NULL));
@@ -281,7 +281,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
   if (fault->kind.driven) { /* it rests for years between events */
     problem->corner = SlipFaultNextCorner;
-    problem->rest = fault->friction.law->always_slides ? NULL : SlipFaultRest;
+    problem->rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* in which states of the law's own evolve */
     problem->error = is_explicit ? NULL : Error_Fault;
     if (fault->kind.inertia && !fault->friction.law->by_rate) problem->stop = Stop_Fault;
   }

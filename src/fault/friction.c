@@ -46,11 +46,6 @@ PetscErrorCode SlipFaultFollowSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const char *SlipFaultStateUnit(SlipFault fault)
-{
-  return SlipFrictionStateUnit(fault->friction.law);
-}
-
 /*@
   SlipFaultGetFriction - the friction of the cells of this process, for SlipFrictionStrength() and its like
 

@@ -12,10 +12,35 @@ static PetscBool IsListed(const char word[], const char list[])
   return PETSC_FALSE;
 }
 
+/* May a parameter, a state, be called so? */
+static PetscBool IsName(const char name[])
+{
+  static const char letters[] = "abcdefghijklmnopqrstuvwxyz0123456789_";
+  const size_t len = strlen(name);
+
+  return len > 0 && len < FAULT_MAX_NAME && strspn(name, letters) == len ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Is the parameter what a state can start with? */
+static PetscBool IsStart(const SlipFrictionLaw *law, const char name[])
+{
+  if (!name) return PETSC_FALSE;
+  for (const SlipParameter *p = law->own; p && p->name; p++)
+    if (!strcmp(p->name, name)) return PetscIsNanReal(p->value);
+  return strcmp(name, "initial_state") ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* Does a state start with the parameter, so that it has no default? */
+static PetscBool Starts(const SlipFrictionLaw *law, const char name[])
+{
+  for (PetscInt k = 0; k < law->nstates; k++)
+    if (law->states[k].start && !strcmp(law->states[k].start, name)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Refuses parameters whose names belong to another option or dataset, and rows that cannot be */
 static PetscErrorCode CheckOwn(const SlipFrictionLaw *law)
 {
-  static const char letters[] = "abcdefghijklmnopqrstuvwxyz0123456789_";
   static const char datasets[] = "cells stiffness x y z length width critical_displacement"; /* of inputs and outputs */
   char names[FAULT_MAX_NAMES], bounds[128];
   PetscInt n = 0;
@@ -24,10 +49,9 @@ static PetscErrorCode CheckOwn(const SlipFrictionLaw *law)
   while (SlipFaultOwnRow(n, NULL)) n++;
   PetscCall(SlipFaultOptionNames(names, sizeof(names)));
   for (const SlipParameter *p = law->own; p && p->name; p++, n++) {
-    const size_t len = strlen(p->name);
     const char *const name = law->name ? law->name : "";
 
-    PetscCheck(len > 0 && len < FAULT_MAX_NAME && strspn(p->name, letters) == len, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+    PetscCheck(IsName(p->name), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
                "The friction law %s brings a parameter \"%s\", expected a name of small letters, digits and _, of less "
                "than %d",
                name, p->name, FAULT_MAX_NAME);
@@ -37,13 +61,39 @@ static PetscErrorCode CheckOwn(const SlipFrictionLaw *law)
     PetscCheck(p->unit && p->help, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
                "The parameter %s of the friction law %s needs a unit, \"\" for none, and a help text", p->name, name);
     SlipParameterBounds(p, PETSC_FALSE, bounds, sizeof(bounds));
-    PetscCheck(SlipParameterHolds(p, p->value), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-               "The parameter %s of the friction law %s is %g by default, expected %s", p->name, name, (double)p->value,
-               bounds);
+    PetscCheck(SlipParameterHolds(p, p->value) || (isnan(p->value) && Starts(law, p->name)), PETSC_COMM_SELF,
+               PETSC_ERR_ARG_OUTOFRANGE, "The parameter %s of the friction law %s is %g by default, expected %s",
+               p->name, name, (double)p->value, bounds);
     PetscCheck(n < FAULT_MAX_OWN, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
                "The parameter %s of the friction law %s is one of more than %d", p->name, name, FAULT_MAX_OWN);
     PetscCall(PetscStrlcat(names, " ", sizeof(names)));
     PetscCall(PetscStrlcat(names, p->name, sizeof(names)));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses states whose names are those of other datasets, and starts that no parameter gives */
+static PetscErrorCode CheckStates(const SlipFrictionLaw *law)
+{
+  char names[FAULT_MAX_NAMES] =
+    "time slip_rate slip displacement traction pore_pressure normal_stress opening stress x y z";
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < law->nstates; k++) {
+    const SlipFrictionState *const s = &law->states[k];
+
+    PetscCheck(IsName(s->name) && !IsListed(s->name, names), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+               "State %" PetscInt_FMT
+               " of the friction law %s is called \"%s\", expected a name of small letters, digits "
+               "and _, of less than %d, that no other dataset has",
+               k, law->name, s->name, FAULT_MAX_NAME);
+    PetscCall(PetscStrlcat(names, " ", sizeof(names)));
+    PetscCall(PetscStrlcat(names, s->name, sizeof(names)));
+    PetscCheck(
+      !law->always_slides || IsStart(law, s->start), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+      "The state %s of the friction law %s starts with the parameter \"%s\", expected initial_state, or one of the "
+      "law's own whose default is NaN",
+      s->name, law->name, s->start ? s->start : "");
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -54,18 +104,24 @@ static PetscErrorCode CheckOwn(const SlipFrictionLaw *law)
   Not collective, on every process in the same order; before the options of a fault are read
 
   Input Parameter:
-. law - its name; mu and its derivatives with respect to the state s and to v = |slip rate| [m/s]; a formula for -help; and,
-        for a law with a state of its own, the rate of s with its derivatives and the s that is steady at a rate; parameters that
-        it brings. Copied; strings, parameters and context stay the caller's
+. law - its name; mu and its derivatives with respect to the states s[] and to v = |slip rate| [m/s]; a formula for
+        -help; for a law with states of its own, what they are, their rates with derivatives, and the s that are steady
+        at a rate; parameters that it brings. Copied; strings, states, parameters and context stay the caller's
 
   Level: advanced
 
   Notes:
-  All functions are pure, of one cell, whose parameters they find in SlipFriction. A law without a state of its own gets the
-  slip of both signs as s and gives what mu exceeds -fault_friction_residual by; |tau| <= sigma mu is its bound. A law whose
-  cells always slide gives mu itself, 0 at v = 0 and growing with v: without inertia the fault is an explicit problem for TSRK
-  and TSADAMS. The rate of s must not grow with s. The field initial_state and the state of outputs are s itself, or what the
-  functions shown and of_shown make of it, in state_unit.
+  All functions are pure, of one cell, whose parameters they find in SlipFriction. A law without states of its own
+  gets the slip of both signs as s[0] and gives what mu exceeds -fault_friction_residual by; |tau| <= sigma mu is its
+  bound. A law whose cells always slide gives mu itself, 0 at v = 0 and growing with v: without inertia the fault is
+  an explicit problem for TSRK and TSADAMS.
+
+  A law declares up to SLIP_MAX_STATES states (SlipFrictionState), and one function gives the rates of all of them. No
+  rate may grow with its own state. A change of s[k] by 1 is to matter as slip by -fault_friction_slip does, as
+  tolerances take both alike. Stages of TSBATHE need no more: s = s0 + theta ds/dt is solved with the derivatives.
+  Each state is a field of -fault_output_fields, a column of stations and a name for SlipFaultGetCellValues(), shown
+  as its functions shown and of_shown say, in its unit. Where all cells slide it starts with the parameter that it
+  names, initial_state or one of own with the default NaN, and steady where no number is given.
 
   Each row of own is from then on what the numbers of every fault are: an option -fault_<name>, with a unit of time where it
   is in s, an argument of SlipFaultSetReal(), SlipFaultSetField() and SlipFaultGetField(), and a dataset of -fault_parameters
@@ -74,8 +130,8 @@ static PetscErrorCode CheckOwn(const SlipFrictionLaw *law)
 
   See examples/friction_law.c.
 
-  Errors: PETSC_ERR_ARG_WRONG for a name that is taken, of the law or of a parameter, and for a law without the functions that
-  it needs; PETSC_ERR_ARG_OUTOFRANGE for a default out of bounds and too many parameters
+  Errors: PETSC_ERR_ARG_WRONG for a name that is taken, of the law, of a parameter or of a state, and for a law without
+  the functions that it needs; PETSC_ERR_ARG_OUTOFRANGE for a default out of bounds and too many parameters or states
 
 .seealso: SlipFaultSetString(), SlipFaultSetReal(), SlipFaultSetField(), SlipFaultSetFromOptions()
 @*/
@@ -83,7 +139,9 @@ PetscErrorCode SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law)
 {
   PetscFunctionBegin;
   PetscAssertPointer(law, 1);
+  PetscCall(SlipFrictionCheck(law));
   PetscCall(CheckOwn(law));
+  PetscCall(CheckStates(law));
   PetscCall(SlipFrictionRegister(law));
   if (PetscInitializeCalled) PetscCall(SlipFaultDeclareOptions()); /* else SlipStepInitializePackage() does */
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -19,7 +19,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal *v = a + SlipFaultRateAt(fault, i), *u = a + SlipFaultDisplacementAt(fault, i),
                     *force = f + fault->layout.components * i, *along = SlipFaultAlong(fault, i);
-    const PetscReal s = a[SlipFaultStateAt(fault, i)], speed = SlipFaultLength(fault, v),
+    const PetscReal *s = a + SlipFaultStateAt(fault, i), speed = SlipFaultLength(fault, v),
                     weight = fault->mesh.weight[i];
     const PetscReal weak = SlipFrictionWeakest(&friction, i);
     PetscReal mu, ds, dv, q;
@@ -29,7 +29,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
     sum[SUM_ABS_V] += weight * speed;
     sum[SUM_V2] += weight * (SlipFaultDot(fault, v, v) + PetscSqr(SlipFaultAcross(fault, v)));
     sum[SUM_U] += weight * SlipFaultDot(fault, u, along);
-    sum[SUM_S] += weight * s;
+    sum[SUM_S] += weight * *s;
     sum[SUM_SLIDING] += speed != 0 ? weight : 0;
     sum[SUM_U_KU] += SlipFaultDot(fault, u, force) + SlipFaultAcross(fault, u) * SlipFaultAcross(fault, force);
     sum[SUM_V_KU] += SlipFaultDot(fault, v, force) + SlipFaultAcross(fault, v) * SlipFaultAcross(fault, force);
@@ -103,7 +103,7 @@ static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx
     const PetscReal weight = fault->mesh.weight[i];
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], SlipFaultSpeed(fault, a, i), &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, a + SlipFaultStateAt(fault, i), SlipFaultSpeed(fault, a, i), &mu, &ds, &dv);
     sum[MODE_STIFFNESS] += SlipFaultDot(fault, b + c * i, f + c * i);
     if (nx && friction.stress[i] > 0) sum[MODE_STIFFNESS] += SlipFaultLength(fault, b + c * i) * mu * weight * rise[i];
     sum[MODE_WEAKENING] -= ds * (weight * friction.stress[i]) * SlipFaultDot(fault, b + c * i, b + c * i);
@@ -157,7 +157,7 @@ PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec der
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal *v = a + SlipFaultRateAt(fault, i), speed = SlipFaultLength(fault, v);
 
-    if (error) c->sum[ESTIMATE_SLIP_ERROR] += fault->mesh.weight[i] * PetscAbsReal(e[SlipFaultStateAt(fault, i)]);
+    if (error) c->sum[ESTIMATE_SLIP_ERROR] += fault->mesh.weight[i] * SlipFaultStateSize(fault, e, i);
     if (derivative && speed != 0)
       c->sum[ESTIMATE_GROWTH] +=
         fault->mesh.weight[i] * (fault->layout.components == 1
@@ -208,7 +208,7 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
 
 /* dv/dtau of the balance of cell i, 1/(eta + sigma dmu/dv), of two components along v. v: rate; force: K u; load: the shear load. Where the law has a short cut, the
    balance tells without an exponential whether it holds. */
-static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal s,
+static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *friction, PetscInt i, const PetscReal s[],
                             const PetscReal v[], const PetscReal load[], const PetscReal force[])
 {
   const PetscReal eta = fault->balance.eta, rate = SlipFaultLength(fault, v);
@@ -253,7 +253,7 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     if (b->creeps && b->creeps[i]) continue;
     most = PetscMax(
-      most, Compliance(fault, &friction, i, a[SlipFaultStateAt(fault, i)], v + c * i, load + c * i, force + c * i));
+      most, Compliance(fault, &friction, i, a + SlipFaultStateAt(fault, i), v + c * i, load + c * i, force + c * i));
   }
   PetscCall(VecRestoreArrayRead(of_now->shear, &load));
   PetscCall(SlipArraysRestore(3, arrays));
@@ -414,7 +414,7 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, PetscReal t, Vec w, Vec 
   obs->max_slip_rate = s->max_v;
   obs->mean_slip = s->sum[SUM_S] / N;
   /* A state that heals is no slip: that is the displacement relative to the start and the far field. */
-  if (fault->kind.heals || fault->friction.law->state)
+  if (fault->kind.heals || fault->friction.law->nstates)
     obs->mean_slip = (s->sum[SUM_U] + t * s->sum[SUM_VINF]) / N - fault->critical.start_share * fault->critical.mean_uc;
   obs->mean_displacement = s->sum[SUM_U] / N;
   obs->sliding_fraction = s->sum[SUM_SLIDING] / N;

@@ -182,8 +182,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
   [FAULT_OUTPUT_FIELDS] =
     {"output_fields", "slip_rate,slip,displacement,traction", NULL,
-     "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state, pore_pressure, "
-     "normal_stress (effective); opening comes with -fault_opening"},
+     "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state (each of several by the "
+     "name that the law gives it), pore_pressure, normal_stress (effective); opening comes with -fault_opening"},
   [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Precision of numbers in /fields"},
   [FAULT_STATIONS] = {"stations", "", NULL,
                       "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, or a file with a point on each line and "
@@ -303,6 +303,12 @@ PetscBool SlipFaultHasField(SlipFault fault, PetscInt field)
 {
   const SlipFrictionLaw *law = NULL;
 
+  if (field == FIELD_INITIAL_STATE) {
+    for (PetscInt k = 0; k < fault->friction.law->nstates; k++)
+      if (fault->friction.law->always_slides && !strcmp(fault->friction.law->states[k].start, "initial_state"))
+        return PETSC_TRUE;
+    return PETSC_FALSE;
+  }
   if (field < FAULT_NUM_FIELDS)
     return !Fields[field].slides || fault->friction.law->always_slides ? PETSC_TRUE : PETSC_FALSE;
   (void)SlipFaultOwnRow(field - FAULT_NUM_FIELDS, &law);

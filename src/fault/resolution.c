@@ -28,7 +28,7 @@ static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, Pet
   const PetscReal G = fault->options.value[FAULT_SHEAR_MODULUS], sigma = fault->fields.cell[FIELD_NORMAL_STRESS][i];
   PetscReal mu, ds, dv, rate;
 
-  if (fault->friction.law->state) {
+  if (fault->friction.law->nstates) {
     rate = PetscAbsReal(fault->fields.cell[FIELD_LOADING_RATE][i]);
     if (rate == 0) rate = fault->options.value[FAULT_FRICTION_REFERENCE_RATE];
     SlipFrictionWeakening(friction, i, rate, &ds, critical);
@@ -37,7 +37,7 @@ static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, Pet
     length[1] = 2 / PETSC_PI * G / *critical;
     return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
   }
-  SlipFrictionEvaluate(friction, i, 0, 0, &mu, &ds, &dv);
+  SlipFrictionEvaluate(friction, i, NULL, 0, &mu, &ds, &dv);
   if (fault->friction.law->by_rate) {
     const PetscReal loss = dv * sigma + damping;
 
@@ -78,7 +78,7 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(SlipElasticGetDiagonals(fault->medium, &k,
-                                    fault->friction.law->by_rate && !fault->friction.law->state ? &h : NULL));
+                                    fault->friction.law->by_rate && !fault->friction.law->nstates ? &h : NULL));
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(VecGetArrayRead(k, &stiffness));
   PetscCall(VecGetArrayRead(h, &damping));
@@ -108,7 +108,7 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 3, MPIU_REAL, MPIU_SUM, fault->comm));
   r->weakens = count[0] > 0 ? PETSC_TRUE : PETSC_FALSE;
   r->known = r->weakens && fault->mesh.N > 1 ? PETSC_TRUE : PETSC_FALSE;
-  r->zone = fault->friction.law->state || !fault->friction.law->by_rate ? PETSC_TRUE : PETSC_FALSE;
+  r->zone = fault->friction.law->nstates || !fault->friction.law->by_rate ? PETSC_TRUE : PETSC_FALSE;
   r->wanted = r->zone ? CELLS_OF_ZONE : CELLS_OF_NUCLEATION;
   r->length = best[1];
   r->cell = r->known ? best[1] / r->least : 0;

@@ -73,11 +73,10 @@ static PetscErrorCode Moves(SlipFault fault, Vec w, PetscBool *moves)
 /* q of cell i after dt of rest [Pa]; the friction is of that time */
 static PetscReal Strength(const Rest *r, PetscInt i, PetscReal dt)
 {
-  PetscReal mu, ds, dv;
+  PetscReal s[SLIP_MAX_STATES], mu, ds, dv;
 
-  SlipFrictionEvaluate(&r->friction, i,
-                       SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(r->fault, i)], dt), 0, &mu, &ds,
-                       &dv);
+  SlipFrictionStateAtRest(&r->friction, i, r->w + SlipFaultStateAt(r->fault, i), dt, s);
+  SlipFrictionEvaluate(&r->friction, i, s, 0, &mu, &ds, &dv);
   return mu * r->fault->mesh.weight[i] * r->friction.stress[i];
 }
 
@@ -261,13 +260,12 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
   if (i >= 0) {
     const PetscReal M = fault->kind.inertia ? fault->operators.mass * fault->mesh.weight[i] : 0;
     const PetscReal stress = r->friction.stress[i] * fault->mesh.weight[i];
-    PetscReal mu, ds, dv, damping, stiffness;
+    PetscReal s[SLIP_MAX_STATES], mu, ds, dv, damping, stiffness;
 
     PetscCall(VecGetArrayRead(diagonal[0], &k));
     PetscCall(VecGetArrayRead(diagonal[1], &viscosity));
-    SlipFrictionEvaluate(&r->friction, i,
-                         SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(fault, i)], rest), 0, &mu, &ds,
-                         &dv);
+    SlipFrictionStateAtRest(&r->friction, i, r->w + SlipFaultStateAt(fault, i), rest, s);
+    SlipFrictionEvaluate(&r->friction, i, s, 0, &mu, &ds, &dv);
     damping = SlipFaultLargest(fault, viscosity, i) + dv * stress;
     stiffness = SlipFaultLargest(fault, k, i) + ds * stress;
     if (M > 0 && PetscSqr(damping) >= 4 * M * stiffness)
@@ -303,8 +301,8 @@ static PetscErrorCode StateAfter(const Rest *r, PetscReal dt, Vec after)
       b[SlipFaultDisplacementAt(r->fault, i) + k] =
         r->w[SlipFaultDisplacementAt(r->fault, i) + k] - dt * (vinf[i] * SlipFaultAlong(r->fault, i)[k]);
     }
-    b[SlipFaultStateAt(r->fault, i)] =
-      SlipFrictionStateAtRest(&r->friction, i, r->w[SlipFaultStateAt(r->fault, i)], dt);
+    SlipFrictionStateAtRest(&r->friction, i, r->w + SlipFaultStateAt(r->fault, i), dt,
+                            b + SlipFaultStateAt(r->fault, i));
   }
   PetscCall(VecRestoreArrayWrite(after, &b));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -353,7 +351,7 @@ static PetscErrorCode RestEnd(Vec w, Rest *r)
   SlipFaultRestTime - SlipProblemOps.rest_time: for how long the state w of time t stays exactly at rest [s]
 
   Collective. 0 when a cell moves or its force exceeds the strength; PETSC_MAX_REAL for ever, which is not looked for when
-  strengths change in time: then 0, too.
+  strengths change in time, as they may with states of the law's own: then 0, too.
 */
 PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx)
 {
@@ -366,7 +364,8 @@ PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, voi
   *rest = 0;
   PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(Moves(fault, w, &moves));
-  if (moves || !rests || fault->kind.heals || fault->loads.pressed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (moves || !rests || fault->kind.heals || fault->loads.pressed || fault->friction.law->nstates)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestBegin(fault, t, w, &r));
   PetscCall(LinearOnset(&r, PETSC_MAX_REAL, rest));
   PetscCall(RestEnd(w, &r));

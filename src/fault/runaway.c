@@ -47,7 +47,7 @@ PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *
 
     slope[i] = 0;
     if (SlipFaultSpeed(fault, a, i) == 0) continue;
-    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], SlipFaultSpeed(fault, a, i), &mu, &dmu_ds,
+    SlipFrictionEvaluate(&friction, i, a + SlipFaultStateAt(fault, i), SlipFaultSpeed(fault, a, i), &mu, &dmu_ds,
                          &dmu_dv);
     slope[i] = dmu_dv * friction.stress[i] * fault->mesh.weight[i];
     if (slope[i] < 0) weakens = PETSC_TRUE;

@@ -171,7 +171,7 @@ PetscErrorCode SlipFaultCheckTraction(SlipFault fault)
     PetscReal mu, ds, dv;
     SlipFaultCell cell;
 
-    SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, NULL, 0, &mu, &ds, &dv);
     if (load <= mu * friction.stress[i] * (1 + tiny)) continue;
     count++;
     above[i] = load - mu * friction.stress[i];

@@ -3,7 +3,7 @@
 
 /*@
   SlipFaultCreateState - create a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two components of
-                         slip block size 5, (v, v, u, u, s)
+                         slip block size 5, (v, v, u, u, s), and more where the friction law has several states s
 
   Collective; after SlipFaultSetUp().
 
@@ -11,7 +11,7 @@
 . fault - the fault
 
   Output Parameter:
-. w - zero, of global size 3 N, or 5 N; destroy it
+. w - zero, of global size 3 N, or 5 N, or more; destroy it
 
   Level: beginner
 
@@ -98,7 +98,7 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
 PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip)
 {
   const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *uc;
-  const PetscBool state = fault->kind.heals || fault->friction.law->state ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool state = fault->kind.heals || fault->friction.law->nstates ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt c = fault->layout.components;
   PetscReal *s;
   const SlipArrays arrays[] = {{w, .read = &a}, {fault->critical.uc, .read = &uc}, {slip, .write = &s}};

@@ -226,7 +226,7 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, NULL, 0, &mu, &ds, &dv);
     worst = PetscMax(worst, -dv * fault->mesh.weight[i] * fault->fields.cell[FIELD_NORMAL_STRESS][i] /
                               SlipFaultLargest(fault, h, i));
   }
@@ -328,7 +328,9 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->critical.uc, &fault->work[i]));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->operators.vinf));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.u0));
-  PetscCall(VecDuplicate(fault->cells, &fault->stage.s0));
+  PetscCall(VecCreate(fault->comm, &fault->stage.s0));
+  PetscCall(VecSetSizes(fault->stage.s0, fault->layout.states * fault->mesh.n, fault->layout.states * fault->mesh.N));
+  PetscCall(VecSetType(fault->stage.s0, VECSTANDARD));
   PetscCall(CheckOpening(fault));
   PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_LOADING_RATE], PETSC_FALSE, fault->operators.vinf));
   PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_NORMAL_STRESS], PETSC_TRUE, fault->work[0]));

@@ -27,7 +27,7 @@ static const PetscReal of_cube = 0.5;
 static PetscReal SlipScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal displacement,
                            PetscBool *weakens)
 {
-  *weakens = SlipFrictionExcess(friction, i, 0, 0) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  *weakens = SlipFrictionExcess(friction, i, NULL, 0) > 0 ? PETSC_TRUE : PETSC_FALSE;
   return *weakens ? fault->fields.cell[FIELD_FRICTION_SLIP][i] : displacement;
 }
 
@@ -85,7 +85,7 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal toler
       continue;
     }
     if (!fault->kind.inertia)
-      error = PetscMax(SlipFaultDistance(fault, a, i), PetscAbsReal(a[SlipFaultStateAt(fault, i)])) *
+      error = PetscMax(SlipFaultDistance(fault, a, i), SlipFaultStateSize(fault, a, i)) *
               (stiffness / (damping + fault->stage.theta * stiffness));
     if (!(error <= *largest)) *largest = error; /* takes what is no number */
   }
@@ -94,7 +94,7 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal toler
 }
 
 /* Rate of weakening with slip of cell i, which weakens, in the state s, over the friction drop by d_c: at most 1 */
-static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, PetscReal s)
+static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, const PetscReal s[])
 {
   PetscReal mu, ds, dv;
 
@@ -116,7 +116,7 @@ static PetscErrorCode SmoothErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Ve
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal rate =
       PetscMax(PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultSpeed(fault, c, i)), PetscAbsReal(vinf[i]));
-    PetscReal error = PetscMax(SlipFaultDistance(fault, a, i) / slip[i], PetscAbsReal(a[SlipFaultStateAt(fault, i)]));
+    PetscReal error = PetscMax(SlipFaultDistance(fault, a, i) / slip[i], SlipFaultStateSize(fault, a, i));
 
     if (fault->kind.inertia && rate > 0) error = PetscMax(error, SlipFaultSpeed(fault, a, i) / rate);
     if (!(error <= largest)) largest = error; /* takes what is no number */
@@ -155,7 +155,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal error =
       PetscMax(PetscMax(SlipFaultDistance(fault, a, i), Opening(fault, a + SlipFaultDisplacementAt(fault, i))),
-               PetscAbsReal(a[SlipFaultStateAt(fault, i)]));
+               SlipFaultStateSize(fault, a, i));
     const PetscReal rate = PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultSpeed(fault, c, i));
 
     PetscBool weakens;
@@ -170,7 +170,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
     if (!(error / slip <= largest[0])) largest[0] = error / slip;
     if (weakens)
       largest[3] =
-        PetscMax(largest[3], Weakening(&friction, i, b[SlipFaultStateAt(fault, i)]) * PetscPowRealInt(moved, 3));
+        PetscMax(largest[3], Weakening(&friction, i, b + SlipFaultStateAt(fault, i)) * PetscPowRealInt(moved, 3));
     largest[2] = PetscMax(largest[2], PetscMax(rate, PetscAbsReal(vinf[i])));
   }
   PetscCall(SlipArraysRestore(3, arrays));
@@ -222,7 +222,7 @@ PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, Petsc
     PetscReal mu, ds, dv, stress;
     PetscBool weakens;
 
-    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], SlipFaultSpeed(fault, a, i), &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, a + SlipFaultStateAt(fault, i), SlipFaultSpeed(fault, a, i), &mu, &ds, &dv);
     stress = stiffness * PetscMin(displacement, SlipScale(fault, &friction, i, displacement, &weakens));
     if (smooth)
       stress = PetscMin(stiffness * fault->fields.cell[FIELD_FRICTION_SLIP][i],

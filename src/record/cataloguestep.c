@@ -229,10 +229,10 @@ static PetscErrorCode Cut(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal 
     for (PetscInt k = 0; k < fault->layout.components; k++)
       c[SlipFaultDisplacementAt(fault, i) + k] = a[SlipFaultDisplacementAt(fault, i) + k] +
                                                  dt * (0.5 * (from[k] + v[k]) - vinf[i] * SlipFaultAlong(fault, i)[k]);
-    c[SlipFaultStateAt(fault, i)] =
-      fault->friction.law->state
-        ? a[SlipFaultStateAt(fault, i)] + share * (b[SlipFaultStateAt(fault, i)] - a[SlipFaultStateAt(fault, i)])
-        : a[SlipFaultStateAt(fault, i)] + dt * 0.5 * (SlipFaultLength(fault, from) + SlipFaultLength(fault, v));
+    for (PetscInt k = SlipFaultStateAt(fault, i); k < SlipFaultStateAt(fault, i) + fault->layout.states; k++)
+      c[k] = fault->friction.law->nstates
+               ? a[k] + share * (b[k] - a[k])
+               : a[k] + dt * 0.5 * (SlipFaultLength(fault, from) + SlipFaultLength(fault, v));
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -28,7 +28,8 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
                               SlipFaultDestroy, SlipFaultView));
   PetscCall(PetscObjectChangeTypeName((PetscObject)f, "strike_slip"));
   f->comm = PetscObjectComm((PetscObject)f);
-  f->layout = (SlipFaultLayout){.components = 1, .plane = 1, .block = 3, .rate = 0, .displacement = 1, .state = 2};
+  f->layout =
+    (SlipFaultLayout){.components = 1, .plane = 1, .block = 3, .rate = 0, .displacement = 1, .state = 2, .states = 1};
   f->operators.scaling = 1;
   f->options.inertia = PETSC_TRUE;
   PetscCall(PetscNew(&f->run));

@@ -29,7 +29,7 @@ static PetscBool NoState(SlipFault fault)
 /* The state heals by its own law. With inertia the steps of a fault that heals are others. */
 static PetscBool OwnHealing(SlipFault fault)
 {
-  return fault->friction.law->state && !fault->kind.inertia ? PETSC_TRUE : PETSC_FALSE;
+  return fault->friction.law->nstates && !fault->kind.inertia ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* H does not grow with the square root of K */

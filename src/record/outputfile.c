@@ -23,16 +23,33 @@ static const struct {
   [OUTPUT_DISPLACEMENT] = {"displacement", "m", PETSC_TRUE},
   [OUTPUT_SLIP] = {"slip", "m", PETSC_TRUE},
   [OUTPUT_TRACTION] = {"traction", "Pa", PETSC_TRUE},
-  [OUTPUT_STATE] = {"state", "m", PETSC_FALSE},
+  [OUTPUT_STATE] = {NULL, NULL, PETSC_FALSE}, /* as the law calls it */
   [OUTPUT_PORE_PRESSURE] = {"pore_pressure", "Pa", PETSC_FALSE},
   [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", PETSC_FALSE},
   [OUTPUT_OPENING] = {"opening", "m", PETSC_FALSE},
 };
 
+PetscInt SlipFaultOutputCount(SlipFault fault)
+{
+  return OUTPUT_NUM_FIELDS + fault->layout.states - 1;
+}
+
+/* Which state of friction a field is, -1: none */
+static PetscInt StateOf(PetscInt f)
+{
+  return f == OUTPUT_STATE ? 0 : f < OUTPUT_NUM_FIELDS ? -1 : f - OUTPUT_NUM_FIELDS + 1;
+}
+
+/* Name of a field of /fields */
+const char *SlipFaultOutputField(SlipFault fault, PetscInt f)
+{
+  return StateOf(f) < 0 ? OutputFields[f].name : SlipFrictionStateName(fault->friction.law, StateOf(f));
+}
+
 /* Numbers of a field for each cell */
 PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f)
 {
-  return OutputFields[f].vector ? fault->layout.plane : 1;
+  return StateOf(f) < 0 && OutputFields[f].vector ? fault->layout.plane : 1;
 }
 
 /* G times the sums of area times slip rate, along the rake, [N m/s] of each fault, and of area times slip since the start, which the
@@ -102,11 +119,23 @@ static PetscErrorCode SlipFaultOutputSides(void *ctx, PetscInt *n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The states of the fault's law, with commas between */
+static PetscErrorCode StateNames(SlipFault fault, char names[], size_t len)
+{
+  PetscFunctionBegin;
+  names[0] = '\0';
+  for (PetscInt k = 0; k < fault->layout.states; k++) {
+    if (k) PetscCall(PetscStrlcat(names, ", ", len));
+    PetscCall(PetscStrlcat(names, SlipFrictionStateName(fault->friction.law, k), len));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective: which fields -fault_output_fields names, and the output of the run. */
 PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 {
   SlipFault fault = out->fault;
-  char **names;
+  char **names, states[SLIP_MAX_STATES * FAULT_MAX_NAME];
   int n;
 
   PetscFunctionBegin;
@@ -114,15 +143,16 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   for (int i = 0; i < n; i++) {
     PetscBool same = PETSC_FALSE;
 
-    for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS && !same; f++) {
-      PetscCall(PetscStrcmp(names[i], OutputFields[f].name, &same));
+    for (PetscInt f = 0; f < SlipFaultOutputCount(fault) && !same; f++) {
+      PetscCall(PetscStrcmp(names[i], SlipFaultOutputField(fault, f), &same));
       if (same) out->wanted[f] = PETSC_TRUE;
     }
+    if (!same) PetscCall(StateNames(fault, states, sizeof(states)));
     PetscCheck(
       same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-      "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, state, pore_pressure, "
+      "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, %s, pore_pressure, "
       "normal_stress or opening",
-      SlipFaultPrefix(fault), names[i]);
+      SlipFaultPrefix(fault), names[i], states);
   }
   PetscCheck(!out->wanted[OUTPUT_PORE_PRESSURE] || fault->loads.pressed, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_output_fields has pore_pressure, but the fault has none: expected -%sfault_pore_pressure or "
@@ -146,12 +176,6 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   PetscCall(SlipOutputAddRun(fault->run->file, "stiffness_scaling_factor", fault->operators.scaling));
   PetscCall(SlipOutputAddRun(fault->run->file, "time_scale", fault->operators.tstar));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Name of a field of /fields */
-const char *SlipFaultOutputField(PetscInt f)
-{
-  return OutputFields[f].name;
 }
 
 /* The values of a vector of cells, gathered, as the dataset /mesh/name. Collective. */
@@ -222,7 +246,7 @@ static PetscErrorCode GatherStart(SlipFaultOutput out)
   SlipFault fault = out->fault;
 
   PetscFunctionBegin;
-  if (!(fault->kind.heals || fault->friction.law->state || fault->layout.components > 1) || out->start0)
+  if (!(fault->kind.heals || fault->friction.law->nstates || fault->layout.components > 1) || out->start0)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(out->r0, &out->start0));
   PetscCall(VecDuplicate(out->r0, &out->vinf0));
@@ -241,9 +265,9 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   const SlipFaultLayout *layout = &out->fault->layout;
   const PetscReal *w;
   const PetscReal *p, *normal;
-  PetscReal *r, *slip, *copy[OUTPUT_NUM_FIELDS] = {NULL};
-  char path[OUTPUT_NUM_FIELDS][64];
-  SlipH5Rows series[1 + OUTPUT_NUM_FIELDS] = {{"/fields/time", &time, 1}};
+  PetscReal *r, *slip, *copy[OUTPUT_MAX_FIELDS] = {NULL};
+  char path[OUTPUT_MAX_FIELDS][64];
+  SlipH5Rows series[1 + OUTPUT_MAX_FIELDS] = {{"/fields/time", &time, 1}};
   PetscInt n = 1;
   const SlipArrays arrays[] = {
     {out->w0, .read = &w}, {out->r0, .write = &r}, {out->p0, .read = &p}, {out->n0, .read = &normal}};
@@ -258,12 +282,12 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
       r[k] /= mesh->unit * cell.size[0] * cell.size[1];
   }
   PetscCall(SlipOfDisplacement(out, time, w, &slip));
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
+  for (PetscInt f = 0; f < SlipFaultOutputCount(out->fault); f++) {
     SlipH5Rows *rows = &series[n];
 
     if (!out->wanted[f]) continue;
     n++;
-    PetscCall(PetscSNPrintf(path[f], sizeof(path[f]), "/fields/%s", OutputFields[f].name));
+    PetscCall(PetscSNPrintf(path[f], sizeof(path[f]), "/fields/%s", SlipFaultOutputField(out->fault, f)));
     *rows = (SlipH5Rows){path[f], NULL, 1};
     switch (f) {
     case OUTPUT_TRACTION:
@@ -286,12 +310,12 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
       PetscCall(TakeVector(out->fault, w, layout->block, layout->displacement, &copy[f], rows));
       break;
     default: /* the state, which is the slip of most faults */
-      rows->data = f == OUTPUT_SLIP && out->start0 ? slip : w + layout->state;
+      rows->data = f == OUTPUT_SLIP && out->start0 ? slip : w + layout->state + PetscMax(StateOf(f), 0);
       if (rows->data != slip) rows->stride = layout->block;
     }
   }
   PetscCall(SlipH5AppendAll(SlipOutputFile(out->fault->run->file), n, series, 1));
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) PetscCall(PetscFree(copy[f]));
+  for (PetscInt f = 0; f < OUTPUT_MAX_FIELDS; f++) PetscCall(PetscFree(copy[f]));
   PetscCall(PetscFree(slip));
   PetscCall(SlipArraysRestore(4, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -317,10 +341,10 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
   PetscFunctionBegin;
   PetscCall(FieldStorage(out->fault, &storage));
   PetscCall(SlipH5SetRows(h, "/fields/time", out->fault->run->entries));
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
+  for (PetscInt f = 0; f < SlipFaultOutputCount(out->fault); f++) {
     if (!out->wanted[f]) continue;
     wanted++;
-    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", SlipFaultOutputField(out->fault, f)));
     PetscCall(SlipH5SetRows(h, path, out->fault->run->entries));
     PetscCall(SlipH5GetStorage(h, path, &stored));
     PetscCheck(stored.single == storage.single && stored.deflate == storage.deflate, PETSC_COMM_SELF,
@@ -382,11 +406,12 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   PetscCall(SlipH5WriteAttrInts(h, "/series/moment_rate", "faults", fault->mesh.faults, fault->mesh.labels));
   PetscCall(SlipH5WriteAttrInts(h, "/series/moment", "faults", fault->mesh.faults, fault->mesh.labels));
   PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
+  for (PetscInt f = 0; f < SlipFaultOutputCount(fault); f++) {
     if (!out->wanted[f]) continue;
-    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", OutputFields[f].name));
-    PetscCall(SlipH5CreateStoredSeries(h, path, SlipFaultOutputComponents(fault, f) > 1 ? ndim + 1 : ndim, all,
-                                       &storage, f == OUTPUT_STATE ? SlipFaultStateUnit(fault) : OutputFields[f].unit));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", SlipFaultOutputField(fault, f)));
+    PetscCall(SlipH5CreateStoredSeries(
+      h, path, SlipFaultOutputComponents(fault, f) > 1 ? ndim + 1 : ndim, all, &storage,
+      StateOf(f) < 0 ? OutputFields[f].unit : SlipFrictionStateUnit(fault->friction.law, StateOf(f))));
   }
   PetscCall(fault->mesh.kind->write(&fault->mesh, h));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -461,22 +486,26 @@ PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the state with what outputs call it: w itself, or a copy */
+/* Collective: the state with what outputs call those of friction: w itself, or a copy */
 static PetscErrorCode ShowState(SlipFaultOutput out, PetscReal t, Vec w, Vec *shown)
 {
   SlipFault fault = out->fault;
   SlipFrictionCells friction;
+  PetscBool any = PETSC_FALSE;
   PetscReal *a;
 
   PetscFunctionBegin;
   *shown = w;
-  if (!out->wanted[OUTPUT_STATE] || !fault->friction.law->state) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt f = 0; f < SlipFaultOutputCount(fault); f++)
+    if (out->wanted[f] && StateOf(f) >= 0) any = PETSC_TRUE;
+  if (!any || !fault->friction.law->nstates) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   if (!out->shown) PetscCall(VecDuplicate(w, &out->shown));
   PetscCall(VecCopy(w, out->shown));
   PetscCall(VecGetArray(out->shown, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
-    a[SlipFaultStateAt(fault, i)] = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
+    for (PetscInt k = 0, at = SlipFaultStateAt(fault, i); k < fault->layout.states; k++)
+      a[at + k] = SlipFrictionShown(&friction, i, k, a[at + k]);
   PetscCall(VecRestoreArray(out->shown, &a));
   *shown = out->shown;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -36,7 +36,7 @@ static PetscReal EntrySize(SlipFaultOutput out)
   size_t number = sizeof(double);
 
   if (!strcmp(out->fault->options.text[FAULT_OUTPUT_PRECISION], "single")) number = sizeof(float);
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++)
+  for (PetscInt f = 0; f < SlipFaultOutputCount(out->fault); f++)
     if (out->wanted[f])
       bytes += (PetscReal)SlipFaultOutputComponents(out->fault, f) * (PetscReal)out->fault->mesh.N * (PetscReal)number;
   return bytes;

@@ -109,7 +109,7 @@ static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, Petsc
     const PetscReal v = a[SlipFaultRateAt(fault, i)], s = a[SlipFaultStateAt(fault, i)], weight = fault->mesh.weight[i];
     PetscReal mu, ds, dv, q;
 
-    SlipFrictionEvaluate(&friction, i, s, PetscAbsReal(v), &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, &s, PetscAbsReal(v), &mu, &ds, &dv);
     q = mu * (weight * (fault->kind.coupled ? friction.stress[i] : fault->fields.cell[FIELD_NORMAL_STRESS][i]));
     sum[STEP_WORK] += fault->operators.mass * weight * v * b[SlipFaultRateAt(fault, i)] +
                       f[i] * b[SlipFaultDisplacementAt(fault, i)] + q * b[SlipFaultStateAt(fault, i)];

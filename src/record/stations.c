@@ -15,7 +15,8 @@ static const SlipOutputColumn Columns[] = {
   {"traction", "Pa", PETSC_FALSE}, {"state", "m", PETSC_FALSE}, {"normal_stress", "Pa", PETSC_FALSE},
   {"opening", "m", PETSC_FALSE},
 };
-/* The normal stress where slip changes it only, the opening where cells open; slip, its rate and traction have a number for each component of slip */
+/* The normal stress where slip changes it only, the opening where cells open; slip, its rate and traction have a
+   number for each component of slip. In place of the state there are those of the law. */
 enum {
   STATION_SLIP = 1,
   STATION_RATE,
@@ -173,6 +174,7 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscCall(SlipFaultReadPoints(fault, FAULT_STATIONS, "xz", PETSC_TRUE, &n, &point));
   list->n = n;
   list->columns = SlipFaultOpens(fault) ? STATION_COLUMNS : fault->kind.coupled ? STATION_OPENING : STATION_NORMAL;
+  list->columns += fault->layout.states - 1;
   list->numbers = list->columns + 3 * (fault->layout.plane - 1);
   PetscCall(PetscCalloc2(n, &list->station, list->numbers * n, &list->row));
   for (PetscInt k = 0; k < n; k++) PetscCall(PlaceStation(fault, point + 3 * k, &list->station[k]));
@@ -235,15 +237,20 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
 {
   Stations *list = (Stations *)ctx;
   SlipH5 *h = SlipOutputFile(output);
-  const PetscInt c = fault->layout.plane, entries[STATION_COLUMNS] = {0, c, c, c, 0, 0, 0};
-  SlipOutputColumn columns[STATION_COLUMNS];
+  const PetscInt c = fault->layout.plane, states = fault->layout.states,
+                 entries[STATION_COLUMNS + SLIP_MAX_STATES] = {0, c, c, c}; /* a number of the others */
+  SlipOutputColumn columns[STATION_COLUMNS + SLIP_MAX_STATES];
   PetscErrorCode ierr = PETSC_SUCCESS;
   char group[64];
 
   PetscFunctionBegin;
   list->output = output;
-  PetscCall(PetscArraycpy(columns, Columns, STATION_COLUMNS));
-  columns[STATION_STATE].unit = SlipFaultStateUnit(fault);
+  PetscCall(PetscArraycpy(columns, Columns, STATION_STATE));
+  for (PetscInt k = 0; k < states; k++)
+    columns[STATION_STATE + k] = (SlipOutputColumn){SlipFrictionStateName(fault->friction.law, k),
+                                                    SlipFrictionStateUnit(fault->friction.law, k), PETSC_FALSE};
+  PetscCall(
+    PetscArraycpy(columns + STATION_STATE + states, Columns + STATION_NORMAL, STATION_COLUMNS - STATION_NORMAL));
   if (h && output->resumed) ierr = CheckPlaces(fault, h, list);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   for (PetscInt k = 0; k < list->n; k++) {
@@ -317,7 +324,8 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
       row[2 * c] = r[fault->layout.components * i + j] / fault->mesh.weight[i];
     }
     row += 2 * c;
-    *row++ = SlipFrictionShown(&friction, i, a[SlipFaultStateAt(fault, i)]);
+    for (PetscInt j = 0; j < fault->layout.states; j++)
+      *row++ = SlipFrictionShown(&friction, i, j, a[SlipFaultStateAt(fault, i) + j]);
     if (fault->kind.coupled) *row++ = friction.stress[i];
     if (SlipFaultOpens(fault)) *row = SlipFaultAcross(fault, a + SlipFaultDisplacementAt(fault, i));
   }

@@ -140,18 +140,18 @@ static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
   for (PetscInt i = 0; i < fault->mesh.n && !moves; i++) {
     const PetscReal vinf = fault->fields.cell[FIELD_LOADING_RATE][i], rate = PetscAbsReal(vinf);
     const PetscReal load = fault->fields.cell[FIELD_INITIAL_TRACTION][i] * (vinf < 0 ? -1 : 1);
-    PetscReal mu, ds, dv, s;
+    PetscReal mu, ds, dv, s[SLIP_MAX_STATES];
 
     if (fault->fields.cell[FIELD_STRESSING_RATE][i] != 0 || vinf == 0) moves = 1;
     if (moves || (fault->balance.creeps && fault->balance.creeps[i])) continue;
-    s = SlipFrictionSteady(&friction, i, vinf);
+    SlipFrictionSteady(&friction, i, vinf, s);
     SlipFrictionEvaluate(&friction, i, s, rate, &mu, &ds, &dv);
     /* the traction and the state give the rate */
-    if (PetscAbsReal(load - mu * friction.stress[i]) > STEADY * dv * rate * friction.stress[i] ||
-        PetscAbsReal(fault->fields.cell[FIELD_INITIAL_STATE][i] / SlipFrictionShown(&friction, i, s) - 1) > STEADY)
-      moves = 1;
-    else if (SlipFaultRateWeakens(&friction, i, vinf))
-      weakens = 1;
+    if (PetscAbsReal(load - mu * friction.stress[i]) > STEADY * dv * rate * friction.stress[i]) moves = 1;
+    for (PetscInt k = 0; k < fault->layout.states; k++)
+      if (PetscAbsReal(fault->friction.start[k][i] / SlipFrictionShown(&friction, i, k, s[k]) - 1) > STEADY) moves = 1;
+    if (moves) continue;
+    if (SlipFaultRateWeakens(&friction, i, vinf)) weakens = 1;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &moves, 1, MPIU_INT, MPI_MAX, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &weakens, 1, MPIU_INT, MPI_MAX, fault->comm));
@@ -199,7 +199,7 @@ static PetscErrorCode StressShare(SlipFault fault, PetscReal *share)
                     weakest = SlipFrictionWeakest(&friction, i);
     PetscReal mu, ds, dv, f;
 
-    SlipFrictionEvaluate(&friction, i, 0, 0, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, NULL, 0, &mu, &ds, &dv);
     if (!(mu > weakest) || friction.stress[i] <= 0) continue;
     f = (load / friction.stress[i] - weakest) / (mu - weakest);
     if (f > 1) continue;
@@ -220,8 +220,8 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
-  if (!fault->kind.inertia || !fault->resolution.known || fault->friction.law->by_rate || fault->friction.law->state ||
-      critical)
+  if (!fault->kind.inertia || !fault->resolution.known || fault->friction.law->by_rate ||
+      fault->friction.law->nstates || critical)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(StressShare(fault, &f));
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);

@@ -20,7 +20,7 @@
 typedef struct {
   SlipFault fault;
   PetscBool wanted;
-  PetscBool field[OUTPUT_NUM_FIELDS]; /* which the output has */
+  PetscBool field[OUTPUT_MAX_FIELDS]; /* which the output has */
   char target[PETSC_MAX_PATH_LEN];    /* the output's final name */
   PetscInt n, size;                   /* entries of /fields, room for */
   PetscReal *time;                    /* theirs [s] */
@@ -74,8 +74,8 @@ static PetscErrorCode LayOut(Xdmf *x, SlipOutput output, SlipH5 *h)
   PetscBool has;
 
   PetscFunctionBegin;
-  for (PetscInt f = 0; f < OUTPUT_NUM_FIELDS; f++) {
-    PetscCall(PetscSNPrintf(name, sizeof(name), "/fields/%s", SlipFaultOutputField(f)));
+  for (PetscInt f = 0; f < SlipFaultOutputCount(x->fault); f++) {
+    PetscCall(PetscSNPrintf(name, sizeof(name), "/fields/%s", SlipFaultOutputField(x->fault, f)));
     PetscCall(SlipH5Has(h, name, &x->field[f]));
     x->wanted = x->wanted || x->field[f];
   }
@@ -179,8 +179,8 @@ static void PutComponents(const Xdmf *x, FILE *f, const char h5[], PetscInt k, P
             "      <DataItem Dimensions=\"%lld %s 2\" NumberType=\"Float\" Precision=\"%d\" "
             "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
             "     </DataItem>\n    </Attribute>\n",
-            SlipFaultOutputField(field), along[c], cells, list ? 3 : 4, (long long)k, list ? "0" : "0 0", c,
-            list ? "1" : "1 1", cells, (long long)x->n, cells, bytes, h5, SlipFaultOutputField(field));
+            SlipFaultOutputField(fault, field), along[c], cells, list ? 3 : 4, (long long)k, list ? "0" : "0 0", c,
+            list ? "1" : "1 1", cells, (long long)x->n, cells, bytes, h5, SlipFaultOutputField(fault, field));
 }
 
 /* One entry; h5: the output's name in XML */
@@ -213,7 +213,7 @@ static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
           "Format=\"HDF\">%s:/xdmf/points</DataItem>\n"
           "    </Geometry>\n",
           (long long)fault->mesh.npoints, h5);
-  for (PetscInt i = 0; i < OUTPUT_NUM_FIELDS; i++) {
+  for (PetscInt i = 0; i < SlipFaultOutputCount(fault); i++) {
     if (!x->field[i]) continue;
     if (SlipFaultOutputComponents(fault, i) == 2)
       PutComponents(x, f, h5, k, i);
@@ -225,7 +225,8 @@ static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
               "      <DataItem Dimensions=\"%s\" NumberType=\"Float\" Precision=\"%d\" "
               "Format=\"HDF\">%s:/fields/%s</DataItem>\n"
               "     </DataItem>\n    </Attribute>\n",
-              SlipFaultOutputField(i), part, 1 + (int)ndim, slab, all, bytes, h5, SlipFaultOutputField(i));
+              SlipFaultOutputField(fault, i), part, 1 + (int)ndim, slab, all, bytes, h5,
+              SlipFaultOutputField(fault, i));
   }
   fprintf(f, "   </Grid>\n");
 }

@@ -57,8 +57,12 @@ class Slider:
 
     def run(self, log_rate, psi, end, step=None):
         """(ln V, psi, u) at the end [s]"""
-        y, t, h = np.array([log_rate, psi, 0, self.sigma], dtype=Real), Real(0), Real(step or end / 1e4)
-        end, scale = Real(end), np.array([1, 1, self.slip, self.sigma], dtype=Real)
+        y, scale = np.array([log_rate, psi, 0, self.sigma], dtype=Real), np.array([1, 1, self.slip, self.sigma], dtype=Real)
+        return self.advance(y, scale, end, step or end / 1e4)[:3]
+
+    def advance(self, y, scale, end, step):
+        """y at the end [s], errors relative to scale"""
+        t, h, end = Real(0), Real(step), Real(end)
         while t < end:
             h = min(h, end - t)
             new, error = self.stride(y, h)
@@ -67,4 +71,38 @@ class Slider:
                 y, t = new, t + h
             h *= min(2, max(Real(0.2), Real(0.8) * size ** (-1 / Real(15)))) if np.isfinite(size) and size > 0 else (
                 Real(0.2) if not np.isfinite(size) else 2)
-        return y[:3]
+        return y
+
+
+class Sliders(Slider):
+    """n blocks, K [n, n] the springs between them and to the loading, with several states each: b and slip have one for each state, and
+    the friction of a block is that of the sum of b psi."""
+
+    def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15):
+        self.K, self.b, self.slip = (np.atleast_1d(np.array(x, dtype=Real)) for x in (K, b, slip))
+        self.eta, self.sigma, self.a, self.reference, self.V0, self.loading, self.tolerance = map(Real, (eta, sigma, a, reference, rate, loading, tolerance))
+        self.law = law
+
+    def argument(self, log_rate, psi):
+        return np.exp(log_rate) / (2 * self.V0) * np.exp((self.reference + self.b @ psi) / self.a)
+
+    def change(self, y):
+        """y [2 + states, n]: ln V, psi of each state, u"""
+        V, psi, slip = np.exp(y[0]), y[1:-1], self.slip[:, None]
+        states = self.V0 / slip * np.exp(-psi) - V / slip if self.law == "aging" else -V / slip * (y[0] - np.log(self.V0) + psi)
+        x = self.argument(y[0], psi)
+        share = x / np.sqrt(1 + x * x)
+        log_rate = (-self.K @ (V - self.loading) - self.sigma * share * (self.b @ states)) / (self.sigma * self.a * share + self.eta * V)
+        return np.vstack([log_rate, states, V - self.loading])
+
+    def friction(self, log_rate, psi):
+        return self.a * np.arcsinh(self.argument(log_rate, psi))
+
+    def run(self, log_rate, psi, end, step):
+        """(ln V [n], psi [states, n], u [n]) at the end [s], from the same u = 0, of rates [n] and states [states, n] or as many numbers"""
+        n = len(self.K)
+        y = np.vstack([np.full(n, log_rate, dtype=Real), np.full((len(self.b), n), psi, dtype=Real), np.zeros(n, dtype=Real)])
+        scale = np.ones(len(y), dtype=Real)
+        scale[-1] = self.slip[0]
+        y = self.advance(y, scale[:, None], end, step)
+        return y[0], y[1:-1], y[-1]

@@ -310,7 +310,7 @@ static void rates_balance_with_the_stress_of_now(void **state)
 
     AssertNear(friction.stress[i], SIGMA + rise[i], 1e-13 * SIGMA);
     assert_true(PetscAbsReal(rise[i]) > 1e-6 * SIGMA);
-    SlipFrictionEvaluate(&friction, i, a[SlipFaultStateAt(fault, i)], PetscAbsReal(rate), &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, a + SlipFaultStateAt(fault, i), PetscAbsReal(rate), &mu, &ds, &dv);
     AssertNear(shear[i] - force[i] - fault->balance.eta * (rate - 1e-9), (rate < 0 ? -mu : mu) * (SIGMA + rise[i]),
                1e-10 * SIGMA);
   }

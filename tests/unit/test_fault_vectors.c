@@ -152,7 +152,7 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
     const PetscReal speed = hypot(v[2 * i], v[2 * i + 1]), size = hypot(tau[2 * i], tau[2 * i + 1]);
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(&cells, i, a[5 * i + 4], speed, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&cells, i, &a[5 * i + 4], speed, &mu, &ds, &dv);
     AssertNear(size, mu * 5e7, 1e-12 * size);
     AssertNear(tau[2 * i] * v[2 * i + 1] - tau[2 * i + 1] * v[2 * i], 0, 1e-12 * size * speed);
     assert_true(tau[2 * i] * v[2 * i] + tau[2 * i + 1] * v[2 * i + 1] < 0);

@@ -12,7 +12,8 @@ static const SlipParameter own[] = {
 };
 
 /* Tells the parameters apart */
-static void Mine(const SlipFriction *p, PetscReal s, PetscReal v, PetscReal *excess, PetscReal *ds, PetscReal *dv)
+static void Mine(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess, PetscReal ds[],
+                 PetscReal *dv)
 {
   (void)s, (void)v;
   *excess = p->own ? 1e-3 * p->own[DROP] + 1e-6 * p->own[COUNT] + 1e-9 * p->own[TIME] : 0;
@@ -92,7 +93,7 @@ static void late_and_refused(void **state)
   for (PetscInt i = 0; i < 4; i++) {
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(&f, i, 0, 0, &mu, &ds, &dv);
+    SlipFrictionEvaluate(&f, i, NULL, 0, &mu, &ds, &dv);
     assert_true(fabs(mu - (0.5 + 1e-3 * cells[i] + 3e-6 + 120e-9)) < 1e-15);
   }
   ok(SlipFaultGetField(fault, "mine_count", 4, sum));
@@ -100,6 +101,181 @@ static void late_and_refused(void **state)
   ok(SlipFaultGetField(fault, "mine_drop", 4, sum));
   assert_memory_equal(sum, cells, sizeof(cells));
   fails(SlipFaultSetReal(fault, "mine_drop", 0.1), "mine_drop must be set before");
+  ok(SlipFaultDestroy(&fault));
+}
+
+/* Rate-and-state friction with a second state that decays with slip */
+static void Warm(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu, PetscReal ds[], PetscReal *dv)
+{
+  SlipRateAndState(p, s, v, mu, ds, dv);
+  ds[1] = 0;
+}
+
+static void WarmRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal ds[],
+                     PetscReal dv[])
+{
+  SlipRateAndStateRate(p, s, v, rate, ds, dv);
+  rate[1] = -v * s[1];
+  ds[3] = -v;
+  dv[1] = -s[1];
+}
+
+static void WarmSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
+{
+  SlipRateAndStateSteady(p, v, s);
+  s[1] = 0;
+}
+
+/* States whose names or starts are no good, and a law that begins with a parameter which has no default */
+static void states(void **unused)
+{
+  static const SlipParameter start[] = {
+    {"initial_warmth", (PetscReal)NAN, "K", 0, PETSC_MAX_REAL, PETSC_FALSE, PETSC_FALSE, "Warmth at the start"},
+    {.name = NULL}};
+  static const struct {
+    const char *name, *start, *words;
+  } bad[] = {{"Warmth", "initial_warmth", "is called \"Warmth\", expected a name"},
+             {"slip", "initial_warmth",
+              "is called \"slip\", expected a name of small letters, digits and _, of less than 48, that no other"},
+             {"state", "initial_warmth", "State 1 of the friction law warm is called \"state\""},
+             {"warmth", "initial_heat", "starts with the parameter \"initial_heat\", expected initial_state"},
+             {"warmth", "mine_drop", "starts with the parameter \"mine_drop\""},
+             {"warmth", NULL, "starts with the parameter \"\""}};
+  SlipFrictionLaw law;
+  SlipFrictionState two[2];
+  SlipFault fault;
+  PetscReal x, rtol;
+  PetscInt n;
+  const PetscReal *a, *b;
+  const SlipFrictionLaw *found;
+  TS ts;
+  Vec w, atol;
+
+  (void)unused;
+  ok(SlipFrictionFind("rate_and_state", &found));
+  law = *found;
+  law.name = "warm";
+  law.states = two;
+  law.nstates = 2;
+  law.eval = Warm;
+  law.rate = WarmRate;
+  law.steady = WarmSteady;
+  law.balance = NULL;
+  law.keep = NULL;
+  two[0] = found->states[0];
+  for (size_t k = 0; k < sizeof(bad) / sizeof(*bad); k++) {
+    law.own = k < 3 ? start : NULL;
+    two[1] = (SlipFrictionState){.name = bad[k].name, .start = bad[k].start};
+    fails(SlipFaultRegisterFrictionLaw(&law), bad[k].words);
+  }
+  law.own = start;
+  two[1] = (SlipFrictionState){.name = "warmth", .start = "initial_state"};
+  fails(SlipFaultRegisterFrictionLaw(&law), "initial_warmth of the friction law warm is nan. by default");
+  two[1].start = "initial_warmth";
+  two[1].shown = found->states[0].shown;
+  fails(SlipFaultRegisterFrictionLaw(&law), "State 1 of the friction law warm needs a name, and both or none of shown");
+  two[1].shown = NULL;
+  ok(SlipFaultRegisterFrictionLaw(&law));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultGetReal(fault, "initial_warmth", &x));
+  assert_true(isnan(x));
+  fails(SlipFaultSetReal(fault, "initial_warmth", -1), "-fault_initial_warmth is -1, expected a number");
+  /* its place in the state, behind v, u and theta, its start, and its tolerance, that of ln theta */
+  ok(SlipFaultSetString(fault, "friction_law", "warm"));
+  ok(SlipFaultSetReal(fault, "initial_warmth", 3));
+  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultCreateState(fault, &w));
+  ok(SlipFaultSetInitialState(fault, w));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(fault, ts));
+  ok(TSGetTolerances(ts, NULL, &atol, &rtol, NULL));
+  ok(VecGetSize(w, &n));
+  assert_int_equal(n, 4);
+  ok(VecGetArrayRead(w, &a));
+  ok(VecGetArrayRead(atol, &b));
+  assert_true(a[3] == 3 && b[3] == rtol && b[2] == rtol);
+  ok(VecRestoreArrayRead(atol, &b));
+  ok(VecRestoreArrayRead(w, &a));
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
+  ok(SlipFaultDestroy(&fault));
+}
+
+enum { TIME_UP = 4, TIME_DOWN = 9 }; /* [s] */
+
+/* A law that sticks, stronger with each of two states, which approach 1 and -1 while nothing slips */
+static void Sets(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess, PetscReal ds[],
+                 PetscReal *dv)
+{
+  (void)p, (void)v;
+  *excess = 0.1 * s[0] - 0.01 * s[1];
+  ds[0] = 0.1;
+  ds[1] = -0.01;
+  *dv = 0;
+}
+
+static void SetsRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal ds[],
+                     PetscReal dv[])
+{
+  (void)p;
+  rate[0] = (1 - s[0]) / TIME_UP - v * s[0];
+  rate[1] = (-1 - s[1]) / TIME_DOWN - v * s[1];
+  ds[0] = -1.0 / TIME_UP - v;
+  ds[3] = -1.0 / TIME_DOWN - v;
+  dv[0] = -s[0];
+  dv[1] = -s[1];
+}
+
+static void SetsSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
+{
+  (void)p;
+  s[0] = 1 / (1 + TIME_UP * v);
+  s[1] = -1 / (1 + TIME_DOWN * v);
+}
+
+/* Both states of a loaded cell that rests are where the exponentials are, 1 - exp(-t/T), to a step of second order,
+   (h/T)^2/12 with h = 0.1; and no rest is jumped over. Started without stress, it does not slip within the time. */
+static void states_at_rest(void **unused)
+{
+  static const SlipFrictionState two[] = {{.name = "up"}, {.name = "down"}};
+  const SlipFrictionLaw law = {.name = "sets",
+                               .eval = Sets,
+                               .formula = "sets",
+                               .states = two,
+                               .nstates = 2,
+                               .rate = SetsRate,
+                               .steady = SetsSteady};
+  PetscReal up, down, other;
+  SlipFault fault;
+  TSAdapt adapt;
+  TS ts;
+  Vec w;
+
+  (void)unused;
+  ok(SlipFaultRegisterFrictionLaw(&law));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(SlipFaultSetString(fault, "friction_law", "sets"));
+  ok(SlipFaultSetString(fault, "initial", "rest"));
+  ok(SlipFaultSetReal(fault, "loading_rate", 1e-9));
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultCreateState(fault, &w));
+  ok(SlipFaultSetInitialState(fault, w));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(SlipFaultConfigureTS(fault, ts));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTNONE));
+  ok(TSSetTimeStep(ts, 0.1));
+  ok(TSSetMaxTime(ts, 5));
+  ok(TSSolve(ts, w));
+  ok(SlipFaultGetCellValues(fault, 5, w, "up", 1, &up));
+  ok(SlipFaultGetCellValues(fault, 5, w, "down", 1, &down));
+  assert_true(fabs(up - (1 - exp(-5.0 / TIME_UP))) < 1e-4);
+  assert_true(fabs(down + (1 - exp(-5.0 / TIME_DOWN))) < 1e-4);
+  fails(SlipFaultGetCellValues(fault, 5, w, "state", 1, &other),
+        "a state has no \"state\", expected slip_rate, displacement, slip, up, down,");
+  ok(TSDestroy(&ts));
+  ok(VecDestroy(&w));
   ok(SlipFaultDestroy(&fault));
 }
 
@@ -127,4 +303,4 @@ static void fields(void **state)
   }
 }
 
-SLIP_TESTS(late_and_refused, fields)
+SLIP_TESTS(late_and_refused, states, states_at_rest, fields)

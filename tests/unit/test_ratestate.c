@@ -54,7 +54,7 @@ static void friction(void **state)
         PetscReal mu, ds, dv;
         long double slope;
 
-        law->eval(&p, s[j], v, &mu, &ds, &dv);
+        law->eval(&p, &s[j], v, &mu, &ds, &dv);
         assert_true(fabs(mu - (PetscReal)Formula(&p, s[j], v)) <= 4 * EPS * terms);
         /* central differences in ln v and s: off by h^2/6 of third derivatives, which are at most 1/a^2 times the first
            in s where asinh bends */
@@ -65,11 +65,12 @@ static void friction(void **state)
       }
   {
     const SlipFriction p = Parameters(0.004);
-    PetscReal mu, ds, dv;
+    PetscReal mu, ds, dv, steady;
 
-    law->eval(&p, 3, 0, &mu, &ds, &dv);
+    law->eval(&p, (PetscReal[]){3}, 0, &mu, &ds, &dv);
     assert_true(mu == 0 && ds == 0 && dv > 0 && isfinite(dv));
-    assert_true(fabs(law->steady(&p, 1e-9) - log(1e-6 / 1e-9)) < 1e-14); /* theta = d_c/v */
+    law->steady(&p, 1e-9, &steady);
+    assert_true(fabs(steady - log(1e-6 / 1e-9)) < 1e-14); /* theta = d_c/v */
   }
 }
 
@@ -100,7 +101,7 @@ static void balance(void **state)
       weight[n] = 1 + 0.5 * (k % 5);
       s[3 * n] = -13 + k;
       v[n] = k % 2 ? -rate : rate;
-      SlipRateAndState(&p, s[3 * n], rate, &mu, &mu_s, &mu_v);
+      SlipRateAndState(&p, &s[3 * n], rate, &mu, &mu_s, &mu_v);
       tau[n] = weight[n] * (stress * mu + ETA * rate) * (k % 2 ? -1 : 1);
       allowed[n] = 16 * EPS *
                    (1 + (0.6 + 0.03 * fabs(s[3 * n])) / p.a * p.a * stress / ((stress * mu_v + ETA) * rate) +
@@ -153,12 +154,12 @@ static void advance(void **state)
 
         f.slip_law = (PetscBool)slip_law;
         SlipFrictionStateAdvance(&f, 1, theta, s0, &v, 1, &s);
-        SlipFrictionStateRate(&f, 1, 1, &s, &v, &rate);
+        SlipFrictionStateRate(&f, 1, 1, &s, 1, &v, &rate);
         /* terms of the rate are larger than it where they cancel */
         assert_true(fabs(s - s0[0] - theta * rate) <=
                     8 * EPS * (1 + fabs(s)) *
                       (10 + theta * (1e-6 / 0.14 * exp(-s) + v / 0.14 * (1 + fabs(log(v / 1e-6))))));
-        SlipFrictionStage(&f, 0, theta, s0[0], v, &mu, &ds, &dv, &slope);
+        SlipFrictionStage(&f, 0, theta, s0, v, &mu, &ds, &dv, &slope);
         for (int k = 0; k < 2; k++) {
           const PetscReal other = v * (1 + (k ? h : -h));
 
@@ -176,10 +177,12 @@ static void state_of(void **unused)
 
   (void)unused;
   for (PetscReal s = -10; s < 12; s += 1.7) {
-    PetscReal mu, ds, dv;
+    PetscReal mu, ds, dv, found;
 
-    SlipFrictionEvaluate(&f, 0, s, 1e-9, &mu, &ds, &dv);
-    if (mu > 0.1) assert_true(fabs(SlipFrictionStateOf(&f, 0, mu, 1e-9) - s) < 1e-11);
+    SlipFrictionEvaluate(&f, 0, &s, 1e-9, &mu, &ds, &dv);
+    SlipFrictionSteady(&f, 0, 1e-9, &found);
+    SlipFrictionStateOf(&f, 0, 0, mu, 1e-9, &found);
+    if (mu > 0.1) assert_true(fabs(found - s) < 1e-11);
   }
 }
 
@@ -201,11 +204,11 @@ static void follows_normal_stress(void **state)
       const PetscReal stress = 2e7 * (k ? 1 + h : 1 - h);
 
       f.stress = &stress;
-      SlipFrictionStrength(&f, 1, theta, 1, s0, v, &q[k], NULL);
+      SlipFrictionStrength(&f, 1, theta, 1, s0, 1, v, &q[k], NULL);
     }
     f.stress = (const PetscReal[]){2e7};
-    gain = SlipFrictionStressGain(&f, 0, theta, s0[0], v[0]);
-    SlipFrictionStrength(&f, 1, theta, 1, s0, v, &mu, NULL);
+    gain = SlipFrictionStressGain(&f, 0, theta, s0, v[0]);
+    SlipFrictionStrength(&f, 1, theta, 1, s0, 1, v, &mu, NULL);
     assert_true(fabs((q[1] - q[0]) / (2 * h * 2e7) - gain) < 1e-7);
     assert_true(mu / 2e7 - gain > (theta > 0 ? 0.005 : 0.2));
   }
@@ -229,15 +232,140 @@ static void registered(void **state)
   assert_string_equal("mine", found->name);
   fails(SlipFrictionRegister(&law), "There is a friction law mine already");
   law.name = "other";
-  law.state = NULL;
-  fails(SlipFrictionRegister(&law), "needs the rate of its state");
+  law.rate = NULL;
+  fails(SlipFrictionRegister(&law), "has states, but not what they are, their rates and steady ones");
+  law.nstates = 0;
+  fails(SlipFrictionRegister(&law), "needs a state");
+  law.nstates = SLIP_MAX_STATES + 1;
+  fails(SlipFrictionRegister(&law), "has 9 states, expected 0 to 8");
   SlipFrictionBalance(&f, NULL, 2, ETA, tau, 1, s, v, NULL);
   for (int i = 0; i < 2; i++) {
     const SlipFriction p = {.a = a[i], .b = b[i], .reference = f0[i], .slip = slip[i], .reference_rate = 1e-6};
 
-    w[i] = SlipFrictionBalanceOne(found, &p, s[i], sigma[i], ETA, tau[i]);
+    w[i] = SlipFrictionBalanceOne(found, &p, &s[i], sigma[i], ETA, tau[i]);
     assert_true(fabs(v[i] / w[i] - 1) < 1e-12); /* EPS tau/(a sigma), 200 here, and some */
   }
 }
 
-SLIP_TESTS(friction, balance, extremes, advance, state_of, follows_normal_stress, registered)
+/* ---- several states ---- */
+
+enum { D2 = 3 }; /* d_2/d_c */
+
+/* Rate-and-state friction of psi + 0.3 T, and a second state T that follows 0.2 psi: both rates depend on both
+   states. */
+static void Pair(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *mu, PetscReal ds[], PetscReal *dv)
+{
+  const PetscReal sum = s[0] + 0.3 * s[1];
+
+  SlipRateAndState(p, &sum, v, mu, ds, dv);
+  ds[1] = 0.3 * ds[0];
+}
+
+static void PairRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal ds[],
+                     PetscReal dv[])
+{
+  const PetscReal sum = s[0] + 0.3 * s[1], share = v / (D2 * p->slip);
+
+  SlipRateAndStateRate(p, &sum, v, rate, ds, dv);
+  ds[1] = 0.3 * ds[0];
+  rate[1] = share * (0.2 * s[0] - s[1]);
+  ds[2] = 0.2 * share;
+  ds[3] = -share;
+  dv[1] = (0.2 * s[0] - s[1]) / (D2 * p->slip);
+}
+
+static void PairSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
+{
+  s[0] = log(p->reference_rate / v) / 1.06;
+  s[1] = 0.2 * s[0];
+}
+
+static const SlipFrictionState names[] = {{.name = "psi", .start = "initial_state"},
+                                          {.name = "t", .start = "initial_state"}};
+static const SlipFrictionLaw pair = {.name = "pair",
+                                     .eval = Pair,
+                                     .formula = "pair",
+                                     .by_rate = PETSC_TRUE,
+                                     .always_slides = PETSC_TRUE,
+                                     .states = names,
+                                     .nstates = 2,
+                                     .rate = PairRate,
+                                     .steady = PairSteady};
+
+/* An implicit stage of both states, to the rounding of the terms of their rates, and its derivative by differences,
+   as advance() has it for one */
+static void advance_two(void **state)
+{
+  const PetscReal a[] = {0.01}, b[] = {0.03}, f0[] = {0.6}, slip[] = {0.14}, s0[] = {6.9, -2};
+  SlipFrictionCells f = Cells(a, b, f0, slip);
+
+  (void)state;
+  f.law = &pair;
+  for (int slip_law = 0; slip_law < 2; slip_law++)
+    for (PetscReal v = 1e-15; v < 10; v *= 30)
+      for (PetscReal theta = 1e-4; theta < 1e9; theta *= 50) {
+        const PetscReal h = 1e-5;
+        PetscReal s[2], rate[2], mu, ds[2], dv, slope[2], side[2][2];
+
+        f.slip_law = (PetscBool)slip_law;
+        SlipFrictionStateAdvance(&f, 1, theta, s0, &v, 2, s);
+        SlipFrictionStateRate(&f, 1, 2, s, 1, &v, rate);
+        SlipFrictionStage(&f, 0, theta, s0, v, &mu, ds, &dv, slope);
+        for (int k = 0; k < 2; k++) {
+          const PetscReal other = v * (1 + (k ? h : -h));
+
+          SlipFrictionStateAdvance(&f, 1, theta, s0, &other, 2, side[k]);
+        }
+        for (int k = 0; k < 2; k++) {
+          const PetscReal sum = s[0] + 0.3 * s[1],
+                          fast = v / 0.14 * (1 + fabs(log(v / 1e-6)) + fabs(s[0]) + fabs(s[1]));
+
+          assert_true(fabs(s[k] - s0[k] - theta * rate[k]) <=
+                      8 * EPS * (10 + fabs(s[0]) + fabs(s[1])) * (1 + theta * (1e-6 / 0.14 * exp(-sum) + fast)));
+          assert_true(fabs(slope[k] * v - (side[1][k] - side[0][k]) / (2 * h)) <=
+                      1e-6 * (fabs(slope[k] * v) + 1) / h * 1e-3);
+        }
+      }
+}
+
+/* The stiffness at which steady slip becomes unstable, by Hurwitz's criterion: with m = mu_s, J = f_s, r = f_v, t and
+   D the trace and determinant of J, growth rates x have mu_v x^3 + (K + A) x^2 + (B - t K) x + K D = 0 with A = m r -
+   mu_v t and B = mu_v D + m (J - t) r, and the real part of two of them is 0 where (K + A)(B - t K) = mu_v K D. To
+   the rounding of a root's place, 1e-16 over the slope. Where there is no such K slip is stable. */
+static void unstable_two(void **state)
+{
+  const PetscReal a[] = {0.01}, b[] = {0.03, 0.012, 0.008}, f0[] = {0.6}, slip[] = {0.14}, v = 1e-9;
+  int found = 0;
+
+  (void)state;
+  for (int i = 0; i < 6; i++) {
+    SlipFrictionCells f = Cells(a, b + i / 2, f0, slip);
+    const SlipFriction p = {
+      .a = 0.01, .b = b[i / 2], .slip = 0.14, .reference = 0.6, .reference_rate = 1e-6, .slip_law = (PetscBool)(i % 2)};
+    PetscReal s[2], mu, m[2], mu_v, rate[2], J[4], r[2], fall, critical, t, D, A, B, half, root;
+
+    f.law = &pair;
+    f.slip_law = p.slip_law;
+    pair.steady(&p, v, s);
+    pair.eval(&p, s, v, &mu, m, &mu_v);
+    pair.rate(&p, s, v, rate, J, r);
+    assert_true(fabs(rate[0]) < 1e-22 && fabs(rate[1]) < 1e-22);
+    t = J[0] + J[3];
+    D = J[0] * J[3] - J[1] * J[2];
+    A = m[0] * r[0] + m[1] * r[1] - mu_v * t;
+    B = mu_v * D + m[0] * ((J[0] - t) * r[0] + J[1] * r[1]) + m[1] * (J[2] * r[0] + (J[3] - t) * r[1]);
+    /* t K^2 + (mu_v D + A t - B) K - A B = 0 */
+    half = -(mu_v * D + A * t - B) / (2 * t);
+    root = half + sqrt(PetscMax(half * half + A * B / t, 0));
+    SlipFrictionWeakening(&f, 0, v, &fall, &critical);
+    assert_true(fabs(fall - b[i / 2] / 0.14) < 1e-12 * fall);
+    if (half * half + A * B / t >= 0 && root > 0 && B - t * root > 0) {
+      assert_true(fabs(critical / root - 1) < 1e-10);
+      found++;
+    } else
+      assert_true(critical <= 0);
+  }
+  assert_true(found > 0 && found < 6);
+}
+
+SLIP_TESTS(friction, balance, extremes, advance, state_of, follows_normal_stress, registered, advance_two, unstable_two)

@@ -60,7 +60,7 @@ static void one_cell(void **state)
           for (PetscReal v = 1e-16; v < 10; v *= 100) {
             const SlipFrictionCells f = Cell(&sigma[j], law ? PETSC_TRUE : PETSC_FALSE);
             const PetscReal theta = pow(10, k - 4), s0 = log(V0 / v) + 0.3, h = 1e-5, sign = k % 2 ? -1 : 1;
-            const SlipFrictionStageCell cell = {.diagonal = 5e6 + 1e6 * theta, .omega = 1, .theta = theta, .s0 = s0};
+            const SlipFrictionStageCell cell = {.diagonal = 5e6 + 1e6 * theta, .omega = 1, .theta = theta, .s0 = &s0};
             const PetscReal mu = Friction(f.slip_law, theta, s0, v), load = sigma[j] * mu + cell.diagonal * v;
             const PetscReal change =
               Friction(f.slip_law, theta, s0, v * (1 + h)) - Friction(f.slip_law, theta, s0, v * (1 - h));
@@ -84,8 +84,8 @@ static void one_cell(void **state)
 /* Without normal stress, and without load */
 static void no_friction(void **state)
 {
-  const PetscReal sigma = 0, some = 1e7;
-  const SlipFrictionStageCell cell = {.diagonal = 4, .omega = 1, .theta = 2, .s0 = 1};
+  const PetscReal sigma = 0, some = 1e7, s0 = 1;
+  const SlipFrictionStageCell cell = {.diagonal = 4, .omega = 1, .theta = 2, .s0 = &s0};
   const SlipFrictionCells none = Cell(&sigma, PETSC_FALSE), loaded = Cell(&some, PETSC_FALSE);
   PetscBool stable;
 
@@ -117,7 +117,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   for (PetscInt i = 0; i < N; i++) {
     const SlipFrictionCells f = Cell(&s->sigma[i], PETSC_FALSE);
 
-    SlipFrictionStrength(&f, 1, s->theta, 1, &s->s0[i], &v[i], &strength[i], slope ? &slope[i] : NULL);
+    SlipFrictionStrength(&f, 1, s->theta, 1, &s->s0[i], 1, &v[i], &strength[i], slope ? &slope[i] : NULL);
   }
   if (dq) PetscCall(VecRestoreArray(dq, &slope));
   PetscCall(VecRestoreArray(q, &strength));
@@ -139,7 +139,7 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
   PetscCall(VecGetArray(x, &v));
   for (PetscInt i = 0; i < N; i++) {
     const SlipFrictionCells cells = Cell(&s->sigma[i], PETSC_FALSE);
-    const SlipFrictionStageCell cell = {.diagonal = d[i], .omega = omega, .theta = s->theta, .s0 = s->s0[i]};
+    const SlipFrictionStageCell cell = {.diagonal = d[i], .omega = omega, .theta = s->theta, .s0 = &s->s0[i]};
     PetscBool stable = PETSC_TRUE;
 
     v[i] = i == s->fixed ? 1e-3 : SlipFrictionStageRate(&cells, 0, &cell, load[i], v[i], &stable);

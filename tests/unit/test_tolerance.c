@@ -302,7 +302,7 @@ static void work_of_an_error(void **state)
   for (PetscInt i = 0; i < CELLS; i++) {
     PetscReal mu, ds, dv;
 
-    SlipFrictionEvaluate(&friction, i, a[3 * i + 2], fabs(a[3 * i]), &mu, &ds, &dv);
+    SlipFrictionEvaluate(&friction, i, &a[3 * i + 2], fabs(a[3 * i]), &mu, &ds, &dv);
     work += mass * a[3 * i] * e[3 * i] + f[i] * e[3 * i + 1] + mu * sigma[i] * e[3 * i + 2];
     change += mu * (sigma[i] - fault->fields.cell[FIELD_NORMAL_STRESS][i]) * e[3 * i + 2];
   }

@@ -61,11 +61,11 @@ static void Evaluate(Stage *st)
 
   Residual(st, st->x, st->g);
   for (PetscInt i = 0; i < st->n; ++i) {
-    PetscReal mu, dmu_ds, dmu_dv, ds_dv;
+    PetscReal mu, dmu_ds, dmu_dv, ds_dv; /* laws of one state */
 
     /* SlipFrictionStrength() but for the order of the factors, on whose last bit the costs of CMA-ES, with their jumps
        where cells come to rest, depend */
-    SlipFrictionStage(f, i, st->theta, st->s0[i], st->x[i], &mu, &dmu_ds, &dmu_dv, &ds_dv);
+    SlipFrictionStage(f, i, st->theta, &st->s0[i], st->x[i], &mu, &dmu_ds, &dmu_dv, &ds_dv);
     st->q[i] = mu * f->stress[i];
     st->dq[i] = dmu_ds * f->stress[i] * ds_dv + dmu_dv * f->stress[i];
   }
@@ -287,7 +287,7 @@ static void StartForce(const PlainFault *p, double tmp[], double q[], double f[]
 {
   Multiply(p->n, p->H, p->v, f);
   Multiply(p->n, p->K, p->u, tmp);
-  SlipFrictionStrength(&p->friction, p->n, 0, 1, p->s, p->v, q, NULL);
+  SlipFrictionStrength(&p->friction, p->n, 0, 1, p->s, 1, p->v, q, NULL);
   for (PetscInt i = 0; i < p->n; ++i) {
     f[i] = -f[i] - tmp[i];
     f[i] += SlipConeReaction(1, p->v[i], -f[i], q[i]);
@@ -310,7 +310,7 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
   /* stage 1: trapezoidal rule to t + gamma h */
   st.theta = c.theta[0] * h;
   StartForce(p, tmp, st.q, st.c);
-  SlipFrictionStateRate(&p->friction, n, 1, p->s, p->v, ds);
+  SlipFrictionStateRate(&p->friction, n, 1, p->s, 1, p->v, ds);
   for (PetscInt i = 0; i < n; ++i) {
     p->k0[i] = st.c[i] / p->mass;
     base_u[i] = p->u[i] + st.theta * p->v[i];
@@ -372,13 +372,13 @@ double PlainFaultStrength(const PlainFault *p, PetscInt i)
 {
   PetscReal mu, ds, dv;
 
-  SlipFrictionEvaluate(&p->friction, i, p->s[i], fabs(p->v[i]), &mu, &ds, &dv);
+  SlipFrictionEvaluate(&p->friction, i, &p->s[i], fabs(p->v[i]), &mu, &ds, &dv);
   return mu * p->friction.stress[i];
 }
 
 double PlainFaultWeakening(const PlainFault *p, PetscInt i)
 {
-  return SlipFrictionExcess(&p->friction, i, p->s[i], fabs(p->v[i])) * p->friction.stress[i];
+  return SlipFrictionExcess(&p->friction, i, &p->s[i], fabs(p->v[i])) * p->friction.stress[i];
 }
 
 void PlainFaultMode(const PlainFault *p, const double x[], PetscReal *stiffness, PetscReal *weakening)
@@ -391,7 +391,7 @@ void PlainFaultMode(const PlainFault *p, const double x[], PetscReal *stiffness,
     double kx = 0;
 
     for (PetscInt j = 0; j < p->n; ++j) kx += p->K[i * p->n + j] * x[j];
-    SlipFrictionEvaluate(&p->friction, i, p->s[i], fabs(p->v[i]), &mu, &ds, &dv);
+    SlipFrictionEvaluate(&p->friction, i, &p->s[i], fabs(p->v[i]), &mu, &ds, &dv);
     *stiffness += x[i] * kx;
     *weakening -= ds * p->friction.stress[i] * x[i] * x[i];
     inertia += p->mass * x[i] * x[i];

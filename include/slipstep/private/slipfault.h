@@ -77,17 +77,19 @@ typedef struct {
   PetscInt rate;         /* slip rate [m/s] */
   PetscInt displacement; /* relative to the far field [m] */
   PetscInt state;        /* of friction: cumulative slip [m], or what the law has in its place */
+  PetscInt states;       /* how many of them */
   PetscReal *along;      /* [n][components] unit vector of the rake: of loading and shear load */
-  PetscReal *sizes;      /* [3 n] of several components: room for magnitudes; else NULL */
+  PetscReal *sizes;      /* [2 n] of several components: room for magnitudes; else NULL */
 } SlipFaultLayout;
 
 /* The friction of the cells, but for their normal stress, which the loads know */
 typedef struct {
   const SlipFrictionLaw *law;
-  PetscBool slip_law; /* -fault_state_law slip */
-  PetscBool follows;  /* the state follows normal stress (-fault_friction_alpha), which changes */
-  PetscReal *healing; /* [n] 1/t_h [1/s]; NULL: 0 */
-  PetscReal *own;     /* [n][nown] parameters that the law brings */
+  PetscBool slip_law;                /* -fault_state_law slip */
+  PetscBool follows;                 /* the state follows normal stress (-fault_friction_alpha), which changes */
+  PetscReal *start[SLIP_MAX_STATES]; /* the fields that cells which always slide begin with; NULL: none */
+  PetscReal *healing;                /* [n] 1/t_h [1/s]; NULL: 0 */
+  PetscReal *own;                    /* [n][nown] parameters that the law brings */
   PetscInt nown;
 } SlipFaultFriction;
 
@@ -144,6 +146,17 @@ static inline PetscInt SlipFaultDisplacementAt(SlipFault fault, PetscInt i)
 static inline PetscInt SlipFaultStateAt(SlipFault fault, PetscInt i)
 {
   return fault->layout.block * i + fault->layout.state;
+}
+
+/* The largest magnitude of the states of cell i, or of what is in their place, such as errors */
+static inline PetscReal SlipFaultStateSize(SlipFault fault, const PetscReal a[], PetscInt i)
+{
+  const PetscReal *s = a + SlipFaultStateAt(fault, i);
+  PetscReal size = PetscAbsReal(*s);
+
+  for (PetscInt k = 1; k < fault->layout.states; k++)
+    if (!(PetscAbsReal(s[k]) <= size)) size = PetscAbsReal(s[k]); /* takes what is no number */
+  return size;
 }
 
 /* x.y of vectors of slip of one cell, and |x|, both in its plane */
@@ -262,4 +275,3 @@ PETSC_EXTERN PetscErrorCode SlipFaultWarn(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault);          /* idle.c; on rank 0 */
 PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law reads it */
 PETSC_INTERN PetscErrorCode SlipFaultFollowSetUp(SlipFault fault);         /* friction.c */
-PETSC_EXTERN const char *SlipFaultStateUnit(SlipFault fault);

@@ -4,7 +4,7 @@
 
 /* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
 /* Fields of /fields: components of the state, but traction, the reaction; pore pressure, of the time; normal stress, of both;
-   and slip of a fault that heals, which is not s */
+   and slip of a fault that heals, which is not s. Of a law with several states the others come behind the last. */
 typedef enum {
   OUTPUT_SLIP_RATE,
   OUTPUT_DISPLACEMENT,
@@ -16,6 +16,7 @@ typedef enum {
   OUTPUT_OPENING,
   OUTPUT_NUM_FIELDS
 } SlipOutputFieldId;
+enum { OUTPUT_MAX_FIELDS = OUTPUT_NUM_FIELDS + SLIP_MAX_STATES - 1 };
 
 /* outputwhen.c: what decides about the next entry of /fields */
 typedef struct {
@@ -31,7 +32,7 @@ typedef struct {
   SlipFault fault; /* borrowed */
   PetscMPIInt rank;
   TS ts; /* borrowed */
-  PetscBool wanted[OUTPUT_NUM_FIELDS];
+  PetscBool wanted[OUTPUT_MAX_FIELDS];
   PetscBool resumed;        /* goes on in the file of an earlier run */
   PetscInt last_field_step; /* step of the newest entry of /fields */
   Vec w0, r0, p0, n0;       /* state, reaction, pore pressure and normal stress gathered on rank 0 */
@@ -46,7 +47,8 @@ typedef struct {
 PETSC_EXTERN PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts); /* collective, no file as yet */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput output, void *ctx);
-PETSC_EXTERN const char *SlipFaultOutputField(PetscInt f);
+PETSC_INTERN PetscInt SlipFaultOutputCount(SlipFault fault); /* of fields that there may be */
+PETSC_EXTERN const char *SlipFaultOutputField(SlipFault fault, PetscInt f);
 PETSC_EXTERN PetscErrorCode SlipFaultNameDimensions(SlipFault fault, SlipH5 *h, const char group[], const char row[]);
 PETSC_INTERN PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputState(SlipFaultOutput out, SlipState s); /* collective: what it remembers */

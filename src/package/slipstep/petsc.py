@@ -384,8 +384,8 @@ class Fault(Runs):
         return x, y, z
 
     def values(self, ts, name):
-        """Of the state that ts has now: "slip_rate" [m/s], "slip", "displacement" [m], "traction", "stress" [Pa], "state",
-        "normal_stress" [Pa], effective, "opening" [m], as [nz, nx], on every rank; with slip_components=2 the first five as
+        """Of the state that ts has now: "slip_rate" [m/s], "slip", "displacement" [m], "traction", "stress" [Pa], "state"
+        (a law with several names each), "normal_stress" [Pa], effective, "opening" [m], as [nz, nx], on every rank; with slip_components=2 the first five as
         [nz, nx, 2], along strike and up dip. After configure()."""
         self._ready("values")
         components = INT(0)
