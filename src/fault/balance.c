@@ -68,8 +68,7 @@ PetscErrorCode SlipFaultViscosityPrint(SlipFault fault)
 /* What "auto" is for the law and the start, and whether there is inertia. */
 PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
 {
-  const char *prefix = SlipFaultPrefix(fault);
-  PetscBool critical, rest, rate, traction;
+  PetscBool traction;
 
   PetscFunctionBegin;
   PetscCall(
@@ -80,17 +79,6 @@ PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
                    fault->friction.law->always_slides || (traction && !fault->kind.inertia) ? "radiation" : "sqrtm",
                    &fault->kind.viscosity));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STATE_LAW], "slip", &fault->friction.slip_law));
-  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
-  PetscCall(PetscStrcmp(fault->kind.initial, "rest", &rest));
-  PetscCall(PetscStrcmp(fault->kind.initial, "rate", &rate));
-  PetscCheck(
-    !fault->friction.law->always_slides || !(critical || rest), fault->comm, PETSC_ERR_ARG_INCOMP,
-    "-%sfault_initial %s does not go with -%sfault_friction_law %s, whose cells always slide: expected rate or "
-    "traction",
-    prefix, fault->kind.initial, prefix, fault->friction.law->name);
-  PetscCheck(fault->friction.law->always_slides || !rate, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_initial rate needs rate-and-state friction, not -%sfault_friction_law %s", prefix, prefix,
-             fault->friction.law->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -102,8 +90,6 @@ static PetscErrorCode FindCreep(SlipFault fault)
   for (PetscInt i = 0; i < fault->mesh.n; i++) any |= fault->fields.cell[FIELD_CREEP][i] != 0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(fault->friction.law->always_slides && !fault->kind.inertia, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_creep needs rate-and-state friction without inertia", SlipFaultPrefix(fault));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->balance.creeps));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     fault->balance.creeps[i] = fault->fields.cell[FIELD_CREEP][i] != 0 ? PETSC_TRUE : PETSC_FALSE;
