@@ -82,6 +82,11 @@ PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscBool Creeps(SlipFault fault, PetscInt i)
+{
+  return fault->balance.creeps && fault->balance.creeps[i] ? PETSC_TRUE : PETSC_FALSE;
+}
+
 static PetscErrorCode FindCreep(SlipFault fault)
 {
   PetscInt any = 0;
@@ -121,10 +126,8 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
     const PetscReal steady = PetscAbsReal(vinf[i]) > 0 ? vinf[i] : rate[i];
 
     if (isnan(rate[i])) {
-      const PetscBool creeps = fault->balance.creeps && fault->balance.creeps[i] ? PETSC_TRUE : PETSC_FALSE;
-
       rate[i] = vinf[i];
-      if (!traction && !creeps && SlipFaultRateWeakens(friction, i, vinf[i])) rate[i] *= START_LOCKED;
+      if (!traction && !Creeps(fault, i) && SlipFaultRateWeakens(friction, i, vinf[i])) rate[i] *= START_LOCKED;
     }
     if (!isnan(theta[i])) continue;
     if (!traction)
@@ -158,7 +161,7 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(fault->mesh.n + 1, &x));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = rate[i] - vinf[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = Creeps(fault, i) ? 0 : rate[i] - vinf[i];
   PetscCall(SlipFaultFillAlong(fault, x, PETSC_FALSE, fault->work[0]));
   PetscCall(PetscFree(x));
   PetscCall(MatMult(fault->operators.H, fault->work[0], fault->work[1]));
@@ -323,6 +326,7 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
 /* The state of the start */
 PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
 {
+  const PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   SlipFrictionCells friction;
   PetscReal *a;
 
@@ -331,7 +335,7 @@ PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
   PetscCall(VecGetArray(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     for (PetscInt k = 0; k < fault->layout.components; k++)
-      a[SlipFaultRateAt(fault, i) + k] = fault->fields.cell[FIELD_INITIAL_RATE][i] * SlipFaultAlong(fault, i)[k];
+      a[SlipFaultRateAt(fault, i) + k] = (Creeps(fault, i) ? vinf[i] : rate[i]) * SlipFaultAlong(fault, i)[k];
     a[SlipFaultStateAt(fault, i)] = SlipFrictionOfShown(&friction, i, fault->fields.cell[FIELD_INITIAL_STATE][i]);
   }
   PetscCall(VecRestoreArray(w, &a));

@@ -108,9 +108,15 @@ static PetscBool SameGroup(PetscInt f, PetscInt g)
 /* Two choices of one thing */
 static PetscBool Twice(SlipFaultFeatureSet set)
 {
-  for (PetscInt f = 0; f < FAULT_NUM_FEATURES; f++)
-    for (PetscInt g = 0; g < f; g++)
-      if (set & One(f) && set & One(g) && SameGroup(f, g)) return PETSC_TRUE;
+  PetscBool chosen[FAULT_NUM_FEATURES] = {PETSC_FALSE}; /* groups */
+
+  for (PetscInt f = 0; f < FAULT_NUM_FEATURES; f++) {
+    const PetscInt group = SlipFaultFeatures[f].group;
+
+    if (!(set & One(f)) || !group) continue;
+    if (chosen[group]) return PETSC_TRUE;
+    chosen[group] = PETSC_TRUE;
+  }
   return PETSC_FALSE;
 }
 
@@ -375,23 +381,30 @@ static PetscErrorCode WriteStiffness(void)
 enum { RUNS, REFUSED, VOID, KINDS };
 static PetscBool print = PETSC_FALSE;
 
-/* The fault said what a rule of both, or of what they need, says */
-static PetscBool SaidByRule(const char said[])
+/* Do these words follow from a sentence? */
+static PetscBool Says(const char *s, const char *said)
 {
-  for (const SlipFaultRule *rule = SlipFaultRules; rule->sentence; rule++) {
-    const char *s = rule->sentence, *t = said;
-
-    while (*s && *t) {
-      if (*s != '%') {
-        if (*s++ != *t++) break;
-      } else { /* a value */
-        s++;
-        while (*t && *t != *s) t++;
-      }
-      if (!*s && !*t) return PETSC_TRUE;
-    }
-    if (*s == '%' && !s[1] && !*t) return PETSC_TRUE;
+  for (; *s; s++) {
+    if (*s == '%') /* a value, without blanks */
+      while (*said && *said != ' ' && *said != s[1]) said++;
+    else if (*s != *said++)
+      return PETSC_FALSE;
   }
+  return *said ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* The fault said what a rule of both says, or where there is none a rule of what they need */
+static PetscBool SaidByRule(SlipFaultFeatureSet both, SlipFaultFeatureSet needed, const char said[])
+{
+  PetscBool direct = PETSC_FALSE;
+
+  for (const SlipFaultRule *rule = SlipFaultRules; rule->sentence; rule++) {
+    if (!Broken(rule, both)) continue;
+    direct = PETSC_TRUE;
+    if (Says(rule->sentence, said)) return PETSC_TRUE;
+  }
+  for (const SlipFaultRule *rule = SlipFaultRules; rule->sentence && !direct; rule++)
+    if (needed & rule->these && Says(rule->sentence, said)) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 
@@ -403,13 +416,14 @@ static int Pair(PetscInt a, PetscInt b, int count[KINDS])
   const char *wrong = NULL;
   Outcome out;
 
-  if (Twice(both) || (!refused && !Consistent(set)) || both == (SLIP_FEATURE(UNDAMPED) | SLIP_FEATURE(RADIATION))) {
+  if (Twice(both) || (!refused && !Consistent(set)) ||
+      (both & SLIP_FEATURE(UNDAMPED) && needed & SLIP_FEATURE(RADIATION))) {
     count[VOID]++;
     return 0;
   }
-  out = Try(set, a, b);
+  out = Try(refused ? Closure(One(a), PETSC_TRUE) | Closure(One(b), PETSC_TRUE) : set, a, b);
   if (refused && !out.refused) wrong = "was not refused";
-  if (refused && out.refused && !SaidByRule(out.said)) wrong = "was refused by other words";
+  if (refused && out.refused && !SaidByRule(both, needed, out.said)) wrong = "was refused by other words";
   if (!refused && out.refused) wrong = "was refused";
   if (!refused && !out.refused) {
     if ((out.on & both) != both) wrong = "is not on";
