@@ -1,5 +1,5 @@
 /* Every pair of features of a fault and of its runs (src/fault/features.c) on twelve cells: what the table allows runs to its end, stays finite and
-   keeps its energy, and what it does not is refused with the sentence of its rule. Argument -pairs: prints what became of each. */
+   keeps its energy, and what it does not is refused with the sentence of its rule, as is what lacks something that it needs. Argument -pairs: prints what became of each. */
 #include "unit.h"
 #include "tempdir.h"
 #include <sliph5.h>
@@ -11,8 +11,8 @@ enum { NX = 4, NZ = 3, N = NX * NZ };
 /* of an event, from which on a run is warned (src/record/catalogue.c): errors of the powers' quadrature over steps */
 #define RESIDUAL 0.035
 
-/* How each is switched on; beside: what a run needs to have something to do with it, which any other feature may change; implies: what it is
-   nothing without. The mesh of a name with @ is the list, where the cells are one. */
+/* How each is switched on; beside: what gives a run something to do with it, which any other feature may change; implies: what it is nothing
+   without. Where the cells are a list, @ is _list, and where they are on several planes, # is the coordinate between two. */
 static const struct {
   const char *own, *beside;
   SlipFaultFeatureSet implies;
@@ -380,6 +380,7 @@ static PetscErrorCode WriteStiffness(void)
 
 enum { RUNS, REFUSED, VOID, KINDS };
 static PetscBool print = PETSC_FALSE;
+static FILE *report; /* the standard error, which runs fill with warnings */
 
 /* Do these words follow from a sentence? */
 static PetscBool Says(const char *s, const char *said)
@@ -413,15 +414,16 @@ static int Pair(PetscInt a, PetscInt b, int count[KINDS])
   const SlipFaultFeatureSet both = One(a) | One(b), needed = Closure(both, PETSC_FALSE),
                             set = Closure(both, PETSC_TRUE);
   const PetscBool refused = !Consistent(needed) && !Twice(both) ? PETSC_TRUE : PETSC_FALSE;
+  const SlipFaultFeatureSet each = Closure(One(a), PETSC_TRUE) | Closure(One(b), PETSC_TRUE);
   const char *wrong = NULL;
   Outcome out;
 
   if (Twice(both) || (!refused && !Consistent(set)) ||
-      (both & SLIP_FEATURE(UNDAMPED) && needed & SLIP_FEATURE(RADIATION))) {
+      (both & SLIP_FEATURE(UNDAMPED) && each & SLIP_FEATURE(RADIATION))) {
     count[VOID]++;
     return 0;
   }
-  out = Try(refused ? Closure(One(a), PETSC_TRUE) | Closure(One(b), PETSC_TRUE) : set, a, b);
+  out = Try(refused ? each : set, a, b);
   if (refused && !out.refused) wrong = "was not refused";
   if (refused && out.refused && !SaidByRule(both, needed, out.said)) wrong = "was refused by other words";
   if (!refused && out.refused) wrong = "was refused";
@@ -433,14 +435,28 @@ static int Pair(PetscInt a, PetscInt b, int count[KINDS])
   }
   count[refused ? REFUSED : RUNS]++;
   if (print || wrong)
-    fprintf(stderr, "%s%s | %s | %d events, %d steps, residual %.2g | %s\n",
+    fprintf(report, "%s%s | %s | %d events, %d steps, residual %.2g | %s\n",
             wrong     ? wrong
             : refused ? "refused"
                       : "runs",
             wrong ? "!" : "", SlipFaultFeatures[a].name, (int)out.events, (int)out.steps, (double)out.residual,
             SlipFaultFeatures[b].name);
-  if (print || wrong) fprintf(stderr, "  %s\n", out.said);
+  if (print || wrong) fprintf(report, "  %s\n", out.said);
   return wrong ? 1 : 0;
+}
+
+/* Without what a rule says that it needs */
+static int Alone(const SlipFaultRule *rule)
+{
+  PetscInt f = 0;
+  Outcome out;
+
+  while (!(rule->these & One(f))) f++;
+  out = Try(One(f) | How[f].implies, f, f);
+  for (const SlipFaultRule *r = SlipFaultRules; r->sentence && out.refused; r++)
+    if (r->needs && r->these == rule->these && Says(r->sentence, out.said)) return 0;
+  fprintf(report, "%s alone: %s\n", SlipFaultFeatures[f].name, out.refused ? out.said : "was not refused");
+  return 1;
 }
 
 static void pairs(void **state)
@@ -449,11 +465,14 @@ static void pairs(void **state)
   char dir[TEMPDIR_LENGTH];
   int count[KINDS] = {0}, wrong = 0;
   FILE *out = PETSC_STDOUT, *err = PETSC_STDERR;
+  const int errors = dup(2);
 
   (void)state;
   assert_int_equal(0, TempDirMake("features", dir));
   assert_int_equal(0, chdir(dir));
   PETSC_STDOUT = PETSC_STDERR = fopen("/dev/null", "w");
+  report = fdopen(errors, "w");
+  assert_true(dup2(fileno(PETSC_STDOUT), 2) == 2);
   ok(WriteRecord("record.h5", 3, grid));
   ok(WriteRecord("record_list.h5", 2, list));
   ok(WriteRectangles("rectangles.h5", PETSC_FALSE));
@@ -464,10 +483,14 @@ static void pairs(void **state)
     assert_non_null(How[a].own);
     for (PetscInt b = 0; b < a; b++) wrong += Pair(a, b, count);
   }
+  for (const SlipFaultRule *rule = SlipFaultRules; rule->sentence; rule++)
+    if (rule->needs) wrong += Alone(rule);
   ok(PetscOptionsClear(NULL));
   fclose(PETSC_STDOUT);
   PETSC_STDOUT = out;
   PETSC_STDERR = err;
+  assert_true(dup2(errors, 2) == 2);
+  fclose(report);
   assert_int_equal(0, chdir(".."));
   assert_int_equal(0, TempDirRemove(dir));
   printf("%d pairs run, %d are refused, %d are choices of one thing or idle; %d went wrong\n", count[RUNS],
