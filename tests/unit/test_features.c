@@ -1,5 +1,7 @@
 /* Every pair of features of a fault and of its runs (src/fault/features.c) on twelve cells: what the table allows runs to its end, stays finite and
-   keeps its energy, and what it does not is refused with the sentence of its rule, as is what lacks something that it needs. Argument -pairs: prints what became of each. */
+   keeps its energy, and what it does not is refused with the sentence of its rule, as is what lacks something that it needs. Argument
+   -pairs: prints what became of each. */
+#define _POSIX_C_SOURCE 200809L /* dup2(), fdopen() */
 #include "unit.h"
 #include "tempdir.h"
 #include <sliph5.h>
