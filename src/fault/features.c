@@ -1,5 +1,5 @@
-/* The features of a fault, and which go together: one table of both, from which combinations are refused, the reference of them is printed and
-   a test tries every pair. */
+/* The features of a fault, and which go together: one table of both, from which combinations are refused, the reference
+   of them is printed and a test tries every pair. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipfaultfeatures.h>
 #include <slipts.h>
@@ -337,7 +337,7 @@ static PetscErrorCode PrintSet(PetscViewer viewer, SlipFaultFeatureSet set)
 }
 
 /*@C
-  SlipFaultFeaturesView - print what goes with what: the combinations of features of a fault and of its runs that are refused
+  SlipFaultFeaturesView - print what goes with what: which features of a fault and of its runs are refused together
 
   Collective
 
@@ -350,9 +350,9 @@ static PetscErrorCode PrintSet(PetscViewer viewer, SlipFaultFeatureSet set)
   Level: intermediate
 
   Note:
-  A line for each rule, with " | " between its parts: features; "not with" or "only with"; others, of which one suffices; features that lift
-  it; the sentence by which SlipFaultSetUp() or SlipFaultOutputStart() refuses it, ... in place of values. A last line has the features that no
-  rule names.
+  A line for each rule, with " | " between: features; "not with" or "only with"; others, of which one suffices;
+  features that lift it; the sentence by which SlipFaultSetUp() or SlipFaultOutputStart() refuses it, ... in place of
+  values. A last line has the features that no rule names.
 
 .seealso: SlipFaultSetUp(), SlipFaultOutputStart(), SlipObservationView()
 @*/

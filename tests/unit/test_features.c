@@ -1,6 +1,6 @@
-/* Every pair of features of a fault and of its runs (src/fault/features.c) on twelve cells: what the table allows runs to its end, stays finite and
-   keeps its energy, and what it does not is refused with the sentence of its rule, as is what lacks something that it needs. Argument
-   -pairs: prints what became of each. */
+/* Every pair of features of a fault and of its runs (src/fault/features.c) on twelve cells: what the table allows runs
+   to its end, stays finite and keeps its energy, and what it does not is refused with the sentence of its rule, as is
+   what lacks something that it needs. Argument -pairs: prints what became of each. */
 #define _POSIX_C_SOURCE 200809L /* dup2(), fdopen() */
 #include "unit.h"
 #include "tempdir.h"
@@ -13,8 +13,9 @@ enum { NX = 4, NZ = 3, N = NX * NZ };
 /* of an event, from which on a run is warned (src/record/catalogue.c): errors of the powers' quadrature over steps */
 #define RESIDUAL 0.035
 
-/* How each is switched on; beside: what gives a run something to do with it, which any other feature may change; implies: what it is nothing
-   without. Where the cells are a list, @ is _list, and where they are on several planes, # is the coordinate between two. */
+/* How each is switched on; beside: what gives a run something to do with it, which any other feature may change;
+   implies: what it is nothing without. Where the cells are a list, @ is _list, and where they are on several planes, #
+   is the coordinate between two. */
 static const struct {
   const char *own, *beside;
   SlipFaultFeatureSet implies;
@@ -129,8 +130,8 @@ static PetscBool Consistent(SlipFaultFeatureSet set)
   return !Twice(set);
 }
 
-/* Of a group of which every fault has a member, what the set leaves: nothing but one, all of it where nothing is left, none where there is a
-   choice */
+/* Of a group of which every fault has a member, what the set leaves: nothing but one, all of it where nothing is left,
+   none where there is a choice */
 static SlipFaultFeatureSet Left(SlipFaultFeatureSet set, PetscInt group)
 {
   SlipFaultFeatureSet all = 0, left = 0;
@@ -176,7 +177,8 @@ static void Add(char text[], size_t len, const char more[], PetscBool list, Pets
   text[n] = '\0';
 }
 
-/* Those of the two come last, so that theirs count, and choices beside them are left out; of rectangles and several planes the latter */
+/* Those of the two come last, so that theirs count, and choices beside them are left out; of rectangles and several
+   planes the latter */
 static void Options(SlipFaultFeatureSet set, PetscInt a, PetscInt b, char text[], size_t len)
 {
   const PetscBool planes = set & SLIP_FEATURE(PLANES) ? PETSC_TRUE : PETSC_FALSE;

@@ -1,5 +1,6 @@
-/* What goes with what: the features of a fault and of its runs, and the combinations of them that are refused. A choice whose meaning needs
-   another choice, or excludes it, is a rule here, and nowhere else; what depends on numbers that are computed is refused where they are. */
+/* What goes with what: the features of a fault and of its runs, and the combinations of them that are refused. A choice
+   whose meaning needs another choice, or excludes it, is a rule here, and nowhere else; what depends on numbers that
+   are computed is refused where they are. */
 #pragma once
 #include <slipfault.h>
 #include <stdint.h>
@@ -80,8 +81,8 @@ PETSC_EXTERN const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES];
 typedef uint64_t SlipFaultFeatureSet;
 #define SLIP_FEATURE(name) ((SlipFaultFeatureSet)1 << FEATURE_##name)
 
-/* Where one of these is on and none of unless, one of others must not be, or must be. What the user reads: of an option -fault_NAME the prefix is
-   added, and % is the value of the option before it. */
+/* Where one of these is on and none of unless, one of others must not be, or must be. What the user reads: of an option
+   -fault_NAME the prefix is added, and % is the value of the option before it. */
 typedef struct {
   SlipFaultFeatureSet these;
   PetscBool needs;
