@@ -69,20 +69,25 @@ static PetscErrorCode Run(void)
 int main(int argc, char **argv)
 {
   char sweep[PETSC_MAX_PATH_LEN] = "";
+  PetscBool features = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   PetscCall(SlipProgramInitialize(&argc, &argv, "fault", help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipSignalsPush());
-  PetscCall(SlipDeclareOptions("fault_", "sweep"));
+  PetscCall(SlipDeclareOptions("fault_", "sweep features"));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Several runs", NULL);
+  PetscCall(PetscOptionsBool("-fault_features", "Print what goes with what, and nothing else (default no)",
+                             "SlipFaultFeaturesView", features, &features, NULL));
   PetscCall(
     PetscOptionsString("-fault_sweep",
                        "File with a line of options for each of several runs, which write files of their own (default "
                        "none)",
                        NULL, sweep, sweep, sizeof(sweep), NULL));
   PetscOptionsEnd();
-  if (sweep[0])
+  if (features)
+    PetscCall(SlipFaultFeaturesView(NULL));
+  else if (sweep[0])
     PetscCall(Sweep(sweep, Run));
   else
     PetscCall(Run());

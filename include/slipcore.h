@@ -4,6 +4,18 @@
 #include <petscsys.h>
 #include <stdint.h>
 
+/* What an option is part of, which says what becomes of a run that goes on with another value. Whoever adds one must say it:
+   without, SlipStepInitializePackage() fails. */
+typedef enum {
+  SLIP_PART_UNSAID,
+  SLIP_PART_PROBLEM, /* what is computed: in checkpoints, another value is refused */
+  SLIP_PART_CONTENT, /* likewise, by what it makes, as the cells of a mesh, whatever its file is called */
+  SLIP_PART_STEPS,   /* how it is computed: in checkpoints, another value is announced */
+  SLIP_PART_RUN,     /* its start, its time on a machine, and what it goes on from: may be another one */
+  SLIP_PART_OUTPUT,  /* what is written and printed: may be another one, as far as a file that goes on can have it */
+  SLIP_NUM_PARTS
+} SlipPart;
+
 /* A number that users give: an option, an argument of setters, for some a field of the cells */
 typedef struct {
   const char *name;  /* of the option, without what all of them begin with */
@@ -14,6 +26,7 @@ typedef struct {
   PetscBool open;    /* lower bound excluded as well */
   PetscBool integer; /* whole numbers only */
   const char *help;
+  SlipPart part; /* of what a law brings always the problem */
 } SlipParameter;
 
 /* ---- friction.c: laws, and what makes of them the strength of a stage ---- */

@@ -44,6 +44,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inert
 PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
+PETSC_EXTERN PetscErrorCode SlipFaultFeaturesView(PetscViewer viewer); /* what goes with what */
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);
 PETSC_EXTERN PetscErrorCode SlipFaultReference(SlipFault fault);
 /* "upper_" makes -upper_fault_nx of -fault_nx */

@@ -34,7 +34,7 @@ PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[], PetscBool va
 
     PetscCall(PetscStrcmp(name, p->name, &same));
     if (!same) continue;
-    PetscCheck(!fault->setup || p->late, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
+    PetscCheck(!fault->setup || p->part == SLIP_PART_OUTPUT, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
                "%s must be set before SlipFaultSetUp()", name);
     *(PetscBool *)((char *)fault + p->offset) = value;
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -67,8 +67,7 @@ PetscErrorCode SlipFaultViscosityPrint(SlipFault fault)
 /* What "auto" is for the law and the start, and whether there is inertia. */
 PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
 {
-  const char *prefix = SlipFaultPrefix(fault);
-  PetscBool critical, rest, rate, traction;
+  PetscBool traction;
 
   PetscFunctionBegin;
   PetscCall(
@@ -79,18 +78,12 @@ PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
                    fault->friction.law->always_slides || (traction && !fault->kind.inertia) ? "radiation" : "sqrtm",
                    &fault->kind.viscosity));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STATE_LAW], "slip", &fault->friction.slip_law));
-  PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
-  PetscCall(PetscStrcmp(fault->kind.initial, "rest", &rest));
-  PetscCall(PetscStrcmp(fault->kind.initial, "rate", &rate));
-  PetscCheck(
-    !fault->friction.law->always_slides || !(critical || rest), fault->comm, PETSC_ERR_ARG_INCOMP,
-    "-%sfault_initial %s does not go with -%sfault_friction_law %s, whose cells always slide: expected rate or "
-    "traction",
-    prefix, fault->kind.initial, prefix, fault->friction.law->name);
-  PetscCheck(fault->friction.law->always_slides || !rate, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_initial rate needs rate-and-state friction, not -%sfault_friction_law %s", prefix, prefix,
-             fault->friction.law->name);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool Creeps(SlipFault fault, PetscInt i)
+{
+  return fault->balance.creeps && fault->balance.creeps[i] ? PETSC_TRUE : PETSC_FALSE;
 }
 
 static PetscErrorCode FindCreep(SlipFault fault)
@@ -101,8 +94,6 @@ static PetscErrorCode FindCreep(SlipFault fault)
   for (PetscInt i = 0; i < fault->mesh.n; i++) any |= fault->fields.cell[FIELD_CREEP][i] != 0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_INT, MPI_MAX, fault->comm));
   if (!any) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(fault->friction.law->always_slides && !fault->kind.inertia, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_creep needs rate-and-state friction without inertia", SlipFaultPrefix(fault));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->balance.creeps));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     fault->balance.creeps[i] = fault->fields.cell[FIELD_CREEP][i] != 0 ? PETSC_TRUE : PETSC_FALSE;
@@ -173,10 +164,8 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
     const PetscReal steady = PetscAbsReal(vinf[i]) > 0 ? vinf[i] : rate[i];
 
     if (isnan(rate[i])) {
-      const PetscBool creeps = fault->balance.creeps && fault->balance.creeps[i] ? PETSC_TRUE : PETSC_FALSE;
-
       rate[i] = vinf[i];
-      if (!traction && !creeps && SlipFaultRateWeakens(friction, i, vinf[i])) rate[i] *= START_LOCKED;
+      if (!traction && !Creeps(fault, i) && SlipFaultRateWeakens(friction, i, vinf[i])) rate[i] *= START_LOCKED;
     }
     if (KnowsStates(fault, i)) continue;
     if (traction && load[i] == 0)
@@ -210,7 +199,7 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(fault->mesh.n + 1, &x));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = rate[i] - vinf[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = Creeps(fault, i) ? 0 : rate[i] - vinf[i];
   PetscCall(SlipFaultFillAlong(fault, x, PETSC_FALSE, fault->work[0]));
   PetscCall(PetscFree(x));
   PetscCall(SlipElasticForce(fault->medium, 0, NULL, fault->work[0], fault->work[1], NULL));
@@ -377,6 +366,7 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
 /* The state of the start */
 PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
 {
+  const PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   SlipFrictionCells friction;
   PetscReal *a;
 
@@ -385,7 +375,7 @@ PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
   PetscCall(VecGetArray(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     for (PetscInt k = 0; k < fault->layout.components; k++)
-      a[SlipFaultRateAt(fault, i) + k] = fault->fields.cell[FIELD_INITIAL_RATE][i] * SlipFaultAlong(fault, i)[k];
+      a[SlipFaultRateAt(fault, i) + k] = (Creeps(fault, i) ? vinf[i] : rate[i]) * SlipFaultAlong(fault, i)[k];
     StartStates(fault, &friction, i, a + SlipFaultStateAt(fault, i));
   }
   PetscCall(VecRestoreArray(w, &a));

@@ -4,45 +4,12 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipelasticity.h>
 
-/* What cells that open need: friction of two components, which is over the pressure that the stage finds, and a start without
-   slip, as one with K^-1 of the strength would open cells. */
-static PetscErrorCode CheckOpening(SlipFault fault, PetscInt components)
-{
-  const char *prefix = SlipFaultPrefix(fault);
-  PetscBool traction, none;
-
-  PetscFunctionBegin;
-  if (!fault->options.opening) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "none", &none));
-  PetscCheck(components == 2, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_opening yes needs slip as a vector: expected -%sfault_slip_components 2", prefix, prefix);
-  PetscCheck(!fault->friction.law->always_slides, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_opening yes does not go with -%sfault_friction_law %s, whose cells always slide: expected a law "
-             "that sticks, such as linear_slip_weakening",
-             prefix, prefix, fault->friction.law->name);
-  PetscCheck(traction, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_opening yes does not go with -%sfault_initial %s: expected traction, with "
-             "-%sfault_initial_traction 0 for none",
-             prefix, prefix, fault->kind.initial, prefix);
-  PetscCheck(none, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_opening yes does not go with -%sfault_stiffness_scaling %s: expected none", prefix, prefix,
-             fault->options.text[FAULT_STIFFNESS_SCALING]);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Before the mesh: where the numbers of a cell are */
 PetscErrorCode SlipFaultChooseComponents(SlipFault fault)
 {
   const PetscInt c = (PetscInt)fault->options.value[FAULT_SLIP_COMPONENTS];
-  const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_STIFFNESS_FILE];
 
   PetscFunctionBegin;
-  PetscCheck(c == 1 || !file[0], fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_slip_components 2 does not go with -%sfault_stiffness_file %s, which has a number for each pair "
-             "of cells: expected 1",
-             prefix, prefix, file);
-  PetscCall(CheckOpening(fault, c));
   fault->layout.plane = c;
   fault->layout.components = fault->options.opening ? 3 : c;
   fault->layout.states = SlipFrictionStates(fault->friction.law);

@@ -24,7 +24,7 @@ static PetscErrorCode AlongStrike(SlipFault fault, PetscBool *along)
 /* After the fields are known: which kernel, and whether normal stress follows slip. */
 PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
 {
-  const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_STIFFNESS_FILE];
+  const char *file = fault->options.text[FAULT_STIFFNESS_FILE];
   const PetscBool vectors = fault->layout.components > 1 ? PETSC_TRUE : PETSC_FALSE, opens = SlipFaultOpens(fault);
   PetscBool along, yes, no;
 
@@ -35,18 +35,10 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
     along = fault->mesh.planes == 1 ? PETSC_TRUE : PETSC_FALSE;
   else
     PetscCall(AlongStrike(fault, &along));
-  PetscCheck(!yes || !file[0], fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_normal_coupling yes needs a kernel, but -%sfault_stiffness_file %s is given, which does not "
-             "contain normal stress: expected auto or no",
-             prefix, prefix, file);
-  PetscCheck(
-    !opens || !no, fault->comm, PETSC_ERR_ARG_INCOMP,
-    "-%sfault_opening yes needs the normal stress that slip and opening make: expected -%sfault_normal_coupling "
-    "auto or yes",
-    prefix, prefix);
-  fault->kind.coupled = !file[0] && !no && (yes || opens || fault->mesh.dips || !along) ? PETSC_TRUE : PETSC_FALSE;
+  fault->kind.oblique = fault->mesh.dips || !along ? PETSC_TRUE : PETSC_FALSE;
+  fault->kind.coupled = !file[0] && !no && (yes || opens || fault->kind.oblique) ? PETSC_TRUE : PETSC_FALSE;
   fault->kind.dipping =
-    !file[0] && (yes || vectors || fault->mesh.dips || !along || fault->mesh.cells.vertices) ? PETSC_TRUE : PETSC_FALSE;
+    !file[0] && (yes || vectors || fault->kind.oblique || fault->mesh.cells.vertices) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

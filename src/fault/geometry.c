@@ -48,9 +48,6 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
                             .block = fault->layout.block};
 
   PetscFunctionBegin;
-  PetscCheck(!o.file[0] || !text[FAULT_STIFFNESS_FILE][0], fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_stiffness_file %s and -%sfault_mesh %s exclude each other", o.prefix, text[FAULT_STIFFNESS_FILE],
-             o.prefix, o.file);
   PetscCall(KernelOf(fault, PETSC_FALSE, &o.rectangles));
   PetscCall(KernelOf(fault, PETSC_TRUE, &o.triangles));
   PetscCall(SlipFaultMeshCreate(&o, &fault->mesh));
@@ -60,17 +57,12 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 /* K of the mesh, and Kn unless it is NULL; collective */
 PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
 {
-  const char *prefix = SlipFaultPrefix(fault);
   SlipFaultStiffness s = {.dipping = fault->kind.dipping,
                           .type = fault->options.text[FAULT_OPERATOR],
                           .tolerance = fault->options.value[FAULT_HMAT_TOLERANCE],
                           .rake = fault->fields.cell[FIELD_RAKE]};
 
   PetscFunctionBegin;
-  PetscCheck(fault->mesh.kind == &SlipFaultMeshGrid || strcmp(s.type, "fft"), fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_operator fft needs a uniform grid, but -%sfault_mesh %s is an irregular one: expected dense, "
-             "hmat or auto",
-             prefix, prefix, fault->options.text[FAULT_MESH]);
   PetscCall(SlipFaultKernel(fault, &s.kernel));
   PetscCall(fault->mesh.kind->stiffness(&fault->mesh, &s, K, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);

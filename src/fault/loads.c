@@ -209,25 +209,14 @@ static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal p
 static PetscErrorCode SourceSetUp(SlipFault fault)
 {
   SlipFaultSource *source = &fault->loads.source;
-  const char *prefix = SlipFaultPrefix(fault);
   PetscReal point[3] = {0, 0, 0}, least = NEVER;
 
   PetscFunctionBegin;
-  PetscCheck(fault->options.text[FAULT_INJECTION][0] || (fault->options.value[FAULT_INJECTION_PRESSURE] == 0 &&
-                                                         fault->options.value[FAULT_INJECTION_DIFFUSIVITY] == 0 &&
-                                                         fault->options.value[FAULT_INJECTION_STOP] == 0),
-             fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_injection_pressure, -%sfault_injection_diffusivity and -%sfault_injection_stop need the point "
-             "of -%sfault_injection x,z, or x,y,z where there are several planes",
-             prefix, prefix, prefix, prefix);
   if (!fault->options.text[FAULT_INJECTION][0]) PetscFunctionReturn(PETSC_SUCCESS);
   source->pressure = fault->options.value[FAULT_INJECTION_PRESSURE];
   source->diffusivity = fault->options.value[FAULT_INJECTION_DIFFUSIVITY];
   source->stop = fault->options.value[FAULT_INJECTION_STOP];
   PetscCall(ParsePoint(fault, fault->options.text[FAULT_INJECTION], point));
-  PetscCheck(source->pressure != 0 && source->diffusivity > 0, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_injection %s needs -%sfault_injection_pressure [Pa] and -%sfault_injection_diffusivity [m^2/s]",
-             prefix, fault->options.text[FAULT_INJECTION], prefix, prefix);
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &source->distance2));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal area = fault->mesh.weight[i] * fault->mesh.area;

@@ -23,6 +23,22 @@ PetscErrorCode SlipFaultOptionNames(char names[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A row that does not say what it is part of would be forgotten by checkpoints. */
+static PetscErrorCode CheckParts(void)
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < FAULT_NUM_REALS; i++)
+    PetscCheck(SlipFaultReals[i].part, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "the row of -fault_%s does not say what it is part of: expected a SlipPart", SlipFaultReals[i].name);
+  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
+    PetscCheck(SlipFaultStrings[i].part, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "the row of -fault_%s does not say what it is part of: expected a SlipPart", SlipFaultStrings[i].name);
+  for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++)
+    PetscCheck(SlipFaultSwitches[i].part, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "the row of -fault_%s does not say what it is part of: expected a SlipPart", SlipFaultSwitches[i].name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   SlipFaultDeclareOptions - name the options of faults, for SlipCheckOptionNames(): those of the tables, the others that
   SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state
@@ -39,6 +55,7 @@ PetscErrorCode SlipFaultDeclareOptions(void)
   const SlipParameter *p;
 
   PetscFunctionBegin;
+  PetscCall(CheckParts());
   PetscCall(SlipFaultOptionNames(names, sizeof(names)));
   times[0] = '\0';
   for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++)

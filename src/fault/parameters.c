@@ -11,224 +11,264 @@
 #define SHUT PETSC_FALSE
 #define WHOLE PETSC_TRUE
 #define REAL PETSC_FALSE
+#define PROBLEM SLIP_PART_PROBLEM
+#define CONTENT SLIP_PART_CONTENT
+#define STEPS SLIP_PART_STEPS
+#define RUN SLIP_PART_RUN
+#define OUTPUT SLIP_PART_OUTPUT
 
 /* Defaults: the reference case "3 km" with one cell. */
 const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
-  [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Cells along strike"},
-  [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Cells in depth"},
-  [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, MESH_MAX_REACH, OPEN, REAL, "Length of the fault along strike"},
+  [FAULT_NX] = {"nx", 1, "", 1, NONE, SHUT, WHOLE, "Cells along strike", PROBLEM},
+  [FAULT_NZ] = {"nz", 1, "", 1, NONE, SHUT, WHOLE, "Cells in depth", PROBLEM},
+  [FAULT_LENGTH_X] = {"length_x", 3000, "m", 0, MESH_MAX_REACH, OPEN, REAL, "Length of the fault along strike",
+                      PROBLEM},
   [FAULT_LENGTH_Z] = {"length_z", 3000, "m", 0, MESH_MAX_DEPTH, OPEN, REAL,
-                      "Width of the fault, measured along its dip"},
+                      "Width of the fault, measured along its dip", PROBLEM},
   [FAULT_DEPTH_TOP] = {"depth_top", 0, "m", 0, MESH_MAX_DEPTH, SHUT, REAL,
-                       "Depth of the upper edge; 0 touches the free surface"},
+                       "Depth of the upper edge; 0 touches the free surface", PROBLEM},
   [FAULT_STRIKE] = {"strike", 0, "degrees", -360, 360, SHUT, REAL,
-                    "Strike, clockwise from north, which is x, as Aki and Richards define it"},
+                    "Strike, clockwise from north, which is x, as Aki and Richards define it", PROBLEM},
   [FAULT_DIP] = {"dip", 90, "degrees", 0, 90, OPEN, REAL,
-                 "Dip, down to the right of the strike, as Aki and Richards define it"},
+                 "Dip, down to the right of the strike, as Aki and Richards define it", PROBLEM},
   [FAULT_RAKE] = {"rake", 0, "degrees", -360, 360, SHUT, REAL,
                   "Direction of slip, loading and shear stress in the plane, from the strike, up dip positive: 0 "
-                  "left-lateral, 90 thrust, 180 right-lateral, -90 normal; may be a field of -fault_parameters"},
+                  "left-lateral, 90 thrust, 180 right-lateral, -90 normal; may be a field of -fault_parameters",
+                  PROBLEM},
   [FAULT_SLIP_COMPONENTS] = {"slip_components", 1, "", 1, 3, SHUT, WHOLE,
                              "Components of slip: 1, along the rake, or 2, along strike and up dip. With 2, friction "
                              "acts against the slip rate, and loading and shear stress act along the rake; not with "
-                             "-fault_stiffness_file or -fault_stiffness_average of rectangles"},
+                             "-fault_stiffness_file or -fault_stiffness_average of rectangles",
+                             PROBLEM},
   [FAULT_THICKNESS] = {"thickness", (PetscReal)NAN, "m", 0, MESH_MAX_REACH, OPEN, REAL,
-                       "Mobilised thickness Ly (default: length_x)"},
-  [FAULT_SHEAR_MODULUS] = {"shear_modulus", 30e9, "Pa", 0, NONE, OPEN, REAL, "Shear modulus G"},
-  [FAULT_POISSON_RATIO] = {"poisson_ratio", 0.25, "", -1, 0.5, OPEN, REAL, "Poisson's ratio"},
-  [FAULT_DENSITY] = {"density", 2500, "kg/m^3", 0, NONE, OPEN, REAL, "Density rho"},
+                       "Mobilised thickness Ly (default: length_x)", PROBLEM},
+  [FAULT_SHEAR_MODULUS] = {"shear_modulus", 30e9, "Pa", 0, NONE, OPEN, REAL, "Shear modulus G", PROBLEM},
+  [FAULT_POISSON_RATIO] = {"poisson_ratio", 0.25, "", -1, 0.5, OPEN, REAL, "Poisson's ratio", PROBLEM},
+  [FAULT_DENSITY] = {"density", 2500, "kg/m^3", 0, NONE, OPEN, REAL, "Density rho", PROBLEM},
   [FAULT_DAMPING_RATIO] = {"damping_ratio", 0.8 / 3, "", 0, NONE, SHUT, REAL,
-                           "Damping ratio zeta in H = 2 zeta M (M^-1 K)^(1/2)"},
-  [FAULT_LOADING_RATE] = {"loading_rate", 0, "m/s", ANY, NONE, SHUT, REAL, "Far-field slip rate v_inf"},
+                           "Damping ratio zeta in H = 2 zeta M (M^-1 K)^(1/2)", PROBLEM},
+  [FAULT_LOADING_RATE] = {"loading_rate", 0, "m/s", ANY, NONE, SHUT, REAL, "Far-field slip rate v_inf", PROBLEM},
   [FAULT_NORMAL_STRESS] = {"normal_stress", 0, "Pa", 0, NONE, SHUT, REAL,
-                           "Effective normal stress: uniform, unless -fault_normal_stress_gradient adds to it"},
+                           "Effective normal stress: uniform, unless -fault_normal_stress_gradient adds to it",
+                           PROBLEM},
   [FAULT_NORMAL_STRESS_GRADIENT] = {"normal_stress_gradient", NAN, "Pa/m", 0, NONE, SHUT, REAL,
                                     "Effective normal stress per depth of the cell's centre, added to "
                                     "-fault_normal_stress, not to a field normal_stress "
-                                    "(default 15e3, 0 beside a -fault_normal_stress)"},
-  [FAULT_FRICTION_RESIDUAL] = {"friction_residual", 0.5, "", 0, NONE, SHUT, REAL, "Residual friction mu_d"},
+                                    "(default 15e3, 0 beside a -fault_normal_stress)",
+                                    CONTENT},
+  [FAULT_FRICTION_RESIDUAL] = {"friction_residual", 0.5, "", 0, NONE, SHUT, REAL, "Residual friction mu_d", PROBLEM},
   [FAULT_FRICTION_DROP] = {"friction_drop", 0.1, "", 0, NONE, SHUT, REAL,
-                           "Friction above the residual at the start, dmu"},
+                           "Friction above the residual at the start, dmu", PROBLEM},
   [FAULT_FRICTION_SLIP] = {"friction_slip", 0.1, "m", 0, NONE, OPEN, REAL,
-                           "Weakening slip d_c of the slip weakening laws"},
+                           "Weakening slip d_c of the slip weakening laws", PROBLEM},
   [FAULT_FRICTION_RATE] = {"friction_rate", 0.1, "m/s", 0, NONE, OPEN, REAL,
-                           "Weakening rate v_c of the rate weakening law"},
-  [FAULT_FRICTION_A] = {"friction_a", 0.01, "", 0, NONE, OPEN, REAL, "Direct effect a of rate-and-state friction"},
+                           "Weakening rate v_c of the rate weakening law", PROBLEM},
+  [FAULT_FRICTION_A] = {"friction_a", 0.01, "", 0, NONE, OPEN, REAL, "Direct effect a of rate-and-state friction",
+                        PROBLEM},
   [FAULT_FRICTION_B] = {"friction_b", 0.015, "", 0, NONE, SHUT, REAL,
-                        "Evolution effect b of rate-and-state friction; its d_c is friction_slip"},
+                        "Evolution effect b of rate-and-state friction; its d_c is friction_slip", PROBLEM},
   [FAULT_FRICTION_ALPHA] = {"friction_alpha", 0, "", 0, NONE, SHUT, REAL,
                             "Effect alpha of normal stress on the state of rate-and-state friction (Linker and "
                             "Dieterich 1992): when normal stress rises from sigma0 to sigma, friction falls at once by "
-                            "alpha ln(sigma/sigma0), and then the state evolves; 0: disabled"},
+                            "alpha ln(sigma/sigma0), and then the state evolves; 0: disabled",
+                            PROBLEM},
   [FAULT_FRICTION_REFERENCE] = {"friction_reference", 0.6, "", 0, NONE, SHUT, REAL,
-                                "Steady rate-and-state friction f0 at the rate V0"},
+                                "Steady rate-and-state friction f0 at the rate V0", PROBLEM},
   [FAULT_FRICTION_REFERENCE_RATE] = {"friction_reference_rate", 1e-6, "m/s", 0, NONE, OPEN, REAL,
-                                     "Reference rate V0 of rate-and-state friction"},
+                                     "Reference rate V0 of rate-and-state friction", PROBLEM},
   [FAULT_HEALING_TIME] = {"healing_time", 0, "s", 0, NONE, SHUT, REAL,
-                          "Time t_h in which the friction state heals, ds/dt = |v| - s/t_h; 0: never"},
+                          "Time t_h in which the friction state heals, ds/dt = |v| - s/t_h; 0: never", PROBLEM},
   [FAULT_INITIAL_TRACTION] = {"initial_traction", 0, "Pa", ANY, NONE, SHUT, REAL,
-                              "Shear stress at the start, positive along positive slip"},
+                              "Shear stress at the start, positive along positive slip", PROBLEM},
   [FAULT_INITIAL_RATE] =
     {"initial_rate", (PetscReal)NAN, "m/s", ANY, NONE, SHUT, REAL,
      "Slip rate at the start of rate-and-state friction (default: loading_rate, and a thousandth of it in "
-     "cells that weaken, unless -fault_initial is traction)"},
+     "cells that weaken, unless -fault_initial is traction)",
+     PROBLEM},
   [FAULT_INITIAL_STATE] = {"initial_state", (PetscReal)NAN, "s", 0, NONE, OPEN, REAL,
                            "State theta at the start of rate-and-state friction (default: steady at loading_rate, or "
-                           "what balances initial_traction)"},
+                           "what balances initial_traction)",
+                           PROBLEM},
   [FAULT_CREEP] =
     {"creep", 0, "", 0, NONE, SHUT, REAL,
-     "Not zero: the cell slips at the loading rate, whatever its stress; usually a field of -fault_parameters"},
-  [FAULT_STRESSING_RATE] = {"stressing_rate", 0, "Pa/s", ANY, NONE, SHUT, REAL, "Rate of the shear stress"},
+     "Not zero: the cell slips at the loading rate, whatever its stress; usually a field of -fault_parameters",
+     PROBLEM},
+  [FAULT_STRESSING_RATE] = {"stressing_rate", 0, "Pa/s", ANY, NONE, SHUT, REAL, "Rate of the shear stress", PROBLEM},
   [FAULT_INJECTION_PRESSURE] = {"injection_pressure", 0, "Pa", ANY, NONE, SHUT, REAL,
-                                "Pressure scale p* of -fault_injection: p = p* E1(r^2/(4 D t))"},
+                                "Pressure scale p* of -fault_injection: p = p* E1(r^2/(4 D t))", PROBLEM},
   [FAULT_INJECTION_DIFFUSIVITY] = {"injection_diffusivity", 0, "m^2/s", 0, NONE, SHUT, REAL,
-                                   "Hydraulic diffusivity D of -fault_injection"},
-  [FAULT_INJECTION_STOP] = {"injection_stop", 0, "s", 0, NONE, SHUT, REAL, "When the injection stops; 0: never"},
+                                   "Hydraulic diffusivity D of -fault_injection", PROBLEM},
+  [FAULT_INJECTION_STOP] = {"injection_stop", 0, "s", 0, NONE, SHUT, REAL, "When the injection stops; 0: never",
+                            PROBLEM},
   [FAULT_INITIAL_PERTURBATION] = {"initial_perturbation", 1e-5, "", ANY, NONE, SHUT, REAL,
-                                  "Relative excess of the critical start over the strength"},
+                                  "Relative excess of the critical start over the strength", PROBLEM},
   [FAULT_VELOCITY_SCALE] = {"velocity_scale", 0.07, "m/s", 0, NONE, OPEN, REAL,
-                            "Unit of slip rate in a policy's observation \"velocity\""},
+                            "Unit of slip rate in a policy's observation \"velocity\"", PROBLEM},
   [FAULT_OUTPUT_INTERVAL] =
     {"output_interval", 1, "steps", 1, NONE, SHUT, WHOLE,
-     "Accepted steps from one entry of /fields to the next; beside another -fault_output_ interval only if given"},
+     "Accepted steps from one entry of /fields to the next; beside another -fault_output_ interval only if given",
+     OUTPUT},
   [FAULT_OUTPUT_SLIP_INTERVAL] =
     {"output_slip_interval", 0, "m", 0, NONE, SHUT, REAL,
-     "Write an entry of /fields when a cell has slipped by this much since the last entry; 0: disabled"},
+     "Write an entry of /fields when a cell has slipped by this much since the last entry; 0: disabled", OUTPUT},
   [FAULT_OUTPUT_TIME_INTERVAL] =
     {"output_time_interval", 0, "s", 0, NONE, SHUT, REAL,
-     "Write an entry of /fields at the first step at or after each multiple of this time; 0: disabled"},
+     "Write an entry of /fields at the first step at or after each multiple of this time; 0: disabled", OUTPUT},
   [FAULT_OUTPUT_RATE_CHANGE] = {"output_rate_change", 0, "", 0, NONE, SHUT, REAL,
                                 "Write an entry of /fields when the largest slip rate has changed by this factor since "
-                                "the last entry; 0: disabled"},
+                                "the last entry; 0: disabled",
+                                OUTPUT},
   [FAULT_OUTPUT_SIZE] = {"output_size", 1e8, "bytes", 0, NONE, SHUT, REAL,
                          "Largest size of /fields when no other option sets its entries. The first fifth has one entry "
-                         "a step, the rest is spread over time and slip; 0: unlimited"},
+                         "a step, the rest is spread over time and slip; 0: unlimited",
+                         OUTPUT},
   [FAULT_OUTPUT_COMPRESSION] = {"output_compression", 0, "", 0, 10, SHUT, WHOLE,
-                                "Level of deflate compression of /fields, with bytes shuffled; 0: disabled"},
+                                "Level of deflate compression of /fields, with bytes shuffled; 0: disabled", OUTPUT},
   [FAULT_HMAT_TOLERANCE] = {"hmat_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
-                            "Relative error of the low-rank blocks of -fault_operator hmat"},
+                            "Relative error of the low-rank blocks of -fault_operator hmat", PROBLEM},
   [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
-                              "Relative error of products with the viscosity of -fault_viscosity lanczos"},
+                              "Relative error of products with the viscosity of -fault_viscosity lanczos", STEPS},
   [FAULT_RATE_TOLERANCE] = {"rate_tolerance", (PetscReal)NAN, "m/s", 0, NONE, OPEN, REAL,
-                            "Absolute tolerance of slip rates in the local error (default 1e-10 m over T*)"},
+                            "Absolute tolerance of slip rates in the local error (default 1e-10 m over T*)", STEPS},
   [FAULT_ACCURACY] = {"accuracy", (PetscReal)NAN, "", SLIP_FAULT_ACCURACY_MIN, SLIP_FAULT_ACCURACY_MAX, SHUT, REAL,
                       "Relative error that the run should keep, 1e-3 to 1e-1; sets -ts_rtol of heuristic, pi, dsp and "
-                      "basic, and -ts_adapt_rl_accuracy (default 1e-2, of explicit runs 1e-3)"},
+                      "basic, and -ts_adapt_rl_accuracy (default 1e-2, of explicit runs 1e-3)",
+                      STEPS},
   [FAULT_CHECKPOINT_INTERVAL] = {"checkpoint_interval", 600, "s", 0, NONE, SHUT, REAL,
-                                 "Wall time from one checkpoint to the next"},
+                                 "Wall time from one checkpoint to the next", RUN},
   [FAULT_RESTART_DT] = {"restart_dt", 0, "s", 0, NONE, SHUT, REAL,
-                        "First step after -fault_restart; 0: that of the checkpoint (-ts_dt has no effect there)"},
+                        "First step after -fault_restart; 0: that of the checkpoint (-ts_dt has no effect there)", RUN},
   [FAULT_WALL_LIMIT] =
     {"wall_limit", 0, "s", 0, NONE, SHUT, REAL,
-     "Wall time of the program before which the run stops with a checkpoint and exit code 152; 0: unlimited"},
+     "Wall time of the program before which the run stops with a checkpoint and exit code 152; 0: unlimited", RUN},
   [FAULT_EVENT_RATE] = {"event_rate", 1e-3, "m/s", 0, NONE, OPEN, REAL,
                         "Slip rate of a cell at which an event of -fault_catalogue begins and ends; its row is written "
-                        "when all cells are below a tenth of it"},
+                        "when all cells are below a tenth of it",
+                        OUTPUT},
 };
 
 const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
-  [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening", "|rows of SlipFrictionLaws|", "Friction law"},
-  [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|", "Evolution of the state of rate-and-state friction"},
+  [FAULT_FRICTION_LAW] = {"friction_law", "exponential_slip_weakening", "|rows of SlipFrictionLaws|", "Friction law",
+                          PROBLEM},
+  [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|", "Evolution of the state of rate-and-state friction",
+                       PROBLEM},
   [FAULT_MEDIUM] = {"medium", "static", "|types of SlipElasticRegister()|",
-                    "How stress answers to slip; static: at once, by the stiffness and a viscosity"},
+                    "How stress answers to slip; static: at once, by the stiffness and a viscosity", PROBLEM},
   [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|",
-                    "Elastic medium: with or without the free surface"},
+                    "Elastic medium: with or without the free surface", PROBLEM},
   [FAULT_NORMAL_COUPLING] = {"normal_coupling", "auto", "|auto|yes|no|",
                              "Slip changes the normal stress, and so the strength; auto: yes for dipping faults, and "
-                             "for vertical ones with a rake other than 0 or 180"},
+                             "for vertical ones with a rake other than 0 or 180",
+                             PROBLEM},
   [FAULT_INITIAL] = {"initial", "auto", "|auto|critical|rest|traction|rate|",
                      "Start: critical, at the frictional instability; rest, without stress; traction, under the shear "
                      "stress initial_traction; rate, at initial_rate under the stress that balances it; auto: rate for "
-                     "rate-and-state friction, else critical"},
+                     "rate-and-state friction, else critical",
+                     PROBLEM},
   [FAULT_OPERATOR] = {"operator", "auto", "|dense|fft|hmat|auto|",
-                      "Storage of the stiffness; auto: fft on grids, dense up to 3000 cells of a mesh, hmat above"},
+                      "Storage of the stiffness; auto: fft on grids, dense up to 3000 cells of a mesh, hmat above",
+                      CONTENT},
   [FAULT_VISCOSITY] =
     {"viscosity", "auto", "|auto|sqrtm|spectral|lanczos|radiation|none|",
      "Viscosity H: sqrtm, exact matrix square root; spectral, one value per wavenumber; lanczos, exact in each product "
      "without set-up; radiation, radiation damping G/(2 cs); none; auto: radiation for rate-and-state friction and, "
-     "without inertia, for -fault_initial traction, else sqrtm"},
+     "without inertia, for -fault_initial traction, else sqrtm",
+     CONTENT},
   [FAULT_STIFFNESS_AVERAGE] = {"stiffness_average", "centre", "|centre|cell|whole|",
                                "Where stress is evaluated: centre of each cell, where friction chooses the edge of "
                                "slip (ruptures, injections, cycles); cell, averaged over it, where cells that do not "
-                               "slip prescribe the edge; whole, averaged for faults all of whose cells slide"},
-  [FAULT_STIFFNESS_FILE] =
-    {"stiffness_file", "", NULL,
-     "Stiffness from F.h5[:/dataset] (default /stiffness), [N,N] in Pa/m, instead of the kernel"},
+                               "slip prescribe the edge; whole, averaged for faults all of whose cells slide",
+                               PROBLEM},
+  [FAULT_STIFFNESS_FILE] = {"stiffness_file", "", NULL,
+                            "Stiffness from F.h5[:/dataset] (default /stiffness), [N,N] in Pa/m, instead of the kernel",
+                            CONTENT},
   [FAULT_STIFFNESS_SCALING] =
     {"stiffness_scaling", "none", "|mean_slip|none|",
-     "Scaling of K: none, as computed or read; mean_slip, multiplied so that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G"},
+     "Scaling of K: none, as computed or read; mean_slip, multiplied so that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G",
+     PROBLEM},
   [FAULT_PARAMETERS] =
     {"parameters", "", NULL,
-     "HDF5 file of fields [Nz,Nx] with a value per cell, named as the options whose values they override"},
+     "HDF5 file of fields [Nz,Nx] with a value per cell, named as the options whose values they override", CONTENT},
   [FAULT_MESH] =
     {"mesh", "", NULL,
      "File of cells in place of the grid and its extents: HDF5 with rectangles, /cells [n,5] with x, y, z "
      "of the centre, length and width [m], or [n,7] with strike and dip, or with triangles, /vertices [v,3] "
-     "and /triangles [n,3]; or .msh of Gmsh"},
+     "and /triangles [n,3]; or .msh of Gmsh",
+     CONTENT},
   [FAULT_MESH_FRAME] = {"mesh_frame", "auto", "|auto|enu|ned|end|",
                         "Axes of vertices in the file of -fault_mesh: enu is x east, y north, z up, ned is x north, y "
                         "east, z down, end is x "
-                        "east, y north, z down; auto: enu of Gmsh, ned of HDF5"},
+                        "east, y north, z down; auto: enu of Gmsh, ned of HDF5",
+                        CONTENT},
   [FAULT_MESH_UNIT] =
     {"mesh_unit", "auto", "|auto|m|km|",
      "Unit of lengths in the file of -fault_mesh; auto: what the file says, else m, but lengths that may be kilometres "
-     "or degrees are an error"},
+     "or degrees are an error",
+     CONTENT},
   [FAULT_PORE_PRESSURE] = {"pore_pressure", "", NULL,
                            "HDF5 file of pore pressure in time, /time [m] in s and /pressure [m,Nz,Nx] or [m,N] in Pa, "
-                           "linear between times and constant beyond"},
+                           "linear between times and constant beyond",
+                           CONTENT},
   [FAULT_INJECTION] = {"injection", "", NULL,
                        "Point x,z [m] of the fault, x,y,z where a mesh has several planes, at which fluid is injected "
-                       "from time 0 on"},
-  [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to"},
+                       "from time 0 on",
+                       PROBLEM},
+  [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to", OUTPUT},
   [FAULT_OUTPUT_FIELDS] =
     {"output_fields", "slip_rate,slip,displacement,traction", NULL,
      "Fields to write, separated by commas, of slip_rate, slip, displacement, traction, state (each of several by the "
-     "name that the law gives it), pore_pressure, normal_stress (effective); opening comes with -fault_opening"},
-  [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Precision of numbers in /fields"},
+     "name that the law gives it), pore_pressure, normal_stress (effective); opening comes with -fault_opening",
+     OUTPUT},
+  [FAULT_OUTPUT_PRECISION] = {"output_precision", "double", "|double|single|", "Precision of numbers in /fields",
+                              OUTPUT},
   [FAULT_STATIONS] = {"stations", "", NULL,
                       "Points \"x,z;x,z\" [m], \"x,y,z\" where planes overlap, or a file with a point on each line and "
                       "comments after #; values of their cells are written to /stations of -fault_output at every "
-                      "accepted step"},
+                      "accepted step",
+                      OUTPUT},
   [FAULT_SURFACE_STATIONS] = {"surface_stations", "", NULL,
                               "Points \"x,y;x,y\" [m] of the free surface, or a file with a point \"x,y\" or \"x y\" "
                               "on each line and comments after #; x is north, y is east. Their displacement and "
-                              "velocity are written to /surface of -fault_output at every accepted step"},
+                              "velocity are written to /surface of -fault_output at every accepted step",
+                              OUTPUT},
   [FAULT_SURFACE_MOTION] = {"surface_motion", "relative", "|relative|total|",
                             "Motion of -fault_surface_stations where plates load the fault: relative to that of the "
                             "plates, or total, with half of -fault_loading_rate along the rake on the side of the "
-                            "hanging wall, and against it on the other, for one plane with one rate and rake"},
+                            "hanging wall, and against it on the other, for one plane with one rate and rake",
+                            OUTPUT},
   [FAULT_CATALOGUE] = {"catalogue", "", NULL,
-                       "HDF5 file to write the catalogue to, with a row for every event of the run"},
-  [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart"},
-  [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to continue from; may be the file of -fault_checkpoint"},
+                       "HDF5 file to write the catalogue to, with a row for every event of the run", OUTPUT},
+  [FAULT_CHECKPOINT] = {"checkpoint", "", NULL, "HDF5 file to write the state of the run to, for -fault_restart", RUN},
+  [FAULT_RESTART] = {"restart", "", NULL, "Checkpoint to continue from; may be the file of -fault_checkpoint", RUN},
   [FAULT_STOP_FILE] = {"stop_file", "", NULL,
-                       "File that stops the run after its step when it appears, with a checkpoint and exit code 138"},
+                       "File that stops the run after its step when it appears, with a checkpoint and exit code 138",
+                       RUN},
 };
 
 #define AT(member) offsetof(struct _p_SlipFault, member)
 
 const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES] = {
-  {"check_error", AT(options.check_error), PETSC_TRUE, "SlipFaultOutputFinish",
+  {"check_error", AT(options.check_error), OUTPUT, "SlipFaultOutputFinish",
    "Measure the errors of the run: repeat it with every step divided into four, which costs five times its Bathe "
    "solves in addition; with -ts_type bathe (default no; the estimate in the summary costs nothing)"},
-  {"inertia", AT(options.inertia), PETSC_FALSE, "SlipFaultSetInertia",
+  {"inertia", AT(options.inertia), PROBLEM, "SlipFaultSetInertia",
    "Include inertia M = rho Ly, a mass per area without waves; no: quasi-dynamic (default yes; no for rate-and-state "
    "friction, and for slip weakening with -fault_initial traction unless -fault_viscosity is none)"},
-  {"initial_unstable", AT(options.initial_unstable), PETSC_FALSE, "SlipFaultSetInitialState",
+  {"initial_unstable", AT(options.initial_unstable), RUN, "SlipFaultSetInitialState",
    "With -fault_initial traction: cells may start above their strength; a line says where, and how many are outside of "
    "the "
    "largest patch (default no)"},
-  {"opening", AT(options.opening), PETSC_FALSE, "SlipFaultSetBool",
+  {"opening", AT(options.opening), PROBLEM, "SlipFaultSetBool",
    "Cells without normal stress may open, and close again; needs -fault_slip_components 2, -fault_initial traction and "
    "a friction law that sticks (default no: they slide freely, but stay closed)"},
-  {"output_xdmf", AT(options.output_xdmf), PETSC_TRUE, "SlipFaultOutputStart",
+  {"output_xdmf", AT(options.output_xdmf), OUTPUT, "SlipFaultOutputStart",
    "Write FILE.xdmf2 beside FILE of -fault_output, for ParaView (default yes)"},
-  {"progress", AT(options.progress), PETSC_TRUE, "SlipFaultOutputStart",
+  {"progress", AT(options.progress), OUTPUT, "SlipFaultOutputStart",
    "Print progress, every few seconds on a terminal, else once a minute: time, largest slip rate, steps and time left "
    "(default yes)"},
-  {"output_overwrite", AT(options.output_overwrite), PETSC_TRUE, "SlipFaultOutputStart",
+  {"output_overwrite", AT(options.output_overwrite), OUTPUT, "SlipFaultOutputStart",
    "Overwrite an unfinished FILE.part of -fault_output and -fault_catalogue (default no)"},
-  {"catalogue_maps", AT(options.catalogue_maps), PETSC_TRUE, "SlipFaultOutputStart",
+  {"catalogue_maps", AT(options.catalogue_maps), OUTPUT, "SlipFaultOutputStart",
    "Write slip and rupture time of every cell for each event of -fault_catalogue (default no)"},
 };
 
@@ -376,7 +416,7 @@ PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipParameter *p, Petsc
 /*@C
   SlipFaultSetReal - set a scalar parameter of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except velocity_scale, accuracy and output_*).
+  Logically collective; before SlipFaultSetUp() only (except velocity_scale, accuracy and what -help calls of the output).
 
   Input Parameters:
 + fault - the fault
@@ -397,7 +437,7 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
   PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE || id == FAULT_ACCURACY ||
-               (id >= FAULT_OUTPUT_INTERVAL && id <= FAULT_OUTPUT_COMPRESSION),
+               SlipFaultRealRow(id)->part == OUTPUT,
              fault->comm, PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
   PetscCall(SlipFaultCheckReal(fault, SlipFaultRealRow(id), value));
   fault->options.value[id] = value;
@@ -479,7 +519,7 @@ PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[]
 /*@C
   SlipFaultSetString - set a choice or a file name of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except output, output_*, stations, surface_stations and catalogue).
+  Logically collective; before SlipFaultSetUp() only (except what -help calls of the output).
 
   Input Parameters:
 + fault - the fault
@@ -503,7 +543,7 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
 
     PetscCall(PetscStrcmp(name, p->name, &same));
     if (!same) continue;
-    PetscCheck(!fault->setup || (i >= FAULT_OUTPUT && i <= FAULT_CATALOGUE), fault->comm, PETSC_ERR_ARG_WRONGSTATE,
+    PetscCheck(!fault->setup || p->part == OUTPUT, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
                "%s must be set before SlipFaultSetUp()", name);
     if (p->choices) {
       char list[FAULT_MAX_CHOICES];

@@ -141,9 +141,6 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault, Mat K)
   PetscCheck(fault->mesh.N <= SLIP_FAULT_MAX_DENSE, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-%sfault_stiffness_view writes %" PetscInt_FMT " x %" PetscInt_FMT " numbers, expected at most %d cells",
              SlipFaultPrefix(fault), fault->mesh.N, fault->mesh.N, SLIP_FAULT_MAX_DENSE);
-  PetscCheck(fault->layout.components == 1, fault->comm, PETSC_ERR_SUP,
-             "-%sfault_stiffness_view writes a number for each pair of cells: expected -%sfault_slip_components 1",
-             SlipFaultPrefix(fault), SlipFaultPrefix(fault));
   PetscCall(MatConvert(K, MATDENSE, MAT_INITIAL_MATRIX, &dense));
   if (fault->mesh.order) PetscCall(SlipFaultReorder(fault, &dense));
   PetscCall(PetscViewerPushFormat(fault->options.stiffness_viewer, fault->options.stiffness_format));
@@ -151,61 +148,6 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault, Mat K)
   PetscCall(PetscViewerPopFormat(fault->options.stiffness_viewer));
   PetscCall(MatDestroy(&dense));
   PetscCall(PetscViewerDestroy(&fault->options.stiffness_viewer)); /* closes the file */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Choices that have no meaning without the uniform grid whose kernel they use, before anything is computed. */
-static PetscErrorCode SlipFaultCheckChoices(SlipFault fault)
-{
-  const char *type = fault->options.text[FAULT_OPERATOR], *file = fault->options.text[FAULT_STIFFNESS_FILE];
-  const char *mesh = fault->options.text[FAULT_MESH], *prefix = SlipFaultPrefix(fault);
-  PetscBool fft, hmat, spectral, none, radiation;
-  SlipKernel kernel;
-
-  PetscFunctionBegin;
-  PetscCall(PetscStrcmp(type, "fft", &fft));
-  PetscCall(PetscStrcmp(type, "hmat", &hmat));
-  PetscCall(PetscStrcmp(fault->kind.viscosity, "spectral", &spectral));
-  PetscCall(SlipFaultKernel(fault, &kernel));
-  PetscCheck(kernel.average != SLIP_AVERAGE_WHOLE || !kernel.type->side, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_stiffness_average whole does not support triangles: expected centre or cell", prefix);
-  PetscCheck(
-    !kernel.average || kernel.type->average, fault->comm, PETSC_ERR_ARG_INCOMP,
-    "-%sfault_stiffness_average %s supports only triangles, and vertical planes with the rake 0: expected centre",
-    prefix, fault->options.text[FAULT_STIFFNESS_AVERAGE]);
-  PetscCheck(!fault->kind.dipping || !spectral, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_viscosity spectral supports only vertical planes with the rake 0: expected sqrtm, lanczos, "
-             "radiation or none",
-             prefix);
-  PetscCheck(!file[0] || !kernel.average, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_stiffness_average %s cannot average the entries of -%sfault_stiffness_file %s: expected no "
-             "average",
-             prefix, fault->options.text[FAULT_STIFFNESS_AVERAGE], prefix, file);
-  PetscCheck(!file[0] || (!fft && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_operator %s cannot store the entries of -%sfault_stiffness_file %s: expected dense or auto",
-             prefix, type, prefix, file);
-  PetscCheck(!spectral || (!file[0] && !mesh[0] && !hmat), fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_viscosity spectral needs a uniform grid with -%sfault_operator dense or fft, but -%s%s %s is "
-             "given: expected -%sfault_viscosity sqrtm, lanczos or none",
-             prefix, prefix, prefix,
-             file[0]   ? "fault_stiffness_file"
-             : mesh[0] ? "fault_mesh"
-                       : "fault_operator",
-             file[0]   ? file
-             : mesh[0] ? mesh
-                       : type,
-             prefix);
-  PetscCheck(!spectral || kernel.average != SLIP_AVERAGE_WHOLE, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_viscosity spectral does not know the border of -%sfault_stiffness_average whole: expected "
-             "-%sfault_viscosity sqrtm, lanczos or none, or -%sfault_stiffness_average cell",
-             prefix, prefix, prefix, prefix);
-  PetscCall(PetscStrcmp(fault->kind.viscosity, "none", &none));
-  PetscCall(PetscStrcmp(fault->kind.viscosity, "radiation", &radiation));
-  PetscCheck(fault->kind.inertia || (!none && (radiation || fault->options.value[FAULT_DAMPING_RATIO] > 0)),
-             fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_inertia no needs a viscosity, which limits slip rates in its place: expected -%sfault_viscosity "
-             "radiation, or another but none with -%sfault_damping_ratio > 0",
-             prefix, prefix, prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -319,7 +261,6 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   Mat K;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultCheckChoices(fault));
   PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
   fault->critical.known = !(traction || fault->friction.law->always_slides) || scaled ? PETSC_TRUE : PETSC_FALSE;

@@ -6,15 +6,10 @@
 /* Rank 0 has what the file holds, and all know what kind of cells. */
 static PetscErrorCode ReadFile(const SlipFaultMeshOptions *o, SlipFaultMeshFile *file)
 {
-  const char *said[] = {"frame", o->frame, "unit", o->unit};
   PetscErrorCode ierr = PETSC_SUCCESS;
   PetscMPIInt rank;
 
   PetscFunctionBegin;
-  for (int k = 0; k < 4 && !o->file[0]; k += 2)
-    PetscCheck(!strcmp(said[k + 1], "auto"), o->comm, PETSC_ERR_ARG_INCOMP,
-               "-%sfault_mesh_%s %s is of the file of -%sfault_mesh, which is not given", o->prefix, said[k],
-               said[k + 1], o->prefix);
   if (!o->file[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(o->comm, &rank));
   if (!rank) ierr = SlipFaultMeshRead(o, file);

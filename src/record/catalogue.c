@@ -197,9 +197,6 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
   *wanted = file[0] ? PETSC_TRUE : PETSC_FALSE;
   if (!*wanted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCheck(bathe || fault->friction.law->always_slides, fault->comm, PETSC_ERR_SUP,
-             "-%sfault_catalogue works with -ts_type bathe, not %s, unless friction is smooth (rate_and_state)", prefix,
-             ((PetscObject)ts)->type_name);
   PetscCall(PetscStrcmp(file, fault->options.text[FAULT_OUTPUT], &same));
   PetscCheck(!same, fault->comm, PETSC_ERR_FILE_OPEN,
              "-%sfault_catalogue and -%sfault_output are both %s, expected two files", prefix, prefix, file);

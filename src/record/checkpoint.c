@@ -1,5 +1,6 @@
 /* Checkpoints of a fault's run: all that it remembers. Which run a file is of is samerun.c's. */
 #include <slipstep/private/sliprecord.h>
+#include <slipstep/private/slipfaultfeatures.h>
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipcheckpoint.h>
@@ -133,7 +134,7 @@ static PetscErrorCode CheckFile(SlipFault fault)
   After `SlipSignalsPush()`, SIGTERM, SIGINT, SIGUSR1 and SIGXCPU stop the run after the step in work, with a checkpoint:
   ask `SlipFaultCheckpointFinish()` after TSSolve().
 
-  Errors: PETSC_ERR_SUP for another TS type, PETSC_ERR_FILE_OPEN when the file is there and is not gone on from or
+  Errors: PETSC_ERR_ARG_INCOMP for another TS type, PETSC_ERR_FILE_OPEN when the file is there and is not gone on from or
   cannot be written, PETSC_ERR_ARG_INCOMP for the checkpoint of another run, PETSC_ERR_ARG_OUTOFRANGE for a final time before the
   checkpoint's, or a next step below the rounding of its time, which -fault_restart_dt replaces
 
@@ -150,19 +151,11 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
                                    .ctx = fault};
   SlipCheckpointPlan named = plan;
   char restart[128], stop[128];
-  PetscBool bathe, rk;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &rk, TSRK, TSADAMS, ""));
-  PetscCheck(bathe || (rk && fault->friction.law->always_slides) ||
-               (!plan.file[0] && !fault->options.text[FAULT_RESTART][0]),
-             fault->comm, PETSC_ERR_SUP,
-             "-%sfault_checkpoint and -%sfault_restart work with -ts_type bathe, or rk or adams and rate-and-state "
-             "friction, not %s",
-             prefix, prefix, ((PetscObject)ts)->type_name);
+  PetscCall(SlipFaultCheckFeatures(fault, ts));
   PetscCall(CheckFile(fault));
   fault->run->idle = PETSC_FALSE;
   if (fault->options.text[FAULT_RESTART][0]) PetscCall(Restart(fault, ts));

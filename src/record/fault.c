@@ -1,5 +1,6 @@
 /* A fault's life: create, set up, state, destroy. */
 #include <slipstep/private/sliprecord.h>
+#include <slipstep/private/slipfaultfeatures.h>
 #include <math.h>
 
 /*@
@@ -53,7 +54,8 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
 
   Level: beginner
 
-  Errors: parameters out of range, files that cannot be read or hold other shapes, a K that is not positive definite.
+  Errors: parameters out of range, files that cannot be read or hold other shapes, a K that is not positive definite;
+  PETSC_ERR_ARG_INCOMP for features that do not go together, which SlipFaultFeaturesView() lists.
 
 .seealso: SlipFaultCreate(), SlipFaultGetOperators()
 @*/
@@ -73,6 +75,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   fault->operators.tstar =
     thickness * PetscSqrtReal(fault->options.value[FAULT_DENSITY] / fault->options.value[FAULT_SHEAR_MODULUS]);
   PetscCall(SlipFaultCellsSetUp(fault));
+  PetscCall(SlipFaultCheckFeatures(fault, NULL));
   PetscCall(SlipFaultLoadsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));

@@ -1,6 +1,7 @@
 /* Who watches a run: rows of one table, ours and those of users, which are created, started, told of each accepted step, visited for
    checkpoints, finished and destroyed in its order. The file of the run is what they share. */
 #include <slipstep/private/sliprecord.h>
+#include <slipstep/private/slipfaultfeatures.h>
 #include <slipstep/private/slipsys.h>
 #include <stdlib.h>
 #include <string.h>
@@ -197,15 +198,14 @@ static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
   Level: intermediate
 
   Errors: PETSC_ERR_FILE_OPEN when a file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field,
-  PETSC_ERR_ARG_INCOMP for the pore pressure of a fault that has none, PETSC_ERR_SUP for a catalogue with another integrator
-  than TSBATHE unless friction is smooth.
+  PETSC_ERR_ARG_INCOMP for what does not go together, see SlipFaultFeaturesView().
 
   Notes:
   The content goes to FILE.part, made at the start of TSSolve(), which takes FILE's name in SlipFaultOutputFinish(): a run
   that fails leaves an older FILE as it was. FILE.part can be read all the time, see SlipOutputCreate(). slipfault.h
   describes the layout.
 
-.seealso: SlipFaultOutputFinish(), SlipFaultRegisterObserver(), SlipFaultCheckpointStart()
+.seealso: SlipFaultOutputFinish(), SlipFaultRegisterObserver(), SlipFaultCheckpointStart(), SlipFaultFeaturesView()
 @*/
 PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
 {
@@ -215,6 +215,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(SlipFaultCheckFileNames(fault)); /* as SlipFaultSetString() may have set them */
+  PetscCall(SlipFaultCheckFeatures(fault, ts));
   PetscCheck(!run->file && !run->catalogue, fault->comm, PETSC_ERR_ORDER,
              "the output of the last run was not finished");
   PetscCall(SlipFaultObserversDestroy(fault));

@@ -28,6 +28,14 @@ static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipParameter 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What a row says it is part of, for -help; what a law brings is of the problem. */
+static const char *PartText(SlipPart part)
+{
+  static const char *const text[SLIP_NUM_PARTS] = {"problem", "problem", "problem", "steps", "run", "output"};
+
+  return text[part];
+}
+
 static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, SlipOptionItems PetscOptionsObject)
 {
   const SlipParameter *p = SlipFaultRealRow(id);
@@ -37,8 +45,8 @@ static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, Sli
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
-  PetscCall(
-    PetscSNPrintf(help, sizeof(help), "%s%s%s%s", p->help, p->unit[0] ? " [" : "", p->unit, p->unit[0] ? "]" : ""));
+  PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s%s; of the %s", p->help, p->unit[0] ? " [" : "", p->unit,
+                          p->unit[0] ? "]" : "", PartText(p->part)));
   PetscCall(SlipFaultGetReal(fault, p->name, &value));
   PetscCall(SlipFaultCheckOption(fault, p, option));
   if (p->integer) {
@@ -66,8 +74,8 @@ static PetscErrorCode SlipFaultStringFromOptions(SlipFault fault, PetscInt id, S
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
   if (p->choices) PetscCall(SlipFaultListChoices(p, NULL, list, sizeof(list), NULL));
-  PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s%s", p->help, p->choices ? "; one of " : "", list,
-                          p->value[0] ? "" : " (default none)"));
+  PetscCall(PetscSNPrintf(help, sizeof(help), "%s%s%s; of the %s%s", p->help, p->choices ? "; one of " : "", list,
+                          PartText(p->part), p->value[0] ? "" : " (default none)"));
   PetscCall(
     PetscOptionsString(option, help, "SlipFaultSetString", fault->options.text[id], value, sizeof(value), &set));
   if (set) PetscCall(PetscOptionsFindPair(options, SlipFaultPrefix(fault), option, &whole, NULL)); /* uncut */
@@ -85,12 +93,13 @@ static PetscErrorCode SlipFaultSwitchFromOptions(SlipFault fault, const SlipFaul
                                                  SlipOptionItems PetscOptionsObject)
 {
   PetscBool value = *(PetscBool *)((char *)fault + p->offset), set;
-  char option[64];
+  char option[64], help[512];
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", p->name));
+  PetscCall(PetscSNPrintf(help, sizeof(help), "%s; of the %s", p->help, PartText(p->part)));
   PetscCall(SlipCheckBoolOption(fault->comm, ((PetscObject)fault)->options, SlipFaultPrefix(fault), option));
-  PetscCall(PetscOptionsBool(option, p->help, p->manual, value, &value, &set));
+  PetscCall(PetscOptionsBool(option, help, p->manual, value, &value, &set));
   if (set) PetscCall(SlipFaultSetBool(fault, p->name, value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

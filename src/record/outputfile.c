@@ -154,13 +154,6 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
       "normal_stress or opening",
       SlipFaultPrefix(fault), names[i], states);
   }
-  PetscCheck(!out->wanted[OUTPUT_PORE_PRESSURE] || fault->loads.pressed, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_output_fields has pore_pressure, but the fault has none: expected -%sfault_pore_pressure or "
-             "-%sfault_injection",
-             SlipFaultPrefix(fault), SlipFaultPrefix(fault), SlipFaultPrefix(fault));
-  PetscCheck(!out->wanted[OUTPUT_OPENING] || SlipFaultOpens(fault), fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_output_fields has opening, but cells do not open: expected -%sfault_opening yes",
-             SlipFaultPrefix(fault), SlipFaultPrefix(fault));
   if (SlipFaultOpens(fault))
     out->wanted[OUTPUT_OPENING] = PETSC_TRUE; /* without which slip_rate and the others mislead */
   PetscCall(PetscStrToArrayDestroy(n, names));

@@ -1,5 +1,5 @@
-/* Which run a checkpoint is of: every row of the tables of parameters.c, and what files and options have made of them, is in it, and is
-   compared where a run goes on. */
+/* Which run a checkpoint is of: every row of the tables of parameters.c that says it is part of the problem or of its steps, and what files
+   and options have made of them, is in it, and is compared where a run goes on. */
 #include <slipstep/private/sliprecord.h>
 #include <inttypes.h>
 #include <stdio.h>
@@ -113,67 +113,17 @@ static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what of the tables of parameters.c may be another one; all else, and what is new in them, is refused ---- */
-
-typedef enum {
-  SAME,
-  CONTENT, /* what follows from it is compared: cells, fields, operators, records, whatever their files are called */
-  TOLD,    /* how the run is computed: announced */
-  FREE     /* what is written, printed or kept, and when; or the start, which is over */
-} Change;
-
-static const struct {
-  SlipFaultRealId id;
-  Change change;
-} Reals[] = {{FAULT_NORMAL_STRESS_GRADIENT, CONTENT},
-             {FAULT_KRYLOV_TOLERANCE, TOLD},
-             {FAULT_RATE_TOLERANCE, TOLD},
-             {FAULT_ACCURACY, TOLD},
-             {FAULT_OUTPUT_INTERVAL, FREE},
-             {FAULT_OUTPUT_SLIP_INTERVAL, FREE},
-             {FAULT_OUTPUT_TIME_INTERVAL, FREE},
-             {FAULT_OUTPUT_RATE_CHANGE, FREE},
-             {FAULT_OUTPUT_SIZE, FREE},
-             {FAULT_OUTPUT_COMPRESSION, FREE},
-             {FAULT_CHECKPOINT_INTERVAL, FREE},
-             {FAULT_RESTART_DT, FREE},
-             {FAULT_WALL_LIMIT, FREE},
-             {FAULT_EVENT_RATE, FREE}}; /* the catalogue compares it */
-
-static const struct {
-  SlipFaultStringId id;
-  Change change;
-} Strings[] = {{FAULT_OPERATOR, CONTENT},      {FAULT_VISCOSITY, CONTENT},     {FAULT_STIFFNESS_FILE, CONTENT},
-               {FAULT_PARAMETERS, CONTENT},    {FAULT_MESH, CONTENT},          {FAULT_MESH_FRAME, CONTENT},
-               {FAULT_MESH_UNIT, CONTENT},     {FAULT_PORE_PRESSURE, CONTENT}, {FAULT_OUTPUT, FREE},
-               {FAULT_OUTPUT_FIELDS, FREE},    {FAULT_OUTPUT_PRECISION, FREE}, {FAULT_STATIONS, FREE},
-               {FAULT_SURFACE_STATIONS, FREE}, {FAULT_SURFACE_MOTION, FREE},   {FAULT_STOP_FILE, FREE},
-               {FAULT_CATALOGUE, FREE},        {FAULT_CHECKPOINT, FREE},       {FAULT_RESTART, FREE}};
-
-static Change ChangeOfReal(PetscInt id)
-{
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Reals); i++)
-    if (id == (PetscInt)Reals[i].id) return Reals[i].change;
-  return SlipFaultFieldOf(id) >= 0 ? CONTENT : SAME;
-}
-
-static Change ChangeOfString(PetscInt id)
-{
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Strings); i++)
-    if (id == (PetscInt)Strings[i].id) return Strings[i].change;
-  return SAME;
-}
+/* ---- what the rows of parameters.c say they are part of; those of the run and of the output may be another one ---- */
 
 static PetscErrorCode CompareReals(Differences *d, SlipFault fault)
 {
   PetscFunctionBegin;
   for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
-    const Change change = ChangeOfReal(id);
     const SlipParameter *p = SlipFaultRealRow(id);
     PetscReal value;
 
-    if (change == CONTENT || change == FREE) continue;
-    d->told = change == TOLD ? PETSC_TRUE : PETSC_FALSE;
+    d->told = p->part == SLIP_PART_STEPS ? PETSC_TRUE : PETSC_FALSE;
+    if (!d->told && (p->part != SLIP_PART_PROBLEM || SlipFaultFieldOf(id) >= 0)) continue; /* fields are compared */
     PetscCall(SlipFaultGetReal(fault, p->name, &value));
     PetscCall(CompareReal(d, p->name, value, p->unit, 0));
   }
@@ -187,12 +137,12 @@ static PetscErrorCode CompareStrings(Differences *d, SlipFault fault)
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++) {
     const char *text = SlipFaultGetText(fault, id);
 
-    if (ChangeOfString(id) == SAME) PetscCall(CompareText(d, SlipFaultStrings[id].name, text[0] ? text : "none"));
+    if (SlipFaultStrings[id].part == SLIP_PART_PROBLEM)
+      PetscCall(CompareText(d, SlipFaultStrings[id].name, text[0] ? text : "none"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Those that may be set after the set-up, and what may start above its strength, are nothing of what is computed. */
 static PetscErrorCode CompareSwitches(Differences *d, SlipFault fault)
 {
   PetscFunctionBegin;
@@ -200,7 +150,7 @@ static PetscErrorCode CompareSwitches(Differences *d, SlipFault fault)
     const SlipFaultSwitch *p = &SlipFaultSwitches[i];
     const PetscBool *at = (const PetscBool *)((const char *)fault + p->offset);
 
-    if (p->late || at == &fault->options.initial_unstable) continue;
+    if (p->part != SLIP_PART_PROBLEM) continue;
     if (at == &fault->options.inertia) at = &fault->kind.inertia; /* where it was not given, the law has decided */
     PetscCall(CompareText(d, p->name, *at ? "yes" : "no"));
   }

@@ -192,11 +192,6 @@ static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
   PetscCall(Reset(est));
   est->known = PETSC_FALSE; /* until a step is accepted */
-  PetscCheck(
-    bathe || !fault->options.check_error, fault->comm, PETSC_ERR_SUP,
-    "-%sfault_check_error computes each step in parts, which -ts_type %s does not: expected -ts_type bathe, or a "
-    "second run with another -ts_rtol",
-    SlipFaultPrefix(fault), ((PetscObject)ts)->type_name);
   /* The estimate is of a single event: nothing is known of sequences but by repetition. */
   est->recorded = !fault->kind.driven || fault->options.check_error ? PETSC_TRUE : PETSC_FALSE;
   if (est->recorded) est->course.n = 0;

@@ -158,7 +158,7 @@ static PetscErrorCode PlaceStation(SlipFault fault, const PetscReal point[3], St
 
 static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
-  const char *text = fault->options.text[FAULT_STATIONS], *prefix = SlipFaultPrefix(fault);
+  const char *text = fault->options.text[FAULT_STATIONS];
   Stations *list;
   PetscReal *point;
   PetscInt n;
@@ -169,8 +169,6 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscCall(PetscNew(&list));
   *ctx = list;
   if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(fault->options.text[FAULT_OUTPUT][0], fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_stations %s is written to the output: expected -%sfault_output", prefix, text, prefix);
   PetscCall(SlipFaultReadPoints(fault, FAULT_STATIONS, "xz", PETSC_TRUE, &n, &point));
   list->n = n;
   list->columns = SlipFaultOpens(fault) ? STATION_COLUMNS : fault->kind.coupled ? STATION_OPENING : STATION_NORMAL;

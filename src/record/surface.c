@@ -133,20 +133,15 @@ static PetscErrorCode MovePlates(SlipFault fault, Surface *s)
 
 static PetscErrorCode SurfaceCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
-  const char *text = fault->options.text[FAULT_SURFACE_STATIONS], *prefix = SlipFaultPrefix(fault);
+  const char *text = fault->options.text[FAULT_SURFACE_STATIONS];
   PetscReal *points;
   Surface *s;
-  PetscBool half_space, total;
+  PetscBool total;
 
   PetscFunctionBegin;
   (void)ts;
   *wanted = text[0] ? PETSC_TRUE : PETSC_FALSE;
   if (!*wanted) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(fault->options.text[FAULT_OUTPUT][0], fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_surface_stations %s is written to the output: expected -%sfault_output", prefix, text, prefix);
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_KERNEL], "half_space", &half_space));
-  PetscCheck(half_space, fault->comm, PETSC_ERR_ARG_INCOMP,
-             "-%sfault_surface_stations needs a free surface: expected -%sfault_kernel half_space", prefix, prefix);
   PetscCall(PetscNew(&s));
   *ctx = s;
   PetscCall(SlipFaultReadPoints(fault, FAULT_SURFACE_STATIONS, "xy", PETSC_FALSE, &s->n, &points));

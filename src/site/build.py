@@ -118,7 +118,7 @@ class Site:
         for part, (title, question, _) in PARTS.items():
             entries = [page.split("/", 1)[1] for page in self.known.values() if page.startswith(part + "/")]
             if part == "reference":
-                entries = ["options", "scripts", *entries, "functions", "python"]
+                entries = ["options", "features", "scripts", *entries, "functions", "python"]
             self.write(f"{part}/index", f"# {title}\n\n{question}\n\n```{{toctree}}\n:maxdepth: 1\n\n" + "\n".join(entries) + "\n```\n")
 
     def write_options(self):
@@ -140,6 +140,16 @@ class Site:
                     lines += [f"| `{option}` | {f'`{default}`' if default else ''} | {cell(text)} |" for option, default, text in rows] + [""]
         self.write("reference/options", "\n".join(lines))
         return seen
+
+    def write_features(self):
+        """What goes with what: the table of src/fault/features.c, as fault prints it."""
+        done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-fault_features"], capture_output=True, text=True, check=True, env={**os.environ, "OMPI_MCA_ess_singleton_isolated": "1"})
+        *rules, rest = done.stdout.strip().split("\n")
+        lines = ["# What goes with what", "", "Printed by `fault -fault_features`. What does not go together is refused before anything is computed, by the sentence of its row; all else does, and a test runs every "
+                 "pair. Options that only have no effect beside others are named by a warning.", "", "| feature | | other | but for | refused by |", "|---|---|---|---|---|"]
+        lines += ["| " + " | ".join(cell(part) for part in rule.split(" | ")) + " |" for rule in rules]
+        lines += ["", "Named by no row, and with all others: " + cell(rest.split(": ", 1)[1]) + ".", ""]
+        self.write("reference/features", "\n".join(lines))
 
     def write_scripts(self):
         """What each script prints on --help."""
@@ -204,6 +214,7 @@ class Site:
         self.copy_pages()
         self.write_indices()
         self.write_options()
+        self.write_features()
         self.write_scripts()
         self.write_functions()
         self.write_python()

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Every option of `fault -help fault`, changed where a run goes on from its checkpoint: what says what is computed is refused by its name
-with both values, what says how is announced likewise, and what is neither leaves the result as it is. An option that -help has and the
-table below has not is a failure, and so is one that changes the result without a word.
+"""Every option of `fault -help fault`, changed where a run goes on from its checkpoint. Rows of src/fault/parameters.c say what they are part of,
+and -help says it: what is of the problem is refused by its name with both values, what is of the steps is announced likewise, and what is of
+the run or of the output leaves the result as it is. An option that -help has and the table below has not is a failure, and so is one that
+changes the result without a word.
 
     test_restart_options.py --table     prints what became of each"""
 import os
@@ -38,71 +39,74 @@ RUNS = {
                   "-fault_injection_diffusivity 1e3 -ts_max_time 500", 5),
     "record": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_pore_pressure pressure.h5 -ts_max_time 200", 5),
 }
-# option: (run, value, what becomes of it), in a run where it counts; of values None the option stands alone
+# What becomes of an option by what it is part of: the first, or where the table says so another
+BECOMES = {"problem": (REFUSED, FILE), "steps": (ANNOUNCED,), "run": (SAME, ANNOUNCED), "output": (SAME, FILE, REFUSED)}
+# option: (run, value), in a run where it counts, and what becomes of it where -help does not say what it is part of, or where that is not the
+# first that may; of values None the option stands alone
 TABLE = {
-    "fault_nx": ("event", "5", REFUSED),
-    "fault_nz": ("event", "4", REFUSED),
-    "fault_length_x": ("event", "3100", REFUSED),
-    "fault_length_z": ("event", "3100", REFUSED),
-    "fault_depth_top": ("event", "100", REFUSED),
-    "fault_strike": ("thrust", "30", REFUSED),
-    "fault_dip": ("thrust", "50", REFUSED),
-    "fault_rake": ("thrust", "80", REFUSED),
-    "fault_slip_components": ("thrust", "2", REFUSED),
-    "fault_thickness": ("event", "2000", REFUSED),
-    "fault_shear_modulus": ("event", "31e9", REFUSED),
-    "fault_poisson_ratio": ("thrust", "0.3", REFUSED),
-    "fault_density": ("event", "2600", REFUSED),
-    "fault_damping_ratio": ("event", "0.3", REFUSED),
-    "fault_loading_rate": ("loaded", "0.2", REFUSED),
-    "fault_normal_stress": ("event", "1e6", REFUSED),
-    "fault_normal_stress_gradient": ("event", "16e3", REFUSED),
-    "fault_friction_residual": ("event", "0.49", REFUSED),
-    "fault_friction_drop": ("event", "0.2", REFUSED),
-    "fault_friction_slip": ("event", "0.2", REFUSED),
-    "fault_friction_rate": ("rate", "0.2", REFUSED),
-    "fault_friction_a": ("smooth", "0.011", REFUSED),
-    "fault_friction_b": ("smooth", "0.016", REFUSED),
-    "fault_friction_alpha": ("smooth", "0.1", REFUSED),
-    "fault_friction_reference": ("smooth", "0.61", REFUSED),
-    "fault_friction_reference_rate": ("smooth", "2e-6", REFUSED),
-    "fault_healing_time": ("loaded", "50", REFUSED),
-    "fault_initial_traction": ("loaded", "2e6", REFUSED),
-    "fault_initial_rate": ("smooth", "2e-9", REFUSED),
-    "fault_initial_state": ("smooth", "1e7", REFUSED),
-    "fault_creep": ("smooth", "1", REFUSED),
-    "fault_stressing_rate": ("loaded", "1", REFUSED),
-    "fault_injection_pressure": ("injection", "1e7", REFUSED),
-    "fault_injection_diffusivity": ("injection", "2e3", REFUSED),
-    "fault_injection_stop": ("injection", "100", REFUSED),
-    "fault_initial_perturbation": ("event", "2e-5", REFUSED),
-    "fault_velocity_scale": ("policy", "0.08", REFUSED),
-    "fault_hmat_tolerance": ("hmat", "1e-6", REFUSED),
-    "fault_friction_law": ("event", "linear_slip_weakening", REFUSED),
-    "fault_state_law": ("smooth", "slip", REFUSED),
+    "fault_nx": ("event", "5"),
+    "fault_nz": ("event", "4"),
+    "fault_length_x": ("event", "3100"),
+    "fault_length_z": ("event", "3100"),
+    "fault_depth_top": ("event", "100"),
+    "fault_strike": ("thrust", "30"),
+    "fault_dip": ("thrust", "50"),
+    "fault_rake": ("thrust", "80"),
+    "fault_slip_components": ("thrust", "2"),
+    "fault_thickness": ("event", "2000"),
+    "fault_shear_modulus": ("event", "31e9"),
+    "fault_poisson_ratio": ("thrust", "0.3"),
+    "fault_density": ("event", "2600"),
+    "fault_damping_ratio": ("event", "0.3"),
+    "fault_loading_rate": ("loaded", "0.2"),
+    "fault_normal_stress": ("event", "1e6"),
+    "fault_normal_stress_gradient": ("event", "16e3"),
+    "fault_friction_residual": ("event", "0.49"),
+    "fault_friction_drop": ("event", "0.2"),
+    "fault_friction_slip": ("event", "0.2"),
+    "fault_friction_rate": ("rate", "0.2"),
+    "fault_friction_a": ("smooth", "0.011"),
+    "fault_friction_b": ("smooth", "0.016"),
+    "fault_friction_alpha": ("smooth", "0.1"),
+    "fault_friction_reference": ("smooth", "0.61"),
+    "fault_friction_reference_rate": ("smooth", "2e-6"),
+    "fault_healing_time": ("loaded", "50"),
+    "fault_initial_traction": ("loaded", "2e6"),
+    "fault_initial_rate": ("smooth", "2e-9"),
+    "fault_initial_state": ("smooth", "1e7"),
+    "fault_creep": ("smooth", "1"),
+    "fault_stressing_rate": ("loaded", "1"),
+    "fault_injection_pressure": ("injection", "1e7"),
+    "fault_injection_diffusivity": ("injection", "2e3"),
+    "fault_injection_stop": ("injection", "100"),
+    "fault_initial_perturbation": ("event", "2e-5"),
+    "fault_velocity_scale": ("policy", "0.08"),
+    "fault_hmat_tolerance": ("hmat", "1e-6"),
+    "fault_friction_law": ("event", "linear_slip_weakening"),
+    "fault_state_law": ("smooth", "slip"),
     "fault_medium": ("event", "static", SAME),  # there is no other
-    "fault_kernel": ("event", "full_space", REFUSED),
-    "fault_normal_coupling": ("thrust", "no", REFUSED),
-    "fault_initial": ("event", "rest", REFUSED),
-    "fault_operator": ("event", "fft", REFUSED),
-    "fault_viscosity": ("event", "spectral", REFUSED),
-    "fault_stiffness_average": ("event", "cell", REFUSED),
-    "fault_stiffness_file": ("event", "stiffness.h5", REFUSED),
-    "fault_stiffness_scaling": ("event", "mean_slip", REFUSED),
-    "fault_parameters": ("event", "parameters.h5", REFUSED),
-    "fault_mesh": ("mesh", "other_mesh.h5", REFUSED),
+    "fault_kernel": ("event", "full_space"),
+    "fault_normal_coupling": ("thrust", "no"),
+    "fault_initial": ("event", "rest"),
+    "fault_operator": ("event", "fft"),
+    "fault_viscosity": ("event", "spectral"),
+    "fault_stiffness_average": ("event", "cell"),
+    "fault_stiffness_file": ("event", "stiffness.h5"),
+    "fault_stiffness_scaling": ("event", "mean_slip"),
+    "fault_parameters": ("event", "parameters.h5"),
+    "fault_mesh": ("mesh", "other_mesh.h5"),
     "fault_mesh_frame": ("mesh", "enu", FILE),
-    "fault_mesh_unit": ("mesh", "m", REFUSED),
-    "fault_pore_pressure": ("record", "other_pressure.h5", REFUSED),
-    "fault_event_rate": ("event", "1e-2", REFUSED),
-    "fault_injection": ("injection", "1600,1500", REFUSED),
-    "fault_inertia": ("event", "no -fault_viscosity sqrtm", REFUSED),
-    "fault_opening": ("thrust", "yes -fault_slip_components 2 -fault_initial traction", REFUSED),
+    "fault_mesh_unit": ("mesh", "m"),
+    "fault_pore_pressure": ("record", "other_pressure.h5"),
+    "fault_event_rate": ("event", "1e-2", REFUSED),  # by the catalogue
+    "fault_injection": ("injection", "1600,1500"),
+    "fault_inertia": ("event", "no -fault_viscosity sqrtm"),
+    "fault_opening": ("thrust", "yes -fault_slip_components 2 -fault_initial traction"),
     "ts_type": ("smooth", "rk", REFUSED),
     # how it is computed
-    "fault_krylov_tolerance": ("lanczos", "1e-6", ANNOUNCED),
-    "fault_rate_tolerance": ("event", "1e-9", ANNOUNCED),
-    "fault_accuracy": ("event", "1e-1", ANNOUNCED),
+    "fault_krylov_tolerance": ("lanczos", "1e-6"),
+    "fault_rate_tolerance": ("event", "1e-9"),
+    "fault_accuracy": ("event", "1e-1"),
     "fault_restart_dt": ("event", "1e-4", ANNOUNCED),
     "mat_slipfft_depth": ("event", "transform", ANNOUNCED),
     "mat_slip_share": ("event", "yes", ANNOUNCED),
@@ -138,30 +142,31 @@ TABLE = {
     # of the start alone, or what is written and printed and when
     "slip_traceback": ("event", "yes", SAME),
     "fault_sweep": ("event", "sweep.txt", SAME),
-    "fault_initial_unstable": ("loaded", "yes", SAME),
-    "fault_output_interval": ("event", "3", SAME),
-    "fault_output_slip_interval": ("event", "0.01", SAME),
-    "fault_output_time_interval": ("event", "1", SAME),
-    "fault_output_rate_change": ("event", "2", SAME),
-    "fault_output_size": ("event", "1e4", SAME),
+    "fault_features": ("event", "no", SAME),
+    "fault_initial_unstable": ("loaded", "yes"),
+    "fault_output_interval": ("event", "3"),
+    "fault_output_slip_interval": ("event", "0.01"),
+    "fault_output_time_interval": ("event", "1"),
+    "fault_output_rate_change": ("event", "2"),
+    "fault_output_size": ("event", "1e4"),
     "fault_output_compression": ("event", "3", FILE),
     "fault_output_fields": ("event", "slip", FILE),
     "fault_output_precision": ("event", "single", FILE),
-    "fault_output": ("event", "elsewhere.h5", SAME),
-    "fault_output_xdmf": ("event", "no", SAME),
-    "fault_output_overwrite": ("event", "yes", SAME),
+    "fault_output": ("event", "elsewhere.h5"),
+    "fault_output_xdmf": ("event", "no"),
+    "fault_output_overwrite": ("event", "yes"),
     "fault_stations": ("event", "500,500", FILE),
     "fault_surface_stations": ("event", "500,500", FILE),
-    "fault_surface_motion": ("loaded", "total", SAME),
-    "fault_catalogue": ("event", "elsewhere_events.h5", SAME),
+    "fault_surface_motion": ("loaded", "total"),
+    "fault_catalogue": ("event", "elsewhere_events.h5"),
     "fault_catalogue_maps": ("event", "yes", FILE),
-    "fault_checkpoint": ("event", "elsewhere.state", SAME),
-    "fault_checkpoint_interval": ("event", "0", SAME),
-    "fault_restart": ("event", "state.copy", SAME),
-    "fault_wall_limit": ("event", "1000", SAME),
-    "fault_stop_file": ("event", "elsewhere.stop", SAME),
-    "fault_check_error": ("event", "yes", SAME),
-    "fault_progress": ("event", "no", SAME),
+    "fault_checkpoint": ("event", "elsewhere.state"),
+    "fault_checkpoint_interval": ("event", "0"),
+    "fault_restart": ("event", "state.copy"),
+    "fault_wall_limit": ("event", "1000"),
+    "fault_stop_file": ("event", "elsewhere.stop"),
+    "fault_check_error": ("event", "yes"),
+    "fault_progress": ("event", "no"),
     "fault_view": ("event", None, SAME),
     "fault_stiffness_view": ("event", "binary:K.bin", SAME),
     "ts_max_time": ("event", "13", SAME),
@@ -171,8 +176,17 @@ TABLE = {
 
 
 def options_of_help():
+    """{option: what it is part of, or None}"""
     done = subprocess.run([FAULT, "-help", "fault"], capture_output=True, text=True, check=True)
-    return list(dict.fromkeys(re.findall(r"(?m)^ +-(\w+)(?::| <)", done.stdout)))
+    return {name: (re.findall(r"; of the (\w+)", text) or [None])[-1] for name, text in re.findall(r"(?m)^ +-(\w+)(?::| <)(.*)$", done.stdout)}
+
+
+def expected(option, part):
+    """What the test wants to see, which what the option is part of allows"""
+    wanted = TABLE[option][2] if len(TABLE[option]) > 2 else BECOMES[part][0]
+    if part and wanted not in BECOMES[part]:
+        raise AssertionError(f"-{option} is of the {part}, which is never {wanted}")
+    return wanted
 
 
 def write_inputs():
@@ -224,7 +238,7 @@ def until(name, end):
 
 def go_on(option):
     """What becomes of a run that goes on with this option changed, and the words about it"""
-    run, value, _ = TABLE[option]
+    run, value = TABLE[option][:2]
     folder = "option_" + option
     shutil.copytree(run + "_part", folder)
     shutil.copy(os.path.join(folder, "state"), os.path.join(folder, "state.copy"))
@@ -262,22 +276,24 @@ class RestartOptions(unittest.TestCase):
                 list(pool.map(begin, RUNS))
                 cls.found = dict(zip(TABLE, pool.map(go_on, TABLE)))
             os.chdir("/")
+            cls.parts = options_of_help()
 
     def test_every_option_is_known(self):
-        """A new option needs a row of TABLE, and where it says what is computed a line in the checkpoint (src/record/samerun.c)."""
-        self.assertEqual(set(options_of_help()), set(TABLE))
+        """A new option needs a row of TABLE, and every one of faults says what it is part of, but for those of viewers and of programs."""
+        self.assertEqual(set(self.parts), set(TABLE))
+        self.assertEqual({name for name, part in self.parts.items() if name.startswith("fault_") and not part}, {"fault_sweep", "fault_features", "fault_view", "fault_stiffness_view"})
 
     def test_what_becomes_of_each(self):
         for option, (what, words) in self.found.items():
             with self.subTest(option):
-                self.assertEqual(what, TABLE[option][2], words)
+                self.assertEqual(what, expected(option, self.parts[option]), words)
 
 
 def print_table():
     RestartOptions.setUpClass()
-    print("| option | run, changed to | becomes | words |\n|---|---|---|---|")
+    print("| option | part of | run, changed to | becomes | words |\n|---|---|---|---|---|")
     for option, (what, words) in RestartOptions.found.items():
-        print(f"| `-{option}` | {TABLE[option][0]}, {TABLE[option][1] or 'given'} | {what} | {re.sub('^fault: .*?: ', '', words)[-160:]} |")
+        print(f"| `-{option}` | {RestartOptions.parts[option] or ''} | {TABLE[option][0]}, {TABLE[option][1] or 'given'} | {what} | {re.sub('^fault: .*?: ', '', words)[-160:]} |")
 
 
 if __name__ == "__main__":

@@ -41,6 +41,8 @@ class Site(unittest.TestCase):
             self.assertEqual(sorted(set(missing)), [])
             outside = {link for text in pages.values() for link in re.findall(r'<(?:script|link|img)[^>]*(?:src|href)="(https?:[^"]+)"', text)}
             self.assertEqual(outside, set(), "the site needs the network")
+            features = self.read(os.path.join(folder, "source", "reference", "features.md"))
+            self.assertRegex(features, r"(?m)^\| -fault\\_opening yes \| only with \| -fault\\_slip\\_components 2 \|")
             options = self.read(os.path.join(folder, "source", "reference", "options.md"))
             rows = re.findall(r"(?m)^\| `(-\w+)` \|", options)
             self.assertEqual(sorted(rows), sorted(set(rows)))

@@ -5,9 +5,9 @@
 
 enum { DROP, COUNT, TIME, NOWN };
 static const SlipParameter own[] = {
-  {"mine_drop", 0.25, "", 0, 0.5, PETSC_TRUE, PETSC_FALSE, "Drop"},
-  {"mine_count", 2, "", 1, PETSC_MAX_REAL, PETSC_FALSE, PETSC_TRUE, "Count"},
-  {"mine_time", 5, "s", PETSC_MIN_REAL, PETSC_MAX_REAL, PETSC_FALSE, PETSC_FALSE, "Time"},
+  {"mine_drop", 0.25, "", 0, 0.5, PETSC_TRUE, PETSC_FALSE, "Drop", SLIP_PART_PROBLEM},
+  {"mine_count", 2, "", 1, PETSC_MAX_REAL, PETSC_FALSE, PETSC_TRUE, "Count", SLIP_PART_PROBLEM},
+  {"mine_time", 5, "s", PETSC_MIN_REAL, PETSC_MAX_REAL, PETSC_FALSE, PETSC_FALSE, "Time", SLIP_PART_PROBLEM},
   {.name = NULL},
 };
 

@@ -97,6 +97,7 @@ typedef struct {
 typedef struct {
   PetscBool loaded;                /* some v_inf is not zero */
   const char *initial, *viscosity; /* the choices, "auto" decided */
+  PetscBool oblique;               /* planes that dip, or slip other than along strike */
   PetscBool dipping;               /* its kernel is that of any direction */
   PetscBool coupled;               /* slip changes the normal stress */
   PetscBool inertia;               /* likewise; -fault_inertia */

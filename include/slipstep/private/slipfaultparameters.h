@@ -112,6 +112,7 @@ typedef struct {
   const char *value;   /* default */
   const char *choices; /* "|a|b|", or NULL for a file name or list */
   const char *help;
+  SlipPart part;
 } SlipFaultString;
 PETSC_EXTERN const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS];
 
@@ -120,7 +121,7 @@ enum { FAULT_NUM_SWITCHES = 8 };
 typedef struct {
   const char *name;
   size_t offset;      /* of a PetscBool in a fault */
-  PetscBool late;     /* it may be set after SlipFaultSetUp() */
+  SlipPart part;      /* those of the output may be set after SlipFaultSetUp() */
   const char *manual; /* the page that -help names */
   const char *help;
 } SlipFaultSwitch;

@@ -1,0 +1,384 @@
+/* The features of a fault, and which go together: one table of both, from which combinations are refused, the reference
+   of them is printed and a test tries every pair. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultfeatures.h>
+#include <slipts.h>
+#include <string.h>
+
+static PetscBool Chosen(SlipFault fault, PetscInt id, const char name[])
+{
+  return strcmp(fault->options.text[id], name) ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool Given(SlipFault fault, PetscInt id)
+{
+  return fault->options.text[id][0] ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscBool HasType(TS ts, const char type[])
+{
+  return ts && !strcmp(((PetscObject)ts)->type_name, type) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscBool Lists(SlipFault fault, const char name[])
+{
+  PetscBool found = PETSC_FALSE;
+
+  return !PetscStrInList(name, fault->options.text[FAULT_OUTPUT_FIELDS], ',', &found) && found ? PETSC_TRUE
+                                                                                               : PETSC_FALSE;
+}
+
+/* Is a number other than 0 in some cell? Collective */
+static PetscBool AnyCell(SlipFault fault, PetscInt field)
+{
+  int any = 0;
+
+  for (PetscInt i = 0; i < fault->mesh.n; i++) any |= fault->fields.cell[field][i] != 0;
+  (void)MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, fault->comm);
+  return any ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* A predicate of a fault f and a TS ts, called On_NAME */
+#define FEATURE_ON(name, condition)                                                                                    \
+  static PetscBool On_##name(SlipFault f, TS ts)                                                                       \
+  {                                                                                                                    \
+    (void)f, (void)ts;                                                                                                 \
+    return (condition) ? PETSC_TRUE : PETSC_FALSE;                                                                     \
+  }
+
+FEATURE_ON(GRID, f->mesh.kind == &SlipFaultMeshGrid)
+FEATURE_ON(RECTANGLES, f->mesh.kind == &SlipFaultMeshList)
+FEATURE_ON(TRIANGLES, f->mesh.kind == &SlipFaultMeshTriangles)
+FEATURE_ON(PLANES, f->mesh.planes > 1)
+FEATURE_ON(OBLIQUE, f->kind.oblique)
+FEATURE_ON(MESH_FRAME, !Chosen(f, FAULT_MESH_FRAME, "auto"))
+FEATURE_ON(MESH_UNIT, !Chosen(f, FAULT_MESH_UNIT, "auto"))
+FEATURE_ON(STIFFNESS_FILE, Given(f, FAULT_STIFFNESS_FILE))
+FEATURE_ON(HALF_SPACE, Chosen(f, FAULT_KERNEL, "half_space"))
+FEATURE_ON(FULL_SPACE, Chosen(f, FAULT_KERNEL, "full_space"))
+FEATURE_ON(CENTRE, Chosen(f, FAULT_STIFFNESS_AVERAGE, "centre"))
+FEATURE_ON(CELL, Chosen(f, FAULT_STIFFNESS_AVERAGE, "cell"))
+FEATURE_ON(WHOLE, Chosen(f, FAULT_STIFFNESS_AVERAGE, "whole"))
+FEATURE_ON(MEAN_SLIP, Chosen(f, FAULT_STIFFNESS_SCALING, "mean_slip"))
+FEATURE_ON(DENSE, Chosen(f, FAULT_OPERATOR, "dense"))
+FEATURE_ON(FFT, Chosen(f, FAULT_OPERATOR, "fft"))
+FEATURE_ON(HMAT, Chosen(f, FAULT_OPERATOR, "hmat"))
+FEATURE_ON(STIFFNESS_VIEW, f->options.stiffness_viewer)
+FEATURE_ON(SQRTM, !strcmp(f->kind.viscosity, "sqrtm"))
+FEATURE_ON(SPECTRAL, !strcmp(f->kind.viscosity, "spectral"))
+FEATURE_ON(LANCZOS, !strcmp(f->kind.viscosity, "lanczos"))
+FEATURE_ON(RADIATION, !strcmp(f->kind.viscosity, "radiation"))
+FEATURE_ON(NONE, !strcmp(f->kind.viscosity, "none"))
+FEATURE_ON(UNDAMPED, f->options.value[FAULT_DAMPING_RATIO] == 0 && !On_RADIATION(f, ts))
+FEATURE_ON(INERTIA, f->kind.inertia)
+FEATURE_ON(BALANCE, !f->kind.inertia)
+FEATURE_ON(SLIP_WEAKENING, !f->friction.law->always_slides && !f->friction.law->by_rate)
+FEATURE_ON(RATE_WEAKENING, !f->friction.law->always_slides && f->friction.law->by_rate)
+FEATURE_ON(ALWAYS_SLIDES, f->friction.law->always_slides)
+FEATURE_ON(SLIP_LAW, f->friction.law->always_slides && f->friction.slip_law)
+FEATURE_ON(ALPHA, f->friction.law->always_slides &&AnyCell(f, FIELD_FRICTION_ALPHA))
+FEATURE_ON(HEALING, AnyCell(f, FIELD_HEALING_TIME))
+FEATURE_ON(CREEP, AnyCell(f, FIELD_CREEP))
+FEATURE_ON(CRITICAL, !strcmp(f->kind.initial, "critical"))
+FEATURE_ON(REST, !strcmp(f->kind.initial, "rest"))
+FEATURE_ON(TRACTION, !strcmp(f->kind.initial, "traction"))
+FEATURE_ON(RATE, !strcmp(f->kind.initial, "rate"))
+FEATURE_ON(LOADING, f->kind.loaded)
+FEATURE_ON(STRESSING, AnyCell(f, FIELD_STRESSING_RATE))
+FEATURE_ON(COUPLED, Chosen(f, FAULT_NORMAL_COUPLING, "yes"))
+FEATURE_ON(UNCOUPLED, Chosen(f, FAULT_NORMAL_COUPLING, "no"))
+FEATURE_ON(VECTOR, f->options.value[FAULT_SLIP_COMPONENTS] == 2)
+FEATURE_ON(OPENING, f->options.opening)
+FEATURE_ON(INJECTION, Given(f, FAULT_INJECTION))
+FEATURE_ON(INJECTED, f->options.value[FAULT_INJECTION_PRESSURE] != 0 ||
+                       f->options.value[FAULT_INJECTION_DIFFUSIVITY] != 0 ||
+                       f->options.value[FAULT_INJECTION_STOP] != 0)
+FEATURE_ON(SOURCE, f->options.value[FAULT_INJECTION_PRESSURE] != 0 && f->options.value[FAULT_INJECTION_DIFFUSIVITY] > 0)
+FEATURE_ON(PRESSURE, f->loads.pressed)
+FEATURE_ON(OUTPUT, Given(f, FAULT_OUTPUT))
+FEATURE_ON(OUTPUT_PRESSURE, Given(f, FAULT_OUTPUT) && Lists(f, "pore_pressure"))
+FEATURE_ON(OUTPUT_OPENING, Given(f, FAULT_OUTPUT) && Lists(f, "opening"))
+FEATURE_ON(STATIONS, Given(f, FAULT_STATIONS))
+FEATURE_ON(SURFACE_STATIONS, Given(f, FAULT_SURFACE_STATIONS))
+FEATURE_ON(CATALOGUE, Given(f, FAULT_CATALOGUE))
+FEATURE_ON(CHECKPOINT, Given(f, FAULT_CHECKPOINT) || Given(f, FAULT_RESTART))
+FEATURE_ON(CHECK_ERROR, f->options.check_error)
+FEATURE_ON(BATHE, HasType(ts, TSBATHE))
+FEATURE_ON(ADAMS, HasType(ts, TSADAMS))
+FEATURE_ON(RK, HasType(ts, TSRK))
+FEATURE_ON(OTHER_TS, ts && !On_BATHE(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts))
+
+enum { OWN, MESH, MEDIUM, AVERAGE, STORAGE, VISCOSITY, MASS, LAW, START, COUPLING, INTEGRATOR };
+
+#define EARLY(name, group, text) [FEATURE_##name] = {text, group, PETSC_FALSE, On_##name}
+#define LATE(name, group, text) [FEATURE_##name] = {text, group, PETSC_TRUE, On_##name}
+
+const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES] = {
+  EARLY(GRID, MESH, "a uniform grid"),
+  EARLY(RECTANGLES, MESH, "-fault_mesh of rectangles"),
+  EARLY(TRIANGLES, MESH, "-fault_mesh of triangles"),
+  EARLY(PLANES, OWN, "several planes"),
+  EARLY(OBLIQUE, OWN, "dipping planes, or slip other than along strike"),
+  EARLY(MESH_FRAME, OWN, "-fault_mesh_frame"),
+  EARLY(MESH_UNIT, OWN, "-fault_mesh_unit"),
+  EARLY(STIFFNESS_FILE, OWN, "-fault_stiffness_file"),
+  EARLY(HALF_SPACE, MEDIUM, "-fault_kernel half_space"),
+  EARLY(FULL_SPACE, MEDIUM, "-fault_kernel full_space"),
+  EARLY(CENTRE, AVERAGE, "-fault_stiffness_average centre"),
+  EARLY(CELL, AVERAGE, "-fault_stiffness_average cell"),
+  EARLY(WHOLE, AVERAGE, "-fault_stiffness_average whole"),
+  EARLY(MEAN_SLIP, OWN, "-fault_stiffness_scaling mean_slip"),
+  EARLY(DENSE, STORAGE, "-fault_operator dense"),
+  EARLY(FFT, STORAGE, "-fault_operator fft"),
+  EARLY(HMAT, STORAGE, "-fault_operator hmat"),
+  EARLY(STIFFNESS_VIEW, OWN, "-fault_stiffness_view"),
+  EARLY(SQRTM, VISCOSITY, "-fault_viscosity sqrtm"),
+  EARLY(SPECTRAL, VISCOSITY, "-fault_viscosity spectral"),
+  EARLY(LANCZOS, VISCOSITY, "-fault_viscosity lanczos"),
+  EARLY(RADIATION, VISCOSITY, "-fault_viscosity radiation"),
+  EARLY(NONE, VISCOSITY, "-fault_viscosity none"),
+  EARLY(UNDAMPED, OWN, "-fault_damping_ratio 0 without radiation damping"),
+  EARLY(INERTIA, MASS, "-fault_inertia yes"),
+  EARLY(BALANCE, MASS, "-fault_inertia no"),
+  EARLY(SLIP_WEAKENING, LAW, "friction that weakens with slip"),
+  EARLY(RATE_WEAKENING, LAW, "friction that depends on the slip rate, and sticks"),
+  EARLY(ALWAYS_SLIDES, LAW, "friction whose cells always slide, as rate_and_state"),
+  EARLY(SLIP_LAW, OWN, "-fault_state_law slip"),
+  EARLY(ALPHA, OWN, "-fault_friction_alpha"),
+  EARLY(HEALING, OWN, "-fault_healing_time"),
+  EARLY(CREEP, OWN, "-fault_creep"),
+  EARLY(CRITICAL, START, "-fault_initial critical"),
+  EARLY(REST, START, "-fault_initial rest"),
+  EARLY(TRACTION, START, "-fault_initial traction"),
+  EARLY(RATE, START, "-fault_initial rate"),
+  EARLY(LOADING, OWN, "-fault_loading_rate"),
+  EARLY(STRESSING, OWN, "-fault_stressing_rate"),
+  EARLY(COUPLED, COUPLING, "-fault_normal_coupling yes"),
+  EARLY(UNCOUPLED, COUPLING, "-fault_normal_coupling no"),
+  EARLY(VECTOR, OWN, "-fault_slip_components 2"),
+  EARLY(OPENING, OWN, "-fault_opening yes"),
+  EARLY(INJECTION, OWN, "-fault_injection"),
+  EARLY(INJECTED, OWN, "-fault_injection_pressure, -fault_injection_diffusivity or -fault_injection_stop"),
+  EARLY(SOURCE, OWN, "-fault_injection_pressure and -fault_injection_diffusivity"),
+  LATE(PRESSURE, OWN, "a pore pressure"),
+  LATE(OUTPUT, OWN, "-fault_output"),
+  LATE(OUTPUT_PRESSURE, OWN, "-fault_output_fields pore_pressure"),
+  LATE(OUTPUT_OPENING, OWN, "-fault_output_fields opening"),
+  LATE(STATIONS, OWN, "-fault_stations"),
+  LATE(SURFACE_STATIONS, OWN, "-fault_surface_stations"),
+  LATE(CATALOGUE, OWN, "-fault_catalogue"),
+  LATE(CHECKPOINT, OWN, "-fault_checkpoint or -fault_restart"),
+  LATE(CHECK_ERROR, OWN, "-fault_check_error"),
+  LATE(BATHE, INTEGRATOR, "-ts_type bathe"),
+  LATE(ADAMS, INTEGRATOR, "-ts_type adams"),
+  LATE(RK, INTEGRATOR, "-ts_type rk"),
+  LATE(OTHER_TS, INTEGRATOR, "-ts_type of another integrator of PETSc"),
+};
+
+#define F(name) SLIP_FEATURE(name)
+#define EXCLUDES PETSC_FALSE
+#define NEEDS PETSC_TRUE
+
+/* In this order; the first that is broken is said. */
+const SlipFaultRule SlipFaultRules[] = {
+  {F(ALWAYS_SLIDES), EXCLUDES, F(CRITICAL) | F(REST), 0,
+   "-fault_initial % does not go with -fault_friction_law %, whose cells always slide: expected rate or traction"},
+  {F(RATE), NEEDS, F(ALWAYS_SLIDES), 0, "-fault_initial rate needs rate-and-state friction, not -fault_friction_law %"},
+  {F(STIFFNESS_FILE), EXCLUDES, F(RECTANGLES) | F(TRIANGLES), 0,
+   "-fault_stiffness_file % and -fault_mesh % exclude each other"},
+  {F(VECTOR), EXCLUDES, F(STIFFNESS_FILE), 0,
+   "-fault_slip_components 2 does not go with -fault_stiffness_file %, which has a number for each pair of cells: "
+   "expected 1"},
+  {F(OPENING), NEEDS, F(VECTOR), 0, "-fault_opening yes needs slip as a vector: expected -fault_slip_components 2"},
+  {F(OPENING), EXCLUDES, F(ALWAYS_SLIDES), 0,
+   "-fault_opening yes does not go with -fault_friction_law %, whose cells always slide: expected a law that sticks, "
+   "such as linear_slip_weakening"},
+  {F(OPENING), NEEDS, F(TRACTION), 0,
+   "-fault_opening yes does not go with -fault_initial %: expected traction, with -fault_initial_traction 0 for none"},
+  {F(OPENING), EXCLUDES, F(MEAN_SLIP), 0,
+   "-fault_opening yes does not go with -fault_stiffness_scaling %: expected none"},
+  {F(OPENING), EXCLUDES, F(UNCOUPLED), 0,
+   "-fault_opening yes needs the normal stress that slip and opening make: expected -fault_normal_coupling auto or "
+   "yes"},
+  {F(COUPLED), EXCLUDES, F(STIFFNESS_FILE), 0,
+   "-fault_normal_coupling yes needs a kernel, but -fault_stiffness_file % is given, which does not contain normal "
+   "stress: expected auto or no"},
+  {F(MESH_FRAME), NEEDS, F(RECTANGLES) | F(TRIANGLES), 0,
+   "-fault_mesh_frame % is of the file of -fault_mesh, which is not given"},
+  {F(MESH_UNIT), NEEDS, F(RECTANGLES) | F(TRIANGLES), 0,
+   "-fault_mesh_unit % is of the file of -fault_mesh, which is not given"},
+  {F(CREEP), NEEDS, F(ALWAYS_SLIDES), 0, "-fault_creep needs rate-and-state friction without inertia"},
+  {F(CREEP), EXCLUDES, F(INERTIA), 0, "-fault_creep needs rate-and-state friction without inertia"},
+  {F(INJECTED), NEEDS, F(INJECTION), 0,
+   "-fault_injection_pressure, -fault_injection_diffusivity and -fault_injection_stop need the point of "
+   "-fault_injection x,z, or x,y,z where there are several planes"},
+  {F(INJECTION), NEEDS, F(SOURCE), 0,
+   "-fault_injection % needs -fault_injection_pressure [Pa] and -fault_injection_diffusivity [m^2/s]"},
+  {F(CELL) | F(WHOLE), EXCLUDES, F(STIFFNESS_FILE), 0,
+   "-fault_stiffness_average % cannot average the entries of -fault_stiffness_file %: expected no average"},
+  {F(WHOLE), EXCLUDES, F(TRIANGLES), 0,
+   "-fault_stiffness_average whole does not support triangles: expected centre or cell"},
+  {F(CELL) | F(WHOLE), EXCLUDES, F(OBLIQUE) | F(VECTOR) | F(COUPLED), F(TRIANGLES),
+   "-fault_stiffness_average % supports only triangles, and vertical planes with the rake 0: expected centre"},
+  {F(FFT) | F(HMAT), EXCLUDES, F(STIFFNESS_FILE), 0,
+   "-fault_operator % cannot store the entries of -fault_stiffness_file %: expected dense or auto"},
+  {F(FFT), EXCLUDES, F(RECTANGLES) | F(TRIANGLES), 0,
+   "-fault_operator fft needs a uniform grid, but -fault_mesh % is an irregular one: expected dense, hmat or auto"},
+  {F(SPECTRAL), EXCLUDES, F(STIFFNESS_FILE), 0,
+   "-fault_viscosity spectral needs a uniform grid with -fault_operator dense or fft, but -fault_stiffness_file % is "
+   "given: expected -fault_viscosity sqrtm, lanczos or none"},
+  {F(SPECTRAL), EXCLUDES, F(OBLIQUE) | F(VECTOR) | F(COUPLED) | F(TRIANGLES), 0,
+   "-fault_viscosity spectral supports only vertical planes with the rake 0: expected sqrtm, lanczos, radiation or "
+   "none"},
+  {F(SPECTRAL), EXCLUDES, F(RECTANGLES), 0,
+   "-fault_viscosity spectral needs a uniform grid with -fault_operator dense or fft, but -fault_mesh % is given: "
+   "expected -fault_viscosity sqrtm, lanczos or none"},
+  {F(SPECTRAL), EXCLUDES, F(HMAT), 0,
+   "-fault_viscosity spectral needs a uniform grid with -fault_operator dense or fft, but -fault_operator % is given: "
+   "expected -fault_viscosity sqrtm, lanczos or none"},
+  {F(SPECTRAL), EXCLUDES, F(WHOLE), 0,
+   "-fault_viscosity spectral does not know the border of -fault_stiffness_average whole: expected -fault_viscosity "
+   "sqrtm, lanczos or none, or -fault_stiffness_average cell"},
+  {F(BALANCE), EXCLUDES, F(NONE) | F(UNDAMPED), 0,
+   "-fault_inertia no needs a viscosity, which limits slip rates in its place: expected -fault_viscosity radiation, or "
+   "another but none with -fault_damping_ratio > 0"},
+  {F(STIFFNESS_VIEW), EXCLUDES, F(VECTOR), 0,
+   "-fault_stiffness_view writes a number for each pair of cells: expected -fault_slip_components 1"},
+  {F(ADAMS) | F(RK) | F(OTHER_TS), EXCLUDES,
+   F(SLIP_WEAKENING) | F(RATE_WEAKENING) | F(INERTIA) | F(SQRTM) | F(SPECTRAL) | F(LANCZOS), 0,
+   "-ts_type % knows no friction, expected bathe"},
+  {F(CHECKPOINT), EXCLUDES, F(OTHER_TS), 0,
+   "-fault_checkpoint and -fault_restart work with -ts_type bathe, or rk or adams and rate-and-state friction, not %"},
+  {F(CHECK_ERROR), EXCLUDES, F(ADAMS) | F(RK) | F(OTHER_TS), 0,
+   "-fault_check_error computes each step in parts, which -ts_type % does not: expected -ts_type bathe, or a second "
+   "run with another -ts_rtol"},
+  {F(OUTPUT_PRESSURE), NEEDS, F(PRESSURE), 0,
+   "-fault_output_fields has pore_pressure, but the fault has none: expected -fault_pore_pressure or "
+   "-fault_injection"},
+  {F(OUTPUT_OPENING), NEEDS, F(OPENING), 0,
+   "-fault_output_fields has opening, but cells do not open: expected -fault_opening yes"},
+  {F(STATIONS), NEEDS, F(OUTPUT), 0, "-fault_stations % is written to the output: expected -fault_output"},
+  {F(SURFACE_STATIONS), NEEDS, F(OUTPUT), 0,
+   "-fault_surface_stations % is written to the output: expected -fault_output"},
+  {F(SURFACE_STATIONS), EXCLUDES, F(FULL_SPACE), 0,
+   "-fault_surface_stations needs a free surface: expected -fault_kernel half_space"},
+  {.sentence = NULL},
+};
+
+SlipFaultFeatureSet SlipFaultFeaturesOn(SlipFault fault, TS ts)
+{
+  SlipFaultFeatureSet on = 0;
+
+  for (PetscInt f = 0; f < FAULT_NUM_FEATURES; f++)
+    if ((ts || !SlipFaultFeatures[f].late) && (*SlipFaultFeatures[f].on)(fault, ts)) on |= (SlipFaultFeatureSet)1 << f;
+  return on;
+}
+
+/* The value of an option of choices, with "auto" decided */
+static const char *ValueOf(SlipFault fault, TS ts, const char name[])
+{
+  if (ts && !strcmp(name, "ts_type")) return ((PetscObject)ts)->type_name;
+  if (!strcmp(name, "fault_initial")) return fault->kind.initial;
+  for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)
+    if (!strncmp(name, "fault_", 6) && !strcmp(name + 6, SlipFaultStrings[id].name)) return fault->options.text[id];
+  return "?";
+}
+
+PetscErrorCode SlipFaultRuleText(SlipFault fault, TS ts, const SlipFaultRule *rule, char text[], size_t len)
+{
+  char name[64] = "";
+
+  PetscFunctionBegin;
+  text[0] = '\0';
+  for (const char *s = rule->sentence; *s; s++) {
+    const char one[2] = {*s, '\0'};
+
+    if (!strncmp(s, "-fault_", 7) || !strncmp(s, "-ts_", 4)) {
+      const size_t n = strspn(s + 1, "abcdefghijklmnopqrstuvwxyz_");
+
+      PetscCall(PetscStrncpy(name, s + 1, PetscMin(n + 1, sizeof(name))));
+      PetscCall(PetscStrlcat(text, "-", len));
+      PetscCall(PetscStrlcat(text, s[1] == 'f' ? SlipFaultPrefix(fault) : "", len));
+      PetscCall(PetscStrlcat(text, name, len));
+      s += n;
+    } else
+      PetscCall(PetscStrlcat(text, *s == '%' ? ValueOf(fault, ts, name) : one, len));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultCheckFeatures(SlipFault fault, TS ts)
+{
+  const SlipFaultFeatureSet on = SlipFaultFeaturesOn(fault, ts);
+
+  PetscFunctionBegin;
+  for (const SlipFaultRule *rule = SlipFaultRules; rule->sentence; rule++) {
+    char text[2 * PETSC_MAX_PATH_LEN];
+    PetscBool other = on & rule->others ? PETSC_TRUE : PETSC_FALSE;
+
+    if (!(on & rule->these) || on & rule->unless || other == rule->needs) continue;
+    PetscCall(SlipFaultRuleText(fault, ts, rule, text, sizeof(text)));
+    SETERRQ(fault->comm, PETSC_ERR_ARG_INCOMP, "%s", text);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PrintSet(PetscViewer viewer, SlipFaultFeatureSet set)
+{
+  const char *before = "";
+
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < FAULT_NUM_FEATURES; f++) {
+    if (!(set >> f & 1)) continue;
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s%s", before, SlipFaultFeatures[f].name));
+    before = "; ";
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultFeaturesView - print what goes with what: which features of a fault and of its runs are refused together
+
+  Collective
+
+  Input Parameter:
+. viewer - an ASCII viewer, `NULL` for standard output
+
+  Options Database Key:
+. -fault_features - print it, of the program fault
+
+  Level: intermediate
+
+  Note:
+  A line for each rule, with " | " between: features; "not with" or "only with"; others, of which one suffices;
+  features that lift it; the sentence by which SlipFaultSetUp() or SlipFaultOutputStart() refuses it, ... in place of
+  values. A last line has the features that no rule names.
+
+.seealso: SlipFaultSetUp(), SlipFaultOutputStart(), SlipObservationView()
+@*/
+PetscErrorCode SlipFaultFeaturesView(PetscViewer viewer)
+{
+  SlipFaultFeatureSet named = 0;
+
+  PetscFunctionBegin;
+  if (!viewer) PetscCall(PetscViewerASCIIGetStdout(PETSC_COMM_WORLD, &viewer));
+  for (const SlipFaultRule *rule = SlipFaultRules; rule->sentence; rule++) {
+    char text[512];
+    size_t n = 0;
+
+    for (const char *s = rule->sentence; *s && n + 4 < sizeof(text); s++)
+      for (const char *t = *s == '%' ? "..." : s; *t && (t == s || *s == '%'); t++) text[n++] = *t;
+    text[n] = '\0';
+    PetscCall(PrintSet(viewer, rule->these));
+    PetscCall(PetscViewerASCIIPrintf(viewer, " | %s | ", rule->needs ? "only with" : "not with"));
+    PetscCall(PrintSet(viewer, rule->others));
+    PetscCall(PetscViewerASCIIPrintf(viewer, " | "));
+    PetscCall(PrintSet(viewer, rule->unless));
+    PetscCall(PetscViewerASCIIPrintf(viewer, " | %s\n", text));
+    named |= rule->these | rule->others;
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "with all: "));
+  PetscCall(PrintSet(viewer, ~named));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
