@@ -148,7 +148,8 @@ static const struct {
                {FAULT_MESH_UNIT, CONTENT},     {FAULT_PORE_PRESSURE, CONTENT}, {FAULT_OUTPUT, FREE},
                {FAULT_OUTPUT_FIELDS, FREE},    {FAULT_OUTPUT_PRECISION, FREE}, {FAULT_STATIONS, FREE},
                {FAULT_SURFACE_STATIONS, FREE}, {FAULT_SURFACE_MOTION, FREE},   {FAULT_STOP_FILE, FREE},
-               {FAULT_CATALOGUE, FREE},        {FAULT_CHECKPOINT, FREE},       {FAULT_RESTART, FREE}};
+               {FAULT_CATALOGUE, FREE},        {FAULT_CHECKPOINT, FREE},       {FAULT_RESTART, FREE},
+               {FAULT_TOLERANCES, CONTENT},    {FAULT_ESTIMATES, FREE}};
 
 static Change ChangeOfReal(PetscInt id)
 {
@@ -356,6 +357,32 @@ static PetscErrorCode CompareRecord(Differences *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Tolerances by which controllers keep -fault_accuracy, by their content; checkpoints of before have none. */
+static PetscErrorCode CompareTolerances(Differences *d, SlipFault fault)
+{
+  const SlipFaultTolerances *t = &fault->steps.tolerances;
+  const char *file = fault->options.text[FAULT_TOLERANCES];
+  char digest[PETSC_MAX_PATH_LEN + 32] = "", then[PETSC_MAX_PATH_LEN + 32];
+  uint64_t hash = SlipHashReals(SLIP_HASH_START, t->accuracy, (size_t)t->accuracies);
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateHas(d->s, "tolerances", &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt c = 0; c < t->controllers; c++) hash = SlipHashReals(hash, t->row[c].rtol, (size_t)t->accuracies);
+  (void)snprintf(digest, sizeof(digest), "%016" PRIx64 " %s", hash,
+                 !t->controllers ? "(in no use)"
+                 : file[0]       ? file
+                                 : "of the library");
+  PetscCall(PetscStrncpy(then, digest, sizeof(then)));
+  PetscCall(SlipStateGroup(d->s, "tolerances"));
+  PetscCall(SlipStateString(d->s, "content", then, sizeof(then)));
+  d->told = PETSC_TRUE;
+  if (strncmp(digest, then, 16)) PetscCall(Differ(d, "%s is %s, was %s", "tolerances", digest, then));
+  d->told = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Refuses the checkpoint of another run, naming what differs; another way to compute the same is announced. */
 PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
 {
@@ -383,6 +410,7 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   PetscCheck(!d.text[0], fault->comm, PETSC_ERR_ARG_INCOMP, "-%sfault_restart %s is the checkpoint of another run: %s",
              SlipFaultPrefix(fault), fault->options.text[FAULT_RESTART], d.text);
   PetscCall(CompareOptions(&d, ts));
+  PetscCall(CompareTolerances(&d, fault));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (d.news[0] && !rank)
     PetscCall(SlipWarning("the run goes on with other steps or solvers than it began with: %s (-%sfault_restart %s)",
