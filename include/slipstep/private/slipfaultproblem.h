@@ -40,7 +40,7 @@ typedef struct {
     PetscReal rtol[TOLERANCES_MOST];
   } row[TOLERANCES_MOST];
 } SlipFaultTolerances;
-PETSC_INTERN PetscErrorCode SlipFaultTolerancesRead(MPI_Comm comm, const char prefix[], const char file[],
+PETSC_EXTERN PetscErrorCode SlipFaultTolerancesRead(MPI_Comm comm, const char prefix[], const char file[],
                                                     const char kind[], SlipFaultTolerances *t);
 PETSC_INTERN PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, const char controller[],
                                                PetscReal accuracy);

@@ -55,7 +55,7 @@ typedef struct {
   } row[CALIBRATION_MOST];
 } SlipFaultCalibration;
 /* Collective. file "": the library's, or that of SLIPSTEP_POLICY_DIR; measure [NUM_ESTIMATES]: names of its columns */
-PETSC_INTERN PetscErrorCode SlipFaultCalibrationRead(MPI_Comm comm, const char prefix[], const char file[],
+PETSC_EXTERN PetscErrorCode SlipFaultCalibrationRead(MPI_Comm comm, const char prefix[], const char file[],
                                                      const char *const measure[], SlipFaultCalibration *c);
 
 typedef struct {
