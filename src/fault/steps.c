@@ -109,20 +109,20 @@ void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
                         : fault->critical.known ? KIND_EVENT
                                                 : KIND_RUPTURE;
 
-  fault->steps = (SlipFaultSteps){.kind = kind, .policy = Kinds[kind].policy};
+  if (kind != fault->steps.kind) fault->steps.tolerances.controllers = 0;
+  /* What was read stays, as a fault may run many times. */
+  fault->steps = (SlipFaultSteps){.kind = kind, .policy = Kinds[kind].policy, .tolerances = fault->steps.tolerances};
   fault->problem.controller = is_explicit ? NULL : ControllerAt(kind, Accuracy(fault)); /* NULL: the integrator's */
 }
 
-/* Whether an option of the TS is given: those asked for here are read later, as TSSetFromOptions() and the controllers do that they are of */
+/* Whether an option of the TS is given, before it was read */
 static PetscErrorCode Names(TS ts, const char option[], PetscBool *names)
 {
-  char dashed[SLIP_NAME_LENGTH];
   const char *prefix;
 
   PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(dashed, sizeof(dashed), "-%s", option));
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
-  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, prefix, dashed, names));
+  PetscCall(SlipHasOption(((PetscObject)ts)->options, prefix, option, names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* Which run a checkpoint is of: every row of the tables of parameters.c, and what files and options have made of them, is in it, and is
    compared where a run goes on. */
 #include <slipstep/private/sliprecord.h>
+#include <slipstep/private/slipsys.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -245,6 +246,8 @@ static PetscErrorCode SolverOptions(TS ts, char text[], size_t len)
     if (name)
       taken =
         (!prefix || !strncmp(words[i] + 1, prefix, skip - 1)) && IsOfSolver(words[i] + skip) ? PETSC_TRUE : PETSC_FALSE;
+    if (name && taken)
+      PetscCall(SlipHasOption(((PetscObject)ts)->options, NULL, words[i] + 1, &taken)); /* no word of a value */
     if (!taken) continue;
     PetscCall(PetscStrlcat(text, text[0] ? " " : "", len));
     PetscCall(PetscStrlcat(text, words[i], len));
@@ -368,7 +371,7 @@ static PetscErrorCode CompareTolerances(Differences *d, SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(SlipStateHas(d->s, "tolerances", &has));
-  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!has || (!t->controllers && !SlipStateIsLoading(d->s))) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt c = 0; c < t->controllers; c++) hash = SlipHashReals(hash, t->row[c].rtol, (size_t)t->accuracies);
   (void)snprintf(digest, sizeof(digest), "%016" PRIx64 " %s", hash,
                  !t->controllers ? "(in no use)"

@@ -102,6 +102,7 @@ TABLE = {
     "fault_krylov_tolerance": ("lanczos", "1e-6", ANNOUNCED),
     "fault_rate_tolerance": ("event", "1e-9", ANNOUNCED),
     "fault_accuracy": ("event", "1e-1", ANNOUNCED),
+    "fault_tolerances": ("event", "tolerances.h5", ANNOUNCED),
     "fault_restart_dt": ("event", "1e-4", ANNOUNCED),
     "mat_slipfft_depth": ("event", "transform", ANNOUNCED),
     "mat_slip_share": ("event", "yes", ANNOUNCED),
@@ -158,6 +159,7 @@ TABLE = {
     "fault_checkpoint_interval": ("event", "0", SAME),
     "fault_restart": ("event", "state.copy", SAME),
     "fault_wall_limit": ("event", "1000", SAME),
+    "fault_estimates": ("event", "estimates.h5", SAME),
     "fault_stop_file": ("event", "elsewhere.stop", SAME),
     "fault_check_error": ("event", "yes", SAME),
     "fault_progress": ("event", "no", SAME),
@@ -189,6 +191,10 @@ def write_inputs():
             file["time"] = [0.0, 100.0]
             file["pressure"] = np.multiply.outer([0, pressure], np.ones((3, 4)))
     shutil.copy(os.path.join(SOURCE, "training", "policies", "fault.h5"), "other_policy.h5")
+    for name in ("tolerances.h5", "estimates.h5"):
+        shutil.copy(os.path.join(SOURCE, "training", "policies", name), name)
+    with h5py.File("tolerances.h5", "a") as file:
+        file["event/rtol"][...] *= 0.5
     with open("sweep.txt", "w", encoding="utf-8") as file:
         file.write("-fault_progress no\n")
 
