@@ -11,6 +11,7 @@
 #include <slipstep.h>
 #include <sliph5.h>
 #include <slipstep/private/slippolicy.h>
+#include <slipstep/private/sliprecord.h>
 #include <slipstep/private/slipsys.h>
 #include <execinfo.h>
 #include <poll.h>
@@ -106,15 +107,29 @@ static PetscErrorCode ReadStiffness(const char file[])
   return ReadOfFault("stiffness_file", file);
 }
 
+static PetscErrorCode ReadTolerances(const char file[])
+{
+  SlipFaultTolerances t;
+
+  return SlipFaultTolerancesRead(PETSC_COMM_SELF, NULL, file, "event", &t);
+}
+
+static PetscErrorCode ReadEstimates(const char file[])
+{
+  const char *const measures[NUM_ESTIMATES] = {"history", "final_slip", "event_time"};
+  SlipFaultCalibration c;
+
+  return SlipFaultCalibrationRead(PETSC_COMM_SELF, NULL, file, measures, &c);
+}
+
 static const struct {
   const char *name;
   PetscErrorCode (*read)(const char file[]);
   PetscErrorCode (*make)(const char file[]); /* NULL: fuzz.py writes it */
 } Kinds[] = {
-  {"policy", ReadPolicy, MakePolicy},
-  {"mesh", ReadMesh, NULL},
-  {"parameters", ReadParameters, NULL},
-  {"stiffness", ReadStiffness, NULL},
+  {"policy", ReadPolicy, MakePolicy},   {"mesh", ReadMesh, NULL},
+  {"parameters", ReadParameters, NULL}, {"stiffness", ReadStiffness, NULL},
+  {"tolerances", ReadTolerances, NULL}, {"estimates", ReadEstimates, NULL},
 };
 
 /* Where it crashed, or hung, for fuzz.py to tell our code from HDF5; PETSc has taken the handlers of sanitizers, which report bad accesses

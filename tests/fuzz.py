@@ -3,7 +3,7 @@
 
     tests/fuzz.py [--count 2000] [--seed 1] [--keep DIR] [KIND ...]
 
-KIND: policy, mesh, planes, triangles, gmsh22 (text), gmsh41 (bytes), parameters, stiffness (read by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
+KIND: policy, mesh, planes, triangles, gmsh22 (text), gmsh41 (bytes), parameters, stiffness, tolerances, estimates (read by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
 -fault_restart), catalogue and output (by a run that goes on in them) and zip (by training/import_sb3.py). A mutant is a good file with flipped bits, other numbers, pieces cut out,
 doubled or missing, or a dataset or attribute of another type, rank, size or value, a missing or additional one, links in its
 place. Its number and --seed alone decide what it is. Each must be read within 20 s and 1 GB, and be refused with one message
@@ -125,6 +125,13 @@ def make_stiffness(folder):
     with h5py.File(path, "w") as file:
         file["stiffness"] = np.where(distance, -1e6 / (1 + distance ** 2), 1e7)
     return path
+
+
+def make_shipped(name):
+    """A file of measured numbers that comes with the library"""
+    def make(folder):
+        return shutil.copy(os.path.join(SOURCE, "training", "policies", name), folder)
+    return make
 
 
 def crash_report(path, kind):
@@ -349,7 +356,7 @@ def read_zips(paths):
 KINDS = {
     **{name: Kind(make, mutate_hdf5, read_by_reader(name), name == "policy")
        for name, make in (("policy", make_by_reader("policy")), ("mesh", make_mesh), ("parameters", make_parameters),
-                          ("stiffness", make_stiffness))},
+                          ("stiffness", make_stiffness), ("tolerances", make_shipped("tolerances.h5")), ("estimates", make_shipped("estimates.h5")))},
     "planes": Kind(make_planes, mutate_hdf5, read_by_reader("mesh"), False),
     "triangles": Kind(make_triangles, mutate_hdf5, read_by_reader("mesh"), False),
     **{f"gmsh{version.replace('.', '')}": Kind(make_gmsh(version, binary), mutate_file, read_by_reader("mesh"), False)

@@ -305,13 +305,13 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step
   0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller (-ts_adapt_type): TSADAPTRL
   from the instability (with inertia), from another start and under a pore pressure, with slip weakening, where its policy is
-  there, -fault_accuracy is one that it was trained for, and no tolerance is given (-ts_rtol, TSSetTolerances(), options of pi
-  and dsp). Else pi with the filter fault_history from the instability, pi from another start, basic under a pore pressure and
+  there, -fault_accuracy is one that it was trained for, and no tolerance is given (-ts_rtol, TSSetTolerances(), -fault_tolerances, options
+  of pi and dsp). Else pi with the filter fault_history from the instability, pi from another start, basic under a pore pressure and
   heuristic with smooth friction; dsp for a fault that is loaded or heals.
 
   The relative tolerance is set where TSSolve() begins, when the controller is known, unless -ts_rtol is given or
   TSSetTolerances() was called after this function: that at which the controller keeps -fault_accuracy, 1e-2 by default, see
-  SlipFaultFindTolerance(); with smooth friction and for other controllers 1e-3, and 1e-4 for a fault that is loaded or heals.
+  SlipFaultFindTolerance(), or what the file of -fault_tolerances says; with smooth friction and for other controllers 1e-3, and 1e-4 for a fault that is loaded or heals.
   -fault_accuracy is the dial of TSADAPTRL as well, unless it has one.
 
   With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u and the
@@ -321,7 +321,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   the first step is 0.01 of the time in which the fastest cell slips its d_c. With -ts_type bathe among the options, and with
   inertia, it is bathe, with errors relative to d_c and the slip rate.
 
-  Errors: PETSC_ERR_ORDER before SlipFaultSetUp()
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp(); PETSC_ERR_FILE_OPEN or PETSC_ERR_FILE_UNEXPECTED, naming file and dataset, where the
+  file of tolerances is needed and missing, damaged or of another version
 
   Level: beginner
 

@@ -213,6 +213,14 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                        "Point x,z [m] of the fault, x,y,z where a mesh has several planes, at which fluid is injected "
                        "from time 0 on",
                        PROBLEM},
+  [FAULT_TOLERANCES] = {"tolerances", "", NULL,
+                        "HDF5 file of the tolerances at which classical controllers keep -fault_accuracy, which train "
+                        "-train_algorithm tolerances writes, in place of tolerances.h5 beside the default policies",
+                        STEPS},
+  [FAULT_ESTIMATES] = {"estimates", "", NULL,
+                       "HDF5 file of the factors of the estimated errors in the summary, which verdict.py --calibrate "
+                       "writes, in place of estimates.h5 beside the default policies",
+                       RUN},
   [FAULT_OUTPUT] = {"output", "", NULL, "HDF5 file to write the run to", OUTPUT},
   [FAULT_OUTPUT_FIELDS] =
     {"output_fields", "slip_rate,slip,displacement,traction", NULL,

@@ -1,15 +1,8 @@
 /* Which controller a run takes that names none, and at which tolerance a controller keeps the accuracy that is wanted. */
 #include <slipadapt.h>
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
 #include <string.h>
-
-/* The tolerances at which a controller keeps these accuracies on random faults of a kind */
-static const PetscReal Accuracies[] = {1e-1, 3e-2, 1e-2, 3e-3, 1e-3};
-enum { ACCURACIES = PETSC_STATIC_ARRAY_LENGTH(Accuracies), CONTROLLERS = 5 };
-typedef struct {
-  const char *controller; /* its type, and a filter after a colon */
-  PetscReal rtol[ACCURACIES];
-} Tolerances;
 
 typedef enum { KIND_EVENT, KIND_RUPTURE, KIND_SEQUENCE, KIND_HEAVY, KIND_INJECTION, KIND_SMOOTH, KINDS } Kind;
 
@@ -19,80 +12,29 @@ typedef enum { KIND_EVENT, KIND_RUPTURE, KIND_SEQUENCE, KIND_HEAVY, KIND_INJECTI
 #define STOPS 5
 
 /* Kinds of runs. controller is the classical one that is the default and that rl hands over to: the cheapest at the accuracy 1e-2;
-   fine likewise, of finer accuracies than 3e-3. The numbers are those of train -train_algorithm tolerances (training/howto/one_dial.md); 0: the
-   controller keeps this accuracy at none. */
+   fine likewise, of finer accuracies than 3e-3. */
 static const struct {
   const char *name, *meaning;
   const char
     *policy; /* the problem whose default policy it takes; "fault", which hands over, where none is made for it */
   const char *controller, *fine; /* a type, and a filter after a colon */
+  const char *group;             /* of a file of tolerances (-fault_tolerances); NULL: nobody has measured them */
   PetscReal learned;             /* the finest accuracy at which rl, by the policy, is the default; 0: nowhere */
   PetscReal rtol;                /* of controllers without a row: those that were not calibrated, rl, constant steps */
-  Tolerances tolerance[CONTROLLERS];
+  PetscReal loosest, tighter;    /* others are at most the first, and so many times smaller */
 } Kinds[KINDS] = {
-  [KIND_EVENT] = {"event",
-                  "an event from the instability",
-                  "fault",
-                  "pi:fault_history",
-                  "dsp",
-                  1e-3,
-                  1e-3,
-                  {{"heuristic", {0.0257, 0.00413, 0.000866, 0.000137, 1.02e-5}},
-                   {"pi", {1, 0.0062, 0.000972, 0.00015, 1.16e-5}},
-                   {"dsp", {0.0537, 0.00538, 0.000971, 0.00014, 1.12e-5}},
-                   {"basic", {0.0343, 0.00534, 0.00102, 0.000196, 1.74e-5}},
-                   {"pi:fault_history", {0.0207, 0.00447, 0.000724, 0.000116, 0}}}},
-  [KIND_RUPTURE] = {"rupture",
-                    "a rupture from a given stress",
-                    "rupture",
-                    "pi",
-                    "pi",
-                    2e-3,
-                    1e-3,
-                    {{"heuristic", {0.173, 0.0582, 0.00985, 0.00172, 0.000483}},
-                     {"pi", {1, 0.131, 0.0238, 0.002, 0.000185}},
-                     {"dsp", {0.532, 0.0928, 0.0199, 0.0034, 0.000368}},
-                     {"basic", {0.178, 0.066, 0.00808, 0.00353, 0.000463}},
-                     {"pi:fault_history", {0.0517, 0.00969, 0.00197, 0.000456, 4.87e-5}}}},
-  [KIND_SEQUENCE] = {"sequence",
-                     "a fault that is loaded or heals",
-                     "fault",
-                     "dsp",
-                     "dsp",
-                     0,
-                     1e-4,
-                     {{"heuristic", {0.00375, 0.00121, 0.000456, 0.000143, 3.56e-05}},
-                      {"pi", {MARGINAL, 0.00216, 0.000416, 0.000123, 3.02e-05}},
-                      {"dsp", {MARGINAL, 0.00358, 0.000457, 0.00013, 3.41e-05}},
-                      {"basic", {0.0063, 0.00152, 0.000617, 0.000189, 4.48e-05}},
-                      {"pi:fault_history", {0.00214, 0.000381, 0.000159, 3.21e-05, 1.34e-05}}}},
-  [KIND_HEAVY] =
-    {"sequence_inertia",
-     "a fault with inertia that is loaded or heals",
-     "fault",
-     "dsp",
-     "dsp",
-     0,
-     1e-4,
-     {{"heuristic", {0.00375 / STOPS, 0.00121 / STOPS, 0.000456 / STOPS, 0.000143 / STOPS, 3.56e-05 / STOPS}},
-      {"pi", {MARGINAL / STOPS, 0.00216 / STOPS, 0.000416 / STOPS, 0.000123 / STOPS, 3.02e-05 / STOPS}},
-      {"dsp", {MARGINAL / STOPS, 0.00358 / STOPS, 0.000457 / STOPS, 0.00013 / STOPS, 3.41e-05 / STOPS}},
-      {"basic", {0.0063 / STOPS, 0.00152 / STOPS, 0.000617 / STOPS, 0.000189 / STOPS, 4.48e-05 / STOPS}},
-      {"pi:fault_history", {0.00214 / STOPS, 0.000381 / STOPS, 0.000159 / STOPS, 3.21e-05 / STOPS, 1.34e-05 / STOPS}}}},
-  [KIND_INJECTION] = {"injection",
-                      "a fault under a pore pressure",
-                      "injection",
-                      "basic",
-                      "pi",
-                      3e-3,
-                      1e-3,
-                      {{"heuristic", {1, 0.0219, 0.00293, 0.000263, 6.91e-05}},
-                       {"pi", {1, 1, 0.00385, 0.000237, 3.56e-05}},
-                       {"dsp", {1, 0.032, 0.00334, 0.000299, 8.8e-05}},
-                       {"basic", {1, 0.02, 0.00264, 0.000363, 0.000109}},
-                       {"pi:fault_history", {0.837, 0.0115, 0.000365, 3.34e-05, 5.91e-06}}}},
-  [KIND_SMOOTH] =
-    {"smooth", "rate-and-state friction under bathe", "fault", "heuristic", "heuristic", 0, 1e-3, {{NULL, {0}}}},
+  [KIND_EVENT] = {"event", "an event from the instability", "fault", "pi:fault_history", "dsp", "event", 1e-3, 1e-3,
+                  PETSC_MAX_REAL, 1},
+  [KIND_RUPTURE] = {"rupture", "a rupture from a given stress", "rupture", "pi", "pi", "rupture", 2e-3, 1e-3,
+                    PETSC_MAX_REAL, 1},
+  [KIND_SEQUENCE] = {"sequence", "a fault that is loaded or heals", "fault", "dsp", "dsp", "sequence", 0, 1e-4,
+                     MARGINAL, 1},
+  [KIND_HEAVY] = {"sequence_inertia", "a fault with inertia that is loaded or heals", "fault", "dsp", "dsp", "sequence",
+                  0, 1e-4, MARGINAL, STOPS},
+  [KIND_INJECTION] = {"injection", "a fault under a pore pressure", "injection", "basic", "pi", "injection", 3e-3, 1e-3,
+                      PETSC_MAX_REAL, 1},
+  [KIND_SMOOTH] = {"smooth", "rate-and-state friction under bathe", "fault", "heuristic", "heuristic", NULL, 0, 1e-3,
+                   PETSC_MAX_REAL, 1},
 };
 #define FINE 3e-3
 
@@ -101,36 +43,22 @@ static const char *ControllerAt(PetscInt kind, PetscReal accuracy)
   return accuracy < FINE ? Kinds[kind].fine : Kinds[kind].controller;
 }
 
-/* Logarithms between two columns; negative: beyond the last one that the controller keeps, by the slope before it */
-static PetscReal Interpolate(const Tolerances *row, PetscReal accuracy)
+/* Collective; file "": the library's */
+static PetscErrorCode ReadTolerances(MPI_Comm comm, const char prefix[], const char file[], PetscInt kind,
+                                     SlipFaultTolerances *t)
 {
-  PetscInt k = 0;
-  PetscReal share, rtol;
-
-  while (k + 2 < ACCURACIES && row->rtol[k + 2] > 0 && accuracy < Accuracies[k + 1]) k++;
-  share = PetscLogReal(accuracy / Accuracies[k]) / PetscLogReal(Accuracies[k + 1] / Accuracies[k]);
-  rtol = row->rtol[k] * PetscPowReal(row->rtol[k + 1] / row->rtol[k], share);
-  return share > 1 ? -rtol : rtol;
-}
-
-/* 0: the table has no such controller. Without its filter a type counts as it is by default. */
-static PetscReal Tolerance(PetscInt kind, const char controller[], PetscReal accuracy)
-{
-  const Tolerances *row = Kinds[kind].tolerance;
-  const size_t type = strcspn(controller, ":");
-
-  for (PetscInt i = 0; i < CONTROLLERS && row[i].controller; i++)
-    if (!strcmp(row[i].controller, controller)) return Interpolate(&row[i], accuracy);
-  for (PetscInt i = 0; i < CONTROLLERS && row[i].controller; i++)
-    if (strlen(row[i].controller) == type && !strncmp(row[i].controller, controller, type))
-      return Interpolate(&row[i], accuracy);
-  return 0;
+  PetscFunctionBegin;
+  if (Kinds[kind].group) PetscCall(SlipFaultTolerancesRead(comm, prefix, file, Kinds[kind].group, t));
+  for (PetscInt c = 0; c < t->controllers; c++)
+    for (PetscInt a = 0; a < t->accuracies; a++)
+      t->row[c].rtol[a] = PetscMin(t->row[c].rtol[a], Kinds[kind].loosest) / Kinds[kind].tighter;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@C
   SlipFaultFindTolerance - the relative tolerance at which a controller keeps an accuracy in 95 % of random faults
 
-  Not collective
+  Not collective; reads the file of the library, or of SLIPSTEP_POLICY_DIR
 
   Input Parameters:
 + kind       - of a run: "event" (from the instability), "rupture" (from a given stress), "sequence" (loaded, or healing),
@@ -143,12 +71,14 @@ static PetscReal Tolerance(PetscInt kind, const char controller[], PetscReal acc
 
   Level: intermediate
 
-  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another kind
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another kind; PETSC_ERR_FILE_OPEN or PETSC_ERR_FILE_UNEXPECTED for a file that is missing or
+  damaged
 
 .seealso: SlipFaultConfigureTS()
 @*/
 PetscErrorCode SlipFaultFindTolerance(const char kind[], const char controller[], PetscReal accuracy, PetscReal *rtol)
 {
+  SlipFaultTolerances t = {0};
   PetscInt k = 0;
 
   PetscFunctionBegin;
@@ -156,7 +86,8 @@ PetscErrorCode SlipFaultFindTolerance(const char kind[], const char controller[]
   PetscCheck(
     k < KINDS, PETSC_COMM_SELF, PETSC_ERR_ARG_UNKNOWN_TYPE,
     "there is no kind of runs \"%s\", expected event, rupture, sequence, sequence_inertia, injection or smooth", kind);
-  *rtol = PetscMax(Tolerance(k, controller, accuracy), 0);
+  PetscCall(ReadTolerances(PETSC_COMM_SELF, NULL, "", k, &t));
+  *rtol = PetscMax(SlipFaultTolerancesFind(&t, controller, accuracy), 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,31 +109,27 @@ void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
                         : fault->critical.known ? KIND_EVENT
                                                 : KIND_RUPTURE;
 
-  fault->steps = (SlipFaultSteps){.kind = kind, .policy = Kinds[kind].policy};
+  if (kind != fault->steps.kind) fault->steps.tolerances.controllers = 0;
+  /* What was read stays, as a fault may run many times. */
+  fault->steps = (SlipFaultSteps){.kind = kind, .policy = Kinds[kind].policy, .tolerances = fault->steps.tolerances};
   fault->problem.controller = is_explicit ? NULL : ControllerAt(kind, Accuracy(fault)); /* NULL: the integrator's */
 }
 
-/* Whether one of the options of the TS begins like this. Nobody has read them yet, and they are checked later: asking for one by name
-   would count as reading. */
-static PetscErrorCode Names(TS ts, const char beginning[], PetscBool *names)
+/* Whether an option of the TS is given, before it was read */
+static PetscErrorCode Names(TS ts, const char option[], PetscBool *names)
 {
-  char option[128], *all, *found;
   const char *prefix;
 
   PetscFunctionBegin;
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
-  PetscCall(PetscSNPrintf(option, sizeof(option), "-%s%s", prefix ? prefix : "", beginning));
-  PetscCall(PetscOptionsGetAll(((PetscObject)ts)->options, &all));
-  PetscCall(PetscStrstr(all, option, &found));
-  *names = found ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(PetscFree(all));
+  PetscCall(SlipHasOption(((PetscObject)ts)->options, prefix, option, names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* -ts_adapt_type NAME means the type as it is by itself, also where it is the default with a filter. */
 static PetscErrorCode NamesType(TS ts, PetscBool *names)
 {
-  return Names(ts, "ts_adapt_type ", names);
+  return Names(ts, "ts_adapt_type", names);
 }
 
 /* What policies were trained on and held out with: slip weakening, and under a pore pressure friction that stays as well */
@@ -212,18 +139,23 @@ static PetscBool IsTrainedLaw(PetscInt kind, const char law[])
   return kind == KIND_INJECTION && !strcmp(law, "constant") ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Whether an option names a controller or a tolerance, or is one of the classical controller that would be the default */
+/* Whether an option names a controller or tolerances, or is one of the classical controller that would be the default */
 static PetscErrorCode NamesClassical(SlipFault fault, TS ts, PetscBool *names)
 {
-  const char *controller = fault->problem.controller;
+  static const char *const common[] = {"ts_adapt_type", "ts_rtol", "ts_adapt_safety"}, *const texts[] = {
+                                                                                         "ts_adapt_pi_filter",
+                                                                                         "ts_adapt_dsp_filter",
+                                                                                         "ts_adapt_dsp_pid"};
+  const size_t ntexts = PETSC_STATIC_ARRAY_LENGTH(texts);
+  const char *controller = fault->problem.controller, *name;
   char own[64];
-  const char *const beginnings[] = {"ts_adapt_type ", "ts_rtol ", "ts_adapt_safety ", own};
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(own, sizeof(own), "ts_adapt_%.*s_", (int)strcspn(controller, ":"), controller));
-  *names = PETSC_FALSE;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(beginnings) && !*names; i++)
-    PetscCall(Names(ts, beginnings[i], names));
+  *names = fault->options.text[FAULT_TOLERANCES][0] ? PETSC_TRUE : PETSC_FALSE;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(common) && !*names; i++) PetscCall(Names(ts, common[i], names));
+  for (size_t i = 0; !*names && (name = i < ntexts ? texts[i] : SlipNumberOption(i - ntexts)); i++)
+    if (!strncmp(name, own, strlen(own))) PetscCall(Names(ts, name, names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -269,6 +201,7 @@ static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
 {
   const PetscBool is_explicit = fault->problem.any_integrator;
   const char *prefix = SlipFaultPrefix(fault);
+  const char *why;
   PetscBool learned, constant, rtol;
   PetscMPIInt rank;
   TSAdapt adapt;
@@ -281,12 +214,17 @@ static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
   rtol = !is_explicit && fault->steps.given ? PETSC_TRUE : PETSC_FALSE;
   if (learned) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(WarnOfVelocity(fault, 0, NULL));
-  if (!PetscIsNanReal(fault->options.value[FAULT_ACCURACY]) && (constant || rtol || is_explicit) && !rank &&
-      fault->options.speaks)
-    PetscCall(SlipWarning("-%sfault_accuracy has no effect on the steps: %s", prefix,
-                          constant ? "they are constant (-ts_adapt_type none)"
-                          : rtol   ? "-ts_rtol has their tolerance"
-                                   : "give -ts_rtol, which sets the tolerance of explicit steps without a policy"));
+  if (rank || !fault->options.speaks) PetscFunctionReturn(PETSC_SUCCESS);
+  why = constant      ? "they are constant (-ts_adapt_type none)"
+        : rtol        ? "-ts_rtol has their tolerance"
+        : is_explicit ? "give -ts_rtol, which sets the tolerance of explicit steps without a policy"
+                      : NULL;
+  if (why && !PetscIsNanReal(fault->options.value[FAULT_ACCURACY]))
+    PetscCall(SlipWarning("-%sfault_accuracy has no effect on the steps: %s", prefix, why));
+  if (!why && fault->steps.accuracy == 0) why = "it has no tolerance of this controller at this accuracy";
+  if (why && fault->options.text[FAULT_TOLERANCES][0])
+    PetscCall(SlipWarning("-%sfault_tolerances %s has no effect on the steps: %s", prefix,
+                          fault->options.text[FAULT_TOLERANCES], why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -295,7 +233,10 @@ static PetscErrorCode Set(SlipFault fault, TS ts, const char controller[], Petsc
   SlipFaultSteps *steps = &fault->steps;
 
   PetscFunctionBegin;
-  steps->rtol = Tolerance(steps->kind, controller, accuracy);
+  if (!steps->tolerances.controllers)
+    PetscCall(ReadTolerances(fault->comm, ((PetscObject)fault)->prefix, fault->options.text[FAULT_TOLERANCES],
+                             steps->kind, &steps->tolerances));
+  steps->rtol = SlipFaultTolerancesFind(&steps->tolerances, controller, accuracy);
   steps->accuracy = steps->rtol > 0 ? accuracy : 0;
   steps->rtol = steps->rtol == 0 ? Kinds[steps->kind].rtol : PetscAbsReal(steps->rtol);
   PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, steps->rtol, NULL));
@@ -318,7 +259,8 @@ PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
   PetscCall(SlipAdaptSetController(adapt, type));
   PetscCall(IsLearned(fault, ts, &fault->steps.learned));
   if (fault->steps.learned) PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
-  PetscCall(Set(fault, ts, type, Accuracy(fault)));
+  PetscCall(Names(ts, "ts_rtol", &named));
+  if (!named) PetscCall(Set(fault, ts, type, Accuracy(fault)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -344,7 +286,6 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   SlipFaultSteps *steps = &fault->steps;
-  const char *prefix;
   char controller[64];
   PetscReal rtol, dial;
   PetscBool option;
@@ -364,8 +305,7 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
     if (policy) PetscCall(WarnOfVelocity(fault, n, names));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(TSGetOptionsPrefix(ts, &prefix));
-  PetscCall(PetscOptionsHasName(((PetscObject)ts)->options, prefix, "-ts_rtol", &option));
+  PetscCall(Names(ts, "ts_rtol", &option));
   steps->given = option || rtol != steps->rtol ? PETSC_TRUE : PETSC_FALSE;
   steps->user_rtol = rtol;
   steps->accuracy = 0;

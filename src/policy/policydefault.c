@@ -1,10 +1,12 @@
-/* Where the policies that come with the library are: beside it, wherever it was installed or moved to. */
+/* Where the policies and measured numbers that come with the library are: beside it, wherever it was installed or moved to. */
 #define _GNU_SOURCE /* dladdr() */
 #include <slippolicy.h>
 #include <slipsys.h>
 #include <slipcompat.h>
+#include <slipstep/private/slippolicy.h>
 #include <dlfcn.h>
 #include <stdlib.h>
+#include <string.h>
 
 #ifndef SLIPSTEP_LIB_TO_POLICIES
   #define SLIPSTEP_LIB_TO_POLICIES "../share/slipstep/policies" /* as installed with the usual names of folders */
@@ -33,18 +35,13 @@ static PetscErrorCode LibraryFolder(char folder[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On one rank */
-static PetscErrorCode PolicyFolder(char folder[], size_t len)
+/* On one rank: the library's own */
+static PetscErrorCode OwnFolder(char folder[], size_t len)
 {
-  const char *given = getenv("SLIPSTEP_POLICY_DIR");
   char library[PETSC_MAX_PATH_LEN];
   PetscBool build, beside, installed = PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (given && given[0]) {
-    PetscCall(PetscStrncpy(folder, given, len));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(LibraryFolder(library, sizeof(library)));
   PetscCall(PetscSNPrintf(folder, len, "%s/%s", library, build_policies));
   PetscCall(PetscTestDirectory(folder, 'r', &build));
@@ -52,6 +49,57 @@ static PetscErrorCode PolicyFolder(char folder[], size_t len)
   PetscCall(PetscTestDirectory(folder, 'r', &beside));
   if (!beside) PetscCall(PetscTestDirectory(SLIPSTEP_INSTALLED_POLICIES, 'r', &installed));
   if (installed) PetscCall(PetscStrncpy(folder, SLIPSTEP_INSTALLED_POLICIES, len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On one rank */
+static PetscErrorCode PolicyFolder(char folder[], size_t len)
+{
+  const char *given = getenv("SLIPSTEP_POLICY_DIR");
+
+  PetscFunctionBegin;
+  if (given && given[0])
+    PetscCall(PetscStrncpy(folder, given, len));
+  else
+    PetscCall(OwnFolder(folder, len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A folder of one's own may have policies alone. */
+PetscErrorCode SlipPolicyOpenData(const char name[], const char what[], SlipH5 *h)
+{
+  char folder[PETSC_MAX_PATH_LEN], path[PETSC_MAX_PATH_LEN];
+  PetscBool exists;
+
+  PetscFunctionBegin;
+  PetscCall(PolicyFolder(folder, sizeof(folder)));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", folder, name));
+  PetscCall(PetscTestFile(path, 'r', &exists));
+  if (!exists) PetscCall(OwnFolder(folder, sizeof(folder)));
+  if (!exists) PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", folder, name));
+  PetscCall(PetscTestFile(path, 'r', &exists));
+  PetscCheck(exists, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
+             "cannot read %s: expected %s beside the default policies of the library, or in the folder "
+             "SLIPSTEP_POLICY_DIR",
+             path, what);
+  PetscCall(SlipH5OpenRead(path, h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the files of policies and measured numbers begin with */
+PetscErrorCode SlipPolicyCheckFormat(SlipH5 *h, const char format[], PetscInt version)
+{
+  char found[64];
+  PetscInt number;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5ReadAttrString(h, "/", "format", found, sizeof(found)));
+  PetscCheck(!strcmp(found, format), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: attribute format of / is \"%s\"; expected \"%s\"%s", h->name, found, format, h->source);
+  PetscCall(SlipH5ReadAttrInt(h, "/", "version", &number));
+  PetscCheck(number == version, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: attribute version of / is %" PetscInt_FMT "; this library reads version %" PetscInt_FMT "%s", h->name,
+             number, version, h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -7,22 +7,6 @@
 #define POLICY_FORMAT "slipstep-policy"
 #define POLICY_VERSION 1
 
-static PetscErrorCode CheckFormat(SlipH5 *h5)
-{
-  char format[64];
-  PetscInt version;
-
-  PetscFunctionBegin;
-  PetscCall(SlipH5ReadAttrString(h5, "/", "format", format, sizeof(format)));
-  PetscCheck(!strcmp(format, POLICY_FORMAT), PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s: attribute format of / is \"%s\"; expected \"" POLICY_FORMAT "\"", h5->name, format);
-  PetscCall(SlipH5ReadAttrInt(h5, "/", "version", &version));
-  PetscCheck(version == POLICY_VERSION, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s: attribute version of / is %" PetscInt_FMT "; this library reads version %d", h5->name, version,
-             POLICY_VERSION);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ReadObservations(SlipH5 *h5, SlipPolicy p)
 {
   PetscInt n, m;
@@ -192,7 +176,7 @@ static PetscErrorCode CheckSum(SlipH5 *h5, SlipPolicy p)
 static PetscErrorCode ReadContent(SlipH5 *h5, SlipPolicy p)
 {
   PetscFunctionBegin;
-  PetscCall(CheckFormat(h5));
+  PetscCall(SlipPolicyCheckFormat(h5, POLICY_FORMAT, POLICY_VERSION));
   PetscCall(ReadObservations(h5, p));
   PetscCall(ReadRange(h5, p));
   PetscCall(ReadLayers(h5, p));

@@ -27,6 +27,8 @@ static const struct {
   {"fault_pore_pressure", FAULT_PORE_PRESSURE, PETSC_FALSE, 0, {""}},
   {"fault_stations", FAULT_STATIONS, PETSC_FALSE, 0, {""}}, /* or a list, which names no file */
   {"fault_surface_stations", FAULT_SURFACE_STATIONS, PETSC_FALSE, 0, {""}},
+  {"fault_tolerances", FAULT_TOLERANCES, PETSC_FALSE, 0, {""}},
+  {"fault_estimates", FAULT_ESTIMATES, PETSC_FALSE, 0, {""}},
   {"ts_adapt_rl_policy", ANOTHER, PETSC_FALSE, 0, {""}},
   {"fault_stop_file", FAULT_STOP_FILE, PETSC_FALSE, 0, {""}},
   {"fault_restart", FAULT_RESTART, PETSC_FALSE, FAMILY_STATE, {"", ".previous"}},

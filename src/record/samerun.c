@@ -1,6 +1,7 @@
 /* Which run a checkpoint is of: every row of the tables of parameters.c that says it is part of the problem or of its steps, and what files
    and options have made of them, is in it, and is compared where a run goes on. */
 #include <slipstep/private/sliprecord.h>
+#include <slipstep/private/slipsys.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -135,10 +136,17 @@ static PetscErrorCode CompareStrings(Differences *d, SlipFault fault)
 {
   PetscFunctionBegin;
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++) {
+    const SlipFaultString *p = &SlipFaultStrings[id];
     const char *text = SlipFaultGetText(fault, id);
+    PetscBool has, same;
 
-    if (SlipFaultStrings[id].part == SLIP_PART_PROBLEM)
-      PetscCall(CompareText(d, SlipFaultStrings[id].name, text[0] ? text : "none"));
+    if (p->part != SLIP_PART_PROBLEM) continue;
+    PetscCall(SlipStateHasValue(d->s, p->name, &has));
+    PetscCall(PetscStrcmp(text, p->value, &same));
+    if (has)
+      PetscCall(CompareText(d, p->name, text[0] ? text : "none"));
+    else if (!same) /* of a version that knew the default alone */
+      PetscCall(Differ(d, "%s is %s, was %s", p->name, text, p->value));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -194,6 +202,8 @@ static PetscErrorCode SolverOptions(TS ts, char text[], size_t len)
     if (name)
       taken =
         (!prefix || !strncmp(words[i] + 1, prefix, skip - 1)) && IsOfSolver(words[i] + skip) ? PETSC_TRUE : PETSC_FALSE;
+    if (name && taken)
+      PetscCall(SlipHasOption(((PetscObject)ts)->options, NULL, words[i] + 1, &taken)); /* no word of a value */
     if (!taken) continue;
     PetscCall(PetscStrlcat(text, text[0] ? " " : "", len));
     PetscCall(PetscStrlcat(text, words[i], len));
@@ -306,6 +316,32 @@ static PetscErrorCode CompareRecord(Differences *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Tolerances by which controllers keep -fault_accuracy, by their content; checkpoints of before have none. */
+static PetscErrorCode CompareTolerances(Differences *d, SlipFault fault)
+{
+  const SlipFaultTolerances *t = &fault->steps.tolerances;
+  const char *file = fault->options.text[FAULT_TOLERANCES];
+  char digest[PETSC_MAX_PATH_LEN + 32] = "", then[PETSC_MAX_PATH_LEN + 32];
+  uint64_t hash = SlipHashReals(SLIP_HASH_START, t->accuracy, (size_t)t->accuracies);
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateHas(d->s, "tolerances", &has));
+  if (!has || (!t->controllers && !SlipStateIsLoading(d->s))) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt c = 0; c < t->controllers; c++) hash = SlipHashReals(hash, t->row[c].rtol, (size_t)t->accuracies);
+  (void)snprintf(digest, sizeof(digest), "%016" PRIx64 " %s", hash,
+                 !t->controllers ? "(in no use)"
+                 : file[0]       ? file
+                                 : "of the library");
+  PetscCall(PetscStrncpy(then, digest, sizeof(then)));
+  PetscCall(SlipStateGroup(d->s, "tolerances"));
+  PetscCall(SlipStateString(d->s, "content", then, sizeof(then)));
+  d->told = PETSC_TRUE;
+  if (strncmp(digest, then, 16)) PetscCall(Differ(d, "%s is %s, was %s", "tolerances", digest, then));
+  d->told = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Refuses the checkpoint of another run, naming what differs; another way to compute the same is announced. */
 PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
 {
@@ -335,6 +371,7 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   PetscCheck(!d.text[0], fault->comm, PETSC_ERR_ARG_INCOMP, "-%sfault_restart %s is the checkpoint of another run: %s",
              SlipFaultPrefix(fault), fault->options.text[FAULT_RESTART], d.text);
   PetscCall(CompareOptions(&d, ts));
+  PetscCall(CompareTolerances(&d, fault));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (d.news[0] && !rank)
     PetscCall(SlipWarning("the run goes on with other steps or solvers than it began with: %s (-%sfault_restart %s)",

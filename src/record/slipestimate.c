@@ -20,43 +20,20 @@
 /*
   What is reported is an error that nine in ten runs stay below (19 in 20 of 4 or 5 steps, of the final slip), a factor by the
   number of steps times, of the final slip and relative to it,
-      (LATE + share of the slip made in steps in which cells come to rest) max(|signed|, FLOOR magnitudes)
+      (late + share of the slip made in steps in which cells come to rest) max(|signed|, floor magnitudes)
   of the time of the event, over the time from 10 to 90 % of the slip,
-      max(|signed|, SHIFT_FLOOR magnitudes)
-  and of the history the sum of the latter, HISTORY_FINAL times the former, and the error of the cubic between the ends
+      max(|signed|, shift_floor magnitudes)
+  and of the history the sum of the latter, history_final times the former, and the error of the cubic between the ends
   of a step.
   First variations are right for one smooth event. With few steps, or with several events, the signs of local errors
   mean little, so that the sum of their magnitudes counts too; and an arrest somewhere within a step is an error that no
-  smooth formula sees, so that slip in such steps counts more. Source of all numbers: tests/benchmarks/verdict.py
-  --calibrate, on random faults of which half are irregular meshes. Final slip: --faults 200, 3159 runs on 400 faults by rl at
-  six accuracies and heuristic at two tolerances; factors are the quantiles of error over the rest, FLOOR and LATE those
-  with which "likely met" was said most often for the share of right ones (flat: 0.1 to 0.4 are as good within 3 %). The
-  others: --faults 20, 400 runs on 40 faults by the default policy at six accuracies and heuristic at four tolerances, quantiles of 90
-  % rounded up; those of up to 8 steps, which the policy hardly ever takes, are of 785 runs by the policy for the final slip on 80
-  other faults, and so are SHIFT_FLOOR and HISTORY_FINAL: the least scatter of errors over estimates (0.3 to 0.7, and 2 to 4
-  are as good).
+  smooth formula sees, so that slip in such steps counts more. All numbers come from a file (estimatefile.c), whose source is
+  tests/benchmarks/verdict.py --calibrate.
 */
-#define ESTIMATE_FLOOR 0.2
-#define ESTIMATE_LATE 0.2
-#define ESTIMATE_MIN_STEPS 4 /* two of two runs of fewer steps that looked good were not */
-#define SHIFT_FLOOR 0.4
-#define HISTORY_FINAL 4
-
-/* In the order of SlipMeasures; name: of attributes */
-typedef enum { ESTIMATE_HISTORY, ESTIMATE_FINAL, ESTIMATE_TIME, NUM_ESTIMATES } SlipFaultEstimate;
 static const struct {
-  const char *measure, *name, *label;
-} Estimates[NUM_ESTIMATES] = {
-  {"history", "history", "history"}, {"final_slip", "slip", "slip"}, {"event_time", "event_time", "time"}};
-
-static const struct {
-  PetscInt steps;                  /* accepted steps, at most */
-  PetscReal factor[NUM_ESTIMATES]; /* of history, final slip, event time */
-} Calibration[] = {
-  {4, {5, 8, 24}},       {5, {5.5, 11, 10}},     {8, {4.3, 6.4, 6.7}},
-  {12, {1.5, 5, 5.2}},   {20, {1.6, 4.7, 3.1}},  {32, {1.4, 4.8, 1.6}},
-  {64, {1.5, 5.6, 1.6}}, {128, {1.7, 6.3, 1.6}}, {PETSC_MAX_INT, {2, 22, 2}},
-};
+  const char *name, *label; /* of attributes, and in the summary */
+} Estimates[NUM_ESTIMATES] = {{"history", "history"}, {"slip", "slip"}, {"event_time", "time"}};
+static const char *const Measured[NUM_ESTIMATES] = {"history", "final_slip", "event_time"}; /* their SlipMeasures */
 
 /* Sums over the cells */
 enum {
@@ -179,6 +156,19 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Events that follow each other, and slow slip, have no such error. */
+static PetscBool IsOneEvent(SlipFault fault)
+{
+  return fault->kind.sequence || fault->loads.pressed || fault->friction.law->always_slides ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* The faults that the estimate was calibrated on, see WhyUnknown() */
+static PetscBool IsCalibrated(SlipFault fault)
+{
+  return fault->kind.driven || fault->layout.components > 1 || fault->friction.law != SlipFrictionLaws ? PETSC_FALSE
+                                                                                                       : PETSC_TRUE;
+}
+
 /* Also where nothing is estimated, as checkpoints say so */
 static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
@@ -197,6 +187,9 @@ static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   if (est->recorded) est->course.n = 0;
   if (!est->recorded || !bathe) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(DecayRate(fault, &est->decay));
+  if (IsOneEvent(fault) && IsCalibrated(fault))
+    PetscCall(SlipFaultCalibrationRead(fault->comm, ((PetscObject)fault)->prefix, fault->options.text[FAULT_ESTIMATES],
+                                       Measured, &est->calibration));
   if (fault->options.check_error) PetscCall(SlipFaultCheckStart(fault, ts));
   PetscCall(PetscObjectGetId((PetscObject)ts, &id));
   if (est->id != id)
@@ -255,7 +248,7 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
     *why = "not calibrated for this friction law";
   else if (reaction != TSBATHE_REACTION_TRAPEZOIDAL || estimate != TSBATHE_ERROR_EMBEDDED)
     *why = "not calibrated for this integrator";
-  else if (steps < ESTIMATE_MIN_STEPS)
+  else if (steps < est->calibration.least)
     *why = "too few steps";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -263,25 +256,26 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
 /* Estimates before their calibration, relative as the errors that they are of */
 static void Measures(const SlipFaultRunError *est, PetscReal mean_slip, PetscReal measure[NUM_ESTIMATES])
 {
+  const SlipFaultCalibration *c = &est->calibration;
   const SlipFaultCourse *course = &est->course;
   const SlipFaultTiming *timing = &est->timing;
   const PetscReal late = est->sum > 0 ? est->late / est->sum : 1;
-  const PetscReal shift = PetscMax(PetscAbsReal(timing->shift[0]), SHIFT_FLOOR * timing->shift[1]);
+  const PetscReal shift = PetscMax(PetscAbsReal(timing->shift[0]), c->shift_floor * timing->shift[1]);
   const PetscReal rise = SlipCourseTime(course->n, course->node, 0.9) - SlipCourseTime(course->n, course->node, 0.1);
 
   measure[ESTIMATE_FINAL] =
-    (ESTIMATE_LATE + late) * PetscMax(PetscAbsReal(est->slip[0]), ESTIMATE_FLOOR * est->slip[1]) / mean_slip;
+    (c->late + late) * PetscMax(PetscAbsReal(est->slip[0]), c->floor * est->slip[1]) / mean_slip;
   measure[ESTIMATE_TIME] = shift / rise;
   measure[ESTIMATE_HISTORY] =
-    measure[ESTIMATE_TIME] + HISTORY_FINAL * measure[ESTIMATE_FINAL] + timing->bend / mean_slip;
+    measure[ESTIMATE_TIME] + c->history_final * measure[ESTIMATE_FINAL] + timing->bend / mean_slip;
 }
 
-static PetscReal Factor(SlipFaultEstimate which, PetscInt steps)
+static PetscReal Factor(const SlipFaultCalibration *c, SlipFaultEstimate which, PetscInt steps)
 {
   PetscInt i = 0;
 
-  while (steps > Calibration[i].steps) i++;
-  return Calibration[i].factor[which];
+  while ((PetscReal)steps > c->row[i].steps) i++;
+  return c->row[i].factor[which];
 }
 
 /* The row of Estimates of a run: that of its controller's measure, of the history with a controller that has none */
@@ -295,7 +289,7 @@ static PetscErrorCode Judged(TS ts, SlipFaultEstimate *which)
   PetscCall(TSAdaptRLGetMeasure(adapt, &measure));
   *which = 0;
   for (PetscInt k = 0; k < NUM_ESTIMATES && measure; k++)
-    if (!strcmp(measure, Estimates[k].measure)) *which = (SlipFaultEstimate)k;
+    if (!strcmp(measure, Measured[k])) *which = (SlipFaultEstimate)k;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -353,7 +347,7 @@ static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, Pe
   for (PetscInt k = 0; k < NUM_ESTIMATES; k++) {
     PetscCall(PetscSNPrintf(name, sizeof(name), "%s_error_measure", Estimates[k].name));
     PetscCall(SlipOutputAddResult(run, name, NULL, NULL, measure[k]));
-    error = Factor((SlipFaultEstimate)k, steps) * measure[k];
+    error = Factor(&est->calibration, (SlipFaultEstimate)k, steps) * measure[k];
     if (k == (PetscInt)judged)
       PetscCall(Verdict(run, "slip_error_estimate_met", wanted, error <= wanted ? 1 : -1,
                         error <= wanted ? "likely met" : unsure, text, sizeof(text)));
@@ -385,7 +379,7 @@ static PetscErrorCode ReportCheck(SlipFault fault, TS ts, SlipOutput run, PetscR
     PetscCall(SlipOutputAddResult(run, name, NULL, NULL, all[k]));
   }
   for (PetscInt k = 0; k < NUM_ESTIMATES; k++) {
-    error = SlipMeasureOf(SlipMeasureFind(Estimates[k].measure), all);
+    error = SlipMeasureOf(SlipMeasureFind(Measured[k]), all);
     if (k == (PetscInt)judged)
       PetscCall(Verdict(run, "slip_error_check_met", wanted, error <= wanted ? 1 : 0,
                         error <= wanted ? "met" : "not met", text, sizeof(text)));
@@ -412,7 +406,7 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
 {
   SlipFaultObservables obs;
   PetscReal wanted, t, mean_slip;
-  PetscBool bathe, once; /* events that follow each other, and slow slip, have no such error */
+  PetscBool bathe;
   Vec w;
 
   PetscFunctionBegin;
@@ -425,8 +419,7 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
   PetscCall(WantedAccuracy(ts, &wanted));
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  once = fault->kind.sequence || fault->loads.pressed || fault->friction.law->always_slides ? PETSC_FALSE : PETSC_TRUE;
-  if (bathe && once) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
+  if (bathe && IsOneEvent(fault)) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
   if (fault->options.check_error) PetscCall(ReportCheck(fault, ts, run, wanted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -54,6 +54,21 @@ static const SlipNumber SlipLinearNumbers[] = {
   {"-ksp_divtol", 0, NONE, SLIP_OPEN_LOW | SLIP_INFINITE, ""}, {"-ksp_max_it", 0, NONE, SLIP_WHOLE, ""}};
 /* clang-format on */
 
+PetscErrorCode SlipHasOption(PetscOptions options, const char prefix[], const char name[], PetscBool *has)
+{
+  char **names, **values, whole[SLIP_NAME_LENGTH];
+  PetscInt n;
+
+  PetscFunctionBegin;
+  *has = PETSC_FALSE;
+  PetscCall(PetscSNPrintf(whole, sizeof(whole), "-%s%s", prefix ? prefix : "", name));
+  PetscCall(PetscOptionsLeftGet(options, &n, &names, &values));
+  for (PetscInt i = 0; i < n && !*has; i++) *has = strcasecmp(names[i], whole + 1) ? PETSC_FALSE : PETSC_TRUE;
+  PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));
+  if (!*has) PetscCall(PetscOptionsHasName(options, NULL, whole, has)); /* it has been read, or is not there */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 const char *SlipNumberOption(size_t i)
 {
   const size_t n = PETSC_STATIC_ARRAY_LENGTH(SlipSolverNumbers);

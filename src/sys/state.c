@@ -51,6 +51,20 @@ PetscErrorCode SlipStateHas(SlipState s, const char group[], PetscBool *has)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Does the group have a number or text of this name? Always when writing */
+PetscErrorCode SlipStateHasValue(SlipState s, const char name[], PetscBool *has)
+{
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  *has = PETSC_TRUE;
+  if (!s->loading) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!s->rank) ierr = SlipH5HasAttribute(&s->file, s->group, name, has);
+  PetscCall(SlipErrorBcast(s->comm, ierr));
+  PetscCallMPI(MPI_Bcast(has, 1, MPIU_BOOL, 0, s->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SlipStatePath(SlipState s, const char name[], char path[], size_t len)
 {
   PetscFunctionBegin;

@@ -2,7 +2,8 @@
 """Is a run right about its own error? The estimates of -ts_adapt_rl_measure and "likely met", on random faults.
 
     tests/benchmarks/verdict.py                        # 300 fresh faults: how often "likely met" is said, and right
-    tests/benchmarks/verdict.py --calibrate            # prints Calibration[] for src/record/slipestimate.c, by other faults
+    tests/benchmarks/verdict.py --calibrate            # prints the factors of estimates, by other faults
+    tests/benchmarks/verdict.py --calibrate --output estimates.h5   # and writes them for -fault_estimates
     tests/benchmarks/verdict.py --prove 20             # the reference against finer runs and -fault_check_error first
     tests/benchmarks/verdict.py --measure final_slip   # another measure than history, of its default policy
     tests/benchmarks/verdict.py --policy F.h5          # another policy than the default one of the measure
@@ -20,8 +21,10 @@ import argparse
 import concurrent.futures
 import json
 import os
+import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path[:0] = [os.path.join(ROOT, "src", "package"), os.path.join(ROOT, "examples")]
@@ -37,6 +40,7 @@ import verdict_cases
 import held_out_run
 from held_out_run import BenchmarkError, Job, execute, read_course
 
+SHIPPED = os.path.join(ROOT, "training", "policies", "estimates.h5")
 CALIBRATION_SEEDS, TEST_SEEDS = [201, 202], [20261123]
 DIALS = [1e-1, 1e-2, 1e-3]
 MORE_DIALS = [3e-2, 3e-3, 3e-4]  # of the calibration
@@ -56,11 +60,15 @@ def arguments():
     parser.add_argument("--faults", type=int, default=300, help="of each seed")
     parser.add_argument("--seeds", type=int, nargs="+", help=f"of the faults (default {TEST_SEEDS}, with --calibrate {CALIBRATION_SEEDS})")
     parser.add_argument("--calibrate", action="store_true", help="print the table of factors")
+    parser.add_argument("--output", metavar="F.h5", help="file for the factors of --calibrate, which -fault_estimates reads")
     parser.add_argument("--prove", type=int, default=0, metavar="N", help="compare the references of the first N faults with finer ones, and -fault_check_error with those")
     parser.add_argument("--measure", default="history", choices=ATTRIBUTES, help="of the default policy, and of the verdicts")
     parser.add_argument("--policy", help="another one (default: the library's for the measure)")
     parser.add_argument("--processes", type=int, default=1)
-    return parser.parse_args()
+    args = parser.parse_args()
+    if args.output and not args.calibrate:
+        parser.error("--output has the factors of --calibrate, which is not there")
+    return args
 
 
 def errors(run, fine):
@@ -161,7 +169,7 @@ def all_faults(args, seed):
 
 
 def table_of_factors(faults):
-    """Quantiles of error over measure by steps, and the rows to paste in."""
+    """Quantiles of error over measure by steps, printed, and returned: {steps at most: [factor of each of ATTRIBUTES]}."""
     runs = [run for row in faults for run in row["runs"] if "slip_error_measure" in run]
     steps = np.array([run["steps"] for run in runs])
     factors = {}
@@ -174,9 +182,21 @@ def table_of_factors(faults):
                 factors.setdefault(high, []).append(np.quantile(ratio[inside], QUANTILE))
                 print(f"{high:13g} {inside.sum():7d} {np.quantile(ratio[inside], .5):9.2f} {factors[high][-1]:12.2f} "
                       f"{np.quantile(ratio[inside], .95):10.2f}")
-    print("Calibration[] of src/record/slipestimate.c: {steps, {" + ", ".join(ATTRIBUTES) + "}}")
-    for high, row in factors.items():
-        print(f"  {{{'PETSC_MAX_INT' if np.isinf(high) else high}, {{{', '.join(f'{factor:.2g}' for factor in row)}}}}},")
+    return factors
+
+
+def write_factors(path, factors, faults, seeds, version):
+    """The file of -fault_estimates (training/policies/README.md). What measures are made of, the attributes of /factor, is that of
+    the library's, by which the runs were, of this version; longer runs than there were have the last class."""
+    with h5py.File(SHIPPED) as shipped, h5py.File(f"{path}.part", "w") as file:
+        texts = {"format": "slipstep-estimates", "command": " ".join(sys.argv), "library_version": version, "family": f"verdict_cases.py, seeds {seeds}",
+                 "created": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())}
+        file.attrs.update({name: np.bytes_(text) for name, text in texts.items()}, version=1, episodes=len(faults), quantile=QUANTILE)
+        file["measures"] = np.array(list(ATTRIBUTES), "S")
+        file["steps"] = np.array([*list(factors)[:-1], np.inf], float)
+        file["factor"] = np.array([[float(f"{factor:.2g}") for factor in row] for row in factors.values()])
+        file["factor"].attrs.update(shipped["factor"].attrs)
+    os.replace(f"{path}.part", path)
 
 
 def verdicts(faults, dials, measure):
@@ -223,7 +243,10 @@ def main():
           f"{min(row['cells'] for row in faults)} to {max(row['cells'] for row in faults)} cells")
     proof(faults, args.measure)
     if args.calibrate:
-        table_of_factors(faults)
+        factors = table_of_factors(faults)
+        if args.output:
+            said = subprocess.run([os.path.join(args.build, "bin", "fault"), "-version"], capture_output=True, text=True, check=True).stdout
+            write_factors(args.output, factors, faults, seeds, said.splitlines()[0].split()[-1])
     verdicts(faults, DIALS + (MORE_DIALS if args.calibrate else []), args.measure)
 
 

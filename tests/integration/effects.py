@@ -72,6 +72,7 @@ VALUES = {
     "fault_injection": ["1000,1000"],
     "fault_sweep": ["sweep.txt"],
     "fault_restart": ["state.h5"],
+    "fault_tolerances": ["tolerances.h5"], "fault_estimates": ["estimates.h5"],
     "fault_stations": ["500,500"],
     "fault_surface_stations": ["500,500"],
     "fault_output": ["other_run.h5"],
@@ -146,6 +147,11 @@ def write_inputs():
     with h5py.File("other_mesh.h5", "w") as file:
         file["cells"] = np.array([(50.0 + 500 * k, 0, 250, 500, 500) for k in range(3)])
         file["cells"].attrs["columns"] = "x y z length width"
+    for name, numbers in (("tolerances.h5", ("event/rtol", "rupture/rtol", "sequence/rtol", "injection/rtol")), ("estimates.h5", ("factor",))):
+        shutil.copy(os.path.join(SOURCE, "training", "policies", name), name)
+        with h5py.File(name, "a") as file:
+            for path in numbers:
+                file[path][...] *= 0.5
     with open("sweep.txt", "w", encoding="utf-8") as file:
         file.write("-fault_nx 2 -fault_nz 2\n")
 

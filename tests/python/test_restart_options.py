@@ -107,6 +107,7 @@ TABLE = {
     "fault_krylov_tolerance": ("lanczos", "1e-6"),
     "fault_rate_tolerance": ("event", "1e-9"),
     "fault_accuracy": ("event", "1e-1"),
+    "fault_tolerances": ("event", "tolerances.h5"),
     "fault_restart_dt": ("event", "1e-4", ANNOUNCED),
     "mat_slipfft_depth": ("event", "transform", ANNOUNCED),
     "mat_slip_share": ("event", "yes", ANNOUNCED),
@@ -164,6 +165,7 @@ TABLE = {
     "fault_checkpoint_interval": ("event", "0"),
     "fault_restart": ("event", "state.copy"),
     "fault_wall_limit": ("event", "1000"),
+    "fault_estimates": ("event", "estimates.h5"),
     "fault_stop_file": ("event", "elsewhere.stop"),
     "fault_check_error": ("event", "yes"),
     "fault_progress": ("event", "no"),
@@ -204,6 +206,10 @@ def write_inputs():
             file["time"] = [0.0, 100.0]
             file["pressure"] = np.multiply.outer([0, pressure], np.ones((3, 4)))
     shutil.copy(os.path.join(SOURCE, "training", "policies", "fault.h5"), "other_policy.h5")
+    for name in ("tolerances.h5", "estimates.h5"):
+        shutil.copy(os.path.join(SOURCE, "training", "policies", name), name)
+    with h5py.File("tolerances.h5", "a") as file:
+        file["event/rtol"][...] *= 0.5
     with open("sweep.txt", "w", encoding="utf-8") as file:
         file.write("-fault_progress no\n")
 

@@ -3,6 +3,7 @@
 import argparse
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -193,6 +194,36 @@ class Verdict(Runs):
             self.assertIn(f"not estimated ({why})", run["text"])
             for name in ("slip", "history", "event_time"):
                 self.assertNotIn(f"{name}_error_estimate", run)
+
+    def test_factors_of_a_file(self):
+        """Factors that a calibration writes are those of a run: errors of 4, 3 and 4 times the measures in runs of up to 64 steps, and twice that in longer ones."""
+        measure = {f"{name}_error_measure": 0.01 for name in verdict.ATTRIBUTES.values()}
+        faults = [{"runs": [{**measure, "steps": steps, "errors": dict.fromkeys(verdict.course.PARTS, 0) | {"final": 0.03 * scale, "shift": 0.04 * scale}}
+                            for steps, scale in ((50, 1), (70, 2))]}]
+        path = os.path.join(self.room.name, "mine.h5")
+        verdict.write_factors(path, verdict.table_of_factors(faults), faults, [1], "0")
+        with h5py.File(path) as file:
+            self.assertEqual(list(file["steps"]), [64, np.inf])
+            np.testing.assert_array_equal(file["factor"], [[4, 3, 4], [8, 6, 8]])
+        run = self.run_fault("-fault_nx", "2", "-fault_nz", "2", "-fault_estimates", path)
+        scale = 1 if run["accepted"] <= 64 else 2
+        for name, factor in (("history", 4), ("slip", 3), ("event_time", 4)):
+            self.assertAlmostEqual(run[f"{name}_error_estimate"] / (factor * scale * run[f"{name}_error_measure"]), 1, delta=0.05)  # two digits
+        for name, value, says in (("steps", [64, 64], "expected numbers that rise, and infinity at the end"),
+                                  ("factor", [[1, 2, 3]], "/factor in"), ("factor", np.zeros((2, 3)), "a number in row 0 of /factor is 0"),
+                                  ("measures", np.array(["history", "final_slip", "other"], "S"), 'no "event_time"')):
+            bad = os.path.join(self.room.name, "bad.h5")
+            shutil.copy(path, bad)
+            with h5py.File(bad, "a") as file:
+                attributes = dict(file[name].attrs)
+                del file[name]
+                file[name] = value
+                file[name].attrs.update(attributes)
+            done = subprocess.run([FAULT, "-fault_nx", "2", "-fault_estimates", bad], capture_output=True, text=True, env=ALONE, timeout=1000)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn("bad.h5", done.stderr)
+            self.assertIn(says, done.stderr)
+            self.assertIn("(-fault_estimates)", done.stderr)
 
 
 if __name__ == "__main__":

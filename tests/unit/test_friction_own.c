@@ -130,7 +130,7 @@ static void WarmSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
 static void states(void **unused)
 {
   static const SlipParameter start[] = {
-    {"initial_warmth", (PetscReal)NAN, "K", 0, PETSC_MAX_REAL, PETSC_FALSE, PETSC_FALSE, "Warmth at the start"},
+    {.name = "initial_warmth", .value = (PetscReal)NAN, .unit = "K", .upper = PETSC_MAX_REAL, .help = "Warmth at the start"},
     {.name = NULL}};
   static const struct {
     const char *name, *start, *words;

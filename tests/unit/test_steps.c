@@ -7,8 +7,10 @@
 #include "environment/libraryepisode.h"
 #include "ruptures/ruptures.h"
 #include <slipstep/private/slipfault.h>
+#include <sliph5.h>
 #include <stdlib.h>
 #include <string.h>
+#include "tempdir.h"
 
 enum { STREAM = 97, MOST_CASES = 40 }; /* of seeds: neither training's nor the benchmark's */
 static const PetscReal Accuracies[] = {1e-1, 1e-2};
@@ -384,6 +386,126 @@ static void handed_over(void **state)
   }
 }
 
+/* ---- files of tolerances ---- */
+
+enum { GOOD, NO_KIND, NO_ROWS, OTHER_SHAPE, RISING, OTHER_FORMAT, OTHER_VERSION };
+
+/* Two controllers at three accuracies, of which the second keeps one; damage: what is wrong with it */
+static void write_tolerances(const char file[], int damage)
+{
+  static const char *const names[] = {"pi", "dsp"};
+  const PetscReal accuracy[] = {1e-1, 1e-2, 1e-3}, rtol[] = {0.3, 0.02, damage == RISING ? 0.05 : 0.001, 0.4, 0, 0};
+  const PetscInt n[2] = {damage == OTHER_SHAPE ? 1 : 2, 3};
+  SlipH5 h;
+
+  ok(SlipH5Create(file, &h));
+  ok(SlipH5WriteAttrString(&h, "/", "format", damage == OTHER_FORMAT ? "slipstep-policy" : "slipstep-tolerances"));
+  ok(SlipH5WriteAttrInt(&h, "/", "version", damage == OTHER_VERSION ? 1 : 2));
+  if (damage != NO_KIND) {
+    ok(SlipH5WriteReal(&h, "/rupture/accuracy", 1, &n[1], accuracy, NULL));
+    ok(SlipH5WriteStrings(&h, "/rupture/controllers", 2, names));
+    if (damage != NO_ROWS) ok(SlipH5WriteReal(&h, "/rupture/rtol", 2, n, rtol, NULL));
+  }
+  ok(SlipH5Close(&h));
+}
+
+/* A file that an option names counts for runs of its kind, which rl is no default of then. */
+static void named_tolerances(void **state)
+{
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 32], options[256];
+  const struct {
+    const char *options;
+    PetscReal rtol, accuracy;
+  } rows[] = {{"", 0.02, 1e-2}, /* pi is the default of ruptures */
+              {"-fault_accuracy 1e-3", 1e-3, 1e-3},
+              {"-ts_adapt_type dsp -fault_accuracy 0.1", 0.4, 0.1},
+              {"-ts_adapt_type dsp", 1e-3, 0}, /* it keeps none, and has that of controllers without a row */
+              {"-ts_adapt_type heuristic", 1e-3, 0},
+              {"-ts_rtol 0.07", 0.07, 0}};
+  PetscReal found;
+  Run r;
+
+  (void)state;
+  assert_int_equal(0, TempDirMake("test_steps", dir));
+  snprintf(file, sizeof(file), "%s/mine.h5", dir);
+  write_tolerances(file, GOOD);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++) {
+    snprintf(options, sizeof(options), "-fault_tolerances %s %s", file, rows[i].options);
+    r = start(options, PETSC_TRUE);
+    found = tolerance(&r);
+    print_message("%s: %g\n", options, (double)found);
+    AssertNear(found, rows[i].rtol, 1e-15);
+    assert_true(r.fault->steps.accuracy == rows[i].accuracy);
+    end(&r);
+  }
+  /* The folder of policies is one of two places for the library's; a file there counts, and where it has none the library's own does. */
+  assert_int_equal(setenv("SLIPSTEP_POLICY_DIR", dir, 1), 0);
+  ok(SlipFaultFindTolerance("rupture", "pi", 1e-2, &found));
+  assert_true(found == 0.0238);
+  snprintf(file, sizeof(file), "%s/tolerances.h5", dir);
+  write_tolerances(file, GOOD);
+  ok(SlipFaultFindTolerance("rupture", "pi", 1e-2, &found));
+  assert_true(found == 0.02);
+  assert_int_equal(unsetenv("SLIPSTEP_POLICY_DIR"), 0);
+  ok(SlipFaultFindTolerance("sequence_inertia", "pi", 1e-1, &found));
+  assert_true(found == 0.01 / 5); /* no looser than what loses no events, and a fifth with inertia */
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+static void damaged_tolerances(void **state)
+{
+  const struct {
+    int damage;
+    const char *says;
+  } rows[] = {{NO_KIND, "has no group /rupture, which has the tolerances of such a run"},
+              {NO_ROWS, "has no dataset /rupture/rtol"},
+              {OTHER_SHAPE, "/rupture/rtol in"},
+              {RISING, "number 0, 2 of /rupture/rtol is 0.05; expected numbers >= 0 that do not rise along a row"},
+              {OTHER_FORMAT, "attribute format of / is \"slipstep-policy\"; expected \"slipstep-tolerances\""},
+              {OTHER_VERSION, "attribute version of / is 1; this library reads version 2"}};
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 32];
+  SlipFaultTolerances t;
+  PetscReal found;
+
+  (void)state;
+  assert_int_equal(0, TempDirMake("test_steps", dir));
+  snprintf(file, sizeof(file), "%s/tolerances.h5", dir);
+  assert_int_equal(setenv("SLIPSTEP_POLICY_DIR", dir, 1), 0);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++) {
+    write_tolerances(file, rows[i].damage);
+    fails(SlipFaultTolerancesRead(PETSC_COMM_SELF, NULL, file, "rupture", &t), rows[i].says);
+    fails(SlipFaultTolerancesRead(PETSC_COMM_SELF, "a_", file, "rupture", &t), "(-a_fault_tolerances)");
+    fails(SlipFaultFindTolerance("rupture", "pi", 1e-2, &found),
+          file); /* it is an error, and the library's do not count */
+  }
+  assert_int_equal(truncate(file, 1000), 0);
+  fails(SlipFaultTolerancesRead(PETSC_COMM_SELF, NULL, file, "rupture", &t), "truncated or damaged");
+  fails(SlipFaultTolerancesRead(PETSC_COMM_SELF, NULL, "nowhere.h5", "rupture", &t),
+        "cannot read nowhere.h5: no such file, or no permission (-fault_tolerances)");
+  assert_int_equal(unsetenv("SLIPSTEP_POLICY_DIR"), 0);
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+/* Words in the value of an option are none of the TS. */
+static void words_in_values(void **state)
+{
+  Run r;
+  TSAdapt adapt;
+  char name[64];
+
+  (void)state;
+  ok(PetscOptionsClear(NULL));
+  ok(PetscOptionsSetValue(NULL, "-title", "made with -ts_rtol 1e-3 and -ts_adapt_type heuristic , -ts_adapt_pi_g1 3"));
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &r.fault));
+  ok(SlipFaultSetReal(r.fault, "nx", 2));
+  ok(FaultStart(r.fault, NULL, 0, 0, &r.w, &r.ts));
+  ok(TSSetFromOptions(r.ts));
+  ok(TSGetAdapt(r.ts, &adapt));
+  ok(SlipAdaptGetController(adapt, name, sizeof(name)));
+  assert_string_equal(name, "rl");
+  end(&r);
+}
+
 static void refused(void **state)
 {
   SlipFault fault;
@@ -398,4 +520,4 @@ static void refused(void **state)
 }
 
 SLIP_TESTS(events, ruptures, calibrated, limited, interpolated, beyond_the_table, precedence, learned, without_policies,
-           handed_over, refused)
+           handed_over, named_tolerances, damaged_tolerances, words_in_values, refused)

@@ -30,6 +30,21 @@ typedef struct {
   Vec c, u0, s0;
 } SlipFaultStage;
 
+/* tolerancefile.c: relative tolerances at which controllers keep accuracies on faults of a kind, those of a group of a file */
+enum { TOLERANCES_MOST = 16 }; /* controllers, and accuracies */
+typedef struct {
+  PetscInt accuracies, controllers;
+  PetscReal accuracy[TOLERANCES_MOST];
+  struct {
+    char controller[64]; /* its type, and a filter after a colon */
+    PetscReal rtol[TOLERANCES_MOST];
+  } row[TOLERANCES_MOST];
+} SlipFaultTolerances;
+PETSC_EXTERN PetscErrorCode SlipFaultTolerancesRead(MPI_Comm comm, const char prefix[], const char file[],
+                                                    const char kind[], SlipFaultTolerances *t);
+PETSC_INTERN PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, const char controller[],
+                                               PetscReal accuracy);
+
 /* steps.c: what controllers go by */
 typedef struct {
   PetscInt kind;      /* row of the table of kinds of runs */
@@ -38,7 +53,8 @@ typedef struct {
   PetscReal rtol;     /* that the fault, or a policy, has last set; another one is the user's */
   PetscBool given;    /* the user's counts, which is */
   PetscReal user_rtol;
-  PetscReal accuracy; /* that rtol was taken for; 0: it follows none */
+  PetscReal accuracy;             /* that rtol was taken for; 0: it follows none */
+  SlipFaultTolerances tolerances; /* without accuracies: nothing has needed them yet, or the kind has none */
 } SlipFaultSteps;
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
 PETSC_INTERN PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts);

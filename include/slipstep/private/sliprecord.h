@@ -39,6 +39,25 @@ typedef struct {
   PetscReal bend;         /* largest error of a cubic between the ends of a step [m] */
 } SlipFaultTiming;
 
+/* In the order of SlipMeasures */
+typedef enum { ESTIMATE_HISTORY, ESTIMATE_FINAL, ESTIMATE_TIME, NUM_ESTIMATES } SlipFaultEstimate;
+
+/* estimatefile.c: what makes errors of estimates, from a file; formulas in slipestimate.c */
+enum { CALIBRATION_MOST = 32 };
+typedef struct {
+  PetscInt n, least;       /* classes of accepted steps, 0: it was not read; fewest accepted steps with an estimate */
+  PetscReal floor, late;   /* of the final slip */
+  PetscReal shift_floor;   /* of the time of the event */
+  PetscReal history_final; /* share of the final slip's in the history's */
+  struct {
+    PetscReal steps; /* at most; of the last infinite */
+    PetscReal factor[NUM_ESTIMATES];
+  } row[CALIBRATION_MOST];
+} SlipFaultCalibration;
+/* Collective. file "": the library's, or that of SLIPSTEP_POLICY_DIR; measure [NUM_ESTIMATES]: names of its columns */
+PETSC_EXTERN PetscErrorCode SlipFaultCalibrationRead(MPI_Comm comm, const char prefix[], const char file[],
+                                                     const char *const measure[], SlipFaultCalibration *c);
+
 typedef struct {
   PetscObjectId id;   /* of the TS that has the monitor */
   PetscBool recorded; /* the course is */
@@ -50,6 +69,7 @@ typedef struct {
   PetscReal sum;      /* of the slip at the end of the last step [m] */
   PetscReal late;     /* what of it was made in steps in which cells came to rest [m] */
   SlipFaultTiming timing;
+  SlipFaultCalibration calibration;
   SlipFaultCourse course; /* the start and the ends of accepted steps */
   /* -fault_check_error */
   SlipFaultCourse fine; /* of the repetition, and ends of parts of steps */

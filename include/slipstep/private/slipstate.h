@@ -24,6 +24,7 @@ PETSC_INTERN PetscErrorCode SlipStateCells(SlipState state, PetscInt cells, cons
 PETSC_INTERN PetscErrorCode SlipStateGroup(SlipState state, const char name[]); /* what follows belongs to it */
 /* *has: the file has, or is to have, such a group */
 PETSC_INTERN PetscErrorCode SlipStateHas(SlipState state, const char group[], PetscBool *has);
+PETSC_INTERN PetscErrorCode SlipStateHasValue(SlipState state, const char name[], PetscBool *has);
 PETSC_INTERN PetscErrorCode SlipStateString(SlipState state, const char name[], char x[], size_t len);
 PETSC_INTERN PetscErrorCode SlipStateCount(SlipState state, const char name[], PetscInt most,
                                            PetscInt *n); /* 0 to most */
