@@ -80,8 +80,7 @@ static PetscErrorCode ReadFile(const char prefix[], const char file[], const cha
   if (file[0])
     PetscCall(SlipH5OpenReadOption(prefix, "fault_tolerances", file, &h));
   else
-    PetscCall(SlipPolicyOpenData("tolerances.h5",
-                                 "the tolerances that keep -fault_accuracy, which -ts_rtol makes needless", &h));
+    PetscCall(SlipPolicyOpenData("tolerances.h5", "the tolerances that keep -fault_accuracy (-ts_rtol sets one)", &h));
   ierr = SlipPolicyCheckFormat(&h, TOLERANCES_FORMAT, TOLERANCES_VERSION);
   if (!ierr) ierr = ReadKind(&h, kind, t);
   PetscCall(SlipH5Close(&h));
