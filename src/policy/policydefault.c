@@ -1,4 +1,5 @@
-/* Where the policies and measured numbers that come with the library are: beside it, wherever it was installed or moved to. */
+/* Where the policies and measured numbers that come with the library are: beside it, wherever it was installed or moved
+   to. */
 #define _GNU_SOURCE /* dladdr() */
 #include <slippolicy.h>
 #include <slipsys.h>
