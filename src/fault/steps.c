@@ -11,8 +11,8 @@ typedef enum { KIND_EVENT, KIND_RUPTURE, KIND_SEQUENCE, KIND_HEAVY, KIND_INJECTI
 /* So much tighter with inertia: what an event is late adds up, and twenty of them are to be within an accuracy of 1e-2. */
 #define STOPS 5
 
-/* Kinds of runs. controller is the classical one that is the default and that rl hands over to: the cheapest at the accuracy 1e-2;
-   fine likewise, of finer accuracies than 3e-3. */
+/* Kinds of runs. controller is the classical one that is the default and that rl hands over to: the cheapest at the
+   accuracy 1e-2; fine likewise, of finer accuracies than 3e-3. */
 static const struct {
   const char *name, *meaning;
   const char
@@ -71,8 +71,8 @@ static PetscErrorCode ReadTolerances(MPI_Comm comm, const char prefix[], const c
 
   Level: intermediate
 
-  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another kind; PETSC_ERR_FILE_OPEN or PETSC_ERR_FILE_UNEXPECTED for a file that is missing or
-  damaged
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another kind; PETSC_ERR_FILE_OPEN or PETSC_ERR_FILE_UNEXPECTED for a file that
+  is missing or damaged
 
 .seealso: SlipFaultConfigureTS()
 @*/
@@ -139,7 +139,7 @@ static PetscBool IsTrainedLaw(PetscInt kind, const char law[])
   return kind == KIND_INJECTION && !strcmp(law, "constant") ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Whether an option names a controller or tolerances, or is one of the classical controller that would be the default */
+/* Whether an option names a controller or tolerances, or is one of the classical controller that is the default else */
 static PetscErrorCode NamesClassical(SlipFault fault, TS ts, PetscBool *names)
 {
   static const char *const common[] = {"ts_adapt_type", "ts_rtol", "ts_adapt_safety"}, *const texts[] = {

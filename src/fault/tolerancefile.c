@@ -1,5 +1,5 @@
-/* Tolerances of controllers by the accuracy that they keep, from a file (training/policies/README.md): rank 0 reads, all ranks get its
-   numbers and its errors. */
+/* Tolerances of controllers by the accuracy that they keep, from a file (training/policies/README.md): rank 0 reads,
+   all ranks get its numbers and its errors. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slippolicy.h>
 #include <math.h>
@@ -8,7 +8,8 @@
 #define TOLERANCES_FORMAT "slipstep-tolerances"
 #define TOLERANCES_VERSION 2 /* 1: what training kept of the runs alone */
 
-/* Finer accuracies follow, and need tolerances as tight at least; 0, which ends a row: the controller keeps none of these. */
+/* Finer accuracies follow, and need tolerances as tight at least; 0, which ends a row: the controller keeps none of
+   these. */
 static PetscErrorCode CheckNumbers(const SlipH5 *h, const char kind[], const SlipFaultTolerances *t)
 {
   PetscFunctionBegin;
@@ -80,8 +81,7 @@ static PetscErrorCode ReadFile(const char prefix[], const char file[], const cha
   if (file[0])
     PetscCall(SlipH5OpenReadOption(prefix, "fault_tolerances", file, &h));
   else
-    PetscCall(SlipPolicyOpenData("tolerances.h5",
-                                 "the tolerances that keep -fault_accuracy, which -ts_rtol makes needless", &h));
+    PetscCall(SlipPolicyOpenData("tolerances.h5", "the tolerances that keep -fault_accuracy (-ts_rtol sets one)", &h));
   ierr = SlipPolicyCheckFormat(&h, TOLERANCES_FORMAT, TOLERANCES_VERSION);
   if (!ierr) ierr = ReadKind(&h, kind, t);
   PetscCall(SlipH5Close(&h));
@@ -105,8 +105,8 @@ PetscErrorCode SlipFaultTolerancesRead(MPI_Comm comm, const char prefix[], const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Logarithms between two columns; negative: beyond the last one that the controller keeps, by the slope before it. 0: it keeps none
-   of two such columns */
+/* Logarithms between two columns; negative: beyond the last one that the controller keeps, by the slope before it.
+   0: it keeps none of two such columns */
 static PetscReal Interpolate(const SlipFaultTolerances *t, const PetscReal rtol[], PetscReal accuracy)
 {
   PetscInt k = 0;

@@ -1,4 +1,5 @@
-/* Where the policies and measured numbers that come with the library are: beside it, wherever it was installed or moved to. */
+/* Where the policies and measured numbers that come with the library are: beside it, wherever it was installed or moved
+   to. */
 #define _GNU_SOURCE /* dladdr() */
 #include <slippolicy.h>
 #include <slipsys.h>
@@ -78,10 +79,11 @@ PetscErrorCode SlipPolicyOpenData(const char name[], const char what[], SlipH5 *
   if (!exists) PetscCall(OwnFolder(folder, sizeof(folder)));
   if (!exists) PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", folder, name));
   PetscCall(PetscTestFile(path, 'r', &exists));
-  PetscCheck(exists, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
-             "cannot read %s: expected %s beside the default policies of the library, or in the folder "
-             "SLIPSTEP_POLICY_DIR",
-             path, what);
+  PetscCheck(
+    exists, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN,
+    "there is no file %s, which has %s: expected it beside the default policies of the library, or in the folder "
+    "SLIPSTEP_POLICY_DIR",
+    path, what);
   PetscCall(SlipH5OpenRead(path, h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,5 @@
-/* The calibration of estimated errors, from a file (training/policies/README.md): rank 0 reads, all ranks get its numbers and its
-   errors. */
+/* The calibration of estimated errors, from a file (training/policies/README.md): rank 0 reads, all ranks get its
+   numbers and its errors. */
 #include <slipstep/private/sliprecord.h>
 #include <slipstep/private/slippolicy.h>
 #include <math.h>

@@ -27,8 +27,8 @@
   of a step.
   First variations are right for one smooth event. With few steps, or with several events, the signs of local errors
   mean little, so that the sum of their magnitudes counts too; and an arrest somewhere within a step is an error that no
-  smooth formula sees, so that slip in such steps counts more. All numbers come from a file (estimatefile.c), whose source is
-  tests/benchmarks/verdict.py --calibrate.
+  smooth formula sees, so that slip in such steps counts more. All numbers come from a file (estimatefile.c), which
+  tests/benchmarks/verdict.py --calibrate makes.
 */
 static const struct {
   const char *name, *label; /* of attributes, and in the summary */

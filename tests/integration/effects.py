@@ -60,6 +60,7 @@ KINDS = {
     "sliding mode": ("sliding_mode", "-sliding_mode_output run.h5"),
     "oscillator": ("oscillator", "-oscillator_output run.h5"),
 }
+POLICIES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "training", "policies")
 QUICK_KINDS = ("event", "loaded", "rate and state")
 QUICK = ("ts_bathe_gamma", "ts_bathe_reaction", "ts_bathe_order", "ts_adapt_pi_g1", "ts_adapt_rl_accuracy", "fault_accuracy", "fault_healing_time")
 
@@ -148,7 +149,7 @@ def write_inputs():
         file["cells"] = np.array([(50.0 + 500 * k, 0, 250, 500, 500) for k in range(3)])
         file["cells"].attrs["columns"] = "x y z length width"
     for name, numbers in (("tolerances.h5", ("event/rtol", "rupture/rtol", "sequence/rtol", "injection/rtol")), ("estimates.h5", ("factor",))):
-        shutil.copy(os.path.join(SOURCE, "training", "policies", name), name)
+        shutil.copy(os.path.join(POLICIES, name), name)
         with h5py.File(name, "a") as file:
             for path in numbers:
                 file[path][...] *= 0.5
@@ -267,7 +268,7 @@ def main():
         os.chdir(inputs)
         write_inputs()
         subprocess.run([os.path.join(build, "bin", "fault"), *f"{GRID} -ts_max_time 1 -fault_checkpoint state.h5".split()], capture_output=True, check=True)
-        shutil.copy(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "training", "policies", "study", "fault_tqc_alpha0.5.h5"), "policy.h5")
+        shutil.copy(os.path.join(POLICIES, "study", "fault_tqc_alpha0.5.h5"), "policy.h5")
         lists = {name: help_of(program, build, options) for name, (program, options) in kinds.items()}
         union = {}
         for name, (program, _) in kinds.items():

@@ -82,4 +82,13 @@ SLIPSTEP_POLICY_DIR=$work/nowhere "$build/bin/sliding_mode" -ts_adapt_type rl > 
 expect message "default one of the problem sliding_mode, $work/nowhere/sliding_mode.h5"
 SLIPSTEP_POLICY_DIR=$work/nowhere "$build/bin/circuit" -ts_adapt_type rl > missing 2> message && fail "a missing default must fail"
 expect message "default one of the problem circuit, $work/nowhere/circuit.h5"
+# Measured numbers are found likewise; a run that needs them ends without them, and takes no others.
+folder=$(dirname "$(find "$work/moved" -name tolerances.h5)")
+rm "$folder/tolerances.h5"
+if "$work/moved/bin/fault" "${small[@]:0:4}" -ts_adapt_type pi > missing 2> message; then fail "missing tolerances must fail"; fi
+expect message "fault: error: there is no file " "policies/tolerances.h5, which has the tolerances that keep -fault_accuracy (-ts_rtol sets one): expected"
+"$work/moved/bin/fault" "${small[@]:0:4}" -ts_adapt_type pi -ts_rtol 1e-3 > given || fail "-ts_rtol needs no tolerances"
+rm "$folder/estimates.h5"
+if "$work/moved/bin/fault" "${small[@]:0:4}" -ts_adapt_type pi -ts_rtol 1e-3 > missing 2> message; then fail "missing factors of estimates must fail"; fi
+expect message "fault: error: there is no file " "policies/estimates.h5, which has the factors of estimated errors: expected"
 echo "default policies are found in the build tree, installed and as a plugin"

@@ -438,7 +438,7 @@ static void named_tolerances(void **state)
     assert_true(r.fault->steps.accuracy == rows[i].accuracy);
     end(&r);
   }
-  /* The folder of policies is one of two places for the library's; a file there counts, and where it has none the library's own does. */
+  /* In a folder of policies a file counts for all runs; where there is none the library's own does. */
   assert_int_equal(setenv("SLIPSTEP_POLICY_DIR", dir, 1), 0);
   ok(SlipFaultFindTolerance("rupture", "pi", 1e-2, &found));
   assert_true(found == 0.0238);

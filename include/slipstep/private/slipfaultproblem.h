@@ -30,7 +30,8 @@ typedef struct {
   Vec c, u0, s0;
 } SlipFaultStage;
 
-/* tolerancefile.c: relative tolerances at which controllers keep accuracies on faults of a kind, those of a group of a file */
+/* tolerancefile.c: relative tolerances at which controllers keep accuracies on faults of a kind, those of a group of a
+   file */
 enum { TOLERANCES_MOST = 16 }; /* controllers, and accuracies */
 typedef struct {
   PetscInt accuracies, controllers;

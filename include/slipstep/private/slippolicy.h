@@ -42,8 +42,8 @@ struct _p_SlipPolicy {
 PETSC_EXTERN const char *const SlipStepUnits[]; /* "s", "T*", "t_max", "h", NULL */
 enum { SLIP_STEP_UNIT_TMAX = 2, SLIP_STEP_UNIT_H = 3 };
 
-/* policydefault.c, on one rank. Opens a file of measured numbers, such as "tolerances.h5", in SLIPSTEP_POLICY_DIR, or where it has none in the
-   library's folder; what they are, for messages */
+/* policydefault.c, on one rank. Opens a file of measured numbers, such as "tolerances.h5", in SLIPSTEP_POLICY_DIR, or
+   where it has none in the library's folder; what they are, for messages */
 PETSC_INTERN PetscErrorCode SlipPolicyOpenData(const char name[], const char what[], SlipH5 *h);
 PETSC_INTERN PetscErrorCode SlipPolicyCheckFormat(SlipH5 *h, const char format[], PetscInt version);
 PETSC_INTERN PetscErrorCode SlipPolicyClear_Private(SlipPolicy p); /* forget the content */

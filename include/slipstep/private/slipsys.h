@@ -33,7 +33,8 @@ PETSC_INTERN PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name
 PETSC_INTERN const char *
 SlipNumberOption(size_t i); /* name of the i-th number of PETSc's solvers, NULL after the last */
 
-/* Whether an option is given, which does not count as reading it: those that nobody has read are checked. name without dash */
+/* Whether an option is given, which does not count as reading it: those that nobody has read are checked. name
+   without dash */
 PETSC_INTERN PetscErrorCode SlipHasOption(PetscOptions options, const char prefix[], const char name[], PetscBool *has);
 
 /* ---- optionintegers.c ---- */
