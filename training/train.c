@@ -18,7 +18,7 @@ static const char help[] =
 #include "cmaes/cmatrain.h"
 #include "common/options.h"
 #include "dials/tolerances.h"
-#include "offpolicy/sweep.h"
+#include "study/sweep.h"
 #include "problems/problems.h"
 #include "steps/steps.h"
 #include "tuning/filter.h"

@@ -83,8 +83,8 @@ WORDS = {"TRAIN": TRAIN, "TRAIN_FAULT": TRAIN_FAULT, "CMAES": CMAES, "ODE": ODE,
 
 # "name: [ranks] [@steps] program arguments", one rank unless it says otherwise. A run with @steps is stopped by
 # -ts_max_steps and goes on from its checkpoint. "12x9" at the start of the arguments stands for -fault_nx 12 -fault_nz
-# 9, {NAME} for the text above; IN is the folder of inputs(), POLICIES training/policies, EXAMPLES examples. All were
-# the same bits run after run, also on 2 ranks and beside other work.
+# 9, {NAME} for the text above; IN is the folder of inputs(), POLICIES training/policies, STUDY training/study/policies,
+# EXAMPLES examples. All were the same bits run after run, also on 2 ranks and beside other work.
 SETS = r"""
 # friction laws, starts, loading
 law exponential: fault 15x15 -fault_friction_law exponential_slip_weakening -ts_adapt_type heuristic
@@ -145,7 +145,7 @@ minres, jacobi: fault 12x12 -ksp_type minres -pc_type jacobi -snes_slip_direct_m
 implicit reaction: fault 10x10 -ts_bathe_reaction implicit -ts_adapt_type heuristic
 as published: fault 10x10 -ts_bathe_reaction implicit -ts_bathe_error doubling -ts_adapt_type heuristic
 doubling: fault 10x10 -ts_bathe_error doubling -ts_adapt_type pi
-no estimate: fault 10x10 -ts_bathe_error none -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_tqc_alpha1.h5
+no estimate: fault 10x10 -ts_bathe_error none -ts_adapt_type rl -ts_adapt_rl_policy STUDY/fault_tqc_alpha1.h5
 gamma: fault 10x10 -ts_bathe_gamma 0.5857864376 -ts_adapt_type heuristic
 # controllers
 pi elementary: fault 8x8 -ts_adapt_type pi -ts_adapt_pi_filter elementary
@@ -157,9 +157,9 @@ rl 1e-1: fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-1
 rl 1e-2: 2 fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-2
 rl 1e-3: fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3
 rl tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/fault_tqc.h5
-rl study tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_tqc_alpha8.h5 -ts_bathe_reaction \
+rl study tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy STUDY/fault_tqc_alpha8.h5 -ts_bathe_reaction \
   implicit -ts_bathe_error doubling
-rl study td3: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_td3_alpha1.h5
+rl study td3: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy STUDY/fault_td3_alpha1.h5
 basic: fault 8x8 -ts_adapt_type basic
 dsp: fault 8x8 -ts_adapt_type dsp
 constant steps: fault 10x10 -ts_adapt_type none -ts_dt 0.1 -ts_bathe_error none
@@ -209,11 +209,11 @@ rate and state, inertia: fault {GRID} {RATE_STATE} -fault_inertia yes -fault_vis
 sliding mode, pi: sliding_mode -sliding_mode_case evaluation -ts_adapt_type pi
 sliding mode, heuristic: sliding_mode -sliding_mode_case training -ts_adapt_type heuristic
 sliding mode, rl: sliding_mode -sliding_mode_case evaluation -ts_adapt_type rl
-sliding mode, study: sliding_mode -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/sliding_mode_td3.h5
+sliding mode, study: sliding_mode -ts_adapt_type rl -ts_adapt_rl_policy STUDY/sliding_mode_td3.h5
 circuit, pi: circuit -circuit_case evaluation -ts_adapt_type pi -circuit_reference 1e-3
 circuit, heuristic: circuit -circuit_case training -ts_adapt_type heuristic
 circuit, rl: circuit -circuit_case evaluation -circuit_reference 1e-3 -ts_adapt_type rl -ts_adapt_rl_accuracy 3e-3
-circuit, study: circuit -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/circuit_tqc.h5
+circuit, study: circuit -ts_adapt_type rl -ts_adapt_rl_policy STUDY/circuit_tqc.h5
 oscillator, pi: oscillator -ts_adapt_type pi
 oscillator, heuristic: oscillator -ts_adapt_type heuristic
 # training and the matrix of the study
@@ -315,9 +315,10 @@ def environment():
 def command(build, ranks, program, text, folder):
     """The words of a set's command; folder: of inputs()."""
     places = {"IN/": folder, "POLICIES/": os.path.join(ROOT, "training", "policies"),
+              "STUDY/": os.path.join(ROOT, "training", "study", "policies"),
               "EXAMPLES/": os.path.join(ROOT, "examples")}
     words = shlex.split(re.sub(r"^(\d+)x(\d+)", r"-fault_nx \1 -fault_nz \2", text))
-    words = [re.sub(r"\b(IN|POLICIES|EXAMPLES)/", lambda m: os.path.join(places[m[0]], ""), word) for word in words]
+    words = [re.sub(r"\b(IN|POLICIES|STUDY|EXAMPLES)/", lambda m: os.path.join(places[m[0]], ""), word) for word in words]
     mpirun = ["mpirun", "-n", str(ranks), "--oversubscribe"] if ranks > 1 else []
     return [*mpirun, os.path.join(build, "bin", program), *shlex.split(COMMON[program]), *words]
 

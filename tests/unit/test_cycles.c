@@ -2,7 +2,7 @@
    large its errors are, the norm of the error, and that what controllers observe is of the state that they judge. */
 #include "policies.h"
 #include "faultstart.h"
-#include "cycles/cycles.h"
+#include "runs/cycles.h"
 #include <slipcore.h>
 #include <petscblaslapack.h>
 #include <petscts.h>

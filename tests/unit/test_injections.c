@@ -2,7 +2,7 @@
 #define _XOPEN_SOURCE 700 /* SIGXFSZ */
 #include "unit.h"
 #include "tempdir.h"
-#include "injections/injections.h"
+#include "runs/injections.h"
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* What steps of ruptures are trained by: the error of drawn ruptures. */
 #include "unit.h"
-#include "ruptures/ruptures.h"
+#include "runs/ruptures.h"
 #include <stdio.h>
 
 enum { STREAM = 98, LARGE = 106 }; /* of seeds, neither training's nor the benchmark's; one of slips of several d_c */

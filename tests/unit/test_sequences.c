@@ -1,6 +1,6 @@
 /* What steps of sequences are trained by: the error of segments. */
 #include "unit.h"
-#include "sequences/sequences.h"
+#include "runs/sequences.h"
 
 enum { STREAM = 97 }; /* of seeds, neither training's nor the benchmark's */
 

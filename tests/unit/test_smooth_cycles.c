@@ -1,6 +1,6 @@
 /* What implicit steps through cycles of rate-and-state faults are measured by: the error of drawn faults. */
 #include "unit.h"
-#include "cycles/smooth.h"
+#include "runs/smooth.h"
 
 enum { STREAM = 98, QUICK = 0 }; /* of seeds, neither training's nor the benchmark's; one of a line of cells */
 

@@ -4,8 +4,8 @@
 #include "faultstart.h"
 #include "dials/ladder.h"
 #include "dials/tolerances.h"
-#include "environment/libraryepisode.h"
-#include "ruptures/ruptures.h"
+#include "runs/libraryepisode.h"
+#include "runs/ruptures.h"
 #include <slipstep/private/slipfault.h>
 #include <stdlib.h>
 #include <string.h>

@@ -5,7 +5,7 @@
 #include "common/files.h"
 #include "common/options.h"
 #include "problems/episodes.h"
-#include "ruptures/ruptures.h"
+#include "runs/ruptures.h"
 #include <slipcompat.h>
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* Networks of one hidden layer whose step is a ratio to the last one, with a tolerance that follows the dial: how problems set them up,
    where training starts, and the policy. A problem's row names its network and the functions here. */
 #pragma once
-#include "cmaproblem.h"
+#include "environment/cmaproblem.h"
 
 /* An observation, scaled and shifted to order one; start: by how much it moves the logarithm of the ratio at the start. The elementary
    controller has 1 for log_error_step and 0 for all others. */

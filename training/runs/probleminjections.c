@@ -1,7 +1,7 @@
 /* Slip under a pore pressure as a problem for CMA-ES: a network that begins as the elementary controller. */
 #include "injections.h"
-#include "environment/libraryepisode.h"
-#include "environment/ratiopolicy.h"
+#include "runs/libraryepisode.h"
+#include "runs/ratiopolicy.h"
 #include <slipcompat.h>
 
 static const RatioRow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0}, {"log_error_step", 1, 0, 1},

@@ -1,7 +1,7 @@
 /* Cycles of events as a problem for CMA-ES: a network of three units that begins as the smaller of what the error estimate
    and the stability of explicit steps allow. */
 #include "cycles.h"
-#include "environment/libraryepisode.h"
+#include "runs/libraryepisode.h"
 #include <slipcompat.h>
 
 enum { UNITS = 3 };

@@ -1,7 +1,7 @@
 /* Implicit steps through cycles as a problem for CMA-ES: a network that begins as the elementary controller. */
 #include "smooth.h"
-#include "environment/libraryepisode.h"
-#include "environment/ratiopolicy.h"
+#include "runs/libraryepisode.h"
+#include "runs/ratiopolicy.h"
 #include <slipcompat.h>
 
 static const RatioRow Rows[] = {

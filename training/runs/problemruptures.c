@@ -1,7 +1,7 @@
 /* Ruptures from a given stress as a problem for CMA-ES: a network that begins as a digital filter. */
 #include "ruptures.h"
-#include "environment/libraryepisode.h"
-#include "environment/ratiopolicy.h"
+#include "runs/libraryepisode.h"
+#include "runs/ratiopolicy.h"
 #include "common/files.h"
 #include <slipcompat.h>
 

@@ -1,7 +1,7 @@
 /* Small faults under a pore pressure, drawn at random. */
 #define _POSIX_C_SOURCE 200809L /* mkdtemp() */
 #include "injections.h"
-#include "environment/drawnfield.h"
+#include "runs/drawnfield.h"
 #include <slipcompat.h>
 #include <sliph5.h>
 #include <math.h>

@@ -1,7 +1,7 @@
 /* Small faults that rupture from a patch, drawn at random, and runs of them under a controller. */
 #include "ruptures.h"
 #include "common/files.h"
-#include "environment/drawnfield.h"
+#include "runs/drawnfield.h"
 #include "environment/libraryrun.h"
 #include <slipcompat.h>
 #include <math.h>

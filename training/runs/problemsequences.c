@@ -1,7 +1,7 @@
 /* Segments of sequences of events as a problem for CMA-ES: a network that begins as a digital filter. */
 #include "sequences.h"
-#include "environment/libraryepisode.h"
-#include "environment/ratiopolicy.h"
+#include "runs/libraryepisode.h"
+#include "runs/ratiopolicy.h"
 #include "common/files.h"
 #include <slipcompat.h>
 

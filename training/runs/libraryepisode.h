@@ -1,7 +1,7 @@
 /* Episodes that are runs of the library itself, under a policy or a classical controller: what CMA-ES needs of them, and what a run
    costs. A problem's row names its table of these and the functions here. */
 #pragma once
-#include "cmaproblem.h"
+#include "environment/cmaproblem.h"
 
 struct _LibraryEpisodes {
   size_t size; /* of an episode */

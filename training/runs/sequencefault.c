@@ -1,6 +1,6 @@
 /* Small faults that are loaded, weaken with slip and heal, drawn at random. */
 #include "sequences.h"
-#include "environment/drawnfield.h"
+#include "runs/drawnfield.h"
 #include <slipcompat.h>
 
 #define SHEAR 30e9          /* [Pa] */
