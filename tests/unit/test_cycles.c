@@ -2,7 +2,7 @@
    large its errors are, the norm of the error, and that what controllers observe is of the state that they judge. */
 #include "policies.h"
 #include "faultstart.h"
-#include "runs/cycles.h"
+#include "runs/runs.h"
 #include <slipcore.h>
 #include <petscblaslapack.h>
 #include <petscts.h>
@@ -171,17 +171,17 @@ static void size_of_errors(void **state)
   ok(SlipPolicyLoad(p, file));
   for (uint64_t seed = 1; seed < 3; seed++) {
     const PetscReal dial[] = {1e-3, 3e-4};
-    CycleEpisode e;
-    CycleResult r;
+    RunEpisode *e;
+    EpisodeResult r;
 
-    ok(CycleEpisodeCreate(seed, &e));
+    ok(RunEpisodeCreate(&RunCycles, NULL, 1, seed, &e));
     for (int k = 0; k < 2; k++) {
-      ok(CycleEpisodeRun(&e, p, dial[k], 0, &r));
-      assert_true(r.good);
-      assert_true(r.products < e.usual);
+      ok(RunEpisodeRun(e, p, NULL, dial[k], &r));
+      assert_true(r.done == 1);
+      assert_true(r.solves < e->usual);
       sum += PetscSqr((double)(r.error / dial[k])) / 4;
     }
-    ok(CycleEpisodeDestroy(&e));
+    ok(RunEpisodeDestroy(&e));
   }
   if (sqrt(sum) > 2) fail_msg("errors are %g of the dial", sqrt(sum));
   ok(SlipPolicyDestroy(&p));

@@ -11,8 +11,8 @@ enum {
   CMA_KINDS = 2  /* single cells and meshes; other problems have the first only */
 };
 
-typedef struct _RatioNetwork RatioNetwork;       /* ratiopolicy.h */
-typedef struct _LibraryEpisodes LibraryEpisodes; /* libraryepisode.h */
+typedef struct _RatioNetwork RatioNetwork; /* runs/ratiopolicy.h */
+typedef struct _RunKind RunKind;           /* runs/runs.h */
 
 /* The -train_ options of -train_algorithm cmaes */
 typedef struct {
@@ -85,7 +85,7 @@ struct _CMAProblem {
   const char *measure;     /* what the dial bounds, for the policy's attribute; NULL: not said */
   /* What the functions of these headers go by; NULL: the row has others */
   const RatioNetwork *network;
-  const LibraryEpisodes *library;
+  const RunKind *runs;
   /* Observations, defaults of all numbers, activation. */
   PetscErrorCode (*setup)(CMAOptions *o);
   void (*start)(const CMAOptions *o, double w[]); /* the first mean, w 0 on entry [CMACount()] */

@@ -1,6 +1,6 @@
 /* Ruptures of a user's family: a fault of its options, whose fields vary by waves, and whose stress is given by a share of the
    drop and a patch, by the field initial_traction, or by both. */
-#include "ruptures.h"
+#include "runs.h"
 #include <slipcompat.h>
 #include <math.h>
 #include <string.h>
@@ -173,29 +173,29 @@ static PetscErrorCode DrawFields(const Family *family, const Values *v, Random *
 }
 
 /* The fault is made twice: first to know its cells and what files say of them. */
-PetscErrorCode RuptureDrawOfFamily(const Family *family, Random *random, SlipFault *fault, PetscInt *n,
-                                   PetscReal **weaken, PetscReal *margin)
+PetscErrorCode RunDrawOfFamily(RunEpisode *e, Random *random)
 {
+  const Family *family = e->family;
   SlipFault first;
   Cells cells;
   Values v;
 
   PetscFunctionBegin;
   DrawValues(family, random, &v);
-  *margin = Value(family, &v, "margin", (PetscReal)(1 + 2 * RandomUniform(random) * RandomUniform(random)));
+  e->margin = Value(family, &v, "margin", (PetscReal)(1 + 2 * RandomUniform(random) * RandomUniform(random)));
   PetscCall(MakeFault(family, &v, PETSC_TRUE, &first));
   PetscCall(SlipFaultSetBool(first, "initial_unstable", PETSC_TRUE));
   PetscCall(SlipFaultSetUp(first));
   PetscCall(CellsGet(first, &cells));
   PetscCall(SlipFaultDestroy(&first));
   PetscCall(DrawFields(family, &v, random, &cells));
-  PetscCall(MakeFault(family, &v, PETSC_FALSE, fault));
+  PetscCall(MakeFault(family, &v, PETSC_FALSE, &e->fault));
   for (PetscInt k = 0; k < FIELDS; ++k)
-    if (cells.field[k]) PetscCall(SlipFaultSetField(*fault, Fields[k], cells.n, cells.field[k]));
-  PetscCall(SlipFaultSetUp(*fault));
-  *n = cells.n;
-  PetscCall(PetscMalloc1(cells.n, weaken));
-  PetscCall(PetscArraycpy(*weaken, cells.field[SLIP], cells.n));
+    if (cells.field[k]) PetscCall(SlipFaultSetField(e->fault, Fields[k], cells.n, cells.field[k]));
+  PetscCall(SlipFaultSetUp(e->fault));
+  e->n = cells.n;
+  PetscCall(PetscMalloc1(cells.n, &e->level));
+  PetscCall(PetscArraycpy(e->level, cells.field[SLIP], cells.n));
   PetscCall(CellsFree(&cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

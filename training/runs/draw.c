@@ -1,11 +1,23 @@
-/* Random fields, see drawnfield.h. */
-#include "drawnfield.h"
+/* Faults that are drawn: their options and random fields. */
+#include "runs.h"
 #include <slipcompat.h>
 #include <math.h>
 
 #define WAVES 40
 
-void DrawnField(Random *random, PetscInt nx, PetscInt nz, double length, PetscReal field[])
+PetscErrorCode RunSetOptions(SlipFault fault, size_t n, const RunOption row[])
+{
+  PetscFunctionBegin;
+  for (size_t i = 0; i < n; i++) {
+    if (row[i].word)
+      PetscCall(FamilySetWord(fault, row[i].name, row[i].word));
+    else
+      PetscCall(SlipFaultSetReal(fault, row[i].name, (PetscReal)row[i].value));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void RunDrawField(Random *random, PetscInt nx, PetscInt nz, double length, PetscReal field[])
 {
   const PetscInt n = nx * nz;
 

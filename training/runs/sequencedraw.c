@@ -1,14 +1,11 @@
 /* Small faults that are loaded, weaken with slip and heal, drawn at random. */
-#include "sequences.h"
-#include "runs/drawnfield.h"
+#include "sequence.h"
 #include <slipcompat.h>
 
-#define SHEAR 30e9          /* [Pa] */
-#define RESIDUAL 0.5        /* friction after all weakening */
-#define CELL_STIFFNESS 1.05 /* of a square cell by itself, over the shear modulus by its side: sqrt(2)/pi 7/3 */
-#define FULL 0.97           /* the stress at the start is at most this share of the strength */
-#define LEAST 0.1           /* of a field, over its mean */
-#define MOST_EVENTS 4       /* that pass before the segments */
+#define RESIDUAL 0.5  /* friction after all weakening */
+#define FULL 0.97     /* the stress at the start is at most this share of the strength */
+#define LEAST 0.1     /* of a field, over its mean */
+#define MOST_EVENTS 4 /* that pass before the segments */
 
 static const PetscInt Meshes[][2] = {{1, 1}, {4, 3}, {6, 3}, {8, 4}, {10, 5}, {12, 6}, {16, 8}};
 static const double Chances[] = {0.15, 0.2, 0.2, 0.15, 0.1, 0.1, 0.1}; /* of these */
@@ -57,38 +54,31 @@ static void DrawFault(Random *random, Draw *d)
 /* The rate at which loading stresses a cell by itself [Pa/s] */
 static double StressingRate(const Draw *d)
 {
-  return CELL_STIFFNESS * SHEAR / (d->side * (double)PetscMin(d->nx, d->nz)) * d->rate;
+  return RUN_CELL_STIFFNESS * RUN_SHEAR / (d->side * (double)PetscMin(d->nx, d->nz)) * d->rate;
 }
 
 static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
 {
   const double recurrence = d->drop * d->stress / StressingRate(d);
-  const struct {
-    const char *name;
-    double value;
-  } rows[] = {{"nx", (double)d->nx},
-              {"nz", (double)d->nz},
-              {"length_x", (double)d->nx * d->side},
-              {"length_z", (double)d->nz * d->side},
-              {"thickness", d->thickness},
-              {"shear_modulus", SHEAR},
-              {"normal_stress", d->stress},
-              {"normal_stress_gradient", 0},
-              {"friction_residual", RESIDUAL},
-              {"loading_rate", d->by_stress ? 0 : d->rate},
-              {"stressing_rate", d->by_stress ? StressingRate(d) : 0},
-              {"healing_time", d->healing * recurrence}};
+  const RunOption rows[] = {{"nx", (double)d->nx, NULL},
+                            {"nz", (double)d->nz, NULL},
+                            {"length_x", (double)d->nx * d->side, NULL},
+                            {"length_z", (double)d->nz * d->side, NULL},
+                            {"thickness", d->thickness, NULL},
+                            {"shear_modulus", RUN_SHEAR, NULL},
+                            {"normal_stress", d->stress, NULL},
+                            {"normal_stress_gradient", 0, NULL},
+                            {"friction_residual", RESIDUAL, NULL},
+                            {"loading_rate", d->by_stress ? 0 : d->rate, NULL},
+                            {"stressing_rate", d->by_stress ? StressingRate(d) : 0, NULL},
+                            {"healing_time", d->healing * recurrence, NULL},
+                            {"initial", 0, "traction"},
+                            {"viscosity", 0, "radiation"},
+                            {"kernel", 0, d->half_space ? "half_space" : "full_space"},
+                            {"friction_law", 0, d->linear ? "linear_slip_weakening" : "exponential_slip_weakening"},
+                            {"inertia", 0, d->inertia ? "yes" : "no"}};
 
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
-    PetscCall(SlipFaultSetReal(fault, rows[i].name, (PetscReal)rows[i].value));
-  PetscCall(SlipFaultSetString(fault, "initial", "traction"));
-  PetscCall(SlipFaultSetString(fault, "viscosity", "radiation"));
-  PetscCall(SlipFaultSetString(fault, "kernel", d->half_space ? "half_space" : "full_space"));
-  PetscCall(
-    SlipFaultSetString(fault, "friction_law", d->linear ? "linear_slip_weakening" : "exponential_slip_weakening"));
-  PetscCall(SlipFaultSetBool(fault, "inertia", d->inertia));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return RunSetOptions(fault, PETSC_STATIC_ARRAY_LENGTH(rows), rows);
 }
 
 static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault)
@@ -98,14 +88,14 @@ static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc3(n, &drop, n, &stress, n, &weaken));
-  DrawnField(random, d->nx, d->nz, d->length, drop);
-  DrawnField(random, d->nx, d->nz, d->length, stress);
+  RunDrawField(random, d->nx, d->nz, d->length, drop);
+  RunDrawField(random, d->nx, d->nz, d->length, stress);
   for (PetscInt i = 0; i < n; i++) {
     drop[i] = (PetscReal)(d->drop * PetscMax(1 + d->scatter * (double)drop[i], LEAST));
     stress[i] = (PetscReal)(d->share * PetscMax(1 + d->scatter * (double)stress[i], LEAST));
     stress[i] = (PetscReal)d->stress * (RESIDUAL + stress[i] * drop[i]);
     stress[i] = PetscMin(stress[i], (PetscReal)(FULL * d->stress) * (RESIDUAL + drop[i]));
-    weaken[i] = (PetscReal)((double)drop[i] * d->stress * d->side / (d->weakening * CELL_STIFFNESS * SHEAR));
+    weaken[i] = (PetscReal)((double)drop[i] * d->stress * d->side / (d->weakening * RUN_CELL_STIFFNESS * RUN_SHEAR));
   }
   PetscCall(SlipFaultSetField(fault, "friction_drop", n, drop));
   PetscCall(SlipFaultSetField(fault, "friction_slip", n, weaken));
@@ -114,17 +104,17 @@ static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SequenceFaultDraw(Random *random, SlipFault *fault, PetscInt *n, PetscInt *events)
+PetscErrorCode SequenceDraw(RunEpisode *e, Random *random)
 {
   Draw d;
 
   PetscFunctionBegin;
   DrawFault(random, &d);
-  *n = d.nx * d.nz;
-  *events = d.healing > 0 ? 1 + (PetscInt)RandomIndex(random, MOST_EVENTS) : 0;
-  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, fault));
-  PetscCall(SetNumbers(&d, *fault));
-  PetscCall(SetFields(random, &d, *fault));
-  PetscCall(SlipFaultSetUp(*fault));
+  e->n = d.nx * d.nz;
+  ((SequenceEpisode *)e)->pass = d.healing > 0 ? 1 + (PetscInt)RandomIndex(random, MOST_EVENTS) : 0;
+  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
+  PetscCall(SetNumbers(&d, e->fault));
+  PetscCall(SetFields(random, &d, e->fault));
+  PetscCall(SlipFaultSetUp(e->fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
