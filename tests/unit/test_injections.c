@@ -5,6 +5,7 @@
 #include "runs/runs.h"
 #include <math.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -126,6 +127,33 @@ static void left_behind(void **state)
   ok(PetscOptionsClearValue(NULL, "-tmp"));
 }
 
+/* Of a user's file: a source of its pressure, over the duration that it says. */
+static void of_family(void **state)
+{
+  const char *lines =
+    "-fault_initial traction\n-fault_inertia no\n-fault_viscosity radiation\n-fault_nx 8\n-fault_nz 6\n"
+    "-fault_length_x 1e3\n-fault_length_z 750\n-fault_depth_top 2e3\n-fault_normal_stress 20e6\n"
+    "-fault_normal_stress_gradient 0\n-fault_friction_law constant\n-fault_friction_residual 0.6\n"
+    "-fault_initial_traction 11e6\n-fault_injection 400,2300\n-fault_injection_pressure 2e6:4e6\n"
+    "-fault_injection_diffusivity 0.5\n-duration 1e5:4e5\n";
+  FILE *f = fopen("injections.opts", "w");
+  PetscReal pressure;
+  Family family;
+  RunEpisode *e;
+
+  (void)state;
+  assert_non_null(f);
+  assert_true(fputs(lines, f) >= 0);
+  assert_int_equal(fclose(f), 0);
+  ok(FamilyRead(PETSC_COMM_SELF, "injections.opts", &family));
+  assert_string_equal(family.problem, "injection");
+  ok(RunEpisodeCreate(&RunInjection, &family, 1, 5, &e));
+  ok(SlipFaultGetReal(e->fault, "injection_pressure", &pressure));
+  assert_true(e->end >= 1e5 && e->end <= 4e5 && pressure >= 2e6 && pressure <= 4e6);
+  assert_true(e->n == 48 && e->reference.good && e->usual > 0);
+  ok(RunEpisodeDestroy(&e));
+}
+
 /* The policy that is shipped, which a fault under a pore pressure finds, on draws that training has not seen: it keeps its dial in all but
    two of twelve runs, as it does in 95 % of them (three would miss it in one of fifty such tests), and takes an eighth and a quarter of the
    solves of the classical default. */
@@ -184,4 +212,4 @@ static void shipped(void **state)
   ok(SlipPolicyDestroy(&policy));
 }
 
-SLIP_TESTS(measured, begun, observed, left_behind, shipped)
+SLIP_TESTS(measured, begun, observed, left_behind, of_family, shipped)

@@ -1,6 +1,7 @@
 /* What steps of sequences are trained by: the error of segments. */
 #include "unit.h"
 #include "runs/sequence.h"
+#include <stdio.h>
 
 enum { STREAM = 97 }; /* of seeds, neither training's nor the benchmark's */
 
@@ -92,4 +93,36 @@ static void drawn(void **state)
   assert_true(first[0] == first[1] && first[1] != first[2]);
 }
 
-SLIP_TESTS(measured, missed, drawn)
+/* Of a user's file: a fault with the file's numbers, loaded, and a segment through one of its events; the same seed draws it again. */
+static void of_family(void **state)
+{
+  const char *lines =
+    "-fault_initial traction\n-fault_inertia no\n-fault_viscosity radiation\n-fault_nx 4:6\n-fault_nz 3\n"
+    "-fault_length_x 4e3:6e3\n-fault_length_z 3e3\n-fault_normal_stress 50e6\n"
+    "-fault_normal_stress_gradient 0\n-fault_friction_drop 0.1:0.2\n-fault_friction_slip 0.1\n"
+    "-fault_loading_rate 1e-9\n-fault_healing_time 1e8\n-stress_share 0.3:0.8\n";
+  FILE *f = fopen("sequences.opts", "w");
+  PetscReal length, slip, end = 0;
+  Family family;
+
+  (void)state;
+  assert_non_null(f);
+  assert_true(fputs(lines, f) >= 0);
+  assert_int_equal(fclose(f), 0);
+  ok(FamilyRead(PETSC_COMM_SELF, "sequences.opts", &family));
+  assert_string_equal(family.problem, "sequence");
+  for (int k = 0; k < 2; k++) {
+    RunEpisode *e;
+
+    ok(RunEpisodeCreate(&RunSequence, &family, 1, 5, &e));
+    ok(SlipFaultGetReal(e->fault, "length_x", &length));
+    ok(SlipFaultGetReal(e->fault, "friction_slip", &slip));
+    assert_true(length >= 4e3 && length <= 6e3 && slip == 0.1);
+    assert_true(e->n >= 12 && e->n <= 18 && e->reference.good && e->end > e->begin);
+    assert_true(k == 0 || e->end == end);
+    end = e->end;
+    ok(RunEpisodeDestroy(&e));
+  }
+}
+
+SLIP_TESTS(measured, missed, drawn, of_family)

@@ -64,6 +64,9 @@ const RunKind RunInjection = {.size = sizeof(RunEpisode),
                               .judge = Judge,
                               .compare = Compare,
                               .most = MOST_ATTEMPTS,
+                              .expected =
+                                "slips: expected one of which a tenth of the cells, and three of them, slip a "
+                                "hundredth of the most",
                               .lost = 6,
                               .free = 0.8,
                               .steep = 2,

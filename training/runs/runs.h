@@ -139,7 +139,7 @@ PETSC_INTERN PetscErrorCode RunCountEvent(const RunWatch *watch, TS ts, PetscInt
 PETSC_INTERN PetscErrorCode InjectionDraw(RunEpisode *e, Random *random);
 #define RUN_INJECTION_TYPE TSADAPTHEURISTIC /* of the reference */
 #define RUN_INJECTION_RTOL 1e-5
-/* ---- rupturefamily.c: the fault, level and margin of a user's family ---- */
+/* ---- familydraw.c: the fault, margin and end of a user's family ---- */
 PETSC_INTERN PetscErrorCode RunDrawOfFamily(RunEpisode *e, Random *random);
 /* ---- rupture.c ---- */
 #define RUN_RUPTURE_RTOL 1e-5 /* of the reference, by pi */

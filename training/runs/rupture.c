@@ -68,14 +68,13 @@ static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
   return RunSetOptions(fault, PETSC_STATIC_ARRAY_LENGTH(rows), rows);
 }
 
-/* weaken [n]: d_c [m] */
-static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault, PetscReal weaken[])
+static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault)
 {
   const PetscInt n = d->nx * d->nz;
-  PetscReal *drop, *stress;
+  PetscReal *drop, *stress, *weaken;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc2(n, &drop, n, &stress));
+  PetscCall(PetscMalloc3(n, &drop, n, &stress, n, &weaken));
   RunDrawField(random, d->nx, d->nz, d->length, drop);
   RunDrawField(random, d->nx, d->nz, d->length, stress);
   for (PetscInt i = 0; i < n; i++) {
@@ -92,7 +91,7 @@ static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault, 
   PetscCall(SlipFaultSetField(fault, "friction_drop", n, drop));
   PetscCall(SlipFaultSetField(fault, "friction_slip", n, weaken));
   PetscCall(SlipFaultSetField(fault, "initial_traction", n, stress));
-  PetscCall(PetscFree2(drop, stress));
+  PetscCall(PetscFree3(drop, stress, weaken));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -103,10 +102,9 @@ static PetscErrorCode DrawRupture(RunEpisode *e, Random *random)
   PetscFunctionBegin;
   DrawFault(random, e->larger, &d);
   e->n = d.nx * d.nz;
-  PetscCall(PetscMalloc1(e->n, &e->level));
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
   PetscCall(SetNumbers(&d, e->fault));
-  PetscCall(SetFields(random, &d, e->fault, e->level));
+  PetscCall(SetFields(random, &d, e->fault));
   PetscCall(SlipFaultSetUp(e->fault));
   e->margin = (PetscReal)(1 + 2 * RandomUniform(random) * RandomUniform(random));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -138,6 +136,15 @@ static PetscErrorCode SetReference(RunEpisode *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A cell breaks at its d_c. */
+static PetscErrorCode SetLevel(RunEpisode *e)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(e->n, &e->level));
+  PetscCall(SlipFaultGetField(e->fault, "friction_slip", e->n, e->level));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The coarse run does not end where the rupture has faded, after 3 to 15 T* mostly, so that episodes are far longer than their ruptures:
    rupture.h5 was trained and measured on these. One that takes too many steps is judged by those that it took. */
 static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
@@ -148,6 +155,7 @@ static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
   RunResult r;
 
   PetscFunctionBegin;
+  PetscCall(SetLevel(e));
   PetscCall(SlipFaultGetTimeScale(e->fault, &tstar));
   coarse.end = LONGEST * tstar;
   PetscCall(RunIntegrate(e, &coarse, &r));
@@ -200,8 +208,7 @@ PetscErrorCode RuptureOfFault(SlipFault fault, PetscReal end, RunEpisode **episo
   PetscFunctionBegin;
   PetscCall(RunEpisodeOfFault(&RunRupture, fault, end, episode));
   e = *episode;
-  PetscCall(PetscMalloc1(e->n, &e->level));
-  PetscCall(SlipFaultGetField(fault, "friction_slip", e->n, e->level));
+  PetscCall(SetLevel(e));
   PetscCall(SetReference(e));
   PetscCheck(e->reference.good, PETSC_COMM_SELF, PETSC_ERR_NOT_CONVERGED,
              "The reference, pi at the tolerance %g, does not reach the %g s of -ts_max_time in %d attempts",

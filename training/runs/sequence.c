@@ -326,6 +326,12 @@ static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
   segment->kind = segment->of_kind < WITHIN           ? SEGMENT_WITHIN
                   : segment->of_kind < WITHIN + AFTER ? SEGMENT_AFTER
                                                       : SEGMENT_BETWEEN;
+  if (e->family) {
+    PetscReal healing;
+
+    PetscCall(SlipFaultGetReal(e->fault, "healing_time", &healing));
+    segment->pass = healing > 0 ? 1 + (PetscInt)RandomIndex(&segment->random, SEQUENCE_MOST_PASS) : 0;
+  }
   *good = PETSC_FALSE;
   PetscCall(SurveyFault(segment, &s));
   for (PetscInt i = 0; i < MOST_SEARCHES && s.good && !*good; i++) {
@@ -347,6 +353,8 @@ const RunKind RunSequence = {.size = sizeof(SequenceEpisode),
                              .judge = Judge,
                              .follow = Follow,
                              .compare = Compare,
+                             .expected = "has an event to learn from: expected one that is loaded until its cells slip "
+                                         "faster than 2 mm/s, and then rests",
                              .lost = 2,
                              .free = 0.7,
                              .steep = 1,

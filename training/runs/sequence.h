@@ -30,4 +30,5 @@ typedef struct {
   PetscReal mean;   /* and its mean [m] */
 } SequenceEpisode;
 
+enum { SEQUENCE_MOST_PASS = 4 }; /* events before the segments */
 PETSC_INTERN PetscErrorCode SequenceDraw(RunEpisode *e, Random *random);

@@ -2,10 +2,9 @@
 #include "sequence.h"
 #include <slipcompat.h>
 
-#define RESIDUAL 0.5  /* friction after all weakening */
-#define FULL 0.97     /* the stress at the start is at most this share of the strength */
-#define LEAST 0.1     /* of a field, over its mean */
-#define MOST_EVENTS 4 /* that pass before the segments */
+#define RESIDUAL 0.5 /* friction after all weakening */
+#define FULL 0.97    /* the stress at the start is at most this share of the strength */
+#define LEAST 0.1    /* of a field, over its mean */
 
 static const PetscInt Meshes[][2] = {{1, 1}, {4, 3}, {6, 3}, {8, 4}, {10, 5}, {12, 6}, {16, 8}};
 static const double Chances[] = {0.15, 0.2, 0.2, 0.15, 0.1, 0.1, 0.1}; /* of these */
@@ -111,7 +110,7 @@ PetscErrorCode SequenceDraw(RunEpisode *e, Random *random)
   PetscFunctionBegin;
   DrawFault(random, &d);
   e->n = d.nx * d.nz;
-  ((SequenceEpisode *)e)->pass = d.healing > 0 ? 1 + (PetscInt)RandomIndex(random, MOST_EVENTS) : 0;
+  ((SequenceEpisode *)e)->pass = d.healing > 0 ? 1 + (PetscInt)RandomIndex(random, SEQUENCE_MOST_PASS) : 0;
   PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
   PetscCall(SetNumbers(&d, e->fault));
   PetscCall(SetFields(random, &d, e->fault));

@@ -58,7 +58,7 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   PetscFunctionBegin;
   PetscCall(ProblemOption(PetscOptionsObject, PETSC_FALSE, &e->problem));
   PetscCall(FamilyOption(PetscOptionsObject, &family));
-  PetscCall(FamilyCheck(family, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, PETSC_FALSE));
+  PetscCall(FamilyCheck(family, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, e->problem->name));
   e->family = family;
   PetscCall(PetscOptionsString(
     "-train_reward",

@@ -1,5 +1,5 @@
-/* Ruptures of a user's family: a fault of its options, whose fields vary by waves, and whose stress is given by a share of the
-   drop and a patch, by the field initial_traction, or by both. */
+/* Faults of a user's family that begin under a given stress: a fault of its options, whose fields vary by waves, and whose stress is
+   given by a share of the drop and a patch, by the field initial_traction, or by both. */
 #include "runs.h"
 #include <slipcompat.h>
 #include <math.h>
@@ -14,7 +14,7 @@
 static const char *const Fields[] = {"normal_stress",    "friction_residual", "friction_drop",
                                      "friction_slip",    "friction_rate",     "loading_rate",
                                      "initial_traction", "stressing_rate",    "healing_time"};
-enum { FIELDS = PETSC_STATIC_ARRAY_LENGTH(Fields), STRESS = 0, RESIDUAL = 1, DROP = 2, SLIP = 3, TRACTION = 6 };
+enum { FIELDS = PETSC_STATIC_ARRAY_LENGTH(Fields), STRESS = 0, RESIDUAL = 1, DROP = 2, TRACTION = 6 };
 
 /* Cells of a fault that was set up, and what it has there; field[k] NULL: the fault has none */
 typedef struct {
@@ -141,7 +141,7 @@ static void SetStress(const Family *family, const Values *v, Random *random, Cel
   }
   for (PetscInt i = 0; i < c->n; ++i) {
     const PetscReal residual = c->field[RESIDUAL][i] * c->field[STRESS][i],
-                    drop = c->field[DROP][i] * c->field[STRESS][i];
+                    drop = c->field[DROP] ? c->field[DROP][i] * c->field[STRESS][i] : 0;
     PetscReal *stress = &c->field[TRACTION][i];
 
     if (share >= 0) *stress = PetscMin(residual + share * drop * (*stress), (PetscReal)FULL * (residual + drop));
@@ -183,6 +183,7 @@ PetscErrorCode RunDrawOfFamily(RunEpisode *e, Random *random)
   PetscFunctionBegin;
   DrawValues(family, random, &v);
   e->margin = Value(family, &v, "margin", (PetscReal)(1 + 2 * RandomUniform(random) * RandomUniform(random)));
+  e->end = Value(family, &v, "duration", 0);
   PetscCall(MakeFault(family, &v, PETSC_TRUE, &first));
   PetscCall(SlipFaultSetBool(first, "initial_unstable", PETSC_TRUE));
   PetscCall(SlipFaultSetUp(first));
@@ -194,8 +195,6 @@ PetscErrorCode RunDrawOfFamily(RunEpisode *e, Random *random)
     if (cells.field[k]) PetscCall(SlipFaultSetField(e->fault, Fields[k], cells.n, cells.field[k]));
   PetscCall(SlipFaultSetUp(e->fault));
   e->n = cells.n;
-  PetscCall(PetscMalloc1(cells.n, &e->level));
-  PetscCall(PetscArraycpy(e->level, cells.field[SLIP], cells.n));
   PetscCall(CellsFree(&cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
