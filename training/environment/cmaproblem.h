@@ -106,6 +106,13 @@ struct _CMAProblem {
 
 /* Names that end with NULL, and the scaling that brings them to order one */
 PETSC_INTERN PetscErrorCode CMAObservationsSet(CMAOptions *o, const char *const names[]);
+/* An observation, scaled and shifted to order one; start: by how much it moves the logarithm of the ratio of steps at the start.
+   stable: of a second bound of that ratio, where there is one */
+typedef struct {
+  const char *name;
+  double scale, offset, start, stable;
+} CMARow;
+PETSC_INTERN PetscErrorCode CMARowsSet(CMAOptions *o, PetscInt n, const CMARow row[]);
 PETSC_INTERN PetscInt CMACount(const CMAOptions *o); /* weights, and what is trained besides */
 /* Position of an observation; -1: not observed */
 PETSC_INTERN PetscInt CMAFind(const CMAOptions *o, const char name[]);

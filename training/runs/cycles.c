@@ -108,12 +108,10 @@ static const PetscReal Judged[CMA_DIALS] = {3e-4, 1e-3, 5e-3}; /* of the validat
 
 /* What is observed, scaled and shifted, and the start: the elementary controller's ratio of steps by the error, and that to
    the longest stable step, which grows with the dial. The scale is also how little a weight counts beside others. */
-static const struct {
-  const char *name;
-  double scale, offset, error, stable;
-} Rows[] = {{"log_error_step", 1, 0, 1, 0},   {"change_log_error_step", 1, 0, 0, 0},   {"log_step_ratio", 1, 0, 0, 0},
-            {"rejected", 1, 0, 0, 0},         {SLIP_OBSERVES_ACCURACY, 1, 3, 0, 0.12}, {"log_step", 0.1, 0, 0, -1},
-            {"log_relaxation", 0.1, 0, 0, -1}};
+static const CMARow Rows[] = {{"log_error_step", 1, 0, 1, 0},          {"change_log_error_step", 1, 0, 0, 0},
+                              {"log_step_ratio", 1, 0, 0, 0},          {"rejected", 1, 0, 0, 0},
+                              {SLIP_OBSERVES_ACCURACY, 1, 3, 0, 0.12}, {"log_step", 0.1, 0, 0, -1},
+                              {"log_relaxation", 0.1, 0, 0, -1}};
 enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows), WEIGHTS = (ROWS + 2) * UNITS + 1 };
 #define ERROR_BIAS (-0.046) /* log10 of the safety factor */
 #define STABLE_BIAS 0.48    /* log10 of the step at the dial 1e-3 in units of the relaxation time: 3 */
@@ -123,8 +121,6 @@ enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows), WEIGHTS = (ROWS + 2) * UNITS + 1 
 
 static PetscErrorCode SetUp(CMAOptions *o)
 {
-  const char *names[ROWS + 1] = {NULL};
-
   PetscFunctionBegin;
   *o = (CMAOptions){.problem = o->problem,
                     .hidden = UNITS,
@@ -141,12 +137,7 @@ static PetscErrorCode SetUp(CMAOptions *o)
                     .sigma = 0.04,
                     .low = Dial[0],
                     .high = Dial[1]};
-  for (PetscInt i = 0; i < ROWS; ++i) names[i] = Rows[i].name;
-  PetscCall(CMAObservationsSet(o, names));
-  for (PetscInt i = 0; i < ROWS; ++i) {
-    o->scale[i] = Rows[i].scale;
-    o->offset[i] = Rows[i].offset;
-  }
+  PetscCall(CMARowsSet(o, ROWS, Rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -157,7 +148,7 @@ static void Start(const CMAOptions *o, double w[])
 
   (void)o;
   for (PetscInt i = 0; i < ROWS; ++i) {
-    const double e = Rows[i].error / Rows[i].scale, s = Rows[i].stable / Rows[i].scale;
+    const double e = Rows[i].start / Rows[i].scale, s = Rows[i].stable / Rows[i].scale;
 
     w[i] = e;
     w[ROWS + i] = -e;

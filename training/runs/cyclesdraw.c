@@ -38,14 +38,9 @@ static void DrawFault(Random *random, Draw *d)
 static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
 {
   const RunOption rows[] = {{"friction_law", 0, "rate_and_state"},
-                            {"nx", (double)d->nx, NULL},
-                            {"nz", (double)d->nz, NULL},
                             {"length_x", d->nx == 1 ? 1e7 : (double)d->nx * d->cell, NULL},
-                            {"length_z", (double)d->nz * d->cell, NULL},
                             {"shear_modulus", SHEAR, NULL},
                             {"density", 2670, NULL},
-                            {"normal_stress", d->stress, NULL},
-                            {"normal_stress_gradient", 0, NULL},
                             {"friction_b", d->b, NULL},
                             {"friction_slip", d->slip, NULL},
                             {"loading_rate", 1e-9, NULL}};
@@ -82,9 +77,8 @@ PetscErrorCode CyclesDraw(RunEpisode *e, Random *random, PetscReal *side)
 
   PetscFunctionBegin;
   DrawFault(random, &d);
-  e->n = d.nx * d.nz;
   *side = (PetscReal)(d.cell * (double)PetscMax(d.nx, d.nz));
-  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
+  PetscCall(RunNewFault(e, d.nx, d.nz, d.cell, d.stress));
   PetscCall(SetNumbers(&d, e->fault));
   PetscCall(SetFields(&d, e->fault));
   PetscFunctionReturn(PETSC_SUCCESS);

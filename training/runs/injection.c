@@ -74,12 +74,12 @@ const RunKind RunInjection = {.size = sizeof(RunEpisode),
 
 /* ---- the problem for CMA-ES ---- */
 
-static const RatioRow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0}, {"log_error_step", 1, 0, 1},
-                                {"log_step_ratio", 1, 0, 0},       {"rejected", 1, 0, 0},
-                                {"sliding_fraction", 1, 0, 0},     {"change_sliding_fraction", 2, 0, 0},
-                                {"time_fraction", 2, -1, 0},       {"log_step_share", 0.5, 1, 0},
-                                {"log_step_past", 0.5, 0.5, 0},    {"log_velocity", 0.2, 1, 0},
-                                {"change_log_velocity", 1, 0, 0}};
+static const CMARow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0, 0}, {"log_error_step", 1, 0, 1, 0},
+                              {"log_step_ratio", 1, 0, 0, 0},       {"rejected", 1, 0, 0, 0},
+                              {"sliding_fraction", 1, 0, 0, 0},     {"change_sliding_fraction", 2, 0, 0, 0},
+                              {"time_fraction", 2, -1, 0, 0},       {"log_step_share", 0.5, 1, 0, 0},
+                              {"log_step_past", 0.5, 0.5, 0, 0},    {"log_velocity", 0.2, 1, 0, 0},
+                              {"change_log_velocity", 1, 0, 0, 0}};
 static const CMAOptions Defaults = {.nsingle = 40,
                                     .batch_single = 16,
                                     .validation = 8,

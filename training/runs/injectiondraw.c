@@ -222,15 +222,9 @@ static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
   const double stiffness = d->strip ? STRIP_STIFFNESS : RUN_CELL_STIFFNESS;
   const char *law = !d->weakens ? "constant" : d->linear ? "linear_slip_weakening" : "exponential_slip_weakening";
   const RunOption rows[] = {
-    {"nx", (double)d->nx, NULL},
-    {"nz", (double)d->nz, NULL},
-    {"length_x", d->strip ? STRIP_LENGTH * (double)d->nz * d->side : (double)d->nx * d->side, NULL},
-    {"length_z", (double)d->nz * d->side, NULL},
+    {"length_x", (d->strip ? STRIP_LENGTH * (double)d->nz : (double)d->nx) * d->side, NULL},
     {"depth_top", DEPTH, NULL},
     {"thickness", d->thickness, NULL},
-    {"shear_modulus", RUN_SHEAR, NULL},
-    {"normal_stress", d->stress, NULL},
-    {"normal_stress_gradient", 0, NULL},
     {"friction_residual", FRICTION - d->drop, NULL},
     {"friction_drop", d->drop, NULL},
     {"friction_slip", d->weakens ? d->drop * d->stress * d->side / (d->weakening * stiffness * RUN_SHEAR) : 1, NULL},
@@ -265,9 +259,8 @@ PetscErrorCode InjectionDraw(RunEpisode *e, Random *random)
 
   PetscFunctionBegin;
   DrawFault(random, &d);
-  e->n = d.nx * d.nz;
   e->end = (PetscReal)d.end;
-  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
+  PetscCall(RunNewFault(e, d.nx, d.nz, d.side, d.stress));
   PetscCall(SetNumbers(&d, e->fault));
   PetscCall(SetStress(random, &d, e->fault));
   if (d.kind == PRESSURE_SOURCE) {

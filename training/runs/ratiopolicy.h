@@ -3,17 +3,10 @@
 #pragma once
 #include "environment/cmaproblem.h"
 
-/* An observation, scaled and shifted to order one; start: by how much it moves the logarithm of the ratio at the start. The elementary
-   controller has 1 for log_error_step and 0 for all others. */
-typedef struct {
-  const char *name;
-  double scale, offset, start;
-} RatioRow;
-
 struct _RatioNetwork {
   const CMAOptions *defaults; /* what RatioSetUp() does not set */
   PetscInt rows, units;
-  const RatioRow *row;
+  const CMARow *row; /* the elementary controller has start 1 for log_error_step and 0 for all others */
   double bias;       /* log10 of the ratio at the start where all observations are 0 */
   PetscReal dial[2]; /* range of the training, and of the file */
   double unit, rtol; /* the tolerance at the start at this dial, */

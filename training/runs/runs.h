@@ -128,6 +128,16 @@ typedef struct {
   const char *word; /* "yes" and "no" of switches; NULL: a number */
 } RunOption;
 PETSC_INTERN PetscErrorCode RunSetOptions(SlipFault fault, size_t n, const RunOption row[]);
+/* The episode's fault of nx x nz square cells of a side [m] under a normal stress [Pa], not set up */
+PETSC_INTERN PetscErrorCode RunNewFault(RunEpisode *e, PetscInt nx, PetscInt nz, double side, double stress);
+/* Random fields of slip weakening, [nx nz] each: drop with a mean, and a standard deviation and correlation [cells]; and one of mean 0
+   and variance 1 for the caller. friction_slip follows from weakening, over the stiffness of a cell by itself. */
+typedef struct {
+  double drop, scatter, length, weakening;
+} RunWeakening;
+PETSC_INTERN PetscErrorCode RunDrawWeakening(Random *random, const RunWeakening *w, PetscInt nx, PetscInt nz,
+                                             double side, double stress, SlipFault fault, PetscReal drop[],
+                                             PetscReal field[]);
 /* A field of mean 0 and variance 1 over all draws: waves of random directions, whose lengths are from one to eight of the
    correlation's [cells]; field [nx nz] */
 PETSC_INTERN void RunDrawField(Random *random, PetscInt nx, PetscInt nz, double length, PetscReal field[]);

@@ -21,10 +21,11 @@ static const PetscInt Meshes[][2] = {{12, 6}, {16, 6}, {10, 10}, {16, 8}, {24, 4
 
 typedef struct {
   PetscInt nx, nz;
-  double side, stress, drop, weakening, scatter, length; /* [m], [Pa], mean, over the stiffness, relative, [cells] */
-  double share, patch[3];                                /* of the drop; x, z, radius [cells] */
-  double thickness;                                      /* [m] */
-  PetscBool inertia, exact;                              /* exact: viscosity by the square root */
+  double side, stress; /* [m], [Pa] */
+  RunWeakening weakening;
+  double share, patch[3];   /* of the drop; x, z, radius [cells] */
+  double thickness;         /* [m] */
+  PetscBool inertia, exact; /* exact: viscosity by the square root */
 } Draw;
 
 static void DrawFault(Random *random, PetscInt larger, Draw *d)
@@ -36,12 +37,12 @@ static void DrawFault(Random *random, PetscInt larger, Draw *d)
   d->nz = larger * mesh[1];
   d->side = RandomLog(random, 100, 1000);
   d->stress = RandomLog(random, 15e6, 100e6);
-  d->drop = RandomLog(random, 0.05, 0.3);
-  d->weakening = RandomLog(random, 0.2, 0.8);
-  d->scatter = 0.3 * RandomUniform(random);
-  d->length = RandomLog(random, 2, 8);
+  d->weakening.drop = RandomLog(random, 0.05, 0.3);
+  d->weakening.weakening = RandomLog(random, 0.2, 0.8);
+  d->weakening.scatter = 0.3 * RandomUniform(random);
+  d->weakening.length = RandomLog(random, 2, 8);
   d->share = 0.45 + 0.3 * RandomUniform(random);
-  d->patch[2] = (1.2 + 1.3 * RandomUniform(random)) * 0.58 / (RUN_CELL_STIFFNESS * d->weakening) + 0.8;
+  d->patch[2] = (1.2 + 1.3 * RandomUniform(random)) * 0.58 / (RUN_CELL_STIFFNESS * d->weakening.weakening) + 0.8;
   d->patch[0] = RandomUniform(random) * (double)d->nx;
   d->patch[1] = RandomUniform(random) * (double)d->nz;
   d->thickness = RandomLog(random, 0.3, 1) * d->side * (double)PetscMax(d->nx, d->nz);
@@ -51,14 +52,7 @@ static void DrawFault(Random *random, PetscInt larger, Draw *d)
 
 static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
 {
-  const RunOption rows[] = {{"nx", (double)d->nx, NULL},
-                            {"nz", (double)d->nz, NULL},
-                            {"length_x", (double)d->nx * d->side, NULL},
-                            {"length_z", (double)d->nz * d->side, NULL},
-                            {"thickness", d->thickness, NULL},
-                            {"shear_modulus", RUN_SHEAR, NULL},
-                            {"normal_stress", d->stress, NULL},
-                            {"normal_stress_gradient", 0, NULL},
+  const RunOption rows[] = {{"thickness", d->thickness, NULL},
                             {"friction_residual", RESIDUAL, NULL},
                             {"initial", 0, "traction"},
                             {"initial_unstable", 0, "yes"},
@@ -71,27 +65,23 @@ static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
 static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault)
 {
   const PetscInt n = d->nx * d->nz;
-  PetscReal *drop, *stress, *weaken;
+  PetscReal *drop, *stress;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc3(n, &drop, n, &stress, n, &weaken));
-  RunDrawField(random, d->nx, d->nz, d->length, drop);
-  RunDrawField(random, d->nx, d->nz, d->length, stress);
+  PetscCall(PetscMalloc2(n, &drop, n, &stress));
+  PetscCall(RunDrawWeakening(random, &d->weakening, d->nx, d->nz, d->side, d->stress, fault, drop, stress));
   for (PetscInt i = 0; i < n; i++) {
     const double x = (double)(i % d->nx) + 0.5 - d->patch[0], z = (double)(i / d->nx) + 0.5 - d->patch[1];
     double strength;
 
-    drop[i] = (PetscReal)(d->drop * PetscMax(1 + d->scatter * (double)drop[i], 0.1));
     strength = (RESIDUAL + (double)drop[i]) * d->stress;
-    stress[i] = (PetscReal)(d->stress * (RESIDUAL + d->share * (1 + d->scatter * (double)stress[i]) * (double)drop[i]));
+    stress[i] =
+      (PetscReal)(d->stress * (RESIDUAL + d->share * (1 + d->weakening.scatter * (double)stress[i]) * (double)drop[i]));
     stress[i] = PetscMin(stress[i], (PetscReal)(FULL * strength));
     if (hypot(x, z) < d->patch[2]) stress[i] = (PetscReal)(UNSTABLE * strength);
-    weaken[i] = (PetscReal)((double)drop[i] * d->stress * d->side / (d->weakening * RUN_CELL_STIFFNESS * RUN_SHEAR));
   }
-  PetscCall(SlipFaultSetField(fault, "friction_drop", n, drop));
-  PetscCall(SlipFaultSetField(fault, "friction_slip", n, weaken));
   PetscCall(SlipFaultSetField(fault, "initial_traction", n, stress));
-  PetscCall(PetscFree3(drop, stress, weaken));
+  PetscCall(PetscFree2(drop, stress));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,8 +91,7 @@ static PetscErrorCode DrawRupture(RunEpisode *e, Random *random)
 
   PetscFunctionBegin;
   DrawFault(random, e->larger, &d);
-  e->n = d.nx * d.nz;
-  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
+  PetscCall(RunNewFault(e, d.nx, d.nz, d.side, d.stress));
   PetscCall(SetNumbers(&d, e->fault));
   PetscCall(SetFields(random, &d, e->fault));
   PetscCall(SlipFaultSetUp(e->fault));
@@ -234,19 +223,19 @@ PetscErrorCode RuptureOfFault(SlipFault fault, PetscReal end, RunEpisode **episo
 #define LITTLE 2     /* d_c: where the broken cells slip less in the mean, */
 #define KEPT 0.5     /* this share of the faults is kept */
 
-static const RatioRow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0},
-                                {"log_error_step", 1, 0, PROPORTIONAL},
-                                {"log_step_ratio", 1, 0, 0},
-                                {"rejected", 1, 0, 0},
-                                {"sliding_fraction", 1, 0, 0},
-                                {"change_sliding_fraction", 2, 0, 0},
-                                {"log_step", 0.3, 0.3, 0},
-                                {"log_velocity", 0.3, 0, 0},
-                                {"change_log_velocity", 1, 0, 0},
-                                {"log_peak_ratio", 1, -0.5, 0},
-                                {"growth", 0.3, 0, 0},
-                                {"weakening", 1, -0.5, 0},
-                                {"change_log_error_step", 1, 0, CHANGE}};
+static const CMARow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0, 0},
+                              {"log_error_step", 1, 0, PROPORTIONAL, 0},
+                              {"log_step_ratio", 1, 0, 0, 0},
+                              {"rejected", 1, 0, 0, 0},
+                              {"sliding_fraction", 1, 0, 0, 0},
+                              {"change_sliding_fraction", 2, 0, 0, 0},
+                              {"log_step", 0.3, 0.3, 0, 0},
+                              {"log_velocity", 0.3, 0, 0, 0},
+                              {"change_log_velocity", 1, 0, 0, 0},
+                              {"log_peak_ratio", 1, -0.5, 0, 0},
+                              {"growth", 0.3, 0, 0, 0},
+                              {"weakening", 1, -0.5, 0, 0},
+                              {"change_log_error_step", 1, 0, CHANGE, 0}};
 static const CMAOptions Defaults = {.more = 4, /* the first step besides the tolerance */
                                     .nsingle = 56,
                                     .batch_single = 12,

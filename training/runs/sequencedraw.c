@@ -11,12 +11,12 @@ static const double Chances[] = {0.15, 0.2, 0.2, 0.15, 0.1, 0.1, 0.1}; /* of the
 
 typedef struct {
   PetscInt nx, nz;
-  double side, stress, drop, weakening; /* [m], [Pa], mean, over the stiffness of a cell by itself */
-  double scatter, length;               /* relative, [cells] */
-  double share;                         /* of the drop, at the start */
-  double rate;                          /* of loading [m/s] */
-  double healing;                       /* time, over that in which loading makes up for the drop; 0: never */
-  double thickness;                     /* [m] */
+  double side, stress; /* [m], [Pa] */
+  RunWeakening weakening;
+  double share;     /* of the drop, at the start */
+  double rate;      /* of loading [m/s] */
+  double healing;   /* time, over that in which loading makes up for the drop; 0: never */
+  double thickness; /* [m] */
   PetscBool inertia, linear, by_stress, half_space;
 } Draw;
 
@@ -35,11 +35,11 @@ static void DrawFault(Random *random, Draw *d)
   DrawMesh(random, d);
   d->side = RandomLog(random, 300, 3000);
   d->stress = RandomLog(random, 15e6, 100e6);
-  d->drop = RandomLog(random, 0.05, 0.2);
-  d->weakening = RandomLog(random, 0.5, 4);
-  if (d->nx == 1) d->weakening = RandomLog(random, 1.3, 4); /* it is stable otherwise */
-  d->scatter = RandomUniform(random) < 0.2 ? 0 : 0.3 * RandomUniform(random);
-  d->length = RandomLog(random, 1, 6);
+  d->weakening.drop = RandomLog(random, 0.05, 0.2);
+  d->weakening.weakening = RandomLog(random, 0.5, 4);
+  if (d->nx == 1) d->weakening.weakening = RandomLog(random, 1.3, 4); /* it is stable otherwise */
+  d->weakening.scatter = RandomUniform(random) < 0.2 ? 0 : 0.3 * RandomUniform(random);
+  d->weakening.length = RandomLog(random, 1, 6);
   d->share = 0.3 + 0.6 * RandomUniform(random);
   d->rate = RandomLog(random, 1e-10, 1e-8);
   d->healing = RandomUniform(random) < 0.1 ? 0 : RandomLog(random, 0.003, 0.3);
@@ -58,15 +58,8 @@ static double StressingRate(const Draw *d)
 
 static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
 {
-  const double recurrence = d->drop * d->stress / StressingRate(d);
-  const RunOption rows[] = {{"nx", (double)d->nx, NULL},
-                            {"nz", (double)d->nz, NULL},
-                            {"length_x", (double)d->nx * d->side, NULL},
-                            {"length_z", (double)d->nz * d->side, NULL},
-                            {"thickness", d->thickness, NULL},
-                            {"shear_modulus", RUN_SHEAR, NULL},
-                            {"normal_stress", d->stress, NULL},
-                            {"normal_stress_gradient", 0, NULL},
+  const double recurrence = d->weakening.drop * d->stress / StressingRate(d);
+  const RunOption rows[] = {{"thickness", d->thickness, NULL},
                             {"friction_residual", RESIDUAL, NULL},
                             {"loading_rate", d->by_stress ? 0 : d->rate, NULL},
                             {"stressing_rate", d->by_stress ? StressingRate(d) : 0, NULL},
@@ -83,23 +76,18 @@ static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
 static PetscErrorCode SetFields(Random *random, const Draw *d, SlipFault fault)
 {
   const PetscInt n = d->nx * d->nz;
-  PetscReal *drop, *stress, *weaken;
+  PetscReal *drop, *stress;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc3(n, &drop, n, &stress, n, &weaken));
-  RunDrawField(random, d->nx, d->nz, d->length, drop);
-  RunDrawField(random, d->nx, d->nz, d->length, stress);
+  PetscCall(PetscMalloc2(n, &drop, n, &stress));
+  PetscCall(RunDrawWeakening(random, &d->weakening, d->nx, d->nz, d->side, d->stress, fault, drop, stress));
   for (PetscInt i = 0; i < n; i++) {
-    drop[i] = (PetscReal)(d->drop * PetscMax(1 + d->scatter * (double)drop[i], LEAST));
-    stress[i] = (PetscReal)(d->share * PetscMax(1 + d->scatter * (double)stress[i], LEAST));
+    stress[i] = (PetscReal)(d->share * PetscMax(1 + d->weakening.scatter * (double)stress[i], LEAST));
     stress[i] = (PetscReal)d->stress * (RESIDUAL + stress[i] * drop[i]);
     stress[i] = PetscMin(stress[i], (PetscReal)(FULL * d->stress) * (RESIDUAL + drop[i]));
-    weaken[i] = (PetscReal)((double)drop[i] * d->stress * d->side / (d->weakening * RUN_CELL_STIFFNESS * RUN_SHEAR));
   }
-  PetscCall(SlipFaultSetField(fault, "friction_drop", n, drop));
-  PetscCall(SlipFaultSetField(fault, "friction_slip", n, weaken));
   PetscCall(SlipFaultSetField(fault, "initial_traction", n, stress));
-  PetscCall(PetscFree3(drop, stress, weaken));
+  PetscCall(PetscFree2(drop, stress));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -109,9 +97,8 @@ PetscErrorCode SequenceDraw(RunEpisode *e, Random *random)
 
   PetscFunctionBegin;
   DrawFault(random, &d);
-  e->n = d.nx * d.nz;
   ((SequenceEpisode *)e)->pass = d.healing > 0 ? 1 + (PetscInt)RandomIndex(random, SEQUENCE_MOST_PASS) : 0;
-  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, &e->fault));
+  PetscCall(RunNewFault(e, d.nx, d.nz, d.side, d.stress));
   PetscCall(SetNumbers(&d, e->fault));
   PetscCall(SetFields(random, &d, e->fault));
   PetscCall(SlipFaultSetUp(e->fault));

@@ -160,10 +160,10 @@ const RunKind RunSmooth = {.size = sizeof(SmoothEpisode),
 
 /* ---- the problem for CMA-ES ---- */
 
-static const RatioRow Rows[] = {
-  {SLIP_OBSERVES_ACCURACY, 1, 2, 0}, {"log_error_step", 1, 0, 1},     {"change_log_error_step", 1, 0, 0},
-  {"log_step_ratio", 1, 0, 0},       {"rejected", 1, 0, 0},           {"log_step", 0.1, 0, 0},
-  {"log_velocity", 0.1, 0, 0},       {"change_log_velocity", 1, 0, 0}};
+static const CMARow Rows[] = {
+  {SLIP_OBSERVES_ACCURACY, 1, 2, 0, 0}, {"log_error_step", 1, 0, 1, 0},     {"change_log_error_step", 1, 0, 0, 0},
+  {"log_step_ratio", 1, 0, 0, 0},       {"rejected", 1, 0, 0, 0},           {"log_step", 0.1, 0, 0, 0},
+  {"log_velocity", 0.1, 0, 0, 0},       {"change_log_velocity", 1, 0, 0, 0}};
 static const CMAOptions Defaults = {.nsingle = 16,
                                     .batch_single = 6,
                                     .validation = 8,
