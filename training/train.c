@@ -41,7 +41,8 @@ static PetscErrorCode TrainCMA(MPI_Comm comm, PetscInt *failed)
   return CMATrain(comm, NULL);
 }
 
-/* The table of trainers. train reads options of its own, which -help shows; failed: how many of several trainings did */
+/* The table of trainers. train reads options of its own, which -help shows; failed: how many of several trainings
+   did */
 static const struct {
   const char *name, *meaning;
   PetscErrorCode (*train)(MPI_Comm comm, PetscInt *failed);

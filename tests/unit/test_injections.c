@@ -34,8 +34,9 @@ static PetscInt run(RunEpisode *e, PetscReal rtol, PetscReal *error)
   return r.solves;
 }
 
-/* A run with the reference's tolerance is the reference; a loose one is worse than a tight one: cells begin within a step, so that the
-   error goes at least with its length, the cubic root of the tolerance: 4.6 times for a hundred times the tolerance. */
+/* A run with the reference's tolerance is the reference; a loose one is worse than a tight one: cells begin within a
+   step, so that the error goes at least with its length, the cubic root of the tolerance: 4.6 times for a hundred times
+   the tolerance. */
 static void measured(void **state)
 {
   (void)state;
@@ -94,7 +95,8 @@ static void observed(void **state)
   assert_true(SlipObservations[share].run(&start) == -9 && SlipObservations[past].run(&start) == 0);
 }
 
-/* A draw whose record cannot be written, as no file may be larger than this, leaves nothing in the folder of temporary files. */
+/* A draw whose record cannot be written, as no file may be larger than this, leaves nothing in the folder of temporary
+   files. */
 static void left_behind(void **state)
 {
   char folder[TEMPDIR_LENGTH];
@@ -154,9 +156,9 @@ static void of_family(void **state)
   ok(RunEpisodeDestroy(&e));
 }
 
-/* The policy that is shipped, which a fault under a pore pressure finds, on draws that training has not seen: it keeps its dial in all but
-   two of twelve runs, as it does in 95 % of them (three would miss it in one of fifty such tests), and takes an eighth and a quarter of the
-   solves of the classical default. */
+/* The policy that is shipped, which a fault under a pore pressure finds, on draws that training has not seen: it keeps
+   its dial in all but two of twelve runs, as it does in 95 % of them (three would miss it in one of fifty such tests),
+   and takes an eighth and a quarter of the solves of the classical default. */
 static void shipped(void **state)
 {
   const PetscReal dial[] = {1e-1, 1e-2}, most[] = {0.2, 0.35};

@@ -25,8 +25,8 @@ static PetscInt run(RunEpisode *e, SlipPolicy policy, PetscReal setting, PetscRe
   return r.solves;
 }
 
-/* A run with the reference's tolerance is the reference; a loose one is worse than a tight one, by more than twenty times for 400 times the
-   tolerance, as errors go with its power of two thirds: 54. */
+/* A run with the reference's tolerance is the reference; a loose one is worse than a tight one, by more than twenty
+   times for 400 times the tolerance, as errors go with its power of two thirds: 54. */
 static void measured(void **state)
 {
   RunEpisode *e = created(LARGE);
@@ -45,7 +45,8 @@ static void measured(void **state)
   ok(RunEpisodeDestroy(&e));
 }
 
-/* A cell that breaks in one of two runs alone counts as if it had broken a rise time too late, but not where its slip is close to d_c. */
+/* A cell that breaks in one of two runs alone counts as if it had broken a rise time too late, but not where its slip
+   is close to d_c. */
 static void broken(void **state)
 {
   RunEpisode *e = created(LARGE);
@@ -67,8 +68,9 @@ static void broken(void **state)
   ok(RunEpisodeDestroy(&e));
 }
 
-/* Steps that are given: those of the reference give its course again, but for the rounding of times that are summed up; a step
-   to the end alone, whose two stages cannot follow a rupture, is off by more than a tenth; and half as many steps are worse. */
+/* Steps that are given: those of the reference give its course again, but for the rounding of times that are summed up;
+   a step to the end alone, whose two stages cannot follow a rupture, is off by more than a tenth; and half as many
+   steps are worse. */
 static void stepped(void **state)
 {
   RunEpisode *e = created(LARGE);
@@ -122,8 +124,8 @@ static SlipFault drawn(const Family *family, uint64_t seed, const char field[], 
   return e.fault;
 }
 
-/* Half of the drop above the residual strength, and 2 % above the strength in cells of 500 m whose centres are within 1100 m of
-   the middle of the fault. */
+/* Half of the drop above the residual strength, and 2 % above the strength in cells of 500 m whose centres are within
+   1100 m of the middle of the fault. */
 static void stressed(void **state)
 {
   PetscReal stress[CELLS];
@@ -142,8 +144,8 @@ static void stressed(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-/* The logarithm of a field that varies: over 200 draws its variance in a cell is known to a tenth (root of 2/200), so within
-   four tenths; it differs between cells, and another field does not vary. */
+/* The logarithm of a field that varies: over 200 draws its variance in a cell is known to a tenth (root of 2/200), so
+   within four tenths; it differs between cells, and another field does not vary. */
 static void varied(void **state)
 {
   PetscReal drop[CELLS], slip[CELLS], square = 0;
@@ -179,8 +181,8 @@ static SlipPolicy Shipped(void)
   return policy;
 }
 
-/* Draws that training has not seen: the policy keeps its dial in all but two of 24 runs, as it does in 95 % of them, in fewer solves than pi
-   at the largest tolerance with which, and with all smaller ones, as many draws keep it. */
+/* Draws that training has not seen: the policy keeps its dial in all but two of 24 runs, as it does in 95 % of them, in
+   fewer solves than pi at the largest tolerance with which, and with all smaller ones, as many draws keep it. */
 static void shipped(void **state)
 {
   const PetscReal dial[] = {3e-2, 1e-2}, rtol[] = {1e-2, 3e-2, 1e-1, 3e-1, 1};

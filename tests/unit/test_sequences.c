@@ -28,9 +28,9 @@ static PetscInt run(SequenceEpisode *e, PetscReal rtol, EpisodeResult *r)
   return r->solves;
 }
 
-/* The reference again is exact. Runs at tolerances a thousand times apart differ by the power of two thirds of that, 100, where the
-   tolerance bounds all steps: by more than 10 in the geometric mean of a few segments, as loose ones are held by instabilities too, and
-   single errors pass through zero. */
+/* The reference again is exact. Runs at tolerances a thousand times apart differ by the power of two thirds of that,
+   100, where the tolerance bounds all steps: by more than 10 in the geometric mean of a few segments, as loose ones are
+   held by instabilities too, and single errors pass through zero. */
 static void measured(void **state)
 {
   PetscReal ratio = 0;
@@ -56,8 +56,8 @@ static void measured(void **state)
   if (!(ratio > PetscLogReal(10))) fail_msg("ratio %g", (double)PetscExpReal(ratio));
 }
 
-/* An event that one of the two runs alone has counts as 1, and so does a run that is asked for another time than that of its event by
-   a whole interval. */
+/* An event that one of the two runs alone has counts as 1, and so does a run that is asked for another time than that
+   of its event by a whole interval. */
 static void missed(void **state)
 {
   SequenceEpisode *e = created(0);
@@ -93,7 +93,8 @@ static void drawn(void **state)
   assert_true(first[0] == first[1] && first[1] != first[2]);
 }
 
-/* Of a user's file: a fault with the file's numbers, loaded, and a segment through one of its events; the same seed draws it again. */
+/* Of a user's file: a fault with the file's numbers, loaded, and a segment through one of its events; the same seed
+   draws it again. */
 static void of_family(void **state)
 {
   const char *lines =

@@ -16,9 +16,9 @@ static PetscInt run(RunEpisode *e, PetscReal rtol, PetscReal *error)
   return r.solves;
 }
 
-/* A run with the reference's tolerance is the reference. A loose one is worse than a tight one: errors of a method of second order go with
-   the power two thirds of the tolerance, 21 times for a hundred times the tolerance, of which half is asked for. An event that the
-   reference does not have counts as 1. */
+/* A run with the reference's tolerance is the reference. A loose one is worse than a tight one: errors of a method of
+   second order go with the power two thirds of the tolerance, 21 times for a hundred times the tolerance, of which half
+   is asked for. An event that the reference does not have counts as 1. */
 static void measured(void **state)
 {
   PetscReal same, small, large;

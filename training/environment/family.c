@@ -1,5 +1,5 @@
-/* See family.h. Lines as of PETSc's option files, "-fault_length_x 5e3:20e3": a number, a range low:high, choices a|b|c, or,
-   of a switch, nothing; # begins a comment. */
+/* See family.h. Lines as of PETSc's option files, "-fault_length_x 5e3:20e3": a number, a range low:high, choices
+   a|b|c, or, of a switch, nothing; # begins a comment. */
 #include "family.h"
 #include "common/files.h"
 #include <slipcompat.h>
@@ -11,8 +11,8 @@
 #define SPREAD "spread_"
 #define SPREAD_LIMIT 1 /* of the logarithm of a field */
 
-/* Names that are no options of faults. In [low, high] or, with open, above low; stress, event: of faults under a given stress, or of
-   events from the instability, only */
+/* Names that are no options of faults. In [low, high] or, with open, above low; stress, event: of faults under a given
+   stress, or of events from the instability, only */
 static const struct {
   const char *name, *meaning;
   PetscReal low, high;
@@ -193,7 +193,8 @@ static PetscErrorCode ParseLine(char text[], PetscInt number, Family *family, Sl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What runs a file may describe, by the lines that it has: the first row of which it has one, and all of a given stress but the last */
+/* What runs a file may describe, by the lines that it has: the first row of which it has one, and all of a given stress
+   but the last */
 static const struct {
   const char *problem, *describes, *line[3];
 } Kinds[] = {

@@ -10,8 +10,8 @@ enum { FAMILY_MAX_LINES = 64, FAMILY_MAX_CHOICES = 8, FAMILY_NAME = 64, FAMILY_W
 enum { DRAW_NORMAL_STRESS = 0, DRAW_FRICTION_SLIP = 3, DRAW_FIELDS = 4 };
 PETSC_INTERN const char *const EpisodeFieldNames[DRAW_FIELDS];
 
-/* -fault_NAME, -spread_FIELD or a name of the table in family.c, and what it can be: a number, a range or choices; a switch
-   without value has the choice "yes". */
+/* -fault_NAME, -spread_FIELD or a name of the table in family.c, and what it can be: a number, a range or choices; a
+   switch without value has the choice "yes". */
 typedef struct {
   char name[FAMILY_NAME]; /* "fault_length_x" */
   PetscInt number;        /* of the line in the file, from 1 */

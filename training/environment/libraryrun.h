@@ -2,7 +2,8 @@
 #pragma once
 #include <slipstep.h>
 
-/* The policy with its dial at accuracy, whatever it is worth; without one a controller of this type with the relative tolerance rtol */
+/* The policy with its dial at accuracy, whatever it is worth; without one a controller of this type with the relative
+   tolerance rtol */
 PETSC_INTERN PetscErrorCode RunSetController(TS ts, SlipPolicy policy, PetscReal accuracy, TSAdaptType type,
                                              PetscReal rtol);
 /* A controller may drive a run anywhere: an error of the library's is a run that was not solved. */

@@ -1,6 +1,6 @@
-/* Cycles of events of small rate-and-state faults, by explicit steps (train -train_algorithm cmaes -train_problem cycles): the problem of
-   training/policies/cycles.h5. A network of three units begins as the smaller of what the error estimate and the stability of explicit
-   steps allow. */
+/* Cycles of events of small rate-and-state faults, by explicit steps (train -train_algorithm cmaes -train_problem
+   cycles): the problem of training/policies/cycles.h5. A network of three units begins as the smaller of what the error
+   estimate and the stability of explicit steps allow. */
 #include "runs.h"
 #include <slipcompat.h>
 
@@ -106,8 +106,9 @@ static const PetscReal Dial[2] = {1e-4, 1e-2};    /* range of the training */
 static const PetscReal Trusted[2] = {1e-4, 1e-3}; /* and of the file: beyond, coarser faults than these lose events */
 static const PetscReal Judged[CMA_DIALS] = {3e-4, 1e-3, 5e-3}; /* of the validation */
 
-/* What is observed, scaled and shifted, and the start: the elementary controller's ratio of steps by the error, and that to
-   the longest stable step, which grows with the dial. The scale is also how little a weight counts beside others. */
+/* What is observed, scaled and shifted, and the start: the elementary controller's ratio of steps by the error, and
+   that to the longest stable step, which grows with the dial. The scale is also how little a weight counts beside
+   others. */
 static const CMARow Rows[] = {{"log_error_step", 1, 0, 1, 0},          {"change_log_error_step", 1, 0, 0, 0},
                               {"log_step_ratio", 1, 0, 0, 0},          {"rejected", 1, 0, 0, 0},
                               {SLIP_OBSERVES_ACCURACY, 1, 3, 0, 0.12}, {"log_step", 0.1, 0, 0, -1},

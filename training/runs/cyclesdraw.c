@@ -48,8 +48,8 @@ static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
   return RunSetOptions(fault, PETSC_STATIC_ARRAY_LENGTH(rows), rows);
 }
 
-/* The core reaches from a fifth of the depth to three quarters and over the middle two thirds along strike; a tenth of it, at one end,
-   begins ten times faster than the rest. */
+/* The core reaches from a fifth of the depth to three quarters and over the middle two thirds along strike; a tenth of
+   it, at one end, begins ten times faster than the rest. */
 static PetscErrorCode SetFields(const Draw *d, SlipFault fault)
 {
   const PetscInt n = d->nx * d->nz;

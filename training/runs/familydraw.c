@@ -1,5 +1,5 @@
-/* Faults of a user's family that begin under a given stress: a fault of its options, whose fields vary by waves, and whose stress is
-   given by a share of the drop and a patch, by the field initial_traction, or by both. */
+/* Faults of a user's family that begin under a given stress: a fault of its options, whose fields vary by waves, and
+   whose stress is given by a share of the drop and a patch, by the field initial_traction, or by both. */
 #include "runs.h"
 #include <slipcompat.h>
 #include <math.h>

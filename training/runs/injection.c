@@ -1,5 +1,5 @@
-/* Small faults that slip under a pore pressure alone (train -train_algorithm cmaes -train_problem injection): the problem of
-   training/policies/injection.h5, whose network begins as the elementary controller. */
+/* Small faults that slip under a pore pressure alone (train -train_algorithm cmaes -train_problem injection): the
+   problem of training/policies/injection.h5, whose network begins as the elementary controller. */
 #include "ratiopolicy.h"
 #include "runs.h"
 #include <slipcompat.h>
@@ -13,8 +13,8 @@
 #define FEWEST_BEGUN 3                        /* so many at least, not to be drawn again */
 #define MOST_ATTEMPTS 10000                   /* of a reference, and of classical controllers */
 
-/* The largest of the Levy distance of mean slip over time, over the final slip and the duration, the errors of the cells' final slips, and
-   of the times at which they begin, over the duration */
+/* The largest of the Levy distance of mean slip over time, over the final slip and the duration, the errors of the
+   cells' final slips, and of the times at which they begin, over the duration */
 static PetscErrorCode Compare(const RunEpisode *e, const RunResult *r, PetscReal errors[], PetscReal *error)
 {
   PetscFunctionBegin;

@@ -55,8 +55,8 @@ static int Later(const void *a, const void *b)
   return x < y ? -1 : x > y ? 1 : 0;
 }
 
-/* Corners of a record: dense at first, as pressure grows with the root of time, and again after the end of the injection; of ramps
-   anywhere. */
+/* Corners of a record: dense at first, as pressure grows with the root of time, and again after the end of the
+   injection; of ramps anywhere. */
 static void DrawRecord(Random *random, Draw *d)
 {
   d->corners = d->kind == PRESSURE_RAMPS ? 3 + (PetscInt)RandomIndex(random, 6)
@@ -123,7 +123,8 @@ static void DrawFault(Random *random, Draw *d)
 
 /* ---- pressure ---- */
 
-/* Of diffusion from a line with a constant flux for a time t, over that at the line after the time 1: r over the square root of 4 D */
+/* Of diffusion from a line with a constant flux for a time t, over that at the line after the time 1: r over the square
+   root of 4 D */
 static double Spread(double r, double t)
 {
   const double x = t > 0 ? r / sqrt(t) : 0;
@@ -161,8 +162,8 @@ static PetscErrorCode WritePressure(const Draw *d, SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up the fault with a record, which faults read from files. A pressure function would need none, but has no corners for
-   steps to end at. */
+/* Sets up the fault with a record, which faults read from files. A pressure function would need none, but has no
+   corners for steps to end at. */
 static PetscErrorCode SetUpFromFile(const Draw *d, const char file[], SlipFault fault)
 {
   PetscErrorCode code;

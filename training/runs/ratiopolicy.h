@@ -1,5 +1,6 @@
-/* Networks of one hidden layer whose step is a ratio to the last one, with a tolerance that follows the dial: how problems set them up,
-   where training starts, and the policy. A problem's row names its network and the functions here. */
+/* Networks of one hidden layer whose step is a ratio to the last one, with a tolerance that follows the dial: how
+   problems set them up, where training starts, and the policy. A problem's row names its network and the functions
+   here. */
 #pragma once
 #include "environment/cmaproblem.h"
 
@@ -14,7 +15,8 @@ struct _RatioNetwork {
 };
 #define RATIO_SAFETY (-0.046) /* bias of the elementary controller: log10 of its safety factor */
 
-/* The defaults, observations and their scaling, one layer of tanh units, the range of the dial, and what all these problems have */
+/* The defaults, observations and their scaling, one layer of tanh units, the range of the dial, and what all these
+   problems have */
 PETSC_INTERN PetscErrorCode RatioSetUp(CMAOptions *o);
 /* The digital filter of the rows' starts in one unit, and weights of the others drawn that nothing reads */
 PETSC_INTERN void RatioStart(const CMAOptions *o, double w[]);

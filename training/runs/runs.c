@@ -31,8 +31,8 @@ PetscErrorCode RunResultDestroy(RunResult *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* When the slip of a cell, a cubic between two steps, first reaches the level [s] after the first of them; faster ends of a bounded one
-   would make it fall within */
+/* When the slip of a cell, a cubic between two steps, first reaches the level [s] after the first of them; faster ends
+   of a bounded one would make it fall within */
 static PetscReal Crossing(const PetscReal before[2], PetscReal s, PetscReal v, PetscReal h, PetscReal level,
                           PetscBool bounded)
 {
@@ -122,8 +122,8 @@ static PetscErrorCode AfterStep(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At its start. Options of its own, where the kind names a type: a fault without inertia is an explicit problem unless they say
-   otherwise. */
+/* At its start. Options of its own, where the kind names a type: a fault without inertia is an explicit problem unless
+   they say otherwise. */
 static PetscErrorCode Configure(const RunEpisode *e, TS ts, Vec w, PetscOptions *options)
 {
   const TSType type = e->kind->type;

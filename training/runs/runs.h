@@ -1,6 +1,6 @@
-/* Runs of small faults that are drawn at random, under a policy or a classical controller: what all kinds of run share. A kind is a row
-   (RunKind): it draws a fault, judges the draw by a reference, follows runs, and says how far off one is. Here are the rest: draws
-   until one is good, the run, its cost, and what CMA-ES needs of them. */
+/* Runs of small faults that are drawn at random, under a policy or a classical controller: what all kinds of run share.
+   A kind is a row (RunKind): it draws a fault, judges the draw by a reference, follows runs, and says how far off one
+   is. Here are the rest: draws until one is good, the run, its cost, and what CMA-ES needs of them. */
 #pragma once
 #include "common/table.h"
 #include "environment/cmaproblem.h"
@@ -49,7 +49,8 @@ typedef struct {
   PetscBool within, armed; /* an event lasts; all cells were slow since the last */
 } RunWatch;
 
-/* What a run is to do: under the policy with its dial at the setting, or under a controller of the type with the tolerance setting */
+/* What a run is to do: under the policy with its dial at the setting, or under a controller of the type with the
+   tolerance setting */
 typedef struct {
   SlipPolicy policy;
   TSAdaptType type;
@@ -73,7 +74,8 @@ struct _RunKind {
   PetscErrorCode (*draw)(RunEpisode *e, Random *random);
   /* Its end, reference and usual solves; good: it is worth learning from */
   PetscErrorCode (*judge)(RunEpisode *e, PetscBool *good);
-  /* At the start and after every step, before watch->last and rate become those of now, a [3 n]. NULL: the course is enough */
+  /* At the start and after every step, before watch->last and rate become those of now, a [3 n]. NULL: the course is
+     enough */
   PetscErrorCode (*follow)(RunWatch *watch, TS ts, PetscInt step, PetscReal t, PetscReal rate, const PetscReal a[]);
   /* errors [SLIP_NUM_ERRORS] of the kind, 1 before, and the largest that counts; negative: the run did not end */
   PetscErrorCode (*compare)(const RunEpisode *e, const RunResult *r, PetscReal errors[], PetscReal *error);
@@ -102,8 +104,9 @@ PETSC_INTERN PetscErrorCode RunEpisodeRun(RunEpisode *e, SlipPolicy policy, TSAd
 PETSC_INTERN const SlipCourseNode *RunNodes(const RunResult *r);
 /* Root mean square difference of the cells' slips, relative */
 PETSC_INTERN PetscReal RunFieldError(PetscInt n, const PetscReal slip[], const PetscReal reference[]);
-/* RMS over the cells that passed their level in the reference of the error of the time, over span; a cell that did in one of the two
-   alone counts as 1. Cells whose final slip is close to their level are left to the error of the field. */
+/* RMS over the cells that passed their level in the reference of the error of the time, over span; a cell that did in
+   one of the two alone counts as 1. Cells whose final slip is close to their level are left to the error of the
+   field. */
 PETSC_INTERN PetscReal RunPassedError(const RunEpisode *e, const RunResult *r, PetscReal span);
 
 /* The functions of a problem's row */
@@ -130,16 +133,17 @@ typedef struct {
 PETSC_INTERN PetscErrorCode RunSetOptions(SlipFault fault, size_t n, const RunOption row[]);
 /* The episode's fault of nx x nz square cells of a side [m] under a normal stress [Pa], not set up */
 PETSC_INTERN PetscErrorCode RunNewFault(RunEpisode *e, PetscInt nx, PetscInt nz, double side, double stress);
-/* Random fields of slip weakening, [nx nz] each: drop with a mean, and a standard deviation and correlation [cells]; and one of mean 0
-   and variance 1 for the caller. friction_slip follows from weakening, over the stiffness of a cell by itself. */
+/* Random fields of slip weakening, [nx nz] each: drop with a mean, and a standard deviation and correlation [cells];
+   and one of mean 0 and variance 1 for the caller. friction_slip follows from weakening, over the stiffness of a cell
+   by itself. */
 typedef struct {
   double drop, scatter, length, weakening;
 } RunWeakening;
 PETSC_INTERN PetscErrorCode RunDrawWeakening(Random *random, const RunWeakening *w, PetscInt nx, PetscInt nz,
                                              double side, double stress, SlipFault fault, PetscReal drop[],
                                              PetscReal field[]);
-/* A field of mean 0 and variance 1 over all draws: waves of random directions, whose lengths are from one to eight of the
-   correlation's [cells]; field [nx nz] */
+/* A field of mean 0 and variance 1 over all draws: waves of random directions, whose lengths are from one to eight of
+   the correlation's [cells]; field [nx nz] */
 PETSC_INTERN void RunDrawField(Random *random, PetscInt nx, PetscInt nz, double length, PetscReal field[]);
 
 /* An event begins, or is over: the run ends where it has as many as are asked for */

@@ -1,5 +1,5 @@
-/* Ruptures of small faults from a given stress, which begin in a patch (train -train_algorithm cmaes -train_problem rupture): the problem
-   of training/policies/rupture.h5, whose network begins as a digital filter. */
+/* Ruptures of small faults from a given stress, which begin in a patch (train -train_algorithm cmaes -train_problem
+   rupture): the problem of training/policies/rupture.h5, whose network begins as a digital filter. */
 #include "ratiopolicy.h"
 #include "runs.h"
 #include "common/files.h"
@@ -134,8 +134,9 @@ static PetscErrorCode SetLevel(RunEpisode *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The coarse run does not end where the rupture has faded, after 3 to 15 T* mostly, so that episodes are far longer than their ruptures:
-   rupture.h5 was trained and measured on these. One that takes too many steps is judged by those that it took. */
+/* The coarse run does not end where the rupture has faded, after 3 to 15 T* mostly, so that episodes are far longer
+   than their ruptures: rupture.h5 was trained and measured on these. One that takes too many steps is judged by those
+   that it took. */
 static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
 {
   RunRequest coarse = {NULL, TSADAPTPI, COARSE_RTOL, .most = COARSE_STEPS};
@@ -209,7 +210,8 @@ PetscErrorCode RuptureOfFault(SlipFault fault, PetscReal end, RunEpisode **episo
 
 /* ---- the problem for CMA-ES ---- */
 
-/* The unit that is PI42, h_new = h E_n^(-0.6 q) E_(n-1)^(0.2 q), about estimates of 0.2: few attempts are rejected for E > 1 */
+/* The unit that is PI42, h_new = h E_n^(-0.6 q) E_(n-1)^(0.2 q), about estimates of 0.2: few attempts are rejected for
+   E > 1 */
 #define PROPORTIONAL 0.4
 #define CHANGE 0.2
 #define TARGET (-0.093) /* 0.4 log10(0.2^(1/3)) */
@@ -285,7 +287,8 @@ static PetscReal Slipped(const RunEpisode *e)
   return broken ? sum / (PetscReal)broken : 0;
 }
 
-/* Some faults larger, as fronts run farther there; and fewer of those that hardly slip, of which every third would be one */
+/* Some faults larger, as fronts run farther there; and fewer of those that hardly slip, of which every third would be
+   one */
 static PetscErrorCode Create(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
 {
   PetscBool kept = PETSC_FALSE;

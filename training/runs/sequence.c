@@ -1,5 +1,5 @@
-/* Segments of sequences: where they start, how far a run through one is from the reference, and the problem for CMA-ES, whose network
-   begins as a digital filter. */
+/* Segments of sequences: where they start, how far a run through one is from the reference, and the problem for CMA-ES,
+   whose network begins as a digital filter. */
 #include "ratiopolicy.h"
 #include "sequence.h"
 #include "common/files.h"
@@ -25,7 +25,8 @@
 #define PEAK_SHARE (PetscReal)0.2
 #define MOST_SEARCHES 4 /* segments drawn from one fault before another one is */
 
-/* A step to time t, where the fastest cell has the rate: when an event began in it, or the last cell became slow; negative: not so */
+/* A step to time t, where the fastest cell has the rate: when an event began in it, or the last cell became slow;
+   negative: not so */
 static void EventsStep(RunWatch *watch, PetscReal t, PetscReal rate, PetscReal *began, PetscReal *slow)
 {
   const PetscReal bound = (PetscReal)EVENT_RATE, h = t - watch->last;
@@ -362,8 +363,8 @@ const RunKind RunSequence = {.size = sizeof(SequenceEpisode),
 
 /* ---- the problem for CMA-ES ---- */
 
-/* The unit that is PI42 about estimates of 0.06, at tolerances so much looser than those at which dsp keeps the dial: its equal at the
-   start, with room for estimates that are larger where they do no harm */
+/* The unit that is PI42 about estimates of 0.06, at tolerances so much looser than those at which dsp keeps the dial:
+   its equal at the start, with room for estimates that are larger where they do no harm */
 #define PROPORTIONAL 0.4
 #define CHANGE 0.2
 #define TARGET (-0.163) /* 0.4 log10(0.06^(1/3)) */

@@ -1,5 +1,5 @@
-/* Segments of sequences of events of small faults: runs from some state through the next event (train -train_algorithm cmaes
-   -train_problem sequence). */
+/* Segments of sequences of events of small faults: runs from some state through the next event (train -train_algorithm
+   cmaes -train_problem sequence). */
 #pragma once
 #include "runs.h"
 
@@ -8,8 +8,8 @@
 /* From when in a sequence a segment starts */
 typedef enum { SEGMENT_AFTER, SEGMENT_BETWEEN, SEGMENT_WITHIN } SegmentKind;
 
-/* All relative: of the onset over the interval between events, of the event's slip in each cell, its moment and duration, and a fifth
-   of that of the peak rate. An event that is missed or added counts as 1. */
+/* All relative: of the onset over the interval between events, of the event's slip in each cell, its moment and
+   duration, and a fifth of that of the peak rate. An event that is missed or added counts as 1. */
 typedef enum {
   SEGMENT_ERROR_ONSET,
   SEGMENT_ERROR_SLIP,

@@ -1,5 +1,5 @@
-/* Implicit steps through cycles of events of small rate-and-state faults, with inertia or without (train -train_algorithm cmaes
-   -train_problem smooth): a network that begins as the elementary controller. */
+/* Implicit steps through cycles of events of small rate-and-state faults, with inertia or without (train
+   -train_algorithm cmaes -train_problem smooth): a network that begins as the elementary controller. */
 #include "ratiopolicy.h"
 #include "runs.h"
 #include <slipcompat.h>

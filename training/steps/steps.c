@@ -1,5 +1,5 @@
-/* See steps.h: options, searches, table and file. CMA-ES on the logarithms of the steps; the landscape is rough, so several
-   searches begin at other places. */
+/* See steps.h: options, searches, table and file. CMA-ES on the logarithms of the steps; the landscape is rough, so
+   several searches begin at other places. */
 #include "steps.h"
 #include "cmaes/cmaes.h"
 #include "common/files.h"
@@ -26,7 +26,8 @@ typedef struct {
   char output[PETSC_MAX_PATH_LEN];
 } StepsOptions;
 
-/* The fault whose steps are looked for: from its instability, on plain arrays, or under a given stress, by the library */
+/* The fault whose steps are looked for: from its instability, on plain arrays, or under a given stress, by the
+   library */
 typedef struct {
   Episode *event;
   RunEpisode *rupture;
@@ -127,8 +128,9 @@ static PetscErrorCode SearchOnce(const StepsOptions *o, const Target *e, const S
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The best of some searches, started from the plan for one step less (NULL: none) and from steps drawn about equal ones;
-   ranks share the searches, and all get the answer, the same on any number of them. plan->log_step is the caller's. */
+/* The best of some searches, started from the plan for one step less (NULL: none) and from steps drawn about equal
+   ones; ranks share the searches, and all get the answer, the same on any number of them. plan->log_step is the
+   caller's. */
 static PetscErrorCode SearchAll(MPI_Comm comm, const StepsOptions *o, const Target *e, const StepsPlan *fewer,
                                 StepsPlan *plan)
 {
