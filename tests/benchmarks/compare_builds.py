@@ -59,6 +59,8 @@ CMAES = ("-train_algorithm cmaes -train_singles 4 -train_meshes 2 -train_mesh_si
          " -train_batch_meshes 1 -train_validation 2 -train_calibration 2 -train_validation_interval 2"
          " -train_population 6 -train_hidden 3 -train_generations 4")
 ODE = "-train_algorithm cmaes -train_hidden 2 -train_episodes 8 -train_batch 4 -train_population 5 -train_generations 2"
+RUNS = ("-train_algorithm cmaes -train_singles 2 -train_batch_singles 2 -train_validation 1 -train_calibration 1"
+        " -train_generations 2 -train_population 4 -train_validation_interval 1")
 # Faults with stress that lasts: under loading, pressure, or with rate-and-state friction; years are 3.15576e7 s.
 BLOCK = "-fault_normal_stress 50e6 -fault_normal_stress_gradient 0"
 GRID = f"-fault_nx 8 -fault_nz 4 -fault_length_x 8000 -fault_length_z 4000 {BLOCK}"
@@ -76,7 +78,7 @@ POINT = "-fault_injection_pressure 5e6 -fault_injection_diffusivity 2 -fault_inj
 # All that observes a run
 WATCH = "-fault_stations 1500,1500;6500,2500 -fault_catalogue events.h5 -fault_catalogue_maps"
 WATCH_PLANES = WATCH.replace("1500,1500;6500,2500", "1500,0,1500;6500,1000,2500")
-WORDS = {"TRAIN": TRAIN, "TRAIN_FAULT": TRAIN_FAULT, "CMAES": CMAES, "ODE": ODE, "GRID": GRID, "PLANES": PLANES,
+WORDS = {"TRAIN": TRAIN, "TRAIN_FAULT": TRAIN_FAULT, "CMAES": CMAES, "ODE": ODE, "RUNS": RUNS, "GRID": GRID, "PLANES": PLANES,
          "WEAKENING": WEAKENING, "WEAKENING_PLANES": WEAKENING_PLANES, "HEALING": HEALING, "RATE_STATE": RATE_STATE,
          "RATE_STATE_PLANES": RATE_STATE_PLANES, "PUSHED": PUSHED, "PUSHED_WEAKENING": PUSHED_WEAKENING,
          "POINT": POINT, "WATCH": WATCH, "WATCH_PLANES": WATCH_PLANES}
@@ -229,6 +231,9 @@ train cmaes, sliding mode: train {CMAES} -train_problem sliding_mode -train_dial
 train ode: train {ODE} -train_problem ode -train_validation 4
 train cycles: train -train_algorithm cmaes -train_problem cycles -train_generations 2 -train_population 4 \
   -train_episodes 2 -train_batch 1 -train_validation 1 -train_validation_interval 2
+train injection: train {RUNS} -train_problem injection
+train sequence: train {RUNS} -train_problem sequence
+train family of ruptures: train {RUNS} -train_family EXAMPLES/family_rupture.opts
 train steps: train -train_algorithm steps -fault_nx 2 -fault_nz 1 -train_steps_least 6 -train_steps_most 7 \
   -train_generations 20 -train_restarts 2 -train_seed 3
 train filter: train -train_algorithm filter -train_singles 6 -train_meshes 2 -train_mesh_side 2 -train_validation 3 \
