@@ -10,7 +10,7 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)
 file=${1:-$here/output/study.h5}
 meshes=${MESHES:-25,50,75,100}
-policies=${POLICIES:-$here/training/policies/*.h5,$here/training/policies/study/*.h5}
+policies=${POLICIES:-$here/training/policies/*.h5,$here/training/study/policies/*.h5}
 tolerances=${TOLERANCES:-0.3,1,3,5,7,10,15,20,30,50,70,100,150,200,300,500,700,1000,2000,3000,10000,30000,100000,1000000}
 steps=${STEPS:-3,4,5,6,7,8,9,10,12,15,17,20,25,30,35,40,50,60,70,85,100,150,200,300,500,1000}
 python=${SLIPSTEP_PYTHON:-python3}

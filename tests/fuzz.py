@@ -4,7 +4,7 @@
     tests/fuzz.py [--count 2000] [--seed 1] [--keep DIR] [KIND ...]
 
 KIND: policy, mesh, planes, triangles, gmsh22 (text), gmsh41 (bytes), parameters, stiffness, tolerances, estimates (read by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
--fault_restart), catalogue and output (by a run that goes on in them) and zip (by training/import_sb3.py). A mutant is a good file with flipped bits, other numbers, pieces cut out,
+-fault_restart), catalogue and output (by a run that goes on in them) and zip (by training/study/import_sb3.py). A mutant is a good file with flipped bits, other numbers, pieces cut out,
 doubled or missing, or a dataset or attribute of another type, rank, size or value, a missing or additional one, links in its
 place. Its number and --seed alone decide what it is. Each must be read within 20 s and 1 GB, and be refused with one message
 or accepted; where the file has a checksum, only with the content that it was taken of. Crashes and hangs whose innermost frame is
@@ -29,7 +29,7 @@ import tempfile
 import time
 
 SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
-sys.path[:0] = [os.path.join(SOURCE, folder) for folder in (os.path.join("src", "package"), "training", os.path.join("tests", "python"))]
+sys.path[:0] = [os.path.join(SOURCE, folder) for folder in (os.path.join("src", "package"), os.path.join("training", "study"), os.path.join("tests", "python"))]
 from slipstep.modules import need
 
 need("h5py", "numpy")

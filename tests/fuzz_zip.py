@@ -1,4 +1,4 @@
-"""Small policies as stable-baselines3 saves them, a zip within a zip, and mutants of them, for training/import_sb3.py."""
+"""Small policies as stable-baselines3 saves them, a zip within a zip, and mutants of them, for training/study/import_sb3.py."""
 import os
 import struct
 import zipfile

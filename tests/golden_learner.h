@@ -2,7 +2,7 @@
    when it is found. Tolerances: double 1e-9; both sides round at 1e-16 and sums have some 1e5 terms. Float 1e-5
    relative to the l2 norm of a tensor (SB3's atanh round trip alone costs 1e-6), see Close(). */
 #pragma once
-#include "offpolicy/learner.h"
+#include "study/learner.h"
 #include "unit.h"
 #include "golden_json.h"
 

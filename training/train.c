@@ -18,7 +18,7 @@ static const char help[] =
 #include "cmaes/cmatrain.h"
 #include "common/options.h"
 #include "dials/tolerances.h"
-#include "offpolicy/sweep.h"
+#include "study/sweep.h"
 #include "problems/problems.h"
 #include "steps/steps.h"
 #include "tuning/filter.h"
@@ -41,7 +41,8 @@ static PetscErrorCode TrainCMA(MPI_Comm comm, PetscInt *failed)
   return CMATrain(comm, NULL);
 }
 
-/* The table of trainers. train reads options of its own, which -help shows; failed: how many of several trainings did */
+/* The table of trainers. train reads options of its own, which -help shows; failed: how many of several trainings
+   did */
 static const struct {
   const char *name, *meaning;
   PetscErrorCode (*train)(MPI_Comm comm, PetscInt *failed);

@@ -45,7 +45,7 @@ PARTS = {
 NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "benchmarks", "output/RESULTS.md": "results",
          "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog"}
 # programs in Python that users start, whose --help the reference shows: those of output/ but for the study's, and these
-SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/import_sb3.py"]
+SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/study/import_sb3.py"]
 STUDY = ("plot_study", "results_table")
 # what the reference shows of the package
 MODULES = ("", "running", "results", "results.result", "results.run", "results.catalogue", "results.events", "results.fields", "geometry.surface", "errors", "petsc")

@@ -59,6 +59,8 @@ CMAES = ("-train_algorithm cmaes -train_singles 4 -train_meshes 2 -train_mesh_si
          " -train_batch_meshes 1 -train_validation 2 -train_calibration 2 -train_validation_interval 2"
          " -train_population 6 -train_hidden 3 -train_generations 4")
 ODE = "-train_algorithm cmaes -train_hidden 2 -train_episodes 8 -train_batch 4 -train_population 5 -train_generations 2"
+RUNS = ("-train_algorithm cmaes -train_singles 2 -train_batch_singles 2 -train_validation 1 -train_calibration 1"
+        " -train_generations 2 -train_population 4 -train_validation_interval 1")
 # Faults with stress that lasts: under loading, pressure, or with rate-and-state friction; years are 3.15576e7 s.
 BLOCK = "-fault_normal_stress 50e6 -fault_normal_stress_gradient 0"
 GRID = f"-fault_nx 8 -fault_nz 4 -fault_length_x 8000 -fault_length_z 4000 {BLOCK}"
@@ -76,15 +78,15 @@ POINT = "-fault_injection_pressure 5e6 -fault_injection_diffusivity 2 -fault_inj
 # All that observes a run
 WATCH = "-fault_stations 1500,1500;6500,2500 -fault_catalogue events.h5 -fault_catalogue_maps"
 WATCH_PLANES = WATCH.replace("1500,1500;6500,2500", "1500,0,1500;6500,1000,2500")
-WORDS = {"TRAIN": TRAIN, "TRAIN_FAULT": TRAIN_FAULT, "CMAES": CMAES, "ODE": ODE, "GRID": GRID, "PLANES": PLANES,
+WORDS = {"TRAIN": TRAIN, "TRAIN_FAULT": TRAIN_FAULT, "CMAES": CMAES, "ODE": ODE, "RUNS": RUNS, "GRID": GRID, "PLANES": PLANES,
          "WEAKENING": WEAKENING, "WEAKENING_PLANES": WEAKENING_PLANES, "HEALING": HEALING, "RATE_STATE": RATE_STATE,
          "RATE_STATE_PLANES": RATE_STATE_PLANES, "PUSHED": PUSHED, "PUSHED_WEAKENING": PUSHED_WEAKENING,
          "POINT": POINT, "WATCH": WATCH, "WATCH_PLANES": WATCH_PLANES}
 
 # "name: [ranks] [@steps] program arguments", one rank unless it says otherwise. A run with @steps is stopped by
 # -ts_max_steps and goes on from its checkpoint. "12x9" at the start of the arguments stands for -fault_nx 12 -fault_nz
-# 9, {NAME} for the text above; IN is the folder of inputs(), POLICIES training/policies, EXAMPLES examples. All were
-# the same bits run after run, also on 2 ranks and beside other work.
+# 9, {NAME} for the text above; IN is the folder of inputs(), POLICIES training/policies, STUDY training/study/policies,
+# EXAMPLES examples. All were the same bits run after run, also on 2 ranks and beside other work.
 SETS = r"""
 # friction laws, starts, loading
 law exponential: fault 15x15 -fault_friction_law exponential_slip_weakening -ts_adapt_type heuristic
@@ -145,7 +147,7 @@ minres, jacobi: fault 12x12 -ksp_type minres -pc_type jacobi -snes_slip_direct_m
 implicit reaction: fault 10x10 -ts_bathe_reaction implicit -ts_adapt_type heuristic
 as published: fault 10x10 -ts_bathe_reaction implicit -ts_bathe_error doubling -ts_adapt_type heuristic
 doubling: fault 10x10 -ts_bathe_error doubling -ts_adapt_type pi
-no estimate: fault 10x10 -ts_bathe_error none -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_tqc_alpha1.h5
+no estimate: fault 10x10 -ts_bathe_error none -ts_adapt_type rl -ts_adapt_rl_policy STUDY/fault_tqc_alpha1.h5
 gamma: fault 10x10 -ts_bathe_gamma 0.5857864376 -ts_adapt_type heuristic
 # controllers
 pi elementary: fault 8x8 -ts_adapt_type pi -ts_adapt_pi_filter elementary
@@ -157,9 +159,9 @@ rl 1e-1: fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-1
 rl 1e-2: 2 fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-2
 rl 1e-3: fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3
 rl tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/fault_tqc.h5
-rl study tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_tqc_alpha8.h5 -ts_bathe_reaction \
+rl study tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy STUDY/fault_tqc_alpha8.h5 -ts_bathe_reaction \
   implicit -ts_bathe_error doubling
-rl study td3: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/fault_td3_alpha1.h5
+rl study td3: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy STUDY/fault_td3_alpha1.h5
 basic: fault 8x8 -ts_adapt_type basic
 dsp: fault 8x8 -ts_adapt_type dsp
 constant steps: fault 10x10 -ts_adapt_type none -ts_dt 0.1 -ts_bathe_error none
@@ -209,11 +211,11 @@ rate and state, inertia: fault {GRID} {RATE_STATE} -fault_inertia yes -fault_vis
 sliding mode, pi: sliding_mode -sliding_mode_case evaluation -ts_adapt_type pi
 sliding mode, heuristic: sliding_mode -sliding_mode_case training -ts_adapt_type heuristic
 sliding mode, rl: sliding_mode -sliding_mode_case evaluation -ts_adapt_type rl
-sliding mode, study: sliding_mode -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/sliding_mode_td3.h5
+sliding mode, study: sliding_mode -ts_adapt_type rl -ts_adapt_rl_policy STUDY/sliding_mode_td3.h5
 circuit, pi: circuit -circuit_case evaluation -ts_adapt_type pi -circuit_reference 1e-3
 circuit, heuristic: circuit -circuit_case training -ts_adapt_type heuristic
 circuit, rl: circuit -circuit_case evaluation -circuit_reference 1e-3 -ts_adapt_type rl -ts_adapt_rl_accuracy 3e-3
-circuit, study: circuit -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/study/circuit_tqc.h5
+circuit, study: circuit -ts_adapt_type rl -ts_adapt_rl_policy STUDY/circuit_tqc.h5
 oscillator, pi: oscillator -ts_adapt_type pi
 oscillator, heuristic: oscillator -ts_adapt_type heuristic
 # training and the matrix of the study
@@ -229,6 +231,9 @@ train cmaes, sliding mode: train {CMAES} -train_problem sliding_mode -train_dial
 train ode: train {ODE} -train_problem ode -train_validation 4
 train cycles: train -train_algorithm cmaes -train_problem cycles -train_generations 2 -train_population 4 \
   -train_episodes 2 -train_batch 1 -train_validation 1 -train_validation_interval 2
+train injection: train {RUNS} -train_problem injection
+train sequence: train {RUNS} -train_problem sequence
+train family of ruptures: train {RUNS} -train_family EXAMPLES/family_rupture.opts
 train steps: train -train_algorithm steps -fault_nx 2 -fault_nz 1 -train_steps_least 6 -train_steps_most 7 \
   -train_generations 20 -train_restarts 2 -train_seed 3
 train filter: train -train_algorithm filter -train_singles 6 -train_meshes 2 -train_mesh_side 2 -train_validation 3 \
@@ -315,9 +320,10 @@ def environment():
 def command(build, ranks, program, text, folder):
     """The words of a set's command; folder: of inputs()."""
     places = {"IN/": folder, "POLICIES/": os.path.join(ROOT, "training", "policies"),
+              "STUDY/": os.path.join(ROOT, "training", "study", "policies"),
               "EXAMPLES/": os.path.join(ROOT, "examples")}
     words = shlex.split(re.sub(r"^(\d+)x(\d+)", r"-fault_nx \1 -fault_nz \2", text))
-    words = [re.sub(r"\b(IN|POLICIES|EXAMPLES)/", lambda m: os.path.join(places[m[0]], ""), word) for word in words]
+    words = [re.sub(r"\b(IN|POLICIES|STUDY|EXAMPLES)/", lambda m: os.path.join(places[m[0]], ""), word) for word in words]
     mpirun = ["mpirun", "-n", str(ranks), "--oversubscribe"] if ranks > 1 else []
     return [*mpirun, os.path.join(build, "bin", program), *shlex.split(COMMON[program]), *words]
 

@@ -268,7 +268,7 @@ def main():
         os.chdir(inputs)
         write_inputs()
         subprocess.run([os.path.join(build, "bin", "fault"), *f"{GRID} -ts_max_time 1 -fault_checkpoint state.h5".split()], capture_output=True, check=True)
-        shutil.copy(os.path.join(POLICIES, "study", "fault_tqc_alpha0.5.h5"), "policy.h5")
+        shutil.copy(os.path.join(POLICIES, "..", "study", "policies", "fault_tqc_alpha0.5.h5"), "policy.h5")
         lists = {name: help_of(program, build, options) for name, (program, options) in kinds.items()}
         union = {}
         for name, (program, _) in kinds.items():

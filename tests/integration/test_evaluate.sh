@@ -75,7 +75,7 @@ grep -q "4 cells of this matrix, 0 were there, 0 failed, 0 left" g.txt || fail "
 grep -q "4 left: the same command goes on" g.txt || fail "no time limit: $(tail -1 g.txt)"
 
 # ---- another file of a policy's name: its cells count for nothing, and are made anew ----
-trained=$source/training/policies/study
+trained=$source/training/study/policies
 mkdir named && cp "$trained/fault_tqc_alpha1.h5" named/p.h5
 renamed=("$bin/evaluate" "${tiny[@]}" -evaluate_controllers rl -evaluate_policies named/p.h5 -evaluate_output h.h5)
 "${renamed[@]}" >h.txt 2>&1 || fail "a policy: $(tail -2 h.txt)"

@@ -220,7 +220,7 @@ expect "p_bias.h5 has no dataset /layers/0/bias" "${rl[@]}" -ts_adapt_rl_policy 
 expect "p_action.h5 has no group or dataset /action" "${rl[@]}" -ts_adapt_rl_policy p_action.h5
 expect "p_layers.h5 has no group /layers/0" "${rl[@]}" -ts_adapt_rl_policy p_layers.h5
 expect "-ts_adapt_rl_policy has no value" "${rl[@]}" -ts_adapt_rl_policy
-other=$SLIPSTEP_SOURCE/training/policies/study/sliding_mode_tqc.h5
+other=$SLIPSTEP_SOURCE/training/study/policies/sliding_mode_tqc.h5
 expect "the problem sliding_mode, not for fault (-ts_adapt_rl_policy" "${rl[@]}" -ts_adapt_rl_policy "$other"
 "$fault" -fault_nx 2 -fault_nz 2 -ts_max_time 1 -ts_adapt_type rl -ts_adapt_rl_policy "$other" -ts_adapt_rl_problem \
   sliding_mode >out.txt 2>err.txt || fail "a policy of another problem that was asked for: $(cat err.txt)"

@@ -8,7 +8,7 @@ published=$source/tests/published
 
 zip=${SLIPSTEP_PUBLISHED:-$source/../shared/published}/tqc_alpha1_single_element.zip
 if [ -f "$zip" ]; then
-  "$python" "$source/training/import_sb3.py" "$zip" "$work/imported.h5"
+  "$python" "$source/training/study/import_sb3.py" "$zip" "$work/imported.h5"
   "$python" - "$work/imported.h5" "$published/tqc_alpha1_single_element.h5" <<'P'
 import sys
 import h5py

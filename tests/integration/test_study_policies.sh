@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# The policies of the study (training/policies/study). Fault: all converge on a mesh, those of TQC in at most 25 steps
+# The policies of the study (training/study/policies). Fault: all converge on a mesh, those of TQC in at most 25 steps
 # of one solve and with a final mean slip within 2 % of a fine run, of 600 constant steps of second order, known to
 # better than 0.01 %. Sliding mode and circuit: errors below the study's published ones, 2.9e-4 and 19.6 %, with no more
 # solves than 0.44 and 0.1 of those of pi, the study's ratios of runtimes; pi needs an error estimate and gets it from
 # step doubling, as in the study, these policies need none.
 set -uo pipefail
 . "$SLIPSTEP_SOURCE/tests/integration/prelude.sh"
-policies=$SLIPSTEP_SOURCE/training/policies/study
+policies=$SLIPSTEP_SOURCE/training/study/policies
 
 number() { sed -n "s/^$1: *\([-+0-9.e]*\).*/\1/p" <<<"$2"; }
 holds() { awk "BEGIN{exit !($1)}"; }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""training/import_sb3.py: made-up zips of all three algorithms, broken zips, and the published one when it is there."""
+"""training/study/import_sb3.py: made-up zips of all three algorithms, broken zips, and the published one when it is there."""
 import base64
 import collections
 import glob
@@ -17,13 +17,13 @@ import zipfile
 
 import scripts  # noqa: F401: before modules that may be missing
 
-sys.path.append(os.path.join(scripts.SOURCE, "training"))
+sys.path.append(os.path.join(scripts.SOURCE, "training", "study"))
 import h5py
 import import_sb3
 import numpy as np
 
 SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-SCRIPT = os.path.join(SOURCE, "training", "import_sb3.py")
+SCRIPT = os.path.join(SOURCE, "training", "study", "import_sb3.py")
 PUBLISHED = os.path.join(os.environ.get("SLIPSTEP_PUBLISHED", os.path.join(SOURCE, "..", "shared", "published")),
                          "tqc_alpha1_single_element.zip")
 FAULT = ["energy", "velocity", "residual", "converged", "accuracy", "step"]
@@ -262,7 +262,7 @@ def test_vecnormalize():
 
 def test_checksum():
     """Python's checksum is the one of the library: of files that it wrote, and it reads those written here."""
-    for path in glob.glob(os.path.join(SOURCE, "training", "policies", "**", "*.h5"), recursive=True):
+    for path in glob.glob(os.path.join(SOURCE, "training", "**", "*.h5"), recursive=True):
         with h5py.File(path) as file:
             written = file.attrs["checksum"]  # HDF5 knows two kinds of strings
             assert import_sb3.checksum(file) == (written.decode() if isinstance(written, bytes) else written), path

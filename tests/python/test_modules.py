@@ -30,7 +30,7 @@ def bare(script):
 
 def scripts():
     found = []
-    for folder in ("output", "training", "examples", "tests/benchmarks", "tests/python"):
+    for folder in ("output", "training/study", "examples", "tests/benchmarks", "tests/python"):
         for path in sorted(glob.glob(os.path.join(SOURCE, folder, "*.py"))):
             with open(path, encoding="utf-8") as file:
                 if "\nif __name__ ==" in file.read():

@@ -13,8 +13,8 @@ import h5py
 import numpy as np
 
 SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-CHOOSE = os.path.join(SOURCE, "training", "choose_seed.py")
-SCRIPT = os.path.join(SOURCE, "training", "train_study.sh")
+CHOOSE = os.path.join(SOURCE, "training", "study", "choose_seed.py")
+SCRIPT = os.path.join(SOURCE, "training", "study", "train_study.sh")
 
 
 def write_log(path, seed, returns):

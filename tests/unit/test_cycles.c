@@ -1,8 +1,9 @@
-/* What the policy for cycles rests on: how fast stress relaxes, how long stable steps of TSADAMS are, that it is found and how
-   large its errors are, the norm of the error, and that what controllers observe is of the state that they judge. */
+/* What the policy for cycles rests on: how fast stress relaxes, how long stable steps of TSADAMS are, that it is found
+   and how large its errors are, the norm of the error, and that what controllers observe is of the state that they
+   judge. */
 #include "policies.h"
 #include "faultstart.h"
-#include "cycles/cycles.h"
+#include "runs/runs.h"
 #include <slipcore.h>
 #include <petscblaslapack.h>
 #include <petscts.h>
@@ -62,8 +63,8 @@ static double largest_eigenvalue(Mat K)
   return value[N - 1];
 }
 
-/* log_relaxation of the start, as a policy is told it, against LAPACK and the rate as a function of stress by differences:
-   power iteration finds the eigenvalue from below, to 1 % */
+/* log_relaxation of the start, as a policy is told it, against LAPACK and the rate as a function of stress by
+   differences: power iteration finds the eigenvalue from below, to 1 % */
 static void relaxation(void **state)
 {
   const PetscReal rate[] = {1e-6, 1};
@@ -136,9 +137,9 @@ static double decayed(PetscReal h, PetscInt steps)
   return (double)value;
 }
 
-/* With f* = (1 + z) z y_n, z = -h, the step is y_n+1 = y_n + w_0 f* + z (w_1 y_n + w_2 y_n-1), the weights of twice (5, 8,
-   -1)/12 less (1, 1, 0)/2: (2, 5, -1)/6. r^2 = r (1 + z 7/6 + z^2/3) - z/6 has |r| = 1 first at r = -1: 2 + 4 z/3 + z^2/3 = 0 has no
-   root; at r = 1: z (z + 3)/3 = 0, so steps are stable to 3 (trapezoids after Euler: 2). */
+/* With f* = (1 + z) z y_n, z = -h, the step is y_n+1 = y_n + w_0 f* + z (w_1 y_n + w_2 y_n-1), the weights of twice (5,
+   8, -1)/12 less (1, 1, 0)/2: (2, 5, -1)/6. r^2 = r (1 + z 7/6 + z^2/3) - z/6 has |r| = 1 first at r = -1: 2 + 4 z/3 +
+   z^2/3 = 0 has no root; at r = 1: z (z + 3)/3 = 0, so steps are stable to 3 (trapezoids after Euler: 2). */
 static void stability(void **state)
 {
   double error[2];
@@ -152,11 +153,12 @@ static void stability(void **state)
 
 /* ---- the policy ---- */
 
-/* The policy that is there for the problem cycles on faults that it has not seen: fewer products than basic takes at its
-   usual tolerance, errors of the size of the dial. Seeds of the training lie elsewhere. Errors are 0.54, 0.91, 2.87 and 1.16
-   times the dial. While controllers saw the mean over the cells each had to be below twice the dial, which no longer holds:
-   the tolerance that suits BP5 under the worst cell is too loose on such small faults. The bound, twice the dial in the
-   root mean square, is a guard against worse (it is 1.63) until the dial is calibrated anew, and no promise. */
+/* The policy that is there for the problem cycles on faults that it has not seen: fewer products than basic takes at
+   its usual tolerance, errors of the size of the dial. Seeds of the training lie elsewhere. Errors are 0.54, 0.91, 2.87
+   and 1.16 times the dial. While controllers saw the mean over the cells each had to be below twice the dial, which no
+   longer holds: the tolerance that suits BP5 under the worst cell is too loose on such small faults. The bound, twice
+   the dial in the root mean square, is a guard against worse (it is 1.63) until the dial is calibrated anew, and no
+   promise. */
 static void size_of_errors(void **state)
 {
   char file[PETSC_MAX_PATH_LEN];
@@ -171,23 +173,24 @@ static void size_of_errors(void **state)
   ok(SlipPolicyLoad(p, file));
   for (uint64_t seed = 1; seed < 3; seed++) {
     const PetscReal dial[] = {1e-3, 3e-4};
-    CycleEpisode e;
-    CycleResult r;
+    RunEpisode *e;
+    EpisodeResult r;
 
-    ok(CycleEpisodeCreate(seed, &e));
+    ok(RunEpisodeCreate(&RunCycles, NULL, 1, seed, &e));
     for (int k = 0; k < 2; k++) {
-      ok(CycleEpisodeRun(&e, p, dial[k], 0, &r));
-      assert_true(r.good);
-      assert_true(r.products < e.usual);
+      ok(RunEpisodeRun(e, p, NULL, dial[k], &r));
+      assert_true(r.done == 1);
+      assert_true(r.solves < e->usual);
       sum += PetscSqr((double)(r.error / dial[k])) / 4;
     }
-    ok(CycleEpisodeDestroy(&e));
+    ok(RunEpisodeDestroy(&e));
   }
   if (sqrt(sum) > 2) fail_msg("errors are %g of the dial", sqrt(sum));
   ok(SlipPolicyDestroy(&p));
 }
 
-/* -ts_adapt_type rl finds it, with adams and with rk, and takes the tolerance from the dial unless -ts_rtol is given. */
+/* -ts_adapt_type rl finds it, with adams and with rk, and takes the tolerance from the dial unless -ts_rtol is
+   given. */
 static void is_found(void **state)
 {
   const char *const types[] = {TSADAMS, TSRK};
@@ -260,7 +263,8 @@ static void is_default(void **state)
 
 enum { CORNER = 8, DEPTH = 5 };
 
-/* CORNER cells along strike that weaken, and as many as are left that creep at the loading rate: those load nothing and have no error */
+/* CORNER cells along strike that weaken, and as many as are left that creep at the loading rate: those load nothing and
+   have no error */
 static SlipFault corner_of(PetscInt nx)
 {
   const PetscInt n = nx * DEPTH;
@@ -309,9 +313,10 @@ static PetscInt steps_of(PetscInt nx, const char type[], const char adapt[], con
   return steps;
 }
 
-/* A restless corner of a fault takes the steps that it takes alone, however many quiet cells there are beside. Rounding of the
-   transforms, whose lengths differ, may make another attempt here and there: 1 %. In the mean over the cells that a user may still ask
-   for, sixteen times as many cells make errors four times smaller, and steps 4^(1/4) times longer at an order of 4. */
+/* A restless corner of a fault takes the steps that it takes alone, however many quiet cells there are beside. Rounding
+   of the transforms, whose lengths differ, may make another attempt here and there: 1 %. In the mean over the cells
+   that a user may still ask for, sixteen times as many cells make errors four times smaller, and steps 4^(1/4) times
+   longer at an order of 4. */
 static void quiet_cells(void **state)
 {
   const struct {
@@ -345,7 +350,8 @@ static PetscErrorCode Actor(TSAdapt adapt, TS ts, PetscInt n, const PetscReal ob
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The mean rate by hand, against what was observed of this state when the step was judged, and what is said of it now */
+/* The mean rate by hand, against what was observed of this state when the step was judged, and what is said of it
+   now */
 static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;

@@ -2,7 +2,7 @@
    loss, and the density against its definition. */
 #define TRAIN_DOUBLE
 #include "unit.h"
-#include "offpolicy/tqc.h"
+#include "study/tqc.h"
 
 enum { OBS = 4, BATCH = 16, H = 8 };
 

@@ -1,6 +1,6 @@
 /* The table of problems that policies are trained on: episodes of each, their observations, errors and effects. */
 #include "unit.h"
-#include "offpolicy/trainer.h"
+#include "study/trainer.h"
 #include "problems/problems.h"
 
 static TrainOptions Options(const char text[])

@@ -1,6 +1,7 @@
 /* What steps of sequences are trained by: the error of segments. */
 #include "unit.h"
-#include "sequences/sequences.h"
+#include "runs/sequence.h"
+#include <stdio.h>
 
 enum { STREAM = 97 }; /* of seeds, neither training's nor the benchmark's */
 
@@ -12,9 +13,24 @@ static PetscReal largest(const PetscReal errors[])
   return most;
 }
 
-/* The reference again is exact. Runs at tolerances a thousand times apart differ by the power of two thirds of that, 100, where the
-   tolerance bounds all steps: by more than 10 in the geometric mean of a few segments, as loose ones are held by instabilities too, and
-   single errors pass through zero. */
+static SequenceEpisode *created(PetscInt k)
+{
+  RunEpisode *e;
+
+  ok(RunEpisodeCreate(&RunSequence, NULL, 1, RandomStreamHashed(77, STREAM, k), &e));
+  return (SequenceEpisode *)e;
+}
+
+static PetscInt run(SequenceEpisode *e, PetscReal rtol, EpisodeResult *r)
+{
+  ok(RunEpisodeRun(&e->base, NULL, TSADAPTPI, rtol, r));
+  assert_true(r->done == 1);
+  return r->solves;
+}
+
+/* The reference again is exact. Runs at tolerances a thousand times apart differ by the power of two thirds of that,
+   100, where the tolerance bounds all steps: by more than 10 in the geometric mean of a few segments, as loose ones are
+   held by instabilities too, and single errors pass through zero. */
 static void measured(void **state)
 {
   PetscReal ratio = 0;
@@ -22,67 +38,92 @@ static void measured(void **state)
 
   (void)state;
   for (PetscInt k = 0; k < n; k++) {
-    PetscReal errors[SEGMENT_NUM_ERRORS], same, coarse, fine;
-    PetscInt solves[2], rejected;
-    SegmentEpisode e;
+    EpisodeResult same, fine, coarse;
+    SequenceEpisode *e = created(k);
+    const RunEpisode *base = &e->base;
 
-    ok(SegmentEpisodeCreate(RandomStreamHashed(77, STREAM, k), 0, &e));
-    assert_true(e.step > 0 && e.step < e.end - e.first && e.size > 0 && e.interval > 0);
-    assert_int_equal(e.reference.events, e.kind == SEGMENT_WITHIN ? 0 : 1);
-    ok(SegmentEpisodeRun(&e, NULL, 0, TSADAPTPI, SEGMENT_REFERENCE_RTOL, &solves[0], &rejected, errors, &same));
-    assert_true(same == 0);
-    assert_int_equal(solves[0], e.reference.solves);
-    ok(SegmentEpisodeRun(&e, NULL, 0, TSADAPTPI, 1e-4, &solves[0], &rejected, errors, &fine));
-    AssertNear(fine, largest(errors), 0);
-    ok(SegmentEpisodeRun(&e, NULL, 0, TSADAPTPI, 1e-1, &solves[1], &rejected, errors, &coarse));
-    assert_true(fine > 0 && coarse > 0 && solves[1] < solves[0]);
-    ratio += PetscLogReal(coarse / fine) / (PetscReal)n;
-    ok(SegmentEpisodeDestroy(&e));
+    assert_true(base->step > 0 && base->step < base->end - base->begin && e->size > 0 && base->span > 0);
+    assert_int_equal(base->reference.events, e->kind == SEGMENT_WITHIN ? 0 : 1);
+    assert_int_equal(run(e, SEQUENCE_REFERENCE_RTOL, &same), base->reference.solves);
+    assert_true(same.error == 0);
+    run(e, 1e-4, &fine);
+    AssertNear(fine.error, largest(fine.errors), 0);
+    run(e, 1e-1, &coarse);
+    assert_true(fine.error > 0 && coarse.error > 0 && coarse.solves < fine.solves);
+    ratio += PetscLogReal(coarse.error / fine.error) / (PetscReal)n;
+    ok(RunEpisodeDestroy((RunEpisode **)&e));
   }
   if (!(ratio > PetscLogReal(10))) fail_msg("ratio %g", (double)PetscExpReal(ratio));
 }
 
-/* An event that one of the two runs alone has counts as 1, and so does a run that is asked for another time than that of its event by
-   a whole interval. */
+/* An event that one of the two runs alone has counts as 1, and so does a run that is asked for another time than that
+   of its event by a whole interval. */
 static void missed(void **state)
 {
-  PetscReal errors[SEGMENT_NUM_ERRORS], error;
-  PetscInt solves, rejected, k = 0;
-  SegmentEpisode e;
+  SequenceEpisode *e = created(0);
+  EpisodeResult r;
 
   (void)state;
-  ok(SegmentEpisodeCreate(RandomStreamHashed(77, STREAM, k), 0, &e));
-  while (e.kind == SEGMENT_WITHIN) {
-    ok(SegmentEpisodeDestroy(&e));
-    ok(SegmentEpisodeCreate(RandomStreamHashed(77, STREAM, ++k), 0, &e));
+  for (PetscInt k = 1; e->kind == SEGMENT_WITHIN; k++) {
+    ok(RunEpisodeDestroy((RunEpisode **)&e));
+    e = created(k);
   }
-  e.reference.begin += e.interval / 8; /* within the segment, whose margin is more than that */
-  ok(SegmentEpisodeRun(&e, NULL, 0, TSADAPTPI, SEGMENT_REFERENCE_RTOL, &solves, &rejected, errors, &error));
-  AssertNear(errors[SEGMENT_ERROR_ONSET], 0.125, 1e-9);
-  e.reference.begin -= e.interval / 8;
-  e.reference.events = 2;
-  ok(SegmentEpisodeRun(&e, NULL, 0, TSADAPTPI, SEGMENT_REFERENCE_RTOL, &solves, &rejected, errors, &error));
-  assert_true(error == 1);
-  ok(SegmentEpisodeDestroy(&e));
+  e->base.reference.begin[0] += e->base.span / 8; /* within the segment, whose margin is more than that */
+  run(e, SEQUENCE_REFERENCE_RTOL, &r);
+  AssertNear(r.errors[SEGMENT_ERROR_ONSET], 0.125, 1e-9);
+  e->base.reference.begin[0] -= e->base.span / 8;
+  e->base.reference.events = 2;
+  run(e, SEQUENCE_REFERENCE_RTOL, &r);
+  assert_true(r.error == 1);
+  ok(RunEpisodeDestroy((RunEpisode **)&e));
 }
 
-/* A segment is the same again, and others of its fault start elsewhere. */
+/* A segment is the same again, and those of other seeds start elsewhere. */
 static void drawn(void **state)
 {
-  PetscInt others = 0;
-  PetscReal first = 0;
+  PetscReal first[3];
 
   (void)state;
-  for (PetscInt k = 0; k < 5; k++) {
-    SegmentEpisode e;
+  for (PetscInt k = 0; k < 3; k++) {
+    SequenceEpisode *e = created(k < 2 ? 2 : 3);
 
-    ok(SegmentEpisodeCreate(RandomStreamHashed(77, STREAM, 2), k == 1 ? 0 : k, &e));
-    if (k == 0) first = e.first;
-    if (k == 1) assert_true(e.first == first);
-    others += e.first != first ? 1 : 0;
-    ok(SegmentEpisodeDestroy(&e));
+    first[k] = e->base.begin;
+    ok(RunEpisodeDestroy((RunEpisode **)&e));
   }
-  assert_true(others > 0);
+  assert_true(first[0] == first[1] && first[1] != first[2]);
 }
 
-SLIP_TESTS(measured, missed, drawn)
+/* Of a user's file: a fault with the file's numbers, loaded, and a segment through one of its events; the same seed
+   draws it again. */
+static void of_family(void **state)
+{
+  const char *lines =
+    "-fault_initial traction\n-fault_inertia no\n-fault_viscosity radiation\n-fault_nx 4:6\n-fault_nz 3\n"
+    "-fault_length_x 4e3:6e3\n-fault_length_z 3e3\n-fault_normal_stress 50e6\n"
+    "-fault_normal_stress_gradient 0\n-fault_friction_drop 0.1:0.2\n-fault_friction_slip 0.1\n"
+    "-fault_loading_rate 1e-9\n-fault_healing_time 1e8\n-stress_share 0.3:0.8\n";
+  FILE *f = fopen("sequences.opts", "w");
+  PetscReal length, slip, end = 0;
+  Family family;
+
+  (void)state;
+  assert_non_null(f);
+  assert_true(fputs(lines, f) >= 0);
+  assert_int_equal(fclose(f), 0);
+  ok(FamilyRead(PETSC_COMM_SELF, "sequences.opts", &family));
+  assert_string_equal(family.problem, "sequence");
+  for (int k = 0; k < 2; k++) {
+    RunEpisode *e;
+
+    ok(RunEpisodeCreate(&RunSequence, &family, 1, 5, &e));
+    ok(SlipFaultGetReal(e->fault, "length_x", &length));
+    ok(SlipFaultGetReal(e->fault, "friction_slip", &slip));
+    assert_true(length >= 4e3 && length <= 6e3 && slip == 0.1);
+    assert_true(e->n >= 12 && e->n <= 18 && e->reference.good && e->end > e->begin);
+    assert_true(k == 0 || e->end == end);
+    end = e->end;
+    ok(RunEpisodeDestroy(&e));
+  }
+}
+
+SLIP_TESTS(measured, missed, drawn, of_family)

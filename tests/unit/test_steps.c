@@ -4,8 +4,7 @@
 #include "faultstart.h"
 #include "dials/ladder.h"
 #include "dials/tolerances.h"
-#include "environment/libraryepisode.h"
-#include "ruptures/ruptures.h"
+#include "runs/runs.h"
 #include <slipstep/private/slipfault.h>
 #include <sliph5.h>
 #include <stdlib.h>
@@ -61,23 +60,15 @@ static void events(void **state)
   keeps(&ProblemDial, "event", 40, 1, 36);
 }
 
-static PetscErrorCode CreateSmall(const CMAOptions *o, uint64_t seed, void *e)
-{
-  (void)o;
-  return RuptureEpisodeCreate(seed, 1, (RuptureEpisode *)e);
-}
-
 /* The calibration has faults that are twice and three times as large as well, which take minutes here: the errors of small ones are a third
    of theirs. */
 static void ruptures(void **state)
 {
-  LibraryEpisodes episodes = *ProblemRupture.cma->library;
   CMAProblem row = *ProblemRupture.cma;
   Problem problem = ProblemRupture;
 
   (void)state;
-  episodes.create = CreateSmall;
-  row.library = &episodes;
+  row.create = RunsCreate;
   problem.cma = &row;
   keeps(&problem, "rupture", 24, 0.35, 19);
 }

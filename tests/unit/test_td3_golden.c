@@ -1,5 +1,5 @@
 /* TD3 against numbers of Stable-Baselines3 2.7 (the real class, double and float); as test_tqc_golden.c. */
-#include "offpolicy/td3.h"
+#include "study/td3.h"
 #include "golden_learner.h"
 
 static void GoldenNetworks(TD3 *t)

@@ -1,7 +1,7 @@
 /* TQC against numbers of sb3-contrib 2.7 (real classes, double and float). The network weights and the batch come
    from an integer hash; the key numbers are committed here, and the full set is compared when tqc_golden.json is
    found. Compiled for float here and for double in test_tqc_golden_double.c. */
-#include "offpolicy/tqc.h"
+#include "study/tqc.h"
 #include "golden_learner.h"
 
 static void GoldenNetworks(TQC *t)

@@ -1,6 +1,6 @@
 /* The trainer: rewards, the continuation behind the accuracy reward, reproducibility, checkpoints, the policy file. */
 #include "unit.h"
-#include "offpolicy/trainer.h"
+#include "study/trainer.h"
 
 /* Options of a short run, from the options database as a program would set them. */
 static TrainOptions Options(const char extra[])

@@ -36,7 +36,7 @@ PETSC_INTERN PetscErrorCode CMAESTell(CMAES *es, const double x[], const double 
 
 /* The value of x [n], on any one process. */
 typedef PetscErrorCode (*CMAESFn)(const double x[], void *ctx, double *f);
-/* One generation: draw, evaluate, learn. Collective: the members are spread over the processes, all of which hold the same
-   strategy and random state before and after. The least value and the median one; NULL allowed. */
+/* One generation: draw, evaluate, learn. Collective: the members are spread over the processes, all of which hold the
+   same strategy and random state before and after. The least value and the median one; NULL allowed. */
 PETSC_INTERN PetscErrorCode CMAESGeneration(CMAES *es, MPI_Comm comm, Random *random, CMAESFn fn, void *ctx,
                                             PetscReal *best, PetscReal *median);

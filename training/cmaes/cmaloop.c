@@ -1,5 +1,5 @@
-/* See cmaloop.h. Every process holds the same strategy; a population is spread over them, one member's runs staying on one
-   process, so that results do not depend on their number. */
+/* See cmaloop.h. Every process holds the same strategy; a population is spread over them, one member's runs staying on
+   one process, so that results do not depend on their number. */
 #include "cmaloop.h"
 #include <slipblas.h>
 #include <slipcompat.h>

@@ -24,8 +24,8 @@ typedef struct {
   PetscReal before; /* wall time spent before it was resumed [s] */
 } CMALoop;
 
-/* From the first mean start [n]; the other members of loop are given. BLAS is set to one thread: more change the order of
-   sums, and so bits, and the ranks have the cores already. */
+/* From the first mean start [n]; the other members of loop are given. BLAS is set to one thread: more change the order
+   of sums, and so bits, and the ranks have the cores already. */
 PETSC_INTERN PetscErrorCode CMALoopCreate(MPI_Comm comm, PetscInt n, PetscInt population, const double start[],
                                           double sigma, CMALoop *loop);
 PETSC_INTERN PetscErrorCode CMALoopDestroy(CMALoop *loop);

@@ -99,9 +99,8 @@ static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems Pe
 
 PetscErrorCode CMACheckFamily(const Problem *problem, const void *family)
 {
-  const PetscBool ruptures = problem == &ProblemRupture ? PETSC_TRUE : PETSC_FALSE;
-
-  return FamilyCheck((const Family *)family, problem->cma->kinds || ruptures ? PETSC_TRUE : PETSC_FALSE, ruptures);
+  return FamilyCheck((const Family *)family, problem->cma->kinds || problem->cma->runs ? PETSC_TRUE : PETSC_FALSE,
+                     problem->name);
 }
 
 PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *o)
@@ -119,7 +118,8 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *
     PetscCall(FamilyOption(PetscOptionsObject, &family));
     PetscCall(ProblemOption(PetscOptionsObject, PETSC_TRUE, &o->problem));
     PetscCall(PetscOptionsHasName(NULL, NULL, "-train_problem", &given));
-    if (family && family->rupture && !given) o->problem = &ProblemRupture;
+    for (PetscInt k = 0; family && !given && ProblemTable[k]; ++k)
+      if (!strcmp(family->problem, ProblemTable[k]->name)) o->problem = ProblemTable[k];
     PetscCall(CMACheckFamily(o->problem, family));
     o->family = family;
   }

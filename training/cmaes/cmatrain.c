@@ -107,8 +107,8 @@ static PetscErrorCode Choose(CMATrainer *t, Random *random, PetscInt first, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same episodes and dials for every member: only differences between members count. Dials that are spread are so evenly
-   over the logarithmic range, their order against the episodes being random because the episodes' is. */
+/* The same episodes and dials for every member: only differences between members count. Dials that are spread are so
+   evenly over the logarithmic range, their order against the episodes being random because the episodes' is. */
 static PetscErrorCode Draw(void *ctx, Random *random)
 {
   CMATrainer *t = (CMATrainer *)ctx;
@@ -188,8 +188,9 @@ static PetscErrorCode FindRange(CMATrainer *t, const CMASet *set)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [s], where the dial moves far, which few episodes make it do: the calibration validates its own set, and the report a fresh one of the same size, after their references
-   are made as those of the training were. A validation lasted from begin to end. */
+/* [s], where the dial moves far, which few episodes make it do: the calibration validates its own set, and the report a
+   fresh one of the same size, after their references are made as those of the training were. A validation lasted from
+   begin to end. */
 static PetscReal CalibrationTime(const CMATrainer *t, PetscReal begin, PetscReal end)
 {
   const PetscReal n = 2 * (PetscReal)t->o.calibration;

@@ -1,5 +1,5 @@
-/* -train_algorithm cmaes: the weights of a small network, by CMA-ES over runs of drawn episodes of any problem that has a
-   row for it (environment/cmaproblem.h). */
+/* -train_algorithm cmaes: the weights of a small network, by CMA-ES over runs of drawn episodes of any problem that has
+   a row for it (environment/cmaproblem.h). */
 #pragma once
 #include "cmaloop.h"
 #include "problems/problems.h"
@@ -27,7 +27,7 @@ typedef struct {
   CMAScore score; /* of it */
   PetscInt64 best_generation;
   PetscReal reference,
-    calibration; /* wall time of an episode's reference, and of the calibration if the dial moves far, 0: not known [s] */
+    calibration; /* wall time of an episode's reference, and of the calibration if the dial moves far; 0: not known */
   PetscReal shift[2]; /* decades by which the policy sees the dial moved, in the middle of its range, and per decade */
   PetscReal obs_min[CMA_MAX_OBS], obs_max[CMA_MAX_OBS];
   struct _CMALog *log;
@@ -53,7 +53,8 @@ PETSC_INTERN PetscErrorCode CMAValidate(CMATrainer *t, const CMASet *set, const 
 /* Finds t->shift for t->best; t->score becomes that of the set. */
 PETSC_INTERN PetscErrorCode CMACalibrate(CMATrainer *t, const CMASet *set);
 
-/* Says how many runs of fresh draws keep the dial, by thirds of its range, and with how many solves. what: begins the line */
+/* Says how many runs of fresh draws keep the dial, by thirds of its range, and with how many solves. what: begins the
+   line */
 PETSC_INTERN PetscErrorCode CMAReport(CMATrainer *t, const CMASet *set, const char what[]);
 
 /* ---- files (cmafiles.c, cmaread.c), by the first rank ---- */

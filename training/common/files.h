@@ -1,5 +1,5 @@
-/* What the files of all trainings share: errors that name an option, numbers in a policy, checks of a checkpoint that is
-   resumed, learning curves. */
+/* What the files of all trainings share: errors that name an option, numbers in a policy, checks of a checkpoint that
+   is resumed, learning curves. */
 #pragma once
 #include <slipstep.h>
 #include <sliph5.h>

@@ -24,6 +24,20 @@ PetscErrorCode CMAObservationsSet(CMAOptions *o, const char *const names[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode CMARowsSet(CMAOptions *o, PetscInt n, const CMARow row[])
+{
+  const char *names[CMA_MAX_OBS + 1] = {NULL};
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; ++i) names[i] = row[i].name;
+  PetscCall(CMAObservationsSet(o, names));
+  for (PetscInt i = 0; i < n; ++i) {
+    o->scale[i] = (PetscReal)row[i].scale;
+    o->offset[i] = (PetscReal)row[i].offset;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscInt CMACount(const CMAOptions *o)
 {
   return o->nobs * o->hidden + o->hidden + (o->layers - 1) * (o->hidden + 1) * o->hidden + o->hidden + 1 + o->more;

@@ -1,5 +1,5 @@
-/* A problem as CMA-ES sees it: instances that are drawn of a seed and kept ready for many runs, what a run costs, and the
-   network that is trained. Faults, small models, users' problems, random equations and cycles have a row each. */
+/* A problem as CMA-ES sees it: instances that are drawn of a seed and kept ready for many runs, what a run costs, and
+   the network that is trained. Faults, small models, users' problems, random equations and cycles have a row each. */
 #pragma once
 #include "problem.h"
 #include <slipcore.h>
@@ -11,8 +11,8 @@ enum {
   CMA_KINDS = 2  /* single cells and meshes; other problems have the first only */
 };
 
-typedef struct _RatioNetwork RatioNetwork;       /* ratiopolicy.h */
-typedef struct _LibraryEpisodes LibraryEpisodes; /* libraryepisode.h */
+typedef struct _RatioNetwork RatioNetwork; /* runs/ratiopolicy.h */
+typedef struct _RunKind RunKind;           /* runs/runs.h */
 
 /* The -train_ options of -train_algorithm cmaes */
 typedef struct {
@@ -69,7 +69,7 @@ typedef void (*EpisodeWatchFn)(PetscInt n, const PetscReal obs[], void *ctx);
 
 typedef enum {
   CMA_DIAL_NONE,   /* runs have no accuracy that is wanted */
-  CMA_DIAL_SPREAD, /* a generation's positions are spread evenly over the range, and validation's too; it is calibrated */
+  CMA_DIAL_SPREAD, /* a generation's positions are spread evenly over the range, and validation's too; calibrated */
   CMA_DIAL_DRAWN   /* each is drawn with its episode */
 } CMADial;
 
@@ -85,7 +85,7 @@ struct _CMAProblem {
   const char *measure;     /* what the dial bounds, for the policy's attribute; NULL: not said */
   /* What the functions of these headers go by; NULL: the row has others */
   const RatioNetwork *network;
-  const LibraryEpisodes *library;
+  const RunKind *runs;
   /* Observations, defaults of all numbers, activation. */
   PetscErrorCode (*setup)(CMAOptions *o);
   void (*start)(const CMAOptions *o, double w[]); /* the first mean, w 0 on entry [CMACount()] */
@@ -97,8 +97,8 @@ struct _CMAProblem {
   PetscErrorCode (*create)(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode);
   PetscErrorCode (*destroy)(void **episode);
   PetscErrorCode (*run)(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
-  /* Under a classical controller in place of a policy, as "dsp" or with a named filter "dsp:PI42"; its cost is not set. NULL: the
-     problem cannot */
+  /* Under a classical controller in place of a policy, as "dsp" or with a named filter "dsp:PI42"; its cost is not set.
+     NULL: the problem cannot */
   PetscErrorCode (*classical)(void *episode, TSAdaptType type, PetscReal rtol, EpisodeResult *result);
   PetscErrorCode (*watch)(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeWatchFn fn, void *ctx);
   PetscErrorCode (*say)(const CMAScore *score, char text[], size_t len); /* of a validation, for the line of progress */
@@ -106,15 +106,24 @@ struct _CMAProblem {
 
 /* Names that end with NULL, and the scaling that brings them to order one */
 PETSC_INTERN PetscErrorCode CMAObservationsSet(CMAOptions *o, const char *const names[]);
+/* An observation, scaled and shifted to order one; start: by how much it moves the logarithm of the ratio of steps at
+   the start. stable: of a second bound of that ratio, where there is one */
+typedef struct {
+  const char *name;
+  double scale, offset, start, stable;
+} CMARow;
+PETSC_INTERN PetscErrorCode CMARowsSet(CMAOptions *o, PetscInt n, const CMARow row[]);
 PETSC_INTERN PetscInt CMACount(const CMAOptions *o); /* weights, and what is trained besides */
 /* Position of an observation; -1: not observed */
 PETSC_INTERN PetscInt CMAFind(const CMAOptions *o, const char name[]);
-/* ---- policies whose step is a ratio to the last one, with a tolerance that follows the dial: the last two numbers that are trained ---- */
+/* ---- policies whose step is a ratio to the last one, with a tolerance that follows the dial: the last two numbers
+   that are trained ---- */
 #define CMA_RATIO_MAX 10 /* of steps, as basic's limits */
 #define CMA_RTOL_SCALE 4 /* of the two numbers: they may move so much faster than weights */
 /* A range of the dial for a file; others have none that a run could leave. */
 PETSC_INTERN void CMADialRange(const CMAOptions *o, const PetscReal dial[2], PetscReal low[], PetscReal high[]);
-/* rtol at the dial of the unit, and its power: into the two numbers, and into the attributes of a policy with the range dial */
+/* rtol at the dial of the unit, and its power: into the two numbers, and into the attributes of a policy with the range
+   dial */
 PETSC_INTERN void CMARatioStart(double rtol, double power, double number[2]);
 /* Two numbers like these as attributes factor and power of a policy: factor a^power with the dial at a */
 PETSC_INTERN PetscErrorCode CMADialNumberSet(const double number[2], double unit, const char factor[],

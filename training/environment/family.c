@@ -1,5 +1,5 @@
-/* See family.h. Lines as of PETSc's option files, "-fault_length_x 5e3:20e3": a number, a range low:high, choices a|b|c, or,
-   of a switch, nothing; # begins a comment. */
+/* See family.h. Lines as of PETSc's option files, "-fault_length_x 5e3:20e3": a number, a range low:high, choices
+   a|b|c, or, of a switch, nothing; # begins a comment. */
 #include "family.h"
 #include "common/files.h"
 #include <slipcompat.h>
@@ -11,12 +11,12 @@
 #define SPREAD "spread_"
 #define SPREAD_LIMIT 1 /* of the logarithm of a field */
 
-/* Names that are no options of faults. In [low, high] or, with open, above low; rupture, event: of families of ruptures, or of
-   events from the instability, only */
+/* Names that are no options of faults. In [low, high] or, with open, above low; stress, event: of faults under a given
+   stress, or of events from the instability, only */
 static const struct {
   const char *name, *meaning;
   PetscReal low, high;
-  PetscBool open, rupture, event;
+  PetscBool open, stress, event;
 } Own[] = {
   {"margin", "the duration over the time to rest", 1, PETSC_MAX_REAL, PETSC_FALSE, PETSC_FALSE, PETSC_FALSE},
   {"weakening", "of the critical displacement over its stiffness, which gives friction_slip", 1, PETSC_MAX_REAL,
@@ -26,6 +26,7 @@ static const struct {
   {"patch_radius", "of the patch in which the stress exceeds the strength [m]", 0, PETSC_MAX_REAL, PETSC_TRUE,
    PETSC_TRUE, PETSC_FALSE},
   {"patch_excess", "of the stress over the strength there, relative", 0, 1, PETSC_TRUE, PETSC_TRUE, PETSC_FALSE},
+  {"duration", "of a run under a pore pressure [s]", 0, PETSC_MAX_REAL, PETSC_TRUE, PETSC_TRUE, PETSC_FALSE},
   {"patch_x", "its centre along strike, over the length of the fault", 0, 1, PETSC_FALSE, PETSC_TRUE, PETSC_FALSE},
   {"patch_z", "its centre in depth, over the width of the fault", 0, 1, PETSC_FALSE, PETSC_TRUE, PETSC_FALSE},
 };
@@ -135,7 +136,7 @@ static PetscErrorCode CheckOwn(const FamilyLine *line)
     }
   SETERRQ(PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
           "not known, expected -fault_NAME, -spread_FIELD, -margin, -weakening, "
-          "-correlation, -stress_share, -patch_radius, _excess, _x or _z");
+          "-correlation, -stress_share, -duration, -patch_radius, _excess, _x or _z");
 }
 
 static PetscErrorCode CheckLine(SlipFault fault, const FamilyLine *line)
@@ -192,44 +193,80 @@ static PetscErrorCode ParseLine(char text[], PetscInt number, Family *family, Sl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What runs a file may describe, by the lines that it has: the first row of which it has one, and all of a given stress
+   but the last */
+static const struct {
+  const char *problem, *describes, *line[3];
+} Kinds[] = {
+  {"rupture", "ruptures from a given stress", {"fault_initial_unstable"}},
+  {"injection", "slip under a pore pressure", {"fault_injection", "fault_pore_pressure"}},
+  {"sequence", "sequences of events under loading", {"fault_loading_rate", "fault_stressing_rate"}},
+  {"fault_dial", "events from the instability", {NULL}},
+};
+enum { KINDS = PETSC_STATIC_ARRAY_LENGTH(Kinds) };
+
+static const char *Describes(const Family *family)
+{
+  PetscInt k = 0;
+
+  while (strcmp(family->problem, Kinds[k].problem)) k++;
+  return Kinds[k].describes;
+}
+
+static void SetKind(Family *family, const FamilyLine *initial)
+{
+  family->stress = initial && !strcmp(initial->choice[0], "traction") ? PETSC_TRUE : PETSC_FALSE;
+  family->problem = family->stress ? NULL : Kinds[KINDS - 1].problem;
+  for (PetscInt k = 0; k < KINDS && !family->problem; ++k)
+    for (PetscInt i = 0; Kinds[k].line[i]; ++i)
+      if (FamilyFind(family, Kinds[k].line[i])) family->problem = Kinds[k].problem;
+}
+
 /* What the file describes, and that all lines are of that */
 static PetscErrorCode CheckKind(Family *family)
 {
   const FamilyLine *initial = FamilyFind(family, "fault_initial"), *law = FamilyFind(family, "fault_friction_law");
+  PetscBool injection;
 
   PetscFunctionBegin;
-  family->rupture = initial && !strcmp(initial->choice[0], "traction") ? PETSC_TRUE : PETSC_FALSE;
+  SetKind(family, initial);
   for (PetscInt k = 1; initial && k < initial->nchoices; ++k)
-    PetscCheck((strcmp(initial->choice[k], "traction") ? PETSC_FALSE : PETSC_TRUE) == family->rupture, PETSC_COMM_SELF,
+    PetscCheck((strcmp(initial->choice[k], "traction") ? PETSC_FALSE : PETSC_TRUE) == family->stress, PETSC_COMM_SELF,
                PETSC_ERR_ARG_WRONG, "line %" PetscInt_FMT ": -fault_initial: expected traction alone, or none of it",
                initial->number);
-  for (PetscInt k = 0; law && k < law->nchoices && family->rupture; ++k)
+  for (PetscInt k = 0; law && k < law->nchoices && family->stress; ++k)
     PetscCheck(strcmp(law->choice[k], "rate_and_state"), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
                "line %" PetscInt_FMT ": -fault_friction_law: rate_and_state has no ruptures from a given stress here, "
                "expected another law (its cycles have -train_problem cycles)",
                law->number);
-  PetscCheck(!family->rupture || FamilyFind(family, "fault_initial_unstable"), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+  PetscCheck(family->problem, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
              "line %" PetscInt_FMT
-             ": -fault_initial: expected -fault_initial_unstable with it, as a rupture begins where the "
-             "stress exceeds the strength",
+             ": -fault_initial: expected -fault_initial_unstable with it, as a rupture begins where the stress exceeds "
+             "the strength, or loading (-fault_loading_rate, -fault_stressing_rate), or a pore pressure "
+             "(-fault_injection, -fault_pore_pressure)",
              initial->number);
+  injection = strcmp(family->problem, "injection") ? PETSC_FALSE : PETSC_TRUE;
+  PetscCheck(injection == (FamilyFind(family, "duration") ? PETSC_TRUE : PETSC_FALSE), PETSC_COMM_SELF,
+             PETSC_ERR_ARG_WRONG, "has %s, expected both or none",
+             injection ? "a pore pressure but no -duration [s] of runs" : "a -duration but no pore pressure");
   for (PetscInt i = 0; i < family->n; ++i) {
     const FamilyLine *line = &family->line[i];
-    PetscBool of_rupture = IsFile(line->name), of_event = PETSC_FALSE;
+    PetscBool of_stress = IsFile(line->name), of_event = PETSC_FALSE;
 
     for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(Own); ++k)
       if (!strcmp(line->name, Own[k].name)) {
-        of_rupture = Own[k].rupture;
+        of_stress = Own[k].stress;
         of_event = Own[k].event;
       }
     if (!strncmp(line->name, SPREAD, strlen(SPREAD)))
-      of_rupture = IsField(line->name + strlen(SPREAD)) ? PETSC_FALSE : PETSC_TRUE;
-    PetscCheck(!of_rupture || family->rupture, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-               "line %" PetscInt_FMT
-               ": -%s is for ruptures from a given stress, expected -fault_initial traction in the "
-               "file",
-               line->number, line->name);
-    PetscCheck(!of_event || !family->rupture, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+      of_stress = IsField(line->name + strlen(SPREAD)) ? PETSC_FALSE : PETSC_TRUE;
+    PetscCheck(
+      !of_stress || family->stress, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+      "line %" PetscInt_FMT
+      ": -%s is for ruptures from a given stress, sequences and injections, expected -fault_initial traction in "
+      "the file",
+      line->number, line->name);
+    PetscCheck(!of_event || !family->stress, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
                "line %" PetscInt_FMT
                ": -%s is for events from the instability, expected no -fault_initial traction in the "
                "file",
@@ -318,15 +355,14 @@ PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, Family **family)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FamilyCheck(const Family *family, PetscBool draws, PetscBool ruptures)
+PetscErrorCode FamilyCheck(const Family *family, PetscBool draws, const char problem[])
 {
   PetscFunctionBegin;
   PetscCheck(!family || draws, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
              "-train_family is for faults with an accuracy dial: expected -train_algorithm cmaes, or -train_problem "
              "fault_dial");
-  PetscCheck(!family || family->rupture == ruptures, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+  PetscCheck(!family || !strcmp(family->problem, problem), PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
              "-train_family %s describes %s, expected -train_algorithm cmaes and -train_problem %s, or none",
-             family->file, family->rupture ? "ruptures from a given stress" : "events from the instability",
-             family->rupture ? "rupture" : "fault_dial");
+             family->file, Describes(family), family->problem);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

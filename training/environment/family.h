@@ -10,8 +10,8 @@ enum { FAMILY_MAX_LINES = 64, FAMILY_MAX_CHOICES = 8, FAMILY_NAME = 64, FAMILY_W
 enum { DRAW_NORMAL_STRESS = 0, DRAW_FRICTION_SLIP = 3, DRAW_FIELDS = 4 };
 PETSC_INTERN const char *const EpisodeFieldNames[DRAW_FIELDS];
 
-/* -fault_NAME, -spread_FIELD or a name of the table in family.c, and what it can be: a number, a range or choices; a switch
-   without value has the choice "yes". */
+/* -fault_NAME, -spread_FIELD or a name of the table in family.c, and what it can be: a number, a range or choices; a
+   switch without value has the choice "yes". */
 typedef struct {
   char name[FAMILY_NAME]; /* "fault_length_x" */
   PetscInt number;        /* of the line in the file, from 1 */
@@ -22,15 +22,16 @@ typedef struct {
 
 typedef struct {
   char file[PETSC_MAX_PATH_LEN];
-  PetscBool rupture; /* its faults begin under a given stress, not at their instability */
+  const char *problem; /* -train_problem of the runs it describes */
+  PetscBool stress;    /* its faults begin under a given stress, not at their instability */
   PetscInt n;
   FamilyLine line[FAMILY_MAX_LINES];
 } Family;
 
 /* -train_family between PetscOptionsBegin() and PetscOptionsEnd(); family: a Family, to be freed; NULL without it */
 PETSC_INTERN PetscErrorCode FamilyOption(SlipOptionItems PetscOptionsObject, Family **family);
-/* Of the problem that was chosen: does it draw faults of families, and of this kind? family may be NULL */
-PETSC_INTERN PetscErrorCode FamilyCheck(const Family *family, PetscBool draws, PetscBool ruptures);
+/* Of the problem that was chosen: does it draw faults of families, and of this one? family may be NULL */
+PETSC_INTERN PetscErrorCode FamilyCheck(const Family *family, PetscBool draws, const char problem[]);
 /* On every rank. An error names the file, the line, the option and what was expected. */
 PETSC_INTERN PetscErrorCode FamilyRead(MPI_Comm comm, const char file[], Family *family);
 /* The line of a name; NULL: none */

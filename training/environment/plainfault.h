@@ -1,8 +1,8 @@
 /* A small fault and its Bathe step on plain arrays: what the library computes with the default integrator (trapezoidal
    reaction, gamma 1/2, embedded error) and the semismooth solver, an order of magnitude faster for a few cells because
-   no object is involved. Friction, cone, coefficients and the decisions of the solver are the library's own (slipcore.h);
-   the loops over stages and Newton steps are here. Trainers run millions of episodes; a test holds it to the library
-   step by step. */
+   no object is involved. Friction, cone, coefficients and the decisions of the solver are the library's own
+   (slipcore.h); the loops over stages and Newton steps are here. Trainers run millions of episodes; a test holds it to
+   the library step by step. */
 #pragma once
 #include <slipstep.h>
 

@@ -1,5 +1,5 @@
-/* Runs of a plain fault: under a policy what TSSolve() with TSADAPTRL does, and what the library's observations would say;
-   under a digital filter what it does with TSADAPTPI. */
+/* Runs of a plain fault: under a policy what TSSolve() with TSADAPTRL does, and what the library's observations would
+   say; under a digital filter what it does with TSADAPTPI. */
 #pragma once
 #include "plainfault.h"
 #include "plainpolicy.h"

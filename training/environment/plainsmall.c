@@ -1,4 +1,5 @@
-/* See plainsmall.h. The step of src/ts/bathestep.c; observations and the rules of steps are the library's (slipcore.h). */
+/* See plainsmall.h. The step of src/ts/bathestep.c; observations and the rules of steps are the library's
+   (slipcore.h). */
 #include "plainsmall.h"
 #include <slipcompat.h>
 

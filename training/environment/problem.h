@@ -1,6 +1,6 @@
-/* What can be trained on: a problem, which the environment steps through without knowing it. It creates runs of the problem, draws its random
-   instances, and knows the errors of a run and what a step changes in the exact continuation. The environment steps
-   through runs and knows no problem. Public headers of the library only. */
+/* What can be trained on: a problem, which the environment steps through without knowing it. It creates runs of the
+   problem, draws its random instances, and knows the errors of a run and what a step changes in the exact continuation.
+   The environment steps through runs and knows no problem. Public headers of the library only. */
 #pragma once
 #include "common/random.h"
 #include "reward.h"

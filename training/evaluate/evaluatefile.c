@@ -1,5 +1,6 @@
-/* The file of a matrix. Each write copies it to FILE.part.new, adds one group there and takes FILE's place, under a lock:
-   a run that is killed at any moment leaves a complete file, and processes of one run or of several may share it. */
+/* The file of a matrix. Each write copies it to FILE.part.new, adds one group there and takes FILE's place, under a
+   lock: a run that is killed at any moment leaves a complete file, and processes of one run or of several may share
+   it. */
 #include "evaluate.h"
 #include <slipcompat.h>
 #include "common/files.h"

@@ -1,5 +1,5 @@
-/* Random ordinary differential equations on plain arrays, and runs of them under a step-size controller: what the general
-   policy ode.h5 is trained on (train -train_algorithm cmaes -train_problem ode). */
+/* Random ordinary differential equations on plain arrays, and runs of them under a step-size controller: what the
+   general policy ode.h5 is trained on (train -train_algorithm cmaes -train_problem ode). */
 #pragma once
 #include "common/random.h"
 #include <slipstep.h>

@@ -70,7 +70,8 @@ static void DrawRelaxation(Random *r, Ode *o)
   }
 }
 
-/* x' = (y - S(x))/eps, y' = m - x + a sin(omega t), S(x) = x - g tanh(2 x): sits on branches of S and jumps between them */
+/* x' = (y - S(x))/eps, y' = m - x + a sin(omega t), S(x) = x - g tanh(2 x): sits on branches of S and jumps between
+   them */
 static void SlowFast(const Ode *o, double t, const double y[], double dy[])
 {
   const double *p = o->p;

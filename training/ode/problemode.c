@@ -7,22 +7,17 @@
 #define NEAR_LINEAR 0.3 /* slope of the tanh unit that is the filter at first */
 #define RATIO_MAX 10    /* of steps, as basic's limits */
 
-/* What is observed, its scaling for the network, and the filter at the start: a PI controller whose exponents are those of
-   Hairer and Wanner (II, p. 31), 0.7 and -0.4 times q: 0.3 of the error's step and 0.4 of its change. */
-static const struct {
-  const char *name;
-  double scale, filter;
-} Rows[] = {{"log_error_step", 3, 0.3}, {"change_log_error_step", 3, 0.4},
-            {"log_step_ratio", 3, 0},   {"change_log_step_ratio", 3, 0},
-            {"rejected", 1, -0.1},      {"rejections", 3, 0},
-            {"order", 0.25, 0}};
+/* What is observed, its scaling for the network, and the filter at the start: a PI controller whose exponents are those
+   of Hairer and Wanner (II, p. 31), 0.7 and -0.4 times q: 0.3 of the error's step and 0.4 of its change. */
+static const CMARow Rows[] = {{"log_error_step", 3, 0, 0.3, 0}, {"change_log_error_step", 3, 0, 0.4, 0},
+                              {"log_step_ratio", 3, 0, 0, 0},   {"change_log_step_ratio", 3, 0, 0, 0},
+                              {"rejected", 1, 0, -0.1, 0},      {"rejections", 3, 0, 0, 0},
+                              {"order", 0.25, 0, 0, 0}};
 enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows) };
 #define FILTER_BIAS (-0.03) /* log10 of the safety factor */
 
 static PetscErrorCode SetUp(CMAOptions *o)
 {
-  const char *names[ROWS + 1] = {NULL};
-
   PetscFunctionBegin;
   *o = (CMAOptions){.problem = o->problem,
                     .hidden = 8,
@@ -36,12 +31,7 @@ static PetscErrorCode SetUp(CMAOptions *o)
                     .generations = 240,
                     .interval = 20,
                     .sigma = 0.06};
-  for (PetscInt i = 0; i < ROWS; ++i) names[i] = Rows[i].name;
-  PetscCall(CMAObservationsSet(o, names));
-  for (PetscInt i = 0; i < ROWS; ++i) {
-    o->scale[i] = Rows[i].scale;
-    o->offset[i] = 0;
-  }
+  PetscCall(CMARowsSet(o, ROWS, Rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,7 +39,7 @@ static void Start(const CMAOptions *o, double w[])
 {
   double *bias = w + ROWS * o->hidden;
 
-  for (PetscInt i = 0; i < ROWS; ++i) w[i] = NEAR_LINEAR * Rows[i].filter / Rows[i].scale;
+  for (PetscInt i = 0; i < ROWS; ++i) w[i] = NEAR_LINEAR * Rows[i].start / Rows[i].scale;
   bias[0] = NEAR_LINEAR * FILTER_BIAS;
   bias[o->hidden] = 1 / NEAR_LINEAR;
 }

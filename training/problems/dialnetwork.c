@@ -1,7 +1,7 @@
 /* Policies with an accuracy dial: their steps, and where CMA-ES begins. That is a network that a person could have
-   written: steps of a constant length that follows the dial, and one to the end when all cells rest;
-   for other problems than the fault, three quarters of the way up the bounds at the coarsest dial, following the order of
-   the method, and longer as the energy falls. */
+   written: steps of a constant length that follows the dial, and one to the end when all cells rest; for other problems
+   than the fault, three quarters of the way up the bounds at the coarsest dial, following the order of the method, and
+   longer as the energy falls. */
 #include "episodes.h"
 #include <slipcompat.h>
 #include <math.h>

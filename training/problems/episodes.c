@@ -91,8 +91,8 @@ static PetscErrorCode MeasurePlain(const PlainFault *p, double time, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* [s]: as far as steps of the reference can be told from the start, short enough for the swing and for the growth of the
-   critical displacement, which is slower than the root of weakening less stiffness */
+/* [s]: as far as steps of the reference can be told from the start, short enough for the swing and for the growth of
+   the critical displacement, which is slower than the root of weakening less stiffness */
 static PetscReal FastestTime(const SlipFaultNumbers *f)
 {
   const PetscReal growth = PetscSqrtReal(PetscMax(f->critical_weakening - f->critical_stiffness, 0));

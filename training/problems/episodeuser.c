@@ -7,8 +7,8 @@
 #define MAX_FAILURES 8     /* in a row */
 #define WORST_ERROR 1e3    /* of one whose error is no number */
 
-/* TSBatheAttemptFn: a run that goes on for ever is cut off, and so is one whose solves fail, before TSBATHE makes that an
-   error. */
+/* TSBatheAttemptFn: a run that goes on for ever is cut off, and so is one whose solves fail, before TSBATHE makes that
+   an error. */
 static PetscErrorCode Count(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   Episode *e = (Episode *)ctx;

@@ -12,7 +12,7 @@ PETSC_INTERN const Problem ProblemOde, ProblemCycles, ProblemRupture, ProblemSeq
   ProblemSmooth; /* wings of their own */
 PETSC_INTERN const CMAProblem CMAFault, CMASmall, CMAUser;
 PETSC_INTERN const Evaluation EvaluationFault, EvaluationSlidingMode, EvaluationCircuit;
-/* -train_problem between PetscOptionsBegin() and PetscOptionsEnd(): of those for -train_algorithm cmaes, or of those that
-   go step by step */
+/* -train_problem between PetscOptionsBegin() and PetscOptionsEnd(): of those for -train_algorithm cmaes, or of those
+   that go step by step */
 PETSC_INTERN PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, PetscBool by_cma, const Problem **row);
 PETSC_INTERN PetscErrorCode ProblemDescribeDraws(char text[], size_t len); /* all rows of the table */

@@ -1,6 +1,7 @@
-/* Small systems as problems to train on: the sliding mode controller and the circuit, with the models of slipmodels.h. Both are dissipative: two solutions of the same system approach each other in the norm of the energy.
-   So the error that a step leaves at its end bounds what it changes in the exact continuation, and the sum of these
-   errors bounds that of the run. */
+/* Small systems as problems to train on: the sliding mode controller and the circuit, with the models of slipmodels.h.
+   Both are dissipative: two solutions of the same system approach each other in the norm of the energy. So the error
+   that a step leaves at its end bounds what it changes in the exact continuation, and the sum of these errors bounds
+   that of the run. */
 #include "problems.h"
 #include "environment/smallerrors.h"
 #include <slipmodels.h>

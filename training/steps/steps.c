@@ -1,11 +1,11 @@
-/* See steps.h: options, searches, table and file. CMA-ES on the logarithms of the steps; the landscape is rough, so several
-   searches begin at other places. */
+/* See steps.h: options, searches, table and file. CMA-ES on the logarithms of the steps; the landscape is rough, so
+   several searches begin at other places. */
 #include "steps.h"
 #include "cmaes/cmaes.h"
 #include "common/files.h"
 #include "common/options.h"
 #include "problems/episodes.h"
-#include "ruptures/ruptures.h"
+#include "runs/runs.h"
 #include <slipcompat.h>
 #include <math.h>
 
@@ -26,10 +26,11 @@ typedef struct {
   char output[PETSC_MAX_PATH_LEN];
 } StepsOptions;
 
-/* The fault whose steps are looked for: from its instability, on plain arrays, or under a given stress, by the library */
+/* The fault whose steps are looked for: from its instability, on plain arrays, or under a given stress, by the
+   library */
 typedef struct {
   Episode *event;
-  RuptureEpisode *rupture;
+  RunEpisode *rupture;
   PetscReal end; /* [s] */
 } Target;
 
@@ -59,7 +60,7 @@ static PetscErrorCode Error(const double x[], void *ctx, double *error)
   PetscFunctionBegin;
   for (PetscInt i = 0; i < s->n; ++i) dt[i] = exp(x[i]);
   if (s->target->rupture) {
-    PetscCall(RuptureEpisodeRunSteps(s->target->rupture, s->n, dt, &r.error));
+    PetscCall(RuptureRunSteps(s->target->rupture, s->n, dt, &r.error));
     *error = r.error < 0 ? FAILED : r.error;
   } else {
     PetscCall(EpisodeRunSteps(s->target->event, s->n, dt, &r));
@@ -72,7 +73,7 @@ static PetscErrorCode Error(const double x[], void *ctx, double *error)
 }
 
 /* Where shares of the steps of a rupture's reference lie: its controller put them where they are needed. */
-static void StartAsReference(const RuptureEpisode *e, Random *random, PetscInt n, double x[])
+static void StartAsReference(const RunEpisode *e, Random *random, PetscInt n, double x[])
 {
   const SlipCourseNode *node = (const SlipCourseNode *)e->reference.course.data;
   const PetscInt steps = e->reference.course.n - 1;
@@ -127,8 +128,9 @@ static PetscErrorCode SearchOnce(const StepsOptions *o, const Target *e, const S
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The best of some searches, started from the plan for one step less (NULL: none) and from steps drawn about equal ones;
-   ranks share the searches, and all get the answer, the same on any number of them. plan->log_step is the caller's. */
+/* The best of some searches, started from the plan for one step less (NULL: none) and from steps drawn about equal
+   ones; ranks share the searches, and all get the answer, the same on any number of them. plan->log_step is the
+   caller's. */
 static PetscErrorCode SearchAll(MPI_Comm comm, const StepsOptions *o, const Target *e, const StepsPlan *fewer,
                                 StepsPlan *plan)
 {
@@ -237,8 +239,8 @@ static PetscErrorCode MakeTarget(MPI_Comm comm, const StepsOptions *o, Target *t
   PetscFunctionBegin;
   *target = (Target){0};
   if (o->drawn) {
-    PetscCall(PetscNew(&target->rupture));
-    PetscCall(RuptureEpisodeCreate(RandomStreamHashed(DRAW_SEED, o->draw[0], o->draw[1]), 1, target->rupture));
+    PetscCall(
+      RunEpisodeCreate(&RunRupture, NULL, 1, RandomStreamHashed(DRAW_SEED, o->draw[0], o->draw[1]), &target->rupture));
     target->end = target->rupture->end;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -254,8 +256,7 @@ static PetscErrorCode MakeTarget(MPI_Comm comm, const StepsOptions *o, Target *t
   PetscCall(PetscStrcmp(initial, "traction", &rupture));
   if (rupture) {
     PetscCall(SlipFaultSetUp(fault));
-    PetscCall(PetscNew(&target->rupture));
-    PetscCall(RuptureEpisodeOfFault(fault, tmax, target->rupture));
+    PetscCall(RuptureOfFault(fault, tmax, &target->rupture));
     PetscCall(SlipFaultDestroy(&fault));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -299,7 +300,6 @@ PetscErrorCode StepsRun(MPI_Comm comm, PetscInt *failed)
   for (PetscInt k = 0; k < n; ++k) PetscCall(PetscFree(plan[k].log_step));
   PetscCall(PetscFree(plan));
   PetscCall(EpisodeDestroy((void **)&target.event));
-  if (target.rupture) PetscCall(RuptureEpisodeDestroy(target.rupture));
-  PetscCall(PetscFree(target.rupture));
+  PetscCall(RunEpisodeDestroy(&target.rupture));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

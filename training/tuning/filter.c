@@ -1,5 +1,5 @@
-/* See filter.h. All members of all generations run the same episodes at the same accuracies, so that the cost is a fixed
-   function of seven numbers; a population is spread over the ranks. */
+/* See filter.h. All members of all generations run the same episodes at the same accuracies, so that the cost is a
+   fixed function of seven numbers; a population is spread over the ranks. */
 #include "filter.h"
 #include "common/options.h"
 #include "cmaes/cmaloop.h"

@@ -58,7 +58,7 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   PetscFunctionBegin;
   PetscCall(ProblemOption(PetscOptionsObject, PETSC_FALSE, &e->problem));
   PetscCall(FamilyOption(PetscOptionsObject, &family));
-  PetscCall(FamilyCheck(family, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, PETSC_FALSE));
+  PetscCall(FamilyCheck(family, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, e->problem->name));
   e->family = family;
   PetscCall(PetscOptionsString(
     "-train_reward",
@@ -125,8 +125,8 @@ static PetscErrorCode ParseWidths(SlipOptionItems PetscOptionsObject, const char
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Networks and their training. TD3 has Gaussian noise only; TQC either gSDE, or a Gaussian of which the actor learns the
-   deviation. */
+/* Networks and their training. TD3 has Gaussian noise only; TQC either gSDE, or a Gaussian of which the actor learns
+   the deviation. */
 static PetscErrorCode ParseLearner(const Learner *learner, LearnerOptions *n, SlipOptionItems PetscOptionsObject)
 {
   const char *const noises[] = {"gsde", "gaussian", NULL};

@@ -29,7 +29,7 @@ import time
 import zipfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path[:0] = [HERE, os.path.join(HERE, "..", "src", "package")]  # of an installed tree, and of the source
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "src", "package")]  # of an installed tree, and of the source
 from slipstep.modules import need
 
 need("h5py", "numpy")

@@ -12,7 +12,7 @@ import shutil
 import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path[:0] = [HERE, os.path.join(HERE, "..", "src", "package")]  # of an installed tree, and of the source
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "src", "package")]  # of an installed tree, and of the source
 from slipstep.modules import need
 
 need("h5py", "numpy")

@@ -1,6 +1,6 @@
 /* How TQC explores: noise that is a linear function of the actor's last hidden layer (generalised state-dependent
-   exploration), or a Gaussian whose mean and log standard deviation are heads of the actor, one normal per sample (as in
-   SAC, Haarnoja et al. 2018; Stable-Baselines3's TQC with use_sde False). Both are squashed by tanh. */
+   exploration), or a Gaussian whose mean and log standard deviation are heads of the actor, one normal per sample (as
+   in SAC, Haarnoja et al. 2018; Stable-Baselines3's TQC with use_sde False). Both are squashed by tanh. */
 #include "tqc.h"
 
 #define HALF_LOG_2PI ((Scalar)0.9189385332046727)

@@ -1,5 +1,5 @@
 /* Small faults of rate-and-state friction, drawn at random. */
-#include "cycles.h"
+#include "runs.h"
 #include <slipcompat.h>
 #include <math.h>
 
@@ -37,30 +37,19 @@ static void DrawFault(Random *random, Draw *d)
 
 static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
 {
-  const struct {
-    const char *name;
-    double value;
-  } rows[] = {{"nx", (double)d->nx},
-              {"nz", (double)d->nz},
-              {"length_x", d->nx == 1 ? 1e7 : (double)d->nx * d->cell},
-              {"length_z", (double)d->nz * d->cell},
-              {"shear_modulus", SHEAR},
-              {"density", 2670},
-              {"normal_stress", d->stress},
-              {"normal_stress_gradient", 0},
-              {"friction_b", d->b},
-              {"friction_slip", d->slip},
-              {"loading_rate", 1e-9}};
+  const RunOption rows[] = {{"friction_law", 0, "rate_and_state"},
+                            {"length_x", d->nx == 1 ? 1e7 : (double)d->nx * d->cell, NULL},
+                            {"shear_modulus", SHEAR, NULL},
+                            {"density", 2670, NULL},
+                            {"friction_b", d->b, NULL},
+                            {"friction_slip", d->slip, NULL},
+                            {"loading_rate", 1e-9, NULL}};
 
-  PetscFunctionBegin;
-  PetscCall(SlipFaultSetString(fault, "friction_law", "rate_and_state"));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
-    PetscCall(SlipFaultSetReal(fault, rows[i].name, (PetscReal)rows[i].value));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return RunSetOptions(fault, PETSC_STATIC_ARRAY_LENGTH(rows), rows);
 }
 
-/* The core reaches from a fifth of the depth to three quarters and over the middle two thirds along strike; a tenth of it, at one end,
-   begins ten times faster than the rest. */
+/* The core reaches from a fifth of the depth to three quarters and over the middle two thirds along strike; a tenth of
+   it, at one end, begins ten times faster than the rest. */
 static PetscErrorCode SetFields(const Draw *d, SlipFault fault)
 {
   const PetscInt n = d->nx * d->nz;
@@ -82,16 +71,15 @@ static PetscErrorCode SetFields(const Draw *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CycleFaultDraw(Random *random, SlipFault *fault, PetscInt *n, PetscReal *side)
+PetscErrorCode CyclesDraw(RunEpisode *e, Random *random, PetscReal *side)
 {
   Draw d;
 
   PetscFunctionBegin;
   DrawFault(random, &d);
-  if (n) *n = d.nx * d.nz;
-  if (side) *side = (PetscReal)(d.cell * (double)PetscMax(d.nx, d.nz));
-  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, fault));
-  PetscCall(SetNumbers(&d, *fault));
-  PetscCall(SetFields(&d, *fault));
+  *side = (PetscReal)(d.cell * (double)PetscMax(d.nx, d.nz));
+  PetscCall(RunNewFault(e, d.nx, d.nz, d.cell, d.stress));
+  PetscCall(SetNumbers(&d, e->fault));
+  PetscCall(SetFields(&d, e->fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

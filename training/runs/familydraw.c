@@ -1,6 +1,6 @@
-/* Ruptures of a user's family: a fault of its options, whose fields vary by waves, and whose stress is given by a share of the
-   drop and a patch, by the field initial_traction, or by both. */
-#include "ruptures.h"
+/* Faults of a user's family that begin under a given stress: a fault of its options, whose fields vary by waves, and
+   whose stress is given by a share of the drop and a patch, by the field initial_traction, or by both. */
+#include "runs.h"
 #include <slipcompat.h>
 #include <math.h>
 #include <string.h>
@@ -14,7 +14,7 @@
 static const char *const Fields[] = {"normal_stress",    "friction_residual", "friction_drop",
                                      "friction_slip",    "friction_rate",     "loading_rate",
                                      "initial_traction", "stressing_rate",    "healing_time"};
-enum { FIELDS = PETSC_STATIC_ARRAY_LENGTH(Fields), STRESS = 0, RESIDUAL = 1, DROP = 2, SLIP = 3, TRACTION = 6 };
+enum { FIELDS = PETSC_STATIC_ARRAY_LENGTH(Fields), STRESS = 0, RESIDUAL = 1, DROP = 2, TRACTION = 6 };
 
 /* Cells of a fault that was set up, and what it has there; field[k] NULL: the fault has none */
 typedef struct {
@@ -141,7 +141,7 @@ static void SetStress(const Family *family, const Values *v, Random *random, Cel
   }
   for (PetscInt i = 0; i < c->n; ++i) {
     const PetscReal residual = c->field[RESIDUAL][i] * c->field[STRESS][i],
-                    drop = c->field[DROP][i] * c->field[STRESS][i];
+                    drop = c->field[DROP] ? c->field[DROP][i] * c->field[STRESS][i] : 0;
     PetscReal *stress = &c->field[TRACTION][i];
 
     if (share >= 0) *stress = PetscMin(residual + share * drop * (*stress), (PetscReal)FULL * (residual + drop));
@@ -173,29 +173,28 @@ static PetscErrorCode DrawFields(const Family *family, const Values *v, Random *
 }
 
 /* The fault is made twice: first to know its cells and what files say of them. */
-PetscErrorCode RuptureDrawOfFamily(const Family *family, Random *random, SlipFault *fault, PetscInt *n,
-                                   PetscReal **weaken, PetscReal *margin)
+PetscErrorCode RunDrawOfFamily(RunEpisode *e, Random *random)
 {
+  const Family *family = e->family;
   SlipFault first;
   Cells cells;
   Values v;
 
   PetscFunctionBegin;
   DrawValues(family, random, &v);
-  *margin = Value(family, &v, "margin", (PetscReal)(1 + 2 * RandomUniform(random) * RandomUniform(random)));
+  e->margin = Value(family, &v, "margin", (PetscReal)(1 + 2 * RandomUniform(random) * RandomUniform(random)));
+  e->end = Value(family, &v, "duration", 0);
   PetscCall(MakeFault(family, &v, PETSC_TRUE, &first));
   PetscCall(SlipFaultSetBool(first, "initial_unstable", PETSC_TRUE));
   PetscCall(SlipFaultSetUp(first));
   PetscCall(CellsGet(first, &cells));
   PetscCall(SlipFaultDestroy(&first));
   PetscCall(DrawFields(family, &v, random, &cells));
-  PetscCall(MakeFault(family, &v, PETSC_FALSE, fault));
+  PetscCall(MakeFault(family, &v, PETSC_FALSE, &e->fault));
   for (PetscInt k = 0; k < FIELDS; ++k)
-    if (cells.field[k]) PetscCall(SlipFaultSetField(*fault, Fields[k], cells.n, cells.field[k]));
-  PetscCall(SlipFaultSetUp(*fault));
-  *n = cells.n;
-  PetscCall(PetscMalloc1(cells.n, weaken));
-  PetscCall(PetscArraycpy(*weaken, cells.field[SLIP], cells.n));
+    if (cells.field[k]) PetscCall(SlipFaultSetField(e->fault, Fields[k], cells.n, cells.field[k]));
+  PetscCall(SlipFaultSetUp(e->fault));
+  e->n = cells.n;
   PetscCall(CellsFree(&cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -9,7 +9,6 @@
 PetscErrorCode RatioSetUp(CMAOptions *o)
 {
   const RatioNetwork *net = o->problem->cma->network;
-  const char *names[CMA_MAX_OBS + 1] = {NULL};
   const Problem *problem = o->problem;
   void *family = o->family;
 
@@ -27,12 +26,7 @@ PetscErrorCode RatioSetUp(CMAOptions *o)
   o->low = net->dial[0];
   o->high = net->dial[1];
   o->more = PetscMax(o->more, 2);
-  for (PetscInt i = 0; i < net->rows; ++i) names[i] = net->row[i].name;
-  PetscCall(CMAObservationsSet(o, names));
-  for (PetscInt i = 0; i < net->rows; ++i) {
-    o->scale[i] = (PetscReal)net->row[i].scale;
-    o->offset[i] = (PetscReal)net->row[i].offset;
-  }
+  PetscCall(CMARowsSet(o, net->rows, net->row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

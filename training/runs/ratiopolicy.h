@@ -1,19 +1,13 @@
-/* Networks of one hidden layer whose step is a ratio to the last one, with a tolerance that follows the dial: how problems set them up,
-   where training starts, and the policy. A problem's row names its network and the functions here. */
+/* Networks of one hidden layer whose step is a ratio to the last one, with a tolerance that follows the dial: how
+   problems set them up, where training starts, and the policy. A problem's row names its network and the functions
+   here. */
 #pragma once
-#include "cmaproblem.h"
-
-/* An observation, scaled and shifted to order one; start: by how much it moves the logarithm of the ratio at the start. The elementary
-   controller has 1 for log_error_step and 0 for all others. */
-typedef struct {
-  const char *name;
-  double scale, offset, start;
-} RatioRow;
+#include "environment/cmaproblem.h"
 
 struct _RatioNetwork {
   const CMAOptions *defaults; /* what RatioSetUp() does not set */
   PetscInt rows, units;
-  const RatioRow *row;
+  const CMARow *row; /* the elementary controller has start 1 for log_error_step and 0 for all others */
   double bias;       /* log10 of the ratio at the start where all observations are 0 */
   PetscReal dial[2]; /* range of the training, and of the file */
   double unit, rtol; /* the tolerance at the start at this dial, */
@@ -21,7 +15,8 @@ struct _RatioNetwork {
 };
 #define RATIO_SAFETY (-0.046) /* bias of the elementary controller: log10 of its safety factor */
 
-/* The defaults, observations and their scaling, one layer of tanh units, the range of the dial, and what all these problems have */
+/* The defaults, observations and their scaling, one layer of tanh units, the range of the dial, and what all these
+   problems have */
 PETSC_INTERN PetscErrorCode RatioSetUp(CMAOptions *o);
 /* The digital filter of the rows' starts in one unit, and weights of the others drawn that nothing reads */
 PETSC_INTERN void RatioStart(const CMAOptions *o, double w[]);

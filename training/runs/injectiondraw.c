@@ -1,18 +1,15 @@
 /* Small faults under a pore pressure, drawn at random. */
 #define _POSIX_C_SOURCE 200809L /* mkdtemp() */
-#include "injections.h"
-#include "environment/drawnfield.h"
+#include "runs.h"
 #include <slipcompat.h>
 #include <sliph5.h>
 #include <math.h>
 #include <stdlib.h>
 #include <unistd.h>
 
-#define SHEAR 30e9   /* [Pa] */
 #define FRICTION 0.6 /* at the start */
 #define DEPTH 3000   /* of the upper edge [m] */
 #define EULER 0.57721566490153286061
-#define CELL_STIFFNESS 1.05  /* of a square cell by itself, over the shear modulus by its side: sqrt(2)/pi 7/3 */
 #define STRIP_STIFFNESS 0.64 /* of a long strip: 2/pi */
 #define STRIP_LENGTH 200     /* over the width of all strips */
 #define LEAST_EXCESS 0.05    /* of the mean excess of strength over stress */
@@ -58,8 +55,8 @@ static int Later(const void *a, const void *b)
   return x < y ? -1 : x > y ? 1 : 0;
 }
 
-/* Corners of a record: dense at first, as pressure grows with the root of time, and again after the end of the injection; of ramps
-   anywhere. */
+/* Corners of a record: dense at first, as pressure grows with the root of time, and again after the end of the
+   injection; of ramps anywhere. */
 static void DrawRecord(Random *random, Draw *d)
 {
   d->corners = d->kind == PRESSURE_RAMPS ? 3 + (PetscInt)RandomIndex(random, 6)
@@ -126,7 +123,8 @@ static void DrawFault(Random *random, Draw *d)
 
 /* ---- pressure ---- */
 
-/* Of diffusion from a line with a constant flux for a time t, over that at the line after the time 1: r over the square root of 4 D */
+/* Of diffusion from a line with a constant flux for a time t, over that at the line after the time 1: r over the square
+   root of 4 D */
 static double Spread(double r, double t)
 {
   const double x = t > 0 ? r / sqrt(t) : 0;
@@ -164,8 +162,8 @@ static PetscErrorCode WritePressure(const Draw *d, SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up the fault with a record, which faults read from files. A pressure function would need none, but has no corners for
-   steps to end at. */
+/* Sets up the fault with a record, which faults read from files. A pressure function would need none, but has no
+   corners for steps to end at. */
 static PetscErrorCode SetUpFromFile(const Draw *d, const char file[], SlipFault fault)
 {
   PetscErrorCode code;
@@ -222,33 +220,22 @@ static PetscErrorCode SetSource(const Draw *d, SlipFault fault)
 
 static PetscErrorCode SetNumbers(const Draw *d, SlipFault fault)
 {
-  const double stiffness = d->strip ? STRIP_STIFFNESS : CELL_STIFFNESS;
-  const struct {
-    const char *name;
-    double value;
-  } rows[] = {{"nx", (double)d->nx},
-              {"nz", (double)d->nz},
-              {"length_x", d->strip ? STRIP_LENGTH * (double)d->nz * d->side : (double)d->nx * d->side},
-              {"length_z", (double)d->nz * d->side},
-              {"depth_top", DEPTH},
-              {"thickness", d->thickness},
-              {"shear_modulus", SHEAR},
-              {"normal_stress", d->stress},
-              {"normal_stress_gradient", 0},
-              {"friction_residual", FRICTION - d->drop},
-              {"friction_drop", d->drop},
-              {"friction_slip", d->weakens ? d->drop * d->stress * d->side / (d->weakening * stiffness * SHEAR) : 1}};
+  const double stiffness = d->strip ? STRIP_STIFFNESS : RUN_CELL_STIFFNESS;
   const char *law = !d->weakens ? "constant" : d->linear ? "linear_slip_weakening" : "exponential_slip_weakening";
+  const RunOption rows[] = {
+    {"length_x", (d->strip ? STRIP_LENGTH * (double)d->nz : (double)d->nx) * d->side, NULL},
+    {"depth_top", DEPTH, NULL},
+    {"thickness", d->thickness, NULL},
+    {"friction_residual", FRICTION - d->drop, NULL},
+    {"friction_drop", d->drop, NULL},
+    {"friction_slip", d->weakens ? d->drop * d->stress * d->side / (d->weakening * stiffness * RUN_SHEAR) : 1, NULL},
+    {"friction_law", 0, law},
+    {"initial", 0, "traction"},
+    {"kernel", 0, d->half_space ? "half_space" : "full_space"},
+    {"viscosity", 0, d->exact ? "sqrtm" : "radiation"},
+    {"inertia", 0, d->inertia ? "yes" : "no"}};
 
-  PetscFunctionBegin;
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++)
-    PetscCall(SlipFaultSetReal(fault, rows[i].name, (PetscReal)rows[i].value));
-  PetscCall(SlipFaultSetString(fault, "friction_law", law));
-  PetscCall(SlipFaultSetString(fault, "initial", "traction"));
-  PetscCall(SlipFaultSetString(fault, "kernel", d->half_space ? "half_space" : "full_space"));
-  PetscCall(SlipFaultSetString(fault, "viscosity", d->exact ? "sqrtm" : "radiation"));
-  PetscCall(SlipFaultSetBool(fault, "inertia", d->inertia));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return RunSetOptions(fault, PETSC_STATIC_ARRAY_LENGTH(rows), rows);
 }
 
 static PetscErrorCode SetStress(Random *random, const Draw *d, SlipFault fault)
@@ -258,7 +245,7 @@ static PetscErrorCode SetStress(Random *random, const Draw *d, SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(n, &stress));
-  DrawnField(random, d->nx, d->nz, d->length, stress);
+  RunDrawField(random, d->nx, d->nz, d->length, stress);
   for (PetscInt i = 0; i < n; i++)
     stress[i] = (PetscReal)(FRICTION * (d->stress - d->excess * d->peak *
                                                       PetscMax(1 + d->scatter * (double)stress[i], LEAST_EXCESS)));
@@ -267,24 +254,20 @@ static PetscErrorCode SetStress(Random *random, const Draw *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode InjectionFaultDraw(Random *random, SlipFault *fault, PetscInt *n, PetscReal *end, PetscBool *weakens,
-                                  PetscBool *inertia)
+PetscErrorCode InjectionDraw(RunEpisode *e, Random *random)
 {
   Draw d;
 
   PetscFunctionBegin;
   DrawFault(random, &d);
-  *n = d.nx * d.nz;
-  *end = (PetscReal)d.end;
-  *weakens = d.weakens;
-  *inertia = d.inertia;
-  PetscCall(SlipFaultCreate(PETSC_COMM_SELF, fault));
-  PetscCall(SetNumbers(&d, *fault));
-  PetscCall(SetStress(random, &d, *fault));
+  e->end = (PetscReal)d.end;
+  PetscCall(RunNewFault(e, d.nx, d.nz, d.side, d.stress));
+  PetscCall(SetNumbers(&d, e->fault));
+  PetscCall(SetStress(random, &d, e->fault));
   if (d.kind == PRESSURE_SOURCE) {
-    PetscCall(SetSource(&d, *fault));
-    PetscCall(SlipFaultSetUp(*fault));
+    PetscCall(SetSource(&d, e->fault));
+    PetscCall(SlipFaultSetUp(e->fault));
   } else
-    PetscCall(SetUpWithRecord(&d, *fault));
+    PetscCall(SetUpWithRecord(&d, e->fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
 # Trains every policy of the study again: the fault at eight alphas, sliding_mode and circuit, with TQC and TD3, and a
 # transfer of the fault's alpha 8 to a 30 x 30 mesh.
-#   training/train_study.sh [OUT]
+#   training/study/train_study.sh [OUT]
 # OUT (default output/study_training) gets all seeds, learning curves and figures, and in OUT/policies the policy of the
 # best seed of each: highest mean return on held-out random instances (choose_seed.py). What is there already is not
-# trained again, so an interrupted run goes on. Copy OUT/policies/*.h5 to training/policies/study to ship them (its page
+# trained again, so an interrupted run goes on. Copy OUT/policies/*.h5 to training/study/policies to ship them (its page
 # says which of those there are others), OUT/NAME_curves.png to output/figures/training_NAME.png.
 #   RANKS (default: processors)  trainings side by side
 #   SEEDS (default "1 2")        seeds of every training; those of alpha 2 and 8 also get MORE_SEEDS (default "3")
 #   STEPS (default 20000)        environment steps of a training; TRANSFER_STEPS (default 1000) more for the transfer
 set -euo pipefail
-root=$(cd "$(dirname "$0")/.." && pwd)
+root=$(cd "$(dirname "$0")/../.." && pwd)
 train=${TRAIN:-$root/build/bin/train}
 out=${1:-$root/output/study_training}
 ranks=${RANKS:-$(nproc)}
@@ -60,7 +60,7 @@ sweep() {
 choose() {
   local pairs=() file
   for file in "$1_alpha$2_seed"*.h5; do pairs+=("log_$file=$file"); done
-  "$python" "$root/training/choose_seed.py" "policies/$3.h5" "${pairs[@]}" | tee -a choice.txt
+  "$python" "$root/training/study/choose_seed.py" "policies/$3.h5" "${pairs[@]}" | tee -a choice.txt
 }
 
 missing=()

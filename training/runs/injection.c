@@ -1,0 +1,112 @@
+/* Small faults that slip under a pore pressure alone (train -train_algorithm cmaes -train_problem injection): the
+   problem of training/policies/injection.h5, whose network begins as the elementary controller. */
+#include "ratiopolicy.h"
+#include "runs.h"
+#include <slipcompat.h>
+
+#define USUAL_TYPE TSADAPTHEURISTIC
+#define USUAL_RTOL 1e-3
+#define CONFIRM_RTOL (8 * RUN_INJECTION_RTOL) /* of the run that confirms the reference */
+#define CONFIRMED 1e-3                        /* with this error at most */
+#define BEGUN 0.01                            /* a cell has begun at this share of the final largest slip */
+#define LEAST_BEGUN 0.1                       /* share of the cells that begin, and */
+#define FEWEST_BEGUN 3                        /* so many at least, not to be drawn again */
+#define MOST_ATTEMPTS 10000                   /* of a reference, and of classical controllers */
+
+/* The largest of the Levy distance of mean slip over time, over the final slip and the duration, the errors of the
+   cells' final slips, and of the times at which they begin, over the duration */
+static PetscErrorCode Compare(const RunEpisode *e, const RunResult *r, PetscReal errors[], PetscReal *error)
+{
+  PetscFunctionBegin;
+  errors[SLIP_ERROR_HISTORY] = SlipCourseLevy(r->course.n, RunNodes(r), e->reference.course.n, RunNodes(&e->reference));
+  errors[SLIP_ERROR_FIELD] = RunFieldError(e->n, r->slip, e->reference.slip);
+  errors[SLIP_ERROR_SHIFT] = RunPassedError(e, r, e->end);
+  *error = PetscMax(PetscMax(errors[SLIP_ERROR_HISTORY], errors[SLIP_ERROR_FIELD]), errors[SLIP_ERROR_SHIFT]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Enough of it slips, and two tight runs agree. */
+static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
+{
+  const RunRequest usual = {NULL, USUAL_TYPE, USUAL_RTOL, .end = e->end, .most = MOST_ATTEMPTS / 8},
+                   tight = {NULL, RUN_INJECTION_TYPE, RUN_INJECTION_RTOL, .end = e->end, .most = MOST_ATTEMPTS};
+  PetscReal most = 0;
+  PetscInt begun = 0;
+  EpisodeResult confirmed;
+  RunResult r;
+
+  PetscFunctionBegin;
+  PetscCall(RunIntegrate(e, &usual, &r));
+  for (PetscInt i = 0; i < e->n; i++) most = PetscMax(most, r.slip[i]);
+  for (PetscInt i = 0; i < e->n; i++) begun += r.slip[i] > BEGUN * most ? 1 : 0;
+  e->usual = r.solves;
+  *good = r.good && most > 0 && begun >= FEWEST_BEGUN && (PetscReal)begun >= LEAST_BEGUN * (PetscReal)e->n
+            ? PETSC_TRUE
+            : PETSC_FALSE;
+  PetscCall(RunResultDestroy(&r));
+  if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(e->n, &e->level));
+  for (PetscInt i = 0; i < e->n; i++) e->level[i] = (PetscReal)BEGUN * most;
+  PetscCall(RunIntegrate(e, &tight, &e->reference));
+  *good = e->reference.good;
+  if (*good) {
+    PetscCall(RunEpisodeRun(e, NULL, RUN_INJECTION_TYPE, CONFIRM_RTOL, &confirmed));
+    *good = confirmed.done == 1 && confirmed.error < CONFIRMED ? PETSC_TRUE : PETSC_FALSE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const RunKind RunInjection = {.size = sizeof(RunEpisode),
+                              .column = 2,
+                              .slips = 1,
+                              .bounded = PETSC_TRUE,
+                              .draw = InjectionDraw,
+                              .judge = Judge,
+                              .compare = Compare,
+                              .most = MOST_ATTEMPTS,
+                              .expected =
+                                "slips: expected one of which a tenth of the cells, and three of them, slip a "
+                                "hundredth of the most",
+                              .lost = 6,
+                              .free = 0.8,
+                              .steep = 2,
+                              .worst = 50};
+
+/* ---- the problem for CMA-ES ---- */
+
+static const CMARow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0, 0}, {"log_error_step", 1, 0, 1, 0},
+                              {"log_step_ratio", 1, 0, 0, 0},       {"rejected", 1, 0, 0, 0},
+                              {"sliding_fraction", 1, 0, 0, 0},     {"change_sliding_fraction", 2, 0, 0, 0},
+                              {"time_fraction", 2, -1, 0, 0},       {"log_step_share", 0.5, 1, 0, 0},
+                              {"log_step_past", 0.5, 0.5, 0, 0},    {"log_velocity", 0.2, 1, 0, 0},
+                              {"change_log_velocity", 1, 0, 0, 0}};
+static const CMAOptions Defaults = {.nsingle = 40,
+                                    .batch_single = 16,
+                                    .validation = 8,
+                                    .calibration = 24,
+                                    .diagonal = 10,
+                                    .generations = 139,
+                                    .sigma = 0.1};
+static const RatioNetwork Network = {.defaults = &Defaults,
+                                     .rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
+                                     .units = 8,
+                                     .row = Rows,
+                                     .bias = RATIO_SAFETY,
+                                     .dial = {1e-3, 1e-1},
+                                     .unit = 1e-2,
+                                     .rtol = 5e-3,
+                                     .power = 2};
+
+static const CMAProblem CMAInjections = {RUNS,
+                                         RATIO_FUNCTIONS,
+                                         .episodes = "faults",
+                                         .stream = 15,
+                                         .dial = CMA_DIAL_SPREAD,
+                                         .create = RunsCreate,
+                                         .network = &Network,
+                                         .runs = &RunInjection,
+                                         .classical = RunsClassical,
+                                         .say = RunsSay};
+
+const Problem ProblemInjection = {
+  .name = "injection", .meaning = "small faults that slip under a pore pressure", .cma = &CMAInjections};

@@ -1,0 +1,427 @@
+/* Segments of sequences: where they start, how far a run through one is from the reference, and the problem for CMA-ES,
+   whose network begins as a digital filter. */
+#include "ratiopolicy.h"
+#include "sequence.h"
+#include "common/files.h"
+#include <slipcompat.h>
+
+#define SURVEY_RTOL 1e-4 /* of dsp: the run whose states segments start from */
+#define SURVEY_STEPS 8000
+#define LOOSER 4   /* a segment whose references at two tolerances, by so much apart, */
+#define AGREE 3e-4 /* are farther apart than this is not kept */
+#define REFERENCE_STEPS 20000
+#define USUAL_RTOL 1e-3 /* of dsp */
+#define LONGEST 0.1     /* first step, of a segment */
+#define MARGIN 0.15     /* of the interval, after an event: where a segment ends */
+#define QUIET 0.3       /* and for so long no other event may begin */
+#define CLEAR 2         /* an event's fastest cell exceeds the rate of events by this */
+#define WITHIN 0.2      /* share of the segments that start within an event, */
+#define LATEST 0.8      /* of its steps, */
+#define AFTER 0.3       /* and just after the one before */
+#define NEAREST 1e-3    /* others start by so much of the gap before an event, or earlier */
+#define EVENT_RATE 1e-3 /* an event lasts while a cell is faster [m/s], */
+#define OVER 10         /* and another one begins only after all were slower than this part of it */
+#define RISE 0.1        /* of the slip: the duration is between this share and the rest of it */
+#define PEAK_SHARE (PetscReal)0.2
+#define MOST_SEARCHES 4 /* segments drawn from one fault before another one is */
+
+/* A step to time t, where the fastest cell has the rate: when an event began in it, or the last cell became slow;
+   negative: not so */
+static void EventsStep(RunWatch *watch, PetscReal t, PetscReal rate, PetscReal *began, PetscReal *slow)
+{
+  const PetscReal bound = (PetscReal)EVENT_RATE, h = t - watch->last;
+
+  *began = *slow = -1;
+  if (rate > bound && watch->rate <= bound) {
+    if (watch->armed) *began = watch->last + h * SlipEventCrossing(watch->rate, rate, bound);
+    watch->within = PETSC_TRUE;
+    watch->armed = PETSC_FALSE;
+  }
+  if (rate <= bound && watch->rate > bound) *slow = t - h * SlipEventCrossing(rate, watch->rate, bound);
+  if (rate < bound / OVER) {
+    watch->armed = PETSC_TRUE;
+    watch->within = PETSC_FALSE;
+  }
+}
+
+/* ---- the run whose states segments start from ---- */
+
+typedef struct {
+  RunEpisode base;
+  PetscInt wanted;              /* events that pass before */
+  PetscInt passed;              /* events that began */
+  PetscReal opening;            /* when the first event began */
+  PetscReal onset, over, quiet; /* of the event of the segments, and the end of the one before it [s] */
+  PetscReal interval;           /* [s] */
+  PetscReal fastest;            /* in the event */
+  Table state;                  /* [][1 + 3 n] time and state of the steps from the end of the event before on */
+  PetscBool good;
+} Survey;
+
+static PetscErrorCode AppendState(Survey *s, PetscReal t, const PetscReal a[])
+{
+  PetscReal *row;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(s->state.width, &row));
+  row[0] = t;
+  PetscCall(PetscArraycpy(row + 1, a, s->state.width - 1));
+  PetscCall(TableAdd(&s->state, row));
+  PetscCall(PetscFree(row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The event that begins now follows another one too soon: the next one may do. */
+static PetscErrorCode TryNext(Survey *s)
+{
+  PetscFunctionBegin;
+  PetscCall(TableClear(&s->state));
+  s->wanted = s->passed + 1;
+  s->over = -1;
+  s->fastest = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Look(RunWatch *watch, TS ts, PetscInt step, PetscReal t, PetscReal rate, const PetscReal a[])
+{
+  Survey *s = (Survey *)watch->e;
+  PetscReal began, slow;
+
+  PetscFunctionBegin;
+  if (step == 0) watch->armed = PETSC_TRUE;
+  EventsStep(watch, t, rate, &began, &slow);
+  if (began >= 0) {
+    if (s->passed == 0) s->opening = began;
+    if (s->passed == s->wanted + 1 || (s->passed == s->wanted && s->state.n < 2)) PetscCall(TryNext(s));
+    if (s->passed == s->wanted) {
+      s->onset = began;
+      s->interval = s->passed ? (began - s->opening) / (PetscReal)s->passed : began;
+    }
+    s->passed++;
+  }
+  if (slow >= 0) s->over = slow;
+  if (s->passed == s->wanted && !watch->within && !s->state.n) s->quiet = t;
+  if ((s->passed == s->wanted && !watch->within) || s->passed == s->wanted + 1) PetscCall(AppendState(s, t, a));
+  if (s->passed == s->wanted + 1) {
+    s->fastest = PetscMax(s->fastest, rate);
+    if (!watch->within && t > s->over + QUIET * s->interval) {
+      s->good = PETSC_TRUE;
+      PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const RunKind RunSurvey = {.size = sizeof(Survey), .follow = Look};
+
+static PetscErrorCode SurveyFault(const SequenceEpisode *e, Survey *s)
+{
+  const RunRequest request = {NULL, TSADAPTDSP, (PetscReal)SURVEY_RTOL, .end = PETSC_MAX_REAL / 2,
+                              .most = SURVEY_STEPS};
+  RunResult r;
+
+  PetscFunctionBegin;
+  *s = (Survey){.base = {.kind = &RunSurvey, .fault = e->base.fault, .n = e->base.n},
+                .wanted = e->pass,
+                .over = -1,
+                .state = {.width = 1 + 3 * e->base.n}};
+  PetscCall(RunIntegrate(&s->base, &request, &r));
+  if (!r.good || s->fastest < CLEAR * EVENT_RATE) s->good = PETSC_FALSE;
+  PetscCall(RunResultDestroy(&r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const PetscReal *Row(const Survey *s, PetscInt k)
+{
+  return s->state.data + s->state.width * k;
+}
+
+/* The last kept step that is not after the time; the first one at the earliest */
+static PetscInt StepAt(const Survey *s, PetscReal t)
+{
+  PetscInt k = 0;
+
+  while (k + 2 < s->state.n && Row(s, k + 1)[0] <= t) k++;
+  return k;
+}
+
+/* ---- a run through a segment ---- */
+
+static PetscErrorCode Follow(RunWatch *watch, TS ts, PetscInt step, PetscReal t, PetscReal rate, const PetscReal a[])
+{
+  const RunEpisode *e = watch->e;
+  RunResult *r = watch->r;
+  PetscReal began, slow;
+
+  PetscFunctionBegin;
+  (void)ts, (void)a;
+  if (step == 0) {
+    watch->within = ((const SequenceEpisode *)e)->kind == SEGMENT_WITHIN ? PETSC_TRUE : PETSC_FALSE;
+    watch->armed = watch->within ? PETSC_FALSE : PETSC_TRUE;
+    r->begin[0] = watch->within ? e->begin : e->end;
+    r->over[0] = e->end;
+  }
+  EventsStep(watch, t, rate, &began, &slow);
+  if (began >= 0 && r->events++ == 0) r->begin[0] = began;
+  if (slow >= 0) r->over[0] = slow;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscReal FieldError(const RunEpisode *e, const RunResult *r, PetscReal *mean)
+{
+  PetscReal sum = 0;
+
+  *mean = 0;
+  for (PetscInt i = 0; i < e->n; i++) {
+    const PetscReal d = r->slip[i] - e->reference.slip[i];
+
+    sum += PetscSqr(d) / (PetscReal)e->n;
+    *mean += d / (PetscReal)e->n;
+  }
+  return PetscSqrtReal(sum);
+}
+
+static PetscReal PeakOf(const RunResult *r)
+{
+  return SlipCoursePeak(r->course.n, RunNodes(r));
+}
+
+/* Of a course at a time between its first and last node: a cubic of slips and rates */
+static SlipCourseNode NodeAt(PetscInt n, const SlipCourseNode node[], PetscReal t)
+{
+  PetscInt k = 0;
+  PetscReal h, x, slope[2], turn[2];
+
+  while (k + 2 < n && node[k + 1].time <= t) k++;
+  h = node[k + 1].time - node[k].time;
+  x = PetscClipInterval((t - node[k].time) / h, (PetscReal)0, (PetscReal)1);
+  slope[0] = h * node[k].rate;
+  slope[1] = h * node[k + 1].rate;
+  turn[0] = 3 * (node[k + 1].slip - node[k].slip) - 2 * slope[0] - slope[1];
+  turn[1] = 2 * (node[k].slip - node[k + 1].slip) + slope[0] + slope[1];
+  return (SlipCourseNode){t, node[k].slip + x * (slope[0] + x * (turn[0] + x * turn[1])),
+                          (slope[0] + x * (2 * turn[0] + x * 3 * turn[1])) / h};
+}
+
+/* The time in which the mean slip of the event goes from a tenth to nine tenths of its way [s] */
+static PetscErrorCode Rise(const RunResult *r, PetscReal *rise)
+{
+  const SlipCourseNode *all = RunNodes(r);
+  SlipCourseNode *node;
+  PetscInt n = 1;
+
+  PetscFunctionBegin;
+  *rise = 0;
+  if (r->course.n < 2 || r->over[0] <= r->begin[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(r->course.n + 2, &node));
+  node[0] = NodeAt(r->course.n, all, r->begin[0]);
+  for (PetscInt k = 0; k < r->course.n; k++)
+    if (all[k].time > r->begin[0] && all[k].time < r->over[0]) node[n++] = all[k];
+  node[n++] = NodeAt(r->course.n, all, r->over[0]);
+  for (PetscInt k = n - 1; k >= 0; k--) node[k].slip -= node[0].slip;
+  *rise = SlipCourseTime(n, node, (PetscReal)(1 - RISE)) - SlipCourseTime(n, node, (PetscReal)RISE);
+  PetscCall(PetscFree(node));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Compare(const RunEpisode *base, const RunResult *r, PetscReal error[], PetscReal *most)
+{
+  const SequenceEpisode *e = (const SequenceEpisode *)base;
+  const RunResult *ref = &base->reference;
+  PetscReal mean, rise, of_reference;
+
+  PetscFunctionBegin;
+  *most = 1;
+  if (r->events != ref->events) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Rise(r, &rise));
+  PetscCall(Rise(ref, &of_reference));
+  error[SEGMENT_ERROR_ONSET] = e->kind == SEGMENT_WITHIN ? 0 : PetscAbsReal(r->begin[0] - ref->begin[0]) / base->span;
+  error[SEGMENT_ERROR_SLIP] = FieldError(base, r, &mean) / e->size;
+  error[SEGMENT_ERROR_MOMENT] = PetscAbsReal(mean) / e->mean;
+  error[SEGMENT_ERROR_DURATION] = PetscAbsReal(rise / of_reference - 1);
+  error[SEGMENT_ERROR_PEAK] = PEAK_SHARE * PetscAbsReal(PeakOf(r) / PeakOf(ref) - 1);
+  *most = 0;
+  for (PetscInt i = 0; i < SEGMENT_NUM_ERRORS; i++) *most = PetscMax(*most, error[i]);
+  *most = PetscMin(*most, 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- an episode ---- */
+
+/* Where it starts, by the steps of the survey */
+static PetscErrorCode ChooseStart(const Survey *s, SequenceEpisode *segment)
+{
+  RunEpisode *e = &segment->base;
+  Random *random = &segment->random;
+  const double share = RandomUniform(random);
+  const PetscReal remains = (PetscReal)RandomLog(random, NEAREST, 1);
+  const PetscInt onset = StepAt(s, s->onset), over = StepAt(s, s->over);
+  PetscReal sum = 0, mean = 0;
+  PetscInt k = 0;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  if (segment->kind == SEGMENT_BETWEEN) k = StepAt(s, s->onset - remains * (s->onset - s->quiet));
+  if (segment->kind == SEGMENT_WITHIN) k = onset + 1 + (PetscInt)(LATEST * share * (double)(over - onset - 1));
+  PetscCall(SlipFaultCreateState(e->fault, &e->start));
+  PetscCall(VecGetArrayWrite(e->start, &a));
+  PetscCall(PetscArraycpy(a, Row(s, k) + 1, 3 * e->n));
+  PetscCall(VecRestoreArrayWrite(e->start, &a));
+  e->begin = Row(s, k)[0];
+  e->step = (Row(s, k + 1)[0] - e->begin) * (PetscReal)RandomLog(random, 1, 4);
+  e->span = s->interval;
+  e->end = s->over + (PetscReal)MARGIN * s->interval;
+  e->step = PetscMin(e->step, (PetscReal)LONGEST * (e->end - e->begin));
+  for (PetscInt i = 0; i < e->n; i++) {
+    const PetscReal d = Row(s, over + 1)[1 + 3 * i + 1] - Row(s, onset)[1 + 3 * i + 1];
+
+    sum += PetscSqr(d) / (PetscReal)e->n;
+    mean += d / (PetscReal)e->n;
+  }
+  segment->size = PetscSqrtReal(sum);
+  segment->mean = PetscAbsReal(mean);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Two references that agree, and the usual number of solves */
+static PetscErrorCode JudgeSegment(SequenceEpisode *segment, PetscBool *good)
+{
+  RunEpisode *e = &segment->base;
+  const PetscInt events = segment->kind == SEGMENT_WITHIN ? 0 : 1;
+  RunRequest request = {NULL, TSADAPTPI, (PetscReal)(LOOSER * SEQUENCE_REFERENCE_RTOL), .end = e->end,
+                        .most = REFERENCE_STEPS};
+  PetscReal errors[SLIP_NUM_ERRORS], error;
+  RunResult r;
+
+  PetscFunctionBegin;
+  *good = PETSC_FALSE;
+  PetscCall(RunIntegrate(e, &request, &r));
+  if (r.good && r.events == events && r.over[0] < e->end) {
+    request.setting = (PetscReal)SEQUENCE_REFERENCE_RTOL;
+    PetscCall(RunIntegrate(e, &request, &e->reference));
+    PetscCall(Compare(e, &r, errors, &error));
+    *good = e->reference.good && e->reference.events == events && error < AGREE ? PETSC_TRUE : PETSC_FALSE;
+  }
+  PetscCall(RunResultDestroy(&r));
+  if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
+  request.type = TSADAPTDSP;
+  request.setting = (PetscReal)USUAL_RTOL;
+  PetscCall(RunIntegrate(e, &request, &r));
+  e->usual = r.solves;
+  PetscCall(RunResultDestroy(&r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Some segments of one fault are tried. */
+static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
+{
+  SequenceEpisode *segment = (SequenceEpisode *)e;
+  Survey s;
+
+  PetscFunctionBegin;
+  if (!segment->begun) {
+    RandomSeed(&segment->random, e->seed + 1);
+    segment->of_kind = RandomUniform(&segment->random);
+    segment->begun = PETSC_TRUE;
+  }
+  segment->kind = segment->of_kind < WITHIN           ? SEGMENT_WITHIN
+                  : segment->of_kind < WITHIN + AFTER ? SEGMENT_AFTER
+                                                      : SEGMENT_BETWEEN;
+  if (e->family) {
+    PetscReal healing;
+
+    PetscCall(SlipFaultGetReal(e->fault, "healing_time", &healing));
+    segment->pass = healing > 0 ? 1 + (PetscInt)RandomIndex(&segment->random, SEQUENCE_MOST_PASS) : 0;
+  }
+  *good = PETSC_FALSE;
+  PetscCall(SurveyFault(segment, &s));
+  for (PetscInt i = 0; i < MOST_SEARCHES && s.good && !*good; i++) {
+    PetscCall(ChooseStart(&s, segment));
+    PetscCall(JudgeSegment(segment, good));
+    if (!*good) {
+      PetscCall(RunResultDestroy(&e->reference));
+      PetscCall(VecDestroy(&e->start));
+    }
+  }
+  PetscCall(TableClear(&s.state));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const RunKind RunSequence = {.size = sizeof(SequenceEpisode),
+                             .column = 1,
+                             .slips = 1,
+                             .draw = SequenceDraw,
+                             .judge = Judge,
+                             .follow = Follow,
+                             .compare = Compare,
+                             .expected = "has an event to learn from: expected one that is loaded until its cells slip "
+                                         "faster than 2 mm/s, and then rests",
+                             .lost = 2,
+                             .free = 0.7,
+                             .steep = 1,
+                             .worst = 4};
+
+/* ---- the problem for CMA-ES ---- */
+
+/* The unit that is PI42 about estimates of 0.06, at tolerances so much looser than those at which dsp keeps the dial:
+   its equal at the start, with room for estimates that are larger where they do no harm */
+#define PROPORTIONAL 0.4
+#define CHANGE 0.2
+#define TARGET (-0.163) /* 0.4 log10(0.06^(1/3)) */
+#define RTOL_START 1e-2 /* tolerance at the dial 1e-2 */
+#define RTOL_POWER 0.87
+
+static const CMARow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0, 0},
+                              {"log_error_step", 1, 0, PROPORTIONAL, 0},
+                              {"log_step_ratio", 1, 0, 0, 0},
+                              {"rejected", 1, 0, 0, 0},
+                              {"sliding_fraction", 1, 0, 0, 0},
+                              {"change_sliding_fraction", 2, 0, 0, 0},
+                              {"log_step", 0.1, -0.4, 0, 0},
+                              {"log_velocity", 0.1, 0.4, 0, 0},
+                              {"change_log_velocity", 1, 0, 0, 0},
+                              {"log_peak_ratio", 1, -0.5, 0, 0},
+                              {"growth", 0.3, 0, 0, 0},
+                              {"change_log_error_step", 1, 0, CHANGE, 0}};
+static const CMAOptions Defaults = {.nsingle = 48,
+                                    .batch_single = 20,
+                                    .population = 16,
+                                    .validation = 12,
+                                    .calibration = 64,
+                                    .diagonal = 100000000, /* always */
+                                    .generations = 60,
+                                    .sigma = 0.08};
+static const RatioNetwork Network = {.defaults = &Defaults,
+                                     .rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
+                                     .units = 4,
+                                     .row = Rows,
+                                     .bias = TARGET,
+                                     .dial = {3e-3, 1e-1},
+                                     .unit = 1e-2,
+                                     .rtol = RTOL_START,
+                                     .power = RTOL_POWER};
+
+static PetscErrorCode Policy(const CMAOptions *o, const double w[], SlipPolicy policy)
+{
+  PetscFunctionBegin;
+  PetscCall(RatioPolicy(o, w, policy));
+  PetscCall(PolicySetNumber(policy, SLIP_POLICY_HOLD, "%.6g", 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const CMAProblem CMASequences = {RUNS,
+                                        .episodes = "segments",
+                                        .stream = 11,
+                                        .dial = CMA_DIAL_SPREAD,
+                                        .network = &Network,
+                                        .runs = &RunSequence,
+                                        .setup = RatioSetUp,
+                                        .start = RatioStart,
+                                        .policy = Policy,
+                                        .range = RatioRange,
+                                        .create = RunsCreate,
+                                        .classical = RunsClassical,
+                                        .say = RunsSay};
+
+const Problem ProblemSequence = {
+  .name = "sequence", .meaning = "segments of sequences of events of small faults", .cma = &CMASequences};
