@@ -1,6 +1,7 @@
 /* See tolerances.h: options, runs, table and file. */
 #include "tolerances.h"
 #include "ladder.h"
+#include "cmaes/cmatrain.h"
 #include "common/files.h"
 #include "common/options.h"
 #include "environment/family.h"
@@ -31,7 +32,7 @@ static PetscErrorCode OptionsSet(MPI_Comm comm, Options *o)
     OPTION_INTEGER("-train_seed", "Seed of everything random", &o->seed, 0, PETSC_MAX_INT),
     OPTION_REAL("-train_within", "Share of the episodes that shall keep an accuracy", &o->within, 0, 1)};
   PetscMPIInt size;
-  PetscBool given, ruptures;
+  PetscBool given;
 
   PetscFunctionBegin;
   *o = (Options){.n = 64, .within = (PetscReal)0.97, .controllers = DIAL_CONTROLLERS};
@@ -39,9 +40,9 @@ static PetscErrorCode OptionsSet(MPI_Comm comm, Options *o)
   PetscCall(FamilyOption(PetscOptionsObject, &o->family));
   PetscCall(ProblemOption(PetscOptionsObject, PETSC_TRUE, &o->problem));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-train_problem", &given));
-  if (o->family && o->family->rupture && !given) o->problem = &ProblemRupture;
-  ruptures = o->problem == &ProblemRupture ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(FamilyCheck(o->family, o->problem->cma->kinds || ruptures ? PETSC_TRUE : PETSC_FALSE, ruptures));
+  for (PetscInt k = 0; o->family && !given && ProblemTable[k]; ++k)
+    if (!strcmp(o->family->problem, ProblemTable[k]->name)) o->problem = ProblemTable[k];
+  PetscCall(CMACheckFamily(o->problem, o->family));
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscCall(PetscOptionsString("-train_controllers", "Types, and filters of pi and dsp, with commas between", NULL,
                                o->controllers, o->controllers, sizeof(o->controllers), NULL));
