@@ -172,6 +172,10 @@ family "${few[@]/-stress_share 0.6:0.7/-stress_share 0.01}" -fault_initial_unsta
 refuses "none ruptures" -- "${refused[@]}" -train_family family.opts
 family "${few[@]}" -fault_initial_unstable
 refuses "describes ruptures from a given stress, expected" -- "${refused[@]}" -train_family family.opts -train_problem fault_dial
+family "${few[@]}" "-fault_loading_rate 1e-9"
+refuses "describes sequences of events under loading, expected -train_algorithm cmaes and -train_problem sequence" -- "${refused[@]}" -train_family family.opts -train_problem rupture
+family "${few[@]}" "-fault_injection 1e3,1e3"
+refuses "has a pore pressure but no -duration" -- "${refused[@]}" -train_family family.opts
 refuses "cannot be opened" -- "${refused[@]}" -train_family missing.opts
 refuses "-train_family is for faults with an accuracy dial" -- "$bin/train" -train_family good.opts -train_steps 5
 "$bin/train" -train_algorithm cmaes -help >help.txt 2>&1 || fail "-help"

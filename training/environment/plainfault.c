@@ -1,10 +1,12 @@
 /* See plainfault.h. The stage solver is src/snes/semismooth.c's: Newton's method on the natural residual, without the
-   weakening slope where that makes the Jacobian indefinite. Why there are two. Measured on 24 single cells and 20
-   meshes of up to 7 x 7 cells, a generation of fault.h5's training, runs of TSBATHE with SNESSEMISMOOTH take 12 to 14
-   times the processor time of these on single cells and 3.8 to 4.9 times on meshes, 5 times in all: objects, checks and
-   monitors cost more than the arithmetic of so few cells. And the library's loop cannot be this one: its operators are
-   products with FFTs or hierarchical matrices, on any number of ranks, with Krylov solves and approximations; here they
-   are entries, solved directly. Shared are the formulas and every decision. */
+   weakening slope where that makes the Jacobian indefinite.
+
+   Why there are two. Measured on 24 single cells and 20 meshes of up to 7 x 7 cells, a generation of fault.h5's
+   training, runs of TSBATHE with SNESSEMISMOOTH take 12 to 14 times the processor time of these on single cells and 3.8
+   to 4.9 times on meshes, 5 times in all: objects, checks and monitors cost more than the arithmetic of so few cells.
+   And the library's loop cannot be this one: its operators are products with FFTs or hierarchical matrices, on any
+   number of ranks, with Krylov solves and approximations; here they are entries, solved directly. Shared are the
+   formulas and every decision. */
 #include "plainfault.h"
 #include <slipcompat.h>
 #include <math.h>

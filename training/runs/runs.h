@@ -63,10 +63,10 @@ typedef struct {
 } RunRequest;
 
 struct _RunKind {
-  size_t size;     /* of an episode */
-  TSType type;     /* NULL: as the fault has it */
-  PetscInt column; /* of the state: the slip of cells, whose mean makes the course; 0: there is no course */
-  PetscInt slips;
+  size_t size;       /* of an episode */
+  TSType type;       /* NULL: as the fault has it */
+  PetscInt column;   /* of the state: the slip of cells, whose mean makes the course; 0: there is no course */
+  PetscInt slips;    /* of each cell that a run keeps, RunResult.slip */
   PetscInt events;   /* after which a run ends; 0: not by them */
   PetscBool bounded; /* slip between steps, a cubic, is taken to be monotonous where a level is passed */
   PetscBool early;   /* a run is good wherever its steps end */
