@@ -8,8 +8,8 @@ static const char help[] = "A user's friction laws: rate-and-state friction whos
 
 /* ---- a parameter of its own ---- */
 
-/* v_c: the option -fault_cut_off_rate, or cell by cell a dataset of -fault_parameters or SlipFaultSetField(). Constant, as the
-   library refers to it. */
+/* v_c: the option -fault_cut_off_rate, or cell by cell a dataset of -fault_parameters or SlipFaultSetField(). Constant,
+   as the library refers to it. */
 static const SlipParameter own[] = {{.name = "cut_off_rate",
                                      .value = 1e-2,
                                      .unit = "m/s",

@@ -4,8 +4,8 @@
 #include <petscsys.h>
 #include <stdint.h>
 
-/* What an option is part of, which says what becomes of a run that goes on with another value. Whoever adds one must say it:
-   without, SlipStepInitializePackage() fails. */
+/* What an option is part of, which says what becomes of a run that goes on with another value. Whoever adds one must
+   say it: without, SlipStepInitializePackage() fails. */
 typedef enum {
   SLIP_PART_UNSAID,
   SLIP_PART_PROBLEM, /* what is computed: in checkpoints, another value is refused */
@@ -100,8 +100,7 @@ typedef struct {
   SlipFrictionBalanceFn balance;              /* NULL: cell by cell, by Newton's method */
   SlipFrictionKeepFn keep; /* the numbers of kept, for as long as the normal stress does not change */
   PetscInt nkept;          /* of a cell */
-  const char *
-    reads; /* the numbers of friction in it, as "residual slip", so that others are named as without effect; NULL: any */
+  const char *reads; /* numbers of friction in it, "residual slip", others being named as without effect; NULL: any */
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ours; ends with a NULL name */
 PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
@@ -216,7 +215,8 @@ static inline PetscReal SlipConeClip(PetscReal r, PetscReal q)
   return r > q ? q : (r < -q ? -q : r);
 }
 
-/* Region of p = x - rho g; wq = omega q, zero on rows without a bound; one that is not a number slides: the residual is to show it */
+/* Region of p = x - rho g; wq = omega q, zero on rows without a bound; one that is not a number slides: the residual is
+   to show it */
 static inline SlipRegion SlipConeRegion(PetscReal x, PetscReal g, PetscReal rho, PetscReal wq)
 {
   const PetscReal p = x - rho * g;
@@ -288,7 +288,8 @@ PETSC_EXTERN void SlipContactProject(PetscInt n, const PetscReal x[], const Pets
                                      PetscReal x1[]);
 
 /* ---- numbers and decisions of the semismooth Newton method, for the SNES type and the trainer's loop: when a step is
-   taken, shortened, lengthened or replaced by projections, and when the solution is as exact as rounding lets it be ----
+   taken, shortened, lengthened or replaced by projections, and when the solution is as exact as rounding lets it be
+   ----
    */
 #define SLIP_SEARCH_RTOL 1e-10     /* natural residual over the characteristic traction */
 #define SLIP_SEARCH_ROUNDING 1e-15 /* relative residual that summation errors leave */

@@ -24,16 +24,17 @@ typedef enum {
 } SlipAverage;
 /* The one at which cracks of 10 to 60 cells across have the exact slip in their middle, measured. */
 #define SLIP_CORE_CELL 0.11
-/* Inside: the one at which waves of slip meet the stiffness of the continuum to the second order of their wavenumber. At
-   the border: the one at which a crack that ends there then slips as in the continuum, to the second order as well. */
+/* Inside: the one at which waves of slip meet the stiffness of the continuum to the second order of their wavenumber.
+   At the border: the one at which a crack that ends there then slips as in the continuum, to the second order as
+   well. */
 #define SLIP_CORE_INNER 0.15915494309189535 /* 1 / (2 pi) */
 #define SLIP_CORE_BORDER 0.0494428
 /* Average of that drop over the receiver; core: of edges that both have in common. */
 PETSC_EXTERN PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *receiver,
                                          const SlipRectangle *source, const PetscReal core[2], PetscBool full_space);
 
-/* A rectangle of any direction: centre north, east and down, extents along strike and along dip [m], strike and dip after
-   Aki & Richards [deg]; a row of cells in files. */
+/* A rectangle of any direction: centre north, east and down, extents along strike and along dip [m], strike and dip
+   after Aki & Richards [deg]; a row of cells in files. */
 typedef struct {
   PetscReal x, y, z, length, width, strike, dip;
 } SlipDippingRectangle;
@@ -68,8 +69,7 @@ typedef struct {
 #define SLIP_KERNEL_BLOCK 12 /* the most numbers of one: three components of slip, and a row of normal stress */
 struct _SlipKernelType {
   const char *name;
-  PetscInt
-    components; /* of slip and of stress drop: 1 along the cells' rakes, 2, along strike and up dip, or 3 with opening */
+  PetscInt components;  /* of slip and stress drop: 1 along the rake, 2 along strike and up dip, 3 with opening */
   PetscInt normals;     /* rows of normal stress besides: 0, or 1 where it changes by slip */
   PetscInt symmetry[2]; /* SlipKernelSymmetry, added: below the free surface, in a full space */
   /* at the receiver's centre */
@@ -85,10 +85,10 @@ struct _SlipKernelType {
      average() took, along share of the edge; normal: the cell's extent across the edge [m]. NULL: nothing. */
   PetscReal (*edge)(const SlipKernel *kernel, PetscBool along_strike, PetscReal normal, PetscReal share,
                     PetscReal ratio);
-  /* At points [n][3] of the plane of the source, its own centre and those of cells like it: stress drop along strike, up dip
-     and across, [n][3], for unit slip along strike (component 0), up dip (1) or opening (2). With the distance along strike, what dip
-     and dip or strike and strike have to do with each other is even, as is what slip up dip does across; the rest is odd.
-     Products by transforms on dipping planes need it; NULL: refused. */
+  /* At points [n][3] of the plane of the source, its own centre and those of cells like it: stress drop along strike,
+     up dip and across, [n][3], for unit slip along strike (component 0), up dip (1) or opening (2). With the distance
+     along strike, what dip and dip or strike and strike have to do with each other is even, as is what slip up dip does
+     across; the rest is odd. Products by transforms on dipping planes need it; NULL: refused. */
   PetscErrorCode (*plane)(const SlipKernel *kernel, const SlipDippingRectangle *source, PetscInt component, PetscInt n,
                           const PetscReal points[], PetscReal traction[]);
   /* centre() of n pairs, where many at once take less time than one by one; NULL: they do not */
@@ -104,11 +104,12 @@ PETSC_EXTERN const SlipKernelType SlipKernelStrikeSlip;
 PETSC_EXTERN const SlipKernelType SlipKernelDipping;
 /* The same on triangles. */
 PETSC_EXTERN const SlipKernelType SlipKernelTriangle;
-/* Slip as a vector along strike and up dip on either, whatever their rakes: shear stress along both, and normal stress. */
+/* Slip as a vector along strike and up dip on either, whatever their rakes: shear stress along both, and normal
+   stress. */
 PETSC_EXTERN const SlipKernelType SlipKernelDippingVector;
 PETSC_EXTERN const SlipKernelType SlipKernelTriangleVector;
-/* The same with opening as a third component, positive where the sides part: the third stress is the compression, as its own unit
-   opening makes it, and there are no other rows of normal stress. */
+/* The same with opening as a third component, positive where the sides part: the third stress is the compression, as
+   its own unit opening makes it, and there are no other rows of normal stress. */
 PETSC_EXTERN const SlipKernelType SlipKernelDippingOpening;
 PETSC_EXTERN const SlipKernelType SlipKernelTriangleOpening;
 PETSC_EXTERN PetscErrorCode SlipKernelCheck(MPI_Comm comm, const SlipKernel *kernel);
@@ -123,7 +124,8 @@ static inline void SlipKernelBlock(const SlipKernel *kernel, const SlipCell *rec
 PETSC_EXTERN void SlipSurfaceDisplacement(PetscReal nu, const SlipRectangle *source, PetscInt n,
                                           const PetscReal points[], PetscReal u[]);
 
-/* Fields at points [n][3] of slip [3] on it, along strike, up dip and opening, with a free surface or without. Okada (1992). */
+/* Fields at points [n][3] of slip [3] on it, along strike, up dip and opening, with a free surface or without. Okada
+   (1992). */
 PETSC_EXTERN PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space,
                                                     const SlipDippingRectangle *source, const PetscReal slip[],
                                                     PetscInt n, const PetscReal points[], PetscReal u[]);

@@ -23,7 +23,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[
 /* A parameter cell by cell, as a dataset of -fault_parameters would: values [n = nx nz, or the cells of a mesh in
    the order of its file], all on every rank. */
 PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[]);
-/* Switches: "inertia", "initial_unstable", "check_error", "output_overwrite", "output_xdmf", "progress", "catalogue_maps" */
+/* Switches: "inertia", "initial_unstable", "check_error", "output_overwrite", "output_xdmf", "progress",
+   "catalogue_maps" */
 PETSC_EXTERN PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[], PetscBool value);
 PETSC_EXTERN PetscErrorCode SlipFaultGetString(SlipFault fault, const char name[], char value[], size_t len);
 /* Of all cells, in the order of the grid or of the mesh's file, on every rank; after SlipFaultSetUp() */
@@ -57,7 +58,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetOptionsPrefix(SlipFault fault, const cha
 PETSC_EXTERN PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w);
 PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
 /* TS of type bathe (changed by -ts_type afterwards), smooth right-hand side, constraint, reference tolerances, max time
-   30 s, unlimited rejections and SNES failures, and what controllers ask of it (TSSetSlipProblem()). Call TSSetFromOptions after it. */
+   30 s, unlimited rejections and SNES failures, and what controllers ask of it (TSSetSlipProblem()). Call
+   TSSetFromOptions after it. */
 PETSC_EXTERN PetscErrorCode SlipFaultFindTolerance(const char kind[], const char controller[], PetscReal accuracy,
                                                    PetscReal *rtol);
 PETSC_EXTERN PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts);
@@ -84,16 +86,16 @@ PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w,
 
 /* -fault_catalogue: a row an event in a file of its own: /onset, /end, /x, /y, /z, /cell, /area, /mean_slip, /max_slip,
    /direction, /moment, /magnitude, /stress_drop, /peak_slip_rate, /elastic_energy, /kinetic_energy, /dissipated_energy,
-   /radiated_energy, /loading_work, /ledger, /steps, /fault, /rake [event], /goes_on (attributes), of several faults /fault_moment and its like
-   [event, faults], /mesh (centres), and /maps/slip, /maps/rupture_time as [event, Nz, Nx], or [event, N] of a mesh;
-   output/README.md says what they are. SlipFaultOutputStart() and
-   SlipFaultOutputFinish() begin and end it.
-   -fault_output: attaches monitors that write the file of slipoutput.h, with /parameters (scalars and choices), /mesh (x, z
-   of the centres [m], per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction, state,
-   pore_pressure as [n, Nz, Nx], or [n, N] of a mesh), and of -fault_stations /stations/K (K = 0, 1, ...; time, slip, slip_rate, traction, state at every accepted
-   step; attributes x, z, cell, cell_x, cell_z), of -fault_surface_stations /ground (time, displacement and velocity
-   [n, stations, 3]) with /ground_points (x, y), and /surface/K (time, displacement and velocity [n, 3]; attributes x, y); /xdmf (corners of the cells) and FILE.xdmf2 beside it; finish writes
-   /result and /run and renames into place. */
+   /radiated_energy, /loading_work, /ledger, /steps, /fault, /rake [event], /goes_on (attributes), of several faults
+   /fault_moment and its like [event, faults], /mesh (centres), and /maps/slip, /maps/rupture_time as [event, Nz, Nx],
+   or [event, N] of a mesh; output/README.md says what they are. SlipFaultOutputStart() and SlipFaultOutputFinish()
+   begin and end it. -fault_output: attaches monitors that write the file of slipoutput.h, with /parameters (scalars and
+   choices), /mesh (x, z of the centres [m], per-cell parameters) and /fields (time, and slip_rate, slip, displacement,
+   traction, state, pore_pressure as [n, Nz, Nx], or [n, N] of a mesh), and of -fault_stations /stations/K (K = 0, 1,
+   ...; time, slip, slip_rate, traction, state at every accepted step; attributes x, z, cell, cell_x, cell_z), of
+   -fault_surface_stations /ground (time, displacement and velocity [n, stations, 3]) with /ground_points (x, y), and
+   /surface/K (time, displacement and velocity [n, 3]; attributes x, y); /xdmf (corners of the cells) and FILE.xdmf2
+   beside it; finish writes /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 /* before a sweep: an error, naming the lines, where two of n runs write one file */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckSweepFiles(MPI_Comm comm, PetscInt n, const PetscOptions options[],
@@ -113,7 +115,8 @@ typedef struct {
   PetscBool repeats; /* it sees the repetition of -fault_check_error as well */
 } SlipFaultObserver;
 PETSC_EXTERN PetscErrorCode SlipFaultRegisterObserver(const SlipFaultObserver *observer);
-/* -fault_checkpoint, -fault_restart, -fault_wall_limit; the end of the run: exit code of one that was stopped, else 0. */
+/* -fault_checkpoint, -fault_restart, -fault_wall_limit; the end of the run: exit code of one that was stopped, else
+   0. */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code);
 PETSC_EXTERN PetscErrorCode SlipFaultDeclareOptions(void);

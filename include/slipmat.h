@@ -25,12 +25,13 @@ typedef struct {
   const PetscReal *rake; /* [nx * nz] of slip and shear stress [deg]; of vectors of slip not read; not kept */
   PetscReal tolerance;   /* of "hmat": relative error of each low-rank block, in (0, 1); 0: 1e-8 */
 } SlipDippingGrid;
-/* type: "dense", "fft", "hmat" or "auto". Its stiffness, and unless Kn is NULL what slip does to normal stress: compression at the centre of cell i for unit slip on
-   cell j [Pa/m], not symmetric. */
+/* type: "dense", "fft", "hmat" or "auto". Its stiffness, and unless Kn is NULL what slip does to normal stress:
+   compression at the centre of cell i for unit slip on cell j [Pa/m], not symmetric. */
 PETSC_EXTERN PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGrid *grid, const char *type,
                                                           Mat *K, Mat *Kn);
-/* of a uniform grid of any dip, type dense, hmat, fft, auto, as MatCreateSlipDippingStiffness() (whose rakes do not count), for slip
-   and shear traction as vectors: rows and columns 2 i and 2 i + 1 are along strike and up dip of cell i; Kn is N x 2 N */
+/* of a uniform grid of any dip, type dense, hmat, fft, auto, as MatCreateSlipDippingStiffness() (whose rakes do not
+   count), for slip and shear traction as vectors: rows and columns 2 i and 2 i + 1 are along strike and up dip of cell
+   i; Kn is N x 2 N */
 PETSC_EXTERN PetscErrorCode MatCreateSlipDippingVectorStiffness(MPI_Comm comm, const SlipDippingGrid *grid,
                                                                 const char *type, Mat *S, Mat *Kn);
 /* Of a stiffness with opening, 3 N x 3 N, the N x 3 N rows of normal stress */

@@ -1,7 +1,8 @@
-/* What a run leaves behind, for any TS problem: an HDF5 file and the summary that is printed at its end. The file, whose
-   attribute complete is 1 when the run has ended:
+/* What a run leaves behind, for any TS problem: an HDF5 file and the summary that is printed at its end. The file,
+   whose attribute complete is 1 when the run has ended:
      /run      attributes: options, versions, ranks, policy and its hash, wall time, restarts
-     /steps    a row per attempt: time (start), dt, accepted, error, converged, iterations, right-hand sides, reason, wall
+     /steps    a row per attempt: time (start), dt, accepted, error, converged, iterations, right-hand sides, reason,
+     wall
      /series   a row per accepted step: time and the problem's columns
      /result   attributes: the problem's results, accepted, rejected, solves, iterations, wall times */
 #pragma once

@@ -43,8 +43,8 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, 
 PETSC_EXTERN PetscErrorCode SlipPolicyAddLayer(SlipPolicy p, PetscInt in, PetscInt out, const PetscReal weight[],
                                                const PetscReal bias[], SlipActivation activation);
 /* h = dt_min + (a - low)/(high - low) (dt_max - dt_min), or with log_spacing dt_min (dt_max/dt_min)^((a - low)/(high -
-   low)); a = tanh of the last layer. Units "s", "T*", "t_max" or "h". File: /action attributes, spacing "linear" (default
-   when absent) or "log". */
+   low)); a = tanh of the last layer. Units "s", "T*", "t_max" or "h". File: /action attributes, spacing "linear"
+   (default when absent) or "log". */
 PETSC_EXTERN PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, PetscReal high, PetscReal dt_min,
                                                 const char dt_min_unit[], PetscReal dt_max, const char dt_max_unit[],
                                                 PetscBool log_spacing);
@@ -59,15 +59,15 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name
 /* Attributes: with the dial at a, the tolerance -ts_rtol of the run is factor a^power */
 #define SLIP_POLICY_RTOL_FACTOR "rtol_factor"
 #define SLIP_POLICY_RTOL_POWER "rtol_power"
-/* Attributes of a policy in units of h: the first step is factor a^power T*, and the attempts after a failed solve in which the
-   step does not grow */
+/* Attributes of a policy in units of h: the first step is factor a^power T*, and the attempts after a failed solve in
+   which the step does not grow */
 #define SLIP_POLICY_FIRST_STEP_FACTOR "first_step_factor"
 #define SLIP_POLICY_FIRST_STEP_POWER "first_step_power"
 #define SLIP_POLICY_HOLD "hold"
 /* Attribute of such a policy: attempts with a larger error estimate are rejected, 1 without it */
 #define SLIP_POLICY_CEILING "error_ceiling"
-/* Attribute: the observation whose power of ten multiplies every step, so that the action is in units of a time that the
-   problem knows at every moment. */
+/* Attribute: the observation whose power of ten multiplies every step, so that the action is in units of a time that
+   the problem knows at every moment. */
 #define SLIP_POLICY_STEP_FACTOR "step_factor"
 /* Attribute: the error that its accuracy dial bounds, see TSAdaptRLSetMeasure(); without it final_slip. */
 #define SLIP_POLICY_MEASURE "measure"

@@ -43,16 +43,17 @@ typedef struct {
   PetscErrorCode (*bound_state)(SlipConstraint, PetscReal t, Vec w, Vec q,
                                 void *ctx);                    /* q(w) at an accepted state, reduced */
   PetscErrorCode (*at_rest)(SlipConstraint, Vec g, void *ctx); /* g = G(0), reduced; NULL: by residual */
-  /* A bound that is 0 at x = 0 and smooth: then nothing sticks. Cell by cell D_i x_i + omega q_i(|x_i|) sign(x_i) = f_i from
-     the guess in x; *unstable (of this process) when q falls faster than D x grows. With a coupling q depends on other rows as it did
-     at the x that bound was asked about last. NULL: the reaction is set-valued */
+  /* A bound that is 0 at x = 0 and smooth: then nothing sticks. Cell by cell D_i x_i + omega q_i(|x_i|) sign(x_i) = f_i
+     from the guess in x; *unstable (of this process) when q falls faster than D x grows. With a coupling q depends on
+     other rows as it did at the x that bound was asked about last. NULL: the reaction is set-valued */
   PetscErrorCode (*solve_cells)(SlipConstraint, PetscReal omega, Vec D, Vec f, Vec x, PetscBool *unstable, void *ctx);
   /* of such a bound: mask = 0 where solve_cells prescribes x, 1 elsewhere; NULL: nowhere */
   PetscErrorCode (*prescribed)(SlipConstraint, Vec mask, void *ctx);
-  /* dq_i/d|x_i| as bound gives it, but at the stage's start, for SlipConstraintSetRefuseUnstable(); NULL: that at the end alone counts */
+  /* dq_i/d|x_i| as bound gives it, but at the stage's start, for SlipConstraintSetRefuseUnstable(); NULL: that at the
+     end alone counts */
   PetscErrorCode (*start_slope)(SlipConstraint, Vec dq, void *ctx);
-  /* What the bound of a row gains where x changes by dx, besides dq_i/d|x_i|: a_i (C dx)_i, at the x that bound was asked about
-     last; C borrowed, a reduced. NULL: a bound depends on its own x only */
+  /* What the bound of a row gains where x changes by dx, besides dq_i/d|x_i|: a_i (C dx)_i, at the x that bound was
+     asked about last; C borrowed, a reduced. NULL: a bound depends on its own x only */
   PetscErrorCode (*coupling)(SlipConstraint, Mat *C, Vec a, void *ctx);
 } SlipConstraintOps;
 
@@ -61,8 +62,8 @@ PETSC_EXTERN PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstr
                                                  Vec reduced_template, SlipConstraint *con);
 PETSC_EXTERN PetscErrorCode SlipConstraintDestroy(SlipConstraint *con);
 /* The reduced vectors have c numbers a cell, 1, 2 or 3, side by side: with 2 |r_i| <= q_i in the Euclidean norm, r_i =
-   -q_i x_i / |x_i| where x_i != 0; with 3 the third opens the cell, x >= 0, its reaction r >= 0 and x r = 0, and q is over
-   that r. cells: a vector with one number a cell, the layout of q; before the first solve. */
+   -q_i x_i / |x_i| where x_i != 0; with 3 the third opens the cell, x >= 0, its reaction r >= 0 and x r = 0, and q is
+   over that r. cells: a vector with one number a cell, the layout of q; before the first solve. */
 PETSC_EXTERN PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec cells);
 PETSC_EXTERN PetscErrorCode SlipConstraintGetComponents(SlipConstraint con, PetscInt *c);
 PETSC_EXTERN PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx);

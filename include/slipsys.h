@@ -47,11 +47,13 @@ PETSC_EXTERN PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions o
 /* Programs: the names, with blanks between, of the options with a prefix that is theirs (without dashes; "word*" for
    all that begin so). */
 PETSC_EXTERN PetscErrorCode SlipDeclareOptions(const char prefix[], const char names[]);
-/* Programs, first of all: an option with a prefix of ours that is not known, or a word that is no option's, ends them. */
+/* Programs, first of all: an option with a prefix of ours that is not known, or a word that is no option's, ends
+   them. */
 PETSC_EXTERN PetscErrorCode SlipCheckOptionNames(void);
 PETSC_EXTERN PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const char where[]);
 PETSC_EXTERN PetscErrorCode SlipCheckOwnOptions(MPI_Comm comm, PetscOptions options, const char prefix[]);
-/* Programs, before the solve: a warning for each option that nothing has read, an error for one that is nearly known. */
+/* Programs, before the solve: a warning for each option that nothing has read, an error for one that is nearly
+   known. */
 PETSC_EXTERN PetscErrorCode SlipCheckUnusedOptions(void);
 /* A warning for each option that nothing has read: most often they are mistyped. */
 PETSC_EXTERN PetscErrorCode SlipWarnOfUnusedOptions(void);
@@ -60,15 +62,15 @@ PETSC_EXTERN PetscErrorCode SlipWarning(const char format[], ...);
 PETSC_EXTERN PetscErrorCode SlipWarningsTake(char **text);
 /* What rank 0 did alone failed there: fail on every rank. */
 PETSC_EXTERN PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code);
-/* Programs: SIGTERM, SIGINT, SIGUSR1 and SIGXCPU ask for the end of the run after the step in work, a second one ends it
-   at once. */
+/* Programs: SIGTERM, SIGINT, SIGUSR1 and SIGXCPU ask for the end of the run after the step in work, a second one ends
+   it at once. */
 PETSC_EXTERN PetscErrorCode SlipSignalsPush(void);
 PETSC_EXTERN PetscErrorCode SlipSignalsPop(void);
 PETSC_EXTERN PetscErrorCode SlipSignalsCaught(int *number); /* 0: none */
 
-/* What a run remembers from one step to the next, in a checkpoint that is written or read. Who remembers something visits it by
-   the same calls in both directions: they write it, or put what was written in its place. Collective; numbers are the same on
-   all ranks, names are those of a group of the object's own. */
+/* What a run remembers from one step to the next, in a checkpoint that is written or read. Who remembers something
+   visits it by the same calls in both directions: they write it, or put what was written in its place. Collective;
+   numbers are the same on all ranks, names are those of a group of the object's own. */
 typedef struct _n_SlipState *SlipState;
 PETSC_EXTERN PetscBool SlipStateIsLoading(SlipState state);
 PETSC_EXTERN PetscErrorCode SlipStateReal(SlipState state, const char name[], PetscInt n, PetscReal x[]);

@@ -93,7 +93,8 @@ PETSC_EXTERN PetscErrorCode TSAdamsSetMaxOrder(TS ts, PetscInt order);
    on TS, by TSBATHE
      "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *) */
 
-/* What a problem tells controllers and the integrator of itself. Any function may be NULL. ctx is that of TSSetSlipProblem(). */
+/* What a problem tells controllers and the integrator of itself. Any function may be NULL. ctx is that of
+   TSSetSlipProblem(). */
 typedef struct {
   PetscErrorCode (*name)(TS ts, const char **name, void *ctx);      /* whose default policy -ts_adapt_type rl takes */
   PetscErrorCode (*time_scale)(TS ts, PetscReal *tstar, void *ctx); /* T* [s]; NULL: 1 s */
@@ -103,48 +104,47 @@ typedef struct {
   const char
     *controller; /* the classical type of TSAdapt for it, and after a colon its filter, which -ts_adapt_type rl hands a
                              run over to; NULL: TSADAPTHEURISTIC */
-  /* Asked by TSBATHE where a solve begins, before its controller chooses the first step and after (chosen): sets the tolerances of
-     ts that the accuracy wanted needs, then remembers those that the controller has set */
+  /* Asked by TSBATHE where a solve begins, before its controller chooses the first step and after (chosen): sets the
+     tolerances of ts that the accuracy wanted needs, then remembers those that the controller has set */
   PetscErrorCode (*begin)(TS ts, PetscBool chosen, void *ctx);
-  /* Asked by TSADAPTRL when it hands a run over, with the accuracy that it was asked for: sets the tolerances of ts for heir */
+  /* Asked by TSADAPTRL when it hands a run over, with the accuracy that it was asked for: sets the tolerances of ts for
+     heir */
   PetscErrorCode (*hand_over)(TS ts, TSAdapt heir, PetscReal accuracy, void *ctx);
-  PetscErrorCode (*rest_time)(
-    TS ts, PetscReal t, Vec w, PetscReal *rest,
-    void *
-      ctx); /* for how long the state w of time t [s] stays exactly at rest, in s; 0 when something moves or is about to,
-                                                                  PETSC_MAX_REAL for ever */
-  /* Asked by TSBATHE and TSADAMS before a step, whose length is that of TSGetTimeStep(): the next time at which its loading has a corner
-     that a step is to end at, [s] and after t. PETSC_MAX_REAL: none */
+  /* For how long the state w of time t [s] stays exactly at rest, in s; 0 when something moves or is about to,
+     PETSC_MAX_REAL for ever */
+  PetscErrorCode (*rest_time)(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx);
+  /* Asked by TSBATHE and TSADAMS before a step, whose length is that of TSGetTimeStep(): the next time at which its
+     loading has a corner that a step is to end at, [s] and after t. PETSC_MAX_REAL: none */
   PetscErrorCode (*corner)(TS ts, PetscReal t, PetscReal *next, void *ctx);
   /* Likewise: does the state w of time t [s] stay at rest beyond t? Then *end is until when, at most limit; half and
      after are the states halfway and at the end, exactly, and *h a step to go on with from there [s]. Otherwise *end =
      t. */
   PetscErrorCode (*rest)(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end, PetscReal *h,
                          void *ctx);
-  /* Asked by TSBATHE after an attempt whose states w0, wm and w1 are at the shares 0, share and 1 of the step; k0 is dw/dt at its
-     start. *stop: when after its start [s] something stops of which the step should not average the stop, PETSC_MAX_REAL: nothing does.
-     Steps end there. */
+  /* Asked by TSBATHE after an attempt whose states w0, wm and w1 are at the shares 0, share and 1 of the step; k0 is
+     dw/dt at its start. *stop: when after its start [s] something stops of which the step should not average the stop,
+     PETSC_MAX_REAL: nothing does. Steps end there. */
   PetscErrorCode (*stop)(TS ts, PetscReal share, Vec w0, Vec wm, Vec w1, Vec k0, PetscReal *stop, void *ctx);
-  /* The norm of the estimate e of the error of a step from w0 to w1, at most 1 where it is as wanted; NULL: the weighted
-     one of the TS */
+  /* The norm of the estimate e of the error of a step from w0 to w1, at most 1 where it is as wanted; NULL: the
+     weighted one of the TS */
   PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);
-  /* Asked by TSADAMS at the end t [s] of a step, after the right-hand side there: makes those components of the state w that no
-     derivative goes into follow from the others */
+  /* Asked by TSADAMS at the end t [s] of a step, after the right-hand side there: makes those components of the state w
+     that no derivative goes into follow from the others */
   PetscErrorCode (*finish)(TS ts, PetscReal t, Vec w, void *ctx);
-  /* Likewise, and after it: the fastest rate at which the solution relaxes at the state w [1/s], which bounds stable steps under
-     controllers that observe no such thing; 0: not known */
+  /* Likewise, and after it: the fastest rate at which the solution relaxes at the state w [1/s], which bounds stable
+     steps under controllers that observe no such thing; 0: not known */
   PetscErrorCode (*relaxation)(TS ts, Vec w, PetscReal *rate, void *ctx);
-  /* Of a problem that remembers its history, for TSBATHE and TSADAMS, all or none of them. A step begins from the state w of t [s],
-     which was accepted; first: a run begins, with nothing before it. It is called where the next step begins: states in between follow
-     from the history before, as they did when the step was tried. */
+  /* Of a problem that remembers its history, for TSBATHE and TSADAMS, all or none of them. A step begins from the state
+     w of t [s], which was accepted; first: a run begins, with nothing before it. It is called where the next step
+     begins: states in between follow from the history before, as they did when the step was tried. */
   PetscErrorCode (*accept)(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx);
-  /* The next part of an attempt begins from w, which is only tried; and an attempt, or a step that an event looks into again, is
-     given up: back to the start of the step */
+  /* The next part of an attempt begins from w, which is only tried; and an attempt, or a step that an event looks into
+     again, is given up: back to the start of the step */
   PetscErrorCode (*advance)(TS ts, PetscReal t, Vec w, void *ctx);
   PetscErrorCode (*rollback)(TS ts, void *ctx);
   /* Observations of its own: number of the row of a name, -1 for none, asked once a run; values of rows [n] in the
-     current solution, which is of the time t [s], asked once a state. TSGetTime() is the step's start until the controller
-     has chosen. */
+     current solution, which is of the time t [s], asked once a state. TSGetTime() is the step's start until the
+     controller has chosen. */
   PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row, void *ctx);
   PetscErrorCode (*observe)(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[], void *ctx);
   PetscBool any_integrator; /* it has no constraint: types other than TSBATHE solve it as well */

@@ -3,9 +3,10 @@
 
     bounded SECONDS COMMAND [ARGUMENT...]
 
-  Whatever a test starts belongs to this process, also ranks of mpirun, which have groups of their own, and what goes on after its parent
-  has ended. All of it ends with the test, at the limit, when this process is told to end, and when the one that started it (ctest) is
-  killed. The exit code is the command's; 124: it was stopped; 1: it left processes that do not end by themselves.
+  Whatever a test starts belongs to this process, also ranks of mpirun, which have groups of their own, and what goes on
+  after its parent has ended. All of it ends with the test, at the limit, when this process is told to end, and when the
+  one that started it (ctest) is killed. The exit code is the command's; 124: it was stopped; 1: it left processes that
+  do not end by themselves.
 */
 #define _GNU_SOURCE
 #include <dirent.h>

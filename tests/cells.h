@@ -34,7 +34,8 @@ static inline SlipCells TwoGradedFaults(PetscInt nx, PetscInt nz, PetscInt strid
   return CellsOfColumns(n, data);
 }
 
-/* The file of -fault_mesh, of seven columns where cells have strikes and dips, and with the faults' labels, or NULL; one process */
+/* The file of -fault_mesh, of seven columns where cells have strikes and dips, and with the faults' labels, or NULL;
+   one process */
 static inline PetscErrorCode WriteLabelledCells(const char file[], const SlipCells *c, const PetscReal label[])
 {
   const PetscInt columns = c->dip ? 7 : 5, dims[2] = {c->n, columns};
@@ -115,7 +116,8 @@ static inline SlipCells TrianglesOf(const SlipCells *c, PetscReal data[])
                                 .full_space = c->kernel.full_space}};
 }
 
-/* Two planes that meet in an edge, nx cells of 100 m along strike times nz of 80 m each, with rakes that vary; data [8][2 nx nz] */
+/* Two planes that meet in an edge, nx cells of 100 m along strike times nz of 80 m each, with rakes that vary; data
+   [8][2 nx nz] */
 static inline SlipCells TwoDippingPlanes(PetscInt nx, PetscInt nz, PetscReal data[])
 {
   const PetscInt n = 2 * nx * nz;

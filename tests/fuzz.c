@@ -132,8 +132,8 @@ static const struct {
   {"tolerances", ReadTolerances, NULL}, {"estimates", ReadEstimates, NULL},
 };
 
-/* Where it crashed, or hung, for fuzz.py to tell our code from HDF5; PETSc has taken the handlers of sanitizers, which report bad accesses
-   by themselves. */
+/* Where it crashed, or hung, for fuzz.py to tell our code from HDF5; PETSc has taken the handlers of sanitizers, which
+   report bad accesses by themselves. */
 static void Crash(int signal)
 {
   void *frame[64];

@@ -1,5 +1,5 @@
-/* A medium that remembers: beside the static stiffness a spring and a dashpot in series on each cell, m' = -m/tau + k u', of
-   which it keeps m. Dense. */
+/* A medium that remembers: beside the static stiffness a spring and a dashpot in series on each cell, m' = -m/tau + k
+   u', of which it keeps m. Dense. */
 #pragma once
 #include <slipelastic.h>
 #include <math.h>

@@ -1,5 +1,5 @@
-/* A TS without numerics (y' = 0) for controllers: the test says what each attempt's error is and whether it converged, and
-   expects the exact sequence of steps. */
+/* A TS without numerics (y' = 0) for controllers: the test says what each attempt's error is and whether it converged,
+   and expects the exact sequence of steps. */
 #pragma once
 #include "unit.h"
 #include <petsc/private/tsimpl.h>
@@ -206,7 +206,7 @@ static inline int Register(void **state)
   return (int)TSRegister("scripted", Create_Scripted);
 }
 
-/* What the heuristic does with q = 1/3: E = 8 halves, E = 1/27 would triple but 2 is the cap, E = 1/8 doubles, E = 0 grows
-   by the cap. */
+/* What the heuristic does with q = 1/3: E = 8 halves, E = 1/27 would triple but 2 is the cap, E = 1/8 doubles, E = 0
+   grows by the cap. */
 static const PetscReal heuristic_error[] = {8, 1, 1.0 / 27, FAIL, 1.0 / 8, 0, 0.5, 1};
 static const PetscReal heuristic_h[] = {0.1, 0.05, 0.05, 0.1, 0.06, 0.12, 0.24, 0.30238105197476955};

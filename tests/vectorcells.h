@@ -23,7 +23,8 @@ static inline void PartsOf(PetscReal rake, PetscReal part[2])
   part[1] = PetscSinReal(rake * PETSC_PI / 180);
 }
 
-/* The two planes with rakes that vary by more, as rectangles and as triangles with a kernel for vectors, and with the one for rakes */
+/* The two planes with rakes that vary by more, as rectangles and as triangles with a kernel for vectors, and with the
+   one for rakes */
 static inline void Meshes(SlipCells vectors[2], SlipCells scalars[2])
 {
   scalars[0] = TwoDippingPlanes(NX, NZ, rectangle_data);

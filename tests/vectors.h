@@ -1,5 +1,5 @@
-/* A test problem of its own: a stage of cells with c = 1, 2 or 3 components, B = mass / theta + eta + theta K with a full
-   symmetric K, and bounds that are constant, weaken with slip, or are smooth, each of them with normal stress that
+/* A test problem of its own: a stage of cells with c = 1, 2 or 3 components, B = mass / theta + eta + theta K with a
+   full symmetric K, and bounds that are constant, weaken with slip, or are smooth, each of them with normal stress that
    depends on all cells. Its numbers follow from a seed, on any number of ranks. */
 #pragma once
 #include "linear.h"
@@ -328,8 +328,8 @@ static inline PetscErrorCode VectorsCreateSolver(Vectors *p, const char *type, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a solution of cells that open leaves: as VectorsCheck(), with q = friction times the pressure; contact is x_n < 0,
-   r_n < 0 or x_n r_n != 0 */
+/* What a solution of cells that open leaves: as VectorsCheck(), with q = friction times the pressure; contact is x_n <
+   0, r_n < 0 or x_n r_n != 0 */
 static inline PetscErrorCode VectorsCheckContact(Vectors *p, Vec x, Vec r, PetscReal *beyond, PetscReal *opposite,
                                                  PetscReal *balance, PetscReal *inside, PetscInt *contact)
 {

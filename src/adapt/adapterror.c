@@ -1,5 +1,5 @@
-/* What controllers share: the error estimate of the step, the two ends of a choice that follows it, and the step after a
-   failure. */
+/* What controllers share: the error estimate of the step, the two ends of a choice that follows it, and the step after
+   a failure. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipts.h>
 
@@ -57,8 +57,8 @@ PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const ch
 
   Input Parameters:
 + adapt - of any type
-- type  - `NORM_2`, PETSc's default: the root mean square over the components of the state, in which the error of one of them
-          counts the less the more there are; `NORM_INFINITY`: the largest of them
+- type  - `NORM_2`, PETSc's default: the root mean square over the components of the state, in which the error of one of
+          them counts the less the more there are; `NORM_INFINITY`: the largest of them
 
   Options Database Key:
 . -ts_adapt_wnormtype <2> - the same; infinity in explicit runs of a SlipFault

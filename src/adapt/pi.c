@@ -1,12 +1,12 @@
 /* TSADAPTPI: digital filters with two errors of memory.
 
-   PETSc's dsp has the same filters (H211b4 is its H211b). What is its own here: a step is accepted by the ratio of steps
-   that the filter asks for, at least ratio_min, and not by E <= 1, the ratio is capped, the memory of a capped step is
-   that of the cap (SlipControlFilter()), and a solve that did not converge is repeated as TSBATHE wants it. That wins
-   where the error jumps with every cell that slips or stops: 12 x 12 cells under loading (-fault_loading_rate 1e-2
-   -ts_max_time 60) take 361 solves, 62 of them rejected, dsp with H211b 517 and 230, at -ts_rtol 1e-2 124 and 203, with
-   relative errors of the slip below 2e-6 in all. For one slip event dsp is the better one: 8 x 8 cells without loading
-   take 80 solves and 67, and ratio_max = 2 makes them 65. */
+   PETSc's dsp has the same filters (H211b4 is its H211b). What is its own here: a step is accepted by the ratio of
+   steps that the filter asks for, at least ratio_min, and not by E <= 1, the ratio is capped, the memory of a capped
+   step is that of the cap (SlipControlFilter()), and a solve that did not converge is repeated as TSBATHE wants it.
+   That wins where the error jumps with every cell that slips or stops: 12 x 12 cells under loading (-fault_loading_rate
+   1e-2 -ts_max_time 60) take 361 solves, 62 of them rejected, dsp with H211b 517 and 230, at -ts_rtol 1e-2 124 and 203,
+   with relative errors of the slip below 2e-6 in all. For one slip event dsp is the better one: 8 x 8 cells without
+   loading take 80 solves and 67, and ratio_max = 2 makes them 65. */
 #include <slipstep/private/slipadapt.h>
 #include <string.h>
 
@@ -110,8 +110,8 @@ PetscErrorCode TSAdaptPISetFilter(TSAdapt adapt, const char name[])
 
   Input Parameters:
 + adapt - the controller
-- name  - as "heuristic", "pi:fault_history" (`TSAdaptPISetFilter()`) or "dsp:PI42" (`TSAdaptDSPSetFilter()`); "pi" without a
-          filter has its default one, whatever it had before
+- name  - as "heuristic", "pi:fault_history" (`TSAdaptPISetFilter()`) or "dsp:PI42" (`TSAdaptDSPSetFilter()`); "pi"
+          without a filter has its default one, whatever it had before
 
   Level: advanced
 
@@ -215,10 +215,9 @@ static PetscErrorCode SlipState_PI(TSAdapt adapt, SlipState s)
 
   Level: beginner
 
-  Note:
-  fault_history was tuned on random faults (train -train_algorithm filter) for the fewest solves at an error a of the
-  whole course of slip, with -ts_rtol 0.888 a^1.5: 0.028 for a = 1e-1, 0.00088 for 1e-2. It has limits of the ratio of its
-  own, 0.1642 and 18.62.
+  Note: fault_history was tuned on random faults (train -train_algorithm filter) for the fewest solves at an error a of
+  the whole course of slip, with -ts_rtol 0.888 a^1.5: 0.028 for a = 1e-1, 0.00088 for 1e-2. It has limits of the ratio
+  of its own, 0.1642 and 18.62.
 
 .seealso: TSAdaptPISetFilter(), TSADAPTHEURISTIC, TSADAPTRL, TSADAPTDSP
 M*/

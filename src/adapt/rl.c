@@ -4,13 +4,13 @@
 #include <slipstep/private/slipts.h>
 #include <sliph5.h>
 
-/* Decisions in a row with an observation outside the training range that hand the run over. Of 828 runs of random faults
-   3 were outside for one or two, 101 for three or more, in which the policy kept the accuracy 1e-2 in 64 % and the
-   heuristic from the third on in 96 % (tests/benchmarks/verdict.py draws such faults). */
+/* Decisions in a row with an observation outside the training range that hand the run over. Of 828 runs of random
+   faults 3 were outside for one or two, 101 for three or more, in which the policy kept the accuracy 1e-2 in 64 % and
+   the heuristic from the third on in 96 % (tests/benchmarks/verdict.py draws such faults). */
 #define OUTSIDE_IN_A_ROW 3
 
-/* So many decisions are looked at together, and a run whose time left is so many times what they covered will not end: at
-   0.1 ms a step, in three hours at least. */
+/* So many decisions are looked at together, and a run whose time left is so many times what they covered will not end:
+   at 0.1 ms a step, in three hours at least. */
 #define PACE_DECISIONS 10000
 #define PACE_WINDOWS 10000
 
@@ -146,8 +146,8 @@ static PetscErrorCode WatchRange_RL(TSAdapt adapt, TS ts, PetscInt outside)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The guard rail against a fault that creeps: to a policy of single events it moves, and steps are shares of T* as long as
-   anything moves. Without -ts_adapt_rl_strict such a run is handed over; relative steps grow. */
+/* The guard rail against a fault that creeps: to a policy of single events it moves, and steps are shares of T* as long
+   as anything moves. Without -ts_adapt_rl_strict such a run is handed over; relative steps grow. */
 static PetscErrorCode WatchPace_RL(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -196,7 +196,8 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
     PetscCall(PetscLogEventEnd(SLIP_Policy, adapt, 0, 0, 0));
     if (rl->relative) *h *= o->last.dt;
     /* A policy trained on a few cells cannot know how little of a fine mesh may still be sliding: its attribute limits
-       the step while anything moves, and a state at rest is left alone until something slips, which the problem knows. */
+       the step while anything moves, and a state at rest is left alone until something slips, which the problem
+       knows. */
     PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_MOVING_DT_MAX, &limit, &limited));
     if (limited && problem && problem->rest_time) {
       PetscCall(TSGetTime(ts, &t));
@@ -544,19 +545,18 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   policy was trained for the like of it (a fault that is loaded), at the start, or when three decisions in a row had an
   observation outside the training range. The problem names the controller (SlipProblemOps), else it is
   TSADAPTHEURISTIC. From there it is a run of that type, with its options and -ts_rtol; without that option the problem
-  sets the tolerance at which that type keeps the dial, where it knows one. Where -ts_adapt_rl_strict forbids
-  that and 10,000 decisions have covered less than 1e-4 of the time left, as on a fault that creeps, the run ends with an
-  error.
+  sets the tolerance at which that type keeps the dial, where it knows one. Where -ts_adapt_rl_strict forbids that and
+  10,000 decisions have covered less than 1e-4 of the time left, as on a fault that creeps, the run ends with an error.
 
-  A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5, which
-  is taken where a problem has none of its own) goes by the error estimate: E > 1, or above the policy's attribute
-  error_ceiling, rejects the attempt, a rejected step is followed by one of 0.9 h at most, or 0.5 h when the one before was
-  rejected too, a failed solve by h/2, and the first step is the TS's own. After a failed solve the step does not grow for
-  four attempts, or as many as the policy's attribute hold says.
+  A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5,
+  which is taken where a problem has none of its own) goes by the error estimate: E > 1, or above the policy's attribute
+  error_ceiling, rejects the attempt, a rejected step is followed by one of 0.9 h at most, or 0.5 h when the one before
+  was rejected too, a failed solve by h/2, and the first step is the TS's own. After a failed solve the step does not
+  grow for four attempts, or as many as the policy's attribute hold says.
 
   A policy with the attribute rtol_factor was trained with a tolerance that follows the dial a: -ts_rtol is rtol_factor
-  a^rtol_power unless the option is given, which is said. Likewise the first step is first_step_factor a^first_step_power
-  T* unless -ts_dt is given.
+  a^rtol_power unless the option is given, which is said. Likewise the first step is first_step_factor
+  a^first_step_power T* unless -ts_dt is given.
 
   With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
   0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.

@@ -1,5 +1,6 @@
-/* TSADAPTRL: the classical controller that a run continues with once the policy is given up. It is a separate TSAdapt, so
-   that it may be of any type, PETSc's among them; limits of the step and the like stay those of the one that hands over. */
+/* TSADAPTRL: the classical controller that a run continues with once the policy is given up. It is a separate TSAdapt,
+   so that it may be of any type, PETSc's among them; limits of the step and the like stay those of the one that hands
+   over. */
 #include <slipstep/private/slipadapt.h>
 #include <slipts.h>
 

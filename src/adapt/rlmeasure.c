@@ -13,18 +13,18 @@
 + adapt   - the controller
 - measure - "history": the largest of all relative errors (final mean slip; mean slip at any time, over the final one;
             time of half the slip, over the time from 10 to 90 % of it; a fifth of that of the peak mean slip rate; RMS
-            of the final slip field), "final_slip": the final mean slip alone, or "event_time": the time of half the slip
+            of the final slip field), "final_slip": the final mean slip alone, or "event_time": the time of half the
+            slip
 
   Options Database Key:
 . -ts_adapt_rl_measure <history,final_slip,event_time> - the same
 
   Level: beginner
 
-  Notes:
-  The measure chooses the default policy: PROBLEM.h5 is for history, PROBLEM_MEASURE.h5 for another one if there is such a
-  file. A policy bounds the measure that it was trained for, its attribute measure (final_slip when it has none); without
-  this call or the option that is the measure of the run. Another measure than that of a policy that was named is refused
-  by `TSSolve()`, except that one for history bounds event_time too.
+  Notes: The measure chooses the default policy: PROBLEM.h5 is for history, PROBLEM_MEASURE.h5 for another one if there
+  is such a file. A policy bounds the measure that it was trained for, its attribute measure (final_slip when it has
+  none); without this call or the option that is the measure of the run. Another measure than that of a policy that was
+  named is refused by `TSSolve()`, except that one for history bounds event_time too.
 
   Problems with one error of their own, as `SlipSmall` are, take history only, which then means that error.
 
@@ -76,8 +76,8 @@ static PetscErrorCode MeasureOf(SlipPolicy policy, const char **measure)
 . adapt - the controller
 
   Output Parameter:
-. measure - its name: as set, or that of the policy, or "history" while there is none; `NULL` when the type of adapt is not
-            `TSADAPTRL`
+. measure - its name: as set, or that of the policy, or "history" while there is none; `NULL` when the type of adapt is
+            not `TSADAPTRL`
 
   Level: intermediate
 
@@ -186,8 +186,8 @@ static PetscErrorCode Alternative(TSAdapt adapt, PetscReal used, char text[], si
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At the start of a run: the dial that the policy sees, within its training range. Outside of it the run would go to the
-   heuristic after three decisions. Not for an actor. */
+/* At the start of a run: the dial that the policy sees, within its training range. Outside of it the run would go to
+   the heuristic after three decisions. Not for an actor. */
 PetscErrorCode TSAdaptRLClipDial_Private(TSAdapt adapt, PetscReal *used)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;

@@ -1,9 +1,9 @@
-/* TSADAPTRL: what a policy's file says in numbers besides its network: tolerance, first step, caution after a failed solve,
-   the error that rejects. */
+/* TSADAPTRL: what a policy's file says in numbers besides its network: tolerance, first step, caution after a failed
+   solve, the error that rejects. */
 #include <slipstep/private/slipadapt.h>
 
-/* Attempts without growth after PETSc has shortened a step because a solve failed: a relative policy, which is not told,
-   would otherwise take the step back to where it failed each time */
+/* Attempts without growth after PETSc has shortened a step because a solve failed: a relative policy, which is not
+   told, would otherwise take the step back to where it failed each time */
 #define HOLD 4
 
 /* A relative policy goes by the error estimate: this one rejects. */

@@ -173,7 +173,8 @@ PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const na
 
   Input Parameters:
 + adapt    - the controller
-- accuracy - wanted relative error of the run, which `TSAdaptRLSetMeasure()` names, dimensionless, between `TSADAPTRL_ACCURACY_MIN` and `TSADAPTRL_ACCURACY_MAX`
+- accuracy - wanted relative error of the run, which `TSAdaptRLSetMeasure()` names, dimensionless, between
+             `TSADAPTRL_ACCURACY_MIN` and `TSADAPTRL_ACCURACY_MAX`
 
   Options Database Key:
 . -ts_adapt_rl_accuracy <0.01> - the same
@@ -408,8 +409,8 @@ PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps)
 . adapt - the controller
 
   Output Parameter:
-. type - of `TSAdapt`, and after a colon its named filter as of `SlipAdaptGetController()`, borrowed; `NULL` when the run was
-         not handed over or the type of adapt is not `TSADAPTRL`
+. type - of `TSAdapt`, and after a colon its named filter as of `SlipAdaptGetController()`, borrowed; `NULL` when the
+         run was not handed over or the type of adapt is not `TSADAPTRL`
 
   Level: intermediate
 
@@ -430,8 +431,8 @@ PetscErrorCode TSAdaptRLGetHeir(TSAdapt adapt, TSAdaptType *type)
 #define GENERAL "ode" /* for any TS with an error estimate: what problems without a policy of their own take */
 
 /*
-  A policy that names its problem is for that one, unless -ts_adapt_rl_problem names it too. Without any it is the default
-  one of -ts_adapt_rl_problem, or of what the problem calls itself, or else the general one.
+  A policy that names its problem is for that one, unless -ts_adapt_rl_problem names it too. Without any it is the
+  default one of -ts_adapt_rl_problem, or of what the problem calls itself, or else the general one.
 */
 PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
 {

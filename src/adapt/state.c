@@ -2,9 +2,10 @@
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipstate.h>
 
-/* TSADAPTDSP keeps its memory to itself and has no getters: this is its context as of src/ts/adapt/impls/dsp/adaptdsp.c,
-   the same in PETSc 3.8 to 3.25. Without it a run of the default controller of loaded faults would not go on to the bit
-   (tests/integration/restarts.py). CheckDSP() compares a new one with it, number by number, before it is believed. */
+/* TSADAPTDSP keeps its memory to itself and has no getters: this is its context as of
+   src/ts/adapt/impls/dsp/adaptdsp.c, the same in PETSc 3.8 to 3.25. Without it a run of the default controller of
+   loaded faults would not go on to the bit (tests/integration/restarts.py). CheckDSP() compares a new one with it,
+   number by number, before it is believed. */
 typedef struct {
   PetscReal kBeta[3], Alpha[2];   /* the filter */
   PetscReal cerror[3], hratio[3]; /* errors and ratios of steps before */

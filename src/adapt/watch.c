@@ -1,6 +1,7 @@
-/* Attempts of integrators that do not tell of them, such as PETSc's: what they ask their controller, and what it answers.
-   Attempts that a stage has ended are not asked about. They are counted among the rejections of the TS, and each has made the
-   step shorter by the factor of TSAdaptSetScaleSolveFailed(), so that their steps are known as well. */
+/* Attempts of integrators that do not tell of them, such as PETSc's: what they ask their controller, and what it
+   answers. Attempts that a stage has ended are not asked about. They are counted among the rejections of the TS, and
+   each has made the step shorter by the factor of TSAdaptSetScaleSolveFailed(), so that their steps are known as
+   well. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>
 
@@ -44,8 +45,8 @@ static PetscErrorCode TSAdaptChoose_Watched(TSAdapt adapt, TS ts, PetscReal h, P
 }
 
 /*
-  SlipAdaptWatch - be told of each attempt of a TS with its controller from now on; between steps, and again where the type of
-  the controller may have changed since
+  SlipAdaptWatch - be told of each attempt of a TS with its controller from now on; between steps, and again where the
+  type of the controller may have changed since
 */
 PetscErrorCode SlipAdaptWatch(TS ts, SlipAdaptWatchFn told)
 {

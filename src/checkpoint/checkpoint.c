@@ -54,7 +54,8 @@ typedef struct {
   PetscBool raises; /* an error of PETSc's for a step that failed, which waits for Finish */
 } SlipCheckpoint;
 
-/* Is the TS at its final time, that of an earlier run with the same one included? The last step may have gone beyond it. */
+/* Is the TS at its final time, that of an earlier run with the same one included? The last step may have gone beyond
+   it. */
 static PetscBool SlipCheckpointAtEnd(TS ts, PetscReal reached)
 {
   return reached == ts->max_time || SlipControlAtEnd(ts->ptime, ts->max_time) ? PETSC_TRUE : PETSC_FALSE;

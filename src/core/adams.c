@@ -5,8 +5,8 @@
 /*
   SlipAdamsWeights - weight[j] = the integral over [0, 1] of the polynomial that is 1 at node[j] and 0 at the others
 
-  n <= SLIP_ADAMS_NODES nodes that differ, in units of the step, 0 its start and 1 its end. A factor (t - x_m)/(x_j - x_m) is
-  taken as a + b t, so that nodes far in the past, after a step that was cut, do no harm.
+  n <= SLIP_ADAMS_NODES nodes that differ, in units of the step, 0 its start and 1 its end. A factor (t - x_m)/(x_j -
+  x_m) is taken as a + b t, so that nodes far in the past, after a step that was cut, do no harm.
 */
 void SlipAdamsWeights(PetscInt n, const PetscReal node[], PetscReal weight[])
 {

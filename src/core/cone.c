@@ -40,7 +40,8 @@ void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const Pet
   }
 }
 
-/* The same where the bound is smooth and nothing sticks: F = g + omega q sign(x), 0 where mask is 0 as x is prescribed there */
+/* The same where the bound is smooth and nothing sticks: F = g + omega q sign(x), 0 where mask is 0 as x is prescribed
+   there */
 void SlipConeSmooth(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
                     const PetscReal dq[], const PetscReal mask[], PetscReal F[], PetscReal slope[])
 {

@@ -91,8 +91,8 @@ PetscBool SlipControlAtEnd(PetscReal t, PetscReal end)
   return PetscAbsReal(end - t) <= 4 * PETSC_MACHINE_EPSILON * PetscAbsReal(end) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* A step h = end - t, rounded, may end beyond the end when the sum t + h is rounded, too: the longest one that does not. Where t is
-   more than half of the end neither is. */
+/* A step h = end - t, rounded, may end beyond the end when the sum t + h is rounded, too: the longest one that does
+   not. Where t is more than half of the end neither is. */
 PetscReal SlipControlEnd(PetscReal h, PetscReal t, PetscReal end)
 {
   while (t + h > end && SlipControlAtEnd(t + h, end)) h -= (PetscReal)0.5 * PETSC_MACHINE_EPSILON * h;

@@ -181,8 +181,8 @@ void SlipCourseCompare(PetscInt n, const SlipCourseNode run[], PetscInt m, const
 
 /* ---- the Levy distance ---- */
 
-/* A walk along the graph of a course, chord by chord, in coordinates that are turned by 45 degrees: a = time + slip, which grows
-   along the graph, jumps included, and b = slip - time, both over their scales */
+/* A walk along the graph of a course, chord by chord, in coordinates that are turned by 45 degrees: a = time + slip,
+   which grows along the graph, jumps included, and b = slip - time, both over their scales */
 typedef struct {
   PetscInt n, at; /* nodes, chords behind */
   const SlipCourseNode *c;
@@ -240,10 +240,10 @@ static PetscReal WalkAt(const Walk *w, PetscReal a)
 /*
   SlipCourseLevy - the Levy distance of a run's course from that of a reference
 
-  run [n], reference [m]: nodes in the order of their times, n and m >= 1, whose slips do not fall; the reference has slipped, over
-  a time > 0. The least e such that within e times the duration of the reference, before or after, either has the other's slip to
-  e times the final one. Where slip jumps, as in an event of seconds among months, it is the error of the time, where it rests that
-  of the slip; it is at most the largest difference of slips.
+  run [n], reference [m]: nodes in the order of their times, n and m >= 1, whose slips do not fall; the reference has
+  slipped, over a time > 0. The least e such that within e times the duration of the reference, before or after, either
+  has the other's slip to e times the final one. Where slip jumps, as in an event of seconds among months, it is the
+  error of the time, where it rests that of the slip; it is at most the largest difference of slips.
 */
 PetscReal SlipCourseLevy(PetscInt n, const SlipCourseNode run[], PetscInt m, const SlipCourseNode reference[])
 {

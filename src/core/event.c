@@ -1,11 +1,11 @@
 /* Formulas of the catalogue of events: when a slip rate passes a bound within a step, how it goes there, the peak of a
    course, the magnitude.
 
-   Between the ends of a step a slip rate goes by a straight line of its logarithm, which is exact for what grows or decays
-   exponentially, as nucleation does. Where one end rests or slips the other way there is no logarithm, and it goes by a
-   straight line: friction starts and stops a cell from and to exactly zero with a finite acceleration. Both are of the
-   integrator's order, never leave the range of the two ends, and need no derivative, which nobody knows where a cell has
-   just stopped. */
+   Between the ends of a step a slip rate goes by a straight line of its logarithm, which is exact for what grows or
+   decays exponentially, as nucleation does. Where one end rests or slips the other way there is no logarithm, and it
+   goes by a straight line: friction starts and stops a cell from and to exactly zero with a finite acceleration. Both
+   are of the integrator's order, never leave the range of the two ends, and need no derivative, which nobody knows
+   where a cell has just stopped. */
 #include <slipcompat.h>
 #include <slipcore.h>
 
@@ -23,9 +23,9 @@ PetscReal SlipEventRate(PetscReal a, PetscReal b, PetscReal share)
   return a * b > 0 ? a * PetscPowReal(b / a, share) : a + share * (b - a);
 }
 
-/* Largest value of the parabola through three points of which the middle one is the highest. Where their distances differ
-   by more than a factor of two, which no controller makes of steps that resolve a peak, it could be far too high: the
-   middle one counts then. */
+/* Largest value of the parabola through three points of which the middle one is the highest. Where their distances
+   differ by more than a factor of two, which no controller makes of steps that resolve a peak, it could be far too
+   high: the middle one counts then. */
 PetscReal SlipEventPeak(const PetscReal t[3], const PetscReal y[3])
 {
   const PetscReal a = t[1] - t[0], b = t[2] - t[1];

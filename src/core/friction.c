@@ -289,7 +289,8 @@ void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, 
   if (!f->law->always_slides) *mu = p.residual + *mu;
 }
 
-/* dq/dsigma of q = mu sigma at the end of that stage: mu, less what the state's share of the stress takes from it (At()) */
+/* dq/dsigma of q = mu sigma at the end of that stage: mu, less what the state's share of the stress takes from it
+   (At()) */
 PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscReal theta, const PetscReal s0[],
                                  PetscReal v)
 {
@@ -372,7 +373,8 @@ PetscReal SlipFrictionOfShown(const SlipFrictionCells *f, PetscInt i, PetscInt k
   return f->law->nstates && f->law->states[k].of_shown ? f->law->states[k].of_shown(&p, shown) : shown;
 }
 
-/* dmu/d ln v of cell i, to 1e-9 where mu is more than ten times that; infinite where it is not known without the state */
+/* dmu/d ln v of cell i, to 1e-9 where mu is more than ten times that; infinite where it is not known without the
+   state */
 PetscReal SlipFrictionDirect(const SlipFrictionCells *f, PetscInt i)
 {
   const SlipFriction p = At(f, i);
@@ -422,9 +424,9 @@ void SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscInt k, Pet
   }
 }
 
-/* The slip rates v [n] at which friction and radiation damping balance the traction: w sigma mu(s, |v|) sign(v) + w eta v =
-   tau [Pa], w the weights, and, unless ds is NULL, the rates of the state; s and ds have the stride. For laws whose cells
-   always slide. kept [nkept n]: what the law's function keep made of f and eta, or NULL */
+/* The slip rates v [n] at which friction and radiation damping balance the traction: w sigma mu(s, |v|) sign(v) + w eta
+   v = tau [Pa], w the weights, and, unless ds is NULL, the rates of the state; s and ds have the stride. For laws whose
+   cells always slide. kept [nkept n]: what the law's function keep made of f and eta, or NULL */
 void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
                          const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
 {
@@ -470,13 +472,13 @@ static PetscReal StageStart(const SlipFrictionCells *f, PetscInt i, const SlipFr
 }
 
 /*
-  SlipFrictionStageRate - the slip rate v of cell i alone at the end of a stage, D v + omega w sigma mu(s(v), |v|) sign(v)
-  = load, of a law whose cells always slide
+  SlipFrictionStageRate - the slip rate v of cell i alone at the end of a stage, D v + omega w sigma mu(s(v), |v|)
+  sign(v) = load, of a law whose cells always slide
 
-  s(v) = s0 + theta ds/dt is the state there. Newton's method in ln v inside a bracket, from the guess or the rate that it
-  finds itself. Without the state's change friction grows with v, and the root is the only one. With it a long stage
-  can weaken faster than D v grows: then the root next to the guess is taken, and *stable is false where none is at which the
-  sum grows without a fall in between.
+  s(v) = s0 + theta ds/dt is the state there. Newton's method in ln v inside a bracket, from the guess or the rate that
+  it finds itself. Without the state's change friction grows with v, and the root is the only one. With it a long stage
+  can weaken faster than D v grows: then the root next to the guess is taken, and *stable is false where none is at
+  which the sum grows without a fall in between.
 */
 PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
                                 PetscReal guess, PetscBool *stable)

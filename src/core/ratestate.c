@@ -1,14 +1,14 @@
 /*
-  Rate-and-state friction (Dieterich 1979, Ruina 1983), regularised at zero slip rate (Rice & Ben-Zion 1996; Lapusta et al.
-  2000), with the state psi = ln(V0 theta/d_c), dimensionless:
+  Rate-and-state friction (Dieterich 1979, Ruina 1983), regularised at zero slip rate (Rice & Ben-Zion 1996; Lapusta et
+  al. 2000), with the state psi = ln(V0 theta/d_c), dimensionless:
 
      mu = a asinh( V/(2 V0) exp((f0 + b psi)/a) ),
      dpsi/dt = V0/d_c exp(-psi) - V/d_c                    aging law, dtheta/dt = 1 - V theta/d_c
      dpsi/dt = -V/d_c (ln(V/V0) + psi)                     slip law, dtheta/dt = -(V theta/d_c) ln(V theta/d_c)
 
-  where normal stress acts on the state with alpha/b ln(sigma/sigma0) in place of psi (Linker & Dieterich 1992: d psi/dt of the law less
-  alpha/(b sigma) dsigma/dt). The state is s = psi + alpha/b ln(sigma/sigma0), whose rate is that of the law alone, so that nobody needs
-  the rate of sigma; sigma0 is the normal stress before any change.
+  where normal stress acts on the state with alpha/b ln(sigma/sigma0) in place of psi (Linker & Dieterich 1992: d psi/dt
+  of the law less alpha/(b sigma) dsigma/dt). The state is s = psi + alpha/b ln(sigma/sigma0), whose rate is that of the
+  law alone, so that nobody needs the rate of sigma; sigma0 is the normal stress before any change.
 
   And the slip rate at which friction and radiation damping eta V balance a shear stress.
 */
@@ -16,11 +16,12 @@
 #include <slipcore.h>
 #include <math.h>
 
-/* No state of nature has psi below -200; what a step that is far too long makes of it is to be a number, so that the step
-   can be rejected. */
+/* No state of nature has psi below -200; what a step that is far too long makes of it is to be a number, so that the
+   step can be rejected. */
 #define MOST_HEALING 200.0
 
-/* ln(V/(2 V0)) + (f0 + b psi)/a, whose exponential is the argument of asinh: the logarithm, as a small a makes it large. */
+/* ln(V/(2 V0)) + (f0 + b psi)/a, whose exponential is the argument of asinh: the logarithm, as a small a makes it
+   large. */
 static PetscReal Argument(const SlipFriction *p, PetscReal s, PetscReal v)
 {
   return PetscLogReal(v / (2 * p->reference_rate)) + (p->reference + p->b * (s - p->shift)) / p->a;
@@ -112,9 +113,10 @@ static PetscReal Excess(const SlipFrictionLaw *law, const SlipFriction *p, const
 }
 
 /*
-  The slip rate v of one cell, sigma mu(s, |v|) sign(v) + eta v = tau, by Newton's method in ln v inside a bracket, for any
-  law whose cells always slide, sigma >= 0 and eta > 0. Without friction v is tau/eta, which bounds it; below that the bracket is opened until
-  it holds the root, by factors that square themselves, so that 300 decades take nine of them.
+  The slip rate v of one cell, sigma mu(s, |v|) sign(v) + eta v = tau, by Newton's method in ln v inside a bracket, for
+  any law whose cells always slide, sigma >= 0 and eta > 0. Without friction v is tau/eta, which bounds it; below that
+  the bracket is opened until it holds the root, by factors that square themselves, so that 300 decades take nine of
+  them.
 */
 PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[],
                                  PetscReal sigma, PetscReal eta, PetscReal tau)
@@ -151,9 +153,9 @@ PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction 
 
 /* ---- the balance of many cells ---- */
 
-/* Exponential and logarithm that compilers make vector code of: no calls, no branches, no errors. To 2 ulp; Exp() takes what
-   it is given as at least -708 and needs at most 709: with a bound there compilers would multiply e^709 into lanes that do not
-   take it, which overflows under -fp_trap. Log() needs a positive normal number. */
+/* Exponential and logarithm that compilers make vector code of: no calls, no branches, no errors. To 2 ulp; Exp() takes
+   what it is given as at least -708 and needs at most 709: with a bound there compilers would multiply e^709 into lanes
+   that do not take it, which overflows under -fp_trap. Log() needs a positive normal number. */
 typedef union {
   double x;
   uint64_t bits;
@@ -249,8 +251,8 @@ static inline double Fritsch(double L, double w, double log_w)
   return w * (1 + z / (1 + w) * (q - z) / (q - 2 * z));
 }
 
-/* The solution w of w + ln w = L, Lambert's W(e^L): a guess to a percent (Winitzki 2003), and two steps of fourth order, the
-   first of which may be as rough as its logarithm. L >= -708 */
+/* The solution w of w + ln w = L, Lambert's W(e^L): a guess to a percent (Winitzki 2003), and two steps of fourth
+   order, the first of which may be as rough as its logarithm. L >= -708 */
 static inline double LambertOfExp(double L)
 {
   const double x = RoughExp(L > 20 ? 20 : L), more = RoughLog(1 + x), p = L > 20 ? L : (x < 1e-3 ? x : more);
@@ -286,10 +288,10 @@ enum { CHUNK = 256 };
 #endif
 
 /*
-  With y = mu/a the balance is  a sigma y + eta 2 V0 e^-Q sinh y = tau,  Q = (f0 + b psi)/a. Where sinh is e^y/2 it is
-  w + ln w = L in w = eta V/(a sigma), L = tau/(a sigma) - Q + ln(eta V0/(a sigma)). One step of Newton's method adds the other
-  half of sinh: what is left is of the order of e^-4y, below rounding from y = 10 on. The few cells below that are solved one
-  by one. One loop over cells without branches or calls, for vector units.
+  With y = mu/a the balance is  a sigma y + eta 2 V0 e^-Q sinh y = tau,  Q = (f0 + b psi)/a. Where sinh is e^y/2 it is w
+  + ln w = L in w = eta V/(a sigma), L = tau/(a sigma) - Q + ln(eta V0/(a sigma)). One step of Newton's method adds the
+  other half of sinh: what is left is of the order of e^-4y, below rounding from y = 10 on. The few cells below that are
+  solved one by one. One loop over cells without branches or calls, for vector units.
 */
 VECTOR static void BalanceChunk(PetscInt n, const Constants *c, const PetscReal *restrict tau,
                                 const PetscReal *restrict s, PetscReal *restrict v)

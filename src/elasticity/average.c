@@ -21,8 +21,9 @@
 */
 #include <slipstep/private/slipelasticity.h>
 
-/* So many of its sides away from the other rectangle the smaller one is integrated by quadrature, of FAR_POINTS^2: off by
-   (4 FAR_SIDES)^(-2 FAR_POINTS) = 1e-12 of the entry, where corners lose as many digits, and more of them farther away. */
+/* So many of its sides away from the other rectangle the smaller one is integrated by quadrature, of FAR_POINTS^2: off
+   by (4 FAR_SIDES)^(-2 FAR_POINTS) = 1e-12 of the entry, where corners lose as many digits, and more of them farther
+   away. */
 #define FAR_SIDES 8
 #define FAR_POINTS 4
 
@@ -190,13 +191,13 @@ static PetscReal FarForce(PetscReal G, PetscReal nu, const SlipRectangle *r, con
 
   Output: average of the drop of the stress xy over the receiver [Pa/m]
 
-  Notes:
-  Times the receiver's area it is the force on the receiver, which is symmetric in both rectangles. An edge that both
-  have in common would give it an infinite part, of the logarithm of the distance from the edge: a line has a core
-  instead, of SLIP_CORE_CELL cells for example. Rectangles without such a line do not depend on it. Edges at the free surface cancel with those of the image.
+  Notes: Times the receiver's area it is the force on the receiver, which is symmetric in both rectangles. An edge that
+  both have in common would give it an infinite part, of the logarithm of the distance from the edge: a line has a core
+  instead, of SLIP_CORE_CELL cells for example. Rectangles without such a line do not depend on it. Edges at the free
+  surface cancel with those of the image.
 
-  A rectangle that is more than 8 of its sides away from a larger one is integrated by quadrature, to 1e-12 of the value,
-  as the corners' sum loses its digits there.
+  A rectangle that is more than 8 of its sides away from a larger one is integrated by quadrature, to 1e-12 of the
+  value, as the corners' sum loses its digits there.
 
   Level: intermediate
 
@@ -223,8 +224,8 @@ PetscReal SlipKernelAverage(PetscReal G, PetscReal nu, const SlipRectangle *rece
 }
 
 /*
-  SlipAverageSurface_Private - the free surface's share of it, part[0] - z_i z_j part[1] for cells at the depths z_i, z_j;
-  the parts are functions of dx and of the sum of the two depths only
+  SlipAverageSurface_Private - the free surface's share of it, part[0] - z_i z_j part[1] for cells at the depths z_i,
+  z_j; the parts are functions of dx and of the sum of the two depths only
 */
 void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscReal core, PetscReal dx, PetscReal depth_sum,
                                 PetscReal a, PetscReal b, PetscReal part[2])

@@ -1,27 +1,26 @@
 /*
   Displacement and its gradient by uniform slip on a rectangle of any strike and dip, in closed form.
 
-  Slip b on a plane with the normal n loads an elastic body with the moment G M_jk, M_jk = b_j n_k + n_j b_k + 2 nu/(1 - 2 nu)
-  b_n delta_jk. With Kelvin's solution, V the integral of 1/R over the rectangle, q the distance from its plane and
-  a = 1/(2 (1 - nu)), the displacement of a full space is
+  Slip b on a plane with the normal n loads an elastic body with the moment G M_jk, M_jk = b_j n_k + n_j b_k + 2 nu/(1 -
+  2 nu) b_n delta_jk. With Kelvin's solution, V the integral of 1/R over the rectangle, q the distance from its plane
+  and a = 1/(2 (1 - nu)), the displacement of a full space is
 
      4 pi u_i = -b_i V_n - (1 - a) (n_i U - b_n V_i) + a q U_i,     U = b_j V_j,
 
   where an index is a derivative: the integral of R has q V as its derivative along n, so that no more than V is needed.
 
-  Mindlin's (1936) solution in the form of Okada (1992) is, in coordinates x, y, z (down) and with R the distance from the
-  image of the source at the depth c, m = (1, 1, -1) and chi = w ln(R + w) - R, w = z + c,
+  Mindlin's (1936) solution in the form of Okada (1992) is, in coordinates x, y, z (down) and with R the distance from
+  the image of the source at the depth c, m = (1, 1, -1) and chi = w ln(R + w) - R, w = z + c,
 
      8 pi G G_ij = (Kelvin) + 2 delta_ij/R - (2 - a) m_i m_j R_ij - 2 (1 - 2 nu) m_i chi_ij
                    + 2 z m_j ((2 - a) (delta_j3 d_i - delta_i3 d_j) - a c d_ij) 1/R.
 
-  M applied to the source's coordinates gives what is to be added, with V, q, n and b those of the image, its normal and slip
-  mirrored, n' and b' their parts in the image's own directions, and X as in dipping_surface.c:
+  M applied to the source's coordinates gives what is to be added, with V, q, n and b those of the image, its normal and
+  slip mirrored, n' and b' their parts in the image's own directions, and X as in dipping_surface.c:
 
-     4 pi u_i = m_i J_i + z Z_i,      J_i = -b_i V_n + (1 - a) (n_i U - b_n V_i) + (2 - a) q U_i + F_i,
-     Z_i = 4 (1 - a) delta_i3 U_n + 2 T_i - 2 a z U_ni,
-     T_i = -b_3 V_ni - (1 - a) n_3 U_i + a (n_i U_3 + q U_3i) + (1 - a) b_n V_3i,
-     F = 2 (1 - 2 nu) n_y (b_x X_xy + b_y X_yy) + ..., = 2 (1 - 2 nu) sin(dip) (b_x X_xy - b_y X_xx) and a multiple of V,
+     4 pi u_i = m_i J_i + z Z_i,      J_i = -b_i V_n + (1 - a) (n_i U - b_n V_i) + (2 - a) q U_i + F_i, Z_i = 4 (1 - a)
+     delta_i3 U_n + 2 T_i - 2 a z U_ni, T_i = -b_3 V_ni - (1 - a) n_3 U_i + a (n_i U_3 + q U_3i) + (1 - a) b_n V_3i, F =
+     2 (1 - 2 nu) n_y (b_x X_xy + b_y X_yy) + ..., = 2 (1 - 2 nu) sin(dip) (b_x X_xy - b_y X_xx) and a multiple of V,
 
   the latter in J_i already. Where 1/(1 - 2 nu) was it has cancelled.
 */
@@ -261,8 +260,8 @@ static void Displacements(const SlipDipping *const source[], PetscInt n, const P
 }
 
 /*
-  SlipDippingAdd_Private - what V of the sources makes of 4 pi times the displacement or its gradient, or what V of the images and
-  the part of X in the directions x, y, z add to it
+  SlipDippingAdd_Private - what V of the sources makes of 4 pi times the displacement or its gradient, or what V of the
+  images and the part of X in the directions x, y, z add to it
 */
 void SlipDippingAdd_Private(const SlipDipping *const source[], PetscInt n, const PetscReal q[], const PetscReal z[],
                             const SlipPotential *v, const PetscReal (*rest)[SLIP_LANES], PetscBool image,
@@ -290,8 +289,8 @@ void SlipDippingAdd_Private(const SlipDipping *const source[], PetscInt n, const
     for (int i = 0; i < 9; i++) out[9 * k + i] = g[i][k];
 }
 
-/* A point in the directions of its rectangle or of the image, which has those of the rectangle, mirrored: of a point at -z
-   the image is what the rectangle is of z. */
+/* A point in the directions of its rectangle or of the image, which has those of the rectangle, mirrored: of a point at
+   -z the image is what the rectangle is of z. */
 static void Place(const SlipDipping *s, const SlipPlatePoints *ground, PetscInt k, PetscBool image, PetscBool gradient,
                   SlipPlatePoints *p)
 {
@@ -326,8 +325,8 @@ static void Rest(const SlipDipping *const source[], PetscInt n, const SlipLogPot
 }
 
 /*
-  SlipDippingFields_Private - 4 pi times the displacement or its gradient at some points, by each of some slips on the same
-  rectangles: what depends on the rectangles alone is computed once
+  SlipDippingFields_Private - 4 pi times the displacement or its gradient at some points, by each of some slips on the
+  same rectangles: what depends on the rectangles alone is computed once
 */
 void SlipDippingFields_Private(PetscInt slips, const SlipDipping *const *const of[], SlipPlatePoints *ground,
                                PetscBool gradient, PetscReal *const out[])

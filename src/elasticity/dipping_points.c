@@ -1,6 +1,6 @@
 /*
-  Fields of a dipping rectangle at points of the ground, x north, y east, z down, and tractions on planes of any direction:
-  the frames around dipping.c, and what is refused.
+  Fields of a dipping rectangle at points of the ground, x north, y east, z down, and tractions on planes of any
+  direction: the frames around dipping.c, and what is refused.
 */
 #include <slipcompat.h>
 #include <slipstep/private/slipdipping.h>
@@ -116,13 +116,13 @@ static PetscErrorCode SlipDippingAll_Private(PetscReal nu, PetscBool full_space,
   Notes:
   Lengths may have any one unit. The shear modulus does not matter.
 
-  A point of the rectangle itself, to 1e-14 of the coordinates, counts to the hanging wall; one of the trace of a rectangle
-  that breaks the surface gets the limit along the ground from there. On an edge across which the rectangle slips the
-  displacement has the logarithm of the distance: an edge gets the value at 1e-20 of the coordinates from it. Elsewhere, on
-  extensions of edges too, there is nothing to be minded, at any dip.
+  A point of the rectangle itself, to 1e-14 of the coordinates, counts to the hanging wall; one of the trace of a
+  rectangle that breaks the surface gets the limit along the ground from there. On an edge across which the rectangle
+  slips the displacement has the logarithm of the distance: an edge gets the value at 1e-20 of the coordinates from it.
+  Elsewhere, on extensions of edges too, there is nothing to be minded, at any dip.
 
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a rectangle without an extent, a dip outside (0, 90] degrees, and
-  rectangles and points above a free surface
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for Poisson's ratio, a rectangle without an extent, a dip outside (0, 90] degrees,
+  and rectangles and points above a free surface
 
   Reference: Okada (1992); the derivation is in the source file dipping.c
 
@@ -154,9 +154,9 @@ PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space, const
   Output Parameter:
 . gradient - [n][3][3] derivative of the displacement i along j, both north, east and down, dimensionless
 
-  Notes:
-  On an edge of the rectangle, to 1e-14 of the coordinates, the gradient is infinite: what goes with 1 / distance, and changes
-  its sign around the edge, is left out, and the rest is returned. Next to it values are as large as they are.
+  Notes: On an edge of the rectangle, to 1e-14 of the coordinates, the gradient is infinite: what goes with 1 /
+  distance, and changes its sign around the edge, is left out, and the rest is returned. Next to it values are as large
+  as they are.
 
   Far away, at the distance d from a rectangle of the side a, corners cancel to 1e-15 (d/a)^2 of the value.
 
@@ -193,7 +193,8 @@ PetscErrorCode SlipDippingGradient(PetscReal nu, PetscBool full_space, const Sli
   Output Parameter:
 . stress - [n][6] xx, yy, zz, xy, xz, yz with x north, y east, z down; tension is positive [Pa]
 
-  Note: on an edge of the rectangle, where stress is infinite, what is left without the infinite part, as SlipDippingGradient() says
+  Note: on an edge of the rectangle, where stress is infinite, what is left without the infinite part, as
+  SlipDippingGradient() says
 
   Errors: as of SlipDippingDisplacement()
 
@@ -218,9 +219,9 @@ PetscErrorCode SlipDippingStress(PetscReal G, PetscReal nu, PetscBool full_space
 }
 
 /*
-  SlipDippingTractions_Private - traction [n][3], along the rake, across it and normal, at the centre of each receiver by slip
-  along the rake of its own source; of 2 or 3 slips [n][slips][3], along strike, up dip and normal, by slip along strike and up dip
-  and by opening. Cells are not checked: those of a mesh are when it is taken.
+  SlipDippingTractions_Private - traction [n][3], along the rake, across it and normal, at the centre of each receiver
+  by slip along the rake of its own source; of 2 or 3 slips [n][slips][3], along strike, up dip and normal, by slip
+  along strike and up dip and by opening. Cells are not checked: those of a mesh are when it is taken.
 */
 void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
                                   const SlipCell receiver[], const SlipCell source[], PetscReal traction[])
@@ -293,8 +294,8 @@ void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_spac
 - rake   - in the plane from the strike, positive up dip: 0 left-lateral, 90 thrust [deg]
 
   Output Parameter:
-. directions - [3][3] unit vectors, each north, east and down, dimensionless: along the rake, in the plane across it (90 degrees more),
-               and across the plane into the hanging wall; right-handed
+. directions - [3][3] unit vectors, each north, east and down, dimensionless: along the rake, in the plane across it (90
+               degrees more), and across the plane into the hanging wall; right-handed
 
   Level: intermediate
 
@@ -328,11 +329,11 @@ void SlipPlaneDirections(PetscReal strike, PetscReal dip, PetscReal rake, PetscR
 - directions - [n][3][3] of the planes, by SlipPlaneDirections(), dimensionless
 
   Output Parameter:
-. traction - [n][3] of what the foot wall does to the hanging wall: shear along the rake, shear across it, and normal stress,
-             positive in compression [Pa]
+. traction - [n][3] of what the foot wall does to the hanging wall: shear along the rake, shear across it, and normal
+             stress, positive in compression [Pa]
 
-  Note: the stress that slip on a rectangle makes at its own centre has the sign of the slip: it is the stress drop, as entries
-  of a stiffness are. Stress that drives slip along the rake has the other sign.
+  Note: the stress that slip on a rectangle makes at its own centre has the sign of the slip: it is the stress drop, as
+  entries of a stiffness are. Stress that drives slip along the rake has the other sign.
 
   Level: intermediate
 

@@ -7,13 +7,15 @@
      V_x  ln(R + t)     V_t  ln(R + x)     V_q  -atan(x t / (q R))
      V_xx x Y     V_xt 1/R     V_xq q Y     V_tt t X     V_tq q X,     Y = 1/(R (R + t)), X = 1/(R (R + x))
 
-  and of the derivatives of these, where with Z = -(2 R + t) / (R^3 (R + t)^2), W = (8 R^2 + 9 R t + 3 t^2) / (R^5 (R + t)^3)
+  and of the derivatives of these, where with Z = -(2 R + t) / (R^3 (R + t)^2), W = (8 R^2 + 9 R t + 3 t^2) / (R^5 (R +
+  t)^3)
 
      Y_x = x Z, Y_q = q Z, Z_x = x W, Z_q = q W, Y_t = -1/R^3, Z_t = 3/R^5.
 
-  What does not depend on t, or not on x, cancels in the differences. So ln(R + t) may be -ln(R - t), and Y be -1/(R (R - t)),
-  at both ends of an edge: that is taken where the middle of the edge is at t < 0, and the extension of an edge is a
-  point like others. On the edge itself Y is infinite, and has the factor x or q, which is 0, in all that stress needs.
+  What does not depend on t, or not on x, cancels in the differences. So ln(R + t) may be -ln(R - t), and Y be -1/(R (R
+  - t)), at both ends of an edge: that is taken where the middle of the edge is at t < 0, and the extension of an edge
+  is a point like others. On the edge itself Y is infinite, and has the factor x or q, which is 0, in all that stress
+  needs.
 */
 #include <slipstep/private/slipdipping.h>
 

@@ -2,22 +2,24 @@
   Derivatives of X_xx and X_xy, where X is the integral of w ln(R + w) - R over the mirror image of a dipping rectangle:
   what the free surface adds besides the derivatives of V (dipping.c).
 
-  x, y and w are the distances of a point from a corner of the image along strike, to the right of it and down, and in the
-  image's plane and across it t = y ty + w tz and q = y tz - w ty, ty = -cos(dip), tz = sin(dip). With chi = w ln(R + w) - R
-  and K and N the integrals of chi_x and chi_y along t, X_xx and X_xy are the double differences over the corners of K and N.
-  Their derivatives are integrals of second and third derivatives of chi, of which those with two w are those of 1/R, and
+  x, y and w are the distances of a point from a corner of the image along strike, to the right of it and down, and in
+  the image's plane and across it t = y ty + w tz and q = y tz - w ty, ty = -cos(dip), tz = sin(dip). With chi = w ln(R
+  + w) - R and K and N the integrals of chi_x and chi_y along t, X_xx and X_xy are the double differences over the
+  corners of K and N. Their derivatives are integrals of second and third derivatives of chi, of which those with two w
+  are those of 1/R, and
 
      K_w = A = int x / (R (R + w)) dt           N_w = L = int y / (R (R + w)) dt = (ln(R + w) - tz ln(R + t)) / ty
      K_y = N_x = (chi_x - tz A) / ty            N_y = (chi_y - tz L) / ty           K_x = -N_y - ln(R + t).
 
-  They are Okada's (1992) I and J, which divide by the cosine of the dip and by its square and have other formulas where it
-  is 0. Here the quotients are taken: w - t = -ty (q + s t), s = ty / (1 + tz), gives
+  They are Okada's (1992) I and J, which divide by the cosine of the dip and by its square and have other formulas where
+  it is 0. Here the quotients are taken: w - t = -ty (q + s t), s = ty / (1 + tz), gives
 
      L = e ln(1 + ty e) / (ty e) + s ln(R + t),  e = -(q + s t) / (R + t)
      A = -2 / (1 + tz) g atan(s g) / (s g),      g = x / (R + t - s q)
      1 / (R (R + w)) - tz / (R (R + t)) = ty E,  E = (y + s R) / (R (R + w) (R + t)),
 
-  so that a vertical plane is a dip like others. A point below the ground has R + t > 0, as the image ends at the ground.
+  so that a vertical plane is a dip like others. A point below the ground has R + t > 0, as the image ends at the
+  ground.
 */
 #include <slipstep/private/slipdipping.h>
 #include <math.h>

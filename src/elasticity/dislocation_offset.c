@@ -1,8 +1,9 @@
 /*
   Stress drop of a rectangular strike-slip dislocation on a parallel vertical plane at the distance y, in closed form.
 
-  With f and g of dislocation.c, and density G / (16 pi (1 - nu)) ((d_xx + d_yy) f + 4 d_xxyy g) at any y, the integrals over
-  x and over the depth s (z - c of the source itself, z + c of its image) are double differences over the corners of
+  With f and g of dislocation.c, and density G / (16 pi (1 - nu)) ((d_xx + d_yy) f + 4 d_xxyy g) at any y, the integrals
+  over x and over the depth s (z - c of the source itself, z + c of its image) are double differences over the corners
+  of
 
      -(d_ss)(1/R)      x s / (R (y^2 + s^2))
      d_xxyy R          x d_yy [s / (r^2 R)] times -1, by 1/(R (R + s)) = 1/r^2 - s/(R r^2), r^2 = x^2 + y^2

@@ -1,6 +1,6 @@
 /*
-  Kernels, what the entries of a stiffness are computed from: vertical strike-slip rectangles, those of any direction, and
-  triangles, the closed forms of the files beside this one as rows of functions.
+  Kernels, what the entries of a stiffness are computed from: vertical strike-slip rectangles, those of any direction,
+  and triangles, the closed forms of the files beside this one as rows of functions.
 */
 #include <slipcompat.h>
 #include <slipstep/private/sliptriangle.h>
@@ -160,7 +160,8 @@ const SlipKernelType SlipKernelDipping = {
   .centres = Centres_Dipping,
 };
 
-/* Both components take 1.3 times as long as one, of triangles 1.4 times, measured. Tractions [n][slips][3] as blocks [n][3][slips] */
+/* Both components take 1.3 times as long as one, of triangles 1.4 times, measured. Tractions [n][slips][3] as blocks
+   [n][3][slips] */
 static void Transpose(PetscInt slips, PetscInt n, const PetscReal traction[], PetscReal block[])
 {
   for (PetscInt k = 0; k < n; k++, traction += 3 * slips, block += 3 * slips)

@@ -1,5 +1,5 @@
-/* Displacement and stress at points by slip on many rectangles or triangles: sums over those of dipping_points.c and triangle_points.c.
-   What maps of a fault's slip are computed from. */
+/* Displacement and stress at points by slip on many rectangles or triangles: sums over those of dipping_points.c and
+   triangle_points.c. What maps of a fault's slip are computed from. */
 #include <slipcompat.h>
 #include <slipelasticity.h>
 
@@ -73,8 +73,8 @@ static PetscErrorCode Sum(const Sources *s, PetscInt ncells, const PetscReal sli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipRectanglesDisplacement - displacement of points by slip on rectangles of any strike and dip, such as the cells of a fault
+/*@ SlipRectanglesDisplacement - displacement of points by slip on rectangles of any strike and dip, such as the cells
+  of a fault
 
   Not collective, pure
 

@@ -51,8 +51,8 @@ static void Corner(PetscReal nu, PetscReal x, PetscReal y, PetscReal s, PetscRea
   A rectangle that breaks the surface moves its two sides apart. A point of its trace gets the limit from y > source->y,
   u_x = +1/2; one with y < source->y, however near, is on the other side.
 
-  Where a rectangle that breaks the surface ends, u_y has the logarithm of the distance from its upper corner, as strain is
-  infinite there. At the corner itself the distance is taken as SLIP_CORE_CELL of the rectangle's length, so that
+  Where a rectangle that breaks the surface ends, u_y has the logarithm of the distance from its upper corner, as strain
+  is infinite there. At the corner itself the distance is taken as SLIP_CORE_CELL of the rectangle's length, so that
   rectangles of one length and slip side by side give what they give as one.
 
   Reference: Okada (1985)

@@ -140,8 +140,8 @@ static void Slip(const SlipDipping *plane, PetscInt k, SlipTriangleEdges *e)
 }
 
 /*
-  SlipTriangleFields_Private - 4 pi times the displacement or its gradient at some points, by each of some slips on the same
-  triangles: what depends on the triangles alone is computed once
+  SlipTriangleFields_Private - 4 pi times the displacement or its gradient at some points, by each of some slips on the
+  same triangles: what depends on the triangles alone is computed once
 */
 void SlipTriangleFields_Private(PetscInt slips, const SlipTriangle *const *const of[], SlipTrianglePoints *ground,
                                 PetscBool gradient, PetscReal *const out[])

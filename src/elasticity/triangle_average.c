@@ -388,9 +388,9 @@ void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_space, const 
 }
 
 /*
-  SlipTriangleVectorAverage - averages over the receiver of the stress drop along both of its directions in the plane and of
-  normal stress, for unit slip along either of the source's, and as the third of 3 slips for unit opening, [3][slips]; core as
-  above
+  SlipTriangleVectorAverage - averages over the receiver of the stress drop along both of its directions in the plane
+  and of normal stress, for unit slip along either of the source's, and as the third of 3 slips for unit opening,
+  [3][slips]; core as above
 */
 void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
                                const SlipTriangleCell *receiver, const SlipTriangleCell *source, PetscReal core,

@@ -22,20 +22,22 @@
 
      P = |s| ln((|s| + R)/r) - R   and   R along d, e r sign(s) ln((|s| + R)/r) along d and across, P - e e R across.
 
-  On a line that two edges have in common P has the core c in place of r, as in average.c. What the core stands for is a jump that goes to zero
-  over some width in the plane, and e is along it: slip has nothing along e, but opening has, u = n x d, and with it P - R in place of P, a core of
-  exp(1) c. With c alone a crack that opens has half the core of one that slips, and with 20 triangles across it is 5 % too stiff where the other
-  one is 3 % too soft. On a line where planes meet at an angle each opening has the e of its own plane. Towards the ground the width is bounded by
-  the depth: a wedge of rock above a wider one would give way by itself.
+  On a line that two edges have in common P has the core c in place of r, as in average.c. What the core stands for is a
+  jump that goes to zero over some width in the plane, and e is along it: slip has nothing along e, but opening has, u =
+  n x d, and with it P - R in place of P, a core of exp(1) c. With c alone a crack that opens has half the core of one
+  that slips, and with 20 triangles across it is 5 % too stiff where the other one is 3 % too soft. On a line where
+  planes meet at an angle each opening has the e of its own plane. Towards the ground the width is bounded by the depth:
+  a wedge of rock above a wider one would give way by itself.
 */
 #include <slipcompat.h>
 #include <slipstep/private/sliptriangle.h>
 
-/* Edges whose angle is less are parallel. The parallelogram loses 1e-16 over the angle of terms that are a thousand times
-   the force a few sides away, this about the angle: 1e-6 of such a force at the worst, 1e-8 of a cell's own. */
+/* Edges whose angle is less are parallel. The parallelogram loses 1e-16 over the angle of terms that are a thousand
+   times the force a few sides away, this about the angle: 1e-6 of such a force at the worst, 1e-8 of a cell's own. */
 #define PARALLEL 2e-7
-/* Largest core of opening, over the mean depth of its line: with it the stiffness of planes that dip by 15 degrees or more is positive
-   definite up to the ground, of squares at 10 too; with 0.3 hardly there, with 0.6 not at 10, and with 0.9 not at 30. */
+/* Largest core of opening, over the mean depth of its line: with it the stiffness of planes that dip by 15 degrees or
+   more is positive definite up to the ground, of squares at 10 too; with 0.3 hardly there, with 0.6 not at 10, and with
+   0.9 not at 30. */
 #define SHALLOW 0.2
 
 /* Two edges: from the second's start to the first's, directions, lengths; and their integrals. */
@@ -95,7 +97,8 @@ static void Parallelogram(Edges *e, PetscReal sine, const PetscReal normal[3])
     }
 }
 
-/* The same of parallel edges; core is used where they are within touch of one line, whose mean depth bounds that of opening. */
+/* The same of parallel edges; core is used where they are within touch of one line, whose mean depth bounds that of
+   opening. */
 static void Parallel(Edges *e, PetscReal touch, PetscReal core, PetscReal depth)
 {
   const PetscReal *d = e->d[0], start = SlipDot(e->D, d), turn = SlipDot(d, e->d[1]) < 0 ? -1 : 1;
@@ -169,10 +172,10 @@ static PetscReal Across(const PetscReal m[3], const PetscReal d[3], const PetscR
 }
 
 /*
-  SlipTriangleLoops - 4 pi/G times the force of the stress drop on one triangle along its own slip, by that of the
-  other one, for each of na slips of the one and nb slips of the other, [na][nb]; core: on edges that both have in
-  common, as a share of the lesser height: with the geometric mean a needle beside a triangle of many times its height has
-  a core that is wider than itself, and a stiffness that is negative
+  SlipTriangleLoops - 4 pi/G times the force of the stress drop on one triangle along its own slip, by that of the other
+  one, for each of na slips of the one and nb slips of the other, [na][nb]; core: on edges that both have in common, as
+  a share of the lesser height: with the geometric mean a needle beside a triangle of many times its height has a core
+  that is wider than itself, and a stiffness that is negative
 */
 void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, const PetscReal a[][3],
                        const SlipTriangleLoop *B, PetscInt nb, const PetscReal b[][3], PetscReal core,
@@ -217,8 +220,8 @@ void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, con
 }
 
 /*
-  SlipTriangleLoopEdge - what 4 pi/G times a triangle's own force along a by slip b changes by where an edge has ratio times the core
-  along share of it
+  SlipTriangleLoopEdge - what 4 pi/G times a triangle's own force along a by slip b changes by where an edge has ratio
+  times the core along share of it
 */
 PetscReal SlipTriangleLoopEdge(PetscReal nu, const SlipTriangleLoop *loop, const PetscReal a[3], const PetscReal b[3],
                                PetscInt edge, PetscReal share, PetscReal ratio)

@@ -281,8 +281,8 @@ PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscBool full_spac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* traction [n][slips][3] along the directions of each receiver, at its centroid, by unit slip along the first directions of its
-   own source */
+/* traction [n][slips][3] along the directions of each receiver, at its centroid, by unit slip along the first
+   directions of its own source */
 static void Tractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
                       const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],
                       PetscReal traction[])
@@ -335,8 +335,8 @@ void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, Pets
 }
 
 /*
-  SlipTriangleVectorTractions - traction [n][slips][3] likewise, by unit slip along the first 2 or 3 directions of its own source: both
-  in the plane, and opening
+  SlipTriangleVectorTractions - traction [n][slips][3] likewise, by unit slip along the first 2 or 3 directions of its
+  own source: both in the plane, and opening
 */
 void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips, PetscInt n,
                                  const SlipTriangleCell *const receiver[], const SlipTriangleCell *const source[],

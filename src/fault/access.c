@@ -8,8 +8,8 @@
 
   Input Parameters:
 + fault - the fault
-. name  - "inertia", "initial_unstable", "check_error", "output_overwrite", "output_xdmf", "progress" or "catalogue_maps":
-          the option's name without "fault_"
+. name  - "inertia", "initial_unstable", "check_error", "output_overwrite", "output_xdmf", "progress" or
+          "catalogue_maps": the option's name without "fault_"
 - value - what the option would be
 
   Level: intermediate
@@ -95,7 +95,8 @@ static PetscErrorCode CheckSize(SlipFault fault, PetscInt n)
 - n     - number of cells, of all processes
 
   Output Parameter:
-. values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every process
+. values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
+           process
 
   Level: intermediate
 
@@ -249,13 +250,13 @@ PetscErrorCode SlipFaultGetCellComponents(SlipFault fault, const char name[], Pe
 - n     - number of cells, of all processes
 
   Output Parameter:
-. values - [n], with two components of slip [n][2] of all but state, normal stress and opening, in the unit of the name, in the order of
-           SlipFaultGetField(), the same on every process
+. values - [n], with two components of slip [n][2] of all but state, normal stress and opening, in the unit of the name,
+           in the order of SlipFaultGetField(), the same on every process
 
   Level: intermediate
 
-  Notes:
-  The slip of two components, or of a fault that heals or has a state of its own, is that of the displacement and the far field since time 0.
+  Notes: The slip of two components, or of a fault that heals or has a state of its own, is that of the displacement and
+  the far field since time 0.
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another name, PETSC_ERR_ARG_SIZ for another number of cells
 
@@ -324,8 +325,8 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
 
   Output Parameters:
 + n     - number of faults
-- label - [n] as far as there is room, ascending: of /fault in the file of -fault_mesh, else the numbers of the planes, as
-          they come in the file, from 0; of a grid, or of more planes than 21, 0 alone; NULL: only n is wanted
+- label - [n] as far as there is room, ascending: of /fault in the file of -fault_mesh, else the numbers of the planes,
+          as they come in the file, from 0; of a grid, or of more planes than 21, 0 alone; NULL: only n is wanted
 
   Level: intermediate
 
@@ -356,8 +357,8 @@ PetscErrorCode SlipFaultGetLabels(SlipFault fault, PetscInt size, PetscInt *n, P
   Output Parameters:
 + n      - number of events; of a column with a number for each of several faults, "fault_moment" and its like, that of
            events times faults
-- values - [n], an event after the other, as far as there is room, in SI units; the same on every process; NULL: only n is
-           wanted
+- values - [n], an event after the other, as far as there is room, in SI units; the same on every process; NULL: only n
+           is wanted
 
   Level: intermediate
 
@@ -408,8 +409,9 @@ PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt
 
   Input Parameters:
 + fault   - the fault
-- inertia - PETSC_TRUE (the default but for laws whose cells always slide), or PETSC_FALSE: M = 0, the quasi-dynamic balance H (v - v_inf) + K u = T + tau, in
-            which H, still made with M = rho Ly or radiation damping, limits slip rates
+- inertia - PETSC_TRUE (the default but for laws whose cells always slide), or PETSC_FALSE: M = 0, the quasi-dynamic
+            balance H (v - v_inf) + K u = T + tau, in which H, still made with M = rho Ly or radiation damping, limits
+            slip rates
 
   Options Database Key:
 . -fault_inertia <yes,no> - the same

@@ -3,15 +3,16 @@
 
       T - K u - eta (v - v_inf) = sigma mu(s, |v|) sign(v),   du/dt = v - v_inf,   ds/dt of the law,
 
-   with v/|v| for sign(v) where slip has two components: v is then along T - K u + eta v_inf, and |v| follows from its magnitude. It is
-   an explicit problem in (u, s) with one product with K for each right-hand side, and one with Kn where slip changes sigma. The component v of the state vector
-   has no rate of its own: after a step it is made that of the balance, for all who read it. */
+   with v/|v| for sign(v) where slip has two components: v is then along T - K u + eta v_inf, and |v| follows from its
+   magnitude. It is an explicit problem in (u, s) with one product with K for each right-hand side, and one with Kn
+   where slip changes sigma. The component v of the state vector has no rate of its own: after a step it is made that of
+   the balance, for all who read it. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 
-/* Slip rate over the loading rate of cells that weaken, at the default start: a stress that is 7 a sigma below the steady
-   one, about what an event leaves, so that the start is forgotten before cells reach their strength */
+/* Slip rate over the loading rate of cells that weaken, at the default start: a stress that is 7 a sigma below the
+   steady one, about what an event leaves, so that the start is forgotten before cells reach their strength */
 #define START_LOCKED 1e-3
 
 /* ---- set-up ---- */
@@ -27,9 +28,9 @@ static PetscErrorCode Choose(SlipFault fault, SlipFaultStringId id, const char o
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Inertia is a lumped mass, not waves: what a rupture passes through is better described by radiation damping alone. It stays
-   the default where all slides at once, as from the critical start, where the strength falls with the slip rate, which
-   has no balance without it, and where there is no viscosity to limit slip rates. */
+/* Inertia is a lumped mass, not waves: what a rupture passes through is better described by radiation damping alone. It
+   stays the default where all slides at once, as from the critical start, where the strength falls with the slip rate,
+   which has no balance without it, and where there is no viscosity to limit slip rates. */
 static PetscErrorCode ChooseInertia(SlipFault fault, PetscBool traction)
 {
   PetscBool none;
@@ -149,9 +150,9 @@ static PetscBool KnowsStates(SlipFault fault, PetscInt i)
   return PETSC_TRUE;
 }
 
-/* Rate and state that were not given, as far as that does not need the stress. Fields keep theta. All cells at the rate of
-   loading, with the state that is steady there, would be an equilibrium, and where cells weaken an unstable one, which only
-   rounding leaves: unless a rate is given cells that weaken begin locked, as some time after an event. */
+/* Rate and state that were not given, as far as that does not need the stress. Fields keep theta. All cells at the rate
+   of loading, with the state that is steady there, would be an equilibrium, and where cells weaken an unstable one,
+   which only rounding leaves: unless a rate is given cells that weaken begin locked, as some time after an event. */
 static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *friction, PetscBool traction)
 {
   PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE];
@@ -264,8 +265,8 @@ PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault)
 
 /* ---- slip rates ---- */
 
-/* Of two components, from the stress tau that friction and radiation damping balance: its magnitude gives that of v, along it; the
-   rates of u and s into f, unless NULL */
+/* Of two components, from the stress tau that friction and radiation damping balance: its magnitude gives that of v,
+   along it; the rates of u and s into f, unless NULL */
 static void BalanceVectors(SlipFault fault, const SlipFrictionCells *friction, const PetscReal tau[],
                            const PetscReal a[], PetscReal v[], PetscReal f[])
 {
@@ -331,7 +332,8 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u of the state w of time t, and f(u, t): that of the last right-hand side where its u was the very same. Collective. */
+/* u of the state w of time t, and f(u, t): that of the last right-hand side where its u was the very same.
+   Collective. */
 PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec force)
 {
   PetscBool same;

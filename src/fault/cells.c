@@ -10,7 +10,8 @@ static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[],
   for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = values[SlipFaultMeshRow(&fault->mesh, i)];
 }
 
-/* What the root of an input file may hold, which one file can be for all of them: fields, cells and their faults, stiffness. */
+/* What the root of an input file may hold, which one file can be for all of them: fields, cells and their faults,
+   stiffness. */
 const char *SlipFaultFieldNames(void)
 {
   static char names[FAULT_MAX_NAMES];
@@ -118,7 +119,8 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 + fault  - the fault
 . name   - "normal_stress", "friction_residual", "friction_drop", "friction_slip", "friction_rate", "loading_rate",
            "healing_time", "initial_traction", "stressing_rate", "friction_a", "friction_b", "friction_alpha",
-           "friction_reference", "initial_rate", "initial_state", "creep", "rake", or a parameter that a law of SlipFaultRegisterFrictionLaw() brings
+           "friction_reference", "initial_rate", "initial_state", "creep", "rake", or a parameter that a law of
+           SlipFaultRegisterFrictionLaw() brings
 . n      - number of cells, nx nz (of all ranks), or cells of a mesh
 - values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
            rank; copied

@@ -1,6 +1,7 @@
-/* Slip of one component, along the rake of each cell, or of two, along its strike and up its dip: vectors of slip. In two, loading, the
-   shear load and what starts are along the rake, friction opposes the slip rate whatever its direction, and what has no direction, such
-   as the state of friction, goes with the magnitude. Cells that open have their opening behind the two. */
+/* Slip of one component, along the rake of each cell, or of two, along its strike and up its dip: vectors of slip. In
+   two, loading, the shear load and what starts are along the rake, friction opposes the slip rate whatever its
+   direction, and what has no direction, such as the state of friction, goes with the magnitude. Cells that open have
+   their opening behind the two. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipelasticity.h>
 

@@ -27,8 +27,8 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
         c[k] = fault->mesh.weight[i] * (fault->operators.mass / theta) * base[rate] + (ex ? ex[rate] : 0);
       u0[k] = base[displacement] + theta * ((ex ? ex[displacement] : 0) - vinf[k]);
     }
-    /* A base below 0 is of a cell that has closed since the step's start, a w1 - b w0 of w1 = 0: backward differences across
-       an impact would have it bounce. */
+    /* A base below 0 is of a cell that has closed since the step's start, a w1 - b w0 of w1 = 0: backward differences
+       across an impact would have it bounce. */
     if (SlipFaultOpens(fault) && base[SlipFaultDisplacementAt(fault, i) + 2] < 0) {
       const PetscReal fall = base[SlipFaultRateAt(fault, i) + 2];
 
@@ -43,8 +43,9 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where cells open: x is the rate that opens a cell from the closed state, w/theta of the stage's end, as this and nothing else
-   must not be negative. v = x - u0/theta there, so that B v - c = B x - (c + B u0/theta), of the opening in u0. */
+/* Where cells open: x is the rate that opens a cell from the closed state, w/theta of the stage's end, as this and
+   nothing else must not be negative. v = x - u0/theta there, so that B v - c = B x - (c + B u0/theta), of the opening
+   in u0. */
 static PetscErrorCode CountFromClosed(SlipFault fault)
 {
   Vec open = fault->work[0];
@@ -223,8 +224,8 @@ static PetscErrorCode StageFriction(SlipFault fault, SlipFrictionCells *friction
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* dq_i/d|v_i| of laws that weaken with slip alone, at the state that the stage starts from. Healing, which takes years and which a
-   long stage sets against the weakening, does not count: instabilities take seconds. */
+/* dq_i/d|v_i| of laws that weaken with slip alone, at the state that the stage starts from. Healing, which takes years
+   and which a long stage sets against the weakening, does not count: instabilities take seconds. */
 static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;

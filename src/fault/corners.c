@@ -1,11 +1,12 @@
 /* Which corners of a record of pressure a step ends at.
 
-   A step that passes a corner goes by a pressure that has none. The pressure that stages do not see is off the record's by no
-   more than the record is off its chord between the ends of the step. Slip under friction follows a load without adding up
-   what it is off by: stress that is off by d at any times leaves slip off by d over the stiffness of the fault. So a step
-   passes corners while mu times that distance is small against the stress that the wanted error of slip is worth
-   (SlipFaultLoadTolerance()), and else ends at the last corner up to which this is so. Steps end at the corners of large jumps, and of
-   records of few corners, as exactly as time is; records that sample a smooth curve cost what the curve costs. */
+   A step that passes a corner goes by a pressure that has none. The pressure that stages do not see is off the record's
+   by no more than the record is off its chord between the ends of the step. Slip under friction follows a load without
+   adding up what it is off by: stress that is off by d at any times leaves slip off by d over the stiffness of the
+   fault. So a step passes corners while mu times that distance is small against the stress that the wanted error of
+   slip is worth (SlipFaultLoadTolerance()), and else ends at the last corner up to which this is so. Steps end at the
+   corners of large jumps, and of records of few corners, as exactly as time is; records that sample a smooth curve cost
+   what the curve costs. */
 #include <slipstep/private/slipfault.h>
 
 /* The fault, asked whether it may step over the corners from t to end */
@@ -31,8 +32,8 @@ static void PressureOf(const Chord *c, PetscInt k)
   SlipLoadsAddRecord(&c->fault->loads, TimeOf(c, k), c->there);
 }
 
-/* The last corner, or the end, to which a chord misses none before it: slopes that miss those so far by no more narrow down, cell by
-   cell. Of all ranks. */
+/* The last corner, or the end, to which a chord misses none before it: slopes that miss those so far by no more narrow
+   down, cell by cell. Of all ranks. */
 static PetscErrorCode Last(Chord *c, PetscInt *last)
 {
   PetscInt k = c->first;
@@ -61,8 +62,8 @@ static PetscErrorCode Last(Chord *c, PetscInt *last)
 /*
   SlipFaultNextCorner - SlipProblemOps.corner: the next corner at which a step from t is to end
 
-  Collective. t: where the step of ts begins, from its solution. PETSC_MAX_REAL: it may end anywhere. Constant steps, and runs
-  that keep no error, meet every corner.
+  Collective. t: where the step of ts begins, from its solution. PETSC_MAX_REAL: it may end anywhere. Constant steps,
+  and runs that keep no error, meet every corner.
 */
 PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *ctx)
 {

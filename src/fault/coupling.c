@@ -1,6 +1,6 @@
-/* Normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), where cells open 0 for those that are, u the displacement relative to the far field, which
-   loading by backslip leaves as it is, and u0 that of the start, which is not 0 where elastic stress is to be critical there: sigma0
-   is the normal stress before any slip. */
+/* Normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), where cells open 0 for those that
+   are, u the displacement relative to the far field, which loading by backslip leaves as it is, and u0 that of the
+   start, which is not 0 where elastic stress is to be critical there: sigma0 is the normal stress before any slip. */
 #include <slipstep/private/slipfault.h>
 #include <slipelasticity.h>
 #include <slipstep/private/slipsys.h>
@@ -94,7 +94,8 @@ PetscErrorCode SlipFaultCoupledBound(SlipFault fault, Vec x, SlipFrictionCells *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* c->stress of Kn u in c->rise, after rest more of rest, at t; another one than of the state known before. Collective. */
+/* c->stress of Kn u in c->rise, after rest more of rest, at t; another one than of the state known before.
+   Collective. */
 PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal rest, SlipFrictionCells *friction)
 {
   SlipFaultCoupling *c = &fault->coupling;
@@ -121,8 +122,8 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipFaultGetFrictionOf - the friction of the cells of this process in a state, whose slip may have changed normal stress
+/*@C SlipFaultGetFrictionOf - the friction of the cells of this process in a state, whose slip may have changed normal
+  stress
 
   Collective; after SlipFaultSetUp()
 
@@ -132,13 +133,13 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
 - w     - state, of SlipFaultCreateState()
 
   Output Parameter:
-. friction - as of SlipFaultGetFriction(), with the normal stress sigma0 - p + Kn (u - u0), u0 of the start, and valid until the fault is asked about another
-             state or time
+. friction - as of SlipFaultGetFriction(), with the normal stress sigma0 - p + Kn (u - u0), u0 of the start, and valid
+             until the fault is asked about another state or time
 
   Level: advanced
 
-  Note: where slip leaves normal stress alone it is SlipFaultGetFriction(); else a product with Kn, unless the state is the one
-  that was asked about before, or that of the last right-hand side
+  Note: where slip leaves normal stress alone it is SlipFaultGetFriction(); else a product with Kn, unless the state is
+  the one that was asked about before, or that of the last right-hand side
 
 .seealso: SlipFaultGetFriction(), SlipFrictionStrength()
 @*/

@@ -119,8 +119,8 @@ PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSPostEvaluate: after a step of PETSc's own types, before monitors. To PETSc the state has not changed: otherwise the next step
-   would begin anew, without the last right-hand side of this one. Ours know by SlipFaultMoment. */
+/* TSPostEvaluate: after a step of PETSc's own types, before monitors. To PETSc the state has not changed: otherwise the
+   next step would begin anew, without the last right-hand side of this one. Ours know by SlipFaultMoment. */
 static PetscErrorCode SlipFaultAfterStep(TS ts)
 {
   PetscObjectState state;
@@ -151,8 +151,9 @@ static PetscErrorCode SlipFaultAfterStep(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* *seen: the state w of t that a controller observes, with its slip rates. While an attempt is judged, w is its end but for the
-   rates, which are still those of the start: one right-hand side more, of the state itself, as the last one was of another. */
+/* *seen: the state w of t that a controller observes, with its slip rates. While an attempt is judged, w is its end but
+   for the rates, which are still those of the start: one right-hand side more, of the state itself, as the last one was
+   of another. */
 PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w, Vec *seen)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -170,8 +171,9 @@ PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A checkpoint's part: the rates of the last stage of the step before, which differ from those of the state by rounding,
-   where the next step takes them over. TSRK asks for them where a step begins anew, which the next one does to it alone. */
+/* A checkpoint's part: the rates of the last stage of the step before, which differ from those of the state by
+   rounding, where the next step takes them over. TSRK asks for them where a step begins anew, which the next one does
+   to it alone. */
 PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -207,8 +209,9 @@ PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adams' formulas, their steps by the policy for cycles where it is there; other integrators have controllers of their own. All see
-   the error of the worst cell: a mean over the cells hides one that goes unstable, the more so the more others are quiet. */
+/* Adams' formulas, their steps by the policy for cycles where it is there; other integrators have controllers of their
+   own. All see the error of the worst cell: a mean over the cells hides one that goes unstable, the more so the more
+   others are quiet. */
 static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
 {
   char file[PETSC_MAX_PATH_LEN];

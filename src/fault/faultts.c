@@ -56,7 +56,8 @@ static PetscErrorCode Name_Fault(TS ts, const char **name, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What policies whose steps are shares of T* were trained for: single events. Loading has no end, and its steps last years. */
+/* What policies whose steps are shares of T* were trained for: single events. Loading has no end, and its steps last
+   years. */
 static PetscErrorCode Untrained_Fault(TS ts, const char **why, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -126,7 +127,8 @@ static PetscErrorCode RollBack_Fault(TS ts, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSPreStep, which PETSc does not call for a step that an event looks into again: types of PETSc's own know no SlipProblemOps */
+/* TSPreStep, which PETSc does not call for a step that an event looks into again: types of PETSc's own know no
+   SlipProblemOps */
 static PetscErrorCode BeforeStep(TS ts)
 {
   const SlipProblemOps *problem;
@@ -206,8 +208,8 @@ static PetscErrorCode ConfigureDriven(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A smooth law makes the Jacobian's diagonal range over decades, from cell to cell: what is to be small is the force, in
-   all cells alike, and the diagonal is most of the Jacobian in steps that are exact enough. */
+/* A smooth law makes the Jacobian's diagonal range over decades, from cell to cell: what is to be small is the force,
+   in all cells alike, and the diagonal is most of the Jacobian in steps that are exact enough. */
 static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
 {
   const PetscReal residual = 1e-11; /* of 1e7 Pa; a sigma, what ln v makes, is some 1e5 Pa */
@@ -299,34 +301,37 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 + fault - the fault; the TS keeps a reference
 - ts    - the TS
 
-  Notes:
-  Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
-  tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise), max time 30 s
+  Notes: Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of
+  absolute tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise), max time 30 s
   (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step
   0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller (-ts_adapt_type): TSADAPTRL
-  from the instability (with inertia), from another start and under a pore pressure, with slip weakening, where its policy is
-  there, -fault_accuracy is one that it was trained for, and no tolerance is given (-ts_rtol, TSSetTolerances(), -fault_tolerances, options
-  of pi and dsp). Else pi with the filter fault_history from the instability, pi from another start, basic under a pore pressure and
-  heuristic with smooth friction; dsp for a fault that is loaded or heals.
+  from the instability (with inertia), from another start and under a pore pressure, with slip weakening, where its
+  policy is there, -fault_accuracy is one that it was trained for, and no tolerance is given (-ts_rtol,
+  TSSetTolerances(), -fault_tolerances, options of pi and dsp). Else pi with the filter fault_history from the
+  instability, pi from another start, basic under a pore pressure and heuristic with smooth friction; dsp for a fault
+  that is loaded or heals.
 
   The relative tolerance is set where TSSolve() begins, when the controller is known, unless -ts_rtol is given or
-  TSSetTolerances() was called after this function: that at which the controller keeps -fault_accuracy, 1e-2 by default, see
-  SlipFaultFindTolerance(), or what the file of -fault_tolerances says; with smooth friction and for other controllers 1e-3, and 1e-4 for a fault that is loaded or heals.
-  -fault_accuracy is the dial of TSADAPTRL as well, unless it has one.
+  TSSetTolerances() was called after this function: that at which the controller keeps -fault_accuracy, 1e-2 by default,
+  see SlipFaultFindTolerance(), or what the file of -fault_tolerances says; with smooth friction and for other
+  controllers 1e-3, and 1e-4 for a fault that is loaded or heals. -fault_accuracy is the dial of TSADAPTRL as well,
+  unless it has one.
 
-  With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u and the
-  state are integrated, one product with K for a right-hand side, v is made that of the balance after each step. The type is
-  TSADAMS, under TSADAPTRL by the policy for cycles at the accuracy 1e-3 (-fault_accuracy), or TSADAPTBASIC where there is no such policy; rtol
-  1e-3, where the policy sets none, means errors of 1e-3 d_c in u and 1e-3 in ln theta of the worst cell (SlipAdaptSetNorm()),
-  the first step is 0.01 of the time in which the fastest cell slips its d_c. With -ts_type bathe among the options, and with
-  inertia, it is bathe, with errors relative to d_c and the slip rate.
+  With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u
+  and the state are integrated, one product with K for a right-hand side, v is made that of the balance after each step.
+  The type is TSADAMS, under TSADAPTRL by the policy for cycles at the accuracy 1e-3 (-fault_accuracy), or TSADAPTBASIC
+  where there is no such policy; rtol 1e-3, where the policy sets none, means errors of 1e-3 d_c in u and 1e-3 in ln
+  theta of the worst cell (SlipAdaptSetNorm()), the first step is 0.01 of the time in which the fastest cell slips its
+  d_c. With -ts_type bathe among the options, and with inertia, it is bathe, with errors relative to d_c and the slip
+  rate.
 
-  Errors: PETSC_ERR_ORDER before SlipFaultSetUp(); PETSC_ERR_FILE_OPEN or PETSC_ERR_FILE_UNEXPECTED, naming file and dataset, where the
-  file of tolerances is needed and missing, damaged or of another version
+  Errors: PETSC_ERR_ORDER before SlipFaultSetUp(); PETSC_ERR_FILE_OPEN or PETSC_ERR_FILE_UNEXPECTED, naming file and
+  dataset, where the file of tolerances is needed and missing, damaged or of another version
 
   Level: beginner
 
-.seealso: SlipFaultFindTolerance(), SlipFaultCreateState(), SlipFaultSetInitialState(), SlipAdaptSetNorm(), TSADAMS, TSBATHE
+.seealso: SlipFaultFindTolerance(), SlipFaultCreateState(), SlipFaultSetInitialState(), SlipAdaptSetNorm(), TSADAMS,
+  TSBATHE
 @*/
 PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
 {

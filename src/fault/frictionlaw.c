@@ -123,10 +123,10 @@ static PetscErrorCode CheckStates(const SlipFrictionLaw *law)
   as its functions shown and of_shown say, in its unit. Where all cells slide it starts with the parameter that it
   names, initial_state or one of own with the default NaN, and steady where no number is given.
 
-  Each row of own is from then on what the numbers of every fault are: an option -fault_<name>, with a unit of time where it
-  is in s, an argument of SlipFaultSetReal(), SlipFaultSetField() and SlipFaultGetField(), and a dataset of -fault_parameters
-  and of outputs. The law's functions find those of their cell in SlipFriction, own[k] of the k-th row. All have a default,
-  and names that no other option of faults has.
+  Each row of own is from then on what the numbers of every fault are: an option -fault_<name>, with a unit of time
+  where it is in s, an argument of SlipFaultSetReal(), SlipFaultSetField() and SlipFaultGetField(), and a dataset of
+  -fault_parameters and of outputs. The law's functions find those of their cell in SlipFriction, own[k] of the k-th
+  row. All have a default, and names that no other option of faults has.
 
   See examples/friction_law.c.
 

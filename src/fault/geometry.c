@@ -1,4 +1,5 @@
-/* What a fault asks of its mesh: its cells by the options, the kernel between them, their stiffness, and sums over them. */
+/* What a fault asks of its mesh: its cells by the options, the kernel between them, their stiffness, and sums over
+   them. */
 #include <slipstep/private/slipfault.h>
 #include <string.h>
 

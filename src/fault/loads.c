@@ -317,8 +317,8 @@ PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoa
 }
 
 /*
-  SlipFaultReportOpening - print once that cells have opened: their pressure exceeds their normal stress, and they have no
-  strength
+  SlipFaultReportOpening - print once that cells have opened: their pressure exceeds their normal stress, and they have
+  no strength
 
   Collective; for times that the run has reached, not those that an attempt or a search for an onset looks at.
 */
@@ -438,15 +438,14 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
 
   Input Parameters:
 + fault    - the fault
-. function - fills p [n] with the pore pressure [Pa] of the n cells of this process at the time t [s], in the order of the
-             state; smooth in time, and of the time alone: times come in any order
+. function - fills p [n] with the pore pressure [Pa] of the n cells of this process at the time t [s], in the order of
+             the state; smooth in time, and of the time alone: times come in any order
 - ctx      - given to the function, kept
 
   Level: intermediate
 
-  Notes:
-  The strength is mu (sigma_n - p), never below 0. It adds to -fault_pore_pressure and -fault_injection. The end of rest is
-  looked for in thousandths of the run's duration: pressure that comes and goes within less may be missed.
+  Notes: The strength is mu (sigma_n - p), never below 0. It adds to -fault_pore_pressure and -fault_injection. The end
+  of rest is looked for in thousandths of the run's duration: pressure that comes and goes within less may be missed.
 
   Errors: PETSC_ERR_ORDER after SlipFaultSetUp(); of the run PETSC_ERR_FP for a pressure that is not finite
 

@@ -86,8 +86,8 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x: displacements or rates [n], kx = K x, nx = Kn x or NULL, w: the state in which they weaken the strength. What they take
-   from the strength by its normal stress acts as stiffness does. */
+/* x: displacements or rates [n], kx = K x, nx = Kn x or NULL, w: the state in which they weaken the strength. What they
+   take from the strength by its normal stress acts as stiffness does. */
 static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, Vec nx, PetscReal sum[])
 {
   SlipFrictionCells friction;
@@ -206,8 +206,8 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* dv/dtau of the balance of cell i, 1/(eta + sigma dmu/dv), of two components along v. v: rate; force: K u; load: the shear load. Where the law has a short cut, the
-   balance tells without an exponential whether it holds. */
+/* dv/dtau of the balance of cell i, 1/(eta + sigma dmu/dv), of two components along v. v: rate; force: K u; load: the
+   shear load. Where the law has a short cut, the balance tells without an exponential whether it holds. */
 static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *friction, PetscInt i, const PetscReal s[],
                             const PetscReal v[], const PetscReal load[], const PetscReal force[])
 {
@@ -225,8 +225,8 @@ static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *fric
   return 1 / (eta + friction->stress[i] * dv);
 }
 
-/* SlipProblemOps.relaxation, of the rates that the last right-hand side found, as those in w are of the step's start while it is judged; 0 where rates
-   follow from momentum or jump */
+/* SlipProblemOps.relaxation, of the rates that the last right-hand side found, as those in w are of the step's start
+   while it is judged; 0 where rates follow from momentum or jump */
 PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -389,9 +389,9 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
 
   Output Parameter:
 . obs - the means; d(kinetic + elastic)/dt + viscous_power + friction_power = loading_power, with
-        kinetic = M v.v/2, elastic = u.K u/2 - T.u, viscous = (v - v_inf).H (v - v_inf), friction = -v.r and
-        loading = -v_inf.(K u - T + H (v - v_inf)) - dT/dt.u, each divided by the number of cells; T is the shear stress
-        of -fault_initial_traction and -fault_stressing_rate at t. Where cells open, u, v and K have the opening too, T the
+        kinetic = M v.v/2, elastic = u.K u/2 - T.u, viscous = (v - v_inf).H (v - v_inf), friction = -v.r and loading =
+        -v_inf.(K u - T + H (v - v_inf)) - dT/dt.u, each divided by the number of cells; T is the shear stress of
+        -fault_initial_traction and -fault_stressing_rate at t. Where cells open, u, v and K have the opening too, T the
         normal stress before any slip, as -sigma0, and loading the pore pressure's power p v_n
 
   Level: intermediate

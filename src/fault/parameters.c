@@ -380,8 +380,8 @@ static PetscBool MayBeUpper(const SlipParameter *p)
   return p == &SlipFaultReals[FAULT_ACCURACY] || p == &SlipFaultReals[FAULT_DIP] ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* What a parameter's value, or that of a cell, must be, for example "a number > 0 m"; C's own %g, since PETSc's writes "0."
-   for 0. */
+/* What a parameter's value, or that of a cell, must be, for example "a number > 0 m"; C's own %g, since PETSc's writes
+   "0." for 0. */
 void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len)
 {
   char low[32] = "", high[32] = "";
@@ -424,7 +424,8 @@ PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipParameter *p, Petsc
 /*@C
   SlipFaultSetReal - set a scalar parameter of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except velocity_scale, accuracy and what -help calls of the output).
+  Logically collective; before SlipFaultSetUp() only (except velocity_scale, accuracy and what -help calls of the
+  output).
 
   Input Parameters:
 + fault - the fault
@@ -455,7 +456,8 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
 
 /*@C
   SlipFaultGetReal - get a scalar parameter of the fault; until they are set, thickness is length_x, rate_tolerance is
-                     1e-10 m over T*, accuracy is 1e-2, and normal_stress_gradient 15e3 Pa/m, or 0 where a normal_stress is set
+                     1e-10 m over T*, accuracy is 1e-2, and normal_stress_gradient 15e3 Pa/m, or 0 where a normal_stress
+                     is set
 
   Not collective.
 
@@ -494,8 +496,8 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The choices of a parameter as a message lists them; those of the friction law are the rows of its table. *is: value is
-   one of them (NULL allowed) */
+/* The choices of a parameter as a message lists them; those of the friction law are the rows of its table. *is: value
+   is one of them (NULL allowed) */
 PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[], char list[], size_t len,
                                     PetscBool *is)
 {
@@ -536,8 +538,8 @@ PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[]
 
   Level: intermediate
 
-  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown name or choice, PETSC_ERR_ARG_OUTOFRANGE for a value of PETSC_MAX_PATH_LEN characters
-  or more that is no list of points.
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown name or choice, PETSC_ERR_ARG_OUTOFRANGE for a value of
+  PETSC_MAX_PATH_LEN characters or more that is no list of points.
 
 .seealso: SlipFaultSetReal(), SlipFaultSetFromOptions()
 @*/

@@ -1,7 +1,7 @@
 /* Do cells resolve a rupture? Where friction weakens it sets lengths of its own, and cells must be smaller: else the
-   mesh decides the result, and a cell can fail without its neighbours. With W [Pa/m] what the strength falls by per metre of slip, K_c
-   [Pa/m] the stiffness below which slip is unstable, and the shear modulus G of antiplane slip, which makes shorter
-   lengths than the G/(1 - nu) of inplane slip:
+   mesh decides the result, and a cell can fail without its neighbours. With W [Pa/m] what the strength falls by per
+   metre of slip, K_c [Pa/m] the stiffness below which slip is unstable, and the shear modulus G of antiplane slip,
+   which makes shorter lengths than the G/(1 - nu) of inplane slip:
 
      rate and state    cohesive zone L_b = G/W, W = b sigma/d_c (Rubin & Ampuero 2005); K_c = sigma (b - a)/d_c (Ruina
                        1983), nucleation h* = (2/pi) G/K_c (Rice 1993)
@@ -118,8 +118,8 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "0.64 cells of 1000 m in the smallest cohesive zone of 640 m, nucleation length at least 1222 m, 100 % of the cells that weaken can fail
-   alone" */
+/* "0.64 cells of 1000 m in the smallest cohesive zone of 640 m, nucleation length at least 1222 m, 100 % of the cells
+   that weaken can fail alone" */
 PetscErrorCode SlipFaultResolutionText(SlipFault fault, char text[], size_t len)
 {
   const SlipFaultResolution *r = &fault->resolution;

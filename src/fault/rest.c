@@ -86,8 +86,8 @@ static PetscReal Force(const Rest *r, PetscInt k)
   return (r->shear ? r->shear[k] : 0) + r->hold[k] - r->ku[k];
 }
 
-/* The largest |f| - q of all cells after dt of rest, or what opens one [Pa], and the cell of this process that has it, -1 elsewhere.
-   Collective. */
+/* The largest |f| - q of all cells after dt of rest, or what opens one [Pa], and the cell of this process that has it,
+   -1 elsewhere. Collective. */
 static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt *cell)
 {
   SlipFault fault = r->fault;
@@ -133,8 +133,9 @@ static PetscReal CoupledOnset(PetscReal f, PetscReal d, PetscReal q, PetscReal e
   return first;
 }
 
-/* When |f + d t| of two components meets q - e t, which it does not exceed at 0; PETSC_MAX_REAL: never. Its square is a t^2 + 2 b t + c
-   with c <= 0, of which the first root after 0 has q - e t >= 0, as the square is not negative where that is 0. */
+/* When |f + d t| of two components meets q - e t, which it does not exceed at 0; PETSC_MAX_REAL: never. Its square is a
+   t^2 + 2 b t + c with c <= 0, of which the first root after 0 has q - e t >= 0, as the square is not negative where
+   that is 0. */
 static PetscReal VectorOnset(const PetscReal f[2], const PetscReal d[2], PetscReal q, PetscReal e)
 {
   const PetscReal a = d[0] * d[0] + d[1] * d[1] - e * e, b = f[0] * d[0] + f[1] * d[1] + q * e;
@@ -350,8 +351,8 @@ static PetscErrorCode RestEnd(Vec w, Rest *r)
 /*
   SlipFaultRestTime - SlipProblemOps.rest_time: for how long the state w of time t stays exactly at rest [s]
 
-  Collective. 0 when a cell moves or its force exceeds the strength; PETSC_MAX_REAL for ever, which is not looked for when
-  strengths change in time, as they may with states of the law's own: then 0, too.
+  Collective. 0 when a cell moves or its force exceeds the strength; PETSC_MAX_REAL for ever, which is not looked for
+  when strengths change in time, as they may with states of the law's own: then 0, too.
 */
 PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx)
 {
@@ -373,8 +374,8 @@ PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, voi
 }
 
 /*
-  SlipFaultRest - SlipProblemOps.rest: the rest that begins with the state w of time t: until when, at most limit, and the
-  states halfway and at its end, exactly
+  SlipFaultRest - SlipProblemOps.rest: the rest that begins with the state w of time t: until when, at most limit, and
+  the states halfway and at its end, exactly
 
   Collective. *end = t when a cell moves or is at its strength. *h: a step to go on with [s].
 */

@@ -1,8 +1,8 @@
-/* Instability by the loss of damping: where strength falls with the slip rate by more than the viscosity, a cell that is
-   stiff swings about the rate of loading and sticks within seconds, over and over, which long steps average: it creeps.
-   Where stiffness is small against the loss, as it is in large parts that slide together, motion runs away. The matrices
-   of long stages are positive definite there too, and their steps would go past the event: they are errors while what
-   slides runs away, for a cell by itself, or for the slip rates that there are. */
+/* Instability by the loss of damping: where strength falls with the slip rate by more than the viscosity, a cell that
+   is stiff swings about the rate of loading and sticks within seconds, over and over, which long steps average: it
+   creeps. Where stiffness is small against the loss, as it is in large parts that slide together, motion runs away. The
+   matrices of long stages are positive definite there too, and their steps would go past the event: they are errors
+   while what slides runs away, for a cell by itself, or for the slip rates that there are. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
@@ -20,7 +20,8 @@ static PetscReal Time(PetscReal m, PetscReal d, PetscReal k)
 /*
   SlipFaultRunaway - the stage's theta over the longest one that follows what runs away, 0 where nothing does
 
-  Collective; at the last stage, w: the state at its end, t. A product with H and one with K where strength falls with rate.
+  Collective; at the last stage, w: the state at its end, t. A product with H and one with K where strength falls with
+  rate.
 */
 PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio)
 {

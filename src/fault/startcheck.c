@@ -1,6 +1,7 @@
-/* What a run says of the stress that it starts under: the range of the effective normal stress, which decides a result and may be
-   another one than was thought of, and where the shear stress exceeds the strength. A stress at the start that exceeds the strength is refused, or with -fault_initial_unstable said: in how many cells, where, by how
-   much, and how many of them are outside of the largest patch. A patch is where slip is meant to begin; other cells that
+/* What a run says of the stress that it starts under: the range of the effective normal stress, which decides a result
+   and may be another one than was thought of, and where the shear stress exceeds the strength. A stress at the start
+   that exceeds the strength is refused, or with -fault_initial_unstable said: in how many cells, where, by how much,
+   and how many of them are outside of the largest patch. A patch is where slip is meant to begin; other cells that
    start above their strength slip at once as well, with a stress drop that nobody chose. */
 #include <slipstep/private/slipfault.h>
 #include <slipsys.h>
@@ -51,8 +52,8 @@ static PetscErrorCode JoinAtCorners(Patches *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rectangles that touch, of any size: apart by no more than half of both along the strike and the dip of one, and off its plane by
-   no more than half of the shorter sides */
+/* Rectangles that touch, of any size: apart by no more than half of both along the strike and the dip of one, and off
+   its plane by no more than half of the shorter sides */
 static PetscBool Touch(const SlipFaultCell *a, const SlipFaultCell *b)
 {
   const PetscReal room = 1 + PETSC_SQRT_MACHINE_EPSILON;
@@ -68,7 +69,8 @@ static PetscBool Touch(const SlipFaultCell *a, const SlipFaultCell *b)
   return PETSC_TRUE;
 }
 
-/* A list of rectangles, which need not share corners: each with those before it in the order of x that are near enough */
+/* A list of rectangles, which need not share corners: each with those before it in the order of x that are near
+   enough */
 static PetscErrorCode JoinWhereTheyTouch(Patches *p)
 {
   const SlipFaultMesh *mesh = p->mesh;

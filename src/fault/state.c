@@ -1,8 +1,8 @@
 /* The state of a fault: its vector and its start. */
 #include <slipstep/private/slipfault.h>
 
-/*@
-  SlipFaultCreateState - create a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two components of
+/*@ SlipFaultCreateState - create a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two
+  components of
                          slip block size 5, (v, v, u, u, s), and more where the friction law has several states s
 
   Collective; after SlipFaultSetUp().
@@ -41,11 +41,11 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
   Collective. "critical": v = 0, s = 0, u = -(1 + perturbation) K^-1 q(0), so that -K u slightly exceeds the strength
   everywhere; "rest" and "traction": all zero. The shear stress is T0 - K u, T0 the field initial_traction.
 
-  With rate-and-state friction u = 0, and "rate" takes v and theta from the fields initial_rate and initial_state and makes
-  T0 what balances them, sigma mu + H (v - v_inf); "traction" has T0 given, and v follows from theta, or theta from v where
-  initial_state is not given. Where no initial_rate is given it is the loading rate, and with "rate" a thousandth of that in
-  cells that weaken with the rate: all of them at the loading rate, in the state that is steady there, would be an unstable
-  equilibrium.
+  With rate-and-state friction u = 0, and "rate" takes v and theta from the fields initial_rate and initial_state and
+  makes T0 what balances them, sigma mu + H (v - v_inf); "traction" has T0 given, and v follows from theta, or theta
+  from v where initial_state is not given. Where no initial_rate is given it is the loading rate, and with "rate" a
+  thousandth of that in cells that weaken with the rate: all of them at the loading rate, in the state that is steady
+  there, would be an unstable equilibrium.
 
   Input Parameters:
 + fault - the fault
@@ -56,7 +56,8 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
 . -fault_initial_perturbation <1e-5>      - relative excess of the critical start, dimensionless
 . -fault_initial_traction <T0>            - shear stress of "traction" [Pa], or a field of -fault_parameters
 - -fault_initial_unstable <no>            - "traction" may exceed the strength: the fault begins to slip at once. A line
-                                            says where, and how many cells are outside of the largest patch of such cells
+                                            says where, and how many cells are outside of the largest patch of such
+                                            cells
 
   Level: beginner
 
@@ -93,8 +94,8 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Vector of cells: slip [m] of the state w at t, of two components its magnitude: s, or where that is the state of friction the displacement since the start and that of the
-   loading */
+/* Vector of cells: slip [m] of the state w at t, of two components its magnitude: s, or where that is the state of
+   friction the displacement since the start and that of the loading */
 PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip)
 {
   const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *uc;

@@ -16,7 +16,8 @@ PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Was this the displacement of the last right-hand side, bit by bit, and its time where the medium asks for that? Collective. */
+/* Was this the displacement of the last right-hand side, bit by bit, and its time where the medium asks for that?
+   Collective. */
 PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec u, PetscBool *same)
 {
   const PetscReal *a, *b;

@@ -1,4 +1,5 @@
-/* Which controller a run takes that names none, and at which tolerance a controller keeps the accuracy that is wanted. */
+/* Which controller a run takes that names none, and at which tolerance a controller keeps the accuracy that is
+   wanted. */
 #include <slipadapt.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
@@ -8,7 +9,8 @@ typedef enum { KIND_EVENT, KIND_RUPTURE, KIND_SEQUENCE, KIND_HEAVY, KIND_INJECTI
 
 /* Of sequences: looser tolerances keep 1e-1 on segments, but lose events of faults that hardly weaken enough. */
 #define MARGINAL 0.01
-/* So much tighter with inertia: what an event is late adds up, and twenty of them are to be within an accuracy of 1e-2. */
+/* So much tighter with inertia: what an event is late adds up, and twenty of them are to be within an accuracy of
+   1e-2. */
 #define STOPS 5
 
 /* Kinds of runs. controller is the classical one that is the default and that rl hands over to: the cheapest at the
@@ -61,8 +63,9 @@ static PetscErrorCode ReadTolerances(MPI_Comm comm, const char prefix[], const c
   Not collective; reads the file of the library, or of SLIPSTEP_POLICY_DIR
 
   Input Parameters:
-+ kind       - of a run: "event" (from the instability), "rupture" (from a given stress), "sequence" (loaded, or healing),
-               "sequence_inertia", "injection" (a pore pressure alone) or "smooth" (rate-and-state friction under TSBATHE)
++ kind       - of a run: "event" (from the instability), "rupture" (from a given stress), "sequence" (loaded, or
+               healing), "sequence_inertia", "injection" (a pore pressure alone) or "smooth" (rate-and-state friction
+               under TSBATHE)
 . controller - as `SlipAdaptSetController()` takes it
 - accuracy   - relative error of the run, as of -fault_accuracy, dimensionless
 
@@ -132,7 +135,8 @@ static PetscErrorCode NamesType(TS ts, PetscBool *names)
   return Names(ts, "ts_adapt_type", names);
 }
 
-/* What policies were trained on and held out with: slip weakening, and under a pore pressure friction that stays as well */
+/* What policies were trained on and held out with: slip weakening, and under a pore pressure friction that stays as
+   well */
 static PetscBool IsTrainedLaw(PetscInt kind, const char law[])
 {
   if (!strcmp(law, "exponential_slip_weakening") || !strcmp(law, "linear_slip_weakening")) return PETSC_TRUE;
@@ -280,8 +284,8 @@ static PetscErrorCode GiveWay(SlipFault fault, TSAdapt adapt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.begin: the controller is known now. A tolerance that neither the fault nor a policy has set is the user's, as is
-   that of -ts_rtol. */
+/* SlipProblemOps.begin: the controller is known now. A tolerance that neither the fault nor a policy has set is the
+   user's, as is that of -ts_rtol. */
 PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;

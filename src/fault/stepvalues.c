@@ -1,9 +1,9 @@
-/* What several observers need of the end of a step: who asks first has it computed, the others get the same. What is known is known
-   of a state under the load of a time (SlipFaultMoment). Sums over the cells are in observe.c. */
+/* What several observers need of the end of a step: who asks first has it computed, the others get the same. What is
+   known is known of a state under the load of a time (SlipFaultMoment). Sums over the cells are in observe.c. */
 #include <slipstep/private/slipfault.h>
 
-/* Collective. The traction is the static one of the state, which the next step starts from: where a cell has just come to
-   rest it does not contain the impulse that stopped it. Weighted by area. */
+/* Collective. The traction is the static one of the state, which the next step starts from: where a cell has just come
+   to rest it does not contain the impulse that stopped it. Weighted by area. */
 PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r)
 {
   PetscFunctionBegin;

@@ -184,9 +184,9 @@ static PetscErrorCode CheckBalance(SlipFault fault)
 /* Conjugate gradients within which a mode of no stiffness is met, on planes up to the ground (measured) */
 #define SLIP_OPENING_PRODUCTS 100
 
-/* Rock above cells that are wide against their depth bends like a plate: uniform opening hardly presses the centre of such a cell, and
-   a little more of it even pulls there, so that the stiffness is indefinite and cells open by themselves. Averages are energies, and
-   positive. */
+/* Rock above cells that are wide against their depth bends like a plate: uniform opening hardly presses the centre of
+   such a cell, and a little more of it even pulls there, so that the stiffness is indefinite and cells open by
+   themselves. Averages are energies, and positive. */
 static PetscErrorCode CheckOpening(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);

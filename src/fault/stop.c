@@ -1,14 +1,16 @@
-/* Where in a step a cell stops that has most of the slip rate. With inertia its acceleration jumps there, and a step across the
-   jump has an error of its slip that goes with the square of the step and by where in it the stop is; one that turns back
-   has an error of its rate that goes with the step, which the next ones keep. Steps that end at the stop have neither. Of many
-   cells that slide some stop in every step and count little: they are left to the error estimate. */
+/* Where in a step a cell stops that has most of the slip rate. With inertia its acceleration jumps there, and a step
+   across the jump has an error of its slip that goes with the square of the step and by where in it the stop is; one
+   that turns back has an error of its rate that goes with the step, which the next ones keep. Steps that end at the
+   stop have neither. Of many cells that slide some stop in every step and count little: they are left to the error
+   estimate. */
 #include <slipstep/private/slipfault.h>
 
-/* The least share of the sum of all slip rates; and the slip that is left to the stop, over d_c and the relative tolerance, below
-   which the stop does not matter */
+/* The least share of the sum of all slip rates; and the slip that is left to the stop, over d_c and the relative
+   tolerance, below which the stop does not matter */
 static const PetscReal least_share = 0.5, least_slip = 0.03;
 
-/* The root of v in (0, h], by the parabola through v0 with the slope k0 and vm at x; before x when vm is beyond the root */
+/* The root of v in (0, h], by the parabola through v0 with the slope k0 and vm at x; before x when vm is beyond the
+   root */
 static PetscReal Root(PetscReal v0, PetscReal k0, PetscReal vm, PetscReal x, PetscReal h)
 {
   const PetscReal c = (vm - v0 - k0 * x) / (x * x);
@@ -26,10 +28,11 @@ static PetscReal Component(SlipFault fault, const PetscReal v[], PetscReal size,
 }
 
 /*
-  SlipFaultStop - when after the start of a step h [s] the cell stops that has most of the slip rate, PETSC_MAX_REAL if it does not
+  SlipFaultStop - when after the start of a step h [s] the cell stops that has most of the slip rate, PETSC_MAX_REAL if
+  it does not
 
-  Collective. state: at the shares 0, share and 1 of the step; k0: the derivative at its start. Slip that is small against
-  rtol d_c does not count.
+  Collective. state: at the shares 0, share and 1 of the step; k0: the derivative at its start. Slip that is small
+  against rtol d_c does not count.
 */
 PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscReal rtol, PetscReal share, const Vec state[3], Vec k0,
                              PetscReal *stop)

@@ -14,14 +14,14 @@
 - w     - state, of SlipFaultCreateState()
 
   Output Parameter:
-. T - shear stress [Pa], a number for each cell and component of slip in the distribution of the state, positive where it drives
-      slip forward
+. T - shear stress [Pa], a number for each cell and component of slip in the distribution of the state, positive where
+      it drives slip forward
 
   Level: intermediate
 
-  Notes:
-  T0 + t dT/dt - K u, per area of the cell itself, also on meshes, where rows of K are weighted by area; T0 and dT/dt are
-  the fields initial_traction and stressing_rate. It costs a product with K. Friction and viscosity are not part of it.
+  Notes: T0 + t dT/dt - K u, per area of the cell itself, also on meshes, where rows of K are weighted by area; T0 and
+  dT/dt are the fields initial_traction and stressing_rate. It costs a product with K. Friction and viscosity are not
+  part of it.
 
 .seealso: SlipFaultGetObservables(), SlipFaultGetOperators()
 @*/
@@ -61,7 +61,8 @@ static PetscErrorCode PressureTimes(SlipFault fault, const SlipFaultLoad *load, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u f(u)/2 and what else the medium stores - u T, T the shear load, and where cells open -sigma0, of the whole fault [J]; a product with K. Collective. */
+/* u f(u)/2 and what else the medium stores - u T, T the shear load, and where cells open -sigma0, of the whole fault
+   [J]; a product with K. Collective. */
 PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy)
 {
   const SlipFaultLoad *load;
@@ -78,8 +79,8 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What loading adds to the elastic energy, v_inf (T - K u) - u dT/dt, and where cells open p v_n [W]: with K v_inf + dT/dt, computed once, no product.
-   Collective. */
+/* What loading adds to the elastic energy, v_inf (T - K u) - u dT/dt, and where cells open p v_n [W]: with K v_inf +
+   dT/dt, computed once, no product. Collective. */
 PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power)
 {
   const SlipFaultLoad *load;

@@ -1,12 +1,12 @@
 /* How large the local error of a step may be, for faults that rest and creep for years between events.
 
    What such runs are about are the times and the slips of events. A slip is right when it is so against d_c, in which
-   strength changes; a slip rate against the largest one of the fault now. Each cell counts by itself, as an event begins
-   in a few of them. While all is slow, rates do not count: they jump whenever a cell joins or leaves those that slide,
-   within the time that inertia or radiation take for one cell, in which a slow slip is no slip at all.
+   strength changes; a slip rate against the largest one of the fault now. Each cell counts by itself, as an event
+   begins in a few of them. While all is slow, rates do not count: they jump whenever a cell joins or leaves those that
+   slide, within the time that inertia or radiation take for one cell, in which a slow slip is no slip at all.
 
-   With inertia a rate lasts, and its error is that of the slip which it leads to: times the time in which the cell would
-   swing, against d_c. Relative to the rate itself it would be too loose while an event slips, and too tight while
+   With inertia a rate lasts, and its error is that of the slip which it leads to: times the time in which the cell
+   would swing, against d_c. Relative to the rate itself it would be too loose while an event slips, and too tight while
    the cell creeps, where long steps do not follow the swing.
 
    A cell of constant friction has no d_c: its strength does not fall with slip, nothing there is unstable, and without
@@ -54,9 +54,9 @@ static PetscErrorCode LargestDisplacement(SlipFault fault, Vec w, PetscReal *lar
 }
 
 /* Without inertia the rate is what the balance makes of the slip, and changes with it at once: its error is that of the
-   slip times K/(H + theta K) of the cell. K/H would do for short steps; in long ones the next stage takes most of such an
-   error away again. slow: the least of the cells' rates d_c over the time that inertia or radiation take. swing: of cells
-   with inertia that weaken with slip, which largest leaves out, the error over the wanted one. */
+   slip times K/(H + theta K) of the cell. K/H would do for short steps; in long ones the next stage takes most of such
+   an error away again. slow: the least of the cells' rates d_c over the time that inertia or radiation take. swing: of
+   cells with inertia that weaken with slip, which largest leaves out, the error over the wanted one. */
 static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal tolerance, const SlipFrictionCells *friction,
                                 PetscReal displacement, Vec e, PetscReal *largest, PetscReal *slow, PetscReal *swing)
 {
@@ -102,8 +102,9 @@ static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, const 
   return PetscMin(1, -ds * friction->slip[i] / friction->drop[i]);
 }
 
-/* Of a smooth law: a slip counts against d_c, the state, a logarithm, and with inertia the slip rate against itself by the same
-   share, as each then changes the friction by as much. Without inertia the rate is what the balance makes of the others. */
+/* Of a smooth law: a slip counts against d_c, the state, a logarithm, and with inertia the slip rate against itself by
+   the same share, as each then changes the friction by as much. Without inertia the rate is what the balance makes of
+   the others. */
 static PetscErrorCode SmoothErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
   const PetscReal *a, *b, *c, *vinf = fault->fields.cell[FIELD_LOADING_RATE],
@@ -203,8 +204,9 @@ static PetscErrorCode WholeStiffness(SlipFault fault, PetscReal *stiffness)
 /*
   SlipFaultLoadTolerance - what the pressure of the cells may be off by [n] [Pa]
 
-  Collective. Stress that is worth a slip of relative times d_c, or times the largest displacement so far where that is less: a
-  history is to be right before slip is as large as d_c, too. A smooth law answers to a stress of a sigma by e times the rate.
+  Collective. Stress that is worth a slip of relative times d_c, or times the largest displacement so far where that is
+  less: a history is to be right before slip is as large as d_c, too. A smooth law answers to a stress of a sigma by e
+  times the rate.
 */
 PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, PetscReal t, Vec w, PetscReal tolerance[])
 {

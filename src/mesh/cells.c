@@ -13,8 +13,8 @@ void SlipFaultCellDirections(PetscReal strike, PetscReal dip, SlipFaultCell *cel
   }
 }
 
-/* Numbers of this process' cells, local [n], as those of all cells, on every process, in the order of the grid or of the
-   mesh's file. Collective. */
+/* Numbers of this process' cells, local [n], as those of all cells, on every process, in the order of the grid or of
+   the mesh's file. Collective. */
 PetscErrorCode SlipFaultGatherAll(const SlipFaultMesh *mesh, const PetscReal local[], PetscReal all[])
 {
   PetscMPIInt size, rank, *count, *start;

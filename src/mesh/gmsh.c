@@ -1,9 +1,10 @@
 /*
-  The file of -fault_mesh, of Gmsh 2.2 or 4.1, as text or in bytes: triangles, or quadrilaterals, of physical surfaces, which are faults.
+  The file of -fault_mesh, of Gmsh 2.2 or 4.1, as text or in bytes: triangles, or quadrilaterals, of physical surfaces,
+  which are faults.
 
-  DMPlexCreateFromFile() reads such files too. It takes the elements of the highest dimension, so that faults in a meshed volume would have
-  to be found again by labels, numbers elements and nodes anew, so that messages could not name those of the file, and goes beyond
-  its arrays where a damaged file names a node that is not there.
+  DMPlexCreateFromFile() reads such files too. It takes the elements of the highest dimension, so that faults in a
+  meshed volume would have to be found again by labels, numbers elements and nodes anew, so that messages could not name
+  those of the file, and goes beyond its arrays where a damaged file names a node that is not there.
 */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipgmsh.h>
@@ -11,7 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Kinds of elements, by their number in files: how many nodes they have, and their dimension; 0 nodes: none has this number */
+/* Kinds of elements, by their number in files: how many nodes they have, and their dimension; 0 nodes: none has this
+   number */
 static const struct {
   PetscInt nodes, dim;
 } Elements[] = {{0, 0},  {2, 1},  {3, 2},  {4, 2},  {4, 3}, {8, 3}, {6, 3},  {5, 3},  {3, 1},  {6, 2}, {9, 2},
@@ -124,7 +126,8 @@ static PetscErrorCode ReadNames(Gmsh *f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of 4.1: points, curves, surfaces and volumes of the model, with boxes, physical groups and bounds; the groups of surfaces are kept. */
+/* Of 4.1: points, curves, surfaces and volumes of the model, with boxes, physical groups and bounds; the groups of
+   surfaces are kept. */
 static PetscErrorCode ReadEntities(Gmsh *f)
 {
   SlipGmsh *g = &f->g;
@@ -275,8 +278,8 @@ static PetscErrorCode CheckKind(const Gmsh *f, PetscInt64 kind)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* 2.2: of each element its number, kind, tags, of which the first is the physical group, and nodes; in bytes kind and number of tags stand before
-   many elements. */
+/* 2.2: of each element its number, kind, tags, of which the first is the physical group, and nodes; in bytes kind and
+   number of tags stand before many elements. */
 static PetscErrorCode ReadElementsOld(Gmsh *f)
 {
   SlipGmsh *g = &f->g;

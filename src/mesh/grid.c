@@ -1,4 +1,5 @@
-/* A mesh of the kind "grid": nx times nz equal cells of one plane; row iz nx + ix. Its upper edge begins at x = y = 0. */
+/* A mesh of the kind "grid": nx times nz equal cells of one plane; row iz nx + ix. Its upper edge begins at x = y =
+   0. */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>

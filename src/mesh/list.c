@@ -5,8 +5,8 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-/* n cells without numbers, which go into the columns x, y, z, length, width and, of seven, strike and dip; cells->x owns the
-   memory of all. */
+/* n cells without numbers, which go into the columns x, y, z, length, width and, of seven, strike and dip; cells->x
+   owns the memory of all. */
 PetscErrorCode SlipFaultCellsCreate(const SlipKernel *kernel, PetscInt n, PetscInt columns, SlipCells *cells,
                                     PetscReal *column[])
 {
@@ -24,7 +24,8 @@ PetscErrorCode SlipFaultCellsCreate(const SlipKernel *kernel, PetscInt n, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What of the directions is not as in the list of five columns: without strikes and dips it is that list, to the bit. */
+/* What of the directions is not as in the list of five columns: without strikes and dips it is that list, to the
+   bit. */
 static void Directions(SlipFaultMesh *mesh)
 {
   SlipCells *c = &mesh->cells;
@@ -68,8 +69,8 @@ void SlipFaultCellsDirection(const SlipCells *c, PetscReal *strike, PetscReal *d
   *dip = one[1] ? c->dip[0] : dips / area;
 }
 
-/* The extents of all cells along the strike of the whole and in depth, the latter as a plane of its dip has it; as parameters
-   of a grid, a list counts as one row of n cells. */
+/* The extents of all cells along the strike of the whole and in depth, the latter as a plane of its dip has it; as
+   parameters of a grid, a list counts as one row of n cells. */
 static void Extents_List(SlipFaultMesh *mesh)
 {
   const SlipCells *c = &mesh->cells;
@@ -174,8 +175,8 @@ static void Cell_List(const SlipFaultMesh *mesh, PetscInt row, SlipFaultCell *ce
   if (c->dip) SlipFaultCellDirections(c->strike[row], c->dip[row], cell);
 }
 
-/* data [2 n]: what the kernel needs besides the file's columns, or in their place. That of vertical planes of one strike has x
-   along it; the other one has the rakes. */
+/* data [2 n]: what the kernel needs besides the file's columns, or in their place. That of vertical planes of one
+   strike has x along it; the other one has the rakes. */
 static PetscErrorCode KernelCells(const SlipFaultMesh *mesh, const SlipFaultStiffness *s, SlipCells *cells,
                                   PetscReal data[])
 {

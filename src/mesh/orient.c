@@ -1,19 +1,21 @@
 /*
-  Which side of a surface of triangles is the hanging wall: normals agree across every edge that two triangles of one fault share, so
-  that a surface which goes through the vertical keeps its hanging wall, and the surface as a whole, weighted by area, looks upward. Edges at
-  which three or more triangles meet are where faults branch: each of the surfaces there is one of its own.
+  Which side of a surface of triangles is the hanging wall: normals agree across every edge that two triangles of one
+  fault share, so that a surface which goes through the vertical keeps its hanging wall, and the surface as a whole,
+  weighted by area, looks upward. Edges at which three or more triangles meet are where faults branch: each of the
+  surfaces there is one of its own.
 */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <stdlib.h>
 
-/* Two triangles at one edge with less between them [deg] are one folded back on itself: their centres would be a hundredth of their
-   size from each other, and their rows of K nearly the same. */
+/* Two triangles at one edge with less between them [deg] are one folded back on itself: their centres would be a
+   hundredth of their size from each other, and their rows of K nearly the same. */
 #define FOLD 1.0
-/* Without labels each connected piece is a fault; more are the parts of one, as of files whose triangles share no vertices. */
+/* Without labels each connected piece is a fault; more are the parts of one, as of files whose triangles share no
+   vertices. */
 #define MOST_PIECES 21
-/* Surfaces that are vertical on the whole, or strike north, to this angle [rad] count as such in the choice of the hanging wall:
-   coordinates in single precision leave less. */
+/* Surfaces that are vertical on the whole, or strike north, to this angle [rad] count as such in the choice of the
+   hanging wall: coordinates in single precision leave less. */
 #define VERTICAL 1e-3
 
 typedef struct {
@@ -167,8 +169,8 @@ static void Turn(SlipFaultMeshFile *m, PetscInt i)
   c[2] = second;
 }
 
-/* The triangles of a surface from queue[0] on, turned as the first one is; *n of them, and the sum of their normals. turned [all]: -1 of those
-   that are in no surface yet */
+/* The triangles of a surface from queue[0] on, turned as the first one is; *n of them, and the sum of their normals.
+   turned [all]: -1 of those that are in no surface yet */
 static PetscErrorCode Spread(const char source[], const SlipFaultMeshFile *m, const Across across[], PetscInt turned[],
                              PetscInt queue[], PetscInt *n, PetscReal sum[4])
 {
@@ -217,7 +219,8 @@ static PetscErrorCode Orient(const char source[], SlipFaultMeshFile *m, const Ac
     if (turned[first] >= 0) continue;
     queue[0] = first;
     PetscCall(Spread(source, m, across, turned, queue, &n, sum));
-    /* of a surface that closes around the vertical, as a ring of dikes does, nothing is left: its first triangle says it */
+    /* of a surface that closes around the vertical, as a ring of dikes does, nothing is left: its first triangle says
+       it */
     if (PetscSqrtReal(Dot(sum, sum)) < 1e-9 * sum[3]) Normal(m, first, sum);
     for (int k = 0; k < 3; k++) normal[k] = sum[k] / PetscSqrtReal(Dot(sum, sum));
     if (PetscAbsReal(normal[2]) < VERTICAL) normal[2] = 0;

@@ -1,10 +1,10 @@
-/* Which cells of a list are on one plane: their strikes, dips and the distances of their planes from the origin agree to
-   rounding. Planes are numbered as they come. */
+/* Which cells of a list are on one plane: their strikes, dips and the distances of their planes from the origin agree
+   to rounding. Planes are numbered as they come. */
 #include <slipstep/private/slipmesh.h>
 #include <stdlib.h>
 
-/* What of an angle, as a share of the circle, and of a distance, as one of the coordinates, is rounding: a thousand times
-   less than by what cells may overlap. */
+/* What of an angle, as a share of the circle, and of a distance, as one of the coordinates, is rounding: a thousand
+   times less than by what cells may overlap. */
 #define PLANE_ROUNDING 1e-9
 
 static int Compare(const void *a, const void *b)

@@ -1,5 +1,5 @@
-/* The file of -fault_mesh, of HDF5: /cells, a row for each rectangle, or /vertices and /triangles, and /fault, which names the fault
-   of each. */
+/* The file of -fault_mesh, of HDF5: /cells, a row for each rectangle, or /vertices and /triangles, and /fault, which
+   names the fault of each. */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <math.h>

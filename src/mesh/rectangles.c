@@ -1,8 +1,8 @@
 /* Quadrilaterals of a file that are rectangles with two level sides, as the rows of a list of cells are. */
 #include <slipstep/private/slipmesh.h>
 
-/* So far, as a share of the shorter side, may a corner be from where that of a rectangle is: what single precision leaves of large
-   coordinates. Rows that are more in each other than that are refused later. */
+/* So far, as a share of the shorter side, may a corner be from where that of a rectangle is: what single precision
+   leaves of large coordinates. Rows that are more in each other than that are refused later. */
 #define RECTANGLE_ROUNDING 1e-4
 
 static PetscReal Dot(const PetscReal a[3], const PetscReal b[3])

@@ -1,17 +1,18 @@
 /*
-  Triangles of a file: what is wrong with each of them, which vertices are none or are one, and which triangles are one. What cells may not
-  be to each other whatever their shape, SlipCellsCheck() knows.
+  Triangles of a file: what is wrong with each of them, which vertices are none or are one, and which triangles are one.
+  What cells may not be to each other whatever their shape, SlipCellsCheck() knows.
 */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Triangles of less height, as a share of their longest side, are refused. What slip on a cell does to its own stress goes with
-   the reciprocal of its height: the largest entry of K, and with it what steps and solvers have to do, would be a hundred times that of its
-   neighbours, for a cell whose slip hardly counts. */
+/* Triangles of less height, as a share of their longest side, are refused. What slip on a cell does to its own stress
+   goes with the reciprocal of its height: the largest entry of K, and with it what steps and solvers have to do, would
+   be a hundred times that of its neighbours, for a cell whose slip hardly counts. */
 #define NEEDLE 0.01
-/* Vertices this near to each other, as a share of the shortest side of any triangle, are one: what files of seven digits leave. */
+/* Vertices this near to each other, as a share of the shortest side of any triangle, are one: what files of seven
+   digits leave. */
 #define SAME_PLACE 1e-6
 
 static PetscInt VertexNumber(const SlipFaultMeshFile *m, PetscInt v)
@@ -31,7 +32,8 @@ static PetscReal Distance(const SlipFaultMeshFile *m, PetscInt a, PetscInt b)
   return PetscSqrtReal(PetscSqr(p[0] - q[0]) + PetscSqr(p[1] - q[1]) + PetscSqr(p[2] - q[2]));
 }
 
-/* Keep the vertices v with place[v] == v, in their order; the others are replaced by vertex place[v], or removed where it is -1. */
+/* Keep the vertices v with place[v] == v, in their order; the others are replaced by vertex place[v], or removed where
+   it is -1. */
 static PetscErrorCode RemoveOtherVertices(SlipFaultMeshFile *m, PetscInt place[])
 {
   PetscInt kept = 0, *to;
@@ -131,8 +133,8 @@ static PetscErrorCode CheckEach(const char source[], PetscBool full_space, const
 
 /* ---- vertices that are one ---- */
 
-/* Groups of vertices that are near along all axes, cut again until nothing changes; those near to the first of their group take its
-   place. */
+/* Groups of vertices that are near along all axes, cut again until nothing changes; those near to the first of their
+   group take its place. */
 static PetscErrorCode Merge(SlipFaultMeshFile *m, PetscReal near)
 {
   const PetscInt n = m->nvertices;

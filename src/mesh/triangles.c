@@ -1,5 +1,5 @@
-/* A mesh of the kind "triangles": of -fault_mesh, with corners around the normals into the hanging wall (orient.c). Each is a
-   cell whose size is its extent along strike and its area over that. */
+/* A mesh of the kind "triangles": of -fault_mesh, with corners around the normals into the hanging wall (orient.c).
+   Each is a cell whose size is its extent along strike and its area over that. */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>

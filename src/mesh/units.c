@@ -1,23 +1,26 @@
 /*
-  In which unit are the numbers of a mesh file? Few files say it: those of Gmsh and STL have no place for it. What an option or an attribute says
-  is believed. Else numbers are metres where they cannot be kilometres, and where they can the user is asked: a fault in the wrong
-  unit is one a thousand times smaller, and runs. Degrees, and heights in another unit than the rest, are no lengths at all.
+  In which unit are the numbers of a mesh file? Few files say it: those of Gmsh and STL have no place for it. What an
+  option or an attribute says is believed. Else numbers are metres where they cannot be kilometres, and where they can
+  the user is asked: a fault in the wrong unit is one a thousand times smaller, and runs. Degrees, and heights in
+  another unit than the rest, are no lengths at all.
 */
 #include <slipstep/private/slipmesh.h>
 #include <slipstep/private/slipelasticity.h>
 
-/* No fault reaches deeper or farther [km], or is computed with larger cells: earthquakes end at 700 km, plates at 10,000 km. Numbers
-   that do are metres. */
+/* No fault reaches deeper or farther [km], or is computed with larger cells: earthquakes end at 700 km, plates at
+   10,000 km. Numbers that do are metres. */
 #define KM_DEEPEST 800.0
 #define KM_ACROSS 10000.0
 #define KM_CELL 300.0
-/* Depths and horizontal coordinates of one unit: no fault is this many times deeper than long, or its depth so many times below
-   what it is across, or this many times longer than deep. km beside m, or degrees beside km, differ by 100 and more. */
+/* Depths and horizontal coordinates of one unit: no fault is this many times deeper than long, or its depth so many
+   times below what it is across, or this many times longer than deep. km beside m, or degrees beside km, differ by 100
+   and more. */
 #define TALL 20.0
 #define BURIED 500.0
 #define SHALLOW 300.0
-/* Degrees beside lengths, whatever is said of the unit: 111 km are one number, so that cells are this many times higher than wide; and
-   the fault is farther from the origin than it is across, as most places are from where longitude and latitude are 0. */
+/* Degrees beside lengths, whatever is said of the unit: 111 km are one number, so that cells are this many times higher
+   than wide; and the fault is farther from the origin than it is across, as most places are from where longitude and
+   latitude are 0. */
 #define DEGREES_STEEP 3.0
 #define DEGREES_FAR 1.5
 
@@ -109,8 +112,8 @@ static PetscBool InDegrees(const Numbers *s, PetscReal degree)
 /*
   SlipFaultMeshCheckUnit - refuse numbers of a file that are no lengths, and those whose unit is not plain
 
-  unit, frame: an option, or an attribute of the file, says it. What is said to be in kilometres is in metres by now, so degrees are looked
-  for in both.
+  unit, frame: an option, or an attribute of the file, says it. What is said to be in kilometres is in metres by now, so
+  degrees are looked for in both.
 */
 PetscErrorCode SlipFaultMeshCheckUnit(const char prefix[], const char source[], PetscBool unit, PetscBool frame,
                                       const SlipFaultMeshFile *m)

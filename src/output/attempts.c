@@ -1,6 +1,6 @@
-/* /steps: a row for each attempt of an integrator. TSBATHE tells of its attempts; of others the controller knows them, and
-   counts say what each has cost. Their rows are written when the step has ended, as it may go on after its controller has
-   accepted it. */
+/* /steps: a row for each attempt of an integrator. TSBATHE tells of its attempts; of others the controller knows them,
+   and counts say what each has cost. Their rows are written when the step has ended, as it may go on after its
+   controller has accepted it. */
 #include <slipstep/private/slipoutput.h>
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>

@@ -10,8 +10,8 @@
 /* The TS knows its output by this name, and its monitors find it there: they stay when the output is gone. */
 static const char key[] = SLIP_OUTPUT_KEY, key_monitored[] = "SlipOutputMonitored";
 
-/* Borrowed: the static reaction of the state, which the next step starts from; NULL when the integrator has none. That of
-   the last step's end, which costs nothing, also holds the impulse that has stopped what came to rest. */
+/* Borrowed: the static reaction of the state, which the next step starts from; NULL when the integrator has none. That
+   of the last step's end, which costs nothing, also holds the impulse that has stopped what came to rest. */
 static PetscErrorCode SlipOutputReaction(SlipOutput out, PetscReal t, Vec w, Vec *r)
 {
   PetscBool bathe;
@@ -80,11 +80,10 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
 
   Errors: PETSC_ERR_FILE_OPEN when the file cannot be created.
 
-  Notes:
-  /steps gets a row per attempt, /series one per accepted step. The content goes to FILE.part,
-  made at the start of TSSolve(), which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as
-  it was. FILE.part can be read while the run goes on and after it was killed: it holds whole rows, and its attribute
-  "complete" is 0. One with rows is not overwritten, see SlipOutputSetOption().
+  Notes: /steps gets a row per attempt, /series one per accepted step. The content goes to FILE.part, made at the start
+  of TSSolve(), which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as it was.
+  FILE.part can be read while the run goes on and after it was killed: it holds whole rows, and its attribute "complete"
+  is 0. One with rows is not overwritten, see SlipOutputSetOption().
 
   The reaction that row gets is the static one of the state, which the next step starts from: where something has just
   come to rest it does not contain the impulse that stopped it.
@@ -223,8 +222,8 @@ PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *seri
 
   Where there is to be no file nothing is done.
 
-  Errors: PETSC_ERR_FILE_OPEN when there is neither file or another program is writing it, PETSC_ERR_FILE_UNEXPECTED when
-  it has fewer rows or other datasets, PETSC_ERR_FILE_WRITE when it cannot be copied
+  Errors: PETSC_ERR_FILE_OPEN when there is neither file or another program is writing it, PETSC_ERR_FILE_UNEXPECTED
+  when it has fewer rows or other datasets, PETSC_ERR_FILE_WRITE when it cannot be copied
 
 .seealso: SlipOutputSync(), SlipOutputCreate()
 @*/

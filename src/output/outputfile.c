@@ -53,17 +53,16 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
 . group   - of its datasets, such as "/stations/0"
 . n       - columns, at most 32; the first is by use time
 . column  - their names and units [n]; the strings are borrowed
-- entries - numbers of a column in a row [n], whose dataset is then [rows, entries], 0 for one number and [rows], -m for m vectors of 3
-            numbers and [rows, m, 3]; NULL: one each
+- entries - numbers of a column in a row [n], whose dataset is then [rows, entries], 0 for one number and [rows], -m for
+            m vectors of 3 numbers and [rows, m, 3]; NULL: one each
 
   Output Parameter:
 . table - its number, for SlipOutputAddRows()
 
   Level: advanced
 
-  Notes:
-  In the file of a run that goes on the table is there, and is cut to its rows of then. Before each row of /series, so for each
-  accepted step and not for the start, SlipOutputAddRows() must be called.
+  Notes: In the file of a run that goes on the table is there, and is cut to its rows of then. Before each row of
+  /series, so for each accepted step and not for the start, SlipOutputAddRows() must be called.
 
   Errors: PETSC_ERR_FILE_UNEXPECTED when the file of a run that goes on has no such table
 

@@ -1,21 +1,22 @@
-/* -fault_catalogue: events of a run, from the first cell whose slip rate exceeds -fault_event_rate to the last that does,
-   until all are much slower: what passes the bound again before that is the same event.
+/* -fault_catalogue: events of a run, from the first cell whose slip rate exceeds -fault_event_rate to the last that
+   does, until all are much slower: what passes the bound again before that is the same event.
 
-   The rates at the ends of accepted steps say which steps belong to an event; onset and end are where they pass the bound
-   within the first and the last of these. What is integrated over a step, and where cells pass the bound in it, is in
-   cataloguestep.c. Between events a step costs one reduction. Products with K are needed at the onset and the end, and where cells always
-   slide for states within steps. */
+   The rates at the ends of accepted steps say which steps belong to an event; onset and end are where they pass the
+   bound within the first and the last of these. What is integrated over a step, and where cells pass the bound in it,
+   is in cataloguestep.c. Between events a step costs one reduction. Products with K are needed at the onset and the
+   end, and where cells always slide for states within steps. */
 #include <slipstep/private/sliprecordfiles.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 #include <stdio.h>
 
-/* An event is over when all rates have fallen below the bound over this: until then it may go on. Rates that creep up to the
-   bound pass it to and fro, in the minute before an event of SEAS BP5 by less than a factor of 2; a decade is more than that,
-   and little of the nine by which rates fall after an event. */
+/* An event is over when all rates have fallen below the bound over this: until then it may go on. Rates that creep up
+   to the bound pass it to and fro, in the minute before an event of SEAS BP5 by less than a factor of 2; a decade is
+   more than that, and little of the nine by which rates fall after an event. */
 #define EVENT_OVER 10
-/* From this share of the energies on what is left of their balance is told of: a moment that is off by as much changes the magnitude by
-   0.01, 2/3 of log10(1.035), the last digit that is printed. Steps that follow an event leave less than 0.004. */
+/* From this share of the energies on what is left of their balance is told of: a moment that is off by as much changes
+   the magnitude by 0.01, 2/3 of log10(1.035), the last digit that is printed. Steps that follow an event leave less
+   than 0.004. */
 #define LARGE_RESIDUAL 0.035
 
 /* ---- an event ---- */
@@ -69,8 +70,8 @@ static void FollowPeak(SlipFaultEvent *e, const SlipEventStep *step, PetscReal m
   e->steps++;
 }
 
-/* What is left of the balance of energies over the larger of the two terms that it is left of: an event of a fault that loading moves may
-   release next to nothing */
+/* What is left of the balance of energies over the larger of the two terms that it is left of: an event of a fault that
+   loading moves may release next to nothing */
 static PetscReal Residual(PetscReal ledger, PetscReal elastic, PetscReal dissipated)
 {
   const PetscReal size = PetscMax(PetscAbsReal(elastic), PetscAbsReal(dissipated));
@@ -110,7 +111,8 @@ static PetscErrorCode Close(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step that ended in w. One in which the rate is passed downwards leaves the event's row, should the event not go on. */
+/* A step that ended in w. One in which the rate is passed downwards leaves the event's row, should the event not go
+   on. */
 static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w)
 {
   SlipFault fault = cat->fault;

@@ -38,7 +38,8 @@ static const SlipOutputColumn Columns[EVENT_ALL_COLUMNS] = {
   [EVENT_FAULT_DISSIPATED_ENERGY] = {"fault_dissipated_energy", "J", PETSC_FALSE},
 };
 
-/* Of the event that goes on when the run ends: attributes of a group of its own, which whoever reads rows does not take for one */
+/* Of the event that goes on when the run ends: attributes of a group of its own, which whoever reads rows does not take
+   for one */
 static const char *const GoesOn = "/goes_on";
 
 static const char *const Maps[2] = {"/maps/slip", "/maps/rupture_time"}, *const MapUnits[2] = {"m", "s"};
@@ -279,8 +280,8 @@ PetscErrorCode SlipCatalogueReadEnergies(SlipFaultCatalogue cat, PetscInt *n, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: rows to the disk, so often that it costs a hundredth of the time; asked after every step, as the next event
-   may be hours away */
+/* Collective: rows to the disk, so often that it costs a hundredth of the time; asked after every step, as the next
+   event may be hours away */
 PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -356,8 +357,8 @@ static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: what a checkpoint remembers of the catalogue. One of a run without it has none: the catalogue begins there; it goes on in
-   the file of the run as it was, or from here in a new one. */
+/* Collective: what a checkpoint remembers of the catalogue. One of a run without it has none: the catalogue begins
+   there; it goes on in the file of the run as it was, or from here in a new one. */
 PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx)
 {
   SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;

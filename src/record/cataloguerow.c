@@ -49,8 +49,9 @@ PetscErrorCode SlipCatalogueFastest(SlipFault fault, Vec w, PetscInt n, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: those of the faults that broke in a step of this length, which ended in w: the cell that was above the rate first, of several
-   at once the fastest; costs three reductions until all faults have broken, and none after that */
+/* Collective: those of the faults that broke in a step of this length, which ended in w: the cell that was above the
+   rate first, of several at once the fastest; costs three reductions until all faults have broken, and none after
+   that */
 PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, PetscReal dt, Vec w)
 {
   SlipFault fault = cat->fault;
@@ -92,8 +93,8 @@ PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, PetscReal dt, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the cell of a fault at rest whose stress exceeds its strength by most in the state w, to which it slips first, however long the step is in
-   which that is seen; as it was where none does */
+/* Collective: the cell of a fault at rest whose stress exceeds its strength by most in the state w, to which it slips
+   first, however long the step is in which that is seen; as it was where none does */
 PetscErrorCode SlipCatalogueFirstToSlip(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscInt *first)
 {
   SlipFault fault = cat->fault;
@@ -127,7 +128,8 @@ PetscErrorCode SlipCatalogueFirstToSlip(SlipFaultCatalogue cat, PetscReal t, Vec
 
 /* ---- sums ---- */
 
-/* Over the cells, areas over their mean: of slip; of those that ruptured of area, slip, stress drop; and of their second components */
+/* Over the cells, areas over their mean: of slip; of those that ruptured of area, slip, stress drop; and of their
+   second components */
 enum { SUM_SLIP, SUM_AREA, SUM_BROKEN, SUM_DROP, SUM_SLIP_UP, SUM_BROKEN_UP, SUM_DROP_UP, NUM_SUMS };
 /* and the two components of their slip, along strike and up dip */
 enum { SUM_ALONG = NUM_SUMS, SUM_UP, NUM_ALL_SUMS };
@@ -208,8 +210,8 @@ static PetscReal AlongEvent(const PetscReal direction[2], const PetscReal sum[],
   return direction[0] * sum[first] + direction[1] * sum[second];
 }
 
-/* Of each fault; what is a mean over what ruptured is unknown where nothing did. along: unit vector of the event's slip, of one component
-   its sign */
+/* Of each fault; what is a mean over what ruptured is unknown where nothing did. along: unit vector of the event's
+   slip, of one component its sign */
 static void FillFaults(SlipFaultCatalogue cat, const PetscReal along[2], const PetscReal sums[],
                        const PetscReal first[])
 {

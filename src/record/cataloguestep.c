@@ -1,19 +1,22 @@
-/* A step of an event: where the bound is passed in it, when cells pass it, and integrals over it, with the states that the integrator
-   itself has within the step.
+/* A step of an event: where the bound is passed in it, when cells pass it, and integrals over it, with the states that
+   the integrator itself has within the step.
 
-   TSBATHE has one, of its first stage. Between these three rates go as core/event.c says, and every integral has the weights by which the
-   integrator forms displacements of slip rates (TSBatheGetQuadrature()): a cheaper rule, such as the two ends alone, would cost the balance
-   of energies its order, or the sign of its error where a stage has stopped a cell. What of the step lies outside of the event, where every
-   cell is slower than the bound, is a trapezoidal rule's.
+   TSBATHE has one, of its first stage. Between these three rates go as core/event.c says, and every integral has the
+   weights by which the integrator forms displacements of slip rates (TSBatheGetQuadrature()): a cheaper rule, such as
+   the two ends alone, would cost the balance of energies its order, or the sign of its error where a stage has stopped
+   a cell. What of the step lies outside of the event, where every cell is slower than the bound, is a trapezoidal
+   rule's.
 
-   Where cells always slide, displacement and state are smooth within a step, and the rate, an exponential function of both, may grow by
-   decades: the mean of the two ends was off by 30 % of an event. So rates are those of the balance of what TSInterpolate() gives for u and s,
-   and the halves, quarters and eighths of a step are added until Romberg's rule has converged: a product with K each. */
+   Where cells always slide, displacement and state are smooth within a step, and the rate, an exponential function of
+   both, may grow by decades: the mean of the two ends was off by 30 % of an event. So rates are those of the balance of
+   what TSInterpolate() gives for u and s, and the halves, quarters and eighths of a step are added until Romberg's rule
+   has converged: a product with K each. */
 #include <slipstep/private/sliprecordfiles.h>
 #include <slipstep/private/slipsys.h>
 
-/* Romberg's rule is done when a halving changes it by less than this share: the change left is its power 1.5 over 12, 1e-3, for rates that
-   grow exponentially (by Simpson's 1e-4), which is the integrators' default tolerance. Three halvings do for a growth by e^7. */
+/* Romberg's rule is done when a halving changes it by less than this share: the change left is its power 1.5 over 12,
+   1e-3, for rates that grow exponentially (by Simpson's 1e-4), which is the integrators' default tolerance. Three
+   halvings do for a growth by e^7. */
 #define ROMBERG_ENOUGH 0.05
 /* Largest logarithm of the largest rate over the bound where it is passed: of the time in which rates grow by e */
 #define CROSSING_ENOUGH 1e-4
@@ -55,7 +58,8 @@ static void AddWork(SlipFaultCatalogue cat, PetscReal time, const PetscReal powe
   for (PetscInt k = 0; k < cat->nwork; k++) work[k] += time * power[k];
 }
 
-/* Does TSInterpolate() follow the solution? That of TSADAMS does, of TSRK's pairs 5dp alone: the others have a straight line. */
+/* Does TSInterpolate() follow the solution? That of TSADAMS does, of TSRK's pairs 5dp alone: the others have a straight
+   line. */
 static PetscErrorCode HasDenseOutput(TS ts, PetscBool *has)
 {
   PetscBool rk;
@@ -98,9 +102,9 @@ PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal tim
 
 /* ---- states within a step in which all cells slide ---- */
 
-/* Gives a state within the last step the slip rates of its balance; F: its rates, power [3] and friction: as of SlipFaultGetPowers(), or
-   NULL. What is known of the last right-hand side, from which the integrator goes on, stays. Costs a product with K, where slip changes
-   normal stress with Kn as well. */
+/* Gives a state within the last step the slip rates of its balance; F: its rates, power [3] and friction: as of
+   SlipFaultGetPowers(), or NULL. What is known of the last right-hand side, from which the integrator goes on, stays.
+   Costs a product with K, where slip changes normal stress with Kn as well. */
 static PetscErrorCode BalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, PetscReal power[3],
                                     PetscReal friction[])
 {
@@ -135,7 +139,8 @@ static PetscErrorCode BalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Hermite's cubic between the ends, for integrators without a dense output: slopes are their right-hand sides, a product with K each. */
+/* Hermite's cubic between the ends, for integrators without a dense output: slopes are their right-hand sides, a
+   product with K each. */
 static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal share, Vec w)
 {
   const PetscReal s = share, h = step->dt;
@@ -194,8 +199,8 @@ static PetscErrorCode FirstCrossing(SlipFaultCatalogue cat, Vec slow, Vec fast, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rate at a share of the way: of two components its magnitude is between those of the ends as a rate of one is, in a direction
-   between theirs */
+/* The rate at a share of the way: of two components its magnitude is between those of the ends as a rate of one is, in
+   a direction between theirs */
 static void RateBetween(SlipFault fault, const PetscReal from[], const PetscReal to[], PetscReal share, PetscReal v[])
 {
   PetscReal size, length;
@@ -210,8 +215,8 @@ static void RateBetween(SlipFault fault, const PetscReal from[], const PetscReal
   for (int k = 0; k < 2 && length > 0; k++) v[k] *= size / length;
 }
 
-/* State at a share of the way from slow to fast, dt away from slow, negative when it is the earlier one: the displacements
-   go with the mean of the two rates, from the side on which they are small. */
+/* State at a share of the way from slow to fast, dt away from slow, negative when it is the earlier one: the
+   displacements go with the mean of the two rates, from the side on which they are small. */
 static PetscErrorCode Cut(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal share, PetscReal dt)
 {
   SlipFault fault = cat->fault;
@@ -238,8 +243,9 @@ static PetscErrorCode Cut(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the largest rate passes the bound in a step that ends at rest, and has no inertia: stress dies away exponentially then, and the length of the
-   step, in which slip was of no account any more, says nothing of it. It goes on as it fell in the step before. */
+/* Where the largest rate passes the bound in a step that ends at rest, and has no inertia: stress dies away
+   exponentially then, and the length of the step, in which slip was of no account any more, says nothing of it. It goes
+   on as it fell in the step before. */
 static PetscReal DiesAway(SlipFaultCatalogue cat, const SlipEventStep *step)
 {
   const SlipFaultEvent *e = &cat->event;
@@ -250,8 +256,9 @@ static PetscReal DiesAway(SlipFaultCatalogue cat, const SlipEventStep *step)
                        PetscLogReal(e->rate[0] / e->rate[1]) / step->dt);
 }
 
-/* Of TSBATHE, from one of the three states to the next. That of a backward first stage is of first order only: without it where both ends
-   move, between which what grows or decays exponentially goes by a straight line of its logarithm. */
+/* Of TSBATHE, from one of the three states to the next. That of a backward first stage is of first order only: without
+   it where both ends move, between which what grows or decays exponentially goes by a straight line of its
+   logarithm. */
 static PetscErrorCode CrossNodes(SlipFaultCatalogue cat, SlipEventStep *step)
 {
   const PetscReal rate = cat->fault->options.value[FAULT_EVENT_RATE];
@@ -282,8 +289,8 @@ static PetscErrorCode CrossNodes(SlipFaultCatalogue cat, SlipEventStep *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a smooth solution, the zero of the logarithm of the largest rate over the bound by the regula falsi of Illinois; of rates that grow
-   exponentially the first guess */
+/* Of a smooth solution, the zero of the logarithm of the largest rate over the bound by the regula falsi of Illinois;
+   of rates that grow exponentially the first guess */
 static PetscErrorCode CrossWithin(SlipFaultCatalogue cat, SlipEventStep *step)
 {
   const PetscReal rate = cat->fault->options.value[FAULT_EVENT_RATE];
@@ -313,7 +320,8 @@ static PetscErrorCode CrossWithin(SlipFaultCatalogue cat, SlipEventStep *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the largest rate passes the bound, upwards: the step's event begins there, or downwards. The state there is in cat->cut. */
+/* Where the largest rate passes the bound, upwards: the step's event begins there, or downwards. The state there is in
+   cat->cut. */
 PetscErrorCode SlipCatalogueCross(SlipFaultCatalogue cat, SlipEventStep *step, PetscBool upwards)
 {
   PetscFunctionBegin;
@@ -354,7 +362,8 @@ PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEvent
 
 /* ---- integrals ---- */
 
-/* What cells lose that fall shut within the step: with inertia the energy of their opening, M v_n^2/2 [J], of the rate at its start */
+/* What cells lose that fall shut within the step: with inertia the energy of their opening, M v_n^2/2 [J], of the rate
+   at its start */
 static PetscErrorCode AddImpacts(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal work[])
 {
   SlipFault fault = cat->fault;
@@ -377,8 +386,9 @@ static PetscErrorCode AddImpacts(SlipFaultCatalogue cat, const SlipEventStep *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of TSBATHE: the whole by its weights. The slow part goes from its end over the state of the first stage, where that is slow too, by the
-   integrator's rules of its stages, and to the crossing by a trapezoid, as the displacement there. */
+/* Of TSBATHE: the whole by its weights. The slow part goes from its end over the state of the first stage, where that
+   is slow too, by the integrator's rules of its stages, and to the crossing by a trapezoid, as the displacement
+   there. */
 static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal fast[],
                                      PetscReal slow[])
 {
@@ -490,7 +500,8 @@ static PetscErrorCode IntegrateWithin(SlipFaultCatalogue cat, SlipEventStep *ste
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The integrals [nwork] over the part of a step that belongs to the event, and over the other one where its event ends */
+/* The integrals [nwork] over the part of a step that belongs to the event, and over the other one where its event
+   ends */
 PetscErrorCode SlipCatalogueIntegrate(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal fast[], PetscReal slow[])
 {
   PetscFunctionBegin;

@@ -7,7 +7,8 @@
 
 /* ---- the state ---- */
 
-/* Everything: who adds a memory that outlives a step visits it as an observer, or composes SLIP_STATE_METHOD with its object. */
+/* Everything: who adds a memory that outlives a step visits it as an observer, or composes SLIP_STATE_METHOD with its
+   object. */
 static PetscErrorCode VisitFaultState(SlipState s, TS ts, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -121,22 +122,22 @@ static PetscErrorCode CheckFile(SlipFault fault)
 
   Level: intermediate
 
-  Notes:
-  A run that goes on is the same run: on as many processes with the same bits, on others to rounding. Options that say what is
-  computed are refused where they differ from those of the checkpoint, with both values; those of steps and solvers may, and are
-  announced; those of what is written may. The memory of the controller is part of it, that of dsp, which is PETSc's, as well; another controller begins
-  without memory. A policy other than the checkpoint's is announced. A larger -ts_max_time lengthens a run that has reached
-  its end. One that has no step to take, its final time or -ts_max_steps being reached, writes nothing: a line says so,
-  observers are gone, and TSSolve() returns at once.
+  Notes: A run that goes on is the same run: on as many processes with the same bits, on others to rounding. Options
+  that say what is computed are refused where they differ from those of the checkpoint, with both values; those of steps
+  and solvers may, and are announced; those of what is written may. The memory of the controller is part of it, that of
+  dsp, which is PETSc's, as well; another controller begins without memory. A policy other than the checkpoint's is
+  announced. A larger -ts_max_time lengthens a run that has reached its end. One that has no step to take, its final
+  time or -ts_max_steps being reached, writes nothing: a line says so, observers are gone, and TSSolve() returns at
+  once.
 
   A run whose steps fail, which ends by an error, writes the state before that.
 
-  After `SlipSignalsPush()`, SIGTERM, SIGINT, SIGUSR1 and SIGXCPU stop the run after the step in work, with a checkpoint:
-  ask `SlipFaultCheckpointFinish()` after TSSolve().
+  After `SlipSignalsPush()`, SIGTERM, SIGINT, SIGUSR1 and SIGXCPU stop the run after the step in work, with a
+  checkpoint: ask `SlipFaultCheckpointFinish()` after TSSolve().
 
-  Errors: PETSC_ERR_ARG_INCOMP for another TS type, PETSC_ERR_FILE_OPEN when the file is there and is not gone on from or
-  cannot be written, PETSC_ERR_ARG_INCOMP for the checkpoint of another run, PETSC_ERR_ARG_OUTOFRANGE for a final time before the
-  checkpoint's, or a next step below the rounding of its time, which -fault_restart_dt replaces
+  Errors: PETSC_ERR_ARG_INCOMP for another TS type, PETSC_ERR_FILE_OPEN when the file is there and is not gone on from
+  or cannot be written, PETSC_ERR_ARG_INCOMP for the checkpoint of another run, PETSC_ERR_ARG_OUTOFRANGE for a final
+  time before the checkpoint's, or a next step below the rounding of its time, which -fault_restart_dt replaces
 
 .seealso: SlipFaultCheckpointFinish(), SlipSignalsPush(), SlipFaultOutputStart()
 @*/
@@ -168,8 +169,8 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipFaultCheckpointFinish - the last checkpoint of a run; of one that was stopped before its end, a line on stderr says
+/*@ SlipFaultCheckpointFinish - the last checkpoint of a run; of one that was stopped before its end, a line on stderr
+  says
                               how to go on
 
   Collective; after TSSolve(), before SlipFaultOutputFinish().
@@ -184,7 +185,8 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
 
   Level: intermediate
 
-  Errors: PETSC_ERR_NOT_CONVERGED, after the checkpoint is written, where a step has failed in TSSolve() (TSSetErrorIfStepFails())
+  Errors: PETSC_ERR_NOT_CONVERGED, after the checkpoint is written, where a step has failed in TSSolve()
+  (TSSetErrorIfStepFails())
 
   Note:
   The output of a run that was stopped ends here, unfinished: call `SlipFaultReportStop()` then in place of

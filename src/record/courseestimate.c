@@ -1,16 +1,16 @@
 /* The course of a run, mean slip over time, and an estimate of how far local errors shift it.
 
-   With v, a = dv/dt and s of the exact run, a local error (e_v, e_s) of the state is, for one cell, a step of e_s/v along
-   the trajectory, and at equal slip a change of the kinetic energy by M (v e_v - a e_s). Along the slip that change
-   decays as exp(-H/M t), as the energy of slipestimate.c does, and by it the run gains
+   With v, a = dv/dt and s of the exact run, a local error (e_v, e_s) of the state is, for one cell, a step of e_s/v
+   along the trajectory, and at equal slip a change of the kinetic energy by M (v e_v - a e_s). Along the slip that
+   change decays as exp(-H/M t), as the energy of slipestimate.c does, and by it the run gains
        d(early)/dt = (change of M v^2/2) / (M v^2)
-   on the exact one. Sums over the cells take the place of one cell's numbers. In exponential growth the integrand falls as
-   fast as v^2 grows, so that what happened while v was small has done all of its harm when the slip is largest: the
-   shift of the event is what was gained until then. Later v falls, the linear formula grows without bounds, and what
-   is left to err about is the final slip.
+   on the exact one. Sums over the cells take the place of one cell's numbers. In exponential growth the integrand falls
+   as fast as v^2 grows, so that what happened while v was small has done all of its harm when the slip is largest: the
+   shift of the event is what was gained until then. Later v falls, the linear formula grows without bounds, and what is
+   left to err about is the final slip.
 
-   Between the ends of a step the course is a cubic. A quintic, which knows the accelerations too, differs from it in the
-   middle by h (v0 - v1)/32 + h^2 (a0 + a1)/64. */
+   Between the ends of a step the course is a cubic. A quintic, which knows the accelerations too, differs from it in
+   the middle by h (v0 - v1)/32 + h^2 (a0 + a1)/64. */
 #include <slipstep/private/sliprecord.h>
 
 enum {

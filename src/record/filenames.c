@@ -8,8 +8,8 @@
 /* Temporary files are made under locks beside the file (h5claim.c), the checkpoint before stays (statefile.c). */
 #define GROWING "", ".part", ".part.new"
 
-/* Options that are no strings of the fault: of viewers, TYPE:FILE[:FORMAT], and of others that it only looks at, once it was
-   said which options nobody has read */
+/* Options that are no strings of the fault: of viewers, TYPE:FILE[:FORMAT], and of others that it only looks at, once
+   it was said which options nobody has read */
 #define A_VIEWER FAULT_NUM_STRINGS
 #define ANOTHER (FAULT_NUM_STRINGS + 1)
 
@@ -120,8 +120,8 @@ static PetscErrorCode FileOfRun(PetscOptions options, PetscInt row, char file[PE
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Which runs may write the same files as run k: the run itself, or the one before whose checkpoint it goes on from and whose files it
-   continues */
+/* Which runs may write the same files as run k: the run itself, or the one before whose checkpoint it goes on from and
+   whose files it continues */
 static PetscErrorCode FamilyOfRun(PetscInt k, const PetscOptions options[], PetscInt family[])
 {
   char restart[PETSC_MAX_PATH_LEN] = "", checkpoint[PETSC_MAX_PATH_LEN];
@@ -155,7 +155,8 @@ static PetscErrorCode FamilyOfRun(PetscInt k, const PetscOptions options[], Pets
   Note:
   A run that goes on (-fault_restart) from the checkpoint of one before may continue its files.
 
-  Errors: PETSC_ERR_FILE_OPEN, with both lines, when two runs write one file; links and what runs make of names are included
+  Errors: PETSC_ERR_FILE_OPEN, with both lines, when two runs write one file; links and what runs make of names are
+  included
 
 .seealso: SlipFaultSetFromOptions(), SlipFaultOutputStart()
 @*/

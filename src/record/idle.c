@@ -1,5 +1,6 @@
-/* Options that were given and change nothing of a run, because another choice leaves what they set out: named before it, one
-   line each. Only a fault whose options were read speaks, and rank 0 for all. What belongs to steps is in adapt/rlidle.c. */
+/* Options that were given and change nothing of a run, because another choice leaves what they set out: named before
+   it, one line each. Only a fault whose options were read speaks, and rank 0 for all. What belongs to steps is in
+   adapt/rlidle.c. */
 #include <slipstep/private/sliprecord.h>
 #include <slipsys.h>
 #include <string.h>

@@ -52,8 +52,9 @@ PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f)
   return StateOf(f) < 0 && OutputFields[f].vector ? fault->layout.plane : 1;
 }
 
-/* G times the sums of area times slip rate, along the rake, [N m/s] of each fault, and of area times slip since the start, which the
-   integrator forms of the rates within steps, [N m]. One fault has its sums already; several cost a reduction. */
+/* G times the sums of area times slip rate, along the rake, [N m/s] of each fault, and of area times slip since the
+   start, which the integrator forms of the rates within steps, [N m]. One fault has its sums already; several cost a
+   reduction. */
 static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rate[], PetscReal moment[])
 {
   const PetscInt n = fault->mesh.faults, c = fault->layout.components;
@@ -192,8 +193,8 @@ static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: slip [N], or [N][2], of a fault that heals, whose state s is none, or of two components, from the gathered state; NULL for
-   others. Free it. */
+/* Rank 0: slip [N], or [N][2], of a fault that heals, whose state s is none, or of two components, from the gathered
+   state; NULL for others. Free it. */
 static PetscErrorCode SlipOfDisplacement(SlipFaultOutput out, PetscReal time, const PetscReal w[], PetscReal **slip)
 {
   const PetscInt c = out->fault->layout.components, plane = out->fault->layout.plane;
@@ -213,8 +214,8 @@ static PetscErrorCode SlipOfDisplacement(SlipFaultOutput out, PetscReal time, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers from an offset in the block of each cell on, as many as slip has components; those of one component stay where they
-   are, others are copied */
+/* Numbers from an offset in the block of each cell on, as many as slip has components; those of one component stay
+   where they are, others are copied */
 static PetscErrorCode TakeVector(SlipFault fault, const PetscReal w[], PetscInt block, PetscInt offset,
                                  PetscReal **copy, SlipH5Rows *rows)
 {
@@ -410,7 +411,8 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: names of the dimensions of /mesh, and of a group whose datasets have rows and a number for each cell; both have the axes */
+/* Rank 0: names of the dimensions of /mesh, and of a group whose datasets have rows and a number for each cell; both
+   have the axes */
 PetscErrorCode SlipFaultNameDimensions(SlipFault fault, SlipH5 *h, const char group[], const char row[])
 {
   static const char *const grid[] = {"z", "x"}, *const list[] = {"cell", "vertex"};

@@ -1,10 +1,10 @@
-/* When the next entry of /fields is due: by steps, slip, time or slip rate, whichever is first, or by what they may take;
-   and how much disk they take.
+/* When the next entry of /fields is due: by steps, slip, time or slip rate, whichever is first, or by what they may
+   take; and how much disk they take.
 
-   Without a rule, all entries take at most -fault_output_size. A share of them may be of steps in a row, at the start, which
-   is all that short runs of small faults have; the others become free as the run proceeds, half of them as time passes, half
-   as the mean slip does, which is known beforehand of a fault that starts at its instability or is loaded. An event that
-   takes seconds of centuries so has entries by its share of all slip. */
+   Without a rule, all entries take at most -fault_output_size. A share of them may be of steps in a row, at the start,
+   which is all that short runs of small faults have; the others become free as the run proceeds, half of them as time
+   passes, half as the mean slip does, which is known beforehand of a fault that starts at its instability or is loaded.
+   An event that takes seconds of centuries so has entries by its share of all slip. */
 #include <slipstep/private/sliprecordfiles.h>
 #include <math.h>
 #include <stdio.h>

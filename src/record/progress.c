@@ -45,9 +45,9 @@ static PetscBool IsTerminal(void)
 
 /* ---- how long it will take ---- */
 
-/* What is known of the wall time of a run: of a fault that is driven, in which seconds take as long as years, that it has so
-   far rested or has been through cycles, each from the onset of an event to that of another. now, rate: wall and model time
-   [s], largest slip rate and the rate of events [m/s] */
+/* What is known of the wall time of a run: of a fault that is driven, in which seconds take as long as years, that it
+   has so far rested or has been through cycles, each from the onset of an event to that of another. now, rate: wall and
+   model time [s], largest slip rate and the rate of events [m/s] */
 void SlipFaultProgressSee(SlipFaultProgress *p, PetscLogDouble now, PetscReal time, PetscReal rate, PetscReal bound)
 {
   if (!p->fast && rate > bound) {

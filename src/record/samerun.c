@@ -1,5 +1,5 @@
-/* Which run a checkpoint is of: every row of the tables of parameters.c that says it is part of the problem or of its steps, and what files
-   and options have made of them, is in it, and is compared where a run goes on. */
+/* Which run a checkpoint is of: every row of the tables of parameters.c that says it is part of the problem or of its
+   steps, and what files and options have made of them, is in it, and is compared where a run goes on. */
 #include <slipstep/private/sliprecord.h>
 #include <slipstep/private/slipsys.h>
 #include <inttypes.h>
@@ -114,7 +114,8 @@ static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what the rows of parameters.c say they are part of; those of the run and of the output may be another one ---- */
+/* ---- what the rows of parameters.c say they are part of; those of the run and of the output may be another one
+   ---- */
 
 static PetscErrorCode CompareReals(Differences *d, SlipFault fault)
 {

@@ -8,8 +8,8 @@
 #include <slipstep/private/sliprecord.h>
 #include <slipstep/private/slipoutput.h>
 
-/* Two are enough where errors add up. Where those of long steps cancel, they do not in the halves: of a run of 10 steps whose
-   event was off by 5 % of its rise time, 2 parts said 12 %, 4 parts 10 % and 8 parts 7 %. */
+/* Two are enough where errors add up. Where those of long steps cancel, they do not in the halves: of a run of 10 steps
+   whose event was off by 5 % of its rise time, 2 parts said 12 %, 4 parts 10 % and 8 parts 7 %. */
 #define CHECK_PARTS 4
 
 /* Before the run: remember where it begins */
@@ -64,7 +64,8 @@ static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* RMS over the area of the difference of two slips at t, over that of the second one; of two components of their magnitudes */
+/* RMS over the area of the difference of two slips at t, over that of the second one; of two components of their
+   magnitudes */
 static PetscErrorCode FieldError(SlipFault fault, PetscReal t, Vec run, Vec reference, PetscReal *error)
 {
   PetscReal sum[2] = {0, 0};
@@ -89,9 +90,9 @@ static PetscErrorCode FieldError(SlipFault fault, PetscReal t, Vec run, Vec refe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Errors [SLIP_NUM_ERRORS] of the run that ts did, see SlipErrorKind; the signed one of its final mean slip, relative; and
-   the Bathe solves that finding them took. Not numbers when the repetition was stopped before its end, as by a signal. ts
-   ends with the state and time of its run. Collective. */
+/* Errors [SLIP_NUM_ERRORS] of the run that ts did, see SlipErrorKind; the signed one of its final mean slip, relative;
+   and the Bathe solves that finding them took. Not numbers when the repetition was stopped before its end, as by a
+   signal. ts ends with the state and time of its run. Collective. */
 PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal error[], PetscReal *final,
                                    PetscInt *solves)
 {

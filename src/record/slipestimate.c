@@ -1,5 +1,5 @@
-/* The errors of a run, estimated along the way from the integrator's local error estimates: here that of its final slip; that
-   of its timing is in courseestimate.c.
+/* The errors of a run, estimated along the way from the integrator's local error estimates: here that of its final
+   slip; that of its timing is in courseestimate.c.
 
    What one step does wrong changes the final slip through everything that follows. For the fault that is short to
    say, because the final slip does not depend on when things happen: with P = v.M v/2 + u.K u/2 + (integral of q over
@@ -18,8 +18,8 @@
 #include <slipadapt.h>
 
 /*
-  What is reported is an error that nine in ten runs stay below (19 in 20 of 4 or 5 steps, of the final slip), a factor by the
-  number of steps times, of the final slip and relative to it,
+  What is reported is an error that nine in ten runs stay below (19 in 20 of 4 or 5 steps, of the final slip), a factor
+  by the number of steps times, of the final slip and relative to it,
       (late + share of the slip made in steps in which cells come to rest) max(|signed|, floor magnitudes)
   of the time of the event, over the time from 10 to 90 % of the slip,
       max(|signed|, shift_floor magnitudes)
@@ -293,8 +293,8 @@ static PetscErrorCode Judged(TS ts, SlipFaultEstimate *which)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An attribute WHICH_error_KIND of /result, and for the one that is judged a line of the summary "KIND WHICH error", with the
-   verdict on the wanted accuracy */
+/* An attribute WHICH_error_KIND of /result, and for the one that is judged a line of the summary "KIND WHICH error",
+   with the verdict on the wanted accuracy */
 static PetscErrorCode Report(SlipOutput run, SlipFaultEstimate which, const char kind[], const char participle[],
                              PetscReal error, const char text[])
 {
@@ -307,8 +307,8 @@ static PetscErrorCode Report(SlipOutput run, SlipFaultEstimate which, const char
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "(wanted 0.01: verdict)", and an attribute of /result: 1 when the accuracy was met (by the estimate: likely), 0 when not, -1
-   when that cannot be known. Empty when none was wanted */
+/* "(wanted 0.01: verdict)", and an attribute of /result: 1 when the accuracy was met (by the estimate: likely), 0 when
+   not, -1 when that cannot be known. Empty when none was wanted */
 static PetscErrorCode Verdict(SlipOutput run, const char attribute[], PetscReal wanted, PetscReal met,
                               const char verdict[], char text[], size_t len)
 {
@@ -395,12 +395,13 @@ static PetscErrorCode ReportCheck(SlipFault fault, TS ts, SlipOutput run, PetscR
     slip_error_signed    the first variation above, computed minus exact
     X_error_measure      what is calibrated
     X_error_estimate     nine in ten runs stay below it
-    X_error_check        of -fault_check_error; slip_error_check_signed, and check_error_* of every kind of SlipErrorKind
+    X_error_check        of -fault_check_error; slip_error_check_signed, and check_error_* of every kind of
+    SlipErrorKind
     accuracy_requested   of a policy that observes log_accuracy; slip_error_estimate_met and slip_error_check_met
                          judge it by the measure of the run, which has a line in the summary
   The estimate says "likely met" or that it does not know: an error above the accuracy wanted cannot be told from one
-  below it (of the final slip, where |signed| was four times the accuracy, it was missed in 84 % of 141 runs, and a run that
-  misses by less shows nothing).
+  below it (of the final slip, where |signed| was four times the accuracy, it was missed in 84 % of 141 runs, and a run
+  that misses by less shows nothing).
 */
 static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, void *ctx)
 {

@@ -4,8 +4,8 @@
 #include <slipstep/private/sliprecord.h>
 #include <stdio.h>
 
-/* A point may be outside of a cell by this part of its size: coordinates of edges are rounded. Where y is given it may be so far
-   off the plane: who writes metres, or decimetres, seldom meets one that dips. */
+/* A point may be outside of a cell by this part of its size: coordinates of edges are rounded. Where y is given it may
+   be so far off the plane: who writes metres, or decimetres, seldom meets one that dips. */
 #define STATION_EDGE 1e-9
 #define STATION_OFF 1e-2
 #define STATION_OFF_TRIANGLE 0.1 /* of triangles, which are near to a curved surface only */
@@ -49,8 +49,9 @@ typedef struct {
 
 /* ---- where they are ---- */
 
-/* How far the point is from a cell's centre [3] along its strike, along its dip and off its plane; of a point without y x is the
-   distance along the strike from the origin, and the depth says where along the dip. at [3]: the point on the plane */
+/* How far the point is from a cell's centre [3] along its strike, along its dip and off its plane; of a point without y
+   x is the distance along the strike from the origin, and the depth says where along the dip. at [3]: the point on the
+   plane */
 static void Offsets(const SlipFaultCell *cell, const Station *s, const PetscReal *y, PetscReal off[3], PetscReal at[3])
 {
   const PetscReal *strike = cell->direction[0], *dip = cell->direction[1], *normal = cell->direction[2];
@@ -87,8 +88,8 @@ static PetscBool Contains(const SlipFaultCell *cell, const PetscReal off[2], Pet
   return left == 3 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The cell that contains the point, of several the first one of the nearest plane, or else the nearest one: inside says which. y:
-   NULL when it was not given. several: cells of several planes contain it, in different places */
+/* The cell that contains the point, of several the first one of the nearest plane, or else the nearest one: inside says
+   which. y: NULL when it was not given. several: cells of several planes contain it, in different places */
 static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, PetscBool *inside, PetscBool *several)
 {
   PetscReal least = PETSC_MAX_REAL, found[3] = {0, 0, 0};

@@ -1,8 +1,9 @@
-/* -fault_surface_stations: points of the free surface, in a list or a file, whose displacement and velocity are recorded at every
-   accepted step, in /ground of the output, which the groups /surface/0, /surface/1, ... show station by station. What moves a point is the
-   slip of all cells along their rakes less that of the far field, u - u(start). That is the motion relative to plates that load the fault,
-   which is known for any faults; that of the plates themselves, half of the loading rate on either side, is -fault_surface_motion total (as of
-   Savage 1983), for one plane. A row is a product of a dense matrix, made once, with displacements and slip rates, of which each process has
+/* -fault_surface_stations: points of the free surface, in a list or a file, whose displacement and velocity are
+   recorded at every accepted step, in /ground of the output, which the groups /surface/0, /surface/1, ... show station
+   by station. What moves a point is the slip of all cells along their rakes less that of the far field, u - u(start).
+   That is the motion relative to plates that load the fault, which is known for any faults; that of the plates
+   themselves, half of the loading rate on either side, is -fault_surface_motion total (as of Savage 1983), for one
+   plane. A row is a product of a dense matrix, made once, with displacements and slip rates, of which each process has
    the columns of its cells. */
 #include <slipstep/private/sliprecord.h>
 #include <slipstep/private/slipmatcells.h>
@@ -43,7 +44,8 @@ static SlipDippingRectangle RectangleOf(const SlipFaultCell *c)
                                 PetscMin(90, degrees * PetscAtan2Real(down[2], hypot(down[0], down[1])))};
 }
 
-/* For 1 m of slip of a cell along its rake, or along strike and up dip, and of opening. Strike slip on planes along x has a form of its own. */
+/* For 1 m of slip of a cell along its rake, or along strike and up dip, and of opening. Strike slip on planes along x
+   has a form of its own. */
 static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
 {
   const PetscReal nu = fault->options.value[FAULT_POISSON_RATIO], *rakes = fault->fields.cell[FIELD_RAKE];
@@ -81,8 +83,8 @@ static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Plates slide past each other on the plane of the fault, on and on beyond its edges: what is on the side of its hanging wall, or on its trace, moves
-   with half of the loading rate along the rake, the other one against it. */
+/* Plates slide past each other on the plane of the fault, on and on beyond its edges: what is on the side of its
+   hanging wall, or on its trace, moves with half of the loading rate along the rake, the other one against it. */
 static PetscErrorCode MovePlates(SlipFault fault, Surface *s)
 {
   const SlipFaultMesh *mesh = &fault->mesh;

@@ -32,8 +32,8 @@ static const struct {
   {FAULT_INJECTION_PRESSURE, 100, 1e10, "MPa", "less than a Pa"},
 };
 
-/* A small length is that of a laboratory where d_c is below this share of it: samples of 0.1 to 3 m have d_c of 1e-7 to 1e-5 m,
-   faults of 1 to 100 km whose lengths are given in km have 1e-3 m and more. */
+/* A small length is that of a laboratory where d_c is below this share of it: samples of 0.1 to 3 m have d_c of 1e-7 to
+   1e-5 m, faults of 1 to 100 km whose lengths are given in km have 1e-3 m and more. */
 #define LABORATORY_SLIP 3e-5
 
 /* The largest magnitude of a parameter, of all cells where it comes from a file or an array. Collective. */
@@ -167,11 +167,12 @@ static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
 
 /* ---- inertia ---- */
 
-/* A front passes a cohesive zone, of about G/W, while the cells in it gain speed: with the mass rho Ly and the weakening W that takes
-   sqrt(rho Ly/W), so that ruptures run at v1 = k cs sqrt(G/(W Ly)). k grows with the stress at the start, as the share f of the drop that it is
-   above the residual strength. Radiation damping limits them as well, 1/v^2 = 1/v0^2 + 1/v1^2, with v0 = c cs without inertia; sqrtm, which is made
-   of the same mass, does not. Strips of 4 km, G/W = 600 m: k = 0.30, 0.43, 0.53, 0.74, 1.00 and c = 0.22, 0.39, 0.55, 0.89, 1.32 for f = 0.5, 0.55,
-   0.6, 0.7, 0.8 (src/physics.md), which these lines are through; less on strips as narrow as some cohesive zones. */
+/* A front passes a cohesive zone, of about G/W, while the cells in it gain speed: with the mass rho Ly and the
+   weakening W that takes sqrt(rho Ly/W), so that ruptures run at v1 = k cs sqrt(G/(W Ly)). k grows with the stress at
+   the start, as the share f of the drop that it is above the residual strength. Radiation damping limits them as well,
+   1/v^2 = 1/v0^2 + 1/v1^2, with v0 = c cs without inertia; sqrtm, which is made of the same mass, does not. Strips of 4
+   km, G/W = 600 m: k = 0.30, 0.43, 0.53, 0.74, 1.00 and c = 0.22, 0.39, 0.55, 0.89, 1.32 for f = 0.5, 0.55, 0.6, 0.7,
+   0.8 (src/physics.md), which these lines are through; less on strips as narrow as some cohesive zones. */
 static PetscReal FrontOfMass(PetscReal f)
 {
   return PetscMax(2.1 * (f - 0.35), 0.1);
@@ -180,9 +181,11 @@ static PetscReal FrontOfRadiation(PetscReal f)
 {
   return PetscMax(3.3 * (f - 0.43), 0.1);
 }
-/* k at the common f of 0.6 and a little more, by which thicknesses are called too large: low stress makes ruptures slow as well */
+/* k at the common f of 0.6 and a little more, by which thicknesses are called too large: low stress makes ruptures slow
+   as well */
 #define FRONT_SPEED 0.6
-/* of cs: what nearly all earthquakes exceed, and what a thickness is proposed for where they would be faster than waves */
+/* of cs: what nearly all earthquakes exceed, and what a thickness is proposed for where they would be faster than
+   waves */
 #define SLOW_FRONT 0.3
 #define FAST_FRONT 0.9
 
@@ -252,12 +255,13 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
 
 /* ---- the mesh ---- */
 
-/* Cells across a fault up to which `centre` is known to be off by a fifth and more where the whole fault slides: the final
-   slip of the 3 km fault by 22.5 % on 20 x 20 cells, 50.2 % on 10 x 10 (README.md, "What a mesh of n cells is worth") */
+/* Cells across a fault up to which `centre` is known to be off by a fifth and more where the whole fault slides: the
+   final slip of the 3 km fault by 22.5 % on 20 x 20 cells, 50.2 % on 10 x 10 (README.md, "What a mesh of n cells is
+   worth") */
 #define FEW_CELLS 20
 
-/* A fault that starts at its instability, and is not loaded, slides as a whole, up to its edges. Planes
-   that dip, and slip with two components, have no other average; there the numbers of the vertical fault are a guide. */
+/* A fault that starts at its instability, and is not loaded, slides as a whole, up to its edges. Planes that dip, and
+   slip with two components, have no other average; there the numbers of the vertical fault are a guide. */
 static PetscErrorCode WarnOfMesh(SlipFault fault, PetscMPIInt rank)
 {
   const SlipFaultMesh *mesh = &fault->mesh;

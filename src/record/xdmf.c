@@ -31,8 +31,8 @@ typedef struct {
 
 #define XDMF_SHARE 100 /* the file is written again after so many times what that took, except at the end */
 
-/* Rank 0, as all that follows: corners [npoints][3], z upward, and their numbers for each cell [N][sides], in the order of
-   the output */
+/* Rank 0, as all that follows: corners [npoints][3], z upward, and their numbers for each cell [N][sides], in the order
+   of the output */
 static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
 {
   const SlipFaultMesh *mesh = &fault->mesh;

@@ -60,16 +60,17 @@ PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx)
 
   Input Parameters:
 + con    - the constraint
-- refuse - PETSC_TRUE: a solve with SNESSEMISMOOTH fails when the generalised Jacobian on the sliding set is not positive
-           definite, where that of a short step is, or with a coupling has eigenvalues without a positive real part; PETSC_FALSE (the default): it goes on to a stable solution beyond
+- refuse - PETSC_TRUE: a solve with SNESSEMISMOOTH fails when the generalised Jacobian on the sliding set is not
+           positive definite, where that of a short step is, or with a coupling has eigenvalues without a positive real
+           part; PETSC_FALSE (the default): it goes on to a stable solution beyond
 
   Level: advanced
 
-  Note:
-  A step that is longer than an instability takes to grow has a stable solution too, on the far side of the event: the
-  event is left out, or becomes creep. A single event from its instability wants such steps, a run over many events
-  must not take them. With the operation start_slope the Jacobian with the bound's slope at the stage's start must be positive
-  definite as well, as an instability may begin and end within a stage. Solves with a smooth bound (solve_cells of SlipConstraintOps) always fail there.
+  Note: A step that is longer than an instability takes to grow has a stable solution too, on the far side of the event:
+  the event is left out, or becomes creep. A single event from its instability wants such steps, a run over many events
+  must not take them. With the operation start_slope the Jacobian with the bound's slope at the stage's start must be
+  positive definite as well, as an instability may begin and end within a stage. Solves with a smooth bound (solve_cells
+  of SlipConstraintOps) always fail there.
 
 .seealso: SlipConstraintWasUnstable(), SNESSEMISMOOTH
 @*/
@@ -112,8 +113,8 @@ PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable
 
   Input Parameters:
 + con   - the constraint
-. c     - 1 (the default); 2: then |r_i| <= q_i in the Euclidean norm, and r_i = -q_i x_i / |x_i| where x_i != 0; or 3: as 2,
-          and the cell may open
+. c     - 1 (the default); 2: then |r_i| <= q_i in the Euclidean norm, and r_i = -q_i x_i / |x_i| where x_i != 0; or 3:
+          as 2, and the cell may open
 - cells - a vector with one number a cell, of the layout of q (its values are not used; NULL allowed with c = 1)
 
   Level: advanced
@@ -130,10 +131,10 @@ PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscBool *unstable
 
   The directions in which components are counted do not matter, and may differ from cell to cell.
 
-  With c = 3 the third number of a cell, x[3 i + 2], opens it: x >= 0, its reaction, the pressure, is r >= 0, and x r = 0. The
-  other two are as with c = 2, and the bound is friction: q and dq of SlipConstraintOps (bound, start_slope) are over the
-  pressure, which is solved for, so that |r_i| <= q_i r of the same stage, and nothing holds a cell that is open. In
-  bound_state q is the strength, 0 where a state is open. A coupling or a smooth bound is not possible then.
+  With c = 3 the third number of a cell, x[3 i + 2], opens it: x >= 0, its reaction, the pressure, is r >= 0, and x r =
+  0. The other two are as with c = 2, and the bound is friction: q and dq of SlipConstraintOps (bound, start_slope) are
+  over the pressure, which is solved for, so that |r_i| <= q_i r of the same stage, and nothing holds a cell that is
+  open. In bound_state q is the strength, 0 where a state is open. A coupling or a smooth bound is not possible then.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for another c, PETSC_ERR_ARG_SIZ when x has not c numbers for each of cells,
   PETSC_ERR_ORDER after a solve, PETSC_ERR_SUP for several of SlipConstraintCreateSmall() and

@@ -180,12 +180,13 @@ static PetscErrorCode SlipIsStable(PetscInt n, PetscScalar A[], PetscBool *stabl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* LU for a matrix that is known not to be symmetric; A holds it by rows, D > 0 is the diagonal of B. What has to be positive
-   here are the real parts of the eigenvalues of D^-1 A, which do not depend on the units of rows. They are where a stage is
-   short enough. A real one passes zero where the stage loses its only solution, as one mode of those that run away does; a
-   pair passes the imaginary axis where a mode swings ever further within the stage. A positive symmetric part proves that none
-   has, at half the cost of LU, and hardly a stable matrix needs more. A negative determinant proves that one has, or three;
-   two leave it positive, and only the eigenvalues themselves tell, which cost 30 times LU. */
+/* LU for a matrix that is known not to be symmetric; A holds it by rows, D > 0 is the diagonal of B. What has to be
+   positive here are the real parts of the eigenvalues of D^-1 A, which do not depend on the units of rows. They are
+   where a stage is short enough. A real one passes zero where the stage loses its only solution, as one mode of those
+   that run away does; a pair passes the imaginary axis where a mode swings ever further within the stage. A positive
+   symmetric part proves that none has, at half the cost of LU, and hardly a stable matrix needs more. A negative
+   determinant proves that one has, or three; two leave it positive, and only the eigenvalues themselves tell, which
+   cost 30 times LU. */
 static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], const PetscScalar D[], PetscScalar b[],
                                        PetscBool *pd)
 {

@@ -38,8 +38,8 @@ PetscErrorCode SlipConstraintJacobian(SlipConstraint con, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |v| of a cell in its plane, or the size of what opens it, whichever is larger; of one that is not a number infinite, which
-   PETSC_INFINITY, a quarter of the largest number, is not */
+/* |v| of a cell in its plane, or the size of what opens it, whichever is larger; of one that is not a number infinite,
+   which PETSC_INFINITY, a quarter of the largest number, is not */
 static PetscReal SlipBlockSize(PetscInt c, const PetscReal v[])
 {
   const PetscReal size = hypot(v[0], v[1]), open = c == 3 ? PetscAbsReal(v[2]) : 0;

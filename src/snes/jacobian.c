@@ -192,7 +192,7 @@ PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J)
   Input Parameters:
 + J     - from MatCreateSlipJacobian()
 . B     - the stage operator [Pa s/m for the fault]
-. mask  - 1 where an cell slides, 0 where it sticks
+. mask  - 1 where a cell slides, 0 where it sticks
 - slope - diagonal that the bound adds where sliding, same units as B
 
   Level: advanced

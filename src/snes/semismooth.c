@@ -8,8 +8,8 @@
    solutions, and those at which the Jacobian is indefinite are unstable branches that no smaller step reaches. There
    the weakening slope is left out of the step (a Picard step with the bound frozen): dG/dx is positive definite, the
    step goes down the stage's energy, and unstable solutions repel it. What it converges to has a positive definite
-   Jacobian, so no stage ends on the wrong branch. Where bounds depend on other rows too it is not symmetric, and what has
-   to be positive are the real parts of eigenvalues (direct.c). */
+   Jacobian, so no stage ends on the wrong branch. Where bounds depend on other rows too it is not symmetric, and what
+   has to be positive are the real parts of eigenvalues (direct.c). */
 #include <slipsys.h>
 #include <slipstep/private/slipsnes.h>
 
@@ -22,7 +22,8 @@ static const PetscReal loose_share = 2e-4, loose_from = 1e-8;
 /* Share of an operator's own error that a residual need not go below. */
 static const PetscReal noise_share = 0.3;
 
-/* Slopes of the bound at a stage's start and end, over the diagonal of dG/dx, that differ by less are taken for the same. */
+/* Slopes of the bound at a stage's start and end, over the diagonal of dG/dx, that differ by less are taken for the
+   same. */
 static const PetscReal small_change = 1e-3;
 
 enum {
@@ -115,8 +116,8 @@ static PetscErrorCode SlipSemismoothModel(SNES snes, SlipConstraint con, Mat A, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A share of every way to slide, whoever owns which cell: numbers in (0, 1) by the number of a cell (Steele et al. 2014,
-   OOPSLA: SplitMix). */
+/* A share of every way to slide, whoever owns which cell: numbers in (0, 1) by the number of a cell (Steele et al.
+   2014, OOPSLA: SplitMix). */
 static PetscErrorCode SlipSemismoothSpread(SlipConstraint con, Vec v)
 {
   PetscInt n, first;
@@ -287,12 +288,12 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
 
   Level: intermediate
 
-  Notes:
-  Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
-  "slipstage") solves on the sliding set. Bounds that depend on other rows' x (coupling of SlipConstraintOps), as where slip
-  changes normal stress, make the Jacobian unsymmetric: LU takes the place of Cholesky and gmres that of cg. Positive
-  definite is then one whose eigenvalues have positive real parts: by LU all of D^-1 J, D the diagonal of B, are looked at
-  where its symmetric part is not positive; by a KSP those it finds on the way (KSPComputeEigenvalues()). The KSP's relative tolerance is chosen in each iteration.
+  Notes: Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the
+  preconditioner "slipstage") solves on the sliding set. Bounds that depend on other rows' x (coupling of
+  SlipConstraintOps), as where slip changes normal stress, make the Jacobian unsymmetric: LU takes the place of Cholesky
+  and gmres that of cg. Positive definite is then one whose eigenvalues have positive real parts: by LU all of D^-1 J, D
+  the diagonal of B, are looked at where its symmetric part is not positive; by a KSP those it finds on the way
+  (KSPComputeEigenvalues()). The KSP's relative tolerance is chosen in each iteration.
 
   With two components a cell (SlipConstraintSetComponents()) the step turns sliding cells as well; the linear systems
   stay symmetric, and the limit on direct solves is twice the number of cells.
@@ -302,8 +303,8 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
   iterations, and needs the operator itself once. How many iterations that takes depends on the quality of A alone;
   -info shows the steps, -snes_view counts them.
 
-  A bound that is smooth and 0 at x = 0 (solve_cells of SlipConstraintOps) has no cone: Newton's method then eliminates each
-  cell by itself, and a stage that goes past an instability always fails (SlipConstraintWasUnstable()).
+  A bound that is smooth and 0 at x = 0 (solve_cells of SlipConstraintOps) has no cone: Newton's method then eliminates
+  each cell by itself, and a stage that goes past an instability always fails (SlipConstraintWasUnstable()).
 
 .seealso: SNESPROJECTION, SNESSetSlipConstraint(), MatCreateSlipJacobian()
 M*/

@@ -1,5 +1,5 @@
 /* Steps of SNES "semismooth" (semismooth.c): direction, search, and what helps active sets that cycle. Their decisions
-   are in src/core/search.c. */
+   are those of SlipSearch, slipcore.h. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
@@ -23,9 +23,9 @@ PetscErrorCode SlipSemismoothOperator(SlipConstraint con, PetscBool exact, Mat *
 }
 
 /* Of a matrix that is not symmetric, what a change of sign is to CG: *stable becomes false when the last solve found an
-   eigenvalue of the preconditioned matrix that has no positive real part (SlipSolveGeneral(), with the preconditioner for
-   D). Such eigenvalues are apart from the others and are found first, if only the right-hand side has a share of their
-   modes. */
+   eigenvalue of the preconditioned matrix that has no positive real part (SlipSolveGeneral(), with the preconditioner
+   for D). Such eigenvalues are apart from the others and are found first, if only the right-hand side has a share of
+   their modes. */
 static PetscErrorCode SlipKrylovSawStable(KSP ksp, PetscInt iterations, PetscBool *stable)
 {
   PetscReal *real, *imaginary;
@@ -40,8 +40,8 @@ static PetscErrorCode SlipKrylovSawStable(KSP ksp, PetscInt iterations, PetscBoo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Krylov solve of (A + slope) dx = rhs on the sliding set; pd is false when the matrix shows itself indefinite, or with a
-   coupling unstable */
+/* Krylov solve of (A + slope) dx = rhs on the sliding set; pd is false when the matrix shows itself indefinite, or with
+   a coupling unstable */
 PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec slope, Vec cross, PetscBool *ok,
                                     PetscBool *pd)
 {

@@ -1,17 +1,17 @@
-/* SNES "semismooth" where the bound is smooth and 0 at rest, as that of rate-and-state friction: G(x) + omega Q(x) = 0, Q(x) =
-   q(|x|) sign(x). Nothing sticks, and no cone is needed; but Q grows like the logarithm of x over thirty decades, in which
-   Newton's method in x gets nowhere.
+/* SNES "semismooth" where the bound is smooth and 0 at rest, as that of rate-and-state friction: G(x) + omega Q(x) = 0,
+   Q(x) = q(|x|) sign(x). Nothing sticks, and no cone is needed; but Q grows like the logarithm of x over thirty
+   decades, in which Newton's method in x gets nowhere.
 
-   Each cell for itself is a scalar equation. With D = diag(B) and f = D x - G(x), what the others leave it,
-   D y + omega Q(y) = f has a root y = S(f), found in ln y. Newton's method on x = S(f(x)), nonlinear elimination of the cells,
-   has the Jacobian S' (B + omega Q'(y)), so that its step from y is that of Newton's method in x, (B + omega Q') dx = -F(y),
-   followed by the elimination at y + dx. There G is linear: by the step's own equation
+   Each cell for itself is a scalar equation. With D = diag(B) and f = D x - G(x), what the others leave it, D y + omega
+   Q(y) = f has a root y = S(f), found in ln y. Newton's method on x = S(f(x)), nonlinear elimination of the cells, has
+   the Jacobian S' (B + omega Q'(y)), so that its step from y is that of Newton's method in x, (B + omega Q') dx =
+   -F(y), followed by the elimination at y + dx. There G is linear: by the step's own equation
      f = D (y + dx) + omega (Q + Q' dx)
-   needs no further product. Where bounds depend on the x of other cells too, Q' + R C in place of Q', the linear solve has R C as well,
-   f has omega R C dx more, and the friction that the cells balance is that of the bounds at y + dx. With two
-   components a cell (cone.c) all this holds for vectors, Q' = q' n n' + q / |x| P, and the scalar equation is that of
-   their lengths. Every cell is moved to where its own friction balances what the linear step left it, in its own
-   decade. One product with B an iteration, and those of the linear solve. */
+   needs no further product. Where bounds depend on the x of other cells too, Q' + R C in place of Q', the linear solve
+   has R C as well, f has omega R C dx more, and the friction that the cells balance is that of the bounds at y + dx.
+   With two components a cell (cone.c) all this holds for vectors, Q' = q' n n' + q / |x| P, and the scalar equation is
+   that of their lengths. Every cell is moved to where its own friction balances what the linear step left it, in its
+   own decade. One product with B an iteration, and those of the linear solve. */
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -23,8 +23,8 @@ enum {
   strict_halvings = 15
 };
 
-/* dx of (A + slope) dx = -F on the rows that nobody prescribes; ok is false where that is not positive definite: the stage
-   goes past an instability. */
+/* dx of (A + slope) dx = -F on the rows that nobody prescribes; ok is false where that is not positive definite: the
+   stage goes past an instability. */
 static PetscErrorCode Direction(SNES snes, SlipConstraint con, Mat A, PetscBool *ok)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;

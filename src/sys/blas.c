@@ -1,5 +1,6 @@
 /* Threads of BLAS. Which BLAS a program has is known when it runs only (Debian chooses by update-alternatives), so that
-   its function is looked up by name; PetscBLASSetNumThreads() of PETSc 3.20 and later knows that of its configuration. */
+   its function is looked up by name; PetscBLASSetNumThreads() of PETSc 3.20 and later knows that of its
+   configuration. */
 #define _GNU_SOURCE /* RTLD_DEFAULT */
 #include <slipblas.h>
 #include <dlfcn.h>

@@ -11,7 +11,8 @@
 #define SLIP_ABORT_WAIT 5.0 /* time that other ranks leave rank 0 to print and abort [s] */
 #define SLIP_SPEAK_WAIT 1.0 /* time that other ranks leave rank 0 to report an error that all ranks meet alone [s] */
 
-/* "program: kind: message" on stderr, after what is on its way to stdout; in one piece, or mpirun's own lines come between. */
+/* "program: kind: message" on stderr, after what is on its way to stdout; in one piece, or mpirun's own lines come
+   between. */
 static void SlipSpeak(const char kind[], const char format[], va_list args)
 {
   char path[PETSC_MAX_PATH_LEN] = "slipstep", message[2 * PETSC_MAX_PATH_LEN];

@@ -4,11 +4,12 @@
    state on disk is a valid file, at whatever moment the process is killed; but it marks the file as being written, so
    that others than SWMR readers refuse it, also after a kill, and writes its length last. Both are in the superblock.
    So we write by HDF5's own driver with two functions replaced: one writes the superblock without the mark and with the
-   length of the file, the other leaves this length alone until the file is closed. Of 6684 states between any two writes
-   of two such files, one compressed, plain readers then open all (test_h5.c growing()).
+   length of the file, the other leaves this length alone until the file is closed. Of 6684 states between any two
+   writes of two such files, one compressed, plain readers then open all (test_h5.c growing()).
 
-   A write that fails is the last one. HDF5 is not told of it: it could not close the file, and its clean-up at the end of
-   the program crashes or does not end where it cannot. Who writes asks SlipH5.failed (test_output_whole.py limited()). */
+   A write that fails is the last one. HDF5 is not told of it: it could not close the file, and its clean-up at the end
+   of the program crashes or does not end where it cannot. Who writes asks SlipH5.failed (test_output_whole.py
+   limited()). */
 #define _GNU_SOURCE /* fallocate() */
 #include <slipstep/private/slipsys.h>
 #include <errno.h>
@@ -71,8 +72,8 @@ static PetscBool SlipH5Superblock(unsigned char block[SUPERBLOCK], uint64_t end)
   return PETSC_TRUE;
 }
 
-/* Lets the superblock say this end of the file, which grows before that where it is shorter, and has the length after that.
-   0, or errno */
+/* Lets the superblock say this end of the file, which grows before that where it is shorter, and has the length after
+   that. 0, or errno */
 static int SlipH5SetEnd(SlipH5 *h, off_t end, off_t length)
 {
   unsigned char block[SUPERBLOCK];
@@ -164,8 +165,8 @@ void SlipH5SetDriver(hid_t access)
 
 /*
   Takes the disk space of what is to be written before HDF5 begins: a full disk is then found out while the file is
-  whole, and HDF5 meets none. File systems that cannot reserve leave it to the checks of each write. A growing file
-  also gets that length, so that its superblock covers what the next flush writes, and length for the next time: readers look
+  whole, and HDF5 meets none. File systems that cannot reserve leave it to the checks of each write. A growing file also
+  gets that length, so that its superblock covers what the next flush writes, and length for the next time: readers look
   at the length of a file before they read its superblock, which must not have grown beyond it by then. 0, or errno
 */
 int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes)

@@ -34,9 +34,10 @@ SlipH5 *SlipH5WrittenAs(const struct stat *info)
   return entry ? entry->h : NULL;
 }
 
-/* While files are written, one that reaches the limit of sizes (RLIMIT_FSIZE) is an error of the write: by default there is
-   a signal that ends the process, as the handlers of compilers for OpenCL end it, which MPI may load when it looks for devices. Who
-   handled it before has it again when all files are closed, unless somebody else has taken it meanwhile. */
+/* While files are written, one that reaches the limit of sizes (RLIMIT_FSIZE) is an error of the write: by default
+   there is a signal that ends the process, as the handlers of compilers for OpenCL end it, which MPI may load when it
+   looks for devices. Who handled it before has it again when all files are closed, unless somebody else has taken it
+   meanwhile. */
 static struct sigaction limit_before;
 static PetscBool limit_ours = PETSC_FALSE;
 

@@ -21,8 +21,8 @@
 
 /* ---- creating ---- */
 
-/* Access properties: nobody's lock but ours; for a file that grows the format that SWMR needs, which HDF5 1.10 reads, and
-   no metadata on disk before a flush. */
+/* Access properties: nobody's lock but ours; for a file that grows the format that SWMR needs, which HDF5 1.10 reads,
+   and no metadata on disk before a flush. */
 static hid_t SlipH5Access(PetscBool growing)
 {
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
@@ -39,8 +39,8 @@ static hid_t SlipH5Access(PetscBool growing)
 #else
   H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
 #endif
-  /* Who writes alone reads what it wrote: where a write failed, the 100 attempts of SWMR, each of which waits twice as long as the
-     one before, would not end. HDF5 takes 1 for its default. */
+  /* Who writes alone reads what it wrote: where a write failed, the 100 attempts of SWMR, each of which waits twice as
+     long as the one before, would not end. HDF5 takes 1 for its default. */
   H5Pset_metadata_read_attempts(access, 2);
   H5Pget_mdc_config(access, &cache);
   cache.evictions_enabled = 0;
@@ -433,7 +433,8 @@ PetscErrorCode SlipH5CloseBeside(SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The folder of a file is on the disk, and with it the name; file systems that cannot sync one say EINVAL. 0, or errno */
+/* The folder of a file is on the disk, and with it the name; file systems that cannot sync one say EINVAL. 0, or
+   errno */
 static int SlipH5SyncFolder(const char file[])
 {
   char folder[PETSC_MAX_PATH_LEN] = ".";

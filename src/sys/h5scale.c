@@ -1,12 +1,13 @@
-/* Dimensions with names, as netCDF-4 has them: HDF5's dimension scales, by its high-level library. xarray, ncdump and Panoply
-   then show slip(time, z, x). */
+/* Dimensions with names, as netCDF-4 has them: HDF5's dimension scales, by its high-level library. xarray, ncdump and
+   Panoply then show slip(time, z, x). */
 #include <slipstep/private/slipsys.h>
 #include <hdf5_hl.h>
 #include <string.h>
 
 #define SLIP_H5_MAX_DIM 4
 
-/* Axes that are no data of their group: those of fields, which are shared with /mesh, of stations, and that of vectors */
+/* Axes that are no data of their group: those of fields, which are shared with /mesh, of stations, and that of
+   vectors */
 static const char *const Axes[] = {"x", "z", "cell", "station", "component"};
 
 static PetscErrorCode Failed(SlipH5 *h, const char path[])
@@ -141,11 +142,10 @@ static PetscErrorCode NameOf(SlipH5 *h, const char group[], const char name[], c
 
   Level: developer
 
-  Notes:
-  The first dimension is the axis row, where there is one; the next ones are those axes that have as many entries, and what remains
-  is the axis rest. An axis is a dataset of the group; rest is one of the root where there are no other axes, as all data of a table
-  have its rows. One that is not there is made, without coordinates; a rest of another length than the first has that in its name. Dimensions that have a
-  name already stay.
+  Notes: The first dimension is the axis row, where there is one; the next ones are those axes that have as many
+  entries, and what remains is the axis rest. An axis is a dataset of the group; rest is one of the root where there are
+  no other axes, as all data of a table have its rows. One that is not there is made, without coordinates; a rest of
+  another length than the first has that in its name. Dimensions that have a name already stay.
 
   Errors: PETSC_ERR_FILE_WRITE when the disk is full
 

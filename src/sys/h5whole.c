@@ -1,12 +1,12 @@
 /* Can all metadata of an HDF5 file be read?
 
-   HDF5 takes a block of metadata whose checksum is wrong for one that another process is writing where the file is open for
-   SWMR, and reads it 100 times, after twice the time before each: for ever. A file that is damaged must be known as such
-   before it is written in this mode. */
+   HDF5 takes a block of metadata whose checksum is wrong for one that another process is writing where the file is open
+   for SWMR, and reads it 100 times, after twice the time before each: for ever. A file that is damaged must be known as
+   such before it is written in this mode. */
 #include <slipstep/private/slipsys.h>
 
-/* H5Lvisit(): header of an object and, of a dataset, the index of its chunks, which its storage is the sum of; 1: it cannot be
-   read */
+/* H5Lvisit(): header of an object and, of a dataset, the index of its chunks, which its storage is the sum of; 1: it
+   cannot be read */
 static herr_t SlipH5ReadObject(hid_t location, const char *name, const H5L_info_t *info, void *ctx)
 {
   const hid_t id = H5Oopen(location, name, H5P_DEFAULT);

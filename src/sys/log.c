@@ -101,8 +101,8 @@ void SlipLogAddProducts(PetscInt n)
 }
 
 /*
-  Products with K so far in this process: one for each with K or with a stage operator that contains it, or as many as these
-  are made of, and those that a viscosity is made of. Solves with parts of a dense matrix have none.
+  Products with K so far in this process: one for each with K or with a stage operator that contains it, or as many as
+  these are made of, and those that a viscosity is made of. Solves with parts of a dense matrix have none.
 */
 PetscErrorCode SlipLogGetProducts(PetscInt *n)
 {

@@ -1,5 +1,5 @@
-/* Integers of options that PetscInt does not hold. PETSc reads what is left of them without a message: -ts_max_steps 4294967300 as
-   4, where integers have 32 bits. */
+/* Integers of options that PetscInt does not hold. PETSc reads what is left of them without a message: -ts_max_steps
+   4294967300 as 4, where integers have 32 bits. */
 #include <slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
@@ -46,8 +46,8 @@ PetscErrorCode SlipCheckInteger(MPI_Comm comm, const char name[], const char tex
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipCheckIntegerOption - refuse the value of an option that is read as an integer, or as a list of them, where PetscInt does not hold it
+/*@C SlipCheckIntegerOption - refuse the value of an option that is read as an integer, or as a list of them, where
+  PetscInt does not hold it
 
   Not collective; before PetscOptionsInt(), which takes what is left of it.
 

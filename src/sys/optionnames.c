@@ -14,8 +14,8 @@ typedef struct {
   const char *prefix, *names;
 } SlipNames;
 
-/* Options that the library reads, but for those of faults, which declare theirs from their tables, and for the numbers of
-   options.c. test_options.py holds the list to the sources. */
+/* Options that the library reads, but for those of faults, which declare theirs from their tables, and for the numbers
+   of options.c. test_options.py holds the list to the sources. */
 static const SlipNames SlipLibrary[] = {
   {"slip_", "traceback"},
   {"slipstep_", "version"},
@@ -69,8 +69,8 @@ static PetscErrorCode SlipForgetDeclared(void)
 
   Input Parameters:
 + prefix - such as "oscillator_", borrowed; no other options begin so
-- names  - what follows it, separated by blanks, such as "mass stiffness"; one that ends with * stands for all that begin
-           so. Borrowed: constant text
+- names  - what follows it, separated by blanks, such as "mass stiffness"; one that ends with * stands for all that
+           begin so. Borrowed: constant text
 
   Level: intermediate
 
@@ -104,8 +104,8 @@ static const SlipNames *SlipList(size_t i)
   return i - library < (size_t)SlipNumDeclared ? &SlipDeclared[i - library] : NULL;
 }
 
-/* Letters to insert, remove, replace or swap with their neighbour that make b of a, in any case (the restricted distance
-   of Damerau 1964, Comm. ACM 7, 171) */
+/* Letters to insert, remove, replace or swap with their neighbour that make b of a, in any case (the restricted
+   distance of Damerau 1964, Comm. ACM 7, 171) */
 static int SlipNameDistance(const char a[], const char b[])
 {
   static int row[3][SLIP_NAME_LENGTH + 1];
@@ -142,10 +142,10 @@ static void SlipNearer(const char word[], const char prefix[], const char names[
   }
 }
 
-/* ": did you mean -x?" of the nearest name, of whose own letters a third may differ; "" when it is not near. Its own letters
-   are those behind what both have in common up to a _: the "fault_" of all is no likeness. Returns the distance where it
-   is at most two of eight own letters or more, or one of fewer: no option of PETSc's that we do not know is so near to one
-   we do; else SLIP_NAME_LENGTH. */
+/* ": did you mean -x?" of the nearest name, of whose own letters a third may differ; "" when it is not near. Its own
+   letters are those behind what both have in common up to a _: the "fault_" of all is no likeness. Returns the distance
+   where it is at most two of eight own letters or more, or one of fewer: no option of PETSc's that we do not know is so
+   near to one we do; else SLIP_NAME_LENGTH. */
 static int SlipSuggest(const char word[], const char dash[], const char nearest[], int distance,
                        char text[SLIP_HINT_LENGTH])
 {
@@ -161,7 +161,8 @@ static int SlipSuggest(const char word[], const char dash[], const char nearest[
   return distance <= (own < 8 ? 1 : 2) ? distance : SLIP_NAME_LENGTH;
 }
 
-/* A word's nearest name among names, which blanks separate, as text that ends a message: ": did you mean NAME?", or "" */
+/* A word's nearest name among names, which blanks separate, as text that ends a message: ": did you mean NAME?", or
+   "" */
 PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[SLIP_HINT_LENGTH])
 {
   char nearest[SLIP_NAME_LENGTH] = "";
@@ -269,9 +270,8 @@ static PetscErrorCode SlipCheckSpelling(const char name[], const char where[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipCheckOptionWords - refuse words among options that are none: without a dash, with another sign for it, with two, or
-  with an equals sign. PETSc passes over them without a message
+/*@C SlipCheckOptionWords - refuse words among options that are none: without a dash, with another sign for it, with
+  two, or with an equals sign. PETSc passes over them without a message
 
   Collective on PETSC_COMM_WORLD
 

@@ -77,7 +77,8 @@ const char *SlipNumberOption(size_t i)
   return i - n < PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers) ? SlipLinearNumbers[i - n].option + 1 : NULL;
 }
 
-/* Options that PETSc's TS, SNES, KSP and PC read as integers, by the PetscOptionsInt() of their sources, beside those of the tables above. Others, as times, may be as large. */
+/* Options that PETSc's TS, SNES, KSP and PC read as integers, by the PetscOptionsInt() of their sources, beside those
+   of the tables above. Others, as times, may be as large. */
 static const char *const SlipIntegers[] = {"ts_max_step_rejections",
                                            "ts_run_steps",
                                            "ts_monitor_solution_vtk_interval",

@@ -1,5 +1,5 @@
-/* Times with units: those of options, as 100y, are made seconds in the database, before PETSc or anybody else reads them;
-   those of messages are written in the unit that fits. */
+/* Times with units: those of options, as 100y, are made seconds in the database, before PETSc or anybody else reads
+   them; those of messages are written in the unit that fits. */
 #include <slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
@@ -90,10 +90,9 @@ static PetscBool SlipParseTime(const char text[], PetscReal *seconds)
 
   Level: developer
 
-  Notes:
-  Times are the options of PETSc's TS (-ts_max_time, -ts_dt, -ts_init_time, -ts_adapt_dt_min and _max) and the numbers of
-  a fault in seconds, with any prefix. What is no number with one of these units stays as it is, for whoever reads it to
-  refuse.
+  Notes: Times are the options of PETSc's TS (-ts_max_time, -ts_dt, -ts_init_time, -ts_adapt_dt_min and _max) and the
+  numbers of a fault in seconds, with any prefix. What is no number with one of these units stays as it is, for whoever
+  reads it to refuse.
 
 .seealso: SlipCheckSolverOptions(), SlipFaultSetFromOptions()
 @*/

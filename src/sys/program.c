@@ -118,8 +118,8 @@ static PetscBool SlipProgramTakeHelp(int *argc, char **argv, const char program[
   return PETSC_FALSE;
 }
 
-/* Help may go to a pager that is left before its end. PETSc's handler makes a long error of that, and only an option keeps it
-   away from PetscInitialize(), which prints most of the help. */
+/* Help may go to a pager that is left before its end. PETSc's handler makes a long error of that, and only an option
+   keeps it away from PetscInitialize(), which prints most of the help. */
 static void SlipProgramLeavePagers(int argc, char **argv)
 {
   const char *options = getenv("PETSC_OPTIONS");
@@ -135,7 +135,8 @@ static void SlipProgramLeavePagers(int argc, char **argv)
 
 /* ---- options before a file of options ---- */
 
-/* PETSc reads -options_file where it stands: what the file has as well replaces what stood before it. Nothing has been read yet. */
+/* PETSc reads -options_file where it stands: what the file has as well replaces what stood before it. Nothing has been
+   read yet. */
 static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
 {
   PetscInt n;
@@ -169,9 +170,8 @@ static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
 
 /* ---- the beginning ---- */
 
-/*@C
-  SlipProgramInitialize - PetscInitialize() of a program of SlipStep's: its errors end the program with one line, -version
-  prints the versions of all that runs, and -help with the program's name the options of SlipStep alone
+/*@C SlipProgramInitialize - PetscInitialize() of a program of SlipStep's: its errors end the program with one line,
+  -version prints the versions of all that runs, and -help with the program's name the options of SlipStep alone
 
   Collective on MPI_COMM_WORLD; in place of PetscInitialize().
 
@@ -188,10 +188,9 @@ static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
 
   Level: intermediate
 
-  Notes:
-  SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well, and so is each option
-  before one whose value in the file is another: PETSc takes that of the file. SIGPIPE is what it was before PetscInitialize(): a
-  program whose output nobody reads any more ends without a word.
+  Notes: SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well, and so
+  is each option before one whose value in the file is another: PETSc takes that of the file. SIGPIPE is what it was
+  before PetscInitialize(): a program whose output nobody reads any more ends without a word.
 
 .seealso: SlipErrorHandlerPush(), SlipStepInitializePackage(), SlipCheckOptionNames()
 @*/

@@ -254,8 +254,8 @@ static PetscErrorCode SlipStatePiece(SlipState s, const char path[], PetscInt N,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All of a vector, rank by rank, in pieces between each and rank 0, which reads or writes them; what failed before on rank 0
-   has left nothing to read or write. buffer: rank 0 */
+/* All of a vector, rank by rank, in pieces between each and rank 0, which reads or writes them; what failed before on
+   rank 0 has left nothing to read or write. buffer: rank 0 */
 static PetscErrorCode SlipStateTransfer(SlipState s, const char path[], PetscErrorCode *failed, Vec x,
                                         PetscReal buffer[])
 {
@@ -327,7 +327,8 @@ static PetscErrorCode SlipStateScatter(SlipState s, const char path[], PetscErro
   Input Parameters:
 + state - the checkpoint
 . name  - of a dataset
-- x     - the vector; reading puts the entries of the file here, each where its cell is now, whatever the number of ranks
+- x     - the vector; reading puts the entries of the file here, each where its cell is now, whatever the number of
+          ranks
 
   Level: advanced
 

@@ -1,6 +1,6 @@
-/* Files that hold the state of a run: HDF5 behind a block of 512 bytes with the checksum of the rest, so that a file that
-   was changed or cut is known as such before HDF5 sees it. A new one is written as every file is (h5output.c); the one
-   before stays as FILE.previous. */
+/* Files that hold the state of a run: HDF5 behind a block of 512 bytes with the checksum of the rest, so that a file
+   that was changed or cut is known as such before HDF5 sees it. A new one is written as every file is (h5output.c); the
+   one before stays as FILE.previous. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>

@@ -2,15 +2,16 @@
    evaluated again: two right-hand sides a step, one for an attempt that is rejected, whatever the order.
 
    With the derivatives f_n, f_n-1, ... of accepted steps in hand, order k (that of the predictor) is
-      y* = y_n + the integral of the polynomial through f_n ... f_n-k+1,      f* = f(t_n+1, y*),
-      y_n+1 = y_n + that of the one through f*, f_n ... f_n-k+1 (order k + 1), with twice what one node more changes of it,
-      f_n+1 = f(t_n+1, y_n+1),
-   and the error estimate is what the oldest of these nodes changes, which is of order h^(k + 1). The same difference with a
-   node less or more says what orders k - 1 and k + 1 would do; the next step has the order that promises the longest
-   (Shampine & Gordon 1975). Where stability limits the step, the estimates of high orders grow first, and the order falls.
+      y* = y_n + the integral of the polynomial through f_n ... f_n-k+1,      f* = f(t_n+1, y*), y_n+1 = y_n + that of
+      the one through f*, f_n ... f_n-k+1 (order k + 1), with twice what one node more changes of it, f_n+1 = f(t_n+1,
+      y_n+1),
+   and the error estimate is what the oldest of these nodes changes, which is of order h^(k + 1). The same difference
+   with a node less or more says what orders k - 1 and k + 1 would do; the next step has the order that promises the
+   longest (Shampine & Gordon 1975). Where stability limits the step, the estimates of high orders grow first, and the
+   order falls.
 
-   Nodes are at sums of steps, not at differences of times: after centuries the rounding of time is a part of the shortest steps that an
-   estimate would see, and ask for shorter ones yet. */
+   Nodes are at sums of steps, not at differences of times: after centuries the rounding of time is a part of the
+   shortest steps that an estimate would see, and ask for shorter ones yet. */
 #include <slipstep/private/slipts.h>
 
 /* A neighbouring order must promise a step longer by this factor. */
@@ -23,9 +24,9 @@
 #define ADAMS_STABLE 3
 /* Attempts in a row that are refused before the formulas begin anew */
 #define RESTART_AFTER 2
-/* Corrector k + 1 and so many times its difference to corrector k + 2: 1 more would be of order k + 2. With 2 the error is
-   that of 0 with the other sign, and on the negative real axis steps are stable to 2.98 instead of 2.38 (k = 2), 2.38
-   instead of 1.93 (k = 3). */
+/* Corrector k + 1 and so many times its difference to corrector k + 2: 1 more would be of order k + 2. With 2 the error
+   is that of 0 with the other sign, and on the negative real axis steps are stable to 2.98 instead of 2.38 (k = 2),
+   2.38 instead of 1.93 (k = 3). */
 #define ADAMS_BEYOND 2
 
 enum { ADAMS_MAX = SLIP_ADAMS_NODES - 2, ADAMS_SLOTS = ADAMS_MAX + 3 };
@@ -350,8 +351,8 @@ static PetscErrorCode MeetCorner(TS ts, PetscBool *met)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Steps are stable to some three relaxation times. A learned controller observes them, and constant steps are the user's; others go by
-   an error that shows an instability when it is there. */
+/* Steps are stable to some three relaxation times. A learned controller observes them, and constant steps are the
+   user's; others go by an error that shows an instability when it is there. */
 static PetscErrorCode BoundStep(TS ts, const SlipProblemOps *problem, void *ctx)
 {
   PetscBool left;
@@ -403,8 +404,8 @@ static PetscErrorCode AfterFailure(TS ts, PetscReal *next_h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Back to the step's start. Derivatives of steps before say nothing of one that is much shorter than those: where it was refused
-   more than once, or led nowhere, only that of the start is kept, and the order grows again. */
+/* Back to the step's start. Derivatives of steps before say nothing of one that is much shorter than those: where it
+   was refused more than once, or led nowhere, only that of the start is kept, and the order grows again. */
 static PetscErrorCode Retry(TS ts, PetscReal next_h, PetscBool good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -465,9 +466,10 @@ static PetscErrorCode TSRollBack_Adams(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Within the last step: the polynomial through both its ends whose slope there, and at the starts of the steps before that its order takes
-   in, are the derivatives. Of order 1 that is Hermite's cubic. Where rates grow tenfold in a step a cubic is off by a multiple of the
-   tolerance that the step was accepted with. What the integral of the slopes misses of the step goes to 6 x (1 - x), which is 0 at both ends. */
+/* Within the last step: the polynomial through both its ends whose slope there, and at the starts of the steps before
+   that its order takes in, are the derivatives. Of order 1 that is Hermite's cubic. Where rates grow tenfold in a step
+   a cubic is off by a multiple of the tolerance that the step was accepted with. What the integral of the slopes misses
+   of the step goes to 6 x (1 - x), which is 0 at both ends. */
 static PetscErrorCode TSInterpolate_Adams(TS ts, PetscReal t, Vec x)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
@@ -506,21 +508,21 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*MC
-  TSADAMS - "adams": explicit Adams formulas of variable step and order, predictor and corrector, two right-hand sides a step
+/*MC TSADAMS - "adams": explicit Adams formulas of variable step and order, predictor and corrector, two right-hand
+  sides a step
 
   Options Database Key:
 . -ts_adams_max_order <5> - highest order of the predictor
 
   Level: beginner
 
-  Notes:
-  For problems whose right-hand side (TSSetRHSFunction()) is smooth and expensive: explicit pairs of Runge and Kutta take 3
-  (3bs) to 6 (5dp) of them a step. The order is chosen anew each step from 1 to the highest. TSAdapt types basic, dsp, pi,
-  heuristic and rl control the step by the estimate of the order that comes next. An attempt that leaves the domain of the
-  right-hand side (TSSetFunctionDomainError()), or is no number, is refused, and so are steps below the rounding of time, by an error.
-  After two refused attempts the formulas begin anew at order 1. A constant step
-  (TSADAPTNONE) that leaves the domain ends the run: steps of the length that was asked for before it have spoilt the state.
+  Notes: For problems whose right-hand side (TSSetRHSFunction()) is smooth and expensive: explicit pairs of Runge and
+  Kutta take 3 (3bs) to 6 (5dp) of them a step. The order is chosen anew each step from 1 to the highest. TSAdapt types
+  basic, dsp, pi, heuristic and rl control the step by the estimate of the order that comes next. An attempt that leaves
+  the domain of the right-hand side (TSSetFunctionDomainError()), or is no number, is refused, and so are steps below
+  the rounding of time, by an error. After two refused attempts the formulas begin anew at order 1. A constant step
+  (TSADAPTNONE) that leaves the domain ends the run: steps of the length that was asked for before it have spoilt the
+  state.
 
   References:
 . * - L. F. Shampine, M. K. Gordon, Computer Solution of Ordinary Differential Equations, Freeman, 1975.

@@ -283,11 +283,11 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   TSSetIFunction() problem with a constant mass matrix; with one (TSBatheSetConstraint()) stages are solved by
   SNESSEMISMOOTH or SNESPROJECTION on the constraint's reduced unknowns.
 
-  A stage that does not converge is no end: its attempt is repeated with the step that the controller chooses, or PETSc's
-  -ts_adapt_scale_solve_failed, until -ts_bathe_max_failures attempts in a row have failed. PETSc's defaults of one failed
-  solve in a run and ten rejections of a step are lifted; -ts_max_snes_failures, -ts_max_reject and their functions with
-  other numbers hold. The latter counts the attempts that the controller rejects. Constant steps (TSADAPTNONE) become shorter
-  then, which is said, and grow back to what they were.
+  A stage that does not converge is no end: its attempt is repeated with the step that the controller chooses, or
+  PETSc's -ts_adapt_scale_solve_failed, until -ts_bathe_max_failures attempts in a row have failed. PETSc's defaults of
+  one failed solve in a run and ten rejections of a step are lifted; -ts_max_snes_failures, -ts_max_reject and their
+  functions with other numbers hold. The latter counts the attempts that the controller rejects. Constant steps
+  (TSADAPTNONE) become shorter then, which is said, and grow back to what they were.
 
   The embedded estimate is zero in the rate rows of cells that stick at the end of the step: their rate is exact
   there, and their jump in acceleration is no error of the method. Their displacement and slip rows keep it.

@@ -143,7 +143,8 @@ PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, P
   Output Parameters:
 + error      - the estimated error in the layout and units of the solution, borrowed and valid until the next attempt;
                `NULL` when the last attempt did not converge or had no estimate, and when ts is not of type TSBATHE
-. scale      - dimensionless factor that makes of the error the solution minus a more accurate one, to the method's order
+. scale      - dimensionless factor that makes of the error the solution minus a more accurate one, to the method's
+               order
 - derivative - dw/dt at the attempt's end [units of the solution per s], borrowed likewise; `NULL` when not known
 
   Level: advanced
@@ -193,11 +194,10 @@ PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *der
 
   Level: advanced
 
-  Notes:
-  The inner state is that of the first stage, and the weights are the method's own, by which it forms the solution of the
-  stages' derivatives: of dw/dt the integral is the step's change to the last bits of the solver. Where the solution has
-  been computed in halves (-ts_bathe_error doubling) or other parts, the inner state is the end of the last but one, and
-  the weights are those of the quadratic through the three.
+  Notes: The inner state is that of the first stage, and the weights are the method's own, by which it forms the
+  solution of the stages' derivatives: of dw/dt the integral is the step's change to the last bits of the solver. Where
+  the solution has been computed in halves (-ts_bathe_error doubling) or other parts, the inner state is the end of the
+  last but one, and the weights are those of the quadratic through the three.
 
   Errors: PETSC_ERR_ORDER before a step was accepted
 
@@ -232,8 +232,8 @@ PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[
   Input Parameters:
 + ts    - of type TSBATHE
 . parts - their number, even; 1: the whole
-. told  - called with the time [s] and the state at the end of each part, also of attempts that are rejected later; may be
-          `NULL`
+. told  - called with the time [s] and the state at the end of each part, also of attempts that are rejected later; may
+          be `NULL`
 - ctx   - passed to told
 
   Level: advanced

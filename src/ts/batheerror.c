@@ -43,7 +43,7 @@ PetscErrorCode TSBatheEndDerivative(TS ts, PetscReal h, Vec w0, Vec w1, Vec w2, 
 }
 
 /* Zero e in the rows of cells that stick at the step's end. The constraint fixes their rate at exactly zero there,
-   while the derivatives of an cell that has just stopped jump: the formula would give an error of the order of the
+   while the derivatives of a cell that has just stopped jump: the formula would give an error of the order of the
    rate itself however short the step, and a controller would chase it at every arrest. What the arrest does to the
    accuracy still shows in the rows that integrate the rate (displacement and slip). The derivative of the rate of a
    resting cell is zero likewise. */

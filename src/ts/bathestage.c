@@ -2,8 +2,8 @@
 #include <slipstep/private/slipts.h>
 #include <petsc/private/snesimpl.h>
 
-/* dw/dt = (x - base) / theta of a stage's iterate; user code may call TSGetDM() inside its functions, and is to find the
-   DM of the solver there. */
+/* dw/dt = (x - base) / theta of a stage's iterate; user code may call TSGetDM() inside its functions, and is to find
+   the DM of the solver there. */
 static PetscErrorCode TSBatheBeginEvaluation(TS ts, SNES snes, Vec x, DM *save)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;

@@ -2,16 +2,16 @@
 #include <slipstep/private/slipts.h>
 #include <petsctime.h>
 
-/* An attempt that would have gone past an instability says that it comes before the attempt's end, the barrier. Steps go half way
-   there, so that each of them, taken or refused, halves what is unknown. Refused in a row they are cut by more: years become the
-   seconds of its growth in a few attempts. After so many steps in a row that were cut and taken one is not: the instability may have
-   begun, and is followed. */
+/* An attempt that would have gone past an instability says that it comes before the attempt's end, the barrier. Steps
+   go half way there, so that each of them, taken or refused, halves what is unknown. Refused in a row they are cut by
+   more: years become the seconds of its growth in a few attempts. After so many steps in a row that were cut and taken
+   one is not: the instability may have begun, and is followed. */
 static const PetscReal unstable_factor[] = {0.5, 0.2, 0.1};
 enum { most_towards = 2 };
 /* Where less than twice this share of the last step is left, the barrier was reached. */
 static const PetscReal at_barrier = 1e-2, no_barrier = PETSC_MAX_REAL;
-/* Of a step that is to end at a stop, how far beyond it the step goes, so that what stops sticks at its end, and how near is near
-   enough; attempts at it */
+/* Of a step that is to end at a stop, how far beyond it the step goes, so that what stops sticks at its end, and how
+   near is near enough; attempts at it */
 static const PetscReal beyond_stop = 1e-3, near_stop = 1e-2;
 enum { max_stop_tries = 4 };
 
@@ -275,7 +275,7 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   if (begin) PetscCall(TSBatheBeginRun(ts));
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
   if (ba->con) {
-    /* Stage 2's reaction of an cell that has just stopped holds the impulse that stopped it. Carried into the next
+    /* Stage 2's reaction of a cell that has just stopped holds the impulse that stopped it. Carried into the next
        trapezoidal stage it would push the cell off again: what rests is held by the static balance. */
     if (!ba->r_given && (fresh || !unchanged || ba->first == TSBATHE_STAGE_TRAPEZOIDAL))
       PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
@@ -321,8 +321,8 @@ static PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After a stage that did not converge: restore, record, choose the next step, and stop a run that leads nowhere. whole: the step
-   that was cut for a corner or a stop, 0: it was not [s] */
+/* After a stage that did not converge: restore, record, choose the next step, and stop a run that leads nowhere. whole:
+   the step that was cut for a corner or a stop, 0: it was not [s] */
 static PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;

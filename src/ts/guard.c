@@ -1,5 +1,5 @@
-/* What no integrator may go on with: a step that time does not resolve, and a state that is no number; and constant steps that
-   cannot be taken as they were asked for. */
+/* What no integrator may go on with: a step that time does not resolve, and a state that is no number; and constant
+   steps that cannot be taken as they were asked for. */
 #include <slipstep/private/slipts.h>
 #include <slipsys.h>
 
@@ -23,9 +23,9 @@ PetscBool SlipStepIsLost(TS ts, PetscReal h, PetscReal *least)
   return h >= *least || ts->ptime + h >= ts->max_time ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* Before an attempt with ts->time_step. A step below the rounding of time goes nowhere; runs of centuries at tight tolerances get along
-   with some four times that, at the onset of an event. The rest of a run to its final time may be that short, and goes beyond it by no
-   rounding: TSAdaptChoose() of PETSc 3.22 ends a run that does. */
+/* Before an attempt with ts->time_step. A step below the rounding of time goes nowhere; runs of centuries at tight
+   tolerances get along with some four times that, at the onset of an event. The rest of a run to its final time may be
+   that short, and goes beyond it by no rounding: TSAdaptChoose() of PETSc 3.22 ends a run that does. */
 PetscErrorCode SlipGuardStep(TS ts)
 {
   const PetscReal t = ts->ptime;
@@ -63,8 +63,9 @@ PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole)
   return ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP && left > 0 ? PetscMin(whole, left) : whole;
 }
 
-/* An attempt of h, of an explicit method, has left what the right-hand side is defined for. A controller refuses it; constant steps that
-   become shorter from there would go on from a state that longer ones have spoilt, for good, and be too many to end. */
+/* An attempt of h, of an explicit method, has left what the right-hand side is defined for. A controller refuses it;
+   constant steps that become shorter from there would go on from a state that longer ones have spoilt, for good, and be
+   too many to end. */
 PetscErrorCode SlipGuardConstant(TS ts, PetscReal h)
 {
   PetscBool constant;

@@ -13,11 +13,10 @@
 + problem - the system (its arrays are copied, its ctx is kept)
 - ts      - the TS, of one process
 
-  Notes:
-  Sets the type bathe with the constraint of SlipConstraintCreateSmall(), the controller heuristic unless another is
-  chosen, exact final time matchstep, unlimited steps, rejections and failed solves. Tolerances, step and final time are those of TSSetTolerances(), TSSetTimeStep(),
-  TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if policies are to
-  observe more than the table of observations knows of every problem.
+  Notes: Sets the type bathe with the constraint of SlipConstraintCreateSmall(), the controller heuristic unless another
+  is chosen, exact final time matchstep, unlimited steps, rejections and failed solves. Tolerances, step and final time
+  are those of TSSetTolerances(), TSSetTimeStep(), TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if
+  policies are to observe more than the table of observations knows of every problem.
 
   Level: beginner
 
@@ -47,8 +46,8 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  SlipSmallConfigureTSByMembers - SlipSmallConfigureTS() with the members of SlipSmall one by one, for languages that have
+/*@C SlipSmallConfigureTSByMembers - SlipSmallConfigureTS() with the members of SlipSmall one by one, for languages that
+  have
                                   no structs of C's
 
   Logically collective; before TSSetFromOptions().
@@ -145,8 +144,8 @@ static PetscErrorCode CheckNumbers(TS ts)
   At an interpolated end, -ts_exact_final_time interpolate, only the solution would be that of the final time: reaction,
   outputs, results and checkpoints are those of steps.
 
-  Errors: PETSC_ERR_SUP, with the type that -ts_type gave it, or -ts_exact_final_time; PETSC_ERR_ARG_OUTOFRANGE, with the
-  option of the number.
+  Errors: PETSC_ERR_SUP, with the type that -ts_type gave it, or -ts_exact_final_time; PETSC_ERR_ARG_OUTOFRANGE, with
+  the option of the number.
 
 .seealso: TSBATHE, SlipSmallConfigureTS()
 @*/

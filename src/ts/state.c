@@ -1,8 +1,8 @@
 /* What TSBATHE and its TS carry from one accepted step to the next, for checkpoints.
 
    The reaction does not: each step begins with the static balance of the state. It is kept for the output, which is
-   written after the checkpoint. Nor do the stages, the derivative of the start and the doubled solutions, which each step
-   computes, and the vectors of the SNES, which starts from the state. */
+   written after the checkpoint. Nor do the stages, the derivative of the start and the doubled solutions, which each
+   step computes, and the vectors of the SNES, which starts from the state. */
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipstate.h>
 

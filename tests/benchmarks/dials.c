@@ -16,8 +16,8 @@ static const char help[] = "What a policy and classical controllers need for an 
 static const PetscReal Dials[] = {1e-1, 3e-2, 1e-2, 3e-3};
 enum { DIALS = PETSC_STATIC_ARRAY_LENGTH(Dials) };
 #define WITHIN 0.95
-/* Classical runs are tightened until their errors are this share of the finest dial and of all the policy's, or -most_solves is reached: runs
-   at the tightest tolerances, which run out of attempts, took most of the time */
+/* Classical runs are tightened until their errors are this share of the finest dial and of all the policy's, or
+   -most_solves is reached: runs at the tightest tolerances, which run out of attempts, took most of the time */
 #define SMALL 0.5
 
 typedef struct {

@@ -5,8 +5,8 @@ static const char help[] = "Twenty ordinary differential equations of the litera
                            "Prints \"problem method controller tolerance work error steps rejected end\". "
                            "tests/benchmarks/ode.py compares them.\n\n";
 
-/* Error: root mean square over time and components, each in units of its largest value. Work: evaluations of f, and of its
-   Jacobian with the solve that follows; Jacobians by differences count as one. */
+/* Error: root mean square over time and components, each in units of its largest value. Work: evaluations of f, and of
+   its Jacobian with the solve that follows; Jacobians by differences count as one. */
 #include "ode.h"
 #include <slipstep.h>
 #include <math.h>

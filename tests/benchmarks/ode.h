@@ -1,5 +1,5 @@
-/* What the parts of the comparison of general controllers share: problems (odeproblems.c), their references (odereference.c)
-   and runs (ode.c). */
+/* What the parts of the comparison of general controllers share: problems (odeproblems.c), their references
+   (odereference.c) and runs (ode.c). */
 #pragma once
 #include <petscts.h>
 

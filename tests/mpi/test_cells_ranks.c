@@ -45,8 +45,8 @@ static PetscErrorCode Run(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A plane of dip 40 and a vertical one that ends at it from above, each cell with a rake of its own: hierarchical K and Kn of
-   shares as METIS cuts them against dense ones on any number of ranks. */
+/* A plane of dip 40 and a vertical one that ends at it from above, each cell with a rake of its own: hierarchical K and
+   Kn of shares as METIS cuts them against dense ones on any number of ranks. */
 static PetscErrorCode Planes(void)
 {
   enum { along = 20, down = 16, upper = 8, all = along * (down + upper) };
@@ -82,7 +82,8 @@ static PetscErrorCode Planes(void)
     PetscCall(MatCreateSlipCellNormalStiffness(PETSC_COMM_WORLD, &cells, t ? "hmat" : "dense", 1e-6, &Kn[t]));
   }
   PetscCall(Compare("hierarchical stiffness of planes", K[1], K[0], 1e-6));
-  /* ten times that, as slip of either sign changes normal stress by a tenth of what blocks, whose error is relative, hold */
+  /* ten times that, as slip of either sign changes normal stress by a tenth of what blocks, whose error is relative,
+     hold */
   PetscCall(Compare("hierarchical normal stress of planes", Kn[1], Kn[0], 1e-5));
   for (int t = 0; t < 2; t++) {
     PetscCall(MatDestroy(&K[t]));

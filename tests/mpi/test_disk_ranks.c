@@ -190,9 +190,9 @@ static PetscErrorCode TestJacobian(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Pairs of cells, on different ranks where there are several, whose motion swings and fades, or swings and grows, while the sum of
-   the matrix's diagonal, in rows of different units, says the opposite: T (2 - w + C) T, C skew, the same wherever cells slide forwards. One
-   is solved, the other not. */
+/* Pairs of cells, on different ranks where there are several, whose motion swings and fades, or swings and grows, while
+   the sum of the matrix's diagonal, in rows of different units, says the opposite: T (2 - w + C) T, C skew, the same
+   wherever cells slide forwards. One is solved, the other not. */
 static PetscErrorCode TestSwingingPairs(void)
 {
   const PetscReal w[][2] = {{3, 0}, {2.5, 1.75}}, t[][2] = {{3, 1}, {1, 3}};

@@ -126,8 +126,8 @@ static PetscErrorCode Products(MPI_Comm comm, const SlipCells *c, PetscReal resu
 /* Blocks do not depend on the shares, only the order of sums does: 1e-12. Lanczos' method looks at its convergence, so
    that its products agree to a few of its tolerance, and those with B, of which H is a part. The preconditioner is an
    inverse diagonal, whose part of H is scaled by the mean of 16 rows, evenly spread over the matrix: the shares order
-   the rows, so these are other cells, and their mean differs by 1e-4 to 3e-4 here. It is no error of a product: only the
-   path of the linear iterations depends on it. */
+   the rows, so these are other cells, and their mean differs by 1e-4 to 3e-4 here. It is no error of a product: only
+   the path of the linear iterations depends on it. */
 static PetscErrorCode Run(void)
 {
   static PetscReal mine[NUM][N], alone[NUM][N];
@@ -156,8 +156,8 @@ static PetscErrorCode Run(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The worst cell of a solve is called by its row of the mesh's file. One cell is thrown at 1 km/s at the start of a stage
-   that takes no iteration: its residual, mass over theta times that, is 1e3 times any strength. */
+/* The worst cell of a solve is called by its row of the mesh's file. One cell is thrown at 1 km/s at the start of a
+   stage that takes no iteration: its residual, mass over theta times that, is 1e3 times any strength. */
 static PetscErrorCode WorstCell(SlipFault fault)
 {
   const PetscInt rows[] = {0, 1, 777, N - 1};

@@ -1,5 +1,5 @@
-/* Checkpoints of a fault with fields of its own: whichever processes hold which cells, a run goes on under the same fields
-   and the same record of pressure, and not under others. */
+/* Checkpoints of a fault with fields of its own: whichever processes hold which cells, a run goes on under the same
+   fields and the same record of pressure, and not under others. */
 #include "ranks.h"
 #include "faultstart.h"
 #include <math.h>

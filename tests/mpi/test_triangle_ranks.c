@@ -1,5 +1,5 @@
-/* K and Kn of triangles on several ranks, with shares of METIS, against one process: dense entries and products in the order of the cells, and
-   hierarchical products. Exit code 0: good. */
+/* K and Kn of triangles on several ranks, with shares of METIS, against one process: dense entries and products in the
+   order of the cells, and hierarchical products. Exit code 0: good. */
 #include "ranks.h"
 #include "cells.h"
 

@@ -1,12 +1,12 @@
-/* Operators for slip as a vector on several ranks against one process: dense and hierarchical, with shares of METIS and without an order, those of
-   grids, and their distribution. Exit code 0: good. */
+/* Operators for slip as a vector on several ranks against one process: dense and hierarchical, with shares of METIS and
+   without an order, those of grids, and their distribution. Exit code 0: good. */
 #include "ranks.h"
 #include "cells.h"
 
 enum { NX = 8, NZ = 6, N = 2 * NX * NZ, T = 2 * N };
 
-/* The products with uniform slip along strike, up dip, and with random slip, rows [n] for each cell in the order of the cells; on every
-   process */
+/* The products with uniform slip along strike, up dip, and with random slip, rows [n] for each cell in the order of the
+   cells; on every process */
 static PetscErrorCode Product(Mat A, const PetscInt order[], PetscInt n, int slip, PetscReal product[])
 {
   PetscInt start, end, columns, rows;
@@ -103,7 +103,8 @@ static PetscErrorCode OfCells(const SlipCells *cells, const char type[], PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An odd number of cells, so that shares of rows are not shares of cells; with the root and the stage operator, which is of both */
+/* An odd number of cells, so that shares of rows are not shares of cells; with the root and the stage operator, which
+   is of both */
 static PetscErrorCode OfGrid(const SlipKernel *kernel, const char type[])
 {
   const SlipDippingGrid grid = {.grid = {9, 7, 900, 560, 0, *kernel}, .dip = 40, .tolerance = 1e-12};

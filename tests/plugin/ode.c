@@ -1,5 +1,5 @@
-/* A plain PETSc program that has never heard of SlipStep: the Van der Pol oscillator x'' = mu (1 - x^2) x' - x (-mu <1>).
-   Run it with -dll_prepend libslipstep.so -ts_type bathe -ts_adapt_type rl -ts_adapt_rl_policy policy.h5 */
+/* A plain PETSc program that has never heard of SlipStep: the Van der Pol oscillator x'' = mu (1 - x^2) x' - x (-mu
+   <1>). Run it with -dll_prepend libslipstep.so -ts_type bathe -ts_adapt_type rl -ts_adapt_rl_policy policy.h5 */
 #include <petscts.h>
 
 static PetscErrorCode Rhs(TS ts, PetscReal t, Vec y, Vec f, void *ctx)

@@ -263,6 +263,8 @@ def test_vecnormalize():
 def test_checksum():
     """Python's checksum is the one of the library: of files that it wrote, and it reads those written here."""
     for path in glob.glob(os.path.join(SOURCE, "training", "**", "*.h5"), recursive=True):
+        if os.path.basename(path) in ("tolerances.h5", "estimates.h5"):  # no policies
+            continue
         with h5py.File(path) as file:
             written = file.attrs["checksum"]  # HDF5 knows two kinds of strings
             assert import_sb3.checksum(file) == (written.decode() if isinstance(written, bytes) else written), path

@@ -93,6 +93,30 @@ def imported(name, tree, known, package="slipstep"):
     return ours, others
 
 
+def sources_of(folder):
+    """Files of C and Python, those of builds left out"""
+    return [os.path.relpath(path, folder) for top in ("src", "include", "examples", "training", "tests", "output")
+            for end in ("c", "h", "py") for path in sorted(glob.glob(os.path.join(folder, top, "**", f"*.{end}"), recursive=True))]
+
+
+def too_long(texts):
+    """What of {name: text} is longer than the house has it"""
+    found = []
+    for name, text in texts.items():
+        lines, begin = text.split("\n"), 0
+        if len(lines) > 601:
+            found.append(f"{name} has {len(lines) - 1} lines")
+        if name.endswith(".py"):
+            continue
+        for k, line in enumerate(lines, 1):
+            begin = k if line == "{" else begin
+            if line == "}" and name.endswith(".c") and k - begin > 101:
+                found.append(f"{name}: the function from line {begin} has {k - begin - 1} lines")
+            if len(line) > 120:
+                found.append(f"{name}: line {k} has {len(line)} columns")
+    return found
+
+
 class Layers(ScriptTest):
     def expect_none(self, found):
         left = [line for line in found if not any(re.search(p, line) for p in PENDING)]
@@ -216,6 +240,13 @@ class Layers(ScriptTest):
             done = subprocess.run([sys.executable, "-c", f"import sys\n{code}\nprint([name for name in {without!r} if name in sys.modules])"], capture_output=True, text=True,
                                   env=dict(os.environ, PYTHONPATH=os.path.dirname(PACKAGE)))
             self.assertEqual(done.stdout, "[]\n", done.stderr)
+
+    def test_sizes(self):
+        """Functions of C to 100 lines, files to 600, lines of C to 120 columns: a room is read a piece at a time."""
+        self.assertEqual(too_long({name: open(os.path.join(SOURCE, name), encoding="utf-8").read() for name in sources_of(SOURCE)}), [])
+        body = "int F(void)\n{\n" + "  g();\n" * 101 + "}\n"
+        found = too_long({"a.c": body, "b.py": "x\n" * 601, "c.h": "/* " + "x" * 118 + " */\n"})
+        self.assertEqual([line.split(" has ")[0] for line in found], ["a.c: the function from line 2", "b.py", "c.h: line 1"])
 
     def test_the_checks_find_what_they_look_for(self):
         self.assertEqual(rooms.circles({("a", "b"), ("b", "c"), ("c", "a"), ("c", "d")}), [["a", "b", "c"]])

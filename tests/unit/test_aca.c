@@ -71,8 +71,8 @@ static void test_to_the_tolerance(void **state)
     }
 }
 
-/* Second derivatives of 1 / R between points of two lines, blocks [rows][2] as vectors' have; or where they decouple, the second a
-   thousandth of the first. Counts pairs. */
+/* Second derivatives of 1 / R between points of two lines, blocks [rows][2] as vectors' have; or where they decouple,
+   the second a thousandth of the first. Counts pairs. */
 typedef struct {
   PetscInt rows, pairs;
   PetscBool apart;
@@ -97,8 +97,8 @@ static void TensorEntries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscIn
       a[c * t->rows * m + r] = TensorEntry(t, i + r / t->rows, r % t->rows, j + c / 2, c % 2);
 }
 
-/* To the tolerance as well, of two rows and of one for each pair. A row and a column of pairs serve two numbers of the rank where components see
-   each other; four more are for the end, which is confirmed in four rows. */
+/* To the tolerance as well, of two rows and of one for each pair. A row and a column of pairs serve two numbers of the
+   rank where components see each other; four more are for the end, which is confirmed in four rows. */
 static void test_tuples(void **state)
 {
   (void)state;

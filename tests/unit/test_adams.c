@@ -1,9 +1,11 @@
-/* TSADAMS and its weights: exactness, order, error against tolerance, cost, interpolation, attempts that are refused. */
+/* TSADAMS and its weights: exactness, order, error against tolerance, cost, interpolation, attempts that are
+   refused. */
 #include "../unit.h"
 #include <slipcore.h>
 #include <math.h>
 
-/* Weights integrate polynomials of less than n nodes' degree exactly. Rounding grows with the sum of their magnitudes. */
+/* Weights integrate polynomials of less than n nodes' degree exactly. Rounding grows with the sum of their
+   magnitudes. */
 static void weights(void **state)
 {
   const PetscReal node[][SLIP_ADAMS_NODES] = {{1, 0, -1, -2, -3, -4, -5, -6, -7, -8},
@@ -134,9 +136,9 @@ static PetscReal Adaptive(const char type[], const char pair[], PetscReal tolera
   return hypot(x[0] - exact[0], x[1] - exact[1]);
 }
 
-/* The error follows the tolerance over seven decades, and an error costs fewer right-hand sides than with the pairs. 1000: the
-   solution's growth of errors over the eight units of time, measured by a start that is off by 1e-6, is 9; a hundred
-   steps add their errors up. */
+/* The error follows the tolerance over seven decades, and an error costs fewer right-hand sides than with the pairs.
+   1000: the solution's growth of errors over the eight units of time, measured by a start that is off by 1e-6, is 9; a
+   hundred steps add their errors up. */
 static void adaptive(void **state)
 {
   PetscReal exact[2], before = 1;
@@ -266,9 +268,9 @@ static PetscErrorCode Keep(TS ts, PetscInt step, PetscReal t, Vec y, void *ctx)
   PetscFunctionReturn(0);
 }
 
-/* An attempt that leaves the domain is followed by one of a quarter of its step (PETSc's scale for solves that failed) and of the lowest
-   order, by which one step is Euler's and the trapezoids after it, to rounding: y (1 - h + h^2/2). basic with a clip of 1 has steps
-   of 0.1 until then; constant ones end the run. */
+/* An attempt that leaves the domain is followed by one of a quarter of its step (PETSc's scale for solves that failed)
+   and of the lowest order, by which one step is Euler's and the trapezoids after it, to rounding: y (1 - h + h^2/2).
+   basic with a clip of 1 has steps of 0.1 until then; constant ones end the run. */
 static void begins_anew(void **state)
 {
   const PetscReal h = 0.1 / 4;
@@ -321,8 +323,9 @@ static PetscErrorCode IsNumber(TS ts, PetscInt step, PetscReal t, Vec y, void *c
   PetscFunctionReturn(0);
 }
 
-/* States that are no numbers are refused under every controller, and where no shorter step helps the run ends and names time and step,
-   which is below the rounding of time by then; constant ones end it at once. 0.01: constant steps of 0.05 are exact to 0.05^2. */
+/* States that are no numbers are refused under every controller, and where no shorter step helps the run ends and names
+   time and step, which is below the rounding of time by then; constant ones end it at once. 0.01: constant steps of
+   0.05 are exact to 0.05^2. */
 static void numbers_only(void **state)
 {
   const char *const adapts[] = {TSADAPTNONE, TSADAPTBASIC, TSADAPTDSP, TSADAPTPI, TSADAPTHEURISTIC};
@@ -388,7 +391,8 @@ static void corner(void **state)
   }
 }
 
-/* Controllers that go by the error keep below three relaxation times where the problem knows them, constant steps stay. */
+/* Controllers that go by the error keep below three relaxation times where the problem knows them, constant steps
+   stay. */
 static PetscErrorCode Relaxes(TS ts, Vec w, PetscReal *rate, void *ctx)
 {
   PetscFunctionBeginUser;
@@ -418,8 +422,8 @@ static void bounded(void **state)
   }
 }
 
-/* Late times, whose rounding is a thousandth of a step, cost no steps where the rate does not know of time: 2 % for the rounding of
-   the time that is integrated. */
+/* Late times, whose rounding is a thousandth of a step, cost no steps where the rate does not know of time: 2 % for the
+   rounding of the time that is integrated. */
 static void late(void **state)
 {
   PetscInt steps[2];

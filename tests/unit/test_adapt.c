@@ -91,8 +91,8 @@ static void pi_cap(void **state)
   PetscOptionsClear(NULL);
 }
 
-/* A named filter brings its own limits of the ratio, which an option after it replaces: what the default would reject is
-   accepted, and what it would cap at 1.2 is not. */
+/* A named filter brings its own limits of the ratio, which an option after it replaces: what the default would reject
+   is accepted, and what it would cap at 1.2 is not. */
 static void pi_named(void **state)
 {
   const PetscReal error[] = {20, 0, 0, 1};
@@ -119,8 +119,8 @@ static void pi_named(void **state)
   }
 }
 
-/* PETSc's factors on the ratio of steps, and limits of it, hold for our types as for PETSc's own; without these options their own count,
-   and the next type of the same object has PETSc's again. */
+/* PETSc's factors on the ratio of steps, and limits of it, hold for our types as for PETSc's own; without these options
+   their own count, and the next type of the same object has PETSc's again. */
 static void options_of_all(void **state)
 {
   const PetscReal error[] = {1.0 / 8, 8, 1e-9, 1}; /* q = 1/3: ratios of 2, 1/2 and 1000 */

@@ -184,8 +184,8 @@ static PetscErrorCode keep_printed(FILE *out, const char format[], va_list args)
 }
 
 /* The first decision outside the training range is said, once, with the observation that is furthest off in widths of
-   its range: at the start time_fraction = 0 is half a width below [1, 3], log_step =
-   log10(5.1 s/2 s) = 0.41, from the middle of the bounds of the step, sixteen below [2, 2.1]. Every decision counts. Inside the range nothing is said. */
+   its range: at the start time_fraction = 0 is half a width below [1, 3], log_step = log10(5.1 s/2 s) = 0.41, from the
+   middle of the bounds of the step, sixteen below [2, 2.1]. Every decision counts. Inside the range nothing is said. */
 static void rl_outside(void **state)
 {
   const char *const names[] = {"time_fraction", "log_step", "failures"};
@@ -311,9 +311,9 @@ static void rl_untrained(void **state)
   }
 }
 
-/* Steps in units of the last one: log10 of the ratio is tanh(w.obs). The order is 3; E > 1 rejects; of the two rejections
-   in a row the first is cut to 0.9 h and the second to 0.5 h by the guard rails, a failure halves, and the first step is
-   the TS's own. */
+/* Steps in units of the last one: log10 of the ratio is tanh(w.obs). The order is 3; E > 1 rejects; of the two
+   rejections in a row the first is cut to 0.9 h and the second to 0.5 h by the guard rails, a failure halves, and the
+   first step is the TS's own. */
 static void rl_relative(void **state)
 {
   const char *const names[] = {"log_error_step", "change_log_error_step", "log_step_ratio", "rejected", "order"};
@@ -357,8 +357,9 @@ static void rl_relative(void **state)
   ok(TSDestroy(&ts));
 }
 
-/* A policy's own numbers: tolerance and first step follow the dial a unless they are given, and after a failed solve two steps do not
-   grow. 5 a and 30 a^0.5 T* at a = 1e-2: 0.05, and 6 s. An error estimate of 3, or of the option's 2, still passes. */
+/* A policy's own numbers: tolerance and first step follow the dial a unless they are given, and after a failed solve
+   two steps do not grow. 5 a and 30 a^0.5 T* at a = 1e-2: 0.05, and 6 s. An error estimate of 3, or of the option's 2,
+   still passes. */
 static void rl_numbers(void **state)
 {
   const char *const names[] = {"log_error_step"};

@@ -1,5 +1,6 @@
-/* What is asked of a fault depends on the time and the state that are named, and on nothing asked before: loads, strength,
-   sums, powers, observations, rest and errors in shuffled order are the numbers, bit for bit, that a new fault gives. */
+/* What is asked of a fault depends on the time and the state that are named, and on nothing asked before: loads,
+   strength, sums, powers, observations, rest and errors in shuffled order are the numbers, bit for bit, that a new
+   fault gives. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>

@@ -69,7 +69,8 @@ static void test_reciprocity(void **state)
 }
 
 /* The force of a rectangle on itself and on one that it touches is the sum over their parts, cut unevenly: all terms
-   that are infinite without a core, and those of the surface, where the upper edge is. Sums of 16 numbers of about 1. */
+   that are infinite without a core, and those of the surface, where the upper edge is. Sums of 16 numbers of about
+   1. */
 static void test_parts_add_up(void **state)
 {
   const SlipRectangle whole[2] = {{0, 0, 1, 2, 2}, {2.5, 0, 1.5, 3, 3}};
@@ -181,8 +182,8 @@ static void test_crack_fixes_the_cores(void **state)
   }
 }
 
-/* Waves of slip of so many cells on endless strips against G k / 2 (1 - nu)^-1: relative error. The sum ends where terms
-   are 1 / (2 pi 4000^2) of alternating sign, 1e-6 of it. */
+/* Waves of slip of so many cells on endless strips against G k / 2 (1 - nu)^-1: relative error. The sum ends where
+   terms are 1 / (2 pi 4000^2) of alternating sign, 1e-6 of it. */
 static PetscReal WaveError(PetscReal share, PetscReal cells)
 {
   const PetscReal deep = 1e7, nu = 0.25, k = 2 * PETSC_PI / cells, core[2] = {share, deep};

@@ -20,8 +20,8 @@ static void formulas(void **state)
   assert_true(fabs(SlipEventRate(-1e-4, -1e-2, 0.5) + 1e-3) < 1e-17);
   assert_true(fabs(SlipEventRate(0, 4e-3, 0.25) - 1e-3) < 1e-17);
   assert_true(SlipEventRate(2e-3, 0, 1) == 0);
-  /* 5 - (t - 2.4)^2 is highest between its values 3.04, 4.84 and 3.79; the middle counts where it is not the highest, and
-     where distances differ too much */
+  /* 5 - (t - 2.4)^2 is highest between its values 3.04, 4.84 and 3.79; the middle counts where it is not the highest,
+     and where distances differ too much */
   assert_true(fabs(SlipEventPeak(t, (PetscReal[]){3.04, 4.84, 3.79}) - 5) < 1e-12);
   assert_true(SlipEventPeak(t, (PetscReal[]){3, 4, 6}) == 6);
   assert_true(SlipEventPeak(far, (PetscReal[]){0, 1, 0.9}) == 1);
@@ -30,8 +30,8 @@ static void formulas(void **state)
   assert_true(fabs(SlipEventMagnitude(pow(10, 19.6)) - 7) < 1e-13);
 }
 
-/* du/dt = v - v_inf is linear, so that its integral by the nodes of a step is what the step has made of u: to the rounding
-   of displacements of 0.2 m in single steps of the method, and by its order in doubled ones. */
+/* du/dt = v - v_inf is linear, so that its integral by the nodes of a step is what the step has made of u: to the
+   rounding of displacements of 0.2 m in single steps of the method, and by its order in doubled ones. */
 static PetscErrorCode CheckQuadrature(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   PetscReal *worst = (PetscReal *)ctx, share[3], weight[3];
@@ -105,7 +105,8 @@ static PetscReal Read(SlipH5 *h, const char name[], PetscInt *n)
   return value;
 }
 
-/* A fault that the ledger is kept of, its thrust dipping gently and breaking the surface, so that slip changes its normal stress */
+/* A fault that the ledger is kept of, its thrust dipping gently and breaking the surface, so that slip changes its
+   normal stress */
 typedef struct {
   PetscReal loading; /* [m/s] */
   PetscReal rate;    /* of events [m/s] */
@@ -177,14 +178,15 @@ static Outcome Run(const char law[], Case c, PetscInt steps)
   return out;
 }
 
-/* Error of the balance relative to the elastic change, with 150, 300, 600 and 1200 steps, measured: unloaded 9.1e-7 2.3e-7
-   7.1e-8 1.1e-8, loaded at a rate of a quarter of the bound, where the work of loading is 6 % of that change, 2.0e-6 4.2e-7
-   1.0e-7 3.0e-8 (9.2e-7 to 2.0e-8 with a backward first stage). That is the method's order: a factor of 64 in all for 8
-   times the steps, half of which is asked for as cells stop at other places within their steps. Onset and end, which a step
-   has in its middle, have the same order: their errors go from 6e-3 and 1.1e-2 s to 4e-4 and 6e-4 s of steps of 0.2 and
-   0.05 s (3e-3 without the state of the first stage). So do slip and peak rate, 2e-4 to 4e-4 with the longest steps. The thrust, whose normal stress slip changes while that
-   does no work, starts with a force that nothing balances: 3.1e-5 and 4.7e-7, the same 64. Its last cells stop within a
-   fifth of the longest steps, 1.4e-2 s. */
+/* Error of the balance relative to the elastic change, with 150, 300, 600 and 1200 steps, measured: unloaded 9.1e-7
+   2.3e-7 7.1e-8 1.1e-8, loaded at a rate of a quarter of the bound, where the work of loading is 6 % of that change,
+   2.0e-6 4.2e-7 1.0e-7 3.0e-8 (9.2e-7 to 2.0e-8 with a backward first stage). That is the method's order: a factor of
+   64 in all for 8 times the steps, half of which is asked for as cells stop at other places within their steps. Onset
+   and end, which a step has in its middle, have the same order: their errors go from 6e-3 and 1.1e-2 s to 4e-4 and 6e-4
+   s of steps of 0.2 and 0.05 s (3e-3 without the state of the first stage). So do slip and peak rate, 2e-4 to 4e-4 with
+   the longest steps. The thrust, whose normal stress slip changes while that does no work, starts with a force that
+   nothing balances: 3.1e-5 and 4.7e-7, the same 64. Its last cells stop within a fifth of the longest steps, 1.4e-2
+   s. */
 static void ledger(void **state)
 {
   static const Case cases[] = {{0, 1e-3, 30, 4e-6, 1.2e-2, PETSC_FALSE},
@@ -218,8 +220,8 @@ static void ledger(void **state)
 }
 
 /* Of an event that is nearly the whole run, as its rate is 1e-5 of the peak: slip, moment and energies are those of the
-   states at both ends of the run, the stress drop is K times the slip. What is missing moved at less than 1e-5 of the peak:
-   1e-4 of the slip. */
+   states at both ends of the run, the stress drop is K times the slip. What is missing moved at less than 1e-5 of the
+   peak: 1e-4 of the slip. */
 static void whole_run(void **state)
 {
   const PetscReal area = 9e6, G = 30e9;
@@ -242,7 +244,8 @@ typedef struct {
   PetscInt cell;
 } Smooth;
 
-/* The first events of 8 x 4 cells of 2 km, too large for their nucleation, so that rates grow by decades in a step; tolerance 0: steps by the policy */
+/* The first events of 8 x 4 cells of 2 km, too large for their nucleation, so that rates grow by decades in a step;
+   tolerance 0: steps by the policy */
 static Smooth RunSmooth(const char type[], const char pair[], PetscReal tolerance)
 {
   char folder[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 16];
@@ -302,9 +305,10 @@ static Smooth RunSmooth(const char type[], const char pair[], PetscReal toleranc
   return out;
 }
 
-/* Residuals of all events, in brackets with trapezoids between the ends of steps: 1.0e-3 (2.2e-2) of Adams' formulas, 3.1e-3 (5.5e-2) of the
-   pair 5dp, 4.1e-4 (4.9e-3) of 3bs, which has no dense output, 4.3e-2 (0.32) of the policy, whose steps may be as far off themselves. Heat and duration of the
-   first event are off by 3e-4 to 6e-4 and by up to 7e-4 (1e-2) from a run with a thousandth of the tolerance, with the policy by 6e-3 (0.35) and 1.3e-2 (0.3). */
+/* Residuals of all events, in brackets with trapezoids between the ends of steps: 1.0e-3 (2.2e-2) of Adams' formulas,
+   3.1e-3 (5.5e-2) of the pair 5dp, 4.1e-4 (4.9e-3) of 3bs, which has no dense output, 4.3e-2 (0.32) of the policy,
+   whose steps may be as far off themselves. Heat and duration of the first event are off by 3e-4 to 6e-4 and by up to
+   7e-4 (1e-2) from a run with a thousandth of the tolerance, with the policy by 6e-3 (0.35) and 1.3e-2 (0.3). */
 static void smooth(void **state)
 {
   static const struct {

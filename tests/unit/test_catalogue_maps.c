@@ -110,9 +110,9 @@ static void one_event(void **state)
   for (int i = 0; i < N; i++) {
     const PetscReal when = RuptureOf(&course, i);
 
-    /* Cells that do not heal count the slip as s, whatever their displacement, which loading changes by 3e-3 m meanwhile.
-       Straight lines err by the acceleration, 0.05 m/s^2 at most, times the step squared over 8, at both ends here and
-       in the catalogue. */
+    /* Cells that do not heal count the slip as s, whatever their displacement, which loading changes by 3e-3 m
+       meanwhile. Straight lines err by the acceleration, 0.05 m/s^2 at most, times the step squared over 8, at both
+       ends here and in the catalogue. */
     assert_true(fabs(slip[i] - (SlipAt(&course, end, i) - SlipAt(&course, onset, i))) < 5e-5);
     sum += slip[i];
     assert_true(isnan(rupture[i]) == (when < 0));

@@ -42,8 +42,9 @@ static void weights(void **state)
 }
 
 /* Both stages backward. Alexander's (1977) coefficients: gamma (2 - gamma) = 1/2, weights of x^0 and x^1, stage 1 the
-   backward rule to gamma, stage 2 from base = a1 w1 - a0 w0. The function of y' = z y at z -> -infinity is 0 (L-stable), and
-   at -1 that of the trapezoidal split 2 - sqrt 2, whose denominator and order are the same. 1e-14: rounding. */
+   backward rule to gamma, stage 2 from base = a1 w1 - a0 w0. The function of y' = z y at z -> -infinity is 0
+   (L-stable), and at -1 that of the trapezoidal split 2 - sqrt 2, whose denominator and order are the same. 1e-14:
+   rounding. */
 static void backward(void **state)
 {
   const PetscReal z = -1;

@@ -1,5 +1,5 @@
-/* Stages whose cells open: contact and the friction disk in one problem. Random ones, -stages sets their number; against
-   cells that cannot open, and one cell by hand. */
+/* Stages whose cells open: contact and the friction disk in one problem. Random ones, -stages sets their number;
+   against cells that cannot open, and one cell by hand. */
 #include "unit.h"
 #include "vectors.h"
 
@@ -26,9 +26,10 @@ static PetscBool Solve(Vectors *p, const char *type, PetscBool direct, PetscReal
   return reason > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Random stages, direct and by Krylov's methods, from guesses over ten decades. Complementarity is exact, the cone holds
-   to rounding (1e-12), the balance to what the tolerance of 1e-10 leaves after x was turned along n and closed (entries
-   of theta K are up to 100). Friction that depends on the pressure may leave no solution, as coupled bounds. */
+/* Random stages, direct and by Krylov's methods, from guesses over ten decades. Complementarity is exact, the cone
+   holds to rounding (1e-12), the balance to what the tolerance of 1e-10 leaves after x was turned along n and closed
+   (entries of theta K are up to 100). Friction that depends on the pressure may leave no solution, as coupled
+   bounds. */
 static void random_stages(void **state)
 {
   PetscInt stages = 10000, failed[2] = {0}, tried[2] = {0}, kinds[4] = {0}, compared = 0, different = 0;
@@ -88,9 +89,9 @@ static void random_stages(void **state)
   assert_true(failed[0] <= tried[0] / 30 && failed[1] <= tried[1] / 30 && different <= compared / 50);
 }
 
-/* Cells that a pressure keeps closed are cells with two components whose bound the others change: the same rows of B, q =
-   mu (P + B_nt x). 1e-9 of the largest, as both solve to 1e-10; in no more iterations, as the slopes are the same, and
-   refused as those are. */
+/* Cells that a pressure keeps closed are cells with two components whose bound the others change: the same rows of B, q
+   = mu (P + B_nt x). 1e-9 of the largest, as both solve to 1e-10; in no more iterations, as the slopes are the same,
+   and refused as those are. */
 static void pressed_cells(void **state)
 {
   const PetscReal pressure = 50;

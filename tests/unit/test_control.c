@@ -44,7 +44,8 @@ static PetscBool petsc_goes_on(PetscReal t, PetscReal end)
                                                                                                : PETSC_FALSE;
 }
 
-/* Steps from anywhere to the end of a run of ten to thousands of seconds: without the rule more than a hundred are refused. */
+/* Steps from anywhere to the end of a run of ten to thousands of seconds: without the rule more than a hundred are
+   refused. */
 static void end_exactly(void **state)
 {
   PetscInt beyond = 0, refused = 0;

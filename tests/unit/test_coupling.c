@@ -1,5 +1,5 @@
-/* Normal stress that slip changes, sigma = sigma0 + Kn u: against closed forms of one cell, the balance of each cell, and differences
-   of the bound. */
+/* Normal stress that slip changes, sigma = sigma0 + Kn u: against closed forms of one cell, the balance of each cell,
+   and differences of the bound. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipelastic.h>
@@ -36,10 +36,11 @@ static void Numbers(SlipFault fault, PetscReal *K, PetscReal *Kn)
   ok(MatDenseRestoreArrayRead(fault->medium->Kn, &a));
 }
 
-/* One cell of constant friction under a traction above its strength, with inertia and no viscosity: M u'' = T - K u - mu (sigma0 + Kn u)
-   swings out to u = 2 (T - mu sigma0)/(K + mu Kn) and sticks there, after half a period. 200 steps of a method of second order:
-   (2 pi/400)^2 and what the step of the stop leaves. Kn is a fifth of K here; without it the slip is another one by as much. A quarter
-   of the period after its start, half of that way, the errors with 10, 20 and 40 steps are those of second order. */
+/* One cell of constant friction under a traction above its strength, with inertia and no viscosity: M u'' = T - K u -
+   mu (sigma0 + Kn u) swings out to u = 2 (T - mu sigma0)/(K + mu Kn) and sticks there, after half a period. 200 steps
+   of a method of second order: (2 pi/400)^2 and what the step of the stop leaves. Kn is a fifth of K here; without it
+   the slip is another one by as much. A quarter of the period after its start, half of that way, the errors with 10, 20
+   and 40 steps are those of second order. */
 static PetscReal BlockError(PetscReal periods, PetscInt steps, PetscReal *rate)
 {
   SlipFault fault = Thrust(1, 1, 30, "constant");
@@ -121,8 +122,8 @@ static void one_block_swings_by_the_coupled_stiffness(void **state)
   }
 }
 
-/* Loading by backslip: K v t meets mu (sigma0 - Kn v t) - T0. To rounding of a quotient; where states heal, if only from 0, the root is looked
-   for, by the first step of a run. */
+/* Loading by backslip: K v t meets mu (sigma0 - Kn v t) - T0. To rounding of a quotient; where states heal, if only
+   from 0, the root is looked for, by the first step of a run. */
 static void rest_ends_when_force_meets_the_falling_strength(void **state)
 {
   const PetscReal v = 1e-9, load = 0.9 * MU * SIGMA;
@@ -152,8 +153,8 @@ static void rest_ends_when_force_meets_the_falling_strength(void **state)
   }
 }
 
-/* The start at the instability has slipped; normal stress is what it is before any slip all the same, and changes with the slip since: to
-   rounding. */
+/* The start at the instability has slipped; normal stress is what it is before any slip all the same, and changes with
+   the slip since: to rounding. */
 static void normal_stress_begins_as_given(void **state)
 {
   SlipFault fault = Thrust(4, 3, 30, "exponential_slip_weakening");
@@ -199,8 +200,8 @@ static Vec State(SlipFault fault, PetscReal rate)
   return w;
 }
 
-/* Slip along strike in a vertical plane, of whichever sense, leaves normal stress as it is; any other changes it, or who asks for it: and by
-   which kernel. Rakes of two cells. */
+/* Slip along strike in a vertical plane, of whichever sense, leaves normal stress as it is; any other changes it, or
+   who asks for it: and by which kernel. Rakes of two cells. */
 static void what_changes_normal_stress(void **state)
 {
   static const struct {
@@ -235,8 +236,8 @@ static void what_changes_normal_stress(void **state)
   }
 }
 
-/* What was asked about before does not matter, another state, the rates of another, or a stage from it, after the rates of this one
-   too: to the bit */
+/* What was asked about before does not matter, another state, the rates of another, or a stage from it, after the rates
+   of this one too: to the bit */
 static void friction_is_of_the_state_asked_about(void **state)
 {
   (void)state;
@@ -275,8 +276,8 @@ static void friction_is_of_the_state_asked_about(void **state)
   }
 }
 
-/* The rates of a state balance each cell: T - K u - eta (v - v_inf) = (sigma0 + Kn u) mu(s, v), to what the scalar solve leaves
-   of the largest term */
+/* The rates of a state balance each cell: T - K u - eta (v - v_inf) = (sigma0 + Kn u) mu(s, v), to what the scalar
+   solve leaves of the largest term */
 static void rates_balance_with_the_stress_of_now(void **state)
 {
   SlipFault fault = Thrust(5, 4, 20, "rate_and_state");
@@ -322,9 +323,10 @@ static void rates_balance_with_the_stress_of_now(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-/* What the coupling says of the bound against its difference: q is linear in Kn u while sigma > 0, so that a centred difference is
-   exact but for the slip that weakens by the own rate, which moves only one cell here: 1e-6, (dx/x)^2 of it and rounding
-   1e-16/1e-6 of q. So it is where the state of rate-and-state friction follows normal stress, but for (dsigma/sigma)^2 < 1e-12. */
+/* What the coupling says of the bound against its difference: q is linear in Kn u while sigma > 0, so that a centred
+   difference is exact but for the slip that weakens by the own rate, which moves only one cell here: 1e-6, (dx/x)^2 of
+   it and rounding 1e-16/1e-6 of q. So it is where the state of rate-and-state friction follows normal stress, but for
+   (dsigma/sigma)^2 < 1e-12. */
 static void CheckDerivative(SlipFault fault)
 {
   const PetscReal theta = 0.01, h = 1e-4;
@@ -382,8 +384,9 @@ static void coupling_is_the_derivative_of_the_bound(void **state)
   CheckDerivative(smooth);
 }
 
-/* Newton iterations of the worst step of a shallow thrust that creeps under a rising stress: friction 0.8, dip 15, to the surface. Steps are
-   so long that the stiffness is all there is, 50 times the viscosity of a cell: what mu Kn changes is not hidden by the rest. */
+/* Newton iterations of the worst step of a shallow thrust that creeps under a rising stress: friction 0.8, dip 15, to
+   the surface. Steps are so long that the stiffness is all there is, 50 times the viscosity of a cell: what mu Kn
+   changes is not hidden by the rest. */
 static PetscInt Iterations(const char coupled[], PetscInt direct)
 {
   SlipFault fault = Thrust(12, 8, 15, "constant");
@@ -434,7 +437,8 @@ static void newton_hardly_needs_more(void **state)
   assert_true(krylov <= without + 6);
 }
 
-/* Mean slip of a gently dipping thrust of rate-and-state friction after half of its first cycle of events, without inertia */
+/* Mean slip of a gently dipping thrust of rate-and-state friction after half of its first cycle of events, without
+   inertia */
 static PetscReal CycleSlip(const char type[], const char controller[], PetscReal rtol, PetscInt direct)
 {
   SlipFault fault = Thrust(6, 6, 15, "rate_and_state");
@@ -469,9 +473,9 @@ static PetscReal CycleSlip(const char type[], const char controller[], PetscReal
   return slip;
 }
 
-/* Another integrator, whose error of 1e-8 is none here. Of a method of second order a tolerance ten times smaller makes a third as
-   much or less, 10^(2/3) = 4.6; both linear solves find the same to what Newton's method leaves. Kn unknown to a stage's friction
-   would be an error of 0.1. */
+/* Another integrator, whose error of 1e-8 is none here. Of a method of second order a tolerance ten times smaller makes
+   a third as much or less, 10^(2/3) = 4.6; both linear solves find the same to what Newton's method leaves. Kn unknown
+   to a stage's friction would be an error of 0.1. */
 static void implicit_steps_of_smooth_friction_follow_explicit_ones(void **state)
 {
   const PetscReal exact = CycleSlip(TSRK, TSADAPTBASIC, 1e-8, 1);

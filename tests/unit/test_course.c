@@ -110,9 +110,9 @@ static void test_measures(void **state)
   assert_null(SlipMeasureFind("slip"));
 }
 
-/* Of a jump at the end of rest, half of the way, and slips at the end that differ: the jump's time counts over the duration, the slip
-   over the final one. Of straight lines with slopes 1 and 0.8, from the end of one time back: half of what they differ by would do
-   with both along the diagonal, but the courses end there, so that all of it counts. */
+/* Of a jump at the end of rest, half of the way, and slips at the end that differ: the jump's time counts over the
+   duration, the slip over the final one. Of straight lines with slopes 1 and 0.8, from the end of one time back: half
+   of what they differ by would do with both along the diagonal, but the courses end there, so that all of it counts. */
 static void test_levy(void **state)
 {
   const SlipCourseNode early[] = {{0, 0, 0}, {40, 0, 0}, {40.001, 1, 0}, {100, 2, 1e-2}};
@@ -131,8 +131,8 @@ static void test_levy(void **state)
   near(SlipCourseLevy(2, lower, 2, line), 0.2, 1e-14);
   SlipCourseCompare(4, late, 4, early, error);
   assert_true(error[SLIP_ERROR_HISTORY] > 0.4); /* what a difference at equal times makes of the jump */
-  /* A rate that outruns the slip of its step does not make the slip fall: a cubic with ends 1 and 3 times the mean is 4/27 off from
-     the line at most, one that rests and then jumps would be a quarter. */
+  /* A rate that outruns the slip of its step does not make the slip fall: a cubic with ends 1 and 3 times the mean is
+     4/27 off from the line at most, one that rests and then jumps would be a quarter. */
   assert_true(SlipCourseLevy(3, bold, 2, line) < 0.149);
   /* one node: rest */
   near(SlipCourseLevy(1, line, 2, line), 1, 1e-14);

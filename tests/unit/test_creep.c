@@ -1,5 +1,5 @@
-/* One cell under loading: creep by long steps with both rules of the first stage, the start under a traction against the
-   critical one, and what of a displacement is slip. */
+/* One cell under loading: creep by long steps with both rules of the first stage, the start under a traction against
+   the critical one, and what of a displacement is slip. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
@@ -70,10 +70,10 @@ static Rates Creep(TSBatheFirstStage rule, PetscReal excess, PetscBool inertia)
   return rates;
 }
 
-/* Three years of creep by a hundred steps, each a million times as long as inertia takes, from a state without slip rate
-   that is at the strength, or above it by what one step loads. Strength falls by half the stiffness: K (v - v_inf) =
-   K v/2, so that v = 2 v_inf. The trapezoidal rule alone would repeat what the rate of a step's start is off by with the
-   other sign; the backward formula after it takes that away, so neither rule toggles here. */
+/* Three years of creep by a hundred steps, each a million times as long as inertia takes, from a state without slip
+   rate that is at the strength, or above it by what one step loads. Strength falls by half the stiffness: K (v - v_inf)
+   = K v/2, so that v = 2 v_inf. The trapezoidal rule alone would repeat what the rate of a step's start is off by with
+   the other sign; the backward formula after it takes that away, so neither rule toggles here. */
 static void creep_does_not_toggle(void **state)
 {
   (void)state;
@@ -125,8 +125,8 @@ static void traction_is_critical_start(void **state)
   }
 }
 
-/* What a step's slip asks of its length: SlipFaultErrorNorm() of a step of h that slips by so much under a loading rate,
-   without an error of its own */
+/* What a step's slip asks of its length: SlipFaultErrorNorm() of a step of h that slips by so much under a loading
+   rate, without an error of its own */
 static PetscReal ErrorOf(PetscReal loading, PetscReal h, PetscReal slip)
 {
   SlipFault fault = Fault("exponential_slip_weakening", "traction", 0.5);

@@ -12,9 +12,9 @@ static PetscReal Largest(PetscInt n, const PetscReal v[])
   return most;
 }
 
-/* ---- numbers of DC3D (Okada 1992) in double precision: lambda = mu, the middle of the fault at the depth 10, dip 30, 10 along
-   strike and 8 along dip, unit slip. Rows: displacement and its derivatives along x, y and z. Okada's y points to the
-   left of the strike and his z up. ---- */
+/* ---- numbers of DC3D (Okada 1992) in double precision: lambda = mu, the middle of the fault at the depth 10, dip 30,
+   10 along strike and 8 along dip, unit slip. Rows: displacement and its derivatives along x, y and z. Okada's y points
+   to the left of the strike and his z up. ---- */
 typedef struct {
   int slip;
   PetscReal at[3], row[4][3];
@@ -77,8 +77,8 @@ static const Published DC3D[] = {
     {-3.676207565101591e-05, 0.004970109388265005, -0.02533635224176512}}},
 };
 
-/* 1e-10 of the largest entry of a row: both lose three or four digits of 1e-16 between corners. In the fault DC3D gives the
-   mean of both sides, and we the hanging wall's: half of the slip more. */
+/* 1e-10 of the largest entry of a row: both lose three or four digits of 1e-16 between corners. In the fault DC3D gives
+   the mean of both sides, and we the hanging wall's: half of the slip more. */
 static void published_doubles(void **state)
 {
   const SlipDippingRectangle source = {0, 0, 10, 10, 8, 0, 30};

@@ -1,5 +1,5 @@
-/* Fields of dipping rectangles against the vertical kernel and against themselves: turned, scaled, cut into parts, at dips
-   near 90 degrees, on extensions of edges, on the rectangle and its edges; and tractions on planes. */
+/* Fields of dipping rectangles against the vertical kernel and against themselves: turned, scaled, cut into parts, at
+   dips near 90 degrees, on extensions of edges, on the rectangle and its edges; and tractions on planes. */
 #include "unit.h"
 #include <math.h>
 
@@ -37,8 +37,8 @@ static void AnyPair(PetscReal dip, SlipDippingRectangle *r, PetscReal slip[3], P
   at[2] = Random(0, 8);
 }
 
-/* Strike slip of vertical cells, on the plane, beside it and on the surface: corners have 1e-16 of 1 / distance, and the
-   points are at most ten sides away, so that 1e-13 of the cell's own stress drop is left. */
+/* Strike slip of vertical cells, on the plane, beside it and on the surface: corners have 1e-16 of 1 / distance, and
+   the points are at most ten sides away, so that 1e-13 of the cell's own stress drop is left. */
 static void vertical(void **state)
 {
   const PetscReal G = 30, slip[3] = {1, 0, 0};
@@ -67,9 +67,9 @@ static void vertical(void **state)
   }
 }
 
-/* At 90 degrees less e the fields are f + f' e + O(e^2): second differences of the dip are e^2 times numbers of the size of f,
-   of some ten as sides and distances are of order 1. Formulas with quotients by the cosine would leave 1e-16/e^2 or 1e-16/e.
-   The smallest e is one of rounding. */
+/* At 90 degrees less e the fields are f + f' e + O(e^2): second differences of the dip are e^2 times numbers of the
+   size of f, of some ten as sides and distances are of order 1. Formulas with quotients by the cosine would leave
+   1e-16/e^2 or 1e-16/e. The smallest e is one of rounding. */
 static void near_vertical(void **state)
 {
   static const PetscReal steps[] = {1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 1e-12};
@@ -108,8 +108,9 @@ static void Turned(PetscReal D[3][3], const PetscReal from[12], PetscReal to[12]
     }
 }
 
-/* Turned about the vertical and moved along the ground, below a free surface; in a full space by any turn that leaves one
-   pair of edges horizontal, with length and width exchanged or not. 1e-12: rounding of the coordinates and of corners. */
+/* Turned about the vertical and moved along the ground, below a free surface; in a full space by any turn that leaves
+   one pair of edges horizontal, with length and width exchanged or not. 1e-12: rounding of the coordinates and of
+   corners. */
 static void turned(void **state)
 {
   (void)state;
@@ -149,8 +150,8 @@ static void turned(void **state)
   }
 }
 
-/* Units of length: times 2^k the gradient is the same to the bit, as nothing but lengths is in it; a displacement has logarithms,
-   whose units cancel to rounding. Metres for kilometres to rounding. */
+/* Units of length: times 2^k the gradient is the same to the bit, as nothing but lengths is in it; a displacement has
+   logarithms, whose units cancel to rounding. Metres for kilometres to rounding. */
 static void units(void **state)
 {
   static const PetscReal factors[] = {1024, 1. / 1024, 1000, 1e-3, 1e6};
@@ -210,9 +211,9 @@ static void parts(void **state)
   }
 }
 
-/* Points on the extensions of the four edges, from 1e-3 to 3 sides beyond a corner, and at 1e-13 and 1e-8 beside one: the mean of two
-   points at the distance h on either side is off by h^2 f'' = 1e-12 / (1e-3)^2 of f next to the corner, h = 1e-6 of the
-   distance from it. */
+/* Points on the extensions of the four edges, from 1e-3 to 3 sides beyond a corner, and at 1e-13 and 1e-8 beside one:
+   the mean of two points at the distance h on either side is off by h^2 f'' = 1e-12 / (1e-3)^2 of f next to the corner,
+   h = 1e-6 of the distance from it. */
 static void extensions(void **state)
 {
   (void)state;
@@ -244,8 +245,8 @@ static void extensions(void **state)
   }
 }
 
-/* Across the rectangle displacement jumps by the slip, and stress does not jump in its traction. A point of the rectangle
-   belongs to the hanging wall, one of the trace too: its limit along the ground. */
+/* Across the rectangle displacement jumps by the slip, and stress does not jump in its traction. A point of the
+   rectangle belongs to the hanging wall, one of the trace too: its limit along the ground. */
 static void sides(void **state)
 {
   (void)state;
@@ -290,8 +291,9 @@ static void sides(void **state)
   }
 }
 
-/* On edges and corners, buried and on the ground, numbers come out: displacement with the logarithm of 1e-20, 46, and stress
-   without its infinite part. Near an edge its mean around the edge is that, as what goes with 1/r turns its sign. */
+/* On edges and corners, buried and on the ground, numbers come out: displacement with the logarithm of 1e-20, 46, and
+   stress without its infinite part. Near an edge its mean around the edge is that, as what goes with 1/r turns its
+   sign. */
 static void edges(void **state)
 {
   enum { AROUND = 64 };

@@ -35,8 +35,8 @@ static PetscReal Differ(Mat a, Mat b, PetscReal scale)
   return norm;
 }
 
-/* Dip 90 and rake 0 are the vertical plane, whose normal stress slip does not change; 1e-11: both kernels lose some digits of
-   1e-16 between corners, ten cells away. */
+/* Dip 90 and rake 0 are the vertical plane, whose normal stress slip does not change; 1e-11: both kernels lose some
+   digits of 1e-16 between corners, ten cells away. */
 static void vertical_is_the_limit(void **state)
 {
   PetscReal rake[N] = {0};
@@ -70,14 +70,14 @@ static void stiffness_is_nearly_symmetric(void **state)
   SlipKernelBlock(&Rock, &b, &a, ba);
   SlipKernelBlock(&Rock, &near, &other, fine[0]);
   SlipKernelBlock(&Rock, &other, &near, fine[1]);
-  /* (side/distance)^2/24 of what falls with the third power of the distance, 12 times that at most, of G A/(4 pi d^3); on
-     cells of half the size a quarter of that */
+  /* (side/distance)^2/24 of what falls with the third power of the distance, 12 times that at most, of G A/(4 pi d^3);
+     on cells of half the size a quarter of that */
   assert_true(PetscAbsReal(ab[0] - ba[0]) < 0.5 * PetscSqr(100. / 1911) * 30e9 * 8000 / (4 * PETSC_PI * pow(1911, 3)));
   assert_true(PetscAbsReal(fine[0][0] - fine[1][0]) / 2000 < 0.3 * PetscAbsReal(ab[0] - ba[0]) / 8000);
 }
 
-/* Pairs at once are pairs one by one: of cells of one plane, whose directions are kept from one to the next, and of others; of
-   numbers that no vector is full of. Rounding only, where compilers fuse products: 1e-13 of the largest. */
+/* Pairs at once are pairs one by one: of cells of one plane, whose directions are kept from one to the next, and of
+   others; of numbers that no vector is full of. Rounding only, where compilers fuse products: 1e-13 of the largest. */
 static void pairs_at_once(void **state)
 {
   enum { pairs = 53 };
@@ -107,7 +107,8 @@ static void pairs_at_once(void **state)
   }
 }
 
-/* The same problem turned about the vertical and moved, 1e-11 of the largest entry: coordinates of 1e5 m round to 1e-11 m */
+/* The same problem turned about the vertical and moved, 1e-11 of the largest entry: coordinates of 1e5 m round to 1e-11
+   m */
 static void turned_problems_have_the_same_operators(void **state)
 {
   const PetscReal turn = 37.3, c = PetscCosReal(turn * PETSC_PI / 180), s = PetscSinReal(turn * PETSC_PI / 180);
@@ -151,8 +152,8 @@ static void turned_problems_have_the_same_operators(void **state)
   }
 }
 
-/* Products of hierarchical storage, of K and of Kn, which is not symmetric, and both at once, to ten times the tolerance of its blocks,
-   1e-8 by default; share: what it may take of a dense matrix */
+/* Products of hierarchical storage, of K and of Kn, which is not symmetric, and both at once, to ten times the
+   tolerance of its blocks, 1e-8 by default; share: what it may take of a dense matrix */
 static void Hierarchical(const SlipDippingGrid *grid, PetscReal share)
 {
   const PetscReal bound = 10 * (grid->tolerance != 0 ? grid->tolerance : (PetscReal)1e-8);
@@ -186,8 +187,8 @@ static void Hierarchical(const SlipDippingGrid *grid, PetscReal share)
   }
 }
 
-/* A plane with rakes that vary, and a fault in plane strain: one column of cells 1e7 m long, which are far from each other all the
-   same. Half of K is kept anyway. */
+/* A plane with rakes that vary, and a fault in plane strain: one column of cells 1e7 m long, which are far from each
+   other all the same. Half of K is kept anyway. */
 static void hierarchical_is_dense(void **state)
 {
   enum { nx = 24, nz = 20, line = 400 };
@@ -205,8 +206,8 @@ static void hierarchical_is_dense(void **state)
 }
 
 /* What products by transforms rest on: along strike, stress on the plane is even or odd, to 1e-13 of the stress at the
-   centre, as corners of either sign differ by rounding of 1e-16 and cancel ten cells away, where they are 100 times their
-   sum. */
+   centre, as corners of either sign differ by rounding of 1e-16 and cancel ten cells away, where they are 100 times
+   their sum. */
 static void stress_is_even_or_odd_along_strike(void **state)
 {
   const PetscReal even[2][3] = {{1, -1, -1}, {-1, 1, 1}};
@@ -251,8 +252,9 @@ static PetscReal LargestDifference(Mat a, Mat b, Mat size)
   return most[0] / most[1];
 }
 
-/* fft against dense, all entries, the diagonal, and what is asked for without Kn. 1e-12 of K's largest entry: transforms of 2 nx
-   numbers round to some 1e-16 of that, and kernels ten cells away to 1e-14 of themselves, see above. */
+/* fft against dense, all entries, the diagonal, and what is asked for without Kn. 1e-12 of K's largest entry:
+   transforms of 2 nx numbers round to some 1e-16 of that, and kernels ten cells away to 1e-14 of themselves, see
+   above. */
 static void CompareTypes(PetscInt nx, PetscInt nz, const PetscReal rake[])
 {
   const SlipDippingGrid grid = {.grid = {nx, nz, 100 * nx, 80 * nz, 50, Rock}, .dip = 40, .rake = rake};
@@ -281,8 +283,8 @@ static void CompareTypes(PetscInt nx, PetscInt nz, const PetscReal rake[])
   ok(MatDestroy(&alone));
 }
 
-/* Sizes with a middle and without, one column and one row, rows that vectors of eight take and leave over; rakes that need one
-   component of slip, in both directions, and two */
+/* Sizes with a middle and without, one column and one row, rows that vectors of eight take and leave over; rakes that
+   need one component of slip, in both directions, and two */
 static void transforms_are_dense(void **state)
 {
   const PetscInt sizes[][2] = {{NX, NZ}, {10, 5}, {1, 13}, {12, 1}, {1, 1}, {2, 17}};
@@ -324,8 +326,8 @@ static void AssertBoth(Mat K, Mat Kn, Mat dense[2], const PetscReal scale[2])
   ObjectsDestroy(&u, &f[0], &f[1], &n[0], &n[1]);
 }
 
-/* Both products at once share transforms with the K of the same call and with no other; each has its own factor, and either
-   can be destroyed first. */
+/* Both products at once share transforms with the K of the same call and with no other; each has its own factor, and
+   either can be destroyed first. */
 static void both_at_once(void **state)
 {
   const PetscReal one[2] = {1, 1}, scaled[2] = {0.5, -3}, half[2] = {1, -3};
@@ -356,8 +358,8 @@ static void both_at_once(void **state)
   }
 }
 
-/* Blocks of as many numbers as the file says: K's halves of [n nz][n nz], columns from the first row of their eight on, and Kn's
-   [n nz][nz], for period / 2 + 1 wavenumbers. And Kn is not taken for symmetric. */
+/* Blocks of as many numbers as the file says: K's halves of [n nz][n nz], columns from the first row of their eight on,
+   and Kn's [n nz][nz], for period / 2 + 1 wavenumbers. And Kn is not taken for symmetric. */
 static void storage_of_transforms(void **state)
 {
   PetscReal rake[N], most, all[2][2];
@@ -378,7 +380,8 @@ static void storage_of_transforms(void **state)
     assert_true(known && symmetric);
     ObjectsDestroy(&K, &Kn);
   }
-  /* 18 cells with padding are 10 wavenumbers; NZ = 8: halves of 16 columns take 8 * 16 + 8 * 8, of 8 all 64, and waves 2 NZ */
+  /* 18 cells with padding are 10 wavenumbers; NZ = 8: halves of 16 columns take 8 * 16 + 8 * 8, of 8 all 64, and waves
+     2 NZ */
   AssertNear((all[1][1] - all[0][1]) / sizeof(PetscReal), 10 * NZ * NZ, 0);
   AssertNear(all[0][1] / sizeof(PetscReal), 10 * (NZ * NZ + 2 * NZ), 0);
   AssertNear((all[1][0] - all[0][0]) / sizeof(PetscReal), 10 * (192 - 64 + 4 * NZ) + N, 0);
@@ -425,7 +428,8 @@ static void what_is_refused(void **state)
   fails(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, "fft", &K, NULL), "at least one cell each way");
 }
 
-/* "auto": up to 256 cells, deeper than 50 times as many cells as along strike, the rest, and that by a kernel without plane() */
+/* "auto": up to 256 cells, deeper than 50 times as many cells as along strike, the rest, and that by a kernel without
+   plane() */
 static void auto_chooses(void **state)
 {
   static PetscReal rake[17 * 17];

@@ -152,9 +152,9 @@ static void reference(void **state)
   }
 }
 
-/* The growth that a single cell's numbers predict is that of its run in a window of the slip: twenty times as far as the
-   perturbation alone would carry it, where the decaying root is gone (2/40^2), and below a hundredth of d_c, where the
-   weakening has changed by at most 1 % and so the growth by at most 1.5 % (a weakening of 1.5 stiffnesses). */
+/* The growth that a single cell's numbers predict is that of its run in a window of the slip: twenty times as far as
+   the perturbation alone would carry it, where the decaying root is gone (2/40^2), and below a hundredth of d_c, where
+   the weakening has changed by at most 1 % and so the growth by at most 1.5 % (a weakening of 1.5 stiffnesses). */
 static void growth(void **state)
 {
   int found = 0;

@@ -1,4 +1,5 @@
-/* Slip of two components: beside that of one where they must be the same, in axes that are turned, and the balance of each cell. */
+/* Slip of two components: beside that of one where they must be the same, in axes that are turned, and the balance of
+   each cell. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipelastic.h>
@@ -12,8 +13,8 @@
 #define LOAD 1e-9   /* [m/s] */
 #define YEAR 3.15576e7
 
-/* Rate-and-state cells in a full space, whose a differs from cell to cell as that of their places in a square does: rows go down, and so
-   a turned over its diagonal is that of the square with strike and dip exchanged */
+/* Rate-and-state cells in a full space, whose a differs from cell to cell as that of their places in a square does:
+   rows go down, and so a turned over its diagonal is that of the square with strike and dip exchanged */
 static SlipFault Cells(PetscInt nx, PetscInt nz, PetscBool turned, PetscReal rake, PetscInt components)
 {
   PetscReal a[64];
@@ -51,7 +52,8 @@ static void Run(SlipFault fault, PetscReal years, PetscReal u[])
   ok(TSDestroy(&ts));
 }
 
-/* Of a line of n cells: two components with the rake 0 are the one and nothing, to 1e-9 of the largest, which is at least this [m] */
+/* Of a line of n cells: two components with the rake 0 are the one and nothing, to 1e-9 of the largest, which is at
+   least this [m] */
 static void SameAsOne(PetscInt n, const PetscReal one[], const PetscReal two[], PetscReal least)
 {
   PetscReal most = 0;
@@ -64,8 +66,8 @@ static void SameAsOne(PetscInt n, const PetscReal one[], const PetscReal two[], 
   }
 }
 
-/* Of 4 x 3 cells with the rake 25, and of 3 x 4 with strike and dip exchanged: the same, to a share of the largest; and not all along
-   the rake, by at least a share of that */
+/* Of 4 x 3 cells with the rake 25, and of 3 x 4 with strike and dip exchanged: the same, to a share of the largest; and
+   not all along the rake, by at least a share of that */
 static void SameExchanged(const PetscReal u[], const PetscReal other[], PetscReal share, PetscReal least)
 {
   const PetscReal c = cos(25 * PETSC_PI / 180), s = sin(25 * PETSC_PI / 180);
@@ -85,8 +87,8 @@ static void SameExchanged(const PetscReal u[], const PetscReal other[], PetscRea
     }
 }
 
-/* A line of cells in a full space: slip along it makes no shear stress across it, so that two components with the rake 0 do as one. 400
-   years are two events, in which a difference of 1e-16 grows by some decades */
+/* A line of cells in a full space: slip along it makes no shear stress across it, so that two components with the rake
+   0 do as one. 400 years are two events, in which a difference of 1e-16 grows by some decades */
 static void a_line_slips_as_with_one_component(void **state)
 {
   PetscReal one[8], two[16];
@@ -102,8 +104,8 @@ static void a_line_slips_as_with_one_component(void **state)
   SameAsOne(8, one, two, 0.1);
 }
 
-/* Strike and dip exchanged, with the rake 90 degrees less that of before: the same slip, by isotropy. Nothing but kernels and friction
-   that do not prefer an axis can do that. */
+/* Strike and dip exchanged, with the rake 90 degrees less that of before: the same slip, by isotropy. Nothing but
+   kernels and friction that do not prefer an axis can do that. */
 static void axes_do_not_matter(void **state)
 {
   PetscReal u[24], other[24];
@@ -119,8 +121,8 @@ static void axes_do_not_matter(void **state)
   SameExchanged(u, other, 1e-9, 1e-4);
 }
 
-/* A state with rates that the balance has made: the traction of each cell is against its slip rate, and what loading gives goes where the
-   powers say, with K u of the matrix itself */
+/* A state with rates that the balance has made: the traction of each cell is against its slip rate, and what loading
+   gives goes where the powers say, with K u of the matrix itself */
 static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
 {
   const PetscInt N = 12;
@@ -183,7 +185,8 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-/* Slip weakening from a given stress, with inertia and the exact root of the mass and K for viscosity: implicit steps, the cone in SNES */
+/* Slip weakening from a given stress, with inertia and the exact root of the mass and K for viscosity: implicit steps,
+   the cone in SNES */
 static SlipFault Weakening(PetscInt nx, PetscInt nz, PetscBool turned, PetscReal rake, PetscInt components)
 {
   PetscReal load[64];
@@ -262,8 +265,8 @@ static void ruptures_prefer_no_axis(void **state)
   SameExchanged(u, other, 1e-8, 1e-3);
 }
 
-/* Rest ends where the first stress, a vector that turns as loading goes on, is as long as the strength: with slips in all directions, on a
-   thrust whose strength slip changes. At the time that is found, and not before it. */
+/* Rest ends where the first stress, a vector that turns as loading goes on, is as long as the strength: with slips in
+   all directions, on a thrust whose strength slip changes. At the time that is found, and not before it. */
 static void rest_ends_where_the_first_vector_is_long_enough(void **state)
 {
   enum { N = 9 };
@@ -302,7 +305,8 @@ static void rest_ends_where_the_first_vector_is_long_enough(void **state)
       ok(SlipFaultGetFrictionOf(fault, 0, later, &friction));
       for (PetscInt i = 0; i < N; i++)
         most = PetscMax(most, hypot(stress[2 * i], stress[2 * i + 1]) / (0.5 * friction.stress[i]));
-      /* H v_inf holds as well, 9 MPa s/m times 1e-9 m/s of some 1e7 Pa; and the root of a square, 1e-8 of whose argument may cancel */
+      /* H v_inf holds as well, 9 MPa s/m times 1e-9 m/s of some 1e7 Pa; and the root of a square, 1e-8 of whose
+         argument may cancel */
       if (part == 1)
         assert_true(most < 1 - 1e-4);
       else
@@ -314,10 +318,11 @@ static void rest_ends_where_the_first_vector_is_long_enough(void **state)
   }
 }
 
-/* A round crack in a full space under a stress drop of 1 Pa along the rake: u = (8/pi) (1 - nu)/(2 - nu) sqrt(R^2 - r^2)/G along it (Eshelby
-   1957), whatever the rake. Square cells within the circle have the symmetry of a square: what the rake 90 does is what 0 does, turned, to the
-   solver's tolerance; so the slip of any other rake follows, and its error, that of collocation at 20 cells across (2.4 % in the
-   middle), differs with the rake by what the mesh does across it, to second order in a few per cent. */
+/* A round crack in a full space under a stress drop of 1 Pa along the rake: u = (8/pi) (1 - nu)/(2 - nu) sqrt(R^2 -
+   r^2)/G along it (Eshelby 1957), whatever the rake. Square cells within the circle have the symmetry of a square: what
+   the rake 90 does is what 0 does, turned, to the solver's tolerance; so the slip of any other rake follows, and its
+   error, that of collocation at 20 cells across (2.4 % in the middle), differs with the rake by what the mesh does
+   across it, to second order in a few per cent. */
 static void a_round_crack_slips_along_its_load(void **state)
 {
   enum { SIDES = 20, MOST = SIDES * SIDES };

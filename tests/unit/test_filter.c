@@ -13,8 +13,8 @@ static PetscErrorCode follow_filter(TS ts, const SlipAttempt *attempt, Vec w, vo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A run under a filter without objects against TSADAPTPI. Of an error estimate 12 binary digits are kept, so that both take
-   the same steps, and of the errors the rounding of the solver is left, as in other runs on plain arrays. */
+/* A run under a filter without objects against TSADAPTPI. Of an error estimate 12 binary digits are kept, so that both
+   take the same steps, and of the errors the rounding of the solver is left, as in other runs on plain arrays. */
 static void plain_filter(void **state)
 {
   const SlipFilter filter = {"", 2.5, 6, 0.15, 0.5, 3};

@@ -1,5 +1,5 @@
-/* Numbers that are none do not get into files: a run whose pressure ceases to be a number ends in an error that says so, and
-   its output and its catalogue have what was before. */
+/* Numbers that are none do not get into files: a run whose pressure ceases to be a number ends in an error that says
+   so, and its output and its catalogue have what was before. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
@@ -22,8 +22,8 @@ typedef struct {
   size_t all, bad;
 } Count;
 
-/* Of the datasets that a file has, or that which stays of it when a run does not end; rupture times are NaN where nothing
-   ruptures, and are not among them. */
+/* Of the datasets that a file has, or that which stays of it when a run does not end; rupture times are NaN where
+   nothing ruptures, and are not among them. */
 static Count Scan(const char name[])
 {
   static const struct {

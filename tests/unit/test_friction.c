@@ -63,9 +63,9 @@ static void values(void **state)
   assert_null(law);
 }
 
-/* Healing, ds/dt = |v| - s/t_h. At rest the solution is s0 exp(-t/t_h). A stage that is implicit by theta is the backward
-   rule: s = s0 + theta (|v| - s/t_h), whose error over n steps of t/n is t^2/(2 n) |s''| to first order: twice as many
-   steps halve it within the next order, 1/n. 1e-15: rounding of numbers below 1. */
+/* Healing, ds/dt = |v| - s/t_h. At rest the solution is s0 exp(-t/t_h). A stage that is implicit by theta is the
+   backward rule: s = s0 + theta (|v| - s/t_h), whose error over n steps of t/n is t^2/(2 n) |s''| to first order: twice
+   as many steps halve it within the next order, 1/n. 1e-15: rounding of numbers below 1. */
 static void healing(void **state)
 {
   const PetscReal one[] = {0.1}, rate[] = {0.25}, v[] = {-0.03}, s0 = 0.3, t = 2,

@@ -1,5 +1,5 @@
-/* Parameters that a registered friction law brings: names and bounds that are refused; numbers, options and fields of a fault that
-   was there before the law; what the law's functions get of each cell. */
+/* Parameters that a registered friction law brings: names and bounds that are refused; numbers, options and fields of a
+   fault that was there before the law; what the law's functions get of each cell. */
 #include "unit.h"
 #include <slipstep/private/slipfault.h>
 
@@ -129,9 +129,12 @@ static void WarmSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
 /* States whose names or starts are no good, and a law that begins with a parameter which has no default */
 static void states(void **unused)
 {
-  static const SlipParameter start[] = {
-    {.name = "initial_warmth", .value = (PetscReal)NAN, .unit = "K", .upper = PETSC_MAX_REAL, .help = "Warmth at the start"},
-    {.name = NULL}};
+  static const SlipParameter start[] = {{.name = "initial_warmth",
+                                         .value = (PetscReal)NAN,
+                                         .unit = "K",
+                                         .upper = PETSC_MAX_REAL,
+                                         .help = "Warmth at the start"},
+                                        {.name = NULL}};
   static const struct {
     const char *name, *start, *words;
   } bad[] = {{"Warmth", "initial_warmth", "is called \"Warmth\", expected a name"},

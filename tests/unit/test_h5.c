@@ -193,8 +193,9 @@ ssize_t pwrite(int fd, const void *data, size_t n, off_t at)
   return pwrite64(fd, data, n, at);
 }
 
-/* Every reader may open a growing file after each write to it: there is no mark of a writer, the file has the length that its superblock
-   says, and had it a write earlier already, as readers look at the length first. It is cut to what is needed at the end. */
+/* Every reader may open a growing file after each write to it: there is no mark of a writer, the file has the length
+   that its superblock says, and had it a write earlier already, as readers look at the length first. It is cut to what
+   is needed at the end. */
 static void growing(void **state)
 {
   const SlipH5Kind kind = {.growing = PETSC_TRUE};
@@ -230,9 +231,9 @@ static void Kill(int number)
   raise(number);
 }
 
-/* Where a program has not begun with SlipProgramInitialize(), a limit of the size of files is an error and no signal, whoever handles
-   it, before the file or since it was opened, who then has it back; and the rows that were appended before are kept, also those that no
-   flush has brought to the disk. */
+/* Where a program has not begun with SlipProgramInitialize(), a limit of the size of files is an error and no signal,
+   whoever handles it, before the file or since it was opened, who then has it back; and the rows that were appended
+   before are kept, also those that no flush has brought to the disk. */
 static void Full(void (*before_file)(int), void (*since)(int))
 {
   const SlipH5Kind kind = {.growing = PETSC_TRUE};

@@ -1,5 +1,5 @@
-/* Stages that go past an instability, against eigenvalues that are known by construction: stages of cells with linear weakening
-   and linear coupling, whose Jacobian B - W + C is the same everywhere. */
+/* Stages that go past an instability, against eigenvalues that are known by construction: stages of cells with linear
+   weakening and linear coupling, whose Jacobian B - W + C is the same everywhere. */
 #include "unit.h"
 #include "linear.h"
 #include <math.h>
@@ -88,8 +88,8 @@ static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* B and C by rows, n x n, and x of n cells; without a coupling C = 0 is not mentioned; start NULL: as w; eta > 0: so much of B's diagonal is
-   that of a stage of the library, beside its stiffness */
+/* B and C by rows, n x n, and x of n cells; without a coupling C = 0 is not mentioned; start NULL: as w; eta > 0: so
+   much of B's diagonal is that of a stage of the library, beside its stiffness */
 typedef struct {
   PetscInt n, components, nfree;                        /* components 0: one */
   PetscBool coupled, direct, go_on, ends;               /* ends: before the first iteration */
@@ -124,8 +124,8 @@ static Vec Column(PetscInt n, PetscInt c, const PetscReal a[])
   return v;
 }
 
-/* Was the stage refused, or not solved where stages go on? Else its solution is x, to a residual of 1e-10 of 100 or so over the least
-   eigenvalue, a tenth. */
+/* Was the stage refused, or not solved where stages go on? Else its solution is x, to a residual of 1e-10 of 100 or so
+   over the least eigenvalue, a tenth. */
 static PetscBool Refused(const Case *c)
 {
   const PetscInt components = PetscMax(c->components, 1);
@@ -202,7 +202,8 @@ static PetscBool Refused(const Case *c)
   return refused;
 }
 
-/* C = S Q diag(value) Q' S^-1 - B + W, so that B - W + C has these eigenvalues; Q: the cosine transform, S: stretch^(i / N) */
+/* C = S Q diag(value) Q' S^-1 - B + W, so that B - W + C has these eigenvalues; Q: the cosine transform, S: stretch^(i
+   / N) */
 static void Similar(Case *c, const PetscReal value[], PetscReal stretch)
 {
   for (PetscInt i = 0; i < N; i++)
@@ -215,8 +216,8 @@ static void Similar(Case *c, const PetscReal value[], PetscReal stretch)
     }
 }
 
-/* The first column of the symmetric circulant matrix, or the odd one, with the eigenvalues, or their imaginary parts, value[k] of the
-   modes k and N - k */
+/* The first column of the symmetric circulant matrix, or the odd one, with the eigenvalues, or their imaginary parts,
+   value[k] of the modes k and N - k */
 static void Circulant(const PetscReal value[], PetscBool odd, PetscReal a[])
 {
   for (PetscInt i = 0; i < N; i++)
@@ -236,7 +237,8 @@ enum { FAR, FAR_COUPLED, NEAR, NEAR_COUPLED, NEAR_DOWN, NEAR_UP, SWINGING, KINDS
 static const char *const kinds[] = {"far",           "far, coupled",  "near", "near, coupled", "near, downwards",
                                     "near, upwards", "near, swinging"};
 
-/* A case with m unstable modes, which have the real part -0.25 or less, others 0.25 or more; with the least of them. FALSE: not of this kind */
+/* A case with m unstable modes, which have the real part -0.25 or less, others 0.25 or more; with the least of them.
+   FALSE: not of this kind */
 static PetscBool Make(int kind, PetscInt m, Case *c, PetscReal *least)
 {
   PetscReal value[N], odd[N] = {0};
@@ -271,7 +273,7 @@ static PetscBool Make(int kind, PetscInt m, Case *c, PetscReal *least)
   case NEAR_COUPLED:
     Similar(c, value, 2);
     break;
-  case NEAR_DOWN: /* far from a positive symmetric part, whether stable or not: cells act on those after them, or before */
+  case NEAR_DOWN: /* far from a positive symmetric part, stable or not: cells act on those after them, or before */
   case NEAR_UP:
     Similar(c, value, kind == NEAR_DOWN ? 30 : 1 / 30.0);
     break;
@@ -289,8 +291,8 @@ static PetscBool Make(int kind, PetscInt m, Case *c, PetscReal *least)
   return PETSC_TRUE;
 }
 
-/* LU, Cholesky, GMRES and CG refuse the stages that have an unstable mode, and no other; where nothing weakens they are not solved, as
-   neither the matrix nor that with a frozen bound leads anywhere. */
+/* LU, Cholesky, GMRES and CG refuse the stages that have an unstable mode, and no other; where nothing weakens they are
+   not solved, as neither the matrix nor that with a frozen bound leads anywhere. */
 static void modes_are_counted(void **state)
 {
   Case c;
@@ -330,8 +332,8 @@ static void every_mode(void **state)
   }
 }
 
-/* A positive symmetric part needs no eigenvalues, and an odd number of unstable modes is known from the determinant; the eigenvalues, of which there
-   are others to refuse an even number, cost 10 N^3. */
+/* A positive symmetric part needs no eigenvalues, and an odd number of unstable modes is known from the determinant;
+   the eigenvalues, of which there are others to refuse an even number, cost 10 N^3. */
 static void odd_numbers_cost_no_eigenvalues(void **state)
 {
   PetscLogDouble flops[3], before;
@@ -351,8 +353,9 @@ static void odd_numbers_cost_no_eigenvalues(void **state)
   assert_true(flops[2] - flops[1] > 9.0 * N * N * N);
 }
 
-/* A mode and its mirror image go past an instability with the weakening of the start alone, while all else, the load, the solution and
-   both slopes, is the same in all cells; with two components slip is along (1, -1). Bounds of half the strength act twice. */
+/* A mode and its mirror image go past an instability with the weakening of the start alone, while all else, the load,
+   the solution and both slopes, is the same in all cells; with two components slip is along (1, -1). Bounds of half the
+   strength act twice. */
 static void start_counts_in_every_mode(void **state)
 {
   Case c;
@@ -374,7 +377,8 @@ static void start_counts_in_every_mode(void **state)
   }
 }
 
-/* It is the slope over the diagonal of B that counts, whatever the units, and where it changes its sign; what has not converged is not asked. */
+/* It is the slope over the diagonal of B that counts, whatever the units, and where it changes its sign; what has not
+   converged is not asked. */
 static void start_counts_if_the_end_is_known(void **state)
 {
   Case c;
@@ -415,8 +419,9 @@ static void rows_without_strength(void **state)
   }
 }
 
-/* Two cells whose mode swings, and grows or not as 4 - w1 - w2 says, in other units of their rows: B - W + C becomes T (B - W + C) T. The
-   sum of its diagonal says the opposite; with eta so does that over the diagonal of the stiffness alone. One that swings on without growing is refused. */
+/* Two cells whose mode swings, and grows or not as 4 - w1 - w2 says, in other units of their rows: B - W + C becomes T
+   (B - W + C) T. The sum of its diagonal says the opposite; with eta so does that over the diagonal of the stiffness
+   alone. One that swings on without growing is refused. */
 static void units_do_not_matter(void **state)
 {
   const PetscReal w[][2] = {{3, 0}, {2.5, 1.75}, {2.5, 1}, {2, 2}}, t[][2] = {{3, 1}, {1, 3}, {1, 3}, {1, 1}},

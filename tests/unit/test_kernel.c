@@ -240,8 +240,8 @@ static void test_cells_add_up(void **state)
   assert_true(PetscAbsReal(sum - SlipKernelFullSpace(1, 0.25, 0, 0, 2 * reach + 1, 2 * reach + 1)) < 1e-10);
 }
 
-/* The stress drop of unit slip on a strip of an endless fault: that of a screw dislocation at each edge, G/(2 pi d) at the
-   distance d (Segall 2010, section 2.2), with its image above a free surface. */
+/* The stress drop of unit slip on a strip of an endless fault: that of a screw dislocation at each edge, G/(2 pi d) at
+   the distance d (Segall 2010, section 2.2), with its image above a free surface. */
 static PetscReal Antiplane(PetscReal z_receiver, PetscReal z_source, PetscReal width, PetscBool surface)
 {
   const PetscReal top = z_source - width / 2, bottom = z_source + width / 2;
@@ -251,9 +251,9 @@ static PetscReal Antiplane(PetscReal z_receiver, PetscReal z_source, PetscReal w
   return drop / (2 * PETSC_PI);
 }
 
-/* So it is in the middle of long cells, whatever Poisson's ratio. What the ends at +-a/2 add is (d/a)^2 times 1.3 of it at
-   most, with d the distance to source or image, of 80 at most here; the next term is of the order d/a of that, of which
-   0.2 in the ratio of 4 is 13 times. */
+/* So it is in the middle of long cells, whatever Poisson's ratio. What the ends at +-a/2 add is (d/a)^2 times 1.3 of it
+   at most, with d the distance to source or image, of 80 at most here; the next term is of the order d/a of that, of
+   which 0.2 in the ratio of 4 is 13 times. */
 static void test_long_cells_are_antiplane(void **state)
 {
   const PetscReal nu[] = {0, 0.25, 0.45}, width = 0.2, a = 1e4;

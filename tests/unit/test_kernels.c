@@ -1,9 +1,9 @@
 /*
   A kernel of a user's own: every operator that is built from it is its matrix.
 
-  It is G A / w^3 (1 + R^2 / w^2)^(-3/2) of a source of the area A at the distance R, plus that of its image: no rock's, but
-  with all that operators ask for, symmetries, a free surface, smoothness far away and a matrix that is positive definite,
-  and with a parameter of its own, w.
+  It is G A / w^3 (1 + R^2 / w^2)^(-3/2) of a source of the area A at the distance R, plus that of its image: no rock's,
+  but with all that operators ask for, symmetries, a free surface, smoothness far away and a matrix that is positive
+  definite, and with a parameter of its own, w.
 */
 #include "unit.h"
 #include "products.h"
@@ -199,8 +199,8 @@ static void Centres_Bumps(const SlipKernel *k, PetscInt n, const SlipCell r[], c
   for (PetscInt i = 0; i < n; i++) Centre_Bumps(k, &r[i], &s[i], block + SLIP_KERNEL_BLOCK * i);
 }
 
-/* A kernel may have more numbers in a block than an operator takes, up to twelve: each has room for all of them, which the sanitizers
-   see, and takes its own. */
+/* A kernel may have more numbers in a block than an operator takes, up to twelve: each has room for all of them, which
+   the sanitizers see, and takes its own. */
 static void largest_blocks(void **state)
 {
   SlipKernelType type = {.name = "bumps",

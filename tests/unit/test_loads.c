@@ -1,5 +1,5 @@
-/* What loads a fault in time: the exponential integral, pressure by a record, a source and a function, corners, opening,
-   and the start. */
+/* What loads a fault in time: the exponential integral, pressure by a record, a source and a function, corners,
+   opening, and the start. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
@@ -33,7 +33,8 @@ static PetscReal Quadrature(PetscReal x)
 
 static void exponential_integral(void **state)
 {
-  /* Abramowitz & Stegun 1964, tables 5.1 and 5.2, to their last digit: E1(0.5), E1(1), E1(2), x exp(x) E1(x) at 10, 20 */
+  /* Abramowitz & Stegun 1964, tables 5.1 and 5.2, to their last digit: E1(0.5), E1(1), E1(2), x exp(x) E1(x) at 10,
+     20 */
   const PetscReal x[] = {1e-8, 1e-3, 0.1, 0.5, 0.999999, 1, 1.000001, 1.5, 2, 5, 10, 50, 300};
 
   (void)state;
@@ -137,7 +138,8 @@ static void source(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-/* Two planes 5 km apart: a cell of the other one has the pressure of its distance in space, whatever the file's order. */
+/* Two planes 5 km apart: a cell of the other one has the pressure of its distance in space, whatever the file's
+   order. */
 static void source_of_planes(void **state)
 {
   const PetscReal p = 2e6, D = 0.5, t = 3e7, h = 1000, apart = 5000, y = 300;
@@ -280,7 +282,8 @@ static PetscReal NextCorner(SlipFault fault, TS ts, PetscReal t, PetscReal h, Ve
   return next;
 }
 
-/* A parabola c t^2 at whole seconds, and a jump by 1 MPa from 150 to 151 s. Slip of the whole fault by relative D, D the displacement so far, costs relative D (1.K 1)/N of stress, mu times the pressure. */
+/* A parabola c t^2 at whole seconds, and a jump by 1 MPa from 150 to 151 s. Slip of the whole fault by relative D, D
+   the displacement so far, costs relative D (1.K 1)/N of stress, mu times the pressure. */
 static void corners(void **state)
 {
   const PetscReal relative = 1e-2, D = 0.01, mu = 0.6, c = 20;
@@ -300,7 +303,8 @@ static void corners(void **state)
     p[i] = c * (PetscReal)(i * i) + (i > 150 ? 1e6 : 0);
   }
   WriteEvenRecord(file, MANY, times, p);
-  /* friction that stays, that weakens over more than has slipped, and over half of it, which then is what counts; a source that stops */
+  /* friction that stays, that weakens over more than has slipped, and over half of it, which then is what counts; a
+     source that stops */
   for (int kind = 0; kind < 4; kind++) {
     const PetscBool stops = kind == 3 ? PETSC_TRUE : PETSC_FALSE,
                     weakens = kind == 1 || kind == 2 ? PETSC_TRUE : PETSC_FALSE;
@@ -358,8 +362,8 @@ static void opening(void **state)
   (void)Slip(NULL, 4.9e7, &closed);
   assert_true(stress[0] == 0 && stress[1] == 0 && closed == -1);
   /* Slip follows the load within H/K, some 3000 m/(2 cs) = 0.4 s: 16 s and more after all cells have opened the two are
-     the same but for what steps of seconds may err, 1 % of the largest displacement each (tolerance.c), of which the next
-     ones damp nine tenths and more. 1 % of slip is left to come where the load has just ended. */
+     the same but for what steps of seconds may err, 1 % of the largest displacement each (tolerance.c), of which the
+     next ones damp nine tenths and more. 1 % of slip is left to come where the load has just ended. */
   assert_true(fabs(once / twice - 1) < 2e-3 && fabs(once / just - 1) < 0.02);
 }
 
@@ -370,7 +374,8 @@ static PetscErrorCode Steady(SlipFault fault, PetscReal t, PetscInt n, PetscReal
   return PETSC_SUCCESS;
 }
 
-/* The strength that a start may not exceed is mu (sigma - p) with the pressure of that time, which may be a suction too. */
+/* The strength that a start may not exceed is mu (sigma - p) with the pressure of that time, which may be a suction
+   too. */
 static void start_under_pressure(void **state)
 {
   const PetscReal mu = 0.6;

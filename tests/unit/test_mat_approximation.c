@@ -186,11 +186,11 @@ static void CheckCorrected(Mat B, Mat exact, PetscReal delta, PetscInt first, Pe
   }
 }
 
-/* The approximation learns from products with B at one theta, and is B on the directions it knows at any: on all of 20, and
-   of 30, more than it keeps, on the last. Images have the tolerance of 1e-8, ten times that where earlier directions
-   cover most of one, and the small matrices no condition worse than that of B, below 1e3: 1e-6 is above all that and far
-   below the 0.1 and 0.01 that the approximations of cells and grids are off by. Symmetry: rounding. Convergence: the
-   bound of secant.c. Takes K over. */
+/* The approximation learns from products with B at one theta, and is B on the directions it knows at any: on all of 20,
+   and of 30, more than it keeps, on the last. Images have the tolerance of 1e-8, ten times that where earlier
+   directions cover most of one, and the small matrices no condition worse than that of B, below 1e3: 1e-6 is above all
+   that and far below the 0.1 and 0.01 that the approximations of cells and grids are off by. Symmetry: rounding.
+   Convergence: the bound of secant.c. Takes K over. */
 static void CheckCorrection(Mat K, PetscReal delta)
 {
   Mat H, B, A, exact, root;

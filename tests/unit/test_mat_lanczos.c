@@ -199,7 +199,8 @@ static void test_options_have_one_owner(void **state)
   ObjectsDestroy(&x, &plain, &exact);
 }
 
-/* Nothing is read from the options database but by SetFromOptions(), with the prefix; what is known too late is said. */
+/* Nothing is read from the options database but by SetFromOptions(), with the prefix; what is known too late is
+   said. */
 static void test_stiffness_options(void **state)
 {
   Mat K;

@@ -1,5 +1,5 @@
-/* What both kinds of mesh say of their cells: places and corners against each other, planes, extents, and that the user's
-   options stay as they were. */
+/* What both kinds of mesh say of their cells: places and corners against each other, planes, extents, and that the
+   user's options stay as they were. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
@@ -174,8 +174,8 @@ static void planes(void **state)
   assert_int_equal(0, TempDirRemove(dir));
 }
 
-/* Strike 0 and dip 90 everywhere are the list of five columns, to the bit; a vertical plane of another strike is that plane
-   turned, whose stiffness is the same but for rounding: 1e-12 of its diagonal, at coordinates of a few cells. */
+/* Strike 0 and dip 90 everywhere are the list of five columns, to the bit; a vertical plane of another strike is that
+   plane turned, whose stiffness is the same but for rounding: 1e-12 of its diagonal, at coordinates of a few cells. */
 static void vertical(void **state)
 {
   PetscReal numbers[5 * N], zero[N], ninety[N], thirty[N], x[N], y[N], norm, error;
@@ -251,7 +251,8 @@ static void turned_grid(void **state)
 
 /* ---- triangles ---- */
 
-/* A rectangle of length x width [m] from a corner, of its strike and dip, as two triangles: rows of vertex and corner from r on */
+/* A rectangle of length x width [m] from a corner, of its strike and dip, as two triangles: rows of vertex and corner
+   from r on */
 static void AddRectangle(PetscReal vertex[][3], PetscReal triangle[][3], PetscInt r, PetscReal strike, PetscReal dip,
                          PetscReal length, PetscReal width, const PetscReal at[3])
 {
@@ -293,8 +294,9 @@ static SlipFault FaultOfTriangles(PetscInt n, const PetscReal vertex[][3], const
   return fault;
 }
 
-/* Vertical planes of one strike, and of both strikes of one plane, are those of an infinite dip: neither strikes a turn apart by rounding, nor a
-   second one by the choice of the hanging wall at 1e-3 from north, make them others, and what is more than a billionth of a circle does. */
+/* Vertical planes of one strike, and of both strikes of one plane, are those of an infinite dip: neither strikes a turn
+   apart by rounding, nor a second one by the choice of the hanging wall at 1e-3 from north, make them others, and what
+   is more than a billionth of a circle does. */
 static void vertical_triangles(void **state)
 {
   const PetscReal edge = PetscAsinReal(1e-3) * 180 / PETSC_PI;

@@ -1,5 +1,5 @@
-/* An observer of a user's own, by public functions alone: it is told of the start, of every accepted step and of the end, its table is in
-   the output, and a run that goes on from a checkpoint has the same rows as the unbroken one. */
+/* An observer of a user's own, by public functions alone: it is told of the start, of every accepted step and of the
+   end, its table is in the output, and a run that goes on from a checkpoint has the same rows as the unbroken one. */
 #include "unit.h"
 #include "faultstart.h"
 #include "tempdir.h"

@@ -94,8 +94,8 @@ static void by_petsc(const OdeEpisode *e, SlipPolicy policy, PetscInt *steps, Pe
   ObjectsDestroy(&ts, &J);
 }
 
-/* Explicit pairs: the same attempts as PETSc's, under basic and under a policy. Rounding differs, and a step more or less
-   than at the end would need the last step to be cut just so; the episodes are seeded. */
+/* Explicit pairs: the same attempts as PETSc's, under basic and under a policy. Rounding differs, and a step more or
+   less than at the end would need the last step to be cut just so; the episodes are seeded. */
 static void as_petsc(void **state)
 {
   int seen[ODE_PAIRS] = {0};
@@ -128,8 +128,8 @@ static void as_petsc(void **state)
   assert_true(rejections > 20);
 }
 
-/* y' = -y + sin t has a solution in closed form: errors of one step of h and h/2 fall with the order of the method plus one,
-   2^4, 2^6 and 2^3 for the solutions, and E with the power that OdeOrder() says. */
+/* y' = -y + sin t has a solution in closed form: errors of one step of h and h/2 fall with the order of the method plus
+   one, 2^4, 2^6 and 2^3 for the solutions, and E with the power that OdeOrder() says. */
 static void Decay(const Ode *ode, double t, const double y[], double dy[])
 {
   (void)ode;
@@ -162,8 +162,8 @@ static void orders(void **state)
   }
 }
 
-/* An episode follows from its seed; basic's own cost is near 0, as the line goes through its runs; more work for the same
-   error costs its logarithm. */
+/* An episode follows from its seed; basic's own cost is near 0, as the line goes through its runs; more work for the
+   same error costs its logarithm. */
 static void episodes(void **state)
 {
   double sum = 0;

@@ -1,4 +1,5 @@
-/* Faults that open: a pressurised penny crack, a cell that opens and closes, the ledger of energy, and what is refused. */
+/* Faults that open: a pressurised penny crack, a cell that opens and closes, the ledger of energy, and what is
+   refused. */
 #include "unit.h"
 #include "faultstart.h"
 #include <math.h>
@@ -30,7 +31,8 @@ static PetscErrorCode Pressure(SlipFault fault, PetscReal t, PetscInt n, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* nx x nz cells that open, in a full space unless with a dip below the ground, without inertia, of constant friction 0.6 */
+/* nx x nz cells that open, in a full space unless with a dip below the ground, without inertia, of constant friction
+   0.6 */
 static SlipFault Cells(PetscInt nx, PetscInt nz, PetscReal side, Course *course)
 {
   SlipFault fault;
@@ -49,9 +51,9 @@ static SlipFault Cells(PetscInt nx, PetscInt nz, PetscReal side, Course *course)
   return fault;
 }
 
-/* Opening of a disc of radius 1000 m in a full space of n x n cells, 2400 m wide, under 0.5 MPa more than what presses it together, over
-   Sneddon's (1946) w = 4 (1 - nu) p sqrt(a^2 - r^2) / (pi G): error of the mean square and in the middle. All cells outside are pressed by
-   1 GPa. */
+/* Opening of a disc of radius 1000 m in a full space of n x n cells, 2400 m wide, under 0.5 MPa more than what presses
+   it together, over Sneddon's (1946) w = 4 (1 - nu) p sqrt(a^2 - r^2) / (pi G): error of the mean square and in the
+   middle. All cells outside are pressed by 1 GPa. */
 static void Crack(PetscInt n, PetscReal strike, PetscReal dip, PetscReal *error, PetscReal *middle)
 {
   const PetscReal radius = 1000, side = 2400 / (PetscReal)n, G = 30e9, nu = 0.25;
@@ -97,7 +99,8 @@ static void Crack(PetscInt n, PetscReal strike, PetscReal dip, PetscReal *error,
   ok(TSDestroy(&ts));
 }
 
-/* Stress at centres leaves an error of a share of a cell at the edge (the slip of a shear crack has the same): -cells 48 goes on */
+/* Stress at centres leaves an error of a share of a cell at the edge (the slip of a shear crack has the same): -cells
+   48 goes on */
 static void penny_crack(void **state)
 {
   PetscInt finest = 24;
@@ -127,9 +130,9 @@ typedef struct {
   PetscReal eta, k;
 } Spring;
 
-/* Of one cell in a full space: eta w' + k w = p - sigma while it is open, and eta u' + k u = T - mu (sigma - p) while it slides, without
-   friction while it is open: exponentials between the corners of p. Opening at t [s], before it falls again, when it closes, and the slip
-   then, with which it stays. */
+/* Of one cell in a full space: eta w' + k w = p - sigma while it is open, and eta u' + k u = T - mu (sigma - p) while
+   it slides, without friction while it is open: exponentials between the corners of p. Opening at t [s], before it
+   falls again, when it closes, and the slip then, with which it stays. */
 static void Exact(const Course *c, Spring across, Spring along, PetscReal sigma, PetscReal T, PetscReal mu, PetscReal t,
                   PetscReal *open, PetscReal *closes, PetscReal *slip)
 {
@@ -192,9 +195,9 @@ static void Computed(Course *course, PetscInt steps, PetscReal T, PetscReal t, P
   ObjectsDestroy(&w, &d, &ts);
 }
 
-/* A cell that is pushed open and falls shut again, and slides meanwhile: opening on the way, and the slip that stays. When the cell
-   starts, opens and closes falls into steps, which leaves an error of their square times the jump of the rate, here at most the drop of
-   stress over eta: (h / (eta / k))^2 of the largest. */
+/* A cell that is pushed open and falls shut again, and slides meanwhile: opening on the way, and the slip that stays.
+   When the cell starts, opens and closes falls into steps, which leaves an error of their square times the jump of the
+   rate, here at most the drop of stress over eta: (h / (eta / k))^2 of the largest. */
 static void opens_and_closes(void **state)
 {
   const PetscReal T = 0.3e6, t = 2, end = 3.5;
@@ -220,8 +223,8 @@ static void opens_and_closes(void **state)
   }
 }
 
-/* Where a pressure rises that meets no shear stress a rest ends when it meets the normal stress: the search for the end stops within the rounding of
-   its time, and steps begin. */
+/* Where a pressure rises that meets no shear stress a rest ends when it meets the normal stress: the search for the end
+   stops within the rounding of its time, and steps begin. */
 static PetscErrorCode Begin(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   PetscReal *begin = (PetscReal *)ctx, open;
@@ -299,9 +302,10 @@ static PetscErrorCode Book(TS ts, PetscInt step, PetscReal time, Vec w, void *ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A plane that dips by 30 degrees, 300 m below the ground, under shear, whose middle a pressure opens and lets fall shut: what is stored changes by what
-   loading supplies less what friction and viscosity take. Powers have kinks where a cell starts or opens, and jump where it
-   closes, of which the trapezoidal rule leaves the step over the 0.2 s in which a cell relaxes, of a cell's share: a twentieth. */
+/* A plane that dips by 30 degrees, 300 m below the ground, under shear, whose middle a pressure opens and lets fall
+   shut: what is stored changes by what loading supplies less what friction and viscosity take. Powers have kinks where
+   a cell starts or opens, and jump where it closes, of which the trapezoidal rule leaves the step over the 0.2 s in
+   which a cell relaxes, of a cell's share: a twentieth. */
 static void ledger_of_energy(void **state)
 {
   enum { nx = 8, nz = 6 };
@@ -343,8 +347,8 @@ static PetscReal Swing(PetscReal k, PetscReal omega, PetscReal sigma, const Cour
   return A * (1 - cos(omega * t)) - rate * (t - sin(omega * t) / omega);
 }
 
-/* One cell with inertia and nothing else: under a pressure that falls over a period it opens, comes back while it is at speed, and stays shut.
-   The rule has the second order: errors are of (omega h)^2. */
+/* One cell with inertia and nothing else: under a pressure that falls over a period it opens, comes back while it is at
+   speed, and stays shut. The rule has the second order: errors are of (omega h)^2. */
 static void falls_shut(void **state)
 {
   const PetscReal sigma = 1e6;

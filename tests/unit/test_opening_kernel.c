@@ -1,5 +1,5 @@
-/* Kernels and operators of cells that open: the third source and the third stress, against fields, by reciprocity, against quadrature, and
-   their matrices. */
+/* Kernels and operators of cells that open: the third source and the third stress, against fields, by reciprocity,
+   against quadrature, and their matrices. */
 #include "vectorcells.h"
 #include <petscksp.h>
 
@@ -27,7 +27,8 @@ static void Stress(const SlipKernel *kernel, const SlipCell *source, PetscInt co
                          at, stress));
 }
 
-/* Blocks are the tractions of the fields' stress: rounding, 1e-12 of the largest. Those of slip are those without opening, to the bit. */
+/* Blocks are the tractions of the fields' stress: rounding, 1e-12 of the largest. Those of slip are those without
+   opening, to the bit. */
 static void blocks_are_tractions(void **state)
 {
   SlipCells cells[2];
@@ -69,7 +70,8 @@ static void blocks_are_tractions(void **state)
     }
 }
 
-/* The force on one triangle by slip or opening of another is that of the other by the same of the one: as without opening */
+/* The force on one triangle by slip or opening of another is that of the other by the same of the one: as without
+   opening */
 static void averages_are_reciprocal(void **state)
 {
   SlipCells cells[2];
@@ -100,8 +102,8 @@ static void averages_are_reciprocal(void **state)
   }
 }
 
-/* Mean over the receiver of the traction by each source, from its values at the centroids of 4^level parts: the error goes as the
-   square of their size */
+/* Mean over the receiver of the traction by each source, from its values at the centroids of 4^level parts: the error
+   goes as the square of their size */
 static void Mean(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source, PetscInt level,
                  PetscReal mean[9])
 {
@@ -126,8 +128,9 @@ static void Mean(const SlipKernel *kernel, const SlipCell *receiver, const SlipC
     }
 }
 
-/* Averages of triangles that do not touch against means of values, whose leading error Richardson takes off: what is left is of the
-   fourth power of the part's share of the distance, at most (1/16)^4 = 2e-5 times what two parts differ by, 1e-6 of the largest here */
+/* Averages of triangles that do not touch against means of values, whose leading error Richardson takes off: what is
+   left is of the fourth power of the part's share of the distance, at most (1/16)^4 = 2e-5 times what two parts differ
+   by, 1e-6 of the largest here */
 static void averages_are_means(void **state)
 {
   SlipCells cells[2];
@@ -159,8 +162,8 @@ static void averages_are_means(void **state)
   }
 }
 
-/* S is symmetric and positive definite, hierarchical storage is it to the tolerance (as without opening), and Kn its third rows over their
-   weights; both products at once are those one by one. */
+/* S is symmetric and positive definite, hierarchical storage is it to the tolerance (as without opening), and Kn its
+   third rows over their weights; both products at once are those one by one. */
 static void operators(void **state)
 {
   const PetscReal tolerance = 1e-6;
@@ -213,8 +216,8 @@ static void operators(void **state)
   }
 }
 
-/* A plane in a full space: opening makes no shear stress on it, and slip no normal stress. 1e-13 of the largest: rounding of both terms
-   that cancel */
+/* A plane in a full space: opening makes no shear stress on it, and slip no normal stress. 1e-13 of the largest:
+   rounding of both terms that cancel */
 static void opening_of_a_plane_makes_no_shear(void **state)
 {
   SlipDippingGrid grid = {.grid = {.nx = 6, .nz = 5, .length_x = 600, .length_z = 400, .depth_top = 100}, .dip = 40};
@@ -241,8 +244,9 @@ static void opening_of_a_plane_makes_no_shear(void **state)
   ok(MatDestroy(&S));
 }
 
-/* Products by transforms are those of the dense matrix, with the ground and without, of one cell each way and more: rounding of sums of some
-   hundred terms, 1e-13 of the largest. The diagonal is the same, and rows of normal stress are those of the product. */
+/* Products by transforms are those of the dense matrix, with the ground and without, of one cell each way and more:
+   rounding of sums of some hundred terms, 1e-13 of the largest. The diagonal is the same, and rows of normal stress are
+   those of the product. */
 static void transforms(void **state)
 {
   const PetscInt sizes[][2] = {{7, 4}, {1, 5}, {6, 1}, {12, 9}};

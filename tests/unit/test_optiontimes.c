@@ -1,5 +1,5 @@
-/* Times with a unit in the options database: which options, which units, what stays as it is; and times in messages. Integers beyond
-   PetscInt. */
+/* Times with a unit in the options database: which options, which units, what stays as it is; and times in messages.
+   Integers beyond PetscInt. */
 #include "unit.h"
 #include <slipstep/private/slipsys.h>
 #include <stdlib.h>
@@ -96,7 +96,8 @@ static void written(void **state)
   expect_time(-3600, "-60 min");
 }
 
-/* One beyond PetscInt, which has 32 or 64 bits, is refused by its digits where it would be read as what is left of it; others stay. */
+/* One beyond PetscInt, which has 32 or 64 bits, is refused by its digits where it would be read as what is left of it;
+   others stay. */
 static void integers(void **state)
 {
   static const char large[] = "36893488147419103236"; /* 2^65 + 4 */

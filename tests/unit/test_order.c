@@ -1,5 +1,6 @@
-/* The exponent that each controller takes is one over the power of h in the error estimate of the integrator, whatever it
-   calls its order: the power is measured from estimates of two step lengths, the exponent from what is chosen next. */
+/* The exponent that each controller takes is one over the power of h in the error estimate of the integrator, whatever
+   it calls its order: the power is measured from estimates of two step lengths, the exponent from what is chosen
+   next. */
 #include "unit.h"
 #include <petsc/private/tsimpl.h>
 #include <math.h>

@@ -189,8 +189,9 @@ static PetscReal *Column(SlipH5 *h, const char path[], PetscInt want)
   return x;
 }
 
-/* dw/dt = -w from 1 by an explicit pair whose first steps are ten times too long for the domain and then for the tolerance:
-   /steps has all attempts, each begins where the accepted ones before it end, and those that a stage ended say so */
+/* dw/dt = -w from 1 by an explicit pair whose first steps are ten times too long for the domain and then for the
+   tolerance: /steps has all attempts, each begins where the accepted ones before it end, and those that a stage ended
+   say so */
 static void attempts(void **state)
 {
   static const SlipOutputColumn column = {"w", "m", PETSC_FALSE};

@@ -178,8 +178,8 @@ static void test_draws(void **state)
   }
 }
 
-/* Every row for CMA-ES: the policy at the start runs through an episode of one cell to its end, and a second time to the
-   same bits, whatever its dial was in between. */
+/* Every row for CMA-ES: the policy at the start runs through an episode of one cell to its end, and a second time to
+   the same bits, whatever its dial was in between. */
 static void test_episodes(void **state)
 {
   const PetscReal unmoved[2] = {0, 0};

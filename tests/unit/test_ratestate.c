@@ -1,4 +1,5 @@
-/* Rate-and-state friction and the balance of slip rates, against long double arithmetic and against themselves backwards. */
+/* Rate-and-state friction and the balance of slip rates, against long double arithmetic and against themselves
+   backwards. */
 #include "../unit.h"
 #include <slipcore.h>
 #include <math.h>
@@ -186,8 +187,9 @@ static void state_of(void **unused)
   }
 }
 
-/* The strength at the end of a long stage against its normal stress, by a centred difference with (d sigma/sigma)^2 = 1e-8 of error and
-   1e-16/1e-4 of rounding; the state evolves by 40 times itself within the stage. Without the stress's share mu is 0.2 more. */
+/* The strength at the end of a long stage against its normal stress, by a centred difference with (d sigma/sigma)^2 =
+   1e-8 of error and 1e-16/1e-4 of rounding; the state evolves by 40 times itself within the stage. Without the stress's
+   share mu is 0.2 more. */
 static void follows_normal_stress(void **state)
 {
   const PetscReal a[] = {0.01}, b[] = {0.02}, f0[] = {0.6}, slip[] = {0.01}, start[] = {3e7}, alpha[] = {0.25};

@@ -1,5 +1,5 @@
-/* Defaults that decide results: the lengths of a rupture against the cells, where rate-and-state friction starts, and when a
-   fault has inertia. */
+/* Defaults that decide results: the lengths of a rupture against the cells, where rate-and-state friction starts, and
+   when a fault has inertia. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
@@ -74,7 +74,8 @@ static void slip_weakening(void **state)
   }
 }
 
-/* L_b of the cells with a < b alone, that creep by themselves left out; cells of an antiplane fault count by their width. */
+/* L_b of the cells with a < b alone, that creep by themselves left out; cells of an antiplane fault count by their
+   width. */
 static void rate_and_state(void **state)
 {
   const PetscReal b = 0.02, slip = 0.05, a[N] = {0.01, 0.012, 0.03, 0.03, 0.01, 0.01, 0.021, 0.01};
@@ -100,7 +101,8 @@ static void rate_and_state(void **state)
   }
 }
 
-/* Motion runs away below (loss - H)^2/(4 M); without inertia there is no length, nor with one cell, nor of constant friction. */
+/* Motion runs away below (loss - H)^2/(4 M); without inertia there is no length, nor with one cell, nor of constant
+   friction. */
 static void others(void **state)
 {
   const PetscReal drop = 0.1, rate = 0.1, eta = 0.5 * sqrt(30e9 * 2500), loss = drop * sigma / rate - eta;
@@ -123,8 +125,8 @@ static void others(void **state)
   }
 }
 
-/* Where no rate is given cells that weaken begin at a thousandth of the loading rate, with the state that is steady at that; a
-   given rate, and the start under a given traction, mean what they say. */
+/* Where no rate is given cells that weaken begin at a thousandth of the loading rate, with the state that is steady at
+   that; a given rate, and the start under a given traction, mean what they say. */
 static void start_of_rate_and_state(void **state)
 {
   const PetscReal vinf = 2e-9, b = 0.015, slip = 0.1;
@@ -154,7 +156,8 @@ static void start_of_rate_and_state(void **state)
   }
 }
 
-/* Quasi-dynamic with radiation damping: rate and state, and slip weakening from a traction, unless they are told otherwise */
+/* Quasi-dynamic with radiation damping: rate and state, and slip weakening from a traction, unless they are told
+   otherwise */
 static void inertia_and_viscosity(void **state)
 {
   static const struct {

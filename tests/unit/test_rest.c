@@ -1,5 +1,5 @@
-/* The rest of a fault: when it ends under stressing, healing and pressure, and the state at its middle and its end, from
-   the formulas of one cell. */
+/* The rest of a fault: when it ends under stressing, healing and pressure, and the state at its middle and its end,
+   from the formulas of one cell. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
@@ -84,10 +84,11 @@ static PetscReal FirstRoot(PetscReal traction, PetscReal rate, PetscReal s)
   return high;
 }
 
-/* The strength of a cell that has slipped by many d_c stays low, rises when s is some d_c, and ends at its height. A force
-   that grows by a constant rate exceeds it just before that rise, for half of the healing time and again much later. The
-   search must find the first time, wherever it is within five healing times: its pieces are a twentieth of the healing time
-   and a tenth of the past, together less than the half of one. A strength that does not heal is reached later, or never. */
+/* The strength of a cell that has slipped by many d_c stays low, rises when s is some d_c, and ends at its height. A
+   force that grows by a constant rate exceeds it just before that rise, for half of the healing time and again much
+   later. The search must find the first time, wherever it is within five healing times: its pieces are a twentieth of
+   the healing time and a tenth of the past, together less than the half of one. A strength that does not heal is
+   reached later, or never. */
 static void healing(void **state)
 {
   const PetscReal time = 3e7, before = 2,
@@ -116,8 +117,8 @@ static void healing(void **state)
   }
 }
 
-/* A rest changes the displacement by the loading and the state by healing alone, du/dt = -v_inf and ds/dt = -s/t_h: at its
-   end, and halfway, where a rest of half the length ends. */
+/* A rest changes the displacement by the loading and the state by healing alone, du/dt = -v_inf and ds/dt = -s/t_h: at
+   its end, and halfway, where a rest of half the length ends. */
 static void states(void **state)
 {
   const PetscReal time = 3e7, v = 1e-9, u = 0.3, s = 0.4, begin = 1e8;
@@ -150,8 +151,8 @@ static void states(void **state)
 
 /* ---- stress ---- */
 
-/* A stressing rate is one per area: a cell reaches its strength when it says so, whatever its area. Cells of 1, 2 and 3 ha,
-   the middle one the strongest, then the others. */
+/* A stressing rate is one per area: a cell reaches its strength when it says so, whatever its area. Cells of 1, 2 and 3
+   ha, the middle one the strongest, then the others. */
 static void areas(void **state)
 {
   const PetscReal cells[] = {50, 150, 250, 0, 0, 0, 50, 100, 150, 100, 100, 100, 100, 200, 300};
@@ -195,8 +196,8 @@ static PetscReal SourceAt(PetscReal since)
   return p * (SlipExponentialIntegral(time / (stop + since)) - (since > 0 ? SlipExponentialIntegral(time / since) : 0));
 }
 
-/* After three years of injection the pressure at a distance rises on for hours after the stop and then falls: a cell that
-   it brings to its strength within that time begins to slip then, though it is far below it days later. */
+/* After three years of injection the pressure at a distance rises on for hours after the stop and then falls: a cell
+   that it brings to its strength within that time begins to slip then, though it is far below it days later. */
 static void pressure_after_the_stop(void **state)
 {
   PetscReal low = 0, high = 1e5, height;
@@ -238,8 +239,8 @@ static void pressure_after_the_stop(void **state)
 
 /* ---- slip as a vector, and opening ---- */
 
-/* One cell with two components or three, the displacement u in its plane and the opening across it; the rest until limit, or where that is 0
-   of SlipFaultRestTime() */
+/* One cell with two components or three, the displacement u in its plane and the opening across it; the rest until
+   limit, or where that is 0 of SlipFaultRestTime() */
 static PetscReal VectorRest(SlipFault fault, const PetscReal u[2], PetscReal opening, PetscReal limit)
 {
   PetscReal end, h, *a;
@@ -258,8 +259,8 @@ static PetscReal VectorRest(SlipFault fault, const PetscReal u[2], PetscReal ope
   return end;
 }
 
-/* A force F - K u, with displacements across the rake, grows along the rake by a constant rate: it meets the strength, a circle, where
-   bisection finds it; it may pass the circle's middle first, and may never come where the rate is 0. */
+/* A force F - K u, with displacements across the rake, grows along the rake by a constant rate: it meets the strength,
+   a circle, where bisection finds it; it may pass the circle's middle first, and may never come where the rate is 0. */
 static void vectors(void **state)
 {
   const PetscReal rates[] = {0.02, 0, -0.02};
@@ -326,7 +327,8 @@ static void from_the_edge(void **state)
 
 /* ---- the step after it ---- */
 
-/* Half of the time in which the cell runs away; or where it would swing and its damping is lost, a hundred times that in which it swings. */
+/* Half of the time in which the cell runs away; or where it would swing and its damping is lost, a hundred times that
+   in which it swings. */
 static void first_step(void **state)
 {
   const PetscReal traction = 2.9e7, rate = 1e6, vc = 0.5;

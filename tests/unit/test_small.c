@@ -1,40 +1,7 @@
-/* Small constraints: the elimination of free rows, operators that are not symmetric, bad input; and the example cases
-   built on them against exact solutions. */
-#include "models.h"
+/* Small constraints: the elimination of free rows, operators that are not symmetric, bad input. */
+#include "smallsteps.h"
 #include <slipstep/private/slipsnes.h>
 #include <math.h>
-
-/* n constant steps over [0, tmax] of a TS that is configured; w holds the start and receives the end */
-static void Steps(TS ts, Vec w, PetscReal tmax, PetscInt n)
-{
-  SetAdapt(ts, TSADAPTNONE);
-  ok(TSSetTime(ts, 0));
-  ok(TSSetStepNumber(ts, 0));
-  ok(TSSetMaxTime(ts, tmax));
-  ok(TSSetTimeStep(ts, tmax / n));
-  ok(TSSolve(ts, w));
-}
-
-static void Get(Vec w, PetscInt n, PetscReal values[])
-{
-  const PetscScalar *a;
-
-  ok(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < n; i++) values[i] = a[i];
-  ok(VecRestoreArrayRead(w, &a));
-}
-
-static Vec State(PetscInt n, const PetscReal values[])
-{
-  Vec w;
-  PetscScalar *a;
-
-  ok(VecCreateSeq(PETSC_COMM_SELF, n, &w));
-  ok(VecGetArray(w, &a));
-  for (PetscInt i = 0; i < n; i++) a[i] = values[i];
-  ok(VecRestoreArray(w, &a));
-  return w;
-}
 
 /* ---- a pendulum with dry friction: its free row is eliminated, its force is nonlinear there ---- */
 
@@ -189,8 +156,9 @@ static void test_rest(void **state)
   ObjectsDestroy(&ts, &w);
 }
 
-/* A free state whose balance w^3 - 2 w + 2 - start lets Newton's method go to and fro between 0 and 1 from start 0, as far each time: no state is
-   taken for its solution, and the stage fails. From 2 it finds the square root of 2, to rounding. */
+/* A free state whose balance w^3 - 2 w + 2 - start lets Newton's method go to and fro between 0 and 1 from start 0, as
+   far each time: no state is taken for its solution, and the stage fails. From 2 it finds the square root of 2, to
+   rounding. */
 static PetscErrorCode CycleForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
 {
   PetscFunctionBeginUser;
@@ -251,10 +219,11 @@ static void test_elimination_that_cycles(void **state)
   ok(SNESDestroy(&snes));
 }
 
-/* Two free states, the last of which is 0 and found at once. The balance of the first does not depend on it; is not a number, which the
-   others do not notice; jumps across 0 at 1, by far more than rounding, or as by rounding; has the root sqrt(2); has a root that iterations
-   with its approximate Jacobian approach by a tenth each; or is not a number where the constrained state is beyond 2, as after a full
-   step. Where it has no root the constrained state alone would run away. */
+/* Two free states, the last of which is 0 and found at once. The balance of the first does not depend on it; is not a
+   number, which the others do not notice; jumps across 0 at 1, by far more than rounding, or as by rounding; has the
+   root sqrt(2); has a root that iterations with its approximate Jacobian approach by a tenth each; or is not a number
+   where the constrained state is beyond 2, as after a full step. Where it has no root the constrained state alone would
+   run away. */
 enum { SINGULAR, UNKNOWN, JUMPING, ROUNDED, ROOT, ROUGH, BEYOND, BALANCES };
 
 static PetscErrorCode BalanceForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
@@ -284,8 +253,8 @@ static PetscErrorCode BalanceJacobian(PetscReal t, const PetscReal w[], PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* No state but a solution is taken for one: to 1e-13 of the state in the last iteration, or to what no iteration makes smaller. Points without
-   one make steps shorter. */
+/* No state but a solution is taken for one: to 1e-13 of the state in the last iteration, or to what no iteration makes
+   smaller. Points without one make steps shorter. */
 static void test_eliminated_to_rounding(void **state)
 {
   const PetscReal masses[] = {1, 1, 1}, first[BALANCES] = {0, 0, 1, 1, 2, 0.9, 0};
@@ -310,9 +279,10 @@ static void test_eliminated_to_rounding(void **state)
   }
 }
 
-/* One state that slides, with the strength 0.2 + 0.1 (x - 1), and G + q = 1.1 (x - 1) plus a rounding of 3e-11, or of -6e-11 just below 1, at which Newton's
-   method arrives first: its next step makes the residual three times as large, and what was better is kept, with the strength there. Before, at x = 0, the residual is
-   1.2 - 0.1 of G(0) and the strength there. */
+/* One state that slides, with the strength 0.2 + 0.1 (x - 1), and G + q = 1.1 (x - 1) plus a rounding of 3e-11, or of
+   -6e-11 just below 1, at which Newton's method arrives first: its next step makes the residual three times as large,
+   and what was better is kept, with the strength there. Before, at x = 0, the residual is 1.2 - 0.1 of G(0) and the
+   strength there. */
 static PetscErrorCode RoundedForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
 {
   const PetscReal x = w[0];
@@ -369,9 +339,9 @@ static void test_better_point_is_kept(void **state)
   ObjectsDestroy(&snes, &x, &r, &w, &stage.base);
 }
 
-/* What steps ask of the constraint: the rows that reactions enter gain a multiple of them, masses divide, in place or not; bounds find
-   their derivatives zero and must not be negative. What is left of dG/dx without the free row, whose own entry is 2 - 0.3 cos w, is its Schur
-   complement. */
+/* What steps ask of the constraint: the rows that reactions enter gain a multiple of them, masses divide, in place or
+   not; bounds find their derivatives zero and must not be negative. What is left of dG/dx without the free row, whose
+   own entry is 2 - 0.3 cos w, is its Schur complement. */
 static void test_operations(void **state)
 {
   const PetscReal masses[] = {2, 4}, force[] = {6, 20};
@@ -436,233 +406,5 @@ static void test_bad_input(void **state)
   ok(SlipConstraintDestroy(&con));
 }
 
-/* ---- the sliding mode controller ---- */
-
-static SlipSlidingMode *SlidingMode(SlipModelCase setting)
-{
-  SlipModel model;
-
-  ok(SlipModelCreate(&SlipSlidingModeOps, setting, &model));
-  return (SlipSlidingMode *)model;
-}
-
-static PetscReal Exact(SlipSlidingMode *m, PetscReal t, PetscReal *r)
-{
-  return (*m->model.ops->exact)(&m->model, t, r);
-}
-
-static void DestroyModel(struct _p_SlipModel *model)
-{
-  ok(SlipModelDestroy(&model));
-}
-
-/* Closed form while it slides; then zero with the reaction that holds the disturbance. Gain above the disturbance. */
-static void test_exact_arrest(void **state)
-{
-  (void)state;
-  for (int i = 0; i < 2; i++) {
-    SlipSlidingMode *m = SlidingMode((SlipModelCase)i);
-    PetscReal r, t = 0.04, w = m->model.start[0] + m->D / m->omega * (1 - cos(m->omega * t)) - m->k * t;
-
-    assert_true(w > 0);
-    assert_true(fabs(Exact(m, t, &r) - w) < 1e-15);
-    assert_true(r == -m->k);
-    assert_true(Exact(m, 0.4, &r) == 0);
-    assert_true(fabs(r + m->D * sin(m->omega * 0.4)) < 1e-15);
-    DestroyModel(&m->model);
-  }
-}
-
-typedef struct {
-  SlipSlidingMode *m;
-  PetscReal largest;
-  PetscInt stuck, up, down;
-} Against;
-
-static PetscErrorCode Compare(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
-{
-  Against *a = (Against *)ctx;
-  PetscReal value, exact, r;
-
-  PetscFunctionBeginUser;
-  (void)ts;
-  if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  Get(w, 1, &value);
-  exact = Exact(a->m, time, &r);
-  a->largest = PetscMax(a->largest, fabs(value - exact));
-  a->stuck += exact == 0 && value == 0;
-  a->up += exact > 0;
-  a->down += exact < 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Gain below the disturbance: w sticks, departs to both sides and comes back to rest, which wipes every error out. So
-   the error is that of one excursion at most: its departure and its arrest fall within a step, where the rate is wrong
-   by less than k + D. 2 (k + D) h = 9e-5 for h = 1e-5 s bounds both. */
-static void test_exact_departures(void **state)
-{
-  SlipSlidingMode *m = SlidingMode(SLIP_MODEL_TRAINING);
-  Against a = {.m = m};
-  TS ts;
-  Vec w;
-
-  (void)state;
-  m->D = 2.5;
-  m->model.start[0] = -0.01;
-  ok(SlipModelSetUp(&m->model));
-  ok(SlipModelCreateState(&m->model, &w));
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(SlipModelConfigureTS(&m->model, ts));
-  ok(TSMonitorSet(ts, Compare, &a, NULL));
-  Steps(ts, w, 0.5, 50000);
-  print_message("largest error %g; stuck %d, up %d, down %d\n", a.largest, (int)a.stuck, (int)a.up, (int)a.down);
-  assert_true(a.stuck > 5000 && a.up > 5000 && a.down > 5000);
-  assert_true(a.largest < 9e-5);
-  ObjectsDestroy(&ts, &w);
-  DestroyModel(&m->model);
-}
-
-/* Constant steps of the study's evaluation: second order before the arrest, and an error at the arrest of at most one
-   step's travel, (k + D) h, that is gone when w has come to rest: the final w and reaction are exact. */
-static void test_sliding_mode_order(void **state)
-{
-  SlipSlidingMode *m = SlidingMode(SLIP_MODEL_EVALUATION);
-  Against a = {.m = m};
-  PetscReal r, end, before[2];
-
-  (void)state;
-  for (int i = 0; i < 3; i++) {
-    const PetscReal tmax = i < 2 ? 0.06 : 0.5, h = i < 2 ? 0.06 / (60 << i) : 1e-3;
-    TS ts;
-    Vec w = State(1, m->model.start), reaction;
-
-    a.largest = 0;
-    ok(TSCreate(PETSC_COMM_SELF, &ts));
-    ok(SlipModelConfigureTS(&m->model, ts));
-    ok(TSMonitorSet(ts, Compare, &a, NULL));
-    Steps(ts, w, tmax, (PetscInt)(tmax / h + 0.5));
-    Get(w, 1, &end);
-    ok(TSBatheGetReaction(ts, &reaction));
-    Get(reaction, 1, &r);
-    if (i < 2) before[i] = a.largest;
-    ObjectsDestroy(&ts, &w);
-  }
-  print_message("order %.3f before the arrest, largest error %g with it\n", log2(before[0] / before[1]), a.largest);
-  assert_true(fabs(log2(before[0] / before[1]) - 2) < 0.05);
-  assert_true(a.largest < (m->k + m->D) * 1e-3);
-  assert_true(end == 0);
-  assert_true(fabs(r + m->D * sin(m->omega * 0.5)) < 1e-12);
-  DestroyModel(&m->model);
-}
-
-/* The default observations of a policy, in the units of the start */
-static void test_sliding_mode_observe(void **state)
-{
-  SlipSlidingMode *m = SlidingMode(SLIP_MODEL_EVALUATION);
-  const PetscReal w = -0.5 * m->model.start[0];
-
-  (void)state;
-  assert_true(fabs(ObserveModel(&m->model, &w, "energy") - 0.25) < 1e-15);
-  assert_true(fabs(ObserveModel(&m->model, &w, "state_0") + 0.5) < 1e-15);
-  assert_int_equal(-1, (int)SlipModelFindObservation(&m->model, "state_1"));
-  DestroyModel(&m->model);
-}
-
-/* ---- the circuit ---- */
-
-typedef struct {
-  SlipCircuit *c;
-  PetscReal time, energy, power, dissipated, rise;
-} Balance;
-
-static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
-{
-  Balance *b = (Balance *)ctx;
-  PetscReal a[CIRCUIT_N], energy, power;
-
-  PetscFunctionBeginUser;
-  (void)ts;
-  if (step < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  Get(w, CIRCUIT_N, a);
-  energy = SlipModelEnergy(&b->c->model, a);
-  power = PetscSqr(a[0] - a[1]) / b->c->R + b->c->m * PetscAbsReal(a[0]);
-  if (step > 0) {
-    b->rise = PetscMax(b->rise, energy - b->energy);
-    b->dissipated += 0.5 * (time - b->time) * (b->power + power);
-  }
-  b->time = time;
-  b->energy = energy;
-  b->power = power;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* n constant steps: what is left of the energy, its largest rise and what the balance lacks, all over the start's
-   energy */
-static void CircuitBalance(int which, PetscInt n, PetscReal *left, PetscReal *rise, PetscReal *lacks)
-{
-  Balance b = {.time = 0};
-  PetscReal start;
-  SlipModel model;
-  TS ts;
-  Vec w;
-
-  ok(SlipModelCreate(&SlipCircuitOps, (SlipModelCase)which, &model));
-  b.c = (SlipCircuit *)model;
-  start = SlipModelEnergy(model, model->start);
-  ok(SlipModelCreateState(model, &w));
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(SlipModelConfigureTS(model, ts));
-  ok(TSMonitorSet(ts, Watch, &b, NULL));
-  Steps(ts, w, model->max_time, n);
-  *left = b.energy / start;
-  *rise = b.rise / start;
-  *lacks = fabs(start - b.energy - b.dissipated) / start;
-  ObjectsDestroy(&ts, &w);
-  ok(SlipModelDestroy(&model));
-}
-
-/* The energy never rises by more than rounding, and what is lost is what resistor and diode take. Integrator and
-   quadrature are of second order but for the kinks where V1 meets zero: a step four times shorter must gain a factor of
-   8 of the 16, and leave (h/(R C1))^2 = 6e-5, here 1e-4. */
-static void test_circuit_energy(void **state)
-{
-  (void)state;
-  for (int i = 0; i < 2; i++) {
-    PetscReal left, rise[2], lacks[2];
-
-    CircuitBalance(i, 4000, &left, &rise[0], &lacks[0]);
-    CircuitBalance(i, 16000, &left, &rise[1], &lacks[1]);
-    print_message("energy left %g, balance lacks %g and %g\n", left, lacks[0], lacks[1]);
-    assert_true(rise[0] <= 1e-12 && rise[1] <= 1e-12);
-    assert_true(left < 0.1);
-    assert_true(lacks[1] < 1e-4);
-    assert_true(lacks[0] > 8 * lacks[1]);
-  }
-}
-
-/* Of the energy's units the squares of the states add up to U/U_0; in the start's every state begins at 1 */
-static void test_circuit_observe(void **state)
-{
-  const char *const names[] = {"state_0", "state_1", "state_2", "energy"};
-  PetscReal sum = 0;
-  SlipModel model;
-
-  (void)state;
-  ok(SlipModelCreate(&SlipCircuitOps, SLIP_MODEL_EVALUATION, &model));
-  for (int i = 0; i < 3; i++) {
-    const PetscReal value = ObserveModel(model, model->start, names[i]);
-
-    sum += PetscSqr(value);
-  }
-  assert_true(fabs(sum - 1) < 1e-14);
-  ((SlipCircuit *)model)->unit_start = PETSC_TRUE;
-  ok(SlipModelSetUp(model));
-  for (int i = 0; i < 4; i++) assert_true(fabs(ObserveModel(model, model->start, names[i]) - 1) < 1e-15);
-  assert_int_equal(-1, (int)SlipModelFindObservation(model, "velocity"));
-  ok(SlipModelDestroy(&model));
-}
-
 SLIP_TESTS(test_eliminated_row, test_not_symmetric, test_rest, test_elimination_that_cycles,
-           test_eliminated_to_rounding, test_operations, test_better_point_is_kept, test_bad_input, test_exact_arrest,
-           test_exact_departures, test_sliding_mode_order, test_sliding_mode_observe, test_circuit_energy,
-           test_circuit_observe)
+           test_eliminated_to_rounding, test_operations, test_better_point_is_kept, test_bad_input)

@@ -1,5 +1,5 @@
-/* Stages with smooth friction: the balance of one cell against formulas written out here, and the solver of many against their
-   residual. */
+/* Stages with smooth friction: the balance of one cell against formulas written out here, and the solver of many
+   against their residual. */
 #include "unit.h"
 #include "linear.h"
 #include <math.h>
@@ -45,9 +45,9 @@ static PetscReal Friction(PetscBool slip_law, PetscReal theta, PetscReal s0, Pet
   return a * asinh(v / (2 * V0) * exp((f0 + b * low) / a));
 }
 
-/* D v + sigma mu = load has the root that the load was made of, from guesses near and far, with both signs. The friction is that
-   of 1e7 Pa to rounding of the terms of its argument, some hundred: 1e-13; the rate then to that over a/mu = 0.02. Where friction
-   falls faster than D v grows the root is no stable one, and is not returned as such. */
+/* D v + sigma mu = load has the root that the load was made of, from guesses near and far, with both signs. The
+   friction is that of 1e7 Pa to rounding of the terms of its argument, some hundred: 1e-13; the rate then to that over
+   a/mu = 0.02. Where friction falls faster than D v grows the root is no stable one, and is not returned as such. */
 static void one_cell(void **state)
 {
   const PetscReal guess[] = {0, 1, 1.5, 0.5, 1e3, 1e-3}, sigma[] = {25e6, 1e3, 1e-6};
@@ -222,8 +222,8 @@ static SNESConvergedReason Solve(SlipConstraint con, PetscReal from, PetscInt di
   return reason;
 }
 
-/* The solution has the balance of each cell to 1e-12 of the largest load, by the formulas above, from starts over ten decades,
-   by the direct solver and by CG, with and without a cell whose rate is prescribed. */
+/* The solution has the balance of each cell to 1e-12 of the largest load, by the formulas above, from starts over ten
+   decades, by the direct solver and by CG, with and without a cell whose rate is prescribed. */
 static void many_cells(void **state)
 {
   const PetscReal from[] = {1e-12, 1e-6, 1e-2};
@@ -263,8 +263,9 @@ static void many_cells(void **state)
       }
 }
 
-/* Cells that would go on at 1e-9 m/s but for the state, at many times the normal stress at which their stiffness keeps them stable,
-   have long broken at the end of a stage in which that makes 5 d_c: refused. One in which it makes a hundredth of d_c is not. */
+/* Cells that would go on at 1e-9 m/s but for the state, at many times the normal stress at which their stiffness keeps
+   them stable, have long broken at the end of a stage in which that makes 5 d_c: refused. One in which it makes a
+   hundredth of d_c is not. */
 static void instability(void **state)
 {
   (void)state;

@@ -27,10 +27,10 @@ static PetscInt within(Ladder *l, PetscInt c, PetscReal rtol, PetscReal bound, P
   return (PetscInt)PetscFloorReal(score.kept * (PetscReal)l->n + (PetscReal)0.5);
 }
 
-/* Each controller keeps the accuracy at the table's tolerance in nine of ten draws at least, as it does in 95 %; and so many draws as wanted
-   have errors up to a share of it, which they do not at five times the tolerance: errors go with its power of two thirds, a factor of three.
-   So a table whose number is five times larger or smaller fails. At the ladder's loosest tolerance, which pi does not go by any more,
-   the table has just that. */
+/* Each controller keeps the accuracy at the table's tolerance in nine of ten draws at least, as it does in 95 %; and so
+   many draws as wanted have errors up to a share of it, which they do not at five times the tolerance: errors go with
+   its power of two thirds, a factor of three. So a table whose number is five times larger or smaller fails. At the
+   ladder's loosest tolerance, which pi does not go by any more, the table has just that. */
 static void keeps(const Problem *problem, const char kind[], PetscInt draws, PetscReal share, PetscInt wanted)
 {
   Ladder l;
@@ -60,8 +60,8 @@ static void events(void **state)
   keeps(&ProblemDial, "event", 40, 1, 36);
 }
 
-/* The calibration has faults that are twice and three times as large as well, which take minutes here: the errors of small ones are a third
-   of theirs. */
+/* The calibration has faults that are twice and three times as large as well, which take minutes here: the errors of
+   small ones are a third of theirs. */
 static void ruptures(void **state)
 {
   CMAProblem row = *ProblemRupture.cma;
@@ -118,7 +118,8 @@ static PetscErrorCode Classical(void *episode, TSAdaptType type, PetscReal rtol,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* 95 % of the factors 1 to 20 are at most 19: the loosest tolerance for a is a/19, and none is that is looser than one which fails. */
+/* 95 % of the factors 1 to 20 are at most 19: the loosest tolerance for a is a/19, and none is that is looser than one
+   which fails. */
 static void calibrated(void **state)
 {
   const CMAProblem row = {.seed = Seed, .setup = SetUp, .create = Create, .destroy = Destroy, .classical = Classical};
@@ -149,8 +150,8 @@ static void calibrated(void **state)
   spoiled = 0;
 }
 
-/* The solves are one over the tolerance: a limit of 40 ends after rung 7, 56 solves, where the error of the factor 10 is 0.18. Larger errors
-   have the same runs as without the limit, smaller ones none. */
+/* The solves are one over the tolerance: a limit of 40 ends after rung 7, 56 solves, where the error of the factor 10
+   is 0.18. Larger errors have the same runs as without the limit, smaller ones none. */
 static void limited(void **state)
 {
   const CMAProblem row = {.seed = Seed, .setup = SetUp, .create = Create, .destroy = Destroy, .classical = Classical};
@@ -229,8 +230,8 @@ static void end(Run *r)
   ok(PetscOptionsClear(NULL));
 }
 
-/* Where the table has no number for an accuracy the tolerance goes on by the slope of the two before: pi with the filter has none at
-   1e-3 for events, 0.000724 at 1e-2 and 0.000116 at 3e-3. */
+/* Where the table has no number for an accuracy the tolerance goes on by the slope of the two before: pi with the
+   filter has none at 1e-3 for events, 0.000724 at 1e-2 and 0.000116 at 3e-3. */
 static void beyond_the_table(void **state)
 {
   const PetscReal slope = log(0.000116 / 0.000724) / log(0.3), expected = 0.000116 * pow(1e-3 / 3e-3, slope);
@@ -341,8 +342,8 @@ static void without_policies(void **state)
   end(&r);
 }
 
-/* The dial of rl, and the tolerance that a run is handed over with: that of the heir by the dial. A rupture is not what the policy of
-   events knows. */
+/* The dial of rl, and the tolerance that a run is handed over with: that of the heir by the dial. A rupture is not what
+   the policy of events knows. */
 static void handed_over(void **state)
 {
   const struct {

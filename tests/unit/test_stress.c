@@ -1,4 +1,5 @@
-/* Elastic energy and the power of loading against what they are: the work of the stress, and the energy's change in time. */
+/* Elastic energy and the power of loading against what they are: the work of the stress, and the energy's change in
+   time. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipfault.h>
@@ -8,7 +9,8 @@
 
 enum { NX = 3, NZ = 3, N = 2 * NX * NZ };
 
-/* Two planes of cells whose areas differ, with a stress at the start, its rate and a loading rate, all of them cell by cell */
+/* Two planes of cells whose areas differ, with a stress at the start, its rate and a loading rate, all of them cell by
+   cell */
 static SlipFault Fault(void)
 {
   PetscReal cells[5 * N], traction[N], stressing[N], loading[N];
@@ -60,8 +62,8 @@ static PetscReal EnergyOf(SlipFault fault, PetscReal t, Vec w)
   return energy;
 }
 
-/* The stress is linear in the displacement, so that its work from one state to another is that of the mean of both, times
-   the area of each cell: the elastic energy falls by as much, at any time. */
+/* The stress is linear in the displacement, so that its work from one state to another is that of the mean of both,
+   times the area of each cell: the elastic energy falls by as much, at any time. */
 static void energy(void **state)
 {
   SlipFault fault = Fault();
@@ -104,8 +106,8 @@ static void energy(void **state)
   ObjectsDestroy(&from, &to, &stress[0], &stress[1], &fault);
 }
 
-/* While a fault rests its energy changes by loading alone, du/dt = -v_inf and dT/dt, and is quadratic in time: the power of
-   loading is the difference of the energies before and after over the time between, however long that is. */
+/* While a fault rests its energy changes by loading alone, du/dt = -v_inf and dT/dt, and is quadratic in time: the
+   power of loading is the difference of the energies before and after over the time between, however long that is. */
 static void loading(void **state)
 {
   const PetscReal t = 2e8, h = 1e8;

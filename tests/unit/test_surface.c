@@ -1,5 +1,5 @@
-/* Displacement of the free surface against Okada's table, quadrature of point sources by the solutions of Boussinesq and
-   Cerruti, and a screw dislocation; its sides, its parts, and the points at which formulas have 0 / 0. */
+/* Displacement of the free surface against Okada's table, quadrature of point sources by the solutions of Boussinesq
+   and Cerruti, and a screw dislocation; its sides, its parts, and the points at which formulas have 0 / 0. */
 #include "unit.h"
 #include <math.h>
 
@@ -12,8 +12,8 @@ static void Displacement(PetscReal nu, const SlipRectangle *source, PetscReal x,
   SlipSurfaceDisplacement(nu, source, 1, point, u);
 }
 
-/* Case 3 of table 2 of Okada (1985), to half of its last digit; his y and z point against ours. Central differences over
-   1e-4 are off by 1e-8. */
+/* Case 3 of table 2 of Okada (1985), to half of its last digit; his y and z point against ours. Central differences
+   over 1e-4 are off by 1e-8. */
 static void test_published_values(void **state)
 {
   const SlipRectangle source = {1.5, 0, 3, 3, 2};
@@ -37,8 +37,8 @@ static void test_published_values(void **state)
   AssertNear(across[2], 2.289e-2, 0.5e-5);
 }
 
-/* 4 pi G times the displacement along i, at the distance r from a unit force along k on the surface: Cerruti's solution,
-   and Boussinesq's for k = 2 (Love 1927, sections 135 and 167) */
+/* 4 pi G times the displacement along i, at the distance r from a unit force along k on the surface: Cerruti's
+   solution, and Boussinesq's for k = 2 (Love 1927, sections 135 and 167) */
 static PetscReal Force(PetscReal nu, int k, int i, const PetscReal r[3])
 {
   const PetscReal m = 1 - 2 * nu, R = PetscSqrtReal(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]), T = R + r[2];
@@ -50,7 +50,8 @@ static PetscReal Force(PetscReal nu, int k, int i, const PetscReal r[3])
 }
 
 /* Betti: the displacement along k of a point of the surface is the stress xy that a unit force along k there makes on
-   the source. The shear strain by differences of the fourth order over R / 1000, off by 1e-12 of it; rounding by 1e-13. */
+   the source. The shear strain by differences of the fourth order over R / 1000, off by 1e-12 of it; rounding by
+   1e-13. */
 static PetscReal PointSource(PetscReal nu, int k, const PetscReal r[3])
 {
   const PetscReal h = 1e-3 * PetscSqrtReal(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
@@ -126,8 +127,8 @@ static void test_screw_dislocation(void **state)
   }
 }
 
-/* On the trace of a rectangle that breaks the surface, on its ends, on the continuation of both, and above a buried one:
-   the limits from either side, where a step of 1e-9 changes nothing but the side. */
+/* On the trace of a rectangle that breaks the surface, on its ends, on the continuation of both, and above a buried
+   one: the limits from either side, where a step of 1e-9 changes nothing but the side. */
 static void test_trace(void **state)
 {
   const SlipRectangle breaking = {2, 5, 0.5, 4, 1}, buried = {2, 5, 1, 4, 1};

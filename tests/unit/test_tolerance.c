@@ -25,7 +25,8 @@ static SlipFault Cells(PetscInt n, PetscInt components, PetscBool inertia)
 
 /* ---- stops ---- */
 
-/* States with the rate v0 + k t + c t^2 of cell 0 at the shares 0, x and 1 of a step h, and constant rates of the others */
+/* States with the rate v0 + k t + c t^2 of cell 0 at the shares 0, x and 1 of a step h, and constant rates of the
+   others */
 typedef struct {
   PetscReal v0, k, c, others; /* [m/s], [m/s^2], [m/s^3] */
   PetscReal x, h;
@@ -60,7 +61,8 @@ static PetscReal StopOf(SlipFault fault, const Course *p, PetscReal sign, PetscR
   return stop;
 }
 
-/* The stop of a parabola is its root, after the state in between; before that one it is where the tangent at the start ends, or that state. */
+/* The stop of a parabola is its root, after the state in between; before that one it is where the tangent at the start
+   ends, or that state. */
 static void stops(void **state)
 {
   const Course after = {1, -1, -0.25, 0, 0.586, 1, 0}, before = {1, -2, 0, 0, 0.586, 1, 0},
@@ -145,8 +147,8 @@ static PetscReal EntryOf(Mat A)
   return value;
 }
 
-/* Without inertia an error e of the slip is one of the rate of e K/(H + theta K), against ten times rtol of the largest rate, which is at
-   least rtol d_c K/H; slips count against d_c. */
+/* Without inertia an error e of the slip is one of the rate of e K/(H + theta K), against ten times rtol of the largest
+   rate, which is at least rtol d_c K/H; slips count against d_c. */
 static void slip_and_rate(void **state)
 {
   const PetscReal rtol = 1e-3, u = 0.01, e = 1e-5;
@@ -175,8 +177,8 @@ static void slip_and_rate(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-/* The slip of a step counts by its cube, times the share of the weakening rate that is left; with inertia a rate lasts, and its error is that of
-   the slip that it leads to while the cell swings, against a twentieth of the tolerance. */
+/* The slip of a step counts by its cube, times the share of the weakening rate that is left; with inertia a rate lasts,
+   and its error is that of the slip that it leads to while the cell swings, against a twentieth of the tolerance. */
 static void cube_and_swing(void **state)
 {
   const PetscReal rtol = 1e-3, share = 0.2;
@@ -200,8 +202,8 @@ static void cube_and_swing(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-/* What the pressure may be off by is worth a slip of so much of d_c, or where a smooth law answers to less, of a sigma; where cells open it
-   counts itself, not times the friction. */
+/* What the pressure may be off by is worth a slip of so much of d_c, or where a smooth law answers to less, of a sigma;
+   where cells open it counts itself, not times the friction. */
 static void pressure(void **state)
 {
   const PetscReal relative = 1e-3, a = 0.01, b = 0.015, dc = 0.5, v = 1e-9;
@@ -263,8 +265,8 @@ static void opening(void **state)
 
 /* ---- the estimate of a run's error ---- */
 
-/* What the error e of a step changes the work by, M v.e_v + K u.e_u + q.e_s, where slip has changed the normal stress of q, as it does where a
-   fault dips: after one step, from the state, the strength and K themselves. */
+/* What the error e of a step changes the work by, M v.e_v + K u.e_u + q.e_s, where slip has changed the normal stress
+   of q, as it does where a fault dips: after one step, from the state, the strength and K themselves. */
 static void work_of_an_error(void **state)
 {
   enum { CELLS = 6 };

@@ -1,4 +1,5 @@
-/* Triangles as cells: their kernel against that of rectangles, pairs at once, stiffnesses dense and hierarchical, and what is refused. */
+/* Triangles as cells: their kernel against that of rectangles, pairs at once, stiffnesses dense and hierarchical, and
+   what is refused. */
 #include "unit.h"
 #include "cells.h"
 #include <math.h>
@@ -14,8 +15,9 @@ static SlipCell Cell(const SlipCells *c, PetscInt i)
                     .vertices = c->vertices ? c->vertices + 9 * i : NULL};
 }
 
-/* Slip on both triangles of a rectangle is slip on the rectangle: shear and normal stress at the centroid of any triangle, of the same plane, of the
-   other one and of the rectangle itself. Both are closed forms that cancel among corners: 1e-11 of the largest, in both media. */
+/* Slip on both triangles of a rectangle is slip on the rectangle: shear and normal stress at the centroid of any
+   triangle, of the same plane, of the other one and of the rectangle itself. Both are closed forms that cancel among
+   corners: 1e-11 of the largest, in both media. */
 static void pairs_are_rectangles(void **state)
 {
   const SlipCells rectangles = TwoDippingPlanes(NX, NZ, rectangle_data);
@@ -47,8 +49,8 @@ static void pairs_are_rectangles(void **state)
   assert_true(worst < 1e-11 * most);
 }
 
-/* Pairs at once, with directions given and not, are pairs one by one, in runs of one source, of one receiver, and of neither: rounding only, 1e-13 of the
-   largest. */
+/* Pairs at once, with directions given and not, are pairs one by one, in runs of one source, of one receiver, and of
+   neither: rounding only, 1e-13 of the largest. */
 static void pairs_at_once(void **state)
 {
   enum { pairs = 53 };
@@ -73,7 +75,8 @@ static void pairs_at_once(void **state)
   }
 }
 
-/* Entries as they are defined: S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)), Kn_ij the normal stress on i by j; to rounding of pairs at once */
+/* Entries as they are defined: S_ij = (A_i K_ij + A_j K_ji) / (2 mean(A)), Kn_ij the normal stress on i by j; to
+   rounding of pairs at once */
 static void entries(void **state)
 {
   const SlipCells rectangles = TwoDippingPlanes(4, 3, rectangle_data), c = TrianglesOf(&rectangles, triangle_data);
@@ -105,8 +108,8 @@ static void entries(void **state)
   ok(MatDestroy(&Kn));
 }
 
-/* Hierarchical storage against dense, of random and of uniform slip. Blocks are off by the tolerance in their own norm, and errors of some
-   hundred blocks add up at random: ten times that of the product; there are blocks of low rank. */
+/* Hierarchical storage against dense, of random and of uniform slip. Blocks are off by the tolerance in their own norm,
+   and errors of some hundred blocks add up at random: ten times that of the product; there are blocks of low rank. */
 static void hierarchical(void **state)
 {
   const SlipCells rectangles = TwoDippingPlanes(NX, NZ, rectangle_data), c = TrianglesOf(&rectangles, triangle_data);
@@ -143,10 +146,10 @@ static void hierarchical(void **state)
   }
 }
 
-/* Averages over both triangles of a rectangle, with slip on both of another one, are those of the rectangles: of a vertical plane that
-   slips along strike, whose averages are known in closed form with a surface too, for equal cells, whose cores agree. Entries count by area over
-   the mean: four of triangles are twice that of their rectangles. Below a surface averages of triangles are by quadrature, off by up to 7e-10 of a
-   cell's own; there cells touch the ground. */
+/* Averages over both triangles of a rectangle, with slip on both of another one, are those of the rectangles: of a
+   vertical plane that slips along strike, whose averages are known in closed form with a surface too, for equal cells,
+   whose cores agree. Entries count by area over the mean: four of triangles are twice that of their rectangles. Below a
+   surface averages of triangles are by quadrature, off by up to 7e-10 of a cell's own; there cells touch the ground. */
 static void averages(void **state)
 {
   enum { nx = 5, nz = 4, n = nx * nz };
@@ -192,8 +195,8 @@ static void averages(void **state)
   }
 }
 
-/* A row of needles beside a row of triangles 300 times as high: the core of a shared side is a share of the lower height, and all own averages
-   stay positive. */
+/* A row of needles beside a row of triangles 300 times as high: the core of a shared side is a share of the lower
+   height, and all own averages stay positive. */
 static void needles(void **state)
 {
   enum { n = 8 };

@@ -196,7 +196,8 @@ static void pairs(void **state)
   }
 }
 
-/* Within a triangle of 1e6 m points belong to the hanging wall, near a corner at the origin too, whose own coordinates do not round. */
+/* Within a triangle of 1e6 m points belong to the hanging wall, near a corner at the origin too, whose own coordinates
+   do not round. */
 static void near_a_corner(void **state)
 {
   const PetscReal slip[3] = {1, 0, 0};

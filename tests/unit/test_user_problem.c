@@ -1,5 +1,5 @@
-/* Training on a user's table (sliptrain.h): tables and TSs that are refused, and runs that go back to the start, fail or
-   never end. */
+/* Training on a user's table (sliptrain.h): tables and TSs that are refused, and runs that go back to the start, fail
+   or never end. */
 #include "unit.h"
 #include "problems/episodes.h"
 #include "sliptrain.h"

@@ -1,8 +1,9 @@
-/* Kernels of slip as a vector in each cell's plane: against fields, against those of slip along rakes, by reciprocity and in turned axes. */
+/* Kernels of slip as a vector in each cell's plane: against fields, against those of slip along rakes, by reciprocity
+   and in turned axes. */
 #include "vectorcells.h"
 
-/* Blocks are the tractions of the fields' stress, along strike, up dip and normal, of slip along strike and up dip. One closed form at
-   one point or sixteen: rounding, 1e-12 of the largest. */
+/* Blocks are the tractions of the fields' stress, along strike, up dip and normal, of slip along strike and up dip. One
+   closed form at one point or sixteen: rounding, 1e-12 of the largest. */
 static void blocks_are_tractions(void **state)
 {
   SlipCells vectors[2], scalars[2];
@@ -45,7 +46,8 @@ static void blocks_are_tractions(void **state)
     }
 }
 
-/* Pairs at once are pairs one by one, in runs of one source, of one receiver, and of neither; with directions given and not: rounding */
+/* Pairs at once are pairs one by one, in runs of one source, of one receiver, and of neither; with directions given and
+   not: rounding */
 static void pairs_at_once(void **state)
 {
   enum { pairs = 53 };
@@ -74,8 +76,8 @@ static void pairs_at_once(void **state)
   }
 }
 
-/* Of dense S [2 n][2 n] and Kn [n][2 n], the largest difference of P' S P and Kn P from those of slip along the rakes, over the largest
-   entry of the latter's stiffness */
+/* Of dense S [2 n][2 n] and Kn [n][2 n], the largest difference of P' S P and Kn P from those of slip along the rakes,
+   over the largest entry of the latter's stiffness */
 static PetscReal ProjectedDifference(const SlipCells *vectors, const SlipCells *scalars)
 {
   const PetscInt n = vectors->n;
@@ -113,8 +115,9 @@ static PetscReal ProjectedDifference(const SlipCells *vectors, const SlipCells *
   return worst / most;
 }
 
-/* Slip along rakes, each cell its own, is what the vectors' operators are there: of rectangles and triangles, with averages and their edges,
-   which some cells share and some do not. One formula, linear in both directions: rounding. */
+/* Slip along rakes, each cell its own, is what the vectors' operators are there: of rectangles and triangles, with
+   averages and their edges, which some cells share and some do not. One formula, linear in both directions:
+   rounding. */
 static void projections_are_scalar(void **state)
 {
   SlipCells vectors[2], scalars[2];
@@ -157,8 +160,9 @@ static void projections_at_any_dip(void **state)
   assert_true(ProjectedDifference(&vectors[1], &scalars[1]) < 1e-12);
 }
 
-/* The force on one triangle by slip on another along any pair of directions is that of the other by the same slip of the one, also where they
-   touch, reach the ground or lie far from each other; of one on itself to the error of quadrature below the ground, 1e-8 */
+/* The force on one triangle by slip on another along any pair of directions is that of the other by the same slip of
+   the one, also where they touch, reach the ground or lie far from each other; of one on itself to the error of
+   quadrature below the ground, 1e-8 */
 static void averages_are_reciprocal(void **state)
 {
   SlipCells vectors[2], scalars[2];
@@ -214,9 +218,9 @@ static PetscReal Energy(const SlipCells *c, PetscReal slip[][3])
   return energy;
 }
 
-/* Triangles of one horizontal plane in a full space: their axes may be turned in the plane, from cell to cell too, and the plane with all on it to
-   any other, vertical ones with either side as the hanging wall. The energy of the same slip in space stays, at centres and with averages: 1e-11 as
-   coordinates round. */
+/* Triangles of one horizontal plane in a full space: their axes may be turned in the plane, from cell to cell too, and
+   the plane with all on it to any other, vertical ones with either side as the hanging wall. The energy of the same
+   slip in space stays, at centres and with averages: 1e-11 as coordinates round. */
 static void energy_knows_no_axes(void **state)
 {
   const PetscReal turned[4][3] = {

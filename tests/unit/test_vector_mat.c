@@ -1,4 +1,5 @@
-/* Operators of slip as a vector in each cell's plane: their storage, hierarchical and by transforms against dense, and what is refused. */
+/* Operators of slip as a vector in each cell's plane: their storage, hierarchical and by transforms against dense, and
+   what is refused. */
 #include "vectorcells.h"
 
 /* Symmetric to the bit, known to be positive, of the sizes that were promised, with weights twice each */
@@ -47,9 +48,9 @@ static void matrices(void **state)
   ok(MatDestroy(&K));
 }
 
-/* Hierarchical storage against dense, of random and of uniform slip, along strike and up dip. Blocks are off by the tolerance in their own norm, and
-   errors of some hundred blocks add up at random: ten times that of the product. There are blocks of low rank; both products at once are those
-   one by one. */
+/* Hierarchical storage against dense, of random and of uniform slip, along strike and up dip. Blocks are off by the
+   tolerance in their own norm, and errors of some hundred blocks add up at random: ten times that of the product. There
+   are blocks of low rank; both products at once are those one by one. */
 static void hierarchical(void **state)
 {
   enum { nx = 16, nz = 8, n = 2 * nx * nz };
@@ -107,9 +108,10 @@ static void hierarchical(void **state)
   }
 }
 
-/* Of two groups of cells far from each other a block of low rank holds what the one does to the other, a millionth of what cells do to
-   themselves: off by at most the tolerance of its own norm, and the traction by uniform slip along either component by ten times that of
-   its own, although it is small beside that of random slip in the same norm; compression too, and in either direction. */
+/* Of two groups of cells far from each other a block of low rank holds what the one does to the other, a millionth of
+   what cells do to themselves: off by at most the tolerance of its own norm, and the traction by uniform slip along
+   either component by ten times that of its own, although it is small beside that of random slip in the same norm;
+   compression too, and in either direction. */
 static void blocks_to_their_own_tolerance(void **state)
 {
   enum { nx = 8, nz = 5, half = nx * nz, n = 2 * half };
@@ -189,9 +191,9 @@ static PetscReal LargestDifference(Mat a, Mat b, Mat size)
   return difference / most;
 }
 
-/* Products by transforms against dense: all entries, the diagonal, both at once with scales of their own, what is asked for without Kn, and
-   either destroyed first. Sizes with a middle and without, one column and one row; vertical planes too. 1e-12 of the largest entry, as for
-   slip along rakes (test_dipping_mat.c). */
+/* Products by transforms against dense: all entries, the diagonal, both at once with scales of their own, what is asked
+   for without Kn, and either destroyed first. Sizes with a middle and without, one column and one row; vertical planes
+   too. 1e-12 of the largest entry, as for slip along rakes (test_dipping_mat.c). */
 static void transforms(void **state)
 {
   const PetscInt sizes[][2] = {{9, 8}, {10, 5}, {1, 13}, {12, 1}, {1, 1}, {2, 17}};
@@ -238,8 +240,9 @@ static void transforms(void **state)
   }
 }
 
-/* P' S P and Kn P of a grid by transforms are its matrices of slip along rakes, each cell its own, of both types; along strike and on a
-   vertical plane those of MatCreateSlipStiffness(), whose closed form is another. 1e-11: transforms, and forms that cancel ten cells away. */
+/* P' S P and Kn P of a grid by transforms are its matrices of slip along rakes, each cell its own, of both types; along
+   strike and on a vertical plane those of MatCreateSlipStiffness(), whose closed form is another. 1e-11: transforms,
+   and forms that cancel ten cells away. */
 static void grids_project(void **state)
 {
   enum { nx = 9, nz = 8, n = nx * nz };

@@ -1,4 +1,5 @@
-/* Viscosities and stage operators of slip as a vector: roots by every method that needs no grid, radiation, stages and their solves. */
+/* Viscosities and stage operators of slip as a vector: roots by every method that needs no grid, radiation, stages and
+   their solves. */
 #include "unit.h"
 #include "products.h"
 #include "cells.h"
@@ -60,8 +61,8 @@ static const struct {
 } Kinds[] = {{"rectangles", "dense"}, {"rectangles", "hmat"}, {"triangles", "dense"},
              {"triangles", "hmat"},   {"grid", "dense"},      {"grid", "fft"}};
 
-/* H W^-1 H = 4 zeta^2 M S, W the weights: the root of all components at once, dense. To 1e-11: eigenvalues span three decades. A root by
-   Lanczos' method has the same products, to its tolerance of 1e-8. */
+/* H W^-1 H = 4 zeta^2 M S, W the weights: the root of all components at once, dense. To 1e-11: eigenvalues span three
+   decades. A root by Lanczos' method has the same products, to its tolerance of 1e-8. */
 static void roots(void **state)
 {
   (void)state;
@@ -148,8 +149,8 @@ static void radiation(void **state)
   }
 }
 
-/* B x = (M / theta) w x + H x + theta S x, and its diagonal; conjugate gradients with the preconditioner of stages solve with it to what they
-   are asked for. Without inertia too, where radiation lets solvers ask for entries. */
+/* B x = (M / theta) w x + H x + theta S x, and its diagonal; conjugate gradients with the preconditioner of stages
+   solve with it to what they are asked for. Without inertia too, where radiation lets solvers ask for entries. */
 static void stages(void **state)
 {
   const PetscReal theta = 0.02, eta = 4.3e6;

@@ -350,10 +350,11 @@ static void approximate_operator(void **state)
     }
 }
 
-/* A guess and no iteration: cells with one component, two, and those that open, each by itself, the first of which sticks and the second slides,
-   in units of rho = 1 / diag(B), for both components of a cell of the larger entry. Strengths are 0.5 and 0.3, with omega = 2, a pull of 3 on the second, or a
-   pressure of 4 that friction is a quarter of what it has without: the scale is 1 and 3, or 4. First the guess, 4 = 8 / 2 of it, is the
-   largest residual, then the pull less its strength, 2.4, then what 1.5 / rho is across. */
+/* A guess and no iteration: cells with one component, two, and those that open, each by itself, the first of which
+   sticks and the second slides, in units of rho = 1 / diag(B), for both components of a cell of the larger entry.
+   Strengths are 0.5 and 0.3, with omega = 2, a pull of 3 on the second, or a pressure of 4 that friction is a quarter
+   of what it has without: the scale is 1 and 3, or 4. First the guess, 4 = 8 / 2 of it, is the largest residual, then
+   the pull less its strength, 2.4, then what 1.5 / rho is across. */
 static void residual_of_a_guess(void **state)
 {
   const PetscReal guess[3][3] = {{0.5, 0, 0}, {0, 0, 0}, {0, 0, 1.5}}, largest[] = {4, 2.4, 6};
@@ -410,8 +411,8 @@ static PetscErrorCode Count(SNES snes, PetscInt it)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cells that slide in one stage and all stick in the next one of the same solver, from a guess, are at rest after one iteration: what they moved by
-   before does not count. B is diagonal. SNESSetUpdate() is heard in every iteration. */
+/* Cells that slide in one stage and all stick in the next one of the same solver, from a guess, are at rest after one
+   iteration: what they moved by before does not count. B is diagonal. SNESSetUpdate() is heard in every iteration. */
 static void stage_after_another(void **state)
 {
   uint64_t seed = 1;
@@ -450,7 +451,8 @@ static void stage_after_another(void **state)
   }
 }
 
-/* A load that is not a number, of any row, ends the solve, and the cell is named. Without loads and strengths nothing moves. */
+/* A load that is not a number, of any row, ends the solve, and the cell is named. Without loads and strengths nothing
+   moves. */
 static void not_a_number(void **state)
 {
   uint64_t seed = 1;

@@ -1,4 +1,5 @@
-/* Drawn episodes of a problem under classical controllers at a ladder of tolerances: what each costs, and how far off it is. */
+/* Drawn episodes of a problem under classical controllers at a ladder of tolerances: what each costs, and how far off
+   it is. */
 #pragma once
 #include "problems/problems.h"
 #include "environment/cmaproblem.h"
@@ -26,13 +27,13 @@ typedef struct {
   LadderRun *run;                           /* [n][ncontrollers][LADDER_RUNGS] */
 } Ladder;
 
-/* The problem's episodes first to first + n - 1 of a stream; where it has kinds, every other one is a mesh. None has run.
-   family: the Family of the draws, the caller's; NULL: the problem's own */
+/* The problem's episodes first to first + n - 1 of a stream; where it has kinds, every other one is a mesh. None has
+   run. family: the Family of the draws, the caller's; NULL: the problem's own */
 PETSC_INTERN PetscErrorCode LadderCreate(const Problem *problem, void *family, PetscInt seed, PetscInt stream,
                                          PetscInt first, PetscInt n, const char controllers[], Ladder *ladder);
 PETSC_INTERN PetscErrorCode LadderDestroy(Ladder *ladder);
-/* Climbs from the loosest tolerance until errors stay below least, or a run took more than most solves, 0: no limit. cut: that was so;
-   tighter tolerances then count as no better than that run. */
+/* Climbs from the loosest tolerance until errors stay below least, or a run took more than most solves, 0: no limit.
+   cut: that was so; tighter tolerances then count as no better than that run. */
 PETSC_INTERN PetscErrorCode LadderClimb(Ladder *ladder, PetscInt episode, PetscInt controller, PetscReal least,
                                         PetscInt most, PetscBool *cut);
 /* rtol of a rung, the loosest first */
@@ -43,12 +44,13 @@ PETSC_INTERN PetscErrorCode LadderRunOnce(Ladder *ladder, PetscInt episode, cons
 /* The run at this rung, which is done if it has not been */
 PETSC_INTERN PetscErrorCode LadderRunAt(Ladder *ladder, PetscInt episode, PetscInt controller, PetscInt rung,
                                         LadderRun *run);
-/* worst [LADDER_RUNGS]: the error that the share within of the episodes keeps at a rung and at every tighter one; 0: small */
+/* worst [LADDER_RUNGS]: the error that the share within of the episodes keeps at a rung and at every tighter one; 0:
+   small */
 PETSC_INTERN void LadderWorst(const Ladder *ladder, PetscInt controller, PetscReal within, PetscReal worst[]);
 /* The loosest tolerance with worst <= accuracy, between rungs by logarithms; negative: none */
 PETSC_INTERN PetscReal LadderLoosest(const PetscReal worst[], PetscReal accuracy);
-/* The cheapest run of one episode, chosen afterwards, whose error is at most this as it is at every tighter tolerance of its
-   controller; 0: there is none */
+/* The cheapest run of one episode, chosen afterwards, whose error is at most this as it is at every tighter tolerance
+   of its controller; 0: there is none */
 PETSC_INTERN PetscInt LadderCheapest(const Ladder *ladder, PetscInt episode, PetscReal error);
 /* Share of the episodes that a setting keeps within the accuracy, their mean solves and their median error */
 typedef struct {

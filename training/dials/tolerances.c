@@ -62,7 +62,8 @@ typedef struct {
     solves[LADDER_MAX_CONTROLLERS * ACCURACIES];
 } Table;
 
-/* Solves and kept share are measured at the tolerance itself, which is between two of the ladder's, and tightened until it holds. */
+/* Solves and kept share are measured at the tolerance itself, which is between two of the ladder's, and tightened until
+   it holds. */
 static PetscErrorCode Calibrate(const Options *o, Ladder *l, PetscInt c, Table *t)
 {
   PetscReal worst[LADDER_RUNGS];

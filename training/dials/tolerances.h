@@ -1,5 +1,5 @@
-/* -train_algorithm tolerances: the tolerance of every classical controller at which it keeps an accuracy, on drawn episodes of a
-   problem or a user's family: the file of -fault_tolerances. */
+/* -train_algorithm tolerances: the tolerance of every classical controller at which it keeps an accuracy, on drawn
+   episodes of a problem or a user's family: the file of -fault_tolerances. */
 #pragma once
 #include <petscsys.h>
 

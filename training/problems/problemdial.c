@@ -38,7 +38,7 @@ static PetscErrorCode MakeEpisode(const EnvOptions *o, const EnvInstance *instan
 }
 
 /* Constant steps from a state [3 cells] at time t to rest or to the end of the episode, added to a course. The reaction
-   is the balance where an cell rests and the strength where it moves: no other state is needed. */
+   is the balance where a cell rests and the strength where it moves: no other state is needed. */
 static PetscErrorCode Continue(const EnvOptions *o, Episode *e, const double state[], PetscReal t, Table *course)
 {
   const PetscReal dt = o->continuation * e->tstar;

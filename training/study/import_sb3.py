@@ -4,15 +4,13 @@
     import_sb3.py IN.zip OUT.h5 [--preset fault|sliding_mode|circuit] [--dt-min STEP] [--dt-max STEP] [--vecnormalize F.pkl]
 
 STEP is a number with a unit: seconds (6 or 6s), the problem's time scale (1e-6T*) or the simulated time (0.2t_max).
-The circuit's policies observe states over their start: run them with -circuit_unit start. Before the first step
-policies of sliding_mode and circuit are shown a last attempt other than the study's, the same as for every problem of
-SlipStep. The spaces that the zip names must be the preset's: so many observations, and one action from 0 to 1 or -1 to 1, a share of the way from
-the smallest step to the largest. Of an action with other bounds only --dt-min and --dt-max together say which steps they mean. A
-zip does not say whether it was trained under VecNormalize: --vecnormalize takes the file that VecNormalize.save() wrote, and its
-means and variances become offset and scale of the policy file; its clipping of observations is left out.
-The zip's weights are read without Python's unpickler: tensors are built and nothing else, and no code of the
-file is ever run. Exit code 2 and one line on standard error when the zip does not hold such a policy; OUT.h5 is then
-left as it was.
+The circuit's policies observe states over their start: run them with -circuit_unit start. Before the first step policies of
+sliding_mode and circuit are shown a last attempt other than the study's. The spaces that the zip names must be the preset's: so
+many observations, and one action from 0 to 1 or -1 to 1, a share of the way from the smallest step to the largest. Of an action
+with other bounds only --dt-min and --dt-max together say which steps they mean. --vecnormalize takes the file that
+VecNormalize.save() wrote, and its means and variances become offset and scale of the policy file; its clipping of observations is
+left out. The zip's weights are read without Python's unpickler: tensors are built and nothing else, and no code of the file is ever
+run. Exit code 2 and one line on standard error when the zip does not hold such a policy; OUT.h5 is then left as it was.
 """
 import argparse
 import collections

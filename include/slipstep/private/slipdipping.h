@@ -139,10 +139,10 @@ PETSC_INTERN void SlipDippingAdd_Private(const SlipDipping *const source[], Pets
                                          const PetscReal z[], const SlipPotential *v,
                                          const PetscReal (*rest)[SLIP_LANES], PetscBool image, PetscBool gradient,
                                          PetscReal out[]);
-/* 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of points with
-   x and y (as t) from the centre of their rectangles and the depth (as q), the only numbers that are there
-   yet; below the ground or on it. All rectangles are of one rock, with the ground or without. of [slips][n]: the rectangles with
-   each of the slips, which alone differ; out [slips] ---- */
+/* 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of points with x and y
+   (as t) from the centre of their rectangles and the depth (as q), the only numbers that are there yet; below the
+   ground or on it. All rectangles are of one rock, with the ground or without. of [slips][n]: the rectangles with each
+   of the slips, which alone differ; out [slips] ---- */
 PETSC_INTERN void SlipDippingFields_Private(PetscInt slips, const SlipDipping *const *const of[],
                                             SlipPlatePoints *points, PetscBool gradient, PetscReal *const out[]);
 /* ---- dipping_potential.c ---- */
@@ -152,7 +152,8 @@ PETSC_INTERN void SlipPotential_Private(const SlipPlatePoints *points, PetscInt 
 PETSC_INTERN void SlipLogPotential_Private(const SlipPlatePoints *points, PetscBool gradient, SlipLogPotential *l);
 PETSC_INTERN SlipLogSums SlipLogFirst_Private(const SlipLogCorner *corner, PetscReal ty, PetscReal tz, PetscReal lean);
 
-/* ---- dipping_points.c: by slip along the source's rake, or by 2 or 3 slips along its strike, up its dip and across it ---- */
+/* ---- dipping_points.c: by slip along the source's rake, or by 2 or 3 slips along its strike, up its dip and across it
+   ---- */
 PETSC_INTERN void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
                                                PetscInt n, const SlipCell receiver[], const SlipCell source[],
                                                PetscReal traction[]);

@@ -4,8 +4,9 @@
 
 /* Edges that differ by less than this share of the smaller cell's smaller side touch. */
 #define SLIP_TOUCH 1e-6
-/* A cell that reaches no deeper than this share of its height, or shorter side, lies on the ground: with hardly any rock above it, its own
-   stiffness is a hundredth of that of a deeper one (level squares of depth 0.01: 0.025 G/L in place of 1.6). */
+/* A cell that reaches no deeper than this share of its height, or shorter side, lies on the ground: with hardly any
+   rock above it, its own stiffness is a hundredth of that of a deeper one (level squares of depth 0.01: 0.025 G/L in
+   place of 1.6). */
 #define SLIP_GROUND 0.01
 
 /* Sine and cosine of an angle in degrees, exact at multiples of 90. */

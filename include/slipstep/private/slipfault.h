@@ -1,4 +1,5 @@
-/* Inside the fault: the parts that it wires, each with a header of its own. What a run leaves behind is in sliprecordfiles.h. */
+/* Inside the fault: the parts that it wires, each with a header of its own. What a run leaves behind is in
+   sliprecordfiles.h. */
 #pragma once
 #include <petsc/private/petscimpl.h>
 #include <slipfault.h>
@@ -66,10 +67,10 @@ typedef struct {
   const char *source[FAULT_MAX_FIELDS]; /* where they come from, for views; NULL: the scalar parameters */
 } SlipFaultCellFields;
 
-/* Where the numbers of a cell are in a state, and in its rates and errors; block numbers a cell. Slip has one component, along the
-   rake, or two, along strike and up dip: so have rates and displacements, one after the other, and vectors of slip, of shear
-   stress and the like. Cells that open have a third one in all of these, across their plane. A vector of cells has one number
-   a cell. */
+/* Where the numbers of a cell are in a state, and in its rates and errors; block numbers a cell. Slip has one
+   component, along the rake, or two, along strike and up dip: so have rates and displacements, one after the other, and
+   vectors of slip, of shear stress and the like. Cells that open have a third one in all of these, across their plane.
+   A vector of cells has one number a cell. */
 typedef struct {
   PetscInt components; /* of these vectors: 1, 2, or 3 where cells open: the opening behind the two of slip */
   PetscInt plane;      /* of them those in the plane of a cell, which slip has, 1 or 2 */
@@ -249,8 +250,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec
 PETSC_INTERN PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], PetscBool weighted, Vec x);
 PETSC_INTERN PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* filenames.c */
-/* points.c. Collective: the points [n][3] of a list or file, freed with PetscFree(): axes are two letters, with a third coordinate, which may
-   be given between them, in the middle, NaN where it is not */
+/* points.c. Collective: the points [n][3] of a list or file, freed with PetscFree(): axes are two letters, with a third
+   coordinate, which may be given between them, in the middle, NaN where it is not */
 PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, const char axes[2], PetscBool three,
                                                 PetscInt *n, PetscReal **points);
 /* loads.c */

@@ -1,11 +1,12 @@
-/* What is known of a state: sums over its cells, observations, energies and powers, kept for the moment that they were computed of. */
+/* What is known of a state: sums over its cells, observations, energies and powers, kept for the moment that they were
+   computed of. */
 #pragma once
 #include <slipfault.h>
 #include <slipcore.h>
 #include <slipstep/private/slipfaultloads.h>
 
-/* All that what was computed of a state depends on: the vector and how it was then, the load, and the slip rates, which TSRK is not
-   told of when they are put into its solution */
+/* All that what was computed of a state depends on: the vector and how it was then, the load, and the slip rates, which
+   TSRK is not told of when they are put into its solution */
 typedef struct {
   PetscObjectId id;
   PetscObjectState state;
@@ -91,7 +92,8 @@ typedef struct {
 /* observe.c. Is what is known of a moment that of the state w of now, with the load of time t? */
 PETSC_EXTERN PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
                                                     SlipFaultMoment *now, PetscBool *same);
-/* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no explicit problem */
+/* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no
+   explicit problem */
 PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
@@ -107,7 +109,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec
 PETSC_EXTERN PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy); /* [J] */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power);   /* [W] */
 
-/* stepvalues.c: what several need of the end of a step, computed once for a state w and a time. Collective, borrowed. */
+/* stepvalues.c: what several need of the end of a step, computed once for a state w and a time. Collective,
+   borrowed. */
 PETSC_INTERN PetscErrorCode SlipFaultStepTraction(SlipFault fault, PetscReal time, Vec w, Vec *traction);
 PETSC_INTERN PetscErrorCode SlipFaultStepRate(SlipFault fault, PetscReal time, Vec w, PetscReal *largest);
 PETSC_INTERN PetscErrorCode SlipFaultStepValuesDestroy(SlipFault fault);

@@ -1,5 +1,5 @@
-/* The parameters of a fault: tables of numbers, of choices, of switches and of the fields that may replace numbers cell by
-   cell. Behind the numbers and fields of the tables come those that registered friction laws bring: ids from
+/* The parameters of a fault: tables of numbers, of choices, of switches and of the fields that may replace numbers cell
+   by cell. Behind the numbers and fields of the tables come those that registered friction laws bring: ids from
    FAULT_NUM_REALS and FAULT_NUM_FIELDS on, one law after another. */
 #pragma once
 #include <slipcore.h>

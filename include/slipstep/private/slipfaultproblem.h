@@ -1,4 +1,5 @@
-/* A fault as a problem of a TS: the constraint of a stage, the balance of faults that always slide, rest, tolerances and defaults. */
+/* A fault as a problem of a TS: the constraint of a stage, the balance of faults that always slide, rest, tolerances
+   and defaults. */
 #pragma once
 #include <slipfault.h>
 #include <slipcore.h>

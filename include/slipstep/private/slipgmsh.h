@@ -1,5 +1,5 @@
-/* A .msh file of Gmsh in memory, read from its begin to its end, numbers as text or as bytes. Every function says what is wrong by the file, the
-   section and the line, or in bytes the place. */
+/* A .msh file of Gmsh in memory, read from its begin to its end, numbers as text or as bytes. Every function says what
+   is wrong by the file, the section and the line, or in bytes the place. */
 #pragma once
 #include <petscsys.h>
 

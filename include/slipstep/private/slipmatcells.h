@@ -4,7 +4,8 @@
 #include <slipstep/private/slipmatcommon.h>
 
 /* ---- cells.c ---- */
-/* S_ij of MatCreateSlipCellStiffness(), or with unit 0 what slip does to normal stress; unit is otherwise 1 / (2 mean(A)). */
+/* S_ij of MatCreateSlipCellStiffness(), or with unit 0 what slip does to normal stress; unit is otherwise 1 / (2
+   mean(A)). */
 PETSC_INTERN void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
                                    const PetscInt column[], PetscInt lda, PetscReal a[]);
 PETSC_INTERN PetscErrorCode SlipCellsRows(MPI_Comm comm, const SlipCells *cells, PetscInt *nlocal);

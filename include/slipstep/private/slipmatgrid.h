@@ -60,7 +60,8 @@ PETSC_INTERN void SlipSymmetricProduct(PetscInt n, PetscBool half, const PetscRe
 PETSC_INTERN void SlipGeneralProduct(PetscInt m, PetscInt n, const PetscReal A[], const PetscReal f[], PetscReal g[],
                                      PetscReal column[]); /* A [n][m], column [2][m + n] */
 
-/* ---- circulant.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber) ---- */
+/* ---- circulant.c: block-circulant operators of a uniform grid (FFT along strike, nz x nz blocks per wavenumber)
+   ---- */
 typedef struct _n_SlipCirculant *SlipCirculant;
 PETSC_INTERN PetscInt SlipGoodLength(PetscInt n); /* even, at least n, prime factors 2, 3 and 5 */
 PETSC_INTERN PetscErrorCode SlipCirculantCreate(MPI_Comm comm, const SlipGrid *grid, SlipCirculant *strike);

@@ -1,5 +1,5 @@
-/* The mesh of a fault: its cells, where they are, and who owns them. A kind of mesh is a row of functions, in a file of its
-   own; nobody else asks which kind it is. */
+/* The mesh of a fault: its cells, where they are, and who owns them. A kind of mesh is a row of functions, in a file of
+   its own; nobody else asks which kind it is. */
 #pragma once
 #include <petscmat.h>
 #include <slipcells.h>
@@ -14,7 +14,8 @@
 #define MESH_MAX_REACH 4e7
 #define MESH_MAX_DEPTH 1e6
 
-/* Numbers of a uniform grid, and in files of any mesh what they are of the whole: cells, extents and depth [m], angles [deg] */
+/* Numbers of a uniform grid, and in files of any mesh what they are of the whole: cells, extents and depth [m], angles
+   [deg] */
 enum { MESH_NX, MESH_NZ, MESH_LENGTH_X, MESH_LENGTH_Z, MESH_DEPTH_TOP, MESH_STRIKE, MESH_DIP, MESH_REALS };
 
 /* A cell; x north, y east, z down [m]; of vertical planes along x, x along strike and y to its right */
@@ -69,7 +70,8 @@ typedef struct {
   const PetscReal *rake; /* [n] of the cells of this process, where dipping [deg] */
 } SlipFaultStiffness;
 
-/* A row of a file, or the number iz nx + ix in a grid, names a cell; those of this process are cells start, start + 1 ... */
+/* A row of a file, or the number iz nx + ix in a grid, names a cell; those of this process are cells start, start + 1
+   ... */
 typedef struct {
   /* all but n, start and weight; file: what that of -fault_mesh holds, on rank 0, else empty but for triangles */
   PetscErrorCode (*create)(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o, const SlipFaultMeshFile *file);
@@ -153,8 +155,9 @@ PETSC_INTERN PetscErrorCode SlipFaultMeshReadGmsh(const char name[], const char 
 /* units.c: unit, frame: something says what they are */
 PETSC_INTERN PetscErrorCode SlipFaultMeshCheckUnit(const char prefix[], const char source[], PetscBool unit,
                                                    PetscBool frame, const SlipFaultMeshFile *file);
-/* rectangles.c: rows in place of the corners of rectangles, which others are refused as; surface.c, orient.c: what is wrong with triangles, one by one and beside each other, is refused; vertices in one place become
-   one, and corners go around the normals into the hanging wall. source: what messages begin with */
+/* rectangles.c: rows in place of the corners of rectangles, which others are refused as; surface.c, orient.c: what is
+   wrong with triangles, one by one and beside each other, is refused; vertices in one place become one, and corners go
+   around the normals into the hanging wall. source: what messages begin with */
 PETSC_INTERN PetscErrorCode SlipFaultMeshRectangles(const char source[], SlipFaultMeshFile *file);
 PETSC_INTERN PetscErrorCode SlipFaultMeshUseVertices(const char source[], SlipFaultMeshFile *file);
 PETSC_INTERN PetscErrorCode SlipFaultTrianglesCheck(const char source[], PetscBool full_space, SlipFaultMeshFile *file);

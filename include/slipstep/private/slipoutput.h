@@ -4,7 +4,8 @@
 #include <sliph5.h>
 #include <slipts.h>
 
-/* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there, of wide ones so many that they have these numbers. */
+/* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there, of wide ones so many that they
+   have these numbers. */
 #define SLIP_TABLE_ROWS 256
 #define SLIP_TABLE_NUMBERS 262144
 #define SLIP_TABLE_COLUMNS 32
@@ -19,9 +20,8 @@ typedef struct {
   PetscReal *value;                     /* of so many rows, one column after the other */
 } SlipTable;
 
-/* entries [ncolumns], or NULL: a row has so many numbers in a column, whose dataset is [n, entries]; 0: one, and [n]; -m: m vectors of 3,
-   and [n, m, 3].
-   rows >= 0: the table is there, and is cut to so many */
+/* entries [ncolumns], or NULL: a row has so many numbers in a column, whose dataset is [n, entries]; 0: one, and [n];
+   -m: m vectors of 3, and [n, m, 3]. rows >= 0: the table is there, and is cut to so many */
 PETSC_INTERN PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
                                             const SlipOutputColumn column[], const PetscInt entries[], PetscInt rows);
 PETSC_INTERN PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[]);

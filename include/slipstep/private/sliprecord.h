@@ -120,6 +120,7 @@ PETSC_INTERN PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState state, 
 PETSC_INTERN PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState state); /* a checkpoint's part */
 PETSC_INTERN PetscErrorCode SlipFaultObserversDestroy(SlipFault fault);
 
-/* filenames.c. Collective: the file of an earlier run to go on in, FILE.part or FILE; "": there is none, and a line says so */
+/* filenames.c. Collective: the file of an earlier run to go on in, FILE.part or FILE; "": there is none, and a line
+   says so */
 PETSC_INTERN PetscErrorCode SlipFaultFindEarlier(SlipFault fault, const char file[], const char what[], PetscBool say,
                                                  char found[PETSC_MAX_PATH_LEN + 8]);

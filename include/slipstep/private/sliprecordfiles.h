@@ -1,10 +1,12 @@
-/* What a run of a fault leaves behind: its output with fields, stations and the file for ParaView, and the catalogue of events. */
+/* What a run of a fault leaves behind: its output with fields, stations and the file for ParaView, and the catalogue of
+   events. */
 #pragma once
 #include <slipstep/private/sliprecord.h>
 
 /* ---- output.c, outputfile.c: what the output of a fault adds to that of any run: its mesh and its fields ---- */
-/* Fields of /fields: components of the state, but traction, the reaction; pore pressure, of the time; normal stress, of both;
-   and slip of a fault that heals, which is not s. Of a law with several states the others come behind the last. */
+/* Fields of /fields: components of the state, but traction, the reaction; pore pressure, of the time; normal stress, of
+   both; and slip of a fault that heals, which is not s. Of a law with several states the others come behind the
+   last. */
 typedef enum {
   OUTPUT_SLIP_RATE,
   OUTPUT_DISPLACEMENT,
@@ -149,8 +151,9 @@ struct _n_SlipFaultCatalogue {
   Vec before;      /* with other integrators than TSBATHE: state of the step before, else NULL */
   PetscReal time_before; /* its time [s] */
   Vec stress, slip;      /* work: shear stress [Pa], slip of the event [m] */
-  /* cataloguestep.c: states within a step, where the bound is passed and elsewhere, slopes of its ends; powers [nwork] of the end of
-     the last step and, for work, of this one, of where the bound is passed and within; integrals [nwork] over a step */
+  /* cataloguestep.c: states within a step, where the bound is passed and elsewhere, slopes of its ends; powers [nwork]
+     of the end of the last step and, for work, of this one, of where the bound is passed and within; integrals [nwork]
+     over a step */
   Vec cut, middle, within, slope[2];
   PetscBool power_known; /* that of the end of the last step is */
   PetscReal *power, *next, *cut_power, *inner, *sum, *fast, *slow;

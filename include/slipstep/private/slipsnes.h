@@ -81,9 +81,9 @@ PETSC_INTERN PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row);
 PETSC_INTERN PetscErrorCode SlipProjectionStep(SlipConstraint, const SlipStageModel *, Vec x, Vec rho, Vec x1, Vec g1);
 
 /* Dense solve on the sliding set: J_ss dx_s = rhs_s, cross as above, by Cholesky, with C and its factors row (NULL:
-   none; row alone: the normal rows of B for C) or with a B that is known not to be symmetric by LU. done is false when the
-   entries of B or C are not at hand; pd is false when the matrix is not positive definite, by LU when an eigenvalue of D^-1 J_ss, D
-   the diagonal of B, has no positive real part (dx then untouched). */
+   none; row alone: the normal rows of B for C) or with a B that is known not to be symmetric by LU. done is false when
+   the entries of B or C are not at hand; pd is false when the matrix is not positive definite, by LU when an eigenvalue
+   of D^-1 J_ss, D the diagonal of B, has no positive real part (dx then untouched). */
 PETSC_INTERN PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec cross, Vec rhs, Vec dx,
                                             PetscInt max, PetscBool *done, PetscBool *pd);
 
@@ -126,8 +126,8 @@ PETSC_INTERN PetscErrorCode SlipSemismoothStep(SNES, SlipConstraint, const SlipS
                                                PetscReal tolerance, Vec x, PetscBool *ok);
 /* con->B, or its approximation */
 PETSC_INTERN PetscErrorCode SlipSemismoothOperator(SlipConstraint, PetscBool exact, Mat *A);
-/* Krylov solve with A and the slope for SEMISMOOTH_DX; pd is false when the matrix shows itself indefinite, where bounds are
-   coupled an eigenvalue without a positive real part */
+/* Krylov solve with A and the slope for SEMISMOOTH_DX; pd is false when the matrix shows itself indefinite, where
+   bounds are coupled an eigenvalue without a positive real part */
 PETSC_INTERN PetscErrorCode SlipSemismoothKrylov(SNES, SlipConstraint, Mat A, Vec slope, Vec cross, PetscBool *ok,
                                                  PetscBool *pd);
 /* smoothbound.c: the whole solve where the bound is smooth */

@@ -5,7 +5,8 @@
 #include <slipcompat.h>
 #include <slipsys.h>
 
-/* An object that has a memory composes this with a function (object, SlipState); the object's type is checked before. */
+/* An object that has a memory composes this with a function (object, SlipState); the object's type is checked
+   before. */
 #define SLIP_STATE_METHOD "SlipState_C"
 
 /* ---- statefile.c: files with a checksum, of which the one before is kept as FILE.previous ---- */
@@ -17,7 +18,8 @@ PETSC_INTERN PetscErrorCode SlipStateClose(SlipState *state); /* writing: puts t
 /* Errors, which name the option, when the file is there and is no state, or cannot be written. *exists: it is there */
 PETSC_INTERN PetscErrorCode SlipStateCheckCreate(MPI_Comm comm, const char prefix[], const char option[],
                                                  const char file[], PetscBool *exists);
-/* Before vectors of cells whose numbers depend on the number of ranks: order [cells] are their rows in the mesh's file */
+/* Before vectors of cells whose numbers depend on the number of ranks: order [cells] are their rows in the mesh's
+   file */
 PETSC_INTERN PetscErrorCode SlipStateCells(SlipState state, PetscInt cells, const PetscInt order[]);
 
 /* ---- state.c: visiting; numbers and vectors in slipsys.h ---- */

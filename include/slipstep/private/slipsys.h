@@ -117,7 +117,8 @@ PETSC_INTERN PetscErrorCode SlipH5ReadPiece(SlipH5 *h, const char path[], PetscI
 /* ---- h5whole.c ---- */
 PETSC_INTERN PetscBool SlipH5IsWhole(hid_t id, char object[PETSC_MAX_PATH_LEN]);
 
-/* ---- h5output.c: the two halves of SlipH5Close() of a file that was written, for what is to be done in between ---- */
+/* ---- h5output.c: the two halves of SlipH5Close() of a file that was written, for what is to be done in between
+   ---- */
 PETSC_INTERN PetscErrorCode SlipH5CloseBeside(SlipH5 *h);
 PETSC_INTERN PetscErrorCode SlipH5PutInPlace(SlipH5 *h);
 
@@ -126,8 +127,8 @@ PETSC_INTERN void SlipErrorAtEnd(void (*end)(void));     /* before the error han
 PETSC_INTERN PetscErrorCode SlipErrorHandlerBegin(void); /* before PetscInitialize() */
 
 /* ---- h5fail.c ---- */
-/* Raises the error of a write and closes the file. reason: errno of a call of ours, and HDF5 is sound; 0: HDF5 has failed,
-   or its driver */
+/* Raises the error of a write and closes the file. reason: errno of a call of ours, and HDF5 is sound; 0: HDF5 has
+   failed, or its driver */
 PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, const char format[], ...)
   PETSC_ATTRIBUTE_FORMAT(3, 4);
 

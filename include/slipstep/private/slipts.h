@@ -96,7 +96,8 @@ PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSCreate_Adams(TS);
 
 /* ---- guard.c ---- */
-/* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step [s] */
+/* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step
+   [s] */
 PETSC_INTERN PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole);
 PETSC_INTERN PetscReal SlipTimeAfterStep(TS ts);
 PETSC_INTERN PetscErrorCode SlipGuardConstant(TS ts, PetscReal h); /* an error where steps are constant */
@@ -104,8 +105,9 @@ PETSC_INTERN PetscErrorCode SlipConstantRefused(TS ts, PetscReal h, SlipConstant
 PETSC_INTERN PetscReal SlipConstantAfter(TS ts, PetscReal h, PetscReal next, SlipConstant *steps);
 PETSC_INTERN PetscErrorCode SlipGuardStep(TS ts); /* an error where ts->time_step is below the rounding of time */
 PETSC_INTERN PetscBool SlipStepIsLost(TS ts, PetscReal h, PetscReal *least);
-/* Collective, within a step: the run ends by an error, which is raised next, as its steps lead nowhere. Who keeps states of the run, as
-   checkpoints do, composes a function (TS) with the TS, and is told here; the state of the step's start is rollback()'s. */
+/* Collective, within a step: the run ends by an error, which is raised next, as its steps lead nowhere. Who keeps
+   states of the run, as checkpoints do, composes a function (TS) with the TS, and is told here; the state of the step's
+   start is rollback()'s. */
 #define SLIP_RUN_FAILS_METHOD "SlipRunFails_C"
 PETSC_INTERN PetscErrorCode SlipRunFails(TS ts);
 PETSC_INTERN PetscErrorCode SlipGuardState(Vec w, PetscBool *good); /* all of it are numbers; collective */

@@ -33,8 +33,8 @@ SlipCell SlipCellsGet(const SlipCells *c, PetscInt i)
     c->directions ? c->directions + 9 * (size_t)i : NULL};
 }
 
-/* directions [n][3][3] of triangles, which each of their n^2 entries asks for, of vectors along strike; NULL of rectangles, whose
-   kernels take angles. PetscFree() it. */
+/* directions [n][3][3] of triangles, which each of their n^2 entries asks for, of vectors along strike; NULL of
+   rectangles, whose kernels take angles. PetscFree() it. */
 PetscErrorCode SlipCellsDirections(const SlipCells *c, PetscReal **directions)
 {
   const PetscReal *rake = c->kernel.type->components > 1 ? NULL : c->rake;
@@ -63,7 +63,8 @@ static void PutShear(const SlipKernelType *t, PetscReal unit, PetscReal p, const
     for (PetscInt i = 0; i < c; i++) a[j * lda + i] = unit * (p * block[i * c + j] + q * back[j * c + i]);
 }
 
-/* Averages, which are reciprocal: from those over the cell of the lower number, for equal bits on both sides of the diagonal */
+/* Averages, which are reciprocal: from those over the cell of the lower number, for equal bits on both sides of the
+   diagonal */
 static void PutAverage(const SlipCells *cells, PetscReal unit, PetscInt row, PetscInt column, PetscInt lda,
                        PetscReal a[])
 {
@@ -113,8 +114,8 @@ static void EntriesSingly(const SlipCells *cells, PetscReal unit, PetscInt m, co
 }
 
 /*
-  SlipCellsEntries - entries a, column-major with lda numbers from one column to the next, of the m cells of some rows and the n
-  of some columns: [m c][n c] of the stiffness, or where unit is 0 [m][n c] of what slip does to normal stress
+  SlipCellsEntries - entries a, column-major with lda numbers from one column to the next, of the m cells of some rows
+  and the n of some columns: [m c][n c] of the stiffness, or where unit is 0 [m][n c] of what slip does to normal stress
 */
 void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
                       const PetscInt column[], PetscInt lda, PetscReal a[])

@@ -4,8 +4,8 @@
 #include <slipstep/private/slipmatcells.h>
 #include <math.h>
 
-/* So far, as a share of the smaller cell's smaller side, may a cell reach beyond the line in which it meets another one's plane:
-   what strikes and dips of two decimals leave is ten times less. */
+/* So far, as a share of the smaller cell's smaller side, may a cell reach beyond the line in which it meets another
+   one's plane: what strikes and dips of two decimals leave is ten times less. */
 #define CROSS_TOUCH 1e-3
 #define CHECK_LEAF 16 /* cells in a leaf of the tree that is searched for neighbours */
 
@@ -343,12 +343,13 @@ static PetscErrorCode FindMeeting(const SlipCells *c, PetscInt rows[2], PetscBoo
 . cells  - the cells
 - source - where they come from, for the messages
 
-  Note: cells may touch along edges, at any angle, and the edge of one may end inside of another one, as where faults branch
+  Note: cells may touch along edges, at any angle, and the edge of one may end inside of another one, as where faults
+  branch
 
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (counted from 0, or as cells->number says) with numbers that are not finite,
-  extents that are not positive, strikes outside of [-360, 360] and dips outside of (0, 90] degrees, of triangles [0, 180], cells above
-  the surface, pairs of rows that overlap on one plane or cross; PETSC_ERR_ARG_INCOMP for a kernel of triangles without vertices and one
-  of rectangles with them; those of SlipKernelCheck()
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for no cells, rows (counted from 0, or as cells->number says) with numbers that are
+  not finite, extents that are not positive, strikes outside of [-360, 360] and dips outside of (0, 90] degrees, of
+  triangles [0, 180], cells above the surface, pairs of rows that overlap on one plane or cross; PETSC_ERR_ARG_INCOMP
+  for a kernel of triangles without vertices and one of rectangles with them; those of SlipKernelCheck()
 
   Level: intermediate
 

@@ -56,7 +56,8 @@ static void Bounds(const SlipCells *c, const PetscReal box[], const PetscInt per
       *coordinate = centre[k];
     }
   }
-  /* Far cells see a line of long ones side by side, as those of a fault in plane strain, as what it is along the dip. */
+  /* Far cells see a line of long ones side by side, as those of a fault in plane strain, as what it is along the
+     dip. */
   node->diameter = PetscSqrtReal(c->dip ? spread : boxed);
 }
 

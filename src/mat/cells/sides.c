@@ -1,8 +1,8 @@
 /*
-  Which sides of triangles are shared with which, as averages over cells need to know (triangle_loops.c): the side of the cell itself
-  has the core of the lower one of it and of what lies beyond, and where slip ends perhaps another. Where several
-  triangles lie beyond, as where faults branch, each counts for its share. Sides that meet have vertices in common, number by number,
-  as meshes of files do.
+  Which sides of triangles are shared with which, as averages over cells need to know (triangle_loops.c): the side of
+  the cell itself has the core of the lower one of it and of what lies beyond, and where slip ends perhaps another.
+  Where several triangles lie beyond, as where faults branch, each counts for its share. Sides that meet have vertices
+  in common, number by number, as meshes of files do.
 */
 #include <slipcompat.h>
 #include <slipstep/private/slipelasticity.h>

@@ -1,6 +1,7 @@
 /*
-  Products of a wavenumber's real block with a complex field of depth. Blocks of all wavenumbers do not fit into fast memory,
-  so that a product takes as long as reading them: once each, real and imaginary parts at a time, and half of symmetric ones.
+  Products of a wavenumber's real block with a complex field of depth. Blocks of all wavenumbers do not fit into fast
+  memory, so that a product takes as long as reading them: once each, real and imaginary parts at a time, and half of
+  symmetric ones.
 */
 #include <slipmat.h>
 #include <stdlib.h>
@@ -23,13 +24,14 @@ PetscErrorCode SlipAllocateLines(size_t count, PetscReal **a)
   #define VECTOR
 #endif
 
-/* Four numbers, wherever they lie: as many as AVX2's registers take. Vectors of eight are kept in memory there, and products with
-   blocks in fast memory take 2.5 times as long (measured). */
+/* Four numbers, wherever they lie: as many as AVX2's registers take. Vectors of eight are kept in memory there, and
+   products with blocks in fast memory take 2.5 times as long (measured). */
 typedef double Four __attribute__((vector_size(32), aligned(8), may_alias));
 #define FOUR(p) (*(Four *)(p))
 
-/* What the next columns need, on its way from memory: a quarter less time than with what the machine foresees by itself. 401
-   blocks of 100 x 100 take 2.6 ms, about what reading them takes, where dgemm takes 4.0 ms and two dgemv take 7.3 ms (measured). */
+/* What the next columns need, on its way from memory: a quarter less time than with what the machine foresees by
+   itself. 401 blocks of 100 x 100 take 2.6 ms, about what reading them takes, where dgemm takes 4.0 ms and two dgemv
+   take 7.3 ms (measured). */
 #define AHEAD(p) __builtin_prefetch(p)
 
 /* Of eight numbers */
@@ -38,8 +40,8 @@ static inline __attribute__((always_inline)) PetscReal Sum(const Four a[2])
   return ((a[0][0] + a[0][1]) + (a[0][2] + a[0][3])) + ((a[1][0] + a[1][1]) + (a[1][2] + a[1][3]));
 }
 
-/* y += A x in two vectors of length n for two columns a of A, from j on, which lie apart, in rows i0 + 8 and on, as far as
-   a multiple of 8; and sums, A' x of these rows, of both columns and vectors. */
+/* y += A x in two vectors of length n for two columns a of A, from j on, which lie apart, in rows i0 + 8 and on, as far
+   as a multiple of 8; and sums, A' x of these rows, of both columns and vectors. */
 static inline __attribute__((always_inline)) void TwoColumns(PetscInt n, PetscInt i0, PetscInt j, const PetscReal a[],
                                                              PetscInt apart, const PetscReal x[], PetscReal y[],
                                                              PetscReal sums[2][2])
@@ -72,7 +74,8 @@ static inline __attribute__((always_inline)) void TwoColumns(PetscInt n, PetscIn
   }
 }
 
-/* The same for four columns of the symmetric A, with its rows i0 to i0 + 7, and y += A' x as well for rows from i0 + 8 on. */
+/* The same for four columns of the symmetric A, with its rows i0 to i0 + 7, and y += A' x as well for rows from i0 + 8
+   on. */
 static inline __attribute__((always_inline)) void FourColumns(PetscInt n, PetscInt i0, PetscInt j, const PetscReal a[],
                                                               PetscInt apart, const PetscReal x[], PetscReal y[])
 {
@@ -111,8 +114,8 @@ static inline __attribute__((always_inline)) void OneColumn(PetscInt n, PetscInt
   y[j] += sum;
 }
 
-/* f = A f for n complex numbers f, A [n][n] real and symmetric or half of it; column [4][n] is room for real and imaginary
-   parts. Half of A is read, once: blocks of many wavenumbers do not fit into fast memory otherwise. */
+/* f = A f for n complex numbers f, A [n][n] real and symmetric or half of it; column [4][n] is room for real and
+   imaginary parts. Half of A is read, once: blocks of many wavenumbers do not fit into fast memory otherwise. */
 VECTOR static void SymmetricProduct(PetscInt n, PetscBool half, const PetscReal A[], PetscReal f[], PetscReal column[])
 {
   const PetscInt most = n - n % 8;
@@ -139,8 +142,8 @@ VECTOR static void SymmetricProduct(PetscInt n, PetscBool half, const PetscReal 
   }
 }
 
-/* Half of a symmetric A [n][n] as SlipSymmetricProduct() reads it, one number after the other: columns from the first row of
-   their eight on, those left over whole. How many numbers; half may be NULL. */
+/* Half of a symmetric A [n][n] as SlipSymmetricProduct() reads it, one number after the other: columns from the first
+   row of their eight on, those left over whole. How many numbers; half may be NULL. */
 size_t SlipSymmetricHalf(PetscInt n, const PetscReal A[], PetscReal half[])
 {
   size_t count = 0;
@@ -179,7 +182,8 @@ static inline __attribute__((always_inline)) void Columns(PetscInt m, PetscInt n
     }
 }
 
-/* g = A f for n complex numbers f and m g, A [n][m] real, one column after the other; column [2][m + n] is room for parts. */
+/* g = A f for n complex numbers f and m g, A [n][m] real, one column after the other; column [2][m + n] is room for
+   parts. */
 VECTOR static void GeneralProduct(PetscInt m, PetscInt n, const PetscReal A[], const PetscReal f[], PetscReal g[],
                                   PetscReal column[])
 {

@@ -24,8 +24,8 @@ struct _n_SlipCirculant {
   PetscReal *column;        /* [4][nz], of one wavenumber */
 };
 
-/* Cells in depth beyond which ranks share the work: measured on 2 ranks, shared products take 35 us where whole ones take 55
-   at 100 x 40, and 28 us against 44 at 100 x 32. */
+/* Cells in depth beyond which ranks share the work: measured on 2 ranks, shared products take 35 us where whole ones
+   take 55 at 100 x 40, and 28 us against 44 at 100 x 32. */
 #define SLIP_SHARE_MIN 30
 
 /* Smallest even length of at least n whose prime factors are 2, 3 and 5. */

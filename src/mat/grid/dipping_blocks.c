@@ -1,9 +1,10 @@
 /*
   A real block per wavenumber along strike for the stress that slip on a dipping plane makes on itself.
 
-  Stress along c for slip along d, strike s or up dip t, depends on the distance x along strike: T_ss, T_tt and what t does
-  to normal stress, T_nt, are even in it, T_st, T_ts and T_ns odd. Opening is as slip up dip. Transforms of the odd ones are -i times those by sines.
-  With i times the component up dip in place of itself, of slip and of shear stress, all is real:
+  Stress along c for slip along d, strike s or up dip t, depends on the distance x along strike: T_ss, T_tt and what t
+  does to normal stress, T_nt, are even in it, T_st, T_ts and T_ns odd. Opening is as slip up dip. Transforms of the odd
+  ones are -i times those by sines. With i times the component up dip in place of itself, of slip and of shear stress,
+  all is real:
 
      (y_s, i y_t) = X (f_s, i f_t),   X = (T_ss, -T_st; T_ts, T_tt),   y_n = -i (T_ns, T_nt) (f_s, i f_t)
 
@@ -71,7 +72,8 @@ PetscErrorCode SlipDippingOwn(const SlipDippingGrid *g, PetscInt iz, PetscReal s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Slip on the first cell of row jz: row[period / 2 + 1][table][nz], zero beyond the grid. points and traction [nz][3] */
+/* Slip on the first cell of row jz: row[period / 2 + 1][table][nz], zero beyond the grid. points and traction
+   [nz][3] */
 static PetscErrorCode FillRow(const SlipDippingGrid *g, PetscInt slip, const Tables *t, PetscInt jz, PetscReal points[],
                               PetscReal traction[], PetscReal row[])
 {
@@ -89,7 +91,8 @@ static PetscErrorCode FillRow(const SlipDippingGrid *g, PetscInt slip, const Tab
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Plans of a row's even tables, [0], and of its odd ones, between the ends, where these are zero; NULL where they end. */
+/* Plans of a row's even tables, [0], and of its odd ones, between the ends, where these are zero; NULL where they
+   end. */
 static PetscErrorCode PlanRows(PetscInt nk, PetscInt apart, PetscInt nz, PetscReal row[], fftw_plan plan[2])
 {
   const int length[2] = {(int)nk, (int)nk - 2};
@@ -151,7 +154,8 @@ static PetscErrorCode TablesByWave(MPI_Comm comm, const SlipDippingGrid *g, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The symmetric part of X, above, [n nz][n nz]; waves: of slip along each component, tables apart, this wavenumber's. */
+/* The symmetric part of X, above, [n nz][n nz]; waves: of slip along each component, tables apart, this
+   wavenumber's. */
 static void StiffnessBlock(PetscInt n, PetscInt nz, PetscInt tables, PetscReal *const waves[], PetscReal X[])
 {
   const PetscInt m = n * nz;
@@ -169,8 +173,8 @@ static void StiffnessBlock(PetscInt n, PetscInt nz, PetscInt tables, PetscReal *
       X[(size_t)j * m + i] = X[(size_t)i * m + j] = 0.5 * (X[(size_t)j * m + i] + X[(size_t)i * m + j]);
 }
 
-/* Blocks of this rank's nk_local wavenumbers of period / 2 + 1: halves of symmetric ones for the stiffness, and for normal
-   stress, unless normal is NULL, [n nz][nz]; n components of slip. free() both. Collective. */
+/* Blocks of this rank's nk_local wavenumbers of period / 2 + 1: halves of symmetric ones for the stiffness, and for
+   normal stress, unless normal is NULL, [n nz][nz]; n components of slip. free() both. Collective. */
 PetscErrorCode SlipDippingBlocks(MPI_Comm comm, const SlipDippingGrid *g, PetscInt period, PetscInt nk_local,
                                  PetscInt n, const PetscInt component[], PetscReal **stiffness, PetscReal **normal)
 {

@@ -1,9 +1,9 @@
 /*
   Stiffness of a dipping plane and what slip on it does to normal stress, of type "slipdippingfft", exact: products by
-  transforms along strike and a real block per wavenumber (dipping_blocks.c). Rakes differ from cell to cell: they turn slip
-  into components before, and stress into shear along them behind. Where all slip along strike, or all up dip or down, there
-  is one component. Where slip is a vector it has its components as it is, and so has stress. Both matrices have one engine, so that
-  products with both transform slip once.
+  transforms along strike and a real block per wavenumber (dipping_blocks.c). Rakes differ from cell to cell: they turn
+  slip into components before, and stress into shear along them behind. Where all slip along strike, or all up dip or
+  down, there is one component. Where slip is a vector it has its components as it is, and so has stress. Both matrices
+  have one engine, so that products with both transform slip once.
 */
 #include <slipmat.h>
 #include <slipcompat.h>
@@ -342,7 +342,8 @@ static PetscErrorCode DippingDestroy(Mat A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the cells that this rank owns, of a square matrix; what strike and dip have to do with each other is zero there. */
+/* Of the cells that this rank owns, of a square matrix; what strike and dip have to do with each other is zero
+   there. */
 static PetscErrorCode FillDiagonal(Mat A, const SlipDippingGrid *g, Dipping *d)
 {
   const PetscInt components = d->engine->vector ? d->engine->n : 1;

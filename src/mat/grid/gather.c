@@ -15,7 +15,8 @@ static PetscErrorCode GatherCounts(Mat A, PetscMPIInt size, SlipGather *g)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* pencil: of A's rows, one of a cell or several, those of the pencil's cells; NULL: the whole of what A takes. Collective. */
+/* pencil: of A's rows, one of a cell or several, those of the pencil's cells; NULL: the whole of what A takes.
+   Collective. */
 PetscErrorCode SlipGatherCreate(Mat A, SlipTransposedFFT pencil, SlipGather *g)
 {
   PetscMPIInt size;

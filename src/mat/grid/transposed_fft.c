@@ -2,10 +2,10 @@
   Transforms along strike of a grid whose rows of cells are spread over the ranks, and the transpose that gives each
   rank some wavenumbers at all depths. One plan serves every row, so that results do not depend on the number of ranks.
 
-  Two rows are transformed at once, as real and imaginary part of one complex row: about half the time of FFTW's
-  real transforms, of which less is vector code (lengths 200 to 800, measured). A few pairs are transformed before they are
-  transposed, while they are in cache, straight to where this rank's wavenumbers lie or into the message for another rank,
-  whose MPI type puts it in place there.
+  Two rows are transformed at once, as real and imaginary part of one complex row: about half the time of FFTW's real
+  transforms, of which less is vector code (lengths 200 to 800, measured). A few pairs are transformed before they are
+  transposed, while they are in cache, straight to where this rank's wavenumbers lie or into the message for another
+  rank, whose MPI type puts it in place there.
 */
 #include <slipmat.h>
 #include <fftw3-mpi.h>

@@ -1,12 +1,13 @@
 /*
-  Low-rank approximation of a block of which only rows and columns are known: adaptive cross approximation with partial pivoting
-  (Bebendorf 2000, Numer. Math. 86), then truncation by the singular values of U V' (QR of both factors).
+  Low-rank approximation of a block of which only rows and columns are known: adaptive cross approximation with partial
+  pivoting (Bebendorf 2000, Numer. Math. 86), then truncation by the singular values of U V' (QR of both factors).
 
   The pivoting can stop early where a block has parts that decouple, so that its end is confirmed in rows that were not
   used yet: where their residual is not small it goes on with the worst of them.
 
-  Entries may come in tuples, as those of vectors do: a row then costs as much as all rows of its tuple, and a column likewise. All
-  rows of a tuple become pivots, and the columns of one that is known are taken unless others are much larger.
+  Entries may come in tuples, as those of vectors do: a row then costs as much as all rows of its tuple, and a column
+  likewise. All rows of a tuple become pivots, and the columns of one that is known are taken unless others are much
+  larger.
 */
 #include <petscmat.h>
 #include <petscblaslapack.h>
@@ -28,7 +29,8 @@ typedef struct {
   PetscReal norm2;     /* of U V' in the Frobenius norm, squared */
 } Cross;
 
-/* The residual's row i into v [n]; its largest entry in magnitude is at *j, or one nearly as large in a known column. */
+/* The residual's row i into v [n]; its largest entry in magnitude is at *j, or one nearly as large in a known
+   column. */
 static void ResidualRow(Cross *c, PetscInt i, PetscReal v[], PetscInt *j)
 {
   const PetscInt rows = c->tuple[0], columns = c->tuple[1], best = c->at[1] * columns;

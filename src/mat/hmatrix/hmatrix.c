@@ -2,10 +2,10 @@
   Stiffness of type "sliphmat": blocks of cells that are far from each other, against their size, are stored as low-rank
   products found by adaptive cross approximation, the others as they are (Hackbusch 2015, Hierarchical Matrices).
 
-  Of a stiffness, which is symmetric, only the blocks on and above the diagonal are kept: the others are their transposes. A block is made, kept and applied
-  by one process, which owns some of its rows or, by symmetry, of its columns: block rows, but for the half that
-  symmetry saves. Among these the one with the least storage so far takes it. What the blocks are does not depend on the
-  number of processes, so that results agree to rounding.
+  Of a stiffness, which is symmetric, only the blocks on and above the diagonal are kept: the others are their
+  transposes. A block is made, kept and applied by one process, which owns some of its rows or, by symmetry, of its
+  columns: block rows, but for the half that symmetry saves. Among these the one with the least storage so far takes it.
+  What the blocks are does not depend on the number of processes, so that results agree to rounding.
 
   Where slip is a vector a block has two columns, and of a stiffness two rows, for each cell, and is compressed as one.
 */
@@ -17,8 +17,8 @@
 #include <slipstep/private/slipmathmatrix.h>
 
 #define HMAT_LEAF 48 /* cells in a leaf of the cluster tree */
-/* Low rank where the smaller diameter is at most this many distances; of dipping cells, whose entries take ten times as long:
-   two planes of 8000 cells took 16 % less time and memory with 2 than with 1.5. */
+/* Low rank where the smaller diameter is at most this many distances; of dipping cells, whose entries take ten times as
+   long: two planes of 8000 cells took 16 % less time and memory with 2 than with 1.5. */
 #define HMAT_ADMISSIBLE 1.5
 #define HMAT_ADMISSIBLE_DIPPING 2
 

@@ -214,8 +214,9 @@ static PetscErrorCode NormalCreate(MPI_Comm comm, const SlipCells *cells, const 
   and u.S u / (2 N) is the mean elastic energy per unit area. On cells of one size S = (K + K')/2.
 
   By cells->kernel.average K_ij is the average over cell i of SlipKernelAverage(), and reciprocity is exact. The core of
-  an edge is SLIP_CORE_CELL of the geometric mean of the extents across it of the cells that share it, or of the cell's own where no
-  cell follows. With SLIP_AVERAGE_WHOLE it is SLIP_CORE_INNER of the former, SLIP_CORE_BORDER of the latter.
+  an edge is SLIP_CORE_CELL of the geometric mean of the extents across it of the cells that share it, or of the cell's
+  own where no cell follows. With SLIP_AVERAGE_WHOLE it is SLIP_CORE_INNER of the former, SLIP_CORE_BORDER of the
+  latter.
 
   Errors: those of SlipCellsCheck(), PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_OUTOFRANGE for the tolerance
 
@@ -248,8 +249,8 @@ PetscErrorCode MatCreateSlipCellStiffness(MPI_Comm comm, const SlipCells *cells,
   Output Parameter:
 . Kn - matrix [Pa/m], neither symmetric nor weighted, with the rows of MatCreateSlipCellStiffness()
 
-  Note: entry (i, j) is the rise of normal stress, positive in compression, at the centre of cell i for unit slip on cell j,
-  along its rake: sigma = sigma0 - p + Kn u
+  Note: entry (i, j) is the rise of normal stress, positive in compression, at the centre of cell i for unit slip on
+  cell j, along its rake: sigma = sigma0 - p + Kn u
 
   Errors: those of SlipCellsCheck(), PETSC_ERR_SUP for a kernel without normal stress, PETSC_ERR_ARG_UNKNOWN_TYPE,
   PETSC_ERR_ARG_OUTOFRANGE for the tolerance
@@ -270,41 +271,41 @@ PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  MatCreateSlipCellVectorStiffness - stiffness of irregular cells, rectangles or triangles, for slip as a vector in each cell's plane, and
-  what that does to their normal stress
+/*@C MatCreateSlipCellVectorStiffness - stiffness of irregular cells, rectangles or triangles, for slip as a vector in
+  each cell's plane, and what that does to their normal stress
 
   Collective
 
   Input Parameters:
 + comm      - communicator
 . cells     - the cells, the same on every process, with a kernel of two components, SlipKernelDippingVector or
-              SlipKernelTriangleVector, or of three, with opening, SlipKernelDippingOpening or SlipKernelTriangleOpening; their
-              rakes do not count; not kept
+              SlipKernelTriangleVector, or of three, with opening, SlipKernelDippingOpening or
+              SlipKernelTriangleOpening; their rakes do not count; not kept
 . type      - "dense" (MATDENSE), "hmat" (hierarchical, O(N log N)) or "auto"
 - tolerance - of "hmat": error of each low-rank block in the Frobenius norm, relative (dimensionless), in (0, 1)
 
   Output Parameters:
-+ S  - symmetric matrix [Pa/m], 2 N x 2 N: rows and columns 2 i and 2 i + 1 are slip and shear traction along strike and up dip of the
-       cell whose row i is in MatCreateSlipCellStiffness(); 2 cells->nlocal of them on this process, or twice the rows that
-       PETSC_DECIDE gives it of N
-- Kn - matrix [Pa/m], N x 2 N, neither symmetric nor weighted: compression of the centre of a cell; or NULL where it is not wanted.
-       With opening S is 3 N x 3 N, its rows 3 i + 2 are of the compression, and Kn are these rows (MatCreateSlipNormalRows())
++ S  - symmetric matrix [Pa/m], 2 N x 2 N: rows and columns 2 i and 2 i + 1 are slip and shear traction along strike and
+       up dip of the cell whose row i is in MatCreateSlipCellStiffness(); 2 cells->nlocal of them on this process, or
+       twice the rows that PETSC_DECIDE gives it of N
+- Kn - matrix [Pa/m], N x 2 N, neither symmetric nor weighted: compression of the centre of a cell; or NULL where it is
+       not wanted. With opening S is 3 N x 3 N, its rows 3 i + 2 are of the compression, and Kn are these rows
+       (MatCreateSlipNormalRows())
 
-  Notes:
-  With K_ij [2][2] the stress drop at the centre of cell i, or on its average, for unit slip along either component on cell j, S_ij =
-  (A_i K_ij + A_j K_ji^T) / (2 mean(A)), for the reasons that MatCreateSlipCellStiffness() gives. Projected on directions in the
-  cells' planes it is the scalar stiffness of these rakes.
+  Notes: With K_ij [2][2] the stress drop at the centre of cell i, or on its average, for unit slip along either
+  component on cell j, S_ij = (A_i K_ij + A_j K_ji^T) / (2 mean(A)), for the reasons that MatCreateSlipCellStiffness()
+  gives. Projected on directions in the cells' planes it is the scalar stiffness of these rakes.
 
-  "auto" is "dense" up to 3000 rows. Hierarchical storage has the clusters of the scalar stiffness; a block of low rank holds both
-  components.
+  "auto" is "dense" up to 3000 rows. Hierarchical storage has the clusters of the scalar stiffness; a block of low rank
+  holds both components.
 
-  Errors: those of SlipCellsCheck(), PETSC_ERR_SUP for a kernel of one component, or without normal stress where Kn is wanted,
-  PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_OUTOFRANGE for the tolerance
+  Errors: those of SlipCellsCheck(), PETSC_ERR_SUP for a kernel of one component, or without normal stress where Kn is
+  wanted, PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_OUTOFRANGE for the tolerance
 
   Level: intermediate
 
-.seealso: MatCreateSlipCellStiffness(), MatCreateSlipDippingVectorStiffness(), MatSlipGetWeights(), MatSlipStiffnessMultBoth()
+.seealso: MatCreateSlipCellStiffness(), MatCreateSlipDippingVectorStiffness(), MatSlipGetWeights(),
+  MatSlipStiffnessMultBoth()
 @*/
 PetscErrorCode MatCreateSlipCellVectorStiffness(MPI_Comm comm, const SlipCells *cells, const char *type,
                                                 PetscReal tolerance, Mat *S, Mat *Kn)

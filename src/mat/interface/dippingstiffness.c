@@ -1,4 +1,5 @@
-/* MatCreateSlipDippingStiffness(), its sister for vectors of slip and their table of types; products with both of their matrices. */
+/* MatCreateSlipDippingStiffness(), its sister for vectors of slip and their table of types; products with both of their
+   matrices. */
 #include <petsc/private/petscimpl.h> /* methods */
 #include <slipmat.h>
 #include <slipsys.h>
@@ -8,9 +9,9 @@
 
 /* Up to this many cells dense products are as fast as others. */
 #define SLIP_DENSE_MAX 256
-/* From so many cells along dip for one along strike on, hierarchical products of slip along dip take less time than blocks of
-   cells along dip; measured, K and Kn: 1.7 and 1.6 ms at 8 x 400 cells, 3.6 and 6.2 ms at 8 x 800, 0.3 and 1.0 ms at 4 x 400,
-   but 13 and 3.7 ms at 20 x 400. */
+/* From so many cells along dip for one along strike on, hierarchical products of slip along dip take less time than
+   blocks of cells along dip; measured, K and Kn: 1.7 and 1.6 ms at 8 x 400 cells, 3.6 and 6.2 ms at 8 x 800, 0.3 and
+   1.0 ms at 4 x 400, but 13 and 3.7 ms at 20 x 400. */
 #define SLIP_DEEP 50
 
 /* The cells of a grid, along its own strike; cells->x owns all columns. */
@@ -92,7 +93,8 @@ static PetscErrorCode CreateByTransforms(MPI_Comm comm, const SlipDippingGrid *g
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What "auto" is, and why, in words. A kernel's own average or a lack of stress on whole planes is for hierarchical storage. */
+/* What "auto" is, and why, in words. A kernel's own average or a lack of stress on whole planes is for hierarchical
+   storage. */
 static const char *ChooseType(const SlipDippingGrid *grid, const char **why)
 {
   const SlipGrid *g = &grid->grid;
@@ -164,30 +166,31 @@ static PetscErrorCode Create(MPI_Comm comm, const SlipDippingGrid *grid, PetscIn
 
   Input Parameters:
 + comm - communicator
-. grid - cells, extents [m], dip and rakes [deg], and a kernel that has a row of normal stress, such as SlipKernelDipping
-- type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to the tolerance of
-         grid) or "auto"
+. grid - cells, extents [m], dip and rakes [deg], and a kernel that has a row of normal stress, such as
+         SlipKernelDipping
+- type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to the tolerance
+         of grid) or "auto"
 
   Output Parameters:
-+ K  - symmetric N x N matrix [Pa/m], N = nx * nz, rows distributed by PETSC_DECIDE: the symmetric part of the stress drop
-       along its rake at the centre of cell i for unit slip on cell j
++ K  - symmetric N x N matrix [Pa/m], N = nx * nz, rows distributed by PETSC_DECIDE: the symmetric part of the stress
+       drop along its rake at the centre of cell i for unit slip on cell j
 - Kn - compression of the centre of cell i for unit slip on cell j [Pa/m], not symmetric; NULL where it is not wanted
 
-  Notes:
-  Type "fft" keeps about nx + 1 blocks for K, half of nz x nz numbers each, and as many of nz x nz for Kn: 20 and 33 MB at 400 x 100
-  cells. That is where all rakes are 0 or 180 degrees, or all 90 or -90; else slip has two components, and blocks take four
-  times and twice as much. It needs a kernel with plane() of SlipKernelType.
+  Notes: Type "fft" keeps about nx + 1 blocks for K, half of nz x nz numbers each, and as many of nz x nz for Kn: 20 and
+  33 MB at 400 x 100 cells. That is where all rakes are 0 or 180 degrees, or all 90 or -90; else slip has two
+  components, and blocks take four times and twice as much. It needs a kernel with plane() of SlipKernelType.
 
-  "auto" is "dense" up to 256 cells, "hmat" for more than 50 cells along dip for one along strike and for kernels without
-  plane(), and otherwise "fft". MatScale(), MatGetDiagonal() and conversion to MATDENSE work on every type. Either matrix may be
-  destroyed first.
+  "auto" is "dense" up to 256 cells, "hmat" for more than 50 cells along dip for one along strike and for kernels
+  without plane(), and otherwise "fft". MatScale(), MatGetDiagonal() and conversion to MATDENSE work on every type.
+  Either matrix may be destroyed first.
 
   Errors: PETSC_ERR_ARG_OUTOFRANGE for a bad grid, those of SlipKernelCheck(), PETSC_ERR_SUP for a kernel without normal
   stress, or with "fft" without plane(), PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown type
 
   Level: intermediate
 
-.seealso: MatCreateSlipDippingVectorStiffness(), MatCreateSlipStiffness(), MatSlipStiffnessMultBoth(), MatCreateSlipCellNormalStiffness()
+.seealso: MatCreateSlipDippingVectorStiffness(), MatCreateSlipStiffness(), MatSlipStiffnessMultBoth(),
+  MatCreateSlipCellNormalStiffness()
 @*/
 PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGrid *grid, const char *type, Mat *K,
                                              Mat *Kn)
@@ -197,32 +200,32 @@ PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGri
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C
-  MatCreateSlipDippingVectorStiffness - stiffness of a uniform grid of cells on a plane of any dip for slip as a vector in the plane, and
-  what that does to its normal stress
+/*@C MatCreateSlipDippingVectorStiffness - stiffness of a uniform grid of cells on a plane of any dip for slip as a
+  vector in the plane, and what that does to its normal stress
 
   Collective
 
   Input Parameters:
 + comm - communicator
-. grid - cells, extents [m], dip [deg], and a kernel of two components such as SlipKernelDippingVector, or of three such as
-         SlipKernelDippingOpening; its rakes do not count
-- type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to the tolerance of
-         grid) or "auto", as MatCreateSlipDippingStiffness() has them
+. grid - cells, extents [m], dip [deg], and a kernel of two components such as SlipKernelDippingVector, or of three such
+         as SlipKernelDippingOpening; its rakes do not count
+- type - "dense" (MATDENSE), "fft" (products by fast Fourier transforms, exact), "hmat" (hierarchical, to the tolerance
+         of grid) or "auto", as MatCreateSlipDippingStiffness() has them
 
   Output Parameters:
-+ S  - symmetric 2 N x 2 N matrix [Pa/m], N = nx * nz: rows and columns 2 i and 2 i + 1 are along strike and up dip of cell i; twice
-       the rows on each process that PETSC_DECIDE gives it of N
-- Kn - N x 2 N matrix [Pa/m], compression of the centre of a cell, not symmetric; NULL where it is not wanted. With opening both are
-       as MatCreateSlipCellVectorStiffness() says
++ S  - symmetric 2 N x 2 N matrix [Pa/m], N = nx * nz: rows and columns 2 i and 2 i + 1 are along strike and up dip of
+       cell i; twice the rows on each process that PETSC_DECIDE gives it of N
+- Kn - N x 2 N matrix [Pa/m], compression of the centre of a cell, not symmetric; NULL where it is not wanted. With
+       opening both are as MatCreateSlipCellVectorStiffness() says
 
-  Notes:
-  S is the symmetric part of the stress drop at the centre of a cell for unit slip along either component on another one.
+  Notes: S is the symmetric part of the stress drop at the centre of a cell for unit slip along either component on
+  another one.
 
   Type "fft" keeps what MatCreateSlipDippingStiffness() does where rakes vary.
 
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for a bad grid, those of SlipKernelCheck(), PETSC_ERR_SUP for a kernel of one component, without
-  normal stress where Kn is wanted, or with "fft" without plane(), PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown type
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for a bad grid, those of SlipKernelCheck(), PETSC_ERR_SUP for a kernel of one
+  component, without normal stress where Kn is wanted, or with "fft" without plane(), PETSC_ERR_ARG_UNKNOWN_TYPE for an
+  unknown type
 
   Level: intermediate
 

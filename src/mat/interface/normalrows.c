@@ -72,12 +72,13 @@ static PetscErrorCode NormalRowsDestroy(Mat Kn)
   Collective
 
   Input Parameter:
-. S - stiffness of cells that open, 3 N x 3 N, of MatCreateSlipCellVectorStiffness() or MatCreateSlipDippingVectorStiffness();
-      a reference is kept
+. S - stiffness of cells that open, 3 N x 3 N, of MatCreateSlipCellVectorStiffness() or
+      MatCreateSlipDippingVectorStiffness(); a reference is kept
 
   Output Parameter:
-. Kn - matrix [Pa/m], N x 3 N: every third row of S over its weight, the compression of a cell by slip and opening of all. A product
-       takes one with S, and MatSlipStiffnessMultBoth() no more than that. Its entries follow those of S: MatScale() of S scales both
+. Kn - matrix [Pa/m], N x 3 N: every third row of S over its weight, the compression of a cell by slip and opening of
+       all. A product takes one with S, and MatSlipStiffnessMultBoth() no more than that. Its entries follow those of S:
+       MatScale() of S scales both
 
   Level: intermediate
 

@@ -100,7 +100,8 @@ static PetscErrorCode StageFuse(SlipStageContext *s, SlipCirculant strike)
    rows takes a tenth of the products that conjugate gradients need to the same residual. */
 #define SLIP_STAGE_ENTRIES_MAX 3000
 
-/* B = scale dense + diag(diagonal) where H is diagonal, for solvers that factor blocks; composed as "MatSlipGetDense_C" */
+/* B = scale dense + diag(diagonal) where H is diagonal, for solvers that factor blocks; composed as
+   "MatSlipGetDense_C" */
 static PetscErrorCode StageGetEntries(Mat B, Mat *dense, PetscReal *scale, Vec *diagonal)
 {
   SlipStageContext *s;
@@ -137,8 +138,9 @@ static PetscErrorCode StageCreateApproximation(SlipStageContext *s);
 static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose);
 static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise);
 
-/* Chooses whether Jacobians are formed from something cheaper than B, where products with H are much more expensive than
-   those with K, and how products are formed: fused by transforms or per wavenumber, assembled, or K and H apart. */
+/* Chooses whether Jacobians are formed from something cheaper than B, where products with H are much more expensive
+   than those with K, and how products are formed: fused by transforms or per wavenumber, assembled, or K and H
+   apart. */
 static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
 {
   const SlipGrid *g;
@@ -466,8 +468,8 @@ static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The error of the last product in the 2-norm, 0 for that of rounding; composed as "MatSlipGetNoise_C" for solvers, which
-   need not bring residuals below it. */
+/* The error of the last product in the 2-norm, 0 for that of rounding; composed as "MatSlipGetNoise_C" for solvers,
+   which need not bring residuals below it. */
 static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise)
 {
   SlipStageContext *s;
@@ -491,14 +493,13 @@ static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise)
   Output Parameter:
 . A - borrowed; B itself where its own products are cheap, else a matrix of type "slipstage" with the same theta
 
-  Notes:
-  H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A for B, a
-  Newton iteration on B v = c leaves at most the share |A^-1 (H - H_A)| of the error. On a uniform grid H_A is the
-  viscosity of type "toeplitz": a share of 0.02 and products as cheap as those with K. Elsewhere
-  H_A = (zeta / 2) ((mass / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3. Both become better
-  as products with H are made, since H_A is corrected by those that H remembers: A is another operator at each call,
-  and on a grid of 100 x 100 the first Newton iteration leaves 1e-3 where it left 3e-2. Near instability, where weakening
-  takes most of B away, the share is larger in proportion.
+  Notes: H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A for B,
+  a Newton iteration on B v = c leaves at most the share |A^-1 (H - H_A)| of the error. On a uniform grid H_A is the
+  viscosity of type "toeplitz": a share of 0.02 and products as cheap as those with K. Elsewhere H_A = (zeta / 2) ((mass
+  / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3. Both become better as products with H are
+  made, since H_A is corrected by those that H remembers: A is another operator at each call, and on a grid of 100 x 100
+  the first Newton iteration leaves 1e-3 where it left 3e-2. Near instability, where weakening takes most of B away, the
+  share is larger in proportion.
 
   Level: advanced
 

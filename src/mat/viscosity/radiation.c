@@ -113,8 +113,8 @@ static PetscErrorCode WeightsOf(Mat K, PetscReal factor, Vec *weights)
   Input Parameters:
 + K      - stiffness with three components a cell, 3 N x 3 N
 . eta    - traction that a slip rate costs [Pa s/m], positive: G/(2 cs) of shear waves that leave the fault
-- across - pressure that a rate of opening costs [Pa s/m], positive: (lambda + 2 G)/(2 cp) = rho cp/2 of compressional waves; 0:
-           K has other components, all with eta
+- across - pressure that a rate of opening costs [Pa s/m], positive: (lambda + 2 G)/(2 cp) = rho cp/2 of compressional
+           waves; 0: K has other components, all with eta
 
   Output Parameter:
 . H - diagonal, 3 N x 3 N [Pa s/m], times the weights of K's rows
