@@ -38,7 +38,7 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decision
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal *time);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps);
-PETSC_EXTERN PetscErrorCode TSAdaptRLGetHeir(TSAdapt adapt, TSAdaptType *type);
+PETSC_EXTERN PetscErrorCode TSAdaptRLGetFallback(TSAdapt adapt, TSAdaptType *type);
 
 /* A trainer sits where the policy would: called once before the first step (last == NULL) and once after every attempt,
    with the observation vector named in names; returns the next step [s]. guarded is true when a guard rail will

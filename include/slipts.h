@@ -108,8 +108,8 @@ typedef struct {
      tolerances of ts that the accuracy wanted needs, then remembers those that the controller has set */
   PetscErrorCode (*begin)(TS ts, PetscBool chosen, void *ctx);
   /* Asked by TSADAPTRL when it hands a run over, with the accuracy that it was asked for: sets the tolerances of ts for
-     heir */
-  PetscErrorCode (*hand_over)(TS ts, TSAdapt heir, PetscReal accuracy, void *ctx);
+     fallback */
+  PetscErrorCode (*hand_over)(TS ts, TSAdapt fallback, PetscReal accuracy, void *ctx);
   /* For how long the state w of time t [s] stays exactly at rest, in s; 0 when something moves or is about to,
      PETSC_MAX_REAL for ever */
   PetscErrorCode (*rest_time)(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx);

@@ -33,7 +33,7 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
                         "At time %g s rl hands the run over to %s with -ts_rtol %.3g, because %s (-ts_adapt_rl_strict "
                         "keeps the policy)\n",
-                        (double)ts->ptime, rl->heir_name, (double)ts->rtol, why));
+                        (double)ts->ptime, rl->fallback_name, (double)ts->rtol, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -410,7 +410,7 @@ static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
   if (rl->strict) PetscCall(PetscViewerASCIIPrintf(viewer, "never handed over\n"));
   if (rl->handed)
     PetscCall(
-      PetscViewerASCIIPrintf(viewer, "handed over to %s at time %g s\n", rl->heir_name, (double)rl->handover_time));
+      PetscViewerASCIIPrintf(viewer, "handed over to %s at time %g s\n", rl->fallback_name, (double)rl->handover_time));
   PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -421,7 +421,7 @@ static PetscErrorCode TSAdaptReset_RL(TSAdapt adapt)
 
   PetscFunctionBegin;
   PetscCall(SlipObserverReset(&rl->observer));
-  PetscCall(TSAdaptDestroy(&rl->heir));
+  PetscCall(TSAdaptDestroy(&rl->fallback));
   rl->handed = PETSC_FALSE;
   /* a policy that was found, not given, is looked for again: the next problem may be another */
   if (rl->default_of[0]) PetscCall(SlipPolicyDestroy(&rl->policy));
@@ -452,10 +452,10 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscCall(SlipStateInt(s, "handover_step", 1, &rl->handover_step));
   PetscCall(SlipStateBool(s, "told", &rl->told));
   PetscCall(SlipStateInt(s, "outside_in_a_row", 1, &rl->outside_run));
-  if (rl->handed && !rl->heir) PetscCall(TSAdaptRLFallbackCreate_Private(adapt, rl->observer.ts));
+  if (rl->handed && !rl->fallback) PetscCall(TSAdaptRLFallbackCreate_Private(adapt, rl->observer.ts));
   if (rl->handed) {
-    PetscCall(SlipStateController(s, "heir", rl->heir));
-    PetscCall(SlipStateGroup(s, "adapt")); /* what follows has names that the heir's memory has too */
+    PetscCall(SlipStateController(s, "heir", rl->fallback));
+    PetscCall(SlipStateGroup(s, "adapt")); /* what follows has names that the fallback's memory has too */
   }
   PetscCall(SlipPolicyGetHash(rl->policy, &hash));
   PetscCall(SlipStateSame(s, "policy", hash, &same));

@@ -16,20 +16,20 @@ const char *TSAdaptRLFallbackType_Private(const TSAdapt_RL *rl)
 }
 
 /* A controller without memory */
-static PetscErrorCode Create(TSAdapt adapt, const char type[], TSAdapt *heir)
+static PetscErrorCode Create(TSAdapt adapt, const char type[], TSAdapt *fallback)
 {
   PetscFunctionBegin;
-  PetscCall(TSAdaptCreate(PetscObjectComm((PetscObject)adapt), heir));
-  PetscCall(TSAdaptSetOptionsPrefix(*heir, ((PetscObject)adapt)->prefix));
-  PetscCall(PetscObjectSetOptions((PetscObject)*heir, ((PetscObject)adapt)->options));
-  PetscCall(SlipAdaptSetController(*heir, type));
+  PetscCall(TSAdaptCreate(PetscObjectComm((PetscObject)adapt), fallback));
+  PetscCall(TSAdaptSetOptionsPrefix(*fallback, ((PetscObject)adapt)->prefix));
+  PetscCall(PetscObjectSetOptions((PetscObject)*fallback, ((PetscObject)adapt)->options));
+  PetscCall(SlipAdaptSetController(*fallback, type));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadOptions(TSAdapt heir, SlipOptionItems PetscOptionsObject)
+static PetscErrorCode ReadOptions(TSAdapt fallback, SlipOptionItems PetscOptionsObject)
 {
   PetscFunctionBegin;
-  if (heir->ops->setfromoptions) PetscCall((*heir->ops->setfromoptions)(heir, PetscOptionsObject));
+  if (fallback->ops->setfromoptions) PetscCall((*fallback->ops->setfromoptions)(fallback, PetscOptionsObject));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -38,11 +38,11 @@ PetscErrorCode TSAdaptRLFallbackOptions_Private(TSAdapt adapt, SlipOptionItems P
 {
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Types); i++) {
-    TSAdapt heir;
+    TSAdapt fallback;
 
-    PetscCall(Create(adapt, Types[i], &heir));
-    PetscCall(ReadOptions(heir, PetscOptionsObject));
-    PetscCall(TSAdaptDestroy(&heir));
+    PetscCall(Create(adapt, Types[i], &fallback));
+    PetscCall(ReadOptions(fallback, PetscOptionsObject));
+    PetscCall(TSAdaptDestroy(&fallback));
   }
   ((TSAdapt_RL *)adapt->data)->from_options = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -65,16 +65,16 @@ static void Share(TSAdapt from, TSAdapt to)
   to->timestepjustdecreased_delay = from->timestepjustdecreased_delay;
 }
 
-/* The problem knows at which tolerance the heir keeps what the policy was asked for. */
+/* The problem knows at which tolerance the fallback keeps what the policy was asked for. */
 static PetscErrorCode SetTolerance(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
   const SlipProblemOps *problem = rl->observer.problem;
 
   PetscFunctionBegin;
-  PetscCall(SlipAdaptGetController(rl->heir, rl->heir_name, sizeof(rl->heir_name)));
+  PetscCall(SlipAdaptGetController(rl->fallback, rl->fallback_name, sizeof(rl->fallback_name)));
   if (problem && problem->hand_over)
-    PetscCall((*problem->hand_over)(ts, rl->heir, rl->observer.run.accuracy, rl->observer.ctx));
+    PetscCall((*problem->hand_over)(ts, rl->fallback, rl->observer.run.accuracy, rl->observer.ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,18 +84,18 @@ PetscErrorCode TSAdaptRLFallbackCreate_Private(TSAdapt adapt, TS ts)
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
 
   PetscFunctionBegin;
-  PetscCall(TSAdaptDestroy(&rl->heir));
-  PetscCall(Create(adapt, TSAdaptRLFallbackType_Private(rl), &rl->heir));
+  PetscCall(TSAdaptDestroy(&rl->fallback));
+  PetscCall(Create(adapt, TSAdaptRLFallbackType_Private(rl), &rl->fallback));
   if (!rl->from_options) {
     PetscCall(SetTolerance(adapt, ts));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscOptionsBegin(PetscObjectComm((PetscObject)adapt), ((PetscObject)adapt)->prefix, "Controller that goes on", "TS");
-  PetscCall(ReadOptions(rl->heir, PetscOptionsObject));
-  PetscCall(PetscOptionsReal("-ts_adapt_safety", "Factor on the step that the error allows", "", rl->heir->safety,
-                             &rl->heir->safety, NULL));
-  PetscCall(PetscOptionsReal("-ts_adapt_reject_safety", "The same after a rejection", "", rl->heir->reject_safety,
-                             &rl->heir->reject_safety, NULL));
+  PetscCall(ReadOptions(rl->fallback, PetscOptionsObject));
+  PetscCall(PetscOptionsReal("-ts_adapt_safety", "Factor on the step that the error allows", "", rl->fallback->safety,
+                             &rl->fallback->safety, NULL));
+  PetscCall(PetscOptionsReal("-ts_adapt_reject_safety", "The same after a rejection", "", rl->fallback->reject_safety,
+                             &rl->fallback->reject_safety, NULL));
   PetscOptionsEnd();
   PetscCall(SetTolerance(adapt, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -104,25 +104,25 @@ PetscErrorCode TSAdaptRLFallbackCreate_Private(TSAdapt adapt, TS ts)
 PetscErrorCode TSAdaptRLFallbackChoose_Private(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
                                                PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
-  TSAdapt heir = ((TSAdapt_RL *)adapt->data)->heir;
+  TSAdapt fallback = ((TSAdapt_RL *)adapt->data)->fallback;
 
   PetscFunctionBegin;
-  Share(adapt, heir);
-  PetscCall((*heir->ops->choose)(heir, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
-  adapt->timestepjustdecreased = heir->timestepjustdecreased;
+  Share(adapt, fallback);
+  PetscCall((*fallback->ops->choose)(fallback, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
+  adapt->timestepjustdecreased = fallback->timestepjustdecreased;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Of a type that knows nothing of failed solves the next step is the one that PETSc has shortened, as in TSBATHE. */
 PetscErrorCode TSAdaptRLFallbackAfterFailure_Private(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
 {
-  TSAdapt heir = ((TSAdapt_RL *)adapt->data)->heir;
+  TSAdapt fallback = ((TSAdapt_RL *)adapt->data)->fallback;
   PetscErrorCode (*after)(TSAdapt, TS, PetscReal, PetscReal *);
 
   PetscFunctionBegin;
-  Share(adapt, heir);
-  PetscCall(PetscObjectQueryFunction((PetscObject)heir, "TSAdaptChooseAfterFailure_C", &after));
+  Share(adapt, fallback);
+  PetscCall(PetscObjectQueryFunction((PetscObject)fallback, "TSAdaptChooseAfterFailure_C", &after));
   *h_next = ts->time_step;
-  if (after) PetscCall((*after)(heir, ts, h_failed, h_next));
+  if (after) PetscCall((*after)(fallback, ts, h_failed, h_next));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

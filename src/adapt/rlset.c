@@ -361,7 +361,7 @@ PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict)
 
   Level: intermediate
 
-.seealso: TSADAPTRL, TSAdaptRLSetStrict(), TSAdaptRLGetHeir()
+.seealso: TSADAPTRL, TSAdaptRLSetStrict(), TSAdaptRLGetFallback()
 @*/
 PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal *time)
 {
@@ -401,7 +401,7 @@ PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps)
 }
 
 /*@C
-  TSAdaptRLGetHeir - get the type of the classical controller that replaces the policy
+  TSAdaptRLGetFallback - get the type of the classical controller that replaces the policy
 
   Not collective
 
@@ -416,13 +416,13 @@ PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps)
 
 .seealso: TSADAPTRL, TSAdaptRLGetHandover()
 @*/
-PetscErrorCode TSAdaptRLGetHeir(TSAdapt adapt, TSAdaptType *type)
+PetscErrorCode TSAdaptRLGetFallback(TSAdapt adapt, TSAdaptType *type)
 {
   TSAdapt_RL *rl = NULL;
 
   PetscFunctionBegin;
   PetscCall(TSAdaptRLContext_Private(adapt, &rl));
-  *type = rl && rl->handed ? rl->heir_name : NULL;
+  *type = rl && rl->handed ? rl->fallback_name : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -325,14 +325,14 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
 }
 
 /* SlipProblemOps.hand_over */
-PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt heir, PetscReal accuracy, void *ctx)
+PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt fallback, PetscReal accuracy, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   const SlipFaultSteps *steps = &fault->steps;
   char controller[64];
 
   PetscFunctionBegin;
-  PetscCall(SlipAdaptGetController(heir, controller, sizeof(controller)));
+  PetscCall(SlipAdaptGetController(fallback, controller, sizeof(controller)));
   if (steps->given)
     PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, steps->user_rtol, NULL));
   else
@@ -342,11 +342,11 @@ PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt heir, PetscReal accuracy, v
 
 /* ---- what is said of it ---- */
 
-/* The controller whose tolerance counts: under rl its heir. empty: none */
+/* The controller whose tolerance counts: under rl its fallback. empty: none */
 static PetscErrorCode InCharge(TS ts, char controller[], size_t len)
 {
   PetscBool learned, handed;
-  TSAdaptType heir;
+  TSAdaptType fallback;
   TSAdapt adapt;
 
   PetscFunctionBegin;
@@ -355,8 +355,8 @@ static PetscErrorCode InCharge(TS ts, char controller[], size_t len)
   PetscCall(PetscStrcmp(controller, TSADAPTRL, &learned));
   if (!learned) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSAdaptRLGetHandover(adapt, &handed, NULL));
-  if (handed) PetscCall(TSAdaptRLGetHeir(adapt, &heir));
-  PetscCall(PetscStrncpy(controller, handed ? heir : "", len));
+  if (handed) PetscCall(TSAdaptRLGetFallback(adapt, &fallback));
+  PetscCall(PetscStrncpy(controller, handed ? fallback : "", len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

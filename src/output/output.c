@@ -337,17 +337,17 @@ PetscErrorCode SlipOutputClose(SlipOutput out)
       SlipOutputAddResult(out, "policy_halvings", halvings ? "halved after failures" : NULL, "steps", halvings));
     PetscCall(TSAdaptRLGetHandover(adapt, &handed, &time));
     if (handed) {
-      TSAdaptType heir;
+      TSAdaptType fallback;
       char label[SLIP_OUTPUT_NAME];
       PetscInt steps, all;
 
-      PetscCall(TSAdaptRLGetHeir(adapt, &heir));
+      PetscCall(TSAdaptRLGetFallback(adapt, &fallback));
       PetscCall(TSAdaptRLGetHandoverStep(adapt, &steps));
       PetscCall(TSGetStepNumber(out->ts, &all));
       PetscCall(SlipOutputAddResult(out, "policy_steps", "steps by the policy", NULL, steps));
-      PetscCall(PetscSNPrintf(label, sizeof(label), "steps by %s", heir));
+      PetscCall(PetscSNPrintf(label, sizeof(label), "steps by %s", fallback));
       PetscCall(SlipOutputAddResult(out, "heir_steps", label, NULL, all - steps));
-      PetscCall(PetscSNPrintf(label, sizeof(label), "handed to %s at", heir));
+      PetscCall(PetscSNPrintf(label, sizeof(label), "handed to %s at", fallback));
       PetscCall(SlipOutputAddResult(out, "policy_handover_time", label, "s", time));
     }
   }

@@ -342,8 +342,8 @@ static void without_policies(void **state)
   end(&r);
 }
 
-/* The dial of rl, and the tolerance that a run is handed over with: that of the heir by the dial. A rupture is not what
-   the policy of events knows. */
+/* The dial of rl, and the tolerance that a run is handed over with: that of the fallback by the dial. A rupture is not
+   what the policy of events knows. */
 static void handed_over(void **state)
 {
   const struct {
@@ -358,7 +358,7 @@ static void handed_over(void **state)
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(rows); i++) {
     Run r = start(rows[i].options, PETSC_TRUE);
     PetscReal expected = rows[i].rtol, found = tolerance(&r), dial;
-    TSAdaptType heir;
+    TSAdaptType fallback;
     PetscInt steps;
     PetscBool handed;
     TSAdapt adapt;
@@ -368,11 +368,11 @@ static void handed_over(void **state)
     assert_true(dial == rows[i].dial);
     ok(TSAdaptRLGetHandover(adapt, &handed, NULL));
     assert_true(handed);
-    ok(TSAdaptRLGetHeir(adapt, &heir));
+    ok(TSAdaptRLGetFallback(adapt, &fallback));
     ok(TSAdaptRLGetHandoverStep(adapt, &steps));
     assert_int_equal(steps, 0);
-    if (expected == 0) ok(SlipFaultFindTolerance("rupture", heir, dial, &expected));
-    print_message("%s: %s, %g\n", rows[i].options, heir, (double)found);
+    if (expected == 0) ok(SlipFaultFindTolerance("rupture", fallback, dial, &expected));
+    print_message("%s: %s, %g\n", rows[i].options, fallback, (double)found);
     assert_true(found == expected && expected > 0);
     end(&r);
   }

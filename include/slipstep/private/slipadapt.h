@@ -82,9 +82,9 @@ typedef struct {
   PetscInt steps;  /* accepted steps at the last call, to notice another solve */
   /* handing over */
   PetscBool strict;        /* never */
-  PetscBool handed;        /* the run under way goes on by heir */
-  TSAdapt heir;            /* the controller that it goes on by, rlfallback.c; NULL before that */
-  char heir_name[64];      /* its type, and its filter after a colon */
+  PetscBool handed;        /* the run under way goes on by fallback */
+  TSAdapt fallback;        /* the controller that it goes on by, rlfallback.c; NULL before that */
+  char fallback_name[64];  /* its type, and its filter after a colon */
   PetscBool from_options;  /* which has options */
   PetscReal handover_time; /* since then [s] */
   PetscInt handover_step;  /* accepted steps until then */

@@ -61,7 +61,7 @@ typedef struct {
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
 PETSC_INTERN PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *fault);
-PETSC_INTERN PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt heir, PetscReal accuracy, void *fault);
+PETSC_INTERN PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt fallback, PetscReal accuracy, void *fault);
 PETSC_INTERN PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run);
 PETSC_INTERN PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative);
