@@ -87,7 +87,7 @@ PetscErrorCode SlipElasticListTypes(char names[], size_t len)
   PetscCall(SlipElasticInitializePackage());
   PetscCall(PetscFunctionListGet(Types, &name, &n));
   PetscCall(PetscStrncpy(names, "|", len));
-  for (int i = 0; i < n; i++) {
+  for (int i = 0; i < n && name[i]; i++) { /* PETSc counts the NULL behind the last */
     PetscCall(PetscStrlcat(names, name[i], len));
     PetscCall(PetscStrlcat(names, "|", len));
   }
