@@ -545,8 +545,9 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
   policy was trained for the like of it (a fault that is loaded), at the start, or when three decisions in a row had an
   observation outside the training range. The problem names the controller (SlipProblemOps), else it is
   TSADAPTHEURISTIC. From there it is a run of that type, with its options and -ts_rtol; without that option the problem
-  sets the tolerance at which that type keeps the dial, where it knows one. Where -ts_adapt_rl_strict forbids that and
-  10,000 decisions have covered less than 1e-4 of the time left, as on a fault that creeps, the run ends with an error.
+  sets the tolerance at which that type keeps the dial, where it knows one. Where -ts_adapt_rl_strict forbids
+  that and 10,000 decisions have covered less than 1e-4 of the time left, as on a fault that creeps, the run ends with
+  an error.
 
   A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5,
   which is taken where a problem has none of its own) goes by the error estimate: E > 1, or above the policy's attribute

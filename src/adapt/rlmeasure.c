@@ -21,10 +21,11 @@
 
   Level: beginner
 
-  Notes: The measure chooses the default policy: PROBLEM.h5 is for history, PROBLEM_MEASURE.h5 for another one if there
-  is such a file. A policy bounds the measure that it was trained for, its attribute measure (final_slip when it has
-  none); without this call or the option that is the measure of the run. Another measure than that of a policy that was
-  named is refused by `TSSolve()`, except that one for history bounds event_time too.
+  Notes:
+  The measure chooses the default policy: PROBLEM.h5 is for history, PROBLEM_MEASURE.h5 for another one if there is such
+  a file. A policy bounds the measure that it was trained for, its attribute measure (final_slip when it has none);
+  without this call or the option that is the measure of the run. Another measure than that of a policy that was named
+  is refused by `TSSolve()`, except that one for history bounds event_time too.
 
   Problems with one error of their own, as `SlipSmall` are, take history only, which then means that error.
 

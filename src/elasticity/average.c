@@ -191,8 +191,9 @@ static PetscReal FarForce(PetscReal G, PetscReal nu, const SlipRectangle *r, con
 
   Output: average of the drop of the stress xy over the receiver [Pa/m]
 
-  Notes: Times the receiver's area it is the force on the receiver, which is symmetric in both rectangles. An edge that
-  both have in common would give it an infinite part, of the logarithm of the distance from the edge: a line has a core
+  Notes:
+  Times the receiver's area it is the force on the receiver, which is symmetric in both rectangles. An edge that both
+  have in common would give it an infinite part, of the logarithm of the distance from the edge: a line has a core
   instead, of SLIP_CORE_CELL cells for example. Rectangles without such a line do not depend on it. Edges at the free
   surface cancel with those of the image.
 

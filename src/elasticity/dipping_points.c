@@ -154,9 +154,9 @@ PetscErrorCode SlipDippingDisplacement(PetscReal nu, PetscBool full_space, const
   Output Parameter:
 . gradient - [n][3][3] derivative of the displacement i along j, both north, east and down, dimensionless
 
-  Notes: On an edge of the rectangle, to 1e-14 of the coordinates, the gradient is infinite: what goes with 1 /
-  distance, and changes its sign around the edge, is left out, and the rest is returned. Next to it values are as large
-  as they are.
+  Notes:
+  On an edge of the rectangle, to 1e-14 of the coordinates, the gradient is infinite: what goes with 1 / distance, and
+  changes its sign around the edge, is left out, and the rest is returned. Next to it values are as large as they are.
 
   Far away, at the distance d from a rectangle of the side a, corners cancel to 1e-15 (d/a)^2 of the value.
 

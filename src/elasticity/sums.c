@@ -73,8 +73,9 @@ static PetscErrorCode Sum(const Sources *s, PetscInt ncells, const PetscReal sli
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@ SlipRectanglesDisplacement - displacement of points by slip on rectangles of any strike and dip, such as the cells
-  of a fault
+/*@
+  SlipRectanglesDisplacement - displacement of points by slip on rectangles of any strike and dip, such as the cells of
+  a fault
 
   Not collective, pure
 

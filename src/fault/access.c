@@ -255,8 +255,9 @@ PetscErrorCode SlipFaultGetCellComponents(SlipFault fault, const char name[], Pe
 
   Level: intermediate
 
-  Notes: The slip of two components, or of a fault that heals or has a state of its own, is that of the displacement and
-  the far field since time 0.
+  Notes:
+  The slip of two components, or of a fault that heals or has a state of its own, is that of the displacement and the
+  far field since time 0.
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another name, PETSC_ERR_ARG_SIZ for another number of cells
 

@@ -122,7 +122,8 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C SlipFaultGetFrictionOf - the friction of the cells of this process in a state, whose slip may have changed normal
+/*@C
+  SlipFaultGetFrictionOf - the friction of the cells of this process in a state, whose slip may have changed normal
   stress
 
   Collective; after SlipFaultSetUp()

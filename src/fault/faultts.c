@@ -301,8 +301,9 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 + fault - the fault; the TS keeps a reference
 - ts    - the TS
 
-  Notes: Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of
-  absolute tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise), max time 30 s
+  Notes:
+  Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
+  tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise), max time 30 s
   (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step
   0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller (-ts_adapt_type): TSADAPTRL
   from the instability (with inertia), from another start and under a pore pressure, with slip weakening, where its
@@ -313,9 +314,10 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 
   The relative tolerance is set where TSSolve() begins, when the controller is known, unless -ts_rtol is given or
   TSSetTolerances() was called after this function: that at which the controller keeps -fault_accuracy, 1e-2 by default,
-  see SlipFaultFindTolerance(), or what the file of -fault_tolerances says; with smooth friction and for other
-  controllers 1e-3, and 1e-4 for a fault that is loaded or heals. -fault_accuracy is the dial of TSADAPTRL as well,
-  unless it has one.
+                    see
+  SlipFaultFindTolerance(), or what the file of -fault_tolerances says; with smooth friction and for other controllers
+  1e-3, and 1e-4 for a fault that is loaded or heals. -fault_accuracy is the dial of TSADAPTRL as well, unless it has
+  one.
 
   With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u
   and the state are integrated, one product with K for a right-hand side, v is made that of the balance after each step.

@@ -444,8 +444,9 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
 
   Level: intermediate
 
-  Notes: The strength is mu (sigma_n - p), never below 0. It adds to -fault_pore_pressure and -fault_injection. The end
-  of rest is looked for in thousandths of the run's duration: pressure that comes and goes within less may be missed.
+  Notes:
+  The strength is mu (sigma_n - p), never below 0. It adds to -fault_pore_pressure and -fault_injection. The end of rest
+  is looked for in thousandths of the run's duration: pressure that comes and goes within less may be missed.
 
   Errors: PETSC_ERR_ORDER after SlipFaultSetUp(); of the run PETSC_ERR_FP for a pressure that is not finite
 

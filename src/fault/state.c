@@ -1,7 +1,8 @@
 /* The state of a fault: its vector and its start. */
 #include <slipstep/private/slipfault.h>
 
-/*@ SlipFaultCreateState - create a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two
+/*@
+  SlipFaultCreateState - create a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two
   components of
                          slip block size 5, (v, v, u, u, s), and more where the friction law has several states s
 

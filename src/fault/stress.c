@@ -19,9 +19,10 @@
 
   Level: intermediate
 
-  Notes: T0 + t dT/dt - K u, per area of the cell itself, also on meshes, where rows of K are weighted by area; T0 and
-  dT/dt are the fields initial_traction and stressing_rate. It costs a product with K. Friction and viscosity are not
-  part of it.
+  Notes:
+  T0 + t dT/dt - K u, per area of the cell itself, also on meshes, where rows of K are weighted by area; T0 and dT/dt
+  are the fields initial_traction and stressing_rate. It costs a product with K. Friction and viscosity are not part of
+  it.
 
 .seealso: SlipFaultGetObservables(), SlipFaultGetOperators()
 @*/

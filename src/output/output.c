@@ -80,10 +80,11 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
 
   Errors: PETSC_ERR_FILE_OPEN when the file cannot be created.
 
-  Notes: /steps gets a row per attempt, /series one per accepted step. The content goes to FILE.part, made at the start
-  of TSSolve(), which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE as it was.
-  FILE.part can be read while the run goes on and after it was killed: it holds whole rows, and its attribute "complete"
-  is 0. One with rows is not overwritten, see SlipOutputSetOption().
+  Notes:
+  /steps gets a row per attempt, /series one per accepted step. The content goes to FILE.part,
+  made at the start of TSSolve(), which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE
+  as it was. FILE.part can be read while the run goes on and after it was killed: it holds whole rows, and its attribute
+  "complete" is 0. One with rows is not overwritten, see SlipOutputSetOption().
 
   The reaction that row gets is the static one of the state, which the next step starts from: where something has just
   come to rest it does not contain the impulse that stopped it.

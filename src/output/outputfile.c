@@ -61,8 +61,9 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
 
   Level: advanced
 
-  Notes: In the file of a run that goes on the table is there, and is cut to its rows of then. Before each row of
-  /series, so for each accepted step and not for the start, SlipOutputAddRows() must be called.
+  Notes:
+  In the file of a run that goes on the table is there, and is cut to its rows of then. Before each row of /series, so
+  for each accepted step and not for the start, SlipOutputAddRows() must be called.
 
   Errors: PETSC_ERR_FILE_UNEXPECTED when the file of a run that goes on has no such table
 

@@ -121,10 +121,11 @@ PetscErrorCode SlipPolicyCheckFormat(SlipH5 *h, const char format[], PetscInt ve
 
   Level: intermediate
 
-  Note: The folder is that of the environment variable `SLIPSTEP_POLICY_DIR` if it is set; else share/slipstep/policies
-  of the installation that the shared library belongs to, wherever that was moved; else, in the build tree,
-  training/policies of the source. With the static library, the program's place counts, and then the folder that CMake
-  was told to install to.
+  Note:
+  The folder is that of the environment variable `SLIPSTEP_POLICY_DIR` if it is set; else share/slipstep/policies of the
+  installation that the shared library belongs to, wherever that was moved; else, in the build tree, training/policies
+  of the source. With the static library, the program's place counts, and then the folder that CMake was told to install
+  to.
 
 .seealso: SlipPolicyLoad(), TSAdaptRLSetPolicyFile(), TSADAPTRL
 @*/

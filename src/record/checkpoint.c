@@ -122,10 +122,11 @@ static PetscErrorCode CheckFile(SlipFault fault)
 
   Level: intermediate
 
-  Notes: A run that goes on is the same run: on as many processes with the same bits, on others to rounding. Options
-  that say what is computed are refused where they differ from those of the checkpoint, with both values; those of steps
-  and solvers may, and are announced; those of what is written may. The memory of the controller is part of it, that of
-  dsp, which is PETSc's, as well; another controller begins without memory. A policy other than the checkpoint's is
+  Notes:
+  A run that goes on is the same run: on as many processes with the same bits, on others to rounding. Options that say
+  what is computed are refused where they differ from those of the checkpoint, with both values; those of steps and
+  solvers may, and are announced; those of what is written may. The memory of the controller is part of it, that of dsp,
+  which is PETSc's, as well; another controller begins without memory. A policy other than the checkpoint's is
   announced. A larger -ts_max_time lengthens a run that has reached its end. One that has no step to take, its final
   time or -ts_max_steps being reached, writes nothing: a line says so, observers are gone, and TSSolve() returns at
   once.
@@ -169,7 +170,8 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@ SlipFaultCheckpointFinish - the last checkpoint of a run; of one that was stopped before its end, a line on stderr
+/*@
+  SlipFaultCheckpointFinish - the last checkpoint of a run; of one that was stopped before its end, a line on stderr
   says
                               how to go on
 

@@ -2,7 +2,8 @@
 #include <slipstep/private/sliprecord.h>
 #include <stdio.h>
 
-/*@ SlipFaultReportEnd - print the last lines of a fault's summary: by how much its stiffness was scaled, when the run
+/*@
+  SlipFaultReportEnd - print the last lines of a fault's summary: by how much its stiffness was scaled, when the run
   ended and, when this was before its final time, why, and whether the fault rests
 
   Collective; after SlipFaultOutputFinish().
@@ -48,8 +49,9 @@ PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@ SlipFaultReportStop - print the summary of a run that was stopped before its end: steps, final mean slip, wall
-  times, when and where it ended. Its output stays unfinished
+/*@
+  SlipFaultReportStop - print the summary of a run that was stopped before its end: steps, final mean slip, wall times,
+  when and where it ended. Its output stays unfinished
 
   Collective; after SlipFaultCheckpointFinish() has said that the run was stopped.
 

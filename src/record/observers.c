@@ -50,16 +50,17 @@ static const SlipFaultObserver *ObserverAt(PetscInt i)
   All functions are collective and called for every fault whose SlipFaultOutputStart() is.
 .vb
   create(fault, ts, &wanted, &ctx)    the run is set up: ctx is that of the row, or what is put there; wanted
-  PETSC_FALSE: no more of it
+                                      PETSC_FALSE: no more of it
   layout(fault, output, ctx)          -fault_output is made: SlipOutputAddTable() for datasets of its own
   start(fault, ts, time, w, ctx)      TSSolve() begins with the state w, also in a run that goes on from a checkpoint
   step(fault, ts, step, time, w, ctx) an accepted step has ended: SlipOutputAddRows() for its tables, before the row of
-  /series
+                                      /series
   visit(fault, state, ctx)            a checkpoint is written or read: SlipStateReal() and others for all that it
-  remembers
+                                      remembers
   finish(fault, ts, output, ctx)      the run has ended: SlipOutputAddResult() for the summary
   destroy(&ctx)                       of a run that has ended or failed
-.ve In a checkpoint it has a group of its own, observer_NAME; one without it, of a run without this observer, is not
+.ve
+  In a checkpoint it has a group of its own, observer_NAME; one without it, of a run without this observer, is not
   visited. With `repeats` it sees the repetition of -fault_check_error as well, from start on, after the other ones have
   finished.
 
@@ -181,7 +182,8 @@ static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@ SlipFaultOutputStart - start the observers of a run, which write -fault_output and -fault_catalogue, estimate the
+/*@
+  SlipFaultOutputStart - start the observers of a run, which write -fault_output and -fault_catalogue, estimate the
   slip's error and print how far it is, and by the observers of SlipFaultRegisterObserver()
 
   Collective; after TSSetFromOptions(), before TSSolve().
@@ -202,9 +204,10 @@ static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
   Errors: PETSC_ERR_FILE_OPEN when a file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field,
   PETSC_ERR_ARG_INCOMP for what does not go together, see SlipFaultFeaturesView().
 
-  Notes: The content goes to FILE.part, made at the start of TSSolve(), which takes FILE's name in
-  SlipFaultOutputFinish(): a run that fails leaves an older FILE as it was. FILE.part can be read all the time, see
-  SlipOutputCreate(). slipfault.h describes the layout.
+  Notes:
+  The content goes to FILE.part, made at the start of TSSolve(), which takes FILE's name in SlipFaultOutputFinish(): a
+  run that fails leaves an older FILE as it was. FILE.part can be read all the time, see SlipOutputCreate(). slipfault.h
+  describes the layout.
 
 .seealso: SlipFaultOutputFinish(), SlipFaultRegisterObserver(), SlipFaultCheckpointStart(), SlipFaultFeaturesView()
 @*/
@@ -248,9 +251,10 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
 
   Level: intermediate
 
-  Notes: Attributes of /result, where friction weakens and there are several cells: least_resolution, the cells in the
-  least cohesive zone (in the least length of nucleation where there is none), and cells_fail_alone, the share of the
-  cells that weaken which can fail by themselves.
+  Notes:
+  Attributes of /result, where friction weakens and there are several cells: least_resolution, the cells in the least
+  cohesive zone (in the least length of nucleation where there is none), and cells_fail_alone, the share of the cells
+  that weaken which can fail by themselves.
 
   When the fault rests at the end, the summary has an estimate of the error that `TSAdaptRLGetMeasure()` names (of the
   history with controllers that have no measure), which nine in ten runs stay below and for which

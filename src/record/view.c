@@ -46,7 +46,8 @@ static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C SlipFaultView - print the fault's parameters with their units; after SlipFaultSetUp() those that are used, cell by
+/*@C
+  SlipFaultView - print the fault's parameters with their units; after SlipFaultSetUp() those that are used, cell by
   cell
                   the least, mean and largest, and its operators as well
 

@@ -66,8 +66,9 @@ PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx)
 
   Level: advanced
 
-  Note: A step that is longer than an instability takes to grow has a stable solution too, on the far side of the event:
-  the event is left out, or becomes creep. A single event from its instability wants such steps, a run over many events
+  Note:
+  A step that is longer than an instability takes to grow has a stable solution too, on the far side of the event: the
+  event is left out, or becomes creep. A single event from its instability wants such steps, a run over many events
   must not take them. With the operation start_slope the Jacobian with the bound's slope at the stage's start must be
   positive definite as well, as an instability may begin and end within a stage. Solves with a smooth bound (solve_cells
   of SlipConstraintOps) always fail there.

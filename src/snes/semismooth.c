@@ -288,12 +288,13 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
 
   Level: intermediate
 
-  Notes: Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the
-  preconditioner "slipstage") solves on the sliding set. Bounds that depend on other rows' x (coupling of
-  SlipConstraintOps), as where slip changes normal stress, make the Jacobian unsymmetric: LU takes the place of Cholesky
-  and gmres that of cg. Positive definite is then one whose eigenvalues have positive real parts: by LU all of D^-1 J, D
-  the diagonal of B, are looked at where its symmetric part is not positive; by a KSP those it finds on the way
-  (KSPComputeEigenvalues()). The KSP's relative tolerance is chosen in each iteration.
+  Notes:
+  Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
+  "slipstage") solves on the sliding set. Bounds that depend on other rows' x (coupling of SlipConstraintOps), as where
+  slip changes normal stress, make the Jacobian unsymmetric: LU takes the place of Cholesky and gmres that of cg.
+  Positive definite is then one whose eigenvalues have positive real parts: by LU all of D^-1 J, D the diagonal of B,
+  are looked at where its symmetric part is not positive; by a KSP those it finds on the way (KSPComputeEigenvalues()).
+  The KSP's relative tolerance is chosen in each iteration.
 
   With two components a cell (SlipConstraintSetComponents()) the step turns sliding cells as well; the linear systems
   stay symmetric, and the limit on direct solves is twice the number of cells.

@@ -142,10 +142,11 @@ static PetscErrorCode NameOf(SlipH5 *h, const char group[], const char name[], c
 
   Level: developer
 
-  Notes: The first dimension is the axis row, where there is one; the next ones are those axes that have as many
-  entries, and what remains is the axis rest. An axis is a dataset of the group; rest is one of the root where there are
-  no other axes, as all data of a table have its rows. One that is not there is made, without coordinates; a rest of
-  another length than the first has that in its name. Dimensions that have a name already stay.
+  Notes:
+  The first dimension is the axis row, where there is one; the next ones are those axes that have as many entries, and
+  what remains is the axis rest. An axis is a dataset of the group; rest is one of the root where there are no other
+  axes, as all data of a table have its rows. One that is not there is made, without coordinates; a rest of another
+  length than the first has that in its name. Dimensions that have a name already stay.
 
   Errors: PETSC_ERR_FILE_WRITE when the disk is full
 

@@ -46,7 +46,8 @@ PetscErrorCode SlipCheckInteger(MPI_Comm comm, const char name[], const char tex
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C SlipCheckIntegerOption - refuse the value of an option that is read as an integer, or as a list of them, where
+/*@C
+  SlipCheckIntegerOption - refuse the value of an option that is read as an integer, or as a list of them, where
   PetscInt does not hold it
 
   Not collective; before PetscOptionsInt(), which takes what is left of it.

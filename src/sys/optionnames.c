@@ -270,8 +270,9 @@ static PetscErrorCode SlipCheckSpelling(const char name[], const char where[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C SlipCheckOptionWords - refuse words among options that are none: without a dash, with another sign for it, with
-  two, or with an equals sign. PETSc passes over them without a message
+/*@C
+  SlipCheckOptionWords - refuse words among options that are none: without a dash, with another sign for it, with two,
+  or with an equals sign. PETSc passes over them without a message
 
   Collective on PETSC_COMM_WORLD
 

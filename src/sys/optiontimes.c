@@ -90,9 +90,10 @@ static PetscBool SlipParseTime(const char text[], PetscReal *seconds)
 
   Level: developer
 
-  Notes: Times are the options of PETSc's TS (-ts_max_time, -ts_dt, -ts_init_time, -ts_adapt_dt_min and _max) and the
-  numbers of a fault in seconds, with any prefix. What is no number with one of these units stays as it is, for whoever
-  reads it to refuse.
+  Notes:
+  Times are the options of PETSc's TS (-ts_max_time, -ts_dt, -ts_init_time, -ts_adapt_dt_min and _max) and the numbers
+  of a fault in seconds, with any prefix. What is no number with one of these units stays as it is, for whoever reads it
+  to refuse.
 
 .seealso: SlipCheckSolverOptions(), SlipFaultSetFromOptions()
 @*/

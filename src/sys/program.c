@@ -170,7 +170,8 @@ static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
 
 /* ---- the beginning ---- */
 
-/*@C SlipProgramInitialize - PetscInitialize() of a program of SlipStep's: its errors end the program with one line,
+/*@C
+  SlipProgramInitialize - PetscInitialize() of a program of SlipStep's: its errors end the program with one line,
   -version prints the versions of all that runs, and -help with the program's name the options of SlipStep alone
 
   Collective on MPI_COMM_WORLD; in place of PetscInitialize().
@@ -188,9 +189,11 @@ static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
 
   Level: intermediate
 
-  Notes: SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well, and so
-  is each option before one whose value in the file is another: PETSc takes that of the file. SIGPIPE is what it was
-  before PetscInitialize(): a program whose output nobody reads any more ends without a word.
+  Notes:
+  SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well, and so is each
+                         option
+  before one whose value in the file is another: PETSc takes that of the file. SIGPIPE is what it was before
+  PetscInitialize(): a program whose output nobody reads any more ends without a word.
 
 .seealso: SlipErrorHandlerPush(), SlipStepInitializePackage(), SlipCheckOptionNames()
 @*/

@@ -508,19 +508,21 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*MC TSADAMS - "adams": explicit Adams formulas of variable step and order, predictor and corrector, two right-hand
-  sides a step
+/*MC
+  TSADAMS - "adams": explicit Adams formulas of variable step and order, predictor and corrector, two right-hand sides a
+  step
 
   Options Database Key:
 . -ts_adams_max_order <5> - highest order of the predictor
 
   Level: beginner
 
-  Notes: For problems whose right-hand side (TSSetRHSFunction()) is smooth and expensive: explicit pairs of Runge and
-  Kutta take 3 (3bs) to 6 (5dp) of them a step. The order is chosen anew each step from 1 to the highest. TSAdapt types
-  basic, dsp, pi, heuristic and rl control the step by the estimate of the order that comes next. An attempt that leaves
-  the domain of the right-hand side (TSSetFunctionDomainError()), or is no number, is refused, and so are steps below
-  the rounding of time, by an error. After two refused attempts the formulas begin anew at order 1. A constant step
+  Notes:
+  For problems whose right-hand side (TSSetRHSFunction()) is smooth and expensive: explicit pairs of Runge and Kutta
+  take 3 (3bs) to 6 (5dp) of them a step. The order is chosen anew each step from 1 to the highest. TSAdapt types basic,
+  dsp, pi, heuristic and rl control the step by the estimate of the order that comes next. An attempt that leaves the
+  domain of the right-hand side (TSSetFunctionDomainError()), or is no number, is refused, and so are steps below the
+  rounding of time, by an error. After two refused attempts the formulas begin anew at order 1. A constant step
   (TSADAPTNONE) that leaves the domain ends the run: steps of the length that was asked for before it have spoilt the
   state.
 

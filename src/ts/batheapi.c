@@ -89,11 +89,12 @@ PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma)
 
   Level: intermediate
 
-  Notes: With the backward rule the step is Alexander's second formula of order two, L-stable and algebraically stable;
-  gamma and the treatment of the reaction, which no stage averages then, do not count. It is for steps that are long
-  against the times of inertia and radiation, such as those of a fault that creeps between events: the trapezoidal rule
-  repeats there with the opposite sign what the forces of the start lack in balance. Faults that are loaded, heal or
-  have no inertia use it unless the option says otherwise.
+  Notes:
+  With the backward rule the step is Alexander's second formula of order two, L-stable and algebraically stable; gamma
+  and the treatment of the reaction, which no stage averages then, do not count. It is for steps that are long against
+  the times of inertia and radiation, such as those of a fault that creeps between events: the trapezoidal rule repeats
+  there with the opposite sign what the forces of the start lack in balance.
+  Faults that are loaded, heal or have no inertia use it unless the option says otherwise.
 
 .seealso: TSBATHE, TSBatheGetFirstStage(), TSBatheSetGamma(), TSBatheSetReactionType()
 @*/
@@ -248,7 +249,8 @@ PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@ TSBatheSetDoublingOrder - order p that step doubling assumes: e = (w_half - w_full)/(2^p - 1), of which
+/*@
+  TSBatheSetDoublingOrder - order p that step doubling assumes: e = (w_half - w_full)/(2^p - 1), of which
   TSEvaluateWLTE() says that it goes with h^(p + 1)
 
   Logically collective

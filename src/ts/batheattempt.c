@@ -194,10 +194,11 @@ PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *der
 
   Level: advanced
 
-  Notes: The inner state is that of the first stage, and the weights are the method's own, by which it forms the
-  solution of the stages' derivatives: of dw/dt the integral is the step's change to the last bits of the solver. Where
-  the solution has been computed in halves (-ts_bathe_error doubling) or other parts, the inner state is the end of the
-  last but one, and the weights are those of the quadratic through the three.
+  Notes:
+  The inner state is that of the first stage, and the weights are the method's own, by which it forms the solution of
+  the stages' derivatives: of dw/dt the integral is the step's change to the last bits of the solver. Where the solution
+  has been computed in halves (-ts_bathe_error doubling) or other parts, the inner state is the end of the last but one,
+  and the weights are those of the quadratic through the three.
 
   Errors: PETSC_ERR_ORDER before a step was accepted
 

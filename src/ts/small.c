@@ -13,10 +13,12 @@
 + problem - the system (its arrays are copied, its ctx is kept)
 - ts      - the TS, of one process
 
-  Notes: Sets the type bathe with the constraint of SlipConstraintCreateSmall(), the controller heuristic unless another
-  is chosen, exact final time matchstep, unlimited steps, rejections and failed solves. Tolerances, step and final time
-  are those of TSSetTolerances(), TSSetTimeStep(), TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if
-  policies are to observe more than the table of observations knows of every problem.
+  Notes:
+  Sets the type bathe with the constraint of SlipConstraintCreateSmall(), the controller heuristic unless another is
+  chosen, exact final time matchstep, unlimited steps, rejections and failed solves. Tolerances, step and final time are
+  those of TSSetTolerances(), TSSetTimeStep(), TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if
+  policies are to
+  observe more than the table of observations knows of every problem.
 
   Level: beginner
 
@@ -46,7 +48,8 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C SlipSmallConfigureTSByMembers - SlipSmallConfigureTS() with the members of SlipSmall one by one, for languages that
+/*@C
+  SlipSmallConfigureTSByMembers - SlipSmallConfigureTS() with the members of SlipSmall one by one, for languages that
   have
                                   no structs of C's
 

@@ -77,9 +77,10 @@ static PetscErrorCode CheckProblem(MPI_Comm comm, const SlipTrainProblem *p)
 
   Level: intermediate
 
-  Note: The options of `train -train_algorithm cmaes` that do not speak of faults are read; -help lists them. A run
-  whose solves fail or that takes more than 400 steps counts as unfinished; a function of the table that returns an
-  error ends the training.
+  Note:
+  The options of `train -train_algorithm cmaes` that do not speak of faults are read; -help lists them. A run whose
+  solves fail or that takes more than 400 steps counts as unfinished; a function of the table that returns an error ends
+  the training.
 
   Errors: PETSC_ERR_ARG_NULL for an incomplete table, PETSC_ERR_ARG_OUTOFRANGE and PETSC_ERR_ARG_WRONG with the option
   and what was expected, and those of observations that nobody knows.

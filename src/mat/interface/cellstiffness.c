@@ -271,8 +271,9 @@ PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C MatCreateSlipCellVectorStiffness - stiffness of irregular cells, rectangles or triangles, for slip as a vector in
-  each cell's plane, and what that does to their normal stress
+/*@C
+  MatCreateSlipCellVectorStiffness - stiffness of irregular cells, rectangles or triangles, for slip as a vector in each
+  cell's plane, and what that does to their normal stress
 
   Collective
 
@@ -292,9 +293,10 @@ PetscErrorCode MatCreateSlipCellNormalStiffness(MPI_Comm comm, const SlipCells *
        not wanted. With opening S is 3 N x 3 N, its rows 3 i + 2 are of the compression, and Kn are these rows
        (MatCreateSlipNormalRows())
 
-  Notes: With K_ij [2][2] the stress drop at the centre of cell i, or on its average, for unit slip along either
-  component on cell j, S_ij = (A_i K_ij + A_j K_ji^T) / (2 mean(A)), for the reasons that MatCreateSlipCellStiffness()
-  gives. Projected on directions in the cells' planes it is the scalar stiffness of these rakes.
+  Notes:
+  With K_ij [2][2] the stress drop at the centre of cell i, or on its average, for unit slip along either component on
+  cell j, S_ij = (A_i K_ij + A_j K_ji^T) / (2 mean(A)), for the reasons that MatCreateSlipCellStiffness() gives.
+  Projected on directions in the cells' planes it is the scalar stiffness of these rakes.
 
   "auto" is "dense" up to 3000 rows. Hierarchical storage has the clusters of the scalar stiffness; a block of low rank
   holds both components.

@@ -176,9 +176,10 @@ static PetscErrorCode Create(MPI_Comm comm, const SlipDippingGrid *grid, PetscIn
        drop along its rake at the centre of cell i for unit slip on cell j
 - Kn - compression of the centre of cell i for unit slip on cell j [Pa/m], not symmetric; NULL where it is not wanted
 
-  Notes: Type "fft" keeps about nx + 1 blocks for K, half of nz x nz numbers each, and as many of nz x nz for Kn: 20 and
-  33 MB at 400 x 100 cells. That is where all rakes are 0 or 180 degrees, or all 90 or -90; else slip has two
-  components, and blocks take four times and twice as much. It needs a kernel with plane() of SlipKernelType.
+  Notes:
+  Type "fft" keeps about nx + 1 blocks for K, half of nz x nz numbers each, and as many of nz x nz for Kn: 20 and 33 MB
+  at 400 x 100 cells. That is where all rakes are 0 or 180 degrees, or all 90 or -90; else slip has two components, and
+  blocks take four times and twice as much. It needs a kernel with plane() of SlipKernelType.
 
   "auto" is "dense" up to 256 cells, "hmat" for more than 50 cells along dip for one along strike and for kernels
   without plane(), and otherwise "fft". MatScale(), MatGetDiagonal() and conversion to MATDENSE work on every type.
@@ -200,8 +201,9 @@ PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGri
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@C MatCreateSlipDippingVectorStiffness - stiffness of a uniform grid of cells on a plane of any dip for slip as a
-  vector in the plane, and what that does to its normal stress
+/*@C
+  MatCreateSlipDippingVectorStiffness - stiffness of a uniform grid of cells on a plane of any dip for slip as a vector
+  in the plane, and what that does to its normal stress
 
   Collective
 
@@ -218,8 +220,9 @@ PetscErrorCode MatCreateSlipDippingStiffness(MPI_Comm comm, const SlipDippingGri
 - Kn - N x 2 N matrix [Pa/m], compression of the centre of a cell, not symmetric; NULL where it is not wanted. With
        opening both are as MatCreateSlipCellVectorStiffness() says
 
-  Notes: S is the symmetric part of the stress drop at the centre of a cell for unit slip along either component on
-  another one.
+  Notes:
+  S is the symmetric part of the stress drop at the centre of a cell for unit slip along either component on another
+  one.
 
   Type "fft" keeps what MatCreateSlipDippingStiffness() does where rakes vary.
 

@@ -61,9 +61,10 @@ static const struct {
   Output Parameter:
 . K - symmetric N x N matrix [Pa/m], N = nx * nz, rows distributed by PETSC_DECIDE
 
-  Notes: Entry (i, j) is the stress drop at the centre of cell i for unit slip on cell j. Collocation at centres is not
-  exactly symmetric below a free surface; K is the symmetric part. By grid->kernel.average it is the average over cell i
-  of SlipKernelAverage(), symmetric as it is: of SLIP_AVERAGE_CELL with the core SLIP_CORE_CELL of all edges; of
+  Notes:
+  Entry (i, j) is the stress drop at the centre of cell i for unit slip on cell j. Collocation at centres is not exactly
+  symmetric below a free surface; K is the symmetric part. By grid->kernel.average it is the average over cell i of
+  SlipKernelAverage(), symmetric as it is: of SLIP_AVERAGE_CELL with the core SLIP_CORE_CELL of all edges; of
   SLIP_AVERAGE_WHOLE with SLIP_CORE_INNER, and SLIP_CORE_BORDER at the edges of the grid other than the free surface.
   The viscosities "spectral" and "toeplitz" do not know that last K, nor one below a free surface whose kernel's type
   has no surface(). MatScale(), MatGetDiagonal() and conversion to MATDENSE work on every type.

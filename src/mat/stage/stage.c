@@ -493,13 +493,14 @@ static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise)
   Output Parameter:
 . A - borrowed; B itself where its own products are cheap, else a matrix of type "slipstage" with the same theta
 
-  Notes: H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A for B,
-  a Newton iteration on B v = c leaves at most the share |A^-1 (H - H_A)| of the error. On a uniform grid H_A is the
-  viscosity of type "toeplitz": a share of 0.02 and products as cheap as those with K. Elsewhere H_A = (zeta / 2) ((mass
-  / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3. Both become better as products with H are
-  made, since H_A is corrected by those that H remembers: A is another operator at each call, and on a grid of 100 x 100
-  the first Newton iteration leaves 1e-3 where it left 3e-2. Near instability, where weakening takes most of B away, the
-  share is larger in proportion.
+  Notes:
+  H is at most zeta ((mass / theta) I + theta K), because a + b >= 2 sqrt(a b) for each mode of K. With A for B, a
+  Newton iteration on B v = c leaves at most the share |A^-1 (H - H_A)| of the error. On a uniform grid H_A is the
+  viscosity of type "toeplitz": a share of 0.02 and products as cheap as those with K. Elsewhere
+  H_A = (zeta / 2) ((mass / theta) I + theta K): zeta / (2 + zeta), that is 0.12 for zeta = 0.8 / 3. Both become better
+  as products with H are made, since H_A is corrected by those that H remembers: A is another operator at each call,
+  and on a grid of 100 x 100 the first Newton iteration leaves 1e-3 where it left 3e-2. Near instability, where
+  weakening takes most of B away, the share is larger in proportion.
 
   Level: advanced
 
