@@ -192,19 +192,22 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* T0 = sigma mu + H (v - v_inf): what balances the start, along the rake. Overwrites work[0] and work[1]. */
+/* T0 = sigma mu + H (v - v_inf): what balances the start, along the rake. */
 static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *friction)
 {
   const PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *vinf = fault->fields.cell[FIELD_LOADING_RATE], *f;
+  Vec relative, force;
   PetscReal *x;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetWork(fault, &relative));
+  PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(PetscMalloc1(fault->mesh.n + 1, &x));
   for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = Creeps(fault, i) ? 0 : rate[i] - vinf[i];
-  PetscCall(SlipFaultFillAlong(fault, x, PETSC_FALSE, fault->work[0]));
+  PetscCall(SlipFaultFillAlong(fault, x, PETSC_FALSE, relative));
   PetscCall(PetscFree(x));
-  PetscCall(SlipElasticForce(fault->medium, 0, NULL, fault->work[0], fault->work[1], NULL));
-  PetscCall(VecGetArrayRead(fault->work[1], &f));
+  PetscCall(SlipElasticForce(fault->medium, 0, NULL, relative, force, NULL));
+  PetscCall(VecGetArrayRead(force, &f));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal s[SLIP_MAX_STATES], mu, ds, dv;
 
@@ -214,7 +217,9 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
       (rate[i] < 0 ? -mu : mu) * friction->stress[i] +
       SlipFaultDot(fault, f + fault->layout.components * i, SlipFaultAlong(fault, i)) / fault->mesh.weight[i];
   }
-  PetscCall(VecRestoreArrayRead(fault->work[1], &f));
+  PetscCall(VecRestoreArrayRead(force, &f));
+  PetscCall(SlipFaultRestoreWork(fault, &force));
+  PetscCall(SlipFaultRestoreWork(fault, &relative));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -290,9 +295,12 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscReal *tau, *v, *f = NULL;
   SlipFrictionCells friction;
   const SlipFaultLoad *load;
-  const SlipArrays arrays[] = {
-    {w, .read = &a},        {b->force, .read = &force},      {fault->operators.vinf, .read = &vinf},
-    {b->rate, .write = &v}, {fault->work[0], .write = &tau}, {F, .write = &f}};
+  const SlipArrays arrays[] = {{w, .read = &a},
+                               {b->force, .read = &force},
+                               {fault->operators.vinf, .read = &vinf},
+                               {b->rate, .write = &v},
+                               {F, .write = &f}};
+  Vec stress;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
@@ -305,7 +313,9 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   } else {
     PetscCall(SlipFaultGetFriction(fault, t, &friction));
   }
-  PetscCall(SlipArraysGet(F ? 6 : 5, arrays));
+  PetscCall(SlipFaultGetWork(fault, &stress));
+  PetscCall(SlipArraysGet(F ? 5 : 4, arrays));
+  PetscCall(VecGetArrayWrite(stress, &tau));
   PetscCall(VecGetArrayRead(load->shear, &shear));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     for (PetscInt k = c * i; k < c * (i + 1); k++) tau[k] = shear[k] - force[k] + eta * weight[i] * vinf[k];
@@ -325,7 +335,9 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
       f[SlipFaultDisplacementAt(fault, i) + k] = v[c * i + k] - vinf[c * i + k];
     }
   PetscCall(VecRestoreArrayRead(load->shear, &shear));
-  PetscCall(SlipArraysRestore(F ? 6 : 5, arrays));
+  PetscCall(VecRestoreArrayWrite(stress, &tau));
+  PetscCall(SlipArraysRestore(F ? 5 : 4, arrays));
+  PetscCall(SlipFaultRestoreWork(fault, &stress));
   PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->mesh.n));
   b->time = t;
   b->known = PETSC_TRUE;

@@ -115,3 +115,26 @@ PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* A vector of slip for the time of a function, of any content */
+PetscErrorCode SlipFaultGetWork(SlipFault fault, Vec *x)
+{
+  PetscInt k = 0;
+
+  PetscFunctionBegin;
+  while (k < FAULT_WORK && fault->taken[k]) k++;
+  PetscCheck(k < FAULT_WORK, fault->comm, PETSC_ERR_PLIB, "more than %d vectors of slip are in use", FAULT_WORK);
+  if (!fault->work[k]) PetscCall(VecDuplicate(fault->critical.uc, &fault->work[k]));
+  fault->taken[k] = PETSC_TRUE;
+  *x = fault->work[k];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultRestoreWork(SlipFault fault, Vec *x)
+{
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < FAULT_WORK; k++)
+    if (*x && fault->work[k] == *x) fault->taken[k] = PETSC_FALSE;
+  *x = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

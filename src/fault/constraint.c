@@ -48,12 +48,14 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
    in u0. */
 static PetscErrorCode CountFromClosed(SlipFault fault)
 {
-  Vec open = fault->work[0];
   PetscReal *a, any = 0;
+  Vec open, force;
   Mat B;
 
   PetscFunctionBegin;
   if (!SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetWork(fault, &open));
+  PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(VecCopy(fault->stage.u0, open));
   PetscCall(VecGetArray(open, &a));
   for (PetscInt i = 0; i < 3 * fault->mesh.n; i += 3) {
@@ -62,10 +64,13 @@ static PetscErrorCode CountFromClosed(SlipFault fault)
   }
   PetscCall(VecRestoreArray(open, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  if (any == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipElasticGetStage(fault->medium, &B, NULL));
-  PetscCall(MatMult(B, open, fault->work[1]));
-  PetscCall(VecAXPY(fault->stage.c, 1 / fault->stage.theta, fault->work[1]));
+  if (any != 0) {
+    PetscCall(SlipElasticGetStage(fault->medium, &B, NULL));
+    PetscCall(MatMult(B, open, force));
+    PetscCall(VecAXPY(fault->stage.c, 1 / fault->stage.theta, force));
+  }
+  PetscCall(SlipFaultRestoreWork(fault, &force));
+  PetscCall(SlipFaultRestoreWork(fault, &open));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -73,6 +78,7 @@ static PetscErrorCode CountFromClosed(SlipFault fault)
 PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
 {
   const SlipFaultLoad *load;
+  Vec force;
 
   PetscFunctionBegin;
   fault->stage.time = stage->t;
@@ -80,12 +86,14 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
   PetscCall(SlipFaultGetLoad(fault, stage->t, &load));
   PetscCall(SlipElasticStage(fault->medium, stage->t, stage->theta));
   PetscCall(SlipFaultEliminate(fault, stage));
-  PetscCall(SlipElasticForce(fault->medium, stage->t, fault->stage.u0, NULL, fault->work[0], NULL));
-  PetscCall(VecAXPY(fault->stage.c, -1, fault->work[0]));
+  PetscCall(SlipFaultGetWork(fault, &force));
+  PetscCall(SlipElasticForce(fault->medium, stage->t, fault->stage.u0, NULL, force, NULL));
+  PetscCall(VecAXPY(fault->stage.c, -1, force));
   if (fault->kind.loaded) {
-    PetscCall(SlipElasticForce(fault->medium, stage->t, NULL, fault->operators.vinf, fault->work[0], NULL));
-    PetscCall(VecAXPY(fault->stage.c, 1, fault->work[0]));
+    PetscCall(SlipElasticForce(fault->medium, stage->t, NULL, fault->operators.vinf, force, NULL));
+    PetscCall(VecAXPY(fault->stage.c, 1, force));
   }
+  PetscCall(SlipFaultRestoreWork(fault, &force));
   if (load->shear) PetscCall(VecAXPY(fault->stage.c, 1, load->shear));
   PetscCall(CountFromClosed(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -355,11 +363,10 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFrictionCells friction;
   const SlipFaultLoad *load;
-  Vec rel = fault->work[0], u = fault->work[1], force = fault->work[2];
+  Vec rel, u, force;
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *r, *f;
   PetscReal *b;
-  const SlipArrays arrays[] = {{w, .read = &a}, {rel, .read = &r}, {force, .read = &f}, {F, .write = &b}};
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
@@ -367,23 +374,33 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
     PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   else
     PetscCall(SlipFaultGetFriction(fault, t, &friction));
+  PetscCall(SlipFaultGetWork(fault, &rel));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(SlipFaultGetRate(fault, w, rel));
   if (fault->kind.loaded) PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
   PetscCall(SlipElasticForce(fault->medium, t, u, rel, force, NULL));
   if (load->shear) PetscCall(VecAXPY(force, -1, load->shear));
-  PetscCall(SlipArraysGet(4, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    for (PetscInt k = 0; k < c; k++) {
-      b[SlipFaultRateAt(fault, i) + k] = -f[c * i + k];
-      b[SlipFaultDisplacementAt(fault, i) + k] = r[c * i + k];
-    }
-  SlipFrictionStateRate(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state,
-                        c == 1 ? fault->layout.block : 1, StateSpeeds(fault, a), b + fault->layout.state);
-  for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
-    for (PetscInt k = 0; k < fault->layout.states && fault->balance.creeps[i]; k++)
-      b[SlipFaultStateAt(fault, i) + k] = 0;
-  PetscCall(SlipArraysRestore(4, arrays));
+  {
+    const SlipArrays arrays[] = {{w, .read = &a}, {rel, .read = &r}, {force, .read = &f}, {F, .write = &b}};
+
+    PetscCall(SlipArraysGet(4, arrays));
+    for (PetscInt i = 0; i < fault->mesh.n; i++)
+      for (PetscInt k = 0; k < c; k++) {
+        b[SlipFaultRateAt(fault, i) + k] = -f[c * i + k];
+        b[SlipFaultDisplacementAt(fault, i) + k] = r[c * i + k];
+      }
+    SlipFrictionStateRate(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state,
+                          c == 1 ? fault->layout.block : 1, StateSpeeds(fault, a), b + fault->layout.state);
+    for (PetscInt i = 0; i < fault->mesh.n && fault->balance.creeps; i++)
+      for (PetscInt k = 0; k < fault->layout.states && fault->balance.creeps[i]; k++)
+        b[SlipFaultStateAt(fault, i) + k] = 0;
+    PetscCall(SlipArraysRestore(4, arrays));
+  }
+  PetscCall(SlipFaultRestoreWork(fault, &force));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
+  PetscCall(SlipFaultRestoreWork(fault, &rel));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -37,12 +37,13 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   PetscReal mu, ds, dv, strength, sum[4] = {0, 0, 0, 0};
   PetscBool critical;
   PetscReal *q;
-  Vec q0 = fault->work[0];
+  Vec q0;
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
   fault->critical.start_share = critical ? -(1 + fault->options.value[FAULT_INITIAL_PERTURBATION]) : 0;
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
+  PetscCall(SlipFaultGetWork(fault, &q0));
   PetscCall(VecGetArrayWrite(q0, &q));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     SlipFrictionEvaluate(&friction, i, NULL, 0, &mu, &ds, &dv);
@@ -59,11 +60,15 @@ PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
   fault->critical.mean_q0 = sum[0] / fault->mesh.N;
   fault->critical.mean_dc = sum[1] / fault->mesh.N;
   fault->critical.mean_drop = sum[3] / fault->mesh.N;
-  if (!fault->critical.known) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->critical.known) {
+    PetscCall(SlipFaultRestoreWork(fault, &q0));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecScale(fault->critical.uc, sum[2] / fault->mesh.N));
   PetscCall((*fault->told)(fault, "K^-1 of the strength, the critical state"));
   PetscCall(SlipElasticSolve(fault->medium, q0, fault->critical.uc));
   PetscCall(VecDot(fault->critical.uc, q0, &fault->critical.energy));
+  PetscCall(SlipFaultRestoreWork(fault, &q0));
   PetscCall(SlipFaultWeightedSum(fault, fault->critical.uc, &fault->critical.mean_uc));
   fault->critical.mean_uc /= fault->mesh.N;
   fault->critical.drop_slip = fault->critical.mean_drop / fault->critical.mean_q0 * fault->critical.mean_uc;

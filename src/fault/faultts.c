@@ -100,22 +100,28 @@ static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, vo
 static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  Vec u;
 
   PetscFunctionBegin;
   (void)ts;
-  PetscCall(SlipFaultGetDisplacement(fault, w, fault->work[0]));
-  PetscCall(SlipElasticAccept(fault->medium, t, fault->work[0], first));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(SlipElasticAccept(fault->medium, t, u, first));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Advance_Fault(TS ts, PetscReal t, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  Vec u;
 
   PetscFunctionBegin;
   (void)ts;
-  PetscCall(SlipFaultGetDisplacement(fault, w, fault->work[0]));
-  PetscCall(SlipElasticAdvance(fault->medium, t, fault->work[0]));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(SlipElasticAdvance(fault->medium, t, u));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

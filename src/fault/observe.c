@@ -69,16 +69,21 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   SlipFaultMoment now;
   PetscReal stored;
   PetscBool same;
+  Vec u, force;
 
   PetscFunctionBegin;
   *sums = c;
   PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultForce(fault, t, w, fault->work[0], fault->work[1]));
-  PetscCall(SlipElasticGetEnergy(fault->medium, t, fault->work[0], &stored));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &force));
+  PetscCall(SlipFaultForce(fault, t, w, u, force));
+  PetscCall(SlipElasticGetEnergy(fault->medium, t, u, &stored));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
-  PetscCall(SlipFaultAddUp(fault, t, w, fault->work[1], c->sum, &c->max_v));
+  PetscCall(SlipFaultAddUp(fault, t, w, force, c->sum, &c->max_v));
+  PetscCall(SlipFaultRestoreWork(fault, &force));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));
   c->sum[SUM_U_KU] += 2 * stored;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->max_v, 1, MPIU_REAL, MPIU_MAX, fault->comm));
@@ -117,22 +122,26 @@ static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx
 static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool moves, const SlipFaultMode **mode)
 {
   SlipFaultMode *c = &fault->known.mode;
-  Vec x = fault->work[0];
   SlipFaultMoment now;
   PetscBool same;
+  Vec x, kx;
 
   PetscFunctionBegin;
   *mode = c;
   PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetWork(fault, &x));
+  PetscCall(SlipFaultGetWork(fault, &kx));
   if (moves)
     PetscCall(SlipFaultGetRate(fault, w, x));
   else
     PetscCall(VecCopy(fault->critical.uc, x));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
-  PetscCall(SlipElasticApply(fault->medium, x, fault->work[1], NULL));
+  PetscCall(SlipElasticApply(fault->medium, x, kx, NULL));
   if (fault->kind.coupled) PetscCall(SlipElasticApply(fault->medium, x, NULL, fault->cells));
-  PetscCall(AddMode(fault, t, w, x, fault->work[1], fault->kind.coupled ? fault->cells : NULL, c->sum));
+  PetscCall(AddMode(fault, t, w, x, kx, fault->kind.coupled ? fault->cells : NULL, c->sum));
+  PetscCall(SlipFaultRestoreWork(fault, &kx));
+  PetscCall(SlipFaultRestoreWork(fault, &x));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));
   c->moment = now;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -179,10 +188,12 @@ PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec der
 static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
 {
   const PetscInt c = fault->layout.components;
-  Vec x = fault->work[0], y = fault->work[1];
   PetscReal *a, norm;
+  Vec x, y;
 
   PetscFunctionBegin;
+  PetscCall(SlipFaultGetWork(fault, &x));
+  PetscCall(SlipFaultGetWork(fault, &y));
   PetscCall(VecGetArrayWrite(x, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     for (PetscInt k = 0; k < c; k++) {
@@ -203,6 +214,8 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
     if (norm == 0) break;
     PetscCall(VecAXPBY(x, 1 / norm, 0, y));
   }
+  PetscCall(SlipFaultRestoreWork(fault, &y));
+  PetscCall(SlipFaultRestoreWork(fault, &x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -333,13 +346,15 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
 PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
 {
   const SlipFaultMesh *mesh = &fault->mesh;
-  Vec rel = fault->work[0], hv = fault->work[1], q = fault->cells;
+  Vec rel, hv, q = fault->cells;
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *f, *vinf, *b;
   PetscReal lost;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
+  PetscCall(SlipFaultGetWork(fault, &rel));
+  PetscCall(SlipFaultGetWork(fault, &hv));
   PetscCall(SlipFaultGetRate(fault, w, rel));
   PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
   PetscCall(SlipElasticForce(fault->medium, t, NULL, rel, hv, NULL));
@@ -371,6 +386,8 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscCall(SlipFaultGetDisplacement(fault, w, rel));
   PetscCall(SlipElasticGetPower(fault->medium, t, rel, &lost));
+  PetscCall(SlipFaultRestoreWork(fault, &hv));
+  PetscCall(SlipFaultRestoreWork(fault, &rel));
   power[0] += lost;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

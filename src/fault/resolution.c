@@ -70,10 +70,10 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
 {
   SlipFaultResolution *r = &fault->resolution;
   const PetscInt c = fault->layout.components;
-  Vec k, h = fault->work[1];
+  Vec k, h = NULL;
   PetscReal best[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL}; /* ratio, its length, nucleation */
   PetscReal count[3] = {0, 0, 0}; /* cells that weaken, that can fail alone, and sum of K_c */
-  const PetscReal *stiffness, *damping;
+  const PetscReal *stiffness, *damping = NULL;
   SlipFrictionCells friction;
 
   PetscFunctionBegin;
@@ -81,12 +81,13 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
                                     fault->friction.law->by_rate && !fault->friction.law->nstates ? &h : NULL));
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(VecGetArrayRead(k, &stiffness));
-  PetscCall(VecGetArrayRead(h, &damping));
+  if (h) PetscCall(VecGetArrayRead(h, &damping));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal length[2], critical, ratio;
 
     if (fault->balance.creeps && fault->balance.creeps[i]) continue;
-    if (!Lengths(fault, &friction, i, damping[c * i] / fault->mesh.weight[i], length, &critical)) continue;
+    if (!Lengths(fault, &friction, i, damping ? damping[c * i] / fault->mesh.weight[i] : 0, length, &critical))
+      continue;
     count[0]++;
     if (PetscMin(stiffness[c * i], stiffness[c * i + fault->layout.plane - 1]) / fault->mesh.weight[i] < critical)
       count[1]++;
@@ -99,7 +100,7 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
       best[1] = length[0];
     }
   }
-  PetscCall(VecRestoreArrayRead(h, &damping));
+  if (h) PetscCall(VecRestoreArrayRead(h, &damping));
   PetscCall(VecRestoreArrayRead(k, &stiffness));
   r->least = best[0];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &r->least, 1, MPIU_REAL, MPIU_MIN, fault->comm));

@@ -26,6 +26,7 @@ typedef struct {
   const PetscReal *drive; /* rate of the force [Pa/s] */
   const PetscReal *shear; /* T(t) [Pa]; NULL: 0 */
   const PetscReal *clamp; /* Kn v_inf [Pa/s]; NULL: 0 */
+  Vec load, force;        /* that shear and ku are of, between RestBegin() and RestEnd() */
 } Rest;
 
 /* K v_inf + w dT/dt and H v_inf, once */
@@ -312,7 +313,6 @@ static PetscErrorCode StateAfter(const Rest *r, PetscReal dt, Vec after)
 /* For a state w that rests at t; ku, work: to be given back with RestEnd() */
 static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
 {
-  Vec u = fault->work[0], ku = fault->work[1];
   const SlipFaultLoad *load;
 
   PetscFunctionBegin;
@@ -321,12 +321,14 @@ static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &r->friction));
   if (fault->kind.coupled) PetscCall(VecGetArrayRead(fault->coupling.drive, &r->clamp));
-  PetscCall(SlipFaultGetDisplacement(fault, w, u));
-  PetscCall(SlipElasticForce(fault->medium, t, u, NULL, ku, NULL));
-  PetscCall(VecCopy(load->shear ? load->shear : fault->loads.hold, u));
+  PetscCall(SlipFaultGetWork(fault, &r->load));
+  PetscCall(SlipFaultGetWork(fault, &r->force));
+  PetscCall(SlipFaultGetDisplacement(fault, w, r->load));
+  PetscCall(SlipElasticForce(fault->medium, t, r->load, NULL, r->force, NULL));
+  PetscCall(VecCopy(load->shear ? load->shear : fault->loads.hold, r->load));
   PetscCall(VecGetArrayRead(w, &r->w));
-  PetscCall(VecGetArrayRead(ku, &r->ku));
-  PetscCall(VecGetArrayRead(u, &r->shear));
+  PetscCall(VecGetArrayRead(r->force, &r->ku));
+  PetscCall(VecGetArrayRead(r->load, &r->shear));
   if (!load->shear) r->shear = NULL;
   PetscCall(VecGetArrayRead(fault->loads.hold, &r->hold));
   PetscCall(VecGetArrayRead(fault->loads.drive, &r->drive));
@@ -342,8 +344,10 @@ static PetscErrorCode RestEnd(Vec w, Rest *r)
   if (r->clamp) PetscCall(VecRestoreArrayRead(fault->coupling.drive, &r->clamp));
   PetscCall(VecRestoreArrayRead(fault->loads.drive, &r->drive));
   PetscCall(VecRestoreArrayRead(fault->loads.hold, &r->hold));
-  PetscCall(VecRestoreArrayRead(fault->work[0], r->shear ? &r->shear : &shear));
-  PetscCall(VecRestoreArrayRead(fault->work[1], &r->ku));
+  PetscCall(VecRestoreArrayRead(r->load, r->shear ? &r->shear : &shear));
+  PetscCall(VecRestoreArrayRead(r->force, &r->ku));
+  PetscCall(SlipFaultRestoreWork(fault, &r->force));
+  PetscCall(SlipFaultRestoreWork(fault, &r->load));
   PetscCall(VecRestoreArrayRead(w, &r->w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

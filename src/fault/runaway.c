@@ -26,7 +26,7 @@ static PetscReal Time(PetscReal m, PetscReal d, PetscReal k)
 PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio)
 {
   const PetscInt c = fault->layout.components;
-  Vec v = fault->work[0], d = fault->work[1], Kv = fault->work[2]; /* which has the slopes [n] before */
+  Vec v, d, Kv; /* which has the slopes [n] before */
   const PetscReal *a, *k, *h, *dv, *rate;
   SlipFrictionCells friction;
   PetscReal sum[3] = {0, 0, 0}, least = PETSC_MAX_REAL; /* v M v, v (H + D) v, v K v */
@@ -39,6 +39,9 @@ PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *
   if (!fault->kind.inertia || !fault->friction.law->by_rate) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(SlipFaultGetWork(fault, &v));
+  PetscCall(SlipFaultGetWork(fault, &d));
+  PetscCall(SlipFaultGetWork(fault, &Kv));
   PetscCall(SlipElasticGetDiagonals(fault->medium, &diagonal[0], &diagonal[1]));
   PetscCall(VecGetArrayRead(diagonal[0], &k));
   PetscCall(VecGetArrayRead(diagonal[1], &h));
@@ -61,7 +64,12 @@ PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *
   PetscCall(VecRestoreArrayRead(diagonal[0], &k));
   PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &weakens, 1, MPIU_BOOL, MPI_LOR, fault->comm));
-  if (!weakens) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!weakens) {
+    PetscCall(SlipFaultRestoreWork(fault, &Kv));
+    PetscCall(SlipFaultRestoreWork(fault, &d));
+    PetscCall(SlipFaultRestoreWork(fault, &v));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipFaultGetRate(fault, w, v));
   PetscCall(SlipElasticForce(fault->medium, t, NULL, v, d, NULL));
   PetscCall(VecGetArrayRead(v, &rate));
@@ -82,6 +90,9 @@ PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *
     PetscCall(VecDot(v, Kv, &sum[2]));
     least = PetscMin(least, Time(sum[0], sum[1], sum[2]));
   }
+  PetscCall(SlipFaultRestoreWork(fault, &Kv));
+  PetscCall(SlipFaultRestoreWork(fault, &d));
+  PetscCall(SlipFaultRestoreWork(fault, &v));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   *ratio = fault->stage.theta / (share * least);
   PetscFunctionReturn(PETSC_SUCCESS);

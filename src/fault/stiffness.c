@@ -190,12 +190,14 @@ static PetscErrorCode CheckBalance(SlipFault fault)
 static PetscErrorCode CheckOpening(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
-  Vec x = fault->work[0], b = fault->work[1];
   PetscBool indefinite;
+  Vec x, b;
   PetscReal *a;
 
   PetscFunctionBegin;
   if (!SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetWork(fault, &x));
+  PetscCall(SlipFaultGetWork(fault, &b));
   PetscCall(VecGetArrayWrite(b, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     for (PetscInt k = 0; k < 3; k++) {
@@ -205,6 +207,8 @@ static PetscErrorCode CheckOpening(SlipFault fault)
     }
   PetscCall(VecRestoreArrayWrite(b, &a));
   PetscCall(SlipElasticIsIndefinite(fault->medium, SLIP_OPENING_PRODUCTS, b, x, &indefinite));
+  PetscCall(SlipFaultRestoreWork(fault, &b));
+  PetscCall(SlipFaultRestoreWork(fault, &x));
   PetscCheck(
     !indefinite, fault->comm, PETSC_ERR_ARG_INCOMP,
     "-%sfault_opening yes: the stiffness is not positive definite, so cells would open without a load; this happens "
@@ -258,6 +262,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
   const SlipElasticRock rock = Rock(fault);
   PetscBool traction, scaled;
+  Vec normal;
   Mat K;
 
   PetscFunctionBegin;
@@ -266,7 +271,6 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   fault->critical.known = !(traction || fault->friction.law->always_slides) || scaled ? PETSC_TRUE : PETSC_FALSE;
   PetscCall((*fault->told)(fault, "stiffness K"));
   PetscCall(CreateMedium(fault));
-  for (PetscInt i = 0; i < 3; i++) PetscCall(VecDuplicate(fault->critical.uc, &fault->work[i]));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->operators.vinf));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.u0));
   PetscCall(VecCreate(fault->comm, &fault->stage.s0));
@@ -274,12 +278,14 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(VecSetType(fault->stage.s0, VECSTANDARD));
   PetscCall(CheckOpening(fault));
   PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_LOADING_RATE], PETSC_FALSE, fault->operators.vinf));
-  PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_NORMAL_STRESS], PETSC_TRUE, fault->work[0]));
+  PetscCall(SlipFaultGetWork(fault, &normal));
+  PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_NORMAL_STRESS], PETSC_TRUE, normal));
   PetscCall(VecZeroEntries(fault->critical.uc));
   if (fault->critical.known) {
     PetscCall((*fault->told)(fault, "K^-1 of the normal stress"));
-    PetscCall(SlipFaultScaleStiffness(fault, fault->work[0], fault->critical.uc));
+    PetscCall(SlipFaultScaleStiffness(fault, normal, fault->critical.uc));
   }
+  PetscCall(SlipFaultRestoreWork(fault, &normal));
   PetscCall(SlipElasticGetMatrices(fault->medium, &K, NULL, NULL));
   PetscCall(SlipFaultViewStiffness(fault, K));
   PetscCall((*fault->told)(fault, "viscosity H"));

@@ -30,13 +30,16 @@ PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
 {
   const SlipFaultLoad *load;
   PetscReal *a;
+  Vec u;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
   PetscValidHeaderSpecific(T, VEC_CLASSID, 4);
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipFaultForce(fault, t, w, fault->work[0], T));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultForce(fault, t, w, u, T));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
   if (load->shear) PetscCall(VecAXPY(T, -1, load->shear));
   PetscCall(VecGetArray(T, &a));
   for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
@@ -68,14 +71,19 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
 {
   const SlipFaultLoad *load;
   PetscReal work = 0, stored, pressure;
+  Vec u, force;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipFaultForce(fault, t, w, fault->work[0], fault->work[1]));
-  PetscCall(SlipElasticGetEnergy(fault->medium, t, fault->work[0], &stored));
-  PetscCall(VecDot(fault->work[0], fault->work[1], energy));
-  if (load->shear) PetscCall(VecDot(fault->work[0], load->shear, &work));
-  PetscCall(PressureTimes(fault, load, fault->work[0], 0, 3, &pressure));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &force));
+  PetscCall(SlipFaultForce(fault, t, w, u, force));
+  PetscCall(SlipElasticGetEnergy(fault->medium, t, u, &stored));
+  PetscCall(VecDot(u, force, energy));
+  if (load->shear) PetscCall(VecDot(u, load->shear, &work));
+  PetscCall(PressureTimes(fault, load, u, 0, 3, &pressure));
+  PetscCall(SlipFaultRestoreWork(fault, &force));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
   *energy = (0.5 * *energy + stored - work + pressure) * fault->mesh.area;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -86,6 +94,7 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
 {
   const SlipFaultLoad *load;
   PetscReal work = 0, pressure, more;
+  Vec u, force, slow;
   PetscBool rests;
 
   PetscFunctionBegin;
@@ -93,16 +102,22 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   if (!fault->kind.driven) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultRestSetUp(fault));
-  PetscCall(SlipFaultGetDisplacement(fault, w, fault->work[0]));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &force));
+  PetscCall(SlipFaultGetWork(fault, &slow));
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(SlipElasticRests(fault->medium, &rests));
-  PetscCall(VecDot(fault->loads.drive, fault->work[0], power));
+  PetscCall(VecDot(fault->loads.drive, u, power));
   if (!rests) { /* v_inf (f - K u), too */
-    PetscCall(SlipElasticForce(fault->medium, t, fault->work[0], NULL, fault->work[1], NULL));
-    PetscCall(SlipElasticApply(fault->medium, fault->work[0], fault->work[2], NULL));
-    PetscCall(VecAXPY(fault->work[1], -1, fault->work[2]));
-    PetscCall(VecDot(fault->operators.vinf, fault->work[1], &more));
+    PetscCall(SlipElasticForce(fault->medium, t, u, NULL, force, NULL));
+    PetscCall(SlipElasticApply(fault->medium, u, slow, NULL));
+    PetscCall(VecAXPY(force, -1, slow));
+    PetscCall(VecDot(fault->operators.vinf, force, &more));
     *power += more;
   }
+  PetscCall(SlipFaultRestoreWork(fault, &slow));
+  PetscCall(SlipFaultRestoreWork(fault, &force));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
   if (load->shear) PetscCall(VecDot(fault->operators.vinf, load->shear, &work));
   PetscCall(PressureTimes(fault, load, w, fault->layout.rate, fault->layout.block, &pressure));
   *power = (work - *power + pressure) * fault->mesh.area;

@@ -188,13 +188,17 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
 /* K u.u of the fault that slips as a whole, over its area [Pa/m]: no other slip costs less stress, but for its shape */
 static PetscErrorCode WholeStiffness(SlipFault fault, PetscReal *stiffness)
 {
-  Vec u = fault->work[0], ku = fault->work[1];
+  Vec u, ku;
 
   PetscFunctionBegin;
   if (fault->loads.soft == 0) {
+    PetscCall(SlipFaultGetWork(fault, &u));
+    PetscCall(SlipFaultGetWork(fault, &ku));
     PetscCall(SlipFaultFillAlong(fault, NULL, PETSC_FALSE, u));
     PetscCall(SlipElasticApply(fault->medium, u, ku, NULL));
     PetscCall(VecDot(u, ku, &fault->loads.soft));
+    PetscCall(SlipFaultRestoreWork(fault, &ku));
+    PetscCall(SlipFaultRestoreWork(fault, &u));
     fault->loads.soft /= (PetscReal)fault->mesh.N;
   }
   *stiffness = fault->loads.soft;

@@ -126,10 +126,10 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   PetscCall(PetscFree(f->layout.along));
   PetscCall(PetscFree(f->layout.sizes));
   {
-    Vec *vecs[] = {&f->work[0], &f->work[1],  &f->work[2],  &f->critical.uc, &f->operators.vinf,
-                   &f->stage.c, &f->stage.u0, &f->stage.s0, &f->cells};
+    Vec *vecs[] = {&f->critical.uc, &f->operators.vinf, &f->stage.c, &f->stage.u0, &f->stage.s0, &f->cells};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+    for (PetscInt i = 0; i < FAULT_WORK; i++) PetscCall(VecDestroy(&f->work[i]));
   }
   PetscCall(SlipFaultLoadsDestroy(f));
   PetscCall(SlipFaultBalanceDestroy(f));

@@ -68,7 +68,7 @@ static PetscErrorCode DecayRate(SlipFault fault, PetscReal *rate)
 static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, PetscReal sum[STEP_SUMS])
 {
   SlipFrictionCells friction;
-  Vec u = fault->work[0], ku = fault->work[1];
+  Vec u, ku;
   const PetscReal *a, *b, *f;
   PetscReal *x;
 
@@ -76,6 +76,8 @@ static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, Petsc
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(PetscArrayzero(sum, STEP_SUMS));
   PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &ku));
   PetscCall(VecGetArrayWrite(u, &x));
   for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = a[SlipFaultDisplacementAt(fault, i)];
   PetscCall(VecRestoreArrayWrite(u, &x));
@@ -97,6 +99,8 @@ static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, Petsc
   PetscCall(VecRestoreArrayRead(ku, &f));
   PetscCall(VecRestoreArrayRead(e, &b));
   PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SlipFaultRestoreWork(fault, &ku));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, STEP_SUMS, MPIU_REAL, MPI_SUM, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

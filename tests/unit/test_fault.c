@@ -428,5 +428,42 @@ static void observations(void **state)
   ObjectsDestroy(&w, &fault);
 }
 
-SLIP_TESTS(parameters, two_faults, normal_stress, scaling_and_critical_state, elasticity_is_left_alone, field_file,
-           stiffness_file, elimination, stiffness_view, power_balance, observations)
+/* Vectors for the time of a function: each is another one, they are given back after runs of all sorts, and one more
+   than there are is an error. */
+static void work_vectors(void **state)
+{
+  const char *const kinds[][2] = {
+    {"friction_law", "linear_slip_weakening"}, {"friction_law", "rate_and_state"}, {"initial", "rest"}};
+  Vec x[FAULT_WORK + 1] = {NULL};
+
+  (void)state;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(kinds); k++) {
+    SlipFault fault = Make(3, 2);
+    TS ts;
+    Vec w;
+
+    ok(SlipFaultSetString(fault, kinds[k][0], kinds[k][1]));
+    ok(SlipFaultSetReal(fault, "loading_rate", 1e-3));
+    ok(FaultStart(fault, NULL, 0, 5, &w, &ts));
+    ok(TSSetMaxSteps(ts, 20));
+    ok(TSSolve(ts, w));
+    for (PetscInt i = 0; i < FAULT_WORK; i++) assert_false(fault->taken[i]);
+    if (!k) {
+      for (PetscInt i = 0; i < FAULT_WORK; i++) {
+        ok(SlipFaultGetWork(fault, &x[i]));
+        for (PetscInt j = 0; j < i; j++) assert_ptr_not_equal(x[i], x[j]);
+      }
+      fails(SlipFaultGetWork(fault, &x[FAULT_WORK]), "vectors of slip are in use");
+      for (PetscInt i = 0; i < FAULT_WORK; i++) ok(SlipFaultRestoreWork(fault, &x[i]));
+      ok(SlipFaultGetWork(fault, &x[0]));
+      ok(SlipFaultRestoreWork(fault, &x[0]));
+      assert_null(x[0]);
+    }
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&w));
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
+SLIP_TESTS(work_vectors, parameters, two_faults, normal_stress, scaling_and_critical_state, elasticity_is_left_alone,
+           field_file, stiffness_file, elimination, stiffness_view, power_balance, observations)

@@ -107,6 +107,9 @@ typedef struct {
   PetscBool driven; /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
 } SlipFaultKind;
 
+/* Vectors of slip that functions may hold at one time, those that they call included */
+enum { FAULT_WORK = 6 };
+
 struct _p_SlipFault {
   PETSCHEADER(int);
   MPI_Comm comm; /* of the header, for short */
@@ -130,8 +133,9 @@ struct _p_SlipFault {
   SlipFaultCoupling coupling;
   struct _n_SlipFaultRun *run;                           /* of the room record */
   PetscErrorCode (*told)(SlipFault fault, const char[]); /* what the set-up begins with */
-  Vec work[3];                                           /* of slip */
-  Vec cells;                                             /* of cells: work within a function, and for its layout */
+  Vec work[FAULT_WORK];                                  /* of slip, SlipFaultGetWork() */
+  PetscBool taken[FAULT_WORK];
+  Vec cells; /* of cells: work within a function, and for its layout */
 };
 
 /* Entries of cell i of this rank in a state */
@@ -248,6 +252,8 @@ PETSC_INTERN PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetRate(SlipFault fault, Vec w, Vec v); /* v and u of a state, vectors of slip */
 PETSC_EXTERN PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec u);
 PETSC_INTERN PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], PetscBool weighted, Vec x);
+PETSC_EXTERN PetscErrorCode SlipFaultGetWork(SlipFault fault, Vec *x); /* a vector of slip, of any content */
+PETSC_EXTERN PetscErrorCode SlipFaultRestoreWork(SlipFault fault, Vec *x);
 PETSC_INTERN PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* filenames.c */
 /* points.c. Collective: the points [n][3] of a list or file, freed with PetscFree(): axes are two letters, with a third
