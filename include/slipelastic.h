@@ -37,6 +37,8 @@ typedef struct {
   PetscReal impedance;   /* of radiation, G/(2 cs) [Pa s/m] */
   PetscReal across;      /* of what opens cells, rho cp/2 [Pa s/m]; 0: cells do not open */
   PetscReal tolerance;   /* relative, of products with a viscosity by Lanczos' method */
+  PetscInt components;   /* of slip in each cell */
+  Vec along;             /* stress of 1 Pa along the rake of each cell, in rows of stress; borrowed, during setup */
 } SlipElasticRock;
 
 /* A type. Any function may be NULL: then that of static takes its place, which works with the matrices of
@@ -51,18 +53,21 @@ typedef struct {
   PetscErrorCode (*stage)(SlipElastic, PetscReal t, PetscReal theta, Mat *B, Mat *C);
   /* Energy besides u.f(u, t)/2, and what is lost besides v.(df/dv) v; of the cells of this process [J/m^2, W/m^2] */
   PetscErrorCode (*energy)(SlipElastic, PetscReal t, Vec u, PetscReal *stored);
-  PetscErrorCode (*power)(SlipElastic, PetscReal t, Vec u, PetscReal *lost);
+  PetscErrorCode (*power)(SlipElastic, PetscReal t, Vec u,
+                          PetscReal *lost); /* in /series/viscous_power; < 0: received */
   /* Of media that remember. The history of slot to from that of slot from, of the same number or not, by the way to u
      at t; from -1: nothing was before. The slots' times and displacements are those of SlipElasticGetPast(), before the
      change. */
   PetscErrorCode (*advance)(SlipElastic, PetscInt from, PetscInt to, PetscReal t, Vec u);
   PetscErrorCode (*copy)(SlipElastic, PetscInt from, PetscInt to);
-  PetscErrorCode (*visit)(SlipElastic, SlipState); /* the history of both slots, for checkpoints, in both directions */
+  /* The history of both slots, for checkpoints, in both directions; of any medium, what else of it a run depends on */
+  PetscErrorCode (*visit)(SlipElastic, SlipState);
   PetscErrorCode (*view)(SlipElastic, PetscViewer);
   PetscErrorCode (*destroy)(SlipElastic);
-  /* A fault that sticks is loaded at rates that do not change: f depends neither on t nor on the past, but for u. Then
-     quiet times are skipped without a solve. */
+  /* f depends on u and v alone, neither on t, be it linearly, nor on the past: until when a fault sticks then follows from
+     its own loads, and quiet times are skipped without a solve. static sets it */
   PetscBool rests;
+  PetscBool loads; /* it loads the fault by itself, as by a stress that grows: steps are those of a loaded fault */
 } SlipElasticOps;
 
 PETSC_EXTERN PetscErrorCode SlipElasticInitializePackage(void); /* called by what creates objects; again does nothing */
@@ -94,6 +99,7 @@ PETSC_EXTERN PetscErrorCode SlipElasticGetEnergy(SlipElastic el, PetscReal t, Ve
 PETSC_EXTERN PetscErrorCode SlipElasticGetPower(SlipElastic el, PetscReal t, Vec u, PetscReal *lost);
 /* ---- its history ---- */
 PETSC_EXTERN PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests);
+PETSC_EXTERN PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads);
 PETSC_EXTERN PetscErrorCode SlipElasticRemembers(SlipElastic el, PetscBool *remembers);
 PETSC_EXTERN PetscErrorCode SlipElasticAccept(SlipElastic el, PetscReal t, Vec u, PetscBool first);
 PETSC_EXTERN PetscErrorCode SlipElasticAdvance(SlipElastic el, PetscReal t, Vec u);

@@ -26,6 +26,29 @@ PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests)
 }
 
 /*@
+  SlipElasticLoads - does the medium load the fault by itself?
+
+  Not collective
+
+  Input Parameter:
+. el - the medium
+
+  Output Parameter:
+. loads - steps and estimates are those of a loaded fault
+
+  Level: developer
+
+.seealso: SlipElasticRests()
+@*/
+PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  *loads = el->ops->loads;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
   SlipElasticRemembers - does the stress depend on the history of slip?
 
   Not collective
@@ -227,8 +250,12 @@ PetscErrorCode SlipElasticVisit(SlipElastic el, SlipState state)
   PetscCall(SlipStateObject(state, "stiffness", (PetscObject)el->K));
   PetscCall(SlipStateObject(state, "viscosity", (PetscObject)el->H));
   PetscCall(SlipStateObject(state, "stage", (PetscObject)el->B));
-  if (!el->ops->advance) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!el->ops->advance && !el->ops->visit) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateGroup(state, "medium"));
+  if (!el->ops->advance) {
+    PetscCall((*el->ops->visit)(el, state));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipStateBool(state, "known", &el->known));
   if (!el->known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateBool(state, "within_attempt", &el->trial));

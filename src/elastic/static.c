@@ -9,8 +9,8 @@
   Input Parameters:
 + el - the medium, of any type
 . t  - the time, not used [s]
-. u  - displacement [m], `NULL`: 0
-- v  - slip rate [m/s], `NULL`: 0
+. u  - displacement [m], `NULL`: the part of v alone, and normal is left as it was
+- v  - slip rate [m/s], `NULL`: 0; without u it has to be there
 
   Output Parameters:
 + shear  - K u + H v [Pa]; `NULL`: not wanted

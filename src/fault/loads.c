@@ -367,10 +367,12 @@ static PetscErrorCode KindSetUp(SlipFault fault, PetscBool stressed, PetscBool h
 {
   SlipFaultKind *kind = &fault->kind;
   PetscReal fastest = 0;
+  PetscBool loads;
 
   PetscFunctionBegin;
   kind->heals = heals;
-  kind->sequence = kind->loaded || stressed || heals ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(SlipElasticLoads(fault->medium, &loads));
+  kind->sequence = kind->loaded || stressed || loads || heals ? PETSC_TRUE : PETSC_FALSE;
   kind->driven = kind->sequence || fault->loads.pressed || !kind->inertia || fault->friction.law->always_slides
                    ? PETSC_TRUE
                    : PETSC_FALSE;

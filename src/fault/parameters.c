@@ -153,7 +153,9 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_STATE_LAW] = {"state_law", "aging", "|aging|slip|", "Evolution of the state of rate-and-state friction",
                        PROBLEM},
   [FAULT_MEDIUM] = {"medium", "static", "|types of SlipElasticRegister()|",
-                    "How stress answers to slip; static: at once, by the stiffness and a viscosity", PROBLEM},
+                    "What answers slip: static, at once, by stiffness and viscosity; or a type of "
+                    "SlipElasticRegister()",
+                    PROBLEM},
   [FAULT_KERNEL] = {"kernel", "half_space", "|half_space|full_space|",
                     "Elastic medium: with or without the free surface", PROBLEM},
   [FAULT_NORMAL_COUPLING] = {"normal_coupling", "auto", "|auto|yes|no|",

@@ -218,15 +218,22 @@ static PetscErrorCode CheckOpening(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The matrices that the mesh or a file makes, in the medium */
-static PetscErrorCode CreateMedium(SlipFault fault)
+/* Before the loads, as a medium may be one */
+PetscErrorCode SlipFaultMediumCreate(SlipFault fault)
 {
-  Mat K = NULL, Kn = NULL;
-
   PetscFunctionBegin;
   PetscCall(SlipElasticCreate(fault->comm, &fault->medium));
   PetscCall(PetscObjectSetOptionsPrefix((PetscObject)fault->medium, ((PetscObject)fault)->prefix));
   PetscCall(SlipElasticSetType(fault->medium, fault->options.text[FAULT_MEDIUM]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The matrices that the mesh or a file makes, in the medium */
+static PetscErrorCode FillMedium(SlipFault fault)
+{
+  Mat K = NULL, Kn = NULL;
+
+  PetscFunctionBegin;
   if (fault->options.text[FAULT_STIFFNESS_FILE][0])
     PetscCall(SlipFaultLoadStiffness(fault, &K));
   else
@@ -255,12 +262,13 @@ static SlipElasticRock Rock(SlipFault fault)
                            .zeta = value[FAULT_DAMPING_RATIO],
                            .impedance = shear,
                            .across = SlipFaultOpens(fault) ? shear * PetscSqrtReal(2 * (1 - nu) / (1 - 2 * nu)) : 0,
-                           .tolerance = value[FAULT_KRYLOV_TOLERANCE]};
+                           .tolerance = value[FAULT_KRYLOV_TOLERANCE],
+                           .components = fault->layout.components};
 }
 
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
-  const SlipElasticRock rock = Rock(fault);
+  SlipElasticRock rock = Rock(fault);
   PetscBool traction, scaled;
   Vec normal;
   Mat K;
@@ -270,7 +278,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(PetscStrcmp(fault->options.text[FAULT_STIFFNESS_SCALING], "mean_slip", &scaled));
   fault->critical.known = !(traction || fault->friction.law->always_slides) || scaled ? PETSC_TRUE : PETSC_FALSE;
   PetscCall((*fault->told)(fault, "stiffness K"));
-  PetscCall(CreateMedium(fault));
+  PetscCall(FillMedium(fault));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->operators.vinf));
   PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.u0));
   PetscCall(VecCreate(fault->comm, &fault->stage.s0));
@@ -289,7 +297,10 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(SlipElasticGetMatrices(fault->medium, &K, NULL, NULL));
   PetscCall(SlipFaultViewStiffness(fault, K));
   PetscCall((*fault->told)(fault, "viscosity H"));
+  PetscCall(SlipFaultGetWork(fault, &rock.along));
+  PetscCall(SlipFaultFillAlong(fault, NULL, PETSC_TRUE, rock.along));
   PetscCall(SlipElasticSetUp(fault->medium, &rock));
+  PetscCall(SlipFaultRestoreWork(fault, &rock.along));
   PetscCall(CheckBalance(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

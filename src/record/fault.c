@@ -76,6 +76,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
     thickness * PetscSqrtReal(fault->options.value[FAULT_DENSITY] / fault->options.value[FAULT_SHEAR_MODULUS]);
   PetscCall(SlipFaultCellsSetUp(fault));
   PetscCall(SlipFaultCheckFeatures(fault, NULL));
+  PetscCall(SlipFaultMediumCreate(fault));
   PetscCall(SlipFaultLoadsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
   PetscCall(SlipFaultCriticalSetUp(fault));

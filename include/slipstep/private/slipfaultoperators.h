@@ -27,6 +27,7 @@ typedef struct {
 } SlipFaultCritical;
 
 /* stiffness.c: K of the mesh or of a file, its scaling, H and B */
+PETSC_EXTERN PetscErrorCode SlipFaultMediumCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault);
 /* critical.c: uc, and what observables are measured in; x = K^-1 b from the guess x */
 PETSC_EXTERN PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault);
