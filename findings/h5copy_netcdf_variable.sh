@@ -3,7 +3,7 @@
 #
 # Seen with HDF5's h5copy 1.10.8 and netCDF 4.9.0 (Debian 12). netCDF-4 keeps the dimensions of a variable as object references within a
 # list of variable length (DIMENSION_LIST, HDF5's dimension scales). h5copy copies the attribute and turns each reference into a
-# null one, with exit code 0; -f ref, "copy references and update the pointed objects", does not reach them either. ncdump of the
+# null one, with exit code 0; -f ref, "copy references and any referenced objects", does not reach them either. ncdump of the
 # copy ends with "NetCDF: HDF error", though h5dump shows all values. -f noattr makes a copy that can be read, without units and
 # with phony dimensions; nccopy -V does it right.
 #
