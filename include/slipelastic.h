@@ -64,8 +64,8 @@ typedef struct {
   PetscErrorCode (*visit)(SlipElastic, SlipState);
   PetscErrorCode (*view)(SlipElastic, PetscViewer);
   PetscErrorCode (*destroy)(SlipElastic);
-  /* f depends on u and v alone, neither on t, be it linearly, nor on the past: until when a fault sticks then follows from
-     its own loads, and quiet times are skipped without a solve. static sets it */
+  /* f depends on u and v alone, neither on t, be it linearly, nor on the past: until when a fault sticks then follows
+     from its own loads, and quiet times are skipped without a solve. static sets it */
   PetscBool rests;
   PetscBool loads; /* it loads the fault by itself, as by a stress that grows: steps are those of a loaded fault */
 } SlipElasticOps;

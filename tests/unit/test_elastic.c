@@ -104,8 +104,8 @@ static Vec Run(SlipFault fault, TSAdaptType type, PetscReal dt, PetscReal end, P
   return w;
 }
 
-/* To rounding, which an event multiplies by its growth, some 1e3: under constant steps and under those that the fault chooses by
-   default, as a medium that loads is a load to it. */
+/* To rounding, which an event multiplies by its growth, some 1e3: under constant steps and under those that the fault
+   chooses by default, as a medium that loads is a load to it. */
 static void strain_is_stressing(void **state)
 {
   (void)state;
