@@ -122,7 +122,7 @@ static PetscInt Stage(SlipFault fault, PetscReal t, Vec w, PetscBool disturbed, 
   const SlipFaultLoad *other;
   Vec x, q;
 
-  ok(VecDuplicate(fault->work[0], &x));
+  ok(VecDuplicate(fault->critical.uc, &x));
   ok(VecDuplicate(x, &q));
   ok(VecStrideGather(w, 0, x, INSERT_VALUES));
   ok(SlipFaultConstraintStage(fault, &stage));
@@ -187,8 +187,11 @@ static PetscInt Ask(SlipFault fault, int question, PetscReal t, Vec w, PetscBool
     if (load->shear) n += Put(load->shear, out + N);
     return n;
   case STRENGTH:
-    ok(SlipFaultStrength(fault, t, w, fault->work[2]));
-    return Put(fault->work[2], out);
+    ok(SlipFaultGetWork(fault, &e));
+    ok(SlipFaultStrength(fault, t, w, e));
+    n = Put(e, out);
+    ok(SlipFaultRestoreWork(fault, &e));
+    return n;
   case SUMS:
     ok(SlipFaultGetSums(fault, t, w, &sums));
     memcpy(out, sums->sum, sizeof(sums->sum));
@@ -204,8 +207,11 @@ static PetscInt Ask(SlipFault fault, int question, PetscReal t, Vec w, PetscBool
     memcpy(out, &o, sizeof(o));
     return (PetscInt)(sizeof(o) / sizeof(*out));
   case STRESS:
-    ok(SlipFaultStress(fault, t, w, fault->work[2]));
-    return Put(fault->work[2], out);
+    ok(SlipFaultGetWork(fault, &e));
+    ok(SlipFaultStress(fault, t, w, e));
+    n = Put(e, out);
+    ok(SlipFaultRestoreWork(fault, &e));
+    return n;
   case WORK:
     ok(SlipFaultElasticEnergy(fault, t, w, &out[0]));
     ok(SlipFaultLoadingPower(fault, t, w, &out[1]));
