@@ -3,7 +3,7 @@
 #include <slipstep/private/slipstate.h>
 
 /*@
-  SlipElasticRests - are the stresses on a fault that sticks linear in time?
+  SlipElasticRests - does the stress depend on slip alone, neither on time nor on the past?
 
   Not collective
 

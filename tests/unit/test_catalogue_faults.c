@@ -63,7 +63,7 @@ static void Solve(const char mesh[], const char file[], const PetscReal stress[N
   SlipFault fault;
   SlipH5 h;
   TS ts;
-  Vec w;
+  Vec w, u, force;
 
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
   ok(FaultSetReals(fault, {"friction_residual", residual}, {"event_rate", 1e-4}, {"thickness", 1500}));
@@ -91,13 +91,17 @@ static void Solve(const char mesh[], const char file[], const PetscReal stress[N
   ok(SlipH5OpenRead(file, &h));
   Read(&h, "/maps/slip", 2, N, slip);
   ok(SlipH5Close(&h));
-  ok(VecGetArrayWrite(fault->work[0], &a));
+  ok(SlipFaultGetWork(fault, &u));
+  ok(SlipFaultGetWork(fault, &force));
+  ok(VecGetArrayWrite(u, &a));
   for (PetscInt i = 0; i < N; i++) a[i] = slip[SlipFaultMeshRow(&fault->mesh, i)];
-  ok(VecRestoreArrayWrite(fault->work[0], &a));
-  ok(MatMult(fault->medium->K, fault->work[0], fault->work[1])); /* all areas are equal, and so rows have no weights */
-  ok(VecGetArray(fault->work[1], &a));
+  ok(VecRestoreArrayWrite(u, &a));
+  ok(MatMult(fault->medium->K, u, force)); /* all areas are equal, and so rows have no weights */
+  ok(VecGetArray(force, &a));
   for (PetscInt i = 0; i < N; i++) released[SlipFaultMeshRow(&fault->mesh, i)] = a[i];
-  ok(VecRestoreArray(fault->work[1], &a));
+  ok(VecRestoreArray(force, &a));
+  ok(SlipFaultRestoreWork(fault, &force));
+  ok(SlipFaultRestoreWork(fault, &u));
   ObjectsDestroy(&w, &ts, &fault);
 }
 

@@ -444,7 +444,7 @@ static PetscReal CycleSlip(const char type[], const char controller[], PetscReal
   SlipFault fault = Thrust(6, 6, 15, "rate_and_state");
   PetscReal slip;
   TS ts;
-  Vec w;
+  Vec w, u;
 
   ok(FaultSetReals(fault, {"length_x", 20e3}, {"length_z", 20e3}, {"friction_reference", 0.6}, {"friction_a", 0.01}));
   ok(FaultSetReals(fault, {"friction_b", 0.015}, {"friction_slip", 0.5}, {"loading_rate", 1e-9}));
@@ -464,8 +464,10 @@ static PetscReal CycleSlip(const char type[], const char controller[], PetscReal
   ok(SlipFaultCreateState(fault, &w));
   ok(SlipFaultSetInitialState(fault, w));
   ok(TSSolve(ts, w));
-  ok(VecStrideGather(w, fault->layout.displacement, fault->work[0], INSERT_VALUES));
-  ok(VecSum(fault->work[0], &slip));
+  ok(SlipFaultGetWork(fault, &u));
+  ok(VecStrideGather(w, fault->layout.displacement, u, INSERT_VALUES));
+  ok(VecSum(u, &slip));
+  ok(SlipFaultRestoreWork(fault, &u));
   slip /= (PetscReal)fault->mesh.N;
   ok(VecDestroy(&w));
   ok(TSDestroy(&ts));

@@ -191,12 +191,15 @@ static void elasticity_is_left_alone(void **state)
 {
   SlipFault fault = Make(1, 1);
   PetscReal K;
+  Vec d;
 
   (void)state;
   ok(SlipFaultSetUp(fault));
   assert_true(fault->operators.scaling == 1);
-  ok(MatGetDiagonal(fault->medium->K, fault->work[0]));
-  ok(VecMax(fault->work[0], NULL, &K));
+  ok(SlipFaultGetWork(fault, &d));
+  ok(MatGetDiagonal(fault->medium->K, d));
+  ok(VecMax(d, NULL, &K));
+  ok(SlipFaultRestoreWork(fault, &d));
   assert_true(fabs(K / (0.311646 * 30e9 / 1000) - 1) < 2e-6);
   ok(SlipFaultDestroy(&fault));
 }

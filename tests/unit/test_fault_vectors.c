@@ -132,7 +132,7 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
   SlipFrictionCells cells;
   const PetscReal *f;
   PetscReal *a;
-  Vec w;
+  Vec w, u, force;
 
   (void)state;
   ok(SlipFaultSetUp(fault));
@@ -167,9 +167,11 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
     }
   }
   ok(VecRestoreArray(w, &a));
-  ok(SlipFaultGetDisplacement(fault, w, fault->work[0]));
-  ok(MatMult(fault->medium->K, fault->work[0], fault->work[1]));
-  ok(VecGetArrayRead(fault->work[1], &f));
+  ok(SlipFaultGetWork(fault, &u));
+  ok(SlipFaultGetWork(fault, &force));
+  ok(SlipFaultGetDisplacement(fault, w, u));
+  ok(MatMult(fault->medium->K, u, force));
+  ok(VecGetArrayRead(force, &f));
   for (PetscInt i = 0; i < N; i++)
     for (PetscInt k = 0; k < 2; k++) {
       const PetscReal load = fault->fields.cell[FIELD_INITIAL_TRACTION][i] * SlipFaultAlong(fault, i)[k];
@@ -177,7 +179,9 @@ static void friction_opposes_the_slip_rate_and_powers_add_up(void **state)
       sum += (f[2 * i + k] - load) * rate[2 * i + k];
       friction -= tau[2 * i + k] * v[2 * i + k];
     }
-  ok(VecRestoreArrayRead(fault->work[1], &f));
+  ok(VecRestoreArrayRead(force, &f));
+  ok(SlipFaultRestoreWork(fault, &force));
+  ok(SlipFaultRestoreWork(fault, &u));
   ok(SlipFaultGetObservables(fault, 0, w, NULL, &o));
   AssertNear(o.friction_power, friction / N, 1e-12 * friction / N);
   AssertNear(sum / N + o.viscous_power + o.friction_power, o.loading_power, 1e-9 * o.friction_power);

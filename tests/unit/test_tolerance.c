@@ -213,6 +213,7 @@ static void pressure(void **state)
   for (int opens = 0; opens < 2; opens++) {
     SlipFault fault = Cells(1, opens ? 2 : 1, PETSC_FALSE);
     Mat K;
+    Vec d;
     Vec w;
 
     ok(FaultSetReals(fault, {"depth_top", 1000}, {"friction_a", a}, {"friction_b", b}));
@@ -228,10 +229,12 @@ static void pressure(void **state)
     if (opens) ok(VecStrideSet(w, fault->layout.displacement, 2 * weakening));
     ok(SlipFaultLoadTolerance(fault, relative, 0, w, &tolerance));
     if (opens) {
-      ok(MatGetDiagonal(K, fault->work[0]));
-      ok(VecGetArray(fault->work[0], &x));
+      ok(SlipFaultGetWork(fault, &d));
+      ok(MatGetDiagonal(K, d));
+      ok(VecGetArray(d, &x));
       AssertNear(tolerance / (relative * x[0] * weakening), 1, 1e-12);
-      ok(VecRestoreArray(fault->work[0], &x));
+      ok(VecRestoreArray(d, &x));
+      ok(SlipFaultRestoreWork(fault, &d));
     } else {
       assert_true(a * 50e6 < EntryOf(K) * dc);
       /* the start's traction of 30 MPa at 50 MPa is the friction of 0.6 but for the radiation of 1e-9 m/s */
