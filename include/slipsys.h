@@ -18,6 +18,15 @@ PETSC_EXTERN PetscErrorCode SlipStepInitializePackage(void);
 /* Stages of -log_view: programs push those of set-up and run, the library that of output inside them. */
 PETSC_EXTERN PetscLogStage SLIP_STAGE_SETUP, SLIP_STAGE_RUN, SLIP_STAGE_OUTPUT;
 
+/* Products with stiffness and viscosity, by which runs are compared; SlipProductsGet() says what counts. */
+typedef struct {
+  PetscInt k;   /* with K or Kn, those inside of products with H included */
+  PetscInt h;   /* with H */
+  PetscInt pc;  /* applications of the preconditioner that cost about as much as a product */
+  PetscInt all; /* with K or H, those that are formed at once counted once */
+} SlipProducts;
+PETSC_EXTERN PetscErrorCode SlipProductsGet(SlipProducts *products);
+
 /* Entry point that PETSc calls for -dll_prepend libslipstep.so */
 PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_slipstep(void);
 

@@ -2,6 +2,7 @@
 #pragma once
 #include <petscts.h>
 #include <slipsnes.h>
+#include <slipsys.h>
 
 #define TSBATHE "bathe"
 #define TSADAMS "adams" /* explicit, of variable order; adams.c */
@@ -18,18 +19,19 @@ PETSC_EXTERN const char *const TSBatheErrors[];
 
 /* One attempted step, accepted or not. Everything that outputs, controllers and trainers may know of it. */
 typedef struct {
-  PetscInt step;       /* number of accepted steps before it */
-  PetscReal time;      /* time at its start [s] */
-  PetscReal dt;        /* step tried [s] */
-  PetscBool converged; /* every stage solve of the attempt converged */
-  PetscBool accepted;  /* the controller took it */
-  PetscReal error;     /* weighted RMS error estimate; -1 when none was computed */
-  PetscReal residual;  /* sum of the Bathe steps' final relative residuals, 2 for each that was not run or failed */
-  PetscInt solves;     /* Bathe steps computed (1, or up to 3 with doubling) */
-  PetscInt newton;     /* nonlinear iterations */
-  PetscInt linear;     /* linear iterations */
-  PetscInt reason;     /* last SNESConvergedReason */
-  PetscReal wall;      /* wall time [s] */
+  PetscInt step;         /* number of accepted steps before it */
+  PetscReal time;        /* time at its start [s] */
+  PetscReal dt;          /* step tried [s] */
+  PetscBool converged;   /* every stage solve of the attempt converged */
+  PetscBool accepted;    /* the controller took it */
+  PetscReal error;       /* weighted RMS error estimate; -1 when none was computed */
+  PetscReal residual;    /* sum of the Bathe steps' final relative residuals, 2 for each that was not run or failed */
+  PetscInt solves;       /* Bathe steps computed (1, or up to 3 with doubling) */
+  PetscInt newton;       /* nonlinear iterations */
+  PetscInt linear;       /* linear iterations */
+  PetscInt reason;       /* last SNESConvergedReason */
+  SlipProducts products; /* since the attempt before: those of the step, its controller and what it starts from */
+  PetscReal wall;        /* wall time [s] */
 } SlipAttempt;
 
 /* Called after each attempt, once accepted or rejected is known; w is the state after it (the restored one when

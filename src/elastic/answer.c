@@ -26,9 +26,12 @@
 @*/
 PetscErrorCode SlipElasticForce(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
 {
+  const SlipProducts before = SlipProductsNow();
+
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
   PetscCall((*el->ops->force)(el, t, u, v, shear, normal));
+  if (u && SlipProductsNow().all == before.all) SlipProductsAdd((SlipProducts){.k = 1, .all = 1});
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -51,6 +54,7 @@ PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscReal theta)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
   PetscCall((*el->ops->stage)(el, t, theta, &el->stage, &el->coupling));
+  PetscCall(SlipLogProducts(el->stage, SLIP_StageMult));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* The medium's life: its operations, its matrices, its end. */
 #include <slipstep/private/slipelastic.h>
 #include <slipcells.h>
+#include <slipstep/private/slipsys.h>
 
 PetscClassId SLIP_ELASTIC_CLASSID = 0;
 /*@C
@@ -78,6 +79,7 @@ PetscErrorCode SlipElasticSetStiffness(SlipElastic el, Mat K, Mat Kn)
   PetscCall(MatDestroy(&el->Kn));
   el->K = K;
   el->Kn = Kn;
+  PetscCall(SlipLogProducts(K, SLIP_StiffnessMult));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -204,6 +204,7 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
   PetscCall(VecRestoreArrayWrite(x, &a));
   PetscCall(VecNormalize(x, NULL));
   *largest = 0;
+  PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
   for (PetscInt k = 0; k < POWER_PRODUCTS; k++) {
     PetscCall(SlipElasticApply(fault->medium, x, y, NULL));
     PetscCall(VecGetArray(y, &a));
@@ -214,6 +215,7 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
     if (norm == 0) break;
     PetscCall(VecAXPBY(x, 1 / norm, 0, y));
   }
+  PetscCall(SlipProductsPop());
   PetscCall(SlipFaultRestoreWork(fault, &y));
   PetscCall(SlipFaultRestoreWork(fault, &x));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -40,8 +40,10 @@ PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->critical.uc, &loads->drive));
   PetscCall(VecDuplicate(fault->critical.uc, &loads->hold));
   if (fault->kind.loaded) {
+    PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
     PetscCall(SlipElasticForce(fault->medium, 0, NULL, fault->operators.vinf, loads->hold, NULL));
     PetscCall(SlipElasticApply(fault->medium, fault->operators.vinf, loads->drive, NULL));
+    PetscCall(SlipProductsPop());
   } else {
     PetscCall(VecZeroEntries(loads->hold));
     PetscCall(VecZeroEntries(loads->drive));

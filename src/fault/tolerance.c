@@ -195,7 +195,9 @@ static PetscErrorCode WholeStiffness(SlipFault fault, PetscReal *stiffness)
     PetscCall(SlipFaultGetWork(fault, &u));
     PetscCall(SlipFaultGetWork(fault, &ku));
     PetscCall(SlipFaultFillAlong(fault, NULL, PETSC_FALSE, u));
+    PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
     PetscCall(SlipElasticApply(fault->medium, u, ku, NULL));
+    PetscCall(SlipProductsPop());
     PetscCall(VecDot(u, ku, &fault->loads.soft));
     PetscCall(SlipFaultRestoreWork(fault, &ku));
     PetscCall(SlipFaultRestoreWork(fault, &u));

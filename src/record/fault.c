@@ -66,6 +66,8 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipProductsGetOf(SLIP_PRODUCTS_SETUP, &fault->run->before[SLIP_PRODUCTS_SETUP]);
+  PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
   PetscCall(SlipFrictionFind(fault->options.text[FAULT_FRICTION_LAW], &fault->friction.law));
   PetscCall(SlipFaultChooseDefaults(fault));
   PetscCall(SlipFaultChooseComponents(fault));
@@ -92,6 +94,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
     PetscCall(SlipFaultView(fault, fault->options.viewer));
     PetscCall(PetscViewerPopFormat(fault->options.viewer));
   }
+  PetscCall(SlipProductsPop());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -98,6 +98,7 @@ static PetscErrorCode SlipFaultObserversMonitor(TS ts, PetscInt step, PetscReal 
   if (first && run->file) PetscCall(SlipOutputBegin(run->file));
   run->started = PETSC_TRUE;
   run->step = step;
+  PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
   for (PetscInt i = 0; i < run->nwatch; i++) {
     const SlipFaultObserver *row = run->watch[i].row;
 
@@ -105,6 +106,7 @@ static PetscErrorCode SlipFaultObserversMonitor(TS ts, PetscInt step, PetscReal 
     if (first && row->start) PetscCall((*row->start)(fault, ts, time, w, run->watch[i].ctx));
     if (!first && row->step) PetscCall((*row->step)(fault, ts, step, time, w, run->watch[i].ctx));
   }
+  PetscCall(SlipProductsPop());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -224,13 +226,44 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
              "the output of the last run was not finished");
   PetscCall(SlipFaultObserversDestroy(fault));
   fault->balance.sides = 0;
-  PetscCall(SlipLogGetProducts(&run->products));
+  SlipProductsRun();
+  SlipProductsGetOf(SLIP_PRODUCTS_RUN, &run->before[SLIP_PRODUCTS_RUN]);
+  SlipProductsGetOf(SLIP_PRODUCTS_LOOK, &run->before[SLIP_PRODUCTS_LOOK]);
   PetscCall(SlipFaultReportSteps(fault, ts));
   PetscCall(TSMonitorSet(ts, SlipFaultObserversMonitor, fault, NULL)); /* before that of /series; PETSc has it once */
   PetscCall(SlipFaultObserversCreate(fault, ts));
   PetscCall(SlipFaultStressPrint(fault)); /* now that nothing is refused any more */
   PetscCall(SlipFaultResolutionPrint(fault));
   PetscCall(SlipFaultViscosityPrint(fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the run has cost; products are those of today and of before, with those of output and estimates */
+static PetscErrorCode ProductsResult(const SlipFaultRun *run, SlipOutput file)
+{
+  SlipProducts p[SLIP_PRODUCTS_USERS];
+
+  PetscFunctionBegin;
+  for (int i = 0; i < SLIP_PRODUCTS_USERS; i++) {
+    SlipProductsGetOf((SlipProductsUser)i, &p[i]);
+    p[i] = SlipProductsSince(&p[i], &run->before[i]);
+  }
+  {
+    const SlipProducts *ran = &p[SLIP_PRODUCTS_RUN], *setup = &p[SLIP_PRODUCTS_SETUP];
+    const struct {
+      const char *name, *label;
+      PetscInt n;
+    } row[] = {{"products_k", "products with K", ran->k},
+               {"products_h", ran->h ? "products with H" : NULL, ran->h},
+               {"products_pc", ran->pc ? "preconditioner applied" : NULL, ran->pc},
+               {"products_all", ran->h ? "products in all" : NULL, ran->all},
+               {"products_k_setup", setup->k ? "of set-up, with K" : NULL, setup->k},
+               {"products_h_setup", NULL, setup->h},
+               {"products", NULL, ran->k + p[SLIP_PRODUCTS_LOOK].k}};
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++)
+      PetscCall(SlipOutputAddResult(file, row[i].name, row[i].label, NULL, row[i].n));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -273,14 +306,13 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   SlipFaultRun *run = fault->run;
   SlipFaultObservables obs;
   SlipOutput file;
-  PetscInt products;
   PetscReal t;
   Vec w;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
-  PetscCall(SlipLogGetProducts(&products));
+  PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(SlipFaultGetObservables(fault, t, w, NULL, &obs));
@@ -289,12 +321,13 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   PetscCall(SlipOutputBegin(file));
   if (fault->problem.any_integrator)
     PetscCall(SlipOutputAddResult(file, "right_hand_sides", "right-hand sides", NULL, fault->balance.sides));
-  PetscCall(SlipOutputAddResult(file, "products", "products with K", NULL, products - run->products));
+  PetscCall(ProductsResult(run, file));
   PetscCall(SlipOutputAddResult(file, "mean_slip", "final mean slip", "m", obs.mean_slip));
   PetscCall(SlipFaultStepsResult(fault, ts, file));
   PetscCall(SlipFaultResolutionResult(fault, file));
   for (PetscInt i = 0; i < run->nwatch; i++)
     if (run->watch[i].row->finish) PetscCall((*run->watch[i].row->finish)(fault, ts, file, run->watch[i].ctx));
+  PetscCall(SlipProductsPop());
   run->file = NULL;
   PetscCall(SlipOutputFinish(&file, wall_setup, wall_solve));
   run->complete = PETSC_TRUE;

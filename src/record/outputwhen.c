@@ -184,14 +184,18 @@ PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Ve
 /* What the run has cost so far */
 static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
 {
-  PetscInt now, products;
+  static const SlipProductsUser users[] = {SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_LOOK};
+  static const char *const names[] = {"products", "products_looking"};
+  SlipProducts now, products, *before = fault->run->before;
 
   PetscFunctionBegin;
-  PetscCall(SlipLogGetProducts(&now));
-  products = now - fault->run->products;
-  PetscCall(SlipStateInt(s, "products", 1, &products));
+  for (int i = 0; i < 2; i++) {
+    SlipProductsGetOf(users[i], &now);
+    products = SlipProductsSince(&now, &before[users[i]]);
+    PetscCall(SlipStateProducts(s, names[i], &products));
+    before[users[i]] = SlipProductsSince(&now, &products);
+  }
   PetscCall(SlipStateInt(s, "right_hand_sides", 1, &fault->balance.sides));
-  fault->run->products = now - products;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

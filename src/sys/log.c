@@ -1,4 +1,4 @@
-/* Events and stages of -log_view, and products of any Mat as an event of their own. */
+/* Events and stages of -log_view, and products of any Mat as an event of their own, which are counted. */
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
 #include <petscts.h>
@@ -54,14 +54,12 @@ PetscErrorCode SlipLogRegister(void)
 typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscLogEvent event;
+  PetscBool made; /* H whose products are made of those with K */
 } Product;
-
-/* Products with K of this process so far, see SlipLogGetProducts() */
-static PetscInt products;
 
 static PetscErrorCode LoggedMult(Mat A, Vec x, Vec y)
 {
-  const PetscInt before = products;
+  const SlipProducts before = SlipProductsNow();
   const Product *product;
 
   PetscFunctionBegin;
@@ -69,13 +67,16 @@ static PetscErrorCode LoggedMult(Mat A, Vec x, Vec y)
   PetscCall(PetscLogEventBegin(product->event, A, x, y, 0));
   PetscCall((*product->mult)(A, x, y));
   PetscCall(PetscLogEventEnd(product->event, A, x, y, 0));
-  if (products == before && product->event != SLIP_ViscosityMult) products++;
+  if (product->event == SLIP_ViscosityMult)
+    SlipProductsAdd((SlipProducts){.h = 1, .all = product->made ? 0 : 1});
+  else if (SlipProductsNow().k == before.k)
+    SlipProductsAdd((SlipProducts){.k = 1, .all = 1});
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-  Logs every product with A as the event, beside PETSc's own MatMult, whatever its type: users then see K, H and B apart
-  even where two of them are of one type.
+  Logs every product with A as the event, beside PETSc's own MatMult, whatever its type, and counts it: users then see
+  K, H and B apart even where two of them are of one type. Again does nothing.
 */
 PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
 {
@@ -84,30 +85,28 @@ PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
   MatType type;
 
   PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)A, "SlipProduct", &product));
+  if (product) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetType(A, &type));
   PetscCall(MatGetOperation(A, MATOP_MULT, &mult));
   PetscCheck(mult, PetscObjectComm((PetscObject)A), PETSC_ERR_SUP, "A matrix of type %s has no product", type);
   PetscCall(PetscNew(&product));
   product->mult = (PetscErrorCode(*)(Mat, Vec, Vec))mult;
   product->event = event;
+  PetscCall(PetscStrcmp(type, "sliplanczos", &product->made));
   PetscCall(SlipObjectComposeData((PetscObject)A, "SlipProduct", product, SlipContainerDestroyDefault));
   PetscCall(MatSetOperation(A, MATOP_MULT, SlipMatShellFn(LoggedMult)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void SlipLogAddProducts(PetscInt n)
+/* Are the products with A counted? */
+PetscErrorCode SlipLogsProducts(Mat A, PetscBool *counted)
 {
-  products += n;
-}
+  const Product *product;
 
-/*
-  Products with K so far in this process: one for each with K or with a stage operator that contains it, or as many as
-  these are made of, and those that a viscosity is made of. Solves with parts of a dense matrix have none.
-*/
-PetscErrorCode SlipLogGetProducts(PetscInt *n)
-{
   PetscFunctionBegin;
-  *n = products;
+  PetscCall(SlipObjectQueryData((PetscObject)A, "SlipProduct", &product));
+  *counted = product ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,12 +115,14 @@ PetscErrorCode SlipLogOutputBegin(void)
   PetscFunctionBegin;
   PetscCall(PetscLogStagePush(SLIP_STAGE_OUTPUT));
   PetscCall(PetscLogEventBegin(SLIP_Output, 0, 0, 0, 0));
+  PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipLogOutputEnd(void)
 {
   PetscFunctionBegin;
+  PetscCall(SlipProductsPop());
   PetscCall(PetscLogEventEnd(SLIP_Output, 0, 0, 0, 0));
   PetscCall(PetscLogStagePop());
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -167,6 +167,16 @@ PetscErrorCode SlipStateInt(SlipState s, const char name[], PetscInt n, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipStateProducts(SlipState s, const char name[], SlipProducts *p)
+{
+  PetscInt x[] = {p->k, p->h, p->pc, p->all};
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateInt(s, name, PETSC_STATIC_ARRAY_LENGTH(x), x));
+  *p = (SlipProducts){x[0], x[1], x[2], x[3]};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipStateCount(SlipState s, const char name[], PetscInt most, PetscInt *n)
 {
   PetscFunctionBegin;

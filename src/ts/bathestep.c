@@ -131,6 +131,18 @@ static PetscErrorCode TSBatheInParts(TS ts, PetscReal h, PetscInt parts, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Those since the last attempt, so that attempts together have all of a run */
+static PetscErrorCode TSBatheProducts(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  SlipProducts now;
+
+  PetscFunctionBegin;
+  PetscCall(SlipProductsGet(&now));
+  ba->last.products = SlipProductsSince(&now, &ba->told);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Compute the attempt and fill its record, all but whether it is accepted */
 static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
 {
@@ -152,6 +164,7 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
   if (*ok) PetscCall(SlipGuardState(ba->Y[1], ok));
   PetscCall(PetscTime(&end));
   ba->last.converged = *ok;
+  PetscCall(TSBatheProducts(ts));
   ba->last.wall = end - begin;
   ba->attempts++;
   ba->solves += ba->last.solves;
@@ -245,6 +258,7 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   ba->constant = (SlipConstant){.asked = 0};
   ba->barrier = no_barrier;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
+  PetscCall(SlipProductsGet(&ba->told));
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   if (problem && problem->begin) PetscCall((*problem->begin)(ts, PETSC_FALSE, ctx));
   PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseFirst_C", &f));
@@ -297,7 +311,11 @@ static PetscErrorCode TSBatheRunMonitors(TS ts)
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
   PetscFunctionBegin;
+  PetscCall(TSBatheProducts(ts));
+  PetscCall(SlipProductsGet(&ba->told));
+  PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
   for (const TSBatheMonitor *m = ba->monitors; m; m = m->next) PetscCall((*m->fn)(ts, &ba->last, ts->vec_sol, m->ctx));
+  PetscCall(SlipProductsPop());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -20,6 +20,7 @@ PetscErrorCode SlipStateAttempt(SlipState s, SlipAttempt *a)
   PetscCall(SlipStateInt(s, "attempt_newton", 1, &a->newton));
   PetscCall(SlipStateInt(s, "attempt_linear", 1, &a->linear));
   PetscCall(SlipStateInt(s, "attempt_reason", 1, &a->reason));
+  PetscCall(SlipStateProducts(s, "attempt_products", &a->products));
   PetscCall(SlipStateReal(s, "attempt_wall", 1, &a->wall));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -122,6 +123,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(SlipStateInterpolation(s, ts));
   PetscCall(SlipStateBool(s, "unchanged", &unchanged)); /* by others since the last step */
   if (!SlipStateIsLoading(s)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipProductsGet(&ba->told));
   ba->r_given = PETSC_FALSE;
   ts->steprollback = PETSC_FALSE;
   PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));

@@ -42,7 +42,7 @@ def counts(log):
 for name in ("fft", "two", "dense", "hmat", "projection"):
     stages = counts(name + ".log")
     with h5py.File(name + ".h5") as f:
-        result = dict(f["result"].attrs)
+        result, columns = dict(f["result"].attrs), {name: f["steps"][name][...] for name in ("products_k", "products_h", "products_pc")}
     check(all(stage in stages for stage in ("Slip set-up", "Slip run", "Slip output")), f"{name}: stages {list(stages)}")
     if failed:
         break
@@ -58,6 +58,16 @@ for name in ("fft", "two", "dense", "hmat", "projection"):
     check(count(run, "SlipBMult") >= evaluations, f"{name}: {count(run, 'SlipBMult')} products with B")
     check(count(run, "SlipKMult") >= 2 * result["solves"], f"{name}: a product with K for each stage")
     check(count(run, "SlipHMult") >= result["solves"], f"{name}: a product with H for each step")
+    # attempts have the products of the run; with those of output and estimates they are the events of K, and of B where it has them at once
+    for column, rows in columns.items():
+        check(rows.sum() == result[column], f"{name}: {column} {result[column]:.0f} of {rows.sum()} in the attempts")
+    # (some of set-up is made when it is needed first)
+    found, fused = sum(count(stage, "SlipKMult") for stage in (setup, run, output)), name != "hmat"
+    told = result["products"] + result["products_k_setup"]
+    check(told == found + fused * count(run, "SlipBMult"), f"{name}: {told:.0f} products with K, events {found}")
+    check(result["products_h"] == count(run, "SlipHMult") + fused * count(run, "SlipBMult"), f"{name}: {result['products_h']:.0f} products with H")
+    check(result["products_pc"] == (count(run, "SlipPCApply") if name in ("fft", "two", "dense") else 0), f"{name}: {result['products_pc']:.0f} times the preconditioner")
+    check(name == "hmat" or result["products_k_setup"] == count(setup, "SlipKMult"), f"{name}: {result['products_k_setup']:.0f} products of set-up")
     for event in ("SlipKMult", "SlipHMult", "SlipBMult"):
         check(flops(run, event) > 0, f"{name}: {event} counts no flops")
     # the policy chooses the first step, and one after each attempt

@@ -47,9 +47,12 @@ class Explicit(FaultTest):
             self.assertEqual(set(sides[whole & accepted]), {costs[0]})
             self.assertEqual(set(sides[whole & ~accepted]), {costs[1]})
             self.assertEqual(sides.sum(), result["right_hand_sides"])
-            self.assertGreaterEqual(result["products"], result["right_hand_sides"])
+            self.assertEqual(result["products_k"], steps["products_k"].sum())
+            self.assertGreaterEqual(result["products_k"], result["right_hand_sides"])
+            self.assertEqual(set(steps["products_k"][whole & accepted]), {costs[0]})
+            self.assertEqual(result["products_h"], 0)
             self.assertNotIn("Bathe", said)
-            self.assertRegex(said, rf"(?m)^right-hand sides: +{result['right_hand_sides']:.0f}\nproducts with K: +{result['products']:.0f}$")
+            self.assertRegex(said, rf"(?m)^right-hand sides: +{result['right_hand_sides']:.0f}\nproducts with K: +{result['products_k']:.0f}$")
 
     def test_moment_of_planes(self):
         """A column for each of two planes that slip differently, of a mesh in any order, on ranks, and over a restart."""

@@ -158,4 +158,79 @@ static void another_rate(void **state)
   (void)remove("strain.state");
 }
 
-SLIP_TESTS(strain_is_stressing, another_rate)
+static PetscInt Multiplied; /* products with the stiffness below */
+
+static PetscErrorCode CountedMult(Mat K, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  (void)K;
+  Multiplied++;
+  PetscCall(VecAXPBY(y, 2, 0, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Force_Alone(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
+{
+  PetscFunctionBegin;
+  (void)el, (void)t, (void)normal;
+  PetscCall(VecAXPBY(shear, 2, 0, u ? u : v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Create_Alone(SlipElastic el)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipElasticSetOps(el, &(SlipElasticOps){.force = Force_Alone}, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Products with a stiffness of a user's are counted as it counts itself, those of a viscosity included; a medium that
+   multiplies by nothing counts by the calls of its force. */
+static void products_are_counted(void **state)
+{
+  static const char *const viscosity[] = {"radiation", "lanczos"};
+  Mat K, B;
+  Vec x, y;
+
+  (void)state;
+  ok(SlipElasticInitializePackage());
+  ok(SlipElasticRegister("alone", Create_Alone));
+  for (int k = 0; k < 3; k++) {
+    SlipProducts before, now;
+    SlipElasticRock rock = {.mass = 1,
+                            .inertia = PETSC_TRUE,
+                            .viscosity = viscosity[k == 1],
+                            .zeta = 0.3,
+                            .impedance = 1,
+                            .tolerance = 1e-8,
+                            .components = 1};
+    SlipElastic el;
+
+    ok(MatCreateShell(PETSC_COMM_SELF, 6, 6, 6, 6, NULL, &K));
+    ok(MatShellSetOperation(K, MATOP_MULT, SlipMatShellFn(CountedMult)));
+    ok(MatCreateVecs(K, &x, &y));
+    ok(VecSet(x, 1));
+    ok(SlipElasticCreate(PETSC_COMM_SELF, &el));
+    ok(SlipElasticSetType(el, k == 2 ? "alone" : SLIPELASTICSTATIC));
+    ok(SlipElasticSetStiffness(el, K, NULL));
+    ok(SlipElasticSetUp(el, &rock));
+    Multiplied = 0;
+    ok(SlipProductsGet(&before));
+    ok(SlipElasticForce(el, 0, x, x, y, NULL));
+    ok(SlipElasticApply(el, x, y, NULL));
+    ok(SlipElasticStage(el, 1, 0.5));
+    ok(SlipElasticGetStage(el, &B, NULL));
+    ok(MatMult(B, x, y));
+    ok(SlipProductsGet(&now));
+    assert_int_equal(Multiplied + (k == 2), now.k - before.k);
+    assert_int_equal(k == 1 ? 2 : 0, now.h - before.h);
+    assert_int_equal(now.k - before.k, now.all - before.all);
+    assert_true(k != 1 || Multiplied > 3);
+    ok(SlipElasticDestroy(&el));
+    ok(MatDestroy(&K));
+    ok(VecDestroy(&x));
+    ok(VecDestroy(&y));
+  }
+}
+
+SLIP_TESTS(strain_is_stressing, another_rate, products_are_counted)

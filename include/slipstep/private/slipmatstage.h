@@ -39,6 +39,7 @@ typedef struct {
   PetscReal assembled_theta; /* theta of assembled or of blocks */
   SlipCirculant strike;      /* both operands are per wavenumber: one pair of FFTs serves both; NULL otherwise */
   PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
+  PetscBool counts;          /* H is counted, as that of an approximation is not */
   PetscReal damping;         /* H = damping * sqrt(K) as far as known, else 0 */
   PetscReal radiation;       /* H = radiation times the weights, else 0 */
   PetscReal scale;           /* of K against the kernel */

@@ -51,6 +51,7 @@ typedef struct {
   PetscReal time;          /* at the end of the last step [s] */
   PetscInt newton, linear; /* of the TS, at the last row */
   PetscInt sides;          /* right-hand sides, likewise */
+  SlipProducts products;   /* likewise */
   PetscLogDouble begin;    /* when that was, or when the step began [s] */
 } SlipOutputAttempts;
 

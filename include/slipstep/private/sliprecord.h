@@ -91,8 +91,8 @@ typedef struct _n_SlipFaultRun {
   PetscInt entries;             /* of /fields */
   PetscReal entry_time;         /* of the newest [s] */
   SlipFaultCatalogue catalogue; /* borrowed, for SlipFaultGetEvents(); NULL: none */
-  PetscInt products;            /* with K of this process, before the run */
-  PetscInt events;              /* of the run so far, as the catalogue counts them; -1: nobody does */
+  SlipProducts before[SLIP_PRODUCTS_USERS]; /* of this process: before the run, and before the set-up */
+  PetscInt events;                          /* of the run so far, as the catalogue counts them; -1: nobody does */
   SlipFaultRunError error;
   SlipFaultProgress progress;
 } SlipFaultRun;

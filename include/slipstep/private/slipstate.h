@@ -30,6 +30,7 @@ PETSC_INTERN PetscErrorCode SlipStateHasValue(SlipState state, const char name[]
 PETSC_INTERN PetscErrorCode SlipStateString(SlipState state, const char name[], char x[], size_t len);
 PETSC_INTERN PetscErrorCode SlipStateCount(SlipState state, const char name[], PetscInt most,
                                            PetscInt *n); /* 0 to most */
+PETSC_INTERN PetscErrorCode SlipStateProducts(SlipState state, const char name[], SlipProducts *products);
 PETSC_INTERN PetscErrorCode SlipStateVecs(SlipState state, const char name[], PetscInt n,
                                           const Vec x[]); /* name_0, ... */
 /* *same: what is visited now is what was written, as x says. Its type, for example; what differs is left out. */

@@ -3,6 +3,7 @@
 #include <petscmat.h>
 #include <slipcompat.h>
 #include <sliph5.h>
+#include <slipsys.h>
 #include <sys/stat.h>
 
 /* ---- package.c ---- */
@@ -72,11 +73,22 @@ PETSC_INTERN PetscLogEvent SLIP_Output;  /* gathering and writing */
 
 PETSC_INTERN PetscErrorCode SlipLogRegister(void); /* all of them; again does nothing */
 PETSC_INTERN PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event);
-PETSC_INTERN PetscErrorCode SlipLogGetProducts(PetscInt *n);
-PETSC_INTERN void SlipLogAddProducts(PetscInt n); /* formed beside MatMult() */
+PETSC_INTERN PetscErrorCode SlipLogsProducts(Mat A, PetscBool *counted);
 /* The stage and the event of output, around it. */
 PETSC_INTERN PetscErrorCode SlipLogOutputBegin(void);
 PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);
+
+/* ---- products.c ---- */
+/* For whom products are made: the run, what is done once and again where a run goes on, and what only looks at a run:
+   output and estimates of its error */
+typedef enum { SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_SETUP, SLIP_PRODUCTS_LOOK, SLIP_PRODUCTS_USERS } SlipProductsUser;
+PETSC_INTERN void SlipProductsAdd(SlipProducts more);
+PETSC_INTERN SlipProducts SlipProductsNow(void); /* of the user of now */
+PETSC_INTERN PetscErrorCode SlipProductsPush(SlipProductsUser user);
+PETSC_INTERN PetscErrorCode SlipProductsPop(void);
+PETSC_INTERN void SlipProductsRun(void);
+PETSC_INTERN void SlipProductsGetOf(SlipProductsUser of, SlipProducts *products);
+PETSC_INTERN SlipProducts SlipProductsSince(const SlipProducts *now, const SlipProducts *before);
 
 /* ---- h5file.c ---- */
 PETSC_INTERN PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h);

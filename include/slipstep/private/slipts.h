@@ -5,6 +5,7 @@
 #include <slipcompat.h>
 #include <slipcore.h>
 #include <slipstep/private/slipstate.h>
+#include <slipstep/private/slipsys.h>
 
 typedef struct TSBatheMonitor TSBatheMonitor;
 struct TSBatheMonitor {
@@ -70,6 +71,7 @@ typedef struct {
   PetscReal barrier; /* where an attempt ended that would have gone past an instability [s] */
   PetscInt towards;  /* steps in a row that were cut because of it */
   PetscInt attempts, accepted, solves, newton, linear; /* totals since TSSolve() began */
+  SlipProducts told; /* of this process, when the monitors were told of the last attempt */
   TSBatheMonitor *monitors;
 } TS_Bathe;
 

@@ -239,7 +239,7 @@ static PetscErrorCode DippingMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
   PetscCall(BackwardNormal(kn->engine, kn->scale, n));
   PetscCall(LogFlops(kn->engine, PETSC_TRUE, PETSC_TRUE));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessMult, K, u, f, n));
-  SlipLogAddProducts(2);
+  SlipProductsAdd((SlipProducts){.k = 2, .all = 2});
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

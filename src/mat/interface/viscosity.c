@@ -113,7 +113,7 @@ PetscErrorCode MatCreateSlipViscosity(Mat K, PetscReal mass, PetscReal zeta, con
   PetscCall(PetscLogEventEnd(SLIP_ViscositySetUp, K, 0, 0, 0));
   PetscCall(MatGetOptionsPrefix(K, &prefix));
   PetscCall(MatSetOptionsPrefix(*H, prefix));
-  PetscCall(SlipLogProducts(*H, SLIP_ViscosityMult));
+  if (factor > 0) PetscCall(SlipLogProducts(*H, SLIP_ViscosityMult));
   PetscCall(SlipViscosityNote(K, *H, type));
   PetscCall(SlipViscosityComposeFactor(*H, factor));
   PetscFunctionReturn(PETSC_SUCCESS);

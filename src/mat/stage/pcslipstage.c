@@ -256,9 +256,10 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
     PetscCall(VecPointwiseMult(c->work, c->mask, r));
   else
     PetscCall(VecCopy(r, c->work));
-  if (c->plane)
+  if (c->plane) {
     PetscCall(SlipToeplitzApplyWaves(c->plane, c->f, c->work, c->work));
-  else if (c->cross)
+    SlipProductsAdd((SlipProducts){.pc = 1});
+  } else if (c->cross)
     PetscCall(ApplyBlocks(c));
   else
     PetscCall(VecPointwiseMult(c->work, c->work, c->inverse));

@@ -83,6 +83,7 @@ PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(B, &s));
   PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
+  if (s->assemble || s->strike || s->plane) SlipProductsAdd((SlipProducts){.k = 1, .h = s->counts ? 1 : 0, .all = 1});
   if (s->assemble) {
     PetscCall(StageAssemble(s));
     PetscCall(MatMult(s->assembled, x, y));

@@ -325,10 +325,12 @@ PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipStat
   PetscCall(SlipStateVecs(s, "secant", c->n, c->s));
   PetscCall(SlipStateVecs(s, "secant_image", c->n, c->viscosity));
   PetscCall(SlipStateReal(s, "secant_errors", CORRECTION_MAX, c->error));
+  PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
   for (PetscInt j = 0; j < c->n && loading; j++) {
     PetscCall(MatMult(c->K, c->s[j], c->stiffness[j]));
     if (c->R) PetscCall(MatMult(c->R, c->s[j], c->cheap[j]));
   }
+  PetscCall(SlipProductsPop());
   /* their bits depend on the directions that there were when they were formed */
   PetscCall(SlipStateReal(s, "secant_products", SMALL * CORRECTION_MAX * CORRECTION_MAX, &c->small[0][0][0]));
   if (loading) c->nseen = 0;

@@ -115,8 +115,11 @@ static PetscErrorCode StageGetEntries(Mat B, Mat *dense, PetscReal *scale, Vec *
     if (already) {
       PetscCall(PetscObjectReference((PetscObject)s->K));
       s->entries = s->K;
-    } else
+    } else {
+      PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP)); /* a product for each column */
       PetscCall(MatConvert(s->K, MATDENSE, MAT_INITIAL_MATRIX, &s->entries));
+      PetscCall(SlipProductsPop());
+    }
     PetscCall(MatSetOption(s->entries, MAT_SYMMETRIC, PETSC_TRUE));
     PetscCall(MatCreateVecs(s->K, NULL, &s->diagonal));
   }
@@ -159,6 +162,7 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
   PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "slipspectral", &spectral));
   PetscCall(PetscObjectTypeCompare((PetscObject)s->H, "slipradiation", &radiation));
   PetscCall(SlipRadiationGet(s->H, &s->radiation));
+  PetscCall(SlipLogsProducts(s->H, &s->counts));
   s->assemble = (PetscBool)(denseK && denseH && N <= SLIP_STAGE_ASSEMBLE_MAX);
   PetscCall(SlipViscosityGetFactor(s->H, &s->damping));
   PetscCall(SlipGridOf(s->K, &g));

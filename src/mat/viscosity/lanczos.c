@@ -273,7 +273,9 @@ static PetscErrorCode LanczosGetDiagonal(Mat H, Vec d)
   if (!l->diagonal) {
     PetscCall(VecDuplicate(l->work, &l->diagonal));
     PetscCall(GridDiagonal(l, &found));
+    PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
     if (!found) PetscCall(EstimateDiagonal(l));
+    PetscCall(SlipProductsPop());
   }
   PetscCall(VecCopy(l->diagonal, d));
   PetscFunctionReturn(PETSC_SUCCESS);

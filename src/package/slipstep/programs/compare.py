@@ -72,15 +72,21 @@ def half_slip_time(run):
     return passage(course_of(run), 0.5) if run.result["mean_slip"] > 0 else float("nan")
 
 
+def products(run):
+    """Products with stiffness and viscosity; older files know those with the stiffness alone, or none."""
+    known = [run.result[name] for name in ("products_all", "products") if name in run.result]
+    return f"{known[0]:.0f}" if known else "-"
+
+
 def table(runs, reference):
     """The comparison as lines of text."""
-    heads = ["controller", "accepted", "rejected", "Bathe solves", "wall time (s)", "final mean slip (m)", "error (%)", "largest over time (%)", "half of it at (s)"]
-    rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]),
+    heads = ["controller", "accepted", "rejected", "Bathe solves", "products", "wall time (s)", "final mean slip (m)", "error (%)", "largest over time (%)", "half of it at (s)"]
+    rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]), products(run),
              f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
              *((f"{100 * slip_error(run, reference):+.2f}", f"{100 * history_error(run, reference):.2f}") if reference and run.complete else ("-", "-")), f"{half_slip_time(run):.2f}"] for label, run in runs]
     if reference:
         rows.append(["reference", str(reference.result["accepted"]), str(reference.result["rejected"]),
-                     str(reference.result["solves"]), "-", f"{reference.result['mean_slip']:.5f}", "", "", f"{half_slip_time(reference):.2f}"])
+                     str(reference.result["solves"]), products(reference), "-", f"{reference.result['mean_slip']:.5f}", "", "", f"{half_slip_time(reference):.2f}"])
     widths = [max(len(row[i]) for row in [heads] + rows) for i in range(len(heads))]
     line = lambda row: "  ".join(c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths))).rstrip()
     return [line(heads), "  ".join("-" * w for w in widths)] + [line(row) for row in rows]
