@@ -191,6 +191,9 @@ PETSC_EXTERN void SlipFrictionBalance(const SlipFrictionCells *f, const PetscRea
 enum { SLIP_ADAMS_NODES = 10 };
 PETSC_EXTERN void SlipAdamsWeights(PetscInt n, const PetscReal node[], PetscReal weight[]);
 
+/* ---- lag.c ---- */
+PETSC_EXTERN PetscReal SlipLagLimit(PetscReal zeta, PetscReal weight);
+
 /* ---- cone.c ---- */
 /* Where x - rho g lies: inside the shrinkage interval (sticking), beyond it (sliding one way or the other), or on a row
    that has no bound and therefore always "slides". */

@@ -38,6 +38,7 @@ typedef struct {
   PetscReal across;      /* of what opens cells, rho cp/2 [Pa s/m]; 0: cells do not open */
   PetscReal tolerance;   /* relative, of products with a viscosity by Lanczos' method */
   PetscInt components;   /* of slip in each cell */
+  const PetscInt *order; /* [cells] a number of each that no distribution changes; NULL: its row; borrowed likewise */
   Vec along;             /* stress of 1 Pa along the rake of each cell, in rows of stress; borrowed, during setup */
 } SlipElasticRock;
 
@@ -62,6 +63,8 @@ typedef struct {
   PetscErrorCode (*copy)(SlipElastic, PetscInt from, PetscInt to);
   /* The history of both slots, for checkpoints, in both directions; of any medium, what else of it a run depends on */
   PetscErrorCode (*visit)(SlipElastic, SlipState);
+  /* The largest frequency of mass^-1 df/du, from above [rad/s]; NULL: found by products with df/du */
+  PetscErrorCode (*frequency)(SlipElastic, PetscReal *omega);
   PetscErrorCode (*view)(SlipElastic, PetscViewer);
   PetscErrorCode (*destroy)(SlipElastic);
   /* f depends on u and v alone, neither on t, be it linearly, nor on the past: until when a fault sticks then follows
@@ -97,6 +100,7 @@ PETSC_EXTERN PetscErrorCode SlipElasticGetDiagonals(SlipElastic el, Vec *k, Vec 
 PETSC_EXTERN PetscErrorCode SlipElasticGetImpedance(SlipElastic el, PetscReal *eta);
 PETSC_EXTERN PetscErrorCode SlipElasticGetEnergy(SlipElastic el, PetscReal t, Vec u, PetscReal *stored);
 PETSC_EXTERN PetscErrorCode SlipElasticGetPower(SlipElastic el, PetscReal t, Vec u, PetscReal *lost);
+PETSC_EXTERN PetscErrorCode SlipElasticGetFrequency(SlipElastic el, PetscReal *omega);
 /* ---- its history ---- */
 PETSC_EXTERN PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests);
 PETSC_EXTERN PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads);

@@ -105,6 +105,20 @@ PetscErrorCode SlipElasticScale(SlipElastic el, PetscReal factor)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode KeepNumbers(SlipElastic el, const PetscInt order[])
+{
+  PetscInt start, end;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(el->K, &start, &end));
+  start /= el->components;
+  end /= el->components;
+  PetscCall(PetscFree(el->number));
+  PetscCall(PetscMalloc1(end - start, &el->number));
+  PetscCall(PetscArraycpy(el->number, order + start, end - start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   SlipElasticSetUp - make the viscosity and the stage operator of a medium
 
@@ -133,6 +147,9 @@ PetscErrorCode SlipElasticSetUp(SlipElastic el, const SlipElasticRock *rock)
   PetscCall(MatSlipViscositySetFromOptions(el->H)); /* its own option wins */
   PetscCall(MatCreateSlipStage(el->K, el->H, rock->inertia ? rock->mass : 0, &el->B));
   PetscCall(MatSlipStageSetFromOptions(el->B));
+  el->mass = rock->mass;
+  el->components = rock->components;
+  if (rock->order) PetscCall(KeepNumbers(el, rock->order));
   if (el->ops->setup) PetscCall((*el->ops->setup)(el, rock));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -189,6 +206,7 @@ PetscErrorCode SlipElasticDestroy(SlipElastic *el)
       PetscCall(VecDestroy(&e->work[k]));
       PetscCall(VecDestroy(&e->past[k].u));
     }
+    PetscCall(PetscFree(e->number));
     PetscCall(MatDestroy(&e->B));
     PetscCall(MatDestroy(&e->H));
     PetscCall(MatDestroy(&e->K));

@@ -244,14 +244,17 @@ PetscErrorCode SlipElasticGetPast(SlipElastic el, PetscInt slot, SlipElasticPast
 PetscErrorCode SlipElasticVisit(SlipElastic el, SlipState state)
 {
   static const char *const time[] = {"time_before", "time"}, *const slip[] = {"displacement_before", "displacement"};
+  PetscBool has;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
   PetscCall(SlipStateObject(state, "stiffness", (PetscObject)el->K));
   PetscCall(SlipStateObject(state, "viscosity", (PetscObject)el->H));
   PetscCall(SlipStateObject(state, "stage", (PetscObject)el->B));
-  if (!el->ops->advance && !el->ops->visit) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateGroup(state, "medium"));
+  PetscCall(SlipStateHasValue(state, "frequency", &has));
+  if (has) PetscCall(SlipStateReal(state, "frequency", 1, &el->frequency));
+  if (!el->ops->advance && !el->ops->visit) PetscFunctionReturn(PETSC_SUCCESS);
   if (!el->ops->advance) {
     PetscCall((*el->ops->visit)(el, state));
     PetscFunctionReturn(PETSC_SUCCESS);

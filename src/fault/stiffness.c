@@ -263,7 +263,8 @@ static SlipElasticRock Rock(SlipFault fault)
                            .impedance = shear,
                            .across = SlipFaultOpens(fault) ? shear * PetscSqrtReal(2 * (1 - nu) / (1 - 2 * nu)) : 0,
                            .tolerance = value[FAULT_KRYLOV_TOLERANCE],
-                           .components = fault->layout.components};
+                           .components = fault->layout.components,
+                           .order = fault->mesh.order};
 }
 
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)

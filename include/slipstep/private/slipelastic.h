@@ -17,6 +17,11 @@ struct _p_SlipElastic {
   SlipElasticPast past[2]; /* the slots */
   PetscBool known;         /* they hold something */
   PetscBool trial;         /* slot 1 is within an attempt */
+
+  PetscReal mass;      /* of the rock [kg/m^2] */
+  PetscInt components; /* of slip */
+  PetscInt *number;    /* of each cell of this process; NULL: that of its row */
+  PetscReal frequency; /* the largest [rad/s]; 0: not asked for yet */
 };
 
 /* static.c */
