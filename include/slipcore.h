@@ -161,6 +161,13 @@ typedef struct {
 } SlipFrictionStageCell;
 PETSC_EXTERN PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c,
                                              PetscReal load, PetscReal guess, PetscBool *stable);
+/* kick.c: a cell, and its states, in an explicit step */
+PETSC_EXTERN PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c,
+                                        PetscReal load, PetscReal guess, PetscBool *ok);
+PETSC_EXTERN void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
+                                         PetscInt stride, PetscReal s[], PetscReal work[]);
+PETSC_EXTERN PetscReal SlipKickDamping(PetscReal x, PetscReal *left);
+PETSC_EXTERN PetscReal SlipKickBound(PetscReal ratio);
 /* frictionstate.c: states of a law's own */
 PETSC_EXTERN void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta,
                                          const PetscReal s0[], PetscReal rate, PetscReal s[], PetscReal ds[]);

@@ -19,9 +19,32 @@ typedef struct {
   Vec explicit_part; /* full space, or NULL */
 } SlipStage;
 
-/* A set-valued reaction for the cone solvers and TSBATHE; a PETSc object. */
+/* A set-valued reaction for the cone solvers, TSBATHE and TSMOREAU; a PETSc object. */
 typedef struct _p_SlipConstraint *SlipConstraint;
 PETSC_EXTERN PetscClassId SLIP_CONSTRAINT_CLASSID;
+
+/* Where a state is in an explicit step */
+typedef enum { SLIP_NODE_START, SLIP_NODE_INSIDE, SLIP_NODE_END, SLIP_NUM_NODES } SlipNode;
+
+/* What a problem supplies besides for explicit steps (TSMOREAU), in which x and the other rows of a state w move in
+   turn. Of A dw/dt = F_s + r the rows of x are g = f(t, w) - p(t, w), f what does not depend on x, p damping, less what
+   each row's own x adds to it; f, p and g are reduced and in the units of r [Pa for the fault]. All are collective. */
+typedef struct {
+  /* f of a state; of what is computed for it the other operations, also those of SlipConstraintOps, may use the rest */
+  PetscErrorCode (*drive)(SlipConstraint, PetscReal t, Vec w, Vec f, void *ctx);
+  /* p; NULL: 0, all damping is a row's own */
+  PetscErrorCode (*damping)(SlipConstraint, PetscReal t, Vec w, Vec p, void *ctx);
+  /* x of w after a [s] of A dx/dt = g + r with g as it is and r in -q Sign(x), cell by cell, q and all other rows those
+     of (t, w), a row's own damping included. *ok, of this process: no when a cell has no solution; left alone else */
+  PetscErrorCode (*kick)(SlipConstraint, PetscReal t, PetscReal a, Vec g, Vec w, PetscBool *ok, void *ctx);
+  /* the other rows of w from t to t + h, with x as it is */
+  PetscErrorCode (*drift)(SlipConstraint, PetscReal t, PetscReal h, Vec w, void *ctx);
+  /* The state of a node of the step and its p, with f that of the last drive or, where it is not that of w, NULL; p NULL:
+     0. F = F_s(t, w), full, or NULL. What is known of w thereby need not be computed again. */
+  PetscErrorCode (*settle)(SlipConstraint, SlipNode node, PetscReal t, Vec w, Vec f, Vec p, Vec F, void *ctx);
+  /* the longest stable step [s] from a state, PETSC_MAX_REAL: any is */
+  PetscErrorCode (*longest_step)(SlipConstraint, PetscReal t, Vec w, PetscReal *h, void *ctx);
+} SlipExplicitOps;
 
 /* What a problem supplies, for reduced vectors with one number a cell; SlipConstraintSetComponents() says what is
    different with two. "full" vectors have the layout of the TS solution w, "reduced" ones that of x. The reaction r
@@ -55,6 +78,7 @@ typedef struct {
   /* What the bound of a row gains where x changes by dx, besides dq_i/d|x_i|: a_i (C dx)_i, at the x that bound was
      asked about last; C borrowed, a reduced. NULL: a bound depends on its own x only */
   PetscErrorCode (*coupling)(SlipConstraint, Mat *C, Vec a, void *ctx);
+  const SlipExplicitOps *explicit_ops; /* borrowed; NULL: TSMOREAU cannot integrate it */
 } SlipConstraintOps;
 
 PETSC_EXTERN PetscErrorCode SlipSNESInitializePackage(void); /* called by what creates objects; again does nothing */
@@ -72,6 +96,7 @@ PETSC_EXTERN PetscErrorCode SlipConstraintWasUnstable(SlipConstraint con, PetscB
 /* Reaction of the start: the projection of the static balance -F_s restricted to the reduced rows on the cone where x =
    0, -q sign(x) where x != 0. */
 PETSC_EXTERN PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Vec w, Vec r);
+PETSC_EXTERN PetscErrorCode SlipConstraintReactionOf(SlipConstraint con, PetscReal t, Vec w, Vec Fs, Vec r);
 
 /* A small system A dw/dt = F_s(t, w) + F_r of n states, dense, on one process: F_r enters the rows listed, one reaction
    with |F_r| <= q each, and all is written with arrays. Units are the user's; A dw/dt, F_s and q share those of their

@@ -5,14 +5,18 @@
 #include <slipsys.h>
 
 #define TSBATHE "bathe"
+#define TSMOREAU "moreau" /* explicit, with the same set-valued reactions; moreau.c */
 #define TSADAMS "adams" /* explicit, of variable order; adams.c */
 
+/* How an attempt is computed: by implicit stages, or by an explicit step of a constraint with SlipExplicitOps */
+typedef enum { TSBATHE_METHOD_IMPLICIT, TSBATHE_METHOD_EXPLICIT } TSBatheMethod;
 /* Treatment of the reaction in stage 1: by the mean of start and end (second order), or at the end (first order). */
 typedef enum { TSBATHE_REACTION_TRAPEZOIDAL, TSBATHE_REACTION_IMPLICIT } TSBatheReactionType;
 /* Rule of stage 1: trapezoidal, or backward, which reads no force of the step's start. */
 typedef enum { TSBATHE_STAGE_TRAPEZOIDAL, TSBATHE_STAGE_BACKWARD } TSBatheFirstStage;
 /* Error estimate of a step: from the stage derivatives (no extra solve), by two half steps, or none. */
 typedef enum { TSBATHE_ERROR_EMBEDDED, TSBATHE_ERROR_DOUBLING, TSBATHE_ERROR_NONE } TSBatheError;
+PETSC_EXTERN const char *const TSBatheMethods[];
 PETSC_EXTERN const char *const TSBatheReactionTypes[];
 PETSC_EXTERN const char *const TSBatheFirstStages[];
 PETSC_EXTERN const char *const TSBatheErrors[];
@@ -29,6 +33,7 @@ typedef struct {
   PetscInt solves;       /* Bathe steps computed (1, or up to 3 with doubling) */
   PetscInt newton;       /* nonlinear iterations */
   PetscInt linear;       /* linear iterations */
+  TSBatheMethod method;
   PetscInt reason;       /* last SNESConvergedReason */
   SlipProducts products; /* since the attempt before: those of the step, its controller and what it starts from */
   PetscReal wall;        /* wall time [s] */
@@ -39,6 +44,11 @@ typedef struct {
 typedef PetscErrorCode (*TSBatheAttemptFn)(TS ts, const SlipAttempt *attempt, Vec w, void *ctx);
 
 PETSC_EXTERN PetscErrorCode SlipTSInitializePackage(void); /* called by what creates objects; again does nothing */
+PETSC_EXTERN PetscErrorCode TSBatheIs(TS ts, PetscBool *is); /* of type bathe or moreau? */
+/* Of the next attempts */
+PETSC_EXTERN PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method);
+PETSC_EXTERN PetscErrorCode TSBatheGetMethod(TS ts, TSBatheMethod *method);
+PETSC_EXTERN PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h); /* of an explicit step from here [s] */
 PETSC_EXTERN PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma);
 PETSC_EXTERN PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma);
 PETSC_EXTERN PetscErrorCode TSBatheSetReactionType(TS ts, TSBatheReactionType type);

@@ -102,7 +102,7 @@ PetscErrorCode TSAdaptRLWarnOfIdle_Private(TSAdapt adapt, TS ts)
       (double)rl->accuracy, source,
       rl->relative ? ". Its steps follow -ts_rtol and -ts_atol" : ", it was trained for one accuracy"));
   if (rl->relative) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, "bathe", &bathe)); /* other types do not ask for a first step */
+  PetscCall(TSBatheIs(ts, &bathe)); /* other types do not ask for a first step */
   PetscCall(Given(ts, "-" SLIP_TS_DT, &first));
   if (first && bathe)
     PetscCall(

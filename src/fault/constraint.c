@@ -380,7 +380,16 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(SlipFaultGetRate(fault, w, rel));
   if (fault->kind.loaded) PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
-  PetscCall(SlipElasticForce(fault->medium, t, u, rel, force, NULL));
+  if (fault->balance.known) { /* of an explicit step, which knows both */
+    Vec damping;
+
+    PetscCall(SlipFaultGetWork(fault, &damping));
+    PetscCall(SlipFaultDamping(fault, t, rel, damping));
+    PetscCall(SlipFaultForce(fault, t, w, u, force));
+    PetscCall(VecAXPY(force, 1, damping));
+    PetscCall(SlipFaultRestoreWork(fault, &damping));
+  } else
+    PetscCall(SlipElasticForce(fault->medium, t, u, rel, force, NULL));
   if (load->shear) PetscCall(VecAXPY(force, -1, load->shear));
   {
     const SlipArrays arrays[] = {{w, .read = &a}, {rel, .read = &r}, {force, .read = &f}, {F, .write = &b}};
@@ -493,7 +502,8 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
                                  smooth ? SolveCells : NULL,
                                  smooth ? Prescribed : NULL,
                                  fault->friction.law->by_rate ? NULL : StartSlope,
-                                 fault->kind.coupled && !SlipFaultOpens(fault) ? Coupling : NULL};
+                                 fault->kind.coupled && !SlipFaultOpens(fault) ? Coupling : NULL,
+                                 fault->kind.inertia ? &SlipFaultExplicitOps : NULL};
 
   PetscFunctionBegin;
   if (!fault->stage.con) {

@@ -1,5 +1,6 @@
 /* The fault as a TS problem. */
 #include <slipstep/private/slipfault.h>
+#include <string.h>
 
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
 /* First step over T*: the instability grows from a relative excess of 1e-5, so anything well below T* is safe. */
@@ -145,7 +146,7 @@ static PetscErrorCode BeforeStep(TS ts)
   Vec w;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, ""));
   if (ours) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetSlipProblem(ts, &problem, &fault));
   PetscCall(TSGetStepNumber(ts, &step));
@@ -238,10 +239,13 @@ static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
 
 static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 {
+  PetscBool ours;
+
   PetscFunctionBegin;
   PetscCall(SlipFaultConstraintCreate(fault));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
-  PetscCall(TSSetType(ts, TSBATHE));
+  PetscCall(TSBatheIs(ts, &ours));
+  if (!ours) PetscCall(TSSetType(ts, TSBATHE)); /* which -ts_type may make TSMOREAU later */
   PetscCall(TSSetRHSFunction(ts, NULL, SlipFaultRHS, fault));
   PetscCall(TSBatheSetConstraint(ts, fault->stage.con));
   if (fault->kind.driven) PetscCall(ConfigureDriven(ts));
@@ -252,7 +256,7 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Smooth friction without inertia is an explicit problem, unless the options ask for TSBATHE. */
+/* Smooth friction without inertia is an explicit problem, unless the options ask for TSBATHE or TSMOREAU. */
 static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
 {
   char type[64] = "";
@@ -264,8 +268,8 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
   PetscCall(PetscOptionsGetString(((PetscObject)ts)->options, prefix, "-ts_type", type, sizeof(type), NULL));
-  PetscCall(PetscStrcmp(type, TSBATHE, is));
-  *is = !*is;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSMOREAU, is));
+  *is = !*is && strcmp(type, TSBATHE) && strcmp(type, TSMOREAU) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

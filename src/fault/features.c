@@ -104,9 +104,10 @@ FEATURE_ON(CATALOGUE, Given(f, FAULT_CATALOGUE))
 FEATURE_ON(CHECKPOINT, Given(f, FAULT_CHECKPOINT) || Given(f, FAULT_RESTART))
 FEATURE_ON(CHECK_ERROR, f->options.check_error)
 FEATURE_ON(BATHE, HasType(ts, TSBATHE))
+FEATURE_ON(MOREAU, HasType(ts, TSMOREAU))
 FEATURE_ON(ADAMS, HasType(ts, TSADAMS))
 FEATURE_ON(RK, HasType(ts, TSRK))
-FEATURE_ON(OTHER_TS, ts && !On_BATHE(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts))
+FEATURE_ON(OTHER_TS, ts && !On_BATHE(f, ts) && !On_MOREAU(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts))
 
 enum { OWN, MESH, MEDIUM, AVERAGE, STORAGE, VISCOSITY, MASS, LAW, START, COUPLING, INTEGRATOR };
 
@@ -170,6 +171,7 @@ const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES] = {
   LATE(CHECKPOINT, OWN, "-fault_checkpoint or -fault_restart"),
   LATE(CHECK_ERROR, OWN, "-fault_check_error"),
   LATE(BATHE, INTEGRATOR, "-ts_type bathe"),
+  LATE(MOREAU, INTEGRATOR, "-ts_type moreau"),
   LATE(ADAMS, INTEGRATOR, "-ts_type adams"),
   LATE(RK, INTEGRATOR, "-ts_type rk"),
   LATE(OTHER_TS, INTEGRATOR, "-ts_type of another integrator of PETSc"),
@@ -247,6 +249,8 @@ const SlipFaultRule SlipFaultRules[] = {
   {F(ADAMS) | F(RK) | F(OTHER_TS), EXCLUDES,
    F(SLIP_WEAKENING) | F(RATE_WEAKENING) | F(INERTIA) | F(SQRTM) | F(SPECTRAL) | F(LANCZOS), 0,
    "-ts_type % knows no friction, expected bathe"},
+  {F(MOREAU), EXCLUDES, F(BALANCE), 0,
+   "-ts_type % needs the inertia that its explicit steps accelerate: expected -fault_inertia yes, or -ts_type bathe"},
   {F(CHECKPOINT), EXCLUDES, F(OTHER_TS), 0,
    "-fault_checkpoint and -fault_restart work with -ts_type bathe, or rk or adams and rate-and-state friction, not %"},
   {F(CHECK_ERROR), EXCLUDES, F(ADAMS) | F(RK) | F(OTHER_TS), 0,

@@ -185,13 +185,16 @@ PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec der
 
 /* The largest eigenvalue of K over the weights, once a run, by power iteration from a short wave of no symmetry,
    the same on any number of ranks */
-static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
+PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscReal *largest)
 {
+  SlipFaultBalance *b = &fault->balance;
   const PetscInt c = fault->layout.components;
   PetscReal *a, norm;
   Vec x, y;
 
   PetscFunctionBegin;
+  *largest = b->stiffest;
+  if (b->stiffest > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetWork(fault, &x));
   PetscCall(SlipFaultGetWork(fault, &y));
   PetscCall(VecGetArrayWrite(x, &a));
@@ -203,7 +206,6 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
     }
   PetscCall(VecRestoreArrayWrite(x, &a));
   PetscCall(VecNormalize(x, NULL));
-  *largest = 0;
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
   for (PetscInt k = 0; k < POWER_PRODUCTS; k++) {
     PetscCall(SlipElasticApply(fault->medium, x, y, NULL));
@@ -211,7 +213,7 @@ static PetscErrorCode LargestEigenvalue(SlipFault fault, PetscReal *largest)
     for (PetscInt i = 0; i < c * fault->mesh.n; i++) a[i] /= fault->mesh.weight[i / c];
     PetscCall(VecRestoreArray(y, &a));
     PetscCall(VecNorm(y, NORM_2, &norm));
-    *largest = norm;
+    *largest = b->stiffest = norm;
     if (norm == 0) break;
     PetscCall(VecAXPBY(x, 1 / norm, 0, y));
   }
@@ -249,7 +251,7 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   SlipFrictionCells friction;
   const PetscReal *a, *v, *force, *load;
   const PetscInt c = fault->layout.components;
-  PetscReal most = 0;
+  PetscReal most = 0, stiffest;
   const SlipFaultLoad *of_now;
   const SlipArrays arrays[] = {{w, .read = &a}, {b->rate, .read = &v}, {b->force, .read = &force}};
 
@@ -257,7 +259,7 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   (void)ts;
   *relaxation = 0;
   if (!fault->friction.law->always_slides || fault->kind.inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
-  if (b->stiffest == 0) PetscCall(LargestEigenvalue(fault, &b->stiffest));
+  PetscCall(SlipFaultLargestEigenvalue(fault, &stiffest));
   PetscCall(SlipFaultGetLoad(fault, b->time, &of_now));
   if (fault->coupling.balanced) /* the normal stress of that right-hand side too: a product less for each attempt */
     PetscCall(SlipFaultCoupledFriction(fault, b->time, 0, &friction));
@@ -273,7 +275,7 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   PetscCall(VecRestoreArrayRead(of_now->shear, &load));
   PetscCall(SlipArraysRestore(3, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  *relaxation = b->stiffest * most;
+  *relaxation = stiffest * most;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -359,7 +361,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCall(SlipFaultGetWork(fault, &hv));
   PetscCall(SlipFaultGetRate(fault, w, rel));
   PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
-  PetscCall(SlipElasticForce(fault->medium, t, NULL, rel, hv, NULL));
+  PetscCall(SlipFaultDamping(fault, t, rel, hv));
   if (!r) PetscCall(SlipFaultStrength(fault, t, w, q));
   {
     const SlipArrays arrays[] = {{rel, .read = &b}, {hv, .read = &f}, {fault->operators.vinf, .read = &vinf}};

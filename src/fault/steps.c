@@ -409,7 +409,7 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
   PetscBool bathe, named, constant;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(ts, &bathe));
   if (!bathe || !fault->problem.begin) {
     PetscCall(WarnOfIdle(fault, ts));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -448,7 +448,7 @@ PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run)
   PetscBool bathe, constant;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(ts, &bathe));
   if (!bathe || !fault->problem.begin) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(InCharge(ts, controller, sizeof(controller)));
   PetscCall(PetscStrcmp(controller, TSADAPTNONE, &constant));

@@ -56,7 +56,7 @@ PetscErrorCode SlipOutputAttemptsStart(TS ts)
   PetscBool bathe;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(ts, &bathe));
   if (bathe) PetscCall(TSBatheMonitorSet(ts, SlipOutputAttemptMonitor, NULL, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -116,7 +116,7 @@ PetscErrorCode SlipOutputAttemptsStep(SlipOutput out, PetscInt step, PetscReal t
   PetscInt sides;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)out->ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(out->ts, &bathe));
   if (bathe) PetscFunctionReturn(PETSC_SUCCESS);
   if (!out->started)
     PetscCall(Spend(out, &a->last, &sides));

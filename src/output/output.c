@@ -20,7 +20,7 @@ static PetscErrorCode SlipOutputReaction(SlipOutput out, PetscReal t, Vec w, Vec
 
   PetscFunctionBegin;
   *r = NULL;
-  PetscCall(PetscObjectTypeCompare((PetscObject)out->ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(out->ts, &bathe));
   if (bathe) PetscCall(TSBatheGetConstraint(out->ts, &con));
   if (!con) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSBatheGetReaction(out->ts, &accepted));
@@ -313,7 +313,7 @@ PetscErrorCode SlipOutputClose(SlipOutput out)
   TSAdapt adapt;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)out->ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(out->ts, &bathe));
   if (bathe) {
     PetscCall(TSBatheGetTotals(out->ts, &attempts, &t->accepted, &t->solves, &t->newton, &t->linear));
     t->rejected = attempts - t->accepted;

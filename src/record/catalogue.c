@@ -198,7 +198,7 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
   fault->run->events = file[0] ? 0 : -1;
   *wanted = file[0] ? PETSC_TRUE : PETSC_FALSE;
   if (!*wanted) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(ts, &bathe));
   PetscCall(PetscStrcmp(file, fault->options.text[FAULT_OUTPUT], &same));
   PetscCheck(!same, fault->comm, PETSC_ERR_FILE_OPEN,
              "-%sfault_catalogue and -%sfault_output are both %s, expected two files", prefix, prefix, file);

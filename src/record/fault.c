@@ -137,6 +137,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   }
   PetscCall(SlipFaultLoadsDestroy(f));
   PetscCall(SlipFaultBalanceDestroy(f));
+  PetscCall(SlipFaultSettledDestroy(f));
   PetscCall(SlipFaultCouplingDestroy(f));
   PetscCall(SlipFaultMeshDestroy(&f->mesh));
   PetscCall(SlipElasticDestroy(&f->medium));

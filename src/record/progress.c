@@ -130,7 +130,7 @@ static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscRea
   PetscCall(TSGetMaxTime(ts, &last));
   PetscCall(TSGetStepNumber(ts, &steps));
   PetscCall(TSGetStepRejections(ts, &rejected));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(ts, &bathe));
   if (bathe) {
     PetscCall(TSBatheGetTotals(ts, &attempts, &accepted, NULL, NULL, NULL));
     rejected = attempts - accepted;

@@ -64,24 +64,23 @@ static PetscErrorCode DecayRate(SlipFault fault, PetscReal *rate)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the state w after a step and the error e of it; one product with K */
+/* Of the state w after a step and the error e of it; one product with K, unless the step has computed it */
 static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, PetscReal sum[STEP_SUMS])
 {
   SlipFrictionCells friction;
   Vec u, ku;
   const PetscReal *a, *b, *f;
-  PetscReal *x;
+  PetscBool rests;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(PetscArrayzero(sum, STEP_SUMS));
-  PetscCall(VecGetArrayRead(w, &a));
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &ku));
-  PetscCall(VecGetArrayWrite(u, &x));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) x[i] = a[SlipFaultDisplacementAt(fault, i)];
-  PetscCall(VecRestoreArrayWrite(u, &x));
-  PetscCall(SlipElasticApply(fault->medium, u, ku, NULL));
+  PetscCall(SlipElasticRests(fault->medium, &rests));
+  PetscCall(SlipFaultForce(fault, t, w, u, ku));
+  if (!rests) PetscCall(SlipElasticApply(fault->medium, u, ku, NULL));
+  PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(e, &b));
   PetscCall(VecGetArrayRead(ku, &f));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -183,7 +182,7 @@ static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscFunctionBegin;
   (void)wanted;
   *ctx = fault;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(ts, &bathe));
   PetscCall(Reset(est));
   est->known = PETSC_FALSE; /* until a step is accepted */
   /* The estimate is of a single event: nothing is known of sequences but by repetition. */
@@ -423,7 +422,7 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
   if (mean_slip <= 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(WantedAccuracy(ts, &wanted));
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(ts, &bathe));
   if (bathe && IsOneEvent(fault)) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
   if (fault->options.check_error) PetscCall(ReportCheck(fault, ts, run, wanted));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -243,6 +243,38 @@ PetscErrorCode SlipConstraintCreateReduced(SlipConstraint con, Vec *x)
 @*/
 PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Vec w, Vec r)
 {
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 1);
+  PetscCheck(con->ops->smooth, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_WRONG,
+             "SlipConstraintOps must supply smooth, reduce and bound_state");
+  if (!con->w) PetscCall(VecDuplicate(w, &con->w));
+  PetscCall((*con->ops->smooth)(con, t, w, con->w, con->ctx));
+  PetscCall(SlipConstraintReactionOf(con, t, w, con->w, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipConstraintReactionOf - SlipConstraintInitialReaction() where F_s of the state is known
+
+  Collective
+
+  Input Parameters:
++ con - the constraint; its operations reduce and bound_state are used
+. t   - the time [s]
+. w   - the full state
+- Fs  - F_s(t, w), full
+
+  Output Parameter:
+. r - reduced, as of SlipConstraintInitialReaction()
+
+  Level: developer
+
+  Errors: PETSC_ERR_ARG_WRONG when the problem has no operation reduce or bound_state
+
+.seealso: SlipConstraintInitialReaction()
+@*/
+PetscErrorCode SlipConstraintReactionOf(SlipConstraint con, PetscReal t, Vec w, Vec Fs, Vec r)
+{
   const PetscInt c = con->components;
   PetscInt n;
   const PetscScalar *x, *q, *f;
@@ -250,12 +282,10 @@ PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, PetscReal t, Ve
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 1);
-  PetscCheck(con->ops->smooth && con->ops->reduce && con->ops->bound_state, PetscObjectComm((PetscObject)con),
-             PETSC_ERR_ARG_WRONG, "SlipConstraintOps must supply smooth, reduce and bound_state");
+  PetscCheck(con->ops->reduce && con->ops->bound_state, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_WRONG,
+             "SlipConstraintOps must supply smooth, reduce and bound_state");
   PetscCall(SlipConstraintSetUpWork(con));
-  if (!con->w) PetscCall(VecDuplicate(w, &con->w));
-  PetscCall((*con->ops->smooth)(con, t, w, con->w, con->ctx));
-  PetscCall((*con->ops->reduce)(con, con->w, con->g, con->ctx)); /* the reduced rows of F_s are those that r enters */
+  PetscCall((*con->ops->reduce)(con, Fs, con->g, con->ctx)); /* the reduced rows of F_s are those that r enters */
   PetscCall((*con->ops->reduce)(con, w, con->x, con->ctx));
   PetscCall((*con->ops->bound_state)(con, t, w, con->q, con->ctx));
   PetscCall(VecGetLocalSize(con->q, &n));

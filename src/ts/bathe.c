@@ -18,6 +18,7 @@ static const char citation[] =
   "  pages   = {2513--2524},\n"
   "  year    = {2005}\n}\n";
 
+const char *const TSBatheMethods[] = {"implicit", "explicit", "TSBatheMethod", "TSBATHE_METHOD_", NULL};
 const char *const TSBatheReactionTypes[] = {"trapezoidal", "implicit", "TSBatheReactionType", "TSBATHE_REACTION_",
                                             NULL};
 const char *const TSBatheFirstStages[] = {"trapezoidal", "backward", "TSBatheFirstStage", "TSBATHE_STAGE_", NULL};
@@ -31,6 +32,7 @@ static PetscErrorCode TSReset_Bathe(TS ts)
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+  PetscCall(TSMoreauReset(ts));
   ba->k0_known = ba->k2_known = PETSC_FALSE;
   ba->sol_id = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -57,6 +59,7 @@ static PetscErrorCode TSBatheWarnOfIdle(TS ts)
 {
   const TS_Bathe *ba = (const TS_Bathe *)ts->data;
   const PetscBool backward = ba->first == TSBATHE_STAGE_BACKWARD ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool stages = ba->method == TSBATHE_METHOD_IMPLICIT ? PETSC_TRUE : PETSC_FALSE;
   static struct {
     const char *option;
     PetscBool told;
@@ -74,6 +77,7 @@ static PetscErrorCode TSBatheWarnOfIdle(TS ts)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  if (!stages) why[0] = why[1] = "explicit steps (-ts_type " TSMOREAU ") have no stages";
   if (constant) why[3] = "steps are constant (-ts_adapt_type none)";
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row) && !rank; i++) {
@@ -174,7 +178,9 @@ static PetscErrorCode TSView_Bathe(TS ts, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
-  if (ba->first == TSBATHE_STAGE_BACKWARD)
+  if (ba->method == TSBATHE_METHOD_EXPLICIT)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  explicit, error estimate %s\n", TSBatheErrors[ba->error]));
+  else if (ba->first == TSBATHE_STAGE_BACKWARD)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  both stages backward, error estimate %s, reaction %s\n",
                                      TSBatheErrors[ba->error], ba->con ? "implicit" : "absent"));
   else
@@ -209,6 +215,19 @@ static PetscErrorCode TSInterpolate_Bathe(TS ts, PetscReal t, Vec w)
   default:
     s = (t - ts->ptime_prev) / h;
     break;
+  }
+  if (ba->last.method == TSBATHE_METHOD_EXPLICIT && ba->last.solves == 1) { /* Hermite's, as both ends' are known */
+    vecs[0] = ba->X0;
+    weight[0] = (1 + 2 * s) * PetscSqr(1 - s);
+    vecs[1] = ba->Y[1];
+    weight[1] = 1 - weight[0];
+    vecs[2] = ba->K0;
+    weight[2] = h * s * PetscSqr(1 - s);
+    vecs[3] = ba->K2;
+    weight[3] = h * s * s * (s - 1);
+    PetscCall(VecZeroEntries(w));
+    PetscCall(VecMAXPY(w, 4, weight, vecs));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
   /* p(s) = w2 + (s-1) h k2 + (s-1)^2 (A + B s), A and B from p(0) = w0 and p(c) = wm */
   e = PetscSqr(s - 1.0);
@@ -333,6 +352,13 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   if (ba->lifted_failures) ts->max_snes_failures = SLIP_UNLIMITED;
   if (ba->lifted_rejections) ts->max_reject = SLIP_UNLIMITED;
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", TSBatheGetLastAttempt));
+  PetscCall(PetscObjectQuery((PetscObject)ts, TSBATHE_CONSTRAINT, (PetscObject *)&ba->con));
+  if (ba->con) { /* of the other type that it was, TSBatheSetConstraint() */
+    PetscCall(PetscObjectReference((PetscObject)ba->con));
+    PetscCall(SlipConstraintGetOps(ba->con, &ba->ops));
+    PetscCall(SlipConstraintGetContext(ba->con, &ba->ctx));
+    PetscCall(SlipConstraintCreateReduced(ba->con, &ba->r));
+  }
   ts->ops->step = TSStep_Bathe;
   ts->ops->evaluatewlte = TSEvaluateWLTE_Bathe;
   ts->ops->rollback = TSRollBack_Bathe;

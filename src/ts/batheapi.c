@@ -3,17 +3,95 @@
    make it. */
 #include <slipstep/private/slipts.h>
 
-/* The data of a TS of type bathe; NULL for another type, an error if required */
+/*@
+  TSBatheIs - whether a TS is of type TSBATHE or TSMOREAU, which have the same functions
+
+  Not collective
+
+  Input Parameter:
+. ts - the TS, of any type
+
+  Output Parameter:
+. is - it is
+
+  Level: intermediate
+
+.seealso: TSBATHE, TSMOREAU
+@*/
+PetscErrorCode TSBatheIs(TS ts, PetscBool *is)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, is, TSBATHE, TSMOREAU, ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The data of a TS of type bathe or moreau; NULL for another type, an error if required */
 PetscErrorCode TSBatheGetData(TS ts, PetscBool required, TS_Bathe **ba)
 {
   PetscBool bathe;
 
   PetscFunctionBegin;
-  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(ts, &bathe));
   PetscCheck(bathe || !required, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP, "TS type %s, expected " TSBATHE,
              ((PetscObject)ts)->type_name ? ((PetscObject)ts)->type_name : "not set yet");
   *ba = bathe ? (TS_Bathe *)ts->data : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheSetMethod - how the next attempts are computed
+
+  Logically collective
+
+  Input Parameters:
++ ts     - of type TSBATHE or TSMOREAU, ignored otherwise
+- method - TSBATHE_METHOD_IMPLICIT, the default of TSBATHE, or TSBATHE_METHOD_EXPLICIT, that of TSMOREAU
+
+  Level: advanced
+
+  Notes:
+  It may change from attempt to attempt, as by a controller: both methods go from a state and its reaction to the next.
+  The first explicit step after an implicit one costs a product with K and one with H more. Steps are cut to
+  `TSBatheGetLongestStep()` where they are explicit.
+
+  Errors: PETSC_ERR_SUP at the next attempt, for an explicit method and a constraint without explicit_ops
+
+.seealso: TSBatheGetMethod(), TSMOREAU, TSBATHE
+@*/
+PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
+  PetscValidLogicalCollectiveEnum(ts, method, 2);
+  if (ba) ba->method = method;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheGetMethod - how the next attempts are computed
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE or TSMOREAU
+
+  Output Parameter:
+. method - implicit or explicit
+
+  Level: advanced
+
+.seealso: TSBatheSetMethod()
+@*/
+PetscErrorCode TSBatheGetMethod(TS ts, TSBatheMethod *method)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *method = ba->method;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -327,7 +405,7 @@ PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *order = ba->con && ba->reaction == TSBATHE_REACTION_IMPLICIT && ba->first == TSBATHE_STAGE_TRAPEZOIDAL ? 1 : 2;
+  *order = ba->con && ba->method == TSBATHE_METHOD_IMPLICIT && ba->reaction == TSBATHE_REACTION_IMPLICIT && ba->first == TSBATHE_STAGE_TRAPEZOIDAL ? 1 : 2;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -362,6 +440,7 @@ PetscErrorCode TSBatheSetConstraint(TS ts, SlipConstraint con)
   PetscCall(PetscObjectReference((PetscObject)con));
   PetscCall(SlipConstraintDestroy(&ba->con));
   ba->con = con;
+  PetscCall(PetscObjectCompose((PetscObject)ts, TSBATHE_CONSTRAINT, (PetscObject)con)); /* for the other type */
   PetscCall(SlipConstraintGetContext(con, &ba->ctx));
   PetscCall(VecDestroy(&ba->r));
   PetscCall(SlipConstraintCreateReduced(con, &ba->r));

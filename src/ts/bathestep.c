@@ -54,7 +54,10 @@ static PetscErrorCode TSBatheCounted(TS ts, PetscReal t, PetscReal h, Vec w0, Ve
   PetscReal res = 0.0;
 
   PetscFunctionBegin;
-  PetscCall(TSBatheSubstep(ts, t, h, w0, r0, w1, w2, r2, &res, ok));
+  if (((TS_Bathe *)ts->data)->last.method == TSBATHE_METHOD_EXPLICIT)
+    PetscCall(TSMoreauSubstep(ts, t, h, w0, w1, w2, r2, ok));
+  else
+    PetscCall(TSBatheSubstep(ts, t, h, w0, r0, w1, w2, r2, &res, ok));
   *residual += *ok ? res : 2.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -81,7 +84,8 @@ static PetscErrorCode TSBatheDoubling(TS ts, PetscReal h, PetscReal *residual, P
   }
   *residual += 2.0 * (3 - run);
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSBatheEndDerivative(ts, 0.5 * h, ba->Wmid, ba->Y[0], ba->Y[1], ba->K2));
+  if (ba->last.method == TSBATHE_METHOD_IMPLICIT)
+    PetscCall(TSBatheEndDerivative(ts, 0.5 * h, ba->Wmid, ba->Y[0], ba->Y[1], ba->K2));
   PetscCall(VecCopy(ba->Wmid, ba->Wm));
   ba->share = 0.5;
   PetscCall(TSBatheDoublingError(ts, ba->E));
@@ -96,11 +100,15 @@ static PetscErrorCode TSBatheSingle(TS ts, PetscReal h, PetscReal *residual, Pet
   PetscFunctionBegin;
   PetscCall(TSBatheCounted(ts, ts->ptime, h, ba->X0, ba->r0, ba->Y[0], ba->Y[1], ba->r, residual, ok));
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSBatheEndDerivative(ts, h, ba->X0, ba->Y[0], ba->Y[1], ba->K2));
+  if (ba->last.method == TSBATHE_METHOD_IMPLICIT)
+    PetscCall(TSBatheEndDerivative(ts, h, ba->X0, ba->Y[0], ba->Y[1], ba->K2));
   PetscCall(VecCopy(ba->Y[0], ba->Wm));
-  ba->share = ba->c.gamma;
+  ba->share = ba->last.method == TSBATHE_METHOD_EXPLICIT ? 0.5 : ba->c.gamma;
   if (ba->error != TSBATHE_ERROR_EMBEDDED || !ba->k0_known) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSBatheEmbeddedError(ts, h, ba->E));
+  if (ba->last.method == TSBATHE_METHOD_EXPLICIT)
+    PetscCall(TSMoreauError(ts, h, ba->E));
+  else
+    PetscCall(TSBatheEmbeddedError(ts, h, ba->E));
   PetscCall(TSBatheErrorNorm(ts, NORM_2, &ba->last.error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -125,7 +133,8 @@ static PetscErrorCode TSBatheInParts(TS ts, PetscReal h, PetscInt parts, PetscRe
       PetscCall((*ba->part)(ts, ts->ptime + (PetscReal)(k + 1) * part, odd ? ba->Y[1] : ba->Wmid, ba->part_ctx));
   }
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSBatheEndDerivative(ts, part, ba->Wmid, ba->Y[0], ba->Y[1], ba->K2));
+  if (ba->last.method == TSBATHE_METHOD_IMPLICIT)
+    PetscCall(TSBatheEndDerivative(ts, part, ba->Wmid, ba->Y[0], ba->Y[1], ba->K2));
   PetscCall(VecCopy(ba->Wmid, ba->Wm));
   ba->share = 1.0 - 1.0 / (PetscReal)parts;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -154,7 +163,9 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&begin));
-  ba->last = (SlipAttempt){.step = ts->steps, .time = ts->ptime, .dt = h, .error = -1.0};
+  ba->last = (SlipAttempt){.step = ts->steps, .time = ts->ptime, .dt = h, .error = -1.0, .method = ba->method};
+  if (ba->method == TSBATHE_METHOD_EXPLICIT && !ba->start.known) PetscCall(TSMoreauStart(ts));
+  ba->end.known = PETSC_FALSE;
   PetscCall(TSBatheWantsDoubling(ts, &doubling));
   if (doubling)
     PetscCall(TSBatheDoubling(ts, h, &ba->last.residual, ok));
@@ -288,6 +299,11 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   PetscCall(SlipProblemAccept(ts));
   if (begin) PetscCall(TSBatheBeginRun(ts));
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
+  ba->start.known = PETSC_FALSE;
+  if (ba->con && ba->method == TSBATHE_METHOD_EXPLICIT) {
+    PetscCall(TSMoreauBegin(ts, !fresh && unchanged ? PETSC_TRUE : PETSC_FALSE));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (ba->con) {
     /* Stage 2's reaction of a cell that has just stopped holds the impulse that stopped it. Carried into the next
        trapezoidal stage it would push the cell off again: what rests is held by the static balance. */
@@ -408,7 +424,7 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscBool *accept)
   if (*accept) {
     PetscCall(TSBatheAccept(ts, SlipTimeAfterStep(ts)));
     TSBatheApproach(ts, &next);
-    if (ba->stops) { /* derivatives jump there */
+    if (ba->stops && ba->last.method == TSBATHE_METHOD_IMPLICIT) { /* derivatives jump there */
       PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
       ba->k2_known = PETSC_FALSE;
     }
@@ -436,7 +452,9 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ct
   ba->share = 0.5;
   ba->failures = 0;
   ba->attempts++;
-  ba->last = (SlipAttempt){.step = ts->steps, .time = t, .dt = end - t, .converged = PETSC_TRUE};
+  ba->last =
+    (SlipAttempt){.step = ts->steps, .time = t, .dt = end - t, .converged = PETSC_TRUE, .method = ba->method};
+  ba->end.known = PETSC_FALSE;
   PetscCall(VecZeroEntries(ba->E));
   PetscCall(VecCopy(ba->Y[1], ba->Y[0]));
   PetscCall(VecCopy(ba->Y[1], ts->vec_sol));
@@ -495,7 +513,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
   void *ctx;
   PetscInt rejections = 0, tries = 0;
   PetscBool ok, accept, again, constant;
-  PetscReal whole, cut;
+  PetscReal whole, cut = 0;
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
@@ -506,16 +524,14 @@ PetscErrorCode TSStep_Bathe(TS ts)
   /* What a controller remembers of the steps before a rest says nothing of those after it. */
   if (ba->last.accepted && !ba->last.solves) ts->steprestart = PETSC_TRUE;
   PetscCall(TSBatheMeetCorner(ts, problem, ctx, &whole));
-  cut = ts->time_step;
   while (!ts->reason && ba->status != TS_STEP_COMPLETE) {
+    PetscCall(TSMoreauCut(ts, &whole));
+    cut = ts->time_step;
     PetscCall(SlipGuardStep(ts));
     PetscCall(TSBatheAttempt(ts, &ok));
     accept = again = PETSC_FALSE;
     if (ok) PetscCall(TSBatheMeetStop(ts, problem, ctx, &tries, &whole, &again));
-    if (again) {
-      cut = ts->time_step;
-      continue;
-    }
+    if (again) continue;
     if (ok)
       PetscCall(TSBatheJudge(ts, &accept));
     else

@@ -8,12 +8,13 @@ static PetscErrorCode Register_TS(void)
   PetscFunctionBegin;
   PetscCall(SlipSNESInitializePackage());
   PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
+  PetscCall(TSRegister(TSMOREAU, TSCreate_Moreau));
   PetscCall(TSRegister(TSADAMS, TSCreate_Adams));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@C
-  SlipTSInitializePackage - register TSBATHE, TSADAMS and the solvers of its stages
+  SlipTSInitializePackage - register TSBATHE, TSMOREAU, TSADAMS and the solvers of its stages
 
   Not collective; after PetscInitialize(). Again it does nothing.
 

@@ -30,6 +30,7 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
 {
   SlipConstraint con;
   PetscMPIInt size;
+  PetscBool ours;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
@@ -39,7 +40,8 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
   PetscCall(SlipTSInitializePackage());
   PetscCall(SlipConstraintCreateSmall(problem, &con));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
-  PetscCall(TSSetType(ts, TSBATHE));
+  PetscCall(TSBatheIs(ts, &ours));
+  if (!ours) PetscCall(TSSetType(ts, TSBATHE)); /* which -ts_type may make TSMOREAU later */
   PetscCall(TSBatheSetConstraint(ts, con));
   PetscCall(SlipConstraintDestroy(&con));
   ts->default_adapt_type = "heuristic"; /* TSADAPTHEURISTIC, of a layer above; constant steps are of little use here */
@@ -163,7 +165,7 @@ PetscErrorCode TSBatheCheckOptions(TS ts)
   PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
   PetscCall(TSGetType(ts, &type));
   PetscCall(TSGetSlipProblem(ts, &problem, NULL));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(ts, &bathe));
   PetscCheck(bathe || (problem && problem->any_integrator), PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
              "-ts_type %s knows no friction, expected " TSBATHE, type);
   PetscCall(TSGetExactFinalTime(ts, &end));

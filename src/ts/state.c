@@ -121,6 +121,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   if (SlipStateIsLoading(s)) ba->k2_known = known;
   if (known) PetscCall(SlipStateVec(s, "derivative", ba->K2));
   PetscCall(SlipStateInterpolation(s, ts));
+  PetscCall(TSMoreauState(s, ts));
   PetscCall(SlipStateBool(s, "unchanged", &unchanged)); /* by others since the last step */
   if (!SlipStateIsLoading(s)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipProductsGet(&ba->told));

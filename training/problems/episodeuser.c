@@ -30,7 +30,7 @@ static PetscErrorCode Check(const Episode *e)
   PetscFunctionBegin;
   PetscCheck(e->ts && e->w, PETSC_COMM_SELF, PETSC_ERR_ARG_NULL, "SlipTrain(): draw() of problem %s gave no TS or Vec",
              name);
-  PetscCall(PetscObjectTypeCompare((PetscObject)e->ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(e->ts, &bathe));
   PetscCheck(bathe, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
              "SlipTrain(): the TS of problem %s is of another type than bathe", name);
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)e->ts), &size));

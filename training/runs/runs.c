@@ -153,7 +153,7 @@ static PetscErrorCode Count(TS ts, RunResult *r)
   PetscBool bathe;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  PetscCall(TSBatheIs(ts, &bathe));
   if (bathe) {
     PetscCall(TSBatheGetTotals(ts, &r->attempts, &accepted, &r->solves, &newton, &linear));
     r->rejected = r->attempts - accepted;

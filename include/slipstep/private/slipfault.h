@@ -125,6 +125,7 @@ struct _p_SlipFault {
   SlipFaultOperators operators;
   SlipFaultCritical critical;
   SlipFaultStage stage;
+  SlipFaultSettled settled;
   SlipFaultBalance balance; /* where all cells slide: the slip rates of the state asked about last */
   SlipFaultResolution resolution;
   SlipProblemOps problem; /* what its TS tells controllers */

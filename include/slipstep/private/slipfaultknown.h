@@ -95,6 +95,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t
 /* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no
    explicit problem */
 PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *fault);
+/* The largest eigenvalue of K over the weights, once a run [Pa/m] */
+PETSC_INTERN PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscReal *largest);
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
                                              PetscReal value[]);

@@ -31,6 +31,12 @@ typedef struct {
   Vec c, u0, s0;
 } SlipFaultStage;
 
+/* kick.c: slip rates relative to the far field of the nodes of the last explicit step, and their damping */
+typedef struct {
+  PetscBool known[SLIP_NUM_NODES];
+  Vec rate[SLIP_NUM_NODES], damping[SLIP_NUM_NODES]; /* [m/s], [Pa]; NULL before the first such step */
+} SlipFaultSettled;
+
 /* tolerancefile.c: relative tolerances at which controllers keep accuracies on faults of a kind, those of a group of a
    file */
 enum { TOLERANCES_MOST = 16 }; /* controllers, and accuracies */
@@ -74,6 +80,10 @@ PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, 
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F);
 PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q);
+/* kick.c */
+PETSC_INTERN const SlipExplicitOps SlipFaultExplicitOps;
+PETSC_INTERN PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec relative, Vec damping);
+PETSC_INTERN PetscErrorCode SlipFaultSettledDestroy(SlipFault fault);
 /* rest.c */
 PETSC_EXTERN PetscErrorCode SlipFaultRestSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after,

@@ -7,6 +7,8 @@
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 
+#define TSBATHE_CONSTRAINT "TSBatheConstraint" /* under which a TS knows it, of whatever type it is */
+
 typedef struct TSBatheMonitor TSBatheMonitor;
 struct TSBatheMonitor {
   TSBatheAttemptFn fn;
@@ -21,8 +23,17 @@ typedef struct {
   PetscBool told;
 } SlipConstant;
 
+/* What explicit steps know where one starts or has ended: the driving force of the state there, the damping of the
+   inner rate of the step before it, that of the state, and that step [s], 0 where the damping is the state's; reduced */
+typedef struct {
+  PetscBool known;
+  Vec f, p, p_end;
+  PetscReal h;
+} SlipMoreauMemory;
+
 typedef struct {
   /* what the user chose */
+  TSBatheMethod method;
   PetscReal gamma;                              /* split of the step, in (0, 1), with a trapezoidal stage 1 */
   TSBatheFirstStage first;                      /* rule of stage 1 */
   SlipBathe c;                                  /* numbers of both */
@@ -49,6 +60,13 @@ typedef struct {
   PetscBool stops;              /* the attempt ends where something stops (SlipProblemOps) */
   PetscObjectId sol_id;         /* vec_sol as the last step left it: K2 and r belong to it only while it is unchanged */
   PetscObjectState sol_state;
+
+  /* explicit steps, on first use */
+  SlipMoreauMemory start, end;
+  Vec push, p_inner;   /* the force of a kick, and the damping of a step's inner rate */
+  Vec K_before;        /* K0 of the step before */
+  PetscReal dt_before; /* that step [s]; 0: K_before is not known */
+  PetscBool bound_told;
 
   /* doubling, on first use */
   Vec Wfull, Wmid;
@@ -84,6 +102,15 @@ PETSC_INTERN PetscErrorCode TSBatheGetData(TS, PetscBool required, TS_Bathe **);
 /* One step h from (t, w0, r0) to (w2, r2) through w1; ok: no stage failed. resnorm: larger of the stages' */
 PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
                                            PetscReal *resnorm, PetscBool *ok);
+/* moreau.c: the same of an explicit step, whose inner state is w1; K2 is dw/dt at its end */
+PETSC_INTERN PetscErrorCode TSMoreauSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2, PetscBool *ok);
+PETSC_INTERN PetscErrorCode TSMoreauStart(TS); /* start of X0, r0 and K0, anew */
+PETSC_INTERN PetscErrorCode TSMoreauBegin(TS, PetscBool unchanged); /* likewise, from the last step's end if it can */
+PETSC_INTERN PetscErrorCode TSMoreauError(TS, PetscReal h, Vec e);
+PETSC_INTERN PetscErrorCode TSMoreauReset(TS);
+PETSC_INTERN PetscErrorCode TSMoreauState(SlipState, TS);
+PETSC_INTERN PetscErrorCode TSMoreauCut(TS, PetscReal *whole); /* ts->time_step, to what is stable */
+PETSC_INTERN PetscErrorCode TSCreate_Moreau(TS);
 PETSC_INTERN PetscErrorCode TSBatheStartDerivative(TS, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known);
 PETSC_INTERN PetscErrorCode TSBatheEndDerivative(TS, PetscReal h, Vec w0, Vec w1, Vec w2, Vec k2);
 PETSC_INTERN PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e); /* zero the rate rows of what rests in w */

@@ -131,7 +131,7 @@ def used(name):
 def totals(ts):
     """Attempts, accepted steps, Bathe solves, Newton and linear iterations since ts.solve() began. Types other than bathe,
     as that of rate-and-state friction, have no Bathe solves: 0."""
-    if ts.getType() != "bathe":
+    if ts.getType() not in ("bathe", "moreau"):
         accepted = ts.getStepNumber()
         return Totals(accepted + ts.getStepRejections(), accepted, 0, ts.getSNESIterations(), ts.getKSPIterations())
     numbers = [INT(0) for _ in Totals._fields]

@@ -1,0 +1,96 @@
+/* What a cell does in an explicit step (TSMOREAU): its rate in a kick, in which its own balance is all that counts, and
+   its states in a drift, in which its rate stays. */
+#include <slipcompat.h>
+#include <slipcore.h>
+#include <math.h>
+
+enum { MAX_IT = 100 };
+#define ENOUGH 1e-14 /* last change of the rate, relative */
+
+/* Of a kick with a cell's own damping, M dv/dt = g - eta v: v becomes left v + a/M mean g, x = eta a/M, exactly. Returns
+   mean. */
+PetscReal SlipKickDamping(PetscReal x, PetscReal *left)
+{
+  *left = PetscExpReal(-x);
+  return x > 0 ? -(PetscReal)expm1((double)-x) / x : 1;
+}
+
+/* The largest h omega of stable steps where the damping ratio is this and the damping that of the last step's inner
+   rate: of the recursion u+ - 2 u + u- = -(h omega)^2 u - 2 ratio h omega (3 (u - u-) - (u- - u--))/2 the first root on
+   the unit circle is -1. 2 without damping, as ever of central differences. */
+PetscReal SlipKickBound(PetscReal ratio)
+{
+  return 2 * (PetscSqrtReal(1 + 4 * ratio * ratio) - 2 * ratio);
+}
+
+/*
+  SlipFrictionKick - the speed v of cell i with D v + omega w sigma mu(s, v) = load, 0 where friction holds it
+
+  load >= 0; s are the states of c, with theta 0. Of a law that depends on the rate by Newton's method in a bracket, from
+  guess, the rate before; *ok becomes false where friction falls with the rate faster than D v grows, so that there may
+  be several.
+*/
+PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
+                           PetscReal guess, PetscBool *ok)
+{
+  const PetscReal strength = c->omega * (f->weight ? f->weight[i] : 1) * f->stress[i];
+  PetscReal mu, ds[SLIP_MAX_STATES], dv, none[SLIP_MAX_STATES], low = 0, high = load / c->diagonal, v;
+
+  if (f->law->always_slides) {
+    PetscBool stable;
+
+    v = PetscAbsReal(SlipFrictionStageRate(f, i, c, load, guess, &stable));
+    if (!stable) *ok = PETSC_FALSE;
+    return v;
+  }
+  SlipFrictionStage(f, i, 0, c->s0, 0, &mu, ds, &dv, none);
+  if (load <= strength * mu) return 0;
+  if (!f->law->by_rate) return (load - strength * mu) / c->diagonal;
+  v = PetscClipInterval(guess, low, high);
+  for (int it = 0; it < MAX_IT; it++) {
+    PetscReal g, slope, next;
+
+    SlipFrictionStage(f, i, 0, c->s0, v, &mu, ds, &dv, none);
+    g = c->diagonal * v + strength * mu - load;
+    slope = c->diagonal + strength * dv;
+    if (g > 0)
+      high = v;
+    else
+      low = v;
+    next = slope > 0 ? v - g / slope : low;
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    if (PetscAbsReal(next - v) <= ENOUGH * v || !(high > low)) {
+      if (!(slope > 0)) *ok = PETSC_FALSE;
+      break;
+    }
+    v = next;
+  }
+  return v;
+}
+
+/* The states after h [s] at the rates v [n], in place; from one cell to the next s has the stride; work [n states].
+   Alexander's second formula, of second order and L-stable (bathe.c), by which slip is v h to the last bits, and what
+   does not change stays as it is. */
+void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
+                            PetscReal s[], PetscReal work[])
+{
+  const PetscInt states = SlipFrictionStates(f->law);
+  SlipBathe c;
+
+  SlipBatheSetUpBackward(&c);
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt k = 0; k < states; k++) work[states * i + k] = s[stride * i + k];
+  if (!f->law->nstates && !f->healing) {
+    SlipFrictionStateAdvance(f, n, h, work, v, stride, s);
+    return;
+  }
+  SlipFrictionStateAdvance(f, n, c.theta[0] * h, work, v, stride, s);
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt k = 0; k < states; k++) {
+      PetscReal *base = work + states * i + k;
+      const PetscReal inner = s[stride * i + k];
+
+      *base = inner + c.a0 * (inner - *base);
+    }
+  SlipFrictionStateAdvance(f, n, c.theta[1] * h, work, v, stride, s);
+}

@@ -1,0 +1,270 @@
+/* The fault's part in explicit steps (TSMOREAU): one product with K and one with H a step, and each cell by itself in
+   between. What the step has computed is kept, so that outputs, energies and observations of its nodes need none. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipsys.h>
+#include <string.h>
+
+/* Numerical noise of the largest eigenvalue */
+static const PetscReal safety = 0.99;
+
+/* Is all damping a cell's own? */
+static PetscBool Radiates(SlipFault fault)
+{
+  return strcmp(fault->kind.viscosity, "radiation") ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* ---- what is known of states ---- */
+
+/* (df/dv) v_rel: that of a node of the last step where its rate was the very same. Collective. */
+PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec relative, Vec damping)
+{
+  const SlipFaultSettled *s = &fault->settled;
+  const PetscReal *a, *b;
+
+  PetscFunctionBegin;
+  for (int node = 0; node < SLIP_NUM_NODES; node++) {
+    PetscBool here, same;
+
+    if (!s->known[node]) continue;
+    PetscCall(VecGetArrayRead(relative, &a));
+    PetscCall(VecGetArrayRead(s->rate[node], &b));
+    PetscCall(PetscArraycmp(a, b, fault->layout.components * fault->mesh.n, &here));
+    PetscCall(VecRestoreArrayRead(s->rate[node], &b));
+    PetscCall(VecRestoreArrayRead(relative, &a));
+    PetscCallMPI(MPI_Allreduce(&here, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
+    if (!same) continue;
+    PetscCall(VecCopy(s->damping[node], damping));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipElasticForce(fault->medium, t, NULL, relative, damping, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultSettledDestroy(SlipFault fault)
+{
+  PetscFunctionBegin;
+  for (int node = 0; node < SLIP_NUM_NODES; node++) {
+    PetscCall(VecDestroy(&fault->settled.rate[node]));
+    PetscCall(VecDestroy(&fault->settled.damping[node]));
+    fault->settled.known[node] = PETSC_FALSE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* v - v_inf of a state */
+static PetscErrorCode Relative(SlipFault fault, Vec w, Vec relative)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetRate(fault, w, relative));
+  if (fault->kind.loaded) PetscCall(VecAXPY(relative, -1, fault->operators.vinf));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- SlipExplicitOps ---- */
+
+/* T - f(u, 0, t), and what slip adds to the normal stress */
+static PetscErrorCode Drive(SlipConstraint con, PetscReal t, Vec w, Vec f, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  SlipFaultBalance *b = &fault->balance;
+  const SlipFaultLoad *load;
+
+  PetscFunctionBegin;
+  (void)con;
+  if (!b->u) PetscCall(VecDuplicate(fault->critical.uc, &b->u));
+  if (!b->force) PetscCall(VecDuplicate(fault->critical.uc, &b->force));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  PetscCall(SlipFaultGetDisplacement(fault, w, b->u));
+  PetscCall(
+    SlipElasticForce(fault->medium, t, b->u, NULL, b->force, fault->kind.coupled ? fault->coupling.rise : NULL));
+  fault->coupling.balanced = fault->kind.coupled;
+  b->time = t;
+  b->known = PETSC_TRUE;
+  PetscCall(VecCopy(b->force, f));
+  PetscCall(VecScale(f, -1));
+  if (load->shear) PetscCall(VecAXPY(f, 1, load->shear));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Damping(SlipConstraint con, PetscReal t, Vec w, Vec p, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  Vec relative;
+
+  PetscFunctionBegin;
+  (void)con;
+  if (Radiates(fault)) {
+    PetscCall(VecZeroEntries(p));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipFaultGetWork(fault, &relative));
+  PetscCall(Relative(fault, w, relative));
+  PetscCall(SlipElasticForce(fault->medium, t, NULL, relative, p, NULL));
+  PetscCall(SlipFaultRestoreWork(fault, &relative));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What cells move by in a kick */
+typedef struct {
+  SlipFrictionCells friction;
+  const PetscReal *push, *eta, *vinf; /* g, the damping of a cell's own rate, NULL: 0, and v_inf, of vectors of slip */
+} Kick;
+
+/* v of cell i after a of M dv/dt = g - eta (v - v_inf) + r, from base, by friction with the states s. Where cells open
+   their pressure is known at once: it stays as it is. */
+static void KickCell(SlipFault fault, const Kick *kick, PetscInt i, PetscReal a, const PetscReal base[],
+                     PetscBool backward, const PetscReal s[], PetscBool open, PetscReal v[], PetscBool *ok)
+{
+  const PetscInt c = fault->layout.components, plane = fault->layout.plane;
+  const PetscReal mass = fault->operators.mass * fault->mesh.weight[i];
+  SlipFrictionStageCell cell = {.omega = 1, .s0 = s};
+  PetscReal load[3], speed, size;
+
+  for (PetscInt k = 0; k < c; k++) {
+    const PetscReal eta = kick->eta ? kick->eta[c * i + k] : 0;
+    PetscReal left = 1, share;
+
+    if (backward) {
+      cell.diagonal = mass / a + eta;
+      load[k] = kick->push[c * i + k] + eta * kick->vinf[c * i + k] + mass / a * base[k];
+    } else {
+      share = SlipKickDamping(eta * a / mass, &left);
+      cell.diagonal = mass / (a * share);
+      load[k] = kick->push[c * i + k] + eta * kick->vinf[c * i + k] + cell.diagonal * left * base[k];
+    }
+    if (k < plane) continue;
+    cell.omega = !open && load[k] < 0 ? -load[k] : 0; /* the pressure */
+    v[k] = cell.omega > 0 ? 0 : load[k] / cell.diagonal;
+    cell.diagonal = kick->eta && backward ? mass / a + kick->eta[c * i] : cell.diagonal;
+  }
+  if (c == 3 && !backward && kick->eta) {
+    PetscReal left;
+    const PetscReal share = SlipKickDamping(kick->eta[c * i] * a / mass, &left);
+
+    cell.diagonal = mass / (a * share);
+  }
+  size = SlipFaultLength(fault, load);
+  speed = SlipFrictionKick(&kick->friction, i, &cell, size, SlipFaultLength(fault, base), ok);
+  for (PetscInt k = 0; k < plane; k++) v[k] = speed > 0 ? speed * (load[k] / size) : 0;
+}
+
+/* Of friction that does not depend on the rate a kick is exact; else Alexander's second formula, of second order and
+   L-stable as friction at low rates is stiff */
+static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Vec g, Vec w, PetscBool *ok, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  const PetscInt c = fault->layout.components;
+  Kick kick = {.eta = NULL};
+  SlipBathe alexander;
+  Vec eta = NULL;
+  PetscReal *b;
+  const SlipArrays arrays[] = {
+    {g, .read = &kick.push}, {fault->operators.vinf, .read = &kick.vinf}, {w, .write = &b}};
+
+  PetscFunctionBegin;
+  (void)con;
+  SlipBatheSetUpBackward(&alexander);
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &kick.friction));
+  if (SlipFaultOpens(fault)) {
+    kick.friction = SlipFaultCellFriction(fault, fault->coupling.one);
+    kick.friction.weight = NULL;
+  }
+  if (Radiates(fault)) PetscCall(SlipElasticGetDiagonals(fault->medium, NULL, &eta));
+  PetscCall(SlipArraysGet(3, arrays));
+  if (eta) PetscCall(VecGetArrayRead(eta, &kick.eta));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal *v = b + SlipFaultRateAt(fault, i), first[3], base[3];
+    const PetscReal *s = b + SlipFaultStateAt(fault, i);
+    const PetscBool open = SlipFaultAcross(fault, b + SlipFaultDisplacementAt(fault, i)) > 0 ? PETSC_TRUE : PETSC_FALSE;
+
+    for (PetscInt k = 0; k < c; k++) base[k] = v[k];
+    if (!fault->friction.law->by_rate) {
+      KickCell(fault, &kick, i, a, base, PETSC_FALSE, s, open, v, ok);
+      continue;
+    }
+    KickCell(fault, &kick, i, alexander.theta[0] * a, base, PETSC_TRUE, s, open, first, ok);
+    for (PetscInt k = 0; k < c; k++) base[k] = first[k] + alexander.a0 * (first[k] - base[k]);
+    KickCell(fault, &kick, i, alexander.theta[1] * a, base, PETSC_TRUE, s, open, v, ok);
+  }
+  if (eta) PetscCall(VecRestoreArrayRead(eta, &kick.eta));
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* du/dt = v - v_inf, and the states. What closes stops: it does not bounce. */
+static PetscErrorCode Drift(SlipConstraint con, PetscReal t, PetscReal h, Vec w, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  const PetscInt c = fault->layout.components;
+  SlipFrictionCells friction;
+  const PetscReal *vinf;
+  PetscReal *a, *work, *speed;
+  Vec rate;
+  const SlipArrays arrays[] = {
+    {fault->operators.vinf, .read = &vinf}, {fault->stage.s0, .write = &work}, {w, .write = &a}};
+
+  PetscFunctionBegin;
+  (void)con;
+  if (fault->kind.coupled) /* that of the start, where states follow it */
+    friction = SlipFaultCellFriction(fault, fault->coupling.stress);
+  else
+    PetscCall(SlipFaultGetFriction(fault, t + 0.5 * h, &friction));
+  PetscCall(SlipFaultGetWork(fault, &rate));
+  PetscCall(SlipArraysGet(3, arrays));
+  PetscCall(VecGetArrayWrite(rate, &speed));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal *v = a + SlipFaultRateAt(fault, i), *u = a + SlipFaultDisplacementAt(fault, i);
+
+    speed[i] = SlipFaultLength(fault, v);
+    for (PetscInt k = 0; k < c; k++) u[k] += h * (v[k] - vinf[c * i + k]);
+    if (c == 3 && u[2] <= 0 && v[2] <= 0) u[2] = v[2] = 0;
+  }
+  SlipFrictionStateDrift(&friction, fault->mesh.n, h, speed, fault->layout.block, a + fault->layout.state, work);
+  PetscCall(VecRestoreArrayWrite(rate, &speed));
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscCall(SlipFaultRestoreWork(fault, &rate));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec w, Vec f, Vec p, Vec F, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  SlipFaultSettled *s = &fault->settled;
+  Vec eta, same;
+
+  PetscFunctionBegin;
+  if (!s->rate[node]) {
+    PetscCall(VecDuplicate(fault->critical.uc, &s->rate[node]));
+    PetscCall(VecDuplicate(fault->critical.uc, &s->damping[node]));
+  }
+  PetscCall(Relative(fault, w, s->rate[node]));
+  if (Radiates(fault)) {
+    PetscCall(SlipElasticGetDiagonals(fault->medium, NULL, &eta));
+    PetscCall(VecPointwiseMult(s->damping[node], eta, s->rate[node]));
+  } else
+    PetscCall(VecCopy(p, s->damping[node]));
+  s->known[node] = PETSC_TRUE;
+  if (f && !fault->balance.known) { /* a run that goes on from a checkpoint */
+    PetscCall(SlipFaultGetWork(fault, &same));
+    PetscCall(Drive(con, t, w, same, ctx));
+    PetscCall(SlipFaultRestoreWork(fault, &same));
+  }
+  if (F) PetscCall(SlipFaultSmooth(fault, t, w, F));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LongestStep(SlipConstraint con, PetscReal t, Vec w, PetscReal *h, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  PetscReal ratio = fault->options.value[FAULT_DAMPING_RATIO], stiffest;
+
+  PetscFunctionBegin;
+  (void)con, (void)t, (void)w;
+  if (Radiates(fault) || !strcmp(fault->kind.viscosity, "none")) ratio = 0;
+  PetscCall(SlipFaultLargestEigenvalue(fault, &stiffest));
+  *h = stiffest > 0 ? safety * SlipKickBound(ratio) * PetscSqrtReal(fault->operators.mass / stiffest) : PETSC_MAX_REAL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const SlipExplicitOps SlipFaultExplicitOps = {Drive, Damping, KickCells, Drift, Settle, LongestStep};

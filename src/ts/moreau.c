@@ -1,0 +1,323 @@
+/* TSMOREAU: explicit steps with set-valued reactions, kick, drift and kick of Stoermer's and Verlet's method with the
+   cone solved cell by cell in each kick. Attempts, controllers, records and checkpoints are those of TSBATHE, of which
+   this is the other method. */
+#include <slipstep/private/slipts.h>
+#include <slipstep/private/slipsys.h>
+#include <slipsys.h>
+
+static PetscBool cited = PETSC_FALSE;
+static const char citation[] =
+  "@incollection{Moreau1988,\n"
+  "  title     = {Unilateral contact and dry friction in finite freedom dynamics},\n"
+  "  author    = {Jean Jacques Moreau},\n"
+  "  booktitle = {Nonsmooth Mechanics and Applications, CISM Courses and Lectures 302},\n"
+  "  pages     = {1--82},\n"
+  "  publisher = {Springer},\n"
+  "  year      = {1988}\n}\n";
+
+PetscErrorCode TSMoreauReset(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  Vec *vecs[] = {&ba->start.f,   &ba->start.p, &ba->start.p_end, &ba->end.f,
+                 &ba->end.p,     &ba->push,    &ba->p_inner,     &ba->K_before,
+                 &ba->end.p_end};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+  ba->start.known = ba->end.known = PETSC_FALSE;
+  ba->dt_before = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSMoreauSetUp(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  Vec *reduced[] = {&ba->start.f, &ba->start.p,   &ba->start.p_end, &ba->end.f,
+                    &ba->end.p,   &ba->end.p_end, &ba->push,        &ba->p_inner};
+
+  PetscFunctionBegin;
+  if (ba->K_before) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(ba->con && ba->ops->explicit_ops, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
+             "Explicit steps (-ts_type " TSMOREAU ") need a constraint with the operations explicit_ops of "
+             "SlipConstraintOps, expected -ts_type " TSBATHE);
+  PetscCall(PetscCitationsRegister(citation, &cited));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(reduced); i++) {
+    PetscCall(VecDuplicate(ba->r, reduced[i]));
+    PetscCall(VecZeroEntries(*reduced[i])); /* of constraints without damping it stays */
+  }
+  PetscCall(VecDuplicate(ts->vec_sol, &ba->K_before));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSMoreauCopy(const SlipMoreauMemory *from, SlipMoreauMemory *to)
+{
+  PetscFunctionBegin;
+  PetscCall(VecCopy(from->f, to->f));
+  PetscCall(VecCopy(from->p, to->p));
+  PetscCall(VecCopy(from->p_end, to->p_end));
+  to->h = from->h;
+  to->known = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* r, and k = A^-1 (F_s + r), of the state w of a node whose forces are those of memory */
+static PetscErrorCode TSMoreauSettle(TS ts, SlipNode node, PetscReal t, Vec w, const SlipMoreauMemory *memory, Vec r,
+                                     Vec k)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall((*ba->ops->explicit_ops->settle)(ba->con, node, t, w, memory->f, memory->p_end, k, ba->ctx));
+  PetscCall(SlipConstraintReactionOf(ba->con, t, w, k, r));
+  PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, r, k, ba->ctx));
+  PetscCall((*ba->ops->solve_mass)(ba->con, k, k, ba->ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Two products more than steps have */
+PetscErrorCode TSMoreauStart(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const SlipExplicitOps *ops;
+
+  PetscFunctionBegin;
+  PetscCall(TSMoreauSetUp(ts));
+  ops = ba->ops->explicit_ops;
+  PetscCall((*ops->drive)(ba->con, ts->ptime, ba->X0, ba->start.f, ba->ctx));
+  if (ops->damping) PetscCall((*ops->damping)(ba->con, ts->ptime, ba->X0, ba->start.p, ba->ctx));
+  PetscCall(VecCopy(ba->start.p, ba->start.p_end));
+  ba->start.h = 0;
+  ba->start.known = PETSC_TRUE;
+  PetscCall(TSMoreauSettle(ts, SLIP_NODE_START, ts->ptime, ba->X0, &ba->start, ba->r0, ba->K0));
+  PetscCall(VecCopy(ba->r0, ba->r));
+  ba->k0_known = PETSC_TRUE;
+  ba->dt_before = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const SlipExplicitOps *ops;
+
+  PetscFunctionBegin;
+  ba->r_given = PETSC_FALSE; /* no step depends on it */
+  if (!(unchanged && ba->end.known && ba->k2_known)) {
+    PetscCall(TSMoreauStart(ts));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  ops = ba->ops->explicit_ops;
+  PetscCall(TSMoreauCopy(&ba->end, &ba->start));
+  PetscCall((*ops->settle)(ba->con, SLIP_NODE_START, ts->ptime, ba->X0, ba->start.f, ba->start.p_end, NULL, ba->ctx));
+  ba->dt_before = ba->k0_known ? ba->last.dt : 0;
+  if (ba->k0_known) PetscCall(VecCopy(ba->K0, ba->K_before));
+  PetscCall(VecCopy(ba->K2, ba->K0));
+  PetscCall(VecCopy(ba->r, ba->r0));
+  ba->k0_known = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   A dv = h/2 (f0 - p-) + impulse of r,   u1 = u0 + h v,   A dv1 = h/2 f1 - (h p - h/2 p-) + impulse of r
+
+   with p- the damping of the last step's inner rate and p that of this one's: all of the step's is h p, a midpoint rule,
+   whatever the lengths of steps are. That of the end is extrapolated from both.
+*/
+PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2, PetscBool *ok)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  SlipMoreauMemory *m = &ba->end;
+  const SlipExplicitOps *ops;
+  const PetscReal half = 0.5 * h;
+  PetscBool solved = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  if (!ba->start.known) PetscCall(TSMoreauStart(ts));
+  ops = ba->ops->explicit_ops;
+  if (w0 == ba->X0) PetscCall(TSMoreauCopy(&ba->start, m));
+  ba->last.solves++;
+  ba->stage_time = t + half;
+  PetscCall(TSPreStage(ts, ba->stage_time));
+  PetscCall(VecWAXPY(ba->push, -1, m->p, m->f));
+  PetscCall(VecCopy(w0, w1));
+  PetscCall((*ops->kick)(ba->con, t, half, ba->push, w1, &solved, ba->ctx));
+  PetscCall((*ops->drift)(ba->con, t, half, w1, ba->ctx));
+  if (ops->damping) PetscCall((*ops->damping)(ba->con, t + half, w1, ba->p_inner, ba->ctx));
+  PetscCall((*ops->settle)(ba->con, SLIP_NODE_INSIDE, t + half, w1, NULL, ba->p_inner, NULL, ba->ctx));
+  PetscCall(TSPostStage(ts, ba->stage_time, 0, ba->Y));
+  PetscCall(VecCopy(w1, w2));
+  PetscCall((*ops->drift)(ba->con, t + half, half, w2, ba->ctx));
+  ba->stage_time = t + h;
+  PetscCall(TSPreStage(ts, ba->stage_time));
+  PetscCall((*ops->drive)(ba->con, t + h, w2, m->f, ba->ctx));
+  PetscCall(VecWAXPY(ba->push, -2, ba->p_inner, m->f));
+  PetscCall(VecAXPY(ba->push, 1, m->p));
+  PetscCall((*ops->kick)(ba->con, t + h, half, ba->push, w2, &solved, ba->ctx));
+  PetscCall(TSPostStage(ts, ba->stage_time, 1, ba->Y));
+  PetscCall(VecWAXPY(m->p_end, -1, m->p, ba->p_inner));
+  PetscCall(VecAYPX(m->p_end, h / (h + m->h), ba->p_inner));
+  PetscCall(VecCopy(ba->p_inner, m->p));
+  m->h = h;
+  PetscCallMPI(MPI_Allreduce(&solved, ok, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
+  if (*ok) PetscCall(SlipGuardState(w2, ok));
+  if (!*ok) { /* as TSAdaptCheckStage() after a solve */
+    ba->last.reason = (PetscInt)SNES_DIVERGED_FUNCTION_DOMAIN;
+    PetscCall(TSSetTimeStep(ts, ts->time_step * ts->adapt->scale_solve_failed));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(TSMoreauSettle(ts, SLIP_NODE_END, t + h, w2, m, r2, ba->K2));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of the rows of x, which the trapezoidal rule gives, h^3/12 of the second difference of derivatives; of the first step
+   h/6 of their first difference, which is more. Of the other rows, which the midpoint rule gives, 2/3 of the difference
+   to the trapezoidal rule: of displacements exactly the leading term. */
+PetscErrorCode TSMoreauError(TS ts, PetscReal h, Vec e)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const PetscReal before = ba->dt_before, share = before > 0 ? h * h / (6 * (h + before)) : h / 6;
+  const PetscReal slope = before > 0 ? share * h / before : 0;
+  const PetscScalar *k0, *k1, *k2, *w0, *w2, *mark;
+  PetscScalar *a;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(VecSet(ba->x, 1));
+  PetscCall(VecSet(ba->K1, 2)); /* which r changes by a sum, or, of a cell that is closed, to 0 */
+  PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->K1, ba->ctx));
+  PetscCall(VecGetLocalSize(e, &n));
+  {
+    const SlipArrays arrays[] = {{ba->K0, .read = &k0}, {ba->K_before, .read = &k1}, {ba->K2, .read = &k2},
+                                 {ba->X0, .read = &w0}, {ba->Y[1], .read = &w2},     {ba->K1, .read = &mark},
+                                 {e, .write = &a}};
+
+    PetscCall(SlipArraysGet(7, arrays));
+    for (PetscInt i = 0; i < n; i++)
+      if (mark[i] != 2)
+        a[i] = share * (k2[i] - k0[i]) - (before > 0 ? slope * (k0[i] - k1[i]) : 0);
+      else
+        a[i] = 2.0 / 3.0 * (w2[i] - w0[i] - 0.5 * h * (k0[i] + k2[i]));
+    PetscCall(SlipArraysRestore(7, arrays));
+  }
+  PetscCall(TSBatheDropSticking(ts, ba->Y[1], e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the longest step ---- */
+
+/*@
+  TSBatheGetLongestStep - the longest explicit step that is stable from the current state
+
+  Collective
+
+  Input Parameter:
+. ts - of type TSBATHE or TSMOREAU, with a constraint
+
+  Output Parameter:
+. h - the step [s]; PETSC_MAX_REAL: any is; 0: the constraint has no explicit steps
+
+  Level: advanced
+
+.seealso: TSMOREAU, TSBatheSetMethod(), SlipConstraintCreate()
+@*/
+PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *h = 0;
+  if (ba->con && ba->ops->explicit_ops)
+    PetscCall((*ba->ops->explicit_ops->longest_step)(ba->con, ts->ptime, ts->vec_sol, h, ba->ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* *whole: the step that was cut, as for a corner of the loading [s] */
+PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal longest;
+  PetscBool constant;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  if (ba->method != TSBATHE_METHOD_EXPLICIT) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSMoreauSetUp(ts));
+  PetscCall(TSBatheGetLongestStep(ts, &longest));
+  if (ts->time_step <= longest) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
+  if (constant && !ba->bound_told && !rank)
+    PetscCall(SlipWarning("a constant step of %.6g s is longer than explicit steps are stable: they are %.6g s long "
+                          "(-ts_type %s)",
+                          (double)ts->time_step, (double)longest, ((PetscObject)ts)->type_name));
+  ba->bound_told = constant;
+  *whole = PetscMax(*whole, ts->time_step);
+  ts->time_step = longest;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- checkpoints: of a run whose last step was explicit ---- */
+
+PetscErrorCode TSMoreauState(SlipState s, TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscBool has = ba->end.known, before = ba->k0_known;
+  PetscInt method = (PetscInt)ba->method;
+
+  PetscFunctionBegin;
+  if (SlipStateIsLoading(s)) PetscCall(SlipStateHas(s, "explicit", &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSMoreauSetUp(ts));
+  PetscCall(SlipStateGroup(s, "explicit"));
+  PetscCall(SlipStateInt(s, "method", 1, &method));
+  ba->method = (TSBatheMethod)method;
+  PetscCall(SlipStateReal(s, "dt", 1, &ba->end.h));
+  PetscCall(SlipStateVec(s, "force", ba->end.f));
+  PetscCall(SlipStateVec(s, "damping", ba->end.p));
+  PetscCall(SlipStateVec(s, "damping_end", ba->end.p_end));
+  PetscCall(SlipStateBool(s, "has_start", &before));
+  if (before) PetscCall(SlipStateVec(s, "derivative_start", ba->K0));
+  ba->k0_known = before;
+  ba->end.known = PETSC_TRUE;
+  PetscCall(SlipStateGroup(s, "ts"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+  TSMOREAU - "moreau": explicit integrator of systems with set-valued reactions
+
+  Options Database Keys:
++ -ts_bathe_error <embedded,doubling,none> - error estimate
+- -ts_bathe_max_failures <50>              - attempts in a row that may fail before the run stops
+
+  Level: beginner
+
+  Notes:
+  Of A dw/dt = F_s + r the rates x take half a step with the forces of the start, the other rows a step with these rates,
+  and the rates the other half with the forces of the end: Stoermer's and Verlet's method, of second order, with the
+  reaction found in both halves by a projection, cell by cell. What sticks has x = 0 exactly. A step costs one product
+  with the stiffness and one with the viscosity, whose damping is that of the step's inner rate: half of it comes with
+  the step before. There is no nonlinear solve.
+
+  The constraint (TSBatheSetConstraint()) needs explicit_ops of SlipConstraintOps; faults with inertia and small systems
+  have them. Steps are cut to what is stable, TSBatheGetLongestStep(), whatever the controller asks for. All else,
+  functions as well as options, is that of TSBATHE, of which this is the method TSBATHE_METHOD_EXPLICIT.
+
+  References:
++ * - J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, Nonsmooth Mechanics and Applications,
+      CISM Courses and Lectures 302, 1988.
+. * - M. Jean, The non-smooth contact dynamics method, Comput. Methods Appl. Mech. Eng. 177, 1999.
+- * - F.-E. Fekak, M. Brun, A. Gravouil, B. Depale, A new heterogeneous asynchronous explicit-implicit time integrator for
+      nonsmooth dynamics, Comput. Mech. 60, 2017: CD-Lagrange.
+
+.seealso: TSBATHE, TSBatheSetConstraint(), TSBatheSetMethod(), TSBatheGetLongestStep()
+M*/
+PetscErrorCode TSCreate_Moreau(TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall(TSCreate_Bathe(ts));
+  ((TS_Bathe *)ts->data)->method = TSBATHE_METHOD_EXPLICIT;
+  ts->ops->linearstability = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
