@@ -39,7 +39,14 @@ static void largest_rank(void **state)
   assert_int_equal(SlipRankMost(1 << 30, 1 << 30), 1 << 29);
 }
 
-/* The error of U V' in the Frobenius norm, relative; at most the tolerance. */
+/* A number of a term in double or in single precision */
+static PetscReal Kept(PetscBool whole, PetscReal a)
+{
+  return whole ? a : (PetscReal)(float)a;
+}
+
+/* The error of U V' in the Frobenius norm, relative, with all but its first terms in single precision; at most the
+   tolerance. Single precision is enough for all terms at 1e-6, for most at 1e-10. */
 static void test_to_the_tolerance(void **state)
 {
   const SlipEntriesFn functions[] = {SmoothEntries, ApartEntries};
@@ -49,17 +56,18 @@ static void test_to_the_tolerance(void **state)
   for (int f = 0; f < 2; f++)
     for (PetscReal tolerance = 1e-2; tolerance > 1e-11; tolerance *= 1e-2) {
       PetscReal *U, *V, error = 0, norm = 0;
-      PetscInt rank;
+      PetscInt rank, head;
       PetscBool found;
 
-      ok(SlipCrossApproximate(functions[f], NULL, M, 1, N, 1, tolerance, 30, &rank, &U, &V, &found));
+      ok(SlipCrossApproximate(functions[f], NULL, M, 1, N, 1, tolerance, 30, &rank, &head, &U, &V, &found));
       assert_true(found);
+      assert_true(tolerance < 1e-7 ? head < rank : head == 0);
       for (PetscInt i = 0; i < M; i++)
         for (PetscInt j = 0; j < N; j++) {
           const PetscReal want = entries[f](NULL, i, j);
           PetscReal got = 0;
 
-          for (PetscInt k = 0; k < rank; k++) got += U[k * M + i] * V[k * N + j];
+          for (PetscInt k = 0; k < rank; k++) got += Kept(k < head, U[k * M + i]) * Kept(k < head, V[k * N + j]);
           error += PetscSqr(got - want);
           norm += PetscSqr(want);
         }
@@ -106,17 +114,19 @@ static void test_tuples(void **state)
     for (PetscReal tolerance = 1e-2; tolerance > 1e-11; tolerance *= 1e-2) {
       Tensor t = {.rows = f % 2 ? 1 : 2, .apart = (PetscBool)(f > 1)};
       PetscReal *U, *V, error = 0, norm = 0;
-      PetscInt rank;
+      PetscInt rank, head;
       PetscBool found;
 
-      ok(SlipCrossApproximate(TensorEntries, &t, M, t.rows, N, 2, tolerance, 60, &rank, &U, &V, &found));
+      ok(SlipCrossApproximate(TensorEntries, &t, M, t.rows, N, 2, tolerance, 60, &rank, &head, &U, &V, &found));
       assert_true(found);
+      assert_true(tolerance < 1e-7 ? head < rank : head == 0);
       for (PetscInt i = 0; i < t.rows * M; i++)
         for (PetscInt j = 0; j < 2 * N; j++) {
           const PetscReal want = TensorEntry(&t, i / t.rows, i % t.rows, j / 2, j % 2);
           PetscReal got = 0;
 
-          for (PetscInt k = 0; k < rank; k++) got += U[k * t.rows * M + i] * V[k * 2 * N + j];
+          for (PetscInt k = 0; k < rank; k++)
+            got += Kept(k < head, U[k * t.rows * M + i]) * Kept(k < head, V[k * 2 * N + j]);
           error += PetscSqr(got - want);
           norm += PetscSqr(want);
         }
@@ -129,4 +139,32 @@ static void test_tuples(void **state)
     }
 }
 
-SLIP_TESTS(largest_rank, test_to_the_tolerance, test_tuples)
+/* Terms and what is left of a block are the block, to rounding, and no less is left than is asked for; or more terms
+   are needed than there may be. */
+static void test_split(void **state)
+{
+  static PetscReal A[M * N], rest[M * N], U[M * 9], V[N * 9];
+  PetscReal left = 0, norm = 0;
+  PetscInt terms;
+  PetscBool found;
+
+  (void)state;
+  SmoothEntries(NULL, 0, M, 0, N, A);
+  ok(PetscArraycpy(rest, A, M * N));
+  SlipCrossSplit(M, N, 1e-4, 9, rest, &terms, U, V, &found);
+  assert_true(found && terms > 0 && terms < 9);
+  for (PetscInt k = 0; k < M * N; k++) {
+    PetscReal sum = rest[k];
+
+    for (PetscInt r = 0; r < terms; r++) sum += U[r * M + k % M] * V[r * N + k / M];
+    assert_true(PetscAbsReal(sum - A[k]) <= 1e-15);
+    left += PetscSqr(rest[k]);
+    norm += PetscSqr(A[k]);
+  }
+  assert_true(PetscSqrtReal(left / norm) <= 1e-4);
+  ok(PetscArraycpy(rest, A, M * N));
+  SlipCrossSplit(M, N, 1e-4, terms - 1, rest, &terms, U, V, &found);
+  assert_false(found);
+}
+
+SLIP_TESTS(largest_rank, test_split, test_to_the_tolerance, test_tuples)

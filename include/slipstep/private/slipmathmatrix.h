@@ -6,12 +6,12 @@
 /* entries a, column-major, of m tuples of rows from tuple i on and n tuples of columns from tuple j on of the block */
 typedef void (*SlipEntriesFn)(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscReal a[]);
 /* U [row_tuples * rows][rank] V' [rank][column_tuples * columns] (column-major U and V) with an error of about
-   tolerance in the Frobenius norm, relative; found is false when the rank would exceed max. U and V are allocated
-   (PetscFree). */
+   tolerance in the Frobenius norm, relative; found is false when the rank would exceed max. The tolerance includes that
+   all but the first head terms are rounded to single precision. U and V are allocated (PetscFree). */
 PETSC_INTERN PetscErrorCode SlipCrossApproximate(SlipEntriesFn entries, void *ctx, PetscInt row_tuples, PetscInt rows,
                                                  PetscInt column_tuples, PetscInt columns, PetscReal tolerance,
-                                                 PetscInt max, PetscInt *rank, PetscReal **U, PetscReal **V,
-                                                 PetscBool *found);
+                                                 PetscInt max, PetscInt *rank, PetscInt *head, PetscReal **U,
+                                                 PetscReal **V, PetscBool *found);
 
 /* The largest rank at which both factors have no more numbers than the block, r (m + n) <= m n: more than 32 bits hold
    from 46,341 rows and columns on. */
@@ -19,6 +19,31 @@ static inline PetscInt SlipRankMost(PetscInt m, PetscInt n)
 {
   return (PetscInt)((PetscInt64)m * n / ((PetscInt64)m + n));
 }
+
+/* The first terms of a full block A [m * n], column-major: its crosses through the largest entries, until what is left
+   of A, which is in its place then, is at most share of it in the Frobenius norm. U [m * most] and V [n * most]; found
+   is false where more than most terms are needed. */
+PETSC_INTERN void SlipCrossSplit(PetscInt m, PetscInt n, PetscReal share, PetscInt most, PetscReal A[], PetscInt *terms,
+                                 PetscReal U[], PetscReal V[], PetscBool *found);
+
+/* ---- hblocks.c: what products read ---- */
+#define SLIP_HBLOCK_PAD 4
+typedef struct {
+  PetscInt row, column; /* the first, in the tree's order */
+  PetscInt m, n;
+  PetscInt rank;    /* terms of a low-rank block; -1: a full one */
+  PetscInt head;    /* terms in double precision; other terms are in single precision */
+  PetscBool single; /* of a full block: beside its head terms it is in single precision */
+  PetscReal *data;  /* as hblocks.c orders it */
+} SlipHBlock;
+
+PETSC_INTERN PetscErrorCode SlipHBlockStore(SlipHBlock *k, const PetscReal U[], const PetscReal V[],
+                                            const PetscReal A[]);
+PETSC_INTERN PetscReal SlipHBlockBytes(const SlipHBlock *k);
+PETSC_INTERN PetscLogDouble SlipHBlockFlops(const SlipHBlock *k);
+PETSC_INTERN PetscInt SlipHBlockWork(const SlipHBlock *k);
+PETSC_INTERN void SlipHBlocksApply(PetscInt nblocks, const SlipHBlock block[], PetscBool whole, const PetscReal x[],
+                                   PetscReal y[], PetscReal t[]);
 
 /* ---- hmatrix.c ---- */
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,

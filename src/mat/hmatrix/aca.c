@@ -11,11 +11,15 @@
 */
 #include <petscmat.h>
 #include <petscblaslapack.h>
+#include <float.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmathmatrix.h>
 
-#define CROSS_CHECKS 4  /* rows in which the end is confirmed */
-#define CROSS_KNOWN 0.5 /* of the largest entry's magnitude is enough for a pivot whose column is known */
+#define CROSS_CHECKS 4     /* rows in which the end is confirmed */
+#define CROSS_SEARCH 0.3   /* shares of the tolerance: where the search ends, */
+#define CROSS_TRUNCATE 0.5 /* what is truncated, */
+#define CROSS_ROUND 0.2    /* and what is rounded to single precision */
+#define CROSS_KNOWN 0.5    /* of the largest entry's magnitude is enough for a pivot whose column is known */
 
 typedef struct {
   SlipEntriesFn entries;
@@ -72,11 +76,11 @@ static void ResidualColumn(Cross *c, PetscInt j, PetscReal u[])
   }
 }
 
-static PetscReal Dot(PetscInt n, const PetscReal a[], const PetscReal b[])
+static PetscReal Dot(size_t n, const PetscReal a[], const PetscReal b[])
 {
   PetscReal sum = 0;
 
-  for (PetscInt i = 0; i < n; i++) sum += a[i] * b[i];
+  for (size_t i = 0; i < n; i++) sum += a[i] * b[i];
   return sum;
 }
 
@@ -107,10 +111,10 @@ static void AddCross(Cross *c, PetscInt i, PetscInt j, PetscReal *size)
 
   for (PetscInt k = 0; k < c->n; k++) v[k] /= pivot;
   ResidualColumn(c, j, u);
-  u2 = Dot(c->m, u, u);
-  v2 = Dot(c->n, v, v);
+  u2 = Dot((size_t)c->m, u, u);
+  v2 = Dot((size_t)c->n, v, v);
   for (PetscInt r = 0; r < c->rank; r++)
-    c->norm2 += 2 * Dot(c->m, u, c->U + (size_t)r * c->m) * Dot(c->n, v, c->V + (size_t)r * c->n);
+    c->norm2 += 2 * Dot((size_t)c->m, u, c->U + (size_t)r * c->m) * Dot((size_t)c->n, v, c->V + (size_t)r * c->n);
   c->norm2 += u2 * v2;
   c->used[i] = PETSC_TRUE;
   c->rank++;
@@ -141,7 +145,7 @@ static PetscInt WorstRow(Cross *c, PetscReal tolerance, PetscReal v[])
 
       if (c->used[i]) continue;
       ResidualRow(c, i, v, &j);
-      r2 = Dot(c->n, v, v);
+      r2 = Dot((size_t)c->n, v, v);
       if (r2 <= worst2) continue;
       worst = i;
       worst2 = r2;
@@ -203,9 +207,24 @@ static PetscErrorCode Orthogonalise(PetscInt m, PetscInt k, PetscReal A[], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Terms that do not bear rounding to single precision, of the singular values s [r]. With factors that are orthonormal,
+   one of them times s, each factor's rounding changes the block by at most half an epsilon of the root of the sum of
+   the terms' s^2. */
+static PetscInt Head(PetscReal tolerance, PetscReal total, PetscInt r, const PetscReal s[])
+{
+  const PetscReal bound = total * PetscSqr(CROSS_ROUND * tolerance / FLT_EPSILON);
+  PetscReal tail = 0;
+
+  while (r > 0 && tail + s[r - 1] * s[r - 1] <= bound) {
+    r--;
+    tail += s[r] * s[r];
+  }
+  return r;
+}
+
 /* U V' := the truncation whose error is at most tolerance times its norm, in place. */
-static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, PetscInt *rank, PetscReal U[],
-                                 PetscReal V[])
+static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, PetscInt *rank, PetscInt *head,
+                                 PetscReal U[], PetscReal V[])
 {
   const PetscInt k = *rank;
   const size_t kk = (size_t)k * k;
@@ -215,6 +234,7 @@ static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, Pe
   PetscInt r = k;
 
   PetscFunctionBegin;
+  *head = k;
   if (!k || k > PetscMin(m, n)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscBLASIntCast(k, &bk));
   PetscCall(PetscBLASIntCast(m, &bm));
@@ -228,10 +248,11 @@ static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, Pe
   PetscCallBLAS("LAPACKgesvd", LAPACKgesvd_("A", "A", &bk, &bk, C, &bk, s, left, &bk, right, &bk, work, &lwork, &info));
   PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK gesvd: info %d", (int)info);
   for (PetscInt i = 0; i < k; i++) total += s[i] * s[i];
-  while (r > 0 && tail + s[r - 1] * s[r - 1] <= PetscSqr(tolerance) * total) {
+  while (r > 0 && tail + s[r - 1] * s[r - 1] <= PetscSqr(CROSS_TRUNCATE * tolerance) * total) {
     r--;
     tail += s[r] * s[r];
   }
+  *head = Head(tolerance, total, r, s);
   for (PetscInt j = 0; j < r; j++)
     for (PetscInt i = 0; i < k; i++) left[(size_t)j * k + i] *= s[j];
   PetscCall(PetscBLASIntCast(r, &br));
@@ -249,7 +270,7 @@ static PetscErrorCode Recompress(PetscInt m, PetscInt n, PetscReal tolerance, Pe
 
 PetscErrorCode SlipCrossApproximate(SlipEntriesFn entries, void *ctx, PetscInt row_tuples, PetscInt rows,
                                     PetscInt column_tuples, PetscInt columns, PetscReal tolerance, PetscInt max,
-                                    PetscInt *rank, PetscReal **U, PetscReal **V, PetscBool *found)
+                                    PetscInt *rank, PetscInt *head, PetscReal **U, PetscReal **V, PetscBool *found)
 {
   const PetscInt m = row_tuples * rows, n = column_tuples * columns;
   Cross c = {.entries = entries, .ctx = ctx, .m = m, .n = n, .capacity = 16, .tuple = {rows, columns}, .at = {-1, -1}};
@@ -259,16 +280,35 @@ PetscErrorCode SlipCrossApproximate(SlipEntriesFn entries, void *ctx, PetscInt r
   PetscCall(PetscMalloc1((size_t)c.capacity * m, &c.U));
   PetscCall(PetscMalloc1((size_t)c.capacity * n, &c.V));
   PetscCall(PetscCalloc1(m, &c.used));
-  PetscCall(Run(&c, 0.3 * tolerance, max, found));
+  PetscCall(Run(&c, CROSS_SEARCH * tolerance, max, found));
   PetscCall(PetscFree(c.used));
   PetscCall(PetscFree2(c.known[0], c.known[1]));
   if (!*found) {
     PetscCall(PetscFree(c.U));
     PetscCall(PetscFree(c.V));
   } else
-    PetscCall(Recompress(m, n, 0.5 * tolerance, &c.rank, c.U, c.V));
+    PetscCall(Recompress(m, n, tolerance, &c.rank, head, c.U, c.V));
   *rank = c.rank;
   *U = c.U;
   *V = c.V;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void SlipCrossSplit(PetscInt m, PetscInt n, PetscReal share, PetscInt most, PetscReal A[], PetscInt *terms,
+                    PetscReal U[], PetscReal V[], PetscBool *found)
+{
+  const size_t all = (size_t)m * n;
+  const PetscReal limit = PetscSqr(share) * Dot(all, A, A);
+
+  for (*terms = 0; !(*found = (PetscBool)(Dot(all, A, A) <= limit)) && *terms < most; ++*terms) {
+    PetscReal *u = U + (size_t)*terms * m, *v = V + (size_t)*terms * n;
+    size_t pivot = 0;
+
+    for (size_t k = 1; k < all; k++)
+      if (PetscAbsReal(A[k]) > PetscAbsReal(A[pivot])) pivot = k;
+    for (PetscInt i = 0; i < m; i++) u[i] = A[pivot / (size_t)m * m + i];
+    for (PetscInt j = 0; j < n; j++) v[j] = A[(size_t)j * m + pivot % (size_t)m] / A[pivot];
+    for (PetscInt j = 0; j < n; j++)
+      for (PetscInt i = 0; i < m; i++) A[(size_t)j * m + i] -= u[i] * v[j];
+  }
 }

@@ -10,7 +10,7 @@
   Where slip is a vector a block has two columns, and of a stiffness two rows, for each cell, and is compressed as one.
 */
 #include <petscmat.h>
-#include <petscblaslapack.h>
+#include <float.h>
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
@@ -21,13 +21,12 @@
    long: two planes of 8000 cells took 16 % less time and memory with 2 than with 1.5. */
 #define HMAT_ADMISSIBLE 1.5
 #define HMAT_ADMISSIBLE_DIPPING 2
-
-typedef struct {
-  PetscInt row, column; /* the first, in the tree's order */
-  PetscInt m, n;
-  PetscInt rank;    /* -1: stored as it is, in U */
-  PetscReal *U, *V; /* [m * rank], [n * rank], or [m * n] and NULL; column-major */
-} Block;
+/* Shares of the tolerance by which rounding may change a full block: one that is far, but not of low rank, and one that
+   is near off the diagonal. All blocks of low rank together have some 4e-4 of the matrix's norm, so that near ones must
+   be so much better for errors to remain. */
+#define HMAT_ROUND_FAR 0.2
+#define HMAT_ROUND_NEAR 1e-3
+#define HMAT_HEAD_MOST 16 /* terms in double precision of a full block that is else in single precision */
 
 typedef struct {
   SlipClusterTree tree;
@@ -35,13 +34,13 @@ typedef struct {
   PetscBool whole;        /* of normal stress: no block is another one's transpose */
   PetscInt N, nblocks;    /* cells, and blocks of this process */
   PetscInt rows, columns; /* of each cell */
-  Block *block;
+  SlipHBlock *block;
   SlipGather gather;
   PetscInt *row;               /* [N] number among the rows' cells of each cell in the tree's order */
   Vec diagonal;                /* before scale */
   PetscReal *x, *y, *z, *t;    /* [columns N], [rows N] */
   PetscBool *seen;             /* while blocks are assigned */
-  PetscReal numbers, most;     /* stored on all processes, and on the one with the most */
+  PetscReal bytes, most;       /* of the blocks on all processes, and on the one with the most */
   PetscReal mean_rank;         /* of the low-rank ones */
   PetscLogDouble flops;        /* of a product, on this process */
   PetscInt total, low, widest; /* blocks on all processes, low-rank ones, their largest rank */
@@ -52,7 +51,7 @@ typedef struct {
   const SlipCells *cells;
   PetscReal unit;               /* 0: of normal stress */
   const PetscInt *row, *column; /* cells of the block's rows and columns */
-  PetscInt rows;                /* of each cell */
+  PetscInt rows, columns;       /* of each cell */
 } EntryContext;
 
 static void Entries(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscReal a[])
@@ -119,7 +118,27 @@ static PetscErrorCode Partition(const SlipClusterTree *tree, PetscBool whole, Pe
 
 /* ---- blocks ---- */
 
-static PetscErrorCode BlockCreate(const HMat *h, const Pair *pair, EntryContext *e, Block *k)
+/* A full block k, in single precision beside its head terms where that takes less memory: rounding changes it by at
+   most share of itself. */
+static PetscErrorCode StoreFull(SlipHBlock *k, EntryContext *e, PetscReal share)
+{
+  const size_t size = (size_t)k->m * k->n;
+  /* 8 bytes a number of a term, 4 less one of the rest */
+  const PetscInt most = share > 0 ? PetscMin(HMAT_HEAD_MOST, SlipRankMost(k->m, k->n) / 2) : 0;
+  PetscReal *A, *rest, *U, *V;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc4(size, &A, size, &rest, (size_t)k->m * most, &U, (size_t)k->n * most, &V));
+  SlipCellsEntries(e->cells, e->unit, k->m / e->rows, e->row, k->n / e->columns, e->column, k->m, A);
+  PetscCall(PetscArraycpy(rest, A, size));
+  if (most) SlipCrossSplit(k->m, k->n, 2 * share / FLT_EPSILON, most, rest, &k->head, U, V, &k->single);
+  if (!k->single) k->head = 0;
+  PetscCall(SlipHBlockStore(k, U, V, k->single ? rest : A));
+  PetscCall(PetscFree4(A, rest, U, V));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BlockCreate(const HMat *h, const Pair *pair, EntryContext *e, SlipHBlock *k)
 {
   const SlipCluster *p = &h->tree.node[pair->a], *q = &h->tree.node[pair->b];
   const PetscInt m = p->end - p->start, n = q->end - q->start;
@@ -127,62 +146,21 @@ static PetscErrorCode BlockCreate(const HMat *h, const Pair *pair, EntryContext 
   PetscReal *U, *V;
 
   PetscFunctionBegin;
-  *k = (Block){
+  *k = (SlipHBlock){
     .row = h->rows * p->start, .column = h->columns * q->start, .m = h->rows * m, .n = h->columns * n, .rank = -1};
   e->row = h->tree.perm + p->start;
   e->column = h->tree.perm + q->start;
   if (pair->low)
     PetscCall(SlipCrossApproximate(Entries, e, m, h->rows, n, h->columns, h->tolerance, SlipRankMost(k->m, k->n),
-                                   &k->rank, &U, &V, &found));
+                                   &k->rank, &k->head, &U, &V, &found));
   if (!found) {
-    k->rank = -1;
-    PetscCall(PetscMalloc1((size_t)k->m * k->n, &k->U));
-    Entries(e, 0, m, 0, n, k->U);
+    *k = (SlipHBlock){.row = k->row, .column = k->column, .m = k->m, .n = k->n, .rank = -1};
+    PetscCall(StoreFull(k, e, h->tolerance * (pair->low ? HMAT_ROUND_FAR : pair->a == pair->b ? 0 : HMAT_ROUND_NEAR)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscMalloc1((size_t)k->m * k->rank, &k->U)); /* what the search had allocated is larger */
-  PetscCall(PetscMalloc1((size_t)k->n * k->rank, &k->V));
-  PetscCall(PetscArraycpy(k->U, U, (size_t)k->m * k->rank));
-  PetscCall(PetscArraycpy(k->V, V, (size_t)k->n * k->rank));
+  PetscCall(SlipHBlockStore(k, U, V, NULL));
   PetscCall(PetscFree(U));
   PetscCall(PetscFree(V));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static size_t BlockNumbers(const Block *k)
-{
-  return k->rank < 0 ? (size_t)k->m * k->n : (size_t)k->rank * (k->m + k->n);
-}
-
-/* y += alpha op(A) x, A [m * n] */
-static PetscErrorCode Gemv(const char *op, PetscInt m, PetscInt n, const PetscReal A[], const PetscReal x[],
-                           PetscReal beta, PetscReal y[])
-{
-  const PetscScalar one = 1;
-  PetscBLASInt bm, bn, inc = 1;
-
-  PetscFunctionBegin;
-  PetscCall(PetscBLASIntCast(m, &bm));
-  PetscCall(PetscBLASIntCast(n, &bn));
-  PetscCallBLAS("BLASgemv", BLASgemv_(op, &bm, &bn, &one, A, &bm, x, &inc, &beta, y, &inc));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* y += (block and, off the diagonal and unless whole, its transpose) x; t [rank] */
-static PetscErrorCode BlockApply(const Block *k, PetscBool whole, const PetscReal x[], PetscReal y[], PetscReal t[])
-{
-  PetscFunctionBegin;
-  if (k->rank == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  if (k->rank < 0) {
-    PetscCall(Gemv("N", k->m, k->n, k->U, x + k->column, 1, y + k->row));
-    if (!whole && k->row != k->column) PetscCall(Gemv("T", k->m, k->n, k->U, x + k->row, 1, y + k->column));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(Gemv("T", k->n, k->rank, k->V, x + k->column, 0, t));
-  PetscCall(Gemv("N", k->m, k->rank, k->U, t, 1, y + k->row));
-  if (whole) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Gemv("T", k->m, k->rank, k->U, x + k->row, 0, t));
-  PetscCall(Gemv("N", k->n, k->rank, k->V, t, 1, y + k->column));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -199,8 +177,8 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
   for (PetscInt i = 0; i < h->N; i++)
     for (PetscInt c = 0; c < h->columns; c++) h->x[h->columns * i + c] = px[h->columns * h->row[i] + c];
   PetscCall(SlipGatherRestore(&h->gather, x, &px));
-  PetscCall(PetscArrayzero(h->y, h->rows * h->N));
-  for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(BlockApply(&h->block[b], h->whole, h->x, h->y, h->t));
+  PetscCall(PetscArrayzero(h->y, h->rows * h->N + SLIP_HBLOCK_PAD));
+  SlipHBlocksApply(h->nblocks, h->block, h->whole, h->x, h->y, h->t);
   PetscCall(PetscLogFlops(h->flops));
   for (PetscInt i = 0; i < h->N; i++)
     for (PetscInt c = 0; c < h->rows; c++) h->z[h->rows * h->row[i] + c] = h->scale * h->y[h->rows * i + c];
@@ -231,11 +209,12 @@ static PetscErrorCode HMatScale(Mat S, PetscScalar a)
 
 static PetscErrorCode HMatView(Mat S, PetscViewer viewer)
 {
-  const PetscReal mega = 1e-6 * sizeof(PetscReal);
+  PetscReal dense;
   HMat *h;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
+  dense = (PetscReal)sizeof(PetscReal) * (PetscReal)(h->rows * h->N) * (PetscReal)(h->columns * h->N);
   PetscCall(PetscViewerASCIIPrintf(viewer,
                                    "hierarchical %s: %" PetscInt_FMT " cells, relative tolerance %g, %" PetscInt_FMT
                                    " blocks of which %" PetscInt_FMT
@@ -244,23 +223,23 @@ static PetscErrorCode HMatView(Mat S, PetscViewer viewer)
                                    : h->columns > 1 ? "stiffness of vectors"
                                                     : "stiffness",
                                    h->N, (double)h->tolerance, h->total, h->low, (double)h->mean_rank, h->widest));
-  PetscCall(PetscViewerASCIIPrintf(
-    viewer, "memory: %.1f MB, %.2f %% of a dense matrix, at most %.1f MB on one process\n", (double)(mega * h->numbers),
-    (double)(100 * h->numbers / ((PetscReal)(h->rows * h->N) * (PetscReal)(h->columns * h->N))),
-    (double)(mega * h->most)));
+  PetscCall(
+    PetscViewerASCIIPrintf(viewer, "memory: %.1f MB, %.2f %% of a dense matrix, at most %.1f MB on one process\n",
+                           (double)(1e-6 * h->bytes), (double)(100 * h->bytes / dense), (double)(1e-6 * h->most)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode HMatGetInfo(Mat S, MatInfoType flag, MatInfo *info)
 {
   HMat *h;
-  PetscReal numbers;
+  PetscReal bytes;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
-  numbers = (PetscReal)(h->rows + h->columns) * (PetscReal)h->N;
-  for (PetscInt b = 0; b < h->nblocks; b++) numbers += (PetscReal)BlockNumbers(&h->block[b]);
-  PetscCall(SlipInfoFill(S, (PetscReal)sizeof(PetscReal) * numbers + SlipGatherBytes(&h->gather), flag, info));
+  bytes =
+    SlipGatherBytes(&h->gather) + (PetscReal)sizeof(PetscReal) * (PetscReal)(h->rows + h->columns) * (PetscReal)h->N;
+  for (PetscInt b = 0; b < h->nblocks; b++) bytes += SlipHBlockBytes(&h->block[b]);
+  PetscCall(SlipInfoFill(S, bytes, flag, info));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -270,12 +249,10 @@ static PetscErrorCode HMatDestroy(Mat S)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
-  for (PetscInt b = 0; b < h->nblocks; b++) {
-    PetscCall(PetscFree(h->block[b].U));
-    PetscCall(PetscFree(h->block[b].V));
-  }
+  for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(PetscFree(h->block[b].data));
   PetscCall(PetscFree(h->block));
-  PetscCall(PetscFree4(h->x, h->y, h->z, h->row));
+  PetscCall(PetscFree(h->x));
+  PetscCall(PetscFree3(h->y, h->z, h->row));
   PetscCall(PetscFree(h->t));
   PetscCall(VecDestroy(&h->diagonal));
   PetscCall(SlipGatherDestroy(&h->gather));
@@ -378,7 +355,8 @@ static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt k
 /* The blocks of this process. */
 static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
 {
-  EntryContext entry = {.cells = cells, .unit = h->whole ? 0 : SlipCellsUnit(cells), .rows = h->rows};
+  EntryContext entry = {
+    .cells = cells, .unit = h->whole ? 0 : SlipCellsUnit(cells), .rows = h->rows, .columns = h->columns};
   PairList list = PairListOf(cells);
   PetscMPIInt rank, *keeper;
 
@@ -400,22 +378,26 @@ static PetscErrorCode CreateBlocks(Mat S, HMat *h, const SlipCells *cells)
 
 static PetscErrorCode CountStorage(MPI_Comm comm, HMat *h)
 {
+  PetscInt work = 1;
+
   PetscFunctionBegin;
   for (PetscInt b = 0; b < h->nblocks; b++) {
-    h->numbers += (PetscReal)BlockNumbers(&h->block[b]);
-    h->flops +=
-      (h->whole || h->block[b].row == h->block[b].column ? 2 : 4) * (PetscLogDouble)BlockNumbers(&h->block[b]);
-    h->low += h->block[b].rank >= 0 ? 1 : 0;
-    h->mean_rank += (PetscReal)PetscMax(h->block[b].rank, 0);
-    h->widest = PetscMax(h->widest, h->block[b].rank);
+    const SlipHBlock *k = &h->block[b];
+
+    h->bytes += SlipHBlockBytes(k);
+    h->flops += (h->whole || k->row == k->column ? 1 : 2) * SlipHBlockFlops(k);
+    work = PetscMax(work, SlipHBlockWork(k));
+    h->low += k->rank >= 0 ? 1 : 0;
+    h->mean_rank += (PetscReal)PetscMax(k->rank, 0);
+    h->widest = PetscMax(h->widest, k->rank);
   }
-  PetscCallMPI(MPI_Allreduce(&h->numbers, &h->most, 1, MPIU_REAL, MPIU_MAX, comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->numbers, 1, MPIU_REAL, MPIU_SUM, comm));
+  PetscCallMPI(MPI_Allreduce(&h->bytes, &h->most, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->bytes, 1, MPIU_REAL, MPIU_SUM, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->low, 1, MPIU_INT, MPI_SUM, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->mean_rank, 1, MPIU_REAL, MPIU_SUM, comm));
   h->mean_rank /= (PetscReal)PetscMax(h->low, 1);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &h->widest, 1, MPIU_INT, MPI_MAX, comm));
-  PetscCall(PetscMalloc1(PetscMax(h->widest, 1), &h->t));
+  PetscCall(PetscMalloc1(work, &h->t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -444,7 +426,8 @@ static PetscErrorCode Allocate(HMat *h, const SlipCells *cells)
   PetscInt *row;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc4(h->columns * h->N, &h->x, h->rows * h->N, &h->y, h->rows * h->N, &h->z, h->N, &h->row));
+  PetscCall(PetscCalloc1(h->columns * h->N + SLIP_HBLOCK_PAD, &h->x));
+  PetscCall(PetscMalloc3(h->rows * h->N + SLIP_HBLOCK_PAD, &h->y, h->rows * h->N, &h->z, h->N, &h->row));
   PetscCall(PetscMalloc1(h->N, &row));
   for (PetscInt i = 0; i < h->N; i++) row[SlipCellsAt(cells, i)] = i;
   for (PetscInt i = 0; i < h->N; i++) h->row[i] = row[h->tree.perm[i]];
