@@ -49,5 +49,6 @@ PETSC_EXTERN PetscErrorCode MatCreateSlipCellVectorStiffness(MPI_Comm comm, cons
 PETSC_EXTERN PetscErrorCode MatSlipGetWeights(Mat S, Vec *weights);
 
 /* For a viscosity applied by Lanczos' method: relative tolerance of its products; others ignore it. */
+PETSC_EXTERN PetscErrorCode MatSlipViscosityAllow(Mat H, PetscReal tolerance);
 PETSC_EXTERN PetscErrorCode MatSlipViscositySetTolerance(Mat H, PetscReal tolerance);
 PETSC_EXTERN PetscErrorCode MatSlipViscositySetFromOptions(Mat H);

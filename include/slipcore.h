@@ -167,7 +167,8 @@ PETSC_EXTERN PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, 
 PETSC_EXTERN void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
                                          PetscInt stride, PetscReal s[], PetscReal work[]);
 PETSC_EXTERN PetscReal SlipKickDamping(PetscReal x, PetscReal *left);
-PETSC_EXTERN PetscReal SlipKickBound(PetscReal ratio);
+PETSC_EXTERN PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal g, PetscReal q,
+                                        PetscReal v);
 /* frictionstate.c: states of a law's own */
 PETSC_EXTERN void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta,
                                          const PetscReal s0[], PetscReal rate, PetscReal s[], PetscReal ds[]);

@@ -90,6 +90,7 @@ PETSC_EXTERN PetscErrorCode SlipElasticDestroy(SlipElastic *el);
 /* ---- what it answers ---- */
 PETSC_EXTERN PetscErrorCode SlipElasticForce(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal);
 PETSC_EXTERN PetscErrorCode SlipElasticForceStatic(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal);
+PETSC_EXTERN PetscErrorCode SlipElasticViscous(SlipElastic el, Vec v, PetscReal tolerance, Vec stress);
 PETSC_EXTERN PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscReal theta);
 PETSC_EXTERN PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C);
 PETSC_EXTERN PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear,
@@ -101,6 +102,7 @@ PETSC_EXTERN PetscErrorCode SlipElasticGetImpedance(SlipElastic el, PetscReal *e
 PETSC_EXTERN PetscErrorCode SlipElasticGetEnergy(SlipElastic el, PetscReal t, Vec u, PetscReal *stored);
 PETSC_EXTERN PetscErrorCode SlipElasticGetPower(SlipElastic el, PetscReal t, Vec u, PetscReal *lost);
 PETSC_EXTERN PetscErrorCode SlipElasticGetFrequency(SlipElastic el, PetscReal *omega);
+PETSC_EXTERN PetscErrorCode SlipElasticGetFoundFrequency(SlipElastic el, PetscReal *omega);
 /* ---- its history ---- */
 PETSC_EXTERN PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests);
 PETSC_EXTERN PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads);

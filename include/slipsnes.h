@@ -37,13 +37,15 @@ typedef struct {
   /* x of w after a [s] of A dx/dt = g + r with g as it is and r in -q Sign(x), cell by cell, q and all other rows those
      of (t, w), a row's own damping included. *ok, of this process: no when a cell has no solution; left alone else */
   PetscErrorCode (*kick)(SlipConstraint, PetscReal t, PetscReal a, Vec g, Vec w, PetscBool *ok, void *ctx);
-  /* the other rows of w from t to t + h, with x as it is */
-  PetscErrorCode (*drift)(SlipConstraint, PetscReal t, PetscReal h, Vec w, void *ctx);
-  /* The state of a node of the step and its p, with f that of the last drive or, where it is not that of w, NULL; p NULL:
-     0. F = F_s(t, w), full, or NULL. What is known of w thereby need not be computed again. */
-  PetscErrorCode (*settle)(SlipConstraint, SlipNode node, PetscReal t, Vec w, Vec f, Vec p, Vec F, void *ctx);
-  /* the longest stable step [s] from a state, PETSC_MAX_REAL: any is */
-  PetscErrorCode (*longest_step)(SlipConstraint, PetscReal t, Vec w, PetscReal *h, void *ctx);
+  /* the other rows of w from t to t + h, with x as it is: the first half of a step, from its start, and then the other,
+     from inside of it */
+  PetscErrorCode (*drift)(SlipConstraint, SlipNode from, PetscReal t, PetscReal h, Vec w, void *ctx);
+  /* w is the state of a node of the step, p its damping: smooth and others may take it and what drive has computed for
+     this state from there; NULL: they need not */
+  PetscErrorCode (*settle)(SlipConstraint, SlipNode node, PetscReal t, Vec w, Vec p, void *ctx);
+  /* at a state, the largest frequency [rad/s], 0: steps of any length are stable, and the damping ratio that p is of there
+     at most, SlipLagLimit() */
+  PetscErrorCode (*frequency)(SlipConstraint, PetscReal t, Vec w, PetscReal *omega, PetscReal *ratio, void *ctx);
 } SlipExplicitOps;
 
 /* What a problem supplies, for reduced vectors with one number a cell; SlipConstraintSetComponents() says what is

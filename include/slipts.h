@@ -6,7 +6,7 @@
 
 #define TSBATHE "bathe"
 #define TSMOREAU "moreau" /* explicit, with the same set-valued reactions; moreau.c */
-#define TSADAMS "adams" /* explicit, of variable order; adams.c */
+#define TSADAMS "adams"   /* explicit, of variable order; adams.c */
 
 /* How an attempt is computed: by implicit stages, or by an explicit step of a constraint with SlipExplicitOps */
 typedef enum { TSBATHE_METHOD_IMPLICIT, TSBATHE_METHOD_EXPLICIT } TSBatheMethod;
@@ -23,16 +23,16 @@ PETSC_EXTERN const char *const TSBatheErrors[];
 
 /* One attempted step, accepted or not. Everything that outputs, controllers and trainers may know of it. */
 typedef struct {
-  PetscInt step;         /* number of accepted steps before it */
-  PetscReal time;        /* time at its start [s] */
-  PetscReal dt;          /* step tried [s] */
-  PetscBool converged;   /* every stage solve of the attempt converged */
-  PetscBool accepted;    /* the controller took it */
-  PetscReal error;       /* weighted RMS error estimate; -1 when none was computed */
-  PetscReal residual;    /* sum of the Bathe steps' final relative residuals, 2 for each that was not run or failed */
-  PetscInt solves;       /* Bathe steps computed (1, or up to 3 with doubling) */
-  PetscInt newton;       /* nonlinear iterations */
-  PetscInt linear;       /* linear iterations */
+  PetscInt step;       /* number of accepted steps before it */
+  PetscReal time;      /* time at its start [s] */
+  PetscReal dt;        /* step tried [s] */
+  PetscBool converged; /* every stage solve of the attempt converged */
+  PetscBool accepted;  /* the controller took it */
+  PetscReal error;     /* weighted RMS error estimate; -1 when none was computed */
+  PetscReal residual;  /* sum of the Bathe steps' final relative residuals, 2 for each that was not run or failed */
+  PetscInt solves;     /* Bathe steps computed (1, or up to 3 with doubling) */
+  PetscInt newton;     /* nonlinear iterations */
+  PetscInt linear;     /* linear iterations */
   TSBatheMethod method;
   PetscInt reason;       /* last SNESConvergedReason */
   SlipProducts products; /* since the attempt before: those of the step, its controller and what it starts from */
@@ -43,7 +43,7 @@ typedef struct {
    rejected). */
 typedef PetscErrorCode (*TSBatheAttemptFn)(TS ts, const SlipAttempt *attempt, Vec w, void *ctx);
 
-PETSC_EXTERN PetscErrorCode SlipTSInitializePackage(void); /* called by what creates objects; again does nothing */
+PETSC_EXTERN PetscErrorCode SlipTSInitializePackage(void);   /* called by what creates objects; again does nothing */
 PETSC_EXTERN PetscErrorCode TSBatheIs(TS ts, PetscBool *is); /* of type bathe or moreau? */
 /* Of the next attempts */
 PETSC_EXTERN PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method);

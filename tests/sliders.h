@@ -190,6 +190,7 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
                                  NULL,
                                  NULL,
                                  NULL,
+                                 NULL,
                                  NULL};
   PetscInt first, last;
 

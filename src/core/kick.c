@@ -15,12 +15,20 @@ PetscReal SlipKickDamping(PetscReal x, PetscReal *left)
   return x > 0 ? -(PetscReal)expm1((double)-x) / x : 1;
 }
 
-/* The largest h omega of stable steps where the damping ratio is this and the damping that of the last step's inner
-   rate: of the recursion u+ - 2 u + u- = -(h omega)^2 u - 2 ratio h omega (3 (u - u-) - (u- - u--))/2 the first root on
-   the unit circle is -1. 2 without damping, as ever of central differences. */
-PetscReal SlipKickBound(PetscReal ratio)
+/* v after a of M dv/dt = g - eta v + r, r in -q Sign(v), with g and q as they are: exactly, also where it comes to rest
+   and goes the other way. The projection of M v + a g on the cone, which is the same elsewhere, holds what turns round
+   until the next kick, or has the friction of the end from the start on: an error of the first order in each turn. */
+PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal g, PetscReal q, PetscReal v)
 {
-  return 2 * (PetscSqrtReal(1 + 4 * ratio * ratio) - 2 * ratio);
+  const PetscReal sign = v > 0 || (v == 0 && g > 0) ? 1 : -1, push = sign * g - q, speed = PetscAbsReal(v);
+  PetscReal left, end, turn = 0;
+
+  end = a / mass * push * SlipKickDamping(eta * a / mass, &left);
+  end += left * speed;
+  if (end > 0 || PetscIsInfOrNanReal(end)) return sign * end;
+  if (v == 0 || push > -2 * q) return 0; /* at rest it is held */
+  turn = eta > 0 ? mass / eta * (PetscReal)log1p((double)(eta * speed / -push)) : mass * speed / -push;
+  return SlipKickConstant(mass, eta, PetscMax(a - turn, 0), g, q, 0);
 }
 
 /*

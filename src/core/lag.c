@@ -24,7 +24,7 @@
 
   Input Parameters:
 + zeta   - damping ratio, H at most 2 zeta M (M^-1 K)^(1/2), zero or positive, dimensionless
-- weight - of the last product with H in what the first kick takes for it, 1/2 to 7/4; 1: the last product itself
+- weight - of the last product with H in what the first kick takes for it, dimensionless, 1/2 to 7/4; 1: it alone
 
   Return value:
   the step times the largest frequency, dimensionless: 2 where zeta is 0
@@ -36,8 +36,8 @@
 
   The bound is that of constant steps. Where steps vary, by up to 2 from one to the next, it is safe for zeta >= 0.12,
   and four fifths of it for zeta >= 0.08. With less damping no bound below 2 is: steps that go up and down in turn can
-  pump a mode, at h omega of 1.6 by 15 % a step, at 1.2 by 3 % (products of amplification matrices over periods of 2 to 5
-  steps).
+  pump a mode, at h omega of 1.6 by 15 % a step, at 1.2 by 3 % (products of amplification matrices over periods of 2 to
+  5 steps).
 
 .seealso: SlipElasticGetFrequency()
 @*/

@@ -106,7 +106,7 @@ static PetscErrorCode LargestEigenvalue(Operator *A, Vec q, Vec old, Vec next, P
 static PetscErrorCode Frequency(SlipElastic el, PetscReal *omega)
 {
   const MPI_Comm comm = PetscObjectComm((PetscObject)el);
-  Operator A = {.el = el, .t = el->known ? el->past[1].t : 0};
+  Operator A = {.el = el, .t = el->past[1].t};
   PetscReal largest;
   Vec work[4], root;
 
@@ -115,7 +115,7 @@ static PetscErrorCode Frequency(SlipElastic el, PetscReal *omega)
   PetscCall(MatCreateVecs(el->K, &work[0], NULL));
   for (int k = 1; k < 4; k++) PetscCall(VecDuplicate(work[0], &work[k]));
   A.scaled = work[3];
-  if (el->ops->force != SlipElasticStatic.force) { /* only its f is known to be 0 where u is */
+  if (el->ops->force != SlipElasticForceStatic) { /* only its f is known to be 0 where u is */
     PetscCall(VecDuplicate(work[0], &A.offset));
     PetscCall(VecZeroEntries(work[3]));
     PetscCall(SlipElasticForce(el, A.t, work[3], NULL, A.offset, NULL));
@@ -152,7 +152,10 @@ static PetscErrorCode Frequency(SlipElastic el, PetscReal *omega)
   that goes on takes the same steps. On other numbers of processes it is the same up to rounding. Parts of a fault
   vibrate no faster than all of it.
 
-  Errors: PETSC_ERR_ARG_WRONG where df/du has no positive eigenvalue
+  A medium that remembers may be stiffer to slip from now on than to slip of long ago: df/du is that of its last state.
+
+  Errors: PETSC_ERR_ORDER for a medium that remembers before SlipElasticAccept(), PETSC_ERR_ARG_WRONG where df/du has no
+  positive eigenvalue
 
 .seealso: SlipElasticForce(), SlipElasticViscous()
 @*/
@@ -160,7 +163,32 @@ PetscErrorCode SlipElasticGetFrequency(SlipElastic el, PetscReal *omega)
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCheck(!el->ops->advance || el->known, PetscObjectComm((PetscObject)el), PETSC_ERR_ORDER,
+             "a medium that remembers answers slip from a past: call SlipElasticAccept() first");
   if (!el->frequency) PetscCall((*(el->ops->frequency ? el->ops->frequency : Frequency))(el, &el->frequency));
+  *omega = el->frequency;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipElasticGetFoundFrequency - the largest frequency, if it has been asked for
+
+  Not collective
+
+  Input Parameter:
+. el - the medium
+
+  Output Parameter:
+. omega - that of SlipElasticGetFrequency() [rad/s]; 0: not found yet
+
+  Level: developer
+
+.seealso: SlipElasticGetFrequency()
+@*/
+PetscErrorCode SlipElasticGetFoundFrequency(SlipElastic el, PetscReal *omega)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
   *omega = el->frequency;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

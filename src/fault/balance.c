@@ -344,22 +344,6 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u of the state w of time t, and f(u, t): that of the last right-hand side where its u was the very same.
-   Collective. */
-PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec force)
-{
-  PetscBool same;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultGetDisplacement(fault, w, u));
-  PetscCall(SlipFaultDisplacementUnchanged(fault, t, u, &same));
-  if (same)
-    PetscCall(VecCopy(fault->balance.force, force));
-  else
-    PetscCall(SlipElasticForce(fault->medium, t, u, NULL, force, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Put b->rate into the state w. */
 PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
 {

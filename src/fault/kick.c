@@ -5,51 +5,13 @@
 #include <slipstep/private/slipsys.h>
 #include <string.h>
 
-/* Numerical noise of the largest eigenvalue */
-static const PetscReal safety = 0.99;
+/* Error of a product with H, of the accuracy of the run: of the history of slip it makes a half of that, or less */
+static const PetscReal share_of_accuracy = 0.02;
 
 /* Is all damping a cell's own? */
 static PetscBool Radiates(SlipFault fault)
 {
   return strcmp(fault->kind.viscosity, "radiation") ? PETSC_FALSE : PETSC_TRUE;
-}
-
-/* ---- what is known of states ---- */
-
-/* (df/dv) v_rel: that of a node of the last step where its rate was the very same. Collective. */
-PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec relative, Vec damping)
-{
-  const SlipFaultSettled *s = &fault->settled;
-  const PetscReal *a, *b;
-
-  PetscFunctionBegin;
-  for (int node = 0; node < SLIP_NUM_NODES; node++) {
-    PetscBool here, same;
-
-    if (!s->known[node]) continue;
-    PetscCall(VecGetArrayRead(relative, &a));
-    PetscCall(VecGetArrayRead(s->rate[node], &b));
-    PetscCall(PetscArraycmp(a, b, fault->layout.components * fault->mesh.n, &here));
-    PetscCall(VecRestoreArrayRead(s->rate[node], &b));
-    PetscCall(VecRestoreArrayRead(relative, &a));
-    PetscCallMPI(MPI_Allreduce(&here, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
-    if (!same) continue;
-    PetscCall(VecCopy(s->damping[node], damping));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SlipElasticForce(fault->medium, t, NULL, relative, damping, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipFaultSettledDestroy(SlipFault fault)
-{
-  PetscFunctionBegin;
-  for (int node = 0; node < SLIP_NUM_NODES; node++) {
-    PetscCall(VecDestroy(&fault->settled.rate[node]));
-    PetscCall(VecDestroy(&fault->settled.damping[node]));
-    fault->settled.known[node] = PETSC_FALSE;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* v - v_inf of a state */
@@ -90,17 +52,19 @@ static PetscErrorCode Drive(SlipConstraint con, PetscReal t, Vec w, Vec f, void 
 static PetscErrorCode Damping(SlipConstraint con, PetscReal t, Vec w, Vec p, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  const PetscReal given = fault->options.value[FAULT_ACCURACY];
   Vec relative;
 
   PetscFunctionBegin;
-  (void)con;
+  (void)con, (void)t;
   if (Radiates(fault)) {
     PetscCall(VecZeroEntries(p));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFaultGetWork(fault, &relative));
   PetscCall(Relative(fault, w, relative));
-  PetscCall(SlipElasticForce(fault->medium, t, NULL, relative, p, NULL));
+  PetscCall(SlipElasticViscous(
+    fault->medium, relative, share_of_accuracy * (PetscIsNanReal(given) ? (PetscReal)SLIP_FAULT_ACCURACY : given), p));
   PetscCall(SlipFaultRestoreWork(fault, &relative));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -159,8 +123,7 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
   SlipBathe alexander;
   Vec eta = NULL;
   PetscReal *b;
-  const SlipArrays arrays[] = {
-    {g, .read = &kick.push}, {fault->operators.vinf, .read = &kick.vinf}, {w, .write = &b}};
+  const SlipArrays arrays[] = {{g, .read = &kick.push}, {fault->operators.vinf, .read = &kick.vinf}, {w, .write = &b}};
 
   PetscFunctionBegin;
   (void)con;
@@ -179,6 +142,15 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
     const PetscBool open = SlipFaultAcross(fault, b + SlipFaultDisplacementAt(fault, i)) > 0 ? PETSC_TRUE : PETSC_FALSE;
 
     for (PetscInt k = 0; k < c; k++) base[k] = v[k];
+    if (c == 1 && !fault->friction.law->by_rate) {
+      PetscReal mu, ds, dv;
+      const PetscReal own = kick.eta ? kick.eta[i] : 0, weight = fault->mesh.weight[i];
+
+      SlipFrictionEvaluate(&kick.friction, i, s, 0, &mu, &ds, &dv);
+      *v = SlipKickConstant(fault->operators.mass * weight, own, a, kick.push[i] + own * kick.vinf[i],
+                            mu * weight * kick.friction.stress[i], *v);
+      continue;
+    }
     if (!fault->friction.law->by_rate) {
       KickCell(fault, &kick, i, a, base, PETSC_FALSE, s, open, v, ok);
       continue;
@@ -193,7 +165,7 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
 }
 
 /* du/dt = v - v_inf, and the states. What closes stops: it does not bounce. */
-static PetscErrorCode Drift(SlipConstraint con, PetscReal t, PetscReal h, Vec w, void *ctx)
+static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, PetscReal h, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   const PetscInt c = fault->layout.components;
@@ -205,7 +177,7 @@ static PetscErrorCode Drift(SlipConstraint con, PetscReal t, PetscReal h, Vec w,
     {fault->operators.vinf, .read = &vinf}, {fault->stage.s0, .write = &work}, {w, .write = &a}};
 
   PetscFunctionBegin;
-  (void)con;
+  (void)con, (void)from;
   if (fault->kind.coupled) /* that of the start, where states follow it */
     friction = SlipFaultCellFriction(fault, fault->coupling.stress);
   else
@@ -227,11 +199,11 @@ static PetscErrorCode Drift(SlipConstraint con, PetscReal t, PetscReal h, Vec w,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec w, Vec f, Vec p, Vec F, void *ctx)
+static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec w, Vec p, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   SlipFaultSettled *s = &fault->settled;
-  Vec eta, same;
+  Vec eta, f;
 
   PetscFunctionBegin;
   if (!s->rate[node]) {
@@ -245,26 +217,23 @@ static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec
   } else
     PetscCall(VecCopy(p, s->damping[node]));
   s->known[node] = PETSC_TRUE;
-  if (f && !fault->balance.known) { /* a run that goes on from a checkpoint */
-    PetscCall(SlipFaultGetWork(fault, &same));
-    PetscCall(Drive(con, t, w, same, ctx));
-    PetscCall(SlipFaultRestoreWork(fault, &same));
+  if (!fault->balance.known) { /* of a run that goes on from a checkpoint */
+    PetscCall(SlipFaultGetWork(fault, &f));
+    PetscCall(Drive(con, t, w, f, ctx));
+    PetscCall(SlipFaultRestoreWork(fault, &f));
   }
-  if (F) PetscCall(SlipFaultSmooth(fault, t, w, F));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode LongestStep(SlipConstraint con, PetscReal t, Vec w, PetscReal *h, void *ctx)
+static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscReal *omega, PetscReal *ratio, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  PetscReal ratio = fault->options.value[FAULT_DAMPING_RATIO], stiffest;
 
   PetscFunctionBegin;
   (void)con, (void)t, (void)w;
-  if (Radiates(fault) || !strcmp(fault->kind.viscosity, "none")) ratio = 0;
-  PetscCall(SlipFaultLargestEigenvalue(fault, &stiffest));
-  *h = stiffest > 0 ? safety * SlipKickBound(ratio) * PetscSqrtReal(fault->operators.mass / stiffest) : PETSC_MAX_REAL;
+  PetscCall(SlipElasticGetFrequency(fault->medium, omega));
+  *ratio = Radiates(fault) || !strcmp(fault->kind.viscosity, "none") ? 0 : fault->options.value[FAULT_DAMPING_RATIO];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const SlipExplicitOps SlipFaultExplicitOps = {Drive, Damping, KickCells, Drift, Settle, LongestStep};
+const SlipExplicitOps SlipFaultExplicitOps = {Drive, Damping, KickCells, Drift, Settle, Frequency};

@@ -35,3 +35,55 @@ PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec 
   PetscCallMPI(MPI_Allreduce(&here, same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* u of the state w of time t, and f(u, t): that of the last right-hand side where its u was the very same.
+   Collective. */
+PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec force)
+{
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(SlipFaultDisplacementUnchanged(fault, t, u, &same));
+  if (same)
+    PetscCall(VecCopy(fault->balance.force, force));
+  else
+    PetscCall(SlipElasticForce(fault->medium, t, u, NULL, force, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* (df/dv) v_rel: that of a node of the last step where its rate was the very same. Collective. */
+PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec relative, Vec damping)
+{
+  const SlipFaultSettled *s = &fault->settled;
+  const PetscReal *a, *b;
+
+  PetscFunctionBegin;
+  for (int node = 0; node < SLIP_NUM_NODES; node++) {
+    PetscBool here, same;
+
+    if (!s->known[node]) continue;
+    PetscCall(VecGetArrayRead(relative, &a));
+    PetscCall(VecGetArrayRead(s->rate[node], &b));
+    PetscCall(PetscArraycmp(a, b, fault->layout.components * fault->mesh.n, &here));
+    PetscCall(VecRestoreArrayRead(s->rate[node], &b));
+    PetscCall(VecRestoreArrayRead(relative, &a));
+    PetscCallMPI(MPI_Allreduce(&here, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
+    if (!same) continue;
+    PetscCall(VecCopy(s->damping[node], damping));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipElasticForce(fault->medium, t, NULL, relative, damping, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultSettledDestroy(SlipFault fault)
+{
+  PetscFunctionBegin;
+  for (int node = 0; node < SLIP_NUM_NODES; node++) {
+    PetscCall(VecDestroy(&fault->settled.rate[node]));
+    PetscCall(VecDestroy(&fault->settled.damping[node]));
+    fault->settled.known[node] = PETSC_FALSE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

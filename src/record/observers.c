@@ -306,7 +306,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   SlipFaultRun *run = fault->run;
   SlipFaultObservables obs;
   SlipOutput file;
-  PetscReal t;
+  PetscReal t, omega;
   Vec w;
 
   PetscFunctionBegin;
@@ -322,6 +322,8 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   if (fault->problem.any_integrator)
     PetscCall(SlipOutputAddResult(file, "right_hand_sides", "right-hand sides", NULL, fault->balance.sides));
   PetscCall(ProductsResult(run, file));
+  PetscCall(SlipElasticGetFoundFrequency(fault->medium, &omega));
+  if (omega > 0) PetscCall(SlipOutputAddResult(file, "largest_frequency", "largest frequency", "rad/s", omega));
   PetscCall(SlipOutputAddResult(file, "mean_slip", "final mean slip", "m", obs.mean_slip));
   PetscCall(SlipFaultStepsResult(fault, ts, file));
   PetscCall(SlipFaultResolutionResult(fault, file));

@@ -8,6 +8,7 @@
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <petscblaslapack.h>
+#include <math.h>
 
 enum { max_newton = 30 };
 static const PetscReal newton_tol = 1e-13;  /* last correction over the largest state */
@@ -22,6 +23,7 @@ typedef struct {
   PetscReal *base, *load;       /* [n] */
   PetscBool known, solved;      /* w belongs to x; its elimination converged */
   PetscReal *x, *w, *F, *J;     /* [nrows], [n], [n], [n n] of the last point */
+  PetscReal *start, *rates;     /* [n] F of an explicit step's start; [3 nrows] rates in a kick, q and dq */
   PetscReal *D, *rhs;           /* free block of A / theta - dF/dw, and right-hand sides, column-major */
   PetscBLASInt *pivot;          /* [nrest] */
   Mat B;
@@ -34,6 +36,7 @@ static PetscErrorCode SmallDestroy(SlipContainerArg arg)
   PetscFunctionBegin;
   PetscCall(PetscFree3(s->mass, s->rows, s->rest));
   PetscCall(PetscFree4(s->base, s->load, s->x, s->w));
+  PetscCall(PetscFree2(s->start, s->rates));
   PetscCall(PetscFree5(s->F, s->J, s->D, s->rhs, s->pivot));
   PetscCall(MatDestroy(&s->B));
   PetscCall(PetscFree(s));
@@ -313,6 +316,169 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- explicit steps: SlipExplicitOps. s->w is work. ---- */
+
+/* F of the states a with the constrained ones as they are, or 0, in s->F */
+static PetscErrorCode SmallForce(Small *s, PetscReal t, const PetscReal a[], PetscBool moving)
+{
+  PetscFunctionBegin;
+  s->known = PETSC_FALSE;
+  PetscCall(PetscArraycpy(s->w, a, s->p.n));
+  for (PetscInt k = 0; k < s->p.nrows && !moving; k++) s->w[s->rows[k]] = 0;
+  PetscCall((*s->p.force)(t, s->w, s->F, s->p.ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Drive(SlipConstraint con, PetscReal t, Vec w, Vec f, void *ctx)
+{
+  Small *s = (Small *)ctx;
+  const PetscReal *a;
+  PetscReal *b;
+  const SlipArrays arrays[] = {{w, .read = &a}, {f, .write = &b}};
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(SlipArraysGet(2, arrays));
+  PetscCall(SmallForce(s, t, a, PETSC_FALSE));
+  for (PetscInt k = 0; k < s->p.nrows; k++) b[k] = s->F[s->rows[k]];
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the constrained states make of the force on them; F of all stays in s->F for the drift that follows */
+static PetscErrorCode Damping(SlipConstraint con, PetscReal t, Vec w, Vec p, void *ctx)
+{
+  Small *s = (Small *)ctx;
+  const PetscReal *a;
+  PetscReal *b;
+  const SlipArrays arrays[] = {{w, .read = &a}, {p, .write = &b}};
+
+  PetscFunctionBegin;
+  (void)con;
+  PetscCall(SlipArraysGet(2, arrays));
+  PetscCall(SmallForce(s, t, a, PETSC_FALSE));
+  for (PetscInt k = 0; k < s->p.nrows; k++) b[k] = s->F[s->rows[k]];
+  PetscCall(SmallForce(s, t, a, PETSC_TRUE));
+  for (PetscInt k = 0; k < s->p.nrows; k++) b[k] -= s->F[s->rows[k]];
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* x with m/a (x - base) = g - q sign(x), at the states in s->w, which it changes: by Newton's method where q depends on
+   |x|, *depends */
+static PetscErrorCode SmallKick(Small *s, PetscReal t, PetscReal a, const PetscReal g[], const PetscReal base[],
+                                PetscReal x[], PetscBool *depends)
+{
+  PetscReal *q = s->rates + s->p.nrows, *dq = q + s->p.nrows, change = 1;
+
+  PetscFunctionBegin;
+  *depends = PETSC_FALSE;
+  for (PetscInt k = 0; k < s->p.nrows; k++) s->w[s->rows[k]] = x[k] = 0;
+  for (PetscInt it = 0; it < max_newton && change > newton_tol; it++) {
+    change = 0;
+    PetscCall(PetscArrayzero(dq, s->p.nrows));
+    PetscCall((*s->p.bound)(t, s->w, q, dq, s->p.ctx));
+    for (PetscInt k = 0; k < s->p.nrows; k++) {
+      const PetscReal D = s->mass[s->rows[k]] / a, load = g[k] + D * base[k], size = PetscAbsReal(load);
+      const PetscReal last = PetscAbsReal(x[k]), now = PetscMax(size - q[k] + dq[k] * last, 0) / (D + dq[k]);
+
+      if (it == 0 && dq[k] != 0) *depends = PETSC_TRUE;
+      if (it > 0 && x[k] == 0) continue; /* it sticks */
+      x[k] = load < 0 && now > 0 ? -now : now;
+      if (dq[k] != 0) change = PetscMax(change, PetscAbsReal(now - last) / PetscMax(now, PETSC_SMALL));
+      s->w[s->rows[k]] = x[k];
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Exact where the bound does not depend on the rates, else as a fault's (Alexander's second formula) */
+static PetscErrorCode Kick(SlipConstraint con, PetscReal t, PetscReal a, Vec g, Vec w, PetscBool *ok, void *ctx)
+{
+  Small *s = (Small *)ctx;
+  const PetscReal *push;
+  PetscReal *b;
+  PetscBool depends;
+  SlipBathe c;
+  const SlipArrays arrays[] = {{g, .read = &push}, {w, .write = &b}};
+
+  PetscFunctionBegin;
+  (void)con, (void)ok;
+  s->known = PETSC_FALSE;
+  SlipBatheSetUpBackward(&c);
+  PetscCall(SlipArraysGet(2, arrays));
+  PetscCall(PetscArraycpy(s->w, b, s->p.n));
+  for (PetscInt k = 0; k < s->p.nrows; k++) s->rates[k] = b[s->rows[k]];
+  PetscCall(SmallKick(s, t, a, push, s->rates, s->x, &depends));
+  for (PetscInt k = 0; k < s->p.nrows && !depends; k++)
+    s->x[k] = SlipKickConstant(s->mass[s->rows[k]], 0, a, push[k], s->rates[s->p.nrows + k], s->rates[k]);
+  if (depends) {
+    PetscCall(SmallKick(s, t, c.theta[0] * a, push, s->rates, s->x, &depends));
+    for (PetscInt k = 0; k < s->p.nrows; k++) s->rates[k] = s->x[k] + c.a0 * (s->x[k] - s->rates[k]);
+    PetscCall(SmallKick(s, t, c.theta[1] * a, push, s->rates, s->x, &depends));
+  }
+  for (PetscInt k = 0; k < s->p.nrows; k++) b[s->rows[k]] = s->x[k];
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The explicit midpoint rule: an Euler step to inside, then the whole with the force there, which damping has left */
+static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, PetscReal h, Vec w, void *ctx)
+{
+  Small *s = (Small *)ctx;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  (void)con;
+  if (!s->nrest) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArray(w, &a));
+  if (from == SLIP_NODE_START) {
+    PetscCall(SmallForce(s, t, a, PETSC_TRUE));
+    PetscCall(PetscArraycpy(s->start, s->F, s->p.n));
+  }
+  for (PetscInt j = 0; j < s->nrest; j++) {
+    const PetscInt i = s->rest[j];
+
+    a[i] += h / s->mass[i] * (from == SLIP_NODE_START ? s->F[i] : 2 * s->F[i] - s->start[i]);
+  }
+  PetscCall(VecRestoreArray(w, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* By the eigenvalues of A^-1 dF/dw at the state: the largest, and the fastest decay over it */
+static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscReal *omega, PetscReal *ratio, void *ctx)
+{
+  Small *s = (Small *)ctx;
+  const PetscReal *a;
+  PetscReal *re, *im, *work, none;
+  PetscBLASInt n, size, one = 1, info;
+
+  PetscFunctionBegin;
+  (void)con;
+  *omega = *ratio = 0;
+  s->known = PETSC_FALSE;
+  s->t = t;
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(PetscArraycpy(s->w, a, s->p.n));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SmallJacobian(s));
+  for (PetscInt i = 0; i < s->p.n; i++)
+    for (PetscInt j = 0; j < s->p.n; j++) s->J[i * s->p.n + j] /= s->mass[i];
+  PetscCall(PetscBLASIntCast(s->p.n, &n));
+  PetscCall(PetscBLASIntCast(4 * s->p.n, &size));
+  PetscCall(PetscMalloc3(s->p.n, &re, s->p.n, &im, 4 * s->p.n, &work));
+  LAPACKgeev_("N", "N", &n, s->J, &n, re, im, &none, &one, &none, &one, work, &size, &info);
+  for (PetscInt i = 0; i < s->p.n && !info; i++) {
+    *omega = PetscMax(*omega, hypot(re[i], im[i]));
+    *ratio = PetscMax(*ratio, -re[i]);
+  }
+  if (*omega > 0) *ratio /= *omega;
+  PetscCall(PetscFree3(re, im, work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const SlipExplicitOps SmallExplicitOps = {Drive, Damping, Kick, Drift, NULL, Frequency};
+
 static PetscErrorCode SmallCheck(const SlipSmall *p)
 {
   PetscFunctionBegin;
@@ -361,7 +527,7 @@ static PetscErrorCode SmallCheck(const SlipSmall *p)
 PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstraint *con)
 {
   const SlipConstraintOps ops = {Stage,     Residual,   Jacobian, Bound, Reduce, Lift, Smooth, AddReaction,
-                                 SolveMass, BoundState, NULL,     NULL,  NULL,   NULL, NULL};
+                                 SolveMass, BoundState, NULL,     NULL,  NULL,   NULL, NULL,   &SmallExplicitOps};
   PetscInt n, m, f;
   Small *s;
   Vec x;
@@ -375,6 +541,7 @@ PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstrain
   s->p = *problem;
   PetscCall(PetscMalloc3(n, &s->mass, m, &s->rows, f, &s->rest));
   PetscCall(PetscCalloc4(n, &s->base, n, &s->load, m, &s->x, n, &s->w));
+  PetscCall(PetscMalloc2(n, &s->start, 3 * m, &s->rates));
   PetscCall(PetscMalloc5(n, &s->F, n * n, &s->J, f * f, &s->D, f * m, &s->rhs, f, &s->pivot));
   PetscCall(PetscArraycpy(s->mass, problem->mass, n));
   PetscCall(PetscArraycpy(s->rows, problem->rows, m));

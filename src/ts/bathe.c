@@ -369,3 +369,41 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   ts->ops->snesjacobian = SNESTSFormJacobian_Bathe;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/*MC
+  TSMOREAU - "moreau": explicit integrator of systems with set-valued reactions
+
+  Options Database Keys:
++ -ts_bathe_error <embedded,doubling,none> - error estimate
+- -ts_bathe_max_failures <50>              - attempts in a row that may fail before the run stops
+
+  Level: beginner
+
+  Notes:
+  Of A dw/dt = F_s + r the rates x take half a step with the forces of the start, the other rows a step with these rates,
+  and the rates the other half with the forces of the end: Stoermer's and Verlet's method, of second order, with the
+  reaction found in both halves by a projection, cell by cell. What sticks has x = 0 exactly. A step costs one product
+  with the stiffness and one with the viscosity, whose damping is that of the step's inner rate: half of it comes with
+  the step before. There is no nonlinear solve.
+
+  The constraint (TSBatheSetConstraint()) needs explicit_ops of SlipConstraintOps; faults with inertia and small systems
+  have them. Steps are cut to what is stable, TSBatheGetLongestStep(), whatever the controller asks for. All else,
+  functions as well as options, is that of TSBATHE, of which this is the method TSBATHE_METHOD_EXPLICIT.
+
+  References:
++ * - J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, Nonsmooth Mechanics and Applications,
+      CISM Courses and Lectures 302, 1988.
+. * - M. Jean, The non-smooth contact dynamics method, Comput. Methods Appl. Mech. Eng. 177, 1999.
+- * - F.-E. Fekak, M. Brun, A. Gravouil, B. Depale, A new heterogeneous asynchronous explicit-implicit time integrator for
+      nonsmooth dynamics, Comput. Mech. 60, 2017: CD-Lagrange.
+
+.seealso: TSBATHE, TSBatheSetConstraint(), TSBatheSetMethod(), TSBatheGetLongestStep()
+M*/
+PetscErrorCode TSCreate_Moreau(TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall(TSCreate_Bathe(ts));
+  ((TS_Bathe *)ts->data)->method = TSBATHE_METHOD_EXPLICIT;
+  ts->ops->linearstability = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -452,8 +452,7 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ct
   ba->share = 0.5;
   ba->failures = 0;
   ba->attempts++;
-  ba->last =
-    (SlipAttempt){.step = ts->steps, .time = t, .dt = end - t, .converged = PETSC_TRUE, .method = ba->method};
+  ba->last = (SlipAttempt){.step = ts->steps, .time = t, .dt = end - t, .converged = PETSC_TRUE, .method = ba->method};
   ba->end.known = PETSC_FALSE;
   PetscCall(VecZeroEntries(ba->E));
   PetscCall(VecCopy(ba->Y[1], ba->Y[0]));

@@ -5,22 +5,22 @@
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 
+/* SlipLagLimit(): of the last product with H in the first kick; and how near steps come to what is stable */
+static const PetscReal most_weight = 1.75, margin = 0.97;
 static PetscBool cited = PETSC_FALSE;
-static const char citation[] =
-  "@incollection{Moreau1988,\n"
-  "  title     = {Unilateral contact and dry friction in finite freedom dynamics},\n"
-  "  author    = {Jean Jacques Moreau},\n"
-  "  booktitle = {Nonsmooth Mechanics and Applications, CISM Courses and Lectures 302},\n"
-  "  pages     = {1--82},\n"
-  "  publisher = {Springer},\n"
-  "  year      = {1988}\n}\n";
+static const char citation[] = "@incollection{Moreau1988,\n"
+                               "  title     = {Unilateral contact and dry friction in finite freedom dynamics},\n"
+                               "  author    = {Jean Jacques Moreau},\n"
+                               "  booktitle = {Nonsmooth Mechanics and Applications, CISM Courses and Lectures 302},\n"
+                               "  pages     = {1--82},\n"
+                               "  publisher = {Springer},\n"
+                               "  year      = {1988}\n}\n";
 
 PetscErrorCode TSMoreauReset(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  Vec *vecs[] = {&ba->start.f,   &ba->start.p, &ba->start.p_end, &ba->end.f,
-                 &ba->end.p,     &ba->push,    &ba->p_inner,     &ba->K_before,
-                 &ba->end.p_end};
+  Vec *vecs[] = {&ba->start.f,      &ba->start.p,   &ba->start.p_before, &ba->start.p_end, &ba->end.f,   &ba->end.p,
+                 &ba->end.p_before, &ba->end.p_end, &ba->push,           &ba->p_inner,     &ba->p_first, &ba->K_before};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
@@ -32,8 +32,8 @@ PetscErrorCode TSMoreauReset(TS ts)
 static PetscErrorCode TSMoreauSetUp(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  Vec *reduced[] = {&ba->start.f, &ba->start.p,   &ba->start.p_end, &ba->end.f,
-                    &ba->end.p,   &ba->end.p_end, &ba->push,        &ba->p_inner};
+  Vec *reduced[] = {&ba->start.f,      &ba->start.p,   &ba->start.p_before, &ba->start.p_end, &ba->end.f,  &ba->end.p,
+                    &ba->end.p_before, &ba->end.p_end, &ba->push,           &ba->p_inner,     &ba->p_first};
 
   PetscFunctionBegin;
   if (ba->K_before) PetscFunctionReturn(PETSC_SUCCESS);
@@ -54,20 +54,30 @@ static PetscErrorCode TSMoreauCopy(const SlipMoreauMemory *from, SlipMoreauMemor
   PetscFunctionBegin;
   PetscCall(VecCopy(from->f, to->f));
   PetscCall(VecCopy(from->p, to->p));
+  PetscCall(VecCopy(from->p_before, to->p_before));
   PetscCall(VecCopy(from->p_end, to->p_end));
   to->h = from->h;
+  to->h_before = from->h_before;
   to->known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* r, and k = A^-1 (F_s + r), of the state w of a node whose forces are those of memory */
-static PetscErrorCode TSMoreauSettle(TS ts, SlipNode node, PetscReal t, Vec w, const SlipMoreauMemory *memory, Vec r,
-                                     Vec k)
+static PetscErrorCode TSMoreauSettle(TS ts, SlipNode node, PetscReal t, Vec w, Vec p)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
   PetscFunctionBegin;
-  PetscCall((*ba->ops->explicit_ops->settle)(ba->con, node, t, w, memory->f, memory->p_end, k, ba->ctx));
+  if (ba->ops->explicit_ops->settle) PetscCall((*ba->ops->explicit_ops->settle)(ba->con, node, t, w, p, ba->ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* r, and k = A^-1 (F_s + r), of a state that has been settled */
+static PetscErrorCode TSMoreauDerivative(TS ts, PetscReal t, Vec w, Vec r, Vec k)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall((*ba->ops->smooth)(ba->con, t, w, k, ba->ctx));
   PetscCall(SlipConstraintReactionOf(ba->con, t, w, k, r));
   PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, r, k, ba->ctx));
   PetscCall((*ba->ops->solve_mass)(ba->con, k, k, ba->ctx));
@@ -86,9 +96,10 @@ PetscErrorCode TSMoreauStart(TS ts)
   PetscCall((*ops->drive)(ba->con, ts->ptime, ba->X0, ba->start.f, ba->ctx));
   if (ops->damping) PetscCall((*ops->damping)(ba->con, ts->ptime, ba->X0, ba->start.p, ba->ctx));
   PetscCall(VecCopy(ba->start.p, ba->start.p_end));
-  ba->start.h = 0;
+  ba->start.h = ba->start.h_before = 0;
   ba->start.known = PETSC_TRUE;
-  PetscCall(TSMoreauSettle(ts, SLIP_NODE_START, ts->ptime, ba->X0, &ba->start, ba->r0, ba->K0));
+  PetscCall(TSMoreauSettle(ts, SLIP_NODE_START, ts->ptime, ba->X0, ba->start.p_end));
+  PetscCall(TSMoreauDerivative(ts, ts->ptime, ba->X0, ba->r0, ba->K0));
   PetscCall(VecCopy(ba->r0, ba->r));
   ba->k0_known = PETSC_TRUE;
   ba->dt_before = 0;
@@ -98,7 +109,6 @@ PetscErrorCode TSMoreauStart(TS ts)
 PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const SlipExplicitOps *ops;
 
   PetscFunctionBegin;
   ba->r_given = PETSC_FALSE; /* no step depends on it */
@@ -106,9 +116,8 @@ PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
     PetscCall(TSMoreauStart(ts));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  ops = ba->ops->explicit_ops;
   PetscCall(TSMoreauCopy(&ba->end, &ba->start));
-  PetscCall((*ops->settle)(ba->con, SLIP_NODE_START, ts->ptime, ba->X0, ba->start.f, ba->start.p_end, NULL, ba->ctx));
+  PetscCall(TSMoreauSettle(ts, SLIP_NODE_START, ts->ptime, ba->X0, ba->start.p_end));
   ba->dt_before = ba->k0_known ? ba->last.dt : 0;
   if (ba->k0_known) PetscCall(VecCopy(ba->K0, ba->K_before));
   PetscCall(VecCopy(ba->K2, ba->K0));
@@ -117,11 +126,24 @@ PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   A dv = h/2 (f0 - p-) + impulse of r,   u1 = u0 + h v,   A dv1 = h/2 f1 - (h p - h/2 p-) + impulse of r
+/* Of the last step's damping in what the first kick of h takes, of the last two: to the middle of the kick, which makes
+   the lag's error one of third order, but no more than is stable */
+static PetscReal TSMoreauWeight(const TS_Bathe *ba, const SlipMoreauMemory *m, PetscReal h)
+{
+  const PetscReal W = h * ba->omega, middle = 0.25 * h + 0.5 * m->h, apart = 0.5 * (m->h + m->h_before);
+  PetscReal weight = most_weight;
 
-   with p- the damping of the last step's inner rate and p that of this one's: all of the step's is h p, a midpoint rule,
-   whatever the lengths of steps are. That of the end is extrapolated from both.
+  if (m->h == 0) return 1;
+  weight = PetscMin(weight, 1 + middle / apart);
+  if (W * ba->ratio > 0) weight = PetscMin(weight, margin * (4 - W * W) / (8 * ba->ratio * W));
+  return PetscMax(weight, 1);
+}
+
+/*
+   A dv = h/2 (f0 - e) + impulse of r,   u1 = u0 + h v,   A dv1 = h/2 f1 - (h p - h/2 e) + impulse of r
+
+   with p the damping of the step's inner rate v and e what is expected of it from the last steps': all of the step's is
+   h p, a midpoint rule, whatever e and the lengths of steps are. That of the end is extrapolated.
 */
 PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2, PetscBool *ok)
 {
@@ -129,6 +151,7 @@ PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, 
   SlipMoreauMemory *m = &ba->end;
   const SlipExplicitOps *ops;
   const PetscReal half = 0.5 * h;
+  PetscReal weight;
   PetscBool solved = PETSC_TRUE;
 
   PetscFunctionBegin;
@@ -138,25 +161,30 @@ PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, 
   ba->last.solves++;
   ba->stage_time = t + half;
   PetscCall(TSPreStage(ts, ba->stage_time));
-  PetscCall(VecWAXPY(ba->push, -1, m->p, m->f));
+  weight = TSMoreauWeight(ba, m, h);
+  PetscCall(VecCopy(m->p, ba->p_first));
+  if (weight != 1) PetscCall(VecAXPBY(ba->p_first, 1 - weight, weight, m->p_before));
+  PetscCall(VecWAXPY(ba->push, -1, ba->p_first, m->f));
   PetscCall(VecCopy(w0, w1));
   PetscCall((*ops->kick)(ba->con, t, half, ba->push, w1, &solved, ba->ctx));
-  PetscCall((*ops->drift)(ba->con, t, half, w1, ba->ctx));
+  PetscCall((*ops->drift)(ba->con, SLIP_NODE_START, t, half, w1, ba->ctx));
   if (ops->damping) PetscCall((*ops->damping)(ba->con, t + half, w1, ba->p_inner, ba->ctx));
-  PetscCall((*ops->settle)(ba->con, SLIP_NODE_INSIDE, t + half, w1, NULL, ba->p_inner, NULL, ba->ctx));
+  PetscCall(TSMoreauSettle(ts, SLIP_NODE_INSIDE, t + half, w1, ba->p_inner));
   PetscCall(TSPostStage(ts, ba->stage_time, 0, ba->Y));
   PetscCall(VecCopy(w1, w2));
-  PetscCall((*ops->drift)(ba->con, t + half, half, w2, ba->ctx));
+  PetscCall((*ops->drift)(ba->con, SLIP_NODE_INSIDE, t + half, half, w2, ba->ctx));
   ba->stage_time = t + h;
   PetscCall(TSPreStage(ts, ba->stage_time));
   PetscCall((*ops->drive)(ba->con, t + h, w2, m->f, ba->ctx));
   PetscCall(VecWAXPY(ba->push, -2, ba->p_inner, m->f));
-  PetscCall(VecAXPY(ba->push, 1, m->p));
+  PetscCall(VecAXPY(ba->push, 1, ba->p_first));
   PetscCall((*ops->kick)(ba->con, t + h, half, ba->push, w2, &solved, ba->ctx));
   PetscCall(TSPostStage(ts, ba->stage_time, 1, ba->Y));
   PetscCall(VecWAXPY(m->p_end, -1, m->p, ba->p_inner));
   PetscCall(VecAYPX(m->p_end, h / (h + m->h), ba->p_inner));
+  PetscCall(VecCopy(m->p, m->p_before));
   PetscCall(VecCopy(ba->p_inner, m->p));
+  m->h_before = m->h;
   m->h = h;
   PetscCallMPI(MPI_Allreduce(&solved, ok, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
   if (*ok) PetscCall(SlipGuardState(w2, ok));
@@ -165,7 +193,8 @@ PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, 
     PetscCall(TSSetTimeStep(ts, ts->time_step * ts->adapt->scale_solve_failed));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(TSMoreauSettle(ts, SLIP_NODE_END, t + h, w2, m, r2, ba->K2));
+  PetscCall(TSMoreauSettle(ts, SLIP_NODE_END, t + h, w2, m->p_end));
+  PetscCall(TSMoreauDerivative(ts, t + h, w2, r2, ba->K2));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -227,8 +256,9 @@ PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h)
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
   *h = 0;
-  if (ba->con && ba->ops->explicit_ops)
-    PetscCall((*ba->ops->explicit_ops->longest_step)(ba->con, ts->ptime, ts->vec_sol, h, ba->ctx));
+  if (!ba->con || !ba->ops->explicit_ops) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall((*ba->ops->explicit_ops->frequency)(ba->con, ts->ptime, ts->vec_sol, &ba->omega, &ba->ratio, ba->ctx));
+  *h = ba->omega > 0 ? margin * SlipLagLimit(ba->ratio, 1) / ba->omega : PETSC_MAX_REAL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -273,51 +303,15 @@ PetscErrorCode TSMoreauState(SlipState s, TS ts)
   PetscCall(SlipStateInt(s, "method", 1, &method));
   ba->method = (TSBatheMethod)method;
   PetscCall(SlipStateReal(s, "dt", 1, &ba->end.h));
+  PetscCall(SlipStateReal(s, "dt_before", 1, &ba->end.h_before));
   PetscCall(SlipStateVec(s, "force", ba->end.f));
   PetscCall(SlipStateVec(s, "damping", ba->end.p));
+  PetscCall(SlipStateVec(s, "damping_before", ba->end.p_before));
   PetscCall(SlipStateVec(s, "damping_end", ba->end.p_end));
   PetscCall(SlipStateBool(s, "has_start", &before));
   if (before) PetscCall(SlipStateVec(s, "derivative_start", ba->K0));
   ba->k0_known = before;
   ba->end.known = PETSC_TRUE;
   PetscCall(SlipStateGroup(s, "ts"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*MC
-  TSMOREAU - "moreau": explicit integrator of systems with set-valued reactions
-
-  Options Database Keys:
-+ -ts_bathe_error <embedded,doubling,none> - error estimate
-- -ts_bathe_max_failures <50>              - attempts in a row that may fail before the run stops
-
-  Level: beginner
-
-  Notes:
-  Of A dw/dt = F_s + r the rates x take half a step with the forces of the start, the other rows a step with these rates,
-  and the rates the other half with the forces of the end: Stoermer's and Verlet's method, of second order, with the
-  reaction found in both halves by a projection, cell by cell. What sticks has x = 0 exactly. A step costs one product
-  with the stiffness and one with the viscosity, whose damping is that of the step's inner rate: half of it comes with
-  the step before. There is no nonlinear solve.
-
-  The constraint (TSBatheSetConstraint()) needs explicit_ops of SlipConstraintOps; faults with inertia and small systems
-  have them. Steps are cut to what is stable, TSBatheGetLongestStep(), whatever the controller asks for. All else,
-  functions as well as options, is that of TSBATHE, of which this is the method TSBATHE_METHOD_EXPLICIT.
-
-  References:
-+ * - J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, Nonsmooth Mechanics and Applications,
-      CISM Courses and Lectures 302, 1988.
-. * - M. Jean, The non-smooth contact dynamics method, Comput. Methods Appl. Mech. Eng. 177, 1999.
-- * - F.-E. Fekak, M. Brun, A. Gravouil, B. Depale, A new heterogeneous asynchronous explicit-implicit time integrator for
-      nonsmooth dynamics, Comput. Mech. 60, 2017: CD-Lagrange.
-
-.seealso: TSBATHE, TSBatheSetConstraint(), TSBatheSetMethod(), TSBatheGetLongestStep()
-M*/
-PetscErrorCode TSCreate_Moreau(TS ts)
-{
-  PetscFunctionBegin;
-  PetscCall(TSCreate_Bathe(ts));
-  ((TS_Bathe *)ts->data)->method = TSBATHE_METHOD_EXPLICIT;
-  ts->ops->linearstability = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

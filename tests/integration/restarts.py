@@ -63,12 +63,14 @@ def cases():
         found[f"adams, thrust, {controller}"] = f"{RATE_STATE}{THRUST} -ts_type adams -ts_adapt_type {controller}"
         found[f"bathe, weakening, thrust, {controller}"] = f"{WEAKENING}{THRUST} -ts_adapt_type {controller}"
         found[f"bathe, one event, {controller}"] = f"{INERTIA} -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
+        found[f"moreau, one event, {controller}"] = f"{INERTIA} -ts_type moreau -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
+        found[f"moreau, weakening, thrust, {controller}"] = f"{WEAKENING}{THRUST} -fault_inertia yes -ts_type moreau -ts_adapt_type {controller}"
         found[f"adams, vectors, {controller}"] = f"{RATE_STATE}{VECTORS} -ts_type adams -ts_adapt_type {controller}"
     found["handed over"] = f"{HANDED} -fault_stations 500,500;1500,1500"
     return found
 
 
-QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic")
+QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp")
 
 
 def write_fields():

@@ -5,6 +5,7 @@
 #include "ranks.h"
 #include "faultstart.h"
 #include "maxwell.h"
+#include <slipstep/private/slipfault.h>
 #include <slipadapt.h>
 #include <math.h>
 #include <unistd.h>
@@ -398,6 +399,28 @@ static PetscErrorCode Quiet(const char medium[], PetscInt *solves)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The springs' k adds to the stiffness, so omega^2 to that of static: k/M more, each to 1 % from above */
+static PetscErrorCode Frequencies(void)
+{
+  const char *const media[] = {SLIPELASTICSTATIC, "maxwell"};
+  PetscReal omega[2], mass, more;
+  SlipFault fault;
+
+  PetscFunctionBegin;
+  for (int k = 0; k < 2; k++) {
+    PetscCall(Create(PETSC_COMM_WORLD, &Linear, media[k], &fault));
+    PetscCall(SlipFaultSetUp(fault));
+    PetscCall(SlipFaultGetOperators(fault, NULL, NULL, &mass));
+    PetscCall(SlipElasticAccept(fault->medium, 0, fault->critical.uc, PETSC_TRUE));
+    PetscCall(SlipElasticGetFrequency(fault->medium, &omega[k]));
+    PetscCall(SlipFaultDestroy(&fault));
+  }
+  more = PetscSqr(omega[1]) - PetscSqr(omega[0]);
+  Expect(PetscAbsReal(more - Stiffness / mass) < 0.01 * PetscSqr(omega[1]), "omega^2 grows by %g, expected %g",
+         (double)more, (double)(Stiffness / mass));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Test(void)
 {
   PetscReal exact[N];
@@ -411,6 +434,7 @@ static PetscErrorCode Test(void)
   PetscCall(Quiet("maxwell", &solves[1]));
   Expect(!solves[0] && solves[1], "at rest %d solves with the static medium, %d with memory", (int)solves[0],
          (int)solves[1]);
+  PetscCall(Frequencies());
   PetscCall(Exact(&Linear, exact));
   PetscCall(Order(&Linear, (How){.type = TSBATHE, .adapt = TSADAPTNONE}, exact));
   PetscCall(Adaptive(&Linear, (How){.type = TSBATHE, .adapt = TSADAPTBASIC, .rtol = 1e-4}, 3e-3, exact));

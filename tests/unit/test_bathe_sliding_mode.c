@@ -74,7 +74,7 @@ static PetscReal Exact(PetscReal t)
 static PetscErrorCode Run(PetscReal tmax, PetscInt steps, PetscReal *w, PetscReal *r)
 {
   const SlipConstraintOps ops = {Stage, LinearResidual, LinearJacobian, LinearBound, Copy, Copy, Smooth, AddReaction,
-                                 Copy,  BoundState,     NULL,           NULL,        NULL, NULL, NULL};
+                                 Copy,  BoundState,     NULL,           NULL,        NULL, NULL, NULL,   NULL};
   LinearSystem m = {.q = k};
   SlipConstraint con;
   TS ts;

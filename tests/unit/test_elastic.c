@@ -1,9 +1,14 @@
-/* A medium of a user's: the rock is strained uniformly, so that the stress along rakes grows at a rate by itself. It is
-   -fault_stressing_rate by another way, and must equal it. */
+/* A medium: its largest frequency against eigenvalues of a dense matrix. And one of a user's: the rock is strained
+   uniformly, so that the stress along rakes grows at a rate by itself. It is -fault_stressing_rate by another way, and
+   must equal it. */
 #include "faultstart.h"
 #include "unit.h"
+#include "cells.h"
 #include <slipelastic.h>
+#include <slipstep/private/slipelastic.h>
+#include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipstate.h>
+#include <petscblaslapack.h>
 
 static PetscReal Rate; /* of the next medium [Pa/s] */
 
@@ -137,6 +142,7 @@ static void another_rate(void **state)
   (void)state;
   for (int k = 0; k < 3; k++) {
     SlipFault fault = Make(PETSC_TRUE, 1, k == 2 ? 2e4 : 1e4);
+    PetscReal omega;
     int stopped;
     TS ts;
     Vec w;
@@ -144,10 +150,13 @@ static void another_rate(void **state)
     ok(SlipFaultSetString(fault, k ? "restart" : "checkpoint", "strain.state"));
     ok(FaultStart(fault, NULL, 0, k ? 5 : 2, &w, &ts));
     ok(TSSetSolution(ts, w));
+    if (k == 0) fault->medium->frequency = 1.25;
     if (k == 2)
       fails(SlipFaultCheckpointStart(fault, ts), "the medium's rate is 20000. Pa/s, was 10000. Pa/s");
     else {
       ok(SlipFaultCheckpointStart(fault, ts));
+      ok(SlipElasticGetFrequency(fault->medium, &omega));
+      AssertNear(omega, 1.25, 0); /* what was found is kept, not found again */
       ok(TSSolve(ts, w));
       ok(SlipFaultCheckpointFinish(fault, ts, &stopped));
     }
@@ -233,4 +242,156 @@ static void products_are_counted(void **state)
   }
 }
 
-SLIP_TESTS(strain_is_stressing, another_rate, products_are_counted)
+
+/* ---- the largest frequency ---- */
+
+#define MASS (2500.0 * 3000.0)
+static PetscInt products;
+
+/* An affine f, which counts */
+static PetscErrorCode Force_Offset(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
+{
+  PetscFunctionBegin;
+  products++;
+  PetscCall(SlipElasticForceStatic(el, t, u, v, shear, normal));
+  PetscCall(VecShift(shear, 1e9));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Create_Offset(SlipElastic el)
+{
+  const SlipElasticOps ops = {.force = Force_Offset};
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticSetOps(el, &ops, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of the dense D^-1 K D^-1/mass, D^2 = diag(weights), column by column */
+static PetscReal LargestOf(Mat K)
+{
+  PetscReal *A, *omega, *work, largest;
+  PetscBLASInt n, info, lwork;
+  PetscScalar *k;
+  PetscInt N;
+  Vec w, x, y;
+
+  ok(MatGetSize(K, &N, NULL));
+  ok(MatSlipGetWeights(K, &w));
+  ok(MatCreateVecs(K, &x, &y));
+  ok(PetscMalloc3(N * N, &A, N, &omega, 3 * N, &work));
+  for (PetscInt j = 0; j < N; j++) {
+    PetscReal wj = 1, wi = 1;
+
+    ok(VecZeroEntries(x));
+    ok(VecSetValue(x, j, 1, INSERT_VALUES));
+    ok(VecAssemblyBegin(x));
+    ok(VecAssemblyEnd(x));
+    ok(MatMult(K, x, y));
+    ok(VecGetArray(y, &k));
+    if (w) ok(VecGetValues(w, 1, &j, &wj));
+    for (PetscInt i = 0; i < N; i++) {
+      if (w) ok(VecGetValues(w, 1, &i, &wi));
+      A[j * N + i] = k[i] / (MASS * PetscSqrtReal(wi * wj));
+    }
+    ok(VecRestoreArray(y, &k));
+  }
+  n = (PetscBLASInt)N;
+  lwork = 3 * n;
+  LAPACKsyev_("N", "U", &n, A, &n, omega, work, &lwork, &info);
+  assert_int_equal(info, 0);
+  largest = PetscSqrtReal(omega[N - 1]);
+  ok(PetscFree3(A, omega, work));
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
+  return largest;
+}
+
+/* Never below the exact one, beyond what blocks of hierarchical storage differ by when they are transposed, and at most
+   0.5 % above, as promised, with at most 25 products: grids, cells that grow with depth, triangles, vectors, one
+   cell. */
+static void largest_frequency(void **state)
+{
+  static PetscReal data[8 * 200], corners[TRIANGLE_COLUMNS * 400];
+  const SlipGrid grids[] = {{20, 15, 3000, 2400, 0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+                            {1, 1, 100, 100, 0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)}};
+
+  (void)state;
+  ok(SlipElasticRegister("offset", Create_Offset));
+  for (int kind = 0; kind < 6; kind++) {
+    SlipElasticRock rock = {
+      .mass = MASS, .inertia = PETSC_TRUE, .viscosity = "none", .tolerance = 1e-8, .components = 1};
+    PetscReal omega, exact;
+    SlipElastic el;
+    SlipCells c;
+    Mat K;
+
+    if (kind < 2)
+      ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grids[kind], kind ? "dense" : "fft", &K));
+    else if (kind < 4) {
+      c = TwoGradedFaults(12, 8, 1, data);
+      ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &c, kind == 2 ? "dense" : "hmat", 1e-6, &K));
+    } else {
+      c = TwoDippingPlanes(10, 6, data);
+      c = TrianglesOf(&c, corners);
+      if (kind == 4)
+        ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &c, "hmat", 1e-6, &K));
+      else {
+        c.kernel.type = &SlipKernelTriangleVector;
+        ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &c, "dense", 1e-6, &K, NULL));
+        rock.components = 2;
+      }
+    }
+    exact = LargestOf(K);
+    for (int affine = 0; affine < 2; affine++) {
+      ok(SlipElasticCreate(PETSC_COMM_SELF, &el));
+      if (affine) ok(SlipElasticSetType(el, "offset"));
+      ok(SlipElasticSetStiffness(el, K, NULL));
+      ok(SlipElasticSetUp(el, &rock));
+      products = 0;
+      ok(SlipElasticGetFrequency(el, &omega));
+      assert_true(omega >= exact * (1 - 1e-6) && omega <= 1.005 * exact);
+      if (affine) assert_in_range(products, 2, 25);
+      products = 0;
+      ok(SlipElasticGetFrequency(el, &omega));
+      assert_int_equal(products, 0);
+      ok(SlipElasticDestroy(&el));
+    }
+    ok(MatDestroy(&K));
+  }
+}
+
+/* A run that has found it writes it to its file, and another one has none. */
+static void in_the_file(void **state)
+{
+  (void)state;
+  for (int found = 0; found < 2; found++) {
+    SlipFault fault = Make(PETSC_FALSE, 1, 0);
+    PetscReal omega, written;
+    PetscBool has;
+    SlipH5 h;
+    TS ts;
+    Vec w;
+
+    ok(SlipFaultSetString(fault, "output", "frequency.h5"));
+    ok(FaultStart(fault, TSADAPTNONE, 0.05, 0.1, &w, &ts));
+    if (found) ok(SlipElasticGetFrequency(fault->medium, &omega));
+    ok(SlipFaultOutputStart(fault, ts));
+    ok(TSSolve(ts, w));
+    ok(SlipFaultOutputFinish(fault, ts, 0, 0));
+    ok(SlipH5OpenRead("frequency.h5", &h));
+    ok(SlipH5HasAttribute(&h, "/result", "largest_frequency", &has));
+    assert_int_equal(has, found);
+    if (found) {
+      ok(SlipH5ReadAttrReal(&h, "/result", "largest_frequency", &written));
+      AssertNear(written, omega, 0);
+    }
+    ok(SlipH5Close(&h));
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&w));
+    ok(SlipFaultDestroy(&fault));
+  }
+  (void)remove("frequency.h5");
+}
+
+SLIP_TESTS(strain_is_stressing, another_rate, products_are_counted, largest_frequency, in_the_file)

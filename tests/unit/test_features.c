@@ -75,8 +75,9 @@ static const struct {
   [FEATURE_SURFACE_STATIONS] = {"-fault_surface_stations 100,100"},
   [FEATURE_CATALOGUE] = {"-fault_catalogue events.h5"},
   [FEATURE_CHECKPOINT] = {"-fault_checkpoint state"},
-  [FEATURE_CHECK_ERROR] = {"-fault_check_error yes"},
+  [FEATURE_CHECK_ERROR] = {"-fault_check_error yes", "-ts_type bathe"},
   [FEATURE_BATHE] = {"-ts_type bathe"},
+  [FEATURE_MOREAU] = {"-ts_type moreau"},
   [FEATURE_ADAMS] = {"-ts_type adams"},
   [FEATURE_RK] = {"-ts_type rk"},
   [FEATURE_OTHER_TS] = {"-ts_type ssp -ts_adapt_type none -ts_dt 0.05 -ts_max_time 1"}, /* without an error estimate */

@@ -7,7 +7,7 @@
 
 enum { S = 4 }; /* u, v+, v+' and the e of the step before */
 
-/* One step of a mode, k = h^2 omega^2, c = h times the damping, from the recurrence itself: half kicks and a drift, rates
+/* One step of a mode, k = h^2 omega^2, c = h times the damping, by the steps themselves: half kicks and a drift, rates
    in units of u over h. x: u, the last v+, the v+ before it, what the last first kick took for the damping. */
 static void Step(PetscReal k, PetscReal c, PetscReal weight, PetscReal x[S])
 {

@@ -230,5 +230,57 @@ static void test_stiffness_options(void **state)
   ObjectsDestroy(&x, &y, &K);
 }
 
-SLIP_TESTS(test_tolerance, test_few_digits_are_forgotten, test_loose_products, test_options_have_one_owner,
-           test_stiffness_options)
+/* With K, as -log_view counts them */
+static PetscInt Products(void)
+{
+  PetscEventPerfInfo info;
+  PetscLogEvent event;
+
+  ok(PetscLogEventGetId("SlipKMult", &event));
+  ok(PetscLogEventGetPerfInfo(PETSC_DETERMINE, event, &info));
+  return info.count;
+}
+
+/* Rates of an explicit scheme, a front that moves on: to the error allowed, which spares more than half of the
+   products, and to the tolerance again once that is taken back, though what is remembered then is worse. */
+static void test_allowed_error(void **state)
+{
+  const PetscReal allowed = 1e-3, tolerance = 1e-9;
+
+  (void)state;
+  ok(PetscLogDefaultBegin());
+  for (int cells = 0; cells < 2; cells++) {
+    PetscInt products[2], n;
+    Mat H, exact;
+    Vec x;
+
+    Create((PetscBool)cells, &H, &exact);
+    ok(MatSlipViscositySetTolerance(H, tolerance));
+    ok(MatCreateVecs(H, &x, NULL));
+    ok(VecGetSize(x, &n));
+    for (int within = 1; within >= 0; within--) {
+      const PetscReal most = within ? allowed : tolerance;
+      PetscReal worst = 0;
+      PetscInt before;
+
+      ok(MatSlipViscosityAllow(H, within ? allowed : 0));
+      before = Products();
+      for (int k = 0; k < 30; k++) {
+        for (PetscInt i = 0; i < n; i++)
+          ok(VecSetValue(x, i, 1 + PetscTanhReal(k / 3.0 - 10.0 * (PetscReal)i / (PetscReal)n), INSERT_VALUES));
+        ok(VecAssemblyBegin(x));
+        ok(VecAssemblyEnd(x));
+        worst = PetscMax(worst, Error(H, exact, x));
+      }
+      products[within] = Products() - before;
+      print_message("%s, %g allowed: error %g, %d products\n", cells ? "cells" : "grid", (double)most, (double)worst,
+                    (int)products[within]);
+      assert_true(worst < 3 * most && worst > 1e-3 * most);
+    }
+    assert_true(2 * products[1] < products[0]);
+    ObjectsDestroy(&x, &H, &exact);
+  }
+}
+
+SLIP_TESTS(test_tolerance, test_few_digits_are_forgotten, test_loose_products, test_allowed_error,
+           test_options_have_one_owner, test_stiffness_options)

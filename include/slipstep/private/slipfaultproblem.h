@@ -82,6 +82,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w,
 PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q);
 /* kick.c */
 PETSC_INTERN const SlipExplicitOps SlipFaultExplicitOps;
+/* statecache.c */
+PETSC_INTERN PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec u, PetscBool *same);
+PETSC_INTERN PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec force);
 PETSC_INTERN PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec relative, Vec damping);
 PETSC_INTERN PetscErrorCode SlipFaultSettledDestroy(SlipFault fault);
 /* rest.c */
@@ -95,8 +98,6 @@ PETSC_INTERN SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const Pets
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
-PETSC_INTERN PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec force);
-PETSC_INTERN PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec u, PetscBool *same);
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
 PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
 /* explicit.c */

@@ -27,6 +27,7 @@ typedef struct {
   PetscInt n;
   Vec q[SLIP_RECYCLED_MAX], image[SLIP_RECYCLED_MAX]; /* the first n: orthonormal directions and H of them */
   PetscReal error[SLIP_RECYCLED_MAX];                 /* of the images, in the 2-norm */
+  PetscReal least;    /* relative error of the next products, where it is above the tolerance */
   PetscReal loose;    /* relative error of the product of an iterate far from the others; 0: the tolerance */
   PetscBool loosened; /* the last product was such a one */
   PetscReal noise;    /* error of the last product in the 2-norm, about */

@@ -24,11 +24,11 @@ typedef struct {
 } SlipConstant;
 
 /* What explicit steps know where one starts or has ended: the driving force of the state there, the damping of the
-   inner rate of the step before it, that of the state, and that step [s], 0 where the damping is the state's; reduced */
+   inner rates of the last two steps, that of the state, and these steps [s], 0 where the damping is a state's; reduced */
 typedef struct {
   PetscBool known;
-  Vec f, p, p_end;
-  PetscReal h;
+  Vec f, p, p_before, p_end;
+  PetscReal h, h_before;
 } SlipMoreauMemory;
 
 typedef struct {
@@ -63,9 +63,11 @@ typedef struct {
 
   /* explicit steps, on first use */
   SlipMoreauMemory start, end;
-  Vec push, p_inner;   /* the force of a kick, and the damping of a step's inner rate */
-  Vec K_before;        /* K0 of the step before */
-  PetscReal dt_before; /* that step [s]; 0: K_before is not known */
+  Vec push, p_inner;      /* the force of a kick, and the damping of a step's inner rate */
+  Vec p_first;            /* and of the first kick */
+  PetscReal omega, ratio; /* SlipExplicitOps.frequency, of the step's start */
+  Vec K_before;           /* K0 of the step before */
+  PetscReal dt_before;    /* that step [s]; 0: K_before is not known */
   PetscBool bound_told;
 
   /* doubling, on first use */
@@ -103,8 +105,9 @@ PETSC_INTERN PetscErrorCode TSBatheGetData(TS, PetscBool required, TS_Bathe **);
 PETSC_INTERN PetscErrorCode TSBatheSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
                                            PetscReal *resnorm, PetscBool *ok);
 /* moreau.c: the same of an explicit step, whose inner state is w1; K2 is dw/dt at its end */
-PETSC_INTERN PetscErrorCode TSMoreauSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2, PetscBool *ok);
-PETSC_INTERN PetscErrorCode TSMoreauStart(TS); /* start of X0, r0 and K0, anew */
+PETSC_INTERN PetscErrorCode TSMoreauSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2,
+                                            PetscBool *ok);
+PETSC_INTERN PetscErrorCode TSMoreauStart(TS);                      /* start of X0, r0 and K0, anew */
 PETSC_INTERN PetscErrorCode TSMoreauBegin(TS, PetscBool unchanged); /* likewise, from the last step's end if it can */
 PETSC_INTERN PetscErrorCode TSMoreauError(TS, PetscReal h, Vec e);
 PETSC_INTERN PetscErrorCode TSMoreauReset(TS);
