@@ -23,6 +23,7 @@ static PetscErrorCode Add(SlipOutput out, const SlipAttempt *attempt, PetscInt s
                            (PetscReal)attempt->products.k,
                            (PetscReal)attempt->products.h,
                            (PetscReal)attempt->products.pc,
+                           attempt->products.cost,
                            attempt->residual,
                            (PetscReal)attempt->reason,
                            attempt->wall};
@@ -68,24 +69,24 @@ static PetscErrorCode Spend(SlipOutput out, SlipAttempt *attempt, PetscInt *spen
 {
   SlipOutputAttempts *a = &out->attempts;
   PetscInt newton, linear, sides = -1;
-  SlipProducts products;
   PetscLogDouble now;
 
   PetscFunctionBegin;
   PetscCall(TSGetSNESIterations(out->ts, &newton));
   PetscCall(TSGetKSPIterations(out->ts, &linear));
   if (out->sides) PetscCall((*out->sides)(out->ctx, &sides));
-  PetscCall(SlipProductsGet(&products));
   PetscCall(PetscTime(&now));
   attempt->newton = newton - a->newton;
   attempt->linear = linear - a->linear;
-  attempt->products = SlipProductsSince(&products, &a->products);
   attempt->wall = (PetscReal)(now - a->begin);
   *spent = out->sides ? sides - a->sides : -1;
+  if (out->started)
+    SlipCostRow(&a->cost, 1 + (PetscReal)PetscMax(*spent, 0), &attempt->products);
+  else
+    SlipCostStart(&a->cost);
   a->newton = newton;
   a->linear = linear;
   a->sides = sides;
-  a->products = products;
   a->begin = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -18,6 +18,7 @@ static const SlipOutputColumn StepColumns[] = {
   {.name = "products_k", .integer = PETSC_TRUE},
   {.name = "products_h", .integer = PETSC_TRUE},
   {.name = "products_pc", .integer = PETSC_TRUE},
+  {.name = "cost", .unit = "s"},
   {.name = "residual", .unit = "1"},
   {.name = "reason", .integer = PETSC_TRUE},
   {.name = "wall", .unit = "s"},

@@ -242,6 +242,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
 static PetscErrorCode ProductsResult(const SlipFaultRun *run, SlipOutput file)
 {
   SlipProducts p[SLIP_PRODUCTS_USERS];
+  PetscBool logged;
 
   PetscFunctionBegin;
   for (int i = 0; i < SLIP_PRODUCTS_USERS; i++) {
@@ -252,7 +253,7 @@ static PetscErrorCode ProductsResult(const SlipFaultRun *run, SlipOutput file)
     const SlipProducts *ran = &p[SLIP_PRODUCTS_RUN], *setup = &p[SLIP_PRODUCTS_SETUP];
     const struct {
       const char *name, *label;
-      PetscInt n;
+      PetscReal n;
     } row[] = {{"products_k", "products with K", ran->k},
                {"products_h", ran->h ? "products with H" : NULL, ran->h},
                {"products_pc", ran->pc ? "preconditioner applied" : NULL, ran->pc},
@@ -263,6 +264,10 @@ static PetscErrorCode ProductsResult(const SlipFaultRun *run, SlipOutput file)
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++)
       PetscCall(SlipOutputAddResult(file, row[i].name, row[i].label, NULL, row[i].n));
+    PetscCall(PetscOptionsHasName(NULL, NULL, "-log_view", &logged));
+    if (!(ran->cost > 0)) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(SlipOutputAddResult(file, "cost", logged ? "cost by products" : NULL, "s", ran->cost));
+    PetscCall(SlipOutputAddResult(file, "processor_time", logged ? "processor time" : NULL, "s", ran->time));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

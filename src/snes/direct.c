@@ -240,6 +240,10 @@ static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscInt n, PetscInt nloc, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Its cost, of any mesh: in a factor's flops, with what packing n^2 entries and the steps linear in n take of it */
+static SlipMeter factored;
+#define DIRECT_PACK 60
+
 /* Solve (B + slope) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. B is taken for symmetric unless it
    is known not to be (MAT_SYMMETRIC). See slipsnes.h (private). */
 PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec cross, Vec rhs, Vec dx, PetscInt max,
@@ -269,6 +273,7 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   }
   PetscCall(SlipGetDense(B, &dense, &scale, &diagonal));
   if (!dense) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipMeterBegin(&factored);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(SlipSlidingSet(mask, &nloc, &loc, &counts, &displs, &glob));
   PetscCall(PetscMalloc6(nloc * n, &rows, nloc, &mine, nloc, &own, n * n, &A, n, &b, n, &D));
@@ -294,6 +299,7 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   PetscCall(PetscFree6(rows, mine, own, A, b, D));
   PetscCall(PetscFree(glob));
   PetscCall(PetscFree3(loc, counts, displs));
+  SlipMeterEnd(&factored, (PetscReal)n * (PetscReal)n * (DIRECT_PACK + (PetscReal)n / 3));
   *done = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -55,17 +55,20 @@ typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscLogEvent event;
   PetscBool made; /* H whose products are made of those with K */
+  SlipMeter meter;
 } Product;
 
 static PetscErrorCode LoggedMult(Mat A, Vec x, Vec y)
 {
   const SlipProducts before = SlipProductsNow();
-  const Product *product;
+  Product *product;
 
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)A, "SlipProduct", &product));
   PetscCall(PetscLogEventBegin(product->event, A, x, y, 0));
+  SlipMeterBegin(&product->meter);
   PetscCall((*product->mult)(A, x, y));
+  SlipMeterEnd(&product->meter, product->made ? 1 + (PetscReal)(SlipProductsNow().k - before.k) : 1);
   PetscCall(PetscLogEventEnd(product->event, A, x, y, 0));
   if (product->event == SLIP_ViscosityMult)
     SlipProductsAdd((SlipProducts){.h = 1, .all = product->made ? 0 : 1});

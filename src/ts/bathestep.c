@@ -148,7 +148,7 @@ static PetscErrorCode TSBatheProducts(TS ts)
 
   PetscFunctionBegin;
   PetscCall(SlipProductsGet(&now));
-  ba->last.products = SlipProductsSince(&now, &ba->told);
+  ba->last.products = SlipProductsSince(&now, &ba->cost.last);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -269,7 +269,8 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   ba->constant = (SlipConstant){.asked = 0};
   ba->barrier = no_barrier;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
-  PetscCall(SlipProductsGet(&ba->told));
+  ba->cost = (SlipCost){0};
+  SlipCostStart(&ba->cost);
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   if (problem && problem->begin) PetscCall((*problem->begin)(ts, PETSC_FALSE, ctx));
   PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseFirst_C", &f));
@@ -322,13 +323,17 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Work beside products, on all cells: of an attempt, of a linear iteration, which is one as well, and of a Newton
+   iteration, which evaluates friction and the cone */
+#define NEWTON_UNITS 3
+
 static PetscErrorCode TSBatheRunMonitors(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
   PetscFunctionBegin;
-  PetscCall(TSBatheProducts(ts));
-  PetscCall(SlipProductsGet(&ba->told));
+  SlipCostRow(&ba->cost, 1 + NEWTON_UNITS * (PetscReal)ba->last.newton + (PetscReal)ba->last.linear,
+              &ba->last.products);
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
   for (const TSBatheMonitor *m = ba->monitors; m; m = m->next) PetscCall((*m->fn)(ts, &ba->last, ts->vec_sol, m->ctx));
   PetscCall(SlipProductsPop());

@@ -124,7 +124,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(TSMoreauState(s, ts));
   PetscCall(SlipStateBool(s, "unchanged", &unchanged)); /* by others since the last step */
   if (!SlipStateIsLoading(s)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipProductsGet(&ba->told));
+  SlipCostStart(&ba->cost);
   ba->r_given = PETSC_FALSE;
   ts->steprollback = PETSC_FALSE;
   PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));

@@ -9,7 +9,7 @@ both parts count. All datasets and attributes of the HDF5 files written are comp
 maps, checkpoint, policies), XDMF files, and the lines on stdout and warnings, without wall times, dates, versions,
 memory and paths. Of what differs it prints both shapes, or the largest absolute difference and that over the largest
 magnitude in BASE's dataset. At the end a table, a line a set: the same bits, or its largest relative difference
-(iterations and residuals only where nothing else differs); then how many sets and datasets there were, and whether all
+(iterations, products and residuals only where nothing else differs); then how many sets and datasets there were, and whether all
 are equal. The exit code is 0 if all sets have the same bits, else 1. --only takes the sets whose name matches, --keep
 leaves inputs and runs in DIR, which must be new. Both builds together take two minutes of two cores.
 
@@ -247,12 +247,12 @@ SWEEP = """-fault_nx 3 -fault_nz 2 -fault_output a.h5 -ts_adapt_type heuristic
 -fault_nx 4 -fault_nz 4 -fault_output b.h5 -ts_adapt_type rl
 """
 
-# Not compared: names of datasets and attributes (a policy's checksum is also of its date), and lines of stdout
-IGNORED = re.compile(r"wall|^cpu$|version$|^(options|policy|policy_file|created|date|checksum)$")
+# Not compared: names of datasets and attributes (a policy's checksum is also of its date, lists are of places in a file), and lines of stdout
+IGNORED = re.compile(r"wall|^cpu$|version$|_LIST$|^(cost|processor_time|options|policy|policy_file|created|date|checksum)$")
 IGNORED_LINE = re.compile(r"wall time|\bleft\b|memory|^set-up of|^calibration, up to about|\bafter \d+ s$")
 SECONDS = re.compile(r"(^generation .*) \d+ s\b", re.M)  # of a training so far
 # How the solvers went, not what they found: named in the table only if nothing else differs
-WORK = re.compile(r"residual|iterations|^(restarted )?std(out|err)")
+WORK = re.compile(r"residual|iterations|products|^(restarted )?std(out|err)")
 TIME_LIMIT = 300  # [s] of a run
 
 

@@ -177,7 +177,7 @@ class Bench:
             if found:
                 result, done = found
                 row.update({name: result[name] for name in ("solves", "accepted", "rejected", "mean_slip", "wall_time_solve")})
-                row.update({name: value for name, value in result.items() if name.startswith("slip_error")})
+                row.update({name: value for name, value in result.items() if name.startswith(("slip_error", "products_")) or name == "cost"})
                 if job.family == "constant":
                     row["solves"] = result["moving"]
                 row.update(course.errors(done, self.fine[job.case.name]))

@@ -35,6 +35,7 @@ STEPS = (0.05, 0.5, 2.0, 7.0)  # of the linear solver [T*]
 RUN_LARGEST = {"rl": 512, "heuristic": 100}  # a heuristic run at 200 takes more than five minutes
 SUMMARY = {"accepted": r"accepted steps: *(\d+)", "rejected": r"rejected steps: *(\d+)", "solves": r"Bathe solves: *(\d+)",
            "newton": r"Newton iterations: *(\d+)", "linear": r"linear iterations: *(\d+)",
+           "products_k": r"products with K: *(\d+)", "products_h": r"products with H: *(\d+)",
            "mean_slip": r"final mean slip: *([-+.\de]+)", "setup": r"wall time of set-up: *([.\d]+)",
            "solve": r"wall time of the solve: *([.\d]+)",
            "resident": r"Maximum \(over computational time\) process memory: +total +\S+ +max +(\S+)"}
@@ -247,7 +248,7 @@ def show(cells):
     """The tables, as text."""
     titles = {"operators": ("kind", "n", "ranks", "setup", "product", "memory", "resident", "status"),
               "iterations": ("step", "n", "iterations", "solve", "status"),
-              "runs": ("controller", "n", "ranks", "solves", "linear", "mean_slip", "setup", "solve", "resident", "status")}
+              "runs": ("controller", "n", "ranks", "solves", "linear", "products_k", "products_h", "mean_slip", "setup", "solve", "resident", "status")}
     for table, keys in titles.items():
         rows = sorted((c for c in cells.values() if c["table"] == table), key=lambda c: (str(c[keys[0]]), c["n"], c["ranks"]))
         print(f"\n{table}\n" + " ".join(f"{k:>10}" for k in keys))

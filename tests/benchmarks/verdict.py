@@ -140,7 +140,7 @@ def fault(args, seed, k):
             row = {"family": job.family, "setting": job.setting, "failed": message}
             if found:
                 result = found[0]
-                row.update({name: value for name, value in result.items() if "error_" in name or name.startswith("policy_handover")})
+                row.update({name: value for name, value in result.items() if "error_" in name or name.startswith(("policy_handover", "products_")) or name == "cost"})
                 row.update(steps=int(result["accepted"]), solves=int(result["solves"]), errors={name: float(e) for name, e in errors(found, fine).items()})
             runs.append(row)
         with h5py.File(case.fields) as file:

@@ -205,13 +205,13 @@ def result(folder):
             continue
         with h5py.File(os.path.join(folder, name)) as file:
             def visit(path, item):
-                if isinstance(item, h5py.Dataset) and path != "steps/wall" and not path.startswith(("xdmf", "mesh")):
+                if isinstance(item, h5py.Dataset) and path not in ("steps/wall", "steps/cost") and not path.startswith(("xdmf", "mesh")):
                     data = str(item[...].tolist()).encode() if item.dtype.kind == "O" else item[...].tobytes()
                     found[f"{name}/{path}"] = (str(item.dtype), item.shape, item.compression_opts, data)
             file.visititems(visit)
             for group in ("mesh", "result"):
                 attributes = file[group].attrs.items() if group in file else ()
-                found |= {f"{name}/{group}@{key}": str(value) for key, value in attributes if not key.startswith("wall")}
+                found |= {f"{name}/{group}@{key}": str(value) for key, value in attributes if not key.startswith(("wall", "cost", "processor_time"))}
     return found
 
 

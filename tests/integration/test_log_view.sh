@@ -82,6 +82,15 @@ for name in ("fft", "two", "dense", "hmat", "projection"):
     if name in ("fft", "two"):
         check(count(run, "SlipPCApply") >= result["linear_iterations"] - 2 * result["newton_iterations"] > 0 and
               0 < count(run, "SlipPCSetUp") <= count(run, "PCSetUp"), f"{name}: {run.get('SlipPCApply')}, {run.get('SlipPCSetUp')}")
+# Counts are those of one rank where steps are
+with h5py.File("fft.h5") as one, h5py.File("two.h5") as two:
+    for column in ("solves", "products_k", "products_h", "products_pc"):
+        check((one["steps"][column][...] == two["steps"][column][...]).all(), f"two ranks have other {column} than one")
+    for file in (one, two):
+        rows, r = file["steps/cost"][...], file["result"].attrs
+        check((rows > 0).all() and abs(rows.sum() / r["cost"] - 1) < 1e-9, f"cost {r['cost']} s, {rows.sum()} s of attempts")
+        # prices are means of some calls: 15 % where nothing else runs, and a factor where much does
+        check(0.5 < r["cost"] / r["processor_time"] < 2, f"cost {r['cost']} s, measured {r['processor_time']} s")
 # A dense product is 2 N^2 - N flops.
 dense = counts("dense.log")["Slip run"]["SlipKMult"]
 check(abs(dense[1] / (dense[0] * 64 * 127) - 1) < 1e-2, f"dense: {dense[1]} flops in {dense[0]} products with K of 64 rows")

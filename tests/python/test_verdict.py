@@ -40,7 +40,7 @@ class Runs(unittest.TestCase):
         found = {"text": done.stdout}
         with h5py.File(path) as file:
             found.update({name: float(value) for name, value in file["result"].attrs.items()})
-            file.visititems(lambda name, item: found.update({name: item[()]} if isinstance(item, h5py.Dataset) and "wall" not in name else {}))
+            file.visititems(lambda name, item: found.update({name: item[()]} if isinstance(item, h5py.Dataset) and name not in ("steps/wall", "steps/cost") else {}))
         return found
 
 

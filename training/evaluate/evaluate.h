@@ -82,6 +82,7 @@ typedef struct {
   PetscBool converged;
   char reason[512]; /* of a failure */
   PetscInt attempts, accepted, solves, newton, linear, failures, guarded;
+  SlipProducts products;
   PetscReal final, final_error, max_error, l2_error, rate_error; /* NaN where unknown */
   PetscInt runs;
   PetscReal wall, wall_min, wall_max, wall_setup; /* median over the runs, and their range [s] */

@@ -195,17 +195,26 @@ static PetscErrorCode WriteResult(SlipH5 *h, const char path[], const EvaluateRe
   const struct {
     const char *name;
     PetscInt value;
-  } counts[] = {{"converged", r->converged}, {"accepted", r->accepted},        {"rejected", r->attempts - r->accepted},
-                {"solves", r->solves},       {"newton_iterations", r->newton}, {"linear_iterations", r->linear},
-                {"failures", r->failures},   {"guarded", r->guarded},          {"repetitions", r->runs}};
+  } counts[] = {{"converged", r->converged},
+                {"accepted", r->accepted},
+                {"rejected", r->attempts - r->accepted},
+                {"solves", r->solves},
+                {"newton_iterations", r->newton},
+                {"linear_iterations", r->linear},
+                {"failures", r->failures},
+                {"guarded", r->guarded},
+                {"repetitions", r->runs},
+                {"products_k", r->products.k},
+                {"products_h", r->products.h},
+                {"products_pc", r->products.pc},
+                {"products_all", r->products.all}};
   const struct {
     const char *name;
     PetscReal value;
-  } numbers[] = {{"final", r->final},           {"final_error", r->final_error},
-                 {"max_error", r->max_error},   {"l2_error", r->l2_error},
-                 {"rate_error", r->rate_error}, {"wall", r->wall},
-                 {"wall_min", r->wall_min},     {"wall_max", r->wall_max},
-                 {"wall_setup", r->wall_setup}, {"cpu", r->cpu}};
+  } numbers[] = {{"final", r->final},       {"final_error", r->final_error}, {"max_error", r->max_error},
+                 {"l2_error", r->l2_error}, {"rate_error", r->rate_error},   {"wall", r->wall},
+                 {"wall_min", r->wall_min}, {"wall_max", r->wall_max},       {"wall_setup", r->wall_setup},
+                 {"cpu", r->cpu},           {"cost", r->products.cost}};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(counts); i++)

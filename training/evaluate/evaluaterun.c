@@ -114,6 +114,7 @@ static PetscReal ProcessorTime(void)
 static PetscErrorCode Solve(TS ts, Vec w, Recorder *rec, Times *times)
 {
   PetscLogDouble begin, end;
+  SlipProducts before, now;
   PetscReal cpu_begin, cpu_end;
   PetscReal time, last;
   MPI_Comm comm;
@@ -124,6 +125,7 @@ static PetscErrorCode Solve(TS ts, Vec w, Recorder *rec, Times *times)
   if (rec) PetscCall(TSBatheMonitorSet(ts, Watch, rec, NULL));
   PetscCallMPI(MPI_Barrier(comm));
   PetscCall(PetscTime(&begin));
+  PetscCall(SlipProductsGet(&before));
   cpu_begin = ProcessorTime();
   PetscCall(TSSolve(ts, w));
   cpu_end = ProcessorTime();
@@ -133,6 +135,9 @@ static PetscErrorCode Solve(TS ts, Vec w, Recorder *rec, Times *times)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &times->wall, 1, MPIU_REAL, MPIU_MAX, comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &times->cpu, 1, MPIU_REAL, MPIU_SUM, comm));
   if (!rec) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipProductsGet(&now));
+  rec->r->products = (SlipProducts){now.k - before.k,     now.h - before.h,       now.pc - before.pc,
+                                    now.all - before.all, now.cost - before.cost, now.time - before.time};
   PetscCall(
     TSBatheGetTotals(ts, &rec->r->attempts, &rec->r->accepted, &rec->r->solves, &rec->r->newton, &rec->r->linear));
   PetscCall(TSGetTime(ts, &time));

@@ -3,6 +3,7 @@
 #include <slipoutput.h>
 #include <sliph5.h>
 #include <slipts.h>
+#include <slipstep/private/slipsys.h>
 
 /* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there, of wide ones so many that they
    have these numbers. */
@@ -51,7 +52,7 @@ typedef struct {
   PetscReal time;          /* at the end of the last step [s] */
   PetscInt newton, linear; /* of the TS, at the last row */
   PetscInt sides;          /* right-hand sides, likewise */
-  SlipProducts products;   /* likewise */
+  SlipCost cost;           /* likewise */
   PetscLogDouble begin;    /* when that was, or when the step began [s] */
 } SlipOutputAttempts;
 

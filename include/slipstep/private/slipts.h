@@ -91,7 +91,7 @@ typedef struct {
   PetscReal barrier; /* where an attempt ended that would have gone past an instability [s] */
   PetscInt towards;  /* steps in a row that were cut because of it */
   PetscInt attempts, accepted, solves, newton, linear; /* totals since TSSolve() began */
-  SlipProducts told; /* of this process, when the monitors were told of the last attempt */
+  SlipCost cost;                                       /* of attempts, up to when the monitors were told of the last */
   TSBatheMonitor *monitors;
 } TS_Bathe;
 

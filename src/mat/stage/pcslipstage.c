@@ -29,6 +29,7 @@ typedef struct {
   Mat sized;          /* matrix that the vectors and f were sized for; referenced */
   Vec work, inverse;  /* masked residual; inverse diagonal */
   Vec beside;         /* entries of the inverse beside its diagonal, one a cell */
+  SlipMeter setup, apply;
 } PCSlipStage;
 
 /* The largest share of the operator's symbol that weakening may take away: keeps P positive and bounded. */
@@ -210,6 +211,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(SLIP_PCSetUp, pc, 0, 0, 0));
   PetscCall(SlipObjectQueryData((PetscObject)pc, "PCSlipStage", &c));
+  SlipMeterBegin(&c->setup);
   PetscCall(PCGetOperators(pc, NULL, &J));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipStageOperator", (PetscObject *)&c->B));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipMask", (PetscObject *)&c->mask));
@@ -237,6 +239,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
     PetscCall(SetUpBlocks(c));
   else
     PetscCall(SetUpDiagonal(c));
+  SlipMeterEnd(&c->setup, 1);
   PetscCall(PetscLogEventEnd(SLIP_PCSetUp, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -252,6 +255,7 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)pc, "PCSlipStage", &c));
   PetscCall(PetscLogEventBegin(SLIP_PCApply, pc, r, z, 0));
+  SlipMeterBegin(&c->apply);
   if (c->mask)
     PetscCall(VecPointwiseMult(c->work, c->mask, r));
   else
@@ -272,6 +276,7 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
     PetscCall(SlipArraysRestore(4, arrays));
   } else
     PetscCall(VecCopy(c->work, z));
+  SlipMeterEnd(&c->apply, 1);
   PetscCall(PetscLogEventEnd(SLIP_PCApply, pc, r, z, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
