@@ -75,34 +75,34 @@ static void less_is_stable(void **state)
   }
 }
 
-/* Steps that vary by 2 at random, every other one the bound: all dies away, where a growth by 0.5 % a step would be 1e8
-   after 4000. */
+/* Steps that go up and down in turn, by up to 2, the longest at the bound: all dies away. With zeta = 0.08 the first of
+   these makes the fastest mode grow by 12 % a step. */
 static void varied_steps(void **state)
 {
+  static const struct {
+    int period;
+    PetscReal share[5];
+  } pattern[] = {{2, {1, 0.5}}, {2, {1, 0.75}}, {3, {1, 1, 0.5}}, {3, {1, 0.5, 0.5}}, {5, {1, 1, 0.5, 1, 0.5}}};
   const PetscReal zeta = 0.12, limit = SlipLagLimit(zeta, 1);
-  uint64_t seed = 5;
 
   (void)state;
-  for (int m = 1; m <= 20; m++) {
-    const PetscReal w = 0.05 * m;
-    PetscReal u = 1, half = 0, p = 0, e = 0, h = limit, energy = 0;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(pattern); i++)
+    for (int m = 1; m <= 20; m++) {
+      const PetscReal w = 0.05 * m;
+      PetscReal u = 1, half = 0, p = 0, e = 0, h = limit;
 
-    for (int n = 0; n < 4000; n++) {
-      const PetscReal before = h;
+      for (int n = 0; n < 4000; n++) {
+        const PetscReal before = h;
 
-      seed = seed * 6364136223846793005ULL + 1442695040888963407ULL;
-      h =
-        limit * (0.5 + 0.5 * ((seed >> 60) < 8 ? 1 : (double)(seed >> 11) / 9007199254740992.0)); /* often the bound */
-      half -= before / 2 * w * w * u + before * p - before / 2 * e; /* the end of the step before */
-      e = p;
-      half -= h / 2 * (w * w * u + e);
-      u += h * half;
-      p = 2 * zeta * w * half;
-      energy = PetscMax(PetscSqr(w * u), PetscSqr(half));
-      assert_true(energy < 10);
+        h = limit * pattern[i].share[n % pattern[i].period];
+        half -= before / 2 * w * w * u + before * p - before / 2 * e; /* the end of the step before */
+        e = p;
+        half -= h / 2 * (w * w * u + e);
+        u += h * half;
+        p = 2 * zeta * w * half;
+      }
+      assert_true(PetscMax(PetscAbsReal(w * u), PetscAbsReal(half)) < 1e-10);
     }
-    assert_true(energy < 1e-10);
-  }
 }
 
 SLIP_TESTS(bound_is_that_of_eigenvalues, less_is_stable, varied_steps)
