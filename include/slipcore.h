@@ -191,6 +191,9 @@ PETSC_EXTERN void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, P
 PETSC_EXTERN void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
                                           const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
                                           PetscReal ds[]);
+/* Share of its strength by which explicit steps have a cell exceed it before it slips: stress dies away exponentially
+   when an event ends, and below the rounding of products with K it would never be still */
+#define SLIP_FRICTION_HOLD 1e-12
 PETSC_EXTERN void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
                                       const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
                                       PetscReal ds[]);
@@ -201,6 +204,17 @@ PETSC_EXTERN void SlipAdamsWeights(PetscInt n, const PetscReal node[], PetscReal
 
 /* ---- lag.c ---- */
 PETSC_EXTERN PetscReal SlipLagLimit(PetscReal zeta, PetscReal weight);
+
+/* ---- rkc.c ---- */
+enum { SLIP_RKC_MOST = 200 };
+typedef struct {
+  PetscReal one, two;    /* weights of the stage before and of the one before that */
+  PetscReal rate, start; /* of the rates of the stage before, and at the step's start */
+  PetscReal share;       /* when it is, over the step */
+} SlipRKCStage;
+PETSC_EXTERN PetscReal SlipRKCStages(PetscReal hrho);
+PETSC_EXTERN PetscReal SlipRKCLongest(PetscInt stages);
+PETSC_EXTERN void SlipRKCCoefficients(PetscInt s, SlipRKCStage c[]); /* [s + 1], the first unused */
 
 /* ---- cone.c ---- */
 /* Where x - rho g lies: inside the shrinkage interval (sticking), beyond it (sliding one way or the other), or on a row

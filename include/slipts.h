@@ -7,6 +7,7 @@
 #define TSBATHE "bathe"
 #define TSMOREAU "moreau" /* explicit, with the same set-valued reactions; moreau.c */
 #define TSADAMS "adams"   /* explicit, of variable order; adams.c */
+#define TSRKC "rkc"       /* explicit, of second order, with as many stages as stability needs; rkc.c */
 
 /* How an attempt is computed: by implicit stages, or by an explicit step of a constraint with SlipExplicitOps */
 typedef enum { TSBATHE_METHOD_IMPLICIT, TSBATHE_METHOD_EXPLICIT } TSBatheMethod;
@@ -95,6 +96,7 @@ PETSC_EXTERN PetscErrorCode SlipSmallConfigureTSByMembers(
 PETSC_EXTERN PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete);
 
 PETSC_EXTERN PetscErrorCode TSAdamsSetMaxOrder(TS ts, PetscInt order);
+PETSC_EXTERN PetscErrorCode TSRKCSetMaxStages(TS ts, PetscInt stages);
 
 /* Composed functions by which TSBATHE, controllers and problems meet without including each other:
    on TSAdapt
@@ -137,18 +139,18 @@ typedef struct {
      dw/dt at its start. *stop: when after its start [s] something stops of which the step should not average the stop,
      PETSC_MAX_REAL: nothing does. Steps end there. */
   PetscErrorCode (*stop)(TS ts, PetscReal share, Vec w0, Vec wm, Vec w1, Vec k0, PetscReal *stop, void *ctx);
-  /* The norm of the estimate e of the error of a step from w0 to w1, at most 1 where it is as wanted; NULL: the
-     weighted one of the TS */
+  /* Asked by TSBATHE and TSRKC: the norm of the estimate e of the error of a step from w0 to w1, at most 1 where it is
+     as wanted; NULL: the weighted one of the TS */
   PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);
-  /* Asked by TSADAMS at the end t [s] of a step, after the right-hand side there: makes those components of the state w
-     that no derivative goes into follow from the others */
+  /* Asked by TSADAMS and TSRKC at the end t [s] of a step, after the right-hand side there: makes those components of
+     the state w that no derivative goes into follow from the others */
   PetscErrorCode (*finish)(TS ts, PetscReal t, Vec w, void *ctx);
   /* Likewise, and after it: the fastest rate at which the solution relaxes at the state w [1/s], which bounds stable
      steps under controllers that observe no such thing; 0: not known */
   PetscErrorCode (*relaxation)(TS ts, Vec w, PetscReal *rate, void *ctx);
-  /* Of a problem that remembers its history, for TSBATHE and TSADAMS, all or none of them. A step begins from the state
-     w of t [s], which was accepted; first: a run begins, with nothing before it. It is called where the next step
-     begins: states in between follow from the history before, as they did when the step was tried. */
+  /* Of a problem that remembers its history, for TSBATHE, TSADAMS and TSRKC, all or none of them. A step begins from
+     the state w of t [s], which was accepted; first: a run begins, with nothing before it. It is called where the next
+     step begins: states in between follow from the history before, as they did when the step was tried. */
   PetscErrorCode (*accept)(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx);
   /* The next part of an attempt begins from w, which is only tried; and an attempt, or a step that an event looks into
      again, is given up: back to the start of the step */

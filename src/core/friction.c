@@ -424,9 +424,36 @@ void SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscInt k, Pet
   }
 }
 
+/* The slip rate of a cell that may stick: none while sigma mu(s, 0) holds it, but for rounding, else that of the
+   balance. The strength of laws that do not depend on the rate is that of rest. Others fall with it by less than eta
+   gains, so that the balance grows with v and has one root, between 0 and tau/eta: Newton's method inside of this
+   bracket. */
+static PetscReal BalanceSticking(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[],
+                                 PetscReal sigma, PetscReal eta, PetscReal tau)
+{
+  const PetscReal load = PetscAbsReal(tau), rounding = 2 * PETSC_MACHINE_EPSILON;
+  PetscReal low = 0, high = load / eta, v = 0, excess, ds[SLIP_MAX_STATES], dv, g;
+
+  law->eval(p, s, 0, &excess, ds, &dv);
+  g = sigma * (p->residual + excess) - load;
+  if (!(load > (1 + SLIP_FRICTION_HOLD) * sigma * (p->residual + excess))) return 0;
+  if (!law->by_rate) return (tau < 0 ? g : -g) / eta;
+  for (int it = 0; it < STATE_MAX_IT && high - low > rounding * high; it++) {
+    PetscReal next = v - g / (sigma * dv + eta);
+
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    if (PetscAbsReal(next - v) <= rounding * next) break;
+    v = next;
+    law->eval(p, s, v, &excess, ds, &dv);
+    g = sigma * (p->residual + excess) + eta * v - load;
+    *(g > 0 ? &high : &low) = v;
+  }
+  return tau < 0 ? -v : v;
+}
+
 /* The slip rates v [n] at which friction and radiation damping balance the traction: w sigma mu(s, |v|) sign(v) + w eta
-   v = tau [Pa], w the weights, and, unless ds is NULL, the rates of the state; s and ds have the stride. For laws whose
-   cells always slide. kept [nkept n]: what the law's function keep made of f and eta, or NULL */
+   v = tau [Pa], w the weights, 0 where friction holds it; and, unless ds is NULL, the rates of the state; s and ds have
+   the stride. kept [nkept n]: what the law's function keep made of f and eta, or NULL */
 void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
                          const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
 {
@@ -438,7 +465,8 @@ void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], Pet
     const SlipFriction p = At(f, i);
     const PetscReal weight = f->weight ? f->weight[i] : 1;
 
-    v[i] = SlipFrictionBalanceOne(f->law, &p, s + stride * i, f->stress[i], eta, tau[i] / weight);
+    v[i] = (*(f->law->always_slides ? SlipFrictionBalanceOne : BalanceSticking))(f->law, &p, s + stride * i,
+                                                                                 f->stress[i], eta, tau[i] / weight);
     if (ds) StateRate(f->law, &p, s + stride * i, PetscAbsReal(v[i]), ds + stride * i);
   }
 }

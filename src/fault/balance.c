@@ -1,12 +1,13 @@
-/* Faults whose cells always slide, by rate-and-state friction and the like, at the rate at which friction,
-   elasticity and radiation damping balance. Without inertia the slip rate is a function of displacement and state,
+/* The slip rates at which friction, elasticity and radiation damping balance: of faults whose cells always slide, by
+   rate-and-state friction and the like, and of those whose cells stick while friction holds them. Without inertia the
+   slip rate is a function of displacement and state,
 
       T - K u - eta (v - v_inf) = sigma mu(s, |v|) sign(v),   du/dt = v - v_inf,   ds/dt of the law,
 
    with v/|v| for sign(v) where slip has two components: v is then along T - K u + eta v_inf, and |v| follows from its
-   magnitude. It is an explicit problem in (u, s) with one product with K for each right-hand side, and one with Kn
-   where slip changes sigma. The component v of the state vector has no rate of its own: after a step it is made that of
-   the balance, for all who read it. */
+   magnitude; or v = 0 where |T - K u + eta v_inf| does not exceed sigma mu(s, 0). It is an explicit problem in (u, s)
+   with one product with K for each right-hand side, and one with Kn where slip changes sigma. The component v of the
+   state vector has no rate of its own: after a step it is made that of the balance, for all who read it. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -223,6 +224,17 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Room for what right-hand sides find */
+static PetscErrorCode CreateRoom(SlipFault fault)
+{
+  Vec *vecs[] = {&fault->balance.u, &fault->balance.rate, &fault->balance.force};
+
+  PetscFunctionBegin;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(vecs); k++)
+    if (!*vecs[k]) PetscCall(VecDuplicate(fault->critical.uc, vecs[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* After the operators are known. The start, and what right-hand sides need. */
 PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
 {
@@ -232,13 +244,11 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(FindCreep(fault));
+  PetscCall(SlipElasticGetImpedance(fault->medium, &b->eta));
   if (!fault->friction.law->always_slides) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CreateRoom(fault));
   for (PetscInt k = 0; k < fault->layout.states; k++)
     fault->friction.start[k] = fault->fields.cell[SlipFaultFindField(fault->friction.law->states[k].start)];
-  PetscCall(SlipElasticGetImpedance(fault->medium, &b->eta));
-  PetscCall(VecDuplicate(fault->critical.uc, &b->u));
-  PetscCall(VecDuplicate(fault->critical.uc, &b->rate));
-  PetscCall(VecDuplicate(fault->critical.uc, &b->force));
   PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   PetscCall(FillStart(fault, &friction, traction));
@@ -263,6 +273,8 @@ PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault)
   PetscCall(VecDestroy(&b->first));
   PetscCall(VecDestroy(&b->seen));
   for (PetscInt k = 0; k < 4; k++) PetscCall(VecDestroy(&b->aside[k]));
+  PetscCall(VecDestroy(&b->rested));
+  PetscCall(VecDestroy(&b->way));
   PetscCall(PetscFree(b->creeps));
   PetscCall(PetscFree(b->kept));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -291,18 +303,14 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   SlipFaultBalance *b = &fault->balance;
   const PetscReal *weight = fault->mesh.weight, eta = b->eta;
   const PetscInt c = fault->layout.components;
-  const PetscReal *a, *force, *shear, *vinf;
+  const PetscReal *a, *force, *shear = NULL, *vinf;
   PetscReal *tau, *v, *f = NULL;
   SlipFrictionCells friction;
   const SlipFaultLoad *load;
-  const SlipArrays arrays[] = {{w, .read = &a},
-                               {b->force, .read = &force},
-                               {fault->operators.vinf, .read = &vinf},
-                               {b->rate, .write = &v},
-                               {F, .write = &f}};
   Vec stress;
 
   PetscFunctionBegin;
+  PetscCall(CreateRoom(fault));
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetDisplacement(fault, w, b->u));
   PetscCall(
@@ -314,11 +322,18 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
     PetscCall(SlipFaultGetFriction(fault, t, &friction));
   }
   PetscCall(SlipFaultGetWork(fault, &stress));
+  const SlipArrays arrays[] = {{w, .read = &a},
+                               {b->force, .read = &force},
+                               {fault->operators.vinf, .read = &vinf},
+                               {b->rate, .write = &v},
+                               {F, .write = &f}};
+
   PetscCall(SlipArraysGet(F ? 5 : 4, arrays));
   PetscCall(VecGetArrayWrite(stress, &tau));
-  PetscCall(VecGetArrayRead(load->shear, &shear));
+  if (load->shear) PetscCall(VecGetArrayRead(load->shear, &shear));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
-    for (PetscInt k = c * i; k < c * (i + 1); k++) tau[k] = shear[k] - force[k] + eta * weight[i] * vinf[k];
+    for (PetscInt k = c * i; k < c * (i + 1); k++)
+      tau[k] = (shear ? shear[k] : 0) - force[k] + eta * weight[i] * vinf[k];
   if (c == 2)
     BalanceVectors(fault, &friction, tau, a, v, f);
   else
@@ -334,7 +349,7 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
       f[SlipFaultRateAt(fault, i) + k] = 0;
       f[SlipFaultDisplacementAt(fault, i) + k] = v[c * i + k] - vinf[c * i + k];
     }
-  PetscCall(VecRestoreArrayRead(load->shear, &shear));
+  if (load->shear) PetscCall(VecRestoreArrayRead(load->shear, &shear));
   PetscCall(VecRestoreArrayWrite(stress, &tau));
   PetscCall(SlipArraysRestore(F ? 5 : 4, arrays));
   PetscCall(SlipFaultRestoreWork(fault, &stress));

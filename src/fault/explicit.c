@@ -1,13 +1,15 @@
-/* Rate-and-state friction without inertia as an explicit TS: tolerances, right-hand side, and what follows a step. */
+/* Faults without inertia as an explicit TS, of friction whose cells always slide, as rate-and-state friction, or which
+   sticks (sticking.c): tolerances, right-hand side, and what follows a step. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipts.h>
 #include <slipadapt.h>
 #include <slippolicy.h>
 
-#define EXPLICIT_RTOL 1e-3     /* default tolerance, of the worst cell */
-#define EXPLICIT_ACCURACY 1e-3 /* default dial of the policy for cycles, in recurrences */
-#define FIRST_STEP 0.01        /* over the time in which the fastest cell slips its d_c */
-#define EXPLICIT_FARTHEST 1e6  /* from where loading would have a cell be [m] */
+#define EXPLICIT_RTOL 1e-3       /* default tolerance, of the worst cell */
+#define EXPLICIT_ACCURACY 1e-3   /* default dial of the policy for cycles, in recurrences */
+#define FIRST_STEP 0.01          /* over the time in which the fastest cell slips its d_c */
+#define STICKING_FIRST_STEP 0.01 /* over T* */
+#define EXPLICIT_FARTHEST 1e6    /* from where loading would have a cell be [m] */
 
 /* |e_u| <= rtol d_c and |e_s| <= rtol in every cell, whatever the size of u and s: the friction of a cell changes with
    either by the same. Made anew when rtol has changed. */
@@ -20,7 +22,8 @@ static PetscErrorCode SetTolerances(SlipFault fault, TS ts, PetscReal rtol)
   PetscCall(SlipFaultCreateState(fault, &atol));
   PetscCall(VecDuplicate(atol, &none));
   PetscCall(VecGetArrayWrite(atol, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+  if (!fault->friction.law->always_slides) PetscCall(SlipFaultStickingTolerances(fault, rtol, a));
+  for (PetscInt i = 0; i < fault->mesh.n && fault->friction.law->always_slides; i++) {
     for (PetscInt k = 0; k < fault->layout.components; k++) {
       a[SlipFaultRateAt(fault, i) + k] = 1;
       a[SlipFaultDisplacementAt(fault, i) + k] = rtol * fault->fields.cell[FIELD_FRICTION_SLIP][i];
@@ -43,6 +46,10 @@ static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
   Vec *stage = NULL;
 
   PetscFunctionBegin;
+  if (b->resting) {
+    PetscCall(VecCopy(b->way, F));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   if (rtol != b->rtol) PetscCall(SetTolerances(fault, ts, rtol));
   if (b->first) PetscCall(TSGetStages(ts, NULL, &stage)); /* of TSRK */
@@ -107,7 +114,8 @@ static PetscErrorCode EndIsKnown(SlipFault fault, TS ts, PetscReal t, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.finish: TSADAMS asks for the slip rates within its step: those of its last right-hand side. */
+/* SlipProblemOps.finish: TSADAMS and TSRKC ask for the slip rates within their steps: those of their last right-hand
+   side. */
 PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -119,20 +127,40 @@ PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Slips of cells that do not weaken count against the largest displacement so far. */
+static PetscErrorCode FollowTolerances(SlipFault fault, TS ts)
+{
+  PetscReal moved;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(SlipFaultLargestDisplacement(fault, w, &moved));
+  if (!fault->balance.follows || moved == fault->balance.moved) PetscFunctionReturn(PETSC_SUCCESS);
+  fault->balance.moved = moved;
+  PetscCall(SetTolerances(fault, ts, fault->balance.rtol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* TSPostEvaluate: after a step of PETSc's own types, before monitors. To PETSc the state has not changed: otherwise the
    next step would begin anew, without the last right-hand side of this one. Ours know by SlipFaultMoment. */
 static PetscErrorCode SlipFaultAfterStep(TS ts)
 {
   PetscObjectState state;
   SlipFault fault;
-  PetscBool known, adams, good;
+  PetscBool known, ours, good;
   PetscReal t;
   Vec w;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &adams));
-  if (adams) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectQuery((PetscObject)ts, "SlipFault", (PetscObject *)&fault));
+  if (fault->balance.resting) {
+    PetscCall(SlipFaultEndRest(fault, ts));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!fault->friction.law->always_slides) PetscCall(FollowTolerances(fault, ts));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSRKC, ""));
+  if (ours) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDestroy(&fault->balance.first));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetSolution(ts, &w));
@@ -182,7 +210,13 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
-  if (!fault->friction.law->always_slides || !rk) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->problem.any_integrator) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->friction.law->always_slides) {
+    PetscCall(SlipStateReal(s, "largest_displacement", 1, &b->moved));
+    PetscCall(SlipStateReal(s, "largest_rate", 1, &b->fastest));
+    if (SlipStateIsLoading(s)) PetscCall(SetTolerances(fault, ts, b->rtol));
+  }
+  if (!rk) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetTime(ts, &t));
   if (SlipStateIsLoading(s)) PetscCall(VecDestroy(&b->first));
   if (!SlipStateIsLoading(s) && b->F && !ts->steprestart) PetscCall(EndIsKnown(fault, ts, t, &known));
@@ -229,18 +263,41 @@ static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Friction that sticks. A cell that starts or stops is a kink of its right-hand side, which formulas of low order cross
+   at the smallest loss: no step ends there, as with many cells each step would be one of a cell. */
+static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts)
+{
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  fault->balance.moved = SLIP_FAULT_ATOL;
+  fault->balance.fastest = 0;
+  fault->balance.known = fault->balance.resting = PETSC_FALSE;
+  PetscCall(TSSetType(ts, TSRKC));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
+  PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
+  PetscCall(TSSetTimeStep(ts, STICKING_FIRST_STEP * fault->operators.tstar));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The explicit problem */
 PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
 {
-  PetscReal step;
+  PetscReal step, rtol = EXPLICIT_RTOL;
 
   PetscFunctionBegin;
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
-  PetscCall(ChooseIntegrator(fault, ts));
+  if (fault->friction.law->always_slides)
+    PetscCall(ChooseIntegrator(fault, ts));
+  else
+    PetscCall(ConfigureSticking(fault, ts));
   PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
   PetscCall(TSSetFunctionDomainError(ts, InDomain));
   PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));
-  PetscCall(SetTolerances(fault, ts, EXPLICIT_RTOL));
+  if (!fault->friction.law->always_slides) PetscCall(SlipFaultExplicitSteps(fault, ts, &rtol));
+  PetscCall(SetTolerances(fault, ts, rtol));
+  if (!fault->friction.law->always_slides) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultFirstStep(fault, &step));
   PetscCall(TSSetTimeStep(ts, step));
   PetscFunctionReturn(PETSC_SUCCESS);

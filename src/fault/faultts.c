@@ -1,5 +1,6 @@
 /* The fault as a TS problem. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipfaultfeatures.h>
 #include <string.h>
 
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
@@ -53,7 +54,7 @@ static PetscErrorCode Name_Fault(TS ts, const char **name, void *ctx)
 
   PetscFunctionBegin;
   (void)ts;
-  *name = fault->problem.any_integrator ? "cycles" : fault->steps.policy;
+  *name = fault->problem.any_integrator && fault->friction.law->always_slides ? "cycles" : fault->steps.policy;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,6 +94,18 @@ static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, vo
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetTimeStep(ts, &h));
   PetscCall(SlipFaultErrorNorm((SlipFault)ctx, rtol, t + h, h, e, w0, w1, E));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Error_Sticking(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx)
+{
+  PetscReal rtol;
+
+  PetscFunctionBegin;
+  *E = 0;
+  if (((SlipFault)ctx)->balance.resting) PetscFunctionReturn(PETSC_SUCCESS); /* which is exact */
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  PetscCall(SlipFaultStickingErrorNorm((SlipFault)ctx, rtol, e, w0, w1, E));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -146,9 +159,11 @@ static PetscErrorCode BeforeStep(TS ts)
   Vec w;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, ""));
-  if (ours) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetSlipProblem(ts, &problem, &fault));
+  if (problem->any_integrator && !((SlipFault)fault)->friction.law->always_slides)
+    PetscCall(SlipFaultBeginRest((SlipFault)fault, ts));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, TSRKC, ""));
+  if (ours || !problem->accept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetSolution(ts, &w));
@@ -256,20 +271,26 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Smooth friction without inertia is an explicit problem, unless the options ask for TSBATHE or TSMOREAU. */
+/* Friction without inertia, under radiation damping, is an explicit problem: smooth friction unless the options ask for
+   TSBATHE or TSMOREAU, friction that sticks where they ask for TSRKC, TSRK or TSADAMS. Those that are asked for in vain are refused
+   here, before somebody misses the constraint. */
 static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
 {
+  const PetscBool balanced = !fault->kind.inertia && fault->balance.eta > 0 && !SlipFaultOpens(fault);
   char type[64] = "";
   const char *prefix;
+  PetscBool asked, moreau;
 
   PetscFunctionBegin;
-  *is = PETSC_FALSE;
-  if (!fault->friction.law->always_slides || fault->kind.inertia || fault->balance.eta == 0)
-    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
   PetscCall(PetscOptionsGetString(((PetscObject)ts)->options, prefix, "-ts_type", type, sizeof(type), NULL));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSMOREAU, is));
-  *is = !*is && strcmp(type, TSBATHE) && strcmp(type, TSMOREAU) ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSMOREAU, &moreau));
+  moreau = moreau || !strcmp(type, TSMOREAU) ? PETSC_TRUE : PETSC_FALSE;
+  asked = !strcmp(type, TSRK) || !strcmp(type, TSADAMS) || !strcmp(type, TSRKC);
+  *is = balanced && (asked || (fault->friction.law->always_slides && strcmp(type, TSBATHE) && !moreau));
+  if (!asked || *is) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSSetType(ts, type));
+  PetscCall(SlipFaultCheckFeatures(fault, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -284,8 +305,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
     problem->accept = Accept_Fault;
     problem->advance = Advance_Fault;
     problem->rollback = RollBack_Fault;
-    PetscCall(TSSetPreStep(ts, BeforeStep));
   }
+  if (remembers || is_explicit) PetscCall(TSSetPreStep(ts, BeforeStep));
   problem->any_integrator = is_explicit;
   problem->finish = is_explicit ? SlipFaultFinishStep : NULL;
   problem->relaxation = is_explicit ? SlipFaultRelaxation : NULL;
@@ -294,7 +315,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   if (fault->kind.driven) { /* it rests for years between events */
     problem->corner = SlipFaultNextCorner;
     problem->rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* in which states of the law's own evolve */
-    problem->error = is_explicit ? NULL : Error_Fault;
+    problem->error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
     if (fault->kind.inertia && !fault->friction.law->by_rate) problem->stop = Stop_Fault;
   }
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));
@@ -337,13 +358,20 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   d_c. With -ts_type bathe among the options, and with inertia, it is bathe, with errors relative to d_c and the slip
   rate.
 
+  Friction that sticks is an explicit problem, too, without inertia, with radiation damping and without opening, where
+  the options name -ts_type rkc (TSRKC), rk or adams: the slip rate of a cell follows from its stress, 0 where friction
+  holds it. With TSRKC -fault_accuracy sets the tolerance of a rupture from a given stress; else it is 1e-2, and 1e-3
+  with the others, in errors of the worst cell over d_c or the largest displacement. Rest is skipped, as with bathe, and
+  steps end at corners of the loading; while any cell slips they are seconds to minutes, so that events of seconds win
+  by them, and slip of days or years loses.
+
   Errors: PETSC_ERR_ORDER before SlipFaultSetUp(); PETSC_ERR_FILE_OPEN or PETSC_ERR_FILE_UNEXPECTED, naming file and
   dataset, where the file of tolerances is needed and missing, damaged or of another version
 
   Level: beginner
 
 .seealso: SlipFaultFindTolerance(), SlipFaultCreateState(), SlipFaultSetInitialState(), SlipAdaptSetNorm(), TSADAMS,
-  TSBATHE
+  TSRKC, TSBATHE
 @*/
 PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
 {

@@ -107,7 +107,8 @@ FEATURE_ON(BATHE, HasType(ts, TSBATHE))
 FEATURE_ON(MOREAU, HasType(ts, TSMOREAU))
 FEATURE_ON(ADAMS, HasType(ts, TSADAMS))
 FEATURE_ON(RK, HasType(ts, TSRK))
-FEATURE_ON(OTHER_TS, ts && !On_BATHE(f, ts) && !On_MOREAU(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts))
+FEATURE_ON(RKC, HasType(ts, TSRKC))
+FEATURE_ON(OTHER_TS, ts && !On_BATHE(f, ts) && !On_MOREAU(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts) && !On_RKC(f, ts))
 
 enum { OWN, MESH, MEDIUM, AVERAGE, STORAGE, VISCOSITY, MASS, LAW, START, COUPLING, INTEGRATOR };
 
@@ -174,6 +175,7 @@ const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES] = {
   LATE(MOREAU, INTEGRATOR, "-ts_type moreau"),
   LATE(ADAMS, INTEGRATOR, "-ts_type adams"),
   LATE(RK, INTEGRATOR, "-ts_type rk"),
+  LATE(RKC, INTEGRATOR, "-ts_type rkc"),
   LATE(OTHER_TS, INTEGRATOR, "-ts_type of another integrator of PETSc"),
 };
 
@@ -246,14 +248,21 @@ const SlipFaultRule SlipFaultRules[] = {
    "another but none with -fault_damping_ratio > 0"},
   {F(STIFFNESS_VIEW), EXCLUDES, F(VECTOR), 0,
    "-fault_stiffness_view writes a number for each pair of cells: expected -fault_slip_components 1"},
-  {F(ADAMS) | F(RK) | F(OTHER_TS), EXCLUDES,
-   F(SLIP_WEAKENING) | F(RATE_WEAKENING) | F(INERTIA) | F(SQRTM) | F(SPECTRAL) | F(LANCZOS), 0,
+  {F(OTHER_TS), EXCLUDES, F(SLIP_WEAKENING) | F(RATE_WEAKENING) | F(INERTIA) | F(SQRTM) | F(SPECTRAL) | F(LANCZOS), 0,
    "-ts_type % knows no friction, expected bathe"},
   {F(MOREAU), EXCLUDES, F(BALANCE), 0,
    "-ts_type % needs the inertia that its explicit steps accelerate: expected -fault_inertia yes, or -ts_type bathe"},
+  {F(ADAMS) | F(RK) | F(RKC), EXCLUDES, F(INERTIA) | F(SQRTM) | F(SPECTRAL) | F(LANCZOS), 0,
+   "-ts_type % knows friction only where the slip rate of a cell follows from its own stress: expected bathe, or "
+   "-fault_inertia no with -fault_viscosity radiation"},
+  {F(ADAMS) | F(RK) | F(RKC), EXCLUDES, F(OPENING), 0,
+   "-ts_type % does not close cells that open, whose contact is a bound of their displacement: expected bathe"},
+  {F(RKC), EXCLUDES, F(ALWAYS_SLIDES), 0,
+   "-ts_type rkc does not go with -fault_friction_law %, whose rates change by decades within a step: expected adams, "
+   "rk or bathe"},
   {F(CHECKPOINT), EXCLUDES, F(OTHER_TS), 0,
-   "-fault_checkpoint and -fault_restart work with -ts_type bathe, or rk or adams and rate-and-state friction, not %"},
-  {F(CHECK_ERROR), EXCLUDES, F(ADAMS) | F(RK) | F(OTHER_TS), 0,
+   "-fault_checkpoint and -fault_restart work with -ts_type bathe, rkc, rk or adams, not %"},
+  {F(CHECK_ERROR), EXCLUDES, F(ADAMS) | F(RK) | F(RKC) | F(OTHER_TS), 0,
    "-fault_check_error computes each step in parts, which -ts_type % does not: expected -ts_type bathe, or a second "
    "run with another -ts_rtol"},
   {F(OUTPUT_PRESSURE), NEEDS, F(PRESSURE), 0,

@@ -243,7 +243,7 @@ static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *fric
 }
 
 /* SlipProblemOps.relaxation, of the rates that the last right-hand side found, as those in w are of the step's start
-   while it is judged; 0 where rates follow from momentum or jump */
+   while it is judged; 0 where rates follow from momentum. Of friction that sticks, what sliding cells relax at. */
 PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -258,8 +258,13 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   PetscFunctionBegin;
   (void)ts;
   *relaxation = 0;
-  if (!fault->friction.law->always_slides || fault->kind.inertia || !b->known) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->kind.inertia || !(fault->friction.law->always_slides ? b->known : fault->problem.any_integrator))
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultLargestEigenvalue(fault, &stiffest));
+  if (!fault->friction.law->always_slides) {
+    if (!b->resting) *relaxation = stiffest / b->eta;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipFaultGetLoad(fault, b->time, &of_now));
   if (fault->coupling.balanced) /* the normal stress of that right-hand side too: a product less for each attempt */
     PetscCall(SlipFaultCoupledFriction(fault, b->time, 0, &friction));

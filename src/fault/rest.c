@@ -26,6 +26,7 @@ typedef struct {
   const PetscReal *drive; /* rate of the force [Pa/s] */
   const PetscReal *shear; /* T(t) [Pa]; NULL: 0 */
   const PetscReal *clamp; /* Kn v_inf [Pa/s]; NULL: 0 */
+  PetscReal held;         /* strength over that of friction: explicit steps hold cells by rounding more */
   Vec load, force;        /* that shear and ku are of, between RestBegin() and RestEnd() */
 } Rest;
 
@@ -80,7 +81,7 @@ static PetscReal Strength(const Rest *r, PetscInt i, PetscReal dt)
 
   SlipFrictionStateAtRest(&r->friction, i, r->w + SlipFaultStateAt(r->fault, i), dt, s);
   SlipFrictionEvaluate(&r->friction, i, s, 0, &mu, &ds, &dv);
-  return mu * r->fault->mesh.weight[i] * r->friction.stress[i];
+  return r->held * mu * r->fault->mesh.weight[i] * r->friction.stress[i];
 }
 
 /* f of number k of a vector of slip at the start, without the rate [Pa] */
@@ -318,15 +319,14 @@ static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
   const SlipFaultLoad *load;
 
   PetscFunctionBegin;
-  *r = (Rest){.fault = fault, .t = t};
+  *r = (Rest){.fault = fault, .t = t, .held = fault->problem.any_integrator ? 1 + SLIP_FRICTION_HOLD : 1};
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &r->friction));
   if (fault->kind.coupled) PetscCall(VecGetArrayRead(fault->coupling.drive, &r->clamp));
   PetscCall(SlipFaultGetWork(fault, &r->load));
   PetscCall(SlipFaultGetWork(fault, &r->force));
-  PetscCall(SlipFaultGetDisplacement(fault, w, r->load));
-  PetscCall(SlipElasticForce(fault->medium, t, r->load, NULL, r->force, NULL));
+  PetscCall(SlipFaultForce(fault, t, w, r->load, r->force));
   PetscCall(VecCopy(load->shear ? load->shear : fault->loads.hold, r->load));
   PetscCall(VecGetArrayRead(w, &r->w));
   PetscCall(VecGetArrayRead(r->force, &r->ku));

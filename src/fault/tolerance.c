@@ -24,8 +24,8 @@ static const PetscReal of_slip = 1, of_rate = 10, of_swing = 0.05;
 static const PetscReal of_cube = 0.5;
 
 /* The slip against which that of a cell counts [m]. *weakens: it is d_c, else the largest displacement */
-static PetscReal SlipScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal displacement,
-                           PetscBool *weakens)
+PetscReal SlipFaultSlipScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal displacement,
+                             PetscBool *weakens)
 {
   *weakens = SlipFrictionExcess(friction, i, NULL, 0) > 0 ? PETSC_TRUE : PETSC_FALSE;
   return *weakens ? fault->fields.cell[FIELD_FRICTION_SLIP][i] : displacement;
@@ -38,7 +38,7 @@ static PetscReal Opening(SlipFault fault, const PetscReal u[])
 }
 
 /* The largest |u| or opening of a state [m]; SLIP_FAULT_ATOL: it has not moved. Collective. */
-static PetscErrorCode LargestDisplacement(SlipFault fault, Vec w, PetscReal *largest)
+PetscErrorCode SlipFaultLargestDisplacement(SlipFault fault, Vec w, PetscReal *largest)
 {
   const PetscReal *a;
 
@@ -75,7 +75,7 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal toler
     const PetscReal times = fault->kind.inertia
                               ? PetscSqrtReal(stiffness / (fault->operators.mass * fault->mesh.weight[i]))
                               : stiffness / damping;
-    const PetscReal scale = SlipScale(fault, friction, i, displacement, &weakens) * times;
+    const PetscReal scale = SlipFaultSlipScale(fault, friction, i, displacement, &weakens) * times;
     PetscReal error = SlipFaultSpeed(fault, a, i);
 
     *slow = PetscMin(*slow, scale);
@@ -150,7 +150,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   if (!PetscIsNanReal(fault->options.value[FAULT_RATE_TOLERANCE]))
     tolerance = fault->options.value[FAULT_RATE_TOLERANCE];
   PetscCall(SlipFaultGetFrictionOf(fault, t, w1, &friction));
-  PetscCall(LargestDisplacement(fault, w1, &displacement));
+  PetscCall(SlipFaultLargestDisplacement(fault, w1, &displacement));
   PetscCall(RateError(fault, rtol, tolerance, &friction, displacement, e, &largest[1], &slow, &largest[5]));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -160,7 +160,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
     const PetscReal rate = PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultSpeed(fault, c, i));
 
     PetscBool weakens;
-    const PetscReal slip = SlipScale(fault, &friction, i, displacement, &weakens);
+    const PetscReal slip = SlipFaultSlipScale(fault, &friction, i, displacement, &weakens);
     PetscReal way[3] = {0, 0, 0}, moved;
 
     for (PetscInt k = 0; k < fault->layout.components; k++)
@@ -185,8 +185,54 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+  SlipFaultStickingErrorNorm - likewise, of an explicit step without inertia that ended in w1 at the last right-hand
+  side
+
+  Collective. Formulas of higher order that average no stop need no more than the first two of these errors, of slips
+  and of the rates that follow from them. By the latter a nucleation counts against itself, long before its slip does.
+  */
+PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1, PetscReal *E)
+{
+  const PetscReal *a, *b, *v, *k, *viscosity, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
+  PetscReal largest[4] = {0, 0, 0, -PETSC_MAX_REAL}; /* errors of slips, of rates, rate, minus the slowest of them */
+  PetscReal displacement, wanted;
+  SlipFrictionCells friction;
+  Vec diagonal[2];
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction)); /* of which no stress is asked for */
+  PetscCall(SlipFaultLargestDisplacement(fault, w1, &displacement));
+  PetscCall(SlipElasticGetDiagonals(fault->medium, &diagonal[0], &diagonal[1]));
+  const SlipArrays arrays[] = {{e, .read = &a},
+                               {w0, .read = &b},
+                               {fault->balance.rate, .read = &v},
+                               {diagonal[0], .read = &k},
+                               {diagonal[1], .read = &viscosity}};
+
+  PetscCall(SlipArraysGet(5, arrays));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscBool weakens;
+    const PetscReal scale = SlipFaultSlipScale(fault, &friction, i, displacement, &weakens);
+    const PetscReal times = SlipFaultLargest(fault, k, i) / SlipFaultLargest(fault, viscosity, i);
+    const PetscReal error = PetscMax(SlipFaultDistance(fault, a, i), SlipFaultStateSize(fault, a, i));
+    const PetscReal rate =
+      PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultLength(fault, v + fault->layout.components * i));
+
+    if (!(error / scale <= largest[0])) largest[0] = error / scale; /* takes what is no number */
+    if (!(error * times <= largest[1])) largest[1] = error * times;
+    largest[2] = PetscMax(largest[2], PetscMax(rate, PetscAbsReal(vinf[i])));
+    largest[3] = PetscMax(largest[3], -scale * times);
+  }
+  PetscCall(SlipArraysRestore(5, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 4, MPIU_REAL, MPIU_MAX, fault->comm));
+  wanted = of_rate * rtol * (largest[2] - rtol * largest[3]);
+  *E = PetscMax(largest[0] / (of_slip * rtol), largest[1] / wanted);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* K u.u of the fault that slips as a whole, over its area [Pa/m]: no other slip costs less stress, but for its shape */
-static PetscErrorCode WholeStiffness(SlipFault fault, PetscReal *stiffness)
+PetscErrorCode SlipFaultLeastStiffness(SlipFault fault, PetscReal *stiffness)
 {
   Vec u, ku;
 
@@ -222,8 +268,8 @@ PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, Petsc
   const PetscReal *a;
 
   PetscFunctionBegin;
-  PetscCall(WholeStiffness(fault, &stiffness));
-  PetscCall(LargestDisplacement(fault, w, &displacement));
+  PetscCall(SlipFaultLeastStiffness(fault, &stiffness));
+  PetscCall(SlipFaultLargestDisplacement(fault, w, &displacement));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -231,7 +277,7 @@ PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, Petsc
     PetscBool weakens;
 
     SlipFrictionEvaluate(&friction, i, a + SlipFaultStateAt(fault, i), SlipFaultSpeed(fault, a, i), &mu, &ds, &dv);
-    stress = stiffness * PetscMin(displacement, SlipScale(fault, &friction, i, displacement, &weakens));
+    stress = stiffness * PetscMin(displacement, SlipFaultSlipScale(fault, &friction, i, displacement, &weakens));
     if (smooth)
       stress = PetscMin(stiffness * fault->fields.cell[FIELD_FRICTION_SLIP][i],
                         fault->fields.cell[FIELD_FRICTION_A][i] * friction.stress[i]);

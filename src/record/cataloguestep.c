@@ -58,15 +58,15 @@ static void AddWork(SlipFaultCatalogue cat, PetscReal time, const PetscReal powe
   for (PetscInt k = 0; k < cat->nwork; k++) work[k] += time * power[k];
 }
 
-/* Does TSInterpolate() follow the solution? That of TSADAMS does, of TSRK's pairs 5dp alone: the others have a straight
-   line. */
+/* Does TSInterpolate() follow the solution? That of TSADAMS and of TSRKC does, of TSRK's pairs 5dp alone: the others
+   have a straight line. */
 static PetscErrorCode HasDenseOutput(TS ts, PetscBool *has)
 {
   PetscBool rk;
   PetscInt order;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, has, TSADAMS, TSBATHE, TSMOREAU, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, has, TSADAMS, TSBATHE, TSMOREAU, TSRKC, ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
   if (!rk) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, &order, NULL, NULL));

@@ -110,7 +110,7 @@ static PetscErrorCode CheckFile(SlipFault fault)
 
   Input Parameters:
 + fault - the fault
-- ts    - the TS that it configured, of type TSBATHE, or TSRK or TSADAMS with smooth friction
+- ts    - the TS that it configured, of type TSBATHE, or TSRKC, TSRK or TSADAMS without inertia
 
   Options Database Keys:
 + -fault_checkpoint <F.h5>           - file for the state of the run; the one before it stays as F.h5.previous

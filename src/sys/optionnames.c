@@ -20,6 +20,7 @@ static const SlipNames SlipLibrary[] = {
   {"slip_", "traceback"},
   {"slipstep_", "version"},
   {"ts_adams_", ""},
+  {"ts_rkc_", ""},
   {"ts_bathe_", "first_stage reaction error"},
   {"ts_adapt_heuristic_", ""},
   {"ts_adapt_pi_", "filter"},

@@ -40,7 +40,8 @@ static const SlipNumber SlipSolverNumbers[] = {
   {"-ts_adapt_pi_ratio_max", ANY, NONE, SLIP_INFINITE, ""}, {"-ts_adapt_pi_failure_factor", ANY, NONE, 0, ""},
   {"-ts_adapt_rl_accuracy", ANY, NONE, 0, ""}, {"-ts_adapt_rl_error_ceiling", ANY, NONE, SLIP_INFINITE, ""},
   {"-ts_adapt_rl_max_failures", ANY, NONE, SLIP_WHOLE, ""},
-  {"-ts_adams_max_order", ANY, NONE, SLIP_WHOLE, ""},
+  {"-ts_adams_max_order", ANY, NONE, SLIP_WHOLE, ""}, {"-ts_rkc_max_stages", ANY, NONE, SLIP_WHOLE, ""},
+  {"-ts_rkc_rate", 0, NONE, SLIP_INFINITE, ""},
   {"-ts_bathe_gamma", ANY, NONE, 0, ""}, {"-ts_bathe_order", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_bathe_max_failures", ANY, NONE, SLIP_WHOLE, ""},
   /* a stage below -snes_atol is taken as it is: residuals are relative to the strength, which the critical start

@@ -392,18 +392,6 @@ static PetscErrorCode Accept(TS ts, PetscReal next_h, PetscBool corner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The step after an attempt that left the domain: the controller's, or PETSc's share of it */
-static PetscErrorCode AfterFailure(TS ts, PetscReal *next_h)
-{
-  PetscErrorCode (*choose)(TSAdapt, TS, PetscReal, PetscReal *);
-
-  PetscFunctionBegin;
-  *next_h = ts->time_step * ts->adapt->scale_solve_failed;
-  PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseAfterFailure_C", &choose));
-  if (choose) PetscCall((*choose)(ts->adapt, ts, ts->time_step, next_h));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Back to the step's start. Derivatives of steps before say nothing of one that is much shorter than those: where it
    was refused more than once, or led nowhere, only that of the start is kept, and the order grows again. */
 static PetscErrorCode Retry(TS ts, PetscReal next_h, PetscBool good)
@@ -445,7 +433,7 @@ static PetscErrorCode TSStep_Adams(TS ts)
       PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, ad->order + 1, 1, 1.0, 1.0, PETSC_TRUE));
       PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
     } else
-      PetscCall(AfterFailure(ts, &next_h));
+      PetscCall(SlipStepAfterFailure(ts, &next_h));
     if (!accept) PetscCall(Retry(ts, next_h, good));
     if (!good) PetscCall(SlipGuardConstant(ts, whole));
   }
@@ -495,6 +483,7 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   TS_Adams *ad = (TS_Adams *)ts->data;
 
   PetscFunctionBegin;
+  if (!SlipStateIsLoading(s) && ts->steprestart) ad->n = 0; /* as the next step begins anew */
   PetscCall(SlipStateCount(s, "derivatives", ADAMS_MAX + 1, &ad->n));
   PetscCall(SlipStateInt(s, "order", 1, &ad->order));
   PetscCall(SlipStateInt(s, "steps_with_it", 1, &ad->since));

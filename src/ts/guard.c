@@ -107,6 +107,18 @@ PetscReal SlipConstantAfter(TS ts, PetscReal h, PetscReal next, SlipConstant *st
   return SlipStepAfterCorner(ts, ts->ptime, next);
 }
 
+/* The step after an attempt that left the domain: the controller's, or PETSc's share of it */
+PetscErrorCode SlipStepAfterFailure(TS ts, PetscReal *next_h)
+{
+  PetscErrorCode (*choose)(TSAdapt, TS, PetscReal, PetscReal *);
+
+  PetscFunctionBegin;
+  *next_h = ts->time_step * ts->adapt->scale_solve_failed;
+  PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseAfterFailure_C", &choose));
+  if (choose) PetscCall((*choose)(ts->adapt, ts, ts->time_step, next_h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Is every component a number? In the sum of all what is none remains, on any number of ranks. */
 PetscErrorCode SlipGuardState(Vec w, PetscBool *good)
 {

@@ -10,11 +10,12 @@ static PetscErrorCode Register_TS(void)
   PetscCall(TSRegister(TSBATHE, TSCreate_Bathe));
   PetscCall(TSRegister(TSMOREAU, TSCreate_Moreau));
   PetscCall(TSRegister(TSADAMS, TSCreate_Adams));
+  PetscCall(TSRegister(TSRKC, TSCreate_RKC));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@C
-  SlipTSInitializePackage - register TSBATHE, TSMOREAU, TSADAMS and the solvers of its stages
+  SlipTSInitializePackage - register TSBATHE, TSMOREAU, TSADAMS, TSRKC and the solvers of its stages
 
   Not collective; after PetscInitialize(). Again it does nothing.
 

@@ -37,6 +37,9 @@ RATE_STATE = f"""-fault_nx {NX} -fault_nz {NZ} -fault_length_x 8000 -fault_lengt
 WEAKENING = f"""-fault_nx {NX} -fault_nz {NZ} -fault_length_x 8000 -fault_length_z 4000 -fault_inertia no -fault_viscosity radiation
  -fault_normal_stress 50e6 -fault_normal_stress_gradient 0 -fault_friction_residual 0.5 -fault_initial traction
  -fault_loading_rate 1e-9 -fault_healing_time {YEAR} -fault_parameters weakening.h5 -ts_max_time {10 * YEAR}"""
+# A rupture of the same, and its rest
+RUPTURE = WEAKENING.replace(f"-fault_healing_time {YEAR}", "-fault_healing_time 1e5 -fault_initial_unstable -fault_stressing_rate 1").replace(
+    f"-ts_max_time {10 * YEAR}", "-ts_max_time 2e4").replace("weakening.h5", "rupture.h5")
 # A single event under inertia
 INERTIA = f"-fault_nx {NX} -fault_nz {NZ} -ts_max_time 8"
 # The same on a dipping plane, whose normal stress slip changes
@@ -66,11 +69,14 @@ def cases():
         found[f"moreau, one event, {controller}"] = f"{INERTIA} -ts_type moreau -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
         found[f"moreau, weakening, thrust, {controller}"] = f"{WEAKENING}{THRUST} -fault_inertia yes -ts_type moreau -ts_adapt_type {controller}"
         found[f"adams, vectors, {controller}"] = f"{RATE_STATE}{VECTORS} -ts_type adams -ts_adapt_type {controller}"
+    for kind in ("rkc", "adams", "rk"):
+        found[f"{kind}, weakening"] = f"{RUPTURE} -ts_type {kind}"
+        found[f"{kind}, weakening, vectors"] = f"{RUPTURE}{VECTORS} -ts_type {kind}"
     found["handed over"] = f"{HANDED} -fault_stations 500,500;1500,1500"
     return found
 
 
-QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp")
+QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp", "rkc, weakening, vectors", "rk, weakening")
 
 
 def write_fields():
@@ -87,6 +93,10 @@ def write_fields():
         file["friction_drop"] = 0.05 + 0.05 * chance.random((NZ, NX))
         file["friction_slip"] = np.full((NZ, NX), 0.05)
         file["initial_traction"] = 50e6 * (0.5 + 0.045 * chance.random((NZ, NX)))
+    with h5py.File("rupture.h5", "w") as file:
+        file["friction_drop"] = np.full((NZ, NX), 0.1)
+        file["friction_slip"] = np.full((NZ, NX), 0.1)
+        file["initial_traction"] = 50e6 * np.where(x < 3, 0.602, 0.57)
 
 
 def run(build, options, expected, *more):

@@ -127,7 +127,7 @@ expect "-fault_friction_alpha is not 0 in 4 cells" "${mesh[@]}" -fault_friction_
 expect "is a directory" -fault_output .
 expect '-fault_output_fields has "weather"' -fault_output x.h5 -fault_output_fields slip,weather
 expect "weather" -ts_adapt_type weather
-expect "-ts_type rk knows no friction" -ts_type rk
+expect "-ts_type rk knows friction only where the slip rate of a cell follows from its own stress" -ts_type rk
 expect "none.h5" -fault_mesh none.h5
 expect "not.h5 is not an HDF5 file (-fault_mesh)" -fault_mesh not.h5
 echo "solid" >facets.stl

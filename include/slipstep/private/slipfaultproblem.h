@@ -18,6 +18,13 @@ typedef struct {
   Vec u, rate, force; /* its displacement [m], slip rate [m/s], and K u [Pa] */
   Vec aside[4];       /* room for those of a state within a step, and what it does to normal stress */
   PetscInt64 put;     /* how often it was put into a state */
+  PetscBool resting;  /* the step is one of rest, which needs no right-hand side: */
+  Vec way, rested;    /* its rates, all the while, and the state at its end */
+  PetscReal next;     /* the step to go on with from there [s] */
+  PetscReal fastest;  /* the largest slip rate before the last step [m/s] */
+  PetscReal least;    /* least of the slips against which those of the cells count [m] */
+  PetscBool follows;  /* tolerances follow the largest displacement, against which slips count that do not weaken: */
+  PetscReal moved;    /* what that was [m] */
   Vec seen;           /* an attempt's end with its rates, which a controller observes; NULL: none has */
   PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: nobody has asked */
   PetscBool *creeps;  /* [n] cells that slip at the loading rate; NULL: none */
@@ -65,6 +72,7 @@ typedef struct {
   SlipFaultTolerances tolerances; /* without accuracies: nothing has needed them yet, or the kind has none */
 } SlipFaultSteps;
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
+PETSC_INTERN PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, PetscReal *rtol);
 PETSC_INTERN PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *fault);
 PETSC_INTERN PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt fallback, PetscReal accuracy, void *fault);
@@ -109,10 +117,21 @@ PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w,
                                                     Vec r); /* -q sign(v), weighted */
+/* sticking.c: explicit steps of friction whose cells stick */
+PETSC_INTERN PetscErrorCode SlipFaultStickingTraction(SlipFault fault, PetscReal t, Vec w, Vec r);
+PETSC_INTERN PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, PetscReal atol[]);
+PETSC_INTERN PetscErrorCode SlipFaultBeginRest(SlipFault fault, TS ts);
+PETSC_INTERN PetscErrorCode SlipFaultEndRest(SlipFault fault, TS ts);
 /* stop.c */
 PETSC_EXTERN PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscReal rtol, PetscReal share,
                                           const Vec state[3], Vec k0, PetscReal *stop);
 /* tolerance.c */
+PETSC_INTERN PetscReal SlipFaultSlipScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i,
+                                          PetscReal displacement, PetscBool *weakens);
+PETSC_INTERN PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1,
+                                                       PetscReal *E);
+PETSC_INTERN PetscErrorCode SlipFaultLeastStiffness(SlipFault fault, PetscReal *stiffness);
+PETSC_INTERN PetscErrorCode SlipFaultLargestDisplacement(SlipFault fault, Vec w, PetscReal *largest);
 PETSC_EXTERN PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, PetscReal t, Vec w,
                                                    PetscReal tolerance[]);

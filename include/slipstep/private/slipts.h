@@ -126,12 +126,14 @@ PETSC_INTERN PetscErrorCode SNESTSFormFunction_Bathe(SNES, Vec, Vec, TS);
 PETSC_INTERN PetscErrorCode SNESTSFormJacobian_Bathe(SNES, Vec, Mat, Mat, TS);
 PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSCreate_Adams(TS);
+PETSC_INTERN PetscErrorCode TSCreate_RKC(TS);
 
 /* ---- guard.c ---- */
 /* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step
    [s] */
 PETSC_INTERN PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole);
 PETSC_INTERN PetscReal SlipTimeAfterStep(TS ts);
+PETSC_INTERN PetscErrorCode SlipStepAfterFailure(TS ts, PetscReal *next_h);
 PETSC_INTERN PetscErrorCode SlipGuardConstant(TS ts, PetscReal h); /* an error where steps are constant */
 PETSC_INTERN PetscErrorCode SlipConstantRefused(TS ts, PetscReal h, SlipConstant *steps);
 PETSC_INTERN PetscReal SlipConstantAfter(TS ts, PetscReal h, PetscReal next, SlipConstant *steps);

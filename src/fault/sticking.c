@@ -1,0 +1,253 @@
+/* Friction that sticks in explicit steps without inertia. Cell by cell the slip rate is a function of the stress,
+
+      eta v = max(|T - K u + eta v_inf| - q(s, |v|), 0) along that stress,
+
+   continuous, with a kink where a cell starts or stops: it is a right-hand side for TSRKC, TSRK and TSADAMS, whose
+   cells rest with v = 0 exactly. While all of them do, until the next one starts, nothing is solved: such a step is one
+   of constant rates, which formulas of any order add up to the state that SlipFaultRest() knows. */
+#include <slipstep/private/slipfault.h>
+#include <math.h>
+
+/* Of the end of an event: slip that may be left, over the tolerance of a step; solves with what slides, each to a share
+   of its stress, and products of each at most */
+#define LANDING_SLIP 0.1
+#define LANDING_SHARE 1e-3
+enum { LANDING_SOLVES = 8, LANDING_PRODUCTS = 200 };
+
+/* Tolerances of a state: errors of u and s count as TSBATHE has them count (tolerance.c), against d_c or the largest
+   displacement so far, by rtol */
+PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, PetscReal atol[])
+{
+  SlipFaultBalance *b = &fault->balance;
+  SlipFrictionCells friction;
+  PetscBool steady = PETSC_FALSE;
+  PetscReal least = PETSC_MAX_REAL;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscBool weakens;
+    const PetscReal wanted = rtol * SlipFaultSlipScale(fault, &friction, i, b->moved, &weakens);
+
+    if (!weakens) steady = PETSC_TRUE;
+    least = PetscMin(least, wanted / rtol);
+    for (PetscInt k = 0; k < fault->layout.components; k++) {
+      atol[SlipFaultRateAt(fault, i) + k] = 1; /* it has no rate */
+      atol[SlipFaultDisplacementAt(fault, i) + k] = wanted;
+    }
+    for (PetscInt k = 0; k < fault->layout.states; k++) atol[SlipFaultStateAt(fault, i) + k] = wanted;
+  }
+  PetscCallMPI(MPI_Allreduce(&steady, &b->follows, 1, MPIU_BOOL, MPI_LOR, fault->comm));
+  PetscCallMPI(MPI_Allreduce(&least, &b->least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The friction of a state as a reaction, weighted: of sliding cells the strength, of others what balances the stress. A
+   product less than SlipConstraintInitialReaction() where the last right-hand side was that of the state. */
+PetscErrorCode SlipFaultStickingTraction(SlipFault fault, PetscReal t, Vec w, Vec r)
+{
+  const PetscReal *weight = fault->mesh.weight, eta = fault->balance.eta;
+  const PetscInt c = fault->layout.components;
+  const PetscReal *a, *force, *vinf, *shear = NULL;
+  const SlipFaultLoad *load;
+  PetscReal *q;
+  Vec u, ku;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &ku));
+  PetscCall(SlipFaultForce(fault, t, w, u, ku));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  const SlipArrays arrays[] = {
+    {w, .read = &a}, {ku, .read = &force}, {fault->operators.vinf, .read = &vinf}, {r, .write = &q}};
+
+  PetscCall(SlipArraysGet(4, arrays));
+  if (load->shear) PetscCall(VecGetArrayRead(load->shear, &shear));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0; k < c; k++) {
+      const PetscReal rate = a[SlipFaultRateAt(fault, i) + k] - vinf[c * i + k];
+
+      q[c * i + k] = force[c * i + k] + eta * weight[i] * rate - (shear ? shear[c * i + k] : 0);
+    }
+  if (load->shear) PetscCall(VecRestoreArrayRead(load->shear, &shear));
+  PetscCall(SlipArraysRestore(4, arrays));
+  PetscCall(SlipFaultRestoreWork(fault, &ku));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the end of an event ---- */
+
+/* Zero where a cell does not slide, by its rate */
+static PetscErrorCode KeepSliding(SlipFault fault, Vec x)
+{
+  const PetscInt c = fault->layout.components;
+  const PetscReal *v;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(fault->balance.rate, &v));
+  PetscCall(VecGetArray(x, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = c * i; k < c * (i + 1); k++)
+      if (SlipFaultLength(fault, v + c * i) == 0) a[k] = 0;
+  PetscCall(VecRestoreArray(x, &a));
+  PetscCall(VecRestoreArrayRead(fault->balance.rate, &v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* K x = r of the cells that slide, by conjugate gradients to LANDING_SHARE of r, which is lost */
+static PetscErrorCode SolveSliding(SlipFault fault, Vec r, Vec x)
+{
+  PetscReal square, first, next, curvature;
+  Vec p, kp;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetWork(fault, &p));
+  PetscCall(SlipFaultGetWork(fault, &kp));
+  PetscCall(VecZeroEntries(x));
+  PetscCall(VecCopy(r, p));
+  PetscCall(VecDot(r, r, &square));
+  first = square;
+  for (PetscInt k = 0; k < LANDING_PRODUCTS && square > PetscSqr(LANDING_SHARE) * first; k++) {
+    PetscCall(SlipElasticApply(fault->medium, p, kp, NULL));
+    PetscCall(KeepSliding(fault, kp));
+    PetscCall(VecDot(p, kp, &curvature));
+    if (!(curvature > 0)) break;
+    PetscCall(VecAXPY(x, square / curvature, p));
+    PetscCall(VecAXPY(r, -square / curvature, kp));
+    PetscCall(VecDot(r, r, &next));
+    PetscCall(VecAYPX(p, next / square, r));
+    square = next;
+  }
+  PetscCall(SlipFaultRestoreWork(fault, &kp));
+  PetscCall(SlipFaultRestoreWork(fault, &p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* u and s of the state w after a slip x more */
+static PetscErrorCode AddSlip(SlipFault fault, Vec x, Vec w)
+{
+  const PetscInt c = fault->layout.components;
+  const PetscReal *d;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(x, &d));
+  PetscCall(VecGetArray(w, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    for (PetscInt k = 0; k < c; k++) a[SlipFaultDisplacementAt(fault, i) + k] += d[c * i + k];
+    a[SlipFaultStateAt(fault, i)] += SlipFaultLength(fault, d + c * i);
+  }
+  PetscCall(VecRestoreArray(w, &a));
+  PetscCall(VecRestoreArrayRead(x, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does the fault come to rest at once, within what the tolerance lets it slip? At its end an event dies away
+   exponentially, for ever but for rounding, and long explicit steps do not follow that. The slip that is left takes the
+   stress by which sliding cells exceed their strength: K du = eta v of those, repeated as du weakens them and loads
+   others. It is tried when the largest rate has halved since the last step, which that of a nucleation or of steady
+   creep has not, and is so small that the slip which is left does not count. */
+static PetscErrorCode Land(SlipFault fault, PetscReal t, Vec w, PetscBool *landed)
+{
+  SlipFaultBalance *b = &fault->balance;
+  const PetscReal *weight = fault->mesh.weight;
+  const PetscInt c = fault->layout.components;
+  PetscReal largest = 0, before, *a;
+  Vec r, x;
+
+  PetscFunctionBegin;
+  *landed = PETSC_FALSE;
+  before = b->fastest;
+  PetscCall(SlipFaultLargestSpeed(fault, w, &b->fastest));
+  if (b->fastest == 0 || !(b->fastest < 0.5 * before)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultLeastStiffness(fault, &largest));
+  if (!(b->fastest * b->eta < LANDING_SLIP * b->rtol * b->least * largest)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetWork(fault, &r));
+  PetscCall(SlipFaultGetWork(fault, &x));
+  PetscCall(VecCopy(w, b->rested));
+  for (PetscInt k = 0; k < LANDING_SOLVES && !*landed; k++) {
+    PetscCall(SlipFaultRates(fault, t, b->rested, NULL));
+    PetscCall(VecCopy(b->rate, r));
+    PetscCall(VecNorm(r, NORM_INFINITY, &largest));
+    *landed = largest == 0 ? PETSC_TRUE : PETSC_FALSE;
+    if (*landed) break;
+    PetscCall(VecGetArray(r, &a));
+    for (PetscInt i = 0; i < c * fault->mesh.n; i++) a[i] *= b->eta * weight[i / c];
+    PetscCall(VecRestoreArray(r, &a));
+    PetscCall(SolveSliding(fault, r, x));
+    PetscCall(AddSlip(fault, x, b->rested));
+  }
+  PetscCall(SlipFaultRestoreWork(fault, &x));
+  PetscCall(SlipFaultRestoreWork(fault, &r));
+  if (*landed) {
+    PetscCall(VecCopy(b->rested, w));
+    PetscCall(SlipFaultPutRates(fault, w));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Before a step: if all cells rest, it is one until the next of them starts, the loading has a corner or the run ends;
+   else TSRK, which asks nobody, is to end it at a corner. */
+PetscErrorCode SlipFaultBeginRest(SlipFault fault, TS ts)
+{
+  SlipFaultBalance *b = &fault->balance;
+  PetscReal t, end, h, limit, corner = PETSC_MAX_REAL;
+  PetscBool constant, landed = PETSC_FALSE;
+  TSAdapt adapt;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(TSGetTimeStep(ts, &h));
+  PetscCall(TSGetMaxTime(ts, &limit));
+  PetscCall(TSGetSolution(ts, &w));
+  if (fault->problem.corner) PetscCall((*fault->problem.corner)(ts, t, &corner, fault));
+  limit = PetscMin(limit, corner);
+  b->next = h;
+  end = t;
+  if (fault->problem.rest) {
+    if (!b->rested) PetscCall(SlipFaultCreateState(fault, &b->rested));
+    if (!b->way) PetscCall(SlipFaultCreateState(fault, &b->way));
+    if (fault->kind.sequence || fault->loads.pressed) PetscCall(Land(fault, t, w, &landed));
+    PetscCall((*fault->problem.rest)(ts, t, limit, w, b->way, b->rested, &end, &b->next, fault));
+  }
+  b->resting = end > t ? PETSC_TRUE : PETSC_FALSE;
+  if (landed) PetscCall(TSRestartStep(ts));
+  if (!b->resting) {
+    PetscCall(TSSetTimeStep(ts, PetscMin(h, corner - t)));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
+  if (constant) b->next = h;
+  h = end - t;
+  if (t + h < end)
+    h = nextafter(h, PETSC_MAX_REAL); /* a step that ends by rounding before it would leave another one */
+  PetscCall(VecWAXPY(b->way, -1, w, b->rested));
+  PetscCall(VecScale(b->way, 1 / h));
+  PetscCall(TSSetTimeStep(ts, h));
+  PetscCall(TSRestartStep(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* After such a step */
+PetscErrorCode SlipFaultEndRest(SlipFault fault, TS ts)
+{
+  SlipFaultBalance *b = &fault->balance;
+  PetscReal t, end;
+  Vec w;
+
+  PetscFunctionBegin;
+  b->resting = PETSC_FALSE;
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(VecCopy(b->rested, w));
+  PetscCall(SlipFaultRates(fault, t, w, NULL));
+  PetscCall(SlipFaultPutRates(fault, w));
+  PetscCall(TSSetTimeStep(ts, end > t ? PetscMin(b->next, end - t) : b->next));
+  PetscCall(TSRestartStep(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,348 @@
+/* TSRKC as a PETSc TS type: explicit steps of second order whose stages are as many as stability needs, by the formulas
+   of Runge, Kutta and Chebyshev (src/core/rkc.c). Stages squared, not stages, are proportional to the longest stable
+   step, on the negative real axis: a right-hand side that relaxes at rates from slow to fast, as slip without inertia
+   does, the faster the smaller the cells, takes steps as its accuracy wants them.
+
+   The error estimate is that of the paper, 0.8 (y_n - y_n+1) + 0.4 h (f_n + f_n+1), of order h^3; f_n+1 begins the next
+   step. Between both ends the solution is Hermite's cubic. */
+#include <slipstep/private/slipts.h>
+
+/* The fastest rate of a problem is found by products, from below. */
+#define RATE_MARGIN 1.05
+
+typedef struct {
+  PetscInt max_stages;
+  PetscReal asked;     /* fastest rate that the user gave [1/s]; 0: the problem says it */
+  PetscBool known;     /* f is that of the step's start */
+  PetscInt stages;     /* of the last attempt */
+  PetscInt rejections; /* attempts of this step that were refused */
+  Vec start, f, end;   /* state at the start of the step, rates there and at its end */
+  Vec y[2], work;      /* of stages: the last two, rates and errors */
+  Vec f0;              /* rates at the start of the last step */
+  PetscReal before, h; /* time at the start of the last step, and its length [s] */
+} TS_RKC;
+
+static PetscErrorCode TSReset_RKC(TS ts)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+  Vec *vecs[] = {&rkc->start, &rkc->f, &rkc->end, &rkc->y[0], &rkc->y[1], &rkc->work, &rkc->f0};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+  rkc->known = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSDestroy_RKC(TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall(TSReset_RKC(ts));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, NULL));
+  PetscCall(PetscFree(ts->data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSSetUp_RKC(TS ts)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+  Vec *vecs[] = {&rkc->start, &rkc->f, &rkc->end, &rkc->y[0], &rkc->y[1], &rkc->work, &rkc->f0};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
+    if (!*vecs[i]) PetscCall(VecDuplicate(ts->vec_sol, vecs[i]));
+  PetscCall(TSGetAdapt(ts, &ts->adapt));
+  PetscCall(TSAdaptCandidatesClear(ts->adapt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSSetFromOptions_RKC(TS ts, SlipOptionItems PetscOptionsObject)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+  PetscInt stages = rkc->max_stages;
+  PetscBool set;
+
+  PetscFunctionBegin;
+  PetscOptionsHeadBegin(PetscOptionsObject, "Runge-Kutta-Chebyshev integrator options");
+  PetscCall(SlipCheckIntegerOption(PetscObjectComm((PetscObject)ts), ((PetscObject)ts)->options,
+                                   ((PetscObject)ts)->prefix, "-ts_rkc_max_stages"));
+  PetscCall(PetscOptionsInt("-ts_rkc_max_stages", "Most stages of a step, which bound its length", "TSRKCSetMaxStages",
+                            stages, &stages, &set));
+  if (set) PetscCall(TSRKCSetMaxStages(ts, stages));
+  PetscCall(PetscOptionsReal("-ts_rkc_rate", "Fastest rate of relaxation [1/s]; 0: the problem knows it", NULL,
+                             rkc->asked, &rkc->asked, NULL));
+  PetscCheck(rkc->asked >= 0 && !PetscIsInfOrNanReal(rkc->asked), PetscObjectComm((PetscObject)ts),
+             PETSC_ERR_ARG_OUTOFRANGE, "-ts_rkc_rate is %g, expected a number >= 0 [1/s]", (double)rkc->asked);
+  PetscOptionsHeadEnd();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSView_RKC(TS ts, PetscViewer viewer)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+  PetscBool ascii;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  if (ascii)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  %" PetscInt_FMT " stages in the last step, at most %" PetscInt_FMT "\n",
+                                     rkc->stages, rkc->max_stages));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSRKCSetMaxStages - the most stages of a step
+
+  Logically collective
+
+  Input Parameters:
++ ts     - of type TSRKC, ignored otherwise
+- stages - from 2 to 200; steps are no longer than they are stable with
+
+  Options Database Key:
+. -ts_rkc_max_stages <100> - the same
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for another number
+
+.seealso: TSRKC
+@*/
+PetscErrorCode TSRKCSetMaxStages(TS ts, PetscInt stages)
+{
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(ts, TS_CLASSID, 1);
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRKC, &same));
+  if (!same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(stages >= 2 && stages <= SLIP_RKC_MOST, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_rkc_max_stages is %" PetscInt_FMT ", expected a whole number from 2 to %d", stages, SLIP_RKC_MOST);
+  ((TS_RKC *)ts->data)->max_stages = stages;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a step ---- */
+
+/* The fastest rate at which the solution relaxes from the step's start [1/s] */
+static PetscErrorCode FastestRate(TS ts, PetscReal *rate)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  *rate = rkc->asked;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  PetscCheck(*rate > 0 || (problem && problem->relaxation), PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
+             "-ts_type " TSRKC " needs the fastest rate at which the problem relaxes: expected -ts_rkc_rate [1/s]");
+  if (!(*rate > 0)) PetscCall((*problem->relaxation)(ts, rkc->start, rate, ctx));
+  *rate *= RATE_MARGIN;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* vec_sol, and the rates there, at the end of an attempt; not good: it left the domain of the right-hand side, and
+   vec_sol is nothing */
+static PetscErrorCode Attempt(TS ts, PetscReal rate, PetscBool *good)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+  const PetscReal t = ts->ptime, h = ts->time_step;
+  const PetscInt s = PetscMin((PetscInt)SlipRKCStages(h * rate), rkc->max_stages);
+  SlipRKCStage c[SLIP_RKC_MOST + 1];
+
+  PetscFunctionBegin;
+  rkc->stages = s;
+  SlipRKCCoefficients(s, c);
+  PetscCall(VecCopy(rkc->start, rkc->y[0]));
+  PetscCall(VecWAXPY(rkc->y[1], c[1].rate * h, rkc->f, rkc->start));
+  for (PetscInt j = 2; j <= s; j++) {
+    const Vec last = rkc->y[1], v[] = {rkc->start, last, rkc->work, rkc->f};
+    const PetscScalar a[] = {1 - c[j].one - c[j].two, c[j].one, c[j].rate * h, c[j].start * h};
+
+    PetscCall(TSPreStage(ts, t + c[j - 1].share * h));
+    PetscCall(TSComputeRHSFunction(ts, t + c[j - 1].share * h, last, rkc->work));
+    PetscCall(VecScale(rkc->y[0], c[j].two));
+    PetscCall(VecMAXPY(rkc->y[0], 4, a, (Vec *)v));
+    rkc->y[1] = rkc->y[0];
+    rkc->y[0] = last;
+  }
+  PetscCall(VecCopy(rkc->y[1], ts->vec_sol));
+  PetscCall(TSPostStage(ts, t + h, 0, &ts->vec_sol));
+  PetscCall(SlipGuardState(ts->vec_sol, good));
+  if (*good) PetscCall(TSFunctionDomainError(ts, t + h, ts->vec_sol, good));
+  if (*good) PetscCall(TSComputeRHSFunction(ts, t + h, ts->vec_sol, rkc->end));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSEvaluateWLTE_RKC(TS ts, NormType type, PetscInt *order, PetscReal *wlte)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+  const Vec v[] = {rkc->start, ts->vec_sol, rkc->f, rkc->end};
+  const PetscScalar a[] = {0.8, -0.8, 0.4 * ts->time_step, 0.4 * ts->time_step};
+  const SlipProblemOps *problem;
+  PetscReal absolute, relative;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(rkc->work));
+  PetscCall(VecMAXPY(rkc->work, 4, a, (Vec *)v));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->error)
+    PetscCall((*problem->error)(ts, rkc->work, rkc->start, ts->vec_sol, wlte, ctx));
+  else {
+    PetscCall(VecAXPY(rkc->work, 1, ts->vec_sol));
+    PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, rkc->work, type, wlte, &absolute, &relative));
+  }
+  *wlte = PetscMax(*wlte, 1e-10); /* a step so short that nothing is left, which controllers divide by */
+  if (order) *order = 3;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Accept(TS ts, PetscReal next_h)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+  const SlipProblemOps *problem;
+  const Vec f0 = rkc->f0;
+  void *ctx;
+
+  PetscFunctionBegin;
+  rkc->before = ts->ptime;
+  rkc->h = ts->time_step;
+  ts->ptime = SlipTimeAfterStep(ts);
+  ts->time_step = next_h;
+  rkc->f0 = rkc->f;
+  rkc->f = rkc->end;
+  rkc->end = f0;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Retry(TS ts, PetscReal next_h)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(rkc->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
+  ts->time_step = next_h;
+  ts->reject++;
+  rkc->rejections++;
+  if (rkc->rejections > ts->max_reject && ts->max_reject >= 0) ts->reason = TS_DIVERGED_STEP_REJECTED;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSStep_RKC(TS ts)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+  PetscBool accept = PETSC_FALSE, good;
+  PetscReal rate, next_h = ts->time_step, whole;
+
+  PetscFunctionBegin;
+  PetscCall(SlipProblemAccept(ts));
+  PetscCall(VecCopy(ts->vec_sol, rkc->start));
+  if (ts->steprestart || !rkc->known) PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, rkc->f));
+  rkc->known = PETSC_TRUE;
+  PetscCall(FastestRate(ts, &rate));
+  rkc->rejections = 0;
+  while (!ts->reason && !accept) {
+    if (rate > 0) ts->time_step = PetscMin(ts->time_step, SlipRKCLongest(rkc->max_stages) / rate);
+    PetscCall(SlipGuardStep(ts));
+    whole = ts->time_step;
+    PetscCall(Attempt(ts, rate, &good));
+    if (good) {
+      PetscCall(TSAdaptCandidatesClear(ts->adapt));
+      PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, 2, 1, 1.0, 1.0, PETSC_TRUE));
+      PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
+    } else
+      PetscCall(SlipStepAfterFailure(ts, &next_h));
+    if (!accept) PetscCall(Retry(ts, next_h));
+    if (!good) PetscCall(SlipGuardConstant(ts, whole));
+  }
+  if (accept) PetscCall(Accept(ts, next_h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSRollBack_RKC(TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall(VecCopy(((TS_RKC *)ts->data)->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
+  ts->steprestart = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSInterpolate_RKC(TS ts, PetscReal t, Vec x)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+  const PetscReal s = PetscClipInterval((t - rkc->before) / (ts->ptime - rkc->before), 0, 1),
+                  rest = s * s * (3 - 2 * s);
+  const Vec v[] = {ts->vec_sol, rkc->f0, rkc->f};
+  const PetscScalar a[] = {rest, rkc->h * s * (1 - s) * (1 - s), -rkc->h * s * s * (1 - s)};
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(rkc->start, rkc->work));
+  PetscCall(VecScale(rkc->work, 1 - rest));
+  PetscCall(VecMAXPY(rkc->work, 3, a, (Vec *)v));
+  PetscCall(VecCopy(rkc->work, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a checkpoint needs beside time, step and state */
+static PetscErrorCode State_RKC(TS ts, SlipState s)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+
+  PetscFunctionBegin;
+  if (!SlipStateIsLoading(s) && ts->steprestart) rkc->known = PETSC_FALSE; /* as the next step asks anew */
+  PetscCall(SlipStateBool(s, "rates_known", &rkc->known));
+  if (rkc->known) PetscCall(SlipStateVec(s, "rates", rkc->f));
+  if (SlipStateIsLoading(s)) ts->steprestart = rkc->known ? PETSC_FALSE : PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+  TSRKC - "rkc": explicit stabilised formulas of second order, Runge, Kutta and Chebyshev's, with as many stages a step
+  as stability needs
+
+  Options Database Keys:
++ -ts_rkc_max_stages <100> - most stages of a step, which bound its length
+- -ts_rkc_rate <0>         - fastest rate at which the problem relaxes [1/s]; 0: the problem knows it
+
+  Level: beginner
+
+  Notes:
+  For problems whose right-hand side (TSSetRHSFunction()) is expensive, continuous but not smooth, and relaxes at real
+  rates from slow to fast, without inertia. s stages are stable over 0.65 (s^2 - 1) relaxation times of the fastest, one
+  of an explicit pair or of TSADAMS over 0.8 to 1.5. The problem says the fastest rate (SlipProblemOps.relaxation), or
+  -ts_rkc_rate. TSAdapt types basic, dsp, pi and heuristic control the step; constant steps take the stages that they
+  need.
+
+  Errors: PETSC_ERR_ARG_WRONGSTATE where nobody knows the rate
+
+  References:
+. * - B. P. Sommeijer, L. F. Shampine, J. G. Verwer, RKC: an explicit solver for parabolic PDEs, J. Comput. Appl. Math.
+  88, 1998.
+
+.seealso: TSRKCSetMaxStages(), TSADAMS, TSRK, TSBATHE
+M*/
+PetscErrorCode TSCreate_RKC(TS ts)
+{
+  TS_RKC *rkc;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&rkc));
+  ts->data = rkc;
+  rkc->max_stages = 100;
+  ts->ops->reset = TSReset_RKC;
+  ts->ops->destroy = TSDestroy_RKC;
+  ts->ops->view = TSView_RKC;
+  ts->ops->setup = TSSetUp_RKC;
+  ts->ops->setfromoptions = TSSetFromOptions_RKC;
+  ts->ops->step = TSStep_RKC;
+  ts->ops->evaluatewlte = TSEvaluateWLTE_RKC;
+  ts->ops->rollback = TSRollBack_RKC;
+  ts->ops->interpolate = TSInterpolate_RKC;
+  ts->default_adapt_type = TSADAPTBASIC;
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, State_RKC));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,275 @@
+/* Friction that sticks in explicit steps without inertia: blocks against their formulas, when they start and stop,
+   faults of several cells against TSBATHE, refusals, and the formulas of TSRKC. */
+#include "unit.h"
+#include "faultstart.h"
+#include "tempdir.h"
+#include <sliph5.h>
+#include <slipstep/private/slipfault.h>
+#include <math.h>
+
+static const PetscReal sigma = 50e6, residual = 0.5, drop = 0.1;
+static const char *const types[] = {TSRKC, TSRK, TSADAMS};
+
+/* Cells of 1 km under radiation damping, from a shear stress [Pa] */
+static SlipFault Fault(PetscInt nx, PetscInt nz, const char law[], PetscReal slip, PetscReal traction)
+{
+  SlipFault fault;
+
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetReals(fault, {"nx", nx}, {"nz", nz}, {"length_x", 1000 * (PetscReal)nx},
+                   {"length_z", 1000 * (PetscReal)nz}, {"normal_stress", sigma}, {"normal_stress_gradient", 0},
+                   {"friction_residual", residual}, {"friction_drop", drop}, {"friction_slip", slip},
+                   {"initial_traction", traction}));
+  ok(SlipFaultSetString(fault, "friction_law", law));
+  ok(SlipFaultSetString(fault, "viscosity", "radiation"));
+  ok(SlipFaultSetString(fault, "initial", "traction"));
+  ok(SlipFaultSetInertia(fault, PETSC_FALSE));
+  ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
+  return fault;
+}
+
+/* Its run to the end, at a tolerance, or in constant steps where dt is not 0; w stays */
+static void Run(SlipFault fault, const char type[], PetscReal rtol, PetscReal dt, PetscReal end, Vec *w)
+{
+  TS ts;
+
+  ok(PetscOptionsSetValue(NULL, "-ts_type", type));
+  ok(FaultStart(fault, dt > 0 ? TSADAPTNONE : NULL, dt, end, w, &ts));
+  ok(TSSetFromOptions(ts));
+  ok(TSSetTolerances(ts, PETSC_DEFAULT, NULL, rtol, NULL));
+  ok(TSSolve(ts, *w));
+  ok(PetscOptionsClearValue(NULL, "-ts_type"));
+  ok(TSDestroy(&ts));
+}
+
+/* K and eta of a fault of one cell */
+static void Numbers(SlipFault fault, PetscReal *K, PetscReal *eta)
+{
+  PetscReal G, rho;
+  Vec one, k;
+  Mat A;
+
+  ok(SlipFaultGetReal(fault, "shear_modulus", &G));
+  ok(SlipFaultGetReal(fault, "density", &rho));
+  *eta = sqrt(G * rho) / 2;
+  ok(SlipFaultGetOperators(fault, &A, NULL, NULL));
+  ok(MatCreateVecs(A, &one, &k));
+  ok(VecSet(one, 1));
+  ok(MatMult(A, one, k));
+  ok(VecMax(k, NULL, K));
+  ObjectsDestroy(&one, &k);
+}
+
+/* ---- formulas of TSRKC ---- */
+
+/* The polynomial that a step of s stages makes of y' = z y */
+static PetscReal Polynomial(PetscInt s, PetscReal z)
+{
+  SlipRKCStage c[SLIP_RKC_MOST + 1];
+  PetscReal y[SLIP_RKC_MOST + 1] = {1};
+
+  SlipRKCCoefficients(s, c);
+  y[1] = 1 + c[1].rate * z;
+  for (PetscInt j = 2; j <= s; j++)
+    y[j] =
+      1 - c[j].one - c[j].two + c[j].one * y[j - 1] + c[j].two * y[j - 2] + c[j].rate * z * y[j - 1] + c[j].start * z;
+  return y[s];
+}
+
+/* 1 + z + z^2/2 and what is smaller, and not larger than 1 up to the longest step */
+static void formulas(void **state)
+{
+  (void)state;
+  for (PetscInt s = 2; s <= SLIP_RKC_MOST; s += s < 20 ? 1 : 20) {
+    const PetscReal longest = SlipRKCLongest(s), z = 1e-3;
+
+    /* z^3/6 of the exponential, of which a formula has up to the whole; rounding of s stages */
+    assert_true(fabs(Polynomial(s, z) - 1 - z - z * z / 2) < z * z * z / 3 + 1e-14 * (double)(s * s));
+    assert_int_equal(s, SlipRKCStages(longest));
+    for (PetscInt k = 1; k <= 1000; k++)
+      if (!(fabs(Polynomial(s, -longest * (PetscReal)k / 1000)) < 1))
+        fail_msg("%d stages grow at %g", (int)s, (double)(-longest * (PetscReal)k / 1000));
+  }
+}
+
+/* ---- one block ---- */
+
+/* Linear slip weakening from an excess e: eta u' = e + (W - K) u while u < d, then T - q_r - K u */
+static PetscReal Block(PetscReal K, PetscReal eta, PetscReal e, PetscReal d, PetscReal t, PetscReal *v)
+{
+  const PetscReal W = sigma * drop / d, growth = (W - K) / eta, corner = log(1 + (W - K) * d / e) / growth;
+  const PetscReal last = (e + sigma * drop) / K;
+
+  if (t < corner) {
+    *v = e / eta * exp(growth * t);
+    return e / (W - K) * expm1(growth * t);
+  }
+  *v = (last - d) * K / eta * exp(-K / eta * (t - corner));
+  return last + (d - last) * exp(-K / eta * (t - corner));
+}
+
+static void block(void **state)
+{
+  const PetscReal d = 0.05, excess = 1e5;
+
+  (void)state;
+  for (int k = 0; k < 3; k++)
+    for (int late = 0; late < 2; late++) {
+      SlipFault fault = Fault(1, 1, "linear_slip_weakening", d, (residual + drop) * sigma + excess);
+      PetscReal K, eta, v, u, end;
+      const PetscReal *a;
+      Vec w;
+
+      ok(SlipFaultSetUp(fault));
+      Numbers(fault, &K, &eta);
+      end = 0.8 * log(1 + (sigma * drop / d - K) * d / excess) * eta / (sigma * drop / d - K) * (late ? 2 : 1);
+      Run(fault, types[k], 1e-7, 0, end, &w);
+      u = Block(K, eta, excess, d, end, &v);
+      ok(VecGetArrayRead(w, &a));
+      /* local errors of 1e-7 d, some hundred of them, which grow as the excess does, fiftyfold */
+      if (!(fabs(a[1] - u) < 2e-4 * d && fabs(a[0] - v) < 2e-4 * d * K / eta * 10 && a[2] == a[1]))
+        fail_msg("%s: u %.9g, expected %.9g, v %.9g, expected %.9g, s %.9g", types[k], (double)a[1], (double)u,
+                 (double)a[0], (double)v, (double)a[2]);
+      ok(VecRestoreArrayRead(w, &a));
+      ObjectsDestroy(&w, &fault);
+    }
+}
+
+/* Constant steps of TSRKC while nothing starts or stops: errors fall with their square */
+static void order(void **state)
+{
+  const PetscReal d = 0.05, excess = 1e5;
+  PetscReal error[2];
+
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    SlipFault fault = Fault(1, 1, "linear_slip_weakening", d, (residual + drop) * sigma + excess);
+    PetscReal K, eta, v, end;
+    const PetscReal *a;
+    Vec w;
+
+    ok(SlipFaultSetUp(fault));
+    Numbers(fault, &K, &eta);
+    end = 2 * eta / (sigma * drop / d - K);
+    Run(fault, TSRKC, 1e-3, end / (20 * (k + 1)), end, &w);
+    ok(VecGetArrayRead(w, &a));
+    error[k] = fabs(a[1] - Block(K, eta, excess, d, end, &v));
+    ok(VecRestoreArrayRead(w, &a));
+    ObjectsDestroy(&w, &fault);
+  }
+  assert_true(error[0] / error[1] > 3.7 && error[0] / error[1] < 4.3);
+}
+
+/* Constant friction under a pressure that rises and falls: it starts where friction is reached, at a time that rest
+   knows exactly, slips after the pressure, and stops, exactly at rest, while that falls */
+static void starts_and_stops(void **state)
+{
+  const PetscInt rows = 3, dims[] = {3, 1, 1};
+  const PetscReal deficit = 2e5, peak = 1e6;
+  char dir[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 16];
+
+  (void)state;
+  assert_int_equal(0, TempDirMake("sticking", dir));
+  snprintf(file, sizeof(file), "%s/record.h5", dir);
+  for (int k = 0; k < 3; k++) {
+    SlipFault fault = Fault(1, 1, "constant", 1, residual * sigma - deficit);
+    PetscReal K, eta, rise, start, v, u, stop, times[3] = {0, 10, 20}, pressure[3] = {0, peak, 0};
+    const PetscReal *a;
+    SlipH5 h;
+    Vec w;
+
+    ok(SlipH5Create(file, &h));
+    ok(SlipH5WriteReal(&h, "/time", 1, &rows, times, "s"));
+    ok(SlipH5WriteReal(&h, "/pressure", 3, dims, pressure, "Pa"));
+    ok(SlipH5Close(&h));
+    ok(SlipFaultSetString(fault, "pore_pressure", file));
+    ok(SlipFaultSetUp(fault));
+    Numbers(fault, &K, &eta);
+    rise = residual * peak / times[1];
+    start = deficit / rise;
+    v = rise / K * -expm1(-K / eta * (times[1] - start));
+    u = rise / K * (times[1] - start) - v * eta / K;
+    stop = eta / K * log(1 + v * K / rise); /* of v' = -(K v + rise)/eta */
+    u += -rise / K * stop + (v + rise / K) * eta / K * -expm1(-K / eta * stop);
+    Run(fault, types[k], 1e-6, 0, times[2], &w);
+    ok(VecGetArrayRead(w, &a));
+    /* local errors of 1e-6 u, some hundred of them */
+    if (!(a[0] == 0 && fabs(a[1] - u) < 1e-4 * u && times[1] + stop < times[2]))
+      fail_msg("%s: v %g, u %.9g, expected %.9g", types[k], (double)a[0], (double)a[1], (double)u);
+    ok(VecRestoreArrayRead(w, &a));
+    ObjectsDestroy(&w, &fault);
+  }
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+/* A law that falls with the rate: the balance of the rate itself, by bisection */
+static void by_rate(void **state)
+{
+  const PetscReal traction = (residual + drop) * sigma + 1e5, v0 = 2;
+  SlipFault fault = Fault(1, 1, "rate_weakening", 1, traction);
+  PetscReal K, eta, low = 0, high = 10;
+  const PetscReal *v;
+  Vec w;
+
+  (void)state;
+  ok(SlipFaultSetReal(fault, "friction_rate", v0));
+  Run(fault, TSRKC, 1e-2, 0, 0.01, &w);
+  Numbers(fault, &K, &eta);
+  ok(VecZeroEntries(w));
+  ok(SlipFaultRates(fault, 0, w, NULL));
+  while (high - low > 1e-15) {
+    const PetscReal middle = 0.5 * (low + high);
+
+    *(sigma * (residual + drop / (1 + middle / v0)) + eta * middle > traction ? &high : &low) = middle;
+  }
+  ok(VecGetArrayRead(fault->balance.rate, &v));
+  assert_true(fabs(*v - low) < 1e-11 * low); /* rounding of stresses 1e3 times what is left */
+  ok(VecRestoreArrayRead(fault->balance.rate, &v));
+  ObjectsDestroy(&w, &fault);
+}
+
+/* ---- several cells ---- */
+
+/* Dipping cells with vectors of slip, whose normal stress slip changes, healing and loaded: against TSBATHE */
+static void against_bathe(void **state)
+{
+  (void)state;
+  for (int k = 0; k < 3; k++) {
+    PetscReal error, size;
+    Vec w[2];
+
+    for (int i = 0; i < 2; i++) {
+      SlipFault fault = Fault(4, 3, "exponential_slip_weakening", 0.2, (residual + drop) * sigma + 1e5);
+
+      ok(FaultSetReals(fault, {"dip", 50}, {"rake", 60}, {"slip_components", 2}, {"healing_time", 100},
+                       {"loading_rate", 1e-3}, {"depth_top", 1000}));
+      Run(fault, i ? types[k] : TSBATHE, i ? 1e-6 : 1e-5, 0, 4, &w[i]);
+      ok(SlipFaultDestroy(&fault));
+    }
+    ok(VecNorm(w[0], NORM_INFINITY, &size));
+    ok(VecAXPY(w[1], -1, w[0]));
+    ok(VecNorm(w[1], NORM_INFINITY, &error));
+    if (!(error < 1e-3 * size)) fail_msg("%s: %g of %g", types[k], (double)error, (double)size); /* bathe's at 1e-5 */
+    ObjectsDestroy(&w[0], &w[1]);
+  }
+}
+
+/* An event whose loading turns comes to rest: all cells are still */
+static void lands(void **state)
+{
+  SlipFault fault = Fault(4, 3, "linear_slip_weakening", 0.05, (residual + drop) * sigma + 1e5);
+  PetscReal rest;
+  const PetscReal *a;
+  Vec w;
+
+  (void)state;
+  ok(SlipFaultSetReal(fault, "stressing_rate", -1e-3));
+  Run(fault, TSRKC, 1e-2, 0, 1e4, &w);
+  ok(SlipFaultRestTime(NULL, 1e4, w, &rest, fault)); /* 0 where a cell moves */
+  ok(VecGetArrayRead(w, &a));
+  assert_true(rest > 0 && a[1] > 0.05);
+  ok(VecRestoreArrayRead(w, &a));
+  ObjectsDestroy(&w, &fault);
+}
+
+SLIP_TESTS(formulas, block, order, starts_and_stops, by_rate, against_bathe, lands)
