@@ -74,7 +74,8 @@ const SlipFrictionLaw SlipFrictionLaws[] = {
   {"rate_and_state", SlipRateAndState, "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip))/a))", .by_rate = PETSC_TRUE,
    .always_slides = PETSC_TRUE, .states = Theta, .nstates = 1, .rate = SlipRateAndStateRate,
    .steady = SlipRateAndStateSteady, .direct = SlipRateAndStateDirect, .balance = SlipRateAndStateBalance,
-   .keep = SlipRateAndStateKeep, .nkept = SLIP_RATE_AND_STATE_KEPT, .reads = "slip a b alpha reference reference_rate"},
+   .keep = SlipRateAndStateKeep, .nkept = SLIP_RATE_AND_STATE_KEPT, .values = SlipRateAndStateValues,
+   .reads = "slip a b alpha reference reference_rate"},
   {.name = NULL},
 };
 
@@ -314,6 +315,11 @@ PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscRe
 void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
                           const PetscReal s0[], PetscInt rates, const PetscReal v[], PetscReal q[], PetscReal dq[])
 {
+  if (f->law->values && theta == 0 && !dq) {
+    f->law->values(f, n, stride, s0, rates, v, q);
+    for (PetscInt i = 0; i < n; i++) q[i] *= f->weight ? f->weight[i] * f->stress[i] : f->stress[i];
+    return;
+  }
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal sigma = f->weight ? f->weight[i] * f->stress[i] : f->stress[i];
     PetscReal mu, dmu_ds[SLIP_MAX_STATES], dmu_dv, ds_dv[SLIP_MAX_STATES];

@@ -191,7 +191,7 @@ static inline double Exp(double x)
   return sum * scale.x;
 }
 
-/* x = 2^exponent m, m in [sqrt(1/2), sqrt(2)): (m - 1)/(m + 1), at most 0.172 */
+/* m of x = 2^exponent m, in [sqrt(1/2), sqrt(2)) */
 static inline double Split(double x, double *exponent)
 {
   const uint64_t sqrt_half = 0x3fe6a09e667f3bcdULL;
@@ -203,12 +203,12 @@ static inline double Split(double x, double *exponent)
   e.bits = 0x4330000000000000ULL | shift;
   *exponent = e.x - (4503599627370496.0 + 2048);
   m.bits -= (shift - 2048) << 52;
-  return (m.x - 1) / (m.x + 1);
+  return m.x;
 }
 
 static inline double Log(double x)
 {
-  double exponent, s = Split(x, &exponent), s2 = s * s, sum;
+  double exponent, m = Split(x, &exponent), s = (m - 1) / (m + 1), s2 = s * s, sum; /* |s| <= 0.172 */
 
   sum = 1.0 / 21; /* the term left out is below 1e-17 */
   sum = 1.0 / 19 + s2 * sum;
@@ -223,7 +223,8 @@ static inline double Log(double x)
   return exponent * LN2_LOW + (2 * s * s2 * sum + (2 * s + exponent * LN2_HIGH));
 }
 
-/* The same with an error of 1e-5, relative, and 1e-4 */
+/* The same with an error of 1e-5, relative, and 1.1e-5. Divisions take most of the time of a balance: this polynomial,
+   whose largest error is least, does without. */
 static inline double RoughExp(double x)
 {
   Word k, scale;
@@ -238,27 +239,30 @@ static inline double RoughExp(double x)
 
 static inline double RoughLog(double x)
 {
-  double exponent, s = Split(x, &exponent);
+  double exponent, t = Split(x, &exponent) - 1;
 
-  return exponent * (LN2_HIGH + LN2_LOW) + 2 * s * (1 + s * s * (1.0 / 3));
+  return exponent * (LN2_HIGH + LN2_LOW) +
+         t * (0.99991888 + t * (-0.49923359 + t * (0.33734499 + t * (-0.27349856 + t * 0.1751314))));
 }
 
-/* The step of fourth order of Fritsch et al. (1973) towards w + ln w = L */
-static inline double Fritsch(double L, double w, double log_w)
-{
-  const double z = L - log_w - w, q = 2 * (1 + w) * (1 + w + 2.0 / 3 * z);
+/* The solution w of w + ln w = L, Lambert's W(e^L), L >= -708, and 1/(1 + w): a guess to a percent (Winitzki 2003), and
+   two steps of fourth order (Fritsch et al. 1973),
 
-  return w * (1 + z / (1 + w) * (q - z) / (q - 2 * z));
-}
+     w (1 + z/(1 + w) (q - z)/(q - 2 z)),   z = L - ln w - w,   q = 2 (1 + w) (1 + w + 2 z/3),
 
-/* The solution w of w + ln w = L, Lambert's W(e^L): a guess to a percent (Winitzki 2003), and two steps of fourth
-   order, the first of which may be as rough as its logarithm. L >= -708 */
-static inline double LambertOfExp(double L)
+   the first of which may be as rough as its logarithm. At the second one z/(1 + w) is below 1e-4, and the quotients are
+   1 + r + 2 r^2 with r = z/q, to rounding. */
+static inline double LambertOfExp(double L, double *inverse)
 {
   const double x = RoughExp(L > 20 ? 20 : L), more = RoughLog(1 + x), p = L > 20 ? L : (x < 1e-3 ? x : more);
-  const double guess = p * (1 - RoughLog(1 + p) / (2 + p)), w = Fritsch(L, guess, RoughLog(guess));
+  const double guess = p * (1 - RoughLog(1 + p) / (2 + p)), z = L - RoughLog(guess) - guess;
+  const double q = 2 * (1 + guess) * (1 + guess + 2.0 / 3 * z);
+  const double w = guess * (1 + z * (q - z) / ((1 + guess) * (q - 2 * z))), near = 1 / (1 + w);
+  const double a = near * (L - Log(w) - w), r = 0.5 * a * near * (1 - 2.0 / 3 * a);
+  const double solution = w * (1 + a * (1 + r * (1 + 2 * r)));
 
-  return Fritsch(L, w, Log(w));
+  *inverse = near * (2 - (1 + solution) * near);
+  return solution;
 }
 
 /* Where the closed form below stands: y is large enough, and ln V in the range of numbers */
@@ -302,9 +306,10 @@ VECTOR static void BalanceChunk(PetscInt n, const Constants *c, const PetscReal 
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal load = PetscAbsReal(tau[i]) * inverse[i], L = load + offset[i] - slope[i] * s[i];
     /* of the cells marked below too these are numbers, or -fp_trap ends a run for what nobody uses */
-    const PetscReal w = LambertOfExp(L > LEAST_LOG ? L : LEAST_LOG), y = load - w;
+    PetscReal inverse_w;
+    const PetscReal w = LambertOfExp(L > LEAST_LOG ? L : LEAST_LOG, &inverse_w), y = load - w;
     const PetscReal tail = RoughExp(y > SINH_IS_EXP ? -2 * y : -2 * SINH_IS_EXP);
-    const PetscReal V = w * scale[i] * (1 + w * tail / (1 + w * (1 + tail))) * (1 - tail);
+    const PetscReal V = w * scale[i] * (1 + w * tail * inverse_w) * (1 - tail);
     const PetscReal signed_V = tau[i] < 0 ? -V : V;
 
     /* a number that no balance has marks the others */
@@ -363,6 +368,15 @@ void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, PetscReal eta,
   for (PetscInt i = 0; i < n && f->weight; i++) c.inverse[i] /= f->weight[i];
 }
 
+/* psi of n cells from start on */
+static void StatesOf(const SlipFrictionCells *f, PetscInt start, PetscInt n, PetscInt stride, const PetscReal s[],
+                     PetscReal state[])
+{
+  for (PetscInt i = 0; i < n; i++) state[i] = s[stride * (start + i)];
+  for (PetscInt i = 0; i < n && f->alpha; i++)
+    state[i] -= SlipRateAndStateShift(f->alpha[start + i], f->b[start + i], f->stress[start + i], f->start[start + i]);
+}
+
 /* A cell that the closed form does not hold for */
 static PetscReal BalanceCell(const SlipFrictionCells *f, PetscInt i, PetscReal eta, PetscReal tau, PetscReal s)
 {
@@ -392,15 +406,59 @@ void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[],
       if (part.weight) part.weight += start;
       SlipRateAndStateKeep(&part, m, eta, here);
     }
-    for (PetscInt i = 0; i < m; i++) state[i] = s[stride * (start + i)];
-    for (PetscInt i = 0; i < m && f->alpha; i++)
-      state[i] -=
-        SlipRateAndStateShift(f->alpha[start + i], f->b[start + i], f->stress[start + i], f->start[start + i]);
+    StatesOf(f, start, m, stride, s, state);
     BalanceChunk(m, &c, tau + start, state, v + start);
     for (PetscInt i = start; i < start + m; i++)
       if (v[i] == PETSC_MAX_REAL) v[i] = BalanceCell(f, i, eta, tau[i], state[i - start]);
     if (!ds) continue;
     (*(f->slip_law ? SlipChunk : AgingChunk))(m, f->reference_rate, f->slip + start, state, v + start, rate);
     for (PetscInt i = 0; i < m; i++) ds[stride * (start + i)] = rate[i];
+  }
+}
+
+/* ---- the friction of many cells ---- */
+
+/* mu of rates v > 0 where exp(x), the argument of asinh, is large: a (x + ln 2 + exp(-2 x)/4), to 1e-17 of x from
+   x = SINH_IS_EXP on. What no friction is marks the others. */
+VECTOR static void ValuesChunk(PetscInt n, PetscReal V0, const PetscReal *restrict a, const PetscReal *restrict b,
+                               const PetscReal *restrict f0, const PetscReal *restrict s, const PetscReal *restrict v,
+                               PetscReal *restrict mu)
+{
+  const PetscReal inverse = 0.5 / V0;
+
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal rate = PetscAbsReal(v[i]), least = rate > 1e-300 ? rate : 1e-300;
+    const PetscReal x = Log(least * inverse) + (f0[i] + b[i] * s[i]) / a[i];
+    const PetscReal tail = RoughExp(x > SINH_IS_EXP ? -2 * x : -2 * SINH_IS_EXP);
+
+    mu[i] = (x > SINH_IS_EXP) & (rate > 1e-300) ? a[i] * (x + (0.69314718055994530942 + 0.25 * tail)) : PETSC_MAX_REAL;
+  }
+}
+
+/* Of a cell that this does not hold for */
+static PetscReal ValueOfCell(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v)
+{
+  const SlipFriction p = {
+    .a = f->a[i], .b = f->b[i], .reference = f->reference[i], .reference_rate = f->reference_rate};
+  PetscReal mu, ds, dv;
+
+  SlipRateAndState(&p, &s, PetscAbsReal(v), &mu, &ds, &dv);
+  return mu;
+}
+
+/* A SlipFrictionValuesFn */
+void SlipRateAndStateValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
+                            PetscInt rates, const PetscReal v[], PetscReal mu[])
+{
+  PetscReal state[CHUNK], rate[CHUNK];
+
+  for (PetscInt start = 0; start < n; start += CHUNK) {
+    const PetscInt m = PetscMin(CHUNK, n - start);
+
+    StatesOf(f, start, m, stride, s, state);
+    for (PetscInt i = 0; i < m; i++) rate[i] = v[rates * (start + i)];
+    ValuesChunk(m, f->reference_rate, f->a + start, f->b + start, f->reference + start, state, rate, mu + start);
+    for (PetscInt i = start; i < start + m; i++)
+      if (mu[i] == PETSC_MAX_REAL) mu[i] = ValueOfCell(f, i, state[i - start], rate[i - start]);
   }
 }

@@ -258,6 +258,8 @@ PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
   if (b->eta > 0 && friction.law->keep && !fault->loads.pressed && !fault->kind.coupled) {
     PetscCall(PetscMalloc1(friction.law->nkept * fault->mesh.n + 1, &b->kept));
     friction.law->keep(&friction, fault->mesh.n, b->eta, b->kept);
+    PetscCall(PetscMalloc1(fault->mesh.n + 1, &b->direct));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) b->direct[i] = SlipFrictionDirect(&friction, i) * friction.stress[i];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -277,6 +279,7 @@ PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault)
   PetscCall(VecDestroy(&b->way));
   PetscCall(PetscFree(b->creeps));
   PetscCall(PetscFree(b->kept));
+  PetscCall(PetscFree(b->direct));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -297,11 +300,40 @@ static void BalanceVectors(SlipFault fault, const SlipFrictionCells *friction, c
     for (PetscInt k = 0; k < 2; k++) v[2 * i + k] = size[i] > 0 ? speed[i] * (tau[2 * i + k] / size[i]) : 0;
 }
 
+/* The shear stress that friction and radiation damping balance, of a number for each component and cell; shear NULL: no
+   load */
+static void StressToBalance(SlipFault fault, const PetscReal *restrict shear, const PetscReal *restrict force,
+                            const PetscReal *restrict vinf, PetscReal *restrict tau)
+{
+  const PetscReal *weight = fault->mesh.weight, eta = fault->balance.eta;
+  const PetscInt c = fault->layout.components, n = c * fault->mesh.n;
+
+  if (!shear)
+    for (PetscInt i = 0; i < n; i++) tau[i] = eta * weight[i / c] * vinf[i] - force[i];
+  else if (c == 1)
+    for (PetscInt i = 0; i < n; i++) tau[i] = shear[i] - force[i] + eta * weight[i] * vinf[i];
+  else
+    for (PetscInt i = 0; i < n; i++) tau[i] = shear[i] - force[i] + eta * weight[i / c] * vinf[i];
+}
+
+/* Those of displacements, and none of rates, into the rates f of a state */
+static void RatesOfDisplacement(SlipFault fault, const PetscReal *restrict v, const PetscReal *restrict vinf,
+                                PetscReal *restrict f)
+{
+  const PetscInt c = fault->layout.components, block = fault->layout.block, n = fault->mesh.n;
+  PetscReal *restrict rate = f + fault->layout.rate, *restrict displacement = f + fault->layout.displacement;
+
+  for (PetscInt k = 0; k < c; k++)
+    for (PetscInt i = 0; i < n; i++) {
+      rate[block * i + k] = 0;
+      displacement[block * i + k] = v[c * i + k] - vinf[c * i + k];
+    }
+}
+
 /* b->rate of the state w at t, and unless F is NULL its rates */
 PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFaultBalance *b = &fault->balance;
-  const PetscReal *weight = fault->mesh.weight, eta = b->eta;
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *force, *shear = NULL, *vinf;
   PetscReal *tau, *v, *f = NULL;
@@ -331,24 +363,18 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(SlipArraysGet(F ? 5 : 4, arrays));
   PetscCall(VecGetArrayWrite(stress, &tau));
   if (load->shear) PetscCall(VecGetArrayRead(load->shear, &shear));
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    for (PetscInt k = c * i; k < c * (i + 1); k++)
-      tau[k] = (shear ? shear[k] : 0) - force[k] + eta * weight[i] * vinf[k];
+  StressToBalance(fault, shear, force, vinf, tau);
   if (c == 2)
     BalanceVectors(fault, &friction, tau, a, v, f);
   else
-    SlipFrictionBalance(&friction, b->kept, fault->mesh.n, eta, tau, fault->layout.block, a + fault->layout.state, v,
+    SlipFrictionBalance(&friction, b->kept, fault->mesh.n, b->eta, tau, fault->layout.block, a + fault->layout.state, v,
                         f ? f + fault->layout.state : NULL);
   for (PetscInt i = 0; i < fault->mesh.n && b->creeps; i++) {
     if (!b->creeps[i]) continue;
     for (PetscInt k = c * i; k < c * (i + 1); k++) v[k] = vinf[k];
     for (PetscInt k = 0; k < fault->layout.states && f; k++) f[SlipFaultStateAt(fault, i) + k] = 0;
   }
-  for (PetscInt i = 0; i < fault->mesh.n && f; i++)
-    for (PetscInt k = 0; k < c; k++) {
-      f[SlipFaultRateAt(fault, i) + k] = 0;
-      f[SlipFaultDisplacementAt(fault, i) + k] = v[c * i + k] - vinf[c * i + k];
-    }
+  if (f) RatesOfDisplacement(fault, v, vinf, f);
   if (load->shear) PetscCall(VecRestoreArrayRead(load->shear, &shear));
   PetscCall(VecRestoreArrayWrite(stress, &tau));
   PetscCall(SlipArraysRestore(F ? 5 : 4, arrays));

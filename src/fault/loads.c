@@ -256,6 +256,18 @@ PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The shear load, times weights, along the rake of each cell, which of one component is 1 */
+static void ShearAt(const SlipFaultLoads *loads, PetscReal t, PetscReal *restrict a)
+{
+  const PetscReal *restrict weight = loads->weight, *restrict traction = loads->traction, *restrict rate = loads->rate;
+  const PetscInt c = loads->fault->layout.components, n = loads->n;
+
+  for (PetscInt i = 0; i < n && c == 1; i++) a[i] = weight[i] * (traction[i] + t * rate[i]);
+  for (PetscInt i = 0; i < n && c > 1; i++)
+    for (PetscInt k = 0; k < c; k++)
+      a[c * i + k] = weight[i] * (traction[i] + t * rate[i]) * SlipFaultAlong(loads->fault, i)[k];
+}
+
 /*
   SlipLoadsEvaluate - shear load and effective normal stress at the time t
 
@@ -286,10 +298,7 @@ PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipF
       PetscCall(VecSetType(out->shear, VECSTANDARD));
     }
     PetscCall(VecGetArrayWrite(out->shear, &a));
-    for (PetscInt i = 0, c = loads->fault->layout.components; i < loads->n; i++)
-      for (PetscInt k = 0; k < c; k++)
-        a[c * i + k] =
-          loads->weight[i] * (loads->traction[i] + t * loads->rate[i]) * SlipFaultAlong(loads->fault, i)[k];
+    ShearAt(loads, t, a);
     for (PetscInt i = 0; i < loads->n && SlipFaultOpens(loads->fault); i++)
       a[3 * i + 2] = -loads->weight[i] * out->bare[i];
     PetscCall(VecRestoreArrayWrite(out->shear, &a));

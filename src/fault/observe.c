@@ -10,12 +10,18 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
   SlipFrictionCells friction;
   const SlipFaultLoad *load;
   const PetscReal *a, *f;
-  const SlipArrays arrays[] = {{w, .read = &a}, {ku, .read = &f}};
+  PetscReal *values;
+  const SlipArrays arrays[] = {{w, .read = &a}, {ku, .read = &f}, {fault->cells, .write = &values}};
+  PetscBool at_once;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipArraysGet(2, arrays));
+  PetscCall(SlipArraysGet(3, arrays));
+  at_once = friction.law->values && fault->layout.components == 1 ? PETSC_TRUE : PETSC_FALSE;
+  if (at_once)
+    friction.law->values(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state, fault->layout.block,
+                         a + fault->layout.rate, values);
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal *v = a + SlipFaultRateAt(fault, i), *u = a + SlipFaultDisplacementAt(fault, i),
                     *force = f + fault->layout.components * i, *along = SlipFaultAlong(fault, i);
@@ -24,7 +30,10 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
     const PetscReal weak = SlipFrictionWeakest(&friction, i);
     PetscReal mu, ds, dv, q;
 
-    SlipFrictionEvaluate(&friction, i, s, speed, &mu, &ds, &dv);
+    if (at_once)
+      mu = values[i];
+    else
+      SlipFrictionEvaluate(&friction, i, s, speed, &mu, &ds, &dv);
     sum[SUM_V] += weight * SlipFaultDot(fault, v, along);
     sum[SUM_ABS_V] += weight * speed;
     sum[SUM_V2] += weight * (SlipFaultDot(fault, v, v) + PetscSqr(SlipFaultAcross(fault, v)));
@@ -58,7 +67,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
         : SlipConePush(speed, speed > 0 ? SlipFaultDot(fault, v, force) / speed : SlipFaultLength(fault, force), q);
     *max_v = PetscMax(*max_v, speed);
   }
-  PetscCall(SlipArraysRestore(2, arrays));
+  PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,7 +258,7 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   SlipFault fault = (SlipFault)ctx;
   SlipFaultBalance *b = &fault->balance;
   SlipFrictionCells friction;
-  const PetscReal *a, *v, *force, *load;
+  const PetscReal *a, *v, *force, *load, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   const PetscInt c = fault->layout.components;
   PetscReal most = 0, stiffest;
   const SlipFaultLoad *of_now;
@@ -274,6 +283,17 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   PetscCall(VecGetArrayRead(of_now->shear, &load));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     if (b->creeps && b->creeps[i]) continue;
+    if (b->direct && c == 1) { /* most cells of most runs: without calls */
+      const PetscReal rate = PetscAbsReal(v[i]);
+      const PetscReal tau = (load[i] - force[i]) / fault->mesh.weight[i] + b->eta * vinf[i];
+
+      if (PetscAbsReal(tau) - b->eta * rate > 10 * b->direct[i]) {
+        const PetscReal compliance = rate / (b->eta * rate + b->direct[i]);
+
+        most = compliance > most ? compliance : most;
+        continue;
+      }
+    }
     most = PetscMax(
       most, Compliance(fault, &friction, i, a + SlipFaultStateAt(fault, i), v + c * i, load + c * i, force + c * i));
   }

@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L /* setenv() */
 #include <slipsys.h>
 #include <slipcompat.h>
+#include <slipblas.h>
 #include <slipstep/private/slipsys.h>
 #include <hdf5.h>
 #include <signal.h>
@@ -170,6 +171,18 @@ static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
 
 /* ---- the beginning ---- */
 
+/* One thread of BLAS for each rank, unless the user has said how many: our blocks are too small for more, which costs
+   processor time. */
+static void SlipProgramLimitBLAS(void)
+{
+  static const char *const said[] = {"OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS",
+                                     "OMP_NUM_THREADS"};
+
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(said); i++)
+    if (getenv(said[i])) return;
+  SlipBLASSetNumThreads(1);
+}
+
 /*@C
   SlipProgramInitialize - PetscInitialize() of a program of SlipStep's: its errors end the program with one line,
   -version prints the versions of all that runs, and -help with the program's name the options of SlipStep alone
@@ -190,6 +203,9 @@ static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
   Level: intermediate
 
   Notes:
+  BLAS has one thread in each process, unless OPENBLAS_NUM_THREADS, MKL_NUM_THREADS, BLIS_NUM_THREADS or
+  OMP_NUM_THREADS says how many.
+
   SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well, and so is each
                          option
   before one whose value in the file is another: PETSc takes that of the file. SIGPIPE is what it was before
@@ -220,6 +236,7 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
                  file, file, file, help);
   (void)sigaction(SIGPIPE, NULL, &pipes);
   PetscCall(PetscInitialize(argc, argv, NULL, text));
+  SlipProgramLimitBLAS();
   (void)sigaction(SIGPIPE, &pipes, NULL); /* where output is not read to its end, as by head, a program ends quietly */
   if (own && !PetscGlobalRank) fputs(text, stdout);
   PetscCall(SlipErrorHandlerPush(program));

@@ -42,13 +42,16 @@ typedef struct {
   PetscReal age[ADAMS_SLOTS]; /* how long ago they were, newest first, as sums of steps [s] */
   Vec start;                  /* state at the start of the step */
   Vec star;                   /* f* */
-  Vec y, error;
+  Vec y;
+  SlipAdamsInverse inverse;
   PetscReal before;    /* time at the start of the last accepted step [s] */
   PetscReal h;         /* its length [s] */
   PetscInt dense;      /* derivatives that its polynomial goes through, that of its end first */
-  PetscBool estimated; /* norm is that of this attempt */
-  NormType type;
+  PetscBool estimated; /* norm is that of this attempt, for the next order */
   PetscReal norm;
+  PetscBool normed; /* norms are those of this attempt, by their type, of its order, the one below and the one above */
+  NormType type;
+  PetscReal norms[3];
 } TS_Adams;
 
 static PetscErrorCode TSReset_Adams(TS ts)
@@ -60,7 +63,8 @@ static PetscErrorCode TSReset_Adams(TS ts)
   PetscCall(VecDestroy(&ad->start));
   PetscCall(VecDestroy(&ad->star));
   PetscCall(VecDestroy(&ad->y));
-  PetscCall(VecDestroy(&ad->error));
+  PetscCall(PetscFree(ad->inverse.inverse));
+  ad->inverse.id[0] = 0;
   ad->n = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -77,7 +81,7 @@ static PetscErrorCode TSDestroy_Adams(TS ts)
 static PetscErrorCode TSSetUp_Adams(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  Vec *vecs[] = {&ad->start, &ad->star, &ad->y, &ad->error};
+  Vec *vecs[] = {&ad->start, &ad->star, &ad->y};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
@@ -183,35 +187,90 @@ static void Corrector(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal wei
   SlipAdamsWeights(k + 1, node, weight);
 }
 
-/* The estimate of order k: what its oldest derivative changes */
-static PetscErrorCode Estimate(TS ts, PetscInt k, Vec e)
+/* weight of the estimate of order k: what its oldest derivative changes */
+static void EstimateWeights(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal weight[])
+{
+  PetscReal less[SLIP_ADAMS_NODES];
+
+  Corrector(ad, h, k, weight);
+  Corrector(ad, h, k - 1, less);
+  for (PetscInt j = 0; j <= k; j++) weight[j] = h * (weight[j] - (j < k ? less[j] : 0));
+}
+
+/* Is the estimate of the order above known, and looked at? */
+static PetscBool MayRaise(const TS_Adams *ad)
+{
+  return ad->order < ad->max_order && ad->n > ad->order && ad->since >= ad->order ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* y = start + the sum of m derivatives, f* first if star, times weight[0]; with the norms, of all ranks, of so many
+   estimates by the other weights. good: all are numbers; norms of no use are FAR_TOO_LONG. Collective. */
+static PetscErrorCode AddUp(TS ts, PetscBool star, PetscInt m, const PetscReal weight[][SLIP_ADAMS_NODES],
+                            PetscInt estimates, NormType type, Vec y, PetscBool *good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  const PetscReal h = ts->time_step;
-  PetscReal more[SLIP_ADAMS_NODES], less[SLIP_ADAMS_NODES];
+  const PetscReal *rate[SLIP_ADAMS_NODES], *start;
+  SlipAdamsTolerance tolerance;
+  PetscReal *to, all[7];
+  SlipAdamsSums sums;
+  PetscInt n;
 
   PetscFunctionBegin;
-  Corrector(ad, h, k, more);
-  Corrector(ad, h, k - 1, less);
-  for (PetscInt j = 0; j < k; j++) more[j] -= less[j];
-  PetscCall(VecZeroEntries(e));
-  PetscCall(AddRates(ts, h, more[0], k, more + 1, e));
+  if (estimates) PetscCall(SlipAdamsGetTolerance(ts, &ad->inverse, &tolerance));
+  if (estimates && ts->vatol) PetscCall(VecGetArrayRead(ts->vatol, &tolerance.absolutes));
+  if (estimates && ts->vrtol) PetscCall(VecGetArrayRead(ts->vrtol, &tolerance.relatives));
+  PetscCall(VecGetLocalSize(y, &n));
+  for (PetscInt j = 0; j < m; j++)
+    PetscCall(VecGetArrayRead(star ? (j ? ad->rate[j - 1] : ad->star) : ad->rate[j], &rate[j]));
+  PetscCall(VecGetArrayRead(ad->start, &start));
+  PetscCall(VecGetArrayWrite(y, &to));
+  SlipAdamsSum(n, start, m, rate, weight, estimates, &tolerance, to, &sums);
+  PetscCall(VecRestoreArrayWrite(y, &to));
+  PetscCall(VecRestoreArrayRead(ad->start, &start));
+  for (PetscInt j = 0; j < m; j++)
+    PetscCall(VecRestoreArrayRead(star ? (j ? ad->rate[j - 1] : ad->star) : ad->rate[j], &rate[j]));
+  if (estimates && ts->vatol) PetscCall(VecRestoreArrayRead(ts->vatol, &tolerance.absolutes));
+  if (estimates && ts->vrtol) PetscCall(VecRestoreArrayRead(ts->vrtol, &tolerance.relatives));
+  PetscCall(PetscLogFlops(2.0 * (estimates + 1) * (PetscLogDouble)m * (PetscLogDouble)n));
+  all[6] = sums.finite ? 0 : 1;
+  for (PetscInt k = 0; k < estimates; k++) {
+    all[k] = type == NORM_INFINITY ? sums.most[k] : sums.squares[k];
+    all[3 + k] = tolerance.inverse ? ad->inverse.entries : sums.count[k];
+  }
+  for (PetscInt k = estimates; k < 3; k++) all[k] = all[3 + k] = 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, 7, MPIU_REAL, type == NORM_INFINITY ? MPIU_MAX : MPIU_SUM,
+                             PetscObjectComm((PetscObject)ts)));
+  *good = all[6] == 0 ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < estimates; k++) {
+    const PetscReal norm = type == NORM_INFINITY ? all[k] : PetscSqrtReal(all[k] / PetscMax(all[3 + k], 1));
+
+    /* at least what is left of a step so short that nothing is, as controllers divide by it */
+    ad->norms[k] = *good && norm < BOUNDS ? PetscMax(norm, 1e-10) : FAR_TOO_LONG;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Norm(TS ts, PetscInt k, NormType type, PetscReal *norm)
+/* y = the corrected state, with the norms of its estimates */
+static PetscErrorCode Correct(TS ts, NormType type, Vec y, PetscBool *good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  PetscReal absolute, relative, size;
+  const PetscReal h = ts->time_step;
+  const PetscInt k = ad->order;
+  const PetscBool more = ad->n > k ? PETSC_TRUE : PETSC_FALSE; /* a derivative more is known */
+  PetscReal weight[4][SLIP_ADAMS_NODES] = {{0}}, beyond[SLIP_ADAMS_NODES];
 
   PetscFunctionBegin;
-  *norm = FAR_TOO_LONG;
-  PetscCall(Estimate(ts, k, ad->error));
-  PetscCall(VecAYPX(ad->error, 1, ts->vec_sol));
-  PetscCall(VecNorm(ad->error, NORM_INFINITY, &size));
-  if (!(size < BOUNDS)) PetscFunctionReturn(PETSC_SUCCESS); /* TSErrorWeightedNorm() takes no infinities */
-  PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, ad->error, type, norm, &absolute, &relative));
-  *norm = PetscMax(*norm, 1e-10); /* a step so short that nothing is left, which controllers divide by */
+  Corrector(ad, h, k, weight[0]);
+  if (more) Corrector(ad, h, k + 1, beyond);
+  for (PetscInt j = 0; j < k + 2; j++)
+    weight[0][j] = h * (weight[0][j] + (more ? ADAMS_BEYOND * (beyond[j] - weight[0][j]) : 0));
+  EstimateWeights(ad, h, k, weight[1]);
+  if (k > 1) EstimateWeights(ad, h, k - 1, weight[2]);
+  if (MayRaise(ad)) EstimateWeights(ad, h, k + 1, weight[3]);
+  PetscCall(AddUp(ts, PETSC_TRUE, more ? k + 2 : k + 1, (const PetscReal(*)[SLIP_ADAMS_NODES])weight,
+                  MayRaise(ad) ? 3 : 2, type, y, good));
+  ad->type = type;
+  ad->normed = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -222,53 +281,37 @@ static PetscReal Promise(PetscReal norm, PetscInt k)
 }
 
 /* The order of the next step, and the norm of its estimate in this one */
-static PetscErrorCode ChooseOrder(TS ts, NormType type, PetscReal *norm)
+static void ChooseOrder(TS_Adams *ad)
 {
-  TS_Adams *ad = (TS_Adams *)ts->data;
   const PetscInt k = ad->order;
-  PetscReal promise = Promise(*norm, k), other;
+  PetscReal promise = Promise(ad->norms[0], k);
 
-  PetscFunctionBegin;
   ad->next = k;
-  if (k > 1) {
-    PetscCall(Norm(ts, k - 1, type, &other));
-    if (Promise(other, k - 1) > ADAMS_LOWER * promise) {
-      promise = Promise(other, k - 1);
-      ad->next = k - 1;
-      *norm = other;
-    }
+  ad->norm = ad->norms[0];
+  if (k > 1 && Promise(ad->norms[1], k - 1) > ADAMS_LOWER * promise) {
+    ad->next = k - 1;
+    ad->norm = ad->norms[1];
+  } else if (MayRaise(ad) && Promise(ad->norms[2], k + 1) > ADAMS_RAISE * promise) {
+    ad->next = k + 1;
+    ad->norm = ad->norms[2];
   }
-  if (ad->next < k || k >= ad->max_order || ad->n <= k || ad->since < k) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Norm(ts, k + 1, type, &other));
-  if (Promise(other, k + 1) <= ADAMS_RAISE * promise) PetscFunctionReturn(PETSC_SUCCESS);
-  ad->next = k + 1;
-  *norm = other;
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The norm that goes with the order of the next step, once an attempt, whoever asks */
 static PetscErrorCode TSEvaluateWLTE_Adams(TS ts, NormType type, PetscInt *order, PetscReal *wlte)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
+  PetscBool good;
 
   PetscFunctionBegin;
-  if (!ad->estimated || ad->type != type) {
-    PetscCall(Norm(ts, ad->order, type, &ad->norm));
-    PetscCall(ChooseOrder(ts, type, &ad->norm));
-    ad->estimated = PETSC_TRUE;
-    ad->type = type;
+  if (!ad->normed || ad->type != type) {
+    PetscCall(Correct(ts, type, ad->y, &good));
+    ad->estimated = PETSC_FALSE;
   }
+  if (!ad->estimated) ChooseOrder(ad);
+  ad->estimated = PETSC_TRUE;
   *wlte = ad->norm;
   if (order) *order = ad->next + 1;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Of a stage or of a step's end: is it a state of the problem? */
-static PetscErrorCode CheckState(TS ts, PetscReal t, Vec y, PetscBool *good)
-{
-  PetscFunctionBegin;
-  PetscCall(SlipGuardState(y, good));
-  if (*good) PetscCall(TSFunctionDomainError(ts, t, y, good));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -278,29 +321,22 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
   TS_Adams *ad = (TS_Adams *)ts->data;
   const PetscReal t = ts->ptime, h = ts->time_step;
   const PetscInt k = ad->order;
-  const PetscBool more = ad->n > k ? PETSC_TRUE : PETSC_FALSE; /* a derivative more is known */
-  PetscReal node[SLIP_ADAMS_NODES], weight[SLIP_ADAMS_NODES] = {0}, beyond[SLIP_ADAMS_NODES];
+  PetscReal node[SLIP_ADAMS_NODES], weight[1][SLIP_ADAMS_NODES] = {{0}};
 
   PetscFunctionBegin;
-  ad->estimated = PETSC_FALSE;
+  ad->estimated = ad->normed = PETSC_FALSE;
   ad->next = k;
   for (PetscInt j = 0; j < k; j++) node[j] = -ad->age[j] / h;
-  SlipAdamsWeights(k, node, weight);
-  PetscCall(VecCopy(ad->start, ad->y));
-  PetscCall(AddRates(ts, h, 0, k, weight, ad->y));
+  SlipAdamsWeights(k, node, weight[0]);
+  for (PetscInt j = 0; j < k; j++) weight[0][j] *= h;
+  PetscCall(AddUp(ts, PETSC_FALSE, k, (const PetscReal(*)[SLIP_ADAMS_NODES])weight, 0, ad->type, ad->y, good));
   PetscCall(TSPreStage(ts, t + h));
-  PetscCall(CheckState(ts, t + h, ad->y, good));
+  if (*good) PetscCall(TSFunctionDomainError(ts, t + h, ad->y, good));
   if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSComputeRHSFunction(ts, t + h, ad->y, ad->star));
-  Corrector(ad, h, k, weight);
-  if (more) {
-    Corrector(ad, h, k + 1, beyond);
-    for (PetscInt j = 0; j < k + 2; j++) weight[j] += ADAMS_BEYOND * (beyond[j] - weight[j]);
-  }
-  PetscCall(VecCopy(ad->start, ts->vec_sol));
-  PetscCall(AddRates(ts, h, weight[0], more ? k + 1 : k, weight + 1, ts->vec_sol));
+  PetscCall(Correct(ts, ts->adapt->wnormtype, ts->vec_sol, good));
   PetscCall(TSPostStage(ts, t + h, 0, &ts->vec_sol));
-  PetscCall(CheckState(ts, t + h, ts->vec_sol, good));
+  if (*good) PetscCall(TSFunctionDomainError(ts, t + h, ts->vec_sol, good));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -124,6 +124,40 @@ static void balance(void **state)
   }
 }
 
+/* mu of many cells at once, of rates over 30 decades and of both signs, at a stride: to the rounding of a times the
+   logarithms that it is the sum of. Of small arguments of asinh, which go one by one, to that of the arguments. */
+static void many(void **state)
+{
+  enum { MAX = 4096 };
+  static PetscReal a[MAX], b[MAX], f0[MAX], slip[MAX], w[3 * MAX], mu[MAX];
+  const SlipFrictionCells f = Cells(a, b, f0, slip);
+  PetscInt n = 0, small = 0;
+
+  (void)state;
+  for (PetscReal rate = 1e-26; rate < 1e4; rate *= 5.3)
+    for (int k = 0; k < 24; k++, n++) {
+      const SlipFriction p = Parameters((PetscReal[]){0.0005, 0.004, 0.01, 0.04}[k % 4]);
+
+      a[n] = p.a;
+      b[n] = p.b;
+      f0[n] = p.reference;
+      w[3 * n] = k % 2 ? -rate : rate;
+      w[3 * n + 2] = -23 + 1.5 * k;
+    }
+  w[0] = 0;
+  f.law->values(&f, n, 3, w + 2, 3, w, mu);
+  assert_true(mu[0] == 0);
+  for (PetscInt i = 1; i < n; i++) {
+    const SlipFriction p = Parameters(a[i]);
+    const PetscReal expected = (PetscReal)Formula(&p, w[3 * i + 2], fabs(w[3 * i]));
+    const PetscReal size = p.reference + p.b * fabs(w[3 * i + 2]) + p.a * fabs(log(fabs(w[3 * i]) / 2e-6));
+
+    AssertNear(mu[i], expected, 4 * EPS * (expected > p.a ? size : size / p.a * expected));
+    small += expected < p.a;
+  }
+  assert_true(small > 100 && small < n / 2);
+}
+
 /* No normal stress leaves radiation damping, no traction no slip rate; and each neighbour is left alone. */
 static void extremes(void **state)
 {
@@ -370,4 +404,5 @@ static void unstable_two(void **state)
   assert_true(found > 0 && found < 6);
 }
 
-SLIP_TESTS(friction, balance, extremes, advance, state_of, follows_normal_stress, registered, advance_two, unstable_two)
+SLIP_TESTS(friction, balance, many, extremes, advance, state_of, follows_normal_stress, registered, advance_two,
+           unstable_two)

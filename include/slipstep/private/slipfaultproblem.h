@@ -28,6 +28,7 @@ typedef struct {
   Vec seen;           /* an attempt's end with its rates, which a controller observes; NULL: none has */
   PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: nobody has asked */
   PetscBool *creeps;  /* [n] cells that slip at the loading rate; NULL: none */
+  PetscReal *direct;  /* a sigma of each cell [Pa], the strength's growth with ln |v|; NULL where kept is */
   PetscReal *kept;    /* what the law keeps of each cell; NULL where the normal stress changes */
 } SlipFaultBalance;
 

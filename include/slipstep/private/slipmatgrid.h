@@ -29,6 +29,26 @@ PETSC_INTERN void SlipMirrorMerge(PetscInt nx, PetscInt nz, const PetscReal even
 PETSC_INTERN void SlipMirrorFold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal x[], PetscReal half[]);
 PETSC_INTERN void SlipMirrorUnfold(PetscInt nx, PetscInt nz, PetscInt parity, const PetscReal half[], PetscReal x[]);
 
+/* ---- lanes.c: complex transforms of several fields at once ---- */
+#define SLIP_LANES 8                 /* fields */
+#define SLIP_NUMBER (2 * SLIP_LANES) /* reals of a number: the real parts of all lanes, and the imaginary ones */
+typedef struct _n_SlipLanesFFT *SlipLanesFFT;
+/* Where their numbers are: how many, how many reals from one to the next, from a field to the next, and from a real
+   part to its imaginary one */
+typedef struct {
+  PetscInt n, step, apart, imaginary;
+} SlipLanesFields;
+PETSC_INTERN PetscErrorCode SlipLanesFFTCreate(PetscInt n, SlipLanesFFT *fft);
+PETSC_INTERN PetscErrorCode SlipLanesFFTDestroy(SlipLanesFFT *fft);
+PETSC_INTERN void SlipLanesForward(SlipLanesFFT fft, const SlipLanesFields *g, const PetscReal field[],
+                                   PetscReal *room[2]);
+PETSC_INTERN void SlipLanesSplit(SlipLanesFFT fft, PetscReal *room[2], PetscInt fields, PetscInt start, PetscInt end,
+                                 PetscReal a[], PetscInt na);
+PETSC_INTERN void SlipLanesJoin(SlipLanesFFT fft, PetscReal *room[2], PetscInt fields, PetscInt start, PetscInt end,
+                                const PetscReal a[], PetscInt na);
+PETSC_INTERN void SlipLanesBackward(SlipLanesFFT fft, const SlipLanesFields *g, PetscReal scale, PetscReal *room[2],
+                                    PetscReal field[]);
+
 /* ---- transposed_fft.c: rows of cells over the ranks, transformed along strike, to wavenumbers over the ranks ---- */
 typedef struct {
   PetscInt rows, row_start;       /* this rank's rows of a table */
@@ -85,9 +105,12 @@ PETSC_INTERN PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal sc
 typedef struct _n_SlipToeplitz *SlipToeplitz;
 /* What an operator is per wavenumber pair; see toeplitz.c. hankel and product may be NULL. */
 typedef struct {
-  PetscReal *toeplitz;         /* [local nk][depth_period / 2 + 1], real since it is even */
-  PetscReal *hankel, *product; /* the same, complex */
+  PetscReal *toeplitz;         /* [groups][depth_period / 2 + 1][SLIP_LANES], real since it is even */
+  PetscReal *hankel, *product; /* the same, complex: [groups][depth_period / 2 + 1][2][SLIP_LANES] */
 } SlipToeplitzSymbol;
+PETSC_INTERN void SlipLanesMultiply(SlipLanesFFT fft, const SlipToeplitzSymbol *symbol, size_t group, PetscInt nz,
+                                    const PetscReal z[], PetscReal *room[4], PetscReal field[]);
+PETSC_INTERN size_t SlipToeplitzSymbolSize(SlipToeplitz p);
 PETSC_INTERN PetscErrorCode SlipToeplitzOf(Mat K, SlipToeplitz *plane); /* borrowed from K; NULL without a grid */
 PETSC_INTERN PetscErrorCode SlipToeplitzOfGrid(Mat K, const SlipGrid *grid, SlipToeplitz *plane); /* not NULL */
 PETSC_INTERN PetscReal SlipToeplitzBytes(SlipToeplitz plane);                                     /* on this process */
@@ -96,8 +119,8 @@ PETSC_INTERN PetscErrorCode SlipToeplitzApply(SlipToeplitz plane, PetscReal scal
                                               Vec x, Vec y);
 /* f [nz] complex times depth_period * (operator of this symbol at local wavenumber k), in place; for use between
    SlipToeplitzForward() and SlipToeplitzBackward() */
-PETSC_INTERN void SlipToeplitzApplyWave(SlipToeplitz plane, const SlipToeplitzSymbol *symbol, PetscInt k,
-                                        PetscReal f[]);
+PETSC_INTERN PetscErrorCode SlipToeplitzApplyWave(SlipToeplitz plane, const SlipToeplitzSymbol *symbol, PetscInt k,
+                                                  PetscReal f[]);
 /* toeplitz_root.c: functions of the full space's kernel, reflected at the free surface */
 PETSC_INTERN PetscErrorCode SlipToeplitzGetRoot(SlipToeplitz plane, const SlipToeplitzSymbol **root,
                                                 const PetscReal **diagonal);
@@ -116,8 +139,10 @@ struct _n_SlipToeplitz {
   SlipTransposedFFT pencil;
   SlipToeplitzSymbol stiffness;
   PetscReal *z;                      /* [nz] depths [m] */
+  SlipLanesFFT lanes;                /* of depth_period / 2 */
+  PetscReal *room[4];                /* [depth_period / 2] numbers of all lanes */
   PetscReal *column;                 /* [2][depth_period] complex, and their transforms */
-  fftw_plan depth[2], depth_back[2]; /* of one and of two columns */
+  fftw_plan depth[2], depth_back[2]; /* of one and of two columns, of one wavenumber alone; NULL until asked for */
   VecScatter scatter;                /* to this rank's rows of cells; NULL where it owns them */
   Vec rows;
 
@@ -158,7 +183,8 @@ PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscR
 /* ---- what views ask of them, on this process [bytes] ---- */
 PETSC_INTERN PetscReal SlipGatherBytes(const SlipGather *g);
 
-/* Up to this many cells in depth a block per wavenumber is faster than transforms (measured). */
+/* Up to this many cells in depth a block per wavenumber of H is faster than Lanczos' method or transforms (measured).
+   */
 #define SLIP_BLOCKS_MAX 60
 
 /* ---- stiffness_fft.c ---- */

@@ -128,6 +128,28 @@ PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSCreate_Adams(TS);
 PETSC_INTERN PetscErrorCode TSCreate_RKC(TS);
 
+/* ---- adamssum.c: a step's sums in one pass ---- */
+typedef struct {
+  const PetscReal *absolutes, *relatives; /* or NULL: the numbers */
+  PetscReal absolute, relative;
+  const PetscReal *inverse; /* 1 / absolutes where the relative ones are all 0, 0 where both are; else NULL */
+} SlipAdamsTolerance;
+typedef struct {
+  PetscBool finite;
+  PetscReal most[3], squares[3]; /* of each estimate: largest share of its tolerance, sum of squares, */
+  PetscReal count[3];            /* and entries that have a tolerance, where they are not those of inverse */
+} SlipAdamsSums;
+typedef struct { /* inverse, kept until the vectors change */
+  PetscReal *inverse;
+  PetscInt entries; /* of this rank that have a tolerance */
+  PetscObjectState state[2];
+  PetscObjectId id[2]; /* of the absolute tolerances and the relative ones */
+} SlipAdamsInverse;
+PETSC_INTERN PetscErrorCode SlipAdamsGetTolerance(TS ts, SlipAdamsInverse *kept, SlipAdamsTolerance *tolerance);
+PETSC_INTERN void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, const PetscReal *const rate[],
+                               const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates,
+                               const SlipAdamsTolerance *tolerance, PetscReal y[], SlipAdamsSums *sums);
+
 /* ---- guard.c ---- */
 /* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step
    [s] */

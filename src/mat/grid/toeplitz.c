@@ -13,6 +13,7 @@
 */
 #include <slipmat.h>
 #include <slipcompat.h>
+#include <stdlib.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
 
@@ -60,10 +61,30 @@ static PetscErrorCode KernelsByWave(SlipToeplitz p, MPI_Comm comm, PetscReal **k
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reals of the symbol of T: those of SLIP_LANES wavenumbers stand side by side, the last ones may be of none. */
+size_t SlipToeplitzSymbolSize(SlipToeplitz p)
+{
+  const PetscInt groups = (p->pencil->layout.columns + SLIP_LANES - 1) / SLIP_LANES;
+
+  return (size_t)groups * SLIP_LANES * (p->depth_period / 2 + 1);
+}
+
+/* Where number i of wavenumber k is */
+static size_t SymbolAt(SlipToeplitz p, PetscInt k, PetscInt i)
+{
+  return ((size_t)(k / SLIP_LANES) * (p->depth_period / 2 + 1) + i) * SLIP_LANES + k % SLIP_LANES;
+}
+
+/* The same of a complex symbol; its imaginary part is SLIP_LANES behind. */
+static size_t ComplexAt(SlipToeplitz p, PetscInt k, PetscInt i)
+{
+  return 2 * SymbolAt(p, k, i) - k % SLIP_LANES;
+}
+
 /* Memory for the first 1 to 3 parts of a symbol: toeplitz, hankel, product. */
 PetscErrorCode SlipToeplitzAllocate(SlipToeplitz p, PetscInt parts, SlipToeplitzSymbol *s)
 {
-  const size_t size = (size_t)p->pencil->layout.columns * (p->depth_period / 2 + 1);
+  const size_t size = SlipToeplitzSymbolSize(p);
 
   PetscFunctionBegin;
   PetscCall(SlipAllocate(size, &s->toeplitz));
@@ -105,8 +126,9 @@ PetscErrorCode SlipToeplitzSetSymbol(SlipToeplitz p, PetscInt stride, PetscInt p
       for (PetscInt i = 0; i < (part ? 2 * nz - 1 : nz); i++) line[i] = kernel[stride * i];
       for (PetscInt i = 1; i < nz && !part; i++) line[P - i] = kernel[stride * i];
       fftw_execute(plan);
-      if (part) PetscCall(PetscArraycpy(complex_symbol + (size_t)k * 2 * h, out, 2 * h));
-      for (PetscInt i = 0; i < h && !part; i++) s->toeplitz[(size_t)k * h + i] = out[2 * i];
+      for (PetscInt i = 0; i < h && part; i++)
+        for (int c = 0; c < 2; c++) complex_symbol[ComplexAt(p, k, i) + c * SLIP_LANES] = out[2 * i + c];
+      for (PetscInt i = 0; i < h && !part; i++) s->toeplitz[SymbolAt(p, k, i)] = out[2 * i];
     }
   fftw_destroy_plan(plan);
   fftw_free(line);
@@ -130,9 +152,12 @@ static PetscErrorCode FormStiffness(SlipToeplitz p, MPI_Comm comm)
 static PetscErrorCode Plan(SlipToeplitz p)
 {
   const int Q = (int)p->depth_period;
-  fftw_complex *column = (fftw_complex *)p->column, *waves = column + 2 * Q;
+  fftw_complex *column, *waves;
 
   PetscFunctionBegin;
+  PetscCall(SlipAllocate((size_t)8 * Q, &p->column));
+  column = (fftw_complex *)p->column;
+  waves = column + 2 * Q;
   for (int i = 0; i < 2; i++) {
     p->depth[i] = fftw_plan_many_dft(1, &Q, i + 1, column, NULL, 1, Q, waves, NULL, 1, Q, FFTW_FORWARD, FFTW_ESTIMATE);
     p->depth_back[i] =
@@ -183,8 +208,8 @@ static PetscErrorCode PlaneCreate(Mat K, const SlipGrid *grid, SlipToeplitz *pla
   PetscCall(FormStiffness(p, comm));
   PetscCall(PetscMalloc1(grid->nz, &p->z));
   for (PetscInt i = 0; i < grid->nz; i++) p->z[i] = grid->depth_top + ((PetscReal)i + 0.5) * b;
-  PetscCall(SlipAllocate((size_t)8 * p->depth_period, &p->column));
-  PetscCall(Plan(p));
+  PetscCall(SlipLanesFFTCreate(p->depth_period / 2, &p->lanes));
+  for (int i = 0; i < 4; i++) PetscCall(SlipAllocateLines((size_t)SLIP_LANES * p->depth_period, &p->room[i]));
   PetscCall(CreateScatter(p, K));
   *plane = p;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -196,10 +221,12 @@ static PetscErrorCode PlaneDestroy(SlipContainerArg arg)
 
   PetscFunctionBegin;
   for (int i = 0; i < 2; i++) {
-    fftw_destroy_plan(p->depth[i]);
-    fftw_destroy_plan(p->depth_back[i]);
+    if (p->depth[i]) fftw_destroy_plan(p->depth[i]);
+    if (p->depth_back[i]) fftw_destroy_plan(p->depth_back[i]);
   }
   fftw_free(p->column);
+  for (int i = 0; i < 4; i++) free(p->room[i]);
+  PetscCall(SlipLanesFFTDestroy(&p->lanes));
   PetscCall(SlipToeplitzSymbolDestroy(&p->stiffness));
   if (p->root_destroy) PetscCall((*p->root_destroy)(p));
   PetscCall(SlipTransposedFFTDestroy(&p->pencil));
@@ -217,11 +244,11 @@ static PetscReal SymbolReals(const SlipToeplitzSymbol *s)
 
 PetscReal SlipToeplitzBytes(SlipToeplitz p)
 {
-  const PetscReal h = (PetscReal)(p->depth_period / 2 + 1), waves = (PetscReal)p->pencil->layout.columns;
-  const PetscReal root = waves * (PetscReal)(p->length + 1);
+  const PetscReal size = (PetscReal)SlipToeplitzSymbolSize(p), P = (PetscReal)p->depth_period;
+  const PetscReal root = (PetscReal)p->pencil->layout.columns * (PetscReal)(p->length + 1);
 
-  return (PetscReal)sizeof(PetscReal) * (waves * h * (SymbolReals(&p->stiffness) + SymbolReals(&p->root)) +
-                                         (p->symbol ? root : 0) + 8 * (PetscReal)p->depth_period) +
+  return (PetscReal)sizeof(PetscReal) * (size * (SymbolReals(&p->stiffness) + SymbolReals(&p->root)) +
+                                         (p->symbol ? root : 0) + ((p->column ? 8 : 0) + 5 * SLIP_LANES) * P) +
          SlipTransposedFFTBytes(p->pencil);
 }
 
@@ -254,69 +281,44 @@ const SlipToeplitzSymbol *SlipToeplitzStiffness(SlipToeplitz p)
   return &p->stiffness;
 }
 
-/* In place on n pairs (k, -k) of u: u(k) = T u(k) + A(k) u(-k), A(-k) the conjugate of A(k). */
-static void MultiplyFirst(PetscInt P, const PetscReal T[], const PetscReal A[], PetscReal u[])
+/* In place on pairs (k, -k) of u: u(k) = T u(k) + A(k) u(-k), A(-k) the conjugate of A(k); either may be NULL, for 0.
+   */
+static void MultiplyPairs(PetscInt P, const PetscReal T[], const PetscReal A[], PetscReal u[])
 {
   for (PetscInt k = 0; k <= P / 2; k++) {
     PetscReal *a = u + 2 * k, *b = u + 2 * (k ? P - k : 0);
-    const PetscReal ar = a[0], ai = a[1], br = b[0], bi = b[1], r = A[2 * k], i = A[2 * k + 1];
+    const PetscReal ar = a[0], ai = a[1], br = b[0], bi = b[1], t = T ? T[SLIP_LANES * k] : 0;
+    const PetscReal r = A ? A[SLIP_NUMBER * k] : 0, i = A ? A[SLIP_NUMBER * k + SLIP_LANES] : 0;
 
-    a[0] = T[k] * ar + r * br - i * bi;
-    a[1] = T[k] * ai + r * bi + i * br;
-    b[0] = T[k] * br + r * ar + i * ai;
-    b[1] = T[k] * bi + r * ai - i * ar;
+    a[0] = t * ar + r * br - i * bi;
+    a[1] = t * ai + r * bi + i * br;
+    b[0] = t * br + r * ar + i * ai;
+    b[1] = t * bi + r * ai - i * ar;
   }
 }
 
-/* The same for v(k) = q(k) v(-k). */
-static void MultiplySecond(PetscInt P, const PetscReal q[], PetscReal v[])
+/* depth_period times the product at local wavenumber k: f [nz] complex, in place. For those who need wavenumbers one
+   after the other: by FFTW, as lanes.c would leave all lanes but one idle. */
+PetscErrorCode SlipToeplitzApplyWave(SlipToeplitz p, const SlipToeplitzSymbol *s, PetscInt k, PetscReal f[])
 {
-  for (PetscInt k = 0; k <= P / 2; k++) {
-    PetscReal *a = v + 2 * k, *b = v + 2 * (k ? P - k : 0);
-    const PetscReal ar = a[0], ai = a[1], br = b[0], bi = b[1], r = q[2 * k], i = q[2 * k + 1];
+  const PetscInt nz = p->grid.nz, P = p->depth_period, last = s->product ? 1 : 0;
+  PetscReal *u, *v, *u_waves, *v_waves;
 
-    a[0] = r * br - i * bi;
-    a[1] = r * bi + i * br;
-    b[0] = r * ar + i * ai;
-    b[1] = r * ai - i * ar;
-  }
-}
-
-static void MultiplyFullSpace(PetscInt P, const PetscReal T[], PetscReal u[])
-{
-  for (PetscInt k = 0; k < P; k++) {
-    const PetscReal t = T[PetscMin(k, P - k)];
-
-    u[2 * k] *= t;
-    u[2 * k + 1] *= t;
-  }
-}
-
-/* depth_period times the product at local wavenumber k: f [nz] complex, in place. */
-void SlipToeplitzApplyWave(SlipToeplitz p, const SlipToeplitzSymbol *s, PetscInt k, PetscReal f[])
-{
-  const PetscInt nz = p->grid.nz, P = p->depth_period, h = P / 2 + 1, last = s->product ? 1 : 0;
-  PetscReal *u = p->column, *v = u + 2 * P, *u_waves = v + 2 * P, *v_waves = u_waves + 2 * P;
-
+  PetscFunctionBegin;
+  if (!p->column) PetscCall(Plan(p));
+  u = p->column;
+  v = u + 2 * P;
+  u_waves = v + 2 * P;
+  v_waves = u_waves + 2 * P;
   for (PetscInt i = 0; i < 2 * nz; i++) u[i] = f[i];
   for (PetscInt i = 2 * nz; i < 2 * P; i++) u[i] = 0;
-  if (s->product) {
-    for (PetscInt i = 0; i < nz; i++) {
-      v[2 * i] = p->z[i] * f[2 * i];
-      v[2 * i + 1] = p->z[i] * f[2 * i + 1];
-    }
-    for (PetscInt i = 2 * nz; i < 2 * P; i++) v[i] = 0;
-  }
+  for (PetscInt i = 0; i < 2 * P && s->product; i++) v[i] = i < 2 * nz ? p->z[i / 2] * f[i] : 0;
   fftw_execute(p->depth[last]);
-  if (s->hankel)
-    MultiplyFirst(P, s->toeplitz + (size_t)k * h, s->hankel + (size_t)k * 2 * h, u_waves);
-  else
-    MultiplyFullSpace(P, s->toeplitz + (size_t)k * h, u_waves);
-  if (s->product) MultiplySecond(P, s->product + (size_t)k * 2 * h, v_waves);
+  MultiplyPairs(P, s->toeplitz + SymbolAt(p, k, 0), s->hankel ? s->hankel + ComplexAt(p, k, 0) : NULL, u_waves);
+  if (s->product) MultiplyPairs(P, NULL, s->product + ComplexAt(p, k, 0), v_waves);
   fftw_execute(p->depth_back[last]);
-  for (PetscInt i = 0; i < 2 * nz; i++) f[i] = u[i];
-  if (s->product)
-    for (PetscInt i = 0; i < 2 * nz; i++) f[i] -= p->z[i / 2] * v[i];
+  for (PetscInt i = 0; i < 2 * nz; i++) f[i] = s->product ? u[i] - p->z[i / 2] * v[i] : u[i];
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Of a product: real transforms along strike and complex ones in depth, forth and back, and the symbols. */
@@ -372,8 +374,9 @@ PetscErrorCode SlipToeplitzApply(SlipToeplitz p, PetscReal scale, const SlipToep
 
   PetscFunctionBegin;
   PetscCall(SlipToeplitzForward(p, x));
-  for (PetscInt k = 0; k < pencil->layout.columns; k++)
-    SlipToeplitzApplyWave(p, symbol, k, pencil->by_wave + (size_t)k * 2 * p->grid.nz);
+  for (PetscInt k = 0; k < pencil->layout.columns; k += SLIP_LANES)
+    SlipLanesMultiply(p->lanes, symbol, k / SLIP_LANES, p->grid.nz, p->z, p->room,
+                      pencil->by_wave + (size_t)k * 2 * p->grid.nz);
   PetscCall(SlipToeplitzBackward(p, scale / (PetscReal)p->depth_period, y));
   PetscCall(LogFlops(p, symbol));
   PetscFunctionReturn(PETSC_SUCCESS);

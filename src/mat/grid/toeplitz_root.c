@@ -214,7 +214,7 @@ PetscErrorCode SlipToeplitzGetRootDiagonal(SlipToeplitz p, PetscReal factor, Vec
 PetscErrorCode SlipToeplitzCombine(SlipToeplitz p, PetscReal identity, PetscReal stiffness, PetscReal root,
                                    SlipToeplitzSymbol *sum)
 {
-  const size_t size = (size_t)p->pencil->layout.columns * (p->depth_period / 2 + 1);
+  const size_t size = SlipToeplitzSymbolSize(p);
   const SlipToeplitzSymbol *k = &p->stiffness, *r;
   const PetscReal *diagonal;
 

@@ -2,23 +2,23 @@
   Transforms along strike of a grid whose rows of cells are spread over the ranks, and the transpose that gives each
   rank some wavenumbers at all depths. One plan serves every row, so that results do not depend on the number of ranks.
 
-  Two rows are transformed at once, as real and imaginary part of one complex row: about half the time of FFTW's real
-  transforms, of which less is vector code (lengths 200 to 800, measured). A few pairs are transformed before they are
-  transposed, while they are in cache, straight to where this rank's wavenumbers lie or into the message for another
-  rank, whose MPI type puts it in place there.
+  Two rows are transformed at once, as real and imaginary part of one complex row, and as many pairs as there are lanes
+  (lanes.c). They are transposed while they are in cache, straight to where this rank's wavenumbers lie or into the
+  message for another rank, whose MPI type puts it in place there.
 */
 #include <slipmat.h>
 #include <fftw3-mpi.h>
+#include <stdlib.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
 
-/* Rows transformed before they are transposed, even: 8 complex numbers fill two cache lines. */
-#define PENCIL_ROWS 8
+/* Rows transformed before they are transposed */
+#define PENCIL_ROWS (2 * SLIP_LANES)
 
 struct _n_SlipTransposedFFTPlans {
-  fftw_plan forward, backward;
-  PetscReal *in, *out;    /* [period] complex, a pair of rows: in is zero behind the cells */
-  PetscReal *waves;       /* [PENCIL_ROWS / 2][period] complex, transforms of pairs */
+  SlipLanesFFT fft;       /* of period / 2 */
+  PetscReal *half[2];     /* [period / 2] numbers: even and odd wavenumbers of the pairs of rows */
+  PetscReal *rest;        /* [PENCIL_ROWS][nx], the last rows, and zeros */
   PetscInt *columns;      /* [size + 1], where the wavenumbers of each rank start */
   PetscReal *pieces;      /* messages of this rank's rows, [wavenumbers of the other rank][local nz] complex each */
   MPI_Comm comm;          /* PETSc's own of the ranks, */
@@ -116,6 +116,7 @@ PetscErrorCode SlipTransposedFFTCreate(MPI_Comm comm, PetscInt nx, PetscInt nz, 
   const PetscInt nk = period / 2 + 1;
   struct _n_SlipTransposedFFTPlans *s;
   SlipTransposedFFT p;
+  PetscInt waves;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&p));
@@ -130,17 +131,12 @@ PetscErrorCode SlipTransposedFFTCreate(MPI_Comm comm, PetscInt nx, PetscInt nz, 
   PetscCallMPI(MPI_Comm_rank(s->comm, &s->rank));
   PetscCall(PetscMalloc1(s->size + 1, &s->columns));
   PetscCall(StartsOf(s->comm, s->size, p->layout.columns, s->columns));
-  PetscCall(SlipAllocate((size_t)2 * period, &s->in));
-  PetscCall(SlipAllocate((size_t)2 * period, &s->out));
-  PetscCall(SlipAllocate((size_t)PENCIL_ROWS * period, &s->waves));
-  PetscCall(SlipAllocate((size_t)2 * nz * p->layout.columns, &p->by_wave));
+  for (int i = 0; i < 2; i++) PetscCall(SlipAllocateLines((size_t)SLIP_LANES * period, &s->half[i]));
+  PetscCall(SlipAllocate((size_t)PENCIL_ROWS * nx, &s->rest));
+  waves = (p->layout.columns + SLIP_LANES - 1) / SLIP_LANES * SLIP_LANES;
+  PetscCall(SlipAllocate((size_t)2 * nz * waves, &p->by_wave));
   PetscCall(SlipAllocate((size_t)2 * p->layout.rows * (nk - p->layout.columns), &s->pieces));
-  s->forward =
-    fftw_plan_dft_1d((int)period, (fftw_complex *)s->in, (fftw_complex *)s->waves, FFTW_FORWARD, FFTW_ESTIMATE);
-  s->backward =
-    fftw_plan_dft_1d((int)period, (fftw_complex *)s->waves, (fftw_complex *)s->out, FFTW_BACKWARD, FFTW_ESTIMATE);
-  PetscCheck(s->forward && s->backward, comm, PETSC_ERR_LIB, "FFTW cannot plan transforms of length %" PetscInt_FMT,
-             period);
+  PetscCall(SlipLanesFFTCreate(period / 2, &s->fft));
   if (s->size > 1) PetscCall(PlanMessages(p));
   *pencil = p;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -154,11 +150,9 @@ PetscErrorCode SlipTransposedFFTDestroy(SlipTransposedFFT *pencil)
   PetscFunctionBegin;
   if (!p) PetscFunctionReturn(PETSC_SUCCESS);
   s = p->plans;
-  fftw_destroy_plan(s->forward);
-  fftw_destroy_plan(s->backward);
-  fftw_free(s->in);
-  fftw_free(s->out);
-  fftw_free(s->waves);
+  PetscCall(SlipLanesFFTDestroy(&s->fft));
+  for (int i = 0; i < 2; i++) free(s->half[i]);
+  fftw_free(s->rest);
   fftw_free(s->pieces);
   fftw_free(p->by_wave);
   for (PetscMPIInt i = 0; i < 2 * s->n; i++) {
@@ -185,67 +179,30 @@ static PetscReal *RowsOf(SlipTransposedFFT p, PetscMPIInt d, PetscInt row, Petsc
   return s->pieces + 2 * ((size_t)p->layout.rows * before + row);
 }
 
-/* a[k][row], na reals from one k to the next, for k in [start, end): the transforms of real rows from those of pairs,
-   waves[pair][period], which are X(k) = (Z(k) + Z*(-k))/2 and Y(k) = (Z(k) - Z*(-k))/2i. rows may be odd. */
-static void ToColumns(PetscInt rows, PetscInt period, PetscInt start, PetscInt end, const PetscReal waves[],
-                      PetscReal a[], PetscInt na)
-{
-  for (PetscInt k = start; k < end; k++)
-    for (PetscInt i = 0; i < rows; i += 2) {
-      const PetscReal *z = waves + i * period + 2 * k, *c = waves + i * period + 2 * (k ? period - k : 0);
-      PetscReal *to = a + (k - start) * na + 2 * i;
-
-      to[0] = 0.5 * (z[0] + c[0]);
-      to[1] = 0.5 * (z[1] - c[1]);
-      if (i + 1 == rows) continue;
-      to[2] = 0.5 * (z[1] + c[1]);
-      to[3] = 0.5 * (c[0] - z[0]);
-    }
-}
-
-/* And back: Z(k) = X(k) + i Y(k), Z(-k) = X*(k) + i Y*(k) */
-static void ToRows(PetscInt rows, PetscInt period, PetscInt start, PetscInt end, const PetscReal a[], PetscInt na,
-                   PetscReal waves[])
-{
-  for (PetscInt k = start; k < end; k++)
-    for (PetscInt i = 0; i < rows; i += 2) {
-      const PetscReal *x = a + (k - start) * na + 2 * i;
-      const PetscReal y[2] = {i + 1 < rows ? x[2] : 0, i + 1 < rows ? x[3] : 0};
-      PetscReal *z = waves + i * period + 2 * k, *c = waves + i * period + 2 * (period - k);
-
-      z[0] = x[0] - y[1];
-      z[1] = x[1] + y[0];
-      if (k == 0) continue;
-      c[0] = x[0] + y[1];
-      c[1] = y[0] - x[1];
-    }
-}
-
 /* This rank's rows x to its wavenumbers, by_wave. Collective. */
 PetscErrorCode SlipTransposedFFTForward(SlipTransposedFFT p, const PetscReal x[])
 {
-  const struct _n_SlipTransposedFFTPlans *s = p->plans;
+  struct _n_SlipTransposedFFTPlans *s = p->plans;
   const PetscInt nx = p->nx;
+  const SlipLanesFields pairs = {.n = nx, .step = 1, .apart = 2 * nx, .imaginary = nx};
   PetscInt apart;
 
   PetscFunctionBegin;
   if (s->n) PetscCallMPI(MPI_Startall(s->n, s->there));
   for (PetscInt iz = 0; iz < p->layout.rows; iz += PENCIL_ROWS) {
     const PetscInt rows = PetscMin(PENCIL_ROWS, p->layout.rows - iz);
+    const PetscReal *from = x + (size_t)iz * nx;
 
-    for (PetscInt i = 0; i < rows; i += 2) {
-      const PetscReal *first = x + (size_t)(iz + i) * nx, *second = i + 1 < rows ? first + nx : NULL;
-
-      for (PetscInt ix = 0; ix < nx; ix++) {
-        s->in[2 * ix] = first[ix];
-        s->in[2 * ix + 1] = second ? second[ix] : 0;
-      }
-      fftw_execute_dft(s->forward, (fftw_complex *)s->in, (fftw_complex *)(s->waves + i * p->period));
+    if (rows < PENCIL_ROWS) {
+      PetscCall(PetscArraycpy(s->rest, from, rows * nx));
+      PetscCall(PetscArrayzero(s->rest + rows * nx, (PENCIL_ROWS - rows) * nx));
+      from = s->rest;
     }
+    SlipLanesForward(s->fft, &pairs, from, s->half);
     for (PetscMPIInt d = 0; d < s->size; d++) {
       PetscReal *to = RowsOf(p, d, iz, &apart);
 
-      ToColumns(rows, p->period, s->columns[d], s->columns[d + 1], s->waves, to, apart);
+      SlipLanesSplit(s->fft, s->half, rows, s->columns[d], s->columns[d + 1], to, apart);
     }
   }
   if (s->n) {
@@ -258,9 +215,9 @@ PetscErrorCode SlipTransposedFFTForward(SlipTransposedFFT p, const PetscReal x[]
 /* And back, times factor / period. Collective. */
 PetscErrorCode SlipTransposedFFTBackward(SlipTransposedFFT p, PetscReal factor, PetscReal y[])
 {
-  const struct _n_SlipTransposedFFTPlans *s = p->plans;
+  struct _n_SlipTransposedFFTPlans *s = p->plans;
   const PetscInt nx = p->nx;
-  const PetscReal scale = factor / (PetscReal)p->period;
+  const SlipLanesFields pairs = {.n = nx, .step = 1, .apart = 2 * nx, .imaginary = nx};
   PetscInt apart;
 
   PetscFunctionBegin;
@@ -270,19 +227,15 @@ PetscErrorCode SlipTransposedFFTBackward(SlipTransposedFFT p, PetscReal factor, 
   }
   for (PetscInt iz = 0; iz < p->layout.rows; iz += PENCIL_ROWS) {
     const PetscInt rows = PetscMin(PENCIL_ROWS, p->layout.rows - iz);
+    PetscReal *to = rows < PENCIL_ROWS ? s->rest : y + (size_t)iz * nx;
 
     for (PetscMPIInt d = 0; d < s->size; d++) {
       const PetscReal *from = RowsOf(p, d, iz, &apart);
 
-      ToRows(rows, p->period, s->columns[d], s->columns[d + 1], from, apart, s->waves);
+      SlipLanesJoin(s->fft, s->half, rows, s->columns[d], s->columns[d + 1], from, apart);
     }
-    for (PetscInt i = 0; i < rows; i += 2) {
-      PetscReal *first = y + (size_t)(iz + i) * nx, *second = first + nx;
-
-      fftw_execute_dft(s->backward, (fftw_complex *)(s->waves + i * p->period), (fftw_complex *)s->out);
-      for (PetscInt ix = 0; ix < nx; ix++) first[ix] = scale * s->out[2 * ix];
-      for (PetscInt ix = 0; ix < nx && i + 1 < rows; ix++) second[ix] = scale * s->out[2 * ix + 1];
-    }
+    SlipLanesBackward(s->fft, &pairs, factor / (PetscReal)p->period, s->half, to);
+    if (rows < PENCIL_ROWS) PetscCall(PetscArraycpy(y + (size_t)iz * nx, s->rest, rows * nx));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -291,6 +244,6 @@ PetscReal SlipTransposedFFTBytes(SlipTransposedFFT p)
 {
   const PetscInt nk = p->period / 2 + 1, waves = p->layout.columns;
 
-  return (PetscReal)sizeof(PetscReal) *
-         (PetscReal)(2 * (p->nz * waves + p->layout.rows * (nk - waves)) + (PENCIL_ROWS + 4) * p->period);
+  return (PetscReal)sizeof(PetscReal) * (PetscReal)(2 * (p->nz * waves + p->layout.rows * (nk - waves)) +
+                                                    3 * SLIP_LANES * p->period + PENCIL_ROWS * p->nx);
 }

@@ -42,13 +42,14 @@ static void Axpy(PetscInt n, PetscReal factor, const PetscReal x[], PetscReal y[
 }
 
 /* Next basis vector and entries of T. The matrix is real, so the dots of a Hermitian process are real ones of pairs. */
-static void Step(WavesContext *w, PetscInt k, PetscInt m)
+static PetscErrorCode Step(WavesContext *w, PetscInt k, PetscInt m)
 {
   const PetscInt n = 2 * w->nz;
   PetscReal *v = w->basis + (size_t)m * n, *next = v + n;
 
+  PetscFunctionBegin;
   for (PetscInt i = 0; i < n; i++) next[i] = v[i];
-  SlipToeplitzApplyWave(w->plane, SlipToeplitzStiffness(w->plane), k, next);
+  PetscCall(SlipToeplitzApplyWave(w->plane, SlipToeplitzStiffness(w->plane), k, next));
   for (PetscInt i = 0; i < n; i++) next[i] *= w->scale / (PetscReal)w->plane->depth_period;
   if (m > 0) Axpy(n, -w->beta[m - 1], v - n, next);
   w->alpha[m] = Dot(n, v, next);
@@ -59,6 +60,7 @@ static void Step(WavesContext *w, PetscInt k, PetscInt m)
     Axpy(n, -Dot(n, vi, next), vi, next);
   }
   w->beta[m] = PetscSqrtReal(Dot(n, next, next));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Change of the coefficients since the last look, at before steps; now at m. */
@@ -92,7 +94,7 @@ static PetscErrorCode RootOfWave(WavesContext *w, PetscInt k, PetscReal allowed,
   for (m = 1;; m++) {
     PetscCheck(m <= w->max, PETSC_COMM_SELF, PETSC_ERR_NOT_CONVERGED,
                "The spectral viscosity did not converge in %" PetscInt_FMT " Lanczos steps at a wavenumber", w->max);
-    Step(w, k, m - 1);
+    PetscCall(Step(w, k, m - 1));
     largest = PetscMax(largest, w->alpha[m - 1]);
     last = (PetscBool)(w->beta[m - 1] <= 1e-14 * w->alpha[0] || (w->nz <= WAVES_ORTHOGONAL_MAX && m == w->nz));
     if (last || m >= before + PetscMax(WAVES_EVERY, before / 6)) {
