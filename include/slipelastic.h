@@ -93,6 +93,10 @@ PETSC_EXTERN PetscErrorCode SlipElasticForceStatic(SlipElastic el, PetscReal t, 
 PETSC_EXTERN PetscErrorCode SlipElasticViscous(SlipElastic el, Vec v, PetscReal tolerance, Vec stress);
 PETSC_EXTERN PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscReal theta);
 PETSC_EXTERN PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C);
+PETSC_EXTERN PetscErrorCode SlipElasticApplyStage(SlipElastic el, Vec x, Vec y);
+PETSC_EXTERN PetscErrorCode SlipElasticForget(SlipElastic el);
+PETSC_EXTERN PetscErrorCode SlipElasticKnowStage(SlipElastic el, Vec x, Vec bx);
+PETSC_EXTERN PetscErrorCode SlipElasticKnowSum(SlipElastic el, Vec y, PetscInt n, const PetscReal a[], const Vec x[]);
 PETSC_EXTERN PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear,
                                              Vec normal);                   /* K x, Kn x: of slow slip */
 PETSC_EXTERN PetscErrorCode SlipElasticSolve(SlipElastic el, Vec b, Vec x); /* K x = b */

@@ -17,6 +17,10 @@ typedef struct {
   PetscReal omega;   /* weight of the reaction, 1 or 2 */
   Vec base;          /* full space */
   Vec explicit_part; /* full space, or NULL */
+  Vec from[2]; /* states that base is the sum of, as well as their factors and number; 0: nobody says. A problem */
+  PetscReal factor[2]; /* that has products with them need not make those with base. explicit_part is of from[0] */
+  PetscInt nfrom;
+  PetscReal share; /* of the residual of the guess that may be left, in (0, 1); 0: as little as -snes_rtol says */
 } SlipStage;
 
 /* A set-valued reaction for the cone solvers, TSBATHE and TSMOREAU; a PETSc object. */
@@ -81,6 +85,7 @@ typedef struct {
      asked about last; C borrowed, a reduced. NULL: a bound depends on its own x only */
   PetscErrorCode (*coupling)(SlipConstraint, Mat *C, Vec a, void *ctx);
   const SlipExplicitOps *explicit_ops; /* borrowed; NULL: TSMOREAU cannot integrate it */
+  PetscBool affine; /* dG/dx does not depend on x: solvers then know G after a step from their products with dG/dx */
 } SlipConstraintOps;
 
 PETSC_EXTERN PetscErrorCode SlipSNESInitializePackage(void); /* called by what creates objects; again does nothing */
@@ -128,6 +133,9 @@ PETSC_EXTERN PetscErrorCode SNESGetSlipConstraint(SNES snes, SlipConstraint *con
 PETSC_EXTERN PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec r, PetscReal *resnorm);
 /* Cell (global index) with the largest residual of the last solve and that residual, for error messages. */
 PETSC_EXTERN PetscErrorCode SNESSlipGetWorstCell(SNES snes, PetscInt *cell, PetscReal *residual);
+
+/* KSP type: conjugate gradients for that Jacobian that know B x of their solution x as well. */
+#define KSPSLIPCG "slipcg"
 
 /* The generalised Jacobian as a Mat: (J y)_i = [B (m.y)]_i m_i + d_i m_i y_i + (1 - m_i) y_i, m the 0/1 mask of sliding
    cells, d the slope of the bound (a block of two rows where cells have two components). Symmetric. The PC

@@ -59,6 +59,7 @@ PETSC_EXTERN PetscErrorCode TSBatheGetFirstStage(TS ts, TSBatheFirstStage *rule)
 PETSC_EXTERN PetscErrorCode TSBatheSetError(TS ts, TSBatheError error);
 PETSC_EXTERN PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error);
 PETSC_EXTERN PetscErrorCode TSBatheSetDoublingOrder(TS ts, PetscInt p);
+PETSC_EXTERN PetscErrorCode TSBatheSetStageError(TS ts, PetscReal share);
 PETSC_EXTERN PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p);
 PETSC_EXTERN PetscErrorCode TSBatheSetConstraint(TS ts, SlipConstraint con);
 PETSC_EXTERN PetscErrorCode TSBatheGetConstraint(TS ts, SlipConstraint *con);

@@ -191,7 +191,8 @@ static inline PetscErrorCode SlidersCreate(MPI_Comm comm, PetscInt n, PetscReal 
                                  NULL,
                                  NULL,
                                  NULL,
-                                 NULL};
+                                 NULL,
+                                 PETSC_TRUE};
   PetscInt first, last;
 
   PetscFunctionBegin;
@@ -257,6 +258,7 @@ static inline PetscErrorCode SlidersSolve(Sliders *p, TSBatheReactionType reacti
   PetscFunctionBegin;
   PetscCall(TSCreate(PetscObjectComm((PetscObject)w), &ts));
   PetscCall(TSSetType(ts, TSBATHE));
+  PetscCall(TSBatheSetStageError(ts, 0)); /* numbers of the method alone */
   PetscCall(TSBatheSetConstraint(ts, p->con));
   PetscCall(TSBatheSetReactionType(ts, reaction));
   PetscCall(TSSetSolution(ts, w));

@@ -133,18 +133,26 @@ PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C)
 
   Level: developer
 
-.seealso: SlipElasticForce(), SlipElasticSolve()
+  Note:
+  In implicit steps products are remembered, and the same x again costs none.
+
+.seealso: SlipElasticForce(), SlipElasticSolve(), SlipElasticKnowSum()
 @*/
 PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear, Vec normal)
 {
+  Vec known = NULL;
+
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
-  if (shear && normal)
+  if (shear) PetscCall(SlipElasticFindImage(el, SLIP_ELASTIC_K, x, &known));
+  if (known)
+    PetscCall(VecCopy(known, shear));
+  else if (shear && normal)
     PetscCall(MatSlipStiffnessMultBoth(el->K, el->Kn, x, shear, normal));
   else if (shear)
     PetscCall(MatMult(el->K, x, shear));
-  else if (normal)
-    PetscCall(MatMult(el->Kn, x, normal));
+  if (normal && (known || !shear)) PetscCall(MatMult(el->Kn, x, normal));
+  if (shear && !known) PetscCall(SlipElasticKeepImage(el, SLIP_ELASTIC_K, x, shear));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -145,7 +145,8 @@ PetscErrorCode SlipElasticSetUp(SlipElastic el, const SlipElasticRock *rock)
     PetscCall(MatCreateSlipViscosity(el->K, rock->mass, rock->zeta, rock->zeta > 0 ? rock->viscosity : "none", &el->H));
   PetscCall(MatSlipViscositySetTolerance(el->H, rock->tolerance));
   PetscCall(MatSlipViscositySetFromOptions(el->H)); /* its own option wins */
-  PetscCall(MatCreateSlipStage(el->K, el->H, rock->inertia ? rock->mass : 0, &el->B));
+  el->inertia = rock->inertia ? rock->mass : 0;
+  PetscCall(MatCreateSlipStage(el->K, el->H, el->inertia, &el->B));
   PetscCall(MatSlipStageSetFromOptions(el->B));
   el->mass = rock->mass;
   el->components = rock->components;
@@ -207,6 +208,7 @@ PetscErrorCode SlipElasticDestroy(SlipElastic *el)
       PetscCall(VecDestroy(&e->past[k].u));
     }
     PetscCall(PetscFree(e->number));
+    PetscCall(SlipElasticDestroyImages(e));
     PetscCall(MatDestroy(&e->B));
     PetscCall(MatDestroy(&e->H));
     PetscCall(MatDestroy(&e->K));

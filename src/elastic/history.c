@@ -251,6 +251,7 @@ PetscErrorCode SlipElasticVisit(SlipElastic el, SlipState state)
   PetscCall(SlipStateObject(state, "stiffness", (PetscObject)el->K));
   PetscCall(SlipStateObject(state, "viscosity", (PetscObject)el->H));
   PetscCall(SlipStateObject(state, "stage", (PetscObject)el->B));
+  PetscCall(SlipElasticImagesState(el, state));
   PetscCall(SlipStateGroup(state, "medium"));
   PetscCall(SlipStateHasValue(state, "frequency", &has));
   if (has) PetscCall(SlipStateReal(state, "frequency", 1, &el->frequency));

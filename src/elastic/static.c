@@ -29,13 +29,15 @@ PetscErrorCode SlipElasticForceStatic(SlipElastic el, PetscReal t, Vec u, Vec v,
   (void)t;
   if (u) PetscCall(SlipElasticApply(el, u, shear, normal));
   if (!v || !shear) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!u) {
-    PetscCall(MatMult(el->H, v, shear));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipElasticFindImage(el, SLIP_ELASTIC_H, v, &damping));
+  if (!damping) {
+    PetscCall(SlipElasticGetWork(el, 0, &damping));
+    PetscCall(MatMult(el->H, v, damping));
   }
-  PetscCall(SlipElasticGetWork(el, 0, &damping));
-  PetscCall(MatMult(el->H, v, damping));
-  PetscCall(VecAXPY(shear, 1, damping));
+  if (u)
+    PetscCall(VecAXPY(shear, 1, damping));
+  else
+    PetscCall(VecCopy(damping, shear));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -74,6 +74,37 @@ static PetscErrorCode CountFromClosed(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* K u0 is known where those of the states are that the stage starts from: u0 = base_u + theta (ex_u - v_inf), of slips
+   and slip rates of those */
+static PetscErrorCode KnowStart(SlipFault fault, const SlipStage *stage)
+{
+  const PetscBool explicit_part = stage->explicit_part ? PETSC_TRUE : PETSC_FALSE;
+  PetscInt n = 0;
+  PetscReal factor[4];
+  Vec x[4], work[3];
+
+  PetscFunctionBegin;
+  if (!stage->nfrom || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int k = 0; k < 3; k++) PetscCall(SlipFaultGetWork(fault, &work[k]));
+  for (; n < stage->nfrom; n++) {
+    PetscCall(SlipFaultGetDisplacement(fault, stage->from[n], work[n]));
+    x[n] = work[n];
+    factor[n] = stage->factor[n];
+  }
+  if (explicit_part) {
+    PetscCall(SlipFaultGetRate(fault, stage->from[0], work[n]));
+    x[n] = work[n];
+    factor[n++] = stage->theta;
+  }
+  if (fault->kind.loaded) {
+    x[n] = fault->operators.vinf;
+    factor[n++] = explicit_part ? -2 * stage->theta : -stage->theta;
+  }
+  PetscCall(SlipElasticKnowSum(fault->medium, fault->stage.u0, n, factor, x));
+  for (int k = 2; k >= 0; k--) PetscCall(SlipFaultRestoreWork(fault, &work[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* c = (M/theta) base_v + ex_v + (df/dv) v_inf - f(u0, 0, t) + T */
 PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
 {
@@ -86,6 +117,7 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
   PetscCall(SlipFaultGetLoad(fault, stage->t, &load));
   PetscCall(SlipElasticStage(fault->medium, stage->t, stage->theta));
   PetscCall(SlipFaultEliminate(fault, stage));
+  PetscCall(KnowStart(fault, stage));
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipElasticForce(fault->medium, stage->t, fault->stage.u0, NULL, force, NULL));
   PetscCall(VecAXPY(fault->stage.c, -1, force));
@@ -110,11 +142,8 @@ static PetscErrorCode Stage(SlipConstraint con, const SlipStage *stage, void *ct
 /* g = B v - c */
 PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g)
 {
-  Mat B;
-
   PetscFunctionBegin;
-  PetscCall(SlipElasticGetStage(fault->medium, &B, NULL));
-  PetscCall(MatMult(B, x, g));
+  PetscCall(SlipElasticApplyStage(fault->medium, x, g));
   PetscCall(VecAXPY(g, -1, fault->stage.c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -350,11 +379,30 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the solve has left: B x = g + c, and of the end u = u0 + theta x */
+static PetscErrorCode KnowEnd(SlipFault fault, Vec g, Vec x, Vec w)
+{
+  const PetscReal factor[] = {1, fault->stage.theta};
+  const Vec of[] = {fault->stage.u0, x};
+  Vec work;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetWork(fault, &work));
+  PetscCall(VecWAXPY(work, 1, g, fault->stage.c));
+  PetscCall(SlipElasticKnowStage(fault->medium, x, work));
+  PetscCall(SlipFaultGetDisplacement(fault, w, work));
+  PetscCall(SlipElasticKnowSum(fault->medium, work, 2, factor, of));
+  PetscCall(SlipFaultRestoreWork(fault, &work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
 {
+  SlipFault fault = (SlipFault)ctx;
+
   PetscFunctionBegin;
-  (void)con;
-  PetscCall(SlipFaultConstraintLift((SlipFault)ctx, x, w));
+  PetscCall(SlipFaultConstraintLift(fault, x, w));
+  if (con->balanced && !SlipFaultOpens(fault)) PetscCall(KnowEnd(fault, con->g, x, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -503,7 +551,8 @@ PetscErrorCode SlipFaultConstraintCreate(SlipFault fault)
                                  smooth ? Prescribed : NULL,
                                  fault->friction.law->by_rate ? NULL : StartSlope,
                                  fault->kind.coupled && !SlipFaultOpens(fault) ? Coupling : NULL,
-                                 fault->kind.inertia ? &SlipFaultExplicitOps : NULL};
+                                 fault->kind.inertia ? &SlipFaultExplicitOps : NULL,
+                                 PETSC_TRUE};
 
   PetscFunctionBegin;
   if (!fault->stage.con) {

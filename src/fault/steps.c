@@ -368,6 +368,7 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
     if (policy) PetscCall(WarnOfVelocity(fault, n, names));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(SlipElasticForget(fault->medium));
   PetscCall(Names(ts, "ts_rtol", &option));
   steps->given = option || rtol != steps->rtol ? PETSC_TRUE : PETSC_FALSE;
   steps->user_rtol = rtol;

@@ -318,6 +318,13 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *
 {
   PetscFunctionBegin;
   PetscCall(SlipConstraintResidual(con, model, x, con->g));
+  PetscCall(SlipConstraintEvaluateKnown(con, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipConstraintEvaluateKnown(SlipConstraint con, Vec x)
+{
+  PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(SLIP_Cone, con, x, 0, 0));
   PetscCall((*con->ops->bound)(con, x, con->q, con->dq, con->ctx));
   if (con->friction) PetscCall(VecCopy(con->q, con->friction));
@@ -330,6 +337,23 @@ PetscErrorCode SlipConstraintEvaluate(SlipConstraint con, const SlipStageModel *
   con->merit /= con->scale;
   con->norm /= con->scale;
   PetscCall(PetscLogEventEnd(SLIP_Cone, con, x, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is x what con->x is, bit by bit? */
+static PetscErrorCode SlipConstraintSameAs(SlipConstraint con, Vec x, PetscBool *same)
+{
+  const PetscScalar *a, *b;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(x, &a));
+  PetscCall(VecGetArrayRead(con->x, &b));
+  PetscCall(PetscArraycmp(a, b, n, same));
+  PetscCall(VecRestoreArrayRead(con->x, &b));
+  PetscCall(VecRestoreArrayRead(x, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, same, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)con)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -348,6 +372,7 @@ PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
                                {con->q, .read = &q}, {con->F, .read = &F},  {con->rho, .read = &rho}};
 
   PetscFunctionBegin;
+  PetscCall(VecCopy(x, con->x));
   PetscCall(VecGetLocalSize(con->q, &n));
   PetscCall(VecGetOwnershipRange(con->q, &rstart, NULL));
   PetscCall(SlipArraysGet(6, arrays));
@@ -372,5 +397,6 @@ PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
   PetscCallMPI(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE_INT, MPI_MAXLOC, PetscObjectComm((PetscObject)con)));
   con->worst = all.index;
   con->resnorm = con->norm;
+  PetscCall(SlipConstraintSameAs(con, x, &con->balanced));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -233,6 +233,17 @@ PetscErrorCode MatSlipJacobianSetCross(Mat J, Vec cross)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* B (m x) of the last product in all rows, borrowed */
+PetscErrorCode MatSlipJacobianGetProduct(Mat J, Vec *product)
+{
+  SlipJacobian *jac;
+
+  PetscFunctionBegin;
+  PetscCall(SlipJacobianGet(J, &jac));
+  *product = jac->work[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* y gains row (C (m x)), so that J is not symmetric any more; row is 0 where a cell sticks */
 PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row)
 {

@@ -12,6 +12,7 @@ static PetscErrorCode Register_SNES(void)
   PetscCall(PetscClassIdRegister("Slip constraint", &SLIP_CONSTRAINT_CLASSID));
   PetscCall(SNESRegister(SNESSEMISMOOTH, SNESCreate_Semismooth));
   PetscCall(SNESRegister(SNESPROJECTION, SNESCreate_Projection));
+  PetscCall(KSPRegister(KSPSLIPCG, KSPCreate_SlipCG));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -19,6 +19,8 @@ static const PetscReal model_share = 1e-2;
 /* Relative error of products with dG/dx at points far from the ones before, while the residual is above loose_from: an
    approximate operator leaves an error of some 1e-3 there, and the next point's product is exact again. */
 static const PetscReal loose_share = 2e-4, loose_from = 1e-8;
+/* Error of products with dG/dx over the residual that ends a solve */
+static const PetscReal wanted_share = 0.1;
 /* Share of an operator's own error that a residual need not go below. */
 static const PetscReal noise_share = 0.3;
 
@@ -52,7 +54,7 @@ static PetscErrorCode SlipSemismoothFloor(SlipConstraint con, PetscReal *floor)
 static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscBool exact, Vec x)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
-  Vec xs = ss->slip.work[SEMISMOOTH_XS], dx = ss->slip.work[SEMISMOOTH_DX];
+  Vec dx = ss->slip.work[SEMISMOOTH_DX];
   SNESConvergedReason reason;
   PetscReal last, step, size, floor = 0;
   PetscBool ok, picard;
@@ -71,12 +73,10 @@ static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscB
       PetscFunctionReturn(PETSC_SUCCESS);
     }
     if (!ok || picard) break;
-    PetscCall(VecCopy(x, xs));
-    PetscCall(VecAXPY(x, 1.0, dx));
-    PetscCall(SlipConstraintEvaluate(con, NULL, x));
+    PetscCall(SlipSemismoothFrom(snes, con, x));
+    PetscCall(SlipSemismoothMoveTo(snes, con, NULL, 1.0, x));
     if (!(con->norm < last)) {
-      PetscCall(VecCopy(xs, x));
-      PetscCall(SlipConstraintEvaluate(con, NULL, x));
+      PetscCall(SlipSemismoothMoveTo(snes, con, NULL, 0.0, x));
       break;
     }
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
@@ -96,7 +96,7 @@ static PetscErrorCode SlipSemismoothPolish(SNES snes, SlipConstraint con, PetscB
 static PetscErrorCode SlipSemismoothModel(SNES snes, SlipConstraint con, Mat A, Vec x, PetscBool *ok)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
-  const PetscReal target = PetscMax(model_share * con->norm, SLIP_SEARCH_ROUNDING);
+  const PetscReal target = PetscMax(PetscMax(model_share * con->norm, 0.3 * con->target), SLIP_SEARCH_ROUNDING);
   const SlipStageModel model = {A, ss->slip.work[SEMISMOOTH_OFFSET]};
 
   PetscFunctionBegin;
@@ -141,33 +141,73 @@ static PetscErrorCode SlipSemismoothSpread(SlipConstraint con, Vec v)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where stages that go past an instability are refused: is the generalised Jacobian of the cells that slide positive
-   definite with the slope at the stage's start, too? One that is indefinite there and not at the end has an instability
-   in between that grew and went within the stage. */
-static PetscErrorCode SlipSemismoothCheckStart(SNES snes, SlipConstraint con, Vec x)
+/* Is dG/dx with this slope positive definite on the cells that slide? rhs is what a Krylov method starts from. */
+static PetscErrorCode SlipSemismoothCheck(SNES snes, SlipConstraint con, Vec slope, Vec cross, PetscBool *pd)
 {
   SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
-  Vec *work = ss->slip.work, slope = work[SEMISMOOTH_XS], rhs = work[SEMISMOOTH_RHS];
-  Vec dq = con->cells ? con->cells : slope, cross;
-  PetscReal change;
-  PetscBool done, ok, pd;
+  Vec *work = ss->slip.work;
+  PetscBool done, ok;
 
   PetscFunctionBegin;
-  PetscCall((*con->ops->start_slope)(con, dq, con->ctx));
-  PetscCall(SlipConstraintPress(con, x, dq));
-  PetscCall(SlipConstraintSlope(con, x, dq, slope, &cross));
-  PetscCall(VecWAXPY(rhs, -1.0, slope, con->slope));
-  PetscCall(VecPointwiseMult(rhs, rhs, con->rho));
-  PetscCall(VecNorm(rhs, NORM_INFINITY, &change));
-  if (change < small_change) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipDirectSolve(con->B, con->C, con->row, con->mask, slope, cross, rhs, work[SEMISMOOTH_DX], ss->direct_max,
-                            &done, &pd));
-  if (!done) {
-    if (con->row) PetscCall(SlipSemismoothSpread(con, rhs));
-    PetscCall(SlipSemismoothKrylov(snes, con, con->B, slope, cross, &ok, &pd));
+  PetscCall(SlipDirectSolve(con->B, con->C, con->row, con->mask, slope, cross, work[SEMISMOOTH_RHS],
+                            work[SEMISMOOTH_DX], ss->direct_max, &done, pd));
+  if (done) PetscFunctionReturn(PETSC_SUCCESS);
+  if (con->row) PetscCall(SlipSemismoothSpread(con, work[SEMISMOOTH_RHS]));
+  PetscCall(SlipSemismoothKrylov(snes, con, con->B, slope, cross, &ok, pd));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* For a Krylov method the balance of the slip rates themselves: modes that grow have a share in them */
+static PetscErrorCode SlipSemismoothMoving(SNES snes, SlipConstraint con, Vec x)
+{
+  Vec rhs = ((SNES_Semismooth *)snes->data)->slip.work[SEMISMOOTH_RHS];
+
+  PetscFunctionBegin;
+  PetscCall(VecPointwiseDivide(rhs, x, con->rho));
+  PetscCall(VecPointwiseMult(rhs, rhs, con->mask));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where stages that go past an instability are refused: the generalised Jacobian of the cells that slide must be
+   positive definite where the solve ends, which an inexact one has not looked at, and with the slope at the stage's
+   start, too. One that is indefinite there and not at the end has an instability in between that grew and went within
+   the stage. One that is positive definite with the lesser of both slopes in each cell is so with either. */
+static PetscErrorCode SlipSemismoothCheckStable(SNES snes, SlipConstraint con, Vec x)
+{
+  SNES_Semismooth *ss = (SNES_Semismooth *)snes->data;
+  Vec *work = ss->slip.work, slope = work[SEMISMOOTH_XS], rhs = work[SEMISMOOTH_RHS], least = work[SEMISMOOTH_GS];
+  Vec dq = con->cells ? con->cells : slope, cross;
+  const PetscBool inexact = con->target > 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal change = 0;
+  PetscBool pd = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  if (con->ops->start_slope) {
+    PetscCall((*con->ops->start_slope)(con, dq, con->ctx));
+    PetscCall(SlipConstraintPress(con, x, dq));
+    PetscCall(SlipConstraintSlope(con, x, dq, slope, &cross));
+    PetscCall(VecWAXPY(rhs, -1.0, slope, con->slope));
+    PetscCall(VecPointwiseMult(rhs, rhs, con->rho));
+    PetscCall(VecNorm(rhs, NORM_INFINITY, &change));
+  }
+  if (inexact && change >= small_change && !con->cells && !con->row) {
+    PetscCall(VecPointwiseMin(least, slope, con->slope));
+    PetscCall(SlipSemismoothMoving(snes, con, x));
+    PetscCall(SlipSemismoothCheck(snes, con, least, NULL, &pd));
+    if (pd) PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  pd = PETSC_TRUE;
+  if (inexact) {
+    PetscCall(SlipSemismoothMoving(snes, con, x));
+    PetscCall(SlipSemismoothCheck(snes, con, con->slope, con->cross, &pd));
+  }
+  if (pd && change >= small_change) {
+    PetscCall(VecWAXPY(rhs, -1.0, slope, con->slope));
+    PetscCall(VecPointwiseMult(rhs, rhs, con->rho));
+    PetscCall(SlipSemismoothCheck(snes, con, slope, cross, &pd));
   }
   if (pd) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(snes, "Indefinite Jacobian at the start: the step would go past an instability\n"));
+  PetscCall(PetscInfo(snes, "Indefinite Jacobian at the start or the end: the step would go past an instability\n"));
   con->unstable = PETSC_TRUE;
   snes->reason = SNES_DIVERGED_LINEAR_SOLVE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -180,7 +220,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   SNESConvergedReason reason;
   Vec x = snes->vec_sol;
   PetscReal last;
-  PetscInt slow = 0; /* iterations in a row with an approximation that hardly converged */
+  PetscInt n, slow = 0; /* iterations in a row with an approximation that hardly converged */
   PetscBool ok, loose, exact = PETSC_FALSE;
   Mat A;
 
@@ -195,18 +235,23 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
   PetscCall(SlipConstraintEvaluate(con, NULL, x));
   SlipSearchForget(&ss->search, con->merit);
   ss->search.stalls = 0;
+  /* cells that open and close do not forgive */
+  con->target = ss->rtol_set || !con->ops->affine || con->friction ? 0 : con->share * con->norm;
+  PetscCall(VecGetSize(x, &n));
+  PetscTryMethod(con->B, "MatSlipSetWanted_C", (Mat, PetscReal),
+                 (con->B, wanted_share * con->target * con->scale * PetscSqrtReal((PetscReal)n)));
   PetscCall(SlipConstraintReport(snes, con, 0, &reason));
   for (PetscInt it = 1; reason == SNES_CONVERGED_ITERATING; it++) {
     PetscTryTypeMethod(snes, update, snes->iter);
     last = con->norm;
     if (it > 1) PetscCall(SlipConstraintJacobian(con, x)); /* SlipConstraintBegin() has asked for the first */
     PetscCall(SlipSemismoothOperator(con, exact, &A));
-    loose = (PetscBool)(A != con->B && con->norm > loose_from);
+    loose = (PetscBool)(A != con->B && con->norm > loose_from && !(con->target > 0));
     PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal), (con->B, loose ? loose_share : 0.0));
     if (A != con->B)
       PetscCall(SlipSemismoothModel(snes, con, A, x, &ok));
     else
-      PetscCall(SlipSemismoothStep(snes, con, NULL, it, snes->rtol, x, &ok));
+      PetscCall(SlipSemismoothStep(snes, con, NULL, it, PetscMax(snes->rtol, con->target), x, &ok));
     if (ok && A == con->B && con->cells && it % vectors_project == 0 && con->norm > SLIP_SEARCH_RTOL &&
         !PetscIsInfOrNanReal(con->merit))
       PetscCall(SlipSemismoothProject(snes, con, NULL, x));
@@ -214,7 +259,7 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
       snes->reason = reason = SNES_DIVERGED_LINEAR_SOLVE;
       break;
     }
-    if (loose && con->norm <= snes->rtol) { /* nothing ends on such a product */
+    if (loose && con->norm <= PetscMax(snes->rtol, con->target)) { /* nothing ends on such a product */
       PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal), (con->B, 0.0));
       PetscCall(SlipConstraintEvaluate(con, NULL, x));
     }
@@ -229,8 +274,10 @@ static PetscErrorCode SNESSolve_Semismooth(SNES snes)
     PetscCall(SlipConstraintReport(snes, con, it, &reason));
   }
   PetscTryMethod(con->B, "MatSlipSetLoose_C", (Mat, PetscReal), (con->B, 0.0));
-  if (reason == SNES_CONVERGED_FNORM_RELATIVE) PetscCall(SlipSemismoothPolish(snes, con, exact, x));
-  if (snes->reason > 0 && con->refuse && con->ops->start_slope) PetscCall(SlipSemismoothCheckStart(snes, con, x));
+  if (reason == SNES_CONVERGED_FNORM_RELATIVE && !(con->target > 0))
+    PetscCall(SlipSemismoothPolish(snes, con, exact, x));
+  if (snes->reason > 0 && con->refuse) PetscCall(SlipSemismoothCheckStable(snes, con, x));
+  PetscTryMethod(con->B, "MatSlipSetWanted_C", (Mat, PetscReal), (con->B, 0.0));
   PetscCall(SlipConstraintFinish(con, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -255,6 +302,10 @@ static PetscErrorCode SNESSetFromOptions_Semismooth(SNES snes, SlipOptionItems P
                             "Sliding cells, >= 0, up to which a dense Cholesky factorisation is used (350)", "",
                             ss->direct_max, &ss->direct_max, NULL));
   PetscOptionsHeadEnd();
+  PetscCall(
+    PetscOptionsHasName(((PetscObject)snes)->options, ((PetscObject)snes)->prefix, "-snes_rtol", &ss->rtol_set));
+  PetscCall(PetscOptionsHasName(((PetscObject)snes->ksp)->options, ((PetscObject)snes->ksp)->prefix, "-ksp_rtol",
+                                &ss->ksp_set));
   PetscCheck(ss->direct_max >= 0, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_OUTOFRANGE,
              "-snes_slip_direct_max is %" PetscInt_FMT ", expected at least 0", ss->direct_max);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -289,12 +340,16 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
   Level: intermediate
 
   Notes:
-  Above the limit, or when the entries of the operator are not at hand, the KSP (default cg with the preconditioner
+  Above the limit, or when the entries of the operator are not at hand, the KSP (default slipcg with the preconditioner
   "slipstage") solves on the sliding set. Bounds that depend on other rows' x (coupling of SlipConstraintOps), as where
   slip changes normal stress, make the Jacobian unsymmetric: LU takes the place of Cholesky and gmres that of cg.
   Positive definite is then one whose eigenvalues have positive real parts: by LU all of D^-1 J, D the diagonal of B,
   are looked at where its symmetric part is not positive; by a KSP those it finds on the way (KSPComputeEigenvalues()).
-  The KSP's relative tolerance is chosen in each iteration.
+  The KSP's relative tolerance is chosen in each iteration, unless -ksp_rtol is given.
+
+  Where G is affine (SlipConstraintOps) and the stage says what share of its first residual may be left (SlipStage), the
+  solve ends there, a direction leaves a third of that, and products of an approximated viscosity are off by a tenth
+  of it. Else it ends at -snes_rtol, with Newton steps down to rounding after it.
 
   With two components a cell (SlipConstraintSetComponents()) the step turns sliding cells as well; the linear systems
   stay symmetric, and the limit on direct solves is twice the number of cells.
@@ -326,7 +381,7 @@ PetscErrorCode SNESCreate_Semismooth(SNES snes)
   snes->ops->view = SNESView_Semismooth;
   snes->usesksp = PETSC_TRUE;
   PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPSetType(ksp, KSPCG));
+  PetscCall(KSPSetType(ksp, KSPSLIPCG));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PetscFunctionListFind(PCList, "slipstage", &slipstage));
   PetscCall(PCSetType(pc, slipstage ? "slipstage" : PCJACOBI));

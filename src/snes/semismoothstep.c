@@ -5,6 +5,9 @@
 
 /* Relative tolerance of a linear solve with an approximate operator, which is off by more than that. */
 static const PetscReal inexact = 5e-3;
+/* Share of the residual that ends an inexact solve which a direction leaves, and relative tolerance of solves that only
+   look for instabilities. */
+static const PetscReal target_share = 0.3, check = 1e-2;
 
 /* The operator of the linear solves: con->B, or what it composes as "MatSlipGetApproximation_C" (Mat, Mat *). With
    an approximation the method is an inexact Newton method: residuals remain those of con->B, and so do its
@@ -60,15 +63,19 @@ PetscErrorCode SlipSemismoothKrylov(SNES snes, SlipConstraint con, Mat A, Vec sl
     PetscBool cg;
 
     PetscCall(MatSlipJacobianSetCoupling(ss->J, con->C, con->row));
-    PetscCall(PetscObjectTypeCompare((PetscObject)snes->ksp, KSPCG, &cg));
+    PetscCall(PetscObjectTypeCompareAny((PetscObject)snes->ksp, &cg, KSPCG, KSPSLIPCG, ""));
     if (cg) PetscCall(KSPSetType(snes->ksp, KSPGMRES));
     PetscCall(KSPSetComputeEigenvalues(snes->ksp, PETSC_TRUE));
   }
   PetscCall(KSPSetOperators(snes->ksp, ss->J, ss->J));
   /* Near quadratic convergence the next residual is of the order of the square of this one: solve so far, or to
-     rounding. */
+     rounding; or only as far as the solve is to go. Checks of a Jacobian come when that is reached. */
   eta = A == con->B ? PetscMin(1e-2, PetscMax(0.1 * con->norm, SLIP_SEARCH_ROUNDING / con->norm)) : inexact;
-  PetscCall(KSPSetTolerances(snes->ksp, eta, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  if (con->target > 0 && A == con->B && con->norm > con->target)
+    eta = PetscMin(1.0, con->target / con->norm) * target_share;
+  else if (con->target > 0 && A == con->B)
+    eta = check;
+  if (!ss->ksp_set) PetscCall(KSPSetTolerances(snes->ksp, eta, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(KSPSolve(snes->ksp, rhs, dx));
   PetscCall(KSPGetConvergedReason(snes->ksp, &reason));
   PetscCall(KSPGetIterationNumber(snes->ksp, &lits));
@@ -111,13 +118,15 @@ PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Mat A, Vec
   Vec *work = ss->slip.work, rhs = work[SEMISMOOTH_RHS], dx = work[SEMISMOOTH_DX], xt = work[SEMISMOOTH_XS];
   PetscReal moved;
   PetscBool done, pd;
+  Vec image = NULL;
 
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(xt, con->mask, x));
   PetscCall(VecAYPX(xt, -1.0, x));
   PetscCall(VecNorm(xt, NORM_INFINITY, &moved));
   if (moved > 0.0) {
-    PetscCall(MatMult(A, xt, rhs));
+    PetscCall(MatMult(A, xt, work[SEMISMOOTH_BXT]));
+    PetscCall(VecCopy(work[SEMISMOOTH_BXT], rhs));
     PetscCall(SlipConstraintAddCoupling(con, xt, rhs));
   } else
     PetscCall(VecZeroEntries(rhs));
@@ -147,18 +156,38 @@ PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Mat A, Vec
     ss->n_picard++;
   }
   PetscCall(VecAXPY(dx, -1.0, xt));
+  if (!*ok || !con->ops->affine) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!done) PetscTryMethod(snes->ksp, "KSPSlipGetImage_C", (KSP, Vec *), (snes->ksp, &image));
+  if (!image)
+    PetscCall(MatMult(A, dx, work[SEMISMOOTH_BDX]));
+  else if (moved > 0.0)
+    PetscCall(VecWAXPY(work[SEMISMOOTH_BDX], -1.0, work[SEMISMOOTH_BXT], image));
+  else
+    PetscCall(VecCopy(image, work[SEMISMOOTH_BDX]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x = xs + lambda dx, evaluated */
-static PetscErrorCode SlipSemismoothMoveTo(SNES snes, SlipConstraint con, const SlipStageModel *model, PetscReal lambda,
-                                           Vec x)
+PetscErrorCode SlipSemismoothFrom(SNES snes, SlipConstraint con, Vec x)
+{
+  const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(x, work[SEMISMOOTH_XS]));
+  if (con->ops->affine) PetscCall(VecCopy(con->g, work[SEMISMOOTH_GS]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipSemismoothMoveTo(SNES snes, SlipConstraint con, const SlipStageModel *model, PetscReal lambda, Vec x)
 {
   const Vec *work = ((SNES_Semismooth *)snes->data)->slip.work;
 
   PetscFunctionBegin;
   PetscCall(VecWAXPY(x, lambda, work[SEMISMOOTH_DX], work[SEMISMOOTH_XS]));
-  PetscCall(SlipConstraintEvaluate(con, model, x));
+  if (con->ops->affine) {
+    PetscCall(VecWAXPY(con->g, lambda, work[SEMISMOOTH_BDX], work[SEMISMOOTH_GS]));
+    PetscCall(SlipConstraintEvaluateKnown(con, x));
+  } else
+    PetscCall(SlipConstraintEvaluate(con, model, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -259,9 +288,10 @@ PetscErrorCode SlipSemismoothStep(SNES snes, SlipConstraint con, const SlipStage
   PetscFunctionBegin;
   PetscCall(SlipSemismoothDirection(snes, con, model ? model->A : con->B, x, &picard, ok));
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecCopy(x, ss->slip.work[SEMISMOOTH_XS]));
+  PetscCall(SlipSemismoothFrom(snes, con, x));
   if (picard) { /* leaves the neighbourhood where the merit means something */
     PetscCall(SlipSemismoothExpand(snes, con, model, x));
+    if (con->ops->affine) PetscCall(SlipConstraintEvaluate(con, model, x)); /* sums of much larger numbers end here */
     SlipSearchForget(&ss->search, con->merit);
   } else
     PetscCall(SlipSemismoothSearch(snes, con, model, x, &stalled));

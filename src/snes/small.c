@@ -526,8 +526,9 @@ static PetscErrorCode SmallCheck(const SlipSmall *p)
 @*/
 PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstraint *con)
 {
-  const SlipConstraintOps ops = {Stage,     Residual,   Jacobian, Bound, Reduce, Lift, Smooth, AddReaction,
-                                 SolveMass, BoundState, NULL,     NULL,  NULL,   NULL, NULL,   &SmallExplicitOps};
+  const SlipConstraintOps ops = {Stage,       Residual,          Jacobian,   Bound, Reduce, Lift, Smooth,
+                                 AddReaction, SolveMass,         BoundState, NULL,  NULL,   NULL, NULL,
+                                 NULL,        &SmallExplicitOps, PETSC_FALSE};
   PetscInt n, m, f;
   Small *s;
   Vec x;

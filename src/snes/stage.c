@@ -71,7 +71,7 @@ PetscErrorCode SlipConstraintReport(SNES snes, SlipConstraint con, PetscInt it, 
   *reason = SNES_CONVERGED_ITERATING;
   if (PetscIsInfOrNanReal(snes->norm))
     *reason = SLIP_SNES_DIVERGED_NAN;
-  else if (snes->norm <= snes->rtol)
+  else if (snes->norm <= PetscMax(snes->rtol, con->target))
     *reason = SNES_CONVERGED_FNORM_RELATIVE;
   else if (snes->norm <= snes->abstol)
     *reason = SNES_CONVERGED_FNORM_ABS;
@@ -184,6 +184,8 @@ PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec 
              "A stage needs theta > 0 and omega > 0, not theta %g and omega %g", (double)stage->theta,
              (double)stage->omega);
   con->omega = stage->omega;
+  con->share = stage->share;
+  con->target = 0;
   if (con->ops->stage) PetscCall((*con->ops->stage)(con, stage, con->ctx));
   PetscCall(SNESSolve(snes, NULL, x));
   PetscCall(VecCopy(con->r, r));

@@ -42,7 +42,8 @@ static const SlipNumber SlipSolverNumbers[] = {
   {"-ts_adapt_rl_max_failures", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_adams_max_order", ANY, NONE, SLIP_WHOLE, ""}, {"-ts_rkc_max_stages", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_rkc_rate", 0, NONE, SLIP_INFINITE, ""},
-  {"-ts_bathe_gamma", ANY, NONE, 0, ""}, {"-ts_bathe_order", ANY, NONE, SLIP_WHOLE, ""},
+  {"-ts_bathe_gamma", ANY, NONE, 0, ""}, {"-ts_bathe_stage_error", ANY, NONE, 0, ""},
+  {"-ts_bathe_order", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_bathe_max_failures", ANY, NONE, SLIP_WHOLE, ""},
   /* a stage below -snes_atol is taken as it is: residuals are relative to the strength, which the critical start
      exceeds by 1e-5, so that 1e-4 would leave a fault where it stands; -snes_rtol is followed by Newton steps down to

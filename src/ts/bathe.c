@@ -130,7 +130,7 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscBool flg;
-  PetscReal gamma = ba->gamma;
+  PetscReal gamma = ba->gamma, stage_error = ba->stage_error;
   PetscInt order = ba->order;
   TSBatheReactionType reaction = ba->reaction;
   TSBatheFirstStage first = ba->first;
@@ -166,6 +166,11 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
                             ba->max_failures, &ba->max_failures, NULL));
   PetscCheck(ba->max_failures >= 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
              "-ts_bathe_max_failures is %" PetscInt_FMT ", expected at least 1", ba->max_failures);
+  PetscCall(PetscOptionsReal("-ts_bathe_stage_error",
+                             "What inexact solves of stages may add to the local error of a step, over that, in [0, 1) "
+                             "(default 0.1); 0: to -snes_rtol",
+                             "TSBatheSetStageError", stage_error, &stage_error, &flg));
+  if (flg) PetscCall(TSBatheSetStageError(ts, stage_error));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -293,6 +298,7 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
 . -ts_bathe_reaction <trapezoidal,implicit>  - treatment of a set-valued reaction in stage 1
 . -ts_bathe_error <embedded,doubling,none>   - error estimate
 . -ts_bathe_order <1>                        - order p assumed by doubling
+. -ts_bathe_stage_error <0.1>                - what inexact solves of stages may add to a step's error, over that
 - -ts_bathe_max_failures <50>                - attempts in a row that may fail to converge
 
   Level: beginner
@@ -307,6 +313,10 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   one failed solve in a run and ten rejections of a step are lifted; -ts_max_snes_failures, -ts_max_reject and their
   functions with other numbers hold. The latter counts the attempts that the controller rejects. Constant steps
   (TSADAPTNONE) become shorter then, which is said, and grow back to what they were.
+
+  Stages of a constraint whose operator is affine are solved as exactly as the error of the step asks
+  (TSBatheSetStageError()); the first step after a start, steps without an estimate and those under -snes_rtol are
+  solved to rounding.
 
   The embedded estimate is zero in the rate rows of cells that stick at the end of the step: their rate is exact
   there, and their jump in acceleration is no error of the method. Their displacement and slip rows keep it.
@@ -337,6 +347,7 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   SlipBatheSetUp(ba->gamma, &ba->c);
   ba->order = 1;
   ba->max_failures = 50;
+  ba->stage_error = 0.1;
   ba->share = 0.5;
   ba->status = TS_STEP_COMPLETE;
   ts->ops->reset = TSReset_Bathe;

@@ -328,6 +328,44 @@ PetscErrorCode TSBatheGetError(TS ts, TSBatheError *error)
 }
 
 /*@
+  TSBatheSetStageError - how exactly stages with a set-valued reaction are solved
+
+  Logically collective
+
+  Input Parameters:
++ ts    - of type TSBATHE, ignored otherwise
+- share - what the solves may add to the local error of a step, over that error, dimensionless in [0, 1); 0: they end at
+          -snes_rtol and go on to rounding; 0.1 unless set
+
+  Options Database Key:
+. -ts_bathe_stage_error <0.1> - the same
+
+  Level: intermediate
+
+  Note:
+  The estimate of the last attempt, over what the slip rates have changed by, is the error that the next one may
+  expect. Its stages leave that times the share of their first residual, a hundredth at most. With -snes_rtol, where
+  there is no estimate, and where the constraint is not affine (SlipConstraintOps) stages are solved to rounding.
+
+  Errors: PETSC_ERR_ARG_OUTOFRANGE
+
+.seealso: TSBATHE, TSBatheSetError(), SNESSlipSolveStage()
+@*/
+PetscErrorCode TSBatheSetStageError(TS ts, PetscReal share)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
+  PetscValidLogicalCollectiveReal(ts, share, 2);
+  if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(share >= 0 && share < 1, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_bathe_stage_error is %g, expected a number in [0, 1)", (double)share);
+  ba->stage_error = share;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
   TSBatheSetDoublingOrder - order p that step doubling assumes: e = (w_half - w_full)/(2^p - 1), of which
   TSEvaluateWLTE() says that it goes with h^(p + 1)
 

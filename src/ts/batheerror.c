@@ -2,6 +2,10 @@
    src/core/bathe.c. */
 #include <slipstep/private/slipts.h>
 
+/* Shares of its first residual that a stage may leave: more lets sliding cells be taken for resting ones, less is no
+   cheaper than all that the solver can do */
+static const PetscReal largest_share = 1e-2, least_share = 1e-9;
+
 /* k0 where no step has left it: RHSFunction, or A^-1 (F_s + r0). An implicit form F(t, w, w') = 0 does not give it
    away. */
 PetscErrorCode TSBatheStartDerivative(TS ts, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known)
@@ -141,4 +145,36 @@ PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
   PetscCall(TSErrorWeightedNorm(ts, ba->Y[1], ba->K1, type, norm, &enorma, &enormr));
   *norm = SlipBatheRoundError(*norm);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The local error of the rates over their change within the attempt, from which the next ones tell how exactly stages
+   have to be solved */
+PetscErrorCode TSBatheKeepErrorShare(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal error, change;
+
+  PetscFunctionBegin;
+  ba->error_share = 0;
+  if (!ba->con || ba->last.error < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall((*ba->ops->reduce)(ba->con, ba->E, ba->x, ba->ctx));
+  PetscCall(VecNorm(ba->x, NORM_2, &error));
+  PetscCall(VecWAXPY(ba->K1, -1.0, ba->X0, ba->Y[1]));
+  PetscCall((*ba->ops->reduce)(ba->con, ba->K1, ba->x, ba->ctx));
+  PetscCall(VecNorm(ba->x, NORM_2, &change));
+  if (change > 0) ba->error_share = SlipBatheRoundError(error / change);
+  ba->error_dt = ba->last.dt;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first residual of a stage is that of its rates' change, so that what is left of it is an error of the rates over
+   their change. The local error of a step goes with h^3, the change with h; of a longer step it is not trusted to have
+   grown. */
+PetscReal TSBatheStageShare(TS ts, PetscReal h)
+{
+  const TS_Bathe *ba = (const TS_Bathe *)ts->data;
+  const PetscReal shorter = ba->error_dt > 0 ? PetscMin(1, h / ba->error_dt) : 1;
+  const PetscReal share = ba->stage_error * ba->error_share * PetscSqr(shorter);
+
+  return share > least_share ? PetscMin(share, largest_share) : 0;
 }

@@ -77,13 +77,20 @@ static PetscErrorCode TSBatheSolveSmooth(TS ts, Vec rhs, Vec w, PetscReal *resno
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One stage of a problem with a constraint, from the guess in w */
-static PetscErrorCode TSBatheSolveConstrained(TS ts, PetscReal omega, Vec explicit_part, Vec w, Vec r,
-                                              PetscReal *resnorm)
+/* One stage of a problem with a constraint, from the guess in w; base is w0, or a1 w1 - a0 w0 */
+static PetscErrorCode TSBatheSolveConstrained(TS ts, PetscReal omega, Vec explicit_part, Vec w0, Vec w1, Vec w, Vec r,
+                                              PetscReal share, PetscReal *resnorm)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  SlipStage stage = {
-    .t = ba->stage_time, .theta = ba->theta, .omega = omega, .base = ba->base, .explicit_part = explicit_part};
+  SlipStage stage = {.t = ba->stage_time,
+                     .theta = ba->theta,
+                     .omega = omega,
+                     .base = ba->base,
+                     .explicit_part = explicit_part,
+                     .from = {w0, w1},
+                     .factor = {w1 ? -ba->c.a0 : 1, ba->c.a1},
+                     .nfrom = w1 ? 2 : 1,
+                     .share = share};
 
   PetscFunctionBegin;
   PetscCall((*ba->ops->reduce)(ba->con, w, ba->x, ba->ctx));
@@ -93,7 +100,7 @@ static PetscErrorCode TSBatheSolveConstrained(TS ts, PetscReal omega, Vec explic
 }
 
 /* Stage 1 starts from w0 (the guess too); the smooth form puts -IFunction(t, w0, 0) on the right-hand side */
-static PetscErrorCode TSBatheStageOne(TS ts, PetscReal t, Vec w0, Vec r0, Vec w1, PetscReal *resnorm)
+static PetscErrorCode TSBatheStageOne(TS ts, PetscReal t, Vec w0, Vec r0, Vec w1, PetscReal share, PetscReal *resnorm)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
@@ -102,7 +109,7 @@ static PetscErrorCode TSBatheStageOne(TS ts, PetscReal t, Vec w0, Vec r0, Vec w1
   PetscCall(VecCopy(w0, w1));
   if (ba->first == TSBATHE_STAGE_BACKWARD) {
     if (ba->con)
-      PetscCall(TSBatheSolveConstrained(ts, 1.0, NULL, w1, ba->r1, resnorm));
+      PetscCall(TSBatheSolveConstrained(ts, 1.0, NULL, w0, NULL, w1, ba->r1, share, resnorm));
     else
       PetscCall(TSBatheSolveSmooth(ts, NULL, w1, resnorm));
   } else if (ba->con) {
@@ -110,7 +117,7 @@ static PetscErrorCode TSBatheStageOne(TS ts, PetscReal t, Vec w0, Vec r0, Vec w1
 
     PetscCall((*ba->ops->smooth)(ba->con, t, w0, ba->Fs, ba->ctx));
     if (trapezoidal) PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, r0, ba->Fs, ba->ctx));
-    PetscCall(TSBatheSolveConstrained(ts, trapezoidal ? 1.0 : 2.0, ba->Fs, w1, ba->r1, resnorm));
+    PetscCall(TSBatheSolveConstrained(ts, trapezoidal ? 1.0 : 2.0, ba->Fs, w0, NULL, w1, ba->r1, share, resnorm));
   } else {
     PetscCall(VecZeroEntries(ba->Xdot));
     PetscCall(TSComputeIFunction(ts, t, w0, ba->Xdot, ba->affine, PETSC_FALSE));
@@ -125,6 +132,7 @@ PetscErrorCode TSBatheSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, V
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const SlipBathe c = ba->c;
+  const PetscReal share = TSBatheStageShare(ts, h);
   PetscReal res = 0.0;
 
   PetscFunctionBegin;
@@ -134,7 +142,7 @@ PetscErrorCode TSBatheSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, V
   ba->stage_time = t + c.gamma * h;
   ba->theta = c.theta[0] * h;
   PetscCall(TSPreStage(ts, ba->stage_time));
-  PetscCall(TSBatheStageOne(ts, t, w0, r0, w1, &res));
+  PetscCall(TSBatheStageOne(ts, t, w0, r0, w1, share, &res));
   PetscCall(TSBatheAfterSolve(ts, 0, w1, res, resnorm, ok));
   if (!*ok) PetscFunctionReturn(PETSC_SUCCESS);
 
@@ -144,7 +152,7 @@ PetscErrorCode TSBatheSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, V
   PetscCall(VecCopy(w1, w2));
   PetscCall(TSPreStage(ts, ba->stage_time));
   if (ba->con)
-    PetscCall(TSBatheSolveConstrained(ts, 1.0, NULL, w2, r2, &res));
+    PetscCall(TSBatheSolveConstrained(ts, 1.0, NULL, w0, w1, w2, r2, share, &res));
   else
     PetscCall(TSBatheSolveSmooth(ts, NULL, w2, &res));
   PetscCall(TSBatheAfterSolve(ts, 1, w2, res, resnorm, ok));

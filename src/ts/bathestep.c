@@ -173,6 +173,7 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
     PetscCall(TSBatheSingle(ts, h, &ba->last.residual, ok));
   if (*ok && ba->parts > 1) PetscCall(TSBatheInParts(ts, h, (doubling ? 2 : 1) * ba->parts, &parts_residual, ok));
   if (*ok) PetscCall(SlipGuardState(ba->Y[1], ok));
+  if (*ok) PetscCall(TSBatheKeepErrorShare(ts));
   PetscCall(PetscTime(&end));
   ba->last.converged = *ok;
   PetscCall(TSBatheProducts(ts));
@@ -268,6 +269,7 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   ba->attempts = ba->accepted = ba->solves = ba->newton = ba->linear = ba->failures = ba->towards = 0;
   ba->constant = (SlipConstant){.asked = 0};
   ba->barrier = no_barrier;
+  ba->error_share = 0;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
   ba->cost = (SlipCost){0};
   SlipCostStart(&ba->cost);

@@ -112,6 +112,8 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(SlipStateInt(s, "linear", 1, &ba->linear));
   PetscCall(SlipStateInt(s, "failures", 1, &ba->failures));
   PetscCall(SlipStateReal(s, "barrier", 1, &ba->barrier));
+  PetscCall(SlipStateReal(s, "error_share", 1, &ba->error_share));
+  PetscCall(SlipStateReal(s, "error_share_dt", 1, &ba->error_dt));
   PetscCall(SlipStateInt(s, "towards_barrier", 1, &ba->towards));
   PetscCall(SlipStateConstant(s, &ba->constant));
   PetscCall(SlipStateAttempt(s, &ba->last));

@@ -145,6 +145,7 @@ static PetscErrorCode Replay(const char *snes, PetscReal *worst, PetscReal *slip
   PetscCall(TSBatheSetConstraint(ts, p.con));
   PetscCall(TSBatheSetReactionType(ts, TSBATHE_REACTION_IMPLICIT));
   PetscCall(TSBatheSetError(ts, TSBATHE_ERROR_DOUBLING));
+  PetscCall(TSBatheSetStageError(ts, 0));
   PetscCall(PetscOptionsSetValue(NULL, "-snes_type", snes));
   PetscCall(TSSetFromOptions(ts));
   PetscCall(PetscOptionsClearValue(NULL, "-snes_type"));

@@ -73,8 +73,9 @@ static PetscReal Exact(PetscReal t)
 /* w and r at tmax with constant steps */
 static PetscErrorCode Run(PetscReal tmax, PetscInt steps, PetscReal *w, PetscReal *r)
 {
-  const SlipConstraintOps ops = {Stage, LinearResidual, LinearJacobian, LinearBound, Copy, Copy, Smooth, AddReaction,
-                                 Copy,  BoundState,     NULL,           NULL,        NULL, NULL, NULL,   NULL};
+  const SlipConstraintOps ops = {Stage,  LinearResidual, LinearJacobian, LinearBound, Copy,      Copy,
+                                 Smooth, AddReaction,    Copy,           BoundState,  NULL,      NULL,
+                                 NULL,   NULL,           NULL,           NULL,        PETSC_TRUE};
   LinearSystem m = {.q = k};
   SlipConstraint con;
   TS ts;

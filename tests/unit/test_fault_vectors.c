@@ -225,6 +225,7 @@ static void Rupture(SlipFault fault, PetscInt steps, PetscReal u[], PetscInt *sl
   Vec w;
 
   ok(FaultStart(fault, TSADAPTNONE, end / (PetscReal)steps, end, &w, &ts));
+  ok(TSBatheSetStageError(ts, 0));
   ok(TSSolve(ts, w));
   N = fault->mesh.N;
   ok(SlipFaultGetCellValues(fault, end, w, "displacement", N, u));

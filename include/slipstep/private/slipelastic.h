@@ -4,6 +4,19 @@
 #include <slipelastic.h>
 #include <slipmat.h>
 #include <slipcompat.h>
+#include <slipcells.h>
+#include <slipstep/private/slipmatviscosity.h>
+#include <slipstep/private/slipstate.h>
+
+/* images.c: products that are known */
+typedef enum { SLIP_ELASTIC_K, SLIP_ELASTIC_H } SlipElasticImage;
+typedef struct {
+  Vec x, image[2];
+  PetscBool has[2]; /* the images are those of x */
+  PetscInt age;     /* K x is a sum of sums, so many times */
+} SlipElasticPair;
+/* u and v at the start, after stage 1 and at the end, what stages start from, the loading rate, and one to spare */
+enum { SLIP_ELASTIC_PAIRS = 10 };
 
 struct _p_SlipElastic {
   PETSCHEADER(SlipElasticOps);
@@ -13,6 +26,10 @@ struct _p_SlipElastic {
   Mat stage, coupling; /* of the last stage, borrowed from the type */
   Vec diagonal[2];     /* of K and H, once they have been asked for */
   Vec work[2];         /* of slip, on first use */
+  PetscReal inertia;   /* M of the balance, 0 without [kg/m^2] */
+
+  SlipElasticPair pair[SLIP_ELASTIC_PAIRS]; /* the last asked for first */
+  PetscInt npairs;
 
   SlipElasticPast past[2]; /* the slots */
   PetscBool known;         /* they hold something */
@@ -24,6 +41,15 @@ struct _p_SlipElastic {
   PetscReal frequency; /* the largest [rad/s]; 0: not asked for yet */
 };
 
+/* images.c; image: borrowed, NULL where it is not known */
+PETSC_INTERN PetscErrorCode SlipElasticFindPair(SlipElastic el, Vec x, SlipElasticPair **pair); /* of x, likewise */
+PETSC_INTERN PetscErrorCode SlipElasticTakePair(SlipElastic el, Vec x,
+                                                SlipElasticPair **pair); /* instead of the oldest */
+PETSC_INTERN PetscErrorCode SlipElasticSetImage(SlipElasticPair *pair, SlipElasticImage of, Vec image);
+PETSC_INTERN PetscErrorCode SlipElasticFindImage(SlipElastic el, SlipElasticImage of, Vec x, Vec *image);
+PETSC_INTERN PetscErrorCode SlipElasticKeepImage(SlipElastic el, SlipElasticImage of, Vec x, Vec image);
+PETSC_INTERN PetscErrorCode SlipElasticDestroyImages(SlipElastic el);
+PETSC_INTERN PetscErrorCode SlipElasticImagesState(SlipElastic el, SlipState state);
 /* static.c */
 PETSC_INTERN const SlipElasticOps SlipElasticStatic;
 /* elastic.c */

@@ -29,6 +29,7 @@ typedef struct {
   PetscReal error[SLIP_RECYCLED_MAX];                 /* of the images, in the 2-norm */
   PetscReal least;    /* relative error of the next products, where it is above the tolerance */
   PetscReal loose;    /* relative error of the product of an iterate far from the others; 0: the tolerance */
+  PetscReal wanted;   /* error that may remain in the 2-norm, where it is more [Pa] */
   PetscBool loosened; /* the last product was such a one */
   PetscReal noise;    /* error of the last product in the 2-norm, about */
   Vec rest;

@@ -19,6 +19,8 @@ struct _p_SlipConstraint {
   /* one stage */
   PetscBool unstable;     /* the last solve failed for that */
   PetscReal omega;        /* weight of the reaction */
+  PetscReal share;        /* of the first residual that may be left, 0: what the SNES says */
+  PetscReal target;       /* residual at which an inexact solve ends, 0: it is not inexact */
   PetscReal scale;        /* characteristic traction by which residuals are divided */
   Vec r;                  /* reaction of the last solve */
   PetscReal resnorm;      /* relative residual of the last solve */
@@ -38,6 +40,8 @@ struct _p_SlipConstraint {
   Vec normal, hold, cross, spare;
   PetscReal merit; /* 2-norm of F / scale */
   PetscReal norm;  /* max-norm of F / scale */
+
+  PetscBool balanced; /* g is G of the x that the last solve has given out, which was set to zero nowhere after it */
 };
 
 /* A stage with A x + offset for G(x), the same cone; what takes a model solves the stage itself when that is NULL. */
@@ -62,6 +66,8 @@ PETSC_INTERN PetscErrorCode SlipConstraintPress(SlipConstraint, Vec x, Vec v);
 PETSC_INTERN PetscErrorCode SlipConstraintSlope(SlipConstraint, Vec x, Vec dq, Vec slope, Vec *cross);
 /* Of a step that takes x away, y = B x: y_i += row_i (C x)_i, nothing without a coupling */
 PETSC_INTERN PetscErrorCode SlipConstraintAddCoupling(SlipConstraint, Vec x, Vec y);
+/* The same where con->g is G(x) already */
+PETSC_INTERN PetscErrorCode SlipConstraintEvaluateKnown(SlipConstraint, Vec x);
 PETSC_INTERN PetscErrorCode SlipConstraintFinish(SlipConstraint, Vec x); /* reaction, worst cell */
 PETSC_INTERN PetscErrorCode SlipConstraintQuery(SNES, SlipConstraint *); /* error when the SNES has none */
 PETSC_INTERN PetscErrorCode SlipConstraintReport(SNES, SlipConstraint, PetscInt it, SNESConvergedReason *reason);
@@ -74,6 +80,7 @@ PETSC_INTERN PetscErrorCode SlipAddCross(Vec cross, Vec mask, Vec x, Vec y);
 PETSC_INTERN PetscErrorCode SlipAddCoupling(Mat C, Vec row, Vec x, Vec cx, Vec y);
 /* The same with the normal rows of z = B x in the place of C x, less gain x there (NULL: 0) */
 PETSC_INTERN PetscErrorCode SlipAddPressure(Vec row, Vec z, Vec x, Vec rho, Vec y);
+PETSC_INTERN PetscErrorCode MatSlipJacobianGetProduct(Mat J, Vec *product);
 /* The coupling of the bounds in a generalised Jacobian; C NULL and row: by the normal rows; both NULL: none */
 PETSC_INTERN PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row);
 
@@ -96,6 +103,7 @@ PETSC_INTERN PetscErrorCode SNESCreate_Slip(SNES, SNES_Slip *, PetscInt nwork, P
 PETSC_INTERN PetscErrorCode SNESReset_Slip(SNES);
 PETSC_INTERN PetscErrorCode SNESCreate_Semismooth(SNES);
 PETSC_INTERN PetscErrorCode SNESCreate_Projection(SNES);
+PETSC_INTERN PetscErrorCode KSPCreate_SlipCG(KSP);
 
 /* ---- semismooth.c, semismoothstep.c ---- */
 enum {
@@ -106,6 +114,9 @@ enum {
   SEMISMOOTH_ZERO,   /* no slope of the bound */
   SEMISMOOTH_OFFSET, /* of the model */
   SEMISMOOTH_LOAD,   /* of the cells, of a smooth bound */
+  SEMISMOOTH_GS,     /* G at the step's start */
+  SEMISMOOTH_BDX,    /* what the step adds to it, and */
+  SEMISMOOTH_BXT,    /* of that what sticking cells do, where G is affine */
   SEMISMOOTH_NWORK
 };
 
@@ -114,6 +125,7 @@ typedef struct {
   Mat J;
   PetscInt direct_max; /* largest sliding set that is solved directly */
   SlipSearch search;
+  PetscBool rtol_set, ksp_set; /* the user has chosen -snes_rtol, -ksp_rtol */
   PetscInt n_direct, n_krylov, n_picard, n_projections, n_exact, n_model; /* since creation, for -snes_view */
 } SNES_Semismooth;
 
@@ -132,5 +144,8 @@ PETSC_INTERN PetscErrorCode SlipSemismoothKrylov(SNES, SlipConstraint, Mat A, Ve
                                                  PetscBool *pd);
 /* smoothbound.c: the whole solve where the bound is smooth */
 PETSC_INTERN PetscErrorCode SlipSmoothBoundSolve(SNES, SlipConstraint, Vec x);
+/* x = xs + lambda dx, evaluated; SlipSemismoothFrom() has made x, the point evaluated last, xs */
+PETSC_INTERN PetscErrorCode SlipSemismoothFrom(SNES, SlipConstraint, Vec x);
+PETSC_INTERN PetscErrorCode SlipSemismoothMoveTo(SNES, SlipConstraint, const SlipStageModel *, PetscReal lambda, Vec x);
 /* A few projection steps */
 PETSC_INTERN PetscErrorCode SlipSemismoothProject(SNES, SlipConstraint, const SlipStageModel *, Vec x);

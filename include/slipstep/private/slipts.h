@@ -42,6 +42,7 @@ typedef struct {
   PetscBool error_set;                          /* chosen explicitly, so that adapt none does not switch doubling off */
   PetscInt order;                               /* p of doubling's (2^p - 1) */
   PetscInt max_failures;                        /* attempts in a row that may fail to converge */
+  PetscReal stage_error;                        /* what stages may add to a step's error, over that */
   PetscBool lifted_failures, lifted_rejections; /* PETSc's default limits, which another type finds again */
   PetscInt parts;     /* the solution is computed in so many parts of each step; 0 or 1: in one */
   TSBathePartFn part; /* called at the end of each, or NULL */
@@ -75,6 +76,9 @@ typedef struct {
 
   /* one Bathe step */
   PetscReal stage_time, theta;
+  PetscReal error_share,
+    error_dt;                /* error of the rates of the last step, and that step [s], over their change; 0: it is
+                                      not known */
   Vec base, affine, Xdot, E; /* E: the error estimate */
 
   /* constraint */
@@ -120,6 +124,8 @@ PETSC_INTERN PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e); /* zero th
 PETSC_INTERN PetscErrorCode TSBatheEmbeddedError(TS, PetscReal h, Vec e);
 PETSC_INTERN PetscErrorCode TSBatheDoublingError(TS, Vec e);
 PETSC_INTERN PetscErrorCode TSBatheErrorNorm(TS, NormType, PetscReal *norm);
+PETSC_INTERN PetscErrorCode TSBatheKeepErrorShare(TS);
+PETSC_INTERN PetscReal TSBatheStageShare(TS, PetscReal h); /* SlipStage.share of a step h */
 PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
 PETSC_INTERN PetscErrorCode SNESTSFormFunction_Bathe(SNES, Vec, Vec, TS);

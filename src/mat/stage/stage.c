@@ -139,6 +139,7 @@ static PetscErrorCode StageGetEntries(Mat B, Mat *dense, PetscReal *scale, Vec *
 
 static PetscErrorCode StageCreateApproximation(SlipStageContext *s);
 static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose);
+static PetscErrorCode MatSlipStageSetWanted(Mat B, PetscReal wanted);
 static PetscErrorCode MatSlipStageGetNoise(Mat B, PetscReal *noise);
 
 /* Chooses whether Jacobians are formed from something cheaper than B, where products with H are much more expensive
@@ -179,6 +180,8 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetApproximation_C",
                                        approximate ? MatSlipStageGetApproximation : NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipSetLoose_C", approximate ? MatSlipStageSetLoose : NULL));
+  PetscCall(
+    PetscObjectComposeFunction((PetscObject)B, "MatSlipSetWanted_C", approximate ? MatSlipStageSetWanted : NULL));
   PetscCall(PetscObjectComposeFunction((PetscObject)B, "MatSlipGetNoise_C", approximate ? MatSlipStageGetNoise : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -469,6 +472,20 @@ static PetscErrorCode MatSlipStageSetLoose(Mat B, PetscReal loose)
   PetscCall(StageContext(B, &s));
   PetscCall(SlipLanczosGetRecycled(s->H, &known));
   if (known) known->loose = loose;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An error that products with H may have in the 2-norm [Pa], 0: as little as ever; composed as "MatSlipSetWanted_C" for
+   solvers that stop at a residual which is larger. */
+static PetscErrorCode MatSlipStageSetWanted(Mat B, PetscReal wanted)
+{
+  SlipStageContext *s;
+  SlipRecycled *known;
+
+  PetscFunctionBegin;
+  PetscCall(StageContext(B, &s));
+  PetscCall(SlipLanczosGetRecycled(s->H, &known));
+  if (known) known->wanted = wanted;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -107,7 +107,7 @@ static PetscErrorCode Split(SlipRecycled *c, PetscReal tolerance, Vec x, Vec y, 
     PetscCall(VecZeroEntries(y));
     PetscCall(VecMAXPY(y, c->n, a, c->image));
     PetscCall(VecNorm(y, NORM_2, size));
-    KeepAccurate(c, a, SLIP_RECYCLED_OLD * tolerance * *size);
+    KeepAccurate(c, a, PetscMax(SLIP_RECYCLED_OLD * tolerance * *size, c->wanted));
   }
   PetscCall(VecZeroEntries(y));
   if (!c->n) PetscFunctionReturn(PETSC_SUCCESS);
@@ -151,7 +151,7 @@ PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProduc
   if (norm <= SLIP_RECYCLED_REST * tolerance * whole) PetscFunctionReturn(PETSC_SUCCESS);
 
   /* rest / norm and its image are remembered: to a share of the tolerance beside others, to all of it alone */
-  allowed = SLIP_RECYCLED_NEW * tolerance * size;
+  allowed = PetscMax(SLIP_RECYCLED_NEW * tolerance * size, c->wanted);
   relative = size > 0 ? 0 : tolerance;
   c->loosened = (PetscBool)(c->loose > 0 && !c->loosened &&
                             (size > 0 ? c->loose * size * norm / whole > SLIP_RECYCLED_SPARE * allowed
