@@ -47,8 +47,8 @@ typedef struct {
   /* w is the state of a node of the step, p its damping: smooth and others may take it and what drive has computed for
      this state from there; NULL: they need not */
   PetscErrorCode (*settle)(SlipConstraint, SlipNode node, PetscReal t, Vec w, Vec p, void *ctx);
-  /* at a state, the largest frequency [rad/s], 0: steps of any length are stable, and the damping ratio that p is of there
-     at most, SlipLagLimit() */
+  /* at a state, the largest frequency [rad/s], 0: steps of any length are stable, and the largest damping ratio of p
+     there, SlipLagLimit() */
   PetscErrorCode (*frequency)(SlipConstraint, PetscReal t, Vec w, PetscReal *omega, PetscReal *ratio, void *ctx);
 } SlipExplicitOps;
 

@@ -1,4 +1,4 @@
-/* TSBATHE: the implicit composite (trapezoidal, then three-point backward) integrator. */
+/* TSBATHE: the implicit composite (trapezoidal, then three-point backward) integrator; TSMOREAU: the explicit one. */
 #pragma once
 #include <petscts.h>
 #include <slipsnes.h>

@@ -7,8 +7,8 @@
 enum { MAX_IT = 100 };
 #define ENOUGH 1e-14 /* last change of the rate, relative */
 
-/* Of a kick with a cell's own damping, M dv/dt = g - eta v: v becomes left v + a/M mean g, x = eta a/M, exactly. Returns
-   mean. */
+/* Of a kick with a cell's own damping, M dv/dt = g - eta v: v becomes left v + a/M mean g, x = eta a/M, exactly.
+   Returns mean. */
 PetscReal SlipKickDamping(PetscReal x, PetscReal *left)
 {
   *left = PetscExpReal(-x);
@@ -34,9 +34,9 @@ PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal
 /*
   SlipFrictionKick - the speed v of cell i with D v + omega w sigma mu(s, v) = load, 0 where friction holds it
 
-  load >= 0; s are the states of c, with theta 0. Of a law that depends on the rate by Newton's method in a bracket, from
-  guess, the rate before; *ok becomes false where friction falls with the rate faster than D v grows, so that there may
-  be several.
+  load >= 0; s are the states of c, with theta 0. Of a law that depends on the rate by Newton's method in a bracket,
+  from guess, the rate before; *ok becomes false where friction falls with the rate faster than D v grows, so that there
+  may be several.
 */
 PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
                            PetscReal guess, PetscBool *ok)

@@ -365,13 +365,16 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   steps end at corners of the loading; while any cell slips they are seconds to minutes, so that events of seconds win
   by them, and slip of days or years loses.
 
+  With -ts_type moreau, or of that type already, a fault with inertia takes explicit steps, with friction found cell by
+  cell; without inertia that is refused.
+
   Errors: PETSC_ERR_ORDER before SlipFaultSetUp(); PETSC_ERR_FILE_OPEN or PETSC_ERR_FILE_UNEXPECTED, naming file and
   dataset, where the file of tolerances is needed and missing, damaged or of another version
 
   Level: beginner
 
 .seealso: SlipFaultFindTolerance(), SlipFaultCreateState(), SlipFaultSetInitialState(), SlipAdaptSetNorm(), TSADAMS,
-  TSRKC, TSBATHE
+  TSRKC, TSBATHE, TSMOREAU
 @*/
 PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts)
 {

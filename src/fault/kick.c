@@ -87,26 +87,17 @@ static void KickCell(SlipFault fault, const Kick *kick, PetscInt i, PetscReal a,
 
   for (PetscInt k = 0; k < c; k++) {
     const PetscReal eta = kick->eta ? kick->eta[c * i + k] : 0;
-    PetscReal left = 1, share;
+    PetscReal left = 1, D = mass / a;
 
-    if (backward) {
-      cell.diagonal = mass / a + eta;
-      load[k] = kick->push[c * i + k] + eta * kick->vinf[c * i + k] + mass / a * base[k];
-    } else {
-      share = SlipKickDamping(eta * a / mass, &left);
-      cell.diagonal = mass / (a * share);
-      load[k] = kick->push[c * i + k] + eta * kick->vinf[c * i + k] + cell.diagonal * left * base[k];
-    }
+    if (backward)
+      D += eta;
+    else
+      D /= SlipKickDamping(eta * a / mass, &left);
+    load[k] = kick->push[c * i + k] + eta * kick->vinf[c * i + k] + (backward ? mass / a : D * left) * base[k];
+    if (k == 0) cell.diagonal = D;
     if (k < plane) continue;
     cell.omega = !open && load[k] < 0 ? -load[k] : 0; /* the pressure */
-    v[k] = cell.omega > 0 ? 0 : load[k] / cell.diagonal;
-    cell.diagonal = kick->eta && backward ? mass / a + kick->eta[c * i] : cell.diagonal;
-  }
-  if (c == 3 && !backward && kick->eta) {
-    PetscReal left;
-    const PetscReal share = SlipKickDamping(kick->eta[c * i] * a / mass, &left);
-
-    cell.diagonal = mass / (a * share);
+    v[k] = cell.omega > 0 ? 0 : load[k] / D;
   }
   size = SlipFaultLength(fault, load);
   speed = SlipFrictionKick(&kick->friction, i, &cell, size, SlipFaultLength(fault, base), ok);

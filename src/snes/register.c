@@ -38,7 +38,7 @@ PetscErrorCode SlipSNESInitializePackage(void)
   Input Parameters:
 + comm             - the communicator
 . ops              - the problem's operations (copied); stage, residual, jacobian and bound are required by the SNES
-                     types, all of them by TSBATHE
+                     types, all of them by TSBATHE, and explicit_ops besides by TSMOREAU
 . ctx              - passed to every operation
 - reduced_template - a vector with the layout of the reduced unknowns x (its values are not used)
 

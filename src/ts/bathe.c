@@ -334,7 +334,7 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
 . * - R. E. Bank et al., Transient simulation of silicon devices and circuits, IEEE Trans. CAD 4, 1985.
 - * - M. E. Hosea, L. F. Shampine, Analysis and implementation of TR-BDF2, Appl. Numer. Math. 20, 1996.
 
-.seealso: TSBatheSetConstraint(), TSBatheSetError(), TSBatheSetReactionType(), TSTHETA, TSALPHA2
+.seealso: TSBatheSetConstraint(), TSBatheSetError(), TSBatheSetReactionType(), TSMOREAU, TSTHETA, TSALPHA2
 M*/
 PetscErrorCode TSCreate_Bathe(TS ts)
 {
@@ -391,22 +391,22 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   Level: beginner
 
   Notes:
-  Of A dw/dt = F_s + r the rates x take half a step with the forces of the start, the other rows a step with these rates,
-  and the rates the other half with the forces of the end: Stoermer's and Verlet's method, of second order, with the
-  reaction found in both halves by a projection, cell by cell. What sticks has x = 0 exactly. A step costs one product
-  with the stiffness and one with the viscosity, whose damping is that of the step's inner rate: half of it comes with
-  the step before. There is no nonlinear solve.
+  Of A dw/dt = F_s + r the rates x take half a step with the forces of the start, the other rows a step with these
+  rates, and the rates the other half with the forces of the end: Stoermer's and Verlet's method, of second order, with
+  the reaction found in both halves cell by cell. What sticks has x = 0 exactly. A step costs one product with the
+  stiffness and one with the viscosity, whose damping is that of the step's inner rate: the first half takes what the
+  last two steps make it expect of it. There is no nonlinear solve.
 
   The constraint (TSBatheSetConstraint()) needs explicit_ops of SlipConstraintOps; faults with inertia and small systems
   have them. Steps are cut to what is stable, TSBatheGetLongestStep(), whatever the controller asks for. All else,
   functions as well as options, is that of TSBATHE, of which this is the method TSBATHE_METHOD_EXPLICIT.
 
   References:
-+ * - J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, Nonsmooth Mechanics and Applications,
-      CISM Courses and Lectures 302, 1988.
++ * - J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, Nonsmooth Mechanics and
+      Applications, CISM Courses and Lectures 302, 1988.
 . * - M. Jean, The non-smooth contact dynamics method, Comput. Methods Appl. Mech. Eng. 177, 1999.
-- * - F.-E. Fekak, M. Brun, A. Gravouil, B. Depale, A new heterogeneous asynchronous explicit-implicit time integrator for
-      nonsmooth dynamics, Comput. Mech. 60, 2017: CD-Lagrange.
+- * - F.-E. Fekak, M. Brun, A. Gravouil, B. Depale, A new heterogeneous asynchronous explicit-implicit time integrator
+      for nonsmooth dynamics, Comput. Mech. 60, 2017: CD-Lagrange.
 
 .seealso: TSBATHE, TSBatheSetConstraint(), TSBatheSetMethod(), TSBatheGetLongestStep()
 M*/

@@ -456,7 +456,7 @@ PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order)
   Collective
 
   Input Parameters:
-+ ts  - of type TSBATHE (an error otherwise)
++ ts  - of type TSBATHE or TSMOREAU (an error otherwise); the constraint stays when it becomes the other of the two
 - con - the constraint, with all its operations (a reference is kept)
 
   Level: intermediate

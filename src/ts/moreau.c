@@ -1,6 +1,6 @@
 /* TSMOREAU: explicit steps with set-valued reactions, kick, drift and kick of Stoermer's and Verlet's method with the
    cone solved cell by cell in each kick. Attempts, controllers, records and checkpoints are those of TSBATHE, of which
-   this is the other method. */
+   this is the other method; the type is in bathe.c. */
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>

@@ -14,7 +14,8 @@
 - ts      - the TS, of one process
 
   Notes:
-  Sets the type bathe with the constraint of SlipConstraintCreateSmall(), the controller heuristic unless another is
+  Sets the type bathe, unless ts is of type moreau, with the constraint of SlipConstraintCreateSmall(), the controller
+  heuristic unless another is
   chosen, exact final time matchstep, unlimited steps, rejections and failed solves. Tolerances, step and final time are
   those of TSSetTolerances(), TSSetTimeStep(), TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if
   policies are to
@@ -135,8 +136,8 @@ static PetscErrorCode CheckNumbers(TS ts)
 }
 
 /*@
-  TSBatheCheckOptions - refuse what PETSc takes and a run with friction cannot use: a type other than bathe, which sees
-  no constraint, an interpolated end, and steps, times and tolerances without sense
+  TSBatheCheckOptions - refuse what PETSc takes and a run with friction cannot use: a type other than bathe and moreau,
+  which sees no constraint, an interpolated end, and steps, times and tolerances without sense
 
   Collective; after TSSetFromOptions().
 
@@ -167,7 +168,7 @@ PetscErrorCode TSBatheCheckOptions(TS ts)
   PetscCall(TSGetSlipProblem(ts, &problem, NULL));
   PetscCall(TSBatheIs(ts, &bathe));
   PetscCheck(bathe || (problem && problem->any_integrator), PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
-             "-ts_type %s knows no friction, expected " TSBATHE, type);
+             "-ts_type %s knows no friction, expected " TSBATHE " or " TSMOREAU, type);
   PetscCall(TSGetExactFinalTime(ts, &end));
   PetscCheck(end != TS_EXACTFINALTIME_INTERPOLATE, PetscObjectComm((PetscObject)ts), PETSC_ERR_SUP,
              "-ts_exact_final_time interpolate: what is written and compared is that of steps, expected matchstep (the "

@@ -1,7 +1,7 @@
-/* A medium that remembers, through TSBATHE, TSADAMS and TSRK: beside the static stiffness a spring and a dashpot in
-   series on each cell, m' = -m/tau + k u', of which the medium keeps m. The exact answer is that of a larger system of
-   differential equations, which is integrated here by itself. Steps that are refused, halves of steps, a run that goes
-   on from a checkpoint to the bit, on several ranks. */
+/* A medium that remembers, through TSBATHE, TSMOREAU, TSADAMS and TSRK: beside the static stiffness a spring and a
+   dashpot in series on each cell, m' = -m/tau + k u', of which the medium keeps m. The exact answer is that of a larger
+   system of differential equations, which is integrated here by itself. Steps that are refused, halves of steps, a run
+   that goes on from a checkpoint to the bit, on several ranks. */
 #include "ranks.h"
 #include "faultstart.h"
 #include "maxwell.h"
@@ -441,6 +441,8 @@ static PetscErrorCode Test(void)
   PetscCall(Adaptive(&Linear,
                      (How){.type = TSBATHE, .adapt = TSADAPTHEURISTIC, .rtol = 1e-4, .error = TSBATHE_ERROR_DOUBLING},
                      3e-3, exact));
+  PetscCall(Order(&Linear, (How){.type = TSMOREAU, .adapt = TSADAPTNONE}, exact));
+  PetscCall(Adaptive(&Linear, (How){.type = TSMOREAU, .adapt = TSADAPTBASIC, .rtol = 1e-4}, 3e-3, exact));
   PetscCall(Halves(&Linear));
   PetscCall(Exact(&Smooth, exact));
   PetscCall(Order(&Smooth, (How){.type = TSBATHE, .adapt = TSADAPTNONE}, exact));

@@ -173,8 +173,8 @@ static void test_order(void **state)
 }
 
 /* Without damping and weakening u'' = (load - q) - k u from rest stops after half a period at u = 2 (load - q)/k, and
-   stays there while the spring pulls less than q: exactly, and the reaction balances it. A block whose load is below its
-   strength does not move at all. */
+   stays there while the spring pulls less than q: exactly, and the reaction balances it. A block whose load is below
+   its strength does not move at all. */
 static void test_stop(void **state)
 {
   Blocks b = {.n = 1, .K = {{1}}, .load = 1.5, .strength = 1, .slip = 1};
@@ -337,8 +337,8 @@ static PetscReal Off(const Course *coarse, const Course *fine)
 }
 
 /* Against TSBATHE at an eighth of the step, whose own error is a hundredth of what is allowed: of second order, with
-   every law of ours and all that acts on a cell. A factor of 4, of which cells that start and stop within steps may take
-   a third. */
+   every law of ours and all that acts on a cell. A factor of 4, of which cells that start and stop within steps may
+   take a third. */
 static const struct {
   const char *name, *options;
   PetscReal allowed; /* with 100 steps */
@@ -400,8 +400,8 @@ static PetscErrorCode CountMethods(TS ts, const SlipAttempt *attempt, Vec w, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step far longer than stable is cut to what is, and the slip stays right; a factor of 4 for half the steps where both
-   methods take turns. */
+/* A step far longer than stable is cut to what is, and the slip stays right; a factor of 4 for half the steps where
+   both methods take turns. */
 static void test_methods(void **state)
 {
   static Course fine, coarse;

@@ -24,7 +24,8 @@ typedef struct {
 } SlipConstant;
 
 /* What explicit steps know where one starts or has ended: the driving force of the state there, the damping of the
-   inner rates of the last two steps, that of the state, and these steps [s], 0 where the damping is a state's; reduced */
+   inner rates of the last two steps, that of the state, and these steps [s], 0 where the damping is a state's;
+   reduced */
 typedef struct {
   PetscBool known;
   Vec f, p, p_before, p_end;
