@@ -14,7 +14,7 @@ typedef struct {
   int failed;                        /* writing: errno of a write that failed, after which there is none; 0 */
   PetscInt64 ahead;                  /* bytes that may be written before the next flush ends */
   PetscInt64 end;                    /* live: length of the file as its superblock says it, 0 before that [bytes] */
-  const char *start;                 /* of SlipH5Kind */
+  int first;                         /* of SlipH5Kind */
   PetscErrorCode (*last)(void *ctx); /* NULL, or appends rows that are collected, when an error ends the program */
   void *ctx;
   PetscLogDouble flushed, cost; /* when the last flush ended, how long it took [s] */
@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
   const char *prefix, *option, *restart;
   const char *discard; /* the option by which one that is there is thrown away; NULL: option_overwrite */
-  const char *start;   /* NULL, or a group and /, which has rows from before a run: they are no result */
+  int first;           /* rows of a series from before a run: they are no result */
   PetscBool growing;   /* rows will be appended: it is to be readable all the time, and never lost */
   PetscBool overwrite; /* rows of an unfinished one that is there may go */
   PetscInt block;      /* bytes before those of HDF5, for something else: 0, or a power of two from 512 on */

@@ -3,7 +3,7 @@
      /run      attributes: options, versions, ranks, policy and its hash, wall time, restarts
      /steps    a row per attempt: time (start), dt, accepted, error, converged, iterations, right-hand sides, reason,
      wall
-     /series   a row per accepted step: time and the problem's columns
+     /series   a row for the start and per accepted step: time and the problem's columns
      /result   attributes: the problem's results, accepted, rejected, solves, iterations, wall times */
 #pragma once
 #include <petscts.h>
@@ -18,7 +18,7 @@ typedef struct {
   PetscBool integer; /* stored as 64-bit integers */
 } SlipOutputColumn;
 
-/* Values of the columns after an accepted step that ended at time t with state w; r is the reaction, NULL when the
+/* Values of the columns at the start, or after an accepted step that ended, at time t with state w; r is the reaction, NULL when the
    integrator has none. Collective; what rank 0 fills in is written. */
 typedef PetscErrorCode (*SlipOutputRowFn)(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx);
 

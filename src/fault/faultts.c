@@ -272,8 +272,8 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 }
 
 /* Friction without inertia, under radiation damping, is an explicit problem: smooth friction unless the options ask for
-   TSBATHE or TSMOREAU, friction that sticks where they ask for TSRKC, TSRK or TSADAMS. Those that are asked for in vain are refused
-   here, before somebody misses the constraint. */
+   TSBATHE or TSMOREAU, friction that sticks where they ask for TSRKC, TSRK or TSADAMS. Those that are asked for in vain
+   are refused here, before somebody misses the constraint. */
 static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
 {
   const PetscBool balanced = !fault->kind.inertia && fault->balance.eta > 0 && !SlipFaultOpens(fault);

@@ -6,12 +6,14 @@
 #include <slipadapt.h>
 #include <petsc/private/petscimpl.h>
 #include <petsctime.h>
+#include <math.h>
 
 /* The TS knows its output by this name, and its monitors find it there: they stay when the output is gone. */
 static const char key[] = SLIP_OUTPUT_KEY, key_monitored[] = "SlipOutputMonitored";
 
 /* Borrowed: the static reaction of the state, which the next step starts from; NULL when the integrator has none. That
-   of the last step's end, which costs nothing, also holds the impulse that has stopped what came to rest. */
+   of the last step's end, which costs nothing, also holds the impulse that has stopped what came to rest. Before the
+   first step there is none of that kind: NULL too, as what moves then has the strength of its state. */
 static PetscErrorCode SlipOutputReaction(SlipOutput out, PetscReal t, Vec w, Vec *r)
 {
   PetscBool bathe;
@@ -24,7 +26,7 @@ static PetscErrorCode SlipOutputReaction(SlipOutput out, PetscReal t, Vec w, Vec
   if (bathe) PetscCall(TSBatheGetConstraint(out->ts, &con));
   if (!con) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSBatheGetReaction(out->ts, &accepted));
-  if (out->moving_only) *r = accepted;
+  if (out->moving_only && out->started) *r = accepted;
   if (out->moving_only) PetscFunctionReturn(PETSC_SUCCESS);
   if (!out->reaction) PetscCall(VecDuplicate(accepted, &out->reaction));
   PetscCall(SlipConstraintInitialReaction(con, t, w, out->reaction));
@@ -32,7 +34,25 @@ static PetscErrorCode SlipOutputReaction(SlipOutput out, PetscReal t, Vec w, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor: the file at the start of TSSolve(), then a row of /series for each accepted step. */
+/* Rank 0: tables that nobody has given a row of the start to get one of its time without values, so that their rows are
+   those of /series. */
+static PetscErrorCode SlipOutputFillTables(SlipOutput out, PetscReal time)
+{
+  PetscFunctionBegin;
+  for (SlipTable *t = out->more; t < out->more + out->nmore; t++) {
+    const PetscInt last = t->ncolumns - 1, n = t->first[last] + t->entries[last];
+    PetscReal *row;
+
+    if (t->written || t->nrows) continue;
+    PetscCall(PetscMalloc1(n, &row));
+    for (PetscInt k = 0; k < n; k++) row[k] = k ? (PetscReal)NAN : time;
+    PetscCall(SlipTableAdd(t, &out->file, row));
+    PetscCall(PetscFree(row));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* TSMonitor: the file at the start of TSSolve(), and a row of /series for it and for each accepted step. */
 static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipOutput out;
@@ -46,11 +66,12 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputBegin(out));
   PetscCall(SlipOutputAttemptsStep(out, step, time));
-  if (out->started && step != out->last_step) { /* not for the state that TSSolve() starts from */
+  if (out->started ? step != out->last_step : !out->start_known) {
     PetscCall(SlipOutputReaction(out, time, w, &r));
     out->numbers[0] = time;
     PetscCall((*out->row)(ts, time, w, r, out->numbers + 1, out->ctx));
-    if (!out->rank) ierr = SlipOutputRow(out, &out->series, out->numbers);
+    if (!out->rank && !out->started) ierr = SlipOutputFillTables(out, time);
+    if (!out->rank && !ierr) ierr = SlipOutputRow(out, &out->series, out->numbers);
   }
   out->started = PETSC_TRUE;
   out->last_step = step;
@@ -81,12 +102,12 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
   Errors: PETSC_ERR_FILE_OPEN when the file cannot be created.
 
   Notes:
-  /steps gets a row per attempt, /series one per accepted step. The content goes to FILE.part,
+  /steps gets a row per attempt, /series one for the start and one per accepted step. The content goes to FILE.part,
   made at the start of TSSolve(), which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE
   as it was. FILE.part can be read while the run goes on and after it was killed: it holds whole rows, and its attribute
   "complete" is 0. One with rows is not overwritten, see SlipOutputSetOption().
 
-  The reaction that row gets is the static one of the state, which the next step starts from: where something has just
+  The row of the start has the state that TSSolve() begins with. The reaction that row gets is the static one of the state, which the next step starts from: where something has just
   come to rest it does not contain the impulse that stopped it.
 
 .seealso: SlipOutputSetOption(), SlipOutputResume(), SlipOutputAddResult(), SlipOutputFinish()
@@ -112,7 +133,7 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
   out->row = row;
   out->ctx = ctx;
   out->file.id = -1;
-  out->kind = (SlipH5Kind){.growing = PETSC_TRUE};
+  out->kind = (SlipH5Kind){.growing = PETSC_TRUE, .first = 1};
   PetscCall(PetscTime(&out->begin));
   out->wanted = file && file[0] ? PETSC_TRUE : PETSC_FALSE;
   PetscCallMPI(MPI_Comm_rank(comm, &out->rank));
@@ -219,7 +240,7 @@ PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *seri
   Notes:
   The file is FILE.part or, when there is none, FILE, whose run has ended: that one stays as it is until this run ends
   too. What is cut is a copy, which takes FILE.part's place when it is whole. TSSolve() then writes no row for the state
-  that it starts from. Wall times of /run and /result go on, and the attribute restarts of /run counts.
+  that it starts from, unless series is 0. Wall times of /run and /result go on, and the attribute restarts of /run counts.
 
   Where there is to be no file nothing is done.
 
@@ -237,6 +258,7 @@ PetscErrorCode SlipOutputResume(SlipOutput output, PetscInt steps, PetscInt seri
   output->resumed = PETSC_TRUE;
   output->resume_steps = steps;
   output->resume_series = series;
+  output->start_known = series > 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipLogOutputBegin());
   PetscCall(SlipOutputBegin(output));
   PetscCall(SlipLogOutputEnd());

@@ -67,7 +67,8 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
 
   Notes:
   In the file of a run that goes on the table is there, and is cut to its rows of then. Before each row of /series, so
-  for each accepted step and not for the start, SlipOutputAddRows() must be called.
+  for the start and for each accepted step, SlipOutputAddRows() is called. Without it the start has a row of its time and
+  NaN.
 
   Errors: PETSC_ERR_FILE_UNEXPECTED when the file of a run that goes on has no such table
 
@@ -92,7 +93,7 @@ PetscErrorCode SlipOutputAddTable(SlipOutput out, const char group[], PetscInt n
 /*@
   SlipOutputAddRows - add a row to each of several tables
 
-  Collective; once for each row of /series, before it, as in the function step of a SlipFaultObserver
+  Collective; once for each row of /series, before it, as in the functions start and step of a SlipFaultObserver
 
   Input Parameters:
 + output - the output
@@ -101,6 +102,9 @@ PetscErrorCode SlipOutputAddTable(SlipOutput out, const char group[], PetscInt n
 - row    - their rows one after the other, each of the numbers of all columns, in SI units; those of rank 0 are written
 
   Level: advanced
+
+  Notes:
+  The start of a run that goes on in its file has a row there, and gets no other one.
 
   Errors: PETSC_ERR_FILE_WRITE when the file cannot be written
 
@@ -114,6 +118,7 @@ PetscErrorCode SlipOutputAddRows(SlipOutput out, PetscInt table, PetscInt n, con
   PetscCheck(table >= 0 && n >= 0 && table + n <= out->nmore, out->comm, PETSC_ERR_ARG_OUTOFRANGE,
              "rows for tables %" PetscInt_FMT " to %" PetscInt_FMT ", there are %" PetscInt_FMT, table, table + n - 1,
              out->nmore);
+  if (!out->started && out->start_known) PetscFunctionReturn(PETSC_SUCCESS);
   for (SlipTable *t = out->more + table; !out->rank && t < out->more + table + n && !ierr; t++) {
     const PetscInt last = t->ncolumns - 1;
 

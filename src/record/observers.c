@@ -52,7 +52,8 @@ static const SlipFaultObserver *ObserverAt(PetscInt i)
   create(fault, ts, &wanted, &ctx)    the run is set up: ctx is that of the row, or what is put there; wanted
                                       PETSC_FALSE: no more of it
   layout(fault, output, ctx)          -fault_output is made: SlipOutputAddTable() for datasets of its own
-  start(fault, ts, time, w, ctx)      TSSolve() begins with the state w, also in a run that goes on from a checkpoint
+  start(fault, ts, time, w, ctx)      TSSolve() begins with the state w, also in a run that goes on from a checkpoint:
+                                      SlipOutputAddRows() for the row of the start
   step(fault, ts, step, time, w, ctx) an accepted step has ended: SlipOutputAddRows() for its tables, before the row of
                                       /series
   visit(fault, state, ctx)            a checkpoint is written or read: SlipStateReal() and others for all that it

@@ -163,7 +163,6 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   PetscCall(
     SlipOutputSetOption(fault->run->file, SlipFaultPrefix(fault), "fault_output", fault->options.output_overwrite));
   fault->run->file->kind.restart = "fault_restart";
-  fault->run->file->kind.start = "fields/";
   fault->run->file->sides = SlipFaultOutputSides;
   fault->run->file->entries[1 + SERIES_MOMENT_RATE] = fault->run->file->entries[1 + SERIES_MOMENT] = fault->mesh.faults;
   fault->run->file->moving_only = PETSC_TRUE; /* for friction_power: a product with K less for each row */

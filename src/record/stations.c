@@ -1,6 +1,6 @@
-/* -fault_stations: points of the fault whose cells are recorded at every accepted step, in the groups /stations/0,
-   /stations/1, ... of the output. Their rows are those of /series, so that a checkpoint's count of the one is that
-   of the other. */
+/* -fault_stations: points of the fault whose cells are recorded at the start and every accepted step, in the groups
+   /stations/0, /stations/1, ... of the output. Their rows are those of /series, so that a checkpoint's count of the one
+   is that of the other. */
 #include <slipstep/private/sliprecord.h>
 #include <stdio.h>
 
@@ -266,16 +266,13 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
 
 /* ---- their rows ---- */
 
-/* What slip counts from, unless a checkpoint has said it */
-static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
+/* What slip counts from */
+static PetscErrorCode StationsBegin(SlipFault fault, PetscReal time, Vec w, Stations *list)
 {
-  Stations *list = (Stations *)ctx;
   const PetscInt c = fault->layout.plane;
   const PetscReal *a;
 
   PetscFunctionBegin;
-  (void)ts;
-  if (!list->output || (list->output->resumed && list->known)) PetscFunctionReturn(PETSC_SUCCESS);
   list->start = time;
   PetscCall(PetscArrayzero(list->row, c * list->n));
   PetscCall(VecGetArrayRead(w, &a));
@@ -335,6 +332,18 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
                           MPIU_SUM, 0, fault->comm));
   PetscCall(SlipOutputAddRows(list->output, list->table, list->n, list->row));
   PetscCall(SlipLogOutputEnd());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A checkpoint may have said what slip counts from, and the file may have the row of the start. */
+static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
+{
+  Stations *list = (Stations *)ctx;
+
+  PetscFunctionBegin;
+  if (!list->output) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!list->output->resumed || !list->known) PetscCall(StationsBegin(fault, time, w, list));
+  if (!list->output->start_known) PetscCall(StationsStep(fault, ts, 0, time, w, list));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

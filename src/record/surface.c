@@ -1,6 +1,6 @@
 /* -fault_surface_stations: points of the free surface, in a list or a file, whose displacement and velocity are
-   recorded at every accepted step, in /ground of the output, which the groups /surface/0, /surface/1, ... show station
-   by station. What moves a point is the slip of all cells along their rakes less that of the far field, u - u(start).
+   recorded at the start and every accepted step, in /ground of the output, which the groups /surface/0, /surface/1, ...
+   show station by station. What moves a point is the slip of all cells along their rakes less that of the far field, u - u(start).
    That is the motion relative to plates that load the fault, which is known for any faults; that of the plates
    themselves, half of the loading rate on either side, is -fault_surface_motion total (as of Savage 1983), for one
    plane. A row is a product of a dense matrix, made once, with displacements and slip rates, of which each process has
@@ -242,18 +242,6 @@ static PetscErrorCode SurfaceLayout(SlipFault fault, SlipOutput output, void *ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SurfaceStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
-{
-  Surface *s = (Surface *)ctx;
-
-  PetscFunctionBegin;
-  (void)ts;
-  if (s->known && s->output->resumed) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultGetDisplacement(fault, w, s->start));
-  s->begin = time;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   Surface *s = (Surface *)ctx;
@@ -291,6 +279,19 @@ static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscRe
   }
   PetscCall(SlipOutputAddRows(s->output, s->table, 1, s->row));
   PetscCall(SlipLogOutputEnd());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SurfaceStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
+{
+  Surface *s = (Surface *)ctx;
+
+  PetscFunctionBegin;
+  if (!s->known || !s->output->resumed) {
+    PetscCall(SlipFaultGetDisplacement(fault, w, s->start));
+    s->begin = time;
+  }
+  if (!s->output->start_known) PetscCall(SurfaceStep(fault, ts, 0, time, w, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

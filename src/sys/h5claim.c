@@ -79,35 +79,31 @@ static PetscErrorCode SlipH5OpenBeside(const SlipH5 *h, const char file[], int f
   }
 }
 
-typedef struct {
-  hsize_t rows;
-  const char *start; /* names that begin so do not count */
-} SlipH5Longest;
-
 /* H5Lvisit(): the rows of the longest series */
 static herr_t SlipH5VisitSeries(hid_t location, const char *name, const H5L_info_t *info, void *ctx)
 {
   const hid_t id = H5Oopen(location, name, H5P_DEFAULT);
-  SlipH5Longest *longest = (SlipH5Longest *)ctx;
+  hsize_t *rows = (hsize_t *)ctx;
   hsize_t shape[H5S_MAX_RANK], limit[H5S_MAX_RANK];
 
   (void)info;
-  if (H5Iget_type(id) == H5I_DATASET && strncmp(name, longest->start, strlen(longest->start))) {
+  if (H5Iget_type(id) == H5I_DATASET) {
     const hid_t space = H5Dget_space(id);
 
     if (H5Sget_simple_extent_dims(space, shape, limit) > 0 && limit[0] == H5S_UNLIMITED)
-      longest->rows = PetscMax(longest->rows, shape[0]);
+      *rows = PetscMax(*rows, shape[0]);
     H5Sclose(space);
   }
   H5Oclose(id);
   return 0;
 }
 
-hsize_t SlipH5MostRows(hid_t id, const char start[])
+hsize_t SlipH5MostRows(hid_t id, int first)
 {
-  SlipH5Longest longest = {.start = start ? start : "/"}; /* names have none at their beginning */
+  hsize_t rows = 0;
 
-  return H5Lvisit(id, H5_INDEX_NAME, H5_ITER_NATIVE, SlipH5VisitSeries, &longest) < 0 ? 1 : longest.rows;
+  if (H5Lvisit(id, H5_INDEX_NAME, H5_ITER_NATIVE, SlipH5VisitSeries, &rows) < 0) return 1;
+  return rows > (hsize_t)first ? rows - (hsize_t)first : 0;
 }
 
 /* An unfinished file with rows stays, unless told otherwise; so does one that cannot be read. */
@@ -129,7 +125,7 @@ static PetscErrorCode SlipH5KeepRows(const SlipH5 *h, const SlipH5Kind *kind)
   if (kind->overwrite || !info.st_size) PetscFunctionReturn(PETSC_SUCCESS);
   id = H5Fopen(part, H5F_ACC_RDONLY, H5P_DEFAULT);
   if (id >= 0) {
-    rows = SlipH5MostRows(id, kind->start);
+    rows = SlipH5MostRows(id, kind->first);
     H5Fclose(id);
     if (!rows) PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -156,7 +152,7 @@ PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], SlipH5 *h)
 
   PetscFunctionBegin;
   PetscCall(SlipH5Clear(kind->prefix, kind->option, h));
-  h->start = kind->start;
+  h->first = kind->first;
   PetscCheck(file[0], PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "the name of the HDF5 file to write is empty%s", h->source);
   PetscCall(SlipH5Follow(file, h->source, h->target));
   if (!stat(h->target, &info)) {

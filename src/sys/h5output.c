@@ -412,7 +412,7 @@ void SlipH5AbandonAll(void)
   busy = PETSC_TRUE;
   for (int i = 0; (h = SlipH5Written(i)); i += SlipH5Written(i) == h) {
     if (h->live && h->last) (void)(*h->last)(h->ctx);
-    if (h->id > 0 && h->live && !SlipH5MostRows(h->id, h->start)) {
+    if (h->id > 0 && h->live && !SlipH5MostRows(h->id, h->first)) {
       h->failed = ECANCELED;
       (void)SlipH5CloseId(h);
       SlipH5Release(h, PETSC_FALSE);

@@ -96,7 +96,7 @@ def read(output):
     """Attributes of /result and [time, mean slip, mean slip rate], the start included."""
     with h5py.File(output) as file:
         result = {name: float(value) for name, value in file["result"].attrs.items()}
-        return result, np.array([np.append(0, file[f"series/{name}"][()]) for name in ("time", "mean_slip", "mean_slip_rate")])
+        return result, np.array(course.from_start(file["series"]))
 
 
 def read_course(output):
@@ -105,9 +105,9 @@ def read_course(output):
     run = course.read(output)
     with h5py.File(output) as file:
         result = {name: float(value) for name, value in file["result"].attrs.items()}
-        moves = np.flatnonzero(file["series/max_slip_rate"][()])
-    last, n = (moves[-1] if len(moves) else -1), len(run.time) - 1
-    result.update(rest=float(run.time[last + 2]) if last + 1 < n else np.nan, moving=int(min(last + 3, n)))
+        moves = np.flatnonzero(course.from_start(file["series"], ("max_slip_rate",))[0])
+    last, n = (moves[-1] if len(moves) else 0), len(run.time) - 1
+    result.update(rest=float(run.time[last + 1]) if last < n else np.nan, moving=int(min(last + 2, n)))
     return result, run
 
 

@@ -189,7 +189,7 @@ def main():
                     wrong += 1
                     print(f"{name}: ended at {moments}: {complaint}")
             with h5py.File("whole.h5") as a:
-                steps, events = len(a["series/time"]), int(a["result"].attrs["events"])
+                steps, events = int(a["result"].attrs["accepted"]), int(a["result"].attrs["events"])
             print(f"{name}: {steps} steps, {events} events, {runs} runs ended {met} times by SIG{args.signal}, {wrong} wrong", flush=True)
             failed = failed or wrong > 0
             os.chdir("/")

@@ -164,7 +164,7 @@ def main():
             write_fields()
             run(build, options, [0, 3], *files("whole"), *LAST)
             with h5py.File("whole.h5") as file:
-                steps, result = len(file["series/time"]), dict(file["result"].attrs)
+                steps, result = int(file["result"].attrs["accepted"]), dict(file["result"].attrs)
             moments = sorted(chance.sample(range(3, steps - 4), args.moments))
             found = [broken_run(build, options, step, k % 2, args.steps) for k, step in enumerate(moments)]
             os.chdir("/")

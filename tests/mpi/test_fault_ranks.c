@@ -67,8 +67,8 @@ static PetscErrorCode CheckFile(const char file[], const Outcome *out)
   PetscCall(PetscFree(x));
   PetscCall(Same("mean of the last /fields/slip", sum / (NX * NZ), out->obs.mean_slip));
   PetscCall(SlipH5ReadReal(&h, "/series/mean_slip", 1, dims, &x));
-  PetscCheck(dims[0] == 150, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%" PetscInt_FMT " rows in /series", dims[0]);
-  PetscCall(Same("last row of /series/mean_slip", x[149], out->obs.mean_slip));
+  PetscCheck(dims[0] == 151, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%" PetscInt_FMT " rows in /series", dims[0]);
+  PetscCall(Same("last row of /series/mean_slip", x[150], out->obs.mean_slip));
   PetscCall(PetscFree(x));
   PetscCall(SlipH5ReadReal(&h, "/steps/time", 1, dims, &x));
   PetscCall(SlipH5ReadAttrInt(&h, "/result", "accepted", &accepted));

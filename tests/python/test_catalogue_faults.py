@@ -50,7 +50,7 @@ class Faults(FaultTest):
         self.fault(*RUN, "-ts_max_steps", 60, "-fault_output_interval", 1, "-fault_output", "run.h5", code=3)
         run = Run(self.path("run.h5"))
         np.testing.assert_array_equal(run.faults, LABELS)
-        rate, area = run.field("slip_rate")[1][1:], self.rows[:, 3] * self.rows[:, 4]
+        rate, area = run.field("slip_rate")[1], self.rows[:, 3] * self.rows[:, 4]
         expected = np.stack([G * (rate * area)[:, self.label == label].sum(axis=1) for label in LABELS], axis=1)
         self.assertEqual(run.series["moment_rate"].shape, expected.shape)
         self.assertTrue((expected > 0).any(axis=0).all())
@@ -145,8 +145,8 @@ class Faults(FaultTest):
         begin, second, end = whole.event["onset"][event], whole.event["fault_onset"][event].max(), whole.event["end"][event]
         time = run.series["time"]
         for moment in ((begin + second) / 2, (second + end) / 2, end + 1e4):
-            steps = np.searchsorted(time, moment)
-            self.assertTrue(begin < time[steps - 1] < second or moment > second)
+            steps = np.searchsorted(time, moment) - 1  # the first row is the start
+            self.assertTrue(begin < time[steps] < second or moment > second)
             for name in os.listdir(self.folder.name):
                 if name.startswith(("short", "state")):
                     os.remove(self.path(name))

@@ -31,7 +31,7 @@ class Stations(FaultTest):
             self.assertEqual(list(file["stations"]), [str(k) for k in range(len(cells))])
             time = file["series/time"][...]
             self.assertGreater(len(time), 10)
-            fields = {key: file[f"fields/{key}"][1:].reshape(len(time), -1) for key in ("slip", "slip_rate", "traction")}
+            fields = {key: file[f"fields/{key}"][...].reshape(len(time), -1) for key in ("slip", "slip_rate", "traction")}
             for k, cell in enumerate(cells):
                 station = file[f"stations/{k}"]
                 self.assertEqual({key: data.attrs["units"].decode() for key, data in station.items()}, UNITS)
@@ -129,7 +129,7 @@ class Stations(FaultTest):
         with h5py.File(self.path("late.h5")) as file:
             for k in "01":
                 station = {key: data[...] for key, data in file[f"stations/{k}"].items()}
-                self.assertGreater(station["time"][0], 3)
+                self.assertEqual((station["time"][0], station["slip"][0]), (3, 0))
                 self.assertGreaterEqual(station["slip_rate"].min(), 0)
                 self.assertGreater(station["slip"][-1], 0.01)
                 slip = station["state"] - before[file[f"stations/{k}"].attrs["cell"]]

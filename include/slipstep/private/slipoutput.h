@@ -71,6 +71,7 @@ struct _n_SlipOutput {
   PetscBool moving_only;                           /* the rows of series use the reaction only where something moves */
   PetscBool resumed;                               /* the file is that of an earlier run, cut to these rows */
   PetscInt resume_steps, resume_series;
+  PetscBool start_known;                       /* and it has rows, so the start of the run */
   Vec reaction;                                /* of SlipOutputReaction() */
   PetscLogDouble begin;                        /* when the output was created */
   PetscReal wall, setup_before, solve_before;  /* of earlier runs that this one continues [s] */

@@ -116,7 +116,7 @@ PETSC_INTERN PetscErrorCode SlipH5Follow(const char file[], const char source[],
 PETSC_INTERN PetscErrorCode SlipH5Refuse(const SlipH5 *h, const char file[], int reason);
 PETSC_INTERN PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], SlipH5 *h);
 /* Of the longest series of an open file but for those of SlipH5Kind.start */
-PETSC_INTERN hsize_t SlipH5MostRows(hid_t id, const char start[]);
+PETSC_INTERN hsize_t SlipH5MostRows(hid_t id, int first);
 /* ---- filenames.c ---- */
 #define SLIP_FILE_ENDINGS 8
 typedef struct {

@@ -225,7 +225,7 @@ def _show(line, path, fault):
             at, rate = file["series/time"], file["series/max_slip_rate"]
             n = min(len(at), len(rate))
             if n:
-                line.show(float(at[n - 1]), None, n, float(rate[n - 1]))
+                line.show(float(at[n - 1]), None, n - 1, float(rate[n - 1]))
     except (OSError, KeyError, RuntimeError):  # of h5py
         return  # it is being made
 

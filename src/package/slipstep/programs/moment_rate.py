@@ -3,7 +3,7 @@
     output/moment_rate.py RUN.h5 --catalogue EVENTS.h5 [--event largest] [--csv OUT.csv] [--figure OUT.png]
     output/moment_rate.py RUN.h5 --window 96.4y 96.4y+30s
 
-The run has it at every accepted step (/series/moment_rate, of every fault); the event, or the window, says from when to when. The moment is
+The run has it at the start and every accepted step (/series/moment_rate, of every fault); the event, or the window, says from when to when. The moment is
 that of the slip between (/series/moment), which trapezoids of the rates miss where a step raises them many times over.
 """
 
@@ -37,7 +37,7 @@ def moment_rate(run, begin, end):
         raise OutputError(f"{run.path}: no steps from {written(begin)} to {written(end)}")
     total = run.series.get("moment")
     start = run.steps["time"][0] if len(run.steps["time"]) else time[0]
-    if start < time[0]:  # rates have no row of the start: that of a straight line with the first step's moment, or rest
+    if start < time[0]:  # files of SlipStep 0.4 and older have no row of the start: that of a straight line with the first step's moment, or rest
         first = np.zeros_like(rate[0]) if total is None else np.maximum(2 * total[0] / (time[0] - start) - rate[0], 0)
         time, rate = np.append(start, time), np.vstack([first, rate])
         total = total if total is None else np.vstack([np.zeros_like(rate[0]), total])

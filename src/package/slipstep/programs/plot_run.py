@@ -102,7 +102,7 @@ def draw_rates(axes, run, style, clock, log):
 
 
 def same_times(panels, clock):
-    """All of the run in each panel: series begin with the first step's end, error estimates later."""
+    """All of the run in each panel: error estimates begin later than series."""
     low, high = (float(clock(time)) for time in (clock.origin, clock.origin + clock.span))
     for axes in panels:
         axes.set_xlim(low - MARGIN * (high - low), high + MARGIN * (high - low))

@@ -45,9 +45,10 @@ class Course:
     area: np.ndarray = None
 
 
-def from_start(series):
-    """time, slip and rate of a run that started at rest at time 0, from its /series."""
-    return [np.append(0, series[name][()]) for name in ("time", "mean_slip", "mean_slip_rate")]
+def from_start(series, names=("time", "mean_slip", "mean_slip_rate")):
+    """Columns of /series with the start. Files of SlipStep 0.4 and older have no row of it: their runs start at rest at time 0."""
+    before = [0.0] if series["time"][:1] > 0 else []
+    return [np.append(before, series[name][()]) for name in names]
 
 
 def read(path):

@@ -10,6 +10,7 @@ import collections
 import numpy as np
 
 from ..errors import OutputError
+from .course import from_start
 from .files import COMPONENTS, drawn, plain, split
 
 RUPTURE_RATE = 1e-3  # m/s: what slips faster is in an event
@@ -142,14 +143,9 @@ def events(times, rates, threshold=RUPTURE_RATE):
     return [(times[max(a - 1, 0)], times[min(b + 1, last_row)]) for a, b in zip(first, last)]
 
 
-def from_start(run, name):
-    """A column of the series with its start."""
-    return np.concatenate(([0.0], run.series[name]))
-
-
 def largest_rates(run):
     """Times from the start on [s], and the largest slip rate at each [m/s]."""
-    return from_start(run, "time"), from_start(run, "max_slip_rate")
+    return from_start(run.series, ("time", "max_slip_rate"))
 
 
 def event_around(run, begin, end):
@@ -166,7 +162,7 @@ def events_within(run, window=None):
 
 def mean_slip_at(run, times):
     """Mean slip [m] at some times [s], between steps linear."""
-    return np.interp(times, from_start(run, "time"), from_start(run, "mean_slip"))
+    return np.interp(times, *from_start(run.series, ("time", "mean_slip")))
 
 
 def largest_event(run, window=None):

@@ -26,7 +26,7 @@ class Result:
     """What a run found, in SI units.
 
     fields      dict: "time" [n], "slip" [n, nz, nx], ... of a mesh [n, cells]; of two components of slip one more dimension
-    series      dict: "time" [steps], "mean_slip", "moment_rate" [steps, faults], ...
+    series      dict: "time" [1 + steps], "mean_slip", "moment_rate" [1 + steps, faults], ..., the start and each accepted step
     steps       dict, a number for each attempt of a step: "dt", "error", "accepted", ...
     mesh        dict: centres "x", "z" of a grid, of a mesh a number for each cell; parameters of the cells
     stations    list of dicts, as series, for each point of -fault_stations, with attributes "x", "z"; surface likewise
@@ -129,7 +129,7 @@ class Result:
         end = self.series["time"][-1] if len(self.series["time"]) else 0.0
         events = "" if self._events is None else f", {len(self._events)} events"
         slip = f", mean slip {self.series['mean_slip'][-1]:.6g} m" if len(self.series.get("mean_slip", ())) else ""
-        return f"<slipstep.Result: {'ended' if self.complete else 'stopped'} at {end:.6g} s{slip}, {len(self.series['time'])} steps{events}>"
+        return f"<slipstep.Result: {'ended' if self.complete else 'stopped'} at {end:.6g} s{slip}, {int(self.steps['accepted'].sum())} steps{events}>"
 
 
 def open(path, catalogue=None):

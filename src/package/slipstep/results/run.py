@@ -3,7 +3,7 @@ Run(path) and its steps, series, fields and results in SI units.
 
     from slipstep import Run
     run = Run("output/fault.h5")
-    run.series["time"], run.series["mean_slip"]      # one value per accepted step
+    run.series["time"], run.series["mean_slip"]      # of the start and each accepted step
     run.accepted, run.steps["dt"][~run.accepted]     # one value per attempt
     time, maps = run.field("slip_rate")              # [n], [n, Nz, Nx]
 """
@@ -56,7 +56,7 @@ class Contents:
     """What the file of a run holds but for its fields, as it is, in memory after construction; the file is not kept open.
 
     steps   dict of arrays, one value per attempt: time at its start [s], dt [s], error, ...
-    series  dict of arrays, one value per accepted step: time [s], mean_slip_rate [m/s], mean_slip [m], ...
+    series  dict of arrays, a value for the start and one per accepted step: time [s], mean_slip_rate [m/s], mean_slip [m], ...
     mesh    dict: x, z cell centres [m] and the per-cell parameters; of irregular cells also y, length, width [m];
             empty for other models than the fault
     summary dict of attributes of /result, of a run that has not ended empty

@@ -85,7 +85,7 @@ def log_rate(rate):
 
 
 def stations_of(run):
-    """Of -fault_stations, in their order: dicts of arrays, one value per accepted step, and of x, z, cell_x, cell_z [m]."""
+    """Of -fault_stations, in their order: dicts of arrays, a value for the start and one per accepted step, and of x, z, cell_x, cell_z [m]."""
     with run.open() as file:
         group = file.get("stations")
         if group is None or not len(group):
@@ -137,7 +137,7 @@ class Writer:
         lines = ["This is the file header:", f"problem=SEAS Benchmark {name_of(self.benchmark, self.run)}",
                  f"code=SlipStep {self.run.run.get('slipstep_version', '')}".rstrip(), f"element_size={self.side:g} m"]
         if steps and len(time) > 1:
-            lines += [f"minimum_time_step={np.diff(time).min():.4g}", f"maximum_time_step={np.diff(time).max():.4g}", f"num_time_steps={len(time)}"]
+            lines += [f"minimum_time_step={np.diff(time).min():.4g}", f"maximum_time_step={np.diff(time).max():.4g}", f"num_time_steps={self.run.result['accepted']}"]
         lines += [f"location={location}"] if location else []
         lines += [*notes, *(f"Column #{k + 1} = {COLUMNS[column]}" for k, column in enumerate(columns)), "The line below lists the names of the data fields"]
         with open(path, "w", encoding="ascii") as file:
