@@ -409,6 +409,19 @@ PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
 PETSC_EXTERN void SlipBatheSetUpBackward(SlipBathe *c);
 PETSC_EXTERN PetscReal SlipBatheRoundError(PetscReal error); /* an estimate, to the digits that mean something */
 
+/* ---- method.c: explicit or implicit steps ---- */
+/* Moving means of what attempts took */
+typedef struct {
+  PetscReal step;  /* products of an explicit step */
+  PetscReal solve; /* of an implicit solve, over those that SlipMethodSolve() has for it where this is 1 */
+} SlipMethodCosts;
+PETSC_EXTERN void SlipMethodSetUp(SlipMethodCosts *costs); /* before any attempt */
+PETSC_EXTERN PetscReal SlipMethodSolve(const SlipMethodCosts *costs, PetscReal x);
+PETSC_EXTERN PetscBool SlipMethodIsExplicit(const SlipMethodCosts *costs, PetscReal h, PetscReal limit,
+                                            PetscBool switched);
+PETSC_EXTERN void SlipMethodLearn(SlipMethodCosts *costs, PetscBool is_explicit, PetscReal h, PetscReal limit,
+                                  PetscReal products);
+
 /* ---- event.c: of a catalogue of events ---- */
 PETSC_EXTERN PetscReal SlipEventCrossing(PetscReal slow, PetscReal fast, PetscReal bound);
 PETSC_EXTERN PetscReal SlipEventRate(PetscReal a, PetscReal b, PetscReal share);

@@ -9,8 +9,9 @@
 #define TSADAMS "adams"   /* explicit, of variable order; adams.c */
 #define TSRKC "rkc"       /* explicit, of second order, with as many stages as stability needs; rkc.c */
 
-/* How an attempt is computed: by implicit stages, or by an explicit step of a constraint with SlipExplicitOps */
-typedef enum { TSBATHE_METHOD_IMPLICIT, TSBATHE_METHOD_EXPLICIT } TSBatheMethod;
+/* How an attempt is computed: by implicit stages, or by an explicit step of a constraint with SlipExplicitOps; auto: by
+   that which takes fewer products */
+typedef enum { TSBATHE_METHOD_IMPLICIT, TSBATHE_METHOD_EXPLICIT, TSBATHE_METHOD_AUTO } TSBatheMethod;
 /* Treatment of the reaction in stage 1: by the mean of start and end (second order), or at the end (first order). */
 typedef enum { TSBATHE_REACTION_TRAPEZOIDAL, TSBATHE_REACTION_IMPLICIT } TSBatheReactionType;
 /* Rule of stage 1: trapezoidal, or backward, which reads no force of the step's start. */
@@ -24,17 +25,17 @@ PETSC_EXTERN const char *const TSBatheErrors[];
 
 /* One attempted step, accepted or not. Everything that outputs, controllers and trainers may know of it. */
 typedef struct {
-  PetscInt step;       /* number of accepted steps before it */
-  PetscReal time;      /* time at its start [s] */
-  PetscReal dt;        /* step tried [s] */
-  PetscBool converged; /* every stage solve of the attempt converged */
-  PetscBool accepted;  /* the controller took it */
-  PetscReal error;     /* weighted RMS error estimate; -1 when none was computed */
-  PetscReal residual;  /* sum of the Bathe steps' final relative residuals, 2 for each that was not run or failed */
-  PetscInt solves;     /* Bathe steps computed (1, or up to 3 with doubling) */
-  PetscInt newton;     /* nonlinear iterations */
-  PetscInt linear;     /* linear iterations */
-  TSBatheMethod method;
+  PetscInt step;         /* number of accepted steps before it */
+  PetscReal time;        /* time at its start [s] */
+  PetscReal dt;          /* step tried [s] */
+  PetscBool converged;   /* every stage solve of the attempt converged */
+  PetscBool accepted;    /* the controller took it */
+  PetscReal error;       /* weighted RMS error estimate; -1 when none was computed */
+  PetscReal residual;    /* sum of the Bathe steps' final relative residuals, 2 for each that was not run or failed */
+  PetscInt solves;       /* Bathe steps computed (1, or up to 3 with doubling) */
+  PetscInt newton;       /* nonlinear iterations */
+  PetscInt linear;       /* linear iterations */
+  TSBatheMethod method;  /* implicit or explicit */
   PetscInt reason;       /* last SNESConvergedReason */
   SlipProducts products; /* since the attempt before: those of the step, its controller and what it starts from */
   PetscReal wall;        /* wall time [s] */
@@ -83,6 +84,7 @@ PETSC_EXTERN PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn
 /* Totals since TSSolve began. */
 PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves,
                                              PetscInt *newton, PetscInt *linear);
+PETSC_EXTERN PetscErrorCode TSBatheGetExplicitAttempts(TS ts, PetscInt *attempts);
 /* Make a TS of type bathe integrate a small system (slipsnes.h); and fail when -ts_type has made it another type since,
    which would ignore the constraint. */
 PETSC_EXTERN PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts);

@@ -19,6 +19,7 @@ static PetscErrorCode Add(SlipOutput out, const SlipAttempt *attempt, PetscInt s
                            (PetscReal)attempt->newton,
                            (PetscReal)attempt->linear,
                            (PetscReal)attempt->solves,
+                           (PetscReal)attempt->method,
                            (PetscReal)sides,
                            (PetscReal)attempt->products.k,
                            (PetscReal)attempt->products.h,

@@ -338,6 +338,7 @@ PetscErrorCode SlipOutputClose(SlipOutput out)
   PetscCall(TSBatheIs(out->ts, &bathe));
   if (bathe) {
     PetscCall(TSBatheGetTotals(out->ts, &attempts, &t->accepted, &t->solves, &t->newton, &t->linear));
+    PetscCall(TSBatheGetExplicitAttempts(out->ts, &t->explicits));
     t->rejected = attempts - t->accepted;
     t->implicit = PETSC_TRUE;
   } else {
@@ -386,6 +387,8 @@ static PetscErrorCode SlipOutputPrint(SlipOutput out, const SlipOutputTotals *t)
   if (t->implicit) {
     PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "%s\n", "Bathe solves:", t->solves,
                           t->solves < t->accepted + t->rejected ? " (steps at rest need none)" : ""));
+    if (t->explicits)
+      PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "explicit attempts:", t->explicits));
     PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "Newton iterations:", t->newton));
     PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "linear iterations:", t->linear));
   }

@@ -133,6 +133,7 @@ PetscErrorCode SlipOutputFinishFile(SlipOutput out, const SlipOutputTotals *t)
   PetscCall(SlipH5WriteAttrInt(h, "/result", "accepted", t->accepted));
   PetscCall(SlipH5WriteAttrInt(h, "/result", "rejected", t->rejected));
   PetscCall(SlipH5WriteAttrInt(h, "/result", "solves", t->solves));
+  if (t->implicit) PetscCall(SlipH5WriteAttrInt(h, "/result", "explicit_attempts", t->explicits));
   PetscCall(SlipH5WriteAttrInt(h, "/result", "newton_iterations", t->newton));
   PetscCall(SlipH5WriteAttrInt(h, "/result", "linear_iterations", t->linear));
   PetscCall(SlipH5WriteAttrReal(h, "/result", "wall_time_setup", t->wall_setup));

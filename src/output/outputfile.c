@@ -14,6 +14,7 @@ static const SlipOutputColumn StepColumns[] = {
   {.name = "newton_iterations", .integer = PETSC_TRUE},
   {.name = "linear_iterations", .integer = PETSC_TRUE},
   {.name = "solves", .integer = PETSC_TRUE},
+  {.name = "method", .integer = PETSC_TRUE},
   {.name = "right_hand_sides", .integer = PETSC_TRUE},
   {.name = "products_k", .integer = PETSC_TRUE},
   {.name = "products_h", .integer = PETSC_TRUE},

@@ -21,7 +21,7 @@ static const SlipNames SlipLibrary[] = {
   {"slipstep_", "version"},
   {"ts_adams_", ""},
   {"ts_rkc_", ""},
-  {"ts_bathe_", "first_stage reaction error"},
+  {"ts_bathe_", "method first_stage reaction error"},
   {"ts_adapt_heuristic_", ""},
   {"ts_adapt_pi_", "filter"},
   {"ts_adapt_rl_", "policy problem measure strict"},

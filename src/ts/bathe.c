@@ -18,7 +18,7 @@ static const char citation[] =
   "  pages   = {2513--2524},\n"
   "  year    = {2005}\n}\n";
 
-const char *const TSBatheMethods[] = {"implicit", "explicit", "TSBatheMethod", "TSBATHE_METHOD_", NULL};
+const char *const TSBatheMethods[] = {"implicit", "explicit", "auto", "TSBatheMethod", "TSBATHE_METHOD_", NULL};
 const char *const TSBatheReactionTypes[] = {"trapezoidal", "implicit", "TSBatheReactionType", "TSBATHE_REACTION_",
                                             NULL};
 const char *const TSBatheFirstStages[] = {"trapezoidal", "backward", "TSBatheFirstStage", "TSBATHE_STAGE_", NULL};
@@ -59,7 +59,7 @@ static PetscErrorCode TSBatheWarnOfIdle(TS ts)
 {
   const TS_Bathe *ba = (const TS_Bathe *)ts->data;
   const PetscBool backward = ba->first == TSBATHE_STAGE_BACKWARD ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool stages = ba->method == TSBATHE_METHOD_IMPLICIT ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool stages = ba->method != TSBATHE_METHOD_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
   static struct {
     const char *option;
     PetscBool told;
@@ -135,9 +135,18 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
   TSBatheReactionType reaction = ba->reaction;
   TSBatheFirstStage first = ba->first;
   TSBatheError error = ba->error;
+  TSBatheMethod method = ba->method;
+  PetscBool moreau;
 
   PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSMOREAU, &moreau));
   PetscOptionsHeadBegin(PetscOptionsObject, "Bathe composite integrator options");
+  if (!moreau) {
+    PetscCall(PetscOptionsEnum(
+      "-ts_bathe_method", "How steps are computed: implicit (default), explicit, or auto, each as takes fewer products",
+      "TSBatheSetMethod", TSBatheMethods, (PetscEnum)method, (PetscEnum *)&method, &flg));
+    if (flg) PetscCall(TSBatheSetMethod(ts, method));
+  }
   PetscCall(PetscOptionsReal("-ts_bathe_gamma", "Split of the step, dimensionless in (0, 1): 0.5 is Bathe's",
                              "TSBatheSetGamma", gamma, &gamma, &flg));
   if (flg) PetscCall(TSBatheSetGamma(ts, gamma));
@@ -183,6 +192,9 @@ static PetscErrorCode TSView_Bathe(TS ts, PetscViewer viewer)
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ba->method == TSBATHE_METHOD_AUTO)
+    PetscCall(PetscViewerASCIIPrintf(
+      viewer, "  explicit or implicit, as takes fewer products; explicit attempts=%" PetscInt_FMT "\n", ba->explicits));
   if (ba->method == TSBATHE_METHOD_EXPLICIT)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  explicit, error estimate %s\n", TSBatheErrors[ba->error]));
   else if (ba->first == TSBATHE_STAGE_BACKWARD)
@@ -293,7 +305,8 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
   formula from there to t + h
 
   Options Database Keys:
-+ -ts_bathe_gamma <0.5>                      - split of the step, dimensionless
++ -ts_bathe_method <implicit,explicit,auto>  - how steps are computed, TSBatheSetMethod()
+. -ts_bathe_gamma <0.5>                      - split of the step, dimensionless
 . -ts_bathe_first_stage <trapezoidal,backward> - rule of stage 1
 . -ts_bathe_reaction <trapezoidal,implicit>  - treatment of a set-valued reaction in stage 1
 . -ts_bathe_error <embedded,doubling,none>   - error estimate

@@ -46,7 +46,11 @@ PetscErrorCode TSBatheGetData(TS ts, PetscBool required, TS_Bathe **ba)
 
   Input Parameters:
 + ts     - of type TSBATHE or TSMOREAU, ignored otherwise
-- method - TSBATHE_METHOD_IMPLICIT, the default of TSBATHE, or TSBATHE_METHOD_EXPLICIT, that of TSMOREAU
+- method - TSBATHE_METHOD_IMPLICIT, the default of TSBATHE, TSBATHE_METHOD_EXPLICIT, that of TSMOREAU, or
+           TSBATHE_METHOD_AUTO, by which each step is of the method that goes as far for fewer products
+
+  Options Database Key:
+. -ts_bathe_method <implicit,explicit,auto> - the same, of TSBATHE
 
   Level: advanced
 
@@ -54,6 +58,12 @@ PetscErrorCode TSBatheGetData(TS ts, PetscBool required, TS_Bathe **ba)
   It may change from attempt to attempt, as by a controller: both methods go from a state and its reaction to the next.
   The first explicit step after an implicit one costs a product with K and one with H more. Steps are cut to
   `TSBatheGetLongestStep()` where they are explicit.
+
+  With auto the step that the controller wants is gone by explicit steps if these take fewer products with stiffness and
+  viscosity, and applications of the preconditioner, than an implicit one. What either takes is a moving mean of the
+  last attempts, no time, so that results do not depend on chance. After explicit steps that were cut the controller's
+  wish is known by their error, and grows up to twofold a step. Where explicit steps do not exist, and where constant or
+  given steps are longer than is stable, all steps are implicit. The method of an attempt is in `SlipAttempt`.
 
   Errors: PETSC_ERR_SUP at the next attempt, for an explicit method and a constraint without explicit_ops
 
@@ -79,7 +89,7 @@ PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method)
 . ts - of type TSBATHE or TSMOREAU
 
   Output Parameter:
-. method - implicit or explicit
+. method - implicit, explicit or auto
 
   Level: advanced
 

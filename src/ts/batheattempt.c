@@ -133,6 +133,31 @@ PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, P
 }
 
 /*@
+  TSBatheGetExplicitAttempts - how many of the attempts since TSSolve() began were explicit steps
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE or TSMOREAU
+
+  Output Parameter:
+. attempts - their number
+
+  Level: intermediate
+
+.seealso: TSBatheGetTotals(), TSBatheSetMethod()
+@*/
+PetscErrorCode TSBatheGetExplicitAttempts(TS ts, PetscInt *attempts)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *attempts = ba->explicits;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
   TSBatheGetEstimates - what the last attempt knows beside its solution: its error, component by component, and dw/dt
 
   Not collective

@@ -158,19 +158,27 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscReal h = ts->time_step;
   PetscReal parts_residual = 0.0; /* not what a controller should see: it is of other steps */
+  SlipProducts before, after;
   PetscBool doubling;
   PetscLogDouble begin, end;
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&begin));
-  ba->last = (SlipAttempt){.step = ts->steps, .time = ts->ptime, .dt = h, .error = -1.0, .method = ba->method};
-  if (ba->method == TSBATHE_METHOD_EXPLICIT && !ba->start.known) PetscCall(TSMoreauStart(ts));
+  ba->last = (SlipAttempt){.step = ts->steps, .time = ts->ptime, .dt = h, .error = -1.0, .method = ba->now};
+  if (ba->now == TSBATHE_METHOD_EXPLICIT && !ba->start.known) PetscCall(TSMoreauStart(ts));
   ba->end.known = PETSC_FALSE;
   PetscCall(TSBatheWantsDoubling(ts, &doubling));
+  PetscCall(SlipProductsGet(&before));
   if (doubling)
     PetscCall(TSBatheDoubling(ts, h, &ba->last.residual, ok));
   else
     PetscCall(TSBatheSingle(ts, h, &ba->last.residual, ok));
+  PetscCall(SlipProductsGet(&after));
+  after = SlipProductsSince(&after, &before);
+  if (ba->method == TSBATHE_METHOD_AUTO && ba->last.solves)
+    SlipMethodLearn(&ba->costs, ba->now == TSBATHE_METHOD_EXPLICIT ? PETSC_TRUE : PETSC_FALSE, h, ba->longest,
+                    (PetscReal)(after.all + after.pc) / (PetscReal)ba->last.solves);
+  if (ba->now == TSBATHE_METHOD_EXPLICIT) ba->explicits++;
   if (*ok && ba->parts > 1) PetscCall(TSBatheInParts(ts, h, (doubling ? 2 : 1) * ba->parts, &parts_residual, ok));
   if (*ok) PetscCall(SlipGuardState(ba->Y[1], ok));
   if (*ok) PetscCall(TSBatheKeepErrorShare(ts));
@@ -267,6 +275,9 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
 
   PetscFunctionBegin;
   ba->attempts = ba->accepted = ba->solves = ba->newton = ba->linear = ba->failures = ba->towards = 0;
+  ba->explicits = 0;
+  SlipMethodSetUp(&ba->costs);
+  ba->refused = PETSC_MIN_REAL;
   ba->constant = (SlipConstant){.asked = 0};
   ba->barrier = no_barrier;
   ba->error_share = 0;
@@ -303,7 +314,8 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   if (begin) PetscCall(TSBatheBeginRun(ts));
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
   ba->start.known = PETSC_FALSE;
-  if (ba->con && ba->method == TSBATHE_METHOD_EXPLICIT) {
+  PetscCall(TSBatheChooseMethod(ts));
+  if (ba->con && ba->now == TSBATHE_METHOD_EXPLICIT) {
     PetscCall(TSMoreauBegin(ts, !fresh && unchanged ? PETSC_TRUE : PETSC_FALSE));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -373,6 +385,7 @@ static PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
   PetscInt worst;
 
   PetscFunctionBegin;
+  TSBatheMethodRefused(ts);
   PetscCall(TSBatheRestore(ts));
   if (++ba->failures >= ba->max_failures) {
     PetscCall(TSBatheRunMonitors(ts));
@@ -416,8 +429,8 @@ static PetscErrorCode TSBatheAccept(TS ts, PetscReal time)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The controller's verdict on a converged attempt */
-static PetscErrorCode TSBatheJudge(TS ts, PetscBool *accept)
+/* The controller's verdict on a converged attempt; whole: as above */
+static PetscErrorCode TSBatheJudge(TS ts, PetscReal whole, PetscBool *accept)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscReal next = ts->time_step;
@@ -430,13 +443,16 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscBool *accept)
   ba->status = TS_STEP_INCOMPLETE;
   if (*accept) {
     PetscCall(TSBatheAccept(ts, SlipTimeAfterStep(ts)));
+    PetscCall(TSBatheMethodWish(ts, whole, &next));
     TSBatheApproach(ts, &next);
     if (ba->stops && ba->last.method == TSBATHE_METHOD_IMPLICIT) { /* derivatives jump there */
       PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
       ba->k2_known = PETSC_FALSE;
     }
-  } else
+  } else {
+    TSBatheMethodRefused(ts);
     PetscCall(TSBatheRestore(ts));
+  }
   ts->time_step = next;
   PetscCall(TSBatheRunMonitors(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -459,7 +475,7 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ct
   ba->share = 0.5;
   ba->failures = 0;
   ba->attempts++;
-  ba->last = (SlipAttempt){.step = ts->steps, .time = t, .dt = end - t, .converged = PETSC_TRUE, .method = ba->method};
+  ba->last = (SlipAttempt){.step = ts->steps, .time = t, .dt = end - t, .converged = PETSC_TRUE};
   ba->end.known = PETSC_FALSE;
   PetscCall(VecZeroEntries(ba->E));
   PetscCall(VecCopy(ba->Y[1], ba->Y[0]));
@@ -518,7 +534,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
   const SlipProblemOps *problem;
   void *ctx;
   PetscInt rejections = 0, tries = 0;
-  PetscBool ok, accept, again, constant;
+  PetscBool ok, accept, again, constant, rejected = PETSC_FALSE;
   PetscReal whole, cut = 0;
 
   PetscFunctionBegin;
@@ -531,6 +547,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
   if (ba->last.accepted && !ba->last.solves) ts->steprestart = PETSC_TRUE;
   PetscCall(TSBatheMeetCorner(ts, problem, ctx, &whole));
   while (!ts->reason && ba->status != TS_STEP_COMPLETE) {
+    if (rejected) PetscCall(TSBatheChooseMethod(ts));
     PetscCall(TSMoreauCut(ts, &whole));
     cut = ts->time_step;
     PetscCall(SlipGuardStep(ts));
@@ -539,10 +556,11 @@ PetscErrorCode TSStep_Bathe(TS ts)
     if (ok) PetscCall(TSBatheMeetStop(ts, problem, ctx, &tries, &whole, &again));
     if (again) continue;
     if (ok)
-      PetscCall(TSBatheJudge(ts, &accept));
+      PetscCall(TSBatheJudge(ts, whole, &accept));
     else
       PetscCall(TSBatheFailed(ts, whole));
     if (accept) break;
+    rejected = PETSC_TRUE;
     ts->reject++;
     /* failed ones have a limit of their own */
     if (ok && !ts->reason && ++rejections > ts->max_reject && ts->max_reject >= 0) {

@@ -271,7 +271,7 @@ PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
   PetscMPIInt rank;
 
   PetscFunctionBegin;
-  if (ba->method != TSBATHE_METHOD_EXPLICIT) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ba->now != TSBATHE_METHOD_EXPLICIT) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSMoreauSetUp(ts));
   PetscCall(TSBatheGetLongestStep(ts, &longest));
   if (ts->time_step <= longest) PetscFunctionReturn(PETSC_SUCCESS);
@@ -293,15 +293,15 @@ PetscErrorCode TSMoreauState(SlipState s, TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscBool has = ba->end.known, before = ba->k0_known;
-  PetscInt method = (PetscInt)ba->method;
+  PetscInt method = (PetscInt)TSBATHE_METHOD_EXPLICIT;
 
   PetscFunctionBegin;
   if (SlipStateIsLoading(s)) PetscCall(SlipStateHas(s, "explicit", &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSMoreauSetUp(ts));
   PetscCall(SlipStateGroup(s, "explicit"));
-  PetscCall(SlipStateInt(s, "method", 1, &method));
-  ba->method = (TSBatheMethod)method;
+  PetscCall(SlipStateInt(s, "method", 1, &method)); /* files have it, options decide */
+  ba->last.method = TSBATHE_METHOD_EXPLICIT;
   PetscCall(SlipStateReal(s, "dt", 1, &ba->end.h));
   PetscCall(SlipStateReal(s, "dt_before", 1, &ba->end.h_before));
   PetscCall(SlipStateVec(s, "force", ba->end.f));

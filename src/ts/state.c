@@ -108,6 +108,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(SlipStateInt(s, "attempts", 1, &ba->attempts));
   PetscCall(SlipStateInt(s, "accepted", 1, &ba->accepted));
   PetscCall(SlipStateInt(s, "solves", 1, &ba->solves));
+  PetscCall(SlipStateInt(s, "explicit_attempts", 1, &ba->explicits));
   PetscCall(SlipStateInt(s, "newton", 1, &ba->newton));
   PetscCall(SlipStateInt(s, "linear", 1, &ba->linear));
   PetscCall(SlipStateInt(s, "failures", 1, &ba->failures));
@@ -124,6 +125,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   if (known) PetscCall(SlipStateVec(s, "derivative", ba->K2));
   PetscCall(SlipStateInterpolation(s, ts));
   PetscCall(TSMoreauState(s, ts));
+  PetscCall(TSBatheMethodState(s, ts));
   PetscCall(SlipStateBool(s, "unchanged", &unchanged)); /* by others since the last step */
   if (!SlipStateIsLoading(s)) PetscFunctionReturn(PETSC_SUCCESS);
   SlipCostStart(&ba->cost);

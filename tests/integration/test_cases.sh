@@ -74,7 +74,7 @@ def check(name, truth, text):
         bad = 1
 
 STEPS = {"time", "dt", "accepted", "error", "converged", "newton_iterations", "linear_iterations", "solves", "residual", "right_hand_sides",
-         "products_k", "products_h", "products_pc", "cost", "reason", "wall"}
+         "method", "products_k", "products_h", "products_pc", "cost", "reason", "wall"}
 SERIES = {"sliding_mode": {"w", "reaction", "energy", "exact", "exact_reaction"},
           "circuit": {"V1", "V2", "i", "reaction", "energy"}, "oscillator": {"v", "x", "reaction", "energy"}}
 RESULT = {"accepted", "rejected", "solves", "newton_iterations", "linear_iterations", "wall_time_setup", "wall_time_solve"}

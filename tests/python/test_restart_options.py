@@ -113,6 +113,7 @@ TABLE = {
     "mat_slipfft_depth": ("event", "transform", ANNOUNCED),
     "mat_slip_share": ("event", "yes", ANNOUNCED),
     "ts_rtol": ("event", "1e-2", ANNOUNCED),
+    "ts_bathe_method": ("event", "explicit", ANNOUNCED),
     "ts_bathe_gamma": ("event", "0.6", ANNOUNCED),
     "ts_bathe_first_stage": ("event", "backward", ANNOUNCED),
     "ts_bathe_reaction": ("event", "implicit", ANNOUNCED),

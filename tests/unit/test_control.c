@@ -236,6 +236,31 @@ static void attempts(void **state)
   assert_true(SlipControlShrink(2, 1, 1) == 1 && SlipControlShrink(2, 3, 1) == 1.8 && SlipControlShrink(2, 3, 2) == 1);
 }
 
+static void methods(void **state)
+{
+  SlipMethodCosts costs;
+
+  (void)state;
+  SlipMethodSetUp(&costs);
+  assert_false(SlipMethodIsExplicit(&costs, 1, 0, PETSC_FALSE)); /* there is no explicit step */
+  assert_true(SlipMethodIsExplicit(&costs, 1e9, PETSC_MAX_REAL, PETSC_TRUE));
+  /* a solve over x steps takes 28 + 16 sqrt x, steps 2 ceil(x): equal at x = 88.97 */
+  assert_true(SlipMethodIsExplicit(&costs, 8.89, 0.1, PETSC_FALSE));
+  assert_false(SlipMethodIsExplicit(&costs, 8.91, 0.1, PETSC_FALSE));
+  /* the first step after a solve counts twice: 178 against 178.04 at x = 88, 180 against 178.5 at 88.5 */
+  assert_true(SlipMethodIsExplicit(&costs, 8.795, 0.1, PETSC_TRUE));
+  assert_false(SlipMethodIsExplicit(&costs, 8.85, 0.1, PETSC_TRUE));
+  assert_true(SlipMethodIsExplicit(&costs, 8.85, 0.1, PETSC_FALSE));
+  /* solves that take a fifth: 2 ceil(x) = 5.6 + 3.2 sqrt x at x = 7.1 */
+  for (int i = 0; i < 100; i++) SlipMethodLearn(&costs, PETSC_FALSE, 0.4, 0.1, 12);
+  assert_true(fabs(SlipMethodSolve(&costs, 4) - 12) < 1e-9);
+  assert_true(fabs(SlipMethodSolve(&costs, 9) - 12 * 76. / 60) < 1e-9);
+  assert_true(SlipMethodIsExplicit(&costs, 0.6, 0.1, PETSC_FALSE));
+  assert_false(SlipMethodIsExplicit(&costs, 0.8, 0.1, PETSC_FALSE));
+  for (int i = 0; i < 100; i++) SlipMethodLearn(&costs, PETSC_TRUE, 0.1, 0.1, 18);
+  assert_true(fabs(costs.step - 18) < 1e-9 && fabs(SlipMethodSolve(&costs, 4) - 5 * 12) < 1e-7);
+}
+
 static void names(void **state)
 {
   SlipObserved seen;
@@ -258,4 +283,4 @@ static void names(void **state)
   assert_true(!seen.row && SlipObservedOfState(&seen)); /* the problem may know it */
 }
 
-SLIP_TESTS(match, end_exactly, rest, halve, ceiling, fault_rows, attempts, names)
+SLIP_TESTS(match, end_exactly, rest, halve, ceiling, fault_rows, attempts, methods, names)

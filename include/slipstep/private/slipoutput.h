@@ -37,9 +37,9 @@ typedef struct {
 } SlipOutputNumber;
 
 typedef struct {
-  PetscBool implicit; /* what follows rejected is there */
-  PetscInt accepted, rejected, solves, newton, linear;
-  PetscReal wall_setup, wall_solve; /* [s] */
+  PetscBool implicit;                                             /* what follows rejected is there */
+  PetscInt accepted, rejected, solves, explicits, newton, linear; /* explicits: attempts */
+  PetscReal wall_setup, wall_solve;                               /* [s] */
 } SlipOutputTotals;
 
 /* By this name the TS knows its output */

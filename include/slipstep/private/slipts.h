@@ -34,7 +34,7 @@ typedef struct {
 
 typedef struct {
   /* what the user chose */
-  TSBatheMethod method;
+  TSBatheMethod method, now;                    /* now: of the attempt; implicit or explicit */
   PetscReal gamma;                              /* split of the step, in (0, 1), with a trapezoidal stage 1 */
   TSBatheFirstStage first;                      /* rule of stage 1 */
   SlipBathe c;                                  /* numbers of both */
@@ -71,6 +71,12 @@ typedef struct {
   Vec K_before;           /* K0 of the step before */
   PetscReal dt_before;    /* that step [s]; 0: K_before is not known */
   PetscBool bound_told;
+
+  /* TSBATHE_METHOD_AUTO */
+  SlipMethodCosts costs;
+  PetscReal longest;  /* explicit step that is stable [s] */
+  PetscReal refused;  /* until when steps do not grow beyond the controller's, as a long one was refused [s] */
+  PetscInt explicits; /* attempts of the run that were explicit */
 
   /* doubling, on first use */
   Vec Wfull, Wmid;
@@ -118,6 +124,11 @@ PETSC_INTERN PetscErrorCode TSMoreauError(TS, PetscReal h, Vec e);
 PETSC_INTERN PetscErrorCode TSMoreauReset(TS);
 PETSC_INTERN PetscErrorCode TSMoreauState(SlipState, TS);
 PETSC_INTERN PetscErrorCode TSMoreauCut(TS, PetscReal *whole); /* ts->time_step, to what is stable */
+/* method.c: ba->now, for a step of ts->time_step */
+PETSC_INTERN PetscErrorCode TSBatheChooseMethod(TS);
+PETSC_INTERN PetscErrorCode TSBatheMethodWish(TS, PetscReal whole, PetscReal *next);
+PETSC_INTERN void TSBatheMethodRefused(TS);
+PETSC_INTERN PetscErrorCode TSBatheMethodState(SlipState, TS);
 PETSC_INTERN PetscErrorCode TSCreate_Moreau(TS);
 PETSC_INTERN PetscErrorCode TSBatheStartDerivative(TS, PetscReal t, Vec w0, Vec r0, Vec k0, PetscBool *known);
 PETSC_INTERN PetscErrorCode TSBatheEndDerivative(TS, PetscReal h, Vec w0, Vec w1, Vec w2, Vec k2);
