@@ -18,8 +18,8 @@ typedef struct {
   PetscBool integer; /* stored as 64-bit integers */
 } SlipOutputColumn;
 
-/* Values of the columns at the start, or after an accepted step that ended, at time t with state w; r is the reaction, NULL when the
-   integrator has none. Collective; what rank 0 fills in is written. */
+/* Values of the columns at the start, or after an accepted step that ended, at time t with state w; r is the reaction,
+   NULL when the integrator has none. Collective; what rank 0 fills in is written. */
 typedef PetscErrorCode (*SlipOutputRowFn)(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx);
 
 PETSC_EXTERN PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const SlipOutputColumn column[],

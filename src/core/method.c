@@ -6,6 +6,7 @@
 /* Share of the last attempt in what attempts take */
 #define NEW (PetscReal)0.25
 
+/* Costs before the first attempts, as far as nothing is known of them */
 void SlipMethodSetUp(SlipMethodCosts *costs)
 {
   costs->step = 2; /* one with K, one with H */

@@ -31,7 +31,9 @@ PetscErrorCode SlipElasticForce(SlipElastic el, PetscReal t, Vec u, Vec v, Vec s
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
   PetscCall((*el->ops->force)(el, t, u, v, shear, normal));
-  if (u && SlipProductsNow().all == before.all) SlipProductsAdd((SlipProducts){.k = 1, .all = 1});
+  /* of a type that multiplies by no matrix of ours; static may know the product */
+  if (u && el->ops->force != SlipElasticForceStatic && SlipProductsNow().all == before.all)
+    SlipProductsAdd((SlipProducts){.k = 1, .all = 1});
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

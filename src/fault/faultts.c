@@ -279,11 +279,15 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
   const PetscBool balanced = !fault->kind.inertia && fault->balance.eta > 0 && !SlipFaultOpens(fault);
   char type[64] = "";
   const char *prefix;
+  void (*create)(void) = NULL;
   PetscBool asked, moreau;
 
   PetscFunctionBegin;
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
   PetscCall(PetscOptionsGetString(((PetscObject)ts)->options, prefix, "-ts_type", type, sizeof(type), NULL));
+  if (type[0]) PetscCall(PetscFunctionListFind(TSList, type, &create));
+  PetscCheck(!type[0] || create, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "there is no type \"%s\" of TS (-%sts_type)",
+             type, prefix ? prefix : "");
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSMOREAU, &moreau));
   moreau = moreau || !strcmp(type, TSMOREAU) ? PETSC_TRUE : PETSC_FALSE;
   asked = !strcmp(type, TSRK) || !strcmp(type, TSADAMS) || !strcmp(type, TSRKC);

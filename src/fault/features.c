@@ -249,7 +249,7 @@ const SlipFaultRule SlipFaultRules[] = {
   {F(STIFFNESS_VIEW), EXCLUDES, F(VECTOR), 0,
    "-fault_stiffness_view writes a number for each pair of cells: expected -fault_slip_components 1"},
   {F(OTHER_TS), EXCLUDES, F(SLIP_WEAKENING) | F(RATE_WEAKENING) | F(INERTIA) | F(SQRTM) | F(SPECTRAL) | F(LANCZOS), 0,
-   "-ts_type % knows no friction, expected bathe"},
+   "-ts_type % knows no friction, expected bathe or moreau"},
   {F(MOREAU), EXCLUDES, F(BALANCE), 0,
    "-ts_type % needs the inertia that its explicit steps accelerate: expected -fault_inertia yes, or -ts_type bathe"},
   {F(ADAMS) | F(RK) | F(RKC), EXCLUDES, F(INERTIA) | F(SQRTM) | F(SPECTRAL) | F(LANCZOS), 0,

@@ -210,7 +210,9 @@ static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec
   s->known[node] = PETSC_TRUE;
   if (!fault->balance.known) { /* of a run that goes on from a checkpoint */
     PetscCall(SlipFaultGetWork(fault, &f));
+    PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
     PetscCall(Drive(con, t, w, f, ctx));
+    PetscCall(SlipProductsPop());
     PetscCall(SlipFaultRestoreWork(fault, &f));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -12,6 +12,7 @@
    of its stress, and products of each at most */
 #define LANDING_SLIP 0.1
 #define LANDING_SHARE 1e-3
+#define LANDING_FAR 1e3 /* steps of a rupture up to its end, with fewer of which it is cheaper to go on */
 enum { LANDING_SOLVES = 8, LANDING_PRODUCTS = 200 };
 
 /* Tolerances of a state: errors of u and s count as TSBATHE has them count (tolerance.c), against d_c or the largest
@@ -210,7 +211,8 @@ PetscErrorCode SlipFaultBeginRest(SlipFault fault, TS ts)
   if (fault->problem.rest) {
     if (!b->rested) PetscCall(SlipFaultCreateState(fault, &b->rested));
     if (!b->way) PetscCall(SlipFaultCreateState(fault, &b->way));
-    if (fault->kind.sequence || fault->loads.pressed) PetscCall(Land(fault, t, w, &landed));
+    if (fault->kind.sequence || fault->loads.pressed || limit - t > LANDING_FAR * h)
+      PetscCall(Land(fault, t, w, &landed));
     PetscCall((*fault->problem.rest)(ts, t, limit, w, b->way, b->rested, &end, &b->next, fault));
   }
   b->resting = end > t ? PETSC_TRUE : PETSC_FALSE;

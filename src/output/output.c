@@ -107,8 +107,9 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
   as it was. FILE.part can be read while the run goes on and after it was killed: it holds whole rows, and its attribute
   "complete" is 0. One with rows is not overwritten, see SlipOutputSetOption().
 
-  The row of the start has the state that TSSolve() begins with. The reaction that row gets is the static one of the state, which the next step starts from: where something has just
-  come to rest it does not contain the impulse that stopped it.
+  The row of the start has the state that TSSolve() begins with. The reaction that a row gets is the static one of the
+  state, which the next step starts from: where something has just come to rest it does not contain the impulse that
+  stopped it.
 
 .seealso: SlipOutputSetOption(), SlipOutputResume(), SlipOutputAddResult(), SlipOutputFinish()
 @*/
@@ -240,7 +241,8 @@ PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *seri
   Notes:
   The file is FILE.part or, when there is none, FILE, whose run has ended: that one stays as it is until this run ends
   too. What is cut is a copy, which takes FILE.part's place when it is whole. TSSolve() then writes no row for the state
-  that it starts from, unless series is 0. Wall times of /run and /result go on, and the attribute restarts of /run counts.
+  that it starts from, unless series is 0. Wall times of /run and /result go on, and the attribute restarts of /run
+  counts.
 
   Where there is to be no file nothing is done.
 

@@ -68,8 +68,8 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
 
   Notes:
   In the file of a run that goes on the table is there, and is cut to its rows of then. Before each row of /series, so
-  for the start and for each accepted step, SlipOutputAddRows() is called. Without it the start has a row of its time and
-  NaN.
+  for the start and for each accepted step, SlipOutputAddRows() is called. Without it the start has a row of its time
+  and NaN.
 
   Errors: PETSC_ERR_FILE_UNEXPECTED when the file of a run that goes on has no such table
 

@@ -289,6 +289,9 @@ static PetscErrorCode CrossNodes(SlipFaultCatalogue cat, SlipEventStep *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Share of a step before which nothing has changed */
+static const PetscReal at_once = 1e-12;
+
 /* Of a smooth solution, the zero of the logarithm of the largest rate over the bound by the regula falsi of Illinois;
    of rates that grow exponentially the first guess */
 static PetscErrorCode CrossWithin(SlipFaultCatalogue cat, SlipEventStep *step)
@@ -317,6 +320,7 @@ static PetscErrorCode CrossWithin(SlipFaultCatalogue cat, SlipEventStep *step)
     y[side] = value;
     last = side;
   }
+  if (step->cut < at_once) step->cut = 0; /* friction that sticks slips from the start by more than the bound */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

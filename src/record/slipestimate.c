@@ -359,6 +359,24 @@ static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Explicit steps have estimates of each step, but nothing of how these add up. */
+static PetscErrorCode ReportExplicit(TS ts, SlipOutput run)
+{
+  SlipFaultEstimate judged;
+  PetscReal rtol;
+  char text[160];
+
+  PetscFunctionBegin;
+  PetscCall(Judged(ts, &judged));
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  PetscCall(PetscSNPrintf(text, sizeof(text),
+                          "not estimated (not calibrated for -ts_type %s); a second run with -ts_type %s -ts_rtol %.2g "
+                          "tells",
+                          ((PetscObject)ts)->type_name, ((PetscObject)ts)->type_name, (double)(rtol / 10)));
+  PetscCall(Report(run, judged, "estimate", "estimated", NAN, text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What a repetition says */
 static PetscErrorCode ReportCheck(SlipFault fault, TS ts, SlipOutput run, PetscReal wanted)
 {
@@ -424,6 +442,7 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
   PetscCall(TSBatheIs(ts, &bathe));
   if (bathe && IsOneEvent(fault)) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
+  if (!bathe && IsOneEvent(fault) && !fault->friction.law->always_slides) PetscCall(ReportExplicit(ts, run));
   if (fault->options.check_error) PetscCall(ReportCheck(fault, ts, run, wanted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,10 +1,10 @@
 /* -fault_surface_stations: points of the free surface, in a list or a file, whose displacement and velocity are
    recorded at the start and every accepted step, in /ground of the output, which the groups /surface/0, /surface/1, ...
-   show station by station. What moves a point is the slip of all cells along their rakes less that of the far field, u - u(start).
-   That is the motion relative to plates that load the fault, which is known for any faults; that of the plates
-   themselves, half of the loading rate on either side, is -fault_surface_motion total (as of Savage 1983), for one
-   plane. A row is a product of a dense matrix, made once, with displacements and slip rates, of which each process has
-   the columns of its cells. */
+   show station by station. What moves a point is the slip of all cells along their rakes less that of the far field,
+   u - u(start). That is the motion relative to plates that load the fault, which is known for any faults; that of the
+   plates themselves, half of the loading rate on either side, is -fault_surface_motion total (as of Savage 1983), for
+   one plane. A row is a product of a dense matrix, made once, with displacements and slip rates, of which each process
+   has the columns of its cells. */
 #include <slipstep/private/sliprecord.h>
 #include <slipstep/private/slipmatcells.h>
 #include <slipstep/private/slipelasticity.h>

@@ -11,6 +11,10 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
+from slipstep.modules import need
+
+need("h5py", "numpy")
 import h5py
 
 SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")

@@ -119,6 +119,7 @@ TABLE = {
     "ts_bathe_reaction": ("event", "implicit", ANNOUNCED),
     "ts_bathe_error": ("event", "doubling", ANNOUNCED),
     "ts_bathe_order": ("event", "2", ANNOUNCED),
+    "ts_bathe_stage_error": ("event", "1e-3", ANNOUNCED),
     "ts_bathe_max_failures": ("event", "40", ANNOUNCED),
     "ts_adapt_type": ("event", "pi", ANNOUNCED),
     "ts_adapt_dt_min": ("event", "1e-12", ANNOUNCED),

@@ -64,6 +64,8 @@ def run(page):
 
 
 class Tutorials(unittest.TestCase):
+    maxDiff = None
+
     def test_all(self):
         pages = sorted(glob.glob(os.path.join(SOURCE, "examples", "tutorials", "*.md")))
         self.assertEqual(len(pages), 6)

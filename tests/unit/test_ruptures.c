@@ -235,6 +235,7 @@ static void named(void **state)
   ok(SlipFaultCreateState(e->fault, &w));
   ok(SlipFaultSetInitialState(e->fault, w));
   ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetType(ts, TSBATHE)); /* which policies are for */
   ok(SlipFaultConfigureTS(e->fault, ts));
   ok(TSGetAdapt(ts, &adapt));
   ok(TSAdaptSetType(adapt, TSADAPTRL));

@@ -6,6 +6,7 @@
 #include <sliph5.h>
 #include <slipstep/private/slipfault.h>
 #include <math.h>
+#include <string.h>
 
 static const PetscReal sigma = 50e6, residual = 0.5, drop = 0.1;
 static const char *const types[] = {TSRKC, TSRK, TSADAMS};
@@ -272,4 +273,72 @@ static void lands(void **state)
   ObjectsDestroy(&w, &fault);
 }
 
-SLIP_TESTS(formulas, block, order, starts_and_stops, by_rate, against_bathe, lands)
+/* ---- the default ---- */
+
+/* ---- another problem ---- */
+
+enum { POINTS = 63 };
+
+/* Heat on a line between two ends of 0, 1/(POINTS + 1) apart */
+static PetscErrorCode Heat(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
+{
+  const PetscReal *a, over = (POINTS + 1) * (POINTS + 1);
+  PetscReal *b;
+
+  PetscFunctionBegin;
+  (void)ts, (void)t, (void)ctx;
+  PetscCall(VecGetArrayRead(u, &a));
+  PetscCall(VecGetArrayWrite(f, &b));
+  for (int i = 0; i < POINTS; i++) b[i] = over * ((i ? a[i - 1] : 0) - 2 * a[i] + (i < POINTS - 1 ? a[i + 1] : 0));
+  PetscCall(VecRestoreArrayWrite(f, &b));
+  PetscCall(VecRestoreArrayRead(u, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest error at 0.1 of the first mode after n steps at -ts_rkc_rate, relative to what is left of it. In the start is
+   the fastest mode as well, which an unstable step would raise. */
+static PetscReal HeatError(PetscInt n, const char rate[])
+{
+  const PetscReal end = 0.1, h = 1.0 / (POINTS + 1);
+  const PetscReal slow = 4 / (h * h) * PetscSqr(sin(PETSC_PI * h / 2)), left = exp(-slow * end);
+  PetscReal error = 0, *a;
+  TSAdapt adapt;
+  Vec u;
+  TS ts;
+
+  ok(VecCreateSeq(PETSC_COMM_SELF, POINTS, &u));
+  ok(VecGetArrayWrite(u, &a));
+  for (int i = 0; i < POINTS; i++) a[i] = sin(PETSC_PI * (i + 1) * h) + 1e-6 * sin(POINTS * PETSC_PI * (i + 1) * h);
+  ok(VecRestoreArrayWrite(u, &a));
+  ok(PetscOptionsSetValue(NULL, "-ts_rkc_rate", rate));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetType(ts, TSRKC));
+  ok(TSSetRHSFunction(ts, NULL, Heat, NULL));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTNONE));
+  ok(TSSetTimeStep(ts, end / (PetscReal)n));
+  ok(TSSetMaxTime(ts, end));
+  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  ok(TSSetFromOptions(ts));
+  ok(TSSolve(ts, u));
+  ok(PetscOptionsClearValue(NULL, "-ts_rkc_rate"));
+  ok(VecGetArray(u, &a));
+  for (int i = 0; i < POINTS; i++) error = fmax(error, fabs(a[i] - left * sin(PETSC_PI * (i + 1) * h)) / left);
+  ok(VecRestoreArray(u, &a));
+  ObjectsDestroy(&u, &ts);
+  return error;
+}
+
+/* Any right-hand side whose fastest rate is given, 4/h^2 = 16384 1/s here: of order 2, and unstable at a rate that is
+   too small, whose steps have too few stages */
+static void heat(void **state)
+{
+  const PetscReal coarse = HeatError(10, "16384"), fine = HeatError(20, "16384");
+
+  (void)state;
+  assert_true(coarse < 0.05); /* (0.1 pi^2)^2 / 100 over 6 and what the formula adds */
+  if (!(coarse / fine > 3.4 && coarse / fine < 4.7)) fail_msg("%g, %g: expected order 2", coarse, fine);
+  assert_false(HeatError(10, "1638.4") < 1);
+}
+
+SLIP_TESTS(heat, formulas, block, order, starts_and_stops, by_rate, against_bathe, lands)

@@ -164,6 +164,7 @@ static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
 const RunKind RunRupture = {.size = sizeof(RunEpisode),
                             .column = 2,
                             .slips = 1,
+                            .type = TSBATHE,
                             .draw = DrawRupture,
                             .judge = Judge,
                             .compare = Compare,
