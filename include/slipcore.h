@@ -209,7 +209,9 @@ enum { SLIP_ADAMS_NODES = 10 };
 PETSC_EXTERN void SlipAdamsWeights(PetscInt n, const PetscReal node[], PetscReal weight[]);
 
 /* ---- lag.c ---- */
+#define SLIP_LAG_MARGIN (PetscReal)0.97 /* how near explicit steps come to what is stable */
 PETSC_EXTERN PetscReal SlipLagLimit(PetscReal zeta, PetscReal weight);
+PETSC_EXTERN PetscReal SlipLagWeight(PetscReal h, PetscReal h1, PetscReal h2, PetscReal omega, PetscReal zeta);
 
 /* ---- rkc.c ---- */
 enum { SLIP_RKC_MOST = 200 };
@@ -485,16 +487,20 @@ typedef struct {
   PetscBool estimated;  /* the last attempt says the following */
   PetscReal slip_error; /* |error of s| [m] */
   PetscReal growth;     /* sum of d|v|/dt of sliding cells [m/s^2] */
+  /* of the integrator */
+  PetscReal step_limit; /* the longest explicit step that is stable [s]; PETSC_MAX_REAL: any is, 0: there are none */
+  PetscReal solve_cost; /* products of an implicit solve of that step over those of an explicit step */
 } SlipFaultNumbers;
 
 enum {
-  SLIP_READS_STATE = 1,     /* the solution: kept over a failed attempt; the problem's own row goes first */
-  SLIP_READS_ERROR = 2,     /* the error estimate */
-  SLIP_READS_RESIDUAL = 4,  /* the residuals */
-  SLIP_READS_ESTIMATES = 8, /* slip_error and growth */
-  SLIP_READS_MODE = 16,     /* mode_stiffness and mode_weakening: another product with K */
-  SLIP_READS_ATTEMPTS = 32, /* the attempts so far */
-  SLIP_READS_STIFFNESS = 64 /* relaxation: no product with K, unlike the other numbers of a fault's state */
+  SLIP_READS_STATE = 1,      /* the solution: kept over a failed attempt; the problem's own row goes first */
+  SLIP_READS_ERROR = 2,      /* the error estimate */
+  SLIP_READS_RESIDUAL = 4,   /* the residuals */
+  SLIP_READS_ESTIMATES = 8,  /* slip_error and growth */
+  SLIP_READS_MODE = 16,      /* mode_stiffness and mode_weakening: another product with K, but after explicit steps */
+  SLIP_READS_ATTEMPTS = 32,  /* the attempts so far */
+  SLIP_READS_STIFFNESS = 64, /* relaxation: no product with K, unlike the other numbers of a fault's state */
+  SLIP_READS_METHOD = 128    /* step_limit and solve_cost */
 };
 
 /* A row: what it reads (above), its formula, its meaning. */

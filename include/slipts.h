@@ -50,7 +50,8 @@ PETSC_EXTERN PetscErrorCode TSBatheIs(TS ts, PetscBool *is); /* of type bathe or
 /* Of the next attempts */
 PETSC_EXTERN PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method);
 PETSC_EXTERN PetscErrorCode TSBatheGetMethod(TS ts, TSBatheMethod *method);
-PETSC_EXTERN PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h); /* of an explicit step from here [s] */
+PETSC_EXTERN PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h);  /* of an explicit step from here [s] */
+PETSC_EXTERN PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost); /* over that of an explicit step */
 PETSC_EXTERN PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma);
 PETSC_EXTERN PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma);
 PETSC_EXTERN PetscErrorCode TSBatheSetReactionType(TS ts, TSBatheReactionType type);

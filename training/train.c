@@ -33,7 +33,7 @@ static const char names[] =
   "max_attempts mesh_side meshes minutes "
   "moving_dt_max network noise noise_sigma observations output policy_delay polyak population "
   "problem progress quantiles random restarts resume reward rtol seed sigma singles smoothing smoothing_clip "
-  "steps steps_least steps_most steps_stride transfer validation validation_interval within";
+  "start steps steps_least steps_most steps_stride transfer validation validation_interval within";
 
 static PetscErrorCode TrainCMA(MPI_Comm comm, PetscInt *failed)
 {

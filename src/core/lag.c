@@ -17,6 +17,8 @@
 #include <slipcompat.h>
 #include <slipcore.h>
 
+#define MOST_WEIGHT (PetscReal)1.75 /* of the last product with H in the first kick */
+
 /*@
   SlipLagLimit - the longest stable step of an explicit scheme with lagged damping
 
@@ -46,4 +48,18 @@ PetscReal SlipLagLimit(PetscReal zeta, PetscReal weight)
   const PetscReal b = 2 * weight * zeta;
 
   return 2 / (b + PetscSqrtReal(1 + b * b)); /* W^2 + 8 weight zeta W = 4, without cancellation */
+}
+
+/* Of the last step's damping in what the first kick of a step h takes, of the last two, which were of h1 and h2 [s], 0:
+   there was none: to the middle of the kick, which makes the lag's error one of third order, but no more than is
+   stable. omega: the largest frequency [1/s], 0: not known */
+PetscReal SlipLagWeight(PetscReal h, PetscReal h1, PetscReal h2, PetscReal omega, PetscReal zeta)
+{
+  const PetscReal W = h * omega, middle = 0.25 * h + 0.5 * h1, apart = 0.5 * (h1 + h2);
+  PetscReal weight = MOST_WEIGHT;
+
+  if (h1 == 0) return 1;
+  weight = PetscMin(weight, 1 + middle / apart);
+  if (W * zeta > 0) weight = PetscMin(weight, SLIP_LAG_MARGIN * (4 - W * W) / (8 * zeta * W));
+  return PetscMax(weight, 1);
 }

@@ -16,14 +16,14 @@ void SlipMethodSetUp(SlipMethodCosts *costs)
 /*
   What an implicit solve over x explicit steps takes in the mean: products and applications of the preconditioner.
 
-  Measured on the 3 km fault of 24 x 24, 50 x 50 and 100 x 100 cells with a spectral H, at x from 0.03 to 5, where it is
-  right within 15 %: Newton's iterations do not depend on x much, and those of CG go with the root of the condition
-  number of M/theta + H + theta K, as x does. An exact H, which is made of products with K, makes both methods dearer;
-  of 100 x 100 cells solves by 3.5 to 5 times where a step takes 17 (those of x below 0.1 by less).
+  Measured on the 3 km fault of 24 x 24 and 50 x 50 cells with a spectral H, at x of 2.8 and 3.9: 11.6 and 11.7. Newton's
+  iterations do not depend on x much, and those of CG go with the root of the condition number of M/theta + H + theta K,
+  as x does. An exact H, which is made of products with K, makes both methods dearer. What solves have taken replaces
+  this, SlipMethodLearn().
 */
 PetscReal SlipMethodSolve(const SlipMethodCosts *costs, PetscReal x)
 {
-  return costs->solve * (PetscReal)0.25 * (costs->step + 2) * (28 + 16 * PetscSqrtReal(x));
+  return costs->solve * (PetscReal)0.25 * (costs->step + 2) * (8 + (PetscReal)2.2 * PetscSqrtReal(x));
 }
 
 /* Are explicit steps the cheaper way to go h [s]? limit: the longest of them [s], 0 where there are none. switched: the

@@ -348,6 +348,16 @@ static PetscReal LogPeakRatio(const SlipFaultNumbers *f)
   return f->rate > 0 ? LogWithin(f->peak / f->rate, (PetscReal)1, (PetscReal)50) : 0;
 }
 
+static PetscReal LogStepLimit(const SlipFaultNumbers *f)
+{
+  return LogWithin(f->step_limit / ModeTime(f), (PetscReal)1e-4, (PetscReal)1e3);
+}
+
+static PetscReal LogSolveCost(const SlipFaultNumbers *f)
+{
+  return LogWithin(f->solve_cost, (PetscReal)1e-1, (PetscReal)1e4);
+}
+
 static PetscReal LogRelaxation(const SlipFaultNumbers *f)
 {
   return LogWithin(f->relaxation * f->tstar, (PetscReal)1e-30, (PetscReal)1e30);
@@ -406,8 +416,7 @@ const SlipObservation SlipObservations[] = {
    "of a fault: asinh(T* d(mean|v|)/dt / mean|v|) at the end of the last attempt"},
   {"log_growth_time", SLIP_READS_STATE | SLIP_READS_MODE, NULL, LogGrowthTime,
    "of a fault: log10(T_g/T*), T_g = 1/(w + lambda/2), w the frequency and lambda the growth rate, if positive, of v, "
-   "or "
-   "where all rest of uc"},
+   "after an explicit step of its inner rate, or where all rest of uc"},
   {"growth_rate", SLIP_READS_STATE | SLIP_READS_MODE, NULL, GrowthRate, "of a fault: lambda T_g, lambda of any sign"},
   {"start_growth_rate", SLIP_READS_STATE, NULL, StartGrowthRate,
    "of a fault: lambda T_g of uc at the start, the same throughout a run"},
@@ -429,6 +438,11 @@ const SlipObservation SlipObservations[] = {
    "of a fault without inertia whose friction is smooth: log10(T* r), r = largest eigenvalue of K times the largest "
    "change of v with the stress, 1/(eta + sigma dmu/dv), in [-30, 30]: explicit steps longer than 2 to 3 over r are "
    "unstable; -30 for others"},
+  {"log_step_limit", SLIP_READS_STATE | SLIP_READS_MODE | SLIP_READS_METHOD, NULL, LogStepLimit,
+   "of a fault: log10(the longest stable explicit step / T_g) in [-4, 3]: 3 where any is stable, -4 where there are "
+   "none"},
+  {"log_solve_cost", SLIP_READS_STATE | SLIP_READS_METHOD, NULL, LogSolveCost,
+   "of a fault: log10 of the products of an implicit solve of that step over those of an explicit step, in [-1, 4]"},
   {Change, 0, NULL, NULL, "before a name: the value less that at the accepted step before; 0 at the start"},
   {NULL, 0, NULL, NULL, NULL},
 };

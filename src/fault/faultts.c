@@ -22,18 +22,23 @@ static PetscErrorCode Find_Fault(TS ts, const char name[], PetscInt *row, void *
 static PetscErrorCode Observe_Fault(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[], void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  PetscBool estimates = PETSC_FALSE, state = PETSC_FALSE;
+  PetscBool estimates = PETSC_FALSE, state = PETSC_FALSE, method = PETSC_FALSE;
   Vec w, error, derivative;
 
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts, &w));
   for (PetscInt i = 0; i < n; i++) {
     if (SlipObservations[row[i]].reads & SLIP_READS_ESTIMATES) estimates = PETSC_TRUE;
+    if (SlipObservations[row[i]].reads & SLIP_READS_METHOD) method = PETSC_TRUE;
     if (!(SlipObservations[row[i]].reads & SLIP_READS_STIFFNESS)) state = PETSC_TRUE;
   }
   if (estimates) {
     PetscCall(TSBatheGetEstimates(ts, &error, NULL, &derivative));
     PetscCall(SlipFaultKeepEstimates(fault, w, error, derivative));
+  }
+  if (method && fault->kind.inertia) {
+    PetscCall(TSBatheGetLongestStep(ts, &fault->known.step_limit));
+    PetscCall(TSBatheGetSolveCost(ts, &fault->known.solve_cost));
   }
   if (state && fault->problem.any_integrator) PetscCall(SlipFaultObservedState(fault, ts, t, w, &w));
   PetscCall(SlipFaultObserve(fault, t, w, n, row, value));
@@ -51,10 +56,14 @@ static PetscErrorCode TimeScale_Fault(TS ts, PetscReal *tstar, void *ctx)
 static PetscErrorCode Name_Fault(TS ts, const char **name, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
+  TSBatheMethod method = TSBATHE_METHOD_IMPLICIT;
+  PetscBool bathe;
 
   PetscFunctionBegin;
-  (void)ts;
+  PetscCall(TSBatheIs(ts, &bathe));
+  if (bathe) PetscCall(TSBatheGetMethod(ts, &method));
   *name = fault->problem.any_integrator && fault->friction.law->always_slides ? "cycles" : fault->steps.policy;
+  if (method != TSBATHE_METHOD_IMPLICIT && !strcmp(*name, "fault")) *name = "fault_products";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -190,6 +190,22 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* That of the last right-hand side, if it is of this state */
+static PetscErrorCode KeepForce(SlipFault fault, PetscReal t, Vec w)
+{
+  SlipFaultSettled *s = &fault->settled;
+  Vec u;
+
+  PetscFunctionBegin;
+  if (!s->force) PetscCall(VecDuplicate(fault->critical.uc, &s->force));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(SlipFaultDisplacementUnchanged(fault, t, u, &s->forced));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
+  if (s->forced) PetscCall(VecCopy(fault->balance.force, s->force));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec w, Vec p, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -208,6 +224,7 @@ static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec
   } else
     PetscCall(VecCopy(p, s->damping[node]));
   s->known[node] = PETSC_TRUE;
+  s->time[node] = t;
   if (!fault->balance.known) { /* of a run that goes on from a checkpoint */
     PetscCall(SlipFaultGetWork(fault, &f));
     PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
@@ -215,6 +232,38 @@ static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec
     PetscCall(SlipProductsPop());
     PetscCall(SlipFaultRestoreWork(fault, &f));
   }
+  if (node == SLIP_NODE_START) PetscCall(KeepForce(fault, t, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* x, the inner rate of the explicit step that led to the state w of t, and K x [n], which the change of the force over
+   the step is: *found tells whether there was one, and whether anything moved in it. Collective. */
+PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, PetscBool *found)
+{
+  const SlipFaultSettled *s = &fault->settled;
+  const PetscReal *time = s->time;
+  PetscReal largest, h;
+  PetscBool rests, same;
+
+  PetscFunctionBegin;
+  *found = PETSC_FALSE;
+  PetscCall(SlipElasticRests(fault->medium, &rests));
+  if (!rests || fault->kind.coupled || fault->kind.loaded || !s->forced) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int node = 0; node < SLIP_NUM_NODES; node++)
+    if (!s->known[node]) PetscFunctionReturn(PETSC_SUCCESS);
+  h = time[SLIP_NODE_END] - time[SLIP_NODE_START]; /* not of two steps, of which the second is half of a doubled one */
+  if (!(h > 0) || time[SLIP_NODE_END] != fault->balance.time ||
+      PetscAbsReal(time[SLIP_NODE_INSIDE] - time[SLIP_NODE_START] - 0.5 * h) > (PetscReal)0.01 * h)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetDisplacement(fault, w, x));
+  PetscCall(SlipFaultDisplacementUnchanged(fault, t, x, &same));
+  if (!same) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecCopy(s->rate[SLIP_NODE_INSIDE], x));
+  PetscCall(VecNorm(x, NORM_INFINITY, &largest));
+  if (largest == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecWAXPY(kx, -1, s->force, fault->balance.force));
+  PetscCall(VecScale(kx, 1 / h));
+  *found = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

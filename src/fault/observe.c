@@ -127,12 +127,13 @@ static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of what moves, or where all rest of uc; computed only when the state or its time has changed. */
+/* The sums of what moves, or where all rest of uc: of the step's inner rate where it was explicit, which takes no
+   product, else of the rate; computed only when the state or its time has changed. */
 static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool moves, const SlipFaultMode **mode)
 {
   SlipFaultMode *c = &fault->known.mode;
   SlipFaultMoment now;
-  PetscBool same;
+  PetscBool same, found = PETSC_FALSE;
   Vec x, kx;
 
   PetscFunctionBegin;
@@ -141,12 +142,11 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetWork(fault, &x));
   PetscCall(SlipFaultGetWork(fault, &kx));
-  if (moves)
-    PetscCall(SlipFaultGetRate(fault, w, x));
-  else
-    PetscCall(VecCopy(fault->critical.uc, x));
+  if (moves) PetscCall(SlipFaultInnerRate(fault, t, w, x, kx, &found));
+  if (!found && moves) PetscCall(SlipFaultGetRate(fault, w, x));
+  if (!found && !moves) PetscCall(VecCopy(fault->critical.uc, x));
+  if (!found) PetscCall(SlipElasticApply(fault->medium, x, kx, NULL));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
-  PetscCall(SlipElasticApply(fault->medium, x, kx, NULL));
   if (fault->kind.coupled) PetscCall(SlipElasticApply(fault->medium, x, NULL, fault->cells));
   PetscCall(AddMode(fault, t, w, x, kx, fault->kind.coupled ? fault->cells : NULL, c->sum));
   PetscCall(SlipFaultRestoreWork(fault, &kx));
@@ -346,7 +346,9 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
                             .mass = fault->operators.mass,
                             .estimated = fault->known.estimates.known,
                             .slip_error = fault->known.estimates.sum[ESTIMATE_SLIP_ERROR] / N,
-                            .growth = fault->known.estimates.sum[ESTIMATE_GROWTH]};
+                            .growth = fault->known.estimates.sum[ESTIMATE_GROWTH],
+                            .step_limit = fault->known.step_limit,
+                            .solve_cost = fault->known.solve_cost};
 
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->kind.viscosity, "none", &undamped));

@@ -85,5 +85,7 @@ PetscErrorCode SlipFaultSettledDestroy(SlipFault fault)
     PetscCall(VecDestroy(&fault->settled.damping[node]));
     fault->settled.known[node] = PETSC_FALSE;
   }
+  PetscCall(VecDestroy(&fault->settled.force));
+  fault->settled.forced = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

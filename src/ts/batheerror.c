@@ -176,6 +176,7 @@ PetscReal TSBatheStageShare(TS ts, PetscReal h)
   const PetscReal shorter = ba->error_dt > 0 ? PetscMin(1, h / ba->error_dt) : 1;
   const PetscReal share = ba->stage_error * ba->error_share * PetscSqr(shorter);
 
-  if (ba->error == TSBATHE_ERROR_DOUBLING || ba->reaction == TSBATHE_REACTION_IMPLICIT) return 0;
+  if (ba->error == TSBATHE_ERROR_DOUBLING) return 0;
+  if (ba->first == TSBATHE_STAGE_TRAPEZOIDAL && ba->reaction == TSBATHE_REACTION_IMPLICIT) return 0;
   return share > least_share ? PetscMin(share, largest_share) : 0;
 }

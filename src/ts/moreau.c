@@ -5,8 +5,6 @@
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 
-/* SlipLagLimit(): of the last product with H in the first kick; and how near steps come to what is stable */
-static const PetscReal most_weight = 1.75, margin = 0.97;
 static PetscBool cited = PETSC_FALSE;
 static const char citation[] = "@incollection{Moreau1988,\n"
                                "  title     = {Unilateral contact and dry friction in finite freedom dynamics},\n"
@@ -126,19 +124,6 @@ PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the last step's damping in what the first kick of h takes, of the last two: to the middle of the kick, which makes
-   the lag's error one of third order, but no more than is stable */
-static PetscReal TSMoreauWeight(const TS_Bathe *ba, const SlipMoreauMemory *m, PetscReal h)
-{
-  const PetscReal W = h * ba->omega, middle = 0.25 * h + 0.5 * m->h, apart = 0.5 * (m->h + m->h_before);
-  PetscReal weight = most_weight;
-
-  if (m->h == 0) return 1;
-  weight = PetscMin(weight, 1 + middle / apart);
-  if (W * ba->ratio > 0) weight = PetscMin(weight, margin * (4 - W * W) / (8 * ba->ratio * W));
-  return PetscMax(weight, 1);
-}
-
 /*
    A dv = h/2 (f0 - e) + impulse of r,   u1 = u0 + h v,   A dv1 = h/2 f1 - (h p - h/2 e) + impulse of r
 
@@ -161,7 +146,7 @@ PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, 
   ba->last.solves++;
   ba->stage_time = t + half;
   PetscCall(TSPreStage(ts, ba->stage_time));
-  weight = TSMoreauWeight(ba, m, h);
+  weight = SlipLagWeight(h, m->h, m->h_before, ba->omega, ba->ratio);
   PetscCall(VecCopy(m->p, ba->p_first));
   if (weight != 1) PetscCall(VecAXPBY(ba->p_first, 1 - weight, weight, m->p_before));
   PetscCall(VecWAXPY(ba->push, -1, ba->p_first, m->f));
@@ -258,7 +243,33 @@ PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h)
   *h = 0;
   if (!ba->con || !ba->ops->explicit_ops) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall((*ba->ops->explicit_ops->frequency)(ba->con, ts->ptime, ts->vec_sol, &ba->omega, &ba->ratio, ba->ctx));
-  *h = ba->omega > 0 ? margin * SlipLagLimit(ba->ratio, 1) / ba->omega : PETSC_MAX_REAL;
+  *h = ba->omega > 0 ? SLIP_LAG_MARGIN * SlipLagLimit(ba->ratio, 1) / ba->omega : PETSC_MAX_REAL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheGetSolveCost - what an implicit solve takes over what an explicit step takes
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE or TSMOREAU
+
+  Output Parameter:
+. cost - products with stiffness and viscosity, and applications of the preconditioner, of a solve as long as
+         TSBatheGetLongestStep(), over the products of such a step: dimensionless
+
+  Level: advanced
+
+.seealso: TSBatheGetLongestStep(), SlipObservationView()
+@*/
+PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *cost = SlipMethodSolve(&ba->costs, 1) / ba->costs.step;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

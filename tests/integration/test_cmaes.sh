@@ -41,6 +41,23 @@ with h5py.File("l.h5") as log:
     assert list(g["generation"][:]) == [2] and g["runs"][0] == 6 * (3 + 1 + 4 + 1) and g["wall_time"][0] > 0
     assert 0 <= g["within_dial"][0] <= 1 and g["best"][0] <= g["median"][0]
 EOF
+# Another training may begin with its network: steps of almost no length leave that, and nothing of what it does not observe.
+"${tiny[@]}" -train_problem fault_products -train_start p.h5 -train_sigma 1e-6 -train_within 0 -train_output products.h5 >out.txt 2>&1 ||
+  fail "a training that begins with a policy: $(cat out.txt)"
+"$SLIPSTEP_PYTHON" - <<'EOF' || fail "the network that a training began with"
+import h5py
+import numpy as np
+
+with h5py.File("p.h5") as p, h5py.File("products.h5") as q:
+    n = p["observation/names"].size
+    assert list(q["observation/names"][n:]) == [b"log_step_limit", b"log_solve_cost"], q["observation/names"][:]
+    scaled = [f["layers/0/weight"][:, :n] * f["observation/scale"][:n] for f in (p, q)]
+    assert np.allclose(*scaled, atol=1e-4) and np.allclose(q["layers/0/weight"][:, n:], 0, atol=1e-4)
+    assert not np.allclose(p["layers/0/weight"][:, 0], 0, atol=1e-3)
+EOF
+refuses "missing.h5" -- "${refused[@]}" -train_start missing.h5
+refuses "observes log_growth_time, expected no more than" -- "${refused[@]}" -train_start products.h5 -train_observations log_accuracy
+
 # A training that was killed leaves a policy that says so, until it is calibrated. The first validation writes it.
 "${tiny[@]}" -train_generations 1000000 -train_output killed.h5 >out.txt 2>&1 &
 until [ -e killed.h5 ] || ! kill -0 $! 2>/dev/null; do sleep 0.05; done

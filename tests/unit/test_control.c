@@ -143,6 +143,8 @@ static void fault_rows(void **state)
                         .critical_weakening = 32, /* root -3 + sqrt(9 - 25 + 32) = 1, so T_g = 1/5.5 */
                         .push = -0.75 * 5 * 2,    /* as much as w |v| M */
                         .relaxation = 50,
+                        .step_limit = 1 / 34.,
+                        .solve_cost = 25,
                         .mode_stiffness = 4,
                         .mode_weakening = 18.56}; /* root -1.2 + sqrt(1.44 - 4 + 18.56) = 2.8, so T_g = 1/3.4 */
   const struct {
@@ -174,6 +176,8 @@ static void fault_rows(void **state)
               {"log_peak_ratio", log10(1.25 / 0.75)},
               {"kinetic", 0.5},
               {"log_energy_rate", log10(12)},
+              {"log_step_limit", -1},
+              {"log_solve_cost", log10(25)},
               {"log_relaxation", 2}};
   size_t rows = 0;
 
@@ -244,17 +248,17 @@ static void methods(void **state)
   SlipMethodSetUp(&costs);
   assert_false(SlipMethodIsExplicit(&costs, 1, 0, PETSC_FALSE)); /* there is no explicit step */
   assert_true(SlipMethodIsExplicit(&costs, 1e9, PETSC_MAX_REAL, PETSC_TRUE));
-  /* a solve over x steps takes 28 + 16 sqrt x, steps 2 ceil(x): equal at x = 88.97 */
-  assert_true(SlipMethodIsExplicit(&costs, 8.89, 0.1, PETSC_FALSE));
-  assert_false(SlipMethodIsExplicit(&costs, 8.91, 0.1, PETSC_FALSE));
-  /* the first step after a solve counts twice: 178 against 178.04 at x = 88, 180 against 178.5 at 88.5 */
-  assert_true(SlipMethodIsExplicit(&costs, 8.795, 0.1, PETSC_TRUE));
-  assert_false(SlipMethodIsExplicit(&costs, 8.85, 0.1, PETSC_TRUE));
-  assert_true(SlipMethodIsExplicit(&costs, 8.85, 0.1, PETSC_FALSE));
-  /* solves that take a fifth: 2 ceil(x) = 5.6 + 3.2 sqrt x at x = 7.1 */
+  /* a solve over x steps takes 8 + 2.2 sqrt x, steps 2 ceil(x): 13.39 against 12 at x = 6, 13.50 against 14 at 6.25 */
+  assert_true(SlipMethodIsExplicit(&costs, 0.6, 0.1, PETSC_FALSE));
+  assert_false(SlipMethodIsExplicit(&costs, 0.625, 0.1, PETSC_FALSE));
+  /* the first step after a solve counts twice: 12 against 12.92 at x = 5, 14 against 13.16 at 5.5 */
+  assert_true(SlipMethodIsExplicit(&costs, 0.5, 0.1, PETSC_TRUE));
+  assert_false(SlipMethodIsExplicit(&costs, 0.55, 0.1, PETSC_TRUE));
+  assert_true(SlipMethodIsExplicit(&costs, 0.55, 0.1, PETSC_FALSE));
+  /* solves that take 12 over 4 steps, not 12.4 */
   for (int i = 0; i < 100; i++) SlipMethodLearn(&costs, PETSC_FALSE, 0.4, 0.1, 12);
   assert_true(fabs(SlipMethodSolve(&costs, 4) - 12) < 1e-9);
-  assert_true(fabs(SlipMethodSolve(&costs, 9) - 12 * 76. / 60) < 1e-9);
+  assert_true(fabs(SlipMethodSolve(&costs, 9) - 12 * 14.6 / 12.4) < 1e-9);
   assert_true(SlipMethodIsExplicit(&costs, 0.6, 0.1, PETSC_FALSE));
   assert_false(SlipMethodIsExplicit(&costs, 0.8, 0.1, PETSC_FALSE));
   for (int i = 0; i < 100; i++) SlipMethodLearn(&costs, PETSC_TRUE, 0.1, 0.1, 18);

@@ -194,9 +194,13 @@ static void growth(void **state)
 /* The plain fault takes the library's steps. Both solve each stage to rounding; a policy that feeds back on its error
    estimate and on the growth rate of a nucleating instability amplifies that by some powers of ten, which the bound
    leaves room for. */
-static void plain(void **state)
+enum { EXPLICIT_ROWS = 2 };
+
+static void plain_steps(PetscBool moreau)
 {
-  const char *const names[] = {"log_accuracy",
+  const char *const names[] = {"log_step_limit",
+                               "log_solve_cost",
+                               "log_accuracy",
                                "log_growth_time",
                                "growth_rate",
                                "start_growth_rate",
@@ -220,11 +224,11 @@ static void plain(void **state)
                                "change_sliding_fraction",
                                "log_time_left",
                                "converged"};
-  enum { NAMES = 24, HIDDEN = 6 };
+  enum { NAMES = 26, HIDDEN = 6 };
+  const int first = moreau ? 0 : EXPLICIT_ROWS, rows = NAMES - first;
   double scale[NAMES], offset[NAMES] = {0}, w[NAMES * HIDDEN], b[HIDDEN], out[HIDDEN];
   Random random;
 
-  (void)state;
   RandomSeed(&random, 8);
   for (uint64_t seed = 1; seed <= 12; seed++) {
     EpisodeResult a, l;
@@ -232,22 +236,29 @@ static void plain(void **state)
     Episode *e;
     double bias = -0.1;
 
-    for (int i = 0; i < NAMES; i++) scale[i] = 0.5;
-    for (int i = 0; i < NAMES * HIDDEN; i++) w[i] = 0.2 * RandomNormal(&random);
+    for (int i = 0; i < NAMES; i++) scale[i] = strcmp(names[i], "log_solve_cost") ? 0.5 : 0;
+    for (int i = 0; i < rows * HIDDEN; i++) w[i] = 0.2 * RandomNormal(&random);
     for (int i = 0; i < HIDDEN; i++) b[i] = 0.3 * RandomNormal(&random), out[i] = 0.15 * RandomNormal(&random);
     ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
-    ok(SlipPolicySetObservations(p, NAMES, names, scale, offset));
-    ok(SlipPolicyAddLayer(p, NAMES, HIDDEN, w, b, SLIP_ACTIVATION_TANH));
+    ok(SlipPolicySetObservations(p, rows, names + first, scale, offset));
+    ok(SlipPolicyAddLayer(p, rows, HIDDEN, w, b, SLIP_ACTIVATION_TANH));
     ok(SlipPolicyAddLayer(p, HIDDEN, 1, out, &bias, SLIP_ACTIVATION_LINEAR));
     ok(SlipPolicySetAction(p, -1, 1, 1e-2, "T*", 1e2, "T*", PETSC_TRUE));
     if (seed > 6) ok(SlipPolicySetAttribute(p, SLIP_POLICY_MOVING_DT_MAX, "2.5"));
     if (seed % 2) ok(SlipPolicySetAttribute(p, SLIP_POLICY_STEP_FACTOR, "log_growth_time"));
-    ok(EpisodeCreate(NULL, seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
-    ok(EpisodeRun(e, p, 1e-2, &a));
+    ok(EpisodeCreateProducts(NULL, seed, seed % 3 ? 1 + (PetscInt)(seed % 3) : 1, &e));
+    e->fineness = 1; /* the fault's own bound */
+    SlipMethodSetUp(&e->costs);
+    if (moreau) {
+      e->costs.solve = 1e6; /* no solve is worth it, as the library is told */
+      ok(TSBatheSetMethod(e->ts, TSBATHE_METHOD_EXPLICIT));
+      ok(EpisodeRunProducts(e, p, 1e-2, &a));
+    } else
+      ok(EpisodeRun(e, p, 1e-2, &a));
     ok(EpisodeRunLibrary(e, p, 1e-2, &l));
     print_message("%d cells: %d and %d solves, error %.3e, difference %.1e\n", (int)e->plain.n, (int)a.solves,
                   (int)l.solves, l.error, fabs(a.error - l.error));
-    assert_int_equal(a.solves, l.solves);
+    assert_int_equal(a.solves, moreau ? 2 * (l.solves + 1) : l.solves); /* products, the first step's twice */
     assert_int_equal(a.failures, l.failures);
     /* the loops solve stages to rounding, the library to a tenth of a step's error, of which signs differ */
     assert_true(fabs(a.error - l.error) < 1e-6 + 0.03 * a.error && fabs(a.done - l.done) < 1e-4);
@@ -255,6 +266,50 @@ static void plain(void **state)
     ok(EpisodeDestroy((void **)&e));
     ok(SlipPolicyDestroy(&p));
   }
+}
+
+static void plain(void **state)
+{
+  (void)state;
+  plain_steps(PETSC_FALSE);
+}
+
+/* Explicit steps, whose H the library multiplies with to an error of the dial */
+static void plain_explicit(void **state)
+{
+  (void)state;
+  plain_steps(PETSC_TRUE);
+}
+
+/* The method of a run's steps, and its products: constant steps of 0.5 T* of a mesh so fine that explicit ones are
+   dozens of times shorter, where solves are cheap and where they are dear. The counts follow from the rule by hand. */
+static void plain_products(void **state)
+{
+  SlipPolicy steps = policy(0.5, 0);
+  EpisodeResult r;
+  Episode *e;
+
+  (void)state;
+  ok(EpisodeCreateProducts(NULL, 5, 3, &e));
+  assert_true(e->fineness >= 1 && e->fineness <= 30 && SlipMethodSolve(&e->costs, 1) >= 8 &&
+              SlipMethodSolve(&e->costs, 1) <= 100);
+  SlipMethodSetUp(&e->costs);
+  for (int k = 0; k < 2; k++) {
+    const double limit = (e->plain.omega = (e->fineness = 60) * e->omega, PlainFaultLimit(&e->plain));
+    const double h = 0.5 * e->tstar, n = ceil(e->tmax / h);
+
+    e->costs.solve = k ? 10 : 1e-2;
+    ok(EpisodeRunProducts(e, steps, 1e-2, &r));
+    print_message("%d products, %.0f steps, %.1f times the limit\n", (int)r.solves, n, h / limit);
+    assert_true(r.done == 1 && h > 5 * limit);
+    if (k)
+      assert_true(fabs(r.solves - 2 * (e->tmax / limit + 1)) < 4);
+    else
+      assert_true(fabs(r.solves - n * SlipMethodSolve(&e->costs, h / limit)) <
+                  2 + SlipMethodSolve(&e->costs, h / limit));
+  }
+  ok(EpisodeDestroy((void **)&e));
+  ok(SlipPolicyDestroy(&steps));
 }
 
 /* So do the small systems without objects. Their stages are linear where the reaction is known, so that only rounding
@@ -339,4 +394,5 @@ static void draws(void **state)
   assert_true(high > 10 * low);
 }
 
-SLIP_TESTS(penalty, cost, reproducible, reference, growth, plain, plain_small, draws, rewards)
+SLIP_TESTS(penalty, cost, reproducible, reference, growth, plain, plain_explicit, plain_products, plain_small, draws,
+           rewards)

@@ -2,6 +2,7 @@
    fault, every kind of faults against TSBATHE at short steps, and what a step costs. */
 #include "smallsteps.h"
 #include "faultstart.h"
+#include "policies.h"
 #include <slipcore.h>
 #include <math.h>
 
@@ -474,6 +475,38 @@ static void test_3km(void **state)
   }
 }
 
+/* What moves is observed without a product of its own: the change of the force over the step is that of its inner rate.
+   test_episodes.c compares values with those of dense matrices. */
+static void test_observed(void **state)
+{
+  SlipPolicy policy = PolicyOfOne("log_growth_time", 0, -0.9, 1); /* steps that hardly differ */
+  PetscInt before, steps, k;
+  SlipFault fault;
+  PetscReal longest;
+  TSAdapt adapt;
+  TS ts;
+  Vec w;
+
+  (void)state;
+  ok(PetscLogDefaultBegin());
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetReals(fault, {"nx", 6}, {"nz", 5}));
+  ok(FaultStart(fault, TSADAPTRL, 0.01, 1, &w, &ts));
+  ok(TSSetType(ts, TSMOREAU));
+  ok(TSSetSolution(ts, w));
+  ok(TSGetAdapt(ts, &adapt));
+  ok(TSAdaptRLSetPolicy(adapt, policy));
+  ok(TSBatheGetLongestStep(ts, &longest)); /* its products */
+  before = Products("SlipKMult");
+  ok(TSSolve(ts, w));
+  ok(TSGetStepNumber(ts, &steps));
+  k = Products("SlipKMult") - before;
+  print_message("%d steps: %d products with K\n", (int)steps, (int)k);
+  assert_true(steps > 20);
+  assert_in_range(k, steps, steps + 4); /* the start, its displacement, and that of the instability */
+  ObjectsDestroy(&ts, &w, &fault, &policy);
+}
+
 /* ---- what cannot be ---- */
 
 static void test_refused(void **state)
@@ -556,4 +589,5 @@ static void test_cell(void **state)
   AssertNear((end[0] - end[2]) / (end[1] - end[2]), 4, 0.3);
 }
 
-SLIP_TESTS(test_order, test_stop, test_models, test_kinds, test_methods, test_3km, test_refused, test_cell)
+SLIP_TESTS(test_order, test_stop, test_models, test_kinds, test_methods, test_3km, test_observed, test_refused,
+           test_cell)

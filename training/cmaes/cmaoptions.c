@@ -86,6 +86,10 @@ static PetscErrorCode ParseDial(MPI_Comm comm, CMAOptions *o, SlipOptionItems Pe
 
   PetscFunctionBegin;
   PetscCall(ParseObservations(o, PetscOptionsObject));
+  PetscCall(PetscOptionsString("-train_start",
+                               "Policy file whose network the training begins with; what it does not observe counts "
+                               "nothing at first",
+                               NULL, o->first, o->first, sizeof(o->first), NULL));
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row) - (o->dt_max > 0 ? 0 : OF_STEPS), row));
   if (!o->problem->cma->kinds) o->nmesh = o->batch_mesh = o->late_mesh = 0;
   PetscCheck(o->dt_min < o->dt_max || strcmp(o->dt_max_unit, "T*"), comm, PETSC_ERR_ARG_OUTOFRANGE,

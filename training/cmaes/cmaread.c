@@ -1,12 +1,13 @@
-/* -train_calibrate: the weights of a policy that is there, and how its dial was moved before. */
+/* -train_calibrate: the weights of a policy that is there, and how its dial was moved before. -train_start: its
+   network, which a training with more observations begins with. */
 #include "cmatrain.h"
 #include "common/files.h"
 #include <slipcompat.h>
 
-/* Weights in the order of CMAPolicy() */
-static PetscErrorCode ReadLayers(SlipH5 *h, const CMAOptions *o, double w[])
+/* Weights in the order of CMAPolicy(), of a network with so many inputs */
+static PetscErrorCode ReadLayers(SlipH5 *h, const CMAOptions *o, PetscInt in, double w[])
 {
-  PetscInt in = o->nobs, found[2];
+  PetscInt found[2];
   char path[64];
 
   PetscFunctionBegin;
@@ -96,7 +97,50 @@ PetscErrorCode CMAPolicyRead(CMATrainer *t)
   PetscCall(SlipPolicyDestroy(&p));
   PetscCallFile("-train_calibrate", SlipH5OpenRead(t->o.calibrate, &h));
   PetscCallFile("-train_calibrate", ReadScales(&h, t));
-  PetscCallFile("-train_calibrate", ReadLayers(&h, &t->o, t->best));
+  PetscCallFile("-train_calibrate", ReadLayers(&h, &t->o, t->o.nobs, t->best));
   PetscCall(SlipH5Close(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first mean: the file's network, in the scales of this training. What it does not observe has weights of 0. */
+PetscErrorCode CMAStartRead(const CMAOptions *o, double w[])
+{
+  const PetscInt count = CMACount(o);
+  const char *const *names;
+  PetscReal *scale, *offset;
+  PetscInt n, found[1];
+  double *of_file, *bias = w + o->nobs * o->hidden;
+  SlipPolicy p;
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &p));
+  PetscCallFile("-train_start", SlipPolicyLoad(p, o->first));
+  PetscCall(SlipPolicyGetObservations(p, &n, &names));
+  for (PetscInt k = 0; k < n; ++k)
+    PetscCheck(CMAFind(o, names[k]) >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "-train_start %s observes %s, expected no more than -train_observations names", o->first, names[k]);
+  PetscCallFile("-train_start", SlipH5OpenRead(o->first, &h));
+  PetscCallFile("-train_start", SlipH5ReadRealSized(&h, "/observation/scale", 1, &n, NULL, found, &scale));
+  PetscCallFile("-train_start", SlipH5ReadRealSized(&h, "/observation/offset", 1, &n, NULL, found, &offset));
+  PetscCall(PetscCalloc1(count, &of_file));
+  PetscCallFile("-train_start", ReadLayers(&h, o, n, of_file));
+  PetscCall(SlipH5Close(&h));
+  PetscCall(PetscArrayzero(w, o->nobs * o->hidden));
+  PetscCall(PetscArraycpy(bias, of_file + n * o->hidden, count - o->nobs * o->hidden));
+  for (PetscInt k = 0; k < n; ++k) {
+    const PetscInt i = CMAFind(o, names[k]);
+
+    for (PetscInt j = 0; j < o->hidden; ++j) {
+      const double weight = of_file[j * n + k], ratio = (double)(scale[k] / o->scale[i]);
+
+      w[j * o->nobs + i] = weight * ratio;
+      bias[j] += weight * ((double)offset[k] - ratio * (double)o->offset[i]);
+    }
+  }
+  PetscCall(PetscFree(of_file));
+  PetscCall(PetscFree(scale));
+  PetscCall(PetscFree(offset));
+  PetscCall(SlipPolicyDestroy(&p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

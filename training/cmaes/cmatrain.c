@@ -53,7 +53,10 @@ PetscErrorCode CMATrainerCreate(MPI_Comm comm, const CMAOptions *o, CMATrainer *
   t->score.cost = PETSC_MAX_REAL;
   PetscCall(PetscCalloc1(n, &t->best));
   PetscCall(PetscMalloc2(most, &t->batch.episode, most, &t->batch.dial));
-  (*t->cma->start)(o, t->best);
+  if (o->first[0])
+    PetscCall(CMAStartRead(o, t->best));
+  else
+    (*t->cma->start)(o, t->best);
   PetscCall(CMALoopCreate(comm, n, o->population, t->best, o->sigma, &t->loop));
   if (o->resume[0]) PetscCall(CMACheckpointRead(t));
   if (o->calibrate[0]) {

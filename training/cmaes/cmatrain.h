@@ -63,6 +63,7 @@ PETSC_INTERN PetscErrorCode CMACheckpointWrite(CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMACheckpointRead(CMATrainer *t); /* on every rank */
 /* The policy of o.calibrate as the best one, and the shift of its dial; on every rank */
 PETSC_INTERN PetscErrorCode CMAPolicyRead(CMATrainer *t);
+PETSC_INTERN PetscErrorCode CMAStartRead(const CMAOptions *o, double w[]); /* -train_start */
 PETSC_INTERN PetscErrorCode CMALogOpen(CMATrainer *t);
 PETSC_INTERN PetscErrorCode CMALogRow(CMATrainer *t, const CMAScore *score);
 PETSC_INTERN PetscErrorCode CMALogClose(CMATrainer *t);

@@ -6,7 +6,8 @@
 static const char names[] =
   "batch_singles calibrate calibration checkpoint diagonal dial_high dial_low dt_max dt_min generations hidden "
   "late_generations "
-  "late_singles layers log log_overwrite minutes observations output population resume seed sigma singles validation "
+  "late_singles layers log log_overwrite minutes observations output population resume seed sigma singles start "
+  "validation "
   "validation_interval within";
 
 PetscErrorCode CMATrain(MPI_Comm comm, const Problem *problem)
@@ -63,6 +64,7 @@ static PetscErrorCode CheckProblem(MPI_Comm comm, const SlipTrainProblem *p)
 . -train_log <file.h5>          - the learning curve
 . -train_checkpoint <file.h5>   - all that -train_resume needs, at every validation
 . -train_resume <file.h5>       - go on from there
+. -train_start <file.h5>        - a policy whose network it begins with
 . -train_generations <160>      - how long
 . -train_minutes <0>            - wall time after which training ends and calibration begins [min]; 0: no limit
 . -train_singles <128>          - instances to learn from

@@ -41,6 +41,7 @@ typedef struct {
   PetscReal low, high; /* range of the dial */
   PetscReal within;    /* share of either kind's runs that shall keep the dial everywhere in its range, 0: as trained */
   char output[PETSC_MAX_PATH_LEN], log[PETSC_MAX_PATH_LEN], checkpoint[PETSC_MAX_PATH_LEN], resume[PETSC_MAX_PATH_LEN];
+  char first[PETSC_MAX_PATH_LEN];     /* a policy file whose network training begins with */
   char calibrate[PETSC_MAX_PATH_LEN]; /* a policy file: nothing is trained, its dial is calibrated anew */
 } CMAOptions;
 

@@ -17,6 +17,7 @@ static const struct {
   {"log_mode_rate", 0.4, 0.6},  {"log_push", 0.5, 0.7},
   {"damping_ratio", 4, -1.4},   {"log_peak_ratio", 2, -0.7},
   {"seen_growth", 0.7, 0},      {"change_log_mode_rate", 0.5, 0},
+  {"log_step_limit", 0.8, 0.4}, {"log_solve_cost", 2, -2.3},
 };
 
 PetscErrorCode EnvObservationsSet(PetscInt n, const char *const names[], PetscInt *nobs, char *copies[],

@@ -36,8 +36,7 @@ static double *Take(double **work, PetscInt n)
   return a;
 }
 
-/* y = A x, column by column so that the inner loop vectorises; A is symmetric, so its rows are its columns. */
-static void Multiply(PetscInt n, const double A[], const double x[], double *restrict y)
+void PlainMultiply(PetscInt n, const double A[], const double x[], double *restrict y)
 {
   for (PetscInt i = 0; i < n; ++i) y[i] = 0;
   for (PetscInt j = 0; j < n; ++j) {
@@ -50,7 +49,7 @@ static void Multiply(PetscInt n, const double A[], const double x[], double *res
 /* g = B y - c */
 static void Residual(const Stage *st, const double y[], double g[])
 {
-  Multiply(st->n, st->B, y, g);
+  PlainMultiply(st->n, st->B, y, g);
   for (PetscInt i = 0; i < st->n; ++i) g[i] -= st->c[i];
 }
 
@@ -133,7 +132,7 @@ static PetscBool Direction(Stage *st)
       st->xs[i] = st->mask[i] != 0 ? 0 : st->x[i];
       if (st->xs[i] != 0) sticking = PETSC_TRUE;
     }
-    if (sticking) Multiply(st->n, st->B, st->xs, st->dx);
+    if (sticking) PlainMultiply(st->n, st->B, st->xs, st->dx);
     for (PetscInt i = 0; i < st->n; ++i) st->dx[i] = (sticking ? st->dx[i] : 0) - st->F[i];
     if (Solve(st)) break;
     if (st->picard) return PETSC_FALSE;
@@ -286,8 +285,8 @@ static PetscBool SolveStage(Stage *st)
 /* Smooth force F_s = -H v - K u and the reaction r0 at the start of a step: the balance where a cell rests. */
 static void StartForce(const PlainFault *p, double tmp[], double q[], double f[])
 {
-  Multiply(p->n, p->H, p->v, f);
-  Multiply(p->n, p->K, p->u, tmp);
+  PlainMultiply(p->n, p->H, p->v, f);
+  PlainMultiply(p->n, p->K, p->u, tmp);
   SlipFrictionStrength(&p->friction, p->n, 0, 1, p->s, 1, p->v, q, NULL);
   for (PetscInt i = 0; i < p->n; ++i) {
     f[i] = -f[i] - tmp[i];
@@ -302,6 +301,7 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
   const SlipBathe c = p->bathe;
   Stage st = {.p = p, .n = n, .index = p->index};
 
+  p->end.known = PETSC_FALSE;
   st.B = Take(&work, n * n);
   st.L = Take(&work, n * n);
   double **list[arrays] = {&st.c,   &st.s0, &st.x,    &st.g,  &st.q,  &st.dq,   &st.F, &st.slope, &st.dx, &st.xs,
@@ -318,7 +318,7 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
     st.s0[i] = p->s[i] + st.theta * ds[i];
     st.x[i] = p->v[i];
   }
-  Multiply(n, p->K, base_u, tmp);
+  PlainMultiply(n, p->K, base_u, tmp);
   for (PetscInt i = 0; i < n; ++i) st.c[i] += p->mass / st.theta * p->v[i] - tmp[i];
   if (!SolveStage(&st)) return PETSC_FALSE;
   SlipFrictionStateAdvance(&p->friction, n, st.theta, st.s0, st.x, 1, s1);
@@ -332,7 +332,7 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
     base_u[i] = c.a1 * u1[i] - c.a0 * p->u[i];
     st.s0[i] = c.a1 * s1[i] - c.a0 * p->s[i];
   }
-  Multiply(n, p->K, base_u, tmp);
+  PlainMultiply(n, p->K, base_u, tmp);
   for (PetscInt i = 0; i < n; ++i) st.c[i] = p->mass / st.theta * (c.a1 * v1[i] - c.a0 * p->v[i]) - tmp[i];
   if (!SolveStage(&st)) return PETSC_FALSE;
   SlipFrictionStateAdvance(&p->friction, n, st.theta, st.s0, st.x, 1, p->s2);
@@ -382,16 +382,17 @@ double PlainFaultWeakening(const PlainFault *p, PetscInt i)
   return SlipFrictionExcess(&p->friction, i, &p->s[i], fabs(p->v[i])) * p->friction.stress[i];
 }
 
-void PlainFaultMode(const PlainFault *p, const double x[], PetscReal *stiffness, PetscReal *weakening)
+void PlainFaultMode(const PlainFault *p, const double x[], const double given[], PetscReal *stiffness,
+                    PetscReal *weakening)
 {
   double inertia = 0;
 
   *stiffness = *weakening = 0;
   for (PetscInt i = 0; i < p->n; ++i) {
     PetscReal mu, ds, dv;
-    double kx = 0;
+    double kx = given ? given[i] : 0;
 
-    for (PetscInt j = 0; j < p->n; ++j) kx += p->K[i * p->n + j] * x[j];
+    for (PetscInt j = 0; j < p->n && !given; ++j) kx += p->K[i * p->n + j] * x[j];
     SlipFrictionEvaluate(&p->friction, i, &p->s[i], fabs(p->v[i]), &mu, &ds, &dv);
     *stiffness += x[i] * kx;
     *weakening -= ds * p->friction.stress[i] * x[i] * x[i];
@@ -406,6 +407,11 @@ void PlainFaultAccept(PlainFault *p)
   memcpy(p->v, p->v2, sizeof(double) * (size_t)(p->n));
   memcpy(p->u, p->u2, sizeof(double) * (size_t)(p->n));
   memcpy(p->s, p->s2, sizeof(double) * (size_t)(p->n));
+  p->start.h = p->end.h;
+  p->start.h_before = p->end.h_before;
+  p->start.known = p->end.known;
+  if (!p->end.known) return;
+  memcpy(p->start.f, p->end.f, sizeof(double) * (size_t)(PLAIN_MEMORY * p->n));
 }
 
 void PlainFaultSetState(PlainFault *p, const double w[])
@@ -415,6 +421,7 @@ void PlainFaultSetState(PlainFault *p, const double w[])
     p->u[i] = w[3 * i + 1];
     p->s[i] = w[3 * i + 2];
   }
+  p->start.known = PETSC_FALSE;
 }
 
 /* Entries of a matrix that may be known by its products only */
@@ -464,7 +471,7 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   p->known.tstar = (double)tstar;
   PetscCall(PetscMalloc4(n * n, &p->K, n * n, &p->H, 2 * n * n + arrays * n, &p->work, n, &p->index));
   PetscCall(PetscCalloc7(n, &p->v, n, &p->u, n, &p->s, n, &p->v2, n, &p->u2, n, &p->s2, n, &p->uc));
-  PetscCall(PetscCalloc2(n, &p->k0, 3 * n, &p->w1));
+  PetscCall(PetscCalloc4(n, &p->k0, 3 * n, &p->w1, PLAIN_MEMORY * n, &p->start.f, PLAIN_MEMORY * n, &p->end.f));
   PetscCall(Entries(K, n, p->K));
   PetscCall(Entries(H, n, p->H));
   PetscCall(VecGetArrayRead(start, &w));
@@ -480,7 +487,7 @@ PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p)
   }
   PetscCall(VecRestoreArrayRead(start, &w));
   p->known.drop_slip = p->known.mean_drop / p->known.mean_q0 * p->known.mean_uc;
-  PlainFaultMode(p, p->uc, &p->known.critical_stiffness, &p->known.critical_weakening);
+  PlainFaultMode(p, p->uc, NULL, &p->known.critical_stiffness, &p->known.critical_weakening);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -489,6 +496,6 @@ PetscErrorCode PlainFaultDestroy(PlainFault *p)
   PetscFunctionBegin;
   PetscCall(PetscFree4(p->K, p->H, p->work, p->index));
   PetscCall(PetscFree7(p->v, p->u, p->s, p->v2, p->u2, p->s2, p->uc));
-  PetscCall(PetscFree2(p->k0, p->w1));
+  PetscCall(PetscFree4(p->k0, p->w1, p->start.f, p->end.f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

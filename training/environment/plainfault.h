@@ -6,6 +6,15 @@
 #pragma once
 #include <slipstep.h>
 
+/* What an explicit step goes on from: f = -K u, then the damping H v+ of the last step's inner rate v+ and that of the
+   step before, that of the state, v+ and K v+, [n] each */
+enum { PLAIN_MEMORY = 6 };
+typedef struct {
+  PetscBool known;
+  double *f;          /* [PLAIN_MEMORY n] */
+  double h, h_before; /* of these steps [s]; 0: there was none */
+} PlainMemory;
+
 typedef struct {
   PetscInt n;
   double mass;                /* [kg/m^2] */
@@ -18,6 +27,8 @@ typedef struct {
   double *uc;                       /* [n] displacement at the instability [m] */
   double *k0, *w1;           /* of the last attempt: force over mass at its start [n], v, u, s of stage 1 [3 n] */
   double slip_error, growth; /* of the last attempt: sum |e_s| [m], sum of d|v|/dt of sliding cells [m/s^2] */
+  double omega;              /* the largest frequency [1/s], which bounds explicit steps; 0: there are none */
+  PlainMemory start, end;
   double *work;
   PetscInt *index; /* [n] */
 } PlainFault;
@@ -25,9 +36,15 @@ typedef struct {
 /* From a set-up fault on a grid and its state at the start. */
 PETSC_INTERN PetscErrorCode PlainFaultCreate(SlipFault fault, Vec start, PlainFault *p);
 PETSC_INTERN PetscErrorCode PlainFaultDestroy(PlainFault *p);
+/* y = A x, column by column so that the inner loop vectorises; A is symmetric, so its rows are its columns. */
+PETSC_INTERN void PlainMultiply(PetscInt n, const double A[], const double x[], double *restrict y);
 PETSC_INTERN void PlainFaultSetState(PlainFault *p, const double w[]); /* w [3 n]: (v, u, s) per cell */
 /* One step h [s] from the state into v2, u2, s2; false when a stage did not converge. */
 PETSC_INTERN PetscBool PlainFaultAttempt(PlainFault *p, double h);
+/* plainkick.c: likewise, one explicit step, TSMOREAU's, of friction that does not depend on the rate; h at most
+   PlainFaultLimit() [s] */
+PETSC_INTERN PetscBool PlainFaultKick(PlainFault *p, double h);
+PETSC_INTERN double PlainFaultLimit(const PlainFault *p);
 /* The embedded error estimate of that step before it is accepted, as the library's controllers see it: relative to atol
    [3 n], in the order v, u, s of each cell, and rtol. */
 PETSC_INTERN double PlainFaultError(const PlainFault *p, double h, const PetscReal atol[], double rtol);
@@ -35,5 +52,8 @@ PETSC_INTERN void PlainFaultAccept(PlainFault *p);
 /* Strength of cell i in the state, and what all weakening would still take from it [Pa] */
 PETSC_INTERN double PlainFaultStrength(const PlainFault *p, PetscInt i);
 PETSC_INTERN double PlainFaultWeakening(const PlainFault *p, PetscInt i);
-/* x K x and x (-dq/ds) x in the state over x M x [1/s^2], x [n] */
-PETSC_INTERN void PlainFaultMode(const PlainFault *p, const double x[], PetscReal *stiffness, PetscReal *weakening);
+/* x K x and x (-dq/ds) x in the state over x M x [1/s^2], x [n]; given: K x [n], or NULL */
+PETSC_INTERN void PlainFaultMode(const PlainFault *p, const double x[], const double given[], PetscReal *stiffness,
+                                 PetscReal *weakening);
+/* Likewise of what moves: the inner rate of the explicit step that led here, else the rate, else where all rest uc */
+PETSC_INTERN void PlainFaultMotion(const PlainFault *p, PetscBool moves, PetscReal *stiffness, PetscReal *weakening);

@@ -13,9 +13,9 @@ static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
   f->energy = f->kinetic = f->power = f->strength = f->weakening = f->push = 0;
   for (PetscInt i = 0; i < p->n; ++i) {
     const double v = p->v[i], u = p->u[i], q = PlainFaultStrength(p, i);
-    double ku = 0;
+    double ku = p->start.known ? -p->start.f[i] : 0;
 
-    for (PetscInt j = 0; j < p->n; ++j) ku += p->K[i * p->n + j] * p->u[j];
+    for (PetscInt j = 0; j < p->n && !p->start.known; ++j) ku += p->K[i * p->n + j] * p->u[j];
     f->velocity += v / n;
     f->rate += fabs(v) / n;
     f->peak = PetscMax(f->peak, fabs(v));
@@ -33,12 +33,28 @@ static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
   f->total_rate = n * f->rate;
   f->slip_error = p->slip_error / n;
   f->growth = p->growth;
-  PlainFaultMode(p, f->peak != 0 ? p->v : p->uc, &f->mode_stiffness, &f->mode_weakening);
+  PlainFaultMotion(p, f->peak != 0 ? PETSC_TRUE : PETSC_FALSE, &f->mode_stiffness, &f->mode_weakening);
   return rests;
 }
 
-PetscErrorCode PlainRun(PlainFault *p, PlainPolicy *policy, PetscReal accuracy, PetscReal tmax, PetscInt max_steps,
-                        PlainWatchFn fn, void *ctx, PlainTotals *totals)
+/* One attempt by the method that goes h, which is cut to what is stable, for fewer products */
+static PetscBool Attempt(PlainFault *p, const SlipMethodCosts *costs, PetscReal *h, PlainTotals *totals)
+{
+  const PetscReal limit = costs ? (PetscReal)PlainFaultLimit(p) : 0;
+
+  if (!costs) return PlainFaultAttempt(p, *h);
+  if (!SlipMethodIsExplicit(costs, *h, limit, p->start.known ? PETSC_FALSE : PETSC_TRUE)) {
+    totals->products += (double)SlipMethodSolve(costs, limit > 0 ? *h / limit : 1);
+    return PlainFaultAttempt(p, *h);
+  }
+  *h = PetscMin(*h, limit);
+  totals->products += (double)costs->step * (p->start.known ? 1 : 2);
+  return PlainFaultKick(p, *h);
+}
+
+PetscErrorCode PlainRun(PlainFault *p, PlainPolicy *policy, PetscReal accuracy, PetscReal tmax,
+                        const SlipMethodCosts *costs, PetscInt max_steps, PlainWatchFn fn, void *ctx,
+                        PlainTotals *totals)
 {
   SlipRunNumbers *o = &policy->run;
   SlipFaultNumbers fault = p->known;
@@ -47,7 +63,9 @@ PetscErrorCode PlainRun(PlainFault *p, PlainPolicy *policy, PetscReal accuracy, 
   PetscBool has, rests = PETSC_FALSE, changed = PETSC_TRUE, choose = PETSC_TRUE;
 
   PetscFunctionBegin;
-  *totals = (PlainTotals){0, 0, 0};
+  *totals = (PlainTotals){.attempts = 0};
+  fault.step_limit = (PetscReal)PlainFaultLimit(p);
+  fault.solve_cost = costs ? SlipMethodSolve(costs, 1) / costs->step : 0;
   PetscCall(PlainPolicyRun(policy, accuracy, p->known.tstar, tmax));
   PetscCall(SlipPolicyGetNumber(policy->policy, SLIP_POLICY_MOVING_DT_MAX, &moving, &has));
   while (PETSC_TRUE) {
@@ -64,7 +82,7 @@ PetscErrorCode PlainRun(PlainFault *p, PlainPolicy *policy, PetscReal accuracy, 
     } else
       h = PetscMin(h, tmax - o->time);
     if (o->time >= tmax || totals->accepted >= max_steps || totals->attempts >= 2 * max_steps) break;
-    o->converged = changed = PlainFaultAttempt(p, h);
+    o->converged = changed = Attempt(p, costs, &h, totals);
     o->started = PETSC_TRUE;
     o->dt = h;
     totals->attempts++;
@@ -93,7 +111,7 @@ PetscErrorCode PlainRunFilter(PlainFault *p, const SlipFilter *filter, const Pet
   PetscBool accept;
 
   PetscFunctionBegin;
-  *totals = (PlainTotals){0, 0, 0};
+  *totals = (PlainTotals){.attempts = 0};
   while (totals->time < tmax && totals->accepted < max_steps && totals->attempts < 2 * max_steps) {
     const PetscReal tried = h;
 

@@ -11,6 +11,14 @@
 
 #define CLASSICAL_ATTEMPTS 100000
 
+/* What is drawn for runs whose steps may be explicit: products of an implicit solve of the longest explicit step, and
+   that step of a fault of many cells, of which the few drawn ones are a picture, below that of the drawn ones */
+#define LEAST_COST 8
+#define MOST_COST 100
+#define COARSE_SHARE 0.5
+#define FINEST 30
+#define COSTS_STREAM 19
+
 /* The run has a mean slip [m] and rate [m/s] at time t. A step may come more than once. */
 static PetscErrorCode Follow(Episode *e, PetscReal t, PetscReal slip, PetscReal rate)
 {
@@ -282,6 +290,37 @@ PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, PetscInt side,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What explicit and implicit steps take is drawn apart, so that the fault is that of the same seed elsewhere. Explicit
+   steps without objects know no other damping than that of waves, and no friction that depends on the rate. */
+static PetscErrorCode DrawCosts(Episode *e, uint64_t seed)
+{
+  PetscReal limit, zeta;
+  char viscosity[16];
+  Random random;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetString(e->fault, "viscosity", viscosity, sizeof(viscosity)));
+  PetscCall(TSBatheGetLongestStep(e->ts, &limit));
+  PetscCall(SlipFaultGetReal(e->fault, "damping_ratio", &zeta));
+  e->omega = limit > 0 && limit < PETSC_MAX_REAL && strcmp(viscosity, "none") && strcmp(viscosity, "radiation") &&
+                 !e->plain.friction.law->by_rate
+               ? SLIP_LAG_MARGIN * SlipLagLimit(zeta, 1) / limit
+               : 0;
+  RandomSeed(&random, RandomStreamHashed(0, COSTS_STREAM, (PetscInt64)seed));
+  SlipMethodSetUp(&e->costs);
+  e->costs.solve = RandomLog(&random, LEAST_COST, MOST_COST) / SlipMethodSolve(&e->costs, 1);
+  e->fineness = RandomUniform(&random) < COARSE_SHARE ? 1 : RandomLog(&random, 1, FINEST);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeCreateProducts(const Family *family, uint64_t seed, PetscInt side, Episode **episode)
+{
+  PetscFunctionBegin;
+  PetscCall(EpisodeCreate(family, seed, side, episode));
+  PetscCall(DrawCosts(*episode, seed));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **episode)
 {
   Episode *e;
@@ -392,10 +431,33 @@ PetscErrorCode EpisodeRun(void *episode, SlipPolicy policy, PetscReal accuracy, 
   if (known) {
     PetscCall(Forget(e));
     PlainFaultSetState(&e->plain, e->plain_start);
-    PetscCall(PlainRun(&e->plain, &p, accuracy, e->tmax, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
+    PetscCall(PlainRun(&e->plain, &p, accuracy, e->tmax, NULL, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
     EpisodeConclude(e, totals.attempts, totals.accepted, result);
   } else
     PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
+  result->cost = EpisodeCost(result, accuracy);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EpisodeRunProducts(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
+{
+  Episode *e = (Episode *)episode;
+  PlainTotals totals;
+  PlainPolicy p;
+  PetscBool known;
+
+  PetscFunctionBegin;
+  PetscCall(PlainPolicyStart(policy, NULL, &p, &known));
+  PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_SUP,
+             "-train_problem fault_products has no residuals and no error estimates of all components: expected "
+             "-train_observations that do not read them");
+  PetscCall(Forget(e));
+  PlainFaultSetState(&e->plain, e->plain_start);
+  e->plain.omega = e->fineness * e->omega;
+  PetscCall(PlainRun(&e->plain, &p, accuracy, e->tmax, &e->costs, EPISODE_MAX_EXPLICIT, MeasurePlain, e, &totals));
+  e->plain.omega = 0;
+  EpisodeConclude(e, totals.attempts, totals.accepted, result);
+  result->solves = (PetscInt)PetscCeilReal((PetscReal)totals.products);
   result->cost = EpisodeCost(result, accuracy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -59,6 +59,9 @@ typedef struct {
   PetscReal rest;        /* when it came to rest [s]; negative: not yet */
   PlainFault plain;      /* the same, without objects */
   double *plain_start;   /* [3 n] */
+  /* of runs whose steps may be explicit: EpisodeCreateProducts() */
+  SlipMethodCosts costs;
+  PetscReal omega, fineness; /* the largest frequency [1/s], and by what that of a finer mesh exceeds it */
   /* of the run under way */
   Table run;             /* its course */
   PetscReal field_error; /* of its final slip; 0 until its end */
@@ -68,9 +71,13 @@ typedef struct {
 
 /* A run that has not ended after this many accepted steps is cut off. */
 #define EPISODE_MAX_STEPS 400
+#define EPISODE_MAX_EXPLICIT 4000 /* where steps may be explicit */
 
 /* family: NULL for the draws above */
 PETSC_INTERN PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, PetscInt side, Episode **episode);
+/* Of these, and what its steps cost */
+PETSC_INTERN PetscErrorCode EpisodeCreateProducts(const Family *family, uint64_t seed, PetscInt side,
+                                                  Episode **episode);
 /* A given fault on one process, parameters set but not set up, until tmax [s]; without a TS: for EpisodeRunSteps(). Of
    up to EPISODE_MAX_CELLS cells, as it is dense. */
 PETSC_INTERN PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **episode);
@@ -80,6 +87,10 @@ PETSC_INTERN PetscErrorCode EpisodeDestroy(void **episode); /* Episode * */
 /* Without objects when that knows what the policy observes, else by the library; the latter always with
    EpisodeRunLibrary(). */
 PETSC_INTERN PetscErrorCode EpisodeRun(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
+/* Of EpisodeCreateProducts(), without objects: steps are explicit where that takes fewer products, the result's solves
+   are products */
+PETSC_INTERN PetscErrorCode EpisodeRunProducts(void *episode, SlipPolicy policy, PetscReal accuracy,
+                                               EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result);
 /* The latter without its result: what the TS took; a user's problem too */
 PETSC_INTERN PetscErrorCode EpisodeSolve(Episode *e, SlipPolicy policy, PetscReal accuracy, PetscInt *accepted,

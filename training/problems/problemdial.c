@@ -259,6 +259,55 @@ const CMAProblem CMAFault = {CMA_DIAL,
                              .classical = EpisodeRunClassical,
                              .watch = EpisodeWatch};
 
+/* ---- likewise, with steps that may be explicit ---- */
+
+static const char *const ProductsNames[] = {"log_accuracy",
+                                            "log_growth_time",
+                                            "growth_rate",
+                                            "start_growth_rate",
+                                            "log_mode_rate",
+                                            "log_push",
+                                            "phase",
+                                            "progress",
+                                            "weakening",
+                                            "damping_ratio",
+                                            "log_step",
+                                            "change_log_mode_rate",
+                                            "log_slip_error",
+                                            "seen_growth",
+                                            "sliding_fraction",
+                                            "log_peak_ratio",
+                                            "log_step_limit",
+                                            "log_solve_cost",
+                                            NULL};
+
+static PetscErrorCode SetUpProducts(CMAOptions *o)
+{
+  PetscFunctionBegin;
+  PetscCall(SetUpTraining(o));
+  PetscCall(CMAObservationsSet(o, ProductsNames));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CreateProducts(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode)
+{
+  return EpisodeCreateProducts((const Family *)o->family, seed, side, (Episode **)episode);
+}
+
+static const CMAProblem CMAProducts = {CMA_DIAL,
+                                       .kinds = PETSC_TRUE,
+                                       .measure = "history",
+                                       .setup = SetUpProducts,
+                                       .create = CreateProducts,
+                                       .destroy = EpisodeDestroy,
+                                       .run = EpisodeRunProducts};
+
+const Problem ProblemProducts = {.name = "fault_products",
+                                 .meaning =
+                                   "the faults of fault_dial, in steps that are explicit or implicit, as takes "
+                                   "fewer products with stiffness and viscosity",
+                                 .cma = &CMAProducts};
+
 const Problem ProblemDial = {.name = "fault_dial",
                              .policy_problem = "fault",
                              .meaning =

@@ -3,9 +3,9 @@
 #include "common/options.h"
 #include <slipcompat.h>
 
-const Problem *const ProblemTable[] = {
-  &ProblemFault,   &ProblemDial,     &ProblemSlidingMode, &ProblemCircuit, &ProblemOde, &ProblemCycles,
-  &ProblemRupture, &ProblemSequence, &ProblemInjection,   &ProblemSmooth,  NULL};
+const Problem *const ProblemTable[] = {&ProblemFault,    &ProblemDial,      &ProblemProducts, &ProblemSlidingMode,
+                                       &ProblemCircuit,  &ProblemOde,       &ProblemCycles,   &ProblemRupture,
+                                       &ProblemSequence, &ProblemInjection, &ProblemSmooth,   NULL};
 
 PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, PetscBool by_cma, const Problem **row)
 {

@@ -7,7 +7,7 @@
 #define FAULT_SCALING "mean_slip" /* of the stiffness: the study's, by which shipped policies were trained and judged */
 
 PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
-PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemSlidingMode, ProblemCircuit;
+PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemProducts, ProblemSlidingMode, ProblemCircuit;
 PETSC_INTERN const Problem ProblemOde, ProblemCycles, ProblemRupture, ProblemSequence, ProblemInjection,
   ProblemSmooth; /* wings of their own */
 PETSC_INTERN const CMAProblem CMAFault, CMASmall, CMAUser;

@@ -87,6 +87,7 @@ typedef struct {
   SlipFaultMode mode;
   SlipFaultEstimates estimates;
   SlipFaultStepValues step;
+  PetscReal step_limit, solve_cost; /* of the integrator, as SlipFaultNumbers has them */
 } SlipFaultKnown;
 
 /* observe.c. Is what is known of a moment that of the state w of now, with the load of time t? */
@@ -100,6 +101,8 @@ PETSC_INTERN PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscRea
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
                                              PetscReal value[]);
+/* kick.c: of the explicit step that led to w: its inner rate and K times that; found: there was one, and it moved */
+PETSC_INTERN PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, PetscBool *found);
 PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);
 
 /* Sums over the cells: power[0] of (v - v_inf) H (v - v_inf), [1] of v_inf H (v - v_inf), [2] of -v r, or q |v|;

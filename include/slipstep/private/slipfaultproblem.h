@@ -39,9 +39,12 @@ typedef struct {
   Vec c, u0, s0;
 } SlipFaultStage;
 
-/* kick.c: slip rates relative to the far field of the nodes of the last explicit step, and their damping */
+/* kick.c: slip rates relative to the far field of the nodes of the last explicit step, and their damping; the elastic
+   force at its start */
 typedef struct {
-  PetscBool known[SLIP_NUM_NODES];
+  PetscBool known[SLIP_NUM_NODES], forced;
+  PetscReal time[SLIP_NUM_NODES];                    /* [s] */
+  Vec force;                                         /* [Pa], weighted by area; known where forced */
   Vec rate[SLIP_NUM_NODES], damping[SLIP_NUM_NODES]; /* [m/s], [Pa]; NULL before the first such step */
 } SlipFaultSettled;
 
