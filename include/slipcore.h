@@ -411,17 +411,15 @@ PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
 PETSC_EXTERN void SlipBatheSetUpBackward(SlipBathe *c);
 PETSC_EXTERN PetscReal SlipBatheRoundError(PetscReal error); /* an estimate, to the digits that mean something */
 
-/* ---- method.c: explicit or implicit steps ---- */
-/* Moving means of what attempts took */
+/* ---- method.c: explicit or implicit steps, by moving means of what attempts took ---- */
 typedef struct {
   PetscReal step;  /* products of an explicit step */
   PetscReal solve; /* of an implicit solve, over those that SlipMethodSolve() has for it where this is 1 */
 } SlipMethodCosts;
 PETSC_EXTERN void SlipMethodSetUp(SlipMethodCosts *costs); /* before any attempt */
 PETSC_EXTERN PetscReal SlipMethodSolve(const SlipMethodCosts *costs, PetscReal x);
-PETSC_EXTERN PetscBool SlipMethodIsExplicit(const SlipMethodCosts *costs, PetscReal h, PetscReal limit,
-                                            PetscBool switched);
-PETSC_EXTERN void SlipMethodLearn(SlipMethodCosts *costs, PetscBool is_explicit, PetscReal h, PetscReal limit,
+PETSC_EXTERN PetscBool SlipMethodIsExplicit(const SlipMethodCosts *c, PetscReal h, PetscReal limit, PetscBool switched);
+PETSC_EXTERN void SlipMethodLearn(SlipMethodCosts *c, PetscBool is_explicit, PetscReal h, PetscReal limit,
                                   PetscReal products);
 
 /* ---- event.c: of a catalogue of events ---- */

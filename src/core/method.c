@@ -16,10 +16,10 @@ void SlipMethodSetUp(SlipMethodCosts *costs)
 /*
   What an implicit solve over x explicit steps takes in the mean: products and applications of the preconditioner.
 
-  Measured on the 3 km fault of 24 x 24 and 50 x 50 cells with a spectral H, at x of 2.8 and 3.9: 11.6 and 11.7. Newton's
-  iterations do not depend on x much, and those of CG go with the root of the condition number of M/theta + H + theta K,
-  as x does. An exact H, which is made of products with K, makes both methods dearer. What solves have taken replaces
-  this, SlipMethodLearn().
+  Measured on the 3 km fault of 24 x 24 and 50 x 50 cells with a spectral H, at x of 2.8 and 3.9: 11.6 and 11.7.
+  Newton's iterations do not depend on x much, and those of CG go with the root of the condition number of M/theta +
+  H + theta K, as x does. An exact H, which is made of products with K, makes both methods dearer. What solves have
+  taken replaces this, SlipMethodLearn().
 */
 PetscReal SlipMethodSolve(const SlipMethodCosts *costs, PetscReal x)
 {

@@ -236,7 +236,7 @@ static void plain_steps(PetscBool moreau)
     Episode *e;
     double bias = -0.1;
 
-    for (int i = 0; i < NAMES; i++) scale[i] = strcmp(names[i], "log_solve_cost") ? 0.5 : 0;
+    for (int i = 0; i < rows; i++) scale[i] = strcmp(names[first + i], "log_solve_cost") ? 0.5 : 1e-15;
     for (int i = 0; i < rows * HIDDEN; i++) w[i] = 0.2 * RandomNormal(&random);
     for (int i = 0; i < HIDDEN; i++) b[i] = 0.3 * RandomNormal(&random), out[i] = 0.15 * RandomNormal(&random);
     ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
