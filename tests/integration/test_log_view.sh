@@ -90,8 +90,8 @@ with h5py.File("fft.h5") as one, h5py.File("two.h5") as two:
     for file in (one, two):
         rows, r = file["steps/cost"][...], file["result"].attrs
         check((rows > 0).all() and abs(rows.sum() / r["cost"] - 1) < 1e-9, f"cost {r['cost']} s, {rows.sum()} s of attempts")
-        # prices are means of some calls: 15 % where nothing else runs, and a factor where much does
-        check(0.5 < r["cost"] / r["processor_time"] < 2, f"cost {r['cost']} s, measured {r['processor_time']} s")
+        # prices are means of some calls: 15 % where nothing else runs, and a factor where much does, as the caches are others'
+        check(0.1 < r["cost"] / r["processor_time"] < 10, f"cost {r['cost']} s, measured {r['processor_time']} s")
 # A dense product is 2 N^2 - N flops.
 dense = counts("dense.log")["Slip run"]["SlipKMult"]
 check(abs(dense[1] / (dense[0] * 64 * 127) - 1) < 1e-2, f"dense: {dense[1]} flops in {dense[0]} products with K of 64 rows")
