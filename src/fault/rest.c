@@ -15,6 +15,9 @@ static const PetscReal piece_of_healing = 0.05, piece_of_past = 0.1;
    rest, which is as long as rounding makes it where the cell has only just stopped, and at least a fiftieth of the time
    in which the cell finds its rate, or a hundred of them where it would swing. */
 static const PetscReal step_of_growth = 0.5, step_of_rest = 1e-3, step_of_relaxation = 0.02, steps_of_swing = 100;
+/* Over the strength of the cell that starts, a force that is left to it which is only the rounding of K u. The rest would
+   be so short that displacements do not change, and another would follow, and so on. */
+static const PetscReal rounding = 4 * PETSC_MACHINE_EPSILON;
 
 typedef struct {
   SlipFault fault;
@@ -90,6 +93,17 @@ static PetscReal Force(const Rest *r, PetscInt k)
   return (r->shear ? r->shear[k] : 0) + r->hold[k] - r->ku[k];
 }
 
+/* That of all cells is of dt after the start from here on. Collective. */
+static PetscErrorCode FrictionAfter(Rest *r, PetscReal dt)
+{
+  PetscFunctionBegin;
+  if (r->clamp)
+    PetscCall(SlipFaultCoupledFriction(r->fault, r->t + dt, dt, &r->friction));
+  else
+    PetscCall(SlipFaultGetFriction(r->fault, r->t + dt, &r->friction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The largest |f| - q of all cells after dt of rest, or what opens one [Pa], and the cell of this process that has it,
    -1 elsewhere. Collective. */
 static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt *cell)
@@ -105,10 +119,7 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (r->clamp)
-    PetscCall(SlipFaultCoupledFriction(fault, r->t + dt, dt, &r->friction));
-  else
-    PetscCall(SlipFaultGetFriction(fault, r->t + dt, &r->friction));
+  PetscCall(FrictionAfter(r, dt));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal f[3] = {0, 0, 0}, e;
 
@@ -249,18 +260,36 @@ static PetscErrorCode Onset(Rest *r, PetscReal limit, PetscReal *rest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step to go on with from the onset. The cell that starts grows as M x^2 + (H + dq/dv) x + K + dq/ds = 0 says of it
-   alone. */
-static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscReal *h)
+/* Whether a rest changes force or strength of cell i of this process, which starts at its end, by more than rounding; i <
+   0: it is another's. Collective. */
+static PetscErrorCode IsLong(Rest *r, PetscReal rest, PetscInt i, PetscBool *is)
+{
+  PetscReal begin = 0, end, force;
+  PetscBool mine = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(FrictionAfter(r, 0));
+  if (i >= 0) begin = Strength(r, i, 0);
+  PetscCall(FrictionAfter(r, rest));
+  if (i >= 0) {
+    end = Strength(r, i, rest);
+    force = rest * SlipFaultLength(r->fault, r->drive + r->fault->layout.components * i);
+    mine = force > rounding * end || PetscAbsReal(end - begin) > rounding * end ? PETSC_TRUE : PETSC_FALSE;
+  }
+  PetscCallMPI(MPI_Allreduce(&mine, is, 1, MPIU_BOOL, MPI_LOR, r->fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A step to go on with from the onset. Cell i, which starts, grows as M x^2 + (H + dq/dv) x + K + dq/ds = 0 says of it
+   alone; i < 0: it is another process's. */
+static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscInt i, PetscReal *h)
 {
   SlipFault fault = r->fault;
   const PetscReal *k, *viscosity;
   Vec diagonal[2];
-  PetscReal excess, rate[2] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL}; /* of growth, of relaxation */
-  PetscInt i;
+  PetscReal rate[2] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL}; /* of growth, of relaxation */
 
   PetscFunctionBegin;
-  PetscCall(Excess(r, rest, &excess, &i));
   PetscCall(SlipElasticGetDiagonals(fault->medium, &diagonal[0], &diagonal[1]));
   if (i >= 0) {
     const PetscReal M = fault->kind.inertia ? fault->operators.mass * fault->mesh.weight[i] : 0;
@@ -389,8 +418,9 @@ PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec hal
                              PetscReal *h, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
-  PetscReal rest;
-  PetscBool moves, rests;
+  PetscReal rest, excess;
+  PetscBool moves, rests, is_long = PETSC_FALSE;
+  PetscInt first = -1;
   Rest r;
 
   PetscFunctionBegin;
@@ -403,10 +433,14 @@ PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec hal
   PetscCall(RestBegin(fault, t, w, &r));
   PetscCall(Onset(&r, limit - t, &rest));
   if (t + rest > t) {
+    PetscCall(Excess(&r, rest, &excess, &first));
+    PetscCall(IsLong(&r, rest, first, &is_long));
+  }
+  if (is_long || (t + rest > t && rest >= limit - t)) {
     *end = rest >= limit - t ? limit : t + rest;
     PetscCall(StateAfter(&r, rest / 2, half));
     PetscCall(StateAfter(&r, rest, after));
-    PetscCall(FirstStep(&r, rest, h));
+    PetscCall(FirstStep(&r, rest, first, h));
   }
   PetscCall(RestEnd(w, &r));
   PetscFunctionReturn(PETSC_SUCCESS);

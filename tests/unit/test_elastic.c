@@ -242,7 +242,6 @@ static void products_are_counted(void **state)
   }
 }
 
-
 /* ---- the largest frequency ---- */
 
 #define MASS (2500.0 * 3000.0)

@@ -325,6 +325,28 @@ static void from_the_edge(void **state)
   }
 }
 
+/* What is left of the way to the strength by rounding is no rest: displacements would stay as they are, and with them all
+   that follows. A few times more is one, and so is that of a force that falls away from its strength. */
+static void of_rounding(void **state)
+{
+  const PetscReal limit = sigma * (residual + drop), share[] = {7e-16, 1e-14};
+
+  (void)state;
+  for (int k = 0; k < 4; k++) {
+    SlipFault fault = Cell();
+    Rest rest;
+
+    ok(FaultSetReals(fault, {"initial_traction", (1 - share[k / 2]) * limit}, {"stressing_rate", k % 2 ? -1e6 : 1e6}));
+    ok(SlipFaultSetUp(fault));
+    rest = RestOf(fault, 0, 1e3, 0, 0);
+    if (k % 2)
+      AssertNear(rest.end, 2 * limit / 1e6, 1e-9);
+    else
+      assert_true(k == 0 ? rest.end == 0 : fabs(rest.end / (share[1] * limit / 1e6) - 1) < 0.1);
+    ok(SlipFaultDestroy(&fault));
+  }
+}
+
 /* ---- the step after it ---- */
 
 /* Half of the time in which the cell runs away; or where it would swing and its damping is lost, a hundred times that
@@ -382,4 +404,4 @@ static void open_cell(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-SLIP_TESTS(healing, states, areas, pressure_after_the_stop, vectors, from_the_edge, first_step, open_cell)
+SLIP_TESTS(healing, states, areas, pressure_after_the_stop, vectors, from_the_edge, of_rounding, first_step, open_cell)
