@@ -307,6 +307,16 @@ static PetscErrorCode LanczosGetInfo(Mat H, MatInfoType flag, MatInfo *info)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode LanczosAllow(Mat H, PetscReal tolerance)
+{
+  Lanczos *l;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &l));
+  l->increment.least = tolerance;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode LanczosSetTolerance(Mat H, PetscReal tolerance)
 {
   Lanczos *l;
@@ -400,6 +410,7 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   PetscCall(MatSetOptionsPrefix(*H, prefix));
   PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetTolerance_C", LanczosSetTolerance));
   PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscositySetFromOptions_C", LanczosSetFromOptions));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscosityAllow_C", LanczosAllow));
   PetscCall(LanczosSetFromOptions(*H));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -426,7 +437,7 @@ PetscErrorCode SlipLanczosGetRecycled(Mat H, SlipRecycled **known)
 
   Input Parameters:
 + H         - viscosity of MatCreateSlipViscosity(), or any matrix; nothing happens to those that are not applied by
-              Lanczos' method
+              Lanczos' method, to all of a fault or to each wavenumber of a large grid
 - tolerance - relative, in the 2-norm, dimensionless; where it is not above MatSlipViscositySetTolerance() it does not
               count, so that 0 ends it
 
@@ -441,11 +452,8 @@ PetscErrorCode SlipLanczosGetRecycled(Mat H, SlipRecycled **known)
 @*/
 PetscErrorCode MatSlipViscosityAllow(Mat H, PetscReal tolerance)
 {
-  SlipRecycled *known;
-
   PetscFunctionBegin;
-  PetscCall(SlipLanczosGetRecycled(H, &known));
-  if (known) known->least = tolerance;
+  PetscTryMethod(H, "MatSlipViscosityAllow_C", (Mat, PetscReal), (H, tolerance));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -188,6 +188,16 @@ static PetscErrorCode WavesState(Mat H, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode WavesAllow(Mat H, PetscReal tolerance)
+{
+  WavesContext *w;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &w));
+  w->increment.least = tolerance;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
 {
   const SlipShellOps ops = {
@@ -208,6 +218,7 @@ static PetscErrorCode ViscosityCreate_Waves(Mat K, PetscReal factor, Mat *H)
   PetscCall(PetscMalloc1((size_t)(w->max + 1) * 2 * grid->nz, &w->basis));
   PetscCall(PetscMalloc4(w->max, &w->alpha, w->max, &w->beta, w->max, &w->c, w->max, &w->last));
   PetscCall(SlipShellCreateLike(K, "slipwaves", &ops, w, H));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*H, "MatSlipViscosityAllow_C", WavesAllow));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
