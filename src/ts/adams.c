@@ -157,27 +157,6 @@ PetscErrorCode TSAdamsSetMaxOrder(TS ts, PetscInt order)
 
 /* ---- a step ---- */
 
-/* x += h sum of weight[j] rate[j], star first when it has a weight */
-static PetscErrorCode AddRates(TS ts, PetscReal h, PetscReal star, PetscInt n, const PetscReal weight[], Vec x)
-{
-  TS_Adams *ad = (TS_Adams *)ts->data;
-  PetscScalar a[ADAMS_SLOTS + 1];
-  Vec v[ADAMS_SLOTS + 1];
-  PetscInt m = 0;
-
-  PetscFunctionBegin;
-  if (star != 0) {
-    a[m] = h * star;
-    v[m++] = ad->star;
-  }
-  for (PetscInt j = 0; j < n; j++) {
-    a[m] = h * weight[j];
-    v[m++] = ad->rate[j];
-  }
-  PetscCall(VecMAXPY(x, m, a, v));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Weights of the corrector with k derivatives beside f*; [0] is that of f* */
 static void Corrector(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal weight[])
 {
@@ -505,10 +484,10 @@ static PetscErrorCode TSInterpolate_Adams(TS ts, PetscReal t, Vec x)
   SlipAdamsWeights(ad->dense, node, whole);
   for (PetscInt j = 0; j < ad->dense; j++) inner[j] = node[j] / PetscMax(s, PETSC_SMALL);
   SlipAdamsWeights(ad->dense, inner, part);
-  for (PetscInt j = 0; j < ad->dense; j++) part[j] = s * part[j] - rest * whole[j];
+  for (PetscInt j = 0; j < ad->dense; j++) part[j] = ad->h * (s * part[j] - rest * whole[j]);
   PetscCall(VecCopy(ad->start, ad->y));
   PetscCall(VecAXPBY(ad->y, rest, 1 - rest, ts->vec_sol));
-  PetscCall(AddRates(ts, ad->h, 0, ad->dense, part, ad->y));
+  PetscCall(VecMAXPY(ad->y, ad->dense, part, ad->rate));
   PetscCall(VecCopy(ad->y, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
