@@ -273,11 +273,14 @@ PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* *whole: the step that was cut, as for a corner of the loading [s] */
+/* *whole: the step that was cut, as for a corner of the loading [s]. One over which nothing moves is stable however long:
+   it begins anew, as the damping of the steps before has ended. */
 PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal longest;
+  const SlipProblemOps *problem;
+  void *ctx;
+  PetscReal longest, rest = 0;
   PetscBool constant;
   PetscMPIInt rank;
 
@@ -286,6 +289,12 @@ PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
   PetscCall(TSMoreauSetUp(ts));
   PetscCall(TSBatheGetLongestStep(ts, &longest));
   if (ts->time_step <= longest) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->rest_time) PetscCall((*problem->rest_time)(ts, ts->ptime, ba->X0, &rest, ctx));
+  if (rest >= ts->time_step) {
+    PetscCall(TSMoreauStart(ts));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
   if (constant && !ba->bound_told && !rank)

@@ -401,11 +401,11 @@ static PetscErrorCode CountMethods(TS ts, const SlipAttempt *attempt, Vec w, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step far longer than stable is cut to what is, and the slip stays right; a factor of 4 for half the steps where
+/* A step far longer than stable is cut to what is until all rests, and the slip stays right; a factor of 4 for half the steps where
    both methods take turns. */
 static void test_methods(void **state)
 {
-  static Course fine, coarse;
+  static Course fine, coarse, still;
   const char *options = "-fault_nx 4 -fault_nz 3 -fault_depth_top 2000 -fault_normal_stress 2e7 -fault_progress no";
   PetscReal off[2];
 
@@ -414,6 +414,10 @@ static void test_methods(void **state)
   Run(options, TSMOREAU, 12, 3, &coarse);
   assert_in_range(coarse.n, 20, 60);
   AssertNear(coarse.slip[coarse.n - 1] / fine.slip[fine.n - 1], 1, 3e-2); /* 27 steps */
+  Run(options, TSMOREAU, 60, 15, &coarse);
+  Run(options, TSMOREAU, 120, 30, &still);
+  assert_int_equal(still.n, coarse.n + 15); /* it rests, in steps of 4 s as asked for */
+  assert_true(still.slip[still.n - 1] == coarse.slip[coarse.n - 1]);
   for (int i = 0; i < 2; i++) {
     PetscInt attempts[2] = {0};
 
