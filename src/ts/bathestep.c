@@ -401,7 +401,7 @@ static PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
   PetscCall(TSBatheIsConstant(ts, &constant));
   if (constant && ba->failures == 1) PetscCall(SlipConstantRefused(ts, PetscMax(h, whole), &ba->constant));
   if (!ts->reason) {
-    if (ba->con) PetscCall(SlipConstraintWasUnstable(ba->con, &unstable));
+    if (ba->con && ba->last.method == TSBATHE_METHOD_IMPLICIT) PetscCall(SlipConstraintWasUnstable(ba->con, &unstable));
     PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseAfterFailure_C", &f));
     if (f)
       PetscCall((*f)(ts->adapt, ts, h, &h));
