@@ -453,7 +453,7 @@ PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order)
 
   PetscFunctionBegin;
   PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
-  *order = ba->con && ba->method == TSBATHE_METHOD_IMPLICIT && ba->reaction == TSBATHE_REACTION_IMPLICIT &&
+  *order = ba->con && ba->method != TSBATHE_METHOD_EXPLICIT && ba->reaction == TSBATHE_REACTION_IMPLICIT &&
                ba->first == TSBATHE_STAGE_TRAPEZOIDAL
              ? 1
              : 2;
