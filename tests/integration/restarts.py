@@ -67,6 +67,8 @@ def cases():
         found[f"bathe, weakening, thrust, {controller}"] = f"{WEAKENING}{THRUST} -ts_adapt_type {controller}"
         found[f"bathe, one event, {controller}"] = f"{INERTIA} -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
         found[f"moreau, one event, {controller}"] = f"{INERTIA} -ts_type moreau -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
+        # explicit steps, and implicit ones at rest
+        found[f"auto, one event, {controller}"] = f"{INERTIA} -ts_max_time 30 -ts_bathe_method auto -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
         found[f"moreau, weakening, thrust, {controller}"] = f"{WEAKENING}{THRUST} -fault_inertia yes -ts_type moreau -ts_adapt_type {controller}"
         found[f"adams, vectors, {controller}"] = f"{RATE_STATE}{VECTORS} -ts_type adams -ts_adapt_type {controller}"
     for kind in ("rkc", "adams", "rk"):
@@ -76,7 +78,7 @@ def cases():
     return found
 
 
-QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp", "rkc, weakening, vectors", "rk, weakening")
+QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp", "auto, one event, pi", "rkc, weakening, vectors", "rk, weakening")
 
 
 def write_fields():
