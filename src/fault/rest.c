@@ -15,8 +15,8 @@ static const PetscReal piece_of_healing = 0.05, piece_of_past = 0.1;
    rest, which is as long as rounding makes it where the cell has only just stopped, and at least a fiftieth of the time
    in which the cell finds its rate, or a hundred of them where it would swing. */
 static const PetscReal step_of_growth = 0.5, step_of_rest = 1e-3, step_of_relaxation = 0.02, steps_of_swing = 100;
-/* Over the strength of the cell that starts, a force that is left to it which is only the rounding of K u. The rest would
-   be so short that displacements do not change, and another would follow, and so on. */
+/* Over the strength of the cell that starts, a force that is left to it which is only the rounding of K u. The rest
+   would be so short that displacements do not change, and another would follow, and so on. */
 static const PetscReal rounding = 4 * PETSC_MACHINE_EPSILON;
 
 typedef struct {
@@ -260,8 +260,8 @@ static PetscErrorCode Onset(Rest *r, PetscReal limit, PetscReal *rest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a rest changes force or strength of cell i of this process, which starts at its end, by more than rounding; i <
-   0: it is another's. Collective. */
+/* Whether a rest changes force or strength of cell i of this process, which starts at its end, by more than rounding;
+   i < 0: it is another's. Collective. */
 static PetscErrorCode IsLong(Rest *r, PetscReal rest, PetscInt i, PetscBool *is)
 {
   PetscReal begin = 0, end, force;

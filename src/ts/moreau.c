@@ -273,8 +273,8 @@ PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* *whole: the step that was cut, as for a corner of the loading [s]. One over which nothing moves is stable however long:
-   it begins anew, as the damping of the steps before has ended. */
+/* *whole: the step that was cut, as for a corner of the loading [s]. One over which nothing moves is stable however
+   long: it begins anew, as the damping of the steps before has ended. */
 PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;

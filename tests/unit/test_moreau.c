@@ -401,8 +401,8 @@ static PetscErrorCode CountMethods(TS ts, const SlipAttempt *attempt, Vec w, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step far longer than stable is cut to what is until all rests, and the slip stays right; a factor of 4 for half the steps where
-   both methods take turns. */
+/* A step far longer than stable is cut to what is until all rests, and the slip stays right; a factor of 4 for half
+   the steps where both methods take turns. */
 static void test_methods(void **state)
 {
   static Course fine, coarse, still;

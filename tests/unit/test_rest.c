@@ -325,8 +325,8 @@ static void from_the_edge(void **state)
   }
 }
 
-/* What is left of the way to the strength by rounding is no rest: displacements would stay as they are, and with them all
-   that follows. A few times more is one, and so is that of a force that falls away from its strength. */
+/* What is left of the way to the strength by rounding is no rest: displacements would stay as they are, and with them
+   all that follows. A few times more is one, and so is that of a force that falls away from its strength. */
 static void of_rounding(void **state)
 {
   const PetscReal limit = sigma * (residual + drop), share[] = {7e-16, 1e-14};
