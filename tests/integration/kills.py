@@ -123,16 +123,19 @@ def differences(a, b):
     found = []
 
     def compare(name, x):
-        if not isinstance(x, h5py.Dataset) or name.endswith(("wall", "cost", "products_k")):
+        if not isinstance(x, h5py.Dataset) or name.endswith(("wall", "cost")):
             return
-        if name not in b or x.shape != b[name].shape or x[...].tobytes() != b[name][...].tobytes():
+        if name == "steps/products_k" and name in b and x.shape == b[name].shape:  # a force that was known may be asked for once more
+            if not set(b[name][...] - x[...]) <= {0, 1}:
+                found.append(name)
+        elif name not in b or x.shape != b[name].shape or x[...].tobytes() != b[name][...].tobytes():
             found.append(name)
 
     a.visititems(compare)
     if "result" not in a:
         return found
     names = set(a["result"].attrs) | set(b["result"].attrs)
-    for name in sorted(n for n in names if not n.startswith(("wall", "cost", "processor_time", "products"))):  # a force that was known may be asked for once more
+    for name in sorted(n for n in names if not n.startswith(("wall", "cost", "processor_time", "products"))):  # with what a restart makes again
         if name not in a["result"].attrs or name not in b["result"].attrs:
             found.append("result:" + name)
         elif np.asarray(a["result"].attrs[name]).tobytes() != np.asarray(b["result"].attrs[name]).tobytes():

@@ -419,6 +419,18 @@ PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, PetscReal accura
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Without objects, from the start on */
+static PetscErrorCode RunPlain(Episode *e, PlainPolicy *p, PetscReal accuracy, const SlipMethodCosts *costs,
+                               PetscInt most, PlainTotals *totals, EpisodeResult *result)
+{
+  PetscFunctionBegin;
+  PetscCall(Forget(e));
+  PlainFaultSetState(&e->plain, e->plain_start);
+  PetscCall(PlainRun(&e->plain, p, accuracy, e->tmax, costs, most, MeasurePlain, e, totals));
+  EpisodeConclude(e, totals->attempts, totals->accepted, result);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode EpisodeRun(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *result)
 {
   Episode *e = (Episode *)episode;
@@ -428,12 +440,9 @@ PetscErrorCode EpisodeRun(void *episode, SlipPolicy policy, PetscReal accuracy, 
 
   PetscFunctionBegin;
   PetscCall(PlainPolicyStart(policy, NULL, &p, &known));
-  if (known) {
-    PetscCall(Forget(e));
-    PlainFaultSetState(&e->plain, e->plain_start);
-    PetscCall(PlainRun(&e->plain, &p, accuracy, e->tmax, NULL, EPISODE_MAX_STEPS, MeasurePlain, e, &totals));
-    EpisodeConclude(e, totals.attempts, totals.accepted, result);
-  } else
+  if (known)
+    PetscCall(RunPlain(e, &p, accuracy, NULL, EPISODE_MAX_STEPS, &totals, result));
+  else
     PetscCall(EpisodeRunLibrary(e, policy, accuracy, result));
   result->cost = EpisodeCost(result, accuracy);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -451,12 +460,9 @@ PetscErrorCode EpisodeRunProducts(void *episode, SlipPolicy policy, PetscReal ac
   PetscCheck(known, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "-train_problem fault_products has no residuals and no error estimates of all components: expected "
              "-train_observations that do not read them");
-  PetscCall(Forget(e));
-  PlainFaultSetState(&e->plain, e->plain_start);
   e->plain.omega = e->fineness * e->omega;
-  PetscCall(PlainRun(&e->plain, &p, accuracy, e->tmax, &e->costs, EPISODE_MAX_EXPLICIT, MeasurePlain, e, &totals));
+  PetscCall(RunPlain(e, &p, accuracy, &e->costs, EPISODE_MAX_EXPLICIT, &totals, result));
   e->plain.omega = 0;
-  EpisodeConclude(e, totals.attempts, totals.accepted, result);
   result->solves = (PetscInt)PetscCeilReal((PetscReal)totals.products);
   result->cost = EpisodeCost(result, accuracy);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -261,31 +261,17 @@ const CMAProblem CMAFault = {CMA_DIAL,
 
 /* ---- likewise, with steps that may be explicit ---- */
 
-static const char *const ProductsNames[] = {"log_accuracy",
-                                            "log_growth_time",
-                                            "growth_rate",
-                                            "start_growth_rate",
-                                            "log_mode_rate",
-                                            "log_push",
-                                            "phase",
-                                            "progress",
-                                            "weakening",
-                                            "damping_ratio",
-                                            "log_step",
-                                            "change_log_mode_rate",
-                                            "log_slip_error",
-                                            "seen_growth",
-                                            "sliding_fraction",
-                                            "log_peak_ratio",
-                                            "log_step_limit",
-                                            "log_solve_cost",
-                                            NULL};
-
 static PetscErrorCode SetUpProducts(CMAOptions *o)
 {
+  const char *names[ENV_MAX_OBS + 3] = {NULL};
+  PetscInt n = 0;
+
   PetscFunctionBegin;
   PetscCall(SetUpTraining(o));
-  PetscCall(CMAObservationsSet(o, ProductsNames));
+  for (const char *const *name = DialPresets[0].names; *name; name++) names[n++] = *name;
+  names[n++] = "log_step_limit";
+  names[n] = "log_solve_cost";
+  PetscCall(CMAObservationsSet(o, names));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

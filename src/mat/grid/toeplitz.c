@@ -8,8 +8,8 @@
      y^(k) = T^(k) u^(k) + A^(k) u^(-k),   w^(k) = q^(k) (z u)^(-k),   K u = y - z w.
 
   Rows of cells are spread over the ranks along z for the transforms along strike and along the wavenumber for those in
-  depth, with FFTW's distributed transpose between them. One plan serves every row and one every wavenumber, so that
-  results do not depend on the number of ranks.
+  depth, with a transpose between them (transposed_fft.c). All rows and all wavenumbers are transformed alike (lanes.c),
+  so that results do not depend on the number of ranks.
 */
 #include <slipmat.h>
 #include <slipcompat.h>

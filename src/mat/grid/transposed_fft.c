@@ -1,6 +1,6 @@
 /*
   Transforms along strike of a grid whose rows of cells are spread over the ranks, and the transpose that gives each
-  rank some wavenumbers at all depths. One plan serves every row, so that results do not depend on the number of ranks.
+  rank some wavenumbers at all depths. Results do not depend on the number of ranks.
 
   Two rows are transformed at once, as real and imaginary part of one complex row, and as many pairs as there are lanes
   (lanes.c). They are transposed while they are in cache, straight to where this rank's wavenumbers lie or into the
