@@ -44,30 +44,11 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*@
-  SlipFaultSetUp - compute or load stiffness K, viscosity H, per-cell parameters and the critical state
-
-  Collective. Calling it again does nothing.
-
-  Input Parameter:
-. fault - the fault
-
-  Level: beginner
-
-  Errors: parameters out of range, files that cannot be read or hold other shapes, a K that is not positive definite;
-  PETSC_ERR_ARG_INCOMP for features that do not go together, which SlipFaultFeaturesView() lists.
-
-.seealso: SlipFaultCreate(), SlipFaultGetOperators()
-@*/
-PetscErrorCode SlipFaultSetUp(SlipFault fault)
+static PetscErrorCode SetUp(SlipFault fault)
 {
   PetscReal thickness;
 
   PetscFunctionBegin;
-  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
-  if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
-  SlipProductsGetOf(SLIP_PRODUCTS_SETUP, &fault->run->before[SLIP_PRODUCTS_SETUP]);
-  PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
   PetscCall(SlipFrictionFind(fault->options.text[FAULT_FRICTION_LAW], &fault->friction.law));
   PetscCall(SlipFaultChooseDefaults(fault));
   PetscCall(SlipFaultChooseComponents(fault));
@@ -94,6 +75,36 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
     PetscCall(SlipFaultView(fault, fault->options.viewer));
     PetscCall(PetscViewerPopFormat(fault->options.viewer));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  SlipFaultSetUp - compute or load stiffness K, viscosity H, per-cell parameters and the critical state
+
+  Collective. Calling it again does nothing.
+
+  Input Parameter:
+. fault - the fault
+
+  Level: beginner
+
+  Errors: parameters out of range, files that cannot be read or hold other shapes, a K that is not positive definite;
+  PETSC_ERR_ARG_INCOMP for features that do not go together, which SlipFaultFeaturesView() lists.
+
+.seealso: SlipFaultCreate(), SlipFaultGetOperators()
+@*/
+PetscErrorCode SlipFaultSetUp(SlipFault fault)
+{
+  PetscErrorCode ierr;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipProductsGetOf(SLIP_PRODUCTS_SETUP, &fault->run->before[SLIP_PRODUCTS_SETUP]);
+  PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
+  ierr = SetUp(fault);
+  if (ierr) SlipProductsRun(); /* a program may go on with another fault */
+  PetscCall(ierr);
   PetscCall(SlipProductsPop());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -144,7 +144,7 @@ PetscErrorCode SlipProductsPop(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A run begins, whatever an error has left. */
+/* A run begins, or nothing does, whatever an error has left. */
 void SlipProductsRun(void)
 {
   TakeTime();

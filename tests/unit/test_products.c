@@ -184,4 +184,35 @@ static void solutions_come_with_their_product(void **state)
   ObjectsDestroy(&mask, &slope, &rhs, &x, &expected, &w, &ts, &J, &ksp);
 }
 
-SLIP_TESTS(steps_take_few, sums_are_known, solutions_come_with_their_product)
+/* Set-ups that fail leave nothing behind: products of others go on to count, however many there were. */
+static void failed_setups_leave_nothing(void **state)
+{
+  SlipProducts before, after;
+  SlipFault fault;
+  Vec x, y, w;
+  Mat K;
+  TS ts;
+
+  (void)state;
+  for (int i = 0; i < 40; i++) {
+    ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+    ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}));
+    ok(SlipFaultSetString(fault, "stiffness_file", "missing.h5"));
+    fails(SlipFaultSetUp(fault), "missing.h5");
+    ok(SlipFaultDestroy(&fault));
+  }
+  ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+  ok(FaultSetReals(fault, {"nx", 3}, {"nz", 2}));
+  ok(FaultStart(fault, TSADAPTNONE, 0.1, 0.2, &w, &ts));
+  ok(SlipElasticGetMatrices(fault->medium, &K, NULL, NULL));
+  ok(MatCreateVecs(K, &x, &y));
+  Fill(x, 0);
+  ok(SlipProductsGet(&before));
+  ok(MatMult(K, x, y));
+  ok(SlipProductsGet(&after));
+  AssertNear(after.k - before.k, 1, 0);
+  ok(SlipFaultDestroy(&fault));
+  ObjectsDestroy(&x, &y, &w, &ts);
+}
+
+SLIP_TESTS(steps_take_few, sums_are_known, solutions_come_with_their_product, failed_setups_leave_nothing)
