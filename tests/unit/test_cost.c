@@ -12,8 +12,9 @@ static void Work(PetscReal seconds)
   while ((PetscReal)(now.tv_sec - begin.tv_sec) + 1e-9 * (PetscReal)(now.tv_nsec - begin.tv_nsec) < seconds);
 }
 
-/* Attempts cost what was done in them, by the prices of some calls: two kinds of work of which one is part of the other
-   and has units, and the rest of an attempt, in turn much of one and much of the other. A tenth is for reading clocks. */
+/* Attempts cost what was done in them, by the prices of some calls: two kinds of work of which one is part of the
+   other and has units, and the rest of an attempt, in turn much of one and much of the other. A tenth is for reading
+   clocks. */
 static void cost_is_what_was_done(void **state)
 {
   const PetscReal outer_price = 4e-5, inner_price = 2e-5, rest_price = 6e-5; /* [s] a unit */

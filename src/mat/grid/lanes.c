@@ -3,9 +3,9 @@
   code, whatever the length: Stockham's algorithm with radices 8, 5, 4, 3 and 2, which sorts by itself (P. N.
   Swarztrauber, FFT algorithms for vector computers, Parallel Computing 1, 45-63, 1984).
 
-  A point takes 0.6 to 0.7 ns with AVX-512 and 1.1 to 1.3 with AVX2, at any length of up to 128 with factors 2, 3 and 5.
-  FFTW's plans are estimated, so that every run rounds alike, and take 1.0 to 1.2 ns at lengths that suit them and 2.1 to
-  2.8 at 90, 108, 144, 180, 192, 216, 288, 300, 360 and 384 (one field after the other; interleaved ones take longer;
+  A point takes 0.6 to 0.7 ns with AVX-512 and 1.1 to 1.3 with AVX2, at any length of up to 128 with factors 2, 3, 5.
+  FFTW's plans are estimated, so that every run rounds alike, and take 1.0 to 1.2 ns at lengths that suit them and 2.1
+  to 2.8 at 90, 108, 144, 180, 192, 216, 288, 300, 360 and 384 (one field after the other; interleaved ones take longer;
   measured). With AVX2 alone FFTW is therefore 6 to 13 % faster on grids of 256 and 512 rows, whose lengths suit it. It
   is not used there: its fields and symbols would have to lie otherwise, for a second way through every product.
 */
