@@ -361,6 +361,7 @@ PetscErrorCode TSCreate_Bathe(TS ts)
   ba->order = 1;
   ba->max_failures = 50;
   ba->stage_error = 0.1;
+  SlipMethodSetUp(&ba->costs);
   ba->share = 0.5;
   ba->status = TS_STEP_COMPLETE;
   ts->ops->reset = TSReset_Bathe;
