@@ -37,8 +37,10 @@ static PetscBool SumUp(const PlainFault *p, SlipFaultNumbers *f)
   return rests;
 }
 
-/* One attempt by the method that goes h, which is cut to what is stable, for fewer products */
-static PetscBool Attempt(PlainFault *p, const SlipMethodCosts *costs, PetscReal *h, PlainTotals *totals)
+/* One attempt by the method that goes h for fewer products. An explicit one is cut to what is stable, but at rest
+   begins anew, as TSMoreauCut() does. */
+static PetscBool Attempt(PlainFault *p, const SlipMethodCosts *costs, PetscBool rests, PetscReal *h,
+                         PlainTotals *totals)
 {
   const PetscReal limit = costs ? (PetscReal)PlainFaultLimit(p) : 0;
 
@@ -47,7 +49,10 @@ static PetscBool Attempt(PlainFault *p, const SlipMethodCosts *costs, PetscReal 
     totals->products += (double)SlipMethodSolve(costs, limit > 0 ? *h / limit : 1);
     return PlainFaultAttempt(p, *h);
   }
-  *h = PetscMin(*h, limit);
+  if (*h > limit && rests)
+    p->start.known = PETSC_FALSE;
+  else
+    *h = PetscMin(*h, limit);
   totals->products += (double)costs->step * (p->start.known ? 1 : 2);
   return PlainFaultKick(p, *h);
 }
@@ -82,7 +87,7 @@ PetscErrorCode PlainRun(PlainFault *p, PlainPolicy *policy, PetscReal accuracy, 
     } else
       h = PetscMin(h, tmax - o->time);
     if (o->time >= tmax || totals->accepted >= max_steps || totals->attempts >= 2 * max_steps) break;
-    o->converged = changed = Attempt(p, costs, &h, totals);
+    o->converged = changed = Attempt(p, costs, rests, &h, totals);
     o->started = PETSC_TRUE;
     o->dt = h;
     totals->attempts++;
