@@ -25,6 +25,7 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy);
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy);
 PETSC_EXTERN PetscErrorCode TSAdaptRLIsChosen(TSAdapt adapt, PetscBool *chosen);
+PETSC_EXTERN PetscErrorCode TSAdaptRLHasActor(TSAdapt adapt, PetscBool *has);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy);
 /* Which error that is: "history", the largest of all; "final_slip"; "event_time". */
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetMeasure(TSAdapt adapt, const char measure[]);

@@ -49,6 +49,7 @@ PETSC_EXTERN PetscErrorCode SlipTSInitializePackage(void);   /* called by what c
 PETSC_EXTERN PetscErrorCode TSBatheIs(TS ts, PetscBool *is); /* of type bathe or moreau? */
 /* Of the next attempts */
 PETSC_EXTERN PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method);
+PETSC_EXTERN PetscErrorCode TSBatheSetDefaultMethod(TS ts, TSBatheMethod method);
 PETSC_EXTERN PetscErrorCode TSBatheGetMethod(TS ts, TSBatheMethod *method);
 PETSC_EXTERN PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h);  /* of an explicit step from here [s] */
 PETSC_EXTERN PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost); /* over that of an explicit step */

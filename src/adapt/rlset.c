@@ -235,6 +235,32 @@ PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy)
 }
 
 /*@
+  TSAdaptRLHasActor - get whether a function chooses the steps, `TSAdaptRLSetActor()`, in place of a policy
+
+  Not collective
+
+  Input Parameter:
+. adapt - the controller
+
+  Output Parameter:
+. has - whether; false when the type of adapt is not `TSADAPTRL`
+
+  Level: developer
+
+.seealso: TSAdaptRLSetActor(), TSAdaptRLGetPolicy()
+@*/
+PetscErrorCode TSAdaptRLHasActor(TSAdapt adapt, PetscBool *has)
+{
+  TSAdapt_RL *rl = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSAdaptRLContext_Private(adapt, &rl));
+  PetscAssertPointer(has, 2);
+  *has = rl && rl->actor ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
   TSAdaptRLIsChosen - get whether a policy, an actor, the accuracy, the measure or strictness was set
 
   Not collective

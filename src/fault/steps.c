@@ -39,6 +39,7 @@ static const struct {
                    PETSC_MAX_REAL, 1},
 };
 #define FINE 3e-3
+#define BY_PRODUCTS "fault_products" /* the problem of policies that know explicit steps */
 
 static const char *ControllerAt(PetscInt kind, PetscReal accuracy)
 {
@@ -360,6 +361,47 @@ static PetscErrorCode GiveWay(SlipFault fault, TSAdapt adapt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Does an option speak to implicit steps alone? */
+static PetscErrorCode NamesStages(TS ts, PetscBool *names)
+{
+  static const char *const options[] = {"ts_bathe_gamma", "ts_bathe_first_stage", "ts_bathe_reaction",
+                                        "ts_bathe_stage_error"};
+
+  PetscFunctionBegin;
+  *names = PETSC_FALSE;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(options) && !*names; i++) PetscCall(Names(ts, options[i], names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How steps are computed unless somebody says it: by fewer products where a policy of the problem fault_products
+   chooses them, that of single events with inertia; others were trained on implicit steps, and tolerances measured on
+   them. */
+static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
+{
+  const char *measure = NULL, *problem = NULL;
+  char file[PETSC_MAX_PATH_LEN];
+  SlipPolicy policy = NULL;
+  PetscBool learns, own;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learns));
+  if (learns) PetscCall(TSAdaptRLGetMeasure(adapt, &measure));
+  PetscCall(TSAdaptRLHasActor(adapt, &own));
+  if (!own) PetscCall(NamesStages(ts, &own));
+  learns = learns && !own && fault->steps.kind == KIND_EVENT && !fault->kind.driven &&
+               IsTrainedLaw(KIND_EVENT, fault->friction.law->name) && !strcmp(measure, "history")
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+  if (learns) PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
+  if (policy) {
+    PetscCall(SlipPolicyGetAttribute(policy, "problem", &problem));
+    learns = problem && !strcmp(problem, BY_PRODUCTS) ? PETSC_TRUE : PETSC_FALSE;
+  } else if (learns)
+    PetscCall(SlipPolicyFindDefault(fault->comm, BY_PRODUCTS, file, sizeof(file), &learns));
+  PetscCall(TSBatheSetDefaultMethod(ts, learns ? TSBATHE_METHOD_AUTO : TSBATHE_METHOD_IMPLICIT));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* SlipProblemOps.begin: the controller is known now. A tolerance that neither the fault nor a policy has set is the
    user's, as is that of -ts_rtol. */
 PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
@@ -393,6 +435,7 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
   PetscCall(TSGetAdapt(ts, &adapt));
   if (steps->given && steps->learned) PetscCall(GiveWay(fault, adapt));
   PetscCall(TSAdaptRLSetDefaultAccuracy(adapt, Accuracy(fault)));
+  PetscCall(ChooseMethod(fault, ts, adapt));
   PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
   if (dial > 0) fault->problem.controller = ControllerAt(steps->kind, dial); /* that rl hands over to */
   if (steps->given) PetscFunctionReturn(PETSC_SUCCESS);
@@ -409,6 +452,7 @@ PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt fallback, PetscReal accurac
   char controller[64];
 
   PetscFunctionBegin;
+  PetscCall(TSBatheSetDefaultMethod(ts, TSBATHE_METHOD_IMPLICIT));
   PetscCall(SlipAdaptGetController(fallback, controller, sizeof(controller)));
   if (steps->given)
     PetscCall(TSSetTolerances(ts, PETSC_DEFAULT, NULL, steps->user_rtol, NULL));

@@ -387,10 +387,11 @@ static PetscErrorCode SlipOutputPrint(SlipOutput out, const SlipOutputTotals *t)
   PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "accepted steps:", t->accepted));
   PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "rejected steps:", t->rejected));
   if (t->implicit) {
-    PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "%s\n", "Bathe solves:", t->solves,
+    PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "%s", "Bathe solves:", t->solves,
                           t->solves < t->accepted + t->rejected ? " (steps at rest need none)" : ""));
     if (t->explicits)
-      PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "explicit attempts:", t->explicits));
+      PetscCall(PetscPrintf(out->comm, " (%" PetscInt_FMT " of them explicit, without a solve)", t->explicits));
+    PetscCall(PetscPrintf(out->comm, "\n"));
     PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "Newton iterations:", t->newton));
     PetscCall(PetscPrintf(out->comm, "%-24s %" PetscInt_FMT "\n", "linear iterations:", t->linear));
   }

@@ -143,7 +143,9 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
   PetscOptionsHeadBegin(PetscOptionsObject, "Bathe composite integrator options");
   if (!moreau) {
     PetscCall(PetscOptionsEnum(
-      "-ts_bathe_method", "How steps are computed: implicit (default), explicit, or auto, each as takes fewer products",
+      "-ts_bathe_method",
+      "How steps are computed: implicit (default), explicit, or auto, each as takes fewer products (default of single "
+      "events with inertia under rl)",
       "TSBatheSetMethod", TSBatheMethods, (PetscEnum)method, (PetscEnum *)&method, &flg));
     if (flg) PetscCall(TSBatheSetMethod(ts, method));
   }
@@ -428,7 +430,7 @@ PetscErrorCode TSCreate_Moreau(TS ts)
 {
   PetscFunctionBegin;
   PetscCall(TSCreate_Bathe(ts));
-  ((TS_Bathe *)ts->data)->method = TSBATHE_METHOD_EXPLICIT;
+  PetscCall(TSBatheSetMethod(ts, TSBATHE_METHOD_EXPLICIT));
   ts->ops->linearstability = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

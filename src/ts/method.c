@@ -70,10 +70,106 @@ PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
   PetscFunctionBegin;
   if (SlipStateIsLoading(s)) PetscCall(SlipStateHas(s, "method", &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSBatheSetDefaultMethod(ts, TSBATHE_METHOD_AUTO)); /* as it was */
   PetscCall(SlipStateGroup(s, "method"));
   PetscCall(SlipStateReal(s, "products_step", 1, &ba->costs.step));
   PetscCall(SlipStateReal(s, "products_solve", 1, &ba->costs.solve));
   PetscCall(SlipStateReal(s, "refused", 1, &ba->refused));
   PetscCall(SlipStateGroup(s, "ts"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- what is asked for ---- */
+
+/*@
+  TSBatheSetMethod - how the next attempts are computed
+
+  Logically collective
+
+  Input Parameters:
++ ts     - of type TSBATHE or TSMOREAU, ignored otherwise
+- method - TSBATHE_METHOD_IMPLICIT, the default of TSBATHE, TSBATHE_METHOD_EXPLICIT, that of TSMOREAU, or
+           TSBATHE_METHOD_AUTO, by which each step is of the method that goes as far for fewer products, and which is
+           the default of faults where SlipFaultConfigureTS() says so
+
+  Options Database Key:
+. -ts_bathe_method <implicit,explicit,auto> - the same, of TSBATHE
+
+  Level: advanced
+
+  Notes:
+  It may change from attempt to attempt, as by a controller: both methods go from a state and its reaction to the next.
+  The first explicit step after an implicit one costs a product with K and one with H more. Steps are cut to
+  `TSBatheGetLongestStep()` where they are explicit.
+
+  With auto the step that the controller wants is gone by explicit steps if these take fewer products with stiffness and
+  viscosity, and applications of the preconditioner, than an implicit one. What either takes is a moving mean of the
+  last attempts, no time, so that results do not depend on chance. After explicit steps that were cut the controller's
+  wish is known by their error, and grows up to twofold a step. Where explicit steps do not exist, and where constant or
+  given steps are longer than is stable, all steps are implicit. The method of an attempt is in `SlipAttempt`.
+
+  Errors: PETSC_ERR_SUP at the next attempt, for an explicit method and a constraint without explicit_ops
+
+.seealso: TSBatheGetMethod(), TSMOREAU, TSBATHE
+@*/
+PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
+  PetscValidLogicalCollectiveEnum(ts, method, 2);
+  if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
+  ba->method = method;
+  ba->method_given = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheSetDefaultMethod - how attempts are computed where neither `TSBatheSetMethod()` nor its option has said it
+
+  Logically collective; for problems (SlipProblemOps), which know where auto has won
+
+  Input Parameters:
++ ts     - of type TSBATHE, ignored otherwise
+- method - implicit, explicit or auto
+
+  Level: developer
+
+.seealso: TSBatheSetMethod(), TSAdaptRLSetDefaultAccuracy()
+@*/
+PetscErrorCode TSBatheSetDefaultMethod(TS ts, TSBatheMethod method)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
+  PetscValidLogicalCollectiveEnum(ts, method, 2);
+  if (ba && !ba->method_given) ba->method = method;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@
+  TSBatheGetMethod - how the next attempts are computed
+
+  Not collective
+
+  Input Parameter:
+. ts - of type TSBATHE or TSMOREAU
+
+  Output Parameter:
+. method - implicit, explicit or auto
+
+  Level: advanced
+
+.seealso: TSBatheSetMethod()
+@*/
+PetscErrorCode TSBatheGetMethod(TS ts, TSBatheMethod *method)
+{
+  TS_Bathe *ba = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetData(ts, PETSC_TRUE, &ba));
+  *method = ba->method;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

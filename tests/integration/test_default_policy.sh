@@ -18,20 +18,26 @@ expect() { # expect FILE TEXT...: a run's output has every text
 slip() { sed -n 's/^final mean slip: *\([^ ]*\).*/\1/p' "$1"; }
 small=(-fault_nx 2 -fault_nz 2 -ts_adapt_type rl)
 
-"$build/bin/fault" "${small[@]}" -ts_adapt_rl_policy "$source/training/policies/fault.h5" > named
+"$build/bin/fault" "${small[@]}" -ts_adapt_rl_policy "$source/training/policies/fault_products.h5" > named
 "$build/bin/fault" "${small[@]}" -ts_view -fault_output run.h5 > tree
-expect tree "policy: $(cd "$source" && pwd -P)/training/policies/fault.h5" "it is the default policy of the problem fault"
+expect tree "policy: $(cd "$source" && pwd -P)/training/policies/fault_products.h5" "it is the default policy of the problem fault_products"
 [ "$(slip tree)" = "$(slip named)" ] || fail "the default policy and the same one named give different runs"
-"$python" -c "import h5py; p = h5py.File('run.h5')['run'].attrs['policy']; p = getattr(p, 'decode', lambda: p)(); assert p.endswith('policies/fault.h5'), p"
+"$python" -c "import h5py; p = h5py.File('run.h5')['run'].attrs['policy']; p = getattr(p, 'decode', lambda: p)(); assert p.endswith('policies/fault_products.h5'), p"
 
 # Installed, and moved.
 cmake --install "$build" --prefix "$work/first" > install.log
 mv first moved
 "$work/moved/bin/fault" "${small[@]}" -ts_view > installed
-expect installed "policy: $work/moved/" "/slipstep/policies/fault.h5"
+expect installed "policy: $work/moved/" "/slipstep/policies/fault_products.h5"
 [ "$(slip installed)" = "$(slip named)" ] || fail "the installed default policy gives another run"
 mpirun --oversubscribe -n 2 "$work/moved/bin/fault" "${small[@]}" -ts_view > ranks
 expect ranks "policy: $work/moved/"
+
+# Implicit steps have a policy of their own, which is named, too.
+"$build/bin/fault" "${small[@]}" -ts_bathe_method implicit -ts_view > implicit
+expect implicit "policies/fault.h5" "it is the default policy of the problem fault"
+"$build/bin/fault" "${small[@]}" -ts_adapt_rl_policy "$source/training/policies/fault.h5" > its
+[ "$(slip its)" = "$(slip implicit)" ] || fail "a policy of implicit steps takes others where it is named"
 
 # A folder of the user's own goes first.
 mkdir mine

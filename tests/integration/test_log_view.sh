@@ -10,7 +10,7 @@ run() { "$@" >log 2>&1 || { cat log; exit 1; }; }
 run "$fault" -fault_nx 20 -fault_nz 20 "${policy[@]}" -fault_output fft.h5 -log_view :fft.log
 run mpirun --oversubscribe -n 2 "$fault" -fault_nx 20 -fault_nz 20 "${policy[@]}" -fault_output two.h5 -log_view :two.log
 run "$fault" -fault_nx 8 -fault_nz 8 "${policy[@]}" -fault_output dense.h5 -log_view :dense.log
-run "$fault" -fault_nx 8 -fault_nz 8 -fault_operator hmat -fault_viscosity lanczos -ts_max_time 4 -fault_output hmat.h5 \
+run "$fault" -fault_nx 8 -fault_nz 8 -fault_operator hmat -fault_viscosity lanczos -ts_max_time 4 -ts_bathe_method implicit -fault_output hmat.h5 \
   -log_view :hmat.log
 run "$fault" -fault_nx 8 -fault_nz 8 -snes_type projection -ts_adapt_type heuristic -ts_max_time 1 -fault_output projection.h5 -log_view :projection.log
 "$SLIPSTEP_PYTHON" - <<'P' || failed=1

@@ -73,6 +73,7 @@ typedef struct {
   PetscBool bound_told;
 
   /* TSBATHE_METHOD_AUTO */
+  PetscBool method_given; /* or another is the default of a problem */
   SlipMethodCosts costs;
   PetscReal longest;  /* explicit step that is stable [s] */
   PetscReal refused;  /* until when steps do not grow beyond the controller's, as a long one was refused [s] */
