@@ -123,7 +123,7 @@ warns "nothing has read the option -pc_factor_levels" -pc_factor_levels 1
 warns "nothing has read the option -train_steps" -train_steps 3
 # PETSc's own, near to others that are known here, but not ours to refuse
 warns "nothing has read the option -dm_type" -dm_type da
-"$fault" "${tiny[@]}" -log_view :log.txt -snes_view :view.txt -snes_converged_reason :view.txt -ts_view :view.txt -ksp_rtol 1e-6 \
+"$fault" "${tiny[@]}" -ts_bathe_method implicit -log_view :log.txt -snes_view :view.txt -snes_converged_reason :view.txt -ts_view :view.txt -ksp_rtol 1e-6 \
   -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3 -mat_slipstage_jacobian exact -pc_type jacobi -citations :cite.txt -fault_view \
   -fault_start_ksp_type cg -fault_stiffness_average whole >out.txt 2>err.txt || fail "options that are read: $(cat err.txt)"
 [ ! -s err.txt ] || fail "options that are read: $(cat err.txt)"
