@@ -162,7 +162,7 @@ class CatalogueTest(FaultTest):
         grid, mesh = (Catalogue(self.path(name)).event for name in ("grid.h5", "mesh_events.h5"))
         for over, under, tolerance in (("stress_drop", "mean_slip", 0.01), ("elastic_energy", "moment", 0.03), ("area", "area", 1e-12)):
             self.assertAlmostEqual(mesh[over][0] / mesh[under][0] / (grid[over][0] / grid[under][0]), 1, delta=tolerance)
-        self.assertLess(abs(mesh["ledger"][0]), 2e-4)
+        self.assertLess(abs(mesh["ledger"][0]), 5e-4)  # of second order in the steps, 2.5e-4 by those of the accuracy 1e-2
 
     def test_restart_within_an_event(self):
         for ranks, other, options in ((1, 1, GRID), (1, 2, GRID)):
