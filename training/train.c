@@ -30,7 +30,7 @@ static const char names[] =
   "checkpoint_interval continuation_step controllers cost critic_network critics diagonal dial_high dial_low "
   "discount draw drop drop_quantiles dt_max dt_min episodes evaluate_episodes evaluate_interval family generations "
   "hidden late_generations late_meshes late_singles layers learning_rate learning_starts log log_overwrite "
-  "max_attempts mesh_side meshes minutes "
+  "max_attempts mesh_side meshes minutes move "
   "moving_dt_max network noise noise_sigma observations output policy_delay polyak population "
   "problem progress quantiles random restarts resume reward rtol seed sigma singles smoothing smoothing_clip "
   "start steps steps_least steps_most steps_stride transfer validation validation_interval within";

@@ -90,6 +90,23 @@ with h5py.File("plain.h5") as p, h5py.File("moved.h5") as moved, h5py.File("agai
     seen = -2 * scale[1][dial] + offset[1][dial]  # of the dial 1e-2
     print("%.15g" % 10 ** ((seen - offset[0][dial]) / scale[0][dial]))
 EOF
+# Moved by given numbers, from wherever it was, without runs: nothing else of the file changes.
+"${tiny[@]}" -train_calibrate moved.h5 -train_move -0.2,0.1 -train_output given.h5 >out.txt 2>&1 || fail "a dial that is moved: $(cat out.txt)"
+"$SLIPSTEP_PYTHON" - <<'EOF' || fail "what -train_move moves"
+import h5py
+import numpy as np
+
+with h5py.File("plain.h5") as p, h5py.File("moved.h5") as moved, h5py.File("given.h5") as given:
+    names = [n.decode() if isinstance(n, bytes) else n for n in p["observation/names"][:]]
+    dial = names.index("log_accuracy")
+    seen = [[x * f["observation/scale"][dial] + f["observation/offset"][dial] for x in (-2, -1)] for f in (p, given)]
+    decades = (np.array(seen[1]) - seen[0]) / p["observation/scale"][dial]
+    assert np.allclose(decades, [-0.2, -0.1], atol=1e-12), decades
+    assert all(np.array_equal(np.delete(moved[f"observation/{k}"], dial), np.delete(given[f"observation/{k}"], dial)) for k in ("scale", "offset"))
+    assert moved.attrs["validation_cost"] == given.attrs["validation_cost"] and moved.attrs["generations"] == given.attrs["generations"]
+EOF
+refuses "expected two numbers" -- "${refused[@]}" -train_calibrate p.h5 -train_move 0.1
+refuses "-train_move has no policy" -- "${refused[@]}" -train_move 0.1,0
 run=("$bin/fault" -fault_nx 2 -fault_nz 2 -ts_max_time 3 -ts_adapt_type rl -ts_adapt_rl_strict)
 "${run[@]}" -ts_adapt_rl_policy moved.h5 >new.txt 2>&1 && "${run[@]}" -ts_adapt_rl_policy plain.h5 -ts_adapt_rl_accuracy "$(cat dial.txt)" >old.txt 2>&1 ||
   fail "runs of a calibrated policy: $(cat new.txt old.txt)"

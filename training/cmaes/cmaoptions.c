@@ -109,6 +109,7 @@ PetscErrorCode CMACheckFamily(const Problem *problem, const void *family)
 
 PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *o)
 {
+  PetscInt moves = PETSC_STATIC_ARRAY_LENGTH(o->move);
   PetscBool set;
 
   PetscFunctionBegin;
@@ -135,7 +136,15 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *
   PetscCall(PetscOptionsString(
     "-train_calibrate", "Policy file whose accuracy dial is calibrated again, by -train_within; nothing is trained",
     NULL, o->calibrate, o->calibrate, sizeof(o->calibrate), &set));
+  PetscCall(PetscOptionsRealArray(
+    "-train_move",
+    "With -train_calibrate: by how many decades the policy sees the dial moved in the middle of its range, and by how "
+    "many more for each decade above, as other runs than the trainer's have shown; no run is made",
+    NULL, o->move, &moves, &o->moved));
   PetscOptionsEnd();
+  PetscCheck(!o->moved || (o->calibrate[0] && moves == PETSC_STATIC_ARRAY_LENGTH(o->move)), comm, PETSC_ERR_ARG_WRONG,
+             "-train_move %s, expected two numbers and -train_calibrate with a policy file",
+             o->calibrate[0] ? "has not two values" : "has no policy");
   PetscCheck(!set || (o->calibrate[0] && !o->resume[0]), comm, PETSC_ERR_ARG_WRONG,
              "-train_calibrate is \"%s\"%s, expected the name of a policy file and no -train_resume", o->calibrate,
              o->resume[0] ? " beside -train_resume" : "");

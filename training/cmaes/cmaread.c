@@ -78,6 +78,8 @@ static PetscErrorCode ReadAttributes(SlipPolicy p, CMATrainer *t)
   if (has) t->best_generation = (PetscInt64)number;
   PetscCall(SlipPolicyGetNumber(p, "training_runs", &number, &has));
   if (has) t->evaluations = (PetscInt64)number;
+  PetscCall(SlipPolicyGetNumber(p, "validation_cost", &number, &has));
+  if (has) t->score.cost = number;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

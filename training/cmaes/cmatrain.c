@@ -266,7 +266,8 @@ static PetscErrorCode Finish(void *ctx)
   CMATrainer *t = (CMATrainer *)ctx;
 
   PetscFunctionBegin;
-  if (t->o.within > 0) {
+  if (t->o.moved) PetscCall(PetscArraycpy(t->shift, t->o.move, PETSC_STATIC_ARRAY_LENGTH(t->shift)));
+  if (t->o.within > 0 && !t->o.moved) {
     CMASet set, fresh;
 
     if (t->calibration > 0)

@@ -6,7 +6,7 @@
 static const char names[] =
   "batch_singles calibrate calibration checkpoint diagonal dial_high dial_low dt_max dt_min generations hidden "
   "late_generations "
-  "late_singles layers log log_overwrite minutes observations output population resume seed sigma singles start "
+  "late_singles layers log log_overwrite minutes move observations output population resume seed sigma singles start "
   "validation "
   "validation_interval within";
 
@@ -73,6 +73,7 @@ static PetscErrorCode CheckProblem(MPI_Comm comm, const SlipTrainProblem *p)
 . -train_calibration <60>       - other ones, by which the dial is calibrated
 . -train_within <0.97>          - share of these that shall keep the dial
 . -train_calibrate <file.h5>    - a policy whose dial is calibrated anew; nothing is trained
+. -train_move <middle,decade>   - with that: decades by which the dial is moved, in place of a calibration by instances
 . -train_dial_low <3e-3>        - lowest position of the accuracy dial
 . -train_observations <names>   - in place of the table's
 - -train_seed <0>               - of everything random

@@ -43,6 +43,8 @@ typedef struct {
   char output[PETSC_MAX_PATH_LEN], log[PETSC_MAX_PATH_LEN], checkpoint[PETSC_MAX_PATH_LEN], resume[PETSC_MAX_PATH_LEN];
   char first[PETSC_MAX_PATH_LEN];     /* a policy file whose network training begins with */
   char calibrate[PETSC_MAX_PATH_LEN]; /* a policy file: nothing is trained, its dial is calibrated anew */
+  PetscReal move[2]; /* where it is moved to, as by CMAPolicy(), in place of a calibration by episodes */
+  PetscBool moved;
 } CMAOptions;
 
 /* Of a run */
