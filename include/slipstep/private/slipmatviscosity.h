@@ -18,6 +18,13 @@ PETSC_INTERN PetscErrorCode SlipViscosityCreate_Lanczos(Mat K, PetscReal factor,
 /* c = T^(1/2) e_1 of a tridiagonal matrix (pure) */
 PETSC_INTERN PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[],
                                                   PetscReal c[], PetscReal *lowest);
+/* Looks at the coefficients of a Lanczos process on its way; zero-initialise. last [m]: those of the last look */
+typedef struct {
+  PetscInt before;         /* steps at the last look */
+  PetscReal steps, change; /* since the one before that */
+} SlipRootLooks;
+PETSC_INTERN PetscReal SlipRootError(SlipRootLooks *looks, PetscInt m, const PetscReal c[], PetscReal last[],
+                                     PetscReal *size);
 
 /* ---- recycled.c: products of a solver's iterates from those of the ones before; zero-initialise ---- */
 /* y = H x with an error in the 2-norm of at most the larger of allowed and relative |H x| */

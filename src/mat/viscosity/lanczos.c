@@ -123,15 +123,36 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The error of the coefficients c of m steps. Their change since the last look is the error of then. Since then it has
+   fallen by at least as much in each step as it did before, as the convergence is superlinear, which tells the error of
+   now. Bounding it by that of the best polynomial as well, which needs the norm of A, would spare 1 % of the products of
+   a run. *size is |c|. */
+PetscReal SlipRootError(SlipRootLooks *looks, PetscInt m, const PetscReal c[], PetscReal last[], PetscReal *size)
+{
+  const PetscReal steps = (PetscReal)(m - looks->before);
+  PetscReal change = 0, error = PETSC_MAX_REAL;
+
+  *size = 0;
+  for (PetscInt i = 0; i < m; i++) {
+    change += PetscSqr(c[i] - (i < looks->before ? last[i] : 0));
+    *size += PetscSqr(c[i]);
+    last[i] = c[i];
+  }
+  change = PetscSqrtReal(change);
+  *size = PetscSqrtReal(*size);
+  if (looks->before && change < looks->change)
+    error =
+      change * PetscMax(LANCZOS_GAIN, LANCZOS_SAFETY * PetscPowReal(change / looks->change, steps / looks->steps));
+  *looks = (SlipRootLooks){.before = m, .steps = steps, .change = change};
+  return error;
+}
+
 /* The basis and its coefficients c for the vector in basis[0], of norm 1, with an error of at most the larger of
-   allowed and relative |c|; *m is their number. The change of c since the last look is the error of then. Since then it
-   has fallen by at least as much in each step as it did before, as the convergence is superlinear, which tells the
-   error of now. Bounding it by that of the best polynomial as well, which needs the norm of A, would spare 1 % of the
-   products of a run. */
+   allowed and relative |c|; *m is their number. */
 static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, PetscReal relative, PetscInt *m)
 {
-  PetscReal lowest, last_change = 0, last_steps = 0;
-  PetscInt before = 0;
+  SlipRootLooks looks = {.before = 0};
+  PetscReal lowest, size, error;
 
   PetscFunctionBegin;
   for (*m = 1;; (*m)++) {
@@ -143,27 +164,13 @@ static PetscErrorCode LanczosProcess(Lanczos *l, PetscInt N, PetscReal allowed, 
                (double)l->tolerance, LANCZOS_MAX, ((PetscObject)l->S)->prefix ? ((PetscObject)l->S)->prefix : "");
     PetscCall(Step(l, *m - 1));
     whole = (PetscBool)((l->orthogonal && *m == N) || l->beta[*m - 1] <= 1e-14 * l->alpha[0]);
-    if (whole || *m >= before + PetscMax(1, (PetscInt)(LANCZOS_SHARE * (PetscReal)before))) {
-      const PetscReal steps = (PetscReal)(*m - before);
-      PetscReal change = 0, size = 0, error = PETSC_MAX_REAL;
-
+    if (whole || *m >= looks.before + PetscMax(1, (PetscInt)(LANCZOS_SHARE * (PetscReal)looks.before))) {
       PetscCall(SlipRootOfTridiagonal(*m, l->alpha, l->beta, l->c, &lowest));
       PetscCheck(lowest > 0, PetscObjectComm((PetscObject)l->S), PETSC_ERR_ARG_WRONG,
                  "The stiffness has no real square root: it has an eigenvalue of at most %g Pa/m", (double)lowest);
       if (whole) break; /* the whole space, or an invariant one */
-      for (PetscInt i = 0; i < *m; i++) {
-        change += PetscSqr(l->c[i] - (i < before ? l->last[i] : 0));
-        size += PetscSqr(l->c[i]);
-        l->last[i] = l->c[i];
-      }
-      change = PetscSqrtReal(change);
-      if (before && change < last_change)
-        error =
-          change * PetscMax(LANCZOS_GAIN, LANCZOS_SAFETY * PetscPowReal(change / last_change, steps / last_steps));
-      if (error <= PetscMax(allowed, relative * PetscSqrtReal(size))) break;
-      last_change = change;
-      last_steps = steps;
-      before = *m;
+      error = SlipRootError(&looks, *m, l->c, l->last, &size);
+      if (error <= PetscMax(allowed, relative * size)) break;
     }
     PetscCall(VecScale(l->basis[*m], 1 / l->beta[*m - 1]));
   }

@@ -10,7 +10,7 @@
 
 #define WAVES_MAX 600            /* steps of one process */
 #define WAVES_ORTHOGONAL_MAX 128 /* cells in depth up to which the basis is reorthogonalised: it then ends by itself */
-#define WAVES_EVERY 4            /* least number of steps between looks at the convergence */
+#define WAVES_SHARE 6            /* one over the share of the steps so far between looks at the convergence */
 #define WAVES_BYTES 24.0         /* that blocks would take for each pair of cells in depth at each of nx wavenumbers */
 #define WAVES_TOL 1e-12          /* relative tolerance of a product */
 /* Changes of coefficients that rounding makes, against the root of the largest entry of T: eigenvalues are good to
@@ -63,29 +63,16 @@ static PetscErrorCode Step(WavesContext *w, PetscInt k, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Change of the coefficients since the last look, at before steps; now at m. */
-static PetscErrorCode Look(WavesContext *w, PetscInt m, PetscInt before, PetscReal *change)
-{
-  PetscReal lowest;
-
-  PetscFunctionBegin;
-  PetscCall(SlipRootOfTridiagonal(m, w->alpha, w->beta, w->c, &lowest));
-  *change = 0;
-  for (PetscInt i = 0; i < m; i++) {
-    *change += PetscSqr(w->c[i] - (i < before ? w->last[i] : 0));
-    w->last[i] = w->c[i];
-  }
-  *change = PetscSqrtReal(*change);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* f = (scale kernel)^(1/2) f at local wavenumber k, with an error of at most allowed. */
+/* f = (scale kernel)^(1/2) f at local wavenumber k, with an error of at most allowed. With A the operator and f of
+   norm 1 the first coefficient is alpha^(1/2) = |A^(1/2) f|, and f.A^(1/2) f > 0: it is off by at most 2^(1/2) times
+   that, so that what is negligible takes one step. */
 static PetscErrorCode RootOfWave(WavesContext *w, PetscInt k, PetscReal allowed, PetscReal f[])
 {
   const PetscInt n = 2 * w->nz;
   const PetscReal norm = PetscSqrtReal(Dot(n, f, f));
-  PetscInt m, before = 0;
-  PetscReal change = PETSC_MAX_REAL, largest = 0;
+  SlipRootLooks looks = {.before = 0};
+  PetscReal largest = 0, lowest, error, size;
+  PetscInt m;
   PetscBool last = PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -97,10 +84,11 @@ static PetscErrorCode RootOfWave(WavesContext *w, PetscInt k, PetscReal allowed,
     PetscCall(Step(w, k, m - 1));
     largest = PetscMax(largest, w->alpha[m - 1]);
     last = (PetscBool)(w->beta[m - 1] <= 1e-14 * w->alpha[0] || (w->nz <= WAVES_ORTHOGONAL_MAX && m == w->nz));
-    if (last || m >= before + PetscMax(WAVES_EVERY, before / 6)) {
-      PetscCall(Look(w, m, before, &change));
-      if (last || change * norm <= allowed || change <= WAVES_ROUNDING * PetscSqrtReal(largest)) break;
-      before = m;
+    if (last || m >= looks.before + PetscMax(1, looks.before / WAVES_SHARE)) {
+      PetscCall(SlipRootOfTridiagonal(m, w->alpha, w->beta, w->c, &lowest));
+      error = SlipRootError(&looks, m, w->c, w->last, &size);
+      if (m == 1) error = PETSC_SQRT2 * size;
+      if (last || error * norm <= allowed || looks.change <= WAVES_ROUNDING * PetscSqrtReal(largest)) break;
     }
     for (PetscInt i = 0; i < n; i++) w->basis[(size_t)m * n + i] /= w->beta[m - 1];
   }
