@@ -18,7 +18,8 @@ PetscErrorCode TSMoreauReset(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   Vec *vecs[] = {&ba->start.f,      &ba->start.p,   &ba->start.p_before, &ba->start.p_end, &ba->end.f,   &ba->end.p,
-                 &ba->end.p_before, &ba->end.p_end, &ba->push,           &ba->p_inner,     &ba->p_first, &ba->K_before};
+                 &ba->end.p_before, &ba->end.p_end, &ba->push,           &ba->p_inner,     &ba->p_first, &ba->K_before,
+                 &ba->rows};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
@@ -44,19 +45,63 @@ static PetscErrorCode TSMoreauSetUp(TS ts)
     PetscCall(VecZeroEntries(*reduced[i])); /* of constraints without damping it stays */
   }
   PetscCall(VecDuplicate(ts->vec_sol, &ba->K_before));
+  PetscCall(VecDuplicate(ts->vec_sol, &ba->rows));
+  PetscCall(VecSet(ba->x, 1));
+  PetscCall(VecSet(ba->rows, 2)); /* which r changes by a sum, or, of a cell that is closed, to 0 */
+  PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->rows, ba->ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TSMoreauCopy(const SlipMoreauMemory *from, SlipMoreauMemory *to)
+/* a and b change places, which no copy need be made for */
+static void Exchange(Vec *a, Vec *b)
 {
+  const Vec kept = *a;
+
+  *a = *b;
+  *b = kept;
+}
+
+/* What is expected of the damping in a first kick, of those of the steps before, and its force, f less that */
+static PetscErrorCode FirstPush(const SlipMoreauMemory *from, PetscReal weight, Vec first, Vec push)
+{
+  const PetscScalar *p, *before, *f;
+  PetscScalar *expected, *force;
+  PetscInt n;
+  const SlipArrays arrays[] = {{from->p, .read = &p},
+                               {from->p_before, .read = &before},
+                               {from->f, .read = &f},
+                               {first, .write = &expected},
+                               {push, .write = &force}};
+
   PetscFunctionBegin;
-  PetscCall(VecCopy(from->f, to->f));
-  PetscCall(VecCopy(from->p, to->p));
-  PetscCall(VecCopy(from->p_before, to->p_before));
-  PetscCall(VecCopy(from->p_end, to->p_end));
-  to->h = from->h;
-  to->h_before = from->h_before;
-  to->known = PETSC_TRUE;
+  PetscCall(VecGetLocalSize(push, &n));
+  PetscCall(SlipArraysGet(5, arrays));
+  for (PetscInt i = 0; i < n; i++) {
+    expected[i] = weight == 1 ? p[i] : weight * p[i] + (1 - weight) * before[i];
+    force[i] = f[i] - expected[i];
+  }
+  PetscCall(SlipArraysRestore(5, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The force of the second kick, f - 2 inner + first, and the damping of the step's end, extrapolated from the one before
+   by share */
+static PetscErrorCode SecondPush(Vec f, Vec inner, Vec first, Vec before, PetscReal share, Vec push, Vec p_end)
+{
+  const PetscScalar *a, *p, *expected, *last;
+  PetscScalar *force, *end;
+  PetscInt n;
+  const SlipArrays arrays[] = {{f, .read = &a},         {inner, .read = &p},     {first, .read = &expected},
+                               {before, .read = &last}, {push, .write = &force}, {p_end, .write = &end}};
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(push, &n));
+  PetscCall(SlipArraysGet(6, arrays));
+  for (PetscInt i = 0; i < n; i++) {
+    force[i] = a[i] - 2 * p[i] + expected[i];
+    end[i] = p[i] + share * (p[i] - last[i]);
+  }
+  PetscCall(SlipArraysRestore(6, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -107,6 +152,7 @@ PetscErrorCode TSMoreauStart(TS ts)
 PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
+  SlipMoreauMemory end;
 
   PetscFunctionBegin;
   ba->r_given = PETSC_FALSE; /* no step depends on it */
@@ -114,11 +160,13 @@ PetscErrorCode TSMoreauBegin(TS ts, PetscBool unchanged)
     PetscCall(TSMoreauStart(ts));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(TSMoreauCopy(&ba->end, &ba->start));
+  end = ba->start;
+  ba->start = ba->end;
+  ba->end = end;
   PetscCall(TSMoreauSettle(ts, SLIP_NODE_START, ts->ptime, ba->X0, ba->start.p_end));
   ba->dt_before = ba->k0_known ? ba->last.dt : 0;
-  if (ba->k0_known) PetscCall(VecCopy(ba->K0, ba->K_before));
-  PetscCall(VecCopy(ba->K2, ba->K0));
+  if (ba->k0_known) Exchange(&ba->K0, &ba->K_before);
+  Exchange(&ba->K2, &ba->K0);
   PetscCall(VecCopy(ba->r, ba->r0));
   ba->k0_known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -134,6 +182,7 @@ PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, 
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   SlipMoreauMemory *m = &ba->end;
+  const SlipMoreauMemory *from = w0 == ba->X0 ? &ba->start : m;
   const SlipExplicitOps *ops;
   const PetscReal half = 0.5 * h;
   PetscReal weight;
@@ -142,14 +191,11 @@ PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, 
   PetscFunctionBegin;
   if (!ba->start.known) PetscCall(TSMoreauStart(ts));
   ops = ba->ops->explicit_ops;
-  if (w0 == ba->X0) PetscCall(TSMoreauCopy(&ba->start, m));
   ba->last.solves++;
   ba->stage_time = t + half;
   PetscCall(TSPreStage(ts, ba->stage_time));
-  weight = SlipLagWeight(h, m->h, m->h_before, ba->omega, ba->ratio);
-  PetscCall(VecCopy(m->p, ba->p_first));
-  if (weight != 1) PetscCall(VecAXPBY(ba->p_first, 1 - weight, weight, m->p_before));
-  PetscCall(VecWAXPY(ba->push, -1, ba->p_first, m->f));
+  weight = SlipLagWeight(h, from->h, from->h_before, ba->omega, ba->ratio);
+  PetscCall(FirstPush(from, weight, ba->p_first, ba->push));
   PetscCall(VecCopy(w0, w1));
   PetscCall((*ops->kick)(ba->con, t, half, ba->push, w1, &solved, ba->ctx));
   PetscCall((*ops->drift)(ba->con, SLIP_NODE_START, t, half, w1, ba->ctx));
@@ -161,15 +207,16 @@ PetscErrorCode TSMoreauSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, 
   ba->stage_time = t + h;
   PetscCall(TSPreStage(ts, ba->stage_time));
   PetscCall((*ops->drive)(ba->con, t + h, w2, m->f, ba->ctx));
-  PetscCall(VecWAXPY(ba->push, -2, ba->p_inner, m->f));
-  PetscCall(VecAXPY(ba->push, 1, ba->p_first));
+  PetscCall(SecondPush(m->f, ba->p_inner, ba->p_first, from->p, h / (h + from->h), ba->push, m->p_end));
   PetscCall((*ops->kick)(ba->con, t + h, half, ba->push, w2, &solved, ba->ctx));
   PetscCall(TSPostStage(ts, ba->stage_time, 1, ba->Y));
-  PetscCall(VecWAXPY(m->p_end, -1, m->p, ba->p_inner));
-  PetscCall(VecAYPX(m->p_end, h / (h + m->h), ba->p_inner));
-  PetscCall(VecCopy(m->p, m->p_before));
-  PetscCall(VecCopy(ba->p_inner, m->p));
-  m->h_before = m->h;
+  if (from == m)
+    Exchange(&m->p, &m->p_before);
+  else
+    PetscCall(VecCopy(from->p, m->p_before));
+  Exchange(&ba->p_inner, &m->p);
+  m->known = PETSC_TRUE;
+  m->h_before = from->h;
   m->h = h;
   PetscCallMPI(MPI_Allreduce(&solved, ok, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
   if (*ok) PetscCall(SlipGuardState(w2, ok));
@@ -196,13 +243,10 @@ PetscErrorCode TSMoreauError(TS ts, PetscReal h, Vec e)
   PetscInt n;
 
   PetscFunctionBegin;
-  PetscCall(VecSet(ba->x, 1));
-  PetscCall(VecSet(ba->K1, 2)); /* which r changes by a sum, or, of a cell that is closed, to 0 */
-  PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->K1, ba->ctx));
   PetscCall(VecGetLocalSize(e, &n));
   {
     const SlipArrays arrays[] = {{ba->K0, .read = &k0}, {ba->K_before, .read = &k1}, {ba->K2, .read = &k2},
-                                 {ba->X0, .read = &w0}, {ba->Y[1], .read = &w2},     {ba->K1, .read = &mark},
+                                 {ba->X0, .read = &w0}, {ba->Y[1], .read = &w2},     {ba->rows, .read = &mark},
                                  {e, .write = &a}};
 
     PetscCall(SlipArraysGet(7, arrays));

@@ -114,6 +114,14 @@ file of options: fault -fault_nx 9 -fault_nz 9 -options_file EXAMPLES/fault_5km.
 check of the error: fault 10x10 -fault_check_error -ts_adapt_type rl
 check on a mesh: 2 fault -fault_mesh IN/parallel.h5 -fault_check_error -ts_adapt_type rl
 sweep: fault -fault_sweep IN/sweep.txt
+# explicit steps
+moreau: fault 12x12 -fault_operator fft -ts_type moreau -ts_adapt_type heuristic
+moreau, 2 ranks: 2 fault 24x20 -fault_operator fft -mat_slipsqrtm_setup lanczos -ts_type moreau -ts_adapt_type rl
+moreau, radiation: fault 12x10 -fault_viscosity radiation -ts_type moreau -ts_adapt_type pi
+moreau, parts: fault 10x10 -ts_type moreau -fault_check_error -ts_adapt_type heuristic
+moreau, two components: fault 10x10 -fault_slip_components 2 -ts_type moreau -ts_adapt_type heuristic
+auto: fault 24x20 -fault_operator fft -ts_bathe_method auto -ts_adapt_type rl
+auto, doubling: fault 10x8 -ts_bathe_method auto -ts_bathe_error doubling -ts_adapt_type heuristic
 # operators and viscosities
 dense: fault 18x14 -fault_operator dense -ts_adapt_type heuristic
 dense, 2 ranks: 2 fault 18x14 -fault_operator dense -ts_adapt_type heuristic

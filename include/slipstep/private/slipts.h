@@ -69,6 +69,7 @@ typedef struct {
   Vec p_first;            /* and of the first kick */
   PetscReal omega, ratio; /* SlipExplicitOps.frequency, of the step's start */
   Vec K_before;           /* K0 of the step before */
+  Vec rows;               /* full: 2 where r does not enter */
   PetscReal dt_before;    /* that step [s]; 0: K_before is not known */
   PetscBool bound_told;
 

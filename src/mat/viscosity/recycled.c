@@ -24,6 +24,9 @@
 /* A rest this large against x is computed together with the other part: |H x| is not known from that part alone, and an
    error small against its product could be one that rounding does not allow. */
 #define SLIP_RECYCLED_WHOLE 0.7
+/* Beyond this tolerance directions need not be orthogonal to rounding. The part that they do not cover is at least
+   SLIP_RECYCLED_REST of the tolerance, so that they are to 1e-16 over 1e-10. */
+#define SLIP_RECYCLED_COARSE 1e-6
 /* A few digits are worth their products only where they spare more than this factor. */
 #define SLIP_RECYCLED_SPARE 100.0
 
@@ -97,29 +100,33 @@ static PetscErrorCode Collapse(SlipRecycled *c, const PetscReal a[], Vec y)
 /* y = H of the part of x that is covered accurately enough, rest = the other part; *size is |H x| as far as known. */
 static PetscErrorCode Split(SlipRecycled *c, PetscReal tolerance, Vec x, Vec y, PetscReal *size)
 {
+  /* twice: orthogonal to rounding, however small the rest is; of few digits once */
+  const int passes = tolerance > SLIP_RECYCLED_COARSE ? 1 : 2;
+  const PetscInt n = c->n;
   PetscReal a[SLIP_RECYCLED_MAX], again[SLIP_RECYCLED_MAX];
 
   PetscFunctionBegin;
   *size = 0;
   PetscCall(VecCopy(x, c->rest));
-  if (c->n) {
-    PetscCall(VecMDot(x, c->n, c->q, a));
+  if (n) {
+    PetscCall(VecMDot(x, n, c->q, a));
     PetscCall(VecZeroEntries(y));
-    PetscCall(VecMAXPY(y, c->n, a, c->image));
+    PetscCall(VecMAXPY(y, n, a, c->image));
     PetscCall(VecNorm(y, NORM_2, size));
     KeepAccurate(c, a, PetscMax(SLIP_RECYCLED_OLD * tolerance * *size, c->wanted));
   }
-  PetscCall(VecZeroEntries(y));
-  if (!c->n) PetscFunctionReturn(PETSC_SUCCESS);
-  for (int pass = 0; pass < 2; pass++) { /* twice: orthogonal to rounding, however small the rest is */
-    PetscCall(VecMDot(c->rest, c->n, c->q, again));
+  for (int pass = 0; pass < passes && c->n; pass++) {
+    if (pass) PetscCall(VecMDot(c->rest, c->n, c->q, again));
     for (PetscInt j = 0; j < c->n; j++) {
-      a[j] = again[j] + (pass ? a[j] : 0);
-      again[j] = -again[j];
+      if (pass) a[j] += again[j];
+      again[j] = pass ? -again[j] : -a[j];
     }
     PetscCall(VecMAXPY(c->rest, c->n, again, c->q));
   }
-  PetscCall(VecMAXPY(y, c->n, a, c->image));
+  if (passes == 2 || c->n < n || !n) { /* else y is that already */
+    PetscCall(VecZeroEntries(y));
+    if (c->n) PetscCall(VecMAXPY(y, c->n, a, c->image));
+  }
   if (c->n == SLIP_RECYCLED_MAX) PetscCall(Collapse(c, a, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -129,6 +136,7 @@ PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProduc
 {
   PetscReal whole, norm, size, allowed, relative, image;
   PetscInt k;
+  Vec q;
 
   PetscFunctionBegin;
   tolerance = PetscMax(tolerance, c->least);
@@ -162,7 +170,9 @@ PetscErrorCode SlipRecycledMult(SlipRecycled *c, PetscReal tolerance, SlipProduc
     PetscCall(VecDuplicate(c->rest, &c->q[k]));
     PetscCall(VecDuplicate(c->rest, &c->image[k]));
   }
-  PetscCall(VecCopy(c->rest, c->q[k]));
+  q = c->q[k];
+  c->q[k] = c->rest;
+  c->rest = q;
   PetscCall(VecScale(c->q[k], 1 / norm));
   PetscCall((*product)(ctx, c->q[k], allowed / norm, relative, c->image[k]));
   PetscCall(VecNorm(c->image[k], NORM_2, &image));
