@@ -104,6 +104,7 @@ typedef struct {
   SlipFrictionKeepFn keep;     /* the numbers of kept, for as long as the normal stress does not change */
   PetscInt nkept;              /* of a cell */
   SlipFrictionValuesFn values; /* NULL: cell by cell */
+  PetscBool remembers;         /* mu is of one state alone, and takes longer than to remember it */
   const char *reads; /* numbers of friction in it, "residual slip", others being named as without effect; NULL: any */
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ours; ends with a NULL name */
@@ -126,6 +127,9 @@ struct _n_SlipFrictionCells {
     *start; /* of Linker and Dieterich (ratestate.c), and the normal stress before any change [Pa]; NULL: none */
   const PetscReal *own; /* [n][nown]; NULL where nown is 0 */
   PetscInt nown;
+  /* [n][4], of laws that remember, kept from one call to the next: a state of each cell, what mu exceeds its residual
+     by there, its derivative, and that excess after all weakening; NaN: not known; NULL: nothing is remembered */
+  PetscReal *known;
 };
 
 PETSC_EXTERN PetscInt SlipFrictionStates(const SlipFrictionLaw *law);

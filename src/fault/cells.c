@@ -152,7 +152,7 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The parameters that the fault's law brings, cell by cell */
+/* The parameters that the fault's law brings, cell by cell, and room for what it remembers */
 static PetscErrorCode GatherOwn(SlipFault fault)
 {
   const PetscReal *cell[FAULT_MAX_OWN];
@@ -165,6 +165,9 @@ static PetscErrorCode GatherOwn(SlipFault fault)
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     for (PetscInt k = 0; k < n; k++) fault->friction.own[i * n + k] = cell[k][i];
   fault->friction.nown = n;
+  if (!fault->friction.law->remembers) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(4 * fault->mesh.n + 1, &fault->friction.known));
+  for (PetscInt i = 0; i < 4 * fault->mesh.n; i++) fault->friction.known[i] = (PetscReal)NAN;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

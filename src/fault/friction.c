@@ -20,7 +20,8 @@ SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const PetscReal stress[
                              .alpha = fault->friction.follows ? fault->fields.cell[FIELD_FRICTION_ALPHA] : NULL,
                              .start = fault->fields.cell[FIELD_NORMAL_STRESS],
                              .own = fault->friction.own,
-                             .nown = fault->friction.nown};
+                             .nown = fault->friction.nown,
+                             .known = fault->friction.known};
 }
 
 /* After the loads are known: does the state follow normal stress? */

@@ -91,6 +91,7 @@ typedef struct {
   PetscReal *start[SLIP_MAX_STATES]; /* the fields that cells which always slide begin with; NULL: none */
   PetscReal *healing;                /* [n] 1/t_h [1/s]; NULL: 0 */
   PetscReal *own;                    /* [n][nown] parameters that the law brings */
+  PetscReal *known;                  /* of SlipFrictionCells; NULL: the law does not remember */
   PetscInt nown;
 } SlipFaultFriction;
 
