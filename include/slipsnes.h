@@ -50,6 +50,8 @@ typedef struct {
   /* at a state, the largest frequency [rad/s], 0: steps of any length are stable, and the largest damping ratio of p
      there, SlipLagLimit() */
   PetscErrorCode (*frequency)(SlipConstraint, PetscReal t, Vec w, PetscReal *omega, PetscReal *ratio, void *ctx);
+  /* is p of the state exactly 0, which spares what rests a product? NULL: it may not be */
+  PetscErrorCode (*undamped)(SlipConstraint, PetscReal t, Vec w, PetscBool *undamped, void *ctx);
 } SlipExplicitOps;
 
 /* What a problem supplies, for reduced vectors with one number a cell; SlipConstraintSetComponents() says what is

@@ -69,6 +69,22 @@ static PetscErrorCode Damping(SlipConstraint con, PetscReal t, Vec w, Vec p, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Undamped(SlipConstraint con, PetscReal t, Vec w, PetscBool *undamped, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  PetscReal largest;
+  Vec relative;
+
+  PetscFunctionBegin;
+  (void)con, (void)t;
+  PetscCall(SlipFaultGetWork(fault, &relative));
+  PetscCall(Relative(fault, w, relative));
+  PetscCall(VecNorm(relative, NORM_INFINITY, &largest));
+  PetscCall(SlipFaultRestoreWork(fault, &relative));
+  *undamped = Radiates(fault) || largest == 0 ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What cells move by in a kick */
 typedef struct {
   SlipFrictionCells friction;
@@ -278,4 +294,4 @@ static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const SlipExplicitOps SlipFaultExplicitOps = {Drive, Damping, KickCells, Drift, Settle, Frequency};
+const SlipExplicitOps SlipFaultExplicitOps = {Drive, Damping, KickCells, Drift, Settle, Frequency, Undamped};

@@ -477,7 +477,7 @@ static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const SlipExplicitOps SmallExplicitOps = {Drive, Damping, Kick, Drift, NULL, Frequency};
+static const SlipExplicitOps SmallExplicitOps = {Drive, Damping, Kick, Drift, NULL, Frequency, NULL};
 
 static PetscErrorCode SmallCheck(const SlipSmall *p)
 {

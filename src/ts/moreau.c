@@ -127,17 +127,18 @@ static PetscErrorCode TSMoreauDerivative(TS ts, PetscReal t, Vec w, Vec r, Vec k
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Two products more than steps have */
-PetscErrorCode TSMoreauStart(TS ts)
+/* undamped: p of X0 is exactly 0 */
+static PetscErrorCode Anew(TS ts, PetscBool undamped)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const SlipExplicitOps *ops;
+  const SlipExplicitOps *ops = ba->ops->explicit_ops;
 
   PetscFunctionBegin;
-  PetscCall(TSMoreauSetUp(ts));
-  ops = ba->ops->explicit_ops;
-  PetscCall((*ops->drive)(ba->con, ts->ptime, ba->X0, ba->start.f, ba->ctx));
-  if (ops->damping) PetscCall((*ops->damping)(ba->con, ts->ptime, ba->X0, ba->start.p, ba->ctx));
+  if (!ba->start.known) PetscCall((*ops->drive)(ba->con, ts->ptime, ba->X0, ba->start.f, ba->ctx));
+  if (undamped)
+    PetscCall(VecZeroEntries(ba->start.p));
+  else if (ops->damping)
+    PetscCall((*ops->damping)(ba->con, ts->ptime, ba->X0, ba->start.p, ba->ctx));
   PetscCall(VecCopy(ba->start.p, ba->start.p_end));
   ba->start.h = ba->start.h_before = 0;
   ba->start.known = PETSC_TRUE;
@@ -146,6 +147,15 @@ PetscErrorCode TSMoreauStart(TS ts)
   PetscCall(VecCopy(ba->r0, ba->r));
   ba->k0_known = PETSC_TRUE;
   ba->dt_before = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Two products more than steps have */
+PetscErrorCode TSMoreauStart(TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall(TSMoreauSetUp(ts));
+  PetscCall(Anew(ts, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -318,14 +328,15 @@ PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost)
 }
 
 /* *whole: the step that was cut, as for a corner of the loading [s]. One over which nothing moves is stable however
-   long: it begins anew, as the damping of the steps before has ended. */
+   long: it begins anew, as the damping of the steps before has ended; the force stays. */
 PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const SlipProblemOps *problem;
   void *ctx;
+  const SlipExplicitOps *ops;
   PetscReal longest, rest = 0;
-  PetscBool constant;
+  PetscBool constant, undamped = PETSC_FALSE;
   PetscMPIInt rank;
 
   PetscFunctionBegin;
@@ -336,7 +347,9 @@ PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   if (problem && problem->rest_time) PetscCall((*problem->rest_time)(ts, ts->ptime, ba->X0, &rest, ctx));
   if (rest >= ts->time_step) {
-    PetscCall(TSMoreauStart(ts));
+    ops = ba->ops->explicit_ops;
+    if (ops->undamped) PetscCall((*ops->undamped)(ba->con, ts->ptime, ba->X0, &undamped, ba->ctx));
+    PetscCall(Anew(ts, undamped));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));

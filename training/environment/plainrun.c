@@ -49,11 +49,11 @@ static PetscBool Attempt(PlainFault *p, const SlipMethodCosts *costs, PetscBool 
     totals->products += (double)SlipMethodSolve(costs, limit > 0 ? *h / limit : 1);
     return PlainFaultAttempt(p, *h);
   }
+  totals->products += (double)costs->step * (p->start.known ? 1 : 2);
   if (*h > limit && rests)
-    p->start.known = PETSC_FALSE;
+    p->start.known = PETSC_FALSE; /* what it then computes is known: the force has stayed, and nothing is damped */
   else
     *h = PetscMin(*h, limit);
-  totals->products += (double)costs->step * (p->start.known ? 1 : 2);
   return PlainFaultKick(p, *h);
 }
 
