@@ -14,7 +14,7 @@ typedef struct {
   PetscReal norm; /* of the state */
 } Outcome;
 
-static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *out)
+static PetscErrorCode SolveFault(MPI_Comm comm, TSBatheMethod method, const char output[], Outcome *out)
 {
   const SlipProblemOps *problem;
   void *ctx;
@@ -28,6 +28,7 @@ static PetscErrorCode SolveFault(MPI_Comm comm, const char output[], Outcome *ou
   PetscCall(FaultSetReals(fault, {"nx", NX}, {"nz", NZ}, {"loading_rate", 2e-3}, {"output_interval", 40}));
   PetscCall(SlipFaultSetString(fault, "output", output));
   PetscCall(FaultStart(fault, TSADAPTNONE, 0.1, 15, &w, &ts));
+  PetscCall(TSBatheSetMethod(ts, method));
   PetscCall(SlipFaultOutputStart(fault, ts));
   PetscCall(TSSolve(ts, w));
   PetscCall(SlipFaultOutputFinish(fault, ts, 0, 0));
@@ -52,7 +53,7 @@ static PetscErrorCode Same(const char what[], PetscReal a, PetscReal b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckFile(const char file[], const Outcome *out)
+static PetscErrorCode CheckFile(const char file[], TSBatheMethod method, const Outcome *out)
 {
   SlipH5 h;
   PetscInt dims[3], accepted, rejected;
@@ -70,6 +71,11 @@ static PetscErrorCode CheckFile(const char file[], const Outcome *out)
   PetscCheck(dims[0] == 151, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%" PetscInt_FMT " rows in /series", dims[0]);
   PetscCall(Same("last row of /series/mean_slip", x[150], out->obs.mean_slip));
   PetscCall(PetscFree(x));
+  PetscCall(SlipH5ReadReal(&h, "/steps/method", 1, dims, &x));
+  for (PetscInt i = 0; i < dims[0]; i++)
+    PetscCheck(x[i] == (PetscReal)method, PETSC_COMM_SELF, PETSC_ERR_PLIB, "step %d is of method %g", (int)i,
+               (double)x[i]);
+  PetscCall(PetscFree(x));
   PetscCall(SlipH5ReadReal(&h, "/steps/time", 1, dims, &x));
   PetscCall(SlipH5ReadAttrInt(&h, "/result", "accepted", &accepted));
   PetscCall(SlipH5ReadAttrInt(&h, "/result", "rejected", &rejected));
@@ -85,7 +91,8 @@ static PetscErrorCode CheckFile(const char file[], const Outcome *out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Test(void)
+/* method: of all steps */
+static PetscErrorCode TestMethod(TSBatheMethod method)
 {
   Outcome all, one;
   PetscMPIInt rank, size;
@@ -96,8 +103,8 @@ static PetscErrorCode Test(void)
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(PetscSNPrintf(file, sizeof(file), "test_fault_ranks_%d.h5", (int)size));
   PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", file));
-  PetscCall(SolveFault(PETSC_COMM_WORLD, file, &all));
-  PetscCall(SolveFault(PETSC_COMM_SELF, "", &one));
+  PetscCall(SolveFault(PETSC_COMM_WORLD, method, file, &all));
+  PetscCall(SolveFault(PETSC_COMM_SELF, method, "", &one));
   PetscCall(Same("norm of the state", all.norm, one.norm));
   PetscCall(Same("energy", all.energy, one.energy));
   PetscCall(Same("mean slip", all.obs.mean_slip, one.obs.mean_slip));
@@ -111,9 +118,17 @@ static PetscErrorCode Test(void)
   PetscCheck(all.obs.mean_slip > 0.1, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the fault hardly slipped");
   if (!rank) {
     PetscCheck(access(part, F_OK), PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s was left behind", part);
-    PetscCall(CheckFile(file, &all));
+    PetscCall(CheckFile(file, method, &all));
     unlink(file);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Test(void)
+{
+  PetscFunctionBegin;
+  PetscCall(TestMethod(TSBATHE_METHOD_IMPLICIT));
+  PetscCall(TestMethod(TSBATHE_METHOD_EXPLICIT));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
