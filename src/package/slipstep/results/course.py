@@ -58,6 +58,7 @@ def read(path):
         field = file["fields/slip"][-1].ravel()
         mesh = file["mesh"]
         area = mesh["length"][()] * mesh["width"][()] if "length" in mesh else np.ones(len(field))
+        area = np.repeat(area, len(field) // len(area))  # slip may have two components
         if abs(file["fields/time"][-1] - series[0][-1]) > SAME_END * series[0][-1]:
             raise CourseError(f"{path}: the last row of /fields is of another time than the last of /series; expected the run's end")
     return Course(*series, field, area)
