@@ -86,16 +86,17 @@ static PetscErrorCode TimingSums(SlipFault fault, Vec w, Vec e, Vec d, PetscReal
   PetscCall(PetscArrayzero(sum, TIMING_SUMS));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal v = a[SlipFaultRateAt(fault, i)], weight = fault->mesh.weight[i],
+    const PetscInt at = SlipFaultRateAt(fault, i);
+    const PetscReal v = SlipFaultSpeed(fault, a, i), weight = fault->mesh.weight[i],
                     inertia = fault->operators.mass * weight;
-    const PetscReal acceleration = v != 0 ? c[SlipFaultRateAt(fault, i)] : 0;
+    const PetscReal acceleration = SlipFaultAlongSlip(fault, a + at, c + at);
 
-    sum[SUM_RATE] += weight * PetscAbsReal(v);
+    sum[SUM_RATE] += weight * v;
     sum[SUM_SLIPS] += weight * a[SlipFaultStateAt(fault, i)];
     sum[SUM_ALONG] += weight * b[SlipFaultStateAt(fault, i)];
-    sum[SUM_EXCESS] += inertia * (v * b[SlipFaultRateAt(fault, i)] - acceleration * b[SlipFaultStateAt(fault, i)]);
+    sum[SUM_EXCESS] += inertia * (SlipFaultDot(fault, a + at, b + at) - acceleration * b[SlipFaultStateAt(fault, i)]);
     sum[SUM_VIGOUR] += inertia * v * v;
-    sum[SUM_GROWTH] += weight * PetscSign(v) * acceleration;
+    sum[SUM_GROWTH] += weight * acceleration;
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, TIMING_SUMS, MPIU_REAL, MPI_SUM, fault->comm));

@@ -50,48 +50,65 @@ static PetscErrorCode FindColumns(SlipH5 *h, const char *const measure[], PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckNumbers(const SlipH5 *h, const SlipFaultCalibration *c)
+static PetscErrorCode CheckFactors(const SlipH5 *h, const char group[], const SlipFaultFactors *f)
 {
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < c->n; i++) {
-    const PetscReal steps = c->row[i].steps;
+  for (PetscInt i = 0; i < f->n; i++) {
+    const PetscReal steps = f->row[i].steps;
 
-    PetscCheck((i + 1 < c->n ? isfinite(steps) && (!i || steps > c->row[i - 1].steps) : steps == INFINITY),
+    PetscCheck((i + 1 < f->n ? isfinite(steps) && (!i || steps > f->row[i - 1].steps) : steps == INFINITY),
                PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-               "%s: number %" PetscInt_FMT " of /steps is %g; expected numbers that rise, and infinity at the end%s",
-               h->name, i, (double)steps, h->source);
+               "%s: number %" PetscInt_FMT " of %s/steps is %g; expected numbers that rise, and infinity at the end%s",
+               h->name, i, group, (double)steps, h->source);
     for (PetscInt k = 0; k < NUM_ESTIMATES; k++)
-      PetscCheck(isfinite(c->row[i].factor[k]) && c->row[i].factor[k] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-                 "%s: a number in row %" PetscInt_FMT " of /factor is %g; expected numbers > 0%s", h->name, i,
-                 (double)c->row[i].factor[k], h->source);
+      PetscCheck(isfinite(f->row[i].factor[k]) && f->row[i].factor[k] > 0, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+                 "%s: a number in row %" PetscInt_FMT " of %s/factor is %g; expected numbers > 0%s", h->name, i, group,
+                 (double)f->row[i].factor[k], h->source);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadNumbers(SlipH5 *h, const char *const measure[], SlipFaultCalibration *c)
+/* GROUP/steps and GROUP/factor */
+static PetscErrorCode ReadFactors(SlipH5 *h, const char group[], const PetscInt column[], SlipFaultFactors *f)
 {
-  PetscInt column[NUM_ESTIMATES], want[2] = {0, NUM_ESTIMATES}, dims[2];
+  PetscInt want[2] = {0, NUM_ESTIMATES}, dims[2];
   PetscReal *steps, *factor = NULL;
   PetscErrorCode ierr;
+  char path[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/steps", group));
+  PetscCall(SlipH5ReadReal(h, path, 1, want, &steps));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/factor", group));
+  ierr = SlipH5ReadRealSized(h, path, 2, want, "a row a number of steps, a column a measure", dims, &factor);
+  if (!ierr && want[0] >= 1 && want[0] <= CALIBRATION_MOST) f->n = want[0];
+  for (PetscInt i = 0; i < f->n; i++) {
+    f->row[i].steps = steps[i];
+    for (PetscInt k = 0; k < NUM_ESTIMATES; k++) f->row[i].factor[k] = factor[i * NUM_ESTIMATES + column[k]];
+  }
+  PetscCall(PetscFree(steps));
+  PetscCall(PetscFree(factor));
+  PetscCall(ierr);
+  PetscCheck(f->n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s: %s/steps has %" PetscInt_FMT " numbers, expected 1 to %d%s", h->name, group, want[0],
+             (int)CALIBRATION_MOST, h->source);
+  PetscCall(CheckFactors(h, group, f));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Files of SlipStep 0.4 and older have nothing for explicit steps. */
+static PetscErrorCode ReadNumbers(SlipH5 *h, const char *const measure[], SlipFaultCalibration *c)
+{
+  PetscInt column[NUM_ESTIMATES];
+  PetscBool has;
 
   PetscFunctionBegin;
   PetscCall(SlipPolicyCheckFormat(h, ESTIMATES_FORMAT, ESTIMATES_VERSION));
   PetscCall(ReadAttributes(h, c));
   PetscCall(FindColumns(h, measure, column));
-  PetscCall(SlipH5ReadReal(h, "/steps", 1, want, &steps));
-  ierr = SlipH5ReadRealSized(h, "/factor", 2, want, "a row a number of /steps, a column a measure", dims, &factor);
-  if (!ierr && want[0] >= 1 && want[0] <= CALIBRATION_MOST) c->n = want[0];
-  for (PetscInt i = 0; i < c->n; i++) {
-    c->row[i].steps = steps[i];
-    for (PetscInt k = 0; k < NUM_ESTIMATES; k++) c->row[i].factor[k] = factor[i * NUM_ESTIMATES + column[k]];
-  }
-  PetscCall(PetscFree(steps));
-  PetscCall(PetscFree(factor));
-  PetscCall(ierr);
-  PetscCheck(c->n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
-             "%s: /steps has %" PetscInt_FMT " numbers, expected 1 to %d%s", h->name, want[0], (int)CALIBRATION_MOST,
-             h->source);
-  PetscCall(CheckNumbers(h, c));
+  PetscCall(ReadFactors(h, "", column, &c->of_all));
+  PetscCall(SlipH5Has(h, "/explicit", &has));
+  if (has) PetscCall(ReadFactors(h, "/explicit", column, &c->of_explicit));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

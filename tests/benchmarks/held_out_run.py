@@ -101,10 +101,11 @@ def read(output):
 
 def read_course(output):
     """Attributes of /result and the course. Among the attributes `rest`, when the fault came to rest for good [s], NaN
-    when it did not, and `moving`, the accepted steps until then and one more for the time that is left."""
+    when it did not, `moving`, the accepted steps until then and one more for the time that is left, and `explicit`, the share of explicit steps."""
     run = course.read(output)
     with h5py.File(output) as file:
         result = {name: float(value) for name, value in file["result"].attrs.items()}
+        result["explicit"] = float(file["steps/method"][()][file["steps/accepted"][()] == 1].mean())
         moves = np.flatnonzero(course.from_start(file["series"], ("max_slip_rate",))[0])
     last, n = (moves[-1] if len(moves) else 0), len(run.time) - 1
     result.update(rest=float(run.time[last + 1]) if last < n else np.nan, moving=int(min(last + 2, n)))

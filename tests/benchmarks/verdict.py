@@ -6,6 +6,8 @@
     tests/benchmarks/verdict.py --calibrate --output estimates.h5   # and writes them for -fault_estimates
     tests/benchmarks/verdict.py --prove 20             # the reference against finer runs and -fault_check_error first
     tests/benchmarks/verdict.py --measure final_slip   # another measure than history, of its default policy
+    tests/benchmarks/verdict.py --method auto          # explicit or implicit steps; with --calibrate, the factors of explicit ones
+    tests/benchmarks/verdict.py --more 60              # besides, 60 whose slip is a vector, that dip, of two planes, or that open
     tests/benchmarks/verdict.py --policy F.h5          # another policy than the default one of the measure
 
 Every run is judged for all measures, and the table of a calibration has a column for each. Errors are those of
@@ -42,13 +44,14 @@ from held_out_run import BenchmarkError, Job, execute, read_course
 
 SHIPPED = os.path.join(ROOT, "training", "policies", "estimates.h5")
 CALIBRATION_SEEDS, TEST_SEEDS = [201, 202], [20261123]
-DIALS = [1e-1, 1e-2, 1e-3]
-MORE_DIALS = [3e-2, 3e-3, 3e-4]  # of the calibration
+DIALS = {"implicit": [1e-1, 1e-2, 1e-3], "auto": [1e-1, 3e-2, 1e-2, 3e-3]}
+MORE_DIALS = {"implicit": [3e-2, 3e-3, 3e-4], "auto": [6e-2, 1.8e-2, 6e-3, 1.8e-3, 1e-3]}  # of the calibration
 TOLERANCES = [1, 1e-1, 1e-2, 1e-3]  # of heuristic, in the calibration
 FINE_STEPS = 4000  # of references
 FIRST = "1e-5"  # rtol of the run that says when a fault rests
 AGREE, AGREE_HISTORY = 3e-5, 5e-4  # of references' final slips, and of all errors
-STEPS = [3, 4, 5, 8, 12, 20, 32, 64, 128, np.inf]  # classes of accepted steps
+STEPS = {"implicit": [3, 4, 5, 8, 12, 20, 32, 64, 128, np.inf], "auto": [16, 32, 64, np.inf]}  # classes of accepted steps
+EXPLICIT = 0.5  # share of explicit steps from which on a run has their factors
 QUANTILE = 0.9  # of runs that stay below the estimate
 ATTRIBUTES = {"history": "history", "final_slip": "slip", "event_time": "event_time"}  # of measures
 
@@ -63,9 +66,12 @@ def arguments():
     parser.add_argument("--output", metavar="F.h5", help="file for the factors of --calibrate, which -fault_estimates reads")
     parser.add_argument("--prove", type=int, default=0, metavar="N", help="compare the references of the first N faults with finer ones, and -fault_check_error with those")
     parser.add_argument("--measure", default="history", choices=ATTRIBUTES, help="of the default policy, and of the verdicts")
+    parser.add_argument("--method", default="implicit", choices=DIALS, help="of the runs: -ts_bathe_method")
+    parser.add_argument("--more", type=int, default=0, metavar="N", help="and as many of each seed whose slip is a vector, that dip, of two planes, or open")
     parser.add_argument("--policy", help="another one (default: the library's for the measure)")
     parser.add_argument("--processes", type=int, default=1)
     args = parser.parse_args()
+    args.dials = DIALS[args.method] + (MORE_DIALS[args.method] if args.calibrate else [])
     if args.output and not args.calibrate:
         parser.error("--output has the factors of --calibrate, which is not there")
     return args
@@ -92,17 +98,17 @@ def one(args, folder, case, options):
 
 
 def constant(args, folder, case, steps):
-    return one(args, folder, case, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", f"{case.duration / steps:.10g}", "-ts_max_steps", f"{2 * steps}"])
+    return one(args, folder, case, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", f"{case.duration / steps:.10g}", "-ts_max_steps", f"{2 * steps}", "-ts_bathe_method", args.method])
 
 
-def reference(args, folder, seed, k):
+def reference(args, folder, seed, k, kinds=verdict_cases.KINDS):
     """A fault that comes to rest, with its duration, its fine run, and how well its history is known, 0
     when that was not looked at."""
     prove = args.calibrate or k < args.prove
     for again in range(50):
         random = np.random.default_rng([seed, k, again])
-        case, margin = verdict_cases.draw(random, verdict_cases.KINDS[k % len(verdict_cases.KINDS)], f"fault_{seed}_{k}", folder)
-        rest = one(args, folder, case, ["-ts_adapt_type", "heuristic", "-ts_rtol", FIRST])[0]["rest"]
+        case, margin = verdict_cases.draw(random, kinds[k % len(kinds)], f"fault_{seed}_{k}", folder)
+        rest = one(args, folder, case, ["-ts_adapt_type", "heuristic", "-ts_rtol", FIRST, "-ts_bathe_method", args.method])[0]["rest"]
         if np.isnan(rest):
             continue
         case.duration = verdict_cases.rounded(margin * rest)
@@ -121,17 +127,17 @@ def reference(args, folder, seed, k):
 def learned(args, dial):
     """A policy that is named has its own measure."""
     policy = ["-ts_adapt_rl_policy", os.path.abspath(args.policy)] if args.policy else ["-ts_adapt_rl_measure", args.measure]
-    return ["-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}", *policy]
+    return ["-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", f"{dial:g}", "-ts_bathe_method", args.method, *policy]
 
 
-def fault(args, seed, k):
+def fault(args, seed, k, kinds):
     """All runs of a fault."""
     with tempfile.TemporaryDirectory(dir=args.folder) as folder:
-        case, fine, spread = reference(args, folder, seed, k)
+        case, fine, spread = reference(args, folder, seed, k, kinds)
         check = ["-fault_check_error"] if k < args.prove else []
-        jobs = [Job(case, "policy", "rl", dial, [*learned(args, dial), *check]) for dial in DIALS + (MORE_DIALS if args.calibrate else [])]
+        jobs = [Job(case, "policy", "rl", dial, [*learned(args, dial), *check]) for dial in args.dials]
         if args.calibrate:
-            jobs += [Job(case, "classical", "heuristic", rtol, ["-ts_adapt_type", "heuristic", "-ts_rtol", f"{rtol:g}"]) for rtol in TOLERANCES]
+            jobs += [Job(case, "classical", "heuristic", rtol, ["-ts_adapt_type", "heuristic", "-ts_rtol", f"{rtol:g}", "-ts_bathe_method", args.method]) for rtol in TOLERANCES]
         runs = []
         done = list(execute(args.build, jobs, folder, read_course))
         if not all(found for _, found, _ in done):
@@ -141,42 +147,44 @@ def fault(args, seed, k):
             if found:
                 result = found[0]
                 row.update({name: value for name, value in result.items() if "error_" in name or name.startswith(("policy_handover", "products_")) or name == "cost"})
-                row.update(steps=int(result["accepted"]), solves=int(result["solves"]), errors={name: float(e) for name, e in errors(found, fine).items()})
+                row.update(steps=int(result["accepted"]), explicit=result["explicit"], solves=int(result["solves"]), errors={name: float(e) for name, e in errors(found, fine).items()})
             runs.append(row)
         with h5py.File(case.fields) as file:
             cells = int(file["normal_stress"].size)
         return {"k": k, "group": case.group, "cells": cells, "spread": spread, "runs": runs}
 
 
-def all_faults(args, seed):
+def all_faults(args, seed, kinds, n):
     policy = held_out_run.digest(args.policy) if args.policy else args.measure
-    path = os.path.join(args.folder, f"faults_{seed}_{policy}{'_calibration' if args.calibrate else ''}.jsonl")
+    which = "".join(f"_{word}" for word, on in ((args.method, args.method != "implicit"), ("more", kinds is verdict_cases.MORE_KINDS), ("calibration", args.calibrate)) if on)
+    path = os.path.join(args.folder, f"faults_{seed}_{policy}{which}.jsonl")
     rows = {}
     if os.path.exists(path):
         with open(path) as file:
             rows = {row["k"]: row for row in map(json.loads, file)}
-    todo = [k for k in range(args.faults) if k not in rows]
-    print(f"{args.faults} faults of seed {seed}, {args.faults - len(todo)} there already", flush=True)
+    todo = [k for k in range(n) if k not in rows]
+    print(f"{n} faults of seed {seed}, {n - len(todo)} there already", flush=True)
     with open(path, "a") as file, concurrent.futures.ThreadPoolExecutor(args.processes) as pool:
-        for done in concurrent.futures.as_completed([pool.submit(fault, args, seed, k) for k in todo]):
+        for done in concurrent.futures.as_completed([pool.submit(fault, args, seed, k, kinds) for k in todo]):
             row = done.result()
             rows[row["k"]] = row
             file.write(json.dumps(row) + "\n")
             file.flush()
             if len(rows) % 20 == 0:
-                print(f"  {len(rows)} of {args.faults}", flush=True)
-    return [rows[k] for k in range(args.faults)]
+                print(f"  {len(rows)} of {n}", flush=True)
+    return [rows[k] for k in range(n)]
 
 
-def table_of_factors(faults):
-    """Quantiles of error over measure by steps, printed, and returned: {steps at most: [factor of each of ATTRIBUTES]}."""
-    runs = [run for row in faults for run in row["runs"] if "slip_error_measure" in run]
+def table_of_factors(faults, method):
+    """Quantiles of error over measure by steps, of runs whose steps are of the method for the most part, printed, and returned: {steps at most: [factor of
+    each of ATTRIBUTES]}."""
+    runs = [run for row in faults for run in row["runs"] if "slip_error_measure" in run and (run["explicit"] >= EXPLICIT) == (method == "auto")]
     steps = np.array([run["steps"] for run in runs])
     factors = {}
     for measure, name in ATTRIBUTES.items():
         ratio = np.array([measured(run, measure) / run[f"{name}_error_measure"] for run in runs])
         print(f"{measure}: {len(runs)} runs with an estimate; error over measure\n steps at most   runs    median  factor ({QUANTILE:.0%})   95 %")
-        for low, high in zip([0, *STEPS], STEPS):
+        for low, high in zip([0, *STEPS[method]], STEPS[method]):
             inside = (steps > low) & (steps <= high)
             if inside.any():
                 factors.setdefault(high, []).append(np.quantile(ratio[inside], QUANTILE))
@@ -185,25 +193,32 @@ def table_of_factors(faults):
     return factors
 
 
-def write_factors(path, factors, faults, seeds, version):
-    """The file of -fault_estimates (training/policies/README.md). What measures are made of, the attributes of /factor, is that of
-    the library's, by which the runs were, of this version; longer runs than there were have the last class."""
+def write_factors(path, factors, faults, args, seeds, version):
+    """The file of -fault_estimates (training/policies/README.md). Factors of the other method, and what measures are made of, the attributes of /factor,
+    are those of the library's, by which the runs were, of this version; longer runs than there were have the last class."""
     with h5py.File(SHIPPED) as shipped, h5py.File(f"{path}.part", "w") as file:
-        texts = {"format": "slipstep-estimates", "command": " ".join(sys.argv), "library_version": version, "family": f"verdict_cases.py, seeds {seeds}",
+        for name in shipped:
+            shipped.copy(name, file)
+        file.attrs.update(shipped.attrs)
+        group, attributes = (file, dict(file["factor"].attrs)) if args.method == "implicit" else (file.require_group("explicit"), {})
+        for name, data in (("steps", np.array([*list(factors)[:-1], np.inf], float)),
+                           ("factor", np.array([[float(f"{factor:.2g}") for factor in row] for row in factors.values()]))):
+            if name in group:
+                del group[name]
+            group[name] = data
+        group["factor"].attrs.update(attributes)
+        texts = {"command": " ".join(sys.argv), "library_version": version, "family": f"verdict_cases.py, seeds {seeds}",
                  "created": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())}
-        file.attrs.update({name: np.bytes_(text) for name, text in texts.items()}, version=1, episodes=len(faults), quantile=QUANTILE)
-        file["measures"] = np.array(list(ATTRIBUTES), "S")
-        file["steps"] = np.array([*list(factors)[:-1], np.inf], float)
-        file["factor"] = np.array([[float(f"{factor:.2g}") for factor in row] for row in factors.values()])
-        file["factor"].attrs.update(shipped["factor"].attrs)
+        group.attrs.update({name: np.bytes_(text) for name, text in texts.items()}, episodes=len(faults), quantile=QUANTILE)
     os.replace(f"{path}.part", path)
 
 
 def verdicts(faults, dials, measure):
     """How often "likely met" is said, and how often it is right."""
     print(f"by {measure}:\naccuracy   runs  kept  |  likely met    right  wrong  |  unknown (of these missed)  |  handed over  steps  error < estimate")
-    groups = (("all", lambda row: True), ("grids", lambda row: row["k"] % 2 == 0), ("meshes", lambda row: row["k"] % 2 == 1),
-              ("as in training", lambda row: "wide" not in row["group"]), ("wide", lambda row: "wide" in row["group"]))
+    kinds = sorted({row["group"].split(",")[0] for row in faults})
+    groups = [("all", lambda row: True), *((kind, lambda row, kind=kind: row["group"].startswith(kind)) for kind in kinds),
+              ("as in training", lambda row: "wide" not in row["group"]), ("wide", lambda row: "wide" in row["group"])]
     estimate = f"{ATTRIBUTES[measure]}_error_estimate"
     for dial in dials:
         for name, chosen in groups:
@@ -237,17 +252,18 @@ def main():
     args = arguments()
     os.makedirs(args.folder, exist_ok=True)
     seeds = args.seeds or (CALIBRATION_SEEDS if args.calibrate else TEST_SEEDS)
-    faults = [row for seed in seeds for row in all_faults(args, seed)]
+    which = [(verdict_cases.KINDS, args.faults), (verdict_cases.MORE_KINDS, args.more)]
+    faults = [row for seed in seeds for kinds, n in which for row in all_faults(args, seed, kinds, n)]
     print(f"references: {FINE_STEPS} constant steps, known to {max(row['spread'] for row in faults):.1e} "
           f"on {sum(row['spread'] > 0 for row in faults)} faults; "
           f"{min(row['cells'] for row in faults)} to {max(row['cells'] for row in faults)} cells")
     proof(faults, args.measure)
     if args.calibrate:
-        factors = table_of_factors(faults)
+        factors = table_of_factors(faults, args.method)
         if args.output:
             said = subprocess.run([os.path.join(args.build, "bin", "fault"), "-version"], capture_output=True, text=True, check=True).stdout
-            write_factors(args.output, factors, faults, seeds, said.splitlines()[0].split()[-1])
-    verdicts(faults, DIALS + (MORE_DIALS if args.calibrate else []), args.measure)
+            write_factors(args.output, factors, faults, args, seeds, said.splitlines()[0].split()[-1])
+    verdicts(faults, args.dials, args.measure)
 
 
 if __name__ == "__main__":

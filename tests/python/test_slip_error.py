@@ -58,6 +58,20 @@ class SlipError(unittest.TestCase):
             ratio = run["slip_error_signed"] / self.error(run)
             self.assertTrue(0.5 < ratio < 2, f"{steps} steps: estimated over true error {ratio}")
 
+    def test_vectors(self):
+        """Slip as a vector: what moves along the strike has the estimates that it has with one component, and along another rake the estimate
+        is on the safe side, as with one."""
+        for method in ("implicit", "explicit"):
+            steps = ["-ts_adapt_type", "none", "-ts_dt", "0.15", "-ts_bathe_method", method]
+            one, two = (self.run_fault(*ONE, *steps, "-fault_slip_components", c) for c in "12")
+            for name in ("slip_error_signed", "history_error_measure", "event_time_error_measure"):
+                self.assertAlmostEqual(two[name] / one[name], 1, delta=1e-6, msg=f"{method}: {name}")
+            oblique = [*ONE, "-fault_slip_components", "2", "-fault_rake", "40", "-fault_normal_coupling", "no", "-ts_bathe_method", method]
+            run, fine = (self.run_fault(*oblique, "-ts_adapt_type", "none", "-ts_dt", dt) for dt in ("0.15", "0.01"))
+            ratio = run["history_error_estimate"] / verdict.measured({"errors": verdict.errors(run["run"], fine["run"])}, "history")
+            self.assertTrue(1 <= ratio < 30, f"{method}: estimated over true error {ratio}")
+            self.assertNotIn("not estimated", run["text"])
+
     def test_timing(self):
         """Likewise the first variation of the event's time, which knows no arrest: off by a share that falls with the step,
         9 % at 100 steps and 2 % at 400 here."""

@@ -150,7 +150,7 @@ class Verdict(Runs):
 
     def case(self, seed, k):
         """Its options and a fine run of it, as read_course() has it."""
-        args = argparse.Namespace(build=os.environ["SLIPSTEP_BUILD"], calibrate=False, prove=0)
+        args = argparse.Namespace(build=os.environ["SLIPSTEP_BUILD"], calibrate=False, prove=0, method="implicit")
         case, fine, _ = verdict.reference(args, self.room.name, seed, k)
         return [*case.options, "-ts_max_time", f"{case.duration:.10g}", "-fault_output_interval", "1000000"], fine
 
@@ -189,6 +189,8 @@ class Verdict(Runs):
         for options, why in ((["-ts_max_time", "5"], "the fault still slides"), (["-fault_friction_law", "linear_slip_weakening"], "not calibrated for this friction law"),
                              (["-ts_bathe_error", "none", "-ts_adapt_type", "none", "-ts_dt", "0.3"], "its steps have no error estimates"),
                              (["-ts_bathe_reaction", "implicit"], "not calibrated for this integrator"),
+                             (["-fault_inertia", "no", "-fault_viscosity", "radiation"], "not calibrated without inertia"),
+                             (["-fault_loading_rate", "1e-2", "-ts_max_time", "5"], "events follow each other"),
                              (["-ts_adapt_type", "none", "-ts_dt", "10"], "too few steps")):
             run = self.run_fault("-fault_nx", "2", "-fault_nz", "2", "-fault_stiffness_scaling", "mean_slip", *options)
             self.assertIn(f"not estimated ({why})", run["text"])
@@ -198,19 +200,23 @@ class Verdict(Runs):
     def test_factors_of_a_file(self):
         """Factors that a calibration writes are those of a run: errors of 4, 3 and 4 times the measures in runs of up to 64 steps, and twice that in longer ones."""
         measure = {f"{name}_error_measure": 0.01 for name in verdict.ATTRIBUTES.values()}
-        faults = [{"runs": [{**measure, "steps": steps, "errors": dict.fromkeys(verdict.course.PARTS, 0) | {"final": 0.03 * scale, "shift": 0.04 * scale}}
+        faults = [{"runs": [{**measure, "explicit": 0, "steps": steps, "errors": dict.fromkeys(verdict.course.PARTS, 0) | {"final": 0.03 * scale, "shift": 0.04 * scale}}
                             for steps, scale in ((50, 1), (70, 2))]}]
         path = os.path.join(self.room.name, "mine.h5")
-        verdict.write_factors(path, verdict.table_of_factors(faults), faults, [1], "0")
+        with h5py.File(verdict.SHIPPED) as file:
+            shipped = file["explicit/factor"][()]
+        verdict.write_factors(path, verdict.table_of_factors(faults, "implicit"), faults, argparse.Namespace(method="implicit"), [1], "0")
         with h5py.File(path) as file:
             self.assertEqual(list(file["steps"]), [64, np.inf])
             np.testing.assert_array_equal(file["factor"], [[4, 3, 4], [8, 6, 8]])
+            np.testing.assert_array_equal(file["explicit/factor"], shipped)
         run = self.run_fault("-fault_nx", "2", "-fault_nz", "2", "-fault_estimates", path)
         scale = 1 if run["accepted"] <= 64 else 2
         for name, factor in (("history", 4), ("slip", 3), ("event_time", 4)):
             self.assertAlmostEqual(run[f"{name}_error_estimate"] / (factor * scale * run[f"{name}_error_measure"]), 1, delta=0.05)  # two digits
         for name, value, says in (("steps", [64, 64], "expected numbers that rise, and infinity at the end"),
                                   ("factor", [[1, 2, 3]], "/factor in"), ("factor", np.zeros((2, 3)), "a number in row 0 of /factor is 0"),
+                                  ("explicit/factor", [[0, 1, 1]] * len(shipped), "a number in row 0 of /explicit/factor is 0"),
                                   ("measures", np.array(["history", "final_slip", "other"], "S"), 'no "event_time"')):
             bad = os.path.join(self.room.name, "bad.h5")
             shutil.copy(path, bad)
@@ -224,6 +230,27 @@ class Verdict(Runs):
             self.assertIn("bad.h5", done.stderr)
             self.assertIn(says, done.stderr)
             self.assertIn("(-fault_estimates)", done.stderr)
+
+    def test_factors_of_explicit_steps(self):
+        """A run most of whose steps are explicit has factors of its own, and those of all runs where the file has none, as files of 0.4 have."""
+        path = os.path.join(self.room.name, "explicit.h5")
+        measure = {f"{name}_error_measure": 0.01 for name in verdict.ATTRIBUTES.values()}
+        errors = dict.fromkeys(verdict.course.PARTS, 0) | {"final": 0.03, "shift": 0.04}
+        faults = [{"runs": [{**measure, "explicit": share, "steps": 70, "errors": {name: scale * error for name, error in errors.items()}}
+                            for share, scale in ((0.4, 7), (0.6, 1))]}]
+        verdict.write_factors(path, verdict.table_of_factors(faults, "auto"), faults, argparse.Namespace(method="auto"), [1], "0")
+        with h5py.File(path) as file, h5py.File(verdict.SHIPPED) as shipped:
+            np.testing.assert_array_equal(file["explicit/factor"], [[4, 3, 4]])
+            np.testing.assert_array_equal(file["factor"], shipped["factor"])
+            of_all = shipped["factor"][-1]
+        fault = ["-fault_nx", "2", "-fault_nz", "2", "-fault_estimates", path, "-ts_dt", "0.1", "-ts_adapt_type", "none"]  # 300 steps
+        for method, factors in (("explicit", (4, 3, 4)), ("implicit", of_all), ("explicit", of_all)):
+            run = self.run_fault(*fault, "-ts_bathe_method", method)
+            for name, factor in zip(("history", "slip", "event_time"), factors):
+                self.assertAlmostEqual(run[f"{name}_error_estimate"] / (factor * run[f"{name}_error_measure"]), 1, delta=0.05, msg=f"{method}: {name}")
+            if method == "implicit":
+                with h5py.File(path, "a") as file:
+                    del file["explicit"]
 
 
 if __name__ == "__main__":

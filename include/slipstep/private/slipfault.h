@@ -189,6 +189,15 @@ static inline PetscReal SlipFaultDistance(SlipFault fault, const PetscReal a[], 
   return SlipFaultLength(fault, a + SlipFaultDisplacementAt(fault, i));
 }
 
+/* y along x, of vectors of slip of one cell; 0 where x has no direction */
+static inline PetscReal SlipFaultAlongSlip(SlipFault fault, const PetscReal x[], const PetscReal y[])
+{
+  const PetscReal size = SlipFaultLength(fault, x);
+
+  if (size == 0) return 0;
+  return fault->layout.components == 1 ? PetscSign(x[0]) * y[0] : SlipFaultDot(fault, x, y) / size;
+}
+
 /* Can cells open? */
 static inline PetscBool SlipFaultOpens(SlipFault fault)
 {

@@ -45,29 +45,35 @@ typedef enum { ESTIMATE_HISTORY, ESTIMATE_FINAL, ESTIMATE_TIME, NUM_ESTIMATES } 
 /* estimatefile.c: what makes errors of estimates, from a file; formulas in slipestimate.c */
 enum { CALIBRATION_MOST = 32 };
 typedef struct {
-  PetscInt n, least;       /* classes of accepted steps, 0: it was not read; fewest accepted steps with an estimate */
-  PetscReal floor, late;   /* of the final slip */
-  PetscReal shift_floor;   /* of the time of the event */
-  PetscReal history_final; /* share of the final slip's in the history's */
+  PetscInt n; /* classes of accepted steps, 0: the file has none */
   struct {
     PetscReal steps; /* at most; of the last infinite */
     PetscReal factor[NUM_ESTIMATES];
   } row[CALIBRATION_MOST];
+} SlipFaultFactors;
+typedef struct {
+  PetscInt least;               /* fewest accepted steps with an estimate */
+  PetscReal floor, late;        /* of the final slip */
+  PetscReal shift_floor;        /* of the time of the event */
+  PetscReal history_final;      /* share of the final slip's in the history's */
+  SlipFaultFactors of_all;      /* runs without a table of their own */
+  SlipFaultFactors of_explicit; /* runs most of whose steps are explicit */
 } SlipFaultCalibration;
 /* Collective. file "": the library's, or that of SLIPSTEP_POLICY_DIR; measure [NUM_ESTIMATES]: names of its columns */
 PETSC_EXTERN PetscErrorCode SlipFaultCalibrationRead(MPI_Comm comm, const char prefix[], const char file[],
                                                      const char *const measure[], SlipFaultCalibration *c);
 
 typedef struct {
-  PetscObjectId id;   /* of the TS that has the monitor */
-  PetscBool recorded; /* the course is */
-  PetscBool known;    /* every accepted step so far had an error estimate */
-  PetscReal moving;   /* share of the slip that is on cells which still slide, at the end of the last step */
-  PetscReal decay;    /* of changes of the energy [1/s] */
-  PetscReal work[2];  /* changes of the energy by local errors, carried to now, and by their magnitudes [J/m^2] */
-  PetscReal slip[2];  /* errors of the mean slip that have become final, likewise [m] */
-  PetscReal sum;      /* of the slip at the end of the last step [m] */
-  PetscReal late;     /* what of it was made in steps in which cells came to rest [m] */
+  PetscObjectId id;        /* of the TS that has the monitor */
+  PetscBool recorded;      /* the course is */
+  PetscBool known;         /* every accepted step so far had an error estimate */
+  PetscInt explicit_steps; /* accepted steps so far that were explicit */
+  PetscReal moving;        /* share of the slip that is on cells which still slide, at the end of the last step */
+  PetscReal decay;         /* of changes of the energy [1/s] */
+  PetscReal work[2];       /* changes of the energy by local errors, carried to now, and by their magnitudes [J/m^2] */
+  PetscReal slip[2];       /* errors of the mean slip that have become final, likewise [m] */
+  PetscReal sum;           /* of the slip at the end of the last step [m] */
+  PetscReal late;          /* what of it was made in steps in which cells came to rest [m] */
   SlipFaultTiming timing;
   SlipFaultCalibration calibration;
   SlipFaultCourse course; /* the start and the ends of accepted steps */
