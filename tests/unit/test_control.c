@@ -256,6 +256,10 @@ static void methods(void **state)
   assert_false(SlipMethodIsExplicit(&costs, 0.55, 0.1, PETSC_TRUE));
   assert_true(SlipMethodIsExplicit(&costs, 0.55, 0.1, PETSC_FALSE));
   /* solves that take 12 over 4 steps, not 12.4 */
+  SlipMethodLearn(&costs, PETSC_FALSE, 0.4, 0.1, 109); /* the first takes the place of what was not known */
+  assert_true(fabs(SlipMethodSolve(&costs, 4) - 109) < 1e-9);
+  SlipMethodLearn(&costs, PETSC_FALSE, 0.4, 0.1, 109 - 40); /* a later one counts a quarter */
+  assert_true(fabs(SlipMethodSolve(&costs, 4) - 99) < 1e-9);
   for (int i = 0; i < 100; i++) SlipMethodLearn(&costs, PETSC_FALSE, 0.4, 0.1, 12);
   assert_true(fabs(SlipMethodSolve(&costs, 4) - 12) < 1e-9);
   assert_true(fabs(SlipMethodSolve(&costs, 9) - 12 * 14.6 / 12.4) < 1e-9);
