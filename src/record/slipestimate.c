@@ -232,6 +232,12 @@ static PetscReal TwoDigits(PetscReal x)
   return PetscFloorReal(x / unit + (PetscReal)0.5) * unit;
 }
 
+/* Does a run have the factors of explicit steps? */
+static PetscBool MostlyExplicit(const SlipFaultRunError *est, PetscInt steps)
+{
+  return est->calibration.of_explicit.n && 2 * est->explicit_steps >= steps ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* What the estimate was not calibrated for; NULL: nothing */
 static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const char **why)
 {
@@ -257,6 +263,8 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
     *why = "the fault still slides";
   else if (fault->friction.law != SlipFrictionLaws)
     *why = "not calibrated for this friction law";
+  else if (SlipFaultOpens(fault) && !MostlyExplicit(est, steps))
+    *why = "not calibrated for implicit steps of cells that may open";
   else if (reaction != TSBATHE_REACTION_TRAPEZOIDAL || estimate != TSBATHE_ERROR_EMBEDDED)
     *why = "not calibrated for this integrator";
   else if (steps < est->calibration.least)
@@ -285,7 +293,7 @@ static void Measures(const SlipFaultRunError *est, PetscReal mean_slip, PetscRea
 static PetscReal Factor(const SlipFaultRunError *est, SlipFaultEstimate which, PetscInt steps)
 {
   const SlipFaultCalibration *c = &est->calibration;
-  const SlipFaultFactors *f = c->of_explicit.n && 2 * est->explicit_steps >= steps ? &c->of_explicit : &c->of_all;
+  const SlipFaultFactors *f = MostlyExplicit(est, steps) ? &c->of_explicit : &c->of_all;
   PetscInt i = 0;
 
   while ((PetscReal)steps > f->row[i].steps) i++;

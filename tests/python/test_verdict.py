@@ -191,6 +191,9 @@ class Verdict(Runs):
                              (["-ts_bathe_reaction", "implicit"], "not calibrated for this integrator"),
                              (["-fault_inertia", "no", "-fault_viscosity", "radiation"], "not calibrated without inertia"),
                              (["-fault_loading_rate", "1e-2", "-ts_max_time", "5"], "events follow each other"),
+                             (["-fault_stiffness_scaling", "none", "-fault_slip_components", "2", "-fault_opening", "yes", "-fault_initial", "traction",
+                               "-fault_initial_traction", "20e6", "-fault_initial_unstable", "-fault_inertia", "yes", "-ts_bathe_method", "implicit"],
+                              "not calibrated for implicit steps of cells that may open"),
                              (["-ts_adapt_type", "none", "-ts_dt", "10"], "too few steps")):
             run = self.run_fault("-fault_nx", "2", "-fault_nz", "2", "-fault_stiffness_scaling", "mean_slip", *options)
             self.assertIn(f"not estimated ({why})", run["text"])
