@@ -37,9 +37,9 @@ PetscBool SlipMethodIsExplicit(const SlipMethodCosts *costs, PetscReal h, PetscR
                                                                                                          : PETSC_FALSE;
 }
 
-/* An attempt at h took so many products, those with the preconditioner included. The first solve says more than what was
-   measured elsewhere: on irregular meshes, whose stages have no such preconditioner, it takes three to eight times as
-   many. */
+/* An attempt at h took so many products, those with the preconditioner included. The first solve says more than
+   what was measured elsewhere: on irregular meshes, whose stages have no such preconditioner, it takes three to eight
+   times as many. */
 void SlipMethodLearn(SlipMethodCosts *costs, PetscBool is_explicit, PetscReal h, PetscReal limit, PetscReal products)
 {
   SlipMethodCosts one = *costs;
