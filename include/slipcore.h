@@ -89,22 +89,21 @@ typedef struct {
   const char *name;
   SlipFrictionFn eval;
   const char *formula;     /* what -help and messages say */
-  PetscBool by_rate;       /* mu depends on v */
+  PetscBool by_rate,       /* mu depends on v */
+    remembers;             /* mu is of one state alone, and takes longer than to remember it */
   PetscBool always_slides; /* mu is 0 at v = 0 and grows with v, at least with the help of radiation damping */
   /* NULL and 0: s is the slip of both signs, ds/dt = |v| - s/t_h */
   const SlipFrictionState *states; /* [nstates] */
   PetscInt nstates;                /* at most SLIP_MAX_STATES */
   SlipStateFn rate;                /* of all of them */
   SlipSteadyFn steady;
-  const SlipParameter *own; /* parameters that it brings, the last row with a NULL name; NULL: none */
-  const void *ctx;          /* handed to the functions in SlipFriction */
-  /* short cuts, for speed */
+  const SlipParameter *own;                   /* parameters that it brings, the last row with a NULL name; NULL: none */
+  const void *ctx;                            /* handed to the functions in SlipFriction; then short cuts, for speed */
   PetscReal (*direct)(const SlipFriction *p); /* a, where mu > 10 a has dmu/dv = a/v to 1e-9; NULL: nowhere */
   SlipFrictionBalanceFn balance;              /* NULL: cell by cell, by Newton's method */
   SlipFrictionKeepFn keep;     /* the numbers of kept, for as long as the normal stress does not change */
   PetscInt nkept;              /* of a cell */
   SlipFrictionValuesFn values; /* NULL: cell by cell */
-  PetscBool remembers;         /* mu is of one state alone, and takes longer than to remember it */
   const char *reads; /* numbers of friction in it, "residual slip", others being named as without effect; NULL: any */
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ours; ends with a NULL name */
@@ -123,13 +122,10 @@ struct _n_SlipFrictionCells {
   const PetscReal *a, *b, *reference; /* NULL where no law needs them */
   PetscReal reference_rate;           /* [m/s] */
   PetscBool slip_law;
-  const PetscReal *alpha,
-    *start; /* of Linker and Dieterich (ratestate.c), and the normal stress before any change [Pa]; NULL: none */
-  const PetscReal *own; /* [n][nown]; NULL where nown is 0 */
+  const PetscReal *alpha, *start; /* of ratestate.c, and the normal stress before any change [Pa]; NULL: none */
+  const PetscReal *own;           /* [n][nown]; NULL where nown is 0 */
   PetscInt nown;
-  /* [n][4], of laws that remember, kept from one call to the next: a state of each cell, what mu exceeds its residual
-     by there, its derivative, and that excess after all weakening; NaN: not known; NULL: nothing is remembered */
-  PetscReal *known;
+  PetscReal *known; /* [n][4] of laws that remember, NULL or NaN: nothing yet (friction.c) */
 };
 
 PETSC_EXTERN PetscInt SlipFrictionStates(const SlipFrictionLaw *law);

@@ -244,7 +244,8 @@ static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
 static const PetscReal unslipped[SLIP_MAX_STATES] = {0};
 
 /* What mu of cell i exceeds its residual by, or mu where cells always slide. Of a step's end it is asked for six times,
-   for kicks, sums and estimates. */
+   for kicks, sums and estimates: of laws that remember f->known has that state, its excess and the derivative, and the
+   excess after all weakening. */
 static void Excess(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v, PetscReal *excess,
                    PetscReal dmu_ds[], PetscReal *dmu_dv)
 {

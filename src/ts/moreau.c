@@ -84,8 +84,8 @@ static PetscErrorCode FirstPush(const SlipMoreauMemory *from, PetscReal weight, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The force of the second kick, f - 2 inner + first, and the damping of the step's end, extrapolated from the one before
-   by share */
+/* The force of the second kick, f - 2 inner + first, and the damping of the step's end, extrapolated from the one
+   before by share */
 static PetscErrorCode SecondPush(Vec f, Vec inner, Vec first, Vec before, PetscReal share, Vec push, Vec p_end)
 {
   const PetscScalar *a, *p, *expected, *last;

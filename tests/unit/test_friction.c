@@ -95,4 +95,30 @@ static void healing(void **state)
   assert_true(fabs(error[0] / error[1] - 2) < 5e-3);
 }
 
-SLIP_TESTS(derivatives, values, healing)
+/* What a law remembers of a cell is the same, to the bit, whatever was asked for before. */
+static void remembered(void **state)
+{
+  const PetscReal residual = 0.5, drop = 0.1, slip = 0.05, stress = 2;
+  PetscReal known[] = {NAN, 0, 0, NAN};
+  SlipFrictionCells f = {
+    .law = SlipFrictionLaws, .residual = &residual, .drop = &drop, .slip = &slip, .rate = &drop, .stress = &stress};
+
+  (void)state;
+  for (PetscInt k = 0; k < 40; k++) {
+    const PetscReal s = 0.01 * (PetscReal)(k * k % 7);
+    PetscReal mu[2], ds[2], dv[2], none;
+
+    for (int i = 0; i < 2; i++) {
+      f.known = i ? known : NULL;
+      if (k % 2)
+        SlipFrictionEvaluate(&f, 0, &s, 0.1, &mu[i], &ds[i], &dv[i]);
+      else
+        SlipFrictionStage(&f, 0, 0, &s, 0.1, &mu[i], &ds[i], &dv[i], &none);
+    }
+    assert_true(f.law->remembers && known[0] == s);
+    assert_true(mu[0] == mu[1] && ds[0] == ds[1] && dv[0] == dv[1] && mu[0] == residual + drop * exp(-s / slip));
+    assert_true(SlipFrictionWeakest(&f, 0) == residual);
+  }
+}
+
+SLIP_TESTS(derivatives, values, healing, remembered)
