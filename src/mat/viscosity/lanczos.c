@@ -123,10 +123,10 @@ static PetscErrorCode Step(Lanczos *l, PetscInt m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The error of the coefficients c of m steps. Their change since the last look is the error of then. Since then it
-   has fallen by at least as much in each step as it did before, as the convergence is superlinear, which tells the error of
-   now. Bounding it by that of the best polynomial as well, which needs the norm of A, would spare 1 % of the products of
-   a run. *size is |c|. */
+/* The error of the coefficients c of m steps. Their change since the last look is the error of then. Since then it has
+   fallen by at least as much in each step as before, as the convergence is superlinear, which tells the error of now.
+   Bounding it by that of the best polynomial as well, which needs the norm of A, would spare 1 % of the products of a
+   run. *size is |c|. */
 PetscReal SlipRootError(SlipRootLooks *looks, PetscInt m, const PetscReal c[], PetscReal last[], PetscReal *size)
 {
   const PetscReal steps = (PetscReal)(m - looks->before);
