@@ -114,8 +114,8 @@ def read_course(output):
 
 def execute(build, jobs, folder, read=read):
     """Do runs in one process (-fault_sweep); yield of each what read() makes of its output, or None and the message it ended
-    with. A run that fails ends the process: the others go to another one."""
-    program = os.path.join(build, "bin", "fault")
+    with. A run that fails ends the process: the others go to another one. A machine under load sometimes cannot start MPI, so the first run of a process is tried again."""
+    program, again = os.path.join(build, "bin", "fault"), False
     while jobs:
         with tempfile.TemporaryDirectory(dir=folder) as room:
             sweep = os.path.join(room, "sweep")
@@ -132,6 +132,9 @@ def execute(build, jobs, folder, read=read):
         if count < len(jobs):
             if not done.returncode:
                 raise BenchmarkError(f"{program} wrote no output for {' '.join(command_line(jobs[count], 'F'))}")
+            again = not count and not again
+            if again:
+                continue
             lines = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
             yield jobs[count], None, lines[-1][:300]
             count += 1
@@ -178,7 +181,7 @@ class Bench:
             if found:
                 result, done = found
                 row.update({name: result[name] for name in ("solves", "accepted", "rejected", "mean_slip", "wall_time_solve")})
-                row.update({name: value for name, value in result.items() if name.startswith(("slip_error", "products_")) or name == "cost"})
+                row.update({name: value for name, value in result.items() if name.startswith(("slip_error", "products")) or name in ("cost", "explicit_attempts")})
                 if job.family == "constant":
                     row["solves"] = result["moving"]
                 row.update(course.errors(done, self.fine[job.case.name]))
