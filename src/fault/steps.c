@@ -19,30 +19,32 @@ static const struct {
   const char *name, *meaning;
   const char
     *policy; /* the problem whose default policy it takes; "fault", which hands over, where none is made for it */
+  const char *by_products;       /* with inertia: that of steps which are explicit or implicit; NULL: none */
   const char *controller, *fine; /* a type, and a filter after a colon */
   const char *group;             /* of a file of tolerances (-fault_tolerances); NULL: nobody has measured them */
   PetscReal learned;             /* the finest accuracy at which rl, by the policy, is the default; 0: nowhere */
   PetscReal rtol;                /* of controllers without a row: those that were not calibrated, rl, constant steps */
   PetscReal loosest, tighter;    /* others are at most the first, and so many times smaller */
 } Kinds[KINDS] = {
-  [KIND_EVENT] = {"event", "an event from the instability", "fault", "pi:fault_history", "dsp", "event", 1e-3, 1e-3,
-                  PETSC_MAX_REAL, 1},
-  [KIND_RUPTURE] = {"rupture", "a rupture from a given stress", "rupture", "pi", "pi", "rupture", 2e-3, 1e-3,
+  [KIND_EVENT] = {"event", "an event from the instability", "fault", "fault_products", "pi:fault_history", "dsp",
+                  "event", 1e-3, 1e-3, PETSC_MAX_REAL, 1},
+  [KIND_RUPTURE] = {"rupture", "a rupture from a given stress", "rupture", "rupture", "pi", "pi", "rupture", 2e-3, 1e-3,
                     PETSC_MAX_REAL, 1},
-  [KIND_SEQUENCE] = {"sequence", "a fault that is loaded or heals", "fault", "dsp", "dsp", "sequence", 0, 1e-4,
+  [KIND_SEQUENCE] = {"sequence", "a fault that is loaded or heals", "fault", NULL, "dsp", "dsp", "sequence", 0, 1e-4,
                      MARGINAL, 1},
-  [KIND_HEAVY] = {"sequence_inertia", "a fault with inertia that is loaded or heals", "fault", "dsp", "dsp", "sequence",
-                  0, 1e-4, MARGINAL, STOPS},
-  [KIND_INJECTION] = {"injection", "a fault under a pore pressure", "injection", "basic", "pi", "injection", 3e-3, 1e-3,
-                      PETSC_MAX_REAL, 1},
-  [KIND_SMOOTH] = {"smooth", "rate-and-state friction under bathe", "fault", "heuristic", "heuristic", NULL, 0, 1e-3,
-                   PETSC_MAX_REAL, 1},
+  [KIND_HEAVY] = {"sequence_inertia", "a fault with inertia that is loaded or heals", "fault", NULL, "dsp", "dsp",
+                  "sequence", 0, 1e-4, MARGINAL, STOPS},
+  [KIND_INJECTION] = {"injection", "a fault under a pore pressure", "injection", NULL, "basic", "pi", "injection", 3e-3,
+                      1e-3, PETSC_MAX_REAL, 1},
+  [KIND_SMOOTH] = {"smooth", "rate-and-state friction under bathe", "fault", NULL, "heuristic", "heuristic", NULL, 0,
+                   1e-3, PETSC_MAX_REAL, 1},
 };
 #define FINE 3e-3
-#define BY_PRODUCTS "fault_products" /* the problem of policies that know explicit steps */
-/* Damping ratio up to which they were trained. Beyond it explicit steps are stable over so short a time that implicit
-   ones take fewer products (24 x 24 cells of the 3 km fault at 1: 670 in place of 930). */
+/* Damping ratio up to which fault_products was trained. Beyond it explicit steps are stable over so short a time that
+   implicit ones take fewer products (24 x 24 cells of the 3 km fault at 1: 670 in place of 930). */
 #define MOST_DAMPED 0.6
+/* Cells that may open: the finest accuracy that pi keeps by explicit steps, at a seventh of the products */
+#define OPENING_LEAST 1e-2
 
 static const char *ControllerAt(PetscInt kind, PetscReal accuracy)
 {
@@ -181,6 +183,7 @@ static PetscErrorCode IsLearned(SlipFault fault, TS ts, PetscBool *learned)
   PetscFunctionBegin;
   *learned = Kinds[kind].learned > 0 && Accuracy(fault) >= Kinds[kind].learned ? PETSC_TRUE : PETSC_FALSE;
   if (kind == KIND_EVENT && fault->kind.driven) *learned = PETSC_FALSE; /* without inertia */
+  if (SlipFaultOpens(fault)) *learned = PETSC_FALSE; /* the policies lose its dial on half of such faults, pi on none */
   if (!IsTrainedLaw(kind, fault->friction.law->name)) *learned = PETSC_FALSE;
   PetscCall(NamesClassical(fault, ts, fault->problem.controller, &named));
   if (named) *learned = PETSC_FALSE;
@@ -292,25 +295,7 @@ PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of TSRKC: tolerances that keep an accuracy in 95 % of random ruptures without inertia, from a patch that exceeds its
-   strength, exponential and linear weakening: the tighter of those of 48 of 12 x 6 to 64 x 32 cells by the measure of
-   histories, which nucleations that are late decide where tolerances are loose, and of 26 of 20 x 10 to 80 x 40 cells
-   by the times at which cells break as well, which decide from 1e-2 on. */
-static const PetscReal RKCTolerances[][2] = {{1e-1, 0.1}, {3e-2, 0.045}, {1e-2, 0.011}, {3e-3, 1.5e-3}, {1e-3, 2.4e-4}};
 #define RKC_RTOL 1e-2 /* in other runs */
-
-/* Powers between these, and beyond them those of the ends */
-static PetscReal RKCTolerance(PetscReal accuracy)
-{
-  const size_t last = PETSC_STATIC_ARRAY_LENGTH(RKCTolerances) - 2;
-  size_t k = 0;
-
-  while (k < last && accuracy < RKCTolerances[k + 1][0]) k++;
-  const PetscReal *loose = RKCTolerances[k], *tight = RKCTolerances[k + 1];
-  const PetscReal power = PetscLogReal(loose[1] / tight[1]) / PetscLogReal(loose[0] / tight[0]);
-
-  return PetscMin(1, loose[1] * PetscPowReal(accuracy / loose[0], power));
-}
 
 /* *rtol: that of the accuracy where nobody has given one, and the type is TSRKC; else as it was */
 PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, PetscReal *rtol)
@@ -327,7 +312,7 @@ PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, PetscReal *rtol)
   *rtol = RKC_RTOL;
   if (fault->steps.kind != KIND_RUPTURE) PetscFunctionReturn(PETSC_SUCCESS);
   fault->steps.accuracy = Accuracy(fault);
-  *rtol = fault->steps.rtol = RKCTolerance(fault->steps.accuracy);
+  *rtol = fault->steps.rtol = SlipFaultTolerancesRKC(fault->steps.accuracy);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -376,33 +361,50 @@ static PetscErrorCode NamesStages(TS ts, PetscBool *names)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How steps are computed unless somebody says it: by fewer products where a policy of the problem fault_products
-   chooses them, that of single events with inertia; others were trained on implicit steps, and tolerances measured on
-   them. */
-static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
+/* Does a policy choose the steps that knows explicit ones, or ruptures whose steps were cut as those are? */
+static PetscErrorCode LearnsByProducts(SlipFault fault, TSAdapt adapt, PetscBool *learns)
 {
-  const char *measure = NULL, *problem = NULL;
+  const char *problem = Kinds[fault->steps.kind].by_products, *measure, *trained = NULL;
   char file[PETSC_MAX_PATH_LEN];
-  SlipPolicy policy = NULL;
-  PetscBool learns, own;
+  SlipPolicy policy;
+  PetscBool actor;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learns));
-  if (learns) PetscCall(TSAdaptRLGetMeasure(adapt, &measure));
-  PetscCall(TSAdaptRLHasActor(adapt, &own));
-  if (!own) PetscCall(NamesStages(ts, &own));
-  learns = learns && !own && fault->steps.kind == KIND_EVENT && !fault->kind.driven &&
-               fault->options.value[FAULT_DAMPING_RATIO] <= MOST_DAMPED &&
-               IsTrainedLaw(KIND_EVENT, fault->friction.law->name) && !strcmp(measure, "history")
-             ? PETSC_TRUE
-             : PETSC_FALSE;
-  if (learns) PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
-  if (policy) {
-    PetscCall(SlipPolicyGetAttribute(policy, "problem", &problem));
-    learns = problem && !strcmp(problem, BY_PRODUCTS) ? PETSC_TRUE : PETSC_FALSE;
-  } else if (learns)
-    PetscCall(SlipPolicyFindDefault(fault->comm, BY_PRODUCTS, file, sizeof(file), &learns));
-  PetscCall(TSBatheSetDefaultMethod(ts, learns ? TSBATHE_METHOD_AUTO : TSBATHE_METHOD_IMPLICIT));
+  *learns = PETSC_FALSE;
+  PetscCall(TSAdaptRLGetMeasure(adapt, &measure));
+  PetscCall(TSAdaptRLHasActor(adapt, &actor));
+  PetscCall(TSAdaptRLGetPolicy(adapt, &policy));
+  if (actor || !measure || strcmp(measure, "history") || !IsTrainedLaw(fault->steps.kind, fault->friction.law->name))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  if (!policy) {
+    PetscCall(SlipPolicyFindDefault(fault->comm, problem, file, sizeof(file), learns));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipPolicyGetAttribute(policy, "problem", &trained));
+  *learns = trained && !strcmp(trained, problem) ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How steps are computed unless somebody says it: with inertia by fewer products where that was measured to keep the
+   accuracy, else by implicit steps, on which other policies were trained and tolerances measured. */
+static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
+{
+  const Kind kind = (Kind)fault->steps.kind;
+  char controller[64];
+  PetscBool fewer = PETSC_FALSE, stages;
+
+  PetscFunctionBegin;
+  PetscCall(NamesStages(ts, &stages));
+  PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
+  if (!stages && Kinds[kind].by_products && fault->kind.inertia && !(kind == KIND_EVENT && fault->kind.driven) &&
+      fault->options.value[FAULT_DAMPING_RATIO] <= MOST_DAMPED) {
+    if (SlipFaultOpens(fault))
+      fewer =
+        !strcmp(controller, "pi") && !fault->steps.given && Accuracy(fault) >= OPENING_LEAST ? PETSC_TRUE : PETSC_FALSE;
+    else if (!strcmp(controller, TSADAPTRL))
+      PetscCall(LearnsByProducts(fault, adapt, &fewer));
+  }
+  PetscCall(TSBatheSetDefaultMethod(ts, fewer ? TSBATHE_METHOD_AUTO : TSBATHE_METHOD_IMPLICIT));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

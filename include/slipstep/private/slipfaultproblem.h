@@ -61,6 +61,7 @@ typedef struct {
 } SlipFaultTolerances;
 PETSC_EXTERN PetscErrorCode SlipFaultTolerancesRead(MPI_Comm comm, const char prefix[], const char file[],
                                                     const char kind[], SlipFaultTolerances *t);
+PETSC_INTERN PetscReal SlipFaultTolerancesRKC(PetscReal accuracy); /* of ruptures without inertia */
 PETSC_INTERN PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, const char controller[],
                                                PetscReal accuracy);
 
