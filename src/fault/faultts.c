@@ -352,11 +352,13 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller (-ts_adapt_type): TSADAPTRL
   from the instability (with inertia), from another start and under a pore pressure, with slip weakening, where its
   policy is there, -fault_accuracy is one that it was trained for, and no tolerance is given (-ts_rtol,
-  TSSetTolerances(), -fault_tolerances, options of pi and dsp). From the instability it takes steps that are explicit
-  or implicit as needs fewer products (-ts_bathe_method auto), by the policy fault_products.h5, unless -ts_bathe_method
-  or TSBatheSetMethod() says otherwise, an option speaks to implicit steps (-ts_bathe_gamma, -ts_bathe_first_stage,
+  TSSetTolerances(), -fault_tolerances, options of pi and dsp). With inertia it takes, from the instability and
+  from a given stress, steps that are explicit or implicit as needs fewer products (-ts_bathe_method auto), of the
+  former by the policy fault_products.h5, unless -ts_bathe_method or TSBatheSetMethod() says otherwise, the damping
+  ratio is above 0.6, an option speaks to implicit steps (-ts_bathe_gamma, -ts_bathe_first_stage,
   -ts_bathe_reaction, -ts_bathe_stage_error), another error is bounded than that of the history, or the policy that is
-  named was trained on implicit steps. Else pi with the filter fault_history from the
+  named was trained on implicit steps. Cells that may open take pi, with inertia by such steps down to the accuracy
+  1e-2. Else pi with the filter fault_history from the
   instability, pi from another start, basic under a pore pressure and heuristic with smooth friction; dsp for a fault
   that is loaded or heals.
 

@@ -145,7 +145,7 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
     PetscCall(PetscOptionsEnum(
       "-ts_bathe_method",
       "How steps are computed: implicit (default), explicit, or auto, each as takes fewer products (default of single "
-      "events with inertia under rl)",
+      "events and ruptures with inertia under rl)",
       "TSBatheSetMethod", TSBatheMethods, (PetscEnum)method, (PetscEnum *)&method, &flg));
     if (flg) PetscCall(TSBatheSetMethod(ts, method));
   }
