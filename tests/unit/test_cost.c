@@ -66,13 +66,13 @@ static void errors_leave_nothing(void **state)
   SlipProductsGetOf(SLIP_PRODUCTS_RUN, &before);
   for (int i = 0; i < 9; i++) {
     SlipMeterBegin(&inner);
-    Work(1e-5);
+    Work(1e-3);
     SlipMeterEnd(&inner, 1);
     SlipProductsAdd((SlipProducts){.k = 1});
   }
   SlipProductsGetOf(SLIP_PRODUCTS_RUN, &after);
   assert_true(after.k - before.k == 9 && running == 0 && last == 0);
-  AssertNear(inner.seconds / inner.units, 1e-5, 2e-6);
+  AssertNear(inner.seconds / inner.units, 1e-3, 1e-4); /* interrupts take some 1e-5 s */
 }
 
 SLIP_TESTS(cost_is_what_was_done, errors_leave_nothing)
