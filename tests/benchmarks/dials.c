@@ -25,6 +25,7 @@ typedef struct {
   Family *family; /* NULL: the problem's own draws */
   PetscInt seed, stream, first, cases;
   PetscReal most; /* solves of a classical run beyond which none is tighter, over the policy's most */
+  PetscBool products;
   char policy[PETSC_MAX_PATH_LEN], controllers[256];
 } Options;
 
@@ -51,8 +52,14 @@ static PetscErrorCode ReadOptions(Options *o)
   PetscCall(OptionsNumbers(PetscOptionsObject, PETSC_STATIC_ARRAY_LENGTH(row), row));
   PetscCall(PetscOptionsString("-policy", "File of the policy (default: classical controllers alone)", NULL, o->policy,
                                o->policy, sizeof(o->policy), NULL));
-  PetscCall(PetscOptionsString("-controllers", "Classical types, and filters of pi and dsp, with commas between", NULL,
-                               o->controllers, o->controllers, sizeof(o->controllers), NULL));
+  PetscCall(PetscOptionsString("-controllers",
+                               "Classical types, filters of pi and dsp, and methods (adams/pi, 5dp/basic), with commas "
+                               "between",
+                               NULL, o->controllers, o->controllers, sizeof(o->controllers), NULL));
+  PetscCall(PetscOptionsBool("-products",
+                             "Runs are weighed by their products with K, H and the preconditioner, not by their solves "
+                             "(rupture, injection, sequence)",
+                             NULL, o->products, &o->products, NULL));
   PetscCall(FamilyOption(PetscOptionsObject, &o->family));
   PetscOptionsEnd();
   for (PetscInt i = 0; ProblemTable[i]; i++)
@@ -73,7 +80,8 @@ static PetscErrorCode RunPolicy(const Options *o, Ladder *l, LadderRun run[])
   for (PetscInt d = 0; d < DIALS; d++)
     for (PetscInt e = 0; e < l->n; e++) {
       PetscCall((*l->cma->run)(l->episode[e], policy, Dials[d], &r));
-      run[d * l->n + e] = (LadderRun){r.solves, r.done < 1 || PetscIsInfOrNanReal(r.error) ? PETSC_MAX_REAL : r.error};
+      run[d * l->n + e] =
+        (LadderRun){LadderCost(l, &r), r.done < 1 || PetscIsInfOrNanReal(r.error) ? PETSC_MAX_REAL : r.error};
     }
   PetscCall(SlipPolicyDestroy(&policy));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -100,13 +108,19 @@ static void RatioAdd(Ratio *r, PetscInt best, PetscInt solves)
   r->n++;
 }
 
+static const char *Counted(const Ladder *l)
+{
+  return l->products ? "products" : "solves";
+}
+
 static PetscErrorCode PolicyTable(const Ladder *l, const LadderRun run[])
 {
   PetscFunctionBegin;
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
-                        "| dial | policy: kept | median error | solves | best classical at the dial over "
+                        "| dial | policy: kept | median error | %s | best classical at the dial over "
                         "it: mean | least | at its error: mean | least | none |\n"
-                        "|---|---|---|---|---|---|---|---|---|\n"));
+                        "|---|---|---|---|---|---|---|---|---|\n",
+                        Counted(l)));
   for (PetscInt d = 0; d < DIALS; d++) {
     const LadderRun *r = run + d * l->n;
     Ratio dial = {0}, equal = {0};
@@ -159,11 +173,10 @@ static PetscErrorCode BestSetting(Ladder *l, PetscReal dial, PetscInt *controlle
 static PetscErrorCode ClassicalTable(Ladder *l)
 {
   PetscFunctionBegin;
-  PetscCall(
-    PetscPrintf(PETSC_COMM_SELF,
-                "| dial | best classical run, chosen afterwards: solves | the one setting that keeps the dial in "
-                "%g %% | its solves |\n|---|---|---|---|\n",
-                100 * WITHIN));
+  PetscCall(PetscPrintf(PETSC_COMM_SELF,
+                        "| dial | best classical run, chosen afterwards: %s | the one setting that keeps the dial in "
+                        "%g %% | its %s |\n|---|---|---|---|\n",
+                        Counted(l), 100 * WITHIN, Counted(l)));
   for (PetscInt d = 0; d < DIALS; d++) {
     PetscReal mean = 0, solves;
     PetscInt c, k, none = 0;
@@ -200,8 +213,9 @@ static PetscErrorCode LibraryTable(Ladder *l, const char problem[])
     if (!strcmp(problem, kinds[i])) kind = kinds[i];
   if (!kind) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscPrintf(PETSC_COMM_SELF,
-                        "| `-fault_accuracy` | controller | `-ts_rtol` | kept | median error | solves |\n"
-                        "|---|---|---|---|---|---|\n"));
+                        "| `-fault_accuracy` | controller | `-ts_rtol` | kept | median error | %s |\n"
+                        "|---|---|---|---|---|---|\n",
+                        Counted(l)));
   for (PetscInt d = 0; d < DIALS; d++)
     for (PetscInt c = 0; c < l->ncontrollers; c++) {
       LadderScore score;
@@ -256,6 +270,7 @@ static PetscErrorCode Run(void)
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(LadderCreate(o.problem, o.family, o.seed, o.stream, o.first, o.cases, o.controllers, &l));
+  l.products = o.products;
   PetscCall(PetscCalloc1(DIALS * l.n, &run));
   if (o.policy[0]) PetscCall(RunPolicy(&o, &l, run));
   PetscCall(PetscPrintf(PETSC_COMM_SELF,

@@ -44,13 +44,18 @@ PetscErrorCode LadderDestroy(Ladder *l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscInt LadderCost(const Ladder *l, const EpisodeResult *r)
+{
+  return PetscMax(l->products ? (PetscInt)PetscCeilReal(r->products) : r->solves, 1);
+}
+
 PetscErrorCode LadderRunOnce(Ladder *l, PetscInt episode, const char controller[], PetscReal rtol, LadderRun *run)
 {
   EpisodeResult r;
 
   PetscFunctionBegin;
   PetscCall((*l->cma->classical)(l->episode[episode], controller, rtol, &r));
-  run->solves = PetscMax(r.solves, 1);
+  run->solves = LadderCost(l, &r);
   run->error = r.done < 1 || PetscIsInfOrNanReal(r.error) ? PETSC_MAX_REAL : r.error;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -11,7 +11,8 @@ enum {
   LADDER_MAX_CONTROLLERS = 16
 };
 
-/* A run; solves 0: it was not done, as those at looser tolerances were exact enough, or too expensive */
+/* A run; solves, or products if the ladder counts these, 0: it was not done, as those at looser tolerances were exact
+   enough, or too expensive */
 typedef struct {
   PetscInt solves;
   PetscReal error; /* PETSC_MAX_REAL: it did not get to its end */
@@ -20,6 +21,7 @@ typedef struct {
 typedef struct {
   const CMAProblem *cma;
   CMAOptions o;
+  PetscBool products; /* cost is counted by them */
   PetscInt n;
   void **episode; /* [n] */
   PetscInt ncontrollers;
@@ -38,6 +40,8 @@ PETSC_INTERN PetscErrorCode LadderClimb(Ladder *ladder, PetscInt episode, PetscI
                                         PetscInt most, PetscBool *cut);
 /* rtol of a rung, the loosest first */
 PETSC_INTERN PetscReal LadderTolerance(PetscInt rung);
+/* The cost of a run, in solves or products */
+PETSC_INTERN PetscInt LadderCost(const Ladder *ladder, const EpisodeResult *r);
 /* A run at any tolerance, its error as above */
 PETSC_INTERN PetscErrorCode LadderRunOnce(Ladder *ladder, PetscInt episode, const char controller[], PetscReal rtol,
                                           LadderRun *run);

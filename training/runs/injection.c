@@ -40,6 +40,7 @@ static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
   for (PetscInt i = 0; i < e->n; i++) most = PetscMax(most, r.slip[i]);
   for (PetscInt i = 0; i < e->n; i++) begun += r.slip[i] > BEGUN * most ? 1 : 0;
   e->usual = r.solves;
+  e->products = r.products;
   *good = r.good && most > 0 && begun >= FEWEST_BEGUN && (PetscReal)begun >= LEAST_BEGUN * (PetscReal)e->n
             ? PETSC_TRUE
             : PETSC_FALSE;
@@ -67,6 +68,7 @@ const RunKind RunInjection = {.size = sizeof(RunEpisode),
                               .expected =
                                 "slips: expected one of which a tenth of the cells, and three of them, slip a "
                                 "hundredth of the most",
+                              .products = PETSC_TRUE,
                               .lost = 6,
                               .free = 0.8,
                               .steep = 2,
@@ -92,10 +94,10 @@ static const RatioNetwork Network = {.defaults = &Defaults,
                                      .units = 8,
                                      .row = Rows,
                                      .bias = RATIO_SAFETY,
-                                     .dial = {1e-3, 1e-1},
+                                     .dial = {2e-3, 1e-1},
                                      .unit = 1e-2,
-                                     .rtol = 5e-3,
-                                     .power = 2};
+                                     .rtol = 0.1,
+                                     .power = 0.6};
 
 static const CMAProblem CMAInjections = {RUNS,
                                          RATIO_FUNCTIONS,

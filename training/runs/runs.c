@@ -122,21 +122,38 @@ static PetscErrorCode AfterStep(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At its start. Options of its own, where the kind names a type: a fault without inertia is an explicit problem unless
-   they say otherwise. */
-static PetscErrorCode Configure(const RunEpisode *e, TS ts, Vec w, PetscOptions *options)
+/* TYPE/CONTROLLER names a method of time steps as well, of PETSc's rk by its own name: adams/pi, 5dp/basic. of: that
+   of the kind, or NULL */
+static PetscErrorCode FindMethod(const RunRequest *request, const TSType of, char method[32], TSAdaptType *controller)
 {
-  const TSType type = e->kind->type;
+  char *slash = NULL;
+
+  PetscFunctionBegin;
+  *controller = request->type;
+  PetscCall(PetscStrncpy(method, of ? of : "", 32));
+  if (request->type) PetscCall(PetscStrchr(request->type, '/', &slash));
+  if (!slash) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrncpy(method, request->type, (size_t)PetscMin(slash - request->type + 1, 32)));
+  *controller = slash + 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* At its start. Options of its own, where a method is named: a fault without inertia is an explicit problem unless they
+   say otherwise. */
+static PetscErrorCode Configure(const RunEpisode *e, const char method[], TS ts, Vec w, PetscOptions *options)
+{
+  const PetscBool rk = method[0] >= '0' && method[0] <= '9' ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBegin;
   *options = NULL;
-  if (type) {
+  if (method[0]) {
     PetscCall(PetscOptionsCreate(options));
-    PetscCall(PetscOptionsSetValue(*options, "-ts_type", type));
+    PetscCall(PetscOptionsSetValue(*options, "-ts_type", rk ? TSRK : method));
+    if (rk) PetscCall(PetscOptionsSetValue(*options, "-ts_rk_type", method));
     PetscCall(PetscObjectSetOptions((PetscObject)ts, *options));
   }
   PetscCall(SlipFaultConfigureTS(e->fault, ts));
-  if (type) PetscCall(TSSetType(ts, type));
+  if (method[0] && !rk) PetscCall(TSSetType(ts, method));
   PetscCall(SlipFaultSetInitialState(e->fault, w));
   if (e->start) {
     PetscCall(VecCopy(e->start, w));
@@ -167,12 +184,42 @@ static PetscErrorCode Count(TS ts, RunResult *r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* To the end of the request, by a TS that is configured */
+static PetscErrorCode Integrate(const RunRequest *request, TS ts, Vec w, Under *under)
+{
+  RunEpisode *e = under->watch.e;
+  RunResult *r = under->watch.r;
+  TSConvergedReason reason;
+  SlipProducts before, after;
+  PetscReal t;
+
+  PetscFunctionBegin;
+  PetscCall(TSSetMaxTime(ts, request->end));
+  PetscCall(TSSetMaxSteps(ts, request->most));
+  PetscCall(TSSetErrorIfStepFails(ts, PETSC_FALSE));
+  PetscCall(TSSetApplicationContext(ts, under));
+  PetscCall(TSSetPostStep(ts, AfterStep));
+  PetscCall(Follow(ts, 0, e->begin, w, under));
+  PetscCall(SlipProductsGet(&before));
+  PetscCall(RunSolve(ts, w, &r->good));
+  PetscCall(SlipProductsGet(&after));
+  r->products = PetscMax(1, (PetscReal)(after.all - before.all + after.pc - before.pc));
+  PetscCall(Count(ts, r));
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(TSGetConvergedReason(ts, &reason));
+  if (!e->kind->early && reason != TS_CONVERGED_USER && t < request->end * (1 - 1e-9)) r->good = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A method that is named in the request but not for this fault is a run that does not end. */
 PetscErrorCode RunIntegrate(RunEpisode *e, const RunRequest *request, RunResult *r)
 {
   Under under = {.watch = {.e = e, .r = r, .events = request->events}, .request = request};
-  TSConvergedReason reason;
+  PetscErrorCode code = PETSC_SUCCESS;
+  TSAdaptType controller;
   PetscOptions options;
-  PetscReal t;
+  char method[32];
+  PetscBool named;
   Vec w;
   TS ts;
 
@@ -181,19 +228,16 @@ PetscErrorCode RunIntegrate(RunEpisode *e, const RunRequest *request, RunResult 
   PetscCall(PetscCalloc1(2 * e->n, &under.watch.before));
   PetscCall(SlipFaultCreateState(e->fault, &w));
   PetscCall(TSCreate(PETSC_COMM_SELF, &ts));
-  PetscCall(Configure(e, ts, w, &options));
-  PetscCall(RunSetController(ts, request->policy, request->setting, request->type, request->setting));
-  PetscCall(TSSetMaxTime(ts, request->end));
-  PetscCall(TSSetMaxSteps(ts, request->most));
-  PetscCall(TSSetErrorIfStepFails(ts, PETSC_FALSE));
-  PetscCall(TSSetApplicationContext(ts, &under));
-  PetscCall(TSSetPostStep(ts, AfterStep));
-  PetscCall(Follow(ts, 0, e->begin, w, &under));
-  PetscCall(RunSolve(ts, w, &r->good));
-  PetscCall(Count(ts, r));
-  PetscCall(TSGetTime(ts, &t));
-  PetscCall(TSGetConvergedReason(ts, &reason));
-  if (!e->kind->early && reason != TS_CONVERGED_USER && t < request->end * (1 - 1e-9)) r->good = PETSC_FALSE;
+  PetscCall(FindMethod(request, e->kind->type, method, &controller));
+  named = controller != request->type ? PETSC_TRUE : PETSC_FALSE;
+  if (named) PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  code = Configure(e, method, ts, w, &options);
+  if (named) PetscCall(PetscPopErrorHandler());
+  if (!named) PetscCall(code);
+  if (!code) {
+    PetscCall(RunSetController(ts, request->policy, request->setting, controller, request->setting));
+    PetscCall(Integrate(request, ts, w, &under));
+  }
   PetscCall(TSDestroy(&ts));
   PetscCall(PetscOptionsDestroy(&options));
   PetscCall(VecDestroy(&w));
@@ -246,6 +290,7 @@ PetscErrorCode RunEpisodeRun(RunEpisode *e, SlipPolicy policy, TSAdaptType type,
                             .attempts = r.attempts,
                             .failures = r.rejected,
                             .usual = (PetscReal)e->usual,
+                            .products = r.products,
                             .error = -1};
   for (PetscInt i = 0; i < SLIP_NUM_ERRORS; i++) result->errors[i] = 1;
   if (r.good) PetscCall((*kind->compare)(e, &r, result->errors, &result->error));
@@ -360,7 +405,7 @@ PetscErrorCode RunsRun(void *episode, SlipPolicy policy, PetscReal accuracy, Epi
   r->cost = kind->lost;
   if (r->done == 1)
     r->cost =
-      PetscLogReal((PetscReal)r->solves / r->usual) +
+      PetscLogReal(kind->products ? r->products / e->products : (PetscReal)r->solves / r->usual) +
       kind->steep * PetscLogReal(PetscClipInterval(r->error / (kind->free * accuracy), (PetscReal)1, kind->worst));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
