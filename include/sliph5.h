@@ -133,4 +133,5 @@ PETSC_EXTERN PetscErrorCode SlipH5NameDimensions(SlipH5 *h, const char group[], 
 PETSC_EXTERN PetscErrorCode SlipH5CountAxes(SlipH5 *h, const char group[], PetscInt *n);
 PETSC_EXTERN PetscErrorCode SlipH5MakeDimension(SlipH5 *h, const char path[], PetscInt n);
 PETSC_EXTERN PetscErrorCode SlipH5Link(SlipH5 *h, const char path[], const char name[]);
+PETSC_EXTERN PetscErrorCode SlipH5AppendZeros(SlipH5 *h, const char path[], PetscInt rows);
 PETSC_EXTERN PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows); /* fewer than there are */

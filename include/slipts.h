@@ -166,9 +166,14 @@ typedef struct {
      controller has chosen. */
   PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row, void *ctx);
   PetscErrorCode (*observe)(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[], void *ctx);
+  /* Of a problem that can do with times which count from an origin that moves (TSGetSlipOrigin()). Between two steps:
+     the origin is now this one [s], and all times that it remembers fall by so much */
+  PetscErrorCode (*origin)(TS ts, PetscReal origin, PetscReal by, void *ctx);
   PetscBool any_integrator; /* it has no constraint: types other than TSBATHE solve it as well */
   PetscBool measures;       /* its errors are those that -ts_adapt_rl_measure names; no: it has one of its own */
 } SlipProblemOps;
 
 PETSC_EXTERN PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem, void *ctx);
 PETSC_EXTERN PetscErrorCode TSGetSlipProblem(TS ts, const SlipProblemOps **problem, void *ctx);
+/* What times of ts count from, in runs of thousands of years [s] */
+PETSC_EXTERN PetscErrorCode TSGetSlipOrigin(TS ts, PetscReal *origin);

@@ -1,5 +1,6 @@
 /* What TSADAPTRL observes: the numbers that the formulas of slipcore.h are given, and the problem's own rows. */
 #include <slipstep/private/slipadapt.h>
+#include <slipstep/private/slipclock.h>
 
 /*@C
   SlipObservationView - print the table of observations: those of any problem and those of faults
@@ -37,9 +38,8 @@ PetscErrorCode SlipObserverStart(SlipObserver *o, TS ts)
   PetscCall(SlipObserverReset(o));
   PetscCall(PetscMemzero(o, sizeof(*o)));
   o->ts = ts;
-  o->run.time = ts->ptime;
   o->run.tstar = 1;
-  PetscCall(TSGetMaxTime(ts, &o->run.max_time));
+  PetscCall(SlipClockRead(ts, &o->run.time, &o->run.max_time));
   PetscCall(TSGetSlipProblem(ts, &o->problem, &o->ctx));
   if (o->problem && o->problem->time_scale) PetscCall((*o->problem->time_scale)(ts, &o->run.tstar, o->ctx));
   PetscCall(VecDuplicate(ts->vec_sol, &o->w0));

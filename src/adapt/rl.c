@@ -25,7 +25,7 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   PetscFunctionBegin;
   if (rl->actor || rl->strict || rl->handed) PetscFunctionReturn(PETSC_SUCCESS);
   rl->handed = PETSC_TRUE;
-  rl->handover_time = ts->ptime;
+  PetscCall(SlipClockRead(ts, &rl->handover_time, NULL));
   rl->handover_step = ts->steps;
   PetscCall(TSAdaptRLFallbackCreate_Private(adapt, ts));
   if (rl->told) PetscFunctionReturn(PETSC_SUCCESS);
@@ -33,7 +33,7 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
                         "At time %g s rl hands the run over to %s with -ts_rtol %.3g, because %s (-ts_adapt_rl_strict "
                         "keeps the policy)\n",
-                        (double)ts->ptime, rl->fallback_name, (double)ts->rtol, why));
+                        (double)rl->handover_time, rl->fallback_name, (double)ts->rtol, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -239,7 +239,10 @@ static PetscErrorCode Converged_RL(TSAdapt adapt, TS ts, PetscReal h, PetscReal 
   o->run.failures = 0;
   *accept = !limit || o->last.error <= rl->ceiling || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   o->last.accepted = *accept;
-  if (*accept) o->run.time = ts->ptime + h;
+  if (*accept) {
+    PetscCall(SlipClockRead(ts, &o->run.time, NULL));
+    o->run.time += h;
+  }
   SlipRunAttempt(&o->run, o->last.dt, PETSC_TRUE, *accept);
   PetscCall(Decide_RL(adapt, ts, *accept, *accept || rl->relative ? PETSC_FALSE : PETSC_TRUE, next_h));
   /* PETSc has shortened the step, maybe more than once, because a solve failed: it does not grow back at once */

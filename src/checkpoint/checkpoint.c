@@ -56,9 +56,14 @@ typedef struct {
 
 /* Is the TS at its final time, that of an earlier run with the same one included? The last step may have gone beyond
    it. */
-static PetscBool SlipCheckpointAtEnd(TS ts, PetscReal reached)
+static PetscErrorCode SlipCheckpointAtEnd(TS ts, PetscReal reached, PetscBool *is)
 {
-  return reached == ts->max_time || SlipControlAtEnd(ts->ptime, ts->max_time) ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal end;
+
+  PetscFunctionBegin;
+  PetscCall(SlipClockRead(ts, NULL, &end));
+  *is = reached == end || SlipControlAtEnd(ts->ptime, ts->max_time) ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
@@ -66,13 +71,15 @@ static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
   PetscLogDouble begin;
   SlipState state;
   PetscReal final_time = PETSC_MIN_REAL;
+  PetscBool ended = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(SlipLogOutputBegin());
   PetscCall(PetscTime(&begin));
   PetscCall(SlipStateCreate(c->comm, c->file, &state));
   PetscCall((*c->visit)(state, c->ts, c->ctx));
-  if (c->ts->ptime >= c->ts->max_time || SlipCheckpointAtEnd(c->ts, final_time)) final_time = c->ts->max_time;
+  PetscCall(SlipCheckpointAtEnd(c->ts, final_time, &ended));
+  if (ended || c->ts->ptime >= c->ts->max_time) PetscCall(SlipClockRead(c->ts, NULL, &final_time));
   PetscCall(SlipStateGroup(state, "run"));
   PetscCall(SlipStateReal(state, "final_time", 1, &final_time)); /* that was reached, if one was */
   PetscCall(SlipStateClose(&state));
@@ -268,14 +275,16 @@ static PetscErrorCode SlipCheckpointCommand(SlipCheckpoint *c, char text[], size
 static PetscErrorCode SlipCheckpointSayFailed(SlipCheckpoint *c)
 {
   char command[8192];
+  PetscReal time;
 
   PetscFunctionBegin;
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipClockRead(c->ts, &time, NULL));
   PetscCall(SlipCheckpointCommand(c, command, sizeof(command)));
   PetscCall(SlipWarning(
     "steps fail at time %g s after %d steps; to continue from there, with another tolerance or controller and a "
     "first step by %s_dt: %s",
-    (double)c->ts->ptime, (int)c->ts->steps, c->restart, command));
+    (double)time, (int)c->ts->steps, c->restart, command));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -298,12 +307,14 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
 {
   SlipCheckpoint *c;
   char command[8192], who[PETSC_MAX_PATH_LEN + 192];
+  PetscReal time;
   PetscBool raises;
 
   PetscFunctionBegin;
   *code = 0;
   PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
   if (!c) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipClockRead(ts, &time, NULL));
   c->over = PETSC_TRUE;
   if (c->file[0] && ts->steps > c->first) PetscCall(SlipCheckpointWrite(c));
   raises = c->raises;
@@ -311,7 +322,7 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
   if (raises) PetscCall(TSSetErrorIfStepFails(ts, PETSC_TRUE));
   if (raises && ts->reason < 0) {
     if (ts->steps > c->first) PetscCall(SlipCheckpointSayFailed(c));
-    SETERRQ(c->comm, PETSC_ERR_NOT_CONVERGED, "At time %.15g s TSStep has failed due to %s", (double)ts->ptime,
+    SETERRQ(c->comm, PETSC_ERR_NOT_CONVERGED, "At time %.15g s TSStep has failed due to %s", (double)time,
             TSConvergedReasons[ts->reason]);
   }
   if (!c->stopped) PetscFunctionReturn(PETSC_SUCCESS);
@@ -325,12 +336,12 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
     PetscCall(PetscStrncpy(who, SlipSignalName(c->stopped), sizeof(who)));
   if (c->file[0]) {
     PetscCall(SlipCheckpointCommand(c, command, sizeof(command)));
-    PetscCall(SlipWarning("stopped by %s at time %g s after %d steps; to continue: %s", who, (double)c->ts->ptime,
+    PetscCall(SlipWarning("stopped by %s at time %g s after %d steps; to continue: %s", who, (double)time,
                           (int)c->ts->steps, command));
   } else
     PetscCall(
       SlipWarning("stopped by %s at time %g s after %d steps, without a checkpoint to continue from: no -%s was given",
-                  who, (double)c->ts->ptime, (int)c->ts->steps, c->option));
+                  who, (double)time, (int)c->ts->steps, c->option));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -347,20 +358,21 @@ static PetscErrorCode SlipCheckpointGivesEnd(TS ts, const char **prefix, PetscBo
 PetscErrorCode SlipCheckpointStepsLeft(SlipState state, TS ts, const char source[], PetscBool *left)
 {
   const MPI_Comm comm = PetscObjectComm((PetscObject)ts);
-  PetscReal reached = PETSC_MIN_REAL;
+  PetscReal reached = PETSC_MIN_REAL, time, last;
   const char *prefix;
   char at[32], end[32]; /* by C's own printf, as PETSc's %g writes "5." for 5 */
-  PetscBool given, over;
+  PetscBool given, over = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(SlipStateGroup(state, "run"));
   PetscCall(SlipStateReal(state, "final_time", 1, &reached));
-  over = SlipCheckpointAtEnd(ts, reached);
+  PetscCall(SlipCheckpointAtEnd(ts, reached, &over));
   *left = !over && ts->ptime < ts->max_time && ts->steps < ts->max_steps ? PETSC_TRUE : PETSC_FALSE;
   if (*left) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipCheckpointGivesEnd(ts, &prefix, &given));
-  (void)snprintf(at, sizeof(at), "%.9g", (double)ts->ptime);
-  (void)snprintf(end, sizeof(end), "%.9g", (double)ts->max_time);
+  PetscCall(SlipClockRead(ts, &time, &last));
+  (void)snprintf(at, sizeof(at), "%.9g", (double)time);
+  (void)snprintf(end, sizeof(end), "%.9g", (double)last);
   PetscCheck(over || ts->ptime < ts->max_time, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "%s is at time %s s, after the final time of %s s (-%sts_max_time%s): expected a later final time", source,
              at, end, prefix, given ? "" : ", which was not given");

@@ -301,7 +301,7 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
         *value = SlipFrictionShown(&friction, i, state, a[SlipFaultStateAt(fault, i) + state]);
       else if (k == SLIP && (each == 2 || fault->kind.heals || fault->friction.law->nstates))
         *value = a[SlipFaultDisplacementAt(fault, i) + j] - fault->critical.start_share * u[c * i + j] +
-                 t * (fault->fields.cell[FIELD_LOADING_RATE][i] * SlipFaultAlong(fault, i)[j]);
+                 (fault->loads.origin + t) * (fault->fields.cell[FIELD_LOADING_RATE][i] * SlipFaultAlong(fault, i)[j]);
       else
         *value = a[k == RATE           ? SlipFaultRateAt(fault, i) + j
                    : k == DISPLACEMENT ? SlipFaultDisplacementAt(fault, i) + j

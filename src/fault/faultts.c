@@ -106,6 +106,18 @@ static PetscErrorCode Error_Fault(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, vo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Origin_Fault(TS ts, PetscReal origin, PetscReal by, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+
+  PetscFunctionBegin;
+  (void)ts;
+  fault->loads.origin = origin;
+  fault->balance.time -= by;
+  for (int node = 0; node < SLIP_NUM_NODES; node++) fault->settled.time[node] -= by;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Error_Sticking(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx)
 {
   PetscReal rtol;
@@ -184,6 +196,7 @@ static const SlipProblemOps FaultProblem = {.name = Name_Fault,
                                             .time_scale = TimeScale_Fault,
                                             .untrained = Untrained_Fault,
                                             .rest_time = SlipFaultRestTime,
+                                            .origin = Origin_Fault,
                                             .find = Find_Fault,
                                             .observe = Observe_Fault,
                                             .measures = PETSC_TRUE};

@@ -256,16 +256,18 @@ PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The shear load, times weights, along the rake of each cell, which of one component is 1 */
+/* The shear load, times weights, along the rake of each cell, which of one component is 1. The sum of both times would
+   lose what t adds in the steps of an event. */
 static void ShearAt(const SlipFaultLoads *loads, PetscReal t, PetscReal *restrict a)
 {
   const PetscReal *restrict weight = loads->weight, *restrict traction = loads->traction, *restrict rate = loads->rate;
   const PetscInt c = loads->fault->layout.components, n = loads->n;
+  const PetscReal origin = loads->origin;
 
-  for (PetscInt i = 0; i < n && c == 1; i++) a[i] = weight[i] * (traction[i] + t * rate[i]);
+  for (PetscInt i = 0; i < n && c == 1; i++) a[i] = weight[i] * (traction[i] + origin * rate[i] + t * rate[i]);
   for (PetscInt i = 0; i < n && c > 1; i++)
     for (PetscInt k = 0; k < c; k++)
-      a[c * i + k] = weight[i] * (traction[i] + t * rate[i]) * SlipFaultAlong(loads->fault, i)[k];
+      a[c * i + k] = weight[i] * (traction[i] + origin * rate[i] + t * rate[i]) * SlipFaultAlong(loads->fault, i)[k];
 }
 
 /*
@@ -279,7 +281,8 @@ PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipF
   PetscReal *a;
 
   PetscFunctionBegin;
-  if (out->stress && (out->time == t || !SlipLoadsVary(loads))) PetscFunctionReturn(PETSC_SUCCESS);
+  if (out->stress && ((out->time == t && out->origin == loads->origin) || !SlipLoadsVary(loads)))
+    PetscFunctionReturn(PETSC_SUCCESS);
   out->stress = out->bare = loads->normal;
   if (loads->pressed) {
     if (!out->own) PetscCall(PetscMalloc1(2 * loads->n + 1, &out->own));
@@ -304,6 +307,7 @@ PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipF
     PetscCall(VecRestoreArrayWrite(out->shear, &a));
   }
   out->time = t;
+  out->origin = loads->origin;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -46,7 +46,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
     sum[SUM_VINF] += weight * fault->fields.cell[FIELD_LOADING_RATE][i];
     if (fault->loads.shears) {
       const PetscReal rate = fault->fields.cell[FIELD_STRESSING_RATE][i];
-      const PetscReal shear = fault->fields.cell[FIELD_INITIAL_TRACTION][i] + t * rate;
+      const PetscReal shear = fault->fields.cell[FIELD_INITIAL_TRACTION][i] + (fault->loads.origin + t) * rate;
 
       sum[SUM_U_T] += weight * SlipFaultDot(fault, u, along) * shear;
       sum[SUM_LOADING_T] +=
@@ -463,7 +463,8 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, PetscReal t, Vec w, Vec 
   obs->mean_slip = s->sum[SUM_S] / N;
   /* A state that heals is no slip: that is the displacement relative to the start and the far field. */
   if (fault->kind.heals || fault->friction.law->nstates)
-    obs->mean_slip = (s->sum[SUM_U] + t * s->sum[SUM_VINF]) / N - fault->critical.start_share * fault->critical.mean_uc;
+    obs->mean_slip = (s->sum[SUM_U] + (fault->loads.origin + t) * s->sum[SUM_VINF]) / N -
+                     fault->critical.start_share * fault->critical.mean_uc;
   obs->mean_displacement = s->sum[SUM_U] / N;
   obs->sliding_fraction = s->sum[SUM_SLIDING] / N;
   obs->kinetic = fault->kind.inertia ? fault->operators.mass * s->sum[SUM_V2] / (2 * N) : 0;

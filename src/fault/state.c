@@ -106,6 +106,7 @@ PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip)
   const SlipArrays arrays[] = {{w, .read = &a}, {fault->critical.uc, .read = &uc}, {slip, .write = &s}};
 
   PetscFunctionBegin;
+  t += fault->loads.origin;
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal u[3] = {0, 0, 0};

@@ -114,6 +114,7 @@ static PetscErrorCode Attempted(TS ts, const SlipAttempt *attempt)
 PetscErrorCode SlipOutputAttemptsStep(SlipOutput out, PetscInt step, PetscReal time)
 {
   SlipOutputAttempts *a = &out->attempts;
+  const PetscReal start = a->time + (a->origin - out->clock->origin);
   PetscBool bathe;
   PetscInt sides;
 
@@ -124,13 +125,14 @@ PetscErrorCode SlipOutputAttemptsStep(SlipOutput out, PetscInt step, PetscReal t
     PetscCall(Spend(out, &a->last, &sides));
   else if (step != out->last_step) {
     if (!a->judged)
-      a->last = (SlipAttempt){
-        .time = a->time, .dt = time - a->time, .converged = PETSC_TRUE, .accepted = PETSC_TRUE, .error = -1};
+      a->last =
+        (SlipAttempt){.time = start, .dt = time - start, .converged = PETSC_TRUE, .accepted = PETSC_TRUE, .error = -1};
     PetscCall(Spend(out, &a->last, &sides));
     PetscCall(Add(out, &a->last, sides));
   }
   a->judged = PETSC_FALSE;
   a->time = time;
+  a->origin = out->clock->origin;
   PetscCall(SlipAdaptWatch(out->ts, Attempted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

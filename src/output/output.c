@@ -130,6 +130,7 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
   PetscCall(PetscNew(&out));
   *output = out;
   out->ts = ts;
+  PetscCall(SlipClockGet(ts, &out->clock));
   out->comm = comm;
   out->row = row;
   out->ctx = ctx;

@@ -25,6 +25,8 @@ static const SlipOutputColumn StepColumns[] = {
   {.name = "wall", .unit = "s"},
 };
 
+static const PetscInt TimeColumn = 0; /* of our tables, and of others where it is named time */
+
 SlipH5 *SlipOutputFile(SlipOutput out)
 {
   return out->begun && !out->rank ? &out->file : NULL;
@@ -41,6 +43,7 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
   else
     PetscCall(SlipH5CreateKind(&out->kind, out->name, h));
   PetscCall(SlipOutputRun(out));
+  out->steps = out->series = (SlipTable){.clock = out->clock, .times = &TimeColumn, .ntimes = 1};
   PetscCall(SlipTableCreate(&out->steps, h, "/steps", PETSC_STATIC_ARRAY_LENGTH(StepColumns), StepColumns, NULL,
                             out->resumed ? out->resume_steps : -1));
   PetscCall(SlipTableCreate(&out->series, h, "/series", out->ncolumns, out->column, out->entries,
@@ -71,6 +74,8 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
   for the start and for each accepted step, SlipOutputAddRows() is called. Without it the start has a row of its time
   and NaN.
 
+  A first column named time is of the TS in rows, and of the run in the file, see `TSGetSlipOrigin()`.
+
   Errors: PETSC_ERR_FILE_UNEXPECTED when the file of a run that goes on has no such table
 
 .seealso: SlipOutputAddRows(), SlipOutputAddAttribute(), SlipFaultRegisterObserver()
@@ -79,10 +84,13 @@ PetscErrorCode SlipOutputAddTable(SlipOutput out, const char group[], PetscInt n
                                   const PetscInt entries[], PetscInt *table)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscBool timed;
 
   PetscFunctionBegin;
   PetscCheck(out->begun && !out->started, out->comm, PETSC_ERR_ORDER, "tables are added while the file is made");
   PetscCall(PetscRealloc((size_t)(out->nmore + 1) * sizeof(*out->more), &out->more));
+  PetscCall(PetscStrcmp(column[0].name, "time", &timed));
+  out->more[out->nmore] = (SlipTable){.clock = out->clock, .times = &TimeColumn, .ntimes = timed ? 1 : 0};
   if (!out->rank)
     ierr = SlipTableCreate(&out->more[out->nmore], &out->file, group, n, column, entries,
                            out->resumed ? out->resume_series : -1);

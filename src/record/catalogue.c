@@ -85,7 +85,7 @@ static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
   char when[32], lasted[32], where[32] = "", across[32] = "", off[48] = "", line[256];
 
   PetscFunctionBegin;
-  SlipTimeText(row[EVENT_ONSET], 7, when, sizeof(when));
+  SlipTimeText(fault->loads.origin + row[EVENT_ONSET], 7, when, sizeof(when));
   SlipTimeText(row[EVENT_END] - row[EVENT_ONSET], 4, lasted, sizeof(lasted));
   if (fault->mesh.faults > 1) (void)snprintf(where, sizeof(where), "fault %lld  ", (long long)row[EVENT_FAULT]);
   if (row[EVENT_Y] != 0) (void)snprintf(across, sizeof(across), "  y %.4g km", (double)row[EVENT_Y] / 1e3);
@@ -105,7 +105,7 @@ static PetscErrorCode Close(SlipFaultCatalogue cat)
   PetscFunctionBegin;
   PetscCall(SlipCatalogueAdd(cat));
   cat->active = cat->ended = cat->power_known = PETSC_FALSE;
-  cat->last_end = cat->row[EVENT_END];
+  cat->last_end = cat->fault->loads.origin + cat->row[EVENT_END];
   cat->fault->run->events++;
   PetscCall(PrintEvent(cat->fault, cat->row));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -143,6 +143,22 @@ static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec 
 
 /* ---- a run ---- */
 
+/* The origin of times may have moved since they were noted. */
+void SlipCatalogueFollowOrigin(SlipFaultCatalogue cat)
+{
+  static const PetscInt times[] = {EVENT_ONSET, EVENT_END};
+  const PetscReal by = cat->fault->loads.origin - cat->origin;
+  const PetscInt faults = cat->fault->mesh.faults;
+
+  cat->origin += by;
+  cat->time_before -= by;
+  cat->event.onset -= by;
+  for (int k = 0; k < 2; k++) cat->event.time[k] -= by;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(times); k++) cat->row[times[k]] -= by;
+  for (PetscInt k = 0; k < faults && cat->hypocentre; k++)
+    cat->row[EVENT_NUM_COLUMNS + (EVENT_FAULT_ONSET - EVENT_NUM_COLUMNS) * faults + k] -= by;
+}
+
 static PetscErrorCode Remember(SlipFaultCatalogue cat, PetscReal time, Vec w)
 {
   PetscFunctionBegin;
@@ -160,6 +176,7 @@ static PetscErrorCode CatalogueStart(SlipFault fault, TS ts, PetscReal time, Vec
 
   PetscFunctionBegin;
   (void)ts;
+  SlipCatalogueFollowOrigin(cat);
   PetscCall(SlipCatalogueBegin(cat));
   PetscCall(SlipCatalogueFlush(cat));
   PetscCall(SlipFaultStepRate(fault, time, w, &max));
@@ -181,6 +198,7 @@ static PetscErrorCode CatalogueStep(SlipFault fault, TS ts, PetscInt step, Petsc
   PetscFunctionBegin;
   (void)fault;
   (void)step;
+  SlipCatalogueFollowOrigin(cat);
   PetscCall(SlipCatalogueFlush(cat));
   PetscCall(Follow(cat, ts, time, w));
   PetscCall(Remember(cat, time, w));
@@ -205,6 +223,8 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
   PetscCall(PetscNew(&cat));
   *ctx = fault->run->catalogue = cat;
   cat->fault = fault;
+  cat->origin = fault->loads.origin;
+  PetscCall(SlipClockGet(ts, &cat->table.clock));
   cat->maps = fault->options.catalogue_maps;
   cat->file.id = -1;
   cat->kind = (SlipH5Kind){.prefix = prefix,
@@ -256,7 +276,7 @@ static PetscErrorCode GoesOn(SlipFaultCatalogue cat, TS ts, SlipOutput run)
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(SlipCatalogueFillRow(cat, t, w));
-  SlipTimeText(cat->event.onset, 7, when, sizeof(when));
+  SlipTimeText(cat->origin + cat->event.onset, 7, when, sizeof(when));
   PetscCall(PetscSNPrintf(text, sizeof(text), "M %.2f so far, since t %s: no row, continue with a later -ts_max_time",
                           (double)cat->row[EVENT_MAGNITUDE], when));
   PetscCall(SlipOutputAddResult(run, "event", "event that goes on", text, (PetscReal)NAN));

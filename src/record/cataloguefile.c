@@ -69,6 +69,9 @@ static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Columns that are times of the run; the last of several faults alone */
+static const PetscInt Times[] = {EVENT_ONSET, EVENT_END, EVENT_FAULT_ONSET};
+
 /* rows: of the file of an earlier run, -1: it is new */
 static PetscErrorCode CreateTable(SlipFaultCatalogue cat, PetscInt rows)
 {
@@ -76,6 +79,8 @@ static PetscErrorCode CreateTable(SlipFaultCatalogue cat, PetscInt rows)
 
   PetscFunctionBegin;
   for (PetscInt c = EVENT_NUM_COLUMNS; c < EVENT_ALL_COLUMNS; c++) entries[c] = cat->fault->mesh.faults;
+  cat->table.ntimes = cat->hypocentre ? 3 : 2;
+  cat->table.times = Times;
   PetscCall(SlipTableCreate(&cat->table, &cat->file, "", cat->hypocentre ? EVENT_ALL_COLUMNS : EVENT_NUM_COLUMNS,
                             Columns, entries, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -263,7 +268,8 @@ PetscErrorCode SlipCatalogueWriteGoesOn(SlipFaultCatalogue cat)
 
   PetscFunctionBegin;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(SoFar) && !cat->rank && !ierr; k++)
-    ierr = SlipH5WriteAttrReal(&cat->file, GoesOn, Columns[SoFar[k]].name, cat->row[SoFar[k]]);
+    ierr =
+      SlipH5WriteAttrReal(&cat->file, GoesOn, Columns[SoFar[k]].name, cat->row[SoFar[k]] + (k < 2 ? cat->origin : 0));
   PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -371,6 +377,7 @@ PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx)
   PetscCall(SlipStateHas(s, "catalogue", &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
   if (!SlipStateIsLoading(s)) PetscCall(SlipCatalogueSync(cat));
+  SlipCatalogueFollowOrigin(cat); /* before anything is read, and of what is written */
   PetscCall(SlipStateGroup(s, "catalogue"));
   PetscCall(SlipStateReal(s, "event_rate", 1, &rate));
   PetscCheck(rate == fault->options.value[FAULT_EVENT_RATE], fault->comm, PETSC_ERR_ARG_INCOMP,

@@ -75,7 +75,7 @@ static PetscErrorCode Restart(SlipFault fault, TS ts)
   PetscCall(SlipStateClose(&s));
   if (fault->run->idle) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestartStep(fault, ts));
-  PetscCall(TSGetTime(ts, &time));
+  PetscCall(SlipClockRead(ts, &time, NULL));
   PetscCall(TSGetStepNumber(ts, &step));
   if (fault->options.value[FAULT_RESTART_DT] > 0)
     PetscCall(PetscSNPrintf(first, sizeof(first), ", with a step of %g s (-%sfault_restart_dt)",

@@ -34,6 +34,7 @@ PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, Pets
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetSlip(fault, time, w, fault->cells));
+  time += fault->loads.origin;
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     sum[SUM_RATE] += fault->mesh.weight[i] * SlipFaultSpeed(fault, a, i);

@@ -77,6 +77,7 @@ PetscErrorCode SlipFaultReportStop(SlipFault fault, TS ts, PetscReal wall_setup,
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(ts, TS_CLASSID, 2);
   PetscCall(TSGetSolution(ts, &w));
+  PetscCall(SlipClockStop(ts));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(SlipFaultGetObservables(fault, t, w, NULL, &obs));
   PetscCall(SlipOutputCreate(ts, NULL, 0, NULL, NULL, NULL, &run));

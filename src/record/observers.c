@@ -230,6 +230,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   SlipProductsRun();
   SlipProductsGetOf(SLIP_PRODUCTS_RUN, &run->before[SLIP_PRODUCTS_RUN]);
   SlipProductsGetOf(SLIP_PRODUCTS_LOOK, &run->before[SLIP_PRODUCTS_LOOK]);
+  PetscCall(SlipFaultClockStart(fault, ts));
   PetscCall(SlipFaultReportSteps(fault, ts));
   PetscCall(TSMonitorSet(ts, SlipFaultObserversMonitor, fault, NULL)); /* before that of /series; PETSc has it once */
   PetscCall(SlipFaultObserversCreate(fault, ts));
@@ -340,5 +341,6 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   PetscCall(SlipOutputFinish(&file, wall_setup, wall_solve));
   run->complete = PETSC_TRUE;
   PetscCall(SlipFaultObserversDestroy(fault));
+  PetscCall(SlipClockStop(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -60,7 +60,7 @@ static PetscErrorCode OutputStart(SlipFault fault, TS ts, PetscReal time, Vec w,
   PetscFunctionBegin;
   if (!fault->run->file) PetscFunctionReturn(PETSC_SUCCESS);
   if (!out->resumed || !out->when.known) PetscCall(SlipFaultOutputWasWritten(out, time, w));
-  out->when.time = time;
+  out->when.time = fault->loads.origin + time;
   if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultOutputFields(out, time, w));
   PetscCall(SlipFaultOutputWasWritten(out, time, w));
@@ -139,7 +139,7 @@ static PetscErrorCode Resume(SlipFaultOutput out, const PetscInt rows[3])
   PetscFunctionBegin;
   PetscCall(SlipFaultFindEarlier(fault, fault->options.text[FAULT_OUTPUT], "output", PETSC_TRUE, file));
   if (!file[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSGetTime(out->ts, &time));
+  PetscCall(SlipClockRead(out->ts, &time, NULL));
   if (!out->rank) ierr = CheckRow(fault, file, rows[1], time);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   out->resumed = PETSC_TRUE;

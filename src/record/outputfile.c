@@ -67,9 +67,11 @@ static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rat
   PetscFunctionBegin;
   if (n == 1) {
     PetscCall(SlipFaultGetSums(fault, t, w, &sums));
+    t += fault->loads.origin;
     rate[0] = sums->sum[SUM_V];
     moment[0] = sums->sum[SUM_U] + t * sums->sum[SUM_VINF] - start * fault->critical.mean_uc * (PetscReal)fault->mesh.N;
   } else {
+    t += fault->loads.origin;
     PetscCall(PetscArrayzero(rate, n));
     PetscCall(PetscArrayzero(moment, n));
     PetscCall(SlipArraysGet(2, arrays));
@@ -260,8 +262,9 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
   const PetscReal *p, *normal;
   PetscReal *r, *slip, *copy[OUTPUT_MAX_FIELDS] = {NULL};
   char path[OUTPUT_MAX_FIELDS][64];
-  SlipH5Rows series[1 + OUTPUT_MAX_FIELDS] = {{"/fields/time", &time, 1}};
-  PetscInt n = 1;
+  PetscReal rest, now = SlipTwoSum(out->fault->loads.origin, time, &rest);
+  SlipH5Rows series[2 + OUTPUT_MAX_FIELDS] = {{"/fields/time", &now, 1}, {"/fields/time_rest", &rest, 1}};
+  PetscInt n = out->rests ? 2 : 1;
   const SlipArrays arrays[] = {
     {out->w0, .read = &w}, {out->r0, .write = &r}, {out->p0, .read = &p}, {out->n0, .read = &normal}};
 
@@ -274,7 +277,7 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
     for (PetscInt k = layout->components * e; k < layout->components * (e + 1); k++)
       r[k] /= mesh->unit * cell.size[0] * cell.size[1];
   }
-  PetscCall(SlipOfDisplacement(out, time, w, &slip));
+  PetscCall(SlipOfDisplacement(out, now, w, &slip));
   for (PetscInt f = 0; f < SlipFaultOutputCount(out->fault); f++) {
     SlipH5Rows *rows = &series[n];
 
@@ -334,6 +337,9 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
   PetscFunctionBegin;
   PetscCall(FieldStorage(out->fault, &storage));
   PetscCall(SlipH5SetRows(h, "/fields/time", out->fault->run->entries));
+  PetscCall(SlipTableRest(out->fault->run->file->clock, h, "/fields/time_rest", 0, NULL, out->fault->run->entries,
+                          &out->rests));
+  if (out->rests) wanted++;
   for (PetscInt f = 0; f < SlipFaultOutputCount(out->fault); f++) {
     if (!out->wanted[f]) continue;
     wanted++;
@@ -399,6 +405,7 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   PetscCall(SlipH5WriteAttrInts(h, "/series/moment_rate", "faults", fault->mesh.faults, fault->mesh.labels));
   PetscCall(SlipH5WriteAttrInts(h, "/series/moment", "faults", fault->mesh.faults, fault->mesh.labels));
   PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
+  PetscCall(SlipTableRest(fault->run->file->clock, h, "/fields/time_rest", 0, NULL, -1, &out->rests));
   for (PetscInt f = 0; f < SlipFaultOutputCount(fault); f++) {
     if (!out->wanted[f]) continue;
     PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", SlipFaultOutputField(fault, f)));
@@ -550,7 +557,7 @@ PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
   if (out->wanted[OUTPUT_NORMAL_STRESS]) PetscCall(GatherNumbers(out, time, w, &out->n0));
   if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
   fault->run->entries++;
-  fault->run->entry_time = time;
+  fault->run->entry_time = fault->loads.origin + time;
   PetscCall(SlipLogOutputEnd());
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -52,8 +52,9 @@ static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, Petsc
   TS ts = out->ts;
 
   PetscFunctionBegin;
-  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(SlipClockRead(ts, NULL, &end));
   PetscCall(PetscStrcmp(fault->kind.initial, "critical", &critical));
+  time += fault->loads.origin;
   *progress = end > 0 ? PetscMin(PetscMax(time / end, 0), 1) : 1;
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -100,7 +101,8 @@ PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault)
 static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w, PetscReal *largest)
 {
   SlipFault fault = out->fault;
-  const PetscReal dt = time - out->when.entry_time, *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *u;
+  const PetscReal dt = fault->loads.origin + time - out->when.entry_time,
+                  *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *u;
   const PetscInt c = fault->layout.components;
   const SlipArrays arrays[] = {{w, .read = &a}, {out->when.entry_u, .read = &u}};
 
@@ -139,6 +141,7 @@ PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscRea
   const PetscReal interval = fault->options.value[FAULT_OUTPUT_TIME_INTERVAL],
                   slip = fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL];
   const PetscReal factor = fault->options.value[FAULT_OUTPUT_RATE_CHANGE], more = 1 + WHEN_ROUNDING;
+  const PetscReal now = fault->loads.origin + time;
 
   PetscFunctionBegin;
   if (when->most > 0) {
@@ -146,9 +149,9 @@ PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscRea
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   *due = ByStep(fault) && step % (PetscInt)fault->options.value[FAULT_OUTPUT_INTERVAL] == 0 ? PETSC_TRUE : PETSC_FALSE;
-  if (interval > 0 && PetscFloorReal(time * more / interval) > PetscFloorReal(when->time * more / interval))
+  if (interval > 0 && PetscFloorReal(now * more / interval) > PetscFloorReal(when->time * more / interval))
     *due = PETSC_TRUE;
-  when->time = time;
+  when->time = now;
   if (!*due && slip > 0) {
     PetscReal largest;
 
@@ -172,7 +175,7 @@ PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Ve
 
   PetscFunctionBegin;
   when->known = PETSC_TRUE;
-  when->time = when->entry_time = time;
+  when->time = when->entry_time = fault->loads.origin + time;
   if (fault->options.value[FAULT_OUTPUT_RATE_CHANGE] > 0) PetscCall(LargestRate(fault, time, w, &when->entry_rate));
   if (fault->options.value[FAULT_OUTPUT_SLIP_INTERVAL] > 0) {
     if (!when->entry_u) PetscCall(VecDuplicate(fault->critical.uc, &when->entry_u));
@@ -258,8 +261,7 @@ PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts)
   char one[32], all[32], text[64];
 
   PetscFunctionBegin;
-  PetscCall(TSGetTime(ts, &begin));
-  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(SlipClockRead(ts, &begin, &end));
   out->when.most = 0;
   (void)snprintf(text, sizeof(text), ByOther(fault) ? "for 1000" : "for every 1000 steps");
   if (bounded) {

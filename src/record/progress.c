@@ -127,7 +127,7 @@ static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscRea
   PetscBool bathe;
 
   PetscFunctionBegin;
-  PetscCall(TSGetMaxTime(ts, &last));
+  PetscCall(SlipClockRead(ts, NULL, &last));
   PetscCall(TSGetStepNumber(ts, &steps));
   PetscCall(TSGetStepRejections(ts, &rejected));
   PetscCall(TSBatheIs(ts, &bathe));
@@ -184,11 +184,11 @@ static PetscErrorCode ProgressStart(SlipFault fault, TS ts, PetscReal time, Vec 
   PetscCall(SlipFaultStepRate(fault, time, w, &rate));
   PetscCall(PetscTime(&p->begin));
   p->printed = p->step = p->begin;
-  p->start = time;
+  p->start = fault->loads.origin + time;
   p->wait = p->onsets = 0;
   p->fast = PETSC_FALSE;
   p->repetition = fault->run->error.off;
-  SlipFaultProgressSee(p, p->begin, time, rate, fault->options.value[FAULT_EVENT_RATE]);
+  SlipFaultProgressSee(p, p->begin, p->start, rate, fault->options.value[FAULT_EVENT_RATE]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -206,14 +206,14 @@ static PetscErrorCode ProgressStep(SlipFault fault, TS ts, PetscInt step, PetscR
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   if (p->wait-- <= 0) {
     PetscCall(SlipFaultStepRate(fault, time, w, &rate));
-    SlipFaultProgressSee(p, now, time, rate, fault->options.value[FAULT_EVENT_RATE]);
+    SlipFaultProgressSee(p, now, fault->loads.origin + time, rate, fault->options.value[FAULT_EVENT_RATE]);
     if (!rank) PetscCall(ProgressLineDue(p, now, word));
     PetscCallMPI(MPI_Bcast(word, 2, MPI_INT, 0, fault->comm));
     p->wait = word[1];
   }
   p->step = now;
   if (!word[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!rank) PetscCall(PrintLine(fault, ts, time, rate, now));
+  if (!rank) PetscCall(PrintLine(fault, ts, fault->loads.origin + time, rate, now));
   p->printed = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

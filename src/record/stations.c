@@ -273,7 +273,7 @@ static PetscErrorCode StationsBegin(SlipFault fault, PetscReal time, Vec w, Stat
   const PetscReal *a;
 
   PetscFunctionBegin;
-  list->start = time;
+  list->start = fault->loads.origin + time;
   PetscCall(PetscArrayzero(list->row, c * list->n));
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt k = 0; k < list->n; k++)
@@ -294,6 +294,7 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
   const PetscReal *a, *r, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   SlipFrictionCells friction;
   PetscMPIInt rank;
+  const PetscReal since = fault->loads.origin + time - list->start;
   Vec traction;
 
   PetscFunctionBegin;
@@ -314,8 +315,7 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
     if (i < 0) continue;
     *row++ = time;
     for (PetscInt j = 0; j < c; j++, row++) {
-      row[0] = a[SlipFaultDisplacementAt(fault, i) + j] - s->u0[j] +
-               vinf[i] * SlipFaultAlong(fault, i)[j] * (time - list->start);
+      row[0] = a[SlipFaultDisplacementAt(fault, i) + j] - s->u0[j] + vinf[i] * SlipFaultAlong(fault, i)[j] * since;
       row[c] = a[SlipFaultRateAt(fault, i) + j];
       row[2 * c] = r[fault->layout.components * i + j] / fault->mesh.weight[i];
     }

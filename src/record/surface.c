@@ -225,6 +225,24 @@ static PetscErrorCode WriteStations(const Surface *s, SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of long runs, also of one that was none when the file was made */
+static PetscErrorCode LinkRests(Surface *s, SlipH5 *h)
+{
+  char path[96];
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(h, ALL "/time_rest", &has));
+  for (PetscInt k = 0; k < s->n && has; k++) {
+    PetscBool linked;
+
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/surface/%" PetscInt_FMT "/time_rest", k));
+    PetscCall(SlipH5Has(h, path, &linked));
+    if (!linked) PetscCall(SlipH5Link(h, ALL "/time_rest", path));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SurfaceLayout(SlipFault fault, SlipOutput output, void *ctx)
 {
   Surface *s = (Surface *)ctx;
@@ -238,6 +256,7 @@ static PetscErrorCode SurfaceLayout(SlipFault fault, SlipOutput output, void *ct
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCall(SlipOutputAddTable(output, ALL, SURFACE_COLUMNS, Columns, entries, &s->table));
   if (h && !output->resumed) ierr = WriteStations(s, h);
+  if (h && !ierr) ierr = LinkRests(s, h);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -274,7 +293,7 @@ static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscRe
   PetscCallMPI(MPI_Reduce(rank ? s->row : MPI_IN_PLACE, s->row, n, MPIU_REAL, MPIU_SUM, 0, fault->comm));
   s->row[0] = time;
   for (PetscInt k = 0; k < 3 * s->n && s->plates; k++) {
-    moved[k] += (time - s->begin) * s->plates[k];
+    moved[k] += (fault->loads.origin + time - s->begin) * s->plates[k];
     moves[k] += s->plates[k];
   }
   PetscCall(SlipOutputAddRows(s->output, s->table, 1, s->row));
@@ -289,7 +308,7 @@ static PetscErrorCode SurfaceStart(SlipFault fault, TS ts, PetscReal time, Vec w
   PetscFunctionBegin;
   if (!s->known || !s->output->resumed) {
     PetscCall(SlipFaultGetDisplacement(fault, w, s->start));
-    s->begin = time;
+    s->begin = fault->loads.origin + time;
   }
   if (!s->output->start_known) PetscCall(SurfaceStep(fault, ts, 0, time, w, s));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -435,6 +435,38 @@ PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const P
 }
 
 /*@C
+  SlipH5AppendZeros - append rows of zeros to a series that is new, in no time; the file must not be live
+
+  Not collective.
+
+  Input Parameters:
++ h    - file
+. path - dataset made by SlipH5CreateSeries(), without rows
+- rows - number of rows
+
+  Level: developer
+
+  Errors: PETSC_ERR_FILE_WRITE when there is no such series
+
+.seealso: SlipH5SetRows(), SlipH5CreateSeries()
+@*/
+PetscErrorCode SlipH5AppendZeros(SlipH5 *h, const char path[], PetscInt rows)
+{
+  hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM];
+  hid_t set;
+  herr_t err = 0;
+  int rank;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5OpenSeries(h, path, &set, &rank, shape, chunk));
+  shape[0] = (hsize_t)PetscMax(rows, 0);
+  if (rows > 0) err = H5Dset_extent(set, shape); /* the fill value of HDF5 is 0 */
+  if (H5Dclose(set) < 0) err = -1;
+  if (err < 0 || h->failed) PetscCall(SlipH5WriteFailed(h, 0, "%s to %s", path, h->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
   SlipH5SetRows - cut a series; the file must not be live
 
   Not collective.

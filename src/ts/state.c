@@ -25,6 +25,28 @@ PetscErrorCode SlipStateAttempt(SlipState s, SlipAttempt *a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Only a run whose origin of time has moved has it. */
+static PetscErrorCode SlipStateOrigin(SlipState s, TS ts)
+{
+  const SlipClock *clock;
+  PetscReal origin;
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipClockGet(ts, &clock));
+  origin = clock->origin;
+  has = origin > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (SlipStateIsLoading(s)) PetscCall(SlipStateHas(s, "long_history", &has));
+  if (!has) origin = 0;
+  if (has) {
+    PetscCall(SlipStateGroup(s, "long_history"));
+    PetscCall(SlipStateReal(s, "origin", 1, &origin));
+    PetscCall(SlipStateGroup(s, "ts"));
+  }
+  if (SlipStateIsLoading(s) && origin != clock->origin) PetscCall(SlipClockSet(ts, origin));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What every TS has */
 static PetscErrorCode SlipStateAny(SlipState s, TS ts)
 {
@@ -39,6 +61,7 @@ static PetscErrorCode SlipStateAny(SlipState s, TS ts)
   PetscCall(SlipStateInt(s, "ksp_iterations", 1, &ts->ksp_its));
   PetscCall(SlipStateInt(s, "snes_failures", 1, &ts->num_snes_failures));
   PetscCall(SlipStateBool(s, "begins_anew", &ts->steprestart));
+  PetscCall(SlipStateOrigin(s, ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

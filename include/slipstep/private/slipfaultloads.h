@@ -13,6 +13,7 @@ typedef struct {
   SlipFault fault;                                    /* that they are of */
   PetscInt n;                                         /* its cells of this process */
   const PetscReal *weight, *traction, *rate, *normal; /* [n] borrowed: area over mean area, T0, dT/dt, normal stress */
+  PetscReal origin;                                   /* what times count from (TSGetSlipOrigin()) [s] */
   PetscBool shears;                                   /* there is a T0 or a dT/dt, or cells open */
   PetscBool pressed;                                  /* there is a pore pressure */
   PetscInt rows;                                      /* of -fault_pore_pressure */
@@ -29,7 +30,7 @@ typedef struct {
 
 /* What acts at a time; zero before the first SlipLoadsEvaluate() */
 typedef struct {
-  PetscReal time; /* [s] */
+  PetscReal time, origin; /* [s] */
   Vec shear; /* w (T0 + t dT/dt), w the weights [Pa], of cells that open -w bare behind it; NULL: none at any time */
   const PetscReal *stress; /* [n] effective normal stress before any slip, at least 0 [Pa] */
   const PetscReal *bare;   /* [n] the same where it may be less than 0 */

@@ -3,6 +3,7 @@
 #include <slipoutput.h>
 #include <sliph5.h>
 #include <slipts.h>
+#include <slipstep/private/slipclock.h>
 #include <slipstep/private/slipsys.h>
 
 /* A group of series with one row per event, kept until SLIP_TABLE_ROWS rows are there, of wide ones so many that they
@@ -10,21 +11,35 @@
 #define SLIP_TABLE_ROWS 256
 #define SLIP_TABLE_NUMBERS 262144
 #define SLIP_TABLE_COLUMNS 32
+#define SLIP_TABLE_TIMES 3
+#define SLIP_TABLE_ALL (SLIP_TABLE_COLUMNS + SLIP_TABLE_TIMES)
 typedef struct {
   char group[64];
-  SlipOutputColumn column[SLIP_TABLE_COLUMNS];
+  /* Before SlipTableCreate(): columns whose numbers in rows are times of the TS with this clock, borrowed; the file has
+     times of the run, and of long runs for each of these columns another one, X_rest, of what their double leaves */
+  const SlipClock *clock; /* NULL: there are none */
+  const PetscInt *times;
+  PetscInt ntimes;
+  PetscInt wide[SLIP_TABLE_COLUMNS]; /* fixed dimensions of a column */
+  PetscBool rests;                   /* there are such columns, behind the others */
+  SlipOutputColumn column[SLIP_TABLE_ALL];
+  char rest[SLIP_TABLE_TIMES][32]; /* names of those */
   PetscInt ncolumns, nrows;
-  PetscInt entries[SLIP_TABLE_COLUMNS]; /* numbers of a column in a row */
-  PetscInt first[SLIP_TABLE_COLUMNS];   /* of them, in a row */
-  PetscInt written;                     /* rows in the file */
-  PetscInt room;                        /* rows that are kept */
-  PetscReal *value;                     /* of so many rows, one column after the other */
+  PetscInt entries[SLIP_TABLE_ALL]; /* numbers of a column in a row */
+  PetscInt first[SLIP_TABLE_ALL];   /* of them, in a row */
+  PetscInt written;                 /* rows in the file */
+  PetscInt room;                    /* rows that are kept */
+  PetscReal *value;                 /* of so many rows, one column after the other */
 } SlipTable;
 
 /* entries [ncolumns], or NULL: a row has so many numbers in a column, whose dataset is [n, entries]; 0: one, and [n];
    -m: m vectors of 3, and [n, m, 3]. rows >= 0: the table is there, and is cut to so many */
 PETSC_INTERN PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
                                             const SlipOutputColumn column[], const PetscInt entries[], PetscInt rows);
+/* *has: a series X_rest belongs to those of a file, as the run is long, or as it is there already; made unless it is.
+   wide, dims: of SlipH5CreateSeries(); rows: as above. A run that has become long has zeros in its rows of before. */
+PETSC_INTERN PetscErrorCode SlipTableRest(const SlipClock *clock, SlipH5 *h, const char path[], PetscInt wide,
+                                          const PetscInt dims[], PetscInt rows, PetscBool *has);
 PETSC_INTERN PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[]);
 PETSC_INTERN PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h);
 PETSC_INTERN PetscErrorCode SlipTableDestroy(SlipTable *t);
@@ -49,7 +64,7 @@ typedef struct {
 typedef struct {
   SlipAttempt last;        /* the newest */
   PetscBool judged;        /* it was accepted, and its row is to be written */
-  PetscReal time;          /* at the end of the last step [s] */
+  PetscReal time, origin;  /* at the end of the last step, and what it counts from [s] */
   PetscInt newton, linear; /* of the TS, at the last row */
   PetscInt sides;          /* right-hand sides, likewise */
   SlipCost cost;           /* likewise */
@@ -57,8 +72,9 @@ typedef struct {
 } SlipOutputAttempts;
 
 struct _n_SlipOutput {
-  TS ts;              /* borrowed */
-  PetscContainer box; /* by which ts knows this output */
+  TS ts;                  /* borrowed */
+  const SlipClock *clock; /* of ts */
+  PetscContainer box;     /* by which ts knows this output */
   MPI_Comm comm;
   PetscMPIInt rank;
   PetscBool wanted, begun; /* there is to be a file; it is there */

@@ -122,6 +122,7 @@ PETSC_EXTERN PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBo
 
 /* Observers: a row of the table in observers.c each, over a context of its own that no other file knows */
 /* samerun.c: the first part; an error where the checkpoint is of another run */
+PETSC_INTERN PetscErrorCode SlipFaultClockStart(SlipFault fault, TS ts); /* longtime.c */
 PETSC_INTERN PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState state, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState state); /* a checkpoint's part */
 PETSC_INTERN PetscErrorCode SlipFaultObserversDestroy(SlipFault fault);

@@ -24,7 +24,7 @@ enum { OUTPUT_MAX_FIELDS = OUTPUT_NUM_FIELDS + SLIP_MAX_STATES - 1 };
 typedef struct {
   PetscBool known;      /* there was an entry, or a checkpoint that remembers it */
   PetscReal time;       /* of the last accepted step [s] */
-  PetscReal entry_time; /* of the newest entry [s] */
+  PetscReal entry_time; /* of the newest entry, of the run [s] */
   PetscReal entry_rate; /* largest slip rate then [m/s] */
   Vec entry_u;          /* displacement then [m]; NULL without -fault_output_slip_interval */
   PetscReal most;       /* entries there may be, by -fault_output_size; 0: no bound */
@@ -35,6 +35,7 @@ typedef struct {
   PetscMPIInt rank;
   TS ts; /* borrowed */
   PetscBool wanted[OUTPUT_MAX_FIELDS];
+  PetscBool rests;          /* /fields has time_rest */
   PetscBool resumed;        /* goes on in the file of an earlier run */
   PetscInt last_field_step; /* step of the newest entry of /fields */
   Vec w0, r0, p0, n0;       /* state, reaction, pore pressure and normal stress gathered on rank 0 */
@@ -137,7 +138,8 @@ struct _n_SlipFaultCatalogue {
   SlipH5 file;          /* rank 0 */
   PetscBool unflushed;  /* rows that are not on the disk */
   SlipTable table;      /* rank 0: the columns */
-  PetscReal last_end;   /* of the newest row [s] */
+  PetscReal last_end;   /* of the newest row, of the run [s] */
+  PetscReal origin;     /* what the times below count from [s] */
   PetscBool active;     /* an event is under way */
   PetscBool ended;      /* it is slower than its bound, and has this row unless it goes on */
   PetscInt nrow, nwork; /* lengths of the next arrays */
@@ -161,6 +163,9 @@ struct _n_SlipFaultCatalogue {
   VecScatter gather, gather_cells; /* maps, of vectors of slip and of cells, on rank 0 */
   Vec map[2];
 };
+
+/* catalogue.c: times that were noted count from the origin of now */
+PETSC_INTERN void SlipCatalogueFollowOrigin(SlipFaultCatalogue cat);
 
 /* cataloguestep.c; collective */
 PETSC_INTERN PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w,

@@ -4,6 +4,7 @@
 #include <petsc/private/tsimpl.h>
 #include <slipcompat.h>
 #include <slipcore.h>
+#include <slipstep/private/slipclock.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 
