@@ -143,22 +143,6 @@ static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec 
 
 /* ---- a run ---- */
 
-/* The origin of times may have moved since they were noted. */
-void SlipCatalogueFollowOrigin(SlipFaultCatalogue cat)
-{
-  static const PetscInt times[] = {EVENT_ONSET, EVENT_END};
-  const PetscReal by = cat->fault->loads.origin - cat->origin;
-  const PetscInt faults = cat->fault->mesh.faults;
-
-  cat->origin += by;
-  cat->time_before -= by;
-  cat->event.onset -= by;
-  for (int k = 0; k < 2; k++) cat->event.time[k] -= by;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(times); k++) cat->row[times[k]] -= by;
-  for (PetscInt k = 0; k < faults && cat->hypocentre; k++)
-    cat->row[EVENT_NUM_COLUMNS + (EVENT_FAULT_ONSET - EVENT_NUM_COLUMNS) * faults + k] -= by;
-}
-
 static PetscErrorCode Remember(SlipFaultCatalogue cat, PetscReal time, Vec w)
 {
   PetscFunctionBegin;

@@ -380,7 +380,7 @@ static PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   PetscErrorCode (*f)(TSAdapt, TS, PetscReal, PetscReal *);
-  PetscReal residual, h = ba->last.dt;
+  PetscReal residual, time, h = ba->last.dt;
   PetscBool unstable = PETSC_FALSE, constant;
   PetscInt worst;
 
@@ -391,12 +391,12 @@ static PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
     PetscCall(TSBatheRunMonitors(ts));
     PetscCall(TSBatheWorst(ts, &worst, &residual));
     PetscCall(SlipRunFails(ts));
-    SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_NOT_CONVERGED,
-            "%" PetscInt_FMT
-            " attempts in a row did not converge (-ts_bathe_max_failures) at time %g, step %" PetscInt_FMT
-            "; the last tried dt = %g and ended as %s, largest residual %g in cell %" PetscInt_FMT,
-            ba->failures, (double)ts->ptime, ts->steps, (double)h, SNESConvergedReasons[ba->last.reason],
-            (double)residual, worst);
+    PetscCall(SlipClockRead(ts, &time, NULL));
+    SETERRQ(
+      PetscObjectComm((PetscObject)ts), PETSC_ERR_NOT_CONVERGED,
+      "%" PetscInt_FMT " attempts in a row did not converge (-ts_bathe_max_failures) at time %g, step %" PetscInt_FMT
+      "; the last tried dt = %g and ended as %s, largest residual %g in cell %" PetscInt_FMT,
+      ba->failures, (double)time, ts->steps, (double)h, SNESConvergedReasons[ba->last.reason], (double)residual, worst);
   }
   PetscCall(TSBatheIsConstant(ts, &constant));
   if (constant && ba->failures == 1) PetscCall(SlipConstantRefused(ts, PetscMax(h, whole), &ba->constant));

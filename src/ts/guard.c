@@ -29,6 +29,7 @@ PetscBool SlipStepIsLost(TS ts, PetscReal h, PetscReal *least)
 PetscErrorCode SlipGuardStep(TS ts)
 {
   const PetscReal t = ts->ptime;
+  PetscReal now;
   const PetscReal h = ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP
                         ? SlipControlEnd(ts->time_step, t, ts->max_time)
                         : ts->time_step;
@@ -39,11 +40,12 @@ PetscErrorCode SlipGuardStep(TS ts)
   ts->time_step = h;
   if (!SlipStepIsLost(ts, h, &least)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipRunFails(ts));
+  PetscCall(SlipClockRead(ts, &now, NULL));
   SETERRQ(
     PetscObjectComm((PetscObject)ts), PETSC_ERR_CONV_FAILED,
     "At time %.15g s the next step is %g s, below the rounding of that time; expected at least %g s (-ts_type %s, "
     "-ts_adapt_type %s, -ts_adapt_dt_min %g s)",
-    (double)t, (double)h, (double)least, ((PetscObject)ts)->type_name, adapt ? adapt : "none",
+    (double)now, (double)h, (double)least, ((PetscObject)ts)->type_name, adapt ? adapt : "none",
     (double)(ts->adapt ? ts->adapt->dt_min : 0));
 }
 

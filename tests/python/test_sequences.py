@@ -14,7 +14,8 @@ from oneblock import Block
 import h5py
 import numpy as np
 
-from slipstep import Catalogue
+from slipstep import Catalogue, Run
+from slipstep.times import YEAR, since
 
 sys.path.insert(0, os.path.join(SOURCE, "tests", "benchmarks"))
 import nucleation
@@ -26,6 +27,62 @@ H = G / (2 * sqrt(G / RHO))
 BLOCK = ("-fault_nx", 1, "-fault_nz", 1, "-fault_length_x", SIDE, "-fault_length_z", SIDE, "-fault_kernel", "full_space", "-fault_normal_stress", SIGMA,
          "-fault_normal_stress_gradient", 0, "-fault_friction_residual", RESIDUAL, "-fault_friction_drop", DROP, "-fault_initial", "rest",
          "-fault_loading_rate", LOADING, "-fault_viscosity", "radiation", "-fault_progress", "no", "-fault_catalogue", "events.h5")
+
+
+class LongHistoryTest(FaultTest):
+    def long_history(self, begin, years, name, *options, code=0):
+        """The file and the catalogue of 2 x 1 blocks from a time on, the file of which has steps, fields and stations."""
+        self.fault(*BLOCK[:-1], f"{name}_events.h5", "-fault_nx", 2, "-fault_friction_slip", SLIP, "-fault_healing_time", HEALING, "-fault_inertia", "no",
+                         "-fault_loading_rate", 1e-8, "-fault_stations", "0,0", "-fault_output_interval", 50, "-ts_init_time", f"{begin:.17g}",
+                         "-ts_max_time", f"{begin + years * YEAR:.17g}", "-fault_output", f"{name}.h5", *options, code=code)
+        return [None if code else h5py.File(self.path(f"{name}{kind}.h5")) for kind in ("", "_events")]
+
+    def test_long_histories(self):
+        """From 2^44 s, 557,000 years, on a fault does what it does from 0 on, to the bit, as its times count from there: a double knows them to 4 ms, and
+        what that leaves is in the files. So does one whose load grows with time from a stress that makes it the same."""
+        begin = 2.0**44
+        for years, load in ((40, lambda t: ()), (6, lambda t: ("-fault_loading_rate", 0, "-fault_initial", "traction", "-fault_initial_unstable", "-fault_stressing_rate", 0.25,
+                                                               "-fault_initial_traction", f"{-0.25 * t:.17g}"))):
+            early, late = (self.long_history(t, years, f"from{k}", "-fault_output_overwrite", *load(t)) for k, t in enumerate((0.0, begin)))
+            self.assertGreater(len(early[1]["onset"]), 0)
+            for group, name in (("steps", "dt"), ("steps", "error"), ("series", "max_slip_rate"), ("fields", "slip_rate")):
+                np.testing.assert_array_equal(early[0][f"{group}/{name}"][()], late[0][f"{group}/{name}"][()])
+            for group in ("steps", "series", "fields", "stations/0"):
+                self.assertNotIn("time_rest", early[0][group])
+                time, rest, at_first = late[0][f"{group}/time"][()], late[0][f"{group}/time_rest"][()], early[0][f"{group}/time"][()]
+                np.testing.assert_array_equal((time - begin) + rest, at_first)
+                self.assertLess(np.abs(rest).max(), 0.002)
+            for name in ("magnitude", "mean_slip", "ledger", "area"):
+                np.testing.assert_array_equal(early[1][name][()], late[1][name][()])
+            first, second = (Catalogue(self.path(f"from{k}_events.h5")) for k in (0, 1))
+            np.testing.assert_array_equal((second.event["onset"] - begin) + second.event["onset_rest"], first.event["onset"])
+            np.testing.assert_allclose(second.duration, first.duration, rtol=1e-12)
+            self.assertEqual(*(Run(self.path(f"from{k}.h5")).field_names for k in (0, 1)))
+
+    def test_runs_that_keep_their_origin(self):
+        """A pressure is of absolute times: such a run says at its start what would end it."""
+        options = (*BLOCK[:8], "-fault_initial", "rest", "-fault_injection", "500,500", "-fault_injection_pressure", 1e6, "-fault_injection_diffusivity", 1,
+                   "-ts_max_steps", 1)
+        self.assertIn("a step below 0.007 s is lost", self.fault(*options, "-ts_max_time", "1e6y", code=3))
+        self.assertNotIn("is lost", self.fault(*options, "-ts_max_time", "4000y", code=3))
+
+    def test_origin_of_time_moves_and_goes_on(self):
+        """Across 2^37 s, where it first moves, and 68 years on, where it does again: a run that is stopped on the way goes on to the same bits."""
+        begin = 2.0**37 - 20 * YEAR
+        whole = self.long_history(begin, 100, "whole")
+        steps = len(whole[0]["series/time"]) - 1
+        for stop in (steps // 10, steps // 2, steps - 5):
+            more = "-fault_checkpoint", "parts.state"
+            self.long_history(begin, 100, "parts", *more, "-ts_max_steps", stop, "-fault_output_overwrite", code=3)
+            parts = self.long_history(begin, 100, "parts", *more, "-fault_restart", "parts.state")
+            for a, b in zip(whole, parts):
+                names = []
+                a.visititems(lambda name, data: names.append(name) if isinstance(data, h5py.Dataset) else None)
+                for name in set(names) - {"steps/wall", "steps/cost"}:
+                    np.testing.assert_array_equal(a[name][()], b[name][()], name)
+        run = Run(self.path("whole.h5"))
+        exact = np.append(0, np.cumsum(run.steps["dt"][run.accepted]))
+        np.testing.assert_allclose(since(run.series), exact, atol=1e-4)
 
 
 class SequencesTest(FaultTest):

@@ -164,7 +164,7 @@ struct _n_SlipFaultCatalogue {
   Vec map[2];
 };
 
-/* catalogue.c: times that were noted count from the origin of now */
+/* cataloguefile.c: times that were noted count from the origin of now */
 PETSC_INTERN void SlipCatalogueFollowOrigin(SlipFaultCatalogue cat);
 
 /* cataloguestep.c; collective */

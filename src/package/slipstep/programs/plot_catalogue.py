@@ -171,7 +171,7 @@ def event_figure(events, number):
     block = layout.fill(layout.canvas)[0]
     kind = KINDS["slip"]
     norm = Span().see(slip).norm(kind)
-    onset, duration = events["onset"][number], events["end"][number] - events["onset"][number]
+    onset, duration = events["onset"][number], events.duration[number]
     clock = Clock(0.0, duration)
     broke = clock(broke)
     head, levels = contours_of(broke, clock)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import OutputError
 from ..modules import program
+from ..times import since
 from .files import attributes, columns, datasets, drawn, is_catalogue, is_complete, open_file, split
 
 
@@ -50,6 +51,11 @@ class Catalogue:
 
     def open(self):
         return open_file(self.path, "fault -fault_catalogue writes it")
+
+    @property
+    def duration(self):
+        """Of each event [s], also where times are of a million years."""
+        return since(self.event, "end", (self.event["onset"], self.event.get("onset_rest", 0.0)))
 
     def warn(self):
         """A line on standard error where an event goes on at the end of the run, of which nothing is in the lists."""

@@ -24,6 +24,7 @@ RESULT = ("accepted", "rejected", "solves", "newton_iterations", "linear_iterati
 # Besides, of a fault:
 SERIES = ("mean_slip_rate", "max_slip_rate", "mean_slip", "mean_displacement", "sliding_fraction")
 MESH = ("x", "z")
+TIMES = ("time", "time_rest")  # the second of runs of thousands of years: what a double leaves of the first
 
 
 class Cells:
@@ -109,7 +110,7 @@ class Run(Contents, Cells):
         for name, data in (("steps", self.steps), ("series", self.series)):
             self._check_rows(name, data)
         self.result = self.summary if self.complete else self._so_far()
-        self.field_names = [name for name, data in file.get("fields", {}).items() if name != "time" and "CLASS" not in data.attrs]  # without axes
+        self.field_names = [name for name, data in file.get("fields", {}).items() if name not in TIMES and "CLASS" not in data.attrs]  # without axes
         rates = file["series"].get("moment_rate")
         self.faults = np.atleast_1d(rates.attrs["faults"]) if rates is not None and "faults" in rates.attrs else np.array([], int)
         self.accepted = self.steps["accepted"].astype(bool)
@@ -160,7 +161,7 @@ class Run(Contents, Cells):
     def columns(self):
         """Names of the series besides time, with their units."""
         return {name: self.units[f"/series/{name}"] for name in self.series
-                if name != "time" and f"/series/{name}" in self.units}
+                if name not in TIMES and f"/series/{name}" in self.units}
 
     @property
     def extents(self):
@@ -198,7 +199,7 @@ class Run(Contents, Cells):
     def stored(self, file, source):
         """Times of the rows that a dataset of /fields has, and the dataset, which may have more."""
         group = file.get("fields")
-        if group is None or source not in group or "time" not in group or source == "time":
+        if group is None or source not in group or "time" not in group or source in TIMES:
             raise OutputError(f"{self.path}: field {source} was not stored (there are: {', '.join(self.field_names) or 'none'}); "
                               f"run with -fault_output_fields {source}")
         return group["time"][:len(group[source])], group[source]
