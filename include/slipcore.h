@@ -205,8 +205,10 @@ PETSC_EXTERN void SlipFrictionBalance(const SlipFrictionCells *f, const PetscRea
                                       PetscReal ds[]);
 
 /* ---- adams.c ---- */
-enum { SLIP_ADAMS_NODES = 10 };
+enum { SLIP_ADAMS_NODES = 10, SLIP_ADAMS_CORRECTIONS = 7 };
 PETSC_EXTERN void SlipAdamsWeights(PetscInt n, const PetscReal node[], PetscReal weight[]);
+PETSC_EXTERN PetscReal SlipAdamsReach(PetscInt k, PetscInt m);
+PETSC_EXTERN const PetscReal (*SlipAdamsFactors(PetscInt k, PetscInt m))[2];
 
 /* ---- lag.c ---- */
 #define SLIP_LAG_MARGIN (PetscReal)0.97 /* how near explicit steps come to what is stable */

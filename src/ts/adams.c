@@ -20,39 +20,12 @@
 /* Norm of the estimate where a step has left all bounds, and those: squares of anything less are numbers */
 #define FAR_TOO_LONG 1e10
 #define BOUNDS 1e100
-/* Relaxation times of the longest step */
-#define ADAMS_STABLE 3
 /* Attempts in a row that are refused before the formulas begin anew */
 #define RESTART_AFTER 2
 /* Corrector k + 1 and so many times its difference to corrector k + 2: 1 more would be of order k + 2. With 2 the error
    is that of 0 with the other sign, and on the negative real axis steps are stable to 2.98 instead of 2.38 (k = 2),
    2.38 instead of 1.93 (k = 3). */
 #define ADAMS_BEYOND 2
-
-enum { ADAMS_MAX = SLIP_ADAMS_NODES - 2, ADAMS_SLOTS = ADAMS_MAX + 3 };
-
-typedef struct {
-  PetscInt max_order;  /* of the predictor */
-  PetscInt order;      /* of the attempt */
-  PetscInt next;       /* of the step after it */
-  PetscInt n;          /* derivatives in hand */
-  PetscInt since;      /* accepted steps with this order */
-  PetscInt rejections; /* attempts of this step that were refused */
-  Vec rate[ADAMS_SLOTS];
-  PetscReal age[ADAMS_SLOTS]; /* how long ago they were, newest first, as sums of steps [s] */
-  Vec start;                  /* state at the start of the step */
-  Vec star;                   /* f* */
-  Vec y;
-  SlipAdamsInverse inverse;
-  PetscReal before;    /* time at the start of the last accepted step [s] */
-  PetscReal h;         /* its length [s] */
-  PetscInt dense;      /* derivatives that its polynomial goes through, that of its end first */
-  PetscBool estimated; /* norm is that of this attempt, for the next order */
-  PetscReal norm;
-  PetscBool normed; /* norms are those of this attempt, by their type, of its order, the one below and the one above */
-  NormType type;
-  PetscReal norms[3];
-} TS_Adams;
 
 static PetscErrorCode TSReset_Adams(TS ts)
 {
@@ -63,6 +36,7 @@ static PetscErrorCode TSReset_Adams(TS ts)
   PetscCall(VecDestroy(&ad->start));
   PetscCall(VecDestroy(&ad->star));
   PetscCall(VecDestroy(&ad->y));
+  for (PetscInt i = 0; i < 2; i++) PetscCall(VecDestroy(&ad->room[i]));
   PetscCall(PetscFree(ad->inverse.inverse));
   ad->inverse.id[0] = 0;
   ad->n = 0;
@@ -81,7 +55,7 @@ static PetscErrorCode TSDestroy_Adams(TS ts)
 static PetscErrorCode TSSetUp_Adams(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  Vec *vecs[] = {&ad->start, &ad->star, &ad->y};
+  Vec *vecs[] = {&ad->start, &ad->star, &ad->y, &ad->room[0], &ad->room[1]};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
@@ -96,6 +70,7 @@ static PetscErrorCode TSSetUp_Adams(TS ts)
 static PetscErrorCode TSSetFromOptions_Adams(TS ts, SlipOptionItems PetscOptionsObject)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
+  const PetscInt least = 1, most = SLIP_ADAMS_CORRECTIONS;
   PetscInt order = ad->max_order;
   PetscBool set;
 
@@ -106,6 +81,15 @@ static PetscErrorCode TSSetFromOptions_Adams(TS ts, SlipOptionItems PetscOptions
   PetscCall(PetscOptionsInt("-ts_adams_max_order", "Highest order of the predictor; the step is one better",
                             "TSAdamsSetMaxOrder", order, &order, &set));
   if (set) PetscCall(TSAdamsSetMaxOrder(ts, order));
+  PetscCall(SlipCheckIntegerOption(PetscObjectComm((PetscObject)ts), ((PetscObject)ts)->options,
+                                   ((PetscObject)ts)->prefix, "-ts_adams_max_corrections"));
+  PetscCall(PetscOptionsInt("-ts_adams_max_corrections",
+                            "Most corrections of a step, beyond one where it is not stable", NULL, ad->most, &ad->most,
+                            NULL));
+  PetscCheck(ad->most >= least && ad->most <= most, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+             "-ts_adams_max_corrections is %" PetscInt_FMT ", expected a whole number from %" PetscInt_FMT
+             " to %" PetscInt_FMT,
+             ad->most, least, most);
   PetscOptionsHeadEnd();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -157,22 +141,13 @@ PetscErrorCode TSAdamsSetMaxOrder(TS ts, PetscInt order)
 
 /* ---- a step ---- */
 
-/* Weights of the corrector with k derivatives beside f*; [0] is that of f* */
-static void Corrector(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal weight[])
-{
-  PetscReal node[SLIP_ADAMS_NODES] = {1};
-
-  for (PetscInt j = 0; j < k; j++) node[j + 1] = -ad->age[j] / h;
-  SlipAdamsWeights(k + 1, node, weight);
-}
-
 /* weight of the estimate of order k: what its oldest derivative changes */
 static void EstimateWeights(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal weight[])
 {
   PetscReal less[SLIP_ADAMS_NODES];
 
-  Corrector(ad, h, k, weight);
-  Corrector(ad, h, k - 1, less);
+  SlipAdamsCorrector(ad, h, k, weight);
+  SlipAdamsCorrector(ad, h, k - 1, less);
   for (PetscInt j = 0; j <= k; j++) weight[j] = h * (weight[j] - (j < k ? less[j] : 0));
 }
 
@@ -239,8 +214,8 @@ static PetscErrorCode Correct(TS ts, NormType type, Vec y, PetscBool *good)
   PetscReal weight[4][SLIP_ADAMS_NODES] = {{0}}, beyond[SLIP_ADAMS_NODES];
 
   PetscFunctionBegin;
-  Corrector(ad, h, k, weight[0]);
-  if (more) Corrector(ad, h, k + 1, beyond);
+  SlipAdamsCorrector(ad, h, k, weight[0]);
+  if (more) SlipAdamsCorrector(ad, h, k + 1, beyond);
   for (PetscInt j = 0; j < k + 2; j++)
     weight[0][j] = h * (weight[0][j] + (more ? ADAMS_BEYOND * (beyond[j] - weight[0][j]) : 0));
   EstimateWeights(ad, h, k, weight[1]);
@@ -253,24 +228,19 @@ static PetscErrorCode Correct(TS ts, NormType type, Vec y, PetscBool *good)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How much longer a step of order k may be by its estimate */
-static PetscReal Promise(PetscReal norm, PetscInt k)
-{
-  return PetscPowReal(norm, -1 / (PetscReal)(k + 1));
-}
-
 /* The order of the next step, and the norm of its estimate in this one */
-static void ChooseOrder(TS_Adams *ad)
+static void ChooseOrder(TS ts)
 {
+  TS_Adams *ad = (TS_Adams *)ts->data;
   const PetscInt k = ad->order;
-  PetscReal promise = Promise(ad->norms[0], k);
+  PetscReal promise = SlipAdamsPromise(ts, ad->norms[0], k);
 
   ad->next = k;
   ad->norm = ad->norms[0];
-  if (k > 1 && Promise(ad->norms[1], k - 1) > ADAMS_LOWER * promise) {
+  if (k > 1 && SlipAdamsPromise(ts, ad->norms[1], k - 1) > ADAMS_LOWER * promise) {
     ad->next = k - 1;
     ad->norm = ad->norms[1];
-  } else if (MayRaise(ad) && Promise(ad->norms[2], k + 1) > ADAMS_RAISE * promise) {
+  } else if (MayRaise(ad) && SlipAdamsPromise(ts, ad->norms[2], k + 1) > ADAMS_RAISE * promise) {
     ad->next = k + 1;
     ad->norm = ad->norms[2];
   }
@@ -287,7 +257,7 @@ static PetscErrorCode TSEvaluateWLTE_Adams(TS ts, NormType type, PetscInt *order
     PetscCall(Correct(ts, type, ad->y, &good));
     ad->estimated = PETSC_FALSE;
   }
-  if (!ad->estimated) ChooseOrder(ad);
+  if (!ad->estimated) ChooseOrder(ts);
   ad->estimated = PETSC_TRUE;
   *wlte = ad->norm;
   if (order) *order = ad->next + 1;
@@ -305,6 +275,7 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
   PetscFunctionBegin;
   ad->estimated = ad->normed = PETSC_FALSE;
   ad->next = k;
+  SlipAdamsCount(ts);
   for (PetscInt j = 0; j < k; j++) node[j] = -ad->age[j] / h;
   SlipAdamsWeights(k, node, weight[0]);
   for (PetscInt j = 0; j < k; j++) weight[0][j] *= h;
@@ -313,7 +284,11 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
   if (*good) PetscCall(TSFunctionDomainError(ts, t + h, ad->y, good));
   if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSComputeRHSFunction(ts, t + h, ad->y, ad->star));
-  PetscCall(Correct(ts, ts->adapt->wnormtype, ts->vec_sol, good));
+  if (ad->corrections > 1) {
+    PetscCall(SlipAdamsCorrectMore(ts, ad->y, ts->vec_sol, good));
+    if (*good) PetscCall(Correct(ts, ts->adapt->wnormtype, ad->y, good)); /* the estimates, by the new derivative */
+  } else
+    PetscCall(Correct(ts, ts->adapt->wnormtype, ts->vec_sol, good));
   PetscCall(TSPostStage(ts, t + h, 0, &ts->vec_sol));
   if (*good) PetscCall(TSFunctionDomainError(ts, t + h, ts->vec_sol, good));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -334,7 +309,10 @@ static PetscErrorCode PushRate(TS ts)
   ad->rate[0] = free_one;
   ad->age[0] = 0;
   ad->n = PetscMin(ad->n + 1, ad->max_order + 1);
-  PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, ad->rate[0]));
+  if (ad->corrections > 1)
+    PetscCall(VecCopy(ad->star, free_one));
+  else
+    PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, free_one));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -347,6 +325,8 @@ static PetscErrorCode Begin(TS ts)
   ad->n = 0;
   ad->order = 1;
   ad->since = 0;
+  ad->corrections = 1;
+  ad->rates[0] = ad->rates[1] = 0;
   PetscCall(PushRate(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -363,21 +343,6 @@ static PetscErrorCode MeetCorner(TS ts, PetscBool *met)
   if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner, ctx));
   *met = ts->time_step >= corner - ts->ptime ? PETSC_TRUE : PETSC_FALSE;
   if (*met) ts->time_step = corner - ts->ptime;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Steps are stable to some three relaxation times. A learned controller observes them, and constant steps are the
-   user's; others go by an error that shows an instability when it is there. */
-static PetscErrorCode BoundStep(TS ts, const SlipProblemOps *problem, void *ctx)
-{
-  PetscBool left;
-  PetscReal rate;
-
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &left, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
-  if (left) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall((*problem->relaxation)(ts, ts->vec_sol, &rate, ctx));
-  if (rate > 0) ts->time_step = PetscMin(ts->time_step, ADAMS_STABLE / rate);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -403,7 +368,7 @@ static PetscErrorCode Accept(TS ts, PetscReal next_h, PetscBool corner)
     PetscCall(PushRate(ts));
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
-  if (problem && problem->relaxation) PetscCall(BoundStep(ts, problem, ctx));
+  if (problem && problem->relaxation) PetscCall(SlipAdamsBoundStep(ts, problem, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -503,6 +468,8 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   PetscCall(SlipStateInt(s, "order", 1, &ad->order));
   PetscCall(SlipStateInt(s, "steps_with_it", 1, &ad->since));
   PetscCall(SlipStateReal(s, "ages", ad->n, ad->age));
+  PetscCall(SlipStateReal(s, "relaxation", 2, ad->rates));
+  PetscCall(SlipStateReal(s, "last_step", 1, &ad->h));
   if (SlipStateIsLoading(s) && ad->n > ad->max_order + 1)
     SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_INCOMP,
             "-ts_adams_max_order is %" PetscInt_FMT ", but the checkpoint has %" PetscInt_FMT " derivatives",
@@ -514,10 +481,11 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
 
 /*MC
   TSADAMS - "adams": explicit Adams formulas of variable step and order, predictor and corrector, two right-hand sides a
-  step
+  step, or more where stability asks for them
 
-  Options Database Key:
-. -ts_adams_max_order <5> - highest order of the predictor
+  Options Database Keys:
++ -ts_adams_max_order <5>       - highest order of the predictor
+- -ts_adams_max_corrections <7> - most corrections of a step, each one right-hand side; 1: two right-hand sides a step
 
   Level: beginner
 
@@ -529,6 +497,11 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   rounding of time, by an error. After two refused attempts the formulas begin anew at order 1. A constant step
   (TSADAPTNONE) that leaves the domain ends the run: steps of the length that was asked for before it have spoilt the
   state.
+
+  Where the problem knows how fast its solution relaxes (SlipProblemOps.relaxation) and the error allows steps that are
+  not stable with one correction, a step with a predictor of order 1 to 4 is corrected as often as it needs: 2 to 5
+  times for 6 to 28 relaxation times at order 2. Such steps are to be 40 times as exact as the tolerance: errors between
+  events become those of the times of events. Under constant steps and rl each is corrected once.
 
   References:
 . * - L. F. Shampine, M. K. Gordon, Computer Solution of Ordinary Differential Equations, Freeman, 1975.
@@ -543,6 +516,8 @@ PetscErrorCode TSCreate_Adams(TS ts)
   PetscCall(PetscNew(&ad));
   ts->data = ad;
   ad->max_order = 5;
+  ad->most = SLIP_ADAMS_CORRECTIONS;
+  ad->corrections = 1;
   ts->ops->reset = TSReset_Adams;
   ts->ops->destroy = TSDestroy_Adams;
   ts->ops->view = TSView_Adams;

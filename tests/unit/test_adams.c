@@ -392,8 +392,8 @@ static void corner(void **state)
   }
 }
 
-/* Controllers that go by the error keep below three relaxation times where the problem knows them, constant steps
-   stay. */
+/* Controllers that go by the error keep below three relaxation times where the problem knows them and steps are
+   corrected once, constant steps stay. */
 static PetscErrorCode Relaxes(TS ts, Vec w, PetscReal *rate, void *ctx)
 {
   PetscFunctionBeginUser;
@@ -408,11 +408,14 @@ static void bounded(void **state)
   const char *const adapts[] = {TSADAPTBASIC, TSADAPTPI, TSADAPTNONE};
 
   (void)state;
+  ok(PetscOptionsSetValue(NULL, "-ts_adams_max_corrections", "1"));
   for (int k = 0; k < 3; k++) {
     TS ts;
     Vec y;
 
     MakeScalar(&ts, &y, TSADAMS, adapts[k], Fall, 0.0625, 1);
+    ok(TSSetFromOptions(ts));
+    SetAdapt(ts, adapts[k]);
     ok(VecSet(y, 1));
     ok(TSSetTolerances(ts, 1e-2, NULL, 1e-2, NULL));
     ok(TSSetSlipProblem(ts, &problem, NULL));
@@ -421,6 +424,101 @@ static void bounded(void **state)
     for (int i = 2; i < 16; i++) assert_true(fabs(when[i] - when[i - 1] - (k < 2 ? 0.03 : 0.0625)) < 1e-14);
     ObjectsDestroy(&ts, &y);
   }
+  ok(PetscOptionsClearValue(NULL, "-ts_adams_max_corrections"));
+}
+
+/* Of every number of corrections, constant steps of y' = -r y die away from a history that alternates at all h r up to
+   the reach, by the recurrence itself. */
+static void reach(void **state)
+{
+  const PetscReal gamma[] = {0.5, 5.0 / 12, 3.0 / 8, 251.0 / 720};
+
+  (void)state;
+  assert_true(SlipAdamsReach(5, 2) == 0 && SlipAdamsReach(4, 5) == 0 && SlipAdamsReach(2, 1) == 0);
+  for (PetscInt k = 1; k <= 4; k++)
+    for (PetscInt m = 2; SlipAdamsReach(k, m) > 0; m++) {
+      const PetscReal(*factor)[2] = SlipAdamsFactors(k, m), most = SlipAdamsReach(k, m);
+      PetscReal sum = 0;
+
+      assert_true(m == 2 || most > SlipAdamsReach(k, m - 1));
+      for (PetscInt j = 0; j < (m + 1) / 2; j++) sum += factor[j][0];
+      AssertNear(sum, 1, 1e-9); /* the order of the formula */
+      for (PetscReal x = 0.1; x <= most; x += 0.01) {
+        PetscReal y[400], w[SLIP_ADAMS_NODES], node[SLIP_ADAMS_NODES], Q = 1;
+
+        for (PetscInt j = 0; j < (m + 1) / 2; j++) Q *= 1 - factor[j][0] * x + factor[j][1] * x * x;
+        for (PetscInt j = 0; j < k; j++) {
+          node[j] = -j;
+          y[j] = j % 2 ? -1 : 1;
+        }
+        SlipAdamsWeights(k, node, w);
+        for (PetscInt n = k; n < 400; n++) {
+          PetscReal predicted = y[n - 1], extrapolated = 0, binomial = (PetscReal)k;
+
+          for (PetscInt j = 0; j < k; j++) {
+            predicted -= x / gamma[k - 1] * w[j] * y[n - 1 - j];
+            extrapolated += (j % 2 ? -1 : 1) * binomial * y[n - 1 - j];
+            binomial *= (PetscReal)(k - 1 - j) / (PetscReal)(j + 2);
+          }
+          y[n] = extrapolated + Q * (predicted - extrapolated);
+        }
+        assert_true(fabs(y[399]) < 1e-2);
+      }
+    }
+}
+
+/* u' = cos t - r (u - sin t) of rates r up to 100, from u = 0: u = sin t. With more corrections than one the error keeps
+   the tolerance, for less than 0.6 of the right-hand sides of one. */
+static PetscErrorCode Follow(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
+{
+  const PetscScalar *x;
+  PetscScalar *r;
+
+  PetscFunctionBeginUser;
+  (void)ts, (void)ctx;
+  evaluations++;
+  PetscCall(VecGetArrayRead(u, &x));
+  PetscCall(VecGetArrayWrite(f, &r));
+  for (int i = 0; i < 8; i++) r[i] = cos(t) - 100.0 / (1 << i) * (x[i] - sin(t));
+  PetscCall(VecRestoreArrayWrite(f, &r));
+  PetscCall(VecRestoreArrayRead(u, &x));
+  PetscFunctionReturn(0);
+}
+
+static void corrected(void **state)
+{
+  static const SlipProblemOps problem = {.relaxation = Relaxes};
+  PetscInt n[2];
+
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    const PetscScalar *x;
+    TS ts;
+    Vec u;
+
+    ok(PetscOptionsSetValue(NULL, "-ts_adams_max_corrections", k ? "7" : "1"));
+    ok(VecCreateSeq(PETSC_COMM_SELF, 8, &u));
+    ok(TSCreate(PETSC_COMM_SELF, &ts));
+    ok(TSSetProblemType(ts, TS_NONLINEAR));
+    ok(TSSetType(ts, TSADAMS));
+    ok(TSSetRHSFunction(ts, NULL, Follow, NULL));
+    ok(TSSetTimeStep(ts, 1e-3));
+    ok(TSSetMaxTime(ts, 20));
+    ok(TSSetMaxSteps(ts, 100000));
+    ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+    ok(TSSetTolerances(ts, 1e-2, NULL, 0, NULL));
+    ok(TSSetSlipProblem(ts, &problem, NULL));
+    ok(TSSetFromOptions(ts));
+    evaluations = 0;
+    ok(TSSolve(ts, u));
+    n[k] = evaluations;
+    ok(VecGetArrayRead(u, &x));
+    for (int i = 0; i < 8; i++) assert_true(fabs(x[i] - sin(20)) < 1e-2);
+    ok(VecRestoreArrayRead(u, &x));
+    ObjectsDestroy(&ts, &u);
+  }
+  ok(PetscOptionsClearValue(NULL, "-ts_adams_max_corrections"));
+  assert_true((PetscReal)n[1] < 0.6 * (PetscReal)n[0]);
 }
 
 /* Late times, whose rounding is a thousandth of a step, cost no steps where the rate does not know of time: 2 % for the
@@ -536,4 +634,5 @@ static void norms(void **state)
   }
 }
 
-SLIP_TESTS(weights, order, adaptive, interpolation, begins_anew, numbers_only, corner, bounded, late, refuses, norms)
+SLIP_TESTS(weights, order, adaptive, interpolation, begins_anew, numbers_only, corner, bounded, reach, corrected, late,
+           refuses, norms)

@@ -171,6 +171,41 @@ PETSC_INTERN void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, 
                                const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates,
                                const SlipAdamsTolerance *tolerance, PetscReal y[], SlipAdamsSums *sums);
 
+/* ---- adams.c, adamscorrect.c ---- */
+enum { ADAMS_MAX = SLIP_ADAMS_NODES - 2, ADAMS_SLOTS = ADAMS_MAX + 3 };
+
+typedef struct {
+  PetscInt max_order;  /* of the predictor */
+  PetscInt order;      /* of the attempt */
+  PetscInt next;       /* of the step after it */
+  PetscInt n;          /* derivatives in hand */
+  PetscInt since;      /* accepted steps with this order */
+  PetscInt rejections; /* attempts of this step that were refused */
+  Vec rate[ADAMS_SLOTS];
+  PetscReal age[ADAMS_SLOTS]; /* how long ago they were, newest first, as sums of steps [s] */
+  Vec start;                  /* state at the start of the step */
+  Vec star;                   /* f* */
+  Vec y;
+  SlipAdamsInverse inverse;
+  PetscReal before;    /* time at the start of the last accepted step [s] */
+  PetscReal h;         /* its length [s] */
+  PetscInt dense;      /* derivatives that its polynomial goes through, that of its end first */
+  PetscBool estimated; /* norm is that of this attempt, for the next order */
+  PetscReal norm;
+  PetscBool normed; /* norms are those of this attempt, by their type, of its order, the one below and the one above */
+  NormType type;
+  PetscReal norms[3];
+  PetscInt most;        /* corrections of a step */
+  PetscInt corrections; /* of the attempt */
+  PetscReal rates[2]; /* fastest rates of relaxation at the starts of this step and the one before; 0: unknown [1/s] */
+  Vec room[2];        /* of corrections */
+} TS_Adams;
+PETSC_INTERN void SlipAdamsCorrector(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal weight[]);
+PETSC_INTERN PetscReal SlipAdamsPromise(TS ts, PetscReal norm, PetscInt k);
+PETSC_INTERN void SlipAdamsCount(TS ts);
+PETSC_INTERN PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ctx);
+PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good);
+
 /* ---- guard.c ---- */
 /* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step
    [s] */
