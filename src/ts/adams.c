@@ -40,6 +40,7 @@ static PetscErrorCode TSReset_Adams(TS ts)
   PetscCall(PetscFree(ad->inverse.inverse));
   ad->inverse.id[0] = 0;
   ad->n = 0;
+  ad->rates[0] = ad->rates[1] = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -326,7 +327,6 @@ static PetscErrorCode Begin(TS ts)
   ad->order = 1;
   ad->since = 0;
   ad->corrections = 1;
-  ad->rates[0] = ad->rates[1] = 0;
   PetscCall(PushRate(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
