@@ -250,8 +250,7 @@ static inline PetscReal SlipConeClip(PetscReal r, PetscReal q)
   return r > q ? q : (r < -q ? -q : r);
 }
 
-/* Region of p = x - rho g; wq = omega q, zero on rows without a bound; one that is not a number slides: the residual is
-   to show it */
+/* Region of p = x - rho g; wq = omega q, zero on rows without a bound; one that is no number slides */
 static inline SlipRegion SlipConeRegion(PetscReal x, PetscReal g, PetscReal rho, PetscReal wq)
 {
   const PetscReal p = x - rho * g;
@@ -445,8 +444,7 @@ typedef struct {
   PetscReal accuracy;  /* wanted relative error of the run's result */
   PetscReal dt_min;    /* bounds of the steps that can be chosen [s] */
   PetscReal dt_max;
-  /* of the state, for problems that have no such row: 2-norm, mean and an entry; those of the start, and its largest
-     magnitude */
+  /* of the state, for problems without such a row: 2-norm, mean and an entry; those and the largest of the start */
   PetscReal norm, mean, component;
   PetscReal norm0, max0, component0;
   /* of the attempts so far, SlipRunAttempt() */

@@ -427,48 +427,8 @@ static void bounded(void **state)
   ok(PetscOptionsClearValue(NULL, "-ts_adams_max_corrections"));
 }
 
-/* Of every number of corrections, constant steps of y' = -r y die away from a history that alternates at all h r up to
-   the reach, by the recurrence itself. */
-static void reach(void **state)
-{
-  const PetscReal gamma[] = {0.5, 5.0 / 12, 3.0 / 8, 251.0 / 720};
-
-  (void)state;
-  assert_true(SlipAdamsReach(5, 2) == 0 && SlipAdamsReach(4, 5) == 0 && SlipAdamsReach(2, 1) == 0);
-  for (PetscInt k = 1; k <= 4; k++)
-    for (PetscInt m = 2; SlipAdamsReach(k, m) > 0; m++) {
-      const PetscReal(*factor)[2] = SlipAdamsFactors(k, m), most = SlipAdamsReach(k, m);
-      PetscReal sum = 0;
-
-      assert_true(m == 2 || most > SlipAdamsReach(k, m - 1));
-      for (PetscInt j = 0; j < (m + 1) / 2; j++) sum += factor[j][0];
-      AssertNear(sum, 1, 1e-9); /* the order of the formula */
-      for (PetscReal x = 0.1; x <= most; x += 0.01) {
-        PetscReal y[400], w[SLIP_ADAMS_NODES], node[SLIP_ADAMS_NODES], Q = 1;
-
-        for (PetscInt j = 0; j < (m + 1) / 2; j++) Q *= 1 - factor[j][0] * x + factor[j][1] * x * x;
-        for (PetscInt j = 0; j < k; j++) {
-          node[j] = -j;
-          y[j] = j % 2 ? -1 : 1;
-        }
-        SlipAdamsWeights(k, node, w);
-        for (PetscInt n = k; n < 400; n++) {
-          PetscReal predicted = y[n - 1], extrapolated = 0, binomial = (PetscReal)k;
-
-          for (PetscInt j = 0; j < k; j++) {
-            predicted -= x / gamma[k - 1] * w[j] * y[n - 1 - j];
-            extrapolated += (j % 2 ? -1 : 1) * binomial * y[n - 1 - j];
-            binomial *= (PetscReal)(k - 1 - j) / (PetscReal)(j + 2);
-          }
-          y[n] = extrapolated + Q * (predicted - extrapolated);
-        }
-        assert_true(fabs(y[399]) < 1e-2);
-      }
-    }
-}
-
-/* u' = cos t - r (u - sin t) of rates r up to 100, from u = 0: u = sin t. With more corrections than one the error keeps
-   the tolerance, for less than 0.6 of the right-hand sides of one. */
+/* u' = cos t - r (u - sin t) of rates r up to 100, from u = 0: u = sin t. With more corrections than one the error
+   keeps the tolerance, for less than 0.6 of the right-hand sides of one. */
 static PetscErrorCode Follow(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
 {
   const PetscScalar *x;
@@ -634,5 +594,5 @@ static void norms(void **state)
   }
 }
 
-SLIP_TESTS(weights, order, adaptive, interpolation, begins_anew, numbers_only, corner, bounded, reach, corrected, late,
+SLIP_TESTS(weights, order, adaptive, interpolation, begins_anew, numbers_only, corner, bounded, corrected, late,
            refuses, norms)

@@ -1,5 +1,5 @@
 /* The longest stable step of explicit steps with lagged damping: against eigenvalues of the step's matrix, and by steps
-   of a system of which some degrees of freedom stick. */
+   of a system of which some degrees of freedom stick; and that of Adams' formulas that are corrected more than once. */
 #include "../unit.h"
 #include <slipcore.h>
 #include <petscblaslapack.h>
@@ -105,4 +105,46 @@ static void varied_steps(void **state)
     }
 }
 
-SLIP_TESTS(bound_is_that_of_eigenvalues, less_is_stable, varied_steps)
+/* ---- corrections of Adams' formulas ---- */
+
+/* Of every number of corrections, constant steps of y' = -r y die away from a history that alternates at all h r up to
+   the reach, by the recurrence itself. */
+static void reach(void **state)
+{
+  const PetscReal gamma[] = {0.5, 5.0 / 12, 3.0 / 8, 251.0 / 720};
+
+  (void)state;
+  assert_true(SlipAdamsReach(5, 2) == 0 && SlipAdamsReach(4, 5) == 0 && SlipAdamsReach(2, 1) == 0);
+  for (PetscInt k = 1; k <= 4; k++)
+    for (PetscInt m = 2; SlipAdamsReach(k, m) > 0; m++) {
+      const PetscReal(*factor)[2] = SlipAdamsFactors(k, m), most = SlipAdamsReach(k, m);
+      PetscReal sum = 0;
+
+      assert_true(m == 2 || most > SlipAdamsReach(k, m - 1));
+      for (PetscInt j = 0; j < (m + 1) / 2; j++) sum += factor[j][0];
+      AssertNear(sum, 1, 1e-9); /* the order of the formula */
+      for (PetscReal x = 0.1; x <= most; x += 0.01) {
+        PetscReal y[400], w[SLIP_ADAMS_NODES], node[SLIP_ADAMS_NODES], Q = 1;
+
+        for (PetscInt j = 0; j < (m + 1) / 2; j++) Q *= 1 - factor[j][0] * x + factor[j][1] * x * x;
+        for (PetscInt j = 0; j < k; j++) {
+          node[j] = -j;
+          y[j] = j % 2 ? -1 : 1;
+        }
+        SlipAdamsWeights(k, node, w);
+        for (PetscInt n = k; n < 400; n++) {
+          PetscReal predicted = y[n - 1], extrapolated = 0, binomial = (PetscReal)k;
+
+          for (PetscInt j = 0; j < k; j++) {
+            predicted -= x / gamma[k - 1] * w[j] * y[n - 1 - j];
+            extrapolated += (j % 2 ? -1 : 1) * binomial * y[n - 1 - j];
+            binomial *= (PetscReal)(k - 1 - j) / (PetscReal)(j + 2);
+          }
+          y[n] = extrapolated + Q * (predicted - extrapolated);
+        }
+        assert_true(fabs(y[399]) < 1e-2);
+      }
+    }
+}
+
+SLIP_TESTS(bound_is_that_of_eigenvalues, less_is_stable, varied_steps, reach)
