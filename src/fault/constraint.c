@@ -84,7 +84,7 @@ static PetscErrorCode KnowStart(SlipFault fault, const SlipStage *stage)
   Vec x[4], work[3];
 
   PetscFunctionBegin;
-  if (!stage->nfrom || SlipFaultOpens(fault) || fault->kind.sequence) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!stage->nfrom || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
   for (int k = 0; k < 3; k++) PetscCall(SlipFaultGetWork(fault, &work[k]));
   for (; n < stage->nfrom; n++) {
     PetscCall(SlipFaultGetDisplacement(fault, stage->from[n], work[n]));
@@ -114,6 +114,7 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
   PetscFunctionBegin;
   fault->stage.time = stage->t;
   fault->stage.theta = stage->theta;
+  fault->stage.last = stage->nfrom > 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipFaultGetLoad(fault, stage->t, &load));
   PetscCall(SlipElasticStage(fault->medium, stage->t, stage->theta));
   PetscCall(SlipFaultEliminate(fault, stage));
@@ -380,8 +381,9 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
 }
 
 /* What the solve has left: B x = g + c, and of the end u = u0 + theta x. Of a fault that is loaded or heals nothing is
-   summed up: displacements of years lie behind the stress at which slip begins, and with rounding that adds up one
-   block had 113 events in place of 20. */
+   known of a step's end, so that its next one starts from products of its own: displacements of years lie behind the
+   stress at which slip begins, and with rounding that adds up from step to step one block had 113 events in place of
+   20. */
 static PetscErrorCode KnowEnd(SlipFault fault, Vec g, Vec x, Vec w)
 {
   const PetscReal factor[] = {1, fault->stage.theta};
@@ -389,7 +391,7 @@ static PetscErrorCode KnowEnd(SlipFault fault, Vec g, Vec x, Vec w)
   Vec work;
 
   PetscFunctionBegin;
-  if (fault->kind.sequence) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->kind.sequence && fault->stage.last) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetWork(fault, &work));
   PetscCall(VecWAXPY(work, 1, g, fault->stage.c));
   PetscCall(SlipElasticKnowStage(fault->medium, x, work));

@@ -36,6 +36,7 @@ typedef struct {
 typedef struct {
   SlipConstraint con;
   PetscReal time, theta; /* [s] */
+  PetscBool last;        /* of its step: no other one begins where it ends */
   Vec c, u0, s0;
 } SlipFaultStage;
 
