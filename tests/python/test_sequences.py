@@ -122,13 +122,13 @@ class SequencesTest(FaultTest):
             np.testing.assert_allclose(value, want, rtol=tolerance)
 
     def test_hundred_events(self):
-        """By some three products a solve: six where none is known of one stage to the next."""
+        """By some three products a solve, and one on the way to events: six where none is known of one stage to the next."""
         for inertia in ("no", "yes"):
             expected = self.expected(inertia, 100)
             with self.subTest(inertia):
                 self.compare(self.events("-fault_inertia", inertia, "-ts_rtol", "1e-5"), expected, 1e-4)
                 self.compare(self.events("-fault_inertia", inertia), expected, 1e-2)
-                self.assertLess(self.products, 4 * self.solves)
+                self.assertLess(self.products, 5 * self.solves)
 
     def test_controllers_and_rate_tolerances_find_the_same_events(self):
         ways = [("-ts_adapt_type", name) for name in ("pi", "basic", "dsp")] + [("-fault_rate_tolerance", value) for value in ("1e-6", "1e-4")]
