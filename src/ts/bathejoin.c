@@ -17,7 +17,7 @@ static const PetscReal at_barrier = 1e-2, no_barrier = PETSC_MAX_REAL;
    rejections above 1 sequences take a third more solves for the same errors of events. */
 static const PetscReal forgiven = 4.9;
 /* Growth after a step of so small an error and change of the rates, over those at its end: controllers double it */
-static const PetscReal small_error = 0.02, small_change = 0.3, most_growth = 13, growth_safety = 0.8;
+static const PetscReal small_error = 0.02, small_change = 0.05, most_growth = 13, growth_safety = 0.8;
 
 /* Does the problem foretell when rows begin to move, and choose an error estimate steps? */
 static PetscErrorCode TSBatheForetells(TS ts, PetscBool *foretells)
