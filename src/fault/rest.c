@@ -210,8 +210,8 @@ static PetscErrorCode Piece(Rest *r, PetscReal dt, PetscReal limit, PetscReal *p
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The root between low and *high, with the excess at both, to tolerance (origin + *high): *high, where the excess is not
-   negative. Illinois' false position, which halves the weight of the end that stays. */
+/* The root between low and *high, with the excess at both, to tolerance (origin + *high): *high, where the excess is
+   not negative. Illinois' false position, which halves the weight of the end that stays. */
 static PetscErrorCode FindRoot(Rest *r, PetscReal low, PetscReal at_low, PetscReal *high, PetscReal at_high,
                                PetscReal tolerance, PetscReal origin)
 {

@@ -17,6 +17,11 @@ static const PetscReal at_barrier = 1e-2, no_barrier = PETSC_MAX_REAL;
    grows more, or after rates that changed by more, runs into the next instability more often. */
 static const PetscReal small_error = 0.02, small_change = 0.05, most_growth = 4, growth_safety = 0.8;
 
+PetscErrorCode TSBatheIsConstant(TS ts, PetscBool *constant)
+{
+  return PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, constant);
+}
+
 /* Does the problem foretell when rows begin to move, and choose an error estimate steps? */
 static PetscErrorCode TSBatheForetells(TS ts, PetscBool *foretells)
 {
@@ -30,8 +35,8 @@ static PetscErrorCode TSBatheForetells(TS ts, PetscBool *foretells)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* *h, cut to the next join if that comes before the barrier: *known. What is not longer than the problem's own time goes
-   across, and the barrier is forgotten: an instability has hardly grown then. */
+/* *h, cut to the next join if that comes before the barrier: *known. What is not longer than the problem's own time
+   goes across, and the barrier is forgotten: an instability has hardly grown then. */
 static PetscErrorCode TSBatheToJoin(TS ts, PetscReal *h, PetscBool *known)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;

@@ -218,11 +218,6 @@ static PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode TSBatheIsConstant(TS ts, PetscBool *constant)
-{
-  return PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, constant);
-}
-
 /* A new run: totals, tolerances, and the first step if the controller has an opinion */
 static PetscErrorCode TSBatheBeginRun(TS ts)
 {

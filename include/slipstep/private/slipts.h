@@ -143,7 +143,7 @@ PETSC_INTERN PetscErrorCode TSBatheErrorNorm(TS, NormType, PetscReal *norm);
 PETSC_INTERN PetscErrorCode TSBatheKeepErrorShare(TS);
 PETSC_INTERN PetscReal TSBatheStageShare(TS, PetscReal h); /* SlipStage.share of a step h */
 PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
-PETSC_INTERN PetscErrorCode TSBatheIsConstant(TS, PetscBool *constant);
+PETSC_INTERN PetscErrorCode TSBatheIsConstant(TS, PetscBool *constant); /* bathejoin.c */
 /* bathejoin.c: the next step after an attempt, and its verdict; in: the controller's */
 PETSC_INTERN PetscErrorCode TSBatheRefused(TS, PetscReal *h);
 PETSC_INTERN PetscErrorCode TSBatheApproach(TS, PetscReal *h);
