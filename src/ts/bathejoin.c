@@ -80,7 +80,7 @@ PetscErrorCode TSBatheRefused(TS ts, PetscReal *h)
   if (known && join < ba->last.dt)
     *h = join;
   else
-    *h = PetscMin(*h, ba->last.dt * unstable_factor[PetscMin(ba->failures - 1, last)]);
+    *h = PetscMin(*h, (ba->barrier - ts->ptime) * unstable_factor[PetscMin(ba->failures - 1, last)]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
