@@ -64,7 +64,7 @@ PetscErrorCode TSBatheRefused(TS ts, PetscReal *h)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
   const PetscInt last = PETSC_STATIC_ARRAY_LENGTH(unstable_factor) - 1;
-  PetscReal join = ba->last.dt;
+  PetscReal join = ba->last.dt, way;
   PetscBool constant, known = PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -76,11 +76,14 @@ PetscErrorCode TSBatheRefused(TS ts, PetscReal *h)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   ba->barrier = PetscMin(ba->barrier, ts->ptime + ba->last.dt);
+  PetscCall(TSBatheForetells(ts, &known));
+  way = known ? ba->last.dt : ba->barrier - ts->ptime;
+  known = PETSC_FALSE;
   if (ba->failures == 1) PetscCall(TSBatheToJoin(ts, &join, &known));
   if (known && join < ba->last.dt)
     *h = join;
   else
-    *h = PetscMin(*h, (ba->barrier - ts->ptime) * unstable_factor[PetscMin(ba->failures - 1, last)]);
+    *h = PetscMin(*h, way * unstable_factor[PetscMin(ba->failures - 1, last)]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
