@@ -59,6 +59,28 @@ PetscErrorCode SlipElasticKnowSum(SlipElastic el, Vec y, PetscInt n, const Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  SlipElasticKnow - tell a medium what its stiffness makes of a slip, that asking for it again takes no product
+
+  Collective
+
+  Input Parameters:
++ el - the medium
+. x  - slip [m], or slip rate [m/s]
+- kx - K x [Pa], or [Pa/s], by a product of before
+
+  Level: developer
+
+.seealso: SlipElasticKnowSum(), SlipElasticApply()
+@*/
+PetscErrorCode SlipElasticKnow(SlipElastic el, Vec x, Vec kx)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  PetscCall(SlipElasticKeepImage(el, SLIP_ELASTIC_K, x, kx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* y += a w x, w the weights of the stiffness */
 static PetscErrorCode AddWeighted(SlipElastic el, PetscReal a, Vec x, Vec y)
 {

@@ -74,8 +74,27 @@ static PetscErrorCode CountFromClosed(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of a fault that is loaded or heals nothing is known of a step's end, KnowEnd(), but the last product of its solve. What
+   output has asked for must not change the rounding of the next step: its stages begin with sums always, for which the
+   products with the start, w, and with the loading are here. */
+static PetscErrorCode KnowWhole(SlipFault fault, Vec w)
+{
+  Vec u, product;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultRestSetUp(fault));
+  if (fault->kind.loaded) PetscCall(SlipElasticKnow(fault->medium, fault->operators.vinf, fault->loads.pull));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &product));
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(SlipElasticApply(fault->medium, u, product, NULL));
+  PetscCall(SlipFaultRestoreWork(fault, &product));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* K u0 is known where those of the states are that the stage starts from: u0 = base_u + theta (ex_u - v_inf), of slips
-   and slip rates of those */
+   and slip rates of those. */
 static PetscErrorCode KnowStart(SlipFault fault, const SlipStage *stage)
 {
   const PetscBool explicit_part = stage->explicit_part ? PETSC_TRUE : PETSC_FALSE;
@@ -85,6 +104,7 @@ static PetscErrorCode KnowStart(SlipFault fault, const SlipStage *stage)
 
   PetscFunctionBegin;
   if (!stage->nfrom || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->kind.sequence) PetscCall(KnowWhole(fault, stage->from[0]));
   for (int k = 0; k < 3; k++) PetscCall(SlipFaultGetWork(fault, &work[k]));
   for (; n < stage->nfrom; n++) {
     PetscCall(SlipFaultGetDisplacement(fault, stage->from[n], work[n]));

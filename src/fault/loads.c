@@ -436,6 +436,7 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(VecDestroy(&loads->drive));
+  PetscCall(VecDestroy(&loads->pull));
   PetscCall(VecDestroy(&loads->hold));
   PetscCall(PetscFree(loads->times));
   PetscCall(PetscFree(loads->record));

@@ -45,6 +45,7 @@ PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
   if (loads->drive) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &loads->drive));
   PetscCall(VecDuplicate(fault->critical.uc, &loads->hold));
+  PetscCall(VecDuplicate(fault->critical.uc, &loads->pull));
   if (fault->kind.loaded) {
     PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
     PetscCall(SlipElasticForce(fault->medium, 0, NULL, fault->operators.vinf, loads->hold, NULL));
@@ -54,6 +55,7 @@ PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
     PetscCall(VecZeroEntries(loads->hold));
     PetscCall(VecZeroEntries(loads->drive));
   }
+  PetscCall(VecCopy(loads->drive, loads->pull));
   PetscCall(VecGetArray(loads->drive, &d));
   for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
     for (PetscInt k = 0; k < c; k++)
