@@ -144,9 +144,6 @@ typedef struct {
      dw/dt at its start. *stop: when after its start [s] something stops of which the step should not average the stop,
      PETSC_MAX_REAL: nothing does. Steps end there. */
   PetscErrorCode (*stop)(TS ts, PetscReal share, Vec w0, Vec wm, Vec w1, Vec k0, PetscReal *stop, void *ctx);
-  /* Asked by TSBATHE on the way to an instability: when after the time t of the state w, at most limit [s], the next
-     row of its constraint that rests begins to move, while the others keep their rates; PETSC_MAX_REAL: none does */
-  PetscErrorCode (*join)(TS ts, PetscReal t, PetscReal limit, Vec w, PetscReal *join, void *ctx);
   /* Asked by TSBATHE and TSRKC: the norm of the estimate e of the error of a step from w0 to w1, at most 1 where it is
      as wanted; NULL: the weighted one of the TS */
   PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);

@@ -74,9 +74,9 @@ static PetscErrorCode CountFromClosed(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a fault that is loaded or heals nothing is known of a step's end, KnowEnd(), but the last product of its solve. What
-   output has asked for must not change the rounding of the next step: its stages begin with sums always, for which the
-   products with the start, w, and with the loading are here. */
+/* Of a fault that is loaded or heals nothing is known of a step's end, KnowEnd(), but the last product of its solve.
+   What output has asked for must not change the rounding of the next step: its stages begin with sums always, for which
+   the products with the start, w, and with the loading are here. */
 static PetscErrorCode KnowWhole(SlipFault fault, Vec w)
 {
   Vec u, product;

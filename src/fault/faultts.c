@@ -340,8 +340,6 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
   if (fault->kind.driven) { /* it rests for years between events */
     problem->corner = SlipFaultNextCorner;
-    if (!is_explicit && fault->kind.sequence && !fault->kind.inertia && !fault->friction.law->nstates)
-      problem->join = SlipFaultJoin;
     problem->rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* in which states of the law's own evolve */
     problem->error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
     if (fault->kind.inertia && !fault->friction.law->by_rate) problem->stop = Stop_Fault;

@@ -18,8 +18,6 @@ static const PetscReal step_of_growth = 0.5, step_of_rest = 1e-3, step_of_relaxa
 /* Over the strength of the cell that starts, a force that is left to it which is only the rounding of K u. The rest
    would be so short that displacements do not change, and another would follow, and so on. */
 static const PetscReal rounding = 4 * PETSC_MACHINE_EPSILON;
-/* Of the time until a cell joins those that slide, which is itself foretold by rates that change */
-static const PetscReal join_tolerance = 1e-6;
 
 typedef struct {
   SlipFault fault;
@@ -108,7 +106,7 @@ static PetscErrorCode FrictionAfter(Rest *r, PetscReal dt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest |f| - q of all cells at rest after dt, or what opens one [Pa], and the cell of this process that has it,
+/* The largest |f| - q of all cells after dt of rest, or what opens one [Pa], and the cell of this process that has it,
    -1 elsewhere. Collective. */
 static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt *cell)
 {
@@ -127,7 +125,6 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal f[3] = {0, 0, 0}, e;
 
-    if (SlipFaultSpeed(fault, r->w, i) != 0) continue; /* of SlipFaultJoin() */
     for (PetscInt k = 0; k < c; k++) f[k] = Force(r, c * i + k) + dt * r->drive[c * i + k];
     e = SlipFaultLength(fault, f) - Strength(r, i, dt);
     if (SlipFaultOpens(fault))
@@ -212,38 +209,11 @@ static PetscErrorCode Piece(Rest *r, PetscReal dt, PetscReal limit, PetscReal *p
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The root between low and *high, with the excess at both, to tolerance (origin + *high): *high, where the excess is
-   not negative. Illinois' false position, which halves the weight of the end that stays. */
-static PetscErrorCode FindRoot(Rest *r, PetscReal low, PetscReal at_low, PetscReal *high, PetscReal at_high,
-                               PetscReal tolerance, PetscReal origin)
-{
-  PetscReal excess;
-
-  PetscFunctionBegin;
-  for (PetscInt k = 0; k<MAX_BISECTIONS && * high - low> tolerance * (origin + *high); k++) {
-    PetscReal x = (low * at_high - *high * at_low) / (at_high - at_low);
-
-    if (k % 3 == 2 || !(x > low && x < *high)) x = 0.5 * (low + *high);
-    PetscCall(Excess(r, x, &excess, NULL));
-    if (excess >= 0) {
-      *high = x;
-      at_high = excess;
-      at_low *= 0.5;
-    } else {
-      low = x;
-      at_low = excess;
-      at_high *= 0.5;
-    }
-    if (excess == 0) break;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The first root in [0, limit], found in a piece at whose end the excess is positive; at the end returned it is not
    negative */
 static PetscErrorCode SearchOnset(Rest *r, PetscReal limit, PetscReal *rest)
 {
-  PetscReal low = 0, high = 0, piece = 0, at_low, at_high = 0;
+  PetscReal low = 0, high = 0, excess, piece = 0, at_low, at_high = 0;
 
   PetscFunctionBegin;
   *rest = limit;
@@ -260,7 +230,24 @@ static PetscErrorCode SearchOnset(Rest *r, PetscReal limit, PetscReal *rest)
     at_low = at_high;
   }
   if (*rest == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(FindRoot(r, low, at_low, &high, at_high, 4 * PETSC_MACHINE_EPSILON, PetscAbsReal(r->t)));
+  /* Illinois' false position, which halves the weight of the end that stays */
+  for (PetscInt k = 0; k < MAX_BISECTIONS && high - low > 4 * PETSC_MACHINE_EPSILON * (PetscAbsReal(r->t) + high);
+       k++) {
+    PetscReal x = (low * at_high - high * at_low) / (at_high - at_low);
+
+    if (k % 3 == 2 || !(x > low && x < high)) x = 0.5 * (low + high);
+    PetscCall(Excess(r, x, &excess, NULL));
+    if (excess >= 0) {
+      high = x;
+      at_high = excess;
+      at_low *= 0.5;
+    } else {
+      low = x;
+      at_low = excess;
+      at_high *= 0.5;
+    }
+    if (excess == 0) break;
+  }
   *rest = high;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -457,53 +444,6 @@ PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec hal
     PetscCall(StateAfter(&r, rest, after));
     PetscCall(FirstStep(&r, rest, first, h));
   }
-  PetscCall(RestEnd(w, &r));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-  SlipFaultJoin - SlipProblemOps.join: when the first cell at rest reaches its strength after the time t of the state w
-  [s], while what slides keeps its rates; PETSC_MAX_REAL: none does within the limit, or nobody knows
-
-  Collective. Two products with K, that of the displacement known to the next step.
-*/
-PetscErrorCode SlipFaultJoin(TS ts, PetscReal t, PetscReal limit, Vec w, PetscReal *join, void *ctx)
-{
-  SlipFault fault = (SlipFault)ctx;
-  PetscReal high = limit, at_low, at_high;
-  PetscBool rests;
-  Vec v, drive;
-  Rest r;
-
-  PetscFunctionBegin;
-  (void)ts;
-  *join = PETSC_MAX_REAL;
-  PetscCall(SlipElasticRests(fault->medium, &rests));
-  if (!rests || fault->kind.coupled || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(RestBegin(fault, t, w, &r));
-  PetscCall(Excess(&r, 0, &at_low, NULL));
-  if (at_low == -PETSC_MAX_REAL) { /* none rests */
-    PetscCall(RestEnd(w, &r));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SlipFaultGetWork(fault, &v));
-  PetscCall(SlipFaultGetWork(fault, &drive));
-  PetscCall(SlipFaultGetRate(fault, w, v));
-  PetscCall(SlipElasticApply(fault->medium, v, drive, NULL));
-  PetscCall(VecRestoreArrayRead(fault->loads.drive, &r.drive));
-  PetscCall(VecAYPX(drive, -1, fault->loads.drive));
-  PetscCall(VecGetArrayRead(drive, &r.drive));
-  PetscCall(Excess(&r, high, &at_high, NULL));
-  if (at_low >= 0)
-    *join = 0;
-  else if (at_high >= 0) {
-    PetscCall(FindRoot(&r, 0, at_low, &high, at_high, join_tolerance, 0));
-    *join = high;
-  }
-  PetscCall(VecRestoreArrayRead(drive, &r.drive));
-  PetscCall(VecGetArrayRead(fault->loads.drive, &r.drive));
-  PetscCall(SlipFaultRestoreWork(fault, &drive));
-  PetscCall(SlipFaultRestoreWork(fault, &v));
   PetscCall(RestEnd(w, &r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

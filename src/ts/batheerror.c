@@ -152,11 +152,10 @@ PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
 PetscErrorCode TSBatheKeepErrorShare(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
-  PetscReal error, change, size;
+  PetscReal error, change;
 
   PetscFunctionBegin;
   ba->error_share = 0;
-  ba->change = PETSC_MAX_REAL;
   if (!ba->con || ba->last.error < 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall((*ba->ops->reduce)(ba->con, ba->E, ba->x, ba->ctx));
   PetscCall(VecNorm(ba->x, NORM_2, &error));
@@ -164,9 +163,6 @@ PetscErrorCode TSBatheKeepErrorShare(TS ts)
   PetscCall((*ba->ops->reduce)(ba->con, ba->K1, ba->x, ba->ctx));
   PetscCall(VecNorm(ba->x, NORM_2, &change));
   if (change > 0) ba->error_share = SlipBatheRoundError(error / change);
-  PetscCall((*ba->ops->reduce)(ba->con, ba->Y[1], ba->x, ba->ctx));
-  PetscCall(VecNorm(ba->x, NORM_2, &size));
-  ba->change = size > 0 ? SlipBatheRoundError(change / size) : PETSC_MAX_REAL;
   ba->error_dt = ba->last.dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,6 +2,14 @@
 #include <slipstep/private/slipts.h>
 #include <petsctime.h>
 
+/* An attempt that would have gone past an instability says that it comes before the attempt's end, the barrier. Steps
+   go half way there, so that each of them, taken or refused, halves what is unknown. Refused in a row they are cut by
+   more: years become the seconds of its growth in a few attempts. After so many steps in a row that were cut and taken
+   one is not: the instability may have begun, and is followed. */
+static const PetscReal unstable_factor[] = {0.5, 0.2, 0.1};
+enum { most_towards = 2 };
+/* Where less than twice this share of the last step is left, the barrier was reached. */
+static const PetscReal at_barrier = 1e-2, no_barrier = PETSC_MAX_REAL;
 /* Of a step that is to end at a stop, how far beyond it the step goes, so that what stops sticks at its end, and how
    near is near enough; attempts at it */
 static const PetscReal beyond_stop = 1e-3, near_stop = 1e-2;
@@ -218,6 +226,44 @@ static PetscErrorCode TSBatheSetStep(TS ts, PetscReal h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode TSBatheIsConstant(TS ts, PetscBool *constant)
+{
+  return PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, constant);
+}
+
+/* The step after one that went past an instability; h: the controller's */
+static PetscErrorCode TSBatheRefused(TS ts, PetscReal *h)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const PetscInt last = PETSC_STATIC_ARRAY_LENGTH(unstable_factor) - 1;
+  PetscBool constant;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheIsConstant(ts, &constant));
+  ba->barrier = constant ? no_barrier : PetscMin(ba->barrier, ts->ptime + ba->last.dt);
+  ba->towards = 0;
+  if (constant)
+    *h = PetscMin(*h, ba->last.dt * unstable_factor[last]);
+  else
+    *h = PetscMin(*h, (ba->barrier - ts->ptime) * unstable_factor[PetscMin(ba->failures - 1, last)]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The step after one that was taken; h: the controller's */
+static void TSBatheApproach(TS ts, PetscReal *h)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const PetscReal limit = unstable_factor[0] * (ba->barrier - ts->ptime);
+
+  if (limit < at_barrier * ba->last.dt) ba->barrier = no_barrier;
+  if (ba->barrier == no_barrier || *h <= limit || ba->towards == most_towards) {
+    ba->towards = 0;
+  } else {
+    ba->towards++;
+    *h = limit;
+  }
+}
+
 /* A new run: totals, tolerances, and the first step if the controller has an opinion */
 static PetscErrorCode TSBatheBeginRun(TS ts)
 {
@@ -233,7 +279,7 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   SlipMethodSetUp(&ba->costs);
   ba->refused = PETSC_MIN_REAL;
   ba->constant = (SlipConstant){.asked = 0};
-  ba->barrier = PETSC_MAX_REAL;
+  ba->barrier = no_barrier;
   ba->error_share = 0;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
   ba->cost = (SlipCost){0};
@@ -394,13 +440,11 @@ static PetscErrorCode TSBatheJudge(TS ts, PetscReal whole, PetscBool *accept)
   ba->status = TS_STEP_PENDING;
   PetscCall(VecCopy(ba->Y[1], ts->vec_sol));
   PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next, accept));
-  PetscCall(TSBatheForgive(ts, accept));
   ba->status = TS_STEP_INCOMPLETE;
   if (*accept) {
     PetscCall(TSBatheAccept(ts, SlipTimeAfterStep(ts)));
     PetscCall(TSBatheMethodWish(ts, whole, &next));
-    PetscCall(TSBatheGrow(ts, &next));
-    PetscCall(TSBatheApproach(ts, &next));
+    TSBatheApproach(ts, &next);
     if (ba->stops && ba->last.method == TSBATHE_METHOD_IMPLICIT) { /* derivatives jump there */
       PetscCall(SlipConstraintInitialReaction(ba->con, ts->ptime, ts->vec_sol, ba->r));
       ba->k2_known = PETSC_FALSE;

@@ -122,13 +122,13 @@ class SequencesTest(FaultTest):
             np.testing.assert_allclose(value, want, rtol=tolerance)
 
     def test_hundred_events(self):
-        """By some three products a solve, and one on the way to events: six where none is known of one stage to the next."""
+        """By some three products a solve: six where none is known of one stage to the next."""
         for inertia in ("no", "yes"):
             expected = self.expected(inertia, 100)
             with self.subTest(inertia):
                 self.compare(self.events("-fault_inertia", inertia, "-ts_rtol", "1e-5"), expected, 1e-4)
                 self.compare(self.events("-fault_inertia", inertia), expected, 1e-2)
-                self.assertLess(self.products, 5 * self.solves)
+                self.assertLess(self.products, 4 * self.solves)
 
     def test_controllers_and_rate_tolerances_find_the_same_events(self):
         ways = [("-ts_adapt_type", name) for name in ("pi", "basic", "dsp")] + [("-fault_rate_tolerance", value) for value in ("1e-6", "1e-4")]
@@ -162,8 +162,8 @@ class SequencesTest(FaultTest):
                 self.assertLess(self.late(block, block.run(np.inf, count=20)), bound)
 
     def test_way_to_instabilities(self):
-        """12 x 6 equal cells, all of which are needed for an event, to their first one: slip begins and stops in many places before. After a refused attempt
-        steps go to the time that is foretold for the next join (measured: 771 attempts of which 47 are refused; 901 and 158 where they halved the way).
+        """12 x 6 equal cells, all of which are needed for an event, to their first one: slip begins and stops in many places before. Refused attempts halve the
+        way to what they ran into; cut to a tenth, steps grew into it again (measured: 883 attempts of which 154 are refused, and 1124 and 206 so).
         The onset is that of finer tolerances, 108.32 years."""
         self.fault("-fault_nx", 12, "-fault_nz", 6, "-fault_length_x", 12 * SIDE, "-fault_length_z", 6 * SIDE, *BLOCK[8:], "-fault_inertia", "no",
                    "-fault_friction_slip", 0.244, "-fault_healing_time", HEALING, "-ts_max_time", "110y", "-ts_rtol", "1e-3", "-fault_output", "run.h5")
@@ -172,8 +172,8 @@ class SequencesTest(FaultTest):
             before = file["steps/time"][()] < onset
             refused = file["steps/converged"][()] == 0
         self.assertLess(abs(onset / (108.32 * 3.15576e7) - 1), 1e-3)
-        self.assertLess(before.sum(), 850)
-        self.assertLess((before & refused).sum(), 80)
+        self.assertLess(before.sum(), 1000)
+        self.assertLess((before & refused).sum(), 180)
 
     def test_turns_back(self):
         """Strength that is nearly lost lets a heavy block swing back after each event. Its rate has a corner at the turn, of which

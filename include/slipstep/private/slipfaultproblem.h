@@ -103,7 +103,6 @@ PETSC_INTERN PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec r
 PETSC_INTERN PetscErrorCode SlipFaultSettledDestroy(SlipFault fault);
 /* rest.c */
 PETSC_EXTERN PetscErrorCode SlipFaultRestSetUp(SlipFault fault);
-PETSC_INTERN PetscErrorCode SlipFaultJoin(TS ts, PetscReal t, PetscReal limit, Vec w, PetscReal *join, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after,
                                           PetscReal *end, PetscReal *h, void *fault);
 /* balance.c: faults whose cells always slide */

@@ -89,7 +89,6 @@ typedef struct {
   PetscReal error_share,
     error_dt;                /* error of the rates of the last step, and that step [s], over their change; 0: it is
                                       not known */
-  PetscReal change;          /* of the rates within the attempt, over those at its end */
   Vec base, affine, Xdot, E; /* E: the error estimate */
 
   /* constraint */
@@ -143,12 +142,6 @@ PETSC_INTERN PetscErrorCode TSBatheErrorNorm(TS, NormType, PetscReal *norm);
 PETSC_INTERN PetscErrorCode TSBatheKeepErrorShare(TS);
 PETSC_INTERN PetscReal TSBatheStageShare(TS, PetscReal h); /* SlipStage.share of a step h */
 PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
-PETSC_INTERN PetscErrorCode TSBatheIsConstant(TS, PetscBool *constant); /* bathejoin.c */
-/* bathejoin.c: the next step after an attempt, and its verdict; in: the controller's */
-PETSC_INTERN PetscErrorCode TSBatheRefused(TS, PetscReal *h);
-PETSC_INTERN PetscErrorCode TSBatheApproach(TS, PetscReal *h);
-PETSC_INTERN PetscErrorCode TSBatheForgive(TS, PetscBool *accept);
-PETSC_INTERN PetscErrorCode TSBatheGrow(TS, PetscReal *h);
 PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
 PETSC_INTERN PetscErrorCode SNESTSFormFunction_Bathe(SNES, Vec, Vec, TS);
 PETSC_INTERN PetscErrorCode SNESTSFormJacobian_Bathe(SNES, Vec, Mat, Mat, TS);
