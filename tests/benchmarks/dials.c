@@ -64,6 +64,8 @@ static PetscErrorCode ReadOptions(Options *o)
   PetscOptionsEnd();
   for (PetscInt i = 0; ProblemTable[i]; i++)
     if (!strcmp(ProblemTable[i]->name, names[k])) o->problem = ProblemTable[i];
+  PetscCheck(!o->products || o->problem->cma->runs, PETSC_COMM_SELF, PETSC_ERR_SUP,
+             "-products: the problem %s counts none, expected one of rupture, injection and sequence", names[k]);
   PetscCall(CMACheckFamily(o->problem, o->family));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -149,11 +149,11 @@ static PetscErrorCode Configure(const RunEpisode *e, const char method[], TS ts,
   if (method[0]) {
     PetscCall(PetscOptionsCreate(options));
     PetscCall(PetscOptionsSetValue(*options, "-ts_type", rk ? TSRK : method));
-    if (rk) PetscCall(PetscOptionsSetValue(*options, "-ts_rk_type", method));
     PetscCall(PetscObjectSetOptions((PetscObject)ts, *options));
   }
   PetscCall(SlipFaultConfigureTS(e->fault, ts));
-  if (method[0] && !rk) PetscCall(TSSetType(ts, method));
+  if (method[0]) PetscCall(TSSetType(ts, rk ? TSRK : method));
+  if (rk) PetscCall(TSRKSetType(ts, method));
   PetscCall(SlipFaultSetInitialState(e->fault, w));
   if (e->start) {
     PetscCall(VecCopy(e->start, w));
@@ -234,6 +234,11 @@ PetscErrorCode RunIntegrate(RunEpisode *e, const RunRequest *request, RunResult 
   code = Configure(e, method, ts, w, &options);
   if (named) PetscCall(PetscPopErrorHandler());
   if (!named) PetscCall(code);
+  PetscCheck(
+    !code || code == PETSC_ERR_ARG_INCOMP, PETSC_COMM_SELF, code,
+    "%s names no method and controller: expected a -ts_type, or one of rk's by its name, before the slash, as in "
+    "adams/pi or 5dp/basic",
+    request->type);
   if (!code) {
     PetscCall(RunSetController(ts, request->policy, request->setting, controller, request->setting));
     PetscCall(Integrate(request, ts, w, &under));
