@@ -214,31 +214,56 @@ class SequencesTest(FaultTest):
         found, _, _ = nucleation.length(FAULT, 200)
         self.assertAlmostEqual(found / nucleation.CRITICAL, 1, delta=0.1)
 
-    def grid(self, *options, years=500, nx=10, side=2 * SIDE):
+    def grid(self, *options, years=500, nx=10, side=2 * SIDE, controller="heuristic"):
         """Events of nx x nx/2 square cells whose strengths differ"""
         path = os.path.join(self.folder.name, "events.h5")
         with h5py.File(os.path.join(self.folder.name, "strength.h5"), "w") as file:
             file["friction_drop"] = 0.08 + 0.04 * np.random.default_rng(1).random((nx // 2, nx))
         command = [FAULT, "-fault_nx", nx, "-fault_nz", nx // 2, "-fault_length_x", nx * side, "-fault_length_z", nx // 2 * side, "-fault_normal_stress", SIGMA,
                    "-fault_normal_stress_gradient", 0, "-fault_parameters", "strength.h5", "-fault_initial", "rest", "-fault_loading_rate", LOADING,
-                   "-ts_adapt_type", "heuristic", "-fault_progress", "no", "-fault_catalogue", path, "-ts_max_time", years * 3.15576e7, *options]
+                   "-ts_adapt_type", controller, "-fault_progress", "no", "-fault_catalogue", path, "-ts_max_time", f"{years * YEAR:.17g}", *options]
         done = subprocess.run([str(word) for word in command], cwd=self.folder.name, capture_output=True, text=True, timeout=1000)
         self.assertEqual(done.returncode, 0, done.stderr)
         event = Catalogue(path).event
         os.remove(path)
         return event, int(done.stdout.split("Bathe solves:")[1].split()[0])
 
+    def marginal(self, controller, *options, years):
+        """Onsets [years] and largest slip rates of events of 16 x 8 cells whose weakening is 0.65 of their own stiffness, of what reaches 0.1 mm/s"""
+        event, _ = self.grid("-fault_friction_slip", SIGMA * DROP / (0.65 * K), "-fault_healing_time", HEALING, "-fault_viscosity", "radiation", "-fault_inertia", "no",
+                             "-fault_kernel", "full_space", "-fault_event_rate", 1e-4, *options, controller=controller, nx=16, side=SIDE, years=years)
+        return event["onset"] / YEAR, event["peak_slip_rate"]
+
     def test_marginal(self):
         """Cells whose weakening is 0.65 of their own stiffness: an instability of several of them grows in one place and ends in another, with
-        a few mm/s, so that long steps see none at their ends. The first events at 101.14, 103.88 and 106.62 years, and 23 in 135, under dsp at
-        1e-6 with 112,708 solves; the first has 1.6 mm/s, and an event is what has 1 mm/s: the first that is found is one of these three, to 1 %. Without the check of the start dsp, pi and heuristic
-        find 9, 3 and 12 at 1e-2, the first after 119 years."""
+        a few mm/s, so that long steps see none at their ends. From rest the first events are at 101.14, 103.88 and 106.62 years: the first that is found is one of these
+        three, to 1 %. Without the check of the start dsp, pi and heuristic find 9, 3 and 12 in 135 years at 1e-2, the first after 119 years."""
         for controller, tolerance in (("dsp", "1e-4"), ("dsp", "1e-2"), ("pi", "1e-3"), ("pi", "1e-2"), ("heuristic", "1e-2"), ("basic", "1e-2")):
             with self.subTest((controller, tolerance)):
-                event, _ = self.grid("-ts_adapt_type", controller, "-ts_rtol", tolerance, "-fault_friction_slip", SIGMA * DROP / (0.65 * K), "-fault_healing_time", HEALING,
-                                     "-fault_viscosity", "radiation", "-fault_inertia", "no", "-fault_kernel", "full_space", nx=16, side=SIDE, years=135)
-                self.assertGreaterEqual(len(event["onset"]), 16)
-                self.assertTrue(0.99 * 101.14 < event["onset"][0] / 3.15576e7 < 1.01 * 106.62)
+                onset, peak = self.marginal(controller, "-ts_rtol", tolerance, years=108)
+                self.assertGreater(len(onset[peak > 1e-3]), 0)
+                self.assertTrue(0.99 * 101.14 < onset[peak > 1e-3][0] < 1.01 * 106.62)
+
+    def test_no_event_of_a_marginal_fault_is_lost(self):
+        """How many of its events pass 1 mm/s in 35 years is chance, 18 and 21 in runs at 1e-6 that differ by rounding and 27 at 1e-5: runs part after some ten
+        events. From one state to the next event they do not: what a tight run has within a year of one of its states others have from there, too. Measured are onsets
+        to 0.003 years, the interval being 2.6, and largest slip rates to 8 % by default and down to 0.59 of them at 1e-2. Without the check of the stage's
+        start dsp and basic at 1e-2 lose three events each of five, and by default none: errors find these."""
+        followed = 0
+        self.marginal("dsp", "-fault_checkpoint", "0.state", years=100)
+        for k in range(12):
+            restart, end = ("-fault_restart", f"{k}.state"), 101 + k
+            onset, peak = self.marginal("dsp", "-ts_rtol", "1e-6", *restart, "-fault_checkpoint", f"{k + 1}.state", years=end)
+            tight = [pair for pair in zip(onset, peak) if pair[0] < end - 0.05 and pair[1] > 1e-3]
+            for way in (("dsp",), ("pi",), ("heuristic",), ("basic",), ("dsp", "-ts_rtol", "1e-2"), ("basic", "-ts_rtol", "1e-2")) if tight else ():
+                onset, peak = self.marginal(*way, *restart, years=end)
+                for time, rate in tight:
+                    with self.subTest((time, *way)):
+                        at_once = np.abs(onset - time) < 0.02
+                        self.assertEqual(at_once.sum(), 1)
+                        self.assertTrue((0.5 if "1e-2" in way else 0.8) < peak[at_once][0] / rate < 1.25)
+                        followed += 1
+        self.assertGreaterEqual(followed, 4 * 6)
 
     def test_rate_weakening(self):
         """Cells whose strength falls with rate by more than viscosity damps swing about the loading rate and stick, every few seconds: 500
