@@ -6,6 +6,10 @@
 /* An explicit step is no longer than is stable, however far its controller would go. What it would do is told by the
    error of the step, but not by more from one step to the next, as that says nothing of what comes later. */
 static const PetscReal wish_growth = 2;
+/* After a long step that was refused it does not grow beyond the controller's before that step's end, but for no longer
+   than so many steps that were cut, as to the end of years explicit ones would be millions. Each further step that is
+   refused doubles the number, so that an event, in which many would be, takes few of them. */
+enum { first_wait = 32, last_wait = 4096 };
 
 /* Constant steps are as long as they are: explicit where these are stable. */
 PetscErrorCode TSBatheChooseMethod(TS ts)
@@ -28,6 +32,22 @@ PetscErrorCode TSBatheChooseMethod(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* After an implicit attempt */
+static void TSBatheMethodWait(TS_Bathe *ba, PetscInt wait)
+{
+  ba->cut = 0;
+  ba->wait = PetscMin(wait, last_wait);
+}
+
+void TSBatheMethodBegin(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  SlipMethodSetUp(&ba->costs);
+  ba->refused = PETSC_MIN_REAL;
+  TSBatheMethodWait(ba, first_wait);
+}
+
 /* *next, the controller's after a step that was taken, to what it would be had the step not been cut. whole: before it
    was [s]. Constant steps and those of a policy, which knows no tolerance, are as they are said to be. */
 PetscErrorCode TSBatheMethodWish(TS ts, PetscReal whole, PetscReal *next)
@@ -39,11 +59,11 @@ PetscErrorCode TSBatheMethodWish(TS ts, PetscReal whole, PetscReal *next)
   PetscInt order;
 
   PetscFunctionBegin;
-  if (ba->method != TSBATHE_METHOD_AUTO || ba->now != TSBATHE_METHOD_EXPLICIT || error < 0 || end < ba->refused ||
-      h < ba->longest)
+  if (ba->now == TSBATHE_METHOD_IMPLICIT) TSBatheMethodWait(ba, first_wait);
+  if (ba->method != TSBATHE_METHOD_AUTO || ba->now != TSBATHE_METHOD_EXPLICIT || error < 0 || h < ba->longest)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &given, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
-  if (given) PetscFunctionReturn(PETSC_SUCCESS);
+  if (given || (end < ba->refused && ++ba->cut < ba->wait)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSEvaluateWLTE(ts, NORM_2, &order, &error));
   wish = wish_growth * PetscMax(whole, h);
   if (error > 0) wish = PetscMin(wish, ts->adapt->safety * h * PetscPowReal(error, -1 / (PetscReal)order));
@@ -58,8 +78,9 @@ void TSBatheMethodRefused(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
-  if (ba->method == TSBATHE_METHOD_AUTO && ba->now == TSBATHE_METHOD_IMPLICIT)
-    ba->refused = PetscMax(ba->refused, ts->ptime + ba->last.dt);
+  if (ba->method != TSBATHE_METHOD_AUTO || ba->now != TSBATHE_METHOD_IMPLICIT) return;
+  ba->refused = PetscMax(ba->refused, ts->ptime + ba->last.dt);
+  TSBatheMethodWait(ba, 2 * ba->wait);
 }
 
 PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
@@ -75,6 +96,8 @@ PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
   PetscCall(SlipStateReal(s, "products_step", 1, &ba->costs.step));
   PetscCall(SlipStateReal(s, "products_solve", 1, &ba->costs.solve));
   PetscCall(SlipStateReal(s, "refused", 1, &ba->refused));
+  PetscCall(SlipStateInt(s, "cut", 1, &ba->cut));
+  PetscCall(SlipStateInt(s, "wait", 1, &ba->wait));
   PetscCall(SlipStateGroup(s, "ts"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -105,8 +128,10 @@ PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
   With auto the step that the controller wants is gone by explicit steps if these take fewer products with stiffness and
   viscosity, and applications of the preconditioner, than an implicit one. What either takes is a moving mean of the
   last attempts, no time, so that results do not depend on chance. After explicit steps that were cut the controller's
-  wish is known by their error, and grows up to twofold a step. Where explicit steps do not exist, and where constant or
-  given steps are longer than is stable, all steps are implicit. The method of an attempt is in `SlipAttempt`.
+  wish is known by their error, and grows up to twofold a step; after an implicit step that was refused it does so from
+  the end of that step on, or once 32 steps were cut, twice as many after each that is refused again. Where explicit
+  steps do not exist, and where constant or given steps are longer than is stable, all steps are implicit. The method of
+  an attempt is in `SlipAttempt`.
 
   Errors: PETSC_ERR_SUP at the next attempt, for an explicit method and a constraint without explicit_ops
 

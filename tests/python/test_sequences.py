@@ -265,6 +265,36 @@ class SequencesTest(FaultTest):
                         followed += 1
         self.assertGreaterEqual(followed, 4 * 6)
 
+    def test_explicit_steps_end_after_events(self):
+        """16 x 8 cells with inertia by steps that are explicit or implicit: 1,600 solves take it through 3 events and the creep after them. Where an implicit step of
+        months is refused before an event, steps are not of seconds until the end of these months. Stopped on the way to implicit steps it goes on to the same bits."""
+        fields = os.path.join(self.folder.name, "fields.h5")
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_fault.py"), fields, "--cells", "16", "8", "--size", "20000", "10000", "--stress", "0.5",
+                        "--seed", "31"], check=True, capture_output=True)
+        found = {}
+
+        def run(name, *options, code=0):
+            text = self.fault("-options_file", os.path.join(SOURCE, "examples", "fault_centuries.opts"), "-fault_inertia", "yes", "-fault_nx", 16, "-fault_nz", 8,
+                              "-fault_length_x", 20e3, "-fault_length_z", 10e3, "-fault_parameters", fields, "-ts_adapt_type", "dsp", "-ts_max_time", "20y",
+                              "-fault_progress", "no", "-fault_catalogue", f"{name}_events.h5", "-fault_output", f"{name}.h5", *options, code=code)
+            if not code:
+                found[name] = Catalogue(self.path(f"{name}_events.h5")).event["onset"], int(text.split("products with K:")[1].split()[0])
+
+        run("implicit")
+        run("auto", "-ts_bathe_method", "auto", "-ts_max_steps", 2500)
+        self.assertEqual(len(found["auto"][0]), 3)
+        np.testing.assert_allclose(found["auto"][0], found["implicit"][0], atol=1e-3 * np.diff(found["implicit"][0]).min())
+        self.assertLess(found["auto"][1], 0.95 * found["implicit"][1])
+        with h5py.File(self.path("auto.h5")) as file:
+            is_explicit, accepted, dt = file["steps/method"][()] == 1, file["steps/accepted"][()] == 1, file["steps/dt"][()]
+        tried = [k for k in range(30, len(accepted)) if accepted[k] and not is_explicit[k] and is_explicit[k - 30 : k].all() and dt[k] < 100]
+        stop = accepted[: tried[-1] - 10].sum()
+        run("parts", "-ts_bathe_method", "auto", "-ts_max_steps", stop, "-fault_checkpoint", "parts.state", code=3)
+        run("parts", "-ts_bathe_method", "auto", "-fault_checkpoint", "parts.state", "-fault_restart", "parts.state")
+        with h5py.File(self.path("auto.h5")) as whole, h5py.File(self.path("parts.h5")) as parts:
+            for name in ("steps/dt", "steps/method", "series/max_slip_rate"):
+                np.testing.assert_array_equal(whole[name][()], parts[name][()])
+
     def test_rate_weakening(self):
         """Cells whose strength falls with rate by more than viscosity damps swing about the loading rate and stick, every few seconds: 500
         years would take 1e9 steps, of which no more are taken than events need."""

@@ -79,6 +79,7 @@ typedef struct {
   SlipMethodCosts costs;
   PetscReal longest;  /* explicit step that is stable [s] */
   PetscReal refused;  /* until when steps do not grow beyond the controller's, as a long one was refused [s] */
+  PetscInt cut, wait; /* explicit steps since then that were cut, and how many of them end that */
   PetscInt explicits; /* attempts of the run that were explicit */
 
   /* doubling, on first use */
@@ -130,6 +131,7 @@ PETSC_INTERN PetscErrorCode TSMoreauCut(TS, PetscReal *whole); /* ts->time_step,
 /* method.c: ba->now, for a step of ts->time_step */
 PETSC_INTERN PetscErrorCode TSBatheChooseMethod(TS);
 PETSC_INTERN PetscErrorCode TSBatheMethodWish(TS, PetscReal whole, PetscReal *next);
+PETSC_INTERN void TSBatheMethodBegin(TS);
 PETSC_INTERN void TSBatheMethodRefused(TS);
 PETSC_INTERN PetscErrorCode TSBatheMethodState(SlipState, TS);
 PETSC_INTERN PetscErrorCode TSCreate_Moreau(TS);
