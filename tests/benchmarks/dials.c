@@ -79,6 +79,8 @@ static PetscErrorCode RunPolicy(const Options *o, Ladder *l, LadderRun run[])
   PetscFunctionBegin;
   PetscCall(SlipPolicyCreate(PETSC_COMM_SELF, &policy));
   PetscCall(SlipPolicyLoad(policy, o->policy));
+  /* As one for any TS: the library would refuse one of another problem than it names by itself to such runs. */
+  PetscCall(SlipPolicySetAttribute(policy, "problem", "ode"));
   for (PetscInt d = 0; d < DIALS; d++)
     for (PetscInt e = 0; e < l->n; e++) {
       PetscCall((*l->cma->run)(l->episode[e], policy, Dials[d], &r));

@@ -145,6 +145,17 @@ class Benchmark(scripts.ScriptTest):
         self.assertTrue(5 < found[30.0]["rest"] < 30)
         self.assertTrue(np.isnan(found[5.0]["rest"]) and found[5.0]["moving"] == 50)
 
+    def test_policy_of_another_problem(self):
+        """dials runs whatever policy is named. Of a rupture's or an injection's, the library itself would refuse the first step of a sequence."""
+        policy = os.path.join(scripts.SOURCE, "training", "policies", "injection.h5")
+        done = subprocess.run([os.path.join(self.build, "tests", "dials"), "-problem", "sequence", "-policy", policy, "-cases", "1", "-first", "3",
+                               "-controllers", "dsp", "-most_solves", "1"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [line.split("|") for line in done.stdout.splitlines() if line.startswith(("| 0.1 |", "| 0.01 |"))][:2]
+        for row in rows:
+            self.assertLess(float(row[3]), 0.5)
+            self.assertGreater(float(row[4]), 20)
+
     def test_one_case(self):
         """Two families' worth of runs of one fault; the second time nothing is run again, and another measure is scored."""
         folder = self.folder.name
