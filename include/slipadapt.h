@@ -6,6 +6,7 @@
 
 #define TSADAPTRL "rl"
 #define TSADAPTHEURISTIC "heuristic"
+#define TSADAPTLAPUSTA "lapusta"
 #define TSADAPTPI "pi"
 
 PETSC_EXTERN PetscErrorCode SlipAdaptInitializePackage(void); /* called by what creates objects; again does nothing */

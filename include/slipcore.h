@@ -60,6 +60,8 @@ typedef void (*SlipStateFn)(const SlipFriction *p, const PetscReal s[], PetscRea
                             PetscReal drate_ds[], PetscReal drate_dv[]);
 /* The states s at which ds/dt = 0 with the rate v */
 typedef void (*SlipSteadyFn)(const SlipFriction *p, PetscReal v, PetscReal s[]);
+/* The states s0 after h [s] at the rate v >= 0 */
+typedef void (*SlipDriftFn)(const SlipFriction *p, const PetscReal s0[], PetscReal v, PetscReal h, PetscReal s[]);
 /* A number of a law in another, for example a state as outputs show it */
 typedef PetscReal (*SlipFrictionNumberFn)(const SlipFriction *p, PetscReal x);
 /* A state that a law declares */
@@ -104,6 +106,7 @@ typedef struct {
   SlipFrictionKeepFn keep;     /* the numbers of kept, for as long as the normal stress does not change */
   PetscInt nkept;              /* of a cell */
   SlipFrictionValuesFn values; /* NULL: cell by cell */
+  SlipDriftFn drift; /* NULL: by a formula of second order that is stable at any step */
   const char *reads; /* numbers of friction in it, "residual slip", others being named as without effect; NULL: any */
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ours; ends with a NULL name */
@@ -170,6 +173,8 @@ PETSC_EXTERN PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, 
                                         PetscReal load, PetscReal guess, PetscBool *ok);
 PETSC_EXTERN void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
                                          PetscInt stride, PetscReal s[], PetscReal work[]);
+PETSC_EXTERN void SlipFrictionDriftOwn(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
+                                       PetscInt stride, PetscReal s[]);
 PETSC_EXTERN PetscReal SlipKickDamping(PetscReal x, PetscReal *left);
 PETSC_EXTERN PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal g, PetscReal q,
                                         PetscReal v);
@@ -183,6 +188,8 @@ PETSC_EXTERN void SlipRateAndState(const SlipFriction *p, const PetscReal s[], P
                                    PetscReal dmu_ds[], PetscReal *dmu_dv);
 PETSC_EXTERN void SlipRateAndStateRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[],
                                        PetscReal drate_ds[], PetscReal drate_dv[]);
+PETSC_EXTERN void SlipRateAndStateDrift(const SlipFriction *p, const PetscReal s0[], PetscReal v, PetscReal h,
+                                        PetscReal s[]);
 PETSC_EXTERN void SlipRateAndStateSteady(const SlipFriction *p, PetscReal v, PetscReal s[]);
 PETSC_EXTERN PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[],
                                               PetscReal sigma, PetscReal eta, PetscReal tau);

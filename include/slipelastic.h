@@ -20,12 +20,24 @@
 typedef struct _p_SlipElastic *SlipElastic;
 PETSC_EXTERN PetscClassId SLIP_ELASTIC_CLASSID;
 #define SLIPELASTICSTATIC "static"
+#define SLIPELASTICWAVES "waves"
 
 /* A state that the history has come by */
 typedef struct {
   PetscReal t; /* [s] */
   Vec u;       /* [m] */
 } SlipElasticPast;
+
+/* One plane with equal cells, row after row from its upper edge on; one column: an antiplane line */
+typedef struct {
+  PetscInt nx, nz;       /* cells along strike and down dip */
+  PetscReal size[2];     /* of a cell [m] */
+  PetscReal depth_top;   /* of the upper edge [m] */
+  PetscBool full_space;  /* there is no ground */
+  const PetscReal *rake; /* [cells of this process] of slip with one component [deg]; NULL: 0; borrowed, during setup */
+} SlipElasticGrid;
+/* An antiplane line's cells are this much longer than the line, at least */
+#define SLIP_WAVE_ENDLESS 100
 
 /* What the rock is like */
 typedef struct {
@@ -38,6 +50,7 @@ typedef struct {
   PetscReal across;      /* of what opens cells, rho cp/2 [Pa s/m]; 0: cells do not open */
   PetscReal tolerance;   /* relative, of products with a viscosity by Lanczos' method */
   PetscInt components;   /* of slip in each cell */
+  const SlipElasticGrid *grid; /* NULL: the cells are no grid; borrowed, during setup */
   const PetscInt *order; /* [cells] a number of each that no distribution changes; NULL: its row; borrowed likewise */
   Vec along;             /* stress of 1 Pa along the rake of each cell, in rows of stress; borrowed, during setup */
 } SlipElasticRock;
@@ -70,6 +83,8 @@ typedef struct {
   /* f depends on u and v alone, neither on t, be it linearly, nor on the past: until when a fault sticks then follows
      from its own loads, and quiet times are skipped without a solve. static sets it */
   PetscBool rests;
+  /* The longest step within which slip is known to change stress but where it is [s]; NULL: 0 */
+  PetscErrorCode (*shortest)(SlipElastic, PetscReal *step);
   PetscBool loads; /* it loads the fault by itself, as by a stress that grows: steps are those of a loaded fault */
 } SlipElasticOps;
 
@@ -111,6 +126,7 @@ PETSC_EXTERN PetscErrorCode SlipElasticGetFoundFrequency(SlipElastic el, PetscRe
 /* ---- its history ---- */
 PETSC_EXTERN PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests);
 PETSC_EXTERN PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads);
+PETSC_EXTERN PetscErrorCode SlipElasticGetShortestStep(SlipElastic el, PetscReal *step);
 PETSC_EXTERN PetscErrorCode SlipElasticRemembers(SlipElastic el, PetscBool *remembers);
 PETSC_EXTERN PetscErrorCode SlipElasticAccept(SlipElastic el, PetscReal t, Vec u, PetscBool first);
 PETSC_EXTERN PetscErrorCode SlipElasticAdvance(SlipElastic el, PetscReal t, Vec u);

@@ -7,6 +7,7 @@
 #define TSBATHE "bathe"
 #define TSMOREAU "moreau" /* explicit, with the same set-valued reactions; moreau.c */
 #define TSADAMS "adams"   /* explicit, of variable order; adams.c */
+#define TSLAPUSTA "lapusta" /* explicit, of constant slip rates within a step, for media that remember; lapusta.c */
 #define TSRKC "rkc"       /* explicit, of second order, with as many stages as stability needs; rkc.c */
 
 /* How an attempt is computed: by implicit stages, or by an explicit step of a constraint with SlipExplicitOps; auto: by
@@ -147,6 +148,11 @@ typedef struct {
   /* Asked by TSBATHE and TSRKC: the norm of the estimate e of the error of a step from w0 to w1, at most 1 where it is
      as wanted; NULL: the weighted one of the TS */
   PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);
+  /* Asked by TSLAPUSTA: w1 is the state w0 after h [s] at constant slip rates, of which F has those of displacements */
+  PetscErrorCode (*drift)(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *ctx);
+  /* Asked by TSADAPTLAPUSTA of the end of an attempt, F there: the longest step that lets no cell slip too far, and the
+     shortest that there is any use in [s] */
+  PetscErrorCode (*slip_step)(TS ts, PetscReal t, Vec w, PetscReal *longest, PetscReal *shortest, void *ctx);
   /* Asked by TSADAMS and TSRKC at the end t [s] of a step, after the right-hand side there: makes those components of
      the state w that no derivative goes into follow from the others */
   PetscErrorCode (*finish)(TS ts, PetscReal t, Vec w, void *ctx);

@@ -11,6 +11,7 @@ static PetscErrorCode Register_Adapt(void)
   PetscCall(TSAdaptRegister(TSADAPTRL, TSAdaptCreate_RL));
   PetscCall(TSAdaptRegister(TSADAPTHEURISTIC, TSAdaptCreate_Heuristic));
   PetscCall(TSAdaptRegister(TSADAPTPI, TSAdaptCreate_PI));
+  PetscCall(TSAdaptRegister(TSADAPTLAPUSTA, TSAdaptCreate_Lapusta));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

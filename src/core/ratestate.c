@@ -66,6 +66,24 @@ void SlipRateAndStateRate(const SlipFriction *p, const PetscReal s[], PetscReal 
   *drate_dv = -1 / p->slip;
 }
 
+/* psi after h at a constant rate, exactly: a SlipDriftFn. theta goes exponentially to its steady value d_c/v by the aging
+   law, and its logarithm by the slip law. */
+void SlipRateAndStateDrift(const SlipFriction *p, const PetscReal s0[], PetscReal v, PetscReal h, PetscReal s[])
+{
+  const PetscReal x = v * h / p->slip, left = PetscExpReal(-x), psi = *s0 - p->shift;
+
+  if (p->slip_law) {
+    const PetscReal steady = v > 0 ? -PetscLogReal(v / p->reference_rate) : psi;
+
+    *s = p->shift + steady + (psi - steady) * left;
+  } else {
+    const PetscReal gone = x > 1e-8 ? -expm1(-x) / x : 1 - x / 2; /* of theta's steady value, over x */
+
+    *s = *s0 - x + PetscLogReal(1 + gone * h * p->reference_rate / p->slip * PetscExpReal(x - psi));
+    if (x - psi > 30) *s = p->shift + PetscLogReal(PetscExpReal(psi - x) + gone * h * p->reference_rate / p->slip);
+  }
+}
+
 /* Where nothing is left of the normal stress, this much of it: the strength is 0 there, and psi a number. */
 #define LEAST_STRESS 1e-12
 

@@ -71,6 +71,30 @@ PetscErrorCode SlipElasticRemembers(SlipElastic el, PetscBool *remembers)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  SlipElasticGetShortestStep - the step below which nothing is gained: within it, waves do not leave a cell
+
+  Not collective
+
+  Input Parameter:
+. el - the medium
+
+  Output Parameter:
+. step - [s]; 0: there is none
+
+  Level: developer
+
+.seealso: SLIPELASTICWAVES
+@*/
+PetscErrorCode SlipElasticGetShortestStep(SlipElastic el, PetscReal *step)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  *step = 0;
+  if (el->ops->shortest) PetscCall((*el->ops->shortest)(el, step));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode CopySlot(SlipElastic el, PetscInt from, PetscInt to)
 {
   PetscFunctionBegin;

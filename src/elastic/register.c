@@ -24,6 +24,7 @@ static PetscErrorCode Register_Elastic(void)
   PetscCall(SlipMatInitializePackage());
   PetscCall(PetscClassIdRegister("Slip medium", &SLIP_ELASTIC_CLASSID));
   PetscCall(PetscFunctionListAdd(&Types, SLIPELASTICSTATIC, Create_Static));
+  PetscCall(PetscFunctionListAdd(&Types, SLIPELASTICWAVES, SlipElasticCreate_Waves));
   PetscCall(PetscRegisterFinalize(Forget));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

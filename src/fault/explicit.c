@@ -167,7 +167,7 @@ static PetscErrorCode SlipFaultAfterStep(TS ts)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!fault->friction.law->always_slides) PetscCall(FollowTolerances(fault, ts));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSRKC, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSRKC, TSLAPUSTA, ""));
   if (ours) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDestroy(&fault->balance.first));
   PetscCall(TSGetTime(ts, &t));

@@ -183,7 +183,7 @@ static PetscErrorCode BeforeStep(TS ts)
   PetscCall(TSGetSlipProblem(ts, &problem, &fault));
   if (problem->any_integrator && !((SlipFault)fault)->friction.law->always_slides)
     PetscCall(SlipFaultBeginRest((SlipFault)fault, ts));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, TSRKC, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, TSRKC, TSLAPUSTA, ""));
   if (ours || !problem->accept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(TSGetTime(ts, &t));
@@ -312,7 +312,7 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
              type, prefix ? prefix : "");
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSMOREAU, &moreau));
   moreau = moreau || !strcmp(type, TSMOREAU) ? PETSC_TRUE : PETSC_FALSE;
-  asked = !strcmp(type, TSRK) || !strcmp(type, TSADAMS) || !strcmp(type, TSRKC);
+  asked = !strcmp(type, TSRK) || !strcmp(type, TSADAMS) || !strcmp(type, TSRKC) || !strcmp(type, TSLAPUSTA);
   *is = balanced && (asked || (fault->friction.law->always_slides && strcmp(type, TSBATHE) && !moreau));
   if (!asked || *is) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSSetType(ts, type));
@@ -336,6 +336,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->any_integrator = is_explicit;
   problem->finish = is_explicit ? SlipFaultFinishStep : NULL;
   problem->relaxation = is_explicit ? SlipFaultRelaxation : NULL;
+  problem->drift = is_explicit ? SlipFaultDrift : NULL;
+  problem->slip_step = is_explicit ? SlipFaultSlipStep : NULL;
   problem->begin = is_explicit ? NULL : SlipFaultBeginSteps;
   problem->hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
   if (fault->kind.driven) { /* it rests for years between events */

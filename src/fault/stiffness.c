@@ -267,9 +267,26 @@ static SlipElasticRock Rock(SlipFault fault)
                            .order = fault->mesh.order};
 }
 
+/* Of a uniform grid */
+static SlipElasticGrid Grid(SlipFault fault)
+{
+  const PetscReal *extent = fault->mesh.extent;
+  PetscBool full_space;
+
+  (void)PetscStrcmp(fault->options.text[FAULT_KERNEL], "full_space", &full_space);
+  return (SlipElasticGrid){.nx = fault->mesh.dims[1],
+                           .nz = fault->mesh.dims[0],
+                           .size = {extent[MESH_LENGTH_X] / (PetscReal)PetscMax(fault->mesh.dims[1], 1),
+                                    extent[MESH_LENGTH_Z] / (PetscReal)PetscMax(fault->mesh.dims[0], 1)},
+                           .depth_top = extent[MESH_DEPTH_TOP],
+                           .full_space = full_space,
+                           .rake = fault->fields.cell[FIELD_RAKE]};
+}
+
 PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
 {
   SlipElasticRock rock = Rock(fault);
+  SlipElasticGrid grid = Grid(fault);
   PetscBool traction, scaled;
   Vec normal;
   Mat K;
@@ -298,6 +315,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(SlipElasticGetMatrices(fault->medium, &K, NULL, NULL));
   PetscCall(SlipFaultViewStiffness(fault, K));
   PetscCall((*fault->told)(fault, "viscosity H"));
+  if (fault->mesh.ndim == 2 && !fault->options.text[FAULT_STIFFNESS_FILE][0]) rock.grid = &grid;
   PetscCall(SlipFaultGetWork(fault, &rock.along));
   PetscCall(SlipFaultFillAlong(fault, NULL, PETSC_TRUE, rock.along));
   PetscCall(SlipElasticSetUp(fault->medium, &rock));

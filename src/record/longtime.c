@@ -11,7 +11,7 @@ static PetscErrorCode Obstacle(SlipFault fault, TS ts, const char **what)
 
   PetscFunctionBegin;
   PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &known, TSBATHE, TSMOREAU, TSADAMS, TSRKC, TSRK, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &known, TSBATHE, TSMOREAU, TSADAMS, TSRKC, TSRK, TSLAPUSTA, ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTHISTORY, &history));
   PetscCall(SlipElasticRests(fault->medium, &rests));
   *what = fault->loads.pressed                                  ? "a pore pressure, which is of absolute times"

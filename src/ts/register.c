@@ -11,11 +11,12 @@ static PetscErrorCode Register_TS(void)
   PetscCall(TSRegister(TSMOREAU, TSCreate_Moreau));
   PetscCall(TSRegister(TSADAMS, TSCreate_Adams));
   PetscCall(TSRegister(TSRKC, TSCreate_RKC));
+  PetscCall(TSRegister(TSLAPUSTA, TSCreate_Lapusta));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@C
-  SlipTSInitializePackage - register TSBATHE, TSMOREAU, TSADAMS, TSRKC and the solvers of its stages
+  SlipTSInitializePackage - register TSBATHE, TSMOREAU, TSADAMS, TSRKC, TSLAPUSTA and the solvers of its stages
 
   Not collective; after PetscInitialize(). Again it does nothing.
 

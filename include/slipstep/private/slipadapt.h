@@ -10,6 +10,7 @@
 PETSC_EXTERN PetscErrorCode TSAdaptCreate_RL(TSAdapt adapt);
 PETSC_EXTERN PetscErrorCode TSAdaptCreate_Heuristic(TSAdapt adapt);
 PETSC_EXTERN PetscErrorCode TSAdaptCreate_PI(TSAdapt adapt);
+PETSC_EXTERN PetscErrorCode TSAdaptCreate_Lapusta(TSAdapt adapt);
 
 /* ---- adapterror.c ---- */
 /* Weighted local error E of the step just computed, -1 when the TS gives none, and its exponent q. */

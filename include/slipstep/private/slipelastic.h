@@ -52,5 +52,7 @@ PETSC_INTERN PetscErrorCode SlipElasticDestroyImages(SlipElastic el);
 PETSC_INTERN PetscErrorCode SlipElasticImagesState(SlipElastic el, SlipState state);
 /* static.c */
 PETSC_INTERN const SlipElasticOps SlipElasticStatic;
+/* waves.c */
+PETSC_INTERN PetscErrorCode SlipElasticCreate_Waves(SlipElastic el);
 /* elastic.c */
 PETSC_INTERN PetscErrorCode SlipElasticGetWork(SlipElastic el, PetscInt n, Vec *work); /* n is 0 or 1 */

@@ -95,6 +95,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t
                                                     SlipFaultMoment *now, PetscBool *same);
 /* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no
    explicit problem */
+PETSC_INTERN PetscErrorCode SlipFaultDrift(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *fault);
+PETSC_INTERN PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, PetscReal *shortest,
+                                              void *fault);
 PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *fault);
 /* The largest eigenvalue of K over the weights, once a run [Pa/m] */
 PETSC_INTERN PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscReal *largest);

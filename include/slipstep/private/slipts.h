@@ -150,6 +150,7 @@ PETSC_INTERN PetscErrorCode SNESTSFormJacobian_Bathe(SNES, Vec, Mat, Mat, TS);
 PETSC_INTERN PetscErrorCode TSCreate_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSCreate_Adams(TS);
 PETSC_INTERN PetscErrorCode TSCreate_RKC(TS);
+PETSC_INTERN PetscErrorCode TSCreate_Lapusta(TS);
 
 /* ---- adamssum.c: a step's sums in one pass ---- */
 typedef struct {

@@ -1,0 +1,74 @@
+/* Inside the medium "waves": fields of a plane or a line as wavenumbers, what they remember, and images of the fault. */
+#pragma once
+#include <slipwaves.h>
+#include <slipstep/private/slipelastic.h>
+#include <slipstep/private/slipmatgrid.h>
+
+/* ---- wavespace.c ---- */
+
+/* A spectrum is [modes][parts][stride] numbers, of which the first n count: waves of this process */
+typedef struct _n_SlipWaveSpace *SlipWaveSpace;
+struct _n_SlipWaveSpace {
+  MPI_Comm comm;
+  SlipElasticGrid grid;
+  PetscInt components;
+  PetscBool line;      /* antiplane, endless along strike: one cell there */
+  PetscBool mirror;    /* a line up to the ground: spectra are real */
+  PetscInt modes;      /* II and III of planes, III of lines */
+  PetscInt parts;      /* 1 where spectra are real, else 2 */
+  PetscInt n, stride;
+  PetscInt length[2];  /* period in cells along strike and down dip; of a mirrored line with the mirror's */
+  PetscReal *k;        /* [stride] wavenumber, 0 beyond n [1/m] */
+  PetscReal *ex, *ez;  /* [n] its direction, of planes */
+  PetscReal *ux, *uz;  /* [rows of cells of this process] of slip, of one component on a plane */
+  PetscReal *real[2];  /* fields along strike and down dip, of the same */
+  PetscReal *column[2]; /* [waves along strike][length[1]] complex */
+  fftw_plan plan[2][2]; /* there and back; of a line [0] */
+  PetscReal *line_real, *line_wave; /* [padded], [waves of all processes] of a line */
+  PetscMPIInt *counts, *starts;     /* of the waves of all processes, of a line */
+  SlipTransposedFFT pencil;
+  SlipGather gather;
+};
+PETSC_INTERN PetscErrorCode SlipWaveSpaceCreate(Mat K, const SlipElasticRock *rock, PetscReal padding,
+                                                SlipWaveSpace *space);
+PETSC_INTERN PetscErrorCode SlipWaveSpaceForward(SlipWaveSpace space, Vec u, PetscReal spectrum[]);
+PETSC_INTERN PetscErrorCode SlipWaveSpaceBackward(SlipWaveSpace space, const PetscReal spectrum[], Vec u);
+PETSC_INTERN PetscErrorCode SlipWaveSpaceDestroy(SlipWaveSpace *space);
+
+/* ---- wavememory.c: of one kernel; z_j holds s_j times the integral of exp(s_j k cs t') V(t - t') k cs dt' ---- */
+#define SLIP_WAVE_BLOCK 32 /* wavenumbers, whose poles are together in memory */
+typedef struct {
+  SlipWavePoles poles;
+  SlipWaveMode mode;
+  PetscInt field; /* of a spectrum, that it remembers */
+  PetscInt parts, n, stride;
+  PetscReal *k;      /* [stride] 1/m; 0: nothing is remembered */
+  PetscReal *weight; /* [stride] of its sum in the stress */
+  PetscReal cs;
+  PetscReal *b; /* [poles][2] amplitudes over s */
+} SlipWaveMemory;
+PETSC_INTERN PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMode mode, PetscInt field, PetscReal ratio,
+                                                 PetscReal cs, PetscReal tolerance, SlipWaveMemory *m);
+PETSC_INTERN PetscErrorCode SlipWaveMemoryDestroy(SlipWaveMemory *m);
+PETSC_INTERN size_t SlipWaveMemorySize(const SlipWaveMemory *m); /* of z: [blocks][poles][parts][2][block] */
+/* Of a step h: exponentials [blocks][poles][2][block], and what slip at a constant rate of 1 has there [stride] */
+PETSC_INTERN void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, PetscReal E[], PetscReal step[]);
+/* sum of Re b z: now, and without slip after a step: next [parts][stride] */
+PETSC_INTERN void SlipWaveMemoryNext(const SlipWaveMemory *m, const PetscReal E[], const PetscReal z[],
+                                     PetscReal next[]);
+PETSC_INTERN void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const PetscReal E[], const PetscReal V[],
+                                        const PetscReal from[], PetscReal to[], PetscReal now[], PetscReal next[]);
+PETSC_INTERN void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], PetscReal z[]);
+
+/* ---- waveimages.c: the fault's periodic images, whose static stress is taken away once their waves have come ---- */
+typedef struct _n_SlipWaveImages *SlipWaveImages;
+PETSC_INTERN PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *rock,
+                                                 SlipWaveImages *images);
+PETSC_INTERN PetscErrorCode SlipWaveImagesDestroy(SlipWaveImages *images);
+/* The fault had displacement u at t, and what was known of later times is forgotten */
+PETSC_INTERN PetscErrorCode SlipWaveImagesAdd(SlipWaveImages images, PetscReal t, Vec u);
+PETSC_INTERN PetscErrorCode SlipWaveImagesStart(SlipWaveImages images);
+/* f -= what periodic stiffness has of images at t, where u is the displacement */
+PETSC_INTERN PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages images, PetscReal t, Vec u, Vec f);
+PETSC_INTERN PetscErrorCode SlipWaveImagesVisit(SlipWaveImages images, SlipState state);
+PETSC_INTERN void SlipWaveImagesShift(SlipWaveImages images, PetscReal by);

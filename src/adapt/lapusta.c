@@ -1,0 +1,60 @@
+/* TSADAPTLAPUSTA: steps in which no cell slips too far, of a list of lengths. */
+#include <slipstep/private/slipadapt.h>
+
+#define GROWTH 2       /* of a step, over the one before */
+#define TOO_LONG 4     /* over the longest one at its end: a step is refused */
+#define LEAST_CUT 1e-3 /* of one that was */
+
+/* Not longer than h, of shortest times 2^k or 1.5 2^k: what media that remember need of a step they need once for each */
+static PetscReal OfList(PetscReal h, PetscReal shortest)
+{
+  PetscReal power;
+  int exponent;
+
+  if (!(shortest > 0) || !(h > shortest)) return h;
+  power = frexp(h / shortest, &exponent); /* in [0.5, 1) */
+  return shortest * ldexp(power >= 0.75 ? 0.75 : 0.5, exponent);
+}
+
+static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                            PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+{
+  const SlipProblemOps *problem;
+  PetscReal longest, shortest, next;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  PetscCheck(problem && problem->slip_step, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
+             "-ts_adapt_type " TSADAPTLAPUSTA " bounds the slip of cells: expected a fault without inertia, integrated "
+             "explicitly");
+  PetscCall((*problem->slip_step)(ts, ts->ptime + h, ts->vec_sol, &longest, &shortest, ctx));
+  *next_sc = 0;
+  *wlte = *wltea = *wlter = -1;
+  *accept = h <= TOO_LONG * longest || h <= shortest || h <= adapt->dt_min || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
+  next = *accept ? PetscMin(GROWTH * h, longest) : PetscMax(LEAST_CUT * h, longest);
+  next = OfList(PetscMax(next, shortest), shortest);
+  *next_h = PetscClipInterval(next, adapt->dt_min, adapt->dt_max);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+  TSADAPTLAPUSTA - steps in which no cell slips by more than a share of its d_c that keeps it stable, and never shorter
+  than waves take through half a cell
+
+  Level: beginner
+
+  Notes:
+  The rule of codes for earthquake cycles with waves, for faults without inertia under explicit TS types. The error is
+  not estimated. Steps are 1 or 1.5 times a power of 2 of the shortest.
+
+  Reference: Lapusta, Rice, Ben-Zion & Zheng (2000)
+
+.seealso: TSLAPUSTA, SLIPELASTICWAVES
+M*/
+PetscErrorCode TSAdaptCreate_Lapusta(TSAdapt adapt)
+{
+  PetscFunctionBegin;
+  adapt->ops->choose = TSAdaptChoose_Lapusta;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

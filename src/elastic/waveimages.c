@@ -1,0 +1,421 @@
+/*
+  Transforms repeat the fault. Its images add what their waves bring, and their static stress, which belongs to nobody:
+  it is in the periodic stiffness from the start, where the memory cancels it until the first waves come, so that it is
+  taken away so much later, by slip as it was then. Far from what slips stress is smooth, and a few moments of slip say
+  all of it:
+
+     f = K_periodic u - sum over groups of images g of K_g u(t - T_g),  K_g = sum P_a(x) C_ab P_b(x'),
+
+  P Legendre polynomials over the fault, C by Gauss' quadrature of the stress of a point, of images one after the other
+  and of all that are farther away by an integral. Groups are those that lie beside the fault along the direction of the
+  shorter period, and all others.
+*/
+#include <slipstep/private/slipwaves.h>
+#include <petscdt.h>
+#include <math.h>
+
+enum { DEGREES = 8, NODES = 12, FAR = 12, GROUPS = 2 }; /* polynomials along a line, points, images each way */
+enum { PLANE_DEGREES = 6, PLANE_NODES = 8 };
+
+struct _n_SlipWaveImages {
+  SlipWaveSpace space;
+  PetscInt groups;
+  PetscReal delay[GROUPS];
+  PetscInt q;            /* moments */
+  PetscInt degrees;      /* in each direction */
+  PetscReal *C[GROUPS];  /* [q][q] */
+  PetscReal *at[2];      /* [cells in that direction][degrees] polynomials along strike and down dip */
+  PetscReal *moments, *past, *answer; /* [q] of now, of then, and what K_g makes of it */
+  PetscReal *time, *history;          /* [n], [n][q] */
+  PetscInt n, size;
+  PetscReal nu, G;
+};
+
+/* ---- the stress of a point ---- */
+
+/* Of a line: what all images of a cell so many cells away have, together, at the centre of another */
+static PetscReal LineImages(PetscReal G, PetscReal dx, PetscReal period, PetscReal n)
+{
+  const PetscReal turn = (PetscReal)PETSC_PI / period, above = n + (PetscReal)0.5, below = n - (PetscReal)0.5;
+  const PetscReal all = turn * (1 / PetscTanReal(turn * above) - 1 / PetscTanReal(turn * below));
+
+  return G / (2 * (PetscReal)PETSC_PI * dx) * (all - (1 / above - 1 / below));
+}
+
+/* Of a plane: static stress drop at (x, z) along strike and down dip of unit slip times area along each direction */
+static void Point(PetscReal G, PetscReal nu, PetscReal x, PetscReal z, PetscReal K[3])
+{
+  const PetscReal r2 = x * x + z * z, cube = r2 * PetscSqrtReal(r2), ratio = nu / (1 - nu),
+                  factor = -G / (4 * (PetscReal)PETSC_PI * cube);
+
+  K[0] += factor * (1 + ratio * (3 * x * x / r2 - 1));
+  K[1] += factor * ratio * 3 * x * z / r2;
+  K[2] += factor * (1 + ratio * (3 * z * z / r2 - 1));
+}
+
+/* Of all beyond |x| = a and |z| = b, as so many for an area */
+static void Beyond(PetscReal G, PetscReal nu, PetscReal a, PetscReal b, PetscReal area, PetscReal K[3])
+{
+  const PetscReal root = PetscSqrtReal(a * a + b * b), ratio = nu / (1 - nu),
+                  factor = -G / (4 * (PetscReal)PETSC_PI * area);
+
+  K[0] += factor * (4 * root / (a * b) + ratio * 4 * b / (a * root));
+  K[2] += factor * (4 * root / (a * b) + ratio * 4 * a / (b * root));
+}
+
+/* Images of a group for a distance (x, z): those beside the fault along the shorter period (0), or all others */
+static void PlaneImages(const struct _n_SlipWaveImages *w, int group, PetscReal x, PetscReal z, PetscReal K[3])
+{
+  const SlipElasticGrid *g = &w->space->grid;
+  const PetscReal lx = (PetscReal)w->space->length[0] * g->size[0], lz = (PetscReal)w->space->length[1] * g->size[1];
+  const PetscBool along = lx < lz ? PETSC_TRUE : PETSC_FALSE;
+
+  K[0] = K[1] = K[2] = 0;
+  for (int i = -FAR; i <= FAR; i++)
+    for (int j = -FAR; j <= FAR; j++) {
+      const PetscBool beside = (along ? j : i) == 0 ? PETSC_TRUE : PETSC_FALSE;
+
+      if ((i || j) && (group == 0) == beside) Point(w->G, w->nu, x + (PetscReal)i * lx, z + (PetscReal)j * lz, K);
+    }
+  if (group) Beyond(w->G, w->nu, (FAR + (PetscReal)0.5) * lx, (FAR + (PetscReal)0.5) * lz, lx * lz, K);
+}
+
+/* ---- set-up ---- */
+
+/* Legendre's polynomials of x: of all degrees, or of the even ones */
+static void Polynomials(PetscReal x, PetscInt degrees, PetscBool even, PetscReal p[])
+{
+  PetscReal before = 1, now = x;
+
+  p[0] = 1;
+  for (PetscInt d = 1, k = 1; k < degrees; d++) {
+    const PetscReal next = ((2 * (PetscReal)d + 1) * x * now - (PetscReal)d * before) / (PetscReal)(d + 1);
+
+    if (!even || d % 2 == 0) p[k++] = now;
+    before = now;
+    now = next;
+  }
+}
+
+/* Where cell i of n is */
+static PetscReal Place(PetscReal i, PetscInt n, PetscBool mirror)
+{
+  return mirror ? (i + (PetscReal)0.5) / (PetscReal)n : 2 * (i + (PetscReal)0.5) / (PetscReal)n - 1;
+}
+
+static PetscErrorCode SetUpPolynomials(SlipWaveImages w)
+{
+  const PetscInt n[2] = {w->space->grid.nx, w->space->grid.nz};
+
+  PetscFunctionBegin;
+  for (int d = 0; d < 2; d++) {
+    PetscCall(PetscMalloc1(n[d] * w->degrees, &w->at[d]));
+    for (PetscInt i = 0; i < n[d]; i++)
+      Polynomials(Place((PetscReal)i, n[d], w->space->mirror), w->degrees, w->space->mirror, w->at[d] + i * w->degrees);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gauss' points with the polynomials there, [NODES][degrees], times the factors by which an integral is an amplitude */
+static PetscErrorCode Quadrature(PetscInt nodes, PetscInt degrees, PetscBool even, PetscReal x[], PetscReal p[])
+{
+  PetscReal weight[NODES];
+
+  PetscFunctionBegin;
+  if (even)
+    PetscCall(PetscDTGaussQuadrature(nodes, 0, 1, x, weight));
+  else
+    PetscCall(PetscDTGaussQuadrature(nodes, -1, 1, x, weight));
+  for (PetscInt k = 0; k < nodes; k++) {
+    Polynomials(x[k], degrees, even, p + k * degrees);
+    for (PetscInt a = 0; a < degrees; a++)
+      p[k * degrees + a] *= weight[k] * (even ? 4 * (PetscReal)a + 1 : a + (PetscReal)0.5);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetUpLine(SlipWaveImages w, PetscReal cs)
+{
+  const SlipWaveSpace s = w->space;
+  const PetscInt n = s->grid.nz;
+  const PetscReal dx = s->grid.size[1], period = (PetscReal)(s->mirror ? 2 : 1) * (PetscReal)s->length[1];
+  PetscReal x[NODES], p[NODES * DEGREES];
+
+  PetscFunctionBegin;
+  w->groups = 1;
+  w->delay[0] = period * dx / cs;
+  w->degrees = w->q = DEGREES;
+  PetscCall(PetscCalloc1(DEGREES * DEGREES, &w->C[0]));
+  PetscCall(Quadrature(NODES, DEGREES, s->mirror, x, p));
+  for (PetscInt i = 0; i < NODES; i++)
+    for (PetscInt j = 0; j < NODES; j++) {
+      const PetscReal half = s->mirror ? (PetscReal)n : (PetscReal)n / 2;
+      PetscReal K = LineImages(w->G, dx, period, half * (x[i] - x[j]));
+
+      if (s->mirror) K += LineImages(w->G, dx, period, half * (x[i] + x[j]));
+      for (PetscInt a = 0; a < DEGREES; a++)
+        for (PetscInt b = 0; b < DEGREES; b++) w->C[0][a * DEGREES + b] += p[i * DEGREES + a] * K * p[j * DEGREES + b];
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Moments are [direction][degree along strike][degree down dip]. */
+static PetscErrorCode SetUpPlane(SlipWaveImages w, PetscReal cs)
+{
+  enum { D = PLANE_DEGREES, M = PLANE_NODES };
+  const SlipElasticGrid *g = &w->space->grid;
+  const PetscReal half[2] = {(PetscReal)g->nx * g->size[0] / 2, (PetscReal)g->nz * g->size[1] / 2};
+  const PetscReal lx = (PetscReal)w->space->length[0] * g->size[0], lz = (PetscReal)w->space->length[1] * g->size[1];
+  PetscReal x[NODES], p[NODES * D];
+
+  PetscFunctionBegin;
+  w->groups = 2;
+  w->delay[0] = PetscMin(lx, lz) / cs;
+  w->delay[1] = PetscMax(lx, lz) / cs;
+  w->degrees = D;
+  w->q = 2 * D * D;
+  PetscCall(Quadrature(M, D, PETSC_FALSE, x, p));
+  for (int group = 0; group < 2; group++) {
+    PetscCall(PetscCalloc1(w->q * w->q, &w->C[group]));
+    for (PetscInt e = 0; e < M * M * M * M; e++) {
+      const PetscInt i = e % M, j = e / M % M, k = e / M / M % M, l = e / M / M / M; /* there x, z; here x, z */
+      PetscReal K[3];
+
+      PlaneImages(w, group, half[0] * (x[k] - x[i]), half[1] * (x[l] - x[j]), K);
+      for (PetscInt a = 0; a < D * D; a++) {
+        const PetscReal here = g->size[0] * g->size[1] * p[k * D + a / D] * p[l * D + a % D];
+
+        for (PetscInt b = 0; b < D * D; b++) {
+          const PetscReal both = here * p[i * D + b / D] * p[j * D + b % D];
+          PetscReal *C = w->C[group] + a * w->q + b;
+
+          C[0] += K[0] * both;
+          C[D * D] += K[1] * both;
+          C[D * D * w->q] += K[1] * both;
+          C[D * D * w->q + D * D] += K[2] * both;
+        }
+      }
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *rock, SlipWaveImages *images)
+{
+  const PetscReal cs = PetscSqrtReal(rock->shear_modulus / rock->density);
+  SlipWaveImages w;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&w));
+  *images = w;
+  w->space = space;
+  w->G = rock->shear_modulus;
+  w->nu = rock->poisson_ratio;
+  if (space->line)
+    PetscCall(SetUpLine(w, cs));
+  else
+    PetscCall(SetUpPlane(w, cs));
+  PetscCall(SetUpPolynomials(w));
+  PetscCall(PetscMalloc3(w->q, &w->moments, w->q, &w->past, w->q, &w->answer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWaveImagesDestroy(SlipWaveImages *images)
+{
+  SlipWaveImages w = *images;
+
+  PetscFunctionBegin;
+  if (!w) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int d = 0; d < 2; d++) {
+    PetscCall(PetscFree(w->at[d]));
+    PetscCall(PetscFree(w->C[d]));
+  }
+  PetscCall(PetscFree3(w->moments, w->past, w->answer));
+  PetscCall(PetscFree(w->time));
+  PetscCall(PetscFree(w->history));
+  PetscCall(PetscFree(w));
+  *images = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- moments ---- */
+
+/* Slip of direction d of the cell in row i of those that this process transforms */
+static PetscReal SlipOf(SlipWaveSpace s, const PetscReal u[], PetscInt i, int d)
+{
+  if (s->line) return u[i];
+  if (s->components == 1) return u[i] * (d ? s->uz[i] : s->ux[i]);
+  return d ? -u[2 * i + 1] : u[2 * i];
+}
+
+/* Cells of this process: all of a line, and the rows that a plane's transforms are given; first: of these rows */
+static PetscInt Cells(SlipWaveSpace s, PetscInt *first)
+{
+  *first = s->line ? 0 : s->pencil->layout.row_start;
+  return s->line ? s->grid.nz : s->pencil->layout.rows * s->grid.nx;
+}
+
+static PetscErrorCode Moments(SlipWaveImages w, Vec u, PetscReal q[])
+{
+  const SlipWaveSpace s = w->space;
+  const PetscInt D = w->degrees;
+  PetscInt first;
+  const PetscInt cells = Cells(s, &first);
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(q, w->q));
+  PetscCall(SlipGatherGet(&s->gather, u, &a));
+  for (PetscInt i = 0; i < cells; i++) {
+    const PetscReal *x = w->at[0] + (i % s->grid.nx) * D, *z = w->at[1] + (first + i / s->grid.nx) * D;
+
+    if (s->line) {
+      for (PetscInt b = 0; b < D; b++) q[b] += z[b] * a[i];
+      continue;
+    }
+    for (int d = 0; d < 2; d++) {
+      const PetscReal slip = SlipOf(s, a, i, d);
+
+      if (slip == 0) continue;
+      for (PetscInt b = 0; b < D * D; b++) q[d * D * D + b] += slip * x[b / D] * z[b % D];
+    }
+  }
+  PetscCall(SlipGatherRestore(&s->gather, u, &a));
+  if (!s->line) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, q, (PetscMPIInt)w->q, MPIU_REAL, MPIU_SUM, s->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWaveImagesStart(SlipWaveImages w)
+{
+  PetscFunctionBegin;
+  w->n = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Reserve(SlipWaveImages w, PetscInt n)
+{
+  PetscReal *time, *history;
+
+  PetscFunctionBegin;
+  if (n <= w->size) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(2 * n, &time));
+  PetscCall(PetscMalloc1(2 * n * w->q, &history));
+  PetscCall(PetscArraycpy(time, w->time, w->n));
+  PetscCall(PetscArraycpy(history, w->history, w->n * w->q));
+  PetscCall(PetscFree(w->time));
+  PetscCall(PetscFree(w->history));
+  w->time = time;
+  w->history = history;
+  w->size = 2 * n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One entry before the longest delay is kept, and once half of all are older the others move to the front. */
+PetscErrorCode SlipWaveImagesAdd(SlipWaveImages w, PetscReal t, Vec u)
+{
+  const PetscReal oldest = t - 2 * w->delay[w->groups - 1]; /* a step may be taken back */
+  PetscInt old = 0;
+
+  PetscFunctionBegin;
+  while (w->n && w->time[w->n - 1] >= t) w->n--;
+  while (old + 2 < w->n && w->time[old + 1] < oldest) old++;
+  if (old > w->n / 2) {
+    PetscCall(PetscArraymove(w->time, w->time + old, w->n - old));
+    PetscCall(PetscArraymove(w->history, w->history + old * w->q, (w->n - old) * w->q));
+    w->n -= old;
+  }
+  PetscCall(Reserve(w, w->n + 1));
+  PetscCall(Moments(w, u, w->history + w->n * w->q));
+  w->time[w->n++] = t;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void SlipWaveImagesShift(SlipWaveImages w, PetscReal by)
+{
+  for (PetscInt i = 0; i < w->n; i++) w->time[i] -= by;
+}
+
+/* Moments of the time `then`, between those of the history, or between the last and those of now */
+static void MomentsOf(SlipWaveImages w, PetscReal then, PetscReal t)
+{
+  PetscInt low = 0, high = w->n; /* the first that is later; w->n: now */
+  const PetscReal *before, *after;
+  PetscReal share, from, to;
+
+  while (low < high) {
+    const PetscInt middle = (low + high) / 2;
+
+    if (w->time[middle] > then)
+      high = middle;
+    else
+      low = middle + 1;
+  }
+  if (low == 0) {
+    for (PetscInt b = 0; b < w->q; b++) w->past[b] = w->n ? w->history[b] : w->moments[b];
+    return;
+  }
+  before = w->history + (low - 1) * w->q;
+  after = low < w->n ? w->history + low * w->q : w->moments;
+  from = w->time[low - 1];
+  to = low < w->n ? w->time[low] : t;
+  share = to > from ? (then - from) / (to - from) : 1;
+  for (PetscInt b = 0; b < w->q; b++) w->past[b] = before[b] + share * (after[b] - before[b]);
+}
+
+PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, Vec u, Vec f)
+{
+  const SlipWaveSpace s = w->space;
+  const PetscInt D = w->degrees;
+  PetscInt first;
+  const PetscInt cells = Cells(s, &first);
+  PetscReal *out;
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(Moments(w, u, w->moments));
+  PetscCall(PetscArrayzero(w->answer, w->q));
+  for (PetscInt g = 0; g < w->groups; g++) {
+    MomentsOf(w, t - w->delay[g], t);
+    for (PetscInt i = 0; i < w->q; i++)
+      for (PetscInt b = 0; b < w->q; b++) w->answer[i] += w->C[g][i * w->q + b] * w->past[b];
+  }
+  PetscCall(PetscMalloc1(s->components * cells, &out));
+  PetscCall(SlipGatherGet(&s->gather, f, &a));
+  for (PetscInt i = 0; i < cells; i++) {
+    const PetscReal *x = w->at[0] + (i % s->grid.nx) * D, *z = w->at[1] + (first + i / s->grid.nx) * D;
+    PetscReal sum[2] = {0, 0};
+
+    if (s->line) {
+      for (PetscInt b = 0; b < D; b++) sum[0] += z[b] * w->answer[b];
+    } else {
+      for (int d = 0; d < 2; d++)
+        for (PetscInt b = 0; b < D * D; b++) sum[d] += w->answer[d * D * D + b] * x[b / D] * z[b % D];
+    }
+    if (s->line) {
+      out[i] = a[i] - sum[0];
+    } else if (s->components == 1) {
+      out[i] = a[i] - s->ux[i] * sum[0] - s->uz[i] * sum[1];
+    } else {
+      out[2 * i] = a[2 * i] - sum[0];
+      out[2 * i + 1] = a[2 * i + 1] + sum[1];
+    }
+  }
+  PetscCall(SlipGatherRestore(&s->gather, f, &a));
+  PetscCall(SlipGatherPut(&s->gather, out, f));
+  PetscCall(PetscFree(out));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWaveImagesVisit(SlipWaveImages w, SlipState state)
+{
+  PetscInt n = w->n;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateInt(state, "images", 1, &n));
+  PetscCall(Reserve(w, n));
+  w->n = n;
+  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipStateReal(state, "images_time", n, w->time));
+  PetscCall(SlipStateReal(state, "images_moments", n * w->q, w->history));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

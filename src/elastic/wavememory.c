@@ -1,0 +1,141 @@
+/*
+  What a plane remembers of slip: of each wavenumber k and each exponential s_j of its kernel the number z_j = s_j times
+  int exp(s_j k cs t') V(t - t') k cs dt', so that the stress of waves under way is eta sum Re (a_j/s_j) z_j, eta = G/(2
+  cs). While slip has a constant rate V, z goes to e (z + V) - V with e = exp(s_j k cs h), exactly, however long the step
+  is; steady slip has z = -V, and the sum is V then.
+
+  Wavenumbers are taken in blocks, of which all exponentials lie together: memory is read once, in its order.
+*/
+#include <slipstep/private/slipwaves.h>
+#include <stdlib.h>
+
+/* For the machine that the program meets, not only for the one that compiled it */
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
+  !defined(__SANITIZE_ADDRESS__)
+  #define VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
+#else
+  #define VECTOR
+#endif
+
+#define B SLIP_WAVE_BLOCK
+
+/* Of the space's wavenumbers, with weight 1; others may be set afterwards */
+PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMode mode, PetscInt field, PetscReal ratio,
+                                    PetscReal cs, PetscReal tolerance, SlipWaveMemory *m)
+{
+  PetscFunctionBegin;
+  *m = (SlipWaveMemory){
+    .mode = mode, .field = field, .parts = space->parts, .n = space->n, .stride = space->stride, .cs = cs};
+  PetscCall(PetscMalloc2(space->stride, &m->k, space->stride, &m->weight));
+  PetscCall(PetscArraycpy(m->k, space->k, space->stride));
+  for (PetscInt i = 0; i < space->stride; i++) m->weight[i] = 1;
+  PetscCall(SlipWavePolesCreate(mode, ratio, tolerance, &m->poles));
+  PetscCall(PetscMalloc1(2 * m->poles.n, &m->b));
+  for (PetscInt j = 0; j < m->poles.n; j++) {
+    const PetscReal *s = m->poles.s + 2 * j, *a = m->poles.a + 2 * j, square = s[0] * s[0] + s[1] * s[1];
+
+    m->b[2 * j] = (a[0] * s[0] + a[1] * s[1]) / square;
+    m->b[2 * j + 1] = (a[1] * s[0] - a[0] * s[1]) / square;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWaveMemoryDestroy(SlipWaveMemory *m)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree2(m->k, m->weight));
+  PetscCall(PetscFree(m->b));
+  PetscCall(SlipWavePolesDestroy(&m->poles));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+size_t SlipWaveMemorySize(const SlipWaveMemory *m)
+{
+  return (size_t)2 * m->poles.n * m->parts * m->stride;
+}
+
+void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, PetscReal E[], PetscReal step[])
+{
+  for (PetscInt i = 0; i < m->stride; i += B) {
+    for (PetscInt l = 0; l < B; l++) step[i + l] = 0;
+    for (PetscInt j = 0; j < m->poles.n; j++) {
+      const PetscReal *s = m->poles.s + 2 * j, *b = m->b + 2 * j;
+      PetscReal *e = E + 2 * (i * m->poles.n + j * B);
+
+      for (PetscInt l = 0; l < B; l++) {
+        const PetscReal T = m->k[i + l] * m->cs * h, grown = PetscExpReal(s[0] * T), turn = s[1] * T;
+
+        e[l] = grown > 0 ? grown * PetscCosReal(turn) : 0;
+        e[B + l] = grown > 0 ? grown * PetscSinReal(turn) : 0;
+        step[i + l] += b[0] * (e[l] - 1) - b[1] * e[B + l];
+      }
+    }
+  }
+}
+
+VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const PetscReal E[], const PetscReal z[], PetscReal next[])
+{
+  const PetscInt poles = m->poles.n;
+
+  for (PetscInt i = 0; i < m->stride; i += B)
+    for (PetscInt p = 0; p < m->parts; p++) {
+      PetscReal sum[B] = {0};
+
+      for (PetscInt j = 0; j < poles; j++) {
+        const PetscReal *e = E + 2 * (i * poles + j * B), br = m->b[2 * j], bi = m->b[2 * j + 1];
+        const PetscReal *x = z + 2 * (m->parts * (i * poles + j * B) + p * B);
+
+        for (PetscInt l = 0; l < B; l++)
+          sum[l] += br * (e[l] * x[l] - e[B + l] * x[B + l]) - bi * (e[l] * x[B + l] + e[B + l] * x[l]);
+      }
+      for (PetscInt l = 0; l < B; l++) next[p * m->stride + i + l] = sum[l];
+    }
+}
+
+VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const PetscReal E[], const PetscReal V[],
+                                  const PetscReal from[], PetscReal to[], PetscReal now[], PetscReal next[])
+{
+  const PetscInt poles = m->poles.n;
+
+  for (PetscInt i = 0; i < m->stride; i += B)
+    for (PetscInt p = 0; p < m->parts; p++) {
+      const PetscReal *v = V + p * m->stride + i;
+      PetscReal sum[B] = {0}, then[B] = {0};
+
+      for (PetscInt j = 0; j < poles; j++) {
+        const size_t at = 2 * (m->parts * (i * poles + j * B) + p * B);
+        const PetscReal *e = E + 2 * (i * poles + j * B), br = m->b[2 * j], bi = m->b[2 * j + 1];
+        const PetscReal *x = from + at;
+        PetscReal *y = to + at;
+
+        for (PetscInt l = 0; l < B; l++) {
+          const PetscReal real = x[l] + v[l], yr = e[l] * real - e[B + l] * x[B + l] - v[l],
+                          yi = e[l] * x[B + l] + e[B + l] * real;
+
+          y[l] = yr;
+          y[B + l] = yi;
+          sum[l] += br * yr - bi * yi;
+          then[l] += br * (e[l] * yr - e[B + l] * yi) - bi * (e[l] * yi + e[B + l] * yr);
+        }
+      }
+      for (PetscInt l = 0; l < B; l++) {
+        now[p * m->stride + i + l] = sum[l];
+        next[p * m->stride + i + l] = then[l];
+      }
+    }
+}
+
+/* Of slip that has gone on for ever; of k = 0 nothing is remembered. */
+void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], PetscReal z[])
+{
+  for (PetscInt i = 0; i < m->stride; i += B)
+    for (PetscInt p = 0; p < m->parts; p++)
+      for (PetscInt j = 0; j < m->poles.n; j++) {
+        PetscReal *x = z + 2 * (m->parts * (i * m->poles.n + j * B) + p * B);
+
+        for (PetscInt l = 0; l < B; l++) {
+          x[l] = m->k[i + l] > 0 ? -V[p * m->stride + i + l] : 0;
+          x[B + l] = 0;
+        }
+      }
+}

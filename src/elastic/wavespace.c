@@ -1,0 +1,334 @@
+/*
+  Fields on a plane, or on a line, as wavenumbers. Both are padded, so that the fault and its periodic images are apart.
+  Of a line that reaches the ground the mirror belongs to the field: its spectrum is a cosine transform, and real.
+  Wavenumbers are spread over the ranks, and nothing but the transforms needs messages.
+*/
+#include <slipstep/private/slipwaves.h>
+#include <slipstep/private/slipelasticity.h>
+
+static PetscErrorCode Allocate(SlipWaveSpace s)
+{
+  PetscFunctionBegin;
+  s->stride = (s->n + SLIP_WAVE_BLOCK - 1) / SLIP_WAVE_BLOCK * SLIP_WAVE_BLOCK;
+  PetscCall(PetscCalloc1(s->stride, &s->k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- lines ---- */
+
+static PetscErrorCode ShareLine(SlipWaveSpace s, PetscInt waves, PetscInt *start)
+{
+  PetscMPIInt size, rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(s->comm, &size));
+  PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
+  PetscCall(PetscMalloc2(size, &s->counts, size, &s->starts));
+  for (PetscMPIInt r = 0, at = 0; r < size; r++) {
+    s->starts[r] = at;
+    s->counts[r] = (PetscMPIInt)(waves / size + (r < waves % size ? 1 : 0));
+    at += s->counts[r];
+  }
+  s->n = s->counts[rank];
+  *start = s->starts[rank];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetUpLine(SlipWaveSpace s, PetscReal padding)
+{
+  PetscInt waves, start;
+
+  PetscFunctionBegin;
+  s->mirror = s->grid.full_space ? PETSC_FALSE : PETSC_TRUE;
+  s->parts = s->mirror ? 1 : 2;
+  s->modes = 1;
+  s->length[0] = 1;
+  s->length[1] = SlipGoodLength((PetscInt)PetscCeilReal(padding * (PetscReal)s->grid.nz));
+  waves = s->mirror ? s->length[1] : s->length[1] / 2 + 1;
+  PetscCall(ShareLine(s, waves, &start));
+  PetscCall(Allocate(s));
+  for (PetscInt i = 0; i < s->n; i++)
+    s->k[i] = (s->mirror ? 1 : 2) * (PetscReal)PETSC_PI * (PetscReal)(start + i) /
+              ((PetscReal)s->length[1] * s->grid.size[1]);
+  PetscCall(SlipAllocate((size_t)s->length[1] + 2, &s->line_real));
+  PetscCall(SlipAllocate((size_t)s->parts * waves, &s->line_wave));
+  if (s->mirror) {
+    s->plan[0][0] = fftw_plan_r2r_1d((int)s->length[1], s->line_real, s->line_real, FFTW_REDFT10, FFTW_ESTIMATE);
+    s->plan[0][1] = fftw_plan_r2r_1d((int)s->length[1], s->line_real, s->line_real, FFTW_REDFT01, FFTW_ESTIMATE);
+  } else {
+    s->plan[0][0] =
+      fftw_plan_dft_r2c_1d((int)s->length[1], s->line_real, (fftw_complex *)s->line_real, FFTW_ESTIMATE);
+    s->plan[0][1] =
+      fftw_plan_dft_c2r_1d((int)s->length[1], (fftw_complex *)s->line_real, s->line_real, FFTW_ESTIMATE);
+  }
+  PetscCheck(s->plan[0][0] && s->plan[0][1], s->comm, PETSC_ERR_LIB, "FFTW cannot plan a transform of %" PetscInt_FMT,
+             s->length[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ForwardLine(SlipWaveSpace s, const PetscReal u[], PetscReal spectrum[])
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
+  PetscCall(PetscArraycpy(s->line_real, u, s->grid.nz));
+  PetscCall(PetscArrayzero(s->line_real + s->grid.nz, s->length[1] + 2 - s->grid.nz));
+  fftw_execute(s->plan[0][0]);
+  for (PetscInt p = 0; p < s->parts; p++)
+    for (PetscInt i = 0; i < s->n; i++)
+      spectrum[p * s->stride + i] = s->line_real[s->parts * (s->starts[rank] + i) + p];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BackwardLine(SlipWaveSpace s, const PetscReal spectrum[])
+{
+  const PetscInt waves = s->mirror ? s->length[1] : s->length[1] / 2 + 1;
+  const PetscReal factor = 1 / ((s->mirror ? 2 : 1) * (PetscReal)s->length[1]);
+
+  PetscFunctionBegin;
+  for (PetscInt p = 0; p < s->parts; p++)
+    PetscCallMPI(MPI_Allgatherv(spectrum + p * s->stride, (PetscMPIInt)s->n, MPIU_REAL, s->line_wave + p * waves,
+                                s->counts, s->starts, MPIU_REAL, s->comm));
+  for (PetscInt p = 0; p < s->parts; p++)
+    for (PetscInt i = 0; i < waves; i++) s->line_real[s->parts * i + p] = factor * s->line_wave[p * waves + i];
+  fftw_execute(s->plan[0][1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- planes ---- */
+
+/* Directions of wavenumbers of this process, [waves along strike][length down dip] */
+static PetscErrorCode SetUpWaves(SlipWaveSpace s)
+{
+  const PetscInt first = s->pencil->layout.column_start, nz = s->length[1];
+
+  PetscFunctionBegin;
+  s->n = s->pencil->layout.columns * nz;
+  PetscCall(Allocate(s));
+  PetscCall(PetscMalloc2(s->n, &s->ex, s->n, &s->ez));
+  for (PetscInt i = 0; i < s->n; i++) {
+    const PetscInt jx = first + i / nz, jz = i % nz <= nz / 2 ? i % nz : i % nz - nz;
+    const PetscReal x = 2 * (PetscReal)PETSC_PI * (PetscReal)jx / ((PetscReal)s->length[0] * s->grid.size[0]),
+                    z = 2 * (PetscReal)PETSC_PI * (PetscReal)jz / ((PetscReal)nz * s->grid.size[1]), k = hypot(x, z);
+
+    s->k[i] = k;
+    s->ex[i] = k > 0 ? x / k : 1;
+    s->ez[i] = k > 0 ? z / k : 0;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
+{
+  PetscInt waves;
+
+  PetscFunctionBegin;
+  s->parts = s->modes = 2;
+  s->length[0] = SlipGoodLength((PetscInt)PetscCeilReal(padding * (PetscReal)s->grid.nx));
+  s->length[1] = SlipGoodLength((PetscInt)PetscCeilReal(padding * (PetscReal)s->grid.nz));
+  PetscCall(SlipTransposedFFTCreate(s->comm, s->grid.nx, s->grid.nz, s->length[0], &s->pencil));
+  PetscCall(SetUpWaves(s));
+  waves = s->pencil->layout.columns;
+  for (int c = 0; c < 2; c++) {
+    const int length = (int)s->length[1];
+    fftw_complex *column;
+
+    PetscCall(SlipAllocate((size_t)2 * s->n, &s->column[c]));
+    PetscCall(SlipAllocate((size_t)s->pencil->layout.rows * s->grid.nx, &s->real[c]));
+    column = (fftw_complex *)s->column[c];
+    for (int back = 0; back < 2 && waves; back++)
+      s->plan[c][back] = fftw_plan_many_dft(1, &length, (int)waves, column, NULL, 1, length, column, NULL, 1, length,
+                                            back ? FFTW_BACKWARD : FFTW_FORWARD, FFTW_ESTIMATE);
+    PetscCheck(!waves || (s->plan[c][0] && s->plan[c][1]), s->comm, PETSC_ERR_LIB,
+               "FFTW cannot plan transforms of %d", length);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rakes of the rows of cells that this process transforms */
+static PetscErrorCode SetUpSlip(SlipWaveSpace s, const PetscReal rake[], Vec like)
+{
+  const PetscReal *a;
+  PetscInt n, rows = s->pencil->layout.rows * s->grid.nx;
+  PetscReal *x;
+  Vec angle;
+
+  PetscFunctionBegin;
+  if (s->components > 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(like, &angle));
+  PetscCall(VecGetLocalSize(angle, &n));
+  PetscCall(VecGetArrayWrite(angle, &x));
+  for (PetscInt i = 0; i < n; i++) x[i] = rake ? rake[i] : 0;
+  PetscCall(VecRestoreArrayWrite(angle, &x));
+  PetscCall(PetscMalloc2(rows, &s->ux, rows, &s->uz));
+  PetscCall(SlipGatherGet(&s->gather, angle, &a));
+  for (PetscInt i = 0; i < rows; i++) {
+    PetscReal sine, cosine;
+
+    SlipDegrees(a[i], &sine, &cosine);
+    s->ux[i] = cosine;
+    s->uz[i] = -sine; /* rows go down the dip, and rakes up */
+  }
+  PetscCall(SlipGatherRestore(&s->gather, angle, &a));
+  PetscCall(VecDestroy(&angle));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A field of one direction, in real[c], to column[c] */
+static PetscErrorCode ForwardOne(SlipWaveSpace s, int c)
+{
+  const PetscInt waves = s->pencil->layout.columns, nz = s->grid.nz, length = s->length[1];
+
+  PetscFunctionBegin;
+  PetscCall(SlipTransposedFFTForward(s->pencil, s->real[c]));
+  for (PetscInt k = 0; k < waves; k++) {
+    PetscReal *column = s->column[c] + 2 * (size_t)k * length;
+
+    PetscCall(PetscArraycpy(column, s->pencil->by_wave + 2 * (size_t)k * nz, 2 * nz));
+    PetscCall(PetscArrayzero(column + 2 * nz, 2 * (length - nz)));
+  }
+  if (waves) fftw_execute(s->plan[c][0]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BackwardOne(SlipWaveSpace s, int c)
+{
+  const PetscInt waves = s->pencil->layout.columns, nz = s->grid.nz, length = s->length[1];
+
+  PetscFunctionBegin;
+  if (waves) fftw_execute(s->plan[c][1]);
+  for (PetscInt k = 0; k < waves; k++)
+    PetscCall(PetscArraycpy(s->pencil->by_wave + 2 * (size_t)k * nz, s->column[c] + 2 * (size_t)k * length, 2 * nz));
+  PetscCall(SlipTransposedFFTBackward(s->pencil, 1 / (PetscReal)length, s->real[c]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ForwardPlane(SlipWaveSpace s, const PetscReal u[], PetscReal spectrum[])
+{
+  const PetscInt rows = s->pencil->layout.rows * s->grid.nx, stride = s->stride;
+  const PetscReal *x = s->column[0], *z = s->column[1];
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < rows; i++) {
+    s->real[0][i] = s->components == 1 ? s->ux[i] * u[i] : u[2 * i];
+    s->real[1][i] = s->components == 1 ? s->uz[i] * u[i] : -u[2 * i + 1];
+  }
+  for (int c = 0; c < 2; c++) PetscCall(ForwardOne(s, c));
+  for (PetscInt i = 0; i < s->n; i++)
+    for (PetscInt p = 0; p < 2; p++) {
+      spectrum[p * stride + i] = s->ex[i] * x[2 * i + p] + s->ez[i] * z[2 * i + p];
+      spectrum[(2 + p) * stride + i] = s->ex[i] * z[2 * i + p] - s->ez[i] * x[2 * i + p];
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* To real[] */
+static PetscErrorCode BackwardPlane(SlipWaveSpace s, const PetscReal spectrum[])
+{
+  const PetscInt stride = s->stride;
+  PetscReal *x = s->column[0], *z = s->column[1];
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < s->n; i++)
+    for (PetscInt p = 0; p < 2; p++) {
+      const PetscReal along = spectrum[p * stride + i], across = spectrum[(2 + p) * stride + i];
+
+      x[2 * i + p] = s->ex[i] * along - s->ez[i] * across;
+      z[2 * i + p] = s->ez[i] * along + s->ex[i] * across;
+    }
+  for (int c = 0; c < 2; c++) PetscCall(BackwardOne(s, c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- both ---- */
+
+/* K: that of the cells, for the distribution of vectors; padding: period over the fault's length. Collective. */
+PetscErrorCode SlipWaveSpaceCreate(Mat K, const SlipElasticRock *rock, PetscReal padding, SlipWaveSpace *space)
+{
+  SlipWaveSpace s;
+  Vec like;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&s));
+  *space = s;
+  s->comm = PetscObjectComm((PetscObject)K);
+  s->grid = *rock->grid;
+  s->components = rock->components;
+  s->line = s->grid.nx == 1 ? PETSC_TRUE : PETSC_FALSE;
+  if (s->line)
+    PetscCall(SetUpLine(s, padding));
+  else
+    PetscCall(SetUpPlane(s, padding));
+  PetscCall(SlipGatherCreate(K, s->pencil, &s->gather));
+  if (s->line) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatCreateVecs(K, &like, NULL));
+  PetscCall(SetUpSlip(s, s->grid.rake, like));
+  PetscCall(VecDestroy(&like));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWaveSpaceForward(SlipWaveSpace s, Vec u, PetscReal spectrum[])
+{
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGatherGet(&s->gather, u, &a));
+  if (s->line)
+    PetscCall(ForwardLine(s, a, spectrum));
+  else
+    PetscCall(ForwardPlane(s, a, spectrum));
+  PetscCall(SlipGatherRestore(&s->gather, u, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWaveSpaceBackward(SlipWaveSpace s, const PetscReal spectrum[], Vec u)
+{
+  const PetscInt rows = s->line ? 0 : s->pencil->layout.rows * s->grid.nx;
+  PetscReal *out;
+
+  PetscFunctionBegin;
+  if (s->line) {
+    PetscCall(BackwardLine(s, spectrum));
+    PetscCall(SlipGatherPut(&s->gather, s->line_real, u));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(BackwardPlane(s, spectrum));
+  PetscCall(PetscMalloc1(s->components * rows, &out));
+  for (PetscInt i = 0; i < rows; i++) {
+    if (s->components == 1) {
+      out[i] = s->ux[i] * s->real[0][i] + s->uz[i] * s->real[1][i];
+    } else {
+      out[2 * i] = s->real[0][i];
+      out[2 * i + 1] = -s->real[1][i];
+    }
+  }
+  PetscCall(SlipGatherPut(&s->gather, out, u));
+  PetscCall(PetscFree(out));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWaveSpaceDestroy(SlipWaveSpace *space)
+{
+  SlipWaveSpace s = *space;
+
+  PetscFunctionBegin;
+  if (!s) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int c = 0; c < 2; c++) {
+    for (int back = 0; back < 2; back++)
+      if (s->plan[c][back]) fftw_destroy_plan(s->plan[c][back]);
+    fftw_free(s->column[c]);
+    fftw_free(s->real[c]);
+  }
+  fftw_free(s->line_real);
+  fftw_free(s->line_wave);
+  PetscCall(PetscFree2(s->counts, s->starts));
+  PetscCall(PetscFree(s->k));
+  PetscCall(PetscFree2(s->ex, s->ez));
+  PetscCall(PetscFree2(s->ux, s->uz));
+  PetscCall(SlipTransposedFFTDestroy(&s->pencil));
+  PetscCall(SlipGatherDestroy(&s->gather));
+  PetscCall(PetscFree(s));
+  *space = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

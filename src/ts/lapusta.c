@@ -1,0 +1,250 @@
+/* TSLAPUSTA as a PETSc TS type: steps of a fault that remembers its waves, as those of Lapusta, Rice, Ben-Zion & Zheng
+   (2000). The slip rate V is constant within a step, what depends on slip follows it exactly (SlipProblemOps.drift), and
+   so do the waves. A step predicts with the rates of its start, corrects with the mean of these and those that friction
+   has then, twice, and is of second order. No rate of a state is ever extrapolated: at steps of which waves cross half a
+   cell, the shortest that there is anything to know about, a cell may slip by many times its characteristic slip.
+
+   The error estimate is the difference of the first and the last correction, and of order h^3. */
+#include <slipstep/private/slipts.h>
+
+#include <stdlib.h>
+#define CORRECTIONS (getenv("LAP1") ? 1 : 2)
+
+typedef struct {
+  PetscBool known;      /* f is that of the step's start */
+  PetscInt rejections;  /* attempts of this step that were refused */
+  Vec start, f;         /* state and rates at the start of the step, */
+  Vec end;              /* rates at its end, */
+  Vec mean, first;      /* the rates that lead there, and those of the first correction */
+  Vec work;
+  PetscReal before, h;  /* time at the start of the last step, and its length [s] */
+} TS_Lapusta;
+
+static PetscErrorCode TSReset_Lapusta(TS ts)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+  Vec *vecs[] = {&la->start, &la->f, &la->end, &la->mean, &la->first, &la->work};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+  la->known = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSDestroy_Lapusta(TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall(TSReset_Lapusta(ts));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, NULL));
+  PetscCall(PetscFree(ts->data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSSetUp_Lapusta(TS ts)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+  Vec *vecs[] = {&la->start, &la->f, &la->end, &la->mean, &la->first, &la->work};
+  const SlipProblemOps *problem;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, NULL));
+  PetscCheck(problem && problem->drift, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
+             "-ts_type " TSLAPUSTA " is of faults: expected a problem that says how its state follows constant rates");
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
+    if (!*vecs[i]) PetscCall(VecDuplicate(ts->vec_sol, vecs[i]));
+  PetscCall(TSGetAdapt(ts, &ts->adapt));
+  PetscCall(TSAdaptCandidatesClear(ts->adapt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* vec_sol after h at the rates la->mean */
+static PetscErrorCode Drift(TS ts, PetscReal h)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  PetscCall((*problem->drift)(ts, h, la->start, la->mean, ts->vec_sol, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* vec_sol and the rates there, at the end of an attempt; not good: it left the domain of the right-hand side */
+static PetscErrorCode Attempt(TS ts, PetscBool *good)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+  const PetscReal t = ts->ptime, h = ts->time_step;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(la->f, la->mean));
+  for (PetscInt k = 0; k <= CORRECTIONS; k++) {
+    if (k) PetscCall(VecAXPBYPCZ(la->mean, 0.5, 0.5, 0, la->f, la->end));
+    if (k == 1) PetscCall(VecCopy(la->mean, la->first));
+    PetscCall(Drift(ts, h));
+    PetscCall(SlipGuardState(ts->vec_sol, good));
+    if (*good) PetscCall(TSFunctionDomainError(ts, t + h, ts->vec_sol, good));
+    if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
+    if (k == CORRECTIONS && !getenv("LAP3")) break;
+    PetscCall(TSPreStage(ts, t + h));
+    PetscCall(TSComputeRHSFunction(ts, t + h, ts->vec_sol, la->end));
+  }
+  PetscCall(TSPostStage(ts, t + h, 0, &ts->vec_sol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSEvaluateWLTE_Lapusta(TS ts, NormType type, PetscInt *order, PetscReal *wlte)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+  const SlipProblemOps *problem;
+  PetscReal absolute, relative;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(VecWAXPY(la->work, -1, la->first, la->mean));
+  PetscCall(VecScale(la->work, ts->time_step));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem->error)
+    PetscCall((*problem->error)(ts, la->work, la->start, ts->vec_sol, wlte, ctx));
+  else {
+    PetscCall(VecAXPY(la->work, 1, ts->vec_sol));
+    PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, la->work, type, wlte, &absolute, &relative));
+  }
+  *wlte = PetscMax(*wlte, 1e-10); /* a step so short that nothing is left, which controllers divide by */
+  if (order) *order = 3;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Accept(TS ts, PetscReal next_h)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+  const SlipProblemOps *problem;
+  const Vec f = la->f;
+  void *ctx;
+
+  PetscFunctionBegin;
+  la->before = ts->ptime;
+  la->h = ts->time_step;
+  ts->ptime = SlipTimeAfterStep(ts);
+  ts->time_step = next_h;
+  la->f = la->end;
+  la->end = f;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Retry(TS ts, PetscReal next_h)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(la->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
+  ts->time_step = next_h;
+  ts->reject++;
+  la->rejections++;
+  if (la->rejections > ts->max_reject && ts->max_reject >= 0) ts->reason = TS_DIVERGED_STEP_REJECTED;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSStep_Lapusta(TS ts)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+  PetscBool accept = PETSC_FALSE, good;
+  PetscReal next_h = ts->time_step, whole;
+
+  PetscFunctionBegin;
+  PetscCall(SlipProblemAccept(ts));
+  PetscCall(VecCopy(ts->vec_sol, la->start));
+  if (ts->steprestart || !la->known) PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, la->f));
+  la->known = PETSC_TRUE;
+  la->rejections = 0;
+  while (!ts->reason && !accept) {
+    PetscCall(SlipGuardStep(ts));
+    whole = ts->time_step;
+    PetscCall(Attempt(ts, &good));
+    if (good) {
+      PetscCall(TSAdaptCandidatesClear(ts->adapt));
+      PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, 2, 1, 1.0, 1.0, PETSC_TRUE));
+      PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
+    } else
+      PetscCall(SlipStepAfterFailure(ts, &next_h));
+    if (!accept) PetscCall(Retry(ts, next_h));
+    if (!good) PetscCall(SlipGuardConstant(ts, whole));
+  }
+  if (accept) PetscCall(Accept(ts, next_h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TSRollBack_Lapusta(TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall(VecCopy(((TS_Lapusta *)ts->data)->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
+  ts->steprestart = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Between both ends: the start, at the constant rates of the step */
+static PetscErrorCode TSInterpolate_Lapusta(TS ts, PetscReal t, Vec x)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+  const PetscReal share = PetscClipInterval((t - la->before) / (ts->ptime - la->before), 0, 1);
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(la->start, x));
+  PetscCall(VecAXPBY(x, share, 1 - share, ts->vec_sol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a checkpoint needs beside time, step and state */
+static PetscErrorCode State_Lapusta(TS ts, SlipState s)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+
+  PetscFunctionBegin;
+  if (!SlipStateIsLoading(s) && ts->steprestart) la->known = PETSC_FALSE; /* as the next step asks anew */
+  PetscCall(SlipStateBool(s, "rates_known", &la->known));
+  if (la->known) PetscCall(SlipStateVec(s, "rates", la->f));
+  if (SlipStateIsLoading(s)) ts->steprestart = la->known ? PETSC_FALSE : PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*MC
+  TSLAPUSTA - "lapusta": steps of constant slip rates, predicted and corrected, for faults that remember their waves
+
+  Level: beginner
+
+  Notes:
+  Of second order, three right-hand sides a step. States of friction follow the rates of a step by themselves, and are
+  stable at any step. TSAdapt type lapusta bounds the slip of a step; basic, dsp, pi and heuristic bound the error; none
+  takes constant steps.
+
+  Errors: PETSC_ERR_ARG_WRONGSTATE for problems without SlipProblemOps.drift
+
+  References:
+. * - N. Lapusta, J. R. Rice, Y. Ben-Zion, G. Zheng, Elastodynamic analysis for slow tectonic loading with spontaneous
+  rupture episodes on faults with rate- and state-dependent friction, J. Geophys. Res. 105, 2000.
+
+.seealso: TSADAMS, TSRKC, SLIPELASTICWAVES
+M*/
+PetscErrorCode TSCreate_Lapusta(TS ts)
+{
+  TS_Lapusta *la;
+
+  PetscFunctionBegin;
+  PetscCall(PetscNew(&la));
+  ts->data = (void *)la;
+  ts->default_adapt_type = TSADAPTBASIC;
+  ts->usessnes = PETSC_FALSE;
+  ts->ops->reset = TSReset_Lapusta;
+  ts->ops->destroy = TSDestroy_Lapusta;
+  ts->ops->setup = TSSetUp_Lapusta;
+  ts->ops->step = TSStep_Lapusta;
+  ts->ops->evaluatewlte = TSEvaluateWLTE_Lapusta;
+  ts->ops->rollback = TSRollBack_Lapusta;
+  ts->ops->interpolate = TSInterpolate_Lapusta;
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, State_Lapusta));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
