@@ -266,19 +266,23 @@ static PetscErrorCode Moments(SlipWaveImages w, Vec u, PetscReal q[])
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(q, w->q));
   PetscCall(SlipGatherGet(&s->gather, u, &a));
-  for (PetscInt i = 0; i < cells; i++) {
-    const PetscReal *x = w->at[0] + (i % s->grid.nx) * D, *z = w->at[1] + (first + i / s->grid.nx) * D;
+  for (PetscInt row = 0; row < cells / s->grid.nx; row++) {
+    const PetscReal *z = w->at[1] + (first + row) * D;
+    PetscReal sum[2][DEGREES] = {{0}};
 
     if (s->line) {
-      for (PetscInt b = 0; b < D; b++) q[b] += z[b] * a[i];
+      for (PetscInt b = 0; b < D; b++) q[b] += z[b] * a[row];
       continue;
     }
-    for (int d = 0; d < 2; d++) {
-      const PetscReal slip = SlipOf(s, a, i, d);
+    for (PetscInt ix = 0, i = row * s->grid.nx; ix < s->grid.nx; ix++, i++)
+      for (int d = 0; d < 2; d++) {
+        const PetscReal *x = w->at[0] + ix * D, slip = SlipOf(s, a, i, d);
 
-      if (slip == 0) continue;
-      for (PetscInt b = 0; b < D * D; b++) q[d * D * D + b] += slip * x[b / D] * z[b % D];
-    }
+        if (slip == 0) continue;
+        for (PetscInt b = 0; b < D; b++) sum[d][b] += slip * x[b];
+      }
+    for (int d = 0; d < 2; d++)
+      for (PetscInt b = 0; b < D * D; b++) q[d * D * D + b] += sum[d][b / D] * z[b % D];
   }
   PetscCall(SlipGatherRestore(&s->gather, u, &a));
   if (!s->line) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, q, (PetscMPIInt)w->q, MPIU_REAL, MPIU_SUM, s->comm));
@@ -381,23 +385,28 @@ PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, Vec u, Vec 
   }
   PetscCall(PetscMalloc1(s->components * cells, &out));
   PetscCall(SlipGatherGet(&s->gather, f, &a));
-  for (PetscInt i = 0; i < cells; i++) {
-    const PetscReal *x = w->at[0] + (i % s->grid.nx) * D, *z = w->at[1] + (first + i / s->grid.nx) * D;
-    PetscReal sum[2] = {0, 0};
+  for (PetscInt row = 0; row < cells / s->grid.nx; row++) {
+    const PetscReal *z = w->at[1] + (first + row) * D;
+    PetscReal along[2][DEGREES] = {{0}}; /* polynomials along strike, of this row */
 
-    if (s->line) {
-      for (PetscInt b = 0; b < D; b++) sum[0] += z[b] * w->answer[b];
-    } else {
-      for (int d = 0; d < 2; d++)
-        for (PetscInt b = 0; b < D * D; b++) sum[d] += w->answer[d * D * D + b] * x[b / D] * z[b % D];
-    }
-    if (s->line) {
-      out[i] = a[i] - sum[0];
-    } else if (s->components == 1) {
-      out[i] = a[i] - s->ux[i] * sum[0] - s->uz[i] * sum[1];
-    } else {
-      out[2 * i] = a[2 * i] - sum[0];
-      out[2 * i + 1] = a[2 * i + 1] + sum[1];
+    for (PetscInt b = 0; b < D && s->line; b++) along[0][0] += z[b] * w->answer[b];
+    for (PetscInt b = 0; b < w->q && !s->line; b++) along[b / (D * D)][b / D % D] += w->answer[b] * z[b % D];
+    for (PetscInt ix = 0, i = row * s->grid.nx; ix < s->grid.nx; ix++, i++) {
+      const PetscReal *x = w->at[0] + ix * D;
+      PetscReal sum[2] = {0, 0};
+
+      for (PetscInt b = 0; b < (s->line ? 1 : D); b++) {
+        sum[0] += along[0][b] * (s->line ? 1 : x[b]);
+        sum[1] += along[1][b] * x[b];
+      }
+      if (s->line) {
+        out[i] = a[i] - sum[0];
+      } else if (s->components == 1) {
+        out[i] = a[i] - s->ux[i] * sum[0] - s->uz[i] * sum[1];
+      } else {
+        out[2 * i] = a[2 * i] - sum[0];
+        out[2 * i + 1] = a[2 * i + 1] + sum[1];
+      }
     }
   }
   PetscCall(SlipGatherRestore(&s->gather, f, &a));

@@ -4,7 +4,8 @@
   cs). While slip has a constant rate V, z goes to e (z + V) - V with e = exp(s_j k cs h), exactly, however long the step
   is; steady slip has z = -V, and the sum is V then.
 
-  Wavenumbers are taken in blocks, of which all exponentials lie together: memory is read once, in its order.
+  Wavenumbers are taken in blocks, of which all exponentials lie together: memory is read once, in its order. It is in
+  single precision, as exact as the poles are: reading it is what takes the time.
 */
 #include <slipstep/private/slipwaves.h>
 #include <stdlib.h>
@@ -18,6 +19,7 @@
 #endif
 
 #define B SLIP_WAVE_BLOCK
+#define LEAST 1e-20 /* exponentials that count */
 
 /* Of the space's wavenumbers, with weight 1; others may be set afterwards */
 PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMode mode, PetscInt field, PetscReal ratio,
@@ -54,62 +56,64 @@ size_t SlipWaveMemorySize(const SlipWaveMemory *m)
   return (size_t)2 * m->poles.n * m->parts * m->stride;
 }
 
-void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, PetscReal E[], PetscReal step[])
+void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, float E[], PetscReal step[])
 {
   for (PetscInt i = 0; i < m->stride; i += B) {
     for (PetscInt l = 0; l < B; l++) step[i + l] = 0;
     for (PetscInt j = 0; j < m->poles.n; j++) {
       const PetscReal *s = m->poles.s + 2 * j, *b = m->b + 2 * j;
-      PetscReal *e = E + 2 * (i * m->poles.n + j * B);
+      float *e = E + 2 * (i * m->poles.n + j * B);
 
       for (PetscInt l = 0; l < B; l++) {
         const PetscReal T = m->k[i + l] * m->cs * h, grown = PetscExpReal(s[0] * T), turn = s[1] * T;
 
-        e[l] = grown > 0 ? grown * PetscCosReal(turn) : 0;
-        e[B + l] = grown > 0 ? grown * PetscSinReal(turn) : 0;
-        step[i + l] += b[0] * (e[l] - 1) - b[1] * e[B + l];
+        e[l] = grown > LEAST ? (float)(grown * PetscCosReal(turn)) : 0;
+        e[B + l] = grown > LEAST ? (float)(grown * PetscSinReal(turn)) : 0;
+        step[i + l] += b[0] * ((PetscReal)e[l] - 1) - b[1] * (PetscReal)e[B + l];
       }
     }
   }
 }
 
-VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const PetscReal E[], const PetscReal z[], PetscReal next[])
+VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const float z[], PetscReal next[])
 {
   const PetscInt poles = m->poles.n;
 
   for (PetscInt i = 0; i < m->stride; i += B)
     for (PetscInt p = 0; p < m->parts; p++) {
-      PetscReal sum[B] = {0};
+      float sum[B] = {0};
 
       for (PetscInt j = 0; j < poles; j++) {
-        const PetscReal *e = E + 2 * (i * poles + j * B), br = m->b[2 * j], bi = m->b[2 * j + 1];
-        const PetscReal *x = z + 2 * (m->parts * (i * poles + j * B) + p * B);
+        const float *e = E + 2 * (i * poles + j * B), br = (float)m->b[2 * j], bi = (float)m->b[2 * j + 1];
+        const float *x = z + 2 * (m->parts * (i * poles + j * B) + p * B);
 
         for (PetscInt l = 0; l < B; l++)
           sum[l] += br * (e[l] * x[l] - e[B + l] * x[B + l]) - bi * (e[l] * x[B + l] + e[B + l] * x[l]);
       }
-      for (PetscInt l = 0; l < B; l++) next[p * m->stride + i + l] = sum[l];
+      for (PetscInt l = 0; l < B; l++) next[p * m->stride + i + l] = (PetscReal)sum[l];
     }
 }
 
-VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const PetscReal E[], const PetscReal V[],
-                                  const PetscReal from[], PetscReal to[], PetscReal now[], PetscReal next[])
+VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[],
+                                  const float from[], float to[], PetscReal now[], PetscReal next[])
 {
   const PetscInt poles = m->poles.n;
 
   for (PetscInt i = 0; i < m->stride; i += B)
     for (PetscInt p = 0; p < m->parts; p++) {
       const PetscReal *v = V + p * m->stride + i;
-      PetscReal sum[B] = {0}, then[B] = {0};
+      float sum[B] = {0}, then[B] = {0}, rate[B];
+
+      for (PetscInt l = 0; l < B; l++) rate[l] = (float)v[l];
 
       for (PetscInt j = 0; j < poles; j++) {
         const size_t at = 2 * (m->parts * (i * poles + j * B) + p * B);
-        const PetscReal *e = E + 2 * (i * poles + j * B), br = m->b[2 * j], bi = m->b[2 * j + 1];
-        const PetscReal *x = from + at;
-        PetscReal *y = to + at;
+        const float *e = E + 2 * (i * poles + j * B), br = (float)m->b[2 * j], bi = (float)m->b[2 * j + 1];
+        const float *x = from + at;
+        float *y = to + at;
 
         for (PetscInt l = 0; l < B; l++) {
-          const PetscReal real = x[l] + v[l], yr = e[l] * real - e[B + l] * x[B + l] - v[l],
+          const float real = x[l] + rate[l], yr = e[l] * real - e[B + l] * x[B + l] - rate[l],
                           yi = e[l] * x[B + l] + e[B + l] * real;
 
           y[l] = yr;
@@ -119,22 +123,22 @@ VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const PetscReal E[], 
         }
       }
       for (PetscInt l = 0; l < B; l++) {
-        now[p * m->stride + i + l] = sum[l];
-        next[p * m->stride + i + l] = then[l];
+        now[p * m->stride + i + l] = (PetscReal)sum[l];
+        next[p * m->stride + i + l] = (PetscReal)then[l];
       }
     }
 }
 
 /* Of slip that has gone on for ever; of k = 0 nothing is remembered. */
-void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], PetscReal z[])
+void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], float z[])
 {
   for (PetscInt i = 0; i < m->stride; i += B)
     for (PetscInt p = 0; p < m->parts; p++)
       for (PetscInt j = 0; j < m->poles.n; j++) {
-        PetscReal *x = z + 2 * (m->parts * (i * m->poles.n + j * B) + p * B);
+        float *x = z + 2 * (m->parts * (i * m->poles.n + j * B) + p * B);
 
         for (PetscInt l = 0; l < B; l++) {
-          x[l] = m->k[i + l] > 0 ? -V[p * m->stride + i + l] : 0;
+          x[l] = m->k[i + l] > 0 ? (float)-V[p * m->stride + i + l] : 0;
           x[B + l] = 0;
         }
       }

@@ -251,6 +251,20 @@ PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Steps of constant slip rates, of a medium that remembers its waves */
+static PetscErrorCode ConfigureWaves(SlipFault fault, TS ts, PetscReal shortest)
+{
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSSetType(ts, TSLAPUSTA));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetType(adapt, TSADAPTLAPUSTA));
+  PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
+  PetscCall(TSSetTimeStep(ts, shortest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Adams' formulas, their steps by the policy for cycles where it is there; other integrators have controllers of their
    own. All see the error of the worst cell: a mean over the cells hides one that goes unstable, the more so the more
    others are quiet. */
@@ -292,7 +306,7 @@ static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts)
 /* The explicit problem */
 PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
 {
-  PetscReal step, rtol = EXPLICIT_RTOL;
+  PetscReal step, shortest, rtol = EXPLICIT_RTOL;
 
   PetscFunctionBegin;
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
@@ -300,12 +314,14 @@ PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
     PetscCall(ChooseIntegrator(fault, ts));
   else
     PetscCall(ConfigureSticking(fault, ts));
+  PetscCall(SlipElasticGetShortestStep(fault->medium, &shortest));
+  if (shortest > 0) PetscCall(ConfigureWaves(fault, ts, shortest));
   PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
   PetscCall(TSSetFunctionDomainError(ts, InDomain));
   PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));
-  if (!fault->friction.law->always_slides) PetscCall(SlipFaultExplicitSteps(fault, ts, &rtol));
+  if (!fault->friction.law->always_slides && shortest == 0) PetscCall(SlipFaultExplicitSteps(fault, ts, &rtol));
   PetscCall(SetTolerances(fault, ts, rtol));
-  if (!fault->friction.law->always_slides) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->friction.law->always_slides || shortest > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultFirstStep(fault, &step));
   PetscCall(TSSetTimeStep(ts, step));
   PetscFunctionReturn(PETSC_SUCCESS);

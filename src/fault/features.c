@@ -56,6 +56,7 @@ FEATURE_ON(MESH_UNIT, !Chosen(f, FAULT_MESH_UNIT, "auto"))
 FEATURE_ON(STIFFNESS_FILE, Given(f, FAULT_STIFFNESS_FILE))
 FEATURE_ON(HALF_SPACE, Chosen(f, FAULT_KERNEL, "half_space"))
 FEATURE_ON(FULL_SPACE, Chosen(f, FAULT_KERNEL, "full_space"))
+FEATURE_ON(WAVES, Chosen(f, FAULT_MEDIUM, SLIPELASTICWAVES))
 FEATURE_ON(CENTRE, Chosen(f, FAULT_STIFFNESS_AVERAGE, "centre"))
 FEATURE_ON(CELL, Chosen(f, FAULT_STIFFNESS_AVERAGE, "cell"))
 FEATURE_ON(WHOLE, Chosen(f, FAULT_STIFFNESS_AVERAGE, "whole"))
@@ -108,7 +109,8 @@ FEATURE_ON(MOREAU, HasType(ts, TSMOREAU))
 FEATURE_ON(ADAMS, HasType(ts, TSADAMS))
 FEATURE_ON(RK, HasType(ts, TSRK))
 FEATURE_ON(RKC, HasType(ts, TSRKC))
-FEATURE_ON(OTHER_TS, ts && !On_BATHE(f, ts) && !On_MOREAU(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts) && !On_RKC(f, ts))
+FEATURE_ON(LAPUSTA, HasType(ts, TSLAPUSTA))
+FEATURE_ON(OTHER_TS, ts && !On_BATHE(f, ts) && !On_MOREAU(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts) && !On_RKC(f, ts) && !On_LAPUSTA(f, ts))
 
 enum { OWN, MESH, MEDIUM, AVERAGE, STORAGE, VISCOSITY, MASS, LAW, START, COUPLING, INTEGRATOR };
 
@@ -126,6 +128,7 @@ const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES] = {
   EARLY(STIFFNESS_FILE, OWN, "-fault_stiffness_file"),
   EARLY(HALF_SPACE, MEDIUM, "-fault_kernel half_space"),
   EARLY(FULL_SPACE, MEDIUM, "-fault_kernel full_space"),
+  EARLY(WAVES, OWN, "-fault_medium waves"),
   EARLY(CENTRE, AVERAGE, "-fault_stiffness_average centre"),
   EARLY(CELL, AVERAGE, "-fault_stiffness_average cell"),
   EARLY(WHOLE, AVERAGE, "-fault_stiffness_average whole"),
@@ -176,6 +179,7 @@ const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES] = {
   LATE(ADAMS, INTEGRATOR, "-ts_type adams"),
   LATE(RK, INTEGRATOR, "-ts_type rk"),
   LATE(RKC, INTEGRATOR, "-ts_type rkc"),
+  LATE(LAPUSTA, INTEGRATOR, "-ts_type lapusta"),
   LATE(OTHER_TS, INTEGRATOR, "-ts_type of another integrator of PETSc"),
 };
 
@@ -218,6 +222,18 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_injection x,z, or x,y,z where there are several planes"},
   {F(INJECTION), NEEDS, F(SOURCE), 0,
    "-fault_injection % needs -fault_injection_pressure [Pa] and -fault_injection_diffusivity [m^2/s]"},
+  {F(WAVES), EXCLUDES, F(RECTANGLES) | F(TRIANGLES) | F(STIFFNESS_FILE), 0,
+   "-fault_medium waves is of one plane with equal cells: expected a uniform grid"},
+  {F(WAVES), EXCLUDES, F(INERTIA), 0,
+   "-fault_medium waves has the inertia of the rock, all of it: expected -fault_inertia no"},
+  {F(WAVES), NEEDS, F(RADIATION), 0, "-fault_medium waves radiates: expected -fault_viscosity radiation, not %"},
+  {F(WAVES), EXCLUDES, F(OPENING), 0, "-fault_medium waves is of slip alone: expected -fault_opening no"},
+  {F(WAVES), EXCLUDES, F(COUPLED), 0,
+   "-fault_medium waves is of a plane whose slip does not change its normal stress: expected -fault_normal_coupling no"},
+  {F(WAVES), EXCLUDES, F(MEAN_SLIP), 0,
+   "-fault_medium waves computes with the stiffness of the rock: expected -fault_stiffness_scaling none"},
+  {F(WAVES), EXCLUDES, F(CRITICAL) | F(REST), 0,
+   "-fault_medium waves starts from a stress: expected -fault_initial traction, or rate, not %"},
   {F(CELL) | F(WHOLE), EXCLUDES, F(STIFFNESS_FILE), 0,
    "-fault_stiffness_average % cannot average the entries of -fault_stiffness_file %: expected no average"},
   {F(WHOLE), EXCLUDES, F(TRIANGLES), 0,
@@ -252,17 +268,19 @@ const SlipFaultRule SlipFaultRules[] = {
    "-ts_type % knows no friction, expected bathe or moreau"},
   {F(MOREAU), EXCLUDES, F(BALANCE), 0,
    "-ts_type % needs the inertia that its explicit steps accelerate: expected -fault_inertia yes, or -ts_type bathe"},
-  {F(ADAMS) | F(RK) | F(RKC), EXCLUDES, F(INERTIA) | F(SQRTM) | F(SPECTRAL) | F(LANCZOS), 0,
+  {F(ADAMS) | F(RK) | F(RKC) | F(LAPUSTA), EXCLUDES, F(INERTIA) | F(SQRTM) | F(SPECTRAL) | F(LANCZOS), 0,
    "-ts_type % knows friction only where the slip rate of a cell follows from its own stress: expected bathe, or "
    "-fault_inertia no with -fault_viscosity radiation"},
-  {F(ADAMS) | F(RK) | F(RKC), EXCLUDES, F(OPENING), 0,
+  {F(ADAMS) | F(RK) | F(RKC) | F(LAPUSTA), EXCLUDES, F(OPENING), 0,
    "-ts_type % does not close cells that open, whose contact is a bound of their displacement: expected bathe"},
   {F(RKC), EXCLUDES, F(ALWAYS_SLIDES), 0,
    "-ts_type rkc does not go with -fault_friction_law %, whose rates change by decades within a step: expected adams, "
    "rk or bathe"},
+  {F(WAVES), EXCLUDES, F(BATHE) | F(MOREAU) | F(ADAMS) | F(RK) | F(RKC) | F(OTHER_TS), 0,
+   "-ts_type % takes steps between which waves go on differently: expected lapusta with -fault_medium waves"},
   {F(CHECKPOINT), EXCLUDES, F(OTHER_TS), 0,
-   "-fault_checkpoint and -fault_restart work with -ts_type bathe, rkc, rk or adams, not %"},
-  {F(CHECK_ERROR), EXCLUDES, F(ADAMS) | F(RK) | F(RKC) | F(OTHER_TS), 0,
+   "-fault_checkpoint and -fault_restart work with -ts_type bathe, rkc, rk, adams or lapusta, not %"},
+  {F(CHECK_ERROR), EXCLUDES, F(ADAMS) | F(RK) | F(RKC) | F(LAPUSTA) | F(OTHER_TS), 0,
    "-fault_check_error computes each step in parts, which -ts_type % does not: expected -ts_type bathe, or a second "
    "run with another -ts_rtol"},
   {F(OUTPUT_PRESSURE), NEEDS, F(PRESSURE), 0,

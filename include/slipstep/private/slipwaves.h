@@ -52,13 +52,13 @@ PETSC_INTERN PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMo
 PETSC_INTERN PetscErrorCode SlipWaveMemoryDestroy(SlipWaveMemory *m);
 PETSC_INTERN size_t SlipWaveMemorySize(const SlipWaveMemory *m); /* of z: [blocks][poles][parts][2][block] */
 /* Of a step h: exponentials [blocks][poles][2][block], and what slip at a constant rate of 1 has there [stride] */
-PETSC_INTERN void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, PetscReal E[], PetscReal step[]);
+PETSC_INTERN void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, float E[], PetscReal step[]);
 /* sum of Re b z: now, and without slip after a step: next [parts][stride] */
-PETSC_INTERN void SlipWaveMemoryNext(const SlipWaveMemory *m, const PetscReal E[], const PetscReal z[],
+PETSC_INTERN void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const float z[],
                                      PetscReal next[]);
-PETSC_INTERN void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const PetscReal E[], const PetscReal V[],
-                                        const PetscReal from[], PetscReal to[], PetscReal now[], PetscReal next[]);
-PETSC_INTERN void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], PetscReal z[]);
+PETSC_INTERN void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[],
+                                        const float from[], float to[], PetscReal now[], PetscReal next[]);
+PETSC_INTERN void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], float z[]);
 
 /* ---- waveimages.c: the fault's periodic images, whose static stress is taken away once their waves have come ---- */
 typedef struct _n_SlipWaveImages *SlipWaveImages;
