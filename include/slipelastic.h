@@ -67,7 +67,7 @@ typedef struct {
   PetscErrorCode (*stage)(SlipElastic, PetscReal t, PetscReal theta, Mat *B, Mat *C);
   /* Energy besides u.f(u, t)/2, and what is lost besides v.(df/dv) v; of the cells of this process [J/m^2, W/m^2] */
   PetscErrorCode (*energy)(SlipElastic, PetscReal t, Vec u, PetscReal *stored);
-  PetscErrorCode (*power)(SlipElastic, PetscReal t, Vec u,
+  PetscErrorCode (*power)(SlipElastic, PetscReal t, Vec u, Vec v,
                           PetscReal *lost); /* in /series/viscous_power; < 0: received */
   /* Of media that remember. The history of slot to from that of slot from, of the same number or not, by the way to u
      at t; from -1: nothing was before. The slots' times and displacements are those of SlipElasticGetPast(), before the
@@ -120,7 +120,7 @@ PETSC_EXTERN PetscErrorCode SlipElasticIsIndefinite(SlipElastic el, PetscInt pro
 PETSC_EXTERN PetscErrorCode SlipElasticGetDiagonals(SlipElastic el, Vec *k, Vec *h); /* of K and df/dv, borrowed */
 PETSC_EXTERN PetscErrorCode SlipElasticGetImpedance(SlipElastic el, PetscReal *eta);
 PETSC_EXTERN PetscErrorCode SlipElasticGetEnergy(SlipElastic el, PetscReal t, Vec u, PetscReal *stored);
-PETSC_EXTERN PetscErrorCode SlipElasticGetPower(SlipElastic el, PetscReal t, Vec u, PetscReal *lost);
+PETSC_EXTERN PetscErrorCode SlipElasticGetPower(SlipElastic el, PetscReal t, Vec u, Vec v, PetscReal *lost);
 PETSC_EXTERN PetscErrorCode SlipElasticGetFrequency(SlipElastic el, PetscReal *omega);
 PETSC_EXTERN PetscErrorCode SlipElasticGetFoundFrequency(SlipElastic el, PetscReal *omega);
 /* ---- its history ---- */

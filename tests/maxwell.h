@@ -113,7 +113,7 @@ static PetscErrorCode Energy_Maxwell(SlipElastic el, PetscReal t, Vec u, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Power_Maxwell(SlipElastic el, PetscReal t, Vec u, PetscReal *lost)
+static PetscErrorCode Power_Maxwell(SlipElastic el, PetscReal t, Vec u, Vec v, PetscReal *lost)
 {
   const PetscReal *a;
   PetscInt slot, n;
@@ -121,6 +121,7 @@ static PetscErrorCode Power_Maxwell(SlipElastic el, PetscReal t, Vec u, PetscRea
   Vec m;
 
   PetscFunctionBegin;
+  (void)v;
   PetscCall(SlipElasticGetData(el, &c));
   PetscCall(SlipElasticFindPast(el, t, &slot));
   PetscCall(VecDuplicate(u, &m));

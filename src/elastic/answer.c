@@ -261,7 +261,8 @@ PetscErrorCode SlipElasticGetEnergy(SlipElastic el, PetscReal t, Vec u, PetscRea
   Input Parameters:
 + el - the medium
 . t  - the time [s]
-- u  - displacement [m]
+. u  - displacement [m]
+- v  - slip rate, both relative to the far field [m/s]
 
   Output Parameter:
 . lost - sum over all cells [W/m^2]; 0 without history
@@ -270,10 +271,13 @@ PetscErrorCode SlipElasticGetEnergy(SlipElastic el, PetscReal t, Vec u, PetscRea
 
 .seealso: SlipElasticGetEnergy()
 @*/
-PetscErrorCode SlipElasticGetPower(SlipElastic el, PetscReal t, Vec u, PetscReal *lost)
+PetscErrorCode SlipElasticGetPower(SlipElastic el, PetscReal t, Vec u, Vec v, PetscReal *lost)
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
-  PetscCall(Sum(el, el->ops->power, t, u, lost));
+  *lost = 0;
+  if (!el->ops->power) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall((*el->ops->power)(el, t, u, v, lost));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, lost, 1, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)el)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -415,6 +415,26 @@ PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, Vec u, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipWaveImagesWork(SlipWaveImages w, PetscReal t, Vec u, Vec v, PetscReal *work)
+{
+  PetscReal *q;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(w->space->comm, &rank));
+  PetscCall(PetscMalloc1(w->q, &q));
+  PetscCall(Moments(w, u, w->moments));
+  PetscCall(Moments(w, v, q));
+  *work = 0;
+  for (PetscInt g = 0; g < w->groups && !rank; g++) {
+    MomentsOf(w, t - w->delay[g], t);
+    for (PetscInt i = 0; i < w->q; i++)
+      for (PetscInt b = 0; b < w->q; b++) *work += q[i] * w->C[g][i * w->q + b] * (w->past[b] - w->moments[b]);
+  }
+  PetscCall(PetscFree(q));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipWaveImagesVisit(SlipWaveImages w, SlipState state)
 {
   PetscInt n = w->n;

@@ -319,6 +319,55 @@ static PetscErrorCode Copy_Waves(SlipElastic el, PetscInt from, PetscInt to)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* x.m of this process, of the displacement u at t and the field x: m what the waves under way add to the stress, the
+   delay of images included */
+static PetscErrorCode Work(SlipElastic el, PetscReal t, Vec u, Vec x, PetscReal *work)
+{
+  SlipElasticPast past;
+  PetscInt slot;
+  Waves *w;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticGetData(el, &w));
+  *work = 0;
+  PetscCall(SlipElasticFindPast(el, t, &slot));
+  if (slot < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipElasticGetPast(el, slot, &past));
+  PetscCall(SlipWaveImagesWork(w->images, t, u, x, work));
+  PetscCall(Transform(w, u));
+  PetscCall(MemoryAfter(w, &w->both[w->of[slot]], t - past.t));
+  if (x != u) PetscCall(SlipWaveSpaceForward(w->space, x, w->rate));
+  for (PetscInt c = 0; c < w->space->modes * w->space->parts; c++) {
+    const PetscInt at = c * w->space->stride;
+    const PetscReal *y = (x == u ? w->slip : w->rate) + at;
+
+    for (PetscInt i = 0; i < w->space->n; i++) *work += w->space->share[i] * y[i] * w->eta * w->stress[at + i];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* u.m/2: what is stored is u.K u/2, of the stress K u - m */
+static PetscErrorCode Energy_Waves(SlipElastic el, PetscReal t, Vec u, PetscReal *stored)
+{
+  PetscReal work;
+
+  PetscFunctionBegin;
+  PetscCall(Work(el, t, u, u, &work));
+  *stored += 0.5 * work;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -v.m, which waves bring back of what the impedance takes */
+static PetscErrorCode Power_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, PetscReal *lost)
+{
+  PetscReal work;
+
+  PetscFunctionBegin;
+  PetscCall(Work(el, t, u, v, &work));
+  *lost -= work;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Shortest_Waves(SlipElastic el, PetscReal *step)
 {
   Waves *w;
@@ -612,6 +661,8 @@ static PetscErrorCode Destroy_Waves(SlipElastic el)
 
 static const SlipElasticOps WavesOps = {.setup = SetUp_Waves,
                                         .force = Force_Waves,
+                                        .energy = Energy_Waves,
+                                        .power = Power_Waves,
                                         .advance = Advance_Waves,
                                         .copy = Copy_Waves,
                                         .shortest = Shortest_Waves,

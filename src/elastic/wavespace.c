@@ -10,7 +10,7 @@ static PetscErrorCode Allocate(SlipWaveSpace s)
 {
   PetscFunctionBegin;
   s->stride = (s->n + SLIP_WAVE_BLOCK - 1) / SLIP_WAVE_BLOCK * SLIP_WAVE_BLOCK;
-  PetscCall(PetscCalloc1(s->stride, &s->k));
+  PetscCall(PetscCalloc2(s->stride, &s->k, s->stride, &s->share));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -47,9 +47,14 @@ static PetscErrorCode SetUpLine(SlipWaveSpace s, PetscReal padding)
   waves = s->mirror ? s->length[1] : s->length[1] / 2 + 1;
   PetscCall(ShareLine(s, waves, &start));
   PetscCall(Allocate(s));
-  for (PetscInt i = 0; i < s->n; i++)
+  for (PetscInt i = 0; i < s->n; i++) {
+    const PetscInt all = start + i;
+
+    s->share[i] = (s->mirror ? (all ? 1 : (PetscReal)0.5) : (all && 2 * all < s->length[1] ? 2 : 1)) /
+                  ((s->mirror ? 2 : 1) * (PetscReal)s->length[1]);
     s->k[i] = (s->mirror ? 1 : 2) * (PetscReal)PETSC_PI * (PetscReal)(start + i) /
               ((PetscReal)s->length[1] * s->grid.size[1]);
+  }
   PetscCall(SlipAllocate((size_t)s->length[1] + 2, &s->line_real));
   PetscCall(SlipAllocate((size_t)s->parts * waves, &s->line_wave));
   if (s->mirror) {
@@ -113,6 +118,7 @@ static PetscErrorCode SetUpWaves(SlipWaveSpace s)
                     z = 2 * (PetscReal)PETSC_PI * (PetscReal)jz / ((PetscReal)nz * s->grid.size[1]), k = hypot(x, z);
 
     s->k[i] = k;
+    s->share[i] = (jx && 2 * jx < s->length[0] ? 2 : 1) / ((PetscReal)s->length[0] * (PetscReal)nz);
     s->ex[i] = k > 0 ? x / k : 1;
     s->ez[i] = k > 0 ? z / k : 0;
   }
@@ -323,7 +329,7 @@ PetscErrorCode SlipWaveSpaceDestroy(SlipWaveSpace *space)
   fftw_free(s->line_real);
   fftw_free(s->line_wave);
   PetscCall(PetscFree2(s->counts, s->starts));
-  PetscCall(PetscFree(s->k));
+  PetscCall(PetscFree2(s->k, s->share));
   PetscCall(PetscFree2(s->ex, s->ez));
   PetscCall(PetscFree2(s->ux, s->uz));
   PetscCall(SlipTransposedFFTDestroy(&s->pencil));

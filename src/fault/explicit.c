@@ -252,7 +252,7 @@ PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
 }
 
 /* Steps of constant slip rates, of a medium that remembers its waves */
-static PetscErrorCode ConfigureWaves(SlipFault fault, TS ts, PetscReal shortest)
+static PetscErrorCode ConfigureWaves(TS ts, PetscReal shortest)
 {
   TSAdapt adapt;
 
@@ -315,7 +315,7 @@ PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
   else
     PetscCall(ConfigureSticking(fault, ts));
   PetscCall(SlipElasticGetShortestStep(fault->medium, &shortest));
-  if (shortest > 0) PetscCall(ConfigureWaves(fault, ts, shortest));
+  if (shortest > 0) PetscCall(ConfigureWaves(ts, shortest));
   PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
   PetscCall(TSSetFunctionDomainError(ts, InDomain));
   PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));

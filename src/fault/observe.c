@@ -377,7 +377,7 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
 PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
 {
   const SlipFaultMesh *mesh = &fault->mesh;
-  Vec rel, hv, q = fault->cells;
+  Vec rel, hv, u, q = fault->cells;
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *f, *vinf, *b;
   PetscReal lost;
@@ -415,8 +415,10 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
   if (friction)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_SUM, fault->comm));
-  PetscCall(SlipFaultGetDisplacement(fault, w, rel));
-  PetscCall(SlipElasticGetPower(fault->medium, t, rel, &lost));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(SlipElasticGetPower(fault->medium, t, u, rel, &lost));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscCall(SlipFaultRestoreWork(fault, &hv));
   PetscCall(SlipFaultRestoreWork(fault, &rel));
   power[0] += lost;

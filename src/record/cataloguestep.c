@@ -66,7 +66,7 @@ static PetscErrorCode HasDenseOutput(TS ts, PetscBool *has)
   PetscInt order;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, has, TSADAMS, TSBATHE, TSMOREAU, TSRKC, TSLAPUSTA, ""));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, has, TSADAMS, TSBATHE, TSMOREAU, TSRKC, ""));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSRK, &rk));
   if (!rk) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSRKGetTableau(ts, NULL, NULL, NULL, NULL, NULL, &order, NULL, NULL));

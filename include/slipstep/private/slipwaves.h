@@ -19,6 +19,7 @@ struct _n_SlipWaveSpace {
   PetscInt n, stride;
   PetscInt length[2];  /* period in cells along strike and down dip; of a mirrored line with the mirror's */
   PetscReal *k;        /* [stride] wavenumber, 0 beyond n [1/m] */
+  PetscReal *share;    /* [stride] of products of two spectra in that of their fields, summed over all cells */
   PetscReal *ex, *ez;  /* [n] its direction, of planes */
   PetscReal *ux, *uz;  /* [rows of cells of this process] of slip, of one component on a plane */
   PetscReal *real[2];  /* fields along strike and down dip, of the same */
@@ -68,6 +69,8 @@ PETSC_INTERN PetscErrorCode SlipWaveImagesDestroy(SlipWaveImages *images);
 /* The fault had displacement u at t, and what was known of later times is forgotten */
 PETSC_INTERN PetscErrorCode SlipWaveImagesAdd(SlipWaveImages images, PetscReal t, Vec u);
 PETSC_INTERN PetscErrorCode SlipWaveImagesStart(SlipWaveImages images);
+/* u times what images have at t less what they have without delay, and v times; of process 0 */
+PETSC_INTERN PetscErrorCode SlipWaveImagesWork(SlipWaveImages images, PetscReal t, Vec u, Vec v, PetscReal *work);
 /* f -= what periodic stiffness has of images at t, where u is the displacement */
 PETSC_INTERN PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages images, PetscReal t, Vec u, Vec f);
 PETSC_INTERN PetscErrorCode SlipWaveImagesVisit(SlipWaveImages images, SlipState state);
