@@ -25,6 +25,7 @@ struct _n_SlipWaveImages {
   PetscInt degrees;      /* in each direction */
   PetscReal *C[GROUPS];  /* [q][q] */
   PetscReal *at[2];      /* [cells in that direction][degrees] polynomials along strike and down dip */
+  PetscReal *rows;                    /* [cells down dip][2][degrees] moments of rows of cells */
   PetscReal *moments, *past, *answer; /* [q] of now, of then, and what K_g makes of it */
   PetscReal *time, *history;          /* [n], [n][q] */
   PetscInt n, size;
@@ -216,7 +217,7 @@ PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *
   else
     PetscCall(SetUpPlane(w, cs));
   PetscCall(SetUpPolynomials(w));
-  PetscCall(PetscMalloc3(w->q, &w->moments, w->q, &w->past, w->q, &w->answer));
+  PetscCall(PetscMalloc4(w->q, &w->moments, w->q, &w->past, w->q, &w->answer, 2 * space->grid.nz * w->degrees, &w->rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -230,7 +231,7 @@ PetscErrorCode SlipWaveImagesDestroy(SlipWaveImages *images)
     PetscCall(PetscFree(w->at[d]));
     PetscCall(PetscFree(w->C[d]));
   }
-  PetscCall(PetscFree3(w->moments, w->past, w->answer));
+  PetscCall(PetscFree4(w->moments, w->past, w->answer, w->rows));
   PetscCall(PetscFree(w->time));
   PetscCall(PetscFree(w->history));
   PetscCall(PetscFree(w));
@@ -255,37 +256,35 @@ static PetscInt Cells(SlipWaveSpace s, PetscInt *first)
   return s->line ? s->grid.nz : s->pencil->layout.rows * s->grid.nx;
 }
 
+/* Rows are added up in one order, so that nothing depends on the number of ranks. Collective. */
 static PetscErrorCode Moments(SlipWaveImages w, Vec u, PetscReal q[])
 {
   const SlipWaveSpace s = w->space;
-  const PetscInt D = w->degrees;
+  const PetscInt D = w->degrees, nx = s->grid.nx;
   PetscInt first;
   const PetscInt cells = Cells(s, &first);
   const PetscReal *a;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(q, w->q));
+  PetscCall(PetscArrayzero(w->rows, s->grid.nz * 2 * D));
   PetscCall(SlipGatherGet(&s->gather, u, &a));
-  for (PetscInt row = 0; row < cells / s->grid.nx; row++) {
-    const PetscReal *z = w->at[1] + (first + row) * D;
-    PetscReal sum[2][DEGREES] = {{0}};
+  for (PetscInt i = 0; i < cells; i++)
+    for (int d = 0; d < (s->line ? 1 : 2); d++) {
+      const PetscReal *x = w->at[0] + i % nx * D, slip = SlipOf(s, a, i, d);
+      PetscReal *sum = w->rows + ((first + i / nx) * 2 + d) * D;
 
-    if (s->line) {
-      for (PetscInt b = 0; b < D; b++) q[b] += z[b] * a[row];
-      continue;
+      if (slip == 0) continue;
+      for (PetscInt b = 0; b < (s->line ? 1 : D); b++) sum[b] += slip * (s->line ? 1 : x[b]);
     }
-    for (PetscInt ix = 0, i = row * s->grid.nx; ix < s->grid.nx; ix++, i++)
-      for (int d = 0; d < 2; d++) {
-        const PetscReal *x = w->at[0] + ix * D, slip = SlipOf(s, a, i, d);
-
-        if (slip == 0) continue;
-        for (PetscInt b = 0; b < D; b++) sum[d][b] += slip * x[b];
-      }
-    for (int d = 0; d < 2; d++)
-      for (PetscInt b = 0; b < D * D; b++) q[d * D * D + b] += sum[d][b / D] * z[b % D];
-  }
   PetscCall(SlipGatherRestore(&s->gather, u, &a));
-  if (!s->line) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, q, (PetscMPIInt)w->q, MPIU_REAL, MPIU_SUM, s->comm));
+  if (!s->line)
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, w->rows, (PetscMPIInt)(s->grid.nz * 2 * D), MPIU_REAL, MPIU_SUM, s->comm));
+  for (PetscInt row = 0; row < s->grid.nz; row++) {
+    const PetscReal *z = w->at[1] + row * D, *sum = w->rows + row * 2 * D;
+
+    for (PetscInt b = 0; b < w->q; b++) q[b] += s->line ? sum[0] * z[b] : sum[b / (D * D) * D + b / D % D] * z[b % D];
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,14 +1,13 @@
 /* TSLAPUSTA as a PETSc TS type: steps of a fault that remembers its waves, as those of Lapusta, Rice, Ben-Zion & Zheng
    (2000). The slip rate V is constant within a step, what depends on slip follows it exactly (SlipProblemOps.drift), and
    so do the waves. A step predicts with the rates of its start, corrects with the mean of these and those that friction
-   has then, twice, and is of second order. No rate of a state is ever extrapolated: at steps of which waves cross half a
+   has then, twice, and is of second order; the next one begins with the rates of the second time. No rate of a state is ever extrapolated: at steps of which waves cross half a
    cell, the shortest that there is anything to know about, a cell may slip by many times its characteristic slip.
 
    The error estimate is the difference of the first and the last correction, and of order h^3. */
 #include <slipstep/private/slipts.h>
 
-#include <stdlib.h>
-#define CORRECTIONS (getenv("LAP1") ? 1 : 2)
+enum { CORRECTIONS = 2 };
 
 typedef struct {
   PetscBool known;      /* f is that of the step's start */
@@ -85,7 +84,7 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
     PetscCall(SlipGuardState(ts->vec_sol, good));
     if (*good) PetscCall(TSFunctionDomainError(ts, t + h, ts->vec_sol, good));
     if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
-    if (k == CORRECTIONS && !getenv("LAP3")) break;
+    if (k == CORRECTIONS) break;
     PetscCall(TSPreStage(ts, t + h));
     PetscCall(TSComputeRHSFunction(ts, t + h, ts->vec_sol, la->end));
   }
@@ -217,7 +216,7 @@ static PetscErrorCode State_Lapusta(TS ts, SlipState s)
   Level: beginner
 
   Notes:
-  Of second order, three right-hand sides a step. States of friction follow the rates of a step by themselves, and are
+  Of second order, two right-hand sides a step. States of friction follow the rates of a step by themselves, and are
   stable at any step. TSAdapt type lapusta bounds the slip of a step; basic, dsp, pi and heuristic bound the error; none
   takes constant steps.
 
