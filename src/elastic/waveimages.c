@@ -8,7 +8,8 @@
 
   P Legendre polynomials over the fault, C by Gauss' quadrature of the stress of a point, of images one after the other
   and of all that are farther away by an integral. Groups are those that lie beside the fault along the direction of the
-  shorter period, and all others.
+  shorter period, and all others. Images also send the plane wave of the mean slip rate of a period, of which slow slip
+  knows nothing: it is the delay, times the stress of uniform slip, that takes it away, and so the T_g are known.
 */
 #include <slipstep/private/slipwaves.h>
 #include <petscdt.h>
@@ -144,7 +145,7 @@ static PetscErrorCode SetUpLine(SlipWaveImages w, PetscReal cs)
 
   PetscFunctionBegin;
   w->groups = 1;
-  w->delay[0] = period * dx / cs;
+  w->delay[0] = 3 / (PetscReal)PETSC_PI * period * dx / cs; /* G/(2 cs L) over that stress, G pi/(6 L^2), L = period dx */
   w->degrees = w->q = DEGREES;
   PetscCall(PetscCalloc1(DEGREES * DEGREES, &w->C[0]));
   PetscCall(Quadrature(NODES, DEGREES, s->mirror, x, p));
@@ -161,18 +162,23 @@ static PetscErrorCode SetUpLine(SlipWaveImages w, PetscReal cs)
 }
 
 /* Moments are [direction][degree along strike][degree down dip]. */
-static PetscErrorCode SetUpPlane(SlipWaveImages w, PetscReal cs)
+static PetscErrorCode SetUpPlane(SlipWaveImages w, const SlipElasticRock *rock, PetscReal cs)
 {
   enum { D = PLANE_DEGREES, M = PLANE_NODES };
   const SlipElasticGrid *g = &w->space->grid;
   const PetscReal half[2] = {(PetscReal)g->nx * g->size[0] / 2, (PetscReal)g->nz * g->size[1] / 2};
   const PetscReal lx = (PetscReal)w->space->length[0] * g->size[0], lz = (PetscReal)w->space->length[1] * g->size[1];
-  PetscReal x[NODES], p[NODES * D];
+  PetscReal x[NODES], p[NODES * D], damping = 0;
 
   PetscFunctionBegin;
   w->groups = 2;
   w->delay[0] = PetscMin(lx, lz) / cs;
   w->delay[1] = PetscMax(lx, lz) / cs;
+  for (int group = 0; group < 2; group++) {
+    PlaneImages(w, group, 0, 0, x);
+    damping -= (x[0] + x[2]) / 2 * w->delay[group];
+  }
+  for (int group = 0; group < 2; group++) w->delay[group] *= rock->impedance / (lx * lz * damping);
   w->degrees = D;
   w->q = 2 * D * D;
   PetscCall(Quadrature(M, D, PETSC_FALSE, x, p));
@@ -215,7 +221,7 @@ PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *
   if (space->line)
     PetscCall(SetUpLine(w, cs));
   else
-    PetscCall(SetUpPlane(w, cs));
+    PetscCall(SetUpPlane(w, rock, cs));
   PetscCall(SetUpPolynomials(w));
   PetscCall(PetscMalloc4(w->q, &w->moments, w->q, &w->past, w->q, &w->answer, 2 * space->grid.nz * w->degrees, &w->rows));
   PetscFunctionReturn(PETSC_SUCCESS);

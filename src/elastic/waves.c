@@ -158,7 +158,7 @@ static void RateOf(Waves *w, const Memory *from, PetscReal h)
     const PetscReal *now = w->slip + c * s->stride, *before = from->slip + c * s->stride;
     PetscReal *rate = w->rate + c * s->stride;
 
-    for (PetscInt i = 0; i < s->stride; i++) rate[i] = s->k[i] > 0 ? (now[i] - before[i]) * inverse : 0;
+    for (PetscInt i = 0; i < s->stride; i++) rate[i] = (now[i] - before[i]) * inverse;
   }
 }
 

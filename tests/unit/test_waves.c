@@ -1,0 +1,382 @@
+/* Waves: kernels against printed digits, their poles, and the medium against exact histories, rest, slow slip, the
+   speed of waves, and cracks of Kostrov's. */
+#include <math.h>
+#include <slipelastic.h>
+#include <slipmat.h>
+#include <slipwaves.h>
+#include "unit.h"
+
+#define G 32.03812e9
+#define RHO 2670.0
+
+/* ---- kernels ---- */
+
+/* Struve functions by 50 digits, of the closed forms */
+static const PetscReal Time[] = {.1, .5, 1, 2, 3, 5, 8, 12, 20};
+static const PetscReal Third[] = {0.95002083,  0.75258795, 0.52032018, 0.15095451, -0.04850829,
+                                  -0.04289106, 0.02388951, 0.00243071, 0.00845430};
+static const PetscReal Second[] = {1.21445481,  0.76026369, 0.31002227,  0.00478289, 0.19478614,
+                                   -0.11220674, 0.14370843, -0.20987430, 0.02900233};
+
+static void test_kernels(void **state)
+{
+  PetscReal W[PETSC_STATIC_ARRAY_LENGTH(Time)];
+
+  (void)state;
+  ok(SlipWaveKernel(SLIP_WAVE_ANTIPLANE, 0, PETSC_STATIC_ARRAY_LENGTH(Time), Time, W));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Time); i++) AssertNear(W[i], Third[i], 5.1e-9);
+  ok(SlipWaveKernel(SLIP_WAVE_INPLANE, PetscSqrtReal(3), PETSC_STATIC_ARRAY_LENGTH(Time), Time, W));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Time); i++) AssertNear(W[i], Second[i], 5.1e-9);
+}
+
+/* The error that poles claim is that at times in between too, they decay, and W(0) and the integral are W's. */
+static void test_poles(void **state)
+{
+  static const PetscReal ratio[] = {1.45, 1.7320508, 2.2, 3.3}, tolerance[] = {1e-3, 1e-5, 1e-6};
+
+  (void)state;
+  for (size_t k = 0; k < 2 * 4 * 3; k++) {
+    const SlipWaveMode mode = k % 2 ? SLIP_WAVE_INPLANE : SLIP_WAVE_ANTIPLANE;
+    const PetscReal cp = ratio[k / 2 % 4], wanted = tolerance[k / 8];
+    PetscReal T[200], W[200], area = 0;
+    SlipWavePoles p;
+
+    ok(SlipWavePolesCreate(mode, cp, wanted, &p));
+    assert_true(p.error <= wanted);
+    assert_true(p.n < 45);
+    for (int i = 0; i < 200; i++) T[i] = 0.0031 * pow(1.065, i);
+    ok(SlipWaveKernel(mode, cp, 200, T, W));
+    for (int i = 0; i < 200; i++) AssertNear(SlipWavePolesEvaluate(&p, T[i]), W[i], 1.5 * p.error + 1e-9);
+    AssertNear(SlipWavePolesEvaluate(&p, 0), SlipWaveStatic(mode, cp), 1e-12);
+    for (PetscInt j = 0; j < p.n; j++) {
+      const PetscReal *s = p.s + 2 * j, *a = p.a + 2 * j;
+
+      assert_true(s[0] < 0);
+      area -= (a[0] * s[0] + a[1] * s[1]) / (s[0] * s[0] + s[1] * s[1]);
+    }
+    AssertNear(area, 1, 1e-10);
+    ok(SlipWavePolesDestroy(&p));
+  }
+  {
+    SlipWavePoles p;
+
+    fails(SlipWavePolesCreate(SLIP_WAVE_INPLANE, 1, 1e-6, &p), "expected more than 1");
+    fails(SlipWavePolesCreate(SLIP_WAVE_INPLANE, 2, 1e-12, &p), "expected 1e-8 to 0.1");
+  }
+}
+
+/* ---- a medium ---- */
+
+typedef struct {
+  SlipElastic el;
+  Vec u, f;
+  PetscInt nx, nz;
+  PetscReal dx, dz, t, eta, cs;
+  PetscBool mirror;
+} Medium;
+
+/* A line down (nx = 1) or a plane, in a full space or up to the ground */
+static void Create(PetscInt nx, PetscInt nz, PetscReal dx, PetscReal dz, PetscInt components, PetscBool full_space,
+                   Medium *m)
+{
+  SlipGrid grid = {.nx = nx,
+                   .nz = nz,
+                   .length_x = dx * (PetscReal)nx,
+                   .length_z = dz * (PetscReal)nz,
+                   .depth_top = full_space ? 1e6 : 0,
+                   .kernel = ROCK(0.25, full_space, SLIP_AVERAGE_CENTRE)};
+  const SlipDippingGrid dipping = {.grid = grid, .dip = 90};
+  const SlipElasticGrid of = {.nx = nx, .nz = nz, .size = {dx, dz}, .depth_top = 0, .full_space = full_space};
+  const SlipElasticRock rock = {.shear_modulus = G,
+                                .poisson_ratio = 0.25,
+                                .density = RHO,
+                                .viscosity = "radiation",
+                                .impedance = 0.5 * PetscSqrtReal(G * RHO),
+                                .components = components,
+                                .grid = &of};
+  Mat K;
+
+  *m = (Medium){.nx = nx, .nz = nz, .dx = dx, .dz = dz, .eta = rock.impedance, .mirror = !full_space};
+  m->cs = PetscSqrtReal(G / RHO);
+  grid.kernel.shear_modulus = G;
+  if (components == 1)
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grid, "fft", &K));
+  else {
+    SlipDippingGrid two = dipping;
+
+    two.grid.kernel.type = &SlipKernelDippingVector;
+    two.grid.kernel.shear_modulus = G;
+    ok(MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &two, "fft", &K, NULL));
+  }
+  ok(SlipElasticCreate(PETSC_COMM_SELF, &m->el));
+  ok(SlipElasticSetType(m->el, SLIPELASTICWAVES));
+  ok(SlipElasticSetStiffness(m->el, K, NULL));
+  ok(SlipElasticSetUp(m->el, &rock));
+  ok(MatCreateVecs(K, &m->u, &m->f));
+  ok(MatDestroy(&K));
+  ok(VecZeroEntries(m->u));
+  ok(SlipElasticAccept(m->el, 0, m->u, PETSC_TRUE));
+}
+
+static void Destroy(Medium *m)
+{
+  ok(VecDestroy(&m->u));
+  ok(VecDestroy(&m->f));
+  ok(SlipElasticDestroy(&m->el));
+}
+
+/* h at these rates, NULL: 0; then f is the stress that resists slip, but for the impedance's */
+static void Go(Medium *m, PetscReal h, const PetscReal v[])
+{
+  PetscReal *u;
+  PetscInt n;
+
+  ok(VecGetLocalSize(m->u, &n));
+  ok(VecGetArray(m->u, &u));
+  for (PetscInt i = 0; i < n && v; i++) u[i] += h * v[i];
+  ok(VecRestoreArray(m->u, &u));
+  m->t += h;
+  ok(SlipElasticForce(m->el, m->t, m->u, NULL, m->f, NULL));
+  ok(SlipElasticAccept(m->el, m->t, m->u, PETSC_FALSE));
+}
+
+/* Stress at the distance x of unit rate for the time T on a cell of a line, without the impedance's part: closed form */
+static PetscReal Edge(const Medium *m, PetscReal T, PetscReal x)
+{
+  const PetscReal r = PetscAbsReal(x) / (m->cs * T);
+
+  return T > 0 && r < 1 ? PetscSign(x) * (T * PetscSqrtReal(1 - r * r) - r * T * PetscAcosReal(r)) / PetscAbsReal(x) : 0;
+}
+
+static PetscReal OfCell(const Medium *m, PetscReal T, PetscReal x)
+{
+  return -G / (2 * PETSC_PI) * (Edge(m, T, x + m->dz / 2) - Edge(m, T, x - m->dz / 2));
+}
+
+/* ---- lines ---- */
+
+enum { CELLS = 48, STEPS = 60 };
+
+/* Rates that change with every step, of several lengths, against the exact history: the medium has of the wavenumbers
+   that cells alias the first two, whose rest has waves of a third of the finest length and less: within 2 % of the
+   impedance's stress of such noise, within 1e-3 of that of smooth slip. */
+static void History(PetscBool full_space, PetscBool smooth, PetscReal allowed)
+{
+  PetscReal rate[STEPS][CELLS], begin[STEPS + 1] = {0}, worst = 0, largest = 0;
+  const PetscReal *f;
+  Medium m;
+
+  Create(1, CELLS, 1e7, 100, 1, full_space, &m);
+  for (int k = 0; k < STEPS; k++) {
+    const PetscReal h = m.dz / m.cs * (0.5 + 0.5 * (k / 7 % 3));
+
+    for (int i = 0; i < CELLS; i++)
+      rate[k][i] = smooth ? exp(-pow((i - 20.0) / 5, 2)) * sin(0.1 * k) : sin(12.9898 * i + 78.233 * k);
+    begin[k + 1] = begin[k] + h;
+    Go(&m, h, rate[k]);
+  }
+  ok(VecGetArrayRead(m.f, &f));
+  for (int i = 0; i < CELLS; i++) {
+    PetscReal sum = 0;
+
+    for (int k = 0; k < STEPS; k++)
+      for (int j = 0; j < CELLS; j++) {
+        const PetscReal since = m.t - begin[k], until = m.t - begin[k + 1];
+
+        sum += rate[k][j] * (OfCell(&m, since, (i - j) * m.dz) - OfCell(&m, until, (i - j) * m.dz));
+        if (m.mirror) sum += rate[k][j] * (OfCell(&m, since, (i + j + 1) * m.dz) - OfCell(&m, until, (i + j + 1) * m.dz));
+      }
+    worst = PetscMax(worst, PetscAbsReal(-f[i] - sum));
+    largest = PetscMax(largest, PetscAbsReal(sum));
+  }
+  ok(VecRestoreArrayRead(m.f, &f));
+  printf("full %d smooth %d: %g of the impedance, %g of the largest\n", full_space, smooth, worst / m.eta, worst / largest);
+  AssertNear(worst / m.eta, 0, allowed);
+  Destroy(&m);
+}
+
+static void test_history(void **state)
+{
+  (void)state;
+  History(PETSC_TRUE, PETSC_TRUE, 1e-3);
+  History(PETSC_FALSE, PETSC_TRUE, 1e-3);
+  History(PETSC_TRUE, PETSC_FALSE, 2e-2);
+}
+
+/* Rest long after slip has the static stress, of cells alone and without images. Slow slip meets no damping: its step
+   ends in the static stress less what the impedance takes. */
+static void test_rest(void **state)
+{
+  PetscReal v[CELLS], worst = 0;
+  const PetscReal *f;
+  Medium m;
+
+  (void)state;
+  for (int full = 0; full < 2; full++) {
+    Create(1, CELLS, 1e7, 100, 1, full ? PETSC_TRUE : PETSC_FALSE, &m);
+    for (int i = 0; i < CELLS; i++) v[i] = 0.01 * i * (CELLS - i) / CELLS;
+    for (int k = 0; k < 20; k++) Go(&m, m.dz / m.cs / 2, v);
+    for (int k = 0; k < 4; k++) Go(&m, k == 3 ? 1e7 : 100, NULL);
+    for (int slow = 0; slow < 2; slow++) {
+      const PetscReal *u;
+
+      if (slow) Go(&m, 1e9, v);
+      ok(VecGetArrayRead(m.u, &u));
+      ok(VecGetArrayRead(m.f, &f));
+      worst = 0;
+      for (int i = 0; i < CELLS; i++) {
+        PetscReal sum = slow ? -m.eta * v[i] : 0;
+
+        for (int j = 0; j < CELLS; j++) {
+          const PetscReal a = i - j, b = i + j + 1;
+
+          sum += G / (2 * PETSC_PI * m.dz) * (1 / (a + 0.5) - 1 / (a - 0.5)) * u[j];
+          if (m.mirror) sum += G / (2 * PETSC_PI * m.dz) * (1 / (b + 0.5) - 1 / (b - 0.5)) * u[j];
+        }
+        worst = PetscMax(worst, PetscAbsReal(f[i] - sum) / (G / m.dz * u[CELLS / 2]));
+      }
+      ok(VecRestoreArrayRead(m.u, &u));
+      ok(VecRestoreArrayRead(m.f, &f));
+      printf("full %d slow %d: %g\n", full, slow, worst);
+      AssertNear(worst, 0, 1e-7);
+    }
+    Destroy(&m);
+  }
+}
+
+/* ---- cracks of constant speed, whose slip is prescribed: inside, stress drops by the same everywhere ---- */
+
+#define DROP 5e6
+
+/* Kostrov (1964): antiplane, |x| < v t; E: complete elliptic integral of the parameter 1 - v^2/cs^2. The mean drop within
+   0.6 v t, over that which is meant, less 1 */
+static PetscReal Antiplane(PetscInt N, PetscReal ratio, PetscReal E)
+{
+  const PetscReal length = 10e3;
+  PetscReal *rate, sum = 0, v, A;
+  const PetscReal *f;
+  PetscInt steps, count = 0;
+  Medium m;
+
+  Create(1, N, 1e7, length / (PetscReal)N, 1, PETSC_TRUE, &m);
+  v = ratio * m.cs;
+  A = 2 * DROP / (G * E);
+  steps = (PetscInt)(0.45 * length / v / (m.dz / m.cs / 4));
+  ok(PetscMalloc1(N, &rate));
+  for (PetscInt k = 0; k < steps; k++) {
+    const PetscReal h = 0.45 * length / v / (PetscReal)steps, t = (PetscReal)k * h;
+
+    for (PetscInt i = 0; i < N; i++) {
+      const PetscReal x = ((PetscReal)i + 0.5) * m.dz - length / 2;
+
+      rate[i] = A * (PetscSqrtReal(PetscMax(PetscSqr(v * (t + h)) - x * x, 0)) -
+                     PetscSqrtReal(PetscMax(PetscSqr(v * t) - x * x, 0))) / h;
+    }
+    Go(&m, h, rate);
+  }
+  ok(VecGetArrayRead(m.f, &f));
+  for (PetscInt i = 0; i < N; i++) {
+    const PetscReal x = ((PetscReal)i + 0.5) * m.dz - length / 2, front = v * m.t;
+
+    if (PetscAbsReal(x) >= 0.6 * front) continue;
+    sum += f[i] + m.eta * A * v * front / PetscSqrtReal(front * front - x * x);
+    count++;
+  }
+  ok(VecRestoreArrayRead(m.f, &f));
+  ok(PetscFree(rate));
+  Destroy(&m);
+  return sum / (PetscReal)count / DROP - 1;
+}
+
+/* Kostrov (1966), Dahlen (1974): circular, nu 1/4, slip C DROP/(rho cs) sqrt(t^2 - r^2/v^2) along strike */
+static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
+{
+  const PetscReal length = 10e3;
+  PetscReal *rate, sum = 0, v, A;
+  const PetscReal *f;
+  PetscInt steps, count = 0;
+  Medium m;
+
+  Create(N, N, length / (PetscReal)N, length / (PetscReal)N, 2, PETSC_TRUE, &m);
+  v = ratio * m.cs;
+  A = C * DROP / (RHO * m.cs);
+  steps = (PetscInt)(0.45 * length / v / (m.dz / m.cs / 2));
+  ok(PetscCalloc1(2 * N * N, &rate));
+  for (PetscInt k = 0; k < steps; k++) {
+    const PetscReal h = 0.45 * length / v / (PetscReal)steps, t = (PetscReal)k * h;
+
+    for (PetscInt i = 0; i < N * N; i++) {
+      const PetscReal x = ((PetscReal)(i % N) + 0.5) * m.dx - length / 2, z = ((PetscReal)(i / N) + 0.5) * m.dz - length / 2;
+      const PetscReal delay2 = (x * x + z * z) / (v * v);
+
+      rate[2 * i] = A * (PetscSqrtReal(PetscMax(PetscSqr(t + h) - delay2, 0)) - PetscSqrtReal(PetscMax(t * t - delay2, 0))) / h;
+    }
+    Go(&m, h, rate);
+  }
+  ok(VecGetArrayRead(m.f, &f));
+  for (PetscInt i = 0; i < N * N; i++) {
+    const PetscReal x = ((PetscReal)(i % N) + 0.5) * m.dx - length / 2, z = ((PetscReal)(i / N) + 0.5) * m.dz - length / 2;
+    const PetscReal r = hypot(x, z);
+
+    if (r >= 0.6 * v * m.t) continue;
+    sum += f[2 * i] + m.eta * A * m.t / PetscSqrtReal(m.t * m.t - r * r / (v * v));
+    count++;
+  }
+  ok(VecRestoreArrayRead(m.f, &f));
+  ok(PetscFree(rate));
+  Destroy(&m);
+  return sum / (PetscReal)count / DROP - 1;
+}
+
+static void test_kostrov(void **state)
+{
+  static const PetscReal line[][2] = {{.1, 1.01599355}, {.5, 1.21105603}, {.7, 1.34559225}, {.9, 1.49329011}},
+                         plane[][2] = {{.3, .317429}, {.5, .507099}, {.7, .674635}, {.8, .750178}, {.9, .820515}, {.95, .853818}};
+
+  (void)state;
+  for (int k = 0; k < 4; k++) printf("line %g: %g\n", line[k][0], Antiplane(200, line[k][0], line[k][1]));
+  for (int k = 0; k < 6; k++) printf("plane %g: %g\n", plane[k][0], Circular(100, plane[k][0], plane[k][1]));
+}
+
+/* Nothing before the P wave, and all of it behind the S wave's tail: slip of one cell along strike for one step */
+static void test_arrival(void **state)
+{
+  enum { N = 64 };
+  PetscReal *rate;
+  const PetscReal *f;
+  PetscReal early = 0, late = 0;
+  Medium m;
+
+  (void)state;
+  Create(N, N, 100, 100, 2, PETSC_TRUE, &m);
+  ok(PetscCalloc1(2 * N * N, &rate));
+  for (int i = 0; i < N * N; i++) rate[2 * i] = exp(-(PetscSqr(i % N - 20) + PetscSqr(i / N - 32)) / 8.0);
+  Go(&m, m.dx / m.cs / 3, rate);
+  for (int k = 0; k < 30; k++) Go(&m, m.dx / m.cs / 3, NULL);
+  ok(VecGetArrayRead(m.f, &f));
+  for (int i = 0; i < N * N; i++) {
+    const PetscReal r = m.dx * hypot(i % N - 20, i / N - 32), size = hypot(f[2 * i], f[2 * i + 1]);
+
+    if (r > 1.7320508 * m.cs * m.t + 10 * m.dx) early = PetscMax(early, size);
+    late = PetscMax(late, size);
+  }
+  ok(VecRestoreArrayRead(m.f, &f));
+  printf("early %g late %g\n", early, late);
+  assert_true(early < 1e-4 * late);
+  ok(PetscFree(rate));
+  Destroy(&m);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_kernels), cmocka_unit_test(test_poles),
+                                     cmocka_unit_test(test_history), cmocka_unit_test(test_rest),
+                                     cmocka_unit_test(test_kostrov), cmocka_unit_test(test_arrival)};
+  int failed;
+
+  if (PetscInitialize(NULL, NULL, NULL, NULL)) return 1;
+  if (PetscPushErrorHandler(Record, NULL)) return 1;
+  if (SlipStepInitializePackage()) return 1;
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  return PetscFinalize() ? 1 : failed;
+}
