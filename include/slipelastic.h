@@ -49,6 +49,7 @@ typedef struct {
   PetscReal impedance;   /* of radiation, G/(2 cs) [Pa s/m] */
   PetscReal across;      /* of what opens cells, rho cp/2 [Pa s/m]; 0: cells do not open */
   PetscReal tolerance;   /* relative, of products with a viscosity by Lanczos' method */
+  PetscReal waves_tolerance, waves_padding; /* of the type waves: of its kernels, and the period over the length */
   PetscInt components;   /* of slip in each cell */
   const SlipElasticGrid *grid; /* NULL: the cells are no grid; borrowed, during setup */
   const PetscInt *order; /* [cells] a number of each that no distribution changes; NULL: its row; borrowed likewise */

@@ -39,7 +39,6 @@ typedef struct {
   SlipWaveMemory memory[KERNELS];
   PetscReal *stiffness; /* [modes][stride] of the periodic K [Pa/m] */
   PetscReal eta, cs, least, longest; /* G/(2 cs), the least step and the time after which all is forgotten [s] */
-  PetscReal tolerance, padding;
   Table table[TABLES];
   PetscInt clock;
   Memory both[2];
@@ -433,26 +432,8 @@ static PetscErrorCode Longest(Waves *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Options(SlipElastic el, Waves *w)
-{
-  PetscFunctionBegin;
-  w->tolerance = (PetscReal)1e-6;
-  w->padding = 2;
-  PetscObjectOptionsBegin((PetscObject)el);
-  PetscCall(PetscOptionsReal("-fault_waves_tolerance", "Largest error of the kernel of waves, 1e-8 to 0.1",
-                             "SlipElasticSetUp", w->tolerance, &w->tolerance, NULL));
-  PetscCall(PetscOptionsReal("-fault_waves_padding", "Period of the transforms over the length of the fault, 1.5 to 16",
-                             "SlipElasticSetUp", w->padding, &w->padding, NULL));
-  PetscOptionsEnd();
-  PetscCheck(w->tolerance >= 1e-8 && w->tolerance <= 0.1, PetscObjectComm((PetscObject)el), PETSC_ERR_ARG_OUTOFRANGE,
-             "-fault_waves_tolerance is %g, expected 1e-8 to 0.1", (double)w->tolerance);
-  PetscCheck(w->padding >= 1.5 && w->padding <= 16, PetscObjectComm((PetscObject)el), PETSC_ERR_ARG_OUTOFRANGE,
-             "-fault_waves_padding is %g, expected 1.5 to 16", (double)w->padding);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Of a plane mode II and mode III; of a line k, and 2 pi/dx -+ k, see above */
-static PetscErrorCode SetUpKernels(Waves *w, PetscReal ratio)
+static PetscErrorCode SetUpKernels(Waves *w, PetscReal ratio, PetscReal tolerance)
 {
   const SlipWaveSpace s = w->space;
   const PetscReal dx = s->grid.size[1], all = 2 * (PetscReal)PETSC_PI / dx;
@@ -463,7 +444,7 @@ static PetscErrorCode SetUpKernels(Waves *w, PetscReal ratio)
   for (PetscInt m = 0; m < w->kernels; m++) {
     const SlipWaveMode mode = s->line || m == 1 ? SLIP_WAVE_ANTIPLANE : SLIP_WAVE_INPLANE;
 
-    PetscCall(SlipWaveMemoryCreate(s, mode, s->line ? 0 : m, ratio, w->cs, w->tolerance, &w->memory[m]));
+    PetscCall(SlipWaveMemoryCreate(s, mode, s->line ? 0 : m, ratio, w->cs, tolerance, &w->memory[m]));
     for (PetscInt i = 0; i < s->stride && !s->line; i++)
       w->stiffness[m * s->stride + i] = w->eta * w->cs * s->k[i] * SlipWaveStatic(mode, ratio);
   }
@@ -490,12 +471,11 @@ static PetscErrorCode SetUp_Waves(SlipElastic el, const SlipElasticRock *rock)
   PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &w));
   PetscCall(Check(el, rock));
-  PetscCall(Options(el, w));
   w->eta = rock->impedance;
   w->cs = PetscSqrtReal(rock->shear_modulus / rock->density);
-  PetscCall(SlipWaveSpaceCreate(el->K, rock, w->padding, &w->space));
+  PetscCall(SlipWaveSpaceCreate(el->K, rock, &w->space));
   PetscCall(SlipWaveImagesCreate(w->space, rock, &w->images));
-  PetscCall(SetUpKernels(w, ratio));
+  PetscCall(SetUpKernels(w, ratio, rock->waves_tolerance));
   for (int b = 0; b < 2; b++) {
     PetscCall(SlipAllocate(SumNumbers(w), &w->both[b].now));
     PetscCall(SlipAllocate(Numbers(w), &w->both[b].slip));

@@ -249,8 +249,8 @@ static PetscErrorCode BackwardPlane(SlipWaveSpace s, const PetscReal spectrum[])
 
 /* ---- both ---- */
 
-/* K: that of the cells, for the distribution of vectors; padding: period over the fault's length. Collective. */
-PetscErrorCode SlipWaveSpaceCreate(Mat K, const SlipElasticRock *rock, PetscReal padding, SlipWaveSpace *space)
+/* K: that of the cells, for the distribution of vectors. Collective. */
+PetscErrorCode SlipWaveSpaceCreate(Mat K, const SlipElasticRock *rock, SlipWaveSpace *space)
 {
   SlipWaveSpace s;
   Vec like;
@@ -263,9 +263,9 @@ PetscErrorCode SlipWaveSpaceCreate(Mat K, const SlipElasticRock *rock, PetscReal
   s->components = rock->components;
   s->line = s->grid.nx == 1 ? PETSC_TRUE : PETSC_FALSE;
   if (s->line)
-    PetscCall(SetUpLine(s, padding));
+    PetscCall(SetUpLine(s, rock->waves_padding));
   else
-    PetscCall(SetUpPlane(s, padding));
+    PetscCall(SetUpPlane(s, rock->waves_padding));
   PetscCall(SlipGatherCreate(K, s->pencil, &s->gather));
   if (s->line) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateVecs(K, &like, NULL));

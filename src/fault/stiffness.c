@@ -263,6 +263,8 @@ static SlipElasticRock Rock(SlipFault fault)
                            .impedance = shear,
                            .across = SlipFaultOpens(fault) ? shear * PetscSqrtReal(2 * (1 - nu) / (1 - 2 * nu)) : 0,
                            .tolerance = value[FAULT_KRYLOV_TOLERANCE],
+                           .waves_tolerance = value[FAULT_WAVES_TOLERANCE],
+                           .waves_padding = value[FAULT_WAVES_PADDING],
                            .components = fault->layout.components,
                            .order = fault->mesh.order};
 }

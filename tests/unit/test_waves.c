@@ -75,6 +75,8 @@ typedef struct {
   PetscBool mirror;
 } Medium;
 
+static PetscReal padding = 2; /* of the next medium */
+
 /* A line down (nx = 1) or a plane, in a full space or up to the ground */
 static void Create(PetscInt nx, PetscInt nz, PetscReal dx, PetscReal dz, PetscInt components, PetscBool full_space,
                    Medium *m)
@@ -93,6 +95,8 @@ static void Create(PetscInt nx, PetscInt nz, PetscReal dx, PetscReal dz, PetscIn
                                 .viscosity = "radiation",
                                 .impedance = 0.5 * PetscSqrtReal(G * RHO),
                                 .components = components,
+                                .waves_tolerance = 1e-6,
+                                .waves_padding = padding,
                                 .grid = &of};
   Mat K;
 

@@ -30,8 +30,7 @@ struct _n_SlipWaveSpace {
   SlipTransposedFFT pencil;
   SlipGather gather;
 };
-PETSC_INTERN PetscErrorCode SlipWaveSpaceCreate(Mat K, const SlipElasticRock *rock, PetscReal padding,
-                                                SlipWaveSpace *space);
+PETSC_INTERN PetscErrorCode SlipWaveSpaceCreate(Mat K, const SlipElasticRock *rock, SlipWaveSpace *space);
 PETSC_INTERN PetscErrorCode SlipWaveSpaceForward(SlipWaveSpace space, Vec u, PetscReal spectrum[]);
 PETSC_INTERN PetscErrorCode SlipWaveSpaceBackward(SlipWaveSpace space, const PetscReal spectrum[], Vec u);
 PETSC_INTERN PetscErrorCode SlipWaveSpaceDestroy(SlipWaveSpace *space);
