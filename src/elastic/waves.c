@@ -13,6 +13,7 @@
 #include <slipstep/private/slipwaves.h>
 #include <slipstep/private/slipstate.h>
 
+#define ALIASES 100 /* tolerance of wavenumbers that look like others, over that of these: smooth slip has hardly any */
 #define FORGOTTEN 40 /* exp(-40) is no part of a number */
 enum { TABLES = 4, KERNELS = 3 }; /* steps that were taken lately; kernels of a line */
 
@@ -444,7 +445,8 @@ static PetscErrorCode SetUpKernels(Waves *w, PetscReal ratio, PetscReal toleranc
   for (PetscInt m = 0; m < w->kernels; m++) {
     const SlipWaveMode mode = s->line || m == 1 ? SLIP_WAVE_ANTIPLANE : SLIP_WAVE_INPLANE;
 
-    PetscCall(SlipWaveMemoryCreate(s, mode, s->line ? 0 : m, ratio, w->cs, tolerance, &w->memory[m]));
+    PetscCall(SlipWaveMemoryCreate(s, mode, s->line ? 0 : m, ratio, w->cs, s->line && m ? PetscMin(ALIASES * tolerance, 0.1) : tolerance,
+                                   &w->memory[m]));
     for (PetscInt i = 0; i < s->stride && !s->line; i++)
       w->stiffness[m * s->stride + i] = w->eta * w->cs * s->k[i] * SlipWaveStatic(mode, ratio);
   }
