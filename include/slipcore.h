@@ -58,10 +58,7 @@ typedef void (*SlipFrictionFn)(const SlipFriction *p, const PetscReal s[], Petsc
    diagonal is nowhere positive, and to v */
 typedef void (*SlipStateFn)(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[],
                             PetscReal drate_ds[], PetscReal drate_dv[]);
-/* The states s at which ds/dt = 0 with the rate v */
-typedef void (*SlipSteadyFn)(const SlipFriction *p, PetscReal v, PetscReal s[]);
-/* The states s0 after h [s] at the rate v >= 0 */
-typedef void (*SlipDriftFn)(const SlipFriction *p, const PetscReal s0[], PetscReal v, PetscReal h, PetscReal s[]);
+typedef void (*SlipSteadyFn)(const SlipFriction *p, PetscReal v, PetscReal s[]); /* s with ds/dt = 0 at the rate v */
 /* A number of a law in another, for example a state as outputs show it */
 typedef PetscReal (*SlipFrictionNumberFn)(const SlipFriction *p, PetscReal x);
 /* A state that a law declares */
@@ -106,7 +103,9 @@ typedef struct {
   SlipFrictionKeepFn keep;     /* the numbers of kept, for as long as the normal stress does not change */
   PetscInt nkept;              /* of a cell */
   SlipFrictionValuesFn values; /* NULL: cell by cell */
-  SlipDriftFn drift; /* NULL: by a formula of second order that is stable at any step */
+  /* s of n cells after h [s] at the rates v; NULL: by a formula of second order, stable at any step */
+  void (*drift)(const SlipFrictionCells *, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
+                PetscReal s[]);
   const char *reads; /* numbers of friction in it, "residual slip", others being named as without effect; NULL: any */
 } SlipFrictionLaw;
 PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ours; ends with a NULL name */
@@ -173,8 +172,6 @@ PETSC_EXTERN PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, 
                                         PetscReal load, PetscReal guess, PetscBool *ok);
 PETSC_EXTERN void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
                                          PetscInt stride, PetscReal s[], PetscReal work[]);
-PETSC_EXTERN void SlipFrictionDriftOwn(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
-                                       PetscInt stride, PetscReal s[]);
 PETSC_EXTERN PetscReal SlipKickDamping(PetscReal x, PetscReal *left);
 PETSC_EXTERN PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal g, PetscReal q,
                                         PetscReal v);
@@ -188,8 +185,8 @@ PETSC_EXTERN void SlipRateAndState(const SlipFriction *p, const PetscReal s[], P
                                    PetscReal dmu_ds[], PetscReal *dmu_dv);
 PETSC_EXTERN void SlipRateAndStateRate(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[],
                                        PetscReal drate_ds[], PetscReal drate_dv[]);
-PETSC_EXTERN void SlipRateAndStateDrift(const SlipFriction *p, const PetscReal s0[], PetscReal v, PetscReal h,
-                                        PetscReal s[]);
+PETSC_EXTERN void SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
+                                        PetscInt stride, PetscReal s[]);
 PETSC_EXTERN void SlipRateAndStateSteady(const SlipFriction *p, PetscReal v, PetscReal s[]);
 PETSC_EXTERN PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[],
                                               PetscReal sigma, PetscReal eta, PetscReal tau);
@@ -329,9 +326,7 @@ PETSC_EXTERN void SlipContactProject(PetscInt n, const PetscReal x[], const Pets
                                      PetscReal x1[]);
 
 /* ---- numbers and decisions of the semismooth Newton method, for the SNES type and the trainer's loop: when a step is
-   taken, shortened, lengthened or replaced by projections, and when the solution is as exact as rounding lets it be
-   ----
-   */
+   taken, shortened, lengthened or replaced by projections, and when the solution is as exact as rounding lets it be */
 #define SLIP_SEARCH_RTOL 1e-10     /* natural residual over the characteristic traction */
 #define SLIP_SEARCH_ROUNDING 1e-15 /* relative residual that summation errors leave */
 enum {
@@ -376,8 +371,7 @@ static inline PetscBool SlipSearchSuffices(PetscReal last, PetscReal merit)
   return merit <= 0.1 * last ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Count the steps in a row that stalled: against cycling sliding sets projections help, which cannot cycle for small
-   slopes of the bound */
+/* Count the steps in a row that stalled: against sets that cycle projections help, where slopes of the bound are small */
 static inline PetscBool SlipSearchStuck(SlipSearch *search, PetscBool stalled, PetscReal merit)
 {
   search->stalls = stalled ? search->stalls + 1 : 0;
@@ -585,11 +579,10 @@ typedef struct {
 enum { SLIP_NUM_FILTERS = 8 };
 PETSC_EXTERN const SlipFilter SlipFilters[SLIP_NUM_FILTERS];
 
-/* Its history. */
 typedef struct {
   PetscReal error;  /* E_(n-1); 1 at the start */
   PetscReal h_last; /* last accepted step [s]; 0 at the start */
-} SlipFilterMemory;
+} SlipFilterMemory; /* its history */
 PETSC_EXTERN PetscReal SlipControlFilter(const SlipFilter *filter, SlipFilterMemory *memory, PetscReal q, PetscReal E,
                                          PetscReal h, PetscBool always, PetscBool *accept);
 

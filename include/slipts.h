@@ -5,10 +5,10 @@
 #include <slipsys.h>
 
 #define TSBATHE "bathe"
-#define TSMOREAU "moreau" /* explicit, with the same set-valued reactions; moreau.c */
-#define TSADAMS "adams"   /* explicit, of variable order; adams.c */
+#define TSMOREAU "moreau"   /* explicit, with the same set-valued reactions; moreau.c */
+#define TSADAMS "adams"     /* explicit, of variable order; adams.c */
 #define TSLAPUSTA "lapusta" /* explicit, of constant slip rates within a step, for media that remember; lapusta.c */
-#define TSRKC "rkc"       /* explicit, of second order, with as many stages as stability needs; rkc.c */
+#define TSRKC "rkc"         /* explicit, of second order, with as many stages as stability needs; rkc.c */
 
 /* How an attempt is computed: by implicit stages, or by an explicit step of a constraint with SlipExplicitOps; auto: by
    that which takes fewer products */

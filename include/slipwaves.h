@@ -2,7 +2,7 @@
 #pragma once
 #include <petscsys.h>
 
-/* Slip rate V of wavenumber k on a plane in a full space meets, beside the static stress and the impedance G/(2 cs), the
+/* Slip rate V of wavenumber k on a plane in a full space meets, beside static stress and the impedance G/(2 cs), the
    stress (G k/2) int W(k cs t') V(t - t') dt' of the waves that are still under way. */
 typedef enum {
   SLIP_WAVE_ANTIPLANE, /* mode III: slip across the wavenumber */

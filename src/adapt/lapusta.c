@@ -5,7 +5,7 @@
 #define TOO_LONG 4     /* over the longest one at its end: a step is refused */
 #define LEAST_CUT 1e-3 /* of one that was */
 
-/* Not longer than h, of shortest times 2^k or 1.5 2^k: what media that remember need of a step they need once for each */
+/* Not longer than h, of shortest times 2^k or 1.5 2^k: media that remember prepare each length of a step once */
 static PetscReal OfList(PetscReal h, PetscReal shortest)
 {
   PetscReal power;
@@ -31,7 +31,8 @@ static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, P
   PetscCall((*problem->slip_step)(ts, ts->ptime + h, ts->vec_sol, &longest, &shortest, ctx));
   *next_sc = 0;
   *wlte = *wltea = *wlter = -1;
-  *accept = h <= TOO_LONG * longest || h <= shortest || h <= adapt->dt_min || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
+  *accept =
+    h <= TOO_LONG * longest || h <= shortest || h <= adapt->dt_min || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   next = *accept ? PetscMin(GROWTH * h, longest) : PetscMax(LEAST_CUT * h, longest);
   next = OfList(PetscMax(next, shortest), shortest);
   *next_h = PetscClipInterval(next, adapt->dt_min, adapt->dt_max);

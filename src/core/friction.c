@@ -73,9 +73,9 @@ const SlipFrictionLaw SlipFrictionLaws[] = {
   {"constant", Constant, "residual", .by_rate = PETSC_FALSE, .reads = "residual"},
   {"rate_and_state", SlipRateAndState, "a asinh(|v|/(2 V0) exp((f0 + b ln(V0 theta/slip))/a))", .by_rate = PETSC_TRUE,
    .always_slides = PETSC_TRUE, .states = Theta, .nstates = 1, .rate = SlipRateAndStateRate,
-   .steady = SlipRateAndStateSteady, .drift = SlipRateAndStateDrift, .direct = SlipRateAndStateDirect, .balance = SlipRateAndStateBalance,
-   .keep = SlipRateAndStateKeep, .nkept = SLIP_RATE_AND_STATE_KEPT, .values = SlipRateAndStateValues,
-   .reads = "slip a b alpha reference reference_rate"},
+   .steady = SlipRateAndStateSteady, .drift = SlipRateAndStateDrift, .direct = SlipRateAndStateDirect,
+   .balance = SlipRateAndStateBalance, .keep = SlipRateAndStateKeep, .nkept = SLIP_RATE_AND_STATE_KEPT,
+   .values = SlipRateAndStateValues, .reads = "slip a b alpha reference reference_rate"},
   {.name = NULL},
 };
 
@@ -238,19 +238,6 @@ static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
                         .shift = f->alpha ? SlipRateAndStateShift(f->alpha[i], f->b[i], f->stress[i], f->start[i]) : 0,
                         .own = f->own ? f->own + f->nown * i : NULL,
                         .ctx = f->law->ctx};
-}
-
-/* States of a law that knows them after h at constant rates */
-void SlipFrictionDriftOwn(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
-                          PetscReal s[])
-{
-  for (PetscInt i = 0; i < n; i++) {
-    const SlipFriction p = At(f, i);
-    PetscReal from[SLIP_MAX_STATES];
-
-    for (PetscInt k = 0; k < f->law->nstates; k++) from[k] = s[stride * i + k];
-    f->law->drift(&p, from, PetscAbsReal(v[i]), h, s + stride * i);
-  }
 }
 
 /* States of which nothing has slipped yet */

@@ -86,7 +86,7 @@ void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h,
   SlipBathe c;
 
   if (f->law->drift) {
-    SlipFrictionDriftOwn(f, n, h, v, stride, s);
+    f->law->drift(f, n, h, v, stride, s);
     return;
   }
   SlipBatheSetUpBackward(&c);

@@ -66,24 +66,6 @@ void SlipRateAndStateRate(const SlipFriction *p, const PetscReal s[], PetscReal 
   *drate_dv = -1 / p->slip;
 }
 
-/* psi after h at a constant rate, exactly: a SlipDriftFn. theta goes exponentially to its steady value d_c/v by the aging
-   law, and its logarithm by the slip law. */
-void SlipRateAndStateDrift(const SlipFriction *p, const PetscReal s0[], PetscReal v, PetscReal h, PetscReal s[])
-{
-  const PetscReal x = v * h / p->slip, left = PetscExpReal(-x), psi = *s0 - p->shift;
-
-  if (p->slip_law) {
-    const PetscReal steady = v > 0 ? -PetscLogReal(v / p->reference_rate) : psi;
-
-    *s = p->shift + steady + (psi - steady) * left;
-  } else {
-    const PetscReal gone = x > 1e-8 ? -expm1(-x) / x : 1 - x / 2; /* of theta's steady value, over x */
-
-    *s = *s0 - x + PetscLogReal(1 + gone * h * p->reference_rate / p->slip * PetscExpReal(x - psi));
-    if (x - psi > 30) *s = p->shift + PetscLogReal(PetscExpReal(psi - x) + gone * h * p->reference_rate / p->slip);
-  }
-}
-
 /* Where nothing is left of the normal stress, this much of it: the strength is 0 there, and psi a number. */
 #define LEAST_STRESS 1e-12
 
@@ -478,5 +460,30 @@ void SlipRateAndStateValues(const SlipFrictionCells *f, PetscInt n, PetscInt str
     ValuesChunk(m, f->reference_rate, f->a + start, f->b + start, f->reference + start, state, rate, mu + start);
     for (PetscInt i = start; i < start + m; i++)
       if (mu[i] == PETSC_MAX_REAL) mu[i] = ValueOfCell(f, i, state[i - start], rate[i - start]);
+  }
+}
+
+/* psi of n cells after h at constant rates, exactly. theta goes exponentially to its steady value d_c/v by the aging
+   law, its logarithm by the slip law. */
+void SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
+                           PetscReal s[])
+{
+  const PetscReal V0 = f->reference_rate;
+
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal rate = PetscAbsReal(v[i]), x = rate * h / f->slip[i], left = PetscExpReal(-x),
+                    shift = f->alpha ? SlipRateAndStateShift(f->alpha[i], f->b[i], f->stress[i], f->start[i]) : 0,
+                    psi = s[stride * i] - shift;
+
+    if (f->slip_law) {
+      const PetscReal steady = rate > 0 ? -PetscLogReal(rate / V0) : psi;
+
+      s[stride * i] = shift + steady + (psi - steady) * left;
+    } else {
+      const PetscReal gone = (x > 1e-8 ? -expm1(-x) / x : 1 - x / 2) * h * V0 / f->slip[i]; /* V0/v (1 - left) */
+
+      s[stride * i] = shift + (x - psi > 30 ? PetscLogReal(PetscExpReal(psi - x) + gone)
+                                            : psi - x + log1p(gone * PetscExpReal(x - psi)));
+    }
   }
 }

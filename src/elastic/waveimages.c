@@ -11,7 +11,7 @@
   shorter period, and all others. Images also send the plane wave of the mean slip rate of a period, of which slow slip
   knows nothing: it is the delay, times the stress of uniform slip, that takes it away, and so the T_g are known.
 */
-#include <slipstep/private/slipwaves.h>
+#include <slipstep/private/slipwavespace.h>
 #include <petscdt.h>
 #include <math.h>
 
@@ -22,10 +22,10 @@ struct _n_SlipWaveImages {
   SlipWaveSpace space;
   PetscInt groups;
   PetscReal delay[GROUPS];
-  PetscInt q;            /* moments */
-  PetscInt degrees;      /* in each direction */
-  PetscReal *C[GROUPS];  /* [q][q] */
-  PetscReal *at[2];      /* [cells in that direction][degrees] polynomials along strike and down dip */
+  PetscInt q;                         /* moments */
+  PetscInt degrees;                   /* in each direction */
+  PetscReal *C[GROUPS];               /* [q][q] */
+  PetscReal *at[2];                   /* [cells in that direction][degrees] polynomials along strike and down dip */
   PetscReal *rows;                    /* [cells down dip][2][degrees] moments of rows of cells */
   PetscReal *moments, *past, *answer; /* [q] of now, of then, and what K_g makes of it */
   PetscReal *time, *history;          /* [n], [n][q] */
@@ -145,7 +145,8 @@ static PetscErrorCode SetUpLine(SlipWaveImages w, PetscReal cs)
 
   PetscFunctionBegin;
   w->groups = 1;
-  w->delay[0] = 3 / (PetscReal)PETSC_PI * period * dx / cs; /* G/(2 cs L) over that stress, G pi/(6 L^2), L = period dx */
+  w->delay[0] =
+    3 / (PetscReal)PETSC_PI * period * dx / cs; /* G/(2 cs L) over that stress, G pi/(6 L^2), L = period dx */
   w->degrees = w->q = DEGREES;
   PetscCall(PetscCalloc1(DEGREES * DEGREES, &w->C[0]));
   PetscCall(Quadrature(NODES, DEGREES, s->mirror, x, p));
@@ -223,7 +224,8 @@ PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *
   else
     PetscCall(SetUpPlane(w, rock, cs));
   PetscCall(SetUpPolynomials(w));
-  PetscCall(PetscMalloc4(w->q, &w->moments, w->q, &w->past, w->q, &w->answer, 2 * space->grid.nz * w->degrees, &w->rows));
+  PetscCall(
+    PetscMalloc4(w->q, &w->moments, w->q, &w->past, w->q, &w->answer, 2 * space->grid.nz * w->degrees, &w->rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

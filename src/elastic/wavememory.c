@@ -1,13 +1,13 @@
 /*
   What a plane remembers of slip: of each wavenumber k and each exponential s_j of its kernel the number z_j = s_j times
-  int exp(s_j k cs t') V(t - t') k cs dt', so that the stress of waves under way is eta sum Re (a_j/s_j) z_j, eta = G/(2
-  cs). While slip has a constant rate V, z goes to e (z + V) - V with e = exp(s_j k cs h), exactly, however long the step
-  is; steady slip has z = -V, and the sum is V then.
+  int exp(s_j k cs t') V(t - t') k cs dt', so that the stress of waves under way is eta sum Re (a_j/s_j) z_j, eta =
+  G/(2 cs). While slip has a constant rate V, z goes to e (z + V) - V with e = exp(s_j k cs h), exactly, however long
+  the step is; steady slip has z = -V, and the sum is V then.
 
   Wavenumbers are taken in blocks, of which all exponentials lie together: memory is read once, in its order. It is in
   single precision, as exact as the poles are: reading it is what takes the time.
 */
-#include <slipstep/private/slipwaves.h>
+#include <slipstep/private/slipwavespace.h>
 #include <stdlib.h>
 
 /* For the machine that the program meets, not only for the one that compiled it */
@@ -94,8 +94,8 @@ VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const f
     }
 }
 
-VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[],
-                                  const float from[], float to[], PetscReal now[], PetscReal next[])
+VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[], const float from[],
+                                  float to[], PetscReal now[], PetscReal next[])
 {
   const PetscInt poles = m->poles.n;
 
@@ -114,7 +114,7 @@ VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], cons
 
         for (PetscInt l = 0; l < B; l++) {
           const float real = x[l] + rate[l], yr = e[l] * real - e[B + l] * x[B + l] - rate[l],
-                          yi = e[l] * x[B + l] + e[B + l] * real;
+                      yi = e[l] * x[B + l] + e[B + l] * real;
 
           y[l] = yr;
           y[B + l] = yi;

@@ -3,7 +3,7 @@
   Of a line that reaches the ground the mirror belongs to the field: its spectrum is a cosine transform, and real.
   Wavenumbers are spread over the ranks, and nothing but the transforms needs messages.
 */
-#include <slipstep/private/slipwaves.h>
+#include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipelasticity.h>
 
 static PetscErrorCode Allocate(SlipWaveSpace s)
@@ -52,8 +52,8 @@ static PetscErrorCode SetUpLine(SlipWaveSpace s, PetscReal padding)
 
     s->share[i] = (s->mirror ? (all ? 1 : (PetscReal)0.5) : (all && 2 * all < s->length[1] ? 2 : 1)) /
                   ((s->mirror ? 2 : 1) * (PetscReal)s->length[1]);
-    s->k[i] = (s->mirror ? 1 : 2) * (PetscReal)PETSC_PI * (PetscReal)(start + i) /
-              ((PetscReal)s->length[1] * s->grid.size[1]);
+    s->k[i] =
+      (s->mirror ? 1 : 2) * (PetscReal)PETSC_PI * (PetscReal)(start + i) / ((PetscReal)s->length[1] * s->grid.size[1]);
   }
   PetscCall(SlipAllocate((size_t)s->length[1] + 2, &s->line_real));
   PetscCall(SlipAllocate((size_t)s->parts * waves, &s->line_wave));
@@ -61,10 +61,8 @@ static PetscErrorCode SetUpLine(SlipWaveSpace s, PetscReal padding)
     s->plan[0][0] = fftw_plan_r2r_1d((int)s->length[1], s->line_real, s->line_real, FFTW_REDFT10, FFTW_ESTIMATE);
     s->plan[0][1] = fftw_plan_r2r_1d((int)s->length[1], s->line_real, s->line_real, FFTW_REDFT01, FFTW_ESTIMATE);
   } else {
-    s->plan[0][0] =
-      fftw_plan_dft_r2c_1d((int)s->length[1], s->line_real, (fftw_complex *)s->line_real, FFTW_ESTIMATE);
-    s->plan[0][1] =
-      fftw_plan_dft_c2r_1d((int)s->length[1], (fftw_complex *)s->line_real, s->line_real, FFTW_ESTIMATE);
+    s->plan[0][0] = fftw_plan_dft_r2c_1d((int)s->length[1], s->line_real, (fftw_complex *)s->line_real, FFTW_ESTIMATE);
+    s->plan[0][1] = fftw_plan_dft_c2r_1d((int)s->length[1], (fftw_complex *)s->line_real, s->line_real, FFTW_ESTIMATE);
   }
   PetscCheck(s->plan[0][0] && s->plan[0][1], s->comm, PETSC_ERR_LIB, "FFTW cannot plan a transform of %" PetscInt_FMT,
              s->length[1]);
@@ -146,8 +144,8 @@ static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
     for (int back = 0; back < 2 && waves; back++)
       s->plan[c][back] = fftw_plan_many_dft(1, &length, (int)waves, column, NULL, 1, length, column, NULL, 1, length,
                                             back ? FFTW_BACKWARD : FFTW_FORWARD, FFTW_ESTIMATE);
-    PetscCheck(!waves || (s->plan[c][0] && s->plan[c][1]), s->comm, PETSC_ERR_LIB,
-               "FFTW cannot plan transforms of %d", length);
+    PetscCheck(!waves || (s->plan[c][0] && s->plan[c][1]), s->comm, PETSC_ERR_LIB, "FFTW cannot plan transforms of %d",
+               length);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

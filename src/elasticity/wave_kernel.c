@@ -15,8 +15,8 @@
 #define POINTS 8
 static const double point[POINTS / 2] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
                                          0.9602898564975363},
-                    weight[POINTS / 2] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
-                                          0.1012285362903763};
+                                   weight[POINTS / 2] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
+                                                         0.1012285362903763};
 #define PANEL 0.5 /* longest: of J0, whose integral it then has to rounding */
 
 /* int_x^y J0 */
@@ -35,6 +35,19 @@ static double Between(double x, double y)
   return sum;
 }
 
+/*@
+  SlipWaveStatic - W(0): the static stiffness of a mode over G k/2
+
+  Not collective, pure
+
+  Input Parameters:
++ mode  - SLIP_WAVE_ANTIPLANE or SLIP_WAVE_INPLANE
+- ratio - cp/cs, above 1; of mode II alone, dimensionless
+
+  Level: developer
+
+.seealso: SlipWaveKernel()
+@*/
 PetscReal SlipWaveStatic(SlipWaveMode mode, PetscReal ratio)
 {
   return mode == SLIP_WAVE_ANTIPLANE ? 1 : 2 * (1 - 1 / (ratio * ratio));
@@ -58,7 +71,7 @@ static double Moment(double x, double J)
 
   Input Parameters:
 + mode  - SLIP_WAVE_ANTIPLANE or SLIP_WAVE_INPLANE
-. ratio - cp/cs, above 1; of mode II alone
+. ratio - cp/cs, above 1; of mode II alone, dimensionless
 . n     - number of times
 - T     - [n] times k cs t, ascending, not negative, dimensionless
 
@@ -88,8 +101,8 @@ PetscErrorCode SlipWaveKernel(SlipWaveMode mode, PetscReal ratio, PetscInt n, co
     W[i] = (PetscReal)Antiplane(t, J);
     if (mode == SLIP_WAVE_INPLANE) {
       far += Between(a * x, a * t);
-      W[i] += (PetscReal)(1 - 2 * square - 4 * (square * Moment(a * t, far) - Moment(t, J)) -
-                          (3 * J - 4 * square * far));
+      W[i] +=
+        (PetscReal)(1 - 2 * square - 4 * (square * Moment(a * t, far) - Moment(t, J)) - (3 * J - 4 * square * far));
     }
     x = t;
   }

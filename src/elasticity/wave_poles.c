@@ -13,24 +13,24 @@
 #include <complex.h>
 #include <math.h>
 
-#define OFFSET 5e-4  /* real part of the points where the transform is met: half of 1/SLIP_WAVE_LONGEST */
-#define NEAR 60      /* times up to there have equal distances, */
+#define OFFSET 5e-4 /* real part of the points where the transform is met: half of 1/SLIP_WAVE_LONGEST */
+#define NEAR 60     /* times up to there have equal distances, */
 #define NEAR_TIMES 2000
 #define FAR_TIMES 1000 /* and more up to SLIP_WAVE_LONGEST equal ratios */
 #define TIMES (NEAR_TIMES + FAR_TIMES)
-#define BOUND 1e3      /* weight of what binds the amplitudes, in least squares that are projected to it afterwards */
-#define FINER 0.5      /* next tolerance of the transform */
+#define BOUND 1e3 /* weight of what binds the amplitudes, in least squares that are projected to it afterwards */
+#define FINER 0.5 /* next tolerance of the transform */
 #define FINEST 1e-12
-#define CUTOFF 1e-13   /* relative, of singular values */
+#define CUTOFF 1e-13 /* relative, of singular values */
 enum { AROUND = 140, HIGH = 120, BELOW = 60, POINTS = 4 * AROUND + HIGH + BELOW, PAIRS = SLIP_WAVE_MOST_POLES };
 
 typedef struct {
   SlipWaveMode mode;
   double ratio;
-  int n;                              /* of points */
+  int n; /* of points */
   double complex Z[POINTS], F[POINTS];
   PetscBool support[POINTS];
-  int m;                              /* of pairs of support points */
+  int m; /* of pairs of support points */
   double complex z[PAIRS], f[PAIRS], w[PAIRS];
 } Fit;
 
@@ -99,8 +99,8 @@ static PetscErrorCode SetWeights(Fit *fit, PetscReal A[], PetscReal work[], Pets
     if (fit->support[i]) continue;
     for (int j = 0; j < m; j++) {
       const double complex there = (fit->F[i] - fit->f[j]) / (fit->Z[i] - fit->z[j]),
-                           below = (fit->F[i] - conj(fit->f[j])) / (fit->Z[i] - conj(fit->z[j])),
-                           real = there + below, imaginary = I * (there - below);
+                           below = (fit->F[i] - conj(fit->f[j])) / (fit->Z[i] - conj(fit->z[j])), real = there + below,
+                           imaginary = I * (there - below);
 
       A[row + rows * 2 * j] = (PetscReal)creal(real);
       A[row + 1 + rows * 2 * j] = (PetscReal)cimag(real);
@@ -166,8 +166,7 @@ static PetscErrorCode FindPoles(const Fit *fit, SlipWavePoles *p)
       A[2 * i + n * (2 * j + 1)] += 2 * (PetscReal)cimag(wz) / sum;
     }
   }
-  PetscCallBLAS("LAPACKgeev",
-                LAPACKgeev_("N", "N", &n, A, &n, re, im, &none, &one, &none, &one, work, &size, &info));
+  PetscCallBLAS("LAPACKgeev", LAPACKgeev_("N", "N", &n, A, &n, re, im, &none, &one, &none, &one, work, &size, &info));
   PetscCheck(info == 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK's geev returned %d", (int)info);
   for (PetscInt i = 1; i < n; i++)
     if (hypot(re[i], im[i]) < hypot(re[least], im[least])) least = i;
@@ -246,15 +245,16 @@ static PetscErrorCode FindAmplitudes(const Fit *fit, const PetscReal T[], const 
   SetExponentials(p, rows, T, A);
   PetscCall(PetscArraycpy(b, W, TIMES));
   for (int i = 0; i < 2; i++) b[TIMES + i] = (PetscReal)BOUND * to[i];
-  PetscCallBLAS("LAPACKgelss", LAPACKgelss_(&rows, &columns, &one, A, &rows, b, &rows, s, &cutoff, &rank, work, &size,
-                                            &info));
+  PetscCallBLAS("LAPACKgelss",
+                LAPACKgelss_(&rows, &columns, &one, A, &rows, b, &rows, s, &cutoff, &rank, work, &size, &info));
   PetscCheck(info == 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK's gelss returned %d", (int)info);
   PetscCall(PetscArraycpy(p->a, b, 2 * p->n));
   for (PetscInt k = 0; k < p->n; k++)
     if (p->s[2 * k + 1] == 0) p->a[2 * k + 1] = 0;
   Project(p, to);
   p->error = 0;
-  for (PetscInt i = 0; i < TIMES; i++) p->error = PetscMax(p->error, PetscAbsReal(SlipWavePolesEvaluate(p, T[i]) - W[i]));
+  for (PetscInt i = 0; i < TIMES; i++)
+    p->error = PetscMax(p->error, PetscAbsReal(SlipWavePolesEvaluate(p, T[i]) - W[i]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -288,8 +288,8 @@ static PetscErrorCode Refine(Fit *fit, PetscReal tolerance, const PetscReal T[],
 
   Input Parameters:
 + mode      - SLIP_WAVE_ANTIPLANE or SLIP_WAVE_INPLANE
-. ratio     - cp/cs, above 1; of mode II alone
-- tolerance - largest error of W, 1e-8 to 1e-1
+. ratio     - cp/cs, above 1; of mode II alone, dimensionless
+- tolerance - largest error of W, 1e-8 to 1e-1, dimensionless
 
   Output Parameter:
 . poles - the sum, to be freed by SlipWavePolesDestroy(); its sum of amplitudes is W(0), its integral 1, as those of W
@@ -332,7 +332,19 @@ PetscErrorCode SlipWavePolesCreate(SlipWaveMode mode, PetscReal ratio, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sum at T */
+/*@C
+  SlipWavePolesEvaluate - the sum of exponentials at a time
+
+  Not collective, pure
+
+  Input Parameters:
++ p - the sum
+- T - time k cs t, not negative, dimensionless
+
+  Level: developer
+
+.seealso: SlipWavePolesCreate()
+@*/
 PetscReal SlipWavePolesEvaluate(const SlipWavePoles *p, PetscReal T)
 {
   PetscReal sum = 0;
@@ -343,6 +355,18 @@ PetscReal SlipWavePolesEvaluate(const SlipWavePoles *p, PetscReal T)
   return sum;
 }
 
+/*@C
+  SlipWavePolesDestroy - free a sum of exponentials
+
+  Not collective, pure
+
+  Input Parameter:
+. p - the sum, which has none then
+
+  Level: developer
+
+.seealso: SlipWavePolesCreate()
+@*/
 PetscErrorCode SlipWavePolesDestroy(SlipWavePoles *p)
 {
   PetscFunctionBegin;

@@ -57,6 +57,7 @@ FEATURE_ON(STIFFNESS_FILE, Given(f, FAULT_STIFFNESS_FILE))
 FEATURE_ON(HALF_SPACE, Chosen(f, FAULT_KERNEL, "half_space"))
 FEATURE_ON(FULL_SPACE, Chosen(f, FAULT_KERNEL, "full_space"))
 FEATURE_ON(WAVES, Chosen(f, FAULT_MEDIUM, SLIPELASTICWAVES))
+FEATURE_ON(WAVE_PLANE, On_WAVES(f, ts) && (f->mesh.ndim < 2 || f->mesh.dims[1] > 1))
 FEATURE_ON(CENTRE, Chosen(f, FAULT_STIFFNESS_AVERAGE, "centre"))
 FEATURE_ON(CELL, Chosen(f, FAULT_STIFFNESS_AVERAGE, "cell"))
 FEATURE_ON(WHOLE, Chosen(f, FAULT_STIFFNESS_AVERAGE, "whole"))
@@ -110,7 +111,8 @@ FEATURE_ON(ADAMS, HasType(ts, TSADAMS))
 FEATURE_ON(RK, HasType(ts, TSRK))
 FEATURE_ON(RKC, HasType(ts, TSRKC))
 FEATURE_ON(LAPUSTA, HasType(ts, TSLAPUSTA))
-FEATURE_ON(OTHER_TS, ts && !On_BATHE(f, ts) && !On_MOREAU(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts) && !On_RKC(f, ts) && !On_LAPUSTA(f, ts))
+FEATURE_ON(OTHER_TS, ts && !On_BATHE(f, ts) && !On_MOREAU(f, ts) && !On_ADAMS(f, ts) && !On_RK(f, ts) &&
+                       !On_RKC(f, ts) && !On_LAPUSTA(f, ts))
 
 enum { OWN, MESH, MEDIUM, AVERAGE, STORAGE, VISCOSITY, MASS, LAW, START, COUPLING, INTEGRATOR };
 
@@ -129,6 +131,7 @@ const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES] = {
   EARLY(HALF_SPACE, MEDIUM, "-fault_kernel half_space"),
   EARLY(FULL_SPACE, MEDIUM, "-fault_kernel full_space"),
   EARLY(WAVES, OWN, "-fault_medium waves"),
+  EARLY(WAVE_PLANE, OWN, "-fault_medium waves of more than one column of cells"),
   EARLY(CENTRE, AVERAGE, "-fault_stiffness_average centre"),
   EARLY(CELL, AVERAGE, "-fault_stiffness_average cell"),
   EARLY(WHOLE, AVERAGE, "-fault_stiffness_average whole"),
@@ -224,12 +227,16 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_injection % needs -fault_injection_pressure [Pa] and -fault_injection_diffusivity [m^2/s]"},
   {F(WAVES), EXCLUDES, F(RECTANGLES) | F(TRIANGLES) | F(STIFFNESS_FILE), 0,
    "-fault_medium waves is of one plane with equal cells: expected a uniform grid"},
+  {F(WAVE_PLANE), EXCLUDES, F(HALF_SPACE), 0,
+   "-fault_medium waves of a plane knows no ground, which reflects waves: expected -fault_kernel full_space, or an "
+   "antiplane line (-fault_nx 1)"},
   {F(WAVES), EXCLUDES, F(INERTIA), 0,
    "-fault_medium waves has the inertia of the rock, all of it: expected -fault_inertia no"},
   {F(WAVES), NEEDS, F(RADIATION), 0, "-fault_medium waves radiates: expected -fault_viscosity radiation, not %"},
   {F(WAVES), EXCLUDES, F(OPENING), 0, "-fault_medium waves is of slip alone: expected -fault_opening no"},
   {F(WAVES), EXCLUDES, F(COUPLED), 0,
-   "-fault_medium waves is of a plane whose slip does not change its normal stress: expected -fault_normal_coupling no"},
+   "-fault_medium waves is of a plane whose slip does not change its normal stress: expected -fault_normal_coupling "
+   "no"},
   {F(WAVES), EXCLUDES, F(MEAN_SLIP), 0,
    "-fault_medium waves computes with the stiffness of the rock: expected -fault_stiffness_scaling none"},
   {F(WAVES), EXCLUDES, F(CRITICAL) | F(REST), 0,

@@ -51,7 +51,8 @@ static PetscReal Share(PetscReal A, PetscReal weakening, PetscReal stiffness)
 {
   const PetscReal root = PetscSqr(stiffness - weakening) / 4 - stiffness * A;
 
-  if (root / PetscSqr(A) > 0) return PetscMin(A / PetscMax(stiffness - weakening, PETSC_SMALL * A), (PetscReal)MOST_SLIP);
+  if (root / PetscSqr(A) > 0)
+    return PetscMin(A / PetscMax(stiffness - weakening, PETSC_SMALL * A), (PetscReal)MOST_SLIP);
   return PetscMin(1 - weakening / stiffness, (PetscReal)MOST_SLIP);
 }
 

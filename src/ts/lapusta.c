@@ -1,8 +1,9 @@
 /* TSLAPUSTA as a PETSc TS type: steps of a fault that remembers its waves, as those of Lapusta, Rice, Ben-Zion & Zheng
-   (2000). The slip rate V is constant within a step, what depends on slip follows it exactly (SlipProblemOps.drift), and
-   so do the waves. A step predicts with the rates of its start, corrects with the mean of these and those that friction
-   has then, twice, and is of second order; the next one begins with the rates of the second time. No rate of a state is ever extrapolated: at steps of which waves cross half a
-   cell, the shortest that there is anything to know about, a cell may slip by many times its characteristic slip.
+   (2000). Slip rates are constant within a step, what depends on slip follows them exactly (SlipProblemOps.drift), and so
+   do the waves. A step predicts with the rates of its start, corrects with the mean of these and those that friction
+   has then, twice, and is of second order; the next one begins with the rates of the second time. No rate of a state is
+   ever extrapolated: in steps in which waves cross half a cell, the shortest that there is anything to know about, a
+   cell may slip by many times its characteristic slip.
 
    The error estimate is the difference of the first and the last correction, and of order h^3. */
 #include <slipstep/private/slipts.h>
@@ -10,13 +11,13 @@
 enum { CORRECTIONS = 2 };
 
 typedef struct {
-  PetscBool known;      /* f is that of the step's start */
-  PetscInt rejections;  /* attempts of this step that were refused */
-  Vec start, f;         /* state and rates at the start of the step, */
-  Vec end;              /* rates at its end, */
-  Vec mean, first;      /* the rates that lead there, and those of the first correction */
+  PetscBool known;     /* f is that of the step's start */
+  PetscInt rejections; /* attempts of this step that were refused */
+  Vec start, f;        /* state and rates at the start of the step, */
+  Vec end;             /* rates at its end, */
+  Vec mean, first;     /* the rates that lead there, and those of the first correction */
   Vec work;
-  PetscReal before, h;  /* time at the start of the last step, and its length [s] */
+  PetscReal before, h; /* time at the start of the last step, and its length [s] */
 } TS_Lapusta;
 
 static PetscErrorCode TSReset_Lapusta(TS ts)

@@ -30,6 +30,8 @@ RUNS = {
     "pi": (EVENT.replace("heuristic", "pi"), 12),
     "thrust": (EVENT + " -fault_dip 40 -fault_rake 90", 12),
     "mesh": (EVENT.replace("-fault_nx 4 -fault_nz 3", "-fault_mesh mesh.h5 -fault_mesh_frame ned -fault_mesh_unit km"), 12),
+    "waves": (EVENT.split(" -ts_adapt")[0] + " -fault_medium waves -fault_kernel full_space -fault_initial traction -fault_initial_traction 1e8 "
+              "-fault_initial_unstable", 12),
     "lanczos": (EVENT + " -fault_viscosity lanczos", 12),
     "hmat": (EVENT + " -fault_operator hmat", 12),
     "rate": (EVENT + " -fault_friction_law rate_weakening", 12),
@@ -41,7 +43,6 @@ RUNS = {
 }
 # What becomes of an option by what it is part of: the first, or where the table says so another
 BECOMES = {"problem": (REFUSED, FILE), "steps": (ANNOUNCED,), "run": (SAME, ANNOUNCED), "output": (SAME, FILE, REFUSED)}
-ALONE = {"fault_medium"}  # of the problem, but the program knows one value only; test_medium.c has others
 # option: (run, value), in a run where it counts, and what becomes of it where -help does not say what it is part of, or where that is not the
 # first that may; of values None the option stands alone
 TABLE = {
@@ -85,7 +86,7 @@ TABLE = {
     "fault_hmat_tolerance": ("hmat", "1e-6"),
     "fault_friction_law": ("event", "linear_slip_weakening"),
     "fault_state_law": ("smooth", "slip"),
-    "fault_medium": ("event", "static", SAME),
+    "fault_medium": ("waves", "static"),
     "fault_kernel": ("event", "full_space"),
     "fault_normal_coupling": ("thrust", "no"),
     "fault_initial": ("event", "rest"),
@@ -104,6 +105,8 @@ TABLE = {
     "fault_inertia": ("event", "no -fault_viscosity sqrtm"),
     "fault_opening": ("thrust", "yes -fault_slip_components 2 -fault_initial traction"),
     "ts_type": ("smooth", "rk", REFUSED),
+    "fault_waves_tolerance": ("waves", "1e-5"),
+    "fault_waves_padding": ("waves", "3"),
     # how it is computed
     "fault_krylov_tolerance": ("lanczos", "1e-6"),
     "fault_rate_tolerance": ("event", "1e-9"),
@@ -189,7 +192,7 @@ def options_of_help():
 def expected(option, part):
     """What the test wants to see, which what the option is part of allows"""
     wanted = TABLE[option][2] if len(TABLE[option]) > 2 else BECOMES[part][0]
-    if part and wanted not in BECOMES[part] and option not in ALONE:
+    if part and wanted not in BECOMES[part]:
         raise AssertionError(f"-{option} is of the {part}, which is never {wanted}")
     return wanted
 

@@ -30,6 +30,8 @@ static const struct {
   [FEATURE_STIFFNESS_FILE] = {"-fault_stiffness_file k.h5"},
   [FEATURE_HALF_SPACE] = {"-fault_kernel half_space"},
   [FEATURE_FULL_SPACE] = {"-fault_kernel full_space"},
+  [FEATURE_WAVES] = {"-fault_medium waves", "-ts_max_time 3"},
+  [FEATURE_WAVE_PLANE] = {"-fault_medium waves", "", SLIP_FEATURE(WAVES)},
   [FEATURE_CENTRE] = {"-fault_stiffness_average centre"},
   [FEATURE_CELL] = {"-fault_stiffness_average cell"},
   [FEATURE_WHOLE] = {"-fault_stiffness_average whole"},
@@ -81,6 +83,7 @@ static const struct {
   [FEATURE_ADAMS] = {"-ts_type adams"},
   [FEATURE_RK] = {"-ts_type rk -ts_rtol 3e-4"}, /* 3bs, whose steps have no inner states for the energy */
   [FEATURE_RKC] = {"-ts_type rkc"},
+  [FEATURE_LAPUSTA] = {"-ts_type lapusta"},
   [FEATURE_OTHER_TS] = {"-ts_type ssp -ts_adapt_type none -ts_dt 0.05 -ts_max_time 1"}, /* without an error estimate */
 };
 static const char base[] =

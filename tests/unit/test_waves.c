@@ -144,12 +144,13 @@ static void Go(Medium *m, PetscReal h, const PetscReal v[])
   ok(SlipElasticAccept(m->el, m->t, m->u, PETSC_FALSE));
 }
 
-/* Stress at the distance x of unit rate for the time T on a cell of a line, without the impedance's part: closed form */
+/* Stress at the distance x of unit rate for the time T on a cell of a line, without that of the impedance */
 static PetscReal Edge(const Medium *m, PetscReal T, PetscReal x)
 {
   const PetscReal r = PetscAbsReal(x) / (m->cs * T);
 
-  return T > 0 && r < 1 ? PetscSign(x) * (T * PetscSqrtReal(1 - r * r) - r * T * PetscAcosReal(r)) / PetscAbsReal(x) : 0;
+  return T > 0 && r < 1 ? PetscSign(x) * (T * PetscSqrtReal(1 - r * r) - r * T * PetscAcosReal(r)) / PetscAbsReal(x)
+                        : 0;
 }
 
 static PetscReal OfCell(const Medium *m, PetscReal T, PetscReal x)
@@ -188,13 +189,15 @@ static void History(PetscBool full_space, PetscBool smooth, PetscReal allowed)
         const PetscReal since = m.t - begin[k], until = m.t - begin[k + 1];
 
         sum += rate[k][j] * (OfCell(&m, since, (i - j) * m.dz) - OfCell(&m, until, (i - j) * m.dz));
-        if (m.mirror) sum += rate[k][j] * (OfCell(&m, since, (i + j + 1) * m.dz) - OfCell(&m, until, (i + j + 1) * m.dz));
+        if (m.mirror)
+          sum += rate[k][j] * (OfCell(&m, since, (i + j + 1) * m.dz) - OfCell(&m, until, (i + j + 1) * m.dz));
       }
     worst = PetscMax(worst, PetscAbsReal(-f[i] - sum));
     largest = PetscMax(largest, PetscAbsReal(sum));
   }
   ok(VecRestoreArrayRead(m.f, &f));
-  printf("full %d smooth %d: %g of the impedance, %g of the largest\n", full_space, smooth, worst / m.eta, worst / largest);
+  printf("full %d smooth %d: %g of the impedance, %g of the largest\n", full_space, smooth, worst / m.eta,
+         worst / largest);
   AssertNear(worst / m.eta, 0, allowed);
   Destroy(&m);
 }
@@ -252,7 +255,7 @@ static void test_rest(void **state)
 
 #define DROP 5e6
 
-/* Kostrov (1964): antiplane, |x| < v t; E: complete elliptic integral of the parameter 1 - v^2/cs^2. The mean drop within
+/* Kostrov (1964): antiplane, |x| < v t; E: complete elliptic integral of 1 - v^2/cs^2. The mean drop within
    0.6 v t, over that which is meant, less 1 */
 static PetscReal Antiplane(PetscInt N, PetscReal ratio, PetscReal E)
 {
@@ -273,8 +276,10 @@ static PetscReal Antiplane(PetscInt N, PetscReal ratio, PetscReal E)
     for (PetscInt i = 0; i < N; i++) {
       const PetscReal x = ((PetscReal)i + 0.5) * m.dz - length / 2;
 
-      rate[i] = A * (PetscSqrtReal(PetscMax(PetscSqr(v * (t + h)) - x * x, 0)) -
-                     PetscSqrtReal(PetscMax(PetscSqr(v * t) - x * x, 0))) / h;
+      rate[i] = A *
+                (PetscSqrtReal(PetscMax(PetscSqr(v * (t + h)) - x * x, 0)) -
+                 PetscSqrtReal(PetscMax(PetscSqr(v * t) - x * x, 0))) /
+                h;
     }
     Go(&m, h, rate);
   }
@@ -310,16 +315,19 @@ static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
     const PetscReal h = 0.45 * length / v / (PetscReal)steps, t = (PetscReal)k * h;
 
     for (PetscInt i = 0; i < N * N; i++) {
-      const PetscReal x = ((PetscReal)(i % N) + 0.5) * m.dx - length / 2, z = ((PetscReal)(i / N) + 0.5) * m.dz - length / 2;
+      const PetscReal x = ((PetscReal)(i % N) + 0.5) * m.dx - length / 2,
+                      z = ((PetscReal)(i / N) + 0.5) * m.dz - length / 2;
       const PetscReal delay2 = (x * x + z * z) / (v * v);
 
-      rate[2 * i] = A * (PetscSqrtReal(PetscMax(PetscSqr(t + h) - delay2, 0)) - PetscSqrtReal(PetscMax(t * t - delay2, 0))) / h;
+      rate[2 * i] =
+        A * (PetscSqrtReal(PetscMax(PetscSqr(t + h) - delay2, 0)) - PetscSqrtReal(PetscMax(t * t - delay2, 0))) / h;
     }
     Go(&m, h, rate);
   }
   ok(VecGetArrayRead(m.f, &f));
   for (PetscInt i = 0; i < N * N; i++) {
-    const PetscReal x = ((PetscReal)(i % N) + 0.5) * m.dx - length / 2, z = ((PetscReal)(i / N) + 0.5) * m.dz - length / 2;
+    const PetscReal x = ((PetscReal)(i % N) + 0.5) * m.dx - length / 2,
+                    z = ((PetscReal)(i / N) + 0.5) * m.dz - length / 2;
     const PetscReal r = hypot(x, z);
 
     if (r >= 0.6 * v * m.t) continue;
@@ -335,7 +343,8 @@ static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
 static void test_kostrov(void **state)
 {
   static const PetscReal line[][2] = {{.1, 1.01599355}, {.5, 1.21105603}, {.7, 1.34559225}, {.9, 1.49329011}},
-                         plane[][2] = {{.3, .317429}, {.5, .507099}, {.7, .674635}, {.8, .750178}, {.9, .820515}, {.95, .853818}};
+                         plane[][2] = {{.3, .317429}, {.5, .507099}, {.7, .674635},
+                                       {.8, .750178}, {.9, .820515}, {.95, .853818}};
 
   (void)state;
   for (int k = 0; k < 4; k++) printf("line %g: %g\n", line[k][0], Antiplane(200, line[k][0], line[k][1]));

@@ -1,4 +1,5 @@
-/* Inside the medium "waves": fields of a plane or a line as wavenumbers, what they remember, and images of the fault. */
+/* Inside the medium "waves": fields of a plane or a line as wavenumbers, what these remember, images of the fault, and
+   the data of the medium. */
 #pragma once
 #include <slipwaves.h>
 #include <slipstep/private/slipelastic.h>
@@ -12,17 +13,17 @@ struct _n_SlipWaveSpace {
   MPI_Comm comm;
   SlipElasticGrid grid;
   PetscInt components;
-  PetscBool line;      /* antiplane, endless along strike: one cell there */
-  PetscBool mirror;    /* a line up to the ground: spectra are real */
-  PetscInt modes;      /* II and III of planes, III of lines */
-  PetscInt parts;      /* 1 where spectra are real, else 2 */
+  PetscBool line;   /* antiplane, endless along strike: one cell there */
+  PetscBool mirror; /* a line up to the ground: spectra are real */
+  PetscInt modes;   /* II and III of planes, III of lines */
+  PetscInt parts;   /* 1 where spectra are real, else 2 */
   PetscInt n, stride;
-  PetscInt length[2];  /* period in cells along strike and down dip; of a mirrored line with the mirror's */
-  PetscReal *k;        /* [stride] wavenumber, 0 beyond n [1/m] */
-  PetscReal *share;    /* [stride] of products of two spectra in that of their fields, summed over all cells */
-  PetscReal *ex, *ez;  /* [n] its direction, of planes */
-  PetscReal *ux, *uz;  /* [rows of cells of this process] of slip, of one component on a plane */
-  PetscReal *real[2];  /* fields along strike and down dip, of the same */
+  PetscInt length[2];   /* period in cells along strike and down dip; of a mirrored line with the mirror's */
+  PetscReal *k;         /* [stride] wavenumber, 0 beyond n [1/m] */
+  PetscReal *share;     /* [stride] of products of two spectra in that of their fields, summed over all cells */
+  PetscReal *ex, *ez;   /* [n] its direction, of planes */
+  PetscReal *ux, *uz;   /* [rows of cells of this process] of slip, of one component on a plane */
+  PetscReal *real[2];   /* fields along strike and down dip, of the same */
   PetscReal *column[2]; /* [waves along strike][length[1]] complex */
   fftw_plan plan[2][2]; /* there and back; of a line [0] */
   PetscReal *line_real, *line_wave; /* [padded], [waves of all processes] of a line */
@@ -47,15 +48,14 @@ typedef struct {
   PetscReal cs;
   PetscReal *b; /* [poles][2] amplitudes over s */
 } SlipWaveMemory;
-PETSC_INTERN PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMode mode, PetscInt field, PetscReal ratio,
-                                                 PetscReal cs, PetscReal tolerance, SlipWaveMemory *m);
+PETSC_INTERN PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMode mode, PetscInt field,
+                                                 PetscReal ratio, PetscReal cs, PetscReal tolerance, SlipWaveMemory *m);
 PETSC_INTERN PetscErrorCode SlipWaveMemoryDestroy(SlipWaveMemory *m);
 PETSC_INTERN size_t SlipWaveMemorySize(const SlipWaveMemory *m); /* of z: [blocks][poles][parts][2][block] */
 /* Of a step h: exponentials [blocks][poles][2][block], and what slip at a constant rate of 1 has there [stride] */
 PETSC_INTERN void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, float E[], PetscReal step[]);
 /* sum of Re b z: now, and without slip after a step: next [parts][stride] */
-PETSC_INTERN void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const float z[],
-                                     PetscReal next[]);
+PETSC_INTERN void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const float z[], PetscReal next[]);
 PETSC_INTERN void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[],
                                         const float from[], float to[], PetscReal now[], PetscReal next[]);
 PETSC_INTERN void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], float z[]);
@@ -74,3 +74,58 @@ PETSC_INTERN PetscErrorCode SlipWaveImagesWork(SlipWaveImages images, PetscReal 
 PETSC_INTERN PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages images, PetscReal t, Vec u, Vec f);
 PETSC_INTERN PetscErrorCode SlipWaveImagesVisit(SlipWaveImages images, SlipState state);
 PETSC_INTERN void SlipWaveImagesShift(SlipWaveImages images, PetscReal by);
+
+/* ---- waves.c, wavesetup.c, wavestate.c ---- */
+
+enum { SLIP_WAVE_TABLES = 4, SLIP_WAVE_KERNELS = 3 }; /* steps that were taken lately; kernels of a line */
+
+/* Of a step of h */
+typedef struct {
+  PetscReal h; /* [s]; 0: none */
+  PetscInt used;
+  float *E[SLIP_WAVE_KERNELS]; /* of each kernel */
+  PetscReal *step[SLIP_WAVE_KERNELS];
+} SlipWaveTable;
+
+/* What a slot has, which slots share until they differ */
+typedef struct {
+  float *z[SLIP_WAVE_KERNELS]; /* SlipWaveMemorySize(); not there while slip is steady */
+  PetscReal *now;              /* [kernels][parts][stride] sum of Re b z */
+  PetscReal *slip;             /* spectrum of u */
+  PetscBool steady;            /* all z are those of the rate `now` */
+} SlipWavePast;
+
+typedef struct {
+  SlipWaveSpace space;
+  SlipWaveImages images;
+  PetscInt kernels;
+  SlipWaveMemory memory[SLIP_WAVE_KERNELS];
+  PetscReal *stiffness;              /* [modes][stride] of the periodic K [Pa/m] */
+  PetscReal eta, cs, least, longest; /* G/(2 cs), the least step and the time after which all is forgotten [s] */
+  SlipWaveTable table[SLIP_WAVE_TABLES];
+  PetscInt clock;
+  SlipWavePast both[2];
+  PetscInt of[2];  /* which of these a slot has */
+  PetscReal *next; /* as `now`, of next_of after next_h without slip */
+  PetscReal next_h;
+  const SlipWavePast *next_of;
+  PetscReal *slip, *rate, *stress; /* spectra, at work */
+  Vec last;                        /* of which `slip` is the spectrum */
+  PetscBool known;
+} SlipWaves;
+
+/* Numbers of a spectrum, and of the sums of all kernels */
+static inline size_t SlipWavesNumbers(const SlipWaves *w)
+{
+  return (size_t)w->space->modes * w->space->parts * w->space->stride;
+}
+static inline size_t SlipWavesSums(const SlipWaves *w)
+{
+  return (size_t)w->kernels * w->space->parts * w->space->stride;
+}
+PETSC_INTERN PetscErrorCode SlipWavesAllocate(size_t count, float **a); /* zero, free with fftw_free() */
+PETSC_INTERN PetscErrorCode SlipWavesBegin(SlipWaves *w, SlipWavePast *past);
+PETSC_INTERN PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock);
+PETSC_INTERN PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer);
+PETSC_INTERN PetscErrorCode SlipWavesDestroy(SlipElastic el);
+PETSC_INTERN PetscErrorCode SlipWavesVisit(SlipElastic el, SlipState state);

@@ -1,0 +1,184 @@
+/* The medium "waves" before and after a run: which planes it is of, its kernels, and what it says of itself. */
+#include <slipstep/private/slipwavespace.h>
+
+#define ALIASES 100 /* tolerance of wavenumbers that look like others, over that of these: smooth slip has hardly any */
+#define FORGOTTEN 40 /* exp(-40) is no part of a number */
+
+/* Zero, free with fftw_free() */
+PetscErrorCode SlipWavesAllocate(size_t count, float **a)
+{
+  PetscReal *room;
+
+  PetscFunctionBegin;
+  PetscCall(SlipAllocate((count + 1) / 2, &room));
+  *a = (float *)room;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a plane has to be for it */
+static PetscErrorCode Check(SlipElastic el, const SlipElasticRock *rock)
+{
+  const MPI_Comm comm = PetscObjectComm((PetscObject)el);
+  const char *prefix = ((PetscObject)el)->prefix ? ((PetscObject)el)->prefix : "";
+  const SlipElasticGrid *g = rock->grid;
+
+  PetscFunctionBegin;
+  PetscCheck(
+    g, comm, PETSC_ERR_SUP,
+    "-%sfault_medium waves is of one plane with equal cells: expected a uniform grid without -%sfault_mesh and "
+    "-%sfault_stiffness_file",
+    prefix, prefix, prefix);
+  PetscCheck(
+    !rock->inertia && !strcmp(rock->viscosity, "radiation") && rock->across == 0 && !el->Kn, comm, PETSC_ERR_SUP,
+    "-%sfault_medium waves: expected radiation damping, and neither inertia, opening, nor slip that changes normal "
+    "stress",
+    prefix);
+  if (g->nx == 1) {
+    const PetscReal depth = g->size[1] * (PetscReal)g->nz;
+
+    PetscCheck(
+      g->size[0] >= SLIP_WAVE_ENDLESS * depth, comm, PETSC_ERR_SUP,
+      "-%sfault_medium waves of one column of cells is an antiplane line: expected -%sfault_length_x of at least "
+      "%g times -%sfault_length_z, not %g m",
+      prefix, prefix, (double)SLIP_WAVE_ENDLESS, prefix, (double)g->size[0]);
+    PetscCheck(rock->components == 1, comm, PETSC_ERR_SUP,
+               "-%sfault_medium waves of an antiplane line: expected -%sfault_slip_components 1", prefix, prefix);
+    PetscCheck(
+      g->full_space || g->depth_top == 0, comm, PETSC_ERR_SUP,
+      "-%sfault_medium waves of a line reaches the ground or has none: expected -%sfault_depth_top 0, not %g m, "
+      "or -%sfault_kernel full_space",
+      prefix, prefix, (double)g->depth_top, prefix);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCheck(g->full_space, comm, PETSC_ERR_SUP, "-%sfault_medium waves of a plane: expected one without ground", prefix);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The slowest decay and the longest wave say after which time all is forgotten */
+static PetscErrorCode Longest(SlipWaves *w)
+{
+  PetscReal slowest = PETSC_MAX_REAL, k = PETSC_MAX_REAL;
+
+  PetscFunctionBegin;
+  for (PetscInt m = 0; m < w->kernels; m++)
+    for (PetscInt j = 0; j < w->memory[m].poles.n; j++) slowest = PetscMin(slowest, -w->memory[m].poles.s[2 * j]);
+  for (PetscInt i = 0; i < w->space->n; i++)
+    if (w->space->k[i] > 0) k = PetscMin(k, w->space->k[i]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &k, 1, MPIU_REAL, MPIU_MIN, w->space->comm));
+  w->longest = FORGOTTEN / (slowest * k * w->cs);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of a plane mode II and mode III; of a line k, and 2 pi/dx -+ k, see above */
+static PetscErrorCode SetUpKernels(SlipWaves *w, PetscReal ratio, PetscReal tolerance)
+{
+  const SlipWaveSpace s = w->space;
+  const PetscReal dx = s->grid.size[1], all = 2 * (PetscReal)PETSC_PI / dx;
+
+  PetscFunctionBegin;
+  w->kernels = s->line ? SLIP_WAVE_KERNELS : 2;
+  PetscCall(PetscMalloc1((size_t)s->modes * s->stride, &w->stiffness));
+  for (PetscInt m = 0; m < w->kernels; m++) {
+    const SlipWaveMode mode = s->line || m == 1 ? SLIP_WAVE_ANTIPLANE : SLIP_WAVE_INPLANE;
+
+    PetscCall(SlipWaveMemoryCreate(s, mode, s->line ? 0 : m, ratio, w->cs,
+                                   s->line && m ? PetscMin(ALIASES * tolerance, 0.1) : tolerance, &w->memory[m]));
+    for (PetscInt i = 0; i < s->stride && !s->line; i++)
+      w->stiffness[m * s->stride + i] = w->eta * w->cs * s->k[i] * SlipWaveStatic(mode, ratio);
+  }
+  for (PetscInt i = 0; i < s->stride && s->line; i++) {
+    const PetscReal k = s->k[i], half = k * dx / 2;
+    const PetscReal share = half > 0 ? PetscSinReal(half) / half : 1,
+                    amplitude = (1 - share) / (1 / (all - k) - 1 / (all + k));
+
+    w->stiffness[i] = w->eta * w->cs * k * share;
+    w->memory[0].weight[i] = share;
+    if (half == 0) continue;
+    w->memory[1].k[i] = all - k;
+    w->memory[1].weight[i] = amplitude / (all - k);
+    w->memory[2].k[i] = all + k;
+    w->memory[2].weight[i] = -amplitude / (all + k);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock)
+{
+  const PetscReal ratio = PetscSqrtReal(2 * (1 - rock->poisson_ratio) / (1 - 2 * rock->poisson_ratio));
+  SlipWaves *w;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticGetData(el, &w));
+  PetscCall(Check(el, rock));
+  w->eta = rock->impedance;
+  w->cs = PetscSqrtReal(rock->shear_modulus / rock->density);
+  PetscCall(SlipWaveSpaceCreate(el->K, rock, &w->space));
+  PetscCall(SlipWaveImagesCreate(w->space, rock, &w->images));
+  PetscCall(SetUpKernels(w, ratio, rock->waves_tolerance));
+  for (int b = 0; b < 2; b++) {
+    PetscCall(SlipAllocate(SlipWavesSums(w), &w->both[b].now));
+    PetscCall(SlipAllocate(SlipWavesNumbers(w), &w->both[b].slip));
+    w->both[b].steady = PETSC_TRUE;
+  }
+  PetscReal **const spectra[] = {&w->slip, &w->rate, &w->stress};
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(spectra); i++)
+    PetscCall(SlipAllocate(SlipWavesNumbers(w), spectra[i]));
+  PetscCall(SlipAllocate(SlipWavesSums(w), &w->next));
+  PetscCall(MatCreateVecs(el->K, &w->last, NULL));
+  PetscCall(Longest(w));
+  w->least = w->space->line ? w->space->grid.size[1] / (2 * w->cs)
+                            : PetscMin(w->space->grid.size[0], w->space->grid.size[1]) / (3 * w->cs);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer)
+{
+  PetscReal bytes = 0;
+  SlipWaves *w;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticGetData(el, &w));
+  for (PetscInt m = 0; m < w->kernels; m++)
+    bytes += (PetscReal)sizeof(float) *
+             (PetscReal)(2 * SlipWaveMemorySize(&w->memory[m]) + (size_t)2 * w->memory[m].poles.n * w->space->stride);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bytes, 1, MPIU_REAL, MPIU_SUM, w->space->comm));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "waves: %s, period %" PetscInt_FMT " x %" PetscInt_FMT " cells, shortest step %.3g s, memory %.3g MB\n",
+    w->space->line ? (w->space->mirror ? "antiplane line up to the ground" : "antiplane line in a full space")
+                   : "plane in a full space",
+    w->space->length[0], w->space->length[1], (double)w->least, (double)bytes / 1e6));
+  for (PetscInt m = 0; m < w->space->modes; m++)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  mode %s: %" PetscInt_FMT " exponentials, error %.1e\n",
+                                     w->memory[m].mode == SLIP_WAVE_INPLANE ? "II" : "III", w->memory[m].poles.n,
+                                     (double)w->memory[m].poles.error));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWavesDestroy(SlipElastic el)
+{
+  SlipWaves *w;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticGetData(el, &w));
+  for (int b = 0; b < 2; b++) {
+    for (int m = 0; m < SLIP_WAVE_KERNELS; m++) fftw_free(w->both[b].z[m]);
+    fftw_free(w->both[b].now);
+    fftw_free(w->both[b].slip);
+  }
+  for (int i = 0; i < SLIP_WAVE_TABLES; i++)
+    for (int m = 0; m < SLIP_WAVE_KERNELS; m++) {
+      fftw_free(w->table[i].E[m]);
+      fftw_free(w->table[i].step[m]);
+    }
+  fftw_free(w->next);
+  fftw_free(w->slip);
+  fftw_free(w->rate);
+  fftw_free(w->stress);
+  PetscCall(PetscFree(w->stiffness));
+  for (PetscInt m = 0; m < w->kernels; m++) PetscCall(SlipWaveMemoryDestroy(&w->memory[m]));
+  PetscCall(SlipWaveImagesDestroy(&w->images));
+  PetscCall(SlipWaveSpaceDestroy(&w->space));
+  PetscCall(VecDestroy(&w->last));
+  PetscCall(PetscFree(w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
