@@ -371,7 +371,7 @@ static inline PetscBool SlipSearchSuffices(PetscReal last, PetscReal merit)
   return merit <= 0.1 * last ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Count the steps in a row that stalled: against sets that cycle projections help, where slopes of the bound are small */
+/* Count the steps in a row that stalled: against sets that cycle projections help, if slopes of the bound are small */
 static inline PetscBool SlipSearchStuck(SlipSearch *search, PetscBool stalled, PetscReal merit)
 {
   search->stalls = stalled ? search->stalls + 1 : 0;

@@ -50,7 +50,8 @@ static PetscErrorCode Check(SlipElastic el, const SlipElasticRock *rock)
       prefix, prefix, (double)g->depth_top, prefix);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCheck(g->full_space, comm, PETSC_ERR_SUP, "-%sfault_medium waves of a plane: expected one without ground", prefix);
+  PetscCheck(g->full_space, comm, PETSC_ERR_SUP, "-%sfault_medium waves of a plane: expected one without ground",
+             prefix);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

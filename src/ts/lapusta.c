@@ -1,6 +1,6 @@
 /* TSLAPUSTA as a PETSc TS type: steps of a fault that remembers its waves, as those of Lapusta, Rice, Ben-Zion & Zheng
-   (2000). Slip rates are constant within a step, what depends on slip follows them exactly (SlipProblemOps.drift), and so
-   do the waves. A step predicts with the rates of its start, corrects with the mean of these and those that friction
+   (2000). Slip rates are constant within a step, what depends on slip follows them exactly (SlipProblemOps.drift), and
+   so do the waves. A step predicts with the rates of its start, corrects with the mean of these and those that friction
    has then, twice, and is of second order; the next one begins with the rates of the second time. No rate of a state is
    ever extrapolated: in steps in which waves cross half a cell, the shortest that there is anything to know about, a
    cell may slip by many times its characteristic slip.

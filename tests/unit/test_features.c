@@ -30,7 +30,7 @@ static const struct {
   [FEATURE_STIFFNESS_FILE] = {"-fault_stiffness_file k.h5"},
   [FEATURE_HALF_SPACE] = {"-fault_kernel half_space"},
   [FEATURE_FULL_SPACE] = {"-fault_kernel full_space"},
-  [FEATURE_WAVES] = {"-fault_medium waves", "-ts_max_time 3"},
+  [FEATURE_WAVES] = {"-fault_medium waves", "-ts_max_time 3", SLIP_FEATURE(WAVE_PLANE)},
   [FEATURE_WAVE_PLANE] = {"-fault_medium waves", "", SLIP_FEATURE(WAVES)},
   [FEATURE_CENTRE] = {"-fault_stiffness_average centre"},
   [FEATURE_CELL] = {"-fault_stiffness_average cell"},
