@@ -24,5 +24,5 @@ PETSC_EXTERN PetscErrorCode SlipWaveKernel(SlipWaveMode mode, PetscReal ratio, P
                                            PetscReal W[]);
 PETSC_EXTERN PetscErrorCode SlipWavePolesCreate(SlipWaveMode mode, PetscReal ratio, PetscReal tolerance,
                                                 SlipWavePoles *poles);
-PETSC_EXTERN PetscReal SlipWavePolesEvaluate(const SlipWavePoles *poles, PetscReal T);
-PETSC_EXTERN PetscErrorCode SlipWavePolesDestroy(SlipWavePoles *poles);
+PETSC_EXTERN PetscReal SlipWavePolesEvaluate(const SlipWavePoles *p, PetscReal T);
+PETSC_EXTERN PetscErrorCode SlipWavePolesDestroy(SlipWavePoles *p);

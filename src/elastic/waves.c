@@ -13,12 +13,6 @@
 #include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipstate.h>
 
-/* Of a field of a spectrum, or a kernel of what is remembered */
-static PetscReal *SlipWavesPart(const SlipWaves *w, PetscReal numbers[], PetscInt k)
-{
-  return numbers + (size_t)k * w->space->parts * w->space->stride;
-}
-
 /* ---- steps ---- */
 
 static PetscErrorCode TableOf(SlipWaves *w, PetscReal h, SlipWaveTable **table)
@@ -45,19 +39,6 @@ static PetscErrorCode TableOf(SlipWaves *w, PetscReal h, SlipWaveTable **table)
     }
     SlipWaveMemoryTable(&w->memory[m], h, oldest->E[m], oldest->step[m]);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* z of steady slip, before a step that remembers some of it */
-PetscErrorCode SlipWavesBegin(SlipWaves *w, SlipWavePast *memory)
-{
-  PetscFunctionBegin;
-  for (PetscInt m = 0; m < w->kernels; m++)
-    if (!memory->z[m]) PetscCall(SlipWavesAllocate(SlipWaveMemorySize(&w->memory[m]), &memory->z[m]));
-  if (!memory->steady) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt m = 0; m < w->kernels; m++)
-    SlipWaveMemorySteady(&w->memory[m], SlipWavesPart(w, memory->now, m), memory->z[m]);
-  memory->steady = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

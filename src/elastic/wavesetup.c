@@ -15,6 +15,19 @@ PetscErrorCode SlipWavesAllocate(size_t count, float **a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* z of steady slip, before a step that remembers some of it */
+PetscErrorCode SlipWavesBegin(SlipWaves *w, SlipWavePast *memory)
+{
+  PetscFunctionBegin;
+  for (PetscInt m = 0; m < w->kernels; m++)
+    if (!memory->z[m]) PetscCall(SlipWavesAllocate(SlipWaveMemorySize(&w->memory[m]), &memory->z[m]));
+  if (!memory->steady) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt m = 0; m < w->kernels; m++)
+    SlipWaveMemorySteady(&w->memory[m], SlipWavesPart(w, memory->now, m), memory->z[m]);
+  memory->steady = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What a plane has to be for it */
 static PetscErrorCode Check(SlipElastic el, const SlipElasticRock *rock)
 {

@@ -549,19 +549,11 @@ static void test_refused(void **state)
    slip is v h, and the state of rate-and-state friction is of second order. */
 static void test_cell(void **state)
 {
-  const PetscReal residual = 0.5, drop = 0.1, slip = 0.05, rate = 0.3, stress = 2, a = 0.01, b = 0.015, f0 = 0.6;
-  SlipFrictionCells f = {.residual = &residual,
-                         .drop = &drop,
-                         .slip = &slip,
-                         .rate = &rate,
-                         .stress = &stress,
-                         .a = &a,
-                         .b = &b,
-                         .reference = &f0,
-                         .reference_rate = 1e-6};
+  const PetscReal residual = 0.5, drop = 0.1, slip = 0.05, rate = 0.3, stress = 2;
+  SlipFrictionCells f = {.residual = &residual, .drop = &drop, .slip = &slip, .rate = &rate, .stress = &stress};
   const PetscReal at[] = {0.02};
   const SlipFrictionStageCell cell = {.diagonal = 3, .omega = 1, .s0 = at};
-  PetscReal s, v = 0.2, still = 0, work, end[3];
+  PetscReal s, v = 0.2, still = 0, work;
 
   (void)state;
   ok(SlipFrictionFind("rate_weakening", &f.law));
@@ -583,29 +575,6 @@ static void test_cell(void **state)
   assert_true(s == 0.3 + 0.7 * v);
   SlipFrictionStateDrift(&f, 1, 0.7, &still, 1, &s, &work);
   assert_true(s == 0.3 + 0.7 * v);
-  ok(SlipFrictionFind("rate_and_state", &f.law));
-  for (int law = 0; law < 2; law++) { /* exact: one step is as good as many, and that many of Euler's are nearly */
-    const SlipFriction p = {.slip = slip, .reference_rate = 1e-6, .slip_law = law ? PETSC_TRUE : PETSC_FALSE};
-
-    f.slip_law = p.slip_law;
-    for (int k = 0; k < 3; k++) {
-      const PetscInt steps = k == 0 ? 1 : 100000;
-
-      SlipFrictionSteady(&f, 0, 0.01, &s);
-      for (PetscInt i = 0; i < steps; i++) {
-        PetscReal rate, ds, dv;
-
-        SlipRateAndStateRate(&p, &s, v, &rate, &ds, &dv);
-        if (k < 2)
-          SlipFrictionStateDrift(&f, 1, 0.5 / (PetscReal)steps, &v, 1, &s, &work);
-        else
-          s += rate * 0.5 / (PetscReal)steps;
-      }
-      end[k] = s;
-    }
-    AssertNear(end[1], end[0], 1e-11);
-    AssertNear(end[2], end[0], 1e-4);
-  }
 }
 
 SLIP_TESTS(test_order, test_stop, test_models, test_kinds, test_methods, test_3km, test_observed, test_refused,

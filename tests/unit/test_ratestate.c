@@ -404,5 +404,30 @@ static void unstable_two(void **state)
   assert_true(found > 0 && found < 6);
 }
 
-SLIP_TESTS(friction, balance, many, extremes, advance, state_of, follows_normal_stress, registered, advance_two,
+/* States after a step at a constant rate are exact: one step is as good as many, and many of Euler's are nearly. */
+static void drift(void **state)
+{
+  const PetscReal slip = 0.05, start[] = {0.3, -2};
+  SlipFrictionCells f = {.slip = &slip, .reference_rate = 1e-6};
+
+  (void)state;
+  ok(SlipFrictionFind("rate_and_state", &f.law));
+  for (int k = 0; k < 8; k++) {
+    const SlipFriction p = {.slip = slip, .reference_rate = 1e-6, .slip_law = k % 2 ? PETSC_TRUE : PETSC_FALSE};
+    const PetscReal v = k / 4 ? -0.2 : 1e-9, h = k / 4 ? 0.5 : 1e6;
+    PetscReal s = start[k / 2 % 2], many = s, euler = s, work, rate, ds, dv;
+
+    f.slip_law = p.slip_law;
+    SlipFrictionStateDrift(&f, 1, h, &v, 1, &s, &work);
+    for (int i = 0; i < 100000; i++) {
+      SlipFrictionStateDrift(&f, 1, h / 100000, &v, 1, &many, &work);
+      SlipRateAndStateRate(&p, &euler, PetscAbsReal(v), &rate, &ds, &dv);
+      euler += rate * h / 100000;
+    }
+    AssertNear(many, s, 1e-9);
+    AssertNear(euler, s, 2e-3);
+  }
+}
+
+SLIP_TESTS(friction, balance, many, extremes, advance, state_of, follows_normal_stress, registered, advance_two, drift,
            unstable_two)

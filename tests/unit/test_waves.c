@@ -163,11 +163,11 @@ static PetscReal OfCell(const Medium *m, PetscReal T, PetscReal x)
 enum { CELLS = 48, STEPS = 60 };
 
 /* Rates that change with every step, of several lengths, against the exact history: the medium has of the wavenumbers
-   that cells alias the first two, whose rest has waves of a third of the finest length and less: within 2 % of the
-   impedance's stress of such noise, within 1e-3 of that of smooth slip. */
+   that cells alias the first two, whose rest has waves of a third of the finest length and less: 0.4 % of the
+   impedance's stress for noise from cell to cell, 4e-5 for smooth slip (measured). */
 static void History(PetscBool full_space, PetscBool smooth, PetscReal allowed)
 {
-  PetscReal rate[STEPS][CELLS], begin[STEPS + 1] = {0}, worst = 0, largest = 0;
+  PetscReal rate[STEPS][CELLS], begin[STEPS + 1] = {0}, worst = 0;
   const PetscReal *f;
   Medium m;
 
@@ -193,11 +193,8 @@ static void History(PetscBool full_space, PetscBool smooth, PetscReal allowed)
           sum += rate[k][j] * (OfCell(&m, since, (i + j + 1) * m.dz) - OfCell(&m, until, (i + j + 1) * m.dz));
       }
     worst = PetscMax(worst, PetscAbsReal(-f[i] - sum));
-    largest = PetscMax(largest, PetscAbsReal(sum));
   }
   ok(VecRestoreArrayRead(m.f, &f));
-  printf("full %d smooth %d: %g of the impedance, %g of the largest\n", full_space, smooth, worst / m.eta,
-         worst / largest);
   AssertNear(worst / m.eta, 0, allowed);
   Destroy(&m);
 }
@@ -205,9 +202,9 @@ static void History(PetscBool full_space, PetscBool smooth, PetscReal allowed)
 static void test_history(void **state)
 {
   (void)state;
-  History(PETSC_TRUE, PETSC_TRUE, 1e-3);
-  History(PETSC_FALSE, PETSC_TRUE, 1e-3);
-  History(PETSC_TRUE, PETSC_FALSE, 2e-2);
+  History(PETSC_TRUE, PETSC_TRUE, 1e-4);
+  History(PETSC_FALSE, PETSC_TRUE, 1e-4);
+  History(PETSC_TRUE, PETSC_FALSE, 1e-2);
 }
 
 /* Rest long after slip has the static stress, of cells alone and without images. Slow slip meets no damping: its step
@@ -244,7 +241,6 @@ static void test_rest(void **state)
       }
       ok(VecRestoreArrayRead(m.u, &u));
       ok(VecRestoreArrayRead(m.f, &f));
-      printf("full %d slow %d: %g\n", full, slow, worst);
       AssertNear(worst, 0, 1e-7);
     }
     Destroy(&m);
@@ -342,13 +338,12 @@ static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
 
 static void test_kostrov(void **state)
 {
-  static const PetscReal line[][2] = {{.1, 1.01599355}, {.5, 1.21105603}, {.7, 1.34559225}, {.9, 1.49329011}},
-                         plane[][2] = {{.3, .317429}, {.5, .507099}, {.7, .674635},
-                                       {.8, .750178}, {.9, .820515}, {.95, .853818}};
+  static const PetscReal line[][2] = {{.5, 1.21105603}, {.7, 1.34559225}, {.9, 1.49329011}},
+                         plane[][2] = {{.5, .507099}, {.8, .750178}, {.95, .853818}};
 
   (void)state;
-  for (int k = 0; k < 4; k++) printf("line %g: %g\n", line[k][0], Antiplane(200, line[k][0], line[k][1]));
-  for (int k = 0; k < 6; k++) printf("plane %g: %g\n", plane[k][0], Circular(100, plane[k][0], plane[k][1]));
+  for (int k = 0; k < 3; k++) AssertNear(Antiplane(200, line[k][0], line[k][1]), 0, 1e-4);
+  for (int k = 0; k < 3; k++) AssertNear(Circular(60, plane[k][0], plane[k][1]), 0, 3e-3);
 }
 
 /* Nothing before the P wave, and all of it behind the S wave's tail: slip of one cell along strike for one step */
@@ -374,22 +369,9 @@ static void test_arrival(void **state)
     late = PetscMax(late, size);
   }
   ok(VecRestoreArrayRead(m.f, &f));
-  printf("early %g late %g\n", early, late);
   assert_true(early < 1e-4 * late);
   ok(PetscFree(rate));
   Destroy(&m);
 }
 
-int main(void)
-{
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_kernels), cmocka_unit_test(test_poles),
-                                     cmocka_unit_test(test_history), cmocka_unit_test(test_rest),
-                                     cmocka_unit_test(test_kostrov), cmocka_unit_test(test_arrival)};
-  int failed;
-
-  if (PetscInitialize(NULL, NULL, NULL, NULL)) return 1;
-  if (PetscPushErrorHandler(Record, NULL)) return 1;
-  if (SlipStepInitializePackage()) return 1;
-  failed = cmocka_run_group_tests(tests, NULL, NULL);
-  return PetscFinalize() ? 1 : failed;
-}
+SLIP_TESTS(test_kernels, test_poles, test_history, test_rest, test_kostrov, test_arrival)

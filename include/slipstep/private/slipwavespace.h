@@ -123,6 +123,11 @@ static inline size_t SlipWavesSums(const SlipWaves *w)
 {
   return (size_t)w->kernels * w->space->parts * w->space->stride;
 }
+/* Of a field of a spectrum, or a kernel of what is remembered */
+static inline PetscReal *SlipWavesPart(const SlipWaves *w, PetscReal numbers[], PetscInt k)
+{
+  return numbers + (size_t)k * w->space->parts * w->space->stride;
+}
 PETSC_INTERN PetscErrorCode SlipWavesAllocate(size_t count, float **a); /* zero, free with fftw_free() */
 PETSC_INTERN PetscErrorCode SlipWavesBegin(SlipWaves *w, SlipWavePast *past);
 PETSC_INTERN PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock);
