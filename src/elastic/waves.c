@@ -65,6 +65,7 @@ static PetscErrorCode Transform(SlipWaves *w, Vec u)
   PetscCall(VecCopy(u, w->last));
   PetscCall(SlipWaveSpaceForward(w->space, u, w->slip));
   w->known = PETSC_TRUE;
+  w->m_of = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -82,54 +83,54 @@ static void RateOf(SlipWaves *w, const SlipWavePast *from, PetscReal h)
   }
 }
 
-/* x = the sum of all kernels, by their weights */
-static PetscErrorCode Sum(SlipWaves *w, const PetscReal sums[], PetscReal x[])
+/* w->m: the sum of all kernels, by their weights, of sums [kernels][parts][stride], and with table != NULL of what slip
+   adds on its way from a slot */
+static void Sum(SlipWaves *w, const PetscReal sums[], const SlipWaveTable *table, const SlipWavePast *from, PetscReal h)
 {
   const PetscInt stride = w->space->stride;
 
-  PetscFunctionBegin;
-  PetscCall(PetscArrayzero(x, SlipWavesNumbers(w)));
-  for (PetscInt m = 0; m < w->kernels; m++) {
-    const PetscReal *sum = sums + (size_t)m * w->space->parts * stride;
-    PetscReal *y = SlipWavesPart(w, x, w->memory[m].field);
+  for (PetscInt k = 0; k < w->kernels; k++)
+    for (PetscInt p = 0; p < w->space->parts; p++) {
+      const PetscInt field = w->memory[k].field, at = (field * w->space->parts + p) * stride;
+      const PetscReal *sum = sums + (k * w->space->parts + p) * stride, *weight = w->memory[k].weight;
+      const PetscReal *now = w->slip + at, *before = from->slip + at, *step = table ? table->step[k] : NULL;
+      const PetscReal inverse = table ? 1 / h : 0;
+      const PetscBool first = k == 0 || w->memory[k - 1].field != field ? PETSC_TRUE : PETSC_FALSE;
+      PetscReal *m = w->m + at;
 
-    for (PetscInt p = 0; p < w->space->parts; p++)
-      for (PetscInt i = 0; i < stride; i++) y[p * stride + i] += w->memory[m].weight[i] * sum[p * stride + i];
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
+      for (PetscInt i = 0; i < stride; i++) {
+        const PetscReal moved = table ? step[i] * ((now[i] - before[i]) * inverse) : 0;
+
+        m[i] = (first ? 0 : m[i]) + weight[i] * (sum[i] + moved);
+      }
+    }
 }
 
-/* stress: m/eta at the end of that way */
+/* w->m at the end of the way from a slot to that of which `slip` is the spectrum, in h */
 static PetscErrorCode MemoryAfter(SlipWaves *w, SlipWavePast *from, PetscReal h)
 {
-  const PetscInt stride = w->space->stride;
   SlipWaveTable *table;
 
   PetscFunctionBegin;
+  if (w->m_of == from && w->m_h == h) PetscFunctionReturn(PETSC_SUCCESS);
+  w->m_of = from;
+  w->m_h = h;
   if (!(h > 0)) {
-    PetscCall(Sum(w, from->now, w->stress));
+    Sum(w, from->now, NULL, from, h);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  RateOf(w, from, h);
   if (h >= w->longest) {
-    PetscCall(PetscArraycpy(w->stress, w->rate, SlipWavesNumbers(w)));
+    RateOf(w, from, h);
+    PetscCall(PetscArraycpy(w->m, w->rate, SlipWavesNumbers(w)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipWavesBegin(w, from));
   PetscCall(TableOf(w, h, &table));
-  for (PetscInt m = 0; m < w->kernels && (w->next_of != from || w->next_h != h); m++)
-    SlipWaveMemoryNext(&w->memory[m], table->E[m], from->z[m], SlipWavesPart(w, w->next, m));
+  for (PetscInt k = 0; k < w->kernels && (w->next_of != from || w->next_h != h); k++)
+    SlipWaveMemoryNext(&w->memory[k], table->E[k], from->z[k], SlipWavesPart(w, w->next, k));
   w->next_of = from;
   w->next_h = h;
-  PetscCall(Sum(w, w->next, w->stress));
-  for (PetscInt m = 0; m < w->kernels; m++) {
-    const PetscReal *rate = SlipWavesPart(w, w->rate, w->memory[m].field), *step = table->step[m],
-                    *weight = w->memory[m].weight;
-    PetscReal *y = SlipWavesPart(w, w->stress, w->memory[m].field);
-
-    for (PetscInt p = 0; p < w->space->parts; p++)
-      for (PetscInt i = 0; i < stride; i++) y[p * stride + i] += weight[i] * step[i] * rate[p * stride + i];
-  }
+  Sum(w, w->next, table, from, h);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -152,7 +153,8 @@ static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec
   PetscCall(Transform(w, u));
   PetscCall(SlipElasticFindPast(el, t, &slot));
   if (slot < 0) {
-    PetscCall(PetscArrayzero(w->stress, SlipWavesNumbers(w)));
+    PetscCall(PetscArrayzero(w->m, SlipWavesNumbers(w)));
+    w->m_of = NULL;
   } else {
     PetscCall(SlipElasticGetPast(el, slot, &past));
     PetscCall(MemoryAfter(w, &w->both[w->of[slot]], t - past.t));
@@ -160,10 +162,10 @@ static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec
   for (PetscInt m = 0; m < w->space->modes; m++)
     for (PetscInt p = 0; p < w->space->parts; p++) {
       const PetscInt stride = w->space->stride, at = (m * w->space->parts + p) * stride;
-      const PetscReal *k = w->stiffness + m * stride, *u = w->slip + at;
+      const PetscReal *k = w->stiffness + m * stride, *u = w->slip + at, *under_way = w->m + at;
       PetscReal *f = w->stress + at;
 
-      for (PetscInt i = 0; i < stride; i++) f[i] = k[i] * u[i] - w->eta * f[i];
+      for (PetscInt i = 0; i < stride; i++) f[i] = k[i] * u[i] - w->eta * under_way[i];
     }
   PetscCall(SlipWaveSpaceBackward(w->space, w->stress, shear));
   PetscCall(SlipWaveImagesSubtract(w->images, t, u, shear));
@@ -185,6 +187,7 @@ static PetscErrorCode Advance_Waves(SlipElastic el, PetscInt from, PetscInt to, 
   PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &w));
   PetscCall(Transform(w, u));
+  w->m_of = NULL;
   if (from < 0) {
     w->of[to] = to;
     after = &w->both[to];
@@ -262,7 +265,7 @@ static PetscErrorCode Work(SlipElastic el, PetscReal t, Vec u, Vec x, PetscReal 
     const PetscInt at = c * w->space->stride;
     const PetscReal *y = (x == u ? w->slip : w->rate) + at;
 
-    for (PetscInt i = 0; i < w->space->n; i++) *work += w->space->share[i] * y[i] * w->eta * w->stress[at + i];
+    for (PetscInt i = 0; i < w->space->n; i++) *work += w->space->share[i] * y[i] * w->eta * w->m[at + i];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

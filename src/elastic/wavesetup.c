@@ -134,7 +134,7 @@ PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock)
     PetscCall(SlipAllocate(SlipWavesNumbers(w), &w->both[b].slip));
     w->both[b].steady = PETSC_TRUE;
   }
-  PetscReal **const spectra[] = {&w->slip, &w->rate, &w->stress};
+  PetscReal **const spectra[] = {&w->slip, &w->rate, &w->stress, &w->m};
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(spectra); i++)
     PetscCall(SlipAllocate(SlipWavesNumbers(w), spectra[i]));
   PetscCall(SlipAllocate(SlipWavesSums(w), &w->next));
@@ -188,6 +188,7 @@ PetscErrorCode SlipWavesDestroy(SlipElastic el)
   fftw_free(w->slip);
   fftw_free(w->rate);
   fftw_free(w->stress);
+  fftw_free(w->m);
   PetscCall(PetscFree(w->stiffness));
   for (PetscInt m = 0; m < w->kernels; m++) PetscCall(SlipWaveMemoryDestroy(&w->memory[m]));
   PetscCall(SlipWaveImagesDestroy(&w->images));

@@ -81,6 +81,7 @@ PetscErrorCode SlipWavesVisit(SlipElastic el, SlipState state)
     w->of[1] = 1;
     w->of[0] = shared ? 1 : 0;
     w->known = PETSC_FALSE;
+    w->m_of = NULL;
   }
   follows = w->next_of == &w->both[w->of[1]] ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipStateBool(state, "next", &follows));

@@ -109,6 +109,9 @@ typedef struct {
   PetscReal *next; /* as `now`, of next_of after next_h without slip */
   PetscReal next_h;
   const SlipWavePast *next_of;
+  PetscReal *m; /* spectrum of m/eta, of `slip` at m_h after m_of; NULL: of none */
+  PetscReal m_h;
+  const SlipWavePast *m_of;
   PetscReal *slip, *rate, *stress; /* spectra, at work */
   Vec last;                        /* of which `slip` is the spectrum */
   PetscBool known;
