@@ -1,5 +1,6 @@
 /* TSADAPTLAPUSTA: steps in which no cell slips too far, of a list of lengths. */
 #include <slipstep/private/slipadapt.h>
+#include <slipts.h>
 
 #define GROWTH 2       /* of a step, over the one before */
 #define TOO_LONG 4     /* over the longest one at its end: a step is refused */
@@ -21,13 +22,16 @@ static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, P
 {
   const SlipProblemOps *problem;
   PetscReal longest, shortest, next;
+  PetscBool lapusta;
   void *ctx;
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCheck(problem && problem->slip_step, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
-             "-ts_adapt_type " TSADAPTLAPUSTA " bounds the slip of cells: expected a fault without inertia, integrated "
-             "explicitly");
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSLAPUSTA, &lapusta));
+  PetscCheck(lapusta && problem && problem->slip_step, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
+             "-ts_adapt_type " TSADAPTLAPUSTA
+             " bounds the slip of cells in steps of constant rates: expected a fault and "
+             "-ts_type " TSLAPUSTA);
   PetscCall((*problem->slip_step)(ts, ts->ptime + h, ts->vec_sol, &longest, &shortest, ctx));
   *next_sc = 0;
   *wlte = *wltea = *wlter = -1;
@@ -46,8 +50,7 @@ static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, P
   Level: beginner
 
   Notes:
-  The rule of codes for earthquake cycles with waves, for faults without inertia under explicit TS types. The error is
-  not estimated. Steps are 1 or 1.5 times a power of 2 of the shortest.
+  The rule of codes for earthquake cycles with waves, with -ts_type lapusta. The error is not estimated. Steps are 1 or 1.5 times a power of 2 of the shortest.
 
   Reference: Lapusta, Rice, Ben-Zion & Zheng (2000)
 
