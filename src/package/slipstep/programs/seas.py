@@ -29,7 +29,7 @@ from ..results.catalogue import Catalogue
 from ..results.events import Events
 from ..results.fields import KINDS, RUPTURE_RATE, kind_of
 from ..results.run import Run
-from ..results.seas import BENCHMARKS, DAY, FRONT_RATE, ORIGIN, STOP, cycles, dip_of, first_event, front, name_of, pressure, stations_of, surface_of, write_files
+from ..results.seas import BENCHMARKS, DAY, FRONT_RATE, ORIGIN, STOP, cycles, dip_of, first_event, front, has_waves, name_of, pressure, stations_of, surface_of, write_files
 from ..times import YEAR
 
 # Recurrence [years] once cycles repeat, of boundary-element codes, as github.com/thwbecker/interact has found and compared it: BP5 with cells
@@ -98,11 +98,16 @@ def draw_rate(axes, run, events):
     axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.12))
 
 
-def draw_recurrence(axes, events, benchmark):
+def published(benchmark, run):
+    """Recurrence [years] of other codes, and in words; None where there is none: those are of runs without waves."""
+    return None if has_waves(run) else PUBLISHED.get(benchmark)
+
+
+def draw_recurrence(axes, run, events, benchmark):
     years = intervals(events)
     number = np.arange(1, len(years) + 1)
     repeated = recurrence(events)
-    value, label = PUBLISHED.get(benchmark, (np.mean(years) if len(years) else 1.0, None))
+    value, label = published(benchmark, run) or (np.mean(years) if len(years) else 1.0, None)
     if label:
         axes.axhline(value, color=REFERENCE, linewidth=3.5, alpha=0.7, label=label)
     axes.plot(number, years, **{**RUN_STYLES[0], "linestyle": "", "markersize": 6}, markeredgewidth=0,
@@ -261,7 +266,7 @@ def figure(benchmark, run, events):
         draw_cycle(canvas.add_subplot(grid[1, 0]), run, events)
         draw_normal(canvas.add_subplot(grid[1, 1]), run)
     else:
-        draw_recurrence(canvas.add_subplot(grid[1, 0]), events, benchmark)
+        draw_recurrence(canvas.add_subplot(grid[1, 0]), run, events, benchmark)
     if benchmark in ("bp4", "bp5"):
         draw_front(canvas, canvas.add_subplot(grid[1, 1]), run, events)
     draw_slip(canvas.add_subplot(grid[1, 1] if benchmark == "bp1" else grid[2, :]), benchmark, run, events)
@@ -298,7 +303,7 @@ def main():
     lines = list(injection_summary(run) if injection else vector_summary(run, events) if options.benchmark == "bp7" else summary(events))
     for line in lines + (list(ground_summary(run)) if options.benchmark == "bp3" else []):
         print(line)
-    if options.benchmark in PUBLISHED:
-        print(f"recurrence of {PUBLISHED[options.benchmark][1]}")
+    if published(options.benchmark, run):
+        print(f"recurrence of {published(options.benchmark, run)[1]}")
     print(f"Files: {len(paths)} in {os.path.dirname(paths[0])}")
     print(f"Figure: {target}")

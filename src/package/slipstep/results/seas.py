@@ -66,10 +66,15 @@ def darcy(z, t):
     return FLUX / 2 * np.sign(z) * (erfc(scaled(z, t)) - erfc(scaled(z, t - STOP)))
 
 
+def has_waves(run):
+    return "-fault_medium waves" in run.run.get("options", "")
+
+
 def name_of(benchmark, run):
-    """As the benchmark calls itself: BP6 has a letter for each law of the state."""
+    """As the benchmark calls itself: BP6 has a letter for each law of the state, and those with waves are fully dynamic."""
     slip = "-fault_state_law slip" in run.run.get("options", "")
-    return "BP6-QD-S" if benchmark == "bp6" and slip else BENCHMARKS[benchmark]["name"]
+    name = "BP6-QD-S" if benchmark == "bp6" and slip else BENCHMARKS[benchmark]["name"]
+    return name.replace("QD", "FD") if has_waves(run) else name
 
 
 def dip_of(run):
