@@ -48,7 +48,6 @@ def make(name, cell):
     with h5py.File(f"{name}_fields.h5", "w") as file:
         file["initial_traction"] = np.where(inside, STRESS[1], STRESS[0])
         file["initial_traction"].attrs["units"] = "Pa"
-    print(nx, nz)
 
 
 def profiles(times):
@@ -114,7 +113,11 @@ def main():
     if not 0 < a.cell <= SQUARE or abs(WIDTH / a.cell - round(WIDTH / a.cell)) > 1e-9:
         parser.error(f"--cell is {a.cell:g} m, expected a whole part of {WIDTH:g} m, at most {SQUARE:g}")
     try:
-        make(a.name, a.cell) if a.work == "make" else plot(a.name)
+        if a.work == "make":
+            make(a.name, a.cell)
+            print(*shape_of(a.cell)[::-1])
+        else:
+            plot(a.name)
     except (OutputError, OSError, ValueError) as error:
         sys.exit(f"tpv3.py: {error}")
 

@@ -10,7 +10,8 @@ cd "$(dirname "$0")/.."
 
 slipstep_ready
 name=$SLIPSTEP_OUTPUT/tpv3
-read -r nx nz <<<"$("$SLIPSTEP_PYTHON" examples/tpv3.py make "$name" --cell "${CELL:-300}")"
+cells=$("$SLIPSTEP_PYTHON" examples/tpv3.py make "$name" --cell "${CELL:-300}")
+read -r nx nz <<<"$cells"
 mpirun -n "${RANKS:-1}" "$SLIPSTEP_BUILD/bin/fault" -options_file examples/tpv3.opts -fault_nx "$nx" -fault_nz "$nz" \
   -fault_parameters "${name}_fields.h5" -fault_output "$name.h5" -fault_catalogue "${name}_events.h5" -fault_output_overwrite "$@"
 "$SLIPSTEP_PYTHON" examples/tpv3.py plot "$name"

@@ -1,0 +1,65 @@
+"""Faults that radiate waves: restarts, ranks, and what is refused; test_examples.py has a rupture beside a published one."""
+
+import os
+import sys
+import unittest
+
+from scripts import SOURCE, FaultTest
+
+import h5py
+import numpy as np
+
+sys.path.insert(0, os.path.join(SOURCE, "examples"))
+import tpv3
+
+OPTIONS = "-options_file", os.path.join(SOURCE, "examples", "tpv3.opts"), "-fault_progress", "no", "-fault_output_overwrite"
+WHOLE = 1e6  # interval of output [s]: the start and the end
+
+
+class WavesTest(FaultTest):
+    def tpv3(self, cell, *options, **more):
+        """A run of TPV3 with cells of so many metres."""
+        if not os.path.exists(self.path("t_fields.h5")):
+            tpv3.make(self.path("t"), cell)
+        nz, nx = tpv3.shape_of(cell)
+        return self.fault(*OPTIONS, "-fault_parameters", "t_fields.h5", "-fault_nx", nx, "-fault_nz", nz, *options, **more)
+
+    def last(self, name):
+        with h5py.File(self.path(name)) as file:
+            return file["fields/time"][-1], file["fields/slip"][-1]
+
+    def test_restart_in_the_rupture(self):
+        """To the bit: the memory is in the checkpoint."""
+        options = "-fault_output_precision", "double", "-fault_output_time_interval", WHOLE, "-ts_max_time", 1.5, "-fault_output"
+        self.tpv3(500, *options, "whole.h5")
+        self.tpv3(500, *options, "part.h5", "-ts_max_steps", 20, "-fault_checkpoint", "state.h5", code=3)
+        self.tpv3(500, *options, "part.h5", "-fault_restart", "state.h5")
+        (time, slip), (same, again) = self.last("whole.h5"), self.last("part.h5")
+        self.assertEqual(time, same)
+        self.assertGreater(slip.max(), 0.5)
+        np.testing.assert_array_equal(slip, again)
+
+    def test_ranks(self):
+        """Sums are in another order, and the memory is in single precision: 1e-6 of the largest slip in most cells that slip; those at the front begin with a
+        step, and are off by some 2e-5."""
+        options = "-fault_output_precision", "double", "-fault_output_time_interval", WHOLE, "-ts_max_time", 1.5, "-fault_output"
+        self.tpv3(500, *options, "one.h5")
+        self.tpv3(500, *options, "two.h5", ranks=2)
+        slip, other = self.last("one.h5")[1], self.last("two.h5")[1]
+        off = np.abs(other - slip)[slip != 0] / np.abs(slip).max()
+        self.assertLess(np.median(off), 1e-6)
+        self.assertLess(np.sqrt((off ** 2).mean()), 1e-5)
+
+    def test_refused(self):
+        for options, message in ((("-fault_kernel", "half_space"), "knows no ground, which reflects waves: expected -fault_kernel full_space"),
+                                 (("-ts_type", "bathe"), "expected lapusta with -fault_medium waves"),
+                                 (("-fault_inertia", "yes"), "expected -fault_inertia no"),
+                                 (("-fault_opening", "yes"), "expected -fault_opening no")):
+            said = self.tpv3(1500, *options, code=1)
+            errors = [line for line in said.splitlines() if "error" in line]
+            self.assertEqual(len(errors), 1, said)
+            self.assertIn(message, errors[0])
+
+
+if __name__ == "__main__":
+    unittest.main()
