@@ -50,7 +50,8 @@ static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, P
   Level: beginner
 
   Notes:
-  The rule of codes for earthquake cycles with waves, with -ts_type lapusta. The error is not estimated. Steps are 1 or 1.5 times a power of 2 of the shortest.
+  The rule of codes for earthquake cycles with waves, with -ts_type lapusta. The error is not estimated. Steps are 1 or
+  1.5 times a power of 2 of the shortest.
 
   Reference: Lapusta, Rice, Ben-Zion & Zheng (2000)
 

@@ -10,7 +10,8 @@
 #include <slipstep/private/slipadapt.h>
 #include <string.h>
 
-#define DEFAULT_FILTER 6 /* H211b4 */
+#define REJECT_SAFETY 0.5 /* of a TSAdapt that has no type yet */
+#define DEFAULT_FILTER 6  /* H211b4 */
 
 typedef struct {
   SlipAdaptByError base;
@@ -103,6 +104,18 @@ PetscErrorCode TSAdaptPISetFilter(TSAdapt adapt, const char name[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PETSc's dsp leaves its factor of refused steps to the next type: basic, chosen by options where dsp is the default,
+   would retry other steps than it does alone. */
+static PetscErrorCode (*destroy_dsp)(TSAdapt adapt);
+
+static PetscErrorCode DestroyDSP(TSAdapt adapt)
+{
+  PetscFunctionBegin;
+  adapt->reject_safety = REJECT_SAFETY;
+  PetscCall((*destroy_dsp)(adapt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@C
   SlipAdaptSetController - set the type of a controller and, after a colon, its named filter
 
@@ -120,6 +133,7 @@ PetscErrorCode TSAdaptPISetFilter(TSAdapt adapt, const char name[])
 PetscErrorCode SlipAdaptSetController(TSAdapt adapt, const char name[])
 {
   char type[64], *filter;
+  PetscBool dsp;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(adapt, TSADAPT_CLASSID, 1);
@@ -127,6 +141,11 @@ PetscErrorCode SlipAdaptSetController(TSAdapt adapt, const char name[])
   PetscCall(PetscStrchr(type, ':', &filter));
   if (filter) *filter++ = 0;
   PetscCall(TSAdaptSetType(adapt, type));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTDSP, &dsp));
+  if (dsp && adapt->ops->destroy != DestroyDSP) {
+    destroy_dsp = adapt->ops->destroy;
+    adapt->ops->destroy = DestroyDSP;
+  }
   PetscCall(TSAdaptPISetFilter(adapt, filter ? filter : SlipFilters[DEFAULT_FILTER].name));
   if (!filter) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSAdaptDSPSetFilter(adapt, filter));

@@ -151,5 +151,25 @@ static void options_of_all(void **state)
   }
 }
 
+/* PETSc's basic is what it is without dsp before: dsp has a factor of refused steps of its own, and leaves it. */
+static void after_dsp(void **state)
+{
+  PetscReal alone[2], after[2];
+  TSAdapt adapt;
+
+  (void)state;
+  ok(TSAdaptCreate(PETSC_COMM_SELF, &adapt));
+  ok(TSAdaptSetType(adapt, TSADAPTBASIC));
+  ok(TSAdaptGetSafety(adapt, &alone[0], &alone[1]));
+  for (int k = 0; k < 2; k++) {
+    ok(SlipAdaptSetController(adapt, "dsp:PI42"));
+    ok(SlipAdaptSetController(adapt, TSADAPTDSP));
+    ok(k ? SlipAdaptSetController(adapt, TSADAPTBASIC) : TSAdaptSetType(adapt, TSADAPTBASIC));
+    ok(TSAdaptGetSafety(adapt, &after[0], &after[1]));
+    assert_true(after[0] == alone[0] && after[1] == alone[1]);
+  }
+  ok(TSAdaptDestroy(&adapt));
+}
+
 SLIP_TESTS_WITH(Register, NULL, options_of_all, heuristic, heuristic_again, heuristic_options, pi_filter, pi_cap,
-                pi_named)
+                pi_named, after_dsp)
