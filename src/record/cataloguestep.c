@@ -97,6 +97,7 @@ PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal tim
   step->node[0] = cat->before;
   step->node[1] = w;
   PetscCall(HasDenseOutput(ts, &step->dense));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSLAPUSTA, &step->straight));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,6 +167,12 @@ static PetscErrorCode StateWithin(SlipFaultCatalogue cat, SlipEventStep *step, P
   PetscReal sum[3];
 
   PetscFunctionBegin;
+  if (step->straight) {
+    PetscCall(VecCopy(cat->before, w));
+    PetscCall(VecAXPBY(w, share, 1 - share, step->node[step->nodes - 1]));
+    if (power) PetscCall(Powers(cat, t, w, power));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(step->dense ? TSInterpolate(step->ts, t, w) : Cubic(cat, step, share, w));
   PetscCall(BalanceWithin(cat->fault, t, w, NULL, power ? sum : NULL, power ? OfFaults(cat, power) : NULL));
   if (power) PetscCall(Assemble(cat, t, w, sum, power));
@@ -423,7 +430,8 @@ static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Romberg's rule from one share to another, whose powers are known; the state in their middle to middle */
+/* Romberg's rule from one share to another, whose powers are known, in steps by a straight line that of the trapezoid;
+   the state in their middle to middle */
 static PetscErrorCode Romberg(SlipFaultCatalogue cat, SlipEventStep *step, const PetscReal share[2],
                               const PetscReal *const power[2], Vec middle, PetscReal work[])
 {
@@ -435,6 +443,11 @@ static PetscErrorCode Romberg(SlipFaultCatalogue cat, SlipEventStep *step, const
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < n; k++) row[k] = 0.5 * whole * (power[0][k] + power[1][k]);
+  if (step->straight) {
+    PetscCall(StateWithin(cat, step, 0.5 * (share[0] + share[1]), middle, NULL));
+    AddWork(cat, 1, row, work);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (PetscInt m = 1; m <= SLIP_EVENT_HALVINGS && change > ROMBERG_ENOUGH * size; m++) {
     const PetscInt parts = 1 << (m - 1);
 

@@ -122,11 +122,12 @@ typedef struct {
   PetscInt nodes;
   PetscReal share[SLIP_EVENT_NODES], weight[SLIP_EVENT_NODES]; /* weights of TSBATHE */
   Vec node[SLIP_EVENT_NODES];                                  /* borrowed */
-  PetscInt side;    /* of where the bound is passed, all is slower before (-1), after (1); 0: it is not */
-  PetscReal cut;    /* the share at which it is */
-  PetscInt slow;    /* TSBATHE: the node on its slow side */
-  PetscBool dense;  /* TSInterpolate() follows the solution */
-  PetscBool sloped; /* slopes of its ends are known */
+  PetscInt side;      /* of where the bound is passed, all is slower before (-1), after (1); 0: it is not */
+  PetscReal cut;      /* the share at which it is */
+  PetscInt slow;      /* TSBATHE: the node on its slow side */
+  PetscBool straight; /* TSLAPUSTA, within whose steps slip rates are constant: states lie on a straight line */
+  PetscBool dense;    /* TSInterpolate() follows the solution */
+  PetscBool sloped;   /* slopes of its ends are known */
 } SlipEventStep;
 
 struct _n_SlipFaultCatalogue {
