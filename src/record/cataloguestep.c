@@ -159,6 +159,26 @@ static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The same on a straight line. A cell that starts to slide has the mean of two rates, as if it started in the middle. */
+static PetscErrorCode Straight(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal share, Vec w)
+{
+  SlipFault fault = cat->fault;
+  const PetscReal *from;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(cat->before, w));
+  PetscCall(VecAXPBY(w, share, 1 - share, step->node[step->nodes - 1]));
+  PetscCall(VecGetArrayRead(cat->before, &from));
+  PetscCall(VecGetArray(w, &a));
+  for (PetscInt i = 0; i < fault->mesh.n && share <= 0.5; i++)
+    if (SlipFaultSpeed(fault, from, i) == 0)
+      for (PetscInt k = 0; k < fault->layout.components; k++) a[SlipFaultRateAt(fault, i) + k] = 0;
+  PetscCall(VecRestoreArray(w, &a));
+  PetscCall(VecRestoreArrayRead(cat->before, &from));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The state at a share of the step, and unless NULL its powers */
 static PetscErrorCode StateWithin(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal share, Vec w,
                                   PetscReal power[])
@@ -168,8 +188,7 @@ static PetscErrorCode StateWithin(SlipFaultCatalogue cat, SlipEventStep *step, P
 
   PetscFunctionBegin;
   if (step->straight) {
-    PetscCall(VecCopy(cat->before, w));
-    PetscCall(VecAXPBY(w, share, 1 - share, step->node[step->nodes - 1]));
+    PetscCall(Straight(cat, step, share, w));
     if (power) PetscCall(Powers(cat, t, w, power));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
