@@ -3,7 +3,7 @@
 # simulates it, prints when cells break beside a published solution, and draws slip rate, slip and times of rupture.
 #
 #   examples/tpv3.sh [OPTION...]                options of build/bin/fault: seconds
-#   CELL=100 RANKS=2 examples/tpv3.sh           cells of 100 m, as the published solution has: two minutes
+#   CELL=100 RANKS=2 examples/tpv3.sh           cells of 100 m, as the published solution has: a minute
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh

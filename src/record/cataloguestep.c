@@ -159,7 +159,7 @@ static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same on a straight line. A cell that starts to slide has the mean of two rates, as if it started in the middle. */
+/* The same on a straight line. A cell that starts to slide has the mean of two rates, as one that starts halfway. */
 static PetscErrorCode Straight(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal share, Vec w)
 {
   SlipFault fault = cat->fault;
