@@ -140,6 +140,9 @@ static PetscErrorCode BalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Share of a step before which nothing has changed */
+static const PetscReal at_once = 1e-12;
+
 /* Hermite's cubic between the ends, for integrators without a dense output: slopes are their right-hand sides, a
    product with K each. */
 static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal share, Vec w)
@@ -159,23 +162,32 @@ static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same on a straight line. A cell that starts to slide has the mean of two rates, as one that starts halfway. */
+/* The same on a straight line. Of a cell that starts to slide its slip says when, at the rate of the step's end. */
 static PetscErrorCode Straight(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal share, Vec w)
 {
+  const Vec last = step->node[step->nodes - 1];
   SlipFault fault = cat->fault;
-  const PetscReal *from;
+  const PetscReal *from, *to;
   PetscReal *a;
+  const SlipArrays arrays[] = {{cat->before, .read = &from}, {last, .read = &to}};
 
   PetscFunctionBegin;
   PetscCall(VecCopy(cat->before, w));
-  PetscCall(VecAXPBY(w, share, 1 - share, step->node[step->nodes - 1]));
-  PetscCall(VecGetArrayRead(cat->before, &from));
+  PetscCall(VecAXPBY(w, share, 1 - share, last));
+  PetscCall(SlipArraysGet(2, arrays));
   PetscCall(VecGetArray(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n && share <= 0.5; i++)
-    if (SlipFaultSpeed(fault, from, i) == 0)
-      for (PetscInt k = 0; k < fault->layout.components; k++) a[SlipFaultRateAt(fault, i) + k] = 0;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscInt u = SlipFaultDisplacementAt(fault, i), c = fault->layout.components;
+    PetscReal slip[3];
+
+    if (SlipFaultSpeed(fault, from, i) != 0) continue;
+    for (PetscInt k = 0; k < c; k++) slip[k] = to[u + k] - from[u + k];
+    if ((1 - share) * step->dt * SlipFaultSpeed(fault, to, i) < SlipFaultLength(fault, slip) * (1 - (PetscReal)1e-9))
+      continue;
+    for (PetscInt k = 0; k < c; k++) a[SlipFaultRateAt(fault, i) + k] = 0;
+  }
   PetscCall(VecRestoreArray(w, &a));
-  PetscCall(VecRestoreArrayRead(cat->before, &from));
+  PetscCall(SlipArraysRestore(2, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -314,9 +326,6 @@ static PetscErrorCode CrossNodes(SlipFaultCatalogue cat, SlipEventStep *step)
   step->cut = step->share[slow] + share * dt / step->dt;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-/* Share of a step before which nothing has changed */
-static const PetscReal at_once = 1e-12;
 
 /* Of a smooth solution, the zero of the logarithm of the largest rate over the bound by the regula falsi of Illinois;
    of rates that grow exponentially the first guess */

@@ -384,14 +384,23 @@ static PetscErrorCode ReportExplicit(TS ts, SlipOutput run)
   SlipFaultEstimate judged;
   PetscReal rtol;
   char text[160];
+  PetscBool slips;
 
   PetscFunctionBegin;
   PetscCall(Judged(ts, &judged));
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
-  PetscCall(PetscSNPrintf(text, sizeof(text),
-                          "not estimated (not calibrated for -ts_type %s); a second run with -ts_type %s -ts_rtol %.2g "
-                          "tells",
-                          ((PetscObject)ts)->type_name, ((PetscObject)ts)->type_name, (double)(rtol / 10)));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTLAPUSTA, &slips));
+  if (slips)
+    PetscCall(PetscSNPrintf(text, sizeof(text),
+                            "not estimated (-ts_adapt_type %s bounds slips, no errors); a second run "
+                            "with smaller cells tells",
+                            TSADAPTLAPUSTA));
+  else
+    PetscCall(
+      PetscSNPrintf(text, sizeof(text),
+                    "not estimated (not calibrated for -ts_type %s); a second run with -ts_type %s -ts_rtol %.2g "
+                    "tells",
+                    ((PetscObject)ts)->type_name, ((PetscObject)ts)->type_name, (double)(rtol / 10)));
   PetscCall(Report(run, judged, "estimate", "estimated", NAN, text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
