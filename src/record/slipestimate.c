@@ -384,12 +384,14 @@ static PetscErrorCode ReportExplicit(TS ts, SlipOutput run)
   SlipFaultEstimate judged;
   PetscReal rtol;
   char text[160];
+  TSAdapt adapt;
   PetscBool slips;
 
   PetscFunctionBegin;
   PetscCall(Judged(ts, &judged));
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTLAPUSTA, &slips));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTLAPUSTA, &slips));
   if (slips)
     PetscCall(PetscSNPrintf(text, sizeof(text),
                             "not estimated (-ts_adapt_type %s bounds slips, no errors); a second run "
