@@ -9,7 +9,8 @@
   P Legendre polynomials over the fault, C by Gauss' quadrature of the stress of a point, of images one after the other
   and of all that are farther away by an integral. Groups are those that lie beside the fault along the direction of the
   shorter period, and all others. Images also send the plane wave of the mean slip rate of a period, of which slow slip
-  knows nothing: it is the delay, times the stress of uniform slip, that takes it away, and so the T_g are known.
+  knows nothing: it is the delay, times the stress of uniform slip, that takes it away, and so the T_g are known. Slip
+  that has been steady for longer than all waves has neither.
 */
 #include <slipstep/private/slipwavespace.h>
 #include <petscdt.h>
@@ -373,7 +374,7 @@ static void MomentsOf(SlipWaveImages w, PetscReal then, PetscReal t)
   for (PetscInt b = 0; b < w->q; b++) w->past[b] = before[b] + share * (after[b] - before[b]);
 }
 
-PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, Vec u, Vec f)
+PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, PetscBool steady, Vec u, Vec f)
 {
   const SlipWaveSpace s = w->space;
   const PetscInt D = w->degrees;
@@ -386,7 +387,10 @@ PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, Vec u, Vec 
   PetscCall(Moments(w, u, w->moments));
   PetscCall(PetscArrayzero(w->answer, w->q));
   for (PetscInt g = 0; g < w->groups; g++) {
-    MomentsOf(w, t - w->delay[g], t);
+    if (steady)
+      PetscCall(PetscArraycpy(w->past, w->moments, w->q));
+    else
+      MomentsOf(w, t - w->delay[g], t);
     for (PetscInt i = 0; i < w->q; i++)
       for (PetscInt b = 0; b < w->q; b++) w->answer[i] += w->C[g][i * w->q + b] * w->past[b];
   }
@@ -422,7 +426,7 @@ PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, Vec u, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipWaveImagesWork(SlipWaveImages w, PetscReal t, Vec u, Vec v, PetscReal *work)
+PetscErrorCode SlipWaveImagesWork(SlipWaveImages w, PetscReal t, PetscBool steady, Vec u, Vec v, PetscReal *work)
 {
   PetscReal *q;
   PetscMPIInt rank;
@@ -433,7 +437,7 @@ PetscErrorCode SlipWaveImagesWork(SlipWaveImages w, PetscReal t, Vec u, Vec v, P
   PetscCall(Moments(w, u, w->moments));
   PetscCall(Moments(w, v, q));
   *work = 0;
-  for (PetscInt g = 0; g < w->groups && !rank; g++) {
+  for (PetscInt g = 0; g < w->groups && !rank && !steady; g++) {
     MomentsOf(w, t - w->delay[g], t);
     for (PetscInt i = 0; i < w->q; i++)
       for (PetscInt b = 0; b < w->q; b++) *work += q[i] * w->C[g][i * w->q + b] * (w->past[b] - w->moments[b]);

@@ -134,12 +134,19 @@ static PetscErrorCode MemoryAfter(SlipWaves *w, SlipWavePast *from, PetscReal h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is slip on that way, or up to its start, known to be steady? */
+static PetscBool IsSteady(const SlipWaves *w, const SlipWavePast *from, PetscReal h)
+{
+  return h >= w->longest || (!(h > 0) && from->steady) ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* ---- the operations ---- */
 
 static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
 {
   SlipElasticPast past;
   PetscInt slot;
+  PetscBool steady = PETSC_FALSE;
   SlipWaves *w;
   Vec damping;
 
@@ -157,6 +164,7 @@ static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec
     w->m_of = NULL;
   } else {
     PetscCall(SlipElasticGetPast(el, slot, &past));
+    steady = IsSteady(w, &w->both[w->of[slot]], t - past.t);
     PetscCall(MemoryAfter(w, &w->both[w->of[slot]], t - past.t));
   }
   for (PetscInt m = 0; m < w->space->modes; m++)
@@ -168,7 +176,7 @@ static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec
       for (PetscInt i = 0; i < stride; i++) f[i] = k[i] * u[i] - w->eta * under_way[i];
     }
   PetscCall(SlipWaveSpaceBackward(w->space, w->stress, shear));
-  PetscCall(SlipWaveImagesSubtract(w->images, t, u, shear));
+  PetscCall(SlipWaveImagesSubtract(w->images, t, steady, u, shear));
   if (!v) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipElasticGetWork(el, 1, &damping));
   PetscCall(SlipElasticForceStatic(el, t, NULL, v, damping, NULL));
@@ -257,7 +265,7 @@ static PetscErrorCode Work(SlipElastic el, PetscReal t, Vec u, Vec x, PetscReal 
   PetscCall(SlipElasticFindPast(el, t, &slot));
   if (slot < 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipElasticGetPast(el, slot, &past));
-  PetscCall(SlipWaveImagesWork(w->images, t, u, x, work));
+  PetscCall(SlipWaveImagesWork(w->images, t, IsSteady(w, &w->both[w->of[slot]], t - past.t), u, x, work));
   PetscCall(Transform(w, u));
   PetscCall(MemoryAfter(w, &w->both[w->of[slot]], t - past.t));
   if (x != u) PetscCall(SlipWaveSpaceForward(w->space, x, w->rate));

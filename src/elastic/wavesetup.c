@@ -107,7 +107,10 @@ static PetscErrorCode SetUpKernels(SlipWaves *w, PetscReal ratio, PetscReal tole
 
     w->stiffness[i] = w->eta * w->cs * k * share;
     w->memory[0].weight[i] = share;
-    if (half == 0) continue;
+    if (half == 0) { /* which has no others beside it */
+      w->memory[1].weight[i] = w->memory[2].weight[i] = 0;
+      continue;
+    }
     w->memory[1].k[i] = all - k;
     w->memory[1].weight[i] = amplitude / (all - k);
     w->memory[2].k[i] = all + k;

@@ -19,8 +19,7 @@ PetscErrorCode SlipFaultDrift(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *c
   PetscCall(SlipFaultGetFriction(fault, t + 0.5 * h, &friction));
   PetscCall(SlipFaultGetWork(fault, &rate));
   PetscCall(PetscMalloc1(fault->layout.states * fault->mesh.n + 1, &work));
-  const SlipArrays arrays[] = {
-    {F, .read = &f}, {fault->operators.vinf, .read = &vinf}, {w1, .write = &a}, {rate, .write = &speed}};
+  const SlipArrays arrays[] = {{F, .read = &f}, {fault->operators.vinf, .read = &vinf}};
 
   PetscCall(SlipArraysGet(2, arrays));
   PetscCall(VecGetArray(w1, &a));

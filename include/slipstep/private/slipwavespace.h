@@ -69,9 +69,10 @@ PETSC_INTERN PetscErrorCode SlipWaveImagesDestroy(SlipWaveImages *images);
 PETSC_INTERN PetscErrorCode SlipWaveImagesAdd(SlipWaveImages images, PetscReal t, Vec u);
 PETSC_INTERN PetscErrorCode SlipWaveImagesStart(SlipWaveImages images);
 /* u times what images have at t less what they have without delay, and v times; of process 0 */
-PETSC_INTERN PetscErrorCode SlipWaveImagesWork(SlipWaveImages images, PetscReal t, Vec u, Vec v, PetscReal *work);
+PETSC_INTERN PetscErrorCode SlipWaveImagesWork(SlipWaveImages images, PetscReal t, PetscBool steady, Vec u, Vec v,
+                                               PetscReal *work);
 /* f -= what periodic stiffness has of images at t, where u is the displacement */
-PETSC_INTERN PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages images, PetscReal t, Vec u, Vec f);
+PETSC_INTERN PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages images, PetscReal t, PetscBool steady, Vec u, Vec f);
 PETSC_INTERN PetscErrorCode SlipWaveImagesVisit(SlipWaveImages images, SlipState state);
 PETSC_INTERN void SlipWaveImagesShift(SlipWaveImages images, PetscReal by);
 
