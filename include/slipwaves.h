@@ -17,6 +17,7 @@ typedef struct {
 } SlipWavePoles;
 #define SLIP_WAVE_LONGEST 1000
 #define SLIP_WAVE_MOST_POLES 64
+#define SLIP_WAVE_FINEST 1e-8 /* tolerance of W */
 
 /* W(0): the static stiffness of the mode over G k/2; ratio: cp/cs, of which mode III knows nothing */
 PETSC_EXTERN PetscReal SlipWaveStatic(SlipWaveMode mode, PetscReal ratio);

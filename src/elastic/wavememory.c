@@ -21,7 +21,7 @@
 #define B SLIP_WAVE_BLOCK
 #define LEAST 1e-20 /* exponentials that count */
 
-/* Of the space's wavenumbers, with weight 1; others may be set afterwards */
+/* Of the space's wavenumbers, with weight 1; others may be set afterwards. A tolerance of 0: without exponentials */
 PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMode mode, PetscInt field, PetscReal ratio,
                                     PetscReal cs, PetscReal tolerance, SlipWaveMemory *m)
 {
@@ -31,6 +31,7 @@ PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMode mode, Pets
   PetscCall(PetscMalloc2(space->stride, &m->k, space->stride, &m->weight));
   PetscCall(PetscArraycpy(m->k, space->k, space->stride));
   for (PetscInt i = 0; i < space->stride; i++) m->weight[i] = 1;
+  if (tolerance == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipWavePolesCreate(mode, ratio, tolerance, &m->poles));
   PetscCall(PetscMalloc1(2 * m->poles.n, &m->b));
   for (PetscInt j = 0; j < m->poles.n; j++) {

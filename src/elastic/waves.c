@@ -7,8 +7,9 @@
   farther ones are in a factor of theirs by which steady slip meets no damping.
 
   W is a sum of decaying exponentials (wave_poles.c), so that a step of any length at constant rates is one product for
-  each of them: no history, no window. While steps are longer than all that is remembered m is eta V, and nothing else
-  is computed. The state (u, t) follows from a slot by going from its displacement to u at a constant rate.
+  each of them: no history, no window. With a tolerance of 0 the rates of all steps are kept instead (wavehistory.c).
+  While steps are longer than all that is remembered m is eta V, and nothing else is computed. The state (u, t) follows
+  from a slot by going from its displacement to u at a constant rate.
 */
 #include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipstate.h>
@@ -37,7 +38,10 @@ static PetscErrorCode TableOf(SlipWaves *w, PetscReal h, SlipWaveTable **table)
       PetscCall(SlipWavesAllocate((size_t)2 * w->memory[m].poles.n * w->space->stride, &oldest->E[m]));
       PetscCall(SlipAllocate((size_t)w->space->stride, &oldest->step[m]));
     }
-    SlipWaveMemoryTable(&w->memory[m], h, oldest->E[m], oldest->step[m]);
+    if (w->history)
+      SlipWaveHistoryStep(w->history, &w->memory[m], h, oldest->step[m]);
+    else
+      SlipWaveMemoryTable(&w->memory[m], h, oldest->E[m], oldest->step[m]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -106,6 +110,19 @@ static void Sum(SlipWaves *w, const PetscReal sums[], const SlipWaveTable *table
     }
 }
 
+/* w->next: the sums of all kernels h after a slot, without slip */
+static void Next(SlipWaves *w, SlipWavePast *from, PetscReal h, const SlipWaveTable *table)
+{
+  if (w->next_of == from && w->next_h == h) return;
+  for (PetscInt k = 0; k < w->kernels; k++)
+    if (w->history)
+      SlipWaveHistorySum(w->history, &w->memory[k], from->steps, h, SlipWavesPart(w, w->next, k));
+    else
+      SlipWaveMemoryNext(&w->memory[k], table->E[k], from->z[k], SlipWavesPart(w, w->next, k));
+  w->next_of = from;
+  w->next_h = h;
+}
+
 /* w->m at the end of the way from a slot to that of which `slip` is the spectrum, in h */
 static PetscErrorCode MemoryAfter(SlipWaves *w, SlipWavePast *from, PetscReal h)
 {
@@ -116,7 +133,8 @@ static PetscErrorCode MemoryAfter(SlipWaves *w, SlipWavePast *from, PetscReal h)
   w->m_of = from;
   w->m_h = h;
   if (!(h > 0)) {
-    Sum(w, from->now, NULL, from, h);
+    if (w->history) Next(w, from, 0, NULL);
+    Sum(w, w->history ? w->next : from->now, NULL, from, h);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (h >= w->longest) {
@@ -124,12 +142,9 @@ static PetscErrorCode MemoryAfter(SlipWaves *w, SlipWavePast *from, PetscReal h)
     PetscCall(PetscArraycpy(w->m, w->rate, SlipWavesNumbers(w)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipWavesBegin(w, from));
+  if (!w->history) PetscCall(SlipWavesBegin(w, from));
   PetscCall(TableOf(w, h, &table));
-  for (PetscInt k = 0; k < w->kernels && (w->next_of != from || w->next_h != h); k++)
-    SlipWaveMemoryNext(&w->memory[k], table->E[k], from->z[k], SlipWavesPart(w, w->next, k));
-  w->next_of = from;
-  w->next_h = h;
+  Next(w, from, h, table);
   Sum(w, w->next, table, from, h);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -184,12 +199,61 @@ static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What exponentials remember at the end of the way from a slot to that of which `slip` is the spectrum, in h */
+static PetscErrorCode AddExponentials(SlipWaves *w, SlipWavePast *before, SlipWavePast *after, PetscReal h)
+{
+  SlipWaveTable *table;
+
+  PetscFunctionBegin;
+  if (h >= w->longest) {
+    RateOf(w, before, h);
+    for (PetscInt m = 0; m < w->kernels; m++)
+      PetscCall(PetscArraycpy(SlipWavesPart(w, after->now, m), SlipWavesPart(w, w->rate, w->memory[m].field),
+                              w->space->parts * w->space->stride));
+    after->steady = PETSC_TRUE;
+  } else if (h > 0) {
+    RateOf(w, before, h);
+    PetscCall(SlipWavesBegin(w, before));
+    after->steady = PETSC_FALSE;
+    PetscCall(SlipWavesBegin(w, after));
+    PetscCall(TableOf(w, h, &table));
+    for (PetscInt m = 0; m < w->kernels; m++)
+      SlipWaveMemoryAdvance(&w->memory[m], table->E[m], SlipWavesPart(w, w->rate, w->memory[m].field), before->z[m],
+                            after->z[m], SlipWavesPart(w, after->now, m), SlipWavesPart(w, w->next, m));
+  } else if (after != before) {
+    after->steady = before->steady;
+    PetscCall(PetscArraycpy(after->now, before->now, SlipWavesSums(w)));
+    if (!before->steady) {
+      PetscCall(SlipWavesBegin(w, after));
+      for (PetscInt m = 0; m < w->kernels; m++)
+        PetscCall(PetscArraycpy(after->z[m], before->z[m], SlipWaveMemorySize(&w->memory[m])));
+    }
+  }
+  w->next_of = h > 0 && h < w->longest ? after : NULL;
+  w->next_h = h;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same, of a history: another slot may be the start of this one */
+static PetscErrorCode AddStep(SlipWaves *w, SlipWavePast *before, SlipWavePast *after, PetscReal h)
+{
+  SlipWavePast *other = &w->both[after == w->both];
+  const PetscInt at = (PetscInt)(other - w->both);
+
+  PetscFunctionBegin;
+  if (h > 0) RateOf(w, before, h);
+  after->steps = before->steps;
+  after->steady = h > 0 ? (PetscBool)(h >= w->longest) : before->steady;
+  if (w->of[0] != at && w->of[1] != at) other->steps = after->steps;
+  if (h > 0) PetscCall(SlipWaveHistoryAdd(w->history, h, w->longest, w->rate, &after->steps, &other->steps));
+  w->next_of = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Advance_Waves(SlipElastic el, PetscInt from, PetscInt to, PetscReal t, Vec u)
 {
   SlipElasticPast past;
   SlipWavePast *before, *after;
-  PetscReal h;
-  SlipWaveTable *table;
   SlipWaves *w;
 
   PetscFunctionBegin;
@@ -200,40 +264,15 @@ static PetscErrorCode Advance_Waves(SlipElastic el, PetscInt from, PetscInt to, 
     w->of[to] = to;
     after = &w->both[to];
     after->steady = PETSC_TRUE;
+    after->steps = 0;
     PetscCall(PetscArrayzero(after->now, SlipWavesSums(w)));
     PetscCall(SlipWaveImagesStart(w->images));
   } else {
     PetscCall(SlipElasticGetPast(el, from, &past));
-    h = t - past.t;
     before = &w->both[w->of[from]];
     w->of[to] = from == to && w->of[1 - to] != w->of[from] ? w->of[from] : 1 - w->of[from];
     after = &w->both[w->of[to]];
-    if (h >= w->longest) {
-      RateOf(w, before, h);
-      for (PetscInt m = 0; m < w->kernels; m++)
-        PetscCall(PetscArraycpy(SlipWavesPart(w, after->now, m), SlipWavesPart(w, w->rate, w->memory[m].field),
-                                w->space->parts * w->space->stride));
-      after->steady = PETSC_TRUE;
-    } else if (h > 0) {
-      RateOf(w, before, h);
-      PetscCall(SlipWavesBegin(w, before));
-      after->steady = PETSC_FALSE;
-      PetscCall(SlipWavesBegin(w, after));
-      PetscCall(TableOf(w, h, &table));
-      for (PetscInt m = 0; m < w->kernels; m++)
-        SlipWaveMemoryAdvance(&w->memory[m], table->E[m], SlipWavesPart(w, w->rate, w->memory[m].field), before->z[m],
-                              after->z[m], SlipWavesPart(w, after->now, m), SlipWavesPart(w, w->next, m));
-    } else if (after != before) {
-      after->steady = before->steady;
-      PetscCall(PetscArraycpy(after->now, before->now, SlipWavesSums(w)));
-      if (!before->steady) {
-        PetscCall(SlipWavesBegin(w, after));
-        for (PetscInt m = 0; m < w->kernels; m++)
-          PetscCall(PetscArraycpy(after->z[m], before->z[m], SlipWaveMemorySize(&w->memory[m])));
-      }
-    }
-    w->next_of = h > 0 && h < w->longest ? after : NULL;
-    w->next_h = h;
+    PetscCall(w->history ? AddStep(w, before, after, t - past.t) : AddExponentials(w, before, after, t - past.t));
   }
   if (from < 0) w->next_of = NULL;
   PetscCall(PetscArraycpy(after->slip, w->slip, SlipWavesNumbers(w)));

@@ -52,7 +52,7 @@ static PetscErrorCode VisitMemory(SlipWaves *w, SlipState state, const char name
   Vec x;
 
   PetscFunctionBegin;
-  PetscCall(SlipWavesBegin(w, memory)); /* steady slip is written as what it leaves, too */
+  if (!w->history) PetscCall(SlipWavesBegin(w, memory)); /* steady slip is written as what it leaves, too */
   memory->steady = steady;
   PetscCall(VecCreateMPI(w->space->comm, per * w->space->n, PETSC_DETERMINE, &x));
   PetscCall(VecGetArray(x, &a));
@@ -92,6 +92,13 @@ PetscErrorCode SlipWavesVisit(SlipElastic el, SlipState state)
 
     PetscCall(SlipStateBool(state, flags[slot], &memory->steady));
     PetscCall(VisitMemory(w, state, names[slot], memory));
+  }
+  if (w->history) {
+    SlipWavePast *before = &w->both[w->of[0]], *last = &w->both[w->of[1]];
+
+    PetscCall(SlipStateInt(state, "history_before", 1, &before->steps));
+    PetscCall(SlipStateInt(state, "history_steps", 1, &last->steps));
+    PetscCall(SlipWaveHistoryVisit(w->history, w->space, state, PetscMax(before->steps, last->steps)));
   }
   PetscCall(SlipWaveImagesVisit(w->images, state));
   PetscFunctionReturn(PETSC_SUCCESS);

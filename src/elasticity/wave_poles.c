@@ -3,9 +3,9 @@
 
   Poles are those of a rational function that interpolates the Laplace transform of -dW/dT just right of the imaginary
   axis, point after point where it is farthest off (AAA: Nakatsukasa, Sete & Trefethen 2018), its support points and
-  weights in conjugate pairs, so that all is real. Poles of the right half-plane, which are noise, are left out. The
-  amplitudes are the least squares of W(T) over times, bound to W(0), so that slip which has just begun meets the
-  impedance alone, and to the integral 1, so that slow slip meets none.
+  weights in conjugate pairs, so that all is real. Poles of the right half-plane, which are noise, are left out, and so
+  are those that hardly decay. The amplitudes are the least squares of W(T) over times, bound to W(0), so that slip
+  which has just begun meets the impedance alone, and to the integral 1, so that slow slip meets none.
 */
 #include <slipwaves.h>
 #include <slipcompat.h>
@@ -13,8 +13,9 @@
 #include <complex.h>
 #include <math.h>
 
-#define OFFSET 5e-4 /* real part of the points where the transform is met: half of 1/SLIP_WAVE_LONGEST */
-#define NEAR 60     /* times up to there have equal distances, */
+#define OFFSET 5e-4  /* real part of the points where the transform is met: half of 1/SLIP_WAVE_LONGEST */
+#define SLOWEST 1e-4 /* decay, so that nothing lasts much longer than the times at which amplitudes are found */
+#define NEAR 60      /* times up to there have equal distances, */
 #define NEAR_TIMES 2000
 #define FAR_TIMES 1000 /* and more up to SLIP_WAVE_LONGEST equal ratios */
 #define TIMES (NEAR_TIMES + FAR_TIMES)
@@ -172,7 +173,7 @@ static PetscErrorCode FindPoles(const Fit *fit, SlipWavePoles *p)
     if (hypot(re[i], im[i]) < hypot(re[least], im[least])) least = i;
   p->n = 0;
   for (PetscInt i = 0; i < n; i++) {
-    if (i == least || im[i] < 0 || !(re[i] < 0) || p->n == SLIP_WAVE_MOST_POLES) continue;
+    if (i == least || im[i] < 0 || !(re[i] < -SLOWEST) || p->n == SLIP_WAVE_MOST_POLES) continue;
     p->s[2 * p->n] = re[i];
     p->s[2 * p->n++ + 1] = im[i];
   }
@@ -308,7 +309,7 @@ PetscErrorCode SlipWavePolesCreate(SlipWaveMode mode, PetscReal ratio, PetscReal
   Fit *fit;
 
   PetscFunctionBegin;
-  PetscCheck(tolerance >= 1e-8 && tolerance <= 0.1, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(tolerance >= (PetscReal)SLIP_WAVE_FINEST && tolerance <= 0.1, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "Tolerance of waves is %g, expected 1e-8 to 0.1", (double)tolerance);
   PetscCheck(mode == SLIP_WAVE_ANTIPLANE || ratio > 1, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "cp/cs is %g, expected more than 1", (double)ratio);
@@ -327,8 +328,8 @@ PetscErrorCode SlipWavePolesCreate(SlipWaveMode mode, PetscReal ratio, PetscReal
   PetscCall(PetscFree2(T, W));
   PetscCall(PetscFree(fit));
   PetscCheck(poles->error <= tolerance, PETSC_COMM_SELF, PETSC_ERR_NOT_CONVERGED,
-             "%" PetscInt_FMT " exponentials have an error of %g, expected %g", poles->n, (double)poles->error,
-             (double)tolerance);
+             "Tolerance of waves is %g, which %" PetscInt_FMT " exponentials do not reach: expected at least %g",
+             (double)tolerance, poles->n, (double)poles->error);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
