@@ -31,7 +31,7 @@ static PetscErrorCode Choose(SlipFault fault, SlipFaultStringId id, const char o
 
 /* Inertia is a lumped mass, not waves: what a rupture passes through is better described by radiation damping alone. It
    stays the default where all slides at once, as from the critical start, where the strength falls with the slip rate,
-   which has no balance without it, and where there is no viscosity to limit slip rates. */
+   which has no balance without it, and where there is no viscosity to limit slip rates. Waves have all of it. */
 static PetscErrorCode ChooseInertia(SlipFault fault, PetscBool traction)
 {
   PetscBool none;
@@ -40,9 +40,10 @@ static PetscErrorCode ChooseInertia(SlipFault fault, PetscBool traction)
   PetscCall(PetscStrcmp(fault->options.text[FAULT_VISCOSITY], "none", &none));
   fault->kind.inertia = fault->options.inertia;
   if (fault->options.inertia_given) PetscFunctionReturn(PETSC_SUCCESS);
-  fault->kind.inertia = fault->friction.law->always_slides || (traction && !fault->friction.law->by_rate && !none)
-                          ? PETSC_FALSE
-                          : PETSC_TRUE;
+  fault->kind.inertia =
+    fault->friction.law->always_slides || fault->kind.waves || (traction && !fault->friction.law->by_rate && !none)
+      ? PETSC_FALSE
+      : PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -75,6 +76,7 @@ PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
   PetscCall(
     Choose(fault, FAULT_INITIAL, fault->friction.law->always_slides ? "rate" : "critical", &fault->kind.initial));
   PetscCall(PetscStrcmp(fault->kind.initial, "traction", &traction));
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_MEDIUM], SLIPELASTICWAVES, &fault->kind.waves));
   PetscCall(ChooseInertia(fault, traction));
   PetscCall(Choose(fault, FAULT_VISCOSITY,
                    fault->friction.law->always_slides || (traction && !fault->kind.inertia) ? "radiation" : "sqrtm",

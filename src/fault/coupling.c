@@ -26,10 +26,9 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
 {
   const char *file = fault->options.text[FAULT_STIFFNESS_FILE];
   const PetscBool vectors = fault->layout.components > 1 ? PETSC_TRUE : PETSC_FALSE, opens = SlipFaultOpens(fault);
-  PetscBool along, yes, no, waves; /* of a plane without ground, by symmetry as well */
+  PetscBool along, yes, no;
 
   PetscFunctionBegin;
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_MEDIUM], SLIPELASTICWAVES, &waves));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_NORMAL_COUPLING], "yes", &yes));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_NORMAL_COUPLING], "no", &no));
   if (vectors) /* slip in a vertical plane leaves normal stress there as it is, whatever its direction: by symmetry */
@@ -37,7 +36,9 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
   else
     PetscCall(AlongStrike(fault, &along));
   fault->kind.oblique = fault->mesh.dips || !along ? PETSC_TRUE : PETSC_FALSE;
-  fault->kind.coupled = !file[0] && !no && (yes || opens || (fault->kind.oblique && !waves)) ? PETSC_TRUE : PETSC_FALSE;
+  /* waves are of a plane without ground, whose normal stress stays by symmetry as well */
+  fault->kind.coupled =
+    !file[0] && !no && (yes || opens || (fault->kind.oblique && !fault->kind.waves)) ? PETSC_TRUE : PETSC_FALSE;
   fault->kind.dipping =
     !file[0] && (yes || vectors || fault->kind.oblique || fault->mesh.cells.vertices) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -302,7 +302,7 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
   char type[64] = "";
   const char *prefix;
   void (*create)(void) = NULL;
-  PetscBool asked, moreau, waves;
+  PetscBool asked, moreau;
 
   PetscFunctionBegin;
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
@@ -313,8 +313,8 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSMOREAU, &moreau));
   moreau = moreau || !strcmp(type, TSMOREAU) ? PETSC_TRUE : PETSC_FALSE;
   asked = !strcmp(type, TSRK) || !strcmp(type, TSADAMS) || !strcmp(type, TSRKC) || !strcmp(type, TSLAPUSTA);
-  PetscCall(PetscStrcmp(fault->options.text[FAULT_MEDIUM], SLIPELASTICWAVES, &waves));
-  *is = balanced && (asked || waves || (fault->friction.law->always_slides && strcmp(type, TSBATHE) && !moreau));
+  *is = balanced &&
+        (asked || fault->kind.waves || (fault->friction.law->always_slides && strcmp(type, TSBATHE) && !moreau));
   if (!asked || *is) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSSetType(ts, type));
   PetscCall(SlipFaultCheckFeatures(fault, ts));

@@ -232,10 +232,6 @@ const SlipFaultRule SlipFaultRules[] = {
   {F(WAVES), NEEDS, F(RADIATION), 0, "-fault_medium waves radiates: expected -fault_viscosity radiation, not %"},
   {F(WAVES), EXCLUDES, F(INERTIA), 0,
    "-fault_medium waves has the inertia of the rock, all of it: expected -fault_inertia no"},
-  {F(WAVES), EXCLUDES, F(RATE_WEAKENING), 0,
-   "-fault_medium waves does not follow -fault_friction_law %, whose strength falls with the slip rate at once: "
-   "expected "
-   "slip weakening, or rate and state"},
   {F(WAVES), EXCLUDES, F(OPENING), 0, "-fault_medium waves is of slip alone: expected -fault_opening no"},
   {F(WAVES), EXCLUDES, F(COUPLED), 0,
    "-fault_medium waves is of a plane whose slip does not change its normal stress: expected -fault_normal_coupling "

@@ -176,8 +176,9 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPIU_REAL, MPIU_MAX, fault->comm));
   PetscCheck(worst < 1, fault->comm, PETSC_ERR_ARG_INCOMP,
              "-%sfault_inertia no: the strength of -%sfault_friction_law %s falls with slip rate %.3g times as fast as "
-             "viscosity grows, so that no slip rate is in balance: expected less than 1 times, or inertia",
-             SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->friction.law->name, (double)worst);
+             "viscosity grows, so that no slip rate is in balance: expected less than 1 times%s",
+             SlipFaultPrefix(fault), SlipFaultPrefix(fault), fault->friction.law->name, (double)worst,
+             fault->kind.waves ? "" : ", or inertia");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

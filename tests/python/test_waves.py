@@ -56,6 +56,23 @@ class WavesTest(FaultTest):
         self.assertLess(np.median(off), 1e-6)
         self.assertLess(np.sqrt((off ** 2).mean()), 1e-5)
 
+    def test_rate_weakening(self):
+        """Before waves from the edges arrive slip has the rate that friction and the impedance balance, (q - residual sigma - eta v) (1 + v/V0) = drop sigma,
+        a quadratic equation; where the strength falls faster than the impedance gains there is none."""
+        law = "-fault_parameters", "u.h5", "-fault_friction_law", "rate_weakening", "-fault_friction_rate"
+        with h5py.File(self.path("u.h5"), "w") as file:
+            file["initial_traction"] = np.full(tpv3.shape_of(500), 81.6e6)
+        said = self.tpv3(500, "-fault_output", "r.h5", "-ts_max_time", 0.3, *law, 5)
+        self.assertIn("how far a rupture runs depends on the size of the cells", said)
+        with h5py.File(self.path("r.h5")) as file:
+            rates = file["fields/slip_rate"][-1]
+        rates = np.linalg.norm(rates.reshape(*tpv3.shape_of(500), 2), axis=2)
+        eta = np.sqrt(32.03812e9 * 2670) / 2
+        above, drop, scale = 81.6e6 - 0.525 * 120e6, 0.152 * 120e6, 5
+        expected = max(np.roots([-eta / scale, above / scale - eta, above - drop]))
+        self.assertAlmostEqual(rates[15, 30] / expected, 1, delta=1e-3)
+        self.assertIn("falls with slip rate 3.94 times as fast as viscosity grows", self.tpv3(500, *law, 1, code=1))
+
     def test_refused(self):
         for options, message in ((("-fault_kernel", "half_space"), "knows no ground, which reflects waves: expected -fault_kernel full_space"),
                                  (("-ts_type", "bathe"), "expected lapusta with -fault_medium waves"),

@@ -103,6 +103,7 @@ typedef struct {
   PetscBool dipping;               /* its kernel is that of any direction */
   PetscBool coupled;               /* slip changes the normal stress */
   PetscBool inertia;               /* likewise; -fault_inertia */
+  PetscBool waves;                 /* the medium sends and remembers them */
   PetscBool heals;                 /* some healing time is not never */
   PetscBool sequence;              /* by loading, stressing or healing events may follow each other */
   PetscBool driven; /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
