@@ -132,6 +132,7 @@ PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock)
   PetscCall(Check(el, rock));
   w->eta = rock->impedance;
   w->cs = PetscSqrtReal(rock->shear_modulus / rock->density);
+  w->cp = ratio * w->cs;
   PetscCall(SlipWaveSpaceCreate(el->K, rock, &w->space));
   PetscCall(SlipWaveImagesCreate(w->space, rock, &w->images));
   if (rock->waves_tolerance == 0) PetscCall(SlipWaveHistoryCreate(w->space, ratio, &w->history));
@@ -152,6 +153,16 @@ PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* When the first waves of images come, after those of the fault itself */
+static PetscReal Arrival(const SlipWaves *w)
+{
+  const SlipWaveSpace s = w->space;
+  const PetscReal x = (PetscReal)(s->length[0] - s->grid.nx) * s->grid.size[0],
+                  z = (s->mirror ? 2 : 1) * (PetscReal)(s->length[1] - s->grid.nz) * s->grid.size[1];
+
+  return s->line ? z / w->cs : PetscMin(x, z) / w->cp;
+}
+
 PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer)
 {
   PetscReal bytes = 0;
@@ -170,6 +181,7 @@ PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer)
                    : "plane in a full space",
     w->space->length[0], w->space->length[1], (double)w->least, (double)bytes / 1e6,
     w->history ? " for each step" : ""));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  waves of periodic images come %.3g s after slip\n", (double)Arrival(w)));
   if (w->history)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  the rates of all steps, which last for %.3g s\n", (double)w->longest));
   for (PetscInt m = 0; m < w->space->modes && !w->history; m++)

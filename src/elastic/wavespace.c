@@ -123,14 +123,17 @@ static PetscErrorCode SetUpWaves(SlipWaveSpace s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The period has the area of the fault times the square of padding, and images are equally far away on all sides */
 static PetscErrorCode SetUpPlane(SlipWaveSpace s, PetscReal padding)
 {
+  const PetscReal a = s->grid.size[0] * (PetscReal)s->grid.nx, b = s->grid.size[1] * (PetscReal)s->grid.nz;
+  const PetscReal gap = (PetscSqrtReal(PetscSqr(a + b) + 4 * (padding * padding - 1) * a * b) - a - b) / 2;
   PetscInt waves;
 
   PetscFunctionBegin;
   s->parts = s->modes = 2;
-  s->length[0] = SlipGoodLength((PetscInt)PetscCeilReal(padding * (PetscReal)s->grid.nx));
-  s->length[1] = SlipGoodLength((PetscInt)PetscCeilReal(padding * (PetscReal)s->grid.nz));
+  s->length[0] = SlipGoodLength((PetscInt)PetscCeilReal((a + gap) / s->grid.size[0]));
+  s->length[1] = SlipGoodLength((PetscInt)PetscCeilReal((b + gap) / s->grid.size[1]));
   PetscCall(SlipTransposedFFTCreate(s->comm, s->grid.nx, s->grid.nz, s->length[0], &s->pencil));
   PetscCall(SetUpWaves(s));
   waves = s->pencil->layout.columns;

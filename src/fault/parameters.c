@@ -132,8 +132,10 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
                              "Largest error of the kernels of -fault_medium waves as sums of exponentials, at least "
                              "1e-8; 0: the rates of all steps instead, which is slow and takes much memory",
                              PROBLEM},
-  [FAULT_WAVES_PADDING] = {"waves_padding", 2, "", (PetscReal)1.5, 16, SHUT, REAL,
-                           "Period of the transforms of -fault_medium waves over the length of the fault", PROBLEM},
+  [FAULT_WAVES_PADDING] = {"waves_padding", (PetscReal)2.2, "", (PetscReal)1.5, 16, SHUT, REAL,
+                           "Length of the transforms of -fault_medium waves over that of a line; of planes the square "
+                           "root of their area over the fault's, images equally far away on all sides",
+                           PROBLEM},
   [FAULT_RATE_TOLERANCE] = {"rate_tolerance", (PetscReal)NAN, "m/s", 0, NONE, OPEN, REAL,
                             "Absolute tolerance of slip rates in the local error (default 1e-10 m over T*)", STEPS},
   [FAULT_ACCURACY] = {"accuracy", (PetscReal)NAN, "", SLIP_FAULT_ACCURACY_MIN, SLIP_FAULT_ACCURACY_MAX, SHUT, REAL,

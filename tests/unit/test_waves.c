@@ -330,6 +330,39 @@ static void test_rest(void **state)
   }
 }
 
+/* The static stress of a plane far longer than wide, whose transforms along strike are shorter than twice its length,
+   beside that with images six times as far away, whose stress is hardly there to be taken away */
+static void test_images(void **state)
+{
+  enum { X = 60, Z = 8, N = X * Z };
+  PetscReal v[2 * N], f[2][2 * N], worst = 0, largest = 0;
+
+  (void)state;
+  for (int i = 0; i < N; i++) {
+    v[2 * i] = sin(PETSC_PI * (i % X + 0.5) / X) * sin(PETSC_PI * (i / X + 0.5) / Z);
+    v[2 * i + 1] = 0.5 * sin(2 * PETSC_PI * (i % X + 0.5) / X) * sin(PETSC_PI * (i / X + 0.5) / Z);
+  }
+  for (int far = 0; far < 2; far++) {
+    const PetscReal *a;
+    Medium m;
+
+    padding = far ? 10 : 1.6;
+    Create(X, Z, 100, 100, 2, PETSC_TRUE, &m);
+    padding = 2;
+    Go(&m, 1, v);
+    Go(&m, 1e9, NULL);
+    ok(VecGetArrayRead(m.f, &a));
+    ok(PetscArraycpy(f[far], a, 2 * N));
+    ok(VecRestoreArrayRead(m.f, &a));
+    Destroy(&m);
+  }
+  for (int i = 0; i < 2 * N; i++) {
+    worst = PetscMax(worst, PetscAbsReal(f[0][i] - f[1][i]));
+    largest = PetscMax(largest, PetscAbsReal(f[1][i]));
+  }
+  AssertNear(worst / largest, 0, 1e-3); /* of six polynomials each way */
+}
+
 /* ---- cracks of constant speed, whose slip is prescribed: inside, stress drops by the same everywhere ---- */
 
 #define DROP 5e6
@@ -457,4 +490,5 @@ static void test_arrival(void **state)
   Destroy(&m);
 }
 
-SLIP_TESTS(test_kernels, test_poles, test_history, test_exponentials, test_rest, test_kostrov, test_arrival)
+SLIP_TESTS(test_kernels, test_poles, test_history, test_exponentials, test_rest, test_images, test_kostrov,
+           test_arrival)

@@ -125,6 +125,7 @@ typedef struct {
   PetscInt kernels;
   SlipWaveMemory memory[SLIP_WAVE_KERNELS];
   PetscReal *stiffness;              /* [modes][stride] of the periodic K [Pa/m] */
+  PetscReal cp;                      /* of P waves [m/s] */
   PetscReal eta, cs, least, longest; /* G/(2 cs), the least step and the time after which all is forgotten [s] */
   SlipWaveTable table[SLIP_WAVE_TABLES];
   PetscInt clock;

@@ -143,11 +143,48 @@ static void Transform(SlipLanesFFT f, PetscBool back, PetscReal **x)
   }
 }
 
+/* Numbers beyond the first n of a transform of length 2 n are added to those n before them: even wavenumbers see both
+   alike, odd ones with the other sign */
+static void LoadRest(SlipLanesFFT f, const SlipLanesFields *g, const PetscReal field[], PetscReal *room[2])
+{
+  for (PetscInt i = f->n; i < g->n; i++) {
+    const PetscReal *x = field + g->step * i, c = f->turn[2 * (i - f->n)], s = f->turn[2 * (i - f->n) + 1];
+    PetscReal *even = room[0] + SLIP_NUMBER * (i - f->n), *odd = room[1] + SLIP_NUMBER * (i - f->n);
+
+    for (PetscInt l = 0; l < SLIP_LANES; l++) {
+      const PetscReal re = x[l * g->apart], im = x[l * g->apart + g->imaginary];
+
+      even[l] += re;
+      even[SLIP_LANES + l] += im;
+      odd[l] -= c * re - s * im;
+      odd[SLIP_LANES + l] -= c * im + s * re;
+    }
+  }
+}
+
+static void StoreRest(SlipLanesFFT f, const SlipLanesFields *g, PetscReal scale, PetscReal *room[2], PetscReal field[])
+{
+  for (PetscInt i = f->n; i < g->n; i++) {
+    PetscReal *x = field + g->step * i;
+    const PetscReal c = f->turn[2 * (i - f->n)], s = f->turn[2 * (i - f->n) + 1];
+    const PetscReal *even = room[0] + SLIP_NUMBER * (i - f->n), *odd = room[1] + SLIP_NUMBER * (i - f->n);
+
+    for (PetscInt l = 0; l < SLIP_LANES; l++) {
+      x[l * g->apart] = scale * (even[l] - c * odd[l] - s * odd[SLIP_LANES + l]);
+      x[l * g->apart + g->imaginary] = scale * (even[SLIP_LANES + l] - c * odd[SLIP_LANES + l] + s * odd[l]);
+    }
+  }
+}
+
 /* The transforms of fields that are padded to 2 n numbers: even numbers in room[0], odd ones in room[1]. Half of the
    padded fields are zeros, so that transforms are two of half the length. */
 void SlipLanesForward(SlipLanesFFT f, const SlipLanesFields *g, const PetscReal field[], PetscReal *room[2])
 {
-  (*f->unit->load)(f->n, f->turn, g, NULL, field, room, NULL);
+  SlipLanesFields first = *g;
+
+  first.n = PetscMin(g->n, f->n);
+  (*f->unit->load)(f->n, f->turn, &first, NULL, field, room, NULL);
+  LoadRest(f, g, field, room);
   for (int i = 0; i < 2; i++) Transform(f, PETSC_FALSE, &room[i]);
 }
 
@@ -169,8 +206,12 @@ void SlipLanesJoin(SlipLanesFFT f, PetscReal *room[2], PetscInt fields, PetscInt
 /* And back, times scale, of which only the first numbers are of use */
 void SlipLanesBackward(SlipLanesFFT f, const SlipLanesFields *g, PetscReal scale, PetscReal *room[2], PetscReal field[])
 {
+  SlipLanesFields first = *g;
+
+  first.n = PetscMin(g->n, f->n);
   for (int i = 0; i < 2; i++) Transform(f, PETSC_TRUE, &room[i]);
-  (*f->unit->store)(f->turn, g, NULL, scale, room, NULL, field);
+  (*f->unit->store)(f->turn, &first, NULL, scale, room, NULL, field);
+  StoreRest(f, g, scale, room, field);
 }
 
 /* f = 2 n (T + A reversed - z q reversed z) f in place, of SLIP_LANES fields [nz] complex, one behind the other, nz
