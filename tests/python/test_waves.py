@@ -84,6 +84,26 @@ class WavesTest(FaultTest):
             self.assertEqual(len(errors), 1, said)
             self.assertIn(message, errors[0])
 
+    def test_stops_and_starts_again(self):
+        """Two patches with a barrier between them: waves of the first one's rupture start the second one's. Cells that stop have no rate at all, none slips back,
+        some stop and start again, and hardly any slides for a single step: 75 of 1,704 times."""
+        nz, nx = tpv3.shape_of(500)
+        x, z = np.meshgrid(tpv3.centres(tpv3.LENGTH, nx), tpv3.centres(tpv3.WIDTH, nz))
+        first, second = np.hypot(x + 6e3, z) < 4e3, np.hypot(x - 4e3, z) < 4e3
+        with h5py.File(self.path("two.h5"), "w") as file:
+            file["initial_traction"] = np.where(np.hypot(x + 6e3, z) < 1.6e3, 83e6, np.where(first, 74e6, np.where(second, 78e6, 55e6)))
+        self.tpv3(500, "-fault_parameters", "two.h5", "-fault_output", "r.h5", "-fault_output_precision", "double", "-fault_output_time_interval", 0, "-fault_output_interval", 1,
+                  "-fault_friction_slip", 0.2, "-ts_max_time", 12)
+        with h5py.File(self.path("r.h5")) as file:
+            slip, rate = file["fields/slip"][:].reshape(-1, nz, nx, 2)[..., 0], file["fields/slip_rate"][:].reshape(-1, nz, nx, 2)
+        moves = (rate != 0).any(axis=3)
+        starts = (moves[1:] & ~moves[:-1]).sum(axis=0)
+        self.assertGreater(moves[:, second].any(axis=1).argmax(), 10)
+        self.assertGreater(slip[-1][second].mean(), 1)
+        self.assertGreater(starts.max(), 1)
+        self.assertLess((moves[1:-1] & ~moves[:-2] & ~moves[2:]).sum(), 0.1 * starts.sum())
+        self.assertFalse(moves[-1].any())
+        self.assertGreaterEqual(np.diff(slip, axis=0).min(), 0)
 
 if __name__ == "__main__":
     unittest.main()
