@@ -409,7 +409,10 @@ static PetscReal Antiplane(PetscInt N, PetscReal ratio, PetscReal E)
   return sum / (PetscReal)count / DROP - 1;
 }
 
-/* Kostrov (1966), Dahlen (1974): circular, nu 1/4, slip C DROP/(rho cs) sqrt(t^2 - r^2/v^2) along strike */
+/* Kostrov (1966), Dahlen (1974): circular, nu 1/4, slip C DROP/(rho cs) sqrt(t^2 - r^2/v^2) along strike. Cells have the
+   mean over POINTS^2 points, as a rate by the centre alone makes the front a staircase: 1e-3 of the drop, by chance. */
+enum { POINTS = 4 };
+
 static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
 {
   const PetscReal length = 10e3;
@@ -427,12 +430,16 @@ static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
     const PetscReal h = 0.45 * length / v / (PetscReal)steps, t = (PetscReal)k * h;
 
     for (PetscInt i = 0; i < N * N; i++) {
-      const PetscReal x = ((PetscReal)(i % N) + 0.5) * m.dx - length / 2,
-                      z = ((PetscReal)(i / N) + 0.5) * m.dz - length / 2;
-      const PetscReal delay2 = (x * x + z * z) / (v * v);
+      rate[2 * i] = 0;
+      for (int p = 0; p < POINTS * POINTS; p++) {
+        const PetscReal x = ((PetscReal)(i % N) + (p % POINTS + 0.5) / POINTS) * m.dx - length / 2,
+                        z = ((PetscReal)(i / N) + (p / POINTS + 0.5) / POINTS) * m.dz - length / 2;
+        const PetscReal delay2 = (x * x + z * z) / (v * v);
 
-      rate[2 * i] =
-        A * (PetscSqrtReal(PetscMax(PetscSqr(t + h) - delay2, 0)) - PetscSqrtReal(PetscMax(t * t - delay2, 0))) / h;
+        rate[2 * i] +=
+          A * (PetscSqrtReal(PetscMax(PetscSqr(t + h) - delay2, 0)) - PetscSqrtReal(PetscMax(t * t - delay2, 0))) /
+          (h * POINTS * POINTS);
+      }
     }
     Go(&m, h, rate);
   }
@@ -452,14 +459,26 @@ static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
   return sum / (PetscReal)count / DROP - 1;
 }
 
+/* Measured: 5e-5 of lines with 200 cells, 5e-4 of circles with 80, and a quarter of it with twice the cells. Slow cracks
+   meet the waves of their images, which the padding keeps away: of 0.1 cs on a line those are 6e-3, 4e-4 and less than
+   1e-5 with padding 2, 4 and 8; of 0.3 cs on a plane 1e-3 with 2 and none with 2.5. */
 static void test_kostrov(void **state)
 {
-  static const PetscReal line[][2] = {{.5, 1.21105603}, {.7, 1.34559225}, {.9, 1.49329011}},
-                         plane[][2] = {{.5, .507099}, {.8, .750178}, {.95, .853818}};
+  static const PetscReal line[][3] = {
+    {.1, 1.01599355, 8}, {.5, 1.21105603, 2}, {.7, 1.34559225, 2}, {.9, 1.49329011, 2}};
+  static const PetscReal plane[][3] = {{.3, .317429, 2.5}, {.5, .507099, 2}, {.7, .674635, 2},
+                                       {.8, .750178, 2},   {.9, .820515, 2}, {.95, .853818, 2}};
 
   (void)state;
-  for (int k = 0; k < 3; k++) AssertNear(Antiplane(200, line[k][0], line[k][1]), 0, 1e-4);
-  for (int k = 0; k < 3; k++) AssertNear(Circular(60, plane[k][0], plane[k][1]), 0, 3e-3);
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(line); k++) {
+    padding = line[k][2];
+    AssertNear(Antiplane(200, line[k][0], line[k][1]), 0, 1e-4);
+  }
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(plane); k++) {
+    padding = plane[k][2];
+    AssertNear(Circular(80, plane[k][0], plane[k][1]), 0, 1e-3);
+  }
+  padding = 2;
 }
 
 /* Nothing before the P wave, and all of it behind the S wave's tail: slip of one cell along strike for one step */
