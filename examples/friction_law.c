@@ -1,7 +1,8 @@
-static const char help[] = "A user's friction laws: rate-and-state friction whose evolution effect ends at a cut-off "
-                           "rate, and with two states.\n  friction_law -fault_cut_off_rate 1e-3 "
-                           "-fault_loading_rate 1e-9 -ts_max_time 1e10\n  friction_law -fault_friction_law two_states "
-                           "-fault_friction_b_2 -0.005 -fault_friction_slip_2 1\nAll else is as in fault.\n\n";
+static const char help[] =
+  "A user's friction laws: rate-and-state friction whose evolution effect ends at a cut-off "
+  "rate, and with two states; and friction that weakens when a time comes.\n  friction_law -fault_cut_off_rate 1e-3 "
+  "-fault_loading_rate 1e-9 -ts_max_time 1e10\n  friction_law -fault_friction_law two_states "
+  "-fault_friction_b_2 -0.005 -fault_friction_slip_2 1\nAll else is as in fault.\n\n";
 
 #include <slipstep.h>
 #include <math.h>
@@ -171,6 +172,76 @@ static const SlipFrictionLaw two_states = {
   .direct = SlipRateAndStateDirect,
   .own = own_of_two};
 
+/* ---- friction by time ---- */
+
+static const SlipParameter own_of_time[] = {{.name = "weakening_time",
+                                             .value = 0,
+                                             .unit = "s",
+                                             .lower = 0,
+                                             .upper = PETSC_MAX_REAL,
+                                             .help = "Time T at which friction begins to weaken by itself"},
+                                            {.name = "weakening_duration",
+                                             .value = 0,
+                                             .unit = "s",
+                                             .lower = 0,
+                                             .upper = PETSC_MAX_REAL,
+                                             .help = "How long that takes; 0: it is done at once"},
+                                            {.name = NULL}};
+enum { WEAKENING_TIME, WEAKENING_DURATION };
+enum { BY_SLIP, BY_TIME };
+
+/*
+  Linear slip weakening, or weakening by time where that is further on, as TPV24 of SCEC and USGS starts its ruptures:
+
+     mu = mu_d + dmu (1 - max(min(s/d_c, 1), min((t - T)/t_0, 1), 0))
+
+  With a T for each cell it is a rupture whose front is given, as in examples/kostrov.sh. The states are slip and time.
+*/
+static void ByTime(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess, PetscReal dmu_ds[],
+                   PetscReal *dmu_dv)
+{
+  const PetscReal duration = p->own[WEAKENING_DURATION], since = s[BY_TIME] - p->own[WEAKENING_TIME],
+                  slip = s[BY_SLIP] / p->slip, time = since < 0 ? 0 : (since < duration ? since / duration : 1);
+
+  (void)v;
+  *excess = p->drop * (1 - PetscMin(PetscMax(slip, time), 1));
+  dmu_ds[BY_SLIP] = slip > time && slip < 1 ? -p->drop / p->slip : 0;
+  dmu_ds[BY_TIME] = time >= slip && since > 0 && since < duration ? -p->drop / duration : 0;
+  *dmu_dv = 0;
+}
+
+static void Pass(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[], PetscReal drate_ds[],
+                 PetscReal drate_dv[])
+{
+  (void)p, (void)s;
+  rate[BY_SLIP] = v;
+  rate[BY_TIME] = 1;
+  for (int k = 0; k < 4; k++) drate_ds[k] = 0;
+  drate_dv[BY_SLIP] = 1;
+  drate_dv[BY_TIME] = 0;
+}
+
+/* None are: all has weakened */
+static void AllWeak(const SlipFriction *p, PetscReal v, PetscReal s[])
+{
+  (void)v;
+  s[BY_SLIP] = p->slip;
+  s[BY_TIME] = p->own[WEAKENING_TIME] + p->own[WEAKENING_DURATION];
+}
+
+static const SlipFrictionState slip_and_time[] = {{.name = "state", .unit = "m"}, {.name = "elapsed", .unit = "s"}};
+
+static const SlipFrictionLaw time_weakening = {
+  .name = "time_weakening",
+  .eval = ByTime,
+  .formula = "residual + drop (1 - max(min(s/slip, 1), min((t - weakening_time)/weakening_duration, 1), 0))",
+  .states = slip_and_time,
+  .nstates = 2,
+  .rate = Pass,
+  .steady = AllWeak,
+  .own = own_of_time,
+  .reads = "residual drop slip"};
+
 /* ---- the run ---- */
 
 static PetscErrorCode Run(int *code)
@@ -183,6 +254,7 @@ static PetscErrorCode Run(int *code)
   PetscFunctionBeginUser;
   PetscCall(SlipFaultRegisterFrictionLaw(&cut_off)); /* before the options are read */
   PetscCall(SlipFaultRegisterFrictionLaw(&two_states));
+  PetscCall(SlipFaultRegisterFrictionLaw(&time_weakening));
   PetscCall(SlipCheckOptionNames());
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
   PetscCall(SlipFaultSetString(fault, "friction_law", "cut_off"));

@@ -409,8 +409,9 @@ static PetscReal Antiplane(PetscInt N, PetscReal ratio, PetscReal E)
   return sum / (PetscReal)count / DROP - 1;
 }
 
-/* Kostrov (1966), Dahlen (1974): circular, nu 1/4, slip C DROP/(rho cs) sqrt(t^2 - r^2/v^2) along strike. Cells have the
-   mean over POINTS^2 points, as a rate by the centre alone makes the front a staircase: 1e-3 of the drop, by chance. */
+/* Kostrov (1966), Dahlen (1974): circular, nu 1/4, slip C DROP/(rho cs) sqrt(t^2 - r^2/v^2) along strike. Cells have
+   the mean over POINTS^2 points, as a rate by the centre alone makes the front a staircase: 1e-3 of the drop, by
+   chance. */
 enum { POINTS = 4 };
 
 static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
@@ -459,9 +460,9 @@ static PetscReal Circular(PetscInt N, PetscReal ratio, PetscReal C)
   return sum / (PetscReal)count / DROP - 1;
 }
 
-/* Measured: 5e-5 of lines with 200 cells, 5e-4 of circles with 80, and a quarter of it with twice the cells. Slow cracks
-   meet the waves of their images, which the padding keeps away: of 0.1 cs on a line those are 6e-3, 4e-4 and less than
-   1e-5 with padding 2, 4 and 8; of 0.3 cs on a plane 1e-3 with 2 and none with 2.5. */
+/* Measured: 5e-5 of lines with 200 cells, 5e-4 of circles with 80, and a quarter of it with twice the cells. Slow
+   cracks meet the waves of their images, which the padding keeps away: of 0.1 cs on a line those are 6e-3, 4e-4 and
+   less than 1e-5 with padding 2, 4 and 8; of 0.3 cs on a plane 1e-3 with 2 and none with 2.5. */
 static void test_kostrov(void **state)
 {
   static const PetscReal line[][3] = {
