@@ -131,8 +131,42 @@ PetscErrorCode SlipCatalogueFirstToSlip(SlipFaultCatalogue cat, PetscReal t, Vec
 /* Over the cells, areas over their mean: of slip; of those that ruptured of area, slip, stress drop; and of their
    second components */
 enum { SUM_SLIP, SUM_AREA, SUM_BROKEN, SUM_DROP, SUM_SLIP_UP, SUM_BROKEN_UP, SUM_DROP_UP, NUM_SUMS };
-/* and the two components of their slip, along strike and up dip */
-enum { SUM_ALONG = NUM_SUMS, SUM_UP, NUM_ALL_SUMS };
+/* and the two components of their slip, along strike and up dip; of all cells the stress at the onset times slip; of
+   those that ruptured distance from the hypocentre and time, and products of the distance with both */
+enum { SUM_ALONG = NUM_SUMS, SUM_UP, SUM_WORK, SUM_FAR, SUM_TIME, SUM_FAR_FAR, SUM_FAR_TIME, NUM_ALL_SUMS };
+
+/* time: of its rupture, from the onset on; centre: that of the hypocentre */
+static void AddFront(SlipFault fault, PetscInt row, PetscReal weight, PetscReal time, const PetscReal centre[3],
+                     PetscReal sum[])
+{
+  SlipFaultCell cell;
+  PetscReal far;
+
+  fault->mesh.kind->cell(&fault->mesh, row, &cell);
+  far = hypot(hypot(cell.centre[0] - centre[0], cell.centre[1] - centre[1]), cell.centre[2] - centre[2]);
+  sum[SUM_FAR] += weight * far;
+  sum[SUM_TIME] += weight * time;
+  sum[SUM_FAR_FAR] += weight * far * far;
+  sum[SUM_FAR_TIME] += weight * far * time;
+}
+
+/* Of the straight line of time by distance that is off by the least squares; unknown where later is not farther */
+static PetscReal RuptureSpeed(const PetscReal sum[])
+{
+  const PetscReal square = sum[SUM_AREA] * sum[SUM_FAR_FAR] - PetscSqr(sum[SUM_FAR]),
+                  both = sum[SUM_AREA] * sum[SUM_FAR_TIME] - sum[SUM_FAR] * sum[SUM_TIME];
+
+  return square > 0 && both > 0 ? square / both : (PetscReal)NAN;
+}
+
+/* work: of the stress at the onset. Less what is released it is half the static stress drop times slip, whatever waves
+   are still under way. */
+static PetscReal RadiatedEfficiency(const PetscReal row[], PetscReal work)
+{
+  const PetscReal available = work + row[EVENT_ELASTIC_ENERGY] - row[EVENT_LOADING_WORK];
+
+  return available > 0 ? row[EVENT_RADIATED_ENERGY] / available : (PetscReal)NAN;
+}
 
 /* Slip of the event up to the state w of time t; sum [NUM_ALL_SUMS], behind that NUM_SUMS of each of several faults;
    the largest slip forward and backward; of several faults the least time of rupture of each */
@@ -145,6 +179,7 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
                  up = fault->layout.plane - 1; /* without a second one: the first */
   const PetscReal time = t - cat->event.onset, *a, *u0, *stress0, *stress, *rupture, *vinf;
   PetscReal *slip;
+  SlipFaultCell hypocentre;
   const SlipArrays arrays[] = {{w, .read = &a},
                                {cat->u0, .read = &u0},
                                {cat->stress0, .read = &stress0},
@@ -158,9 +193,10 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
   PetscCall(PetscArrayzero(sum, NUM_ALL_SUMS + NUM_SUMS * faults));
   largest[0] = largest[1] = 0;
   for (PetscInt k = 0; k < faults; k++) first[k] = PETSC_MAX_REAL;
+  fault->mesh.kind->cell(&fault->mesh, cat->event.cell, &hypocentre);
   PetscCall(SlipArraysGet(7, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscInt k = SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i));
+    const PetscInt row = SlipFaultMeshRow(&fault->mesh, i), k = SlipFaultMeshFaultOf(&fault->mesh, row);
     const PetscReal weight = fault->mesh.weight[i], broke = rupture[i] < 0 ? 0 : weight, both = components > 1 ? 1 : 0;
     const PetscInt first_of = components * i, second_of = first_of + up;
     PetscReal sine, cosine;
@@ -181,9 +217,12 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
         if (faults) sum[NUM_ALL_SUMS + NUM_SUMS * k + c] += share[c];
       }
     }
+    for (PetscInt j = 0; j < fault->layout.plane; j++)
+      sum[SUM_WORK] += weight * slip[first_of + j] * stress0[first_of + j];
     largest[0] = PetscMax(largest[0], components == 1 ? slip[i] : SlipFaultLength(fault, slip + first_of));
     largest[1] = PetscMax(largest[1], -slip[first_of]);
     if (rupture[i] < 0) continue;
+    AddFront(fault, row, weight, rupture[i], hypocentre.centre, sum);
     if (components == 1) {
       SlipDegrees(fault->fields.cell[FIELD_RAKE][i], &sine, &cosine);
       sum[SUM_ALONG] += weight * slip[i] * cosine;
@@ -298,6 +337,8 @@ PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w
   row[EVENT_STEPS] = (PetscReal)e->steps;
   row[EVENT_FAULT] = (PetscReal)fault->mesh.labels[SlipFaultMeshFaultOf(&fault->mesh, e->cell)];
   row[EVENT_RAKE] = Rake(sum[SUM_ALONG], sum[SUM_UP]);
+  row[EVENT_RUPTURE_SPEED] = RuptureSpeed(sum);
+  row[EVENT_RADIATED_EFFICIENCY] = RadiatedEfficiency(row, area * sum[SUM_WORK]);
   FillFaults(cat, along, sum + NUM_ALL_SUMS, first);
   PetscCall(PetscFree2(sum, first));
   PetscFunctionReturn(PETSC_SUCCESS);

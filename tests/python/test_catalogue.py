@@ -276,7 +276,7 @@ class CatalogueTest(FaultTest):
         self.assertEqual(len(rows), catalogue.count)
         for name, values in catalogue.event.items():
             unit = catalogue.units[name]
-            self.assertEqual([float(row[name if unit == "1" else f"{name} [{unit}]"]) for row in rows], values.tolist())
+            np.testing.assert_array_equal([float(row[name if unit == "1" else f"{name} [{unit}]"]) for row in rows], values)
         for wrong, message in ((self.path("missing.h5"), "no such file"), (self.path("events.csv"), "not a complete HDF5 file"),
                                (os.path.join(SOURCE, "training/policies/fault.h5"), "no catalogue of events")):
             done = subprocess.run([sys.executable, script, wrong], capture_output=True, text=True)

@@ -101,6 +101,8 @@ typedef enum {
   EVENT_STEPS,
   EVENT_FAULT,
   EVENT_RAKE,
+  EVENT_RUPTURE_SPEED,
+  EVENT_RADIATED_EFFICIENCY,
   EVENT_NUM_COLUMNS,
   /* where there are several, a number for each fault */
   EVENT_FAULT_MOMENT = EVENT_NUM_COLUMNS,
