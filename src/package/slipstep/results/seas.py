@@ -67,7 +67,7 @@ def darcy(z, t):
 
 
 def has_waves(run):
-    return "-fault_medium waves" in run.run.get("options", "")
+    return run.parameters.get("medium") == "waves"
 
 
 def name_of(benchmark, run):
