@@ -140,6 +140,13 @@ class SeasTest(PictureTest):
         self.assertTrue((np.diff(front) > 1).all(), front)
         # a cell reaches 0.1 m/s later than the catalogue's 1 mm/s
         self.assertGreater(t[core].min(), events["onset"][0])
+        # of an event centuries later times count from its onset on, or all would be later than that of cells which do not break
+        bp6.Writer("bp5", run, events, self.path("later")).rupture((events["onset"][1] - bp6.AROUND, events["end"][1] + 1))
+        head, _, rows = read(self.path("later/rupture.dat"))
+        self.assertIn(f"from its onset on, which is at {events['onset'][1]:.9e} s", "\n".join(head))
+        t = rows[:, 2]
+        self.assertTrue(((t > 0) & (t < events["end"][1] - events["onset"][1]))[core].all())
+        self.assertTrue((t[z > 20e3] == 1e9).all())
 
     def test_bp4(self):
         """The start: one shear stress everywhere but in the patch, by the benchmark's formula; the strength of a station; and a full space, which knows

@@ -23,6 +23,7 @@ NOTHING = 1e-30  # m/s
 FRONT_RATE = 0.1  # m/s: a cell of BP4 or BP5 breaks when it is that fast first
 PAUSE = YEAR  # [s]: events that begin earlier after the one before belong to it, as a rupture may pause
 NEVER = 1e9  # s: the time of cells that do not break
+AROUND = 1.0  # [s]: of a later event
 ORIGIN = {"bp4": 40e3, "bp5": 50e3, "bp6": 20e3, "bp7": 400.0}  # where x2 of BP4 and BP5, BP4's x3 and BP6's z are 0 [m], along strike and in depth, and BP7's x2 and x3
 DAY = 86400.0
 PLATES = 1e-9  # rate of BP3's [m/s]
@@ -209,12 +210,15 @@ class Writer:
         self.write("global.dat", ("t", "max_slip_rate", rate), np.stack([series["time"], log_rate(series["max_slip_rate"]), moment], axis=1), "frictional domain")
 
     def rupture(self, window):
-        """rupture.dat: when each cell was first faster than FRONT_RATE, of the first event."""
-        broke = front(self.run, window)
+        """rupture.dat: when each cell was first faster than FRONT_RATE, of the first event; of one that does not come at the start, as all of them come
+        later than NEVER, from its onset on."""
+        onset = window[0] + AROUND if window[0] else 0.0
+        broke = front(self.run, window) - onset
         x, z = np.meshgrid(*self.run.axes)
         rows = np.stack([x - ORIGIN["bp5"], z - (ORIGIN["bp4"] if self.benchmark == "bp4" else 0), np.nan_to_num(broke, nan=NEVER)], axis=-1).reshape(-1, 3)
-        self.write("rupture.dat", ("x2", "x3", "t"), rows, "", [f"First event that breaks more than a patch: when a cell is first faster than {FRONT_RATE:g} m/s; {NEVER:g} where it never is"],
-                   steps=False)
+        since = f", from its onset on, which is at {onset:.9e} s" if onset else ""
+        self.write("rupture.dat", ("x2", "x3", "t"), rows, "",
+                   [f"First event that breaks more than a patch: when a cell is first faster than {FRONT_RATE:g} m/s{since}; {NEVER:g} where it never is"], steps=False)
 
     def profiles(self):
         """slip.dat: a row with two zeros and the depths [m], then time, largest slip rate and slip at each depth."""
@@ -246,7 +250,7 @@ def first_event(events):
     largest moment. BP4's first event stays in its square."""
     largest = cycles(events)
     k = largest[np.argmax(events["moment"][largest] > 0.1 * events["moment"].max())]
-    return 0.0 if k == largest[0] else events["onset"][k] - 1.0, events["end"][k] + 1.0
+    return 0.0 if k == largest[0] else events["onset"][k] - AROUND, events["end"][k] + AROUND
 
 
 def write_files(benchmark, run, events, folder):
