@@ -90,8 +90,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w,
    /goes_on (attributes), of several faults /fault_moment and its like [event, faults], /mesh (centres), and /maps/slip,
    /maps/rupture_time as [event, Nz, Nx], or [event, N] of a mesh; output/README.md says what they are.
    SlipFaultOutputStart() and SlipFaultOutputFinish() begin and end it. -fault_output: attaches monitors that write the
-   file of slipoutput.h, with /parameters (scalars and choices), /mesh (x, z of the centres [m], per-cell parameters) and
-   /fields (time, and slip_rate, slip, displacement,
+   file of slipoutput.h, with /parameters (scalars and choices), /mesh (x, z of the centres [m], per-cell parameters)
+   and /fields (time, and slip_rate, slip, displacement,
    traction, state, pore_pressure as [n, Nz, Nx], or [n, N] of a mesh), and of -fault_stations /stations/K (K = 0, 1,
    ...; time, slip, slip_rate, traction, state at the start and every accepted step; attributes x, z, cell, cell_x,
    cell_z), of -fault_surface_stations /ground (time, displacement and velocity [n, stations, 3]) with /ground_points

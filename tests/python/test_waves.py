@@ -78,8 +78,8 @@ class WavesTest(FaultTest):
     def test_energies_and_speed(self):
         """A crack of 200 cells whose cells weaken at once, so that friction takes no energy at the front, and which stops at 4 km. While it grows it is
         Kostrov's, and with the static stress drop D/E of its slip it has radiated D S (1 - 1/(2 E)), S the sum of slip, D the stress drop, E the elliptic
-        integral: within 0.5 %, measured 0.25 % and half of that with half the cells' size. Its front's speed is the one that is given: 0.5 %, as the
-        hypocentre is one of the two cells in the middle. What it could
+        integral: within 0.5 %, measured 0.25 % and half of that with half the cells' size. Its front's speed is the one that is given: 1e-3, a
+        fifteenth of a step in the time to its end, measured 3e-5. What it could
         radiate is half of slip times the static stress that it takes away, by the closed form of cells: 1e-4, as
         that is the small difference of energies."""
         speed, stop = 0.7, 4e3
@@ -102,7 +102,7 @@ class WavesTest(FaultTest):
             slips = file["maps/slip"][0].ravel()
         self.assertEqual(len(event["onset"]), 1)
         event = {name: values[0] for name, values in event.items()}
-        self.assertAlmostEqual(event["rupture_speed"] / (speed * kostrov.SHEAR), 1, delta=5e-3)
+        self.assertAlmostEqual(event["rupture_speed"] / (speed * kostrov.SHEAR), 1, delta=1e-3)
         self.assertLess(abs(event["ledger"]), 1e-3)  # measured 4e-5
         self.assertAlmostEqual(event["radiated_energy"] / np.interp(event["end"], time, radiated), 1, delta=1e-3)
         apart = np.subtract.outer(np.arange(200), np.arange(200))
