@@ -79,9 +79,8 @@ class WavesTest(FaultTest):
         """A crack of 200 cells whose cells weaken at once, so that friction takes no energy at the front, and which stops at 4 km. While it grows it is
         Kostrov's, and with the static stress drop D/E of its slip it has radiated D S (1 - 1/(2 E)), S the sum of slip, D the stress drop, E the elliptic
         integral: within 0.5 %, measured 0.25 % and half of that with half the cells' size. Its front's speed is the one that is given: 1e-3, a
-        fifteenth of a step in the time to its end, measured 3e-5. What it could
-        radiate is half of slip times the static stress that it takes away, by the closed form of cells: 1e-4, as
-        that is the small difference of energies."""
+        ninth of a step in the 1.6 s that it takes, measured 3e-5. What it could radiate is half of slip times the static stress that it takes away, by the closed
+        form of cells: measured 1e-4, as that is the small difference of energies."""
         speed, stop = 0.7, 4e3
         with unittest.mock.patch.multiple(kostrov, BEFORE=0.0, LASTS=0.0):
             options = kostrov.make(self.path("k"), "line", 200, speed).split()
