@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Gmsh writes Nastran files with eight characters for a coordinate: a northing of 4123456.789 m becomes 4.12E+06.
 #
-# Seen with Gmsh 4.8.4 (Debian 12). "gmsh -2 -o fault.bdf" chooses fields of eight characters (Mesh.BdfFieldFormat = 1) whatever the
-# numbers need. A plane of 1 km in UTM coordinates that dips by 45 degrees, with eastings from 512345.678 and northings from 4123456.789,
-# keeps its eastings to 0.1 m, but all of its northings are one number, 4120000: the file has a vertical plane, 3.5 to 4.5 km further
-# south. There is no warning. Abaqus', STL, UNV and VTK files of the same mesh keep the millimetre. Mesh.BdfFieldFormat = 2 asks for
-# fields of sixteen characters, which keep the centimetre. An origin near the fault helps as well.
+# Seen with Gmsh 4.8.4 (Debian 12). "gmsh -2 -o fault.bdf" chooses fields of eight characters (Mesh.BdfFieldFormat = 1) whatever the numbers
+# need. A plane of 1 km in UTM coordinates that dips by 45 degrees, with eastings from 512345.678 and northings from 4123456.789, keeps its
+# eastings to 0.1 m, but all of its northings are one number, 4120000: the file has a vertical plane, 3.5 to 4.5 km further south. There is
+# no warning. Abaqus', STL, UNV and VTK files of the same mesh keep the millimetre. Mesh.BdfFieldFormat = 2 asks for fields of sixteen
+# characters, which keep the centimetre. An origin near the fault helps as well.
 #
 # Guess before the run: seven digits or more, as of floats, by long fields where short ones do not hold the number.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

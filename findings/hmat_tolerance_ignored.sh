@@ -3,9 +3,10 @@
 #
 # Seen with hmat-oss 1.8.1 (Debian 12), 1600 points of a square grid one apart, product with a vector of ones against the sums of the rows.
 # Covariance exp(-(r/8)^2), as of random fields: errors of SVD and full cross approximation fall with the tolerance, to 1e-9 at 1e-7; those
-# of ACA+ stay at 5e-3, of partial ACA at 8e-4. Two components that do not act on each other, (1 + r^2)^-1.5 between points of one component:
-# partial ACA stays at 6e-3, as its rows and columns stay within one component. With exp(-r/8) all four are right, which makes a test on a friendly kernel
-# misleading. A block ends where the last row and column that were looked at are small; nothing is reported. Check a kernel against SVD.
+# of ACA+ stay at 5e-3, of partial ACA at 8e-4. Two components that do not act on each other, (1 + r^2)^-1.5 between points of one
+# component: partial ACA stays at 6e-3, as its rows and columns stay within one component. With exp(-r/8) all four are right, which makes a
+# test on a friendly kernel misleading. A block ends where the last row and column that were looked at are small; nothing is reported. Check
+# a kernel against SVD.
 #
 # Guess before the run: errors of about the tolerance, by each of them.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

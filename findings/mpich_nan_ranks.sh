@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # MPI_Allreduce() with MPI_MAX gives the ranks different results when one of them has NaN: some get NaN, others a number.
 #
-# Seen with MPICH 4.0.2 (Debian 12). Rank k of n has k + 1, but one has NaN, and all take the largest. With 2 ranks the one that has NaN gets the
-# number and the other one NaN; with 4 ranks the results are, for NaN on the last one, NaN, 3, 2 and 3: not even the numbers agree. MPI_MIN
-# does the same. For ten values and more the ranks agree, but the NaN is lost in three of four cases. Programs that test the result, "end if the
-# error is not finite", then go different ways on different ranks, and wait for each other. Open MPI 4.1.4 gave all ranks the same, with the
-# NaN lost unless rank 0 had it. MPI defines no order of NaN; reduce a flag of isnan() along with the number.
+# Seen with MPICH 4.0.2 (Debian 12). Rank k of n has k + 1, but one has NaN, and all take the largest. With 2 ranks the one that has NaN
+# gets the number and the other one NaN; with 4 ranks the results are, for NaN on the last one, NaN, 3, 2 and 3: not even the numbers agree.
+# MPI_MIN does the same. For ten values and more the ranks agree, but the NaN is lost in three of four cases. Programs that test the result,
+# "end if the error is not finite", then go different ways on different ranks, and wait for each other. Open MPI 4.1.4 gave all ranks the
+# same, with the NaN lost unless rank 0 had it. MPI defines no order of NaN; reduce a flag of isnan() along with the number.
 #
 # Guess before the run: NaN may get lost, but all ranks get the same result, as they have to decide by it.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

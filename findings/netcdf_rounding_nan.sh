@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # netCDF's lossy rounding to significant digits turns NaN and infinity into 0, also where NaN is the fill value.
 #
-# Seen with netCDF 4.9.0 and NCO 5.1.4 (Debian 12). nc_def_var_quantize() with NC_QUANTIZE_GRANULARBR, and "ncks --ppc default=3", whose default is
-# the same algorithm, promise three significant digits. 1/3 becomes 0.33301; NaN becomes -0, infinity -0 and minus infinity 0. In a variable
-# whose _FillValue is NaN the missing values become zeros as well: cells that have no slip yet, or lie outside of a fault, join the means. NaN
-# passes NC_QUANTIZE_BITROUND and "--baa=8", which round to a number of bits. There is no warning. netCDF's repository spares NaN, not infinity,
-# since February 2025.
+# Seen with netCDF 4.9.0 and NCO 5.1.4 (Debian 12). nc_def_var_quantize() with NC_QUANTIZE_GRANULARBR, and "ncks --ppc default=3", whose
+# default is the same algorithm, promise three significant digits. 1/3 becomes 0.33301; NaN becomes -0, infinity -0 and minus infinity 0. In
+# a variable whose _FillValue is NaN the missing values become zeros as well: cells that have no slip yet, or lie outside of a fault, join
+# the means. NaN passes NC_QUANTIZE_BITROUND and "--baa=8", which round to a number of bits. There is no warning. netCDF's repository spares
+# NaN, not infinity, since February 2025.
 #
 # Guess before the run: NaN and infinity stay what they are, as numbers without digits, and fill values anyway.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

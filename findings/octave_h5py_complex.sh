@@ -2,9 +2,9 @@
 # Octave reads complex numbers of h5py as zeros: the numbers are complex, as many as there were, and each is 0.
 #
 # Seen with Octave 7.3.0 and h5py 3.7.0 (Debian 12). h5py writes a complex number as a compound with the members "r" and "i", which others
-# have taken over. Octave's load() knows compounds with "real" and "imag", takes this one for complex, and HDF5 fills in what it finds
-# under those names: nothing. Other compounds get the warning "unknown datatype"; this one gets none. What Octave saves by
-# "save -hdf5" h5py reads as a compound of real and imag. Spectra and modes are best kept as two datasets, of real and imaginary parts.
+# have taken over. Octave's load() knows compounds with "real" and "imag", takes this one for complex, and HDF5 fills in what it finds under
+# those names: nothing. Other compounds get the warning "unknown datatype"; this one gets none. What Octave saves by "save -hdf5" h5py reads
+# as a compound of real and imag. Spectra and modes are best kept as two datasets, of real and imaginary parts.
 #
 # Guess before the run: the numbers, or a warning and no variable.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # PETSc's generalised-alpha method for second-order systems starts with twice the acceleration: its order is 1 for every radius but 1.
 #
-# Seen with PETSc 3.18.5 (Debian 12), TSALPHA2 with steps of one length. u'' = -sin(u) from u = u' = 1 to t = 1: with the default radius, 1, half
-# the step divides the error by 4, as the method promises for all radii; with the radius 0.9, which one takes to damp what the mesh does
-# not resolve, by 2, and at 128 steps the error is 300 times larger. The first step uses an acceleration from two trial steps of half its
-# length, and divides their difference by half of the right time. From u = 0, u' = 1, where the acceleration is 0, every radius has order
-# 2, and so has TSALPHA, of first-order systems. PETSc's repository has it mended since September 2024.
+# Seen with PETSc 3.18.5 (Debian 12), TSALPHA2 with steps of one length. u'' = -sin(u) from u = u' = 1 to t = 1: with the default radius, 1,
+# half the step divides the error by 4, as the method promises for all radii; with the radius 0.9, which one takes to damp what the mesh
+# does not resolve, by 2, and at 128 steps the error is 300 times larger. The first step uses an acceleration from two trial steps of half
+# its length, and divides their difference by half of the right time. From u = 0, u' = 1, where the acceleration is 0, every radius has
+# order 2, and so has TSALPHA, of first-order systems. PETSc's repository has it mended since September 2024.
 #
 # Guess before the run: order 2 for all radii, from any state.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

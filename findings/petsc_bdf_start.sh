@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # PETSc's BDF of orders 3 to 6 has order 2 with steps of one length: its first steps are of low order, and their error stays.
 #
-# Seen with PETSc 3.18.5 (Debian 12). y' = y cos t from 1 to t = 3, TSAdapt none. Order 2 divides the error by 4 with half the step, as it should;
-# orders 3 to 6 do so too, and with 320 steps the error of order 6 is 0.6 times that of order 2. The first step is a backward Euler step, the
-# next ones climb one order at a time, all with the length that was asked for: together an error of h^2 that nothing takes away. With
-# adaptive steps the first ones are short and errors follow the tolerance. In a test of convergence higher orders look broken.
+# Seen with PETSc 3.18.5 (Debian 12). y' = y cos t from 1 to t = 3, TSAdapt none. Order 2 divides the error by 4 with half the step, as it
+# should; orders 3 to 6 do so too, and with 320 steps the error of order 6 is 0.6 times that of order 2. The first step is a backward Euler
+# step, the next ones climb one order at a time, all with the length that was asked for: together an error of h^2 that nothing takes away.
+# With adaptive steps the first ones are short and errors follow the tolerance. In a test of convergence higher orders look broken.
 #
 # Guess before the run: the order that is asked for, by a start with short steps or a one-step method.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # PETSc's ARKIMEX method bpr3, documented as of third order, has order 1 as soon as there is an explicit part.
 #
-# Seen with PETSc 3.18.5 (Debian 12). y' = -y from 1 to t = 1, split into an implicit and an explicit share: with all of it implicit,
-# half the step divides the error by 8; with half of it or all of it explicit, by 2, and at 160 steps the error is 10^4 times that
-# of ars443, the other method of order 3 in five stages. The last row of the explicit table sums up to 0.85 where its stage is at 1: it
-# has 1/4 and 3/5 (3/4 would fit). PETSc's repository of August 2026 has the same numbers. Errors look like those of any first-order method, so
-# that only a series of steps shows it.
+# Seen with PETSc 3.18.5 (Debian 12). y' = -y from 1 to t = 1, split into an implicit and an explicit share: with all of it implicit, half
+# the step divides the error by 8; with half of it or all of it explicit, by 2, and at 160 steps the error is more than 10^4 times that of
+# ars443, the other method of order 3 in five stages. The last row of the explicit table sums up to 0.85 where its stage is at 1: it has 1/4
+# and 3/5 (3/4 would fit). PETSc's repository of August 2026 has the same numbers. Errors look like those of any first-order method, so that
+# only a series of steps shows it.
 #
 # Guess before the run: order 3, whatever the split.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # PETSc's TSGLEE passes over the IFunction: the solution stays what it was, and the run ends as one that went well.
 #
-# Seen with PETSc 3.18.5 (Debian 12). y' = -y from 1 to t = 1, given as y' + y = 0 by TSSetIFunction(), as stiff equations are. rk and
-# ssp refuse it: "Arguments are incompatible". arkimex, rosw, bdf and theta solve it. glee, explicit methods that estimate the global error, and BE1,
-# which is implicit, ends at t = 1 with CONVERGED_TIME and y = 1, and an estimate of the global error of 0: all its rates are those of
-# the right-hand side, which nobody set. With TSSetRHSFunction() it is right. "-ts_type glee" alone turns a good run into one that stands.
+# Seen with PETSc 3.18.5 (Debian 12). y' = -y from 1 to t = 1, given as y' + y = 0 by TSSetIFunction(), as stiff equations are. rk and ssp
+# refuse it: "Arguments are incompatible". arkimex, rosw and bdf solve it. glee, explicit methods that estimate the global error, and BE1,
+# which is implicit, ends at t = 1 with CONVERGED_TIME and y = 1, and an estimate of the global error of 0: all its rates are those of the
+# right-hand side, which nobody set. With TSSetRHSFunction() it is right. "-ts_type glee" alone turns a good run into one that stands.
 #
 # Guess before the run: the error that rk gives, or the solution.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

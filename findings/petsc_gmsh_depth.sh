@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # PETSc's DMPlex reads a surface of Gmsh without the third coordinate: a vertical fault has no depth and the area 0.
 #
-# Seen with PETSc 3.18.5 and Gmsh 4.8.4 (Debian 12). Gmsh's files have three coordinates for each node. DMPlexCreateFromFile() keeps as many as the
-# cells have dimensions: of triangles x and y. A vertical square of 1 by 1 becomes a line with the area 0; one that dips by 63 degrees
-# and has the area 1.118 gets 0.5, that of its map view. No warning, in formats 2.2 and 4.1 alike. Anything computed of it, areas, moments, normals,
-# is that of the flat mesh. With -dm_plex_gmsh_spacedim 3, which the page of DMPlexCreateGmsh() lists, all is right. PETSc's repository of August
-# 2026 has the same default.
+# Seen with PETSc 3.18.5 and Gmsh 4.8.4 (Debian 12). Gmsh's files have three coordinates for each node. DMPlexCreateFromFile() keeps as many
+# as the cells have dimensions: of triangles x and y. A vertical square of 1 by 1 becomes a line with the area 0; one that dips by 63
+# degrees and has the area 1.118 gets 0.5, that of its map view. No warning, in formats 2.2 and 4.1 alike. Anything computed of it, areas,
+# moments, normals, is that of the flat mesh. With the option -dm_plex_gmsh_spacedim 3 all is right. PETSc's repository of August 2026 has
+# the same default.
 #
 # Guess before the run: three coordinates, as they are in the file and do not lie in the plane z = 0.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

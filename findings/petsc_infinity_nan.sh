@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # PETSc's step control by the infinity norm does not see NaN: the run goes on and ends well, with NaN in its result.
 #
-# Seen with PETSc 3.18.5 (Debian 12). y1' = -sqrt(y1) from 1 and y2' = -y2, whose first equation has no real rate once a step went below zero,
-# near t = 2. With -ts_adapt_wnormtype 2, the default, TSRK ends with the error "Infinite or not-a-number generated", as its manual
-# leads one to expect of any norm. With infinity, which one takes so that the worst component counts, all steps after it are accepted by the
-# other component, the reason is CONVERGED_TIME at t = 4, and y1 is NaN: a comparison with NaN is false, so the largest of the
-# errors is that of the numbers. The check for NaN comes after it and finds a number. Test the state by a sum, as VecNorm() with NORM_2 or VecSum().
+# Seen with PETSc 3.18.5 (Debian 12). y1' = -sqrt(y1) from 1 and y2' = -y2, whose first equation has no real rate once a step went below
+# zero, near t = 2. With -ts_adapt_wnormtype 2, the default, TSRK ends with the error "Infinite or not-a-number generated". With infinity,
+# which one takes so that the worst component counts, all steps after it are accepted by the other component, the reason is CONVERGED_TIME
+# at t = 4, and y1 is NaN: a comparison with NaN is false, so the largest of the errors is that of the numbers. The check for NaN comes
+# after it and finds a number. Test the state by a sum, as VecNorm() with NORM_2 or VecSum().
 #
 # Guess before the run: the same error with both norms.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

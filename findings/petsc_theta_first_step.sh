@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # PETSc's theta methods take the first step at any error, ssp and eimex all steps: tighter tolerances do not help.
 #
-# Seen with PETSc 3.18.5 (Debian 12). y' = y from 1 to t = 2 with a first step of 0.5 and the controller basic. cn has an error of 1 % at the tolerances
-# 1e-3 and 1e-7 alike, while its steps grow from 33 to 3268, beuler one of 20 %: later steps are bound by an estimate, which needs two steps
-# before, and a step without estimate passes. ssp and eimex, which have none, take steps of 0.5 at any tolerance; there is no message. bdf, alpha,
-# arkimex, rosw and rk shorten that step and follow the tolerance. With theta methods the first step has to be as short as the tolerance asks,
-# by TSSetTimeStep().
+# Seen with PETSc 3.18.5 (Debian 12). y' = y from 1 to t = 2 with a first step of 0.5 and the controller basic. cn has an error of 1 % at
+# the tolerances 1e-3 and 1e-7 alike, while its steps grow from 33 to 3268, beuler one of 20 %: later steps are bound by an estimate, which
+# needs two steps before, and a step without estimate passes. ssp and eimex, which have none, take steps of 0.5 at any tolerance; there is
+# no message. bdf, alpha, arkimex, rosw and rk shorten that step and follow the tolerance. With theta methods the first step has to be as
+# short as the tolerance asks, by TSSetTimeStep().
 #
-# Guess before the run: a first step that is too long is rejected by all, as TSSetTimeStep() is called an initial guess.
+# Guess before the run: a first step that is too long is rejected by all, as it is only the first guess.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.
 set -euo pipefail
 room=$(mktemp -d)

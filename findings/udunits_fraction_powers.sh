@@ -4,8 +4,8 @@
 # Seen with UDUNITS 2.2.28 (Debian 12), the library behind the units of CF, cf-units, NCO and others. Fracture toughness and stress
 # intensity have the unit MPa m^0.5. The exponent ends at the point: "MPa m^0.5" is read as MPa times m^0 times 5, "MPa m0.5" as MPa times
 # m^0 times 0.5, and "Pa m^-0.5" as 5 Pa. All are accepted, can be converted to Pa (not to Pa m, say), and give numbers that are wrong by
-# such factors, without a warning; "m^1/2" is half a metre. Only "m^(1/2)" is refused, as units of this library have integer powers.
-# Keep such numbers in Pa^2 m, or their unit out of the attribute "units".
+# such factors, without a warning; "m^1/2" is half a metre. Only "m^(1/2)" is refused, as units of this library have integer powers. Keep
+# such numbers in Pa^2 m, or their unit out of the attribute "units".
 #
 # Guess before the run: an error, or the square root.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # VTK's windowed sinc filter, which smooths surfaces, moves them by a share of their distance from the origin: 6.4 km in UTM coordinates.
 #
-# Seen with VTK 9.1.0 (Debian 12). vtkWindowedSincPolyDataFilter with its defaults, 20 iterations and a
-# pass band of 0.1, multiplies what is smooth by 0.99839. A plane of 20 km by 14 km of 800 triangles is flat already; at eastings of 500 km
-# and northings of 4000 km it moves by 0.8 km to the west and 6.4 km to the south, in one piece, so that nothing shows. At 50
-# iterations it moves by 6.7 km to the north. Its size changes by the same share, and its area by 0.3 %, wherever it lies. NormalizeCoordinatesOn(), off
-# by default, keeps it in place. vtkSmoothPolyDataFilter leaves the plane as it is.
+# Seen with VTK 9.1.0 (Debian 12). vtkWindowedSincPolyDataFilter with its defaults, 20 iterations and a pass band of 0.1, multiplies what is
+# smooth by 0.99839. A plane of 20 km by 14 km of 800 triangles is flat already; at eastings of 500 km and northings of 4000 km it moves by
+# 0.8 km to the west and 6.4 km to the south, in one piece, so that nothing shows. At 50 iterations it moves by 6.7 km to the north. Its
+# size changes by the same share, and its area by 0.3 %, wherever it lies. NormalizeCoordinatesOn(), off by default, keeps it in place.
+# vtkSmoothPolyDataFilter leaves the plane as it is.
 #
 # Guess before the run: a plane stays where it is, or its corners become round.
 # Exit code: 0 as seen, 1 when it behaves in another way, 77 when the packages cannot be had.
