@@ -11,6 +11,7 @@ PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscReal *q, PetscR
 {
   PetscReal unused[2];
   PetscInt order = PETSC_DECIDE;
+  PetscBool good;
   Vec y;
 
   PetscFunctionBegin;
@@ -22,7 +23,9 @@ PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscReal *q, PetscR
     PetscCall(VecDuplicate(ts->vec_sol, &y));
     PetscCall(TSEvaluateStep(ts, order - 1, y, NULL));
     PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, y, adapt->wnormtype, E, &unused[0], &unused[1]));
+    PetscCall(SlipGuardState(y, &good));
     PetscCall(VecDestroy(&y));
+    if (!good) *E = (PetscReal)NAN; /* which PETSc's infinity norm passes over */
   }
   PetscCheck(!PetscIsNanReal(*E), PetscObjectComm((PetscObject)adapt), PETSC_ERR_FP,
              "At time %g s the error estimate of a step of %g s is not a number (-ts_type %s)", (double)ts->ptime,

@@ -1,6 +1,7 @@
 /* What TSADAPTRL observes: the numbers that the formulas of slipcore.h are given, and the problem's own rows. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipclock.h>
+#include <slipstep/private/slipsys.h>
 
 /*@C
   SlipObservationView - print the table of observations: those of any problem and those of faults
@@ -45,7 +46,7 @@ PetscErrorCode SlipObserverStart(SlipObserver *o, TS ts)
   PetscCall(VecDuplicate(ts->vec_sol, &o->w0));
   PetscCall(VecCopy(ts->vec_sol, o->w0));
   PetscCall(VecNorm(o->w0, NORM_2, &o->run.norm0));
-  PetscCall(VecNorm(o->w0, NORM_INFINITY, &o->run.max0));
+  PetscCall(SlipVecLargest(o->w0, &o->run.max0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

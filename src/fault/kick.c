@@ -79,7 +79,7 @@ static PetscErrorCode Undamped(SlipConstraint con, PetscReal t, Vec w, PetscBool
   (void)con, (void)t;
   PetscCall(SlipFaultGetWork(fault, &relative));
   PetscCall(Relative(fault, w, relative));
-  PetscCall(VecNorm(relative, NORM_INFINITY, &largest));
+  PetscCall(SlipVecLargest(relative, &largest));
   PetscCall(SlipFaultRestoreWork(fault, &relative));
   *undamped = Radiates(fault) || largest == 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -275,7 +275,7 @@ PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Ve
   PetscCall(SlipFaultDisplacementUnchanged(fault, t, x, &same));
   if (!same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecCopy(s->rate[SLIP_NODE_INSIDE], x));
-  PetscCall(VecNorm(x, NORM_INFINITY, &largest));
+  PetscCall(SlipVecLargest(x, &largest));
   if (largest == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecWAXPY(kx, -1, s->force, fault->balance.force));
   PetscCall(VecScale(kx, 1 / h));

@@ -6,6 +6,7 @@
    cells rest with v = 0 exactly. While all of them do, until the next one starts, nothing is solved: such a step is one
    of constant rates, which formulas of any order add up to the state that SlipFaultRest() knows. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
 #include <math.h>
 
 /* Of the end of an event: slip that may be left, over the tolerance of a step; solves with what slides, each to a share
@@ -171,7 +172,7 @@ static PetscErrorCode Land(SlipFault fault, PetscReal t, Vec w, PetscBool *lande
   for (PetscInt k = 0; k < LANDING_SOLVES && !*landed; k++) {
     PetscCall(SlipFaultRates(fault, t, b->rested, NULL));
     PetscCall(VecCopy(b->rate, r));
-    PetscCall(VecNorm(r, NORM_INFINITY, &largest));
+    PetscCall(SlipVecLargest(r, &largest));
     *landed = largest == 0 ? PETSC_TRUE : PETSC_FALSE;
     if (*landed) break;
     PetscCall(VecGetArray(r, &a));

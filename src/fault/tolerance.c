@@ -81,13 +81,13 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal toler
     *slow = PetscMin(*slow, scale);
     if (lasts && weakens) {
       error /= of_swing * rtol * scale + tolerance;
-      if (!(error <= *swing)) *swing = error;
+      *swing = SlipLarger(*swing, error);
       continue;
     }
     if (!fault->kind.inertia)
-      error = PetscMax(SlipFaultDistance(fault, a, i), SlipFaultStateSize(fault, a, i)) *
+      error = SlipLarger(SlipFaultDistance(fault, a, i), SlipFaultStateSize(fault, a, i)) *
               (stiffness / (damping + fault->stage.theta * stiffness));
-    if (!(error <= *largest)) *largest = error; /* takes what is no number */
+    *largest = SlipLarger(*largest, error);
   }
   PetscCall(SlipArraysRestore(3, arrays));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -117,13 +117,13 @@ static PetscErrorCode SmoothErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Ve
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal rate =
       PetscMax(PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultSpeed(fault, c, i)), PetscAbsReal(vinf[i]));
-    PetscReal error = PetscMax(SlipFaultDistance(fault, a, i) / slip[i], SlipFaultStateSize(fault, a, i));
+    PetscReal error = SlipLarger(SlipFaultDistance(fault, a, i) / slip[i], SlipFaultStateSize(fault, a, i));
 
-    if (fault->kind.inertia && rate > 0) error = PetscMax(error, SlipFaultSpeed(fault, a, i) / rate);
-    if (!(error <= largest)) largest = error; /* takes what is no number */
+    if (fault->kind.inertia && rate > 0) error = SlipLarger(error, SlipFaultSpeed(fault, a, i) / rate);
+    largest = SlipLarger(largest, error);
   }
   PetscCall(SlipArraysRestore(3, arrays));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCall(SlipAllreduceLargest(fault->comm, 1, &largest));
   *E = largest / rtol;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -155,8 +155,8 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal error =
-      PetscMax(PetscMax(SlipFaultDistance(fault, a, i), Opening(fault, a + SlipFaultDisplacementAt(fault, i))),
-               SlipFaultStateSize(fault, a, i));
+      SlipLarger(SlipLarger(SlipFaultDistance(fault, a, i), Opening(fault, a + SlipFaultDisplacementAt(fault, i))),
+                 SlipFaultStateSize(fault, a, i));
     const PetscReal rate = PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultSpeed(fault, c, i));
 
     PetscBool weakens;
@@ -168,7 +168,7 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
                h * (vinf[i] * SlipFaultAlong(fault, i)[k]);
     moved = SlipFaultLength(fault, way) / slip;
 
-    if (!(error / slip <= largest[0])) largest[0] = error / slip;
+    largest[0] = SlipLarger(largest[0], error / slip);
     if (weakens)
       largest[3] =
         PetscMax(largest[3], Weakening(&friction, i, b + SlipFaultStateAt(fault, i)) * PetscPowRealInt(moved, 3));
@@ -176,12 +176,12 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   }
   PetscCall(SlipArraysRestore(3, arrays));
   largest[4] = -slow;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 6, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCall(SlipAllreduceLargest(fault->comm, 6, largest));
   wanted = of_rate * rtol * (largest[2] - rtol * largest[4]) + tolerance;
-  *E = PetscMax(PetscMax(largest[0] / (of_slip * rtol), largest[3] / (of_cube * rtol)), largest[5]);
-  if (wanted > 0) *E = PetscMax(*E, largest[1] / wanted);
+  *E = SlipLarger(SlipLarger(largest[0] / (of_slip * rtol), largest[3] / (of_cube * rtol)), largest[5]);
+  if (wanted > 0) *E = SlipLarger(*E, largest[1] / wanted);
   PetscCall(SlipFaultRunaway(fault, t, w1, &swing));
-  *E = PetscMax(*E, PetscPowRealInt(swing, 3));
+  *E = SlipLarger(*E, PetscPowRealInt(swing, 3));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -215,19 +215,19 @@ PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e
     PetscBool weakens;
     const PetscReal scale = SlipFaultSlipScale(fault, &friction, i, displacement, &weakens);
     const PetscReal times = SlipFaultLargest(fault, k, i) / SlipFaultLargest(fault, viscosity, i);
-    const PetscReal error = PetscMax(SlipFaultDistance(fault, a, i), SlipFaultStateSize(fault, a, i));
+    const PetscReal error = SlipLarger(SlipFaultDistance(fault, a, i), SlipFaultStateSize(fault, a, i));
     const PetscReal rate =
       PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultLength(fault, v + fault->layout.components * i));
 
-    if (!(error / scale <= largest[0])) largest[0] = error / scale; /* takes what is no number */
-    if (!(error * times <= largest[1])) largest[1] = error * times;
+    largest[0] = SlipLarger(largest[0], error / scale);
+    largest[1] = SlipLarger(largest[1], error * times);
     largest[2] = PetscMax(largest[2], PetscMax(rate, PetscAbsReal(vinf[i])));
     largest[3] = PetscMax(largest[3], -scale * times);
   }
   PetscCall(SlipArraysRestore(5, arrays));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 4, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCall(SlipAllreduceLargest(fault->comm, 4, largest));
   wanted = of_rate * rtol * (largest[2] - rtol * largest[3]);
-  *E = PetscMax(largest[0] / (of_slip * rtol), largest[1] / wanted);
+  *E = SlipLarger(largest[0] / (of_slip * rtol), largest[1] / wanted);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

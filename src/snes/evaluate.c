@@ -55,7 +55,7 @@ PetscErrorCode SlipConstraintNorm(SlipConstraint con, Vec v, PetscReal *norm)
 
   PetscFunctionBegin;
   if (!con->cells) {
-    PetscCall(VecNorm(v, NORM_INFINITY, norm));
+    PetscCall(SlipVecLargest(v, norm));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   *norm = 0.0;
@@ -130,7 +130,7 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
     PetscCall(VecSet(con->rho, 1.0));
     PetscCall(SlipConstraintPress(con, con->x, con->q));
   }
-  PetscCall(VecNorm(con->q, NORM_INFINITY, &qmax));
+  PetscCall(SlipVecLargest(con->q, &qmax));
   con->scale = con->omega * qmax + cmax;
   if (con->scale == 0.0) con->scale = 1.0;
   PetscCall(SlipConstraintJacobian(con, x));

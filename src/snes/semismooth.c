@@ -10,8 +10,8 @@
    step goes down the stage's energy, and unstable solutions repel it. What it converges to has a positive definite
    Jacobian, so no stage ends on the wrong branch. Where bounds depend on other rows too it is not symmetric, and what
    has to be positive are the real parts of eigenvalues (direct.c). */
-#include <slipsys.h>
 #include <slipstep/private/slipsnes.h>
+#include <slipstep/private/slipsys.h>
 
 /* Share of the residual to which the model of an approximate operator is solved: it leaves about as much for its own
    error. */
@@ -188,7 +188,7 @@ static PetscErrorCode SlipSemismoothCheckStable(SNES snes, SlipConstraint con, V
     PetscCall(SlipConstraintSlope(con, x, dq, slope, &cross));
     PetscCall(VecWAXPY(rhs, -1.0, slope, con->slope));
     PetscCall(VecPointwiseMult(rhs, rhs, con->rho));
-    PetscCall(VecNorm(rhs, NORM_INFINITY, &change));
+    PetscCall(SlipVecLargest(rhs, &change));
   }
   if (inexact && change >= small_change && !con->cells && !con->row) {
     PetscCall(VecPointwiseMin(least, slope, con->slope));

@@ -123,7 +123,7 @@ PetscErrorCode SlipSemismoothDirection(SNES snes, SlipConstraint con, Mat A, Vec
   PetscFunctionBegin;
   PetscCall(VecPointwiseMult(xt, con->mask, x));
   PetscCall(VecAYPX(xt, -1.0, x));
-  PetscCall(VecNorm(xt, NORM_INFINITY, &moved));
+  PetscCall(SlipVecLargest(xt, &moved));
   if (moved > 0.0) {
     PetscCall(MatMult(A, xt, work[SEMISMOOTH_BXT]));
     PetscCall(VecCopy(work[SEMISMOOTH_BXT], rhs));

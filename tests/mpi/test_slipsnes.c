@@ -2,6 +2,7 @@
    count. */
 #include "ranks.h"
 #include "../sliders.h"
+#include <slipstep/private/slipsys.h>
 
 enum { blocks = 20 };
 
@@ -235,10 +236,40 @@ static PetscErrorCode TestRanksAgree(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What is no number on the last rank is so on all of them. */
+static PetscErrorCode TestLargest(void)
+{
+  PetscReal x[2], norm;
+  PetscMPIInt rank, size;
+  Vec v;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, 2, PETSC_DETERMINE, &v));
+  for (int bad = 0; bad < 2; bad++) {
+    x[0] = -1 - (PetscReal)rank;
+    x[1] = bad && rank == size - 1 ? (PetscReal)NAN : 0.5;
+    PetscCall(VecSetValue(v, 2 * rank, x[0], INSERT_VALUES));
+    PetscCall(VecSetValue(v, 2 * rank + 1, x[1], INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(v));
+    PetscCall(VecAssemblyEnd(v));
+    PetscCall(SlipVecLargest(v, &norm));
+    PetscCall(SlipAllreduceLargest(PETSC_COMM_WORLD, 2, x));
+    PetscCheck(x[0] == -1 && (bad ? PetscIsNanReal(x[1]) : x[1] == 0.5), PETSC_COMM_SELF, PETSC_ERR_USER,
+               "the largest numbers are %g and %g", (double)x[0], (double)x[1]);
+    PetscCheck(bad ? PetscIsNanReal(norm) : norm == (PetscReal)size, PETSC_COMM_SELF, PETSC_ERR_USER, "the norm is %g",
+               (double)norm);
+  }
+  PetscCall(VecDestroy(&v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Run(void)
 {
   PetscFunctionBegin;
   PetscCall(SlipStepInitializePackage());
+  PetscCall(TestLargest());
   PetscCall(TestTypesAgree());
   PetscCall(TestProjectionGivesUp());
   PetscCall(TestRanksAgree());

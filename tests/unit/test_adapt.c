@@ -171,5 +171,50 @@ static void after_dsp(void **state)
   ok(TSAdaptDestroy(&adapt));
 }
 
+static PetscErrorCode Root(TS ts, PetscReal t, Vec y, Vec f, void *ctx)
+{
+  const PetscReal *a;
+  PetscReal *b;
+
+  PetscFunctionBegin;
+  (void)ts, (void)t, (void)ctx;
+  PetscCall(VecGetArrayRead(y, &a));
+  PetscCall(VecGetArrayWrite(f, &b));
+  b[0] = -PetscSqrtReal(a[0]);
+  b[1] = -a[1];
+  PetscCall(VecRestoreArrayWrite(f, &b));
+  PetscCall(VecRestoreArrayRead(y, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A state without a rate is no state that a step may end in, also where the largest error counts, in which PETSc
+   loses what is no number. */
+static void no_number(void **state)
+{
+  const char *const types[] = {TSADAPTPI, TSADAPTHEURISTIC};
+
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    TSAdapt adapt;
+    Vec y;
+    TS ts;
+
+    ok(VecCreateSeq(PETSC_COMM_SELF, 2, &y));
+    ok(VecSet(y, 1));
+    ok(TSCreate(PETSC_COMM_SELF, &ts));
+    ok(TSSetType(ts, TSRK));
+    ok(TSSetRHSFunction(ts, NULL, Root, NULL));
+    ok(TSSetMaxTime(ts, 4));
+    ok(TSSetTimeStep(ts, 0.1));
+    ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+    ok(TSGetAdapt(ts, &adapt));
+    ok(TSAdaptSetType(adapt, types[k]));
+    ok(SlipAdaptSetNorm(adapt, NORM_INFINITY));
+    fails(TSSolve(ts, y), "is not a number");
+    ok(TSDestroy(&ts));
+    ok(VecDestroy(&y));
+  }
+}
+
 SLIP_TESTS_WITH(Register, NULL, options_of_all, heuristic, heuristic_again, heuristic_options, pi_filter, pi_cap,
-                pi_named, after_dsp)
+                pi_named, after_dsp, no_number)

@@ -23,6 +23,15 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipArraysGet(PetscInt n, const SlipArrays list[]);
 PETSC_INTERN PetscErrorCode SlipArraysRestore(PetscInt n, const SlipArrays list[]);
 
+/* ---- largest.c ---- */
+/* The larger of both; NaN where one is */
+static inline PetscReal SlipLarger(PetscReal a, PetscReal b)
+{
+  return b > a || PetscIsNanReal(b) ? b : a;
+}
+PETSC_EXTERN PetscErrorCode SlipAllreduceLargest(MPI_Comm comm, PetscInt n, PetscReal x[]);
+PETSC_EXTERN PetscErrorCode SlipVecLargest(Vec x, PetscReal *largest);
+
 /* ---- compose.c ---- */
 /* Takes data over, in place of what had the name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */
 PETSC_INTERN PetscErrorCode SlipObjectComposeData(PetscObject obj, const char name[], void *data,

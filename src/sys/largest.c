@@ -1,0 +1,52 @@
+/* Largest numbers over the processes. MPI defines no order of what is no number, and with MPI_MAX it gets lost, or the
+   processes get different results, so that they would decide differently. */
+#include <slipstep/private/slipsys.h>
+
+enum { MOST = 16 };
+
+/*
+  SlipAllreduceLargest - the largest of each of n numbers over the processes; NaN where any process has it
+
+  Collective. x [n], n at most 16
+*/
+PetscErrorCode SlipAllreduceLargest(MPI_Comm comm, PetscInt n, PetscReal x[])
+{
+  PetscReal all[2 * MOST]; /* with a 1 behind them for each that is no number */
+
+  PetscFunctionBegin;
+  PetscCheck(n <= MOST, comm, PETSC_ERR_PLIB, "%" PetscInt_FMT " numbers, expected at most %d", n, MOST);
+  for (PetscInt k = 0; k < n; k++) {
+    all[n + k] = PetscIsNanReal(x[k]) ? 1 : 0;
+    all[k] = PetscIsNanReal(x[k]) ? 0 : x[k];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, (PetscMPIInt)(2 * n), MPIU_REAL, MPIU_MAX, comm));
+  for (PetscInt k = 0; k < n; k++) x[k] = all[n + k] > 0 ? (PetscReal)NAN : all[k];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  SlipVecLargest - the largest |x_i|; NaN where any entry is no number, on whichever process
+
+  Collective
+*/
+PetscErrorCode SlipVecLargest(Vec x, PetscReal *largest)
+{
+  const MPI_Comm comm = PetscObjectComm((PetscObject)x);
+  const PetscScalar *a;
+  PetscMPIInt size;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (size == 1) { /* where the vector is, which may be on a device */
+    PetscCall(VecNorm(x, NORM_INFINITY, largest));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  *largest = 0;
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(x, &a));
+  for (PetscInt i = 0; i < n; i++) *largest = SlipLarger(*largest, PetscAbsScalar(a[i]));
+  PetscCall(VecRestoreArrayRead(x, &a));
+  PetscCall(SlipAllreduceLargest(comm, 1, largest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
