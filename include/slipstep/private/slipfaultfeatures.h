@@ -3,7 +3,6 @@
    are computed is refused where they are. */
 #pragma once
 #include <slipfault.h>
-#include <stdint.h>
 
 typedef enum {
   FEATURE_GRID,
@@ -82,8 +81,8 @@ typedef struct {
 } SlipFaultFeature;
 PETSC_EXTERN const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES];
 
-/* Sets of features, bit by bit */
-typedef uint64_t SlipFaultFeatureSet;
+/* Sets of features, bit by bit, in two words */
+__extension__ typedef unsigned __int128 SlipFaultFeatureSet;
 #define SLIP_FEATURE(name) ((SlipFaultFeatureSet)1 << FEATURE_##name)
 
 /* Where one of these is on and none of unless, one of others must not be, or must be. What the user reads: of an option
