@@ -23,6 +23,7 @@ ORDER = [
     ("core", "rules on arrays: friction, cone, steps, controllers; for every room above", 0, (0, 1)),
     ("sys", "errors, logging, HDF5, composed data; for every room above", 1, (0, 1)),
     ("elasticity", "dislocations in closed form", 2, (.3, .7)),
+    ("device", "a graphics card", 2, (.76, .94)),
     ("mat/common", "dense helpers, memory, notes", 3, (.06, .94)),
     ("mat/grid", "FFT, Toeplitz, circulants", 4, (.06, .48)),
     ("mat/cells", "irregular cells, clusters", 4, (.52, .94)),
@@ -45,7 +46,7 @@ ORDER = [
 ]
 ROOMS = [room for room, *_ in ORDER]
 # Headers that are not named after their room; the others are slip<room>.h, without slashes, and slipfault<part>.h.
-HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipclock.h": "ts", "slipstate.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys", "slipdipping.h": "elasticity", "sliptriangle.h": "elasticity", "slipgmsh.h": "mesh", "sliplanes.h": "mat/grid", "slipwaves.h": "elasticity", "slipwavespace.h": "elastic"}
+HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipclock.h": "ts", "slipstate.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys", "slipdipping.h": "elasticity", "sliptriangle.h": "elasticity", "slipgmsh.h": "mesh", "sliplanes.h": "mat/grid", "slipwaves.h": "elasticity", "slipwavespace.h": "elastic", "slipdeviceopencl.h": "device"}
 EVERYWHERE = ("core", "sys", "package")  # bars in the picture, without arrows: all rooms may use the first two
 
 

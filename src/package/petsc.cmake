@@ -229,6 +229,20 @@ if(_libraries AND NOT SLIPSTEP_WITHOUT_METIS)
   slipstep_library(metis "${_libraries}" "${_includes}")
 endif()
 
+# OpenCL and VkFFT, for -fault_device: a loader of drivers, and a header.
+option(SLIPSTEP_WITHOUT_OPENCL "Build without -fault_device" OFF)
+if(NOT SLIPSTEP_WITHOUT_OPENCL)
+  find_library(OPENCL_LIBRARY OpenCL)
+  find_path(OPENCL_INCLUDE_DIR CL/cl.h)
+  find_path(VKFFT_INCLUDE_DIR vkFFT.h PATH_SUFFIXES vkFFT)
+endif()
+if(NOT SLIPSTEP_WITHOUT_OPENCL AND OPENCL_LIBRARY AND OPENCL_INCLUDE_DIR AND VKFFT_INCLUDE_DIR)
+  slipstep_library(opencl "${OPENCL_LIBRARY}" "${OPENCL_INCLUDE_DIR};${VKFFT_INCLUDE_DIR}")
+  message(STATUS "SlipStep: faults on a graphics card by OpenCL of ${OPENCL_LIBRARY}")
+else()
+  message(STATUS "SlipStep: no faults on a graphics card, which need OpenCL and VkFFT (Debian's ocl-icd-opencl-dev and libvkfft-dev)")
+endif()
+
 # A program of all of these must run, with one HDF5 in it and that of the headers.
 if(NOT CMAKE_CROSSCOMPILING AND NOT "${SLIPSTEP_CHECKED}" STREQUAL "${_petsc_pc};${SLIPSTEP_HDF5_LIBRARIES}")
   try_run(_ran _compiled SOURCES ${CMAKE_CURRENT_LIST_DIR}/checkpetsc.c LINK_LIBRARIES slipstep::petsc slipstep::hdf5 slipstep::blas MPI::MPI_C ${CMAKE_DL_LIBS}

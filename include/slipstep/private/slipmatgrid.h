@@ -161,8 +161,17 @@ struct _n_SlipToeplitz {
 PETSC_INTERN PetscErrorCode SlipToeplitzAllocate(SlipToeplitz p, PetscInt parts, SlipToeplitzSymbol *s);
 PETSC_INTERN PetscErrorCode SlipToeplitzSetSymbol(SlipToeplitz p, PetscInt stride, PetscInt parts,
                                                   const PetscReal kernels[], SlipToeplitzSymbol *s);
+PETSC_INTERN void SlipToeplitzSymbolOf(SlipToeplitz p, const SlipToeplitzSymbol *s, PetscInt part, PetscInt k,
+                                       PetscInt i, PetscReal number[]);
 PETSC_INTERN PetscErrorCode SlipToeplitzForward(SlipToeplitz p, Vec x);
 PETSC_INTERN PetscErrorCode SlipToeplitzBackward(SlipToeplitz p, PetscReal factor, Vec y);
+
+/* ---- toeplitz_device.c: the same on the device, of vectors that are there ---- */
+typedef struct _n_SlipToeplitzDevice *SlipToeplitzDevice;
+PETSC_INTERN PetscErrorCode SlipToeplitzDeviceCreate(SlipToeplitz plane, SlipToeplitzDevice *device);
+PETSC_INTERN PetscErrorCode SlipToeplitzDeviceDestroy(SlipToeplitzDevice *device);
+PETSC_INTERN PetscReal SlipToeplitzDeviceBytes(PetscInt nx, PetscInt nz);
+PETSC_INTERN PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitzDevice device, PetscReal scale, Vec x, Vec y);
 
 /* ---- gather.c: the whole of a distributed vector on every rank, or a pencil's rows of it ---- */
 typedef struct {

@@ -2,21 +2,23 @@
    a block per wavenumber, whichever is faster. */
 #include <slipmat.h>
 #include <slipcompat.h>
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatgrid.h>
 
 typedef struct {
   SlipGrid grid;
-  Vec border;           /* SLIP_AVERAGE_WHOLE: what cells at the border have beyond the grid's kernel; else NULL */
-  Vec work;             /* with border */
-  SlipToeplitz plane;   /* borrowed from the matrix itself; NULL with blocks */
-  SlipCirculant strike; /* borrowed from the matrix itself, with blocks */
-  PetscInt depth;       /* row of Depths */
-  PetscBool ready;      /* the choice of transform is made, at first use */
-  PetscBool transform;  /* in depth, instead of blocks */
-  PetscReal scale;      /* what MatScale() asked for */
-  PetscInt start, end;  /* rows owned */
-  SlipGather gather;    /* with blocks */
-  PetscReal *y;         /* [N] with blocks */
+  Vec border;                /* SLIP_AVERAGE_WHOLE: what cells at the border have beyond the grid's kernel; else NULL */
+  Vec work;                  /* with border */
+  SlipToeplitz plane;        /* borrowed from the matrix itself; NULL with blocks */
+  SlipCirculant strike;      /* borrowed from the matrix itself, with blocks */
+  PetscInt depth;            /* row of Depths */
+  PetscBool ready;           /* the choice of transform is made, at first use */
+  PetscBool transform;       /* in depth, instead of blocks */
+  PetscReal scale;           /* what MatScale() asked for */
+  PetscInt start, end;       /* rows owned */
+  SlipGather gather;         /* with blocks */
+  PetscReal *y;              /* [N] with blocks */
+  SlipToeplitzDevice device; /* of vectors that are there, always by transforms; NULL: none has come */
 } FFTContext;
 
 /* Up to so many cells in depth a block per wavenumber is as fast as transforms: measured along 100 cells with AVX2;
@@ -63,12 +65,33 @@ static PetscErrorCode KernelMult(FFTContext *c, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode DeviceMult(Mat K, FFTContext *c, Vec x, Vec y)
+{
+  SlipToeplitz plane;
+
+  PetscFunctionBegin;
+  if (!c->device) {
+    PetscCheck(!c->border && SlipKernelTransforms(&c->grid.kernel), PetscObjectComm((PetscObject)K), PETSC_ERR_SUP,
+               "products on the device are by transforms in depth, without an average over whole cells, which the "
+               "kernel \"%s\" does not allow here",
+               c->grid.kernel.type->name);
+    PetscCall(SlipToeplitzOfGrid(K, &c->grid, &plane));
+    PetscCall(SlipToeplitzDeviceCreate(plane, &c->device));
+  }
+  PetscCall(SlipToeplitzDeviceApply(c->device, c->scale, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
 {
   FFTContext *c;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
+  if (SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
+    PetscCall(DeviceMult(K, c, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MatSetUp_SlipFFT(K, c));
   PetscCall(KernelMult(c, x, y));
   if (!c->border) PetscFunctionReturn(PETSC_SUCCESS);
@@ -150,6 +173,7 @@ static PetscErrorCode FFTDestroy(Mat K)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
+  PetscCall(SlipToeplitzDeviceDestroy(&c->device));
   PetscCall(SlipGatherDestroy(&c->gather));
   PetscCall(VecDestroy(&c->border));
   PetscCall(VecDestroy(&c->work));

@@ -81,6 +81,17 @@ static size_t ComplexAt(SlipToeplitz p, PetscInt k, PetscInt i)
   return 2 * SymbolAt(p, k, i) - k % SLIP_LANES;
 }
 
+/* Of local wavenumber k along strike and i <= depth_period / 2 in depth: a real number of part 0, toeplitz, a complex one
+   of part 1, hankel, and of part 2, product */
+void SlipToeplitzSymbolOf(SlipToeplitz p, const SlipToeplitzSymbol *s, PetscInt part, PetscInt k, PetscInt i,
+                          PetscReal number[])
+{
+  const PetscReal *parts[] = {s->toeplitz, s->hankel, s->product};
+  const size_t at = part ? ComplexAt(p, k, i) : SymbolAt(p, k, i);
+
+  for (PetscInt c = 0; c < (part ? 2 : 1); c++) number[c] = parts[part][at + (size_t)(c * SLIP_LANES)];
+}
+
 /* Memory for the first 1 to 3 parts of a symbol: toeplitz, hankel, product. */
 PetscErrorCode SlipToeplitzAllocate(SlipToeplitz p, PetscInt parts, SlipToeplitzSymbol *s)
 {

@@ -1,0 +1,105 @@
+/* A graphics card, or another device of OpenCL: finding it, its memory, its kernels, vectors and transforms on it. One
+   device a process, with one context and one queue that is worked off in order, so that results do not depend on chance:
+   sums have a fixed tree. Where the library was built without OpenCL, SlipDeviceOpen() says what is missing, and nothing
+   else is ever called. */
+#pragma once
+#include <petscvec.h>
+
+typedef struct _n_SlipDevice *SlipDevice;
+typedef struct _cl_mem *SlipDeviceMemory; /* what OpenCL calls cl_mem */
+
+/* ---- device.c: one a process ---- */
+
+/* The device whose name, or that of its platform, has these letters, or of this number in the order of clinfo -l; "":
+   a card of the first platform that has one, else the first device. asked: the option and its value, for messages. Later
+   calls give the same device, and refuse the name of another one. Handlers of signals, and which of them are blocked in
+   the process's own threads, stay as they are. */
+PETSC_EXTERN PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char name[], SlipDevice *device);
+PETSC_EXTERN PetscBool SlipDeviceBuiltIn(void);                /* was the library built with OpenCL? */
+PETSC_INTERN PetscErrorCode SlipDeviceGet(SlipDevice *device); /* that is open; NULL: none is */
+/* Its name and memory, "NAME (PLATFORM), 0.12 GB of 16 GB", for views */
+PETSC_INTERN PetscErrorCode SlipDeviceText(SlipDevice device, char text[], size_t len);
+
+/* Numbers [bytes] in its memory, checked before they are asked for; what: of them, for the message. Freed by
+   SlipDeviceFree(). */
+PETSC_EXTERN PetscErrorCode SlipDeviceAllocate(SlipDevice device, size_t bytes, const char what[],
+                                               SlipDeviceMemory *memory);
+PETSC_EXTERN PetscErrorCode SlipDeviceFree(SlipDevice device, SlipDeviceMemory *memory);
+/* Is there room for so much more? Ends with a line that says how much is needed. */
+PETSC_EXTERN PetscErrorCode SlipDeviceReserve(SlipDevice device, size_t bytes, const char what[]);
+PETSC_EXTERN PetscErrorCode SlipDevicePut(SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to);
+PETSC_EXTERN PetscErrorCode SlipDeviceFetch(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[]);
+PETSC_INTERN PetscErrorCode SlipDeviceCopy(SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to);
+
+/* What went between the processor and the device since the start: whole vectors and other arrays, and single numbers */
+typedef struct {
+  PetscInt64 puts, fetches, numbers;
+} SlipDeviceTraffic;
+PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
+
+/* ---- the kernels of kernels.cl, in this order in the table of device.c ---- */
+typedef enum {
+  KERNEL_SET,
+  KERNEL_COMBINE,
+  KERNEL_MULTIPLY,
+  KERNEL_DIVIDE,
+  KERNEL_GATHER,
+  KERNEL_SCATTER,
+  KERNEL_DOT,
+  KERNEL_NORMS,
+  KERNEL_LARGEST,
+  KERNEL_DIFFER,
+  KERNEL_GRID_PAD,
+  KERNEL_GRID_SYMBOL,
+  KERNEL_GRID_TAKE,
+  KERNEL_ADAMS,
+  KERNEL_ADAMS_NORMS,
+  KERNEL_FAULT_RATES,
+  KERNEL_FAULT_OUTSIDE,
+  KERNEL_FAULT_RELAXATION,
+  KERNEL_FAULT_SUMS,
+  KERNEL_FOLD,
+  DEVICE_NUM_KERNELS
+} SlipDeviceKernel;
+
+/* An argument of a kernel: int, double, memory or a struct of them */
+typedef struct {
+  size_t size;
+  const void *value;
+} SlipDeviceArg;
+#define SLIP_DEVICE_ARG(x)                                                                                             \
+  {                                                                                                                    \
+    sizeof(x), &(x)                                                                                                    \
+  }
+/* For columns x rows items; more are started, which do nothing */
+PETSC_INTERN PetscErrorCode SlipDeviceRun(SlipDevice device, SlipDeviceKernel kernel, size_t columns, size_t rows,
+                                          PetscInt nargs, const SlipDeviceArg args[]);
+/* Of a kernel that ends with fold(): results [nresults] of n items, the first `sums` of which are sums, the others largest
+   values. The kernel's own arguments come first. */
+PETSC_INTERN PetscErrorCode SlipDeviceReduce(SlipDevice device, SlipDeviceKernel kernel, size_t n, PetscInt nargs,
+                                             const SlipDeviceArg args[], PetscInt nresults, PetscInt sums,
+                                             PetscReal results[]);
+enum { DEVICE_MAX_RESULTS = 24, DEVICE_MAX_ARGS = 32 };
+
+/* ---- vec.c: a Vec type whose array is on the device ---- */
+/* On one process. The processor has a mirror of the array, which is fetched when VecGetArray() and the like ask for it
+   and has changed on the device since, and put back when the device asks next. Operations that are not done on the
+   device are VECSEQ's, on the mirror. Arrays cannot be placed. */
+#define VECSLIPOPENCL "slipopencl"
+PETSC_INTERN PetscErrorCode SlipDeviceRegisterVec(void);
+PETSC_EXTERN PetscBool SlipDeviceVecIs(Vec x);
+PETSC_INTERN PetscErrorCode SlipDeviceVecRead(Vec x, SlipDeviceMemory *memory);   /* borrowed */
+PETSC_INTERN PetscErrorCode SlipDeviceVecChange(Vec x, SlipDeviceMemory *memory); /* read and written */
+PETSC_INTERN PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory);  /* all of it is written */
+PETSC_INTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same);     /* bit by bit, but for -0 */
+/* Largest |x| of entries start, start + step, ... */
+PETSC_INTERN PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscReal *largest);
+
+/* ---- fft.c: transforms in two directions of several fields of reals, in place, by VkFFT ---- */
+/* Fields [rows][columns] of reals, each row in columns + 2 numbers: the transform's row has columns/2 + 1 complex ones.
+   Backward divides by columns x rows. */
+typedef struct _n_SlipDeviceFFT *SlipDeviceFFT;
+PETSC_INTERN PetscErrorCode SlipDeviceFFTCreate(SlipDevice device, PetscInt columns, PetscInt rows, PetscInt fields,
+                                                SlipDeviceMemory room, SlipDeviceFFT *fft);
+PETSC_INTERN PetscErrorCode SlipDeviceFFTApply(SlipDeviceFFT fft, PetscBool backward);
+PETSC_INTERN PetscErrorCode SlipDeviceFFTDestroy(SlipDeviceFFT *fft);

@@ -1,0 +1,57 @@
+/* In place of opencl.c and fft.c where the library is built without OpenCL: there is no device, so that nothing but
+   SlipDeviceOpen() is ever called. */
+#include <slipcompat.h>
+#include <slipsys.h>
+#include <slipstep/private/slipdevice.h>
+
+PetscBool SlipDeviceBuiltIn(void)
+{
+  return PETSC_FALSE;
+}
+
+SlipDeviceTraffic SlipDeviceGetTraffic(void)
+{
+  return (SlipDeviceTraffic){0, 0, 0};
+}
+
+PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char wanted[], SlipDevice *device)
+{
+  PetscFunctionBegin;
+  (void)wanted;
+  *device = NULL;
+  SETERRQ(comm, PETSC_ERR_SUP,
+          "%s: SlipStep was built without OpenCL; install ocl-icd-opencl-dev and libvkfft-dev, and build it anew",
+          asked);
+}
+
+PetscErrorCode SlipDeviceGet(SlipDevice *device)
+{
+  PetscFunctionBegin;
+  *device = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#define NONE(name, ...)                                                                                                \
+  PetscErrorCode name(__VA_ARGS__)                                                                                     \
+  {                                                                                                                    \
+    PetscFunctionBegin;                                                                                                \
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_PLIB, "built without OpenCL");                                                  \
+  }
+#ifdef __GNUC__
+  #pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
+NONE(SlipDeviceText, SlipDevice device, char text[], size_t len)
+NONE(SlipDeviceReserve, SlipDevice device, size_t bytes, const char what[])
+NONE(SlipDeviceAllocate, SlipDevice device, size_t bytes, const char what[], SlipDeviceMemory *memory)
+NONE(SlipDeviceFree, SlipDevice device, SlipDeviceMemory *memory)
+NONE(SlipDevicePut, SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to)
+NONE(SlipDeviceFetch, SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[])
+NONE(SlipDeviceCopy, SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to)
+NONE(SlipDeviceRun, SlipDevice device, SlipDeviceKernel kernel, size_t columns, size_t rows, PetscInt nargs,
+     const SlipDeviceArg args[])
+NONE(SlipDeviceReduce, SlipDevice device, SlipDeviceKernel kernel, size_t n, PetscInt nargs, const SlipDeviceArg args[],
+     PetscInt nresults, PetscInt sums, PetscReal results[])
+NONE(SlipDeviceFFTCreate, SlipDevice device, PetscInt columns, PetscInt rows, PetscInt fields, SlipDeviceMemory room,
+     SlipDeviceFFT *fft)
+NONE(SlipDeviceFFTApply, SlipDeviceFFT fft, PetscBool backward)
+NONE(SlipDeviceFFTDestroy, SlipDeviceFFT *fft)

@@ -1,0 +1,311 @@
+/* Vectors on a device of OpenCL against those of the processor, and the product with the stiffness of a grid there. Where
+   there is no device, or the library is built without OpenCL, the test says so and ends. */
+#include "unit.h"
+#include <slipcells.h>
+#include <slipmat.h>
+#include <slipstep/private/slipdevice.h>
+#include <math.h>
+
+enum { N = 1500, BLOCK = 3, MANY = 6 };
+static SlipDevice device;
+#define NEEDS_DEVICE                                                                                                   \
+  (void)state;                                                                                                         \
+  if (!device) skip()
+
+static PetscReal Entry(PetscInt which, PetscInt i)
+{
+  return sin(1.3 + 0.7 * (double)which + 0.013 * (double)((which + 2) * i));
+}
+
+/* Vectors with the same numbers on the processor and on the device */
+static void Fill(PetscInt which, Vec x)
+{
+  PetscReal *a;
+  PetscInt n;
+
+  ok(VecGetLocalSize(x, &n));
+  ok(VecGetArrayWrite(x, &a));
+  for (PetscInt i = 0; i < n; i++) a[i] = Entry(which, i);
+  ok(VecRestoreArrayWrite(x, &a));
+}
+
+static void Create(VecType type, PetscInt n, PetscInt block, Vec *x)
+{
+  ok(VecCreate(PETSC_COMM_SELF, x));
+  ok(VecSetSizes(*x, n, n));
+  ok(VecSetBlockSize(*x, block));
+  ok(VecSetType(*x, type));
+}
+
+/* Largest difference, relative to the largest entry of x */
+static PetscReal Difference(Vec x, Vec y)
+{
+  const PetscReal *a, *b;
+  PetscReal most = 0, differ = 0;
+  PetscInt n;
+
+  ok(VecGetLocalSize(x, &n));
+  ok(VecGetArrayRead(x, &a));
+  ok(VecGetArrayRead(y, &b));
+  for (PetscInt i = 0; i < n; i++) {
+    most = PetscMax(most, fabs(a[i]));
+    differ = PetscMax(differ, fabs(a[i] - b[i]));
+  }
+  ok(VecRestoreArrayRead(y, &b));
+  ok(VecRestoreArrayRead(x, &a));
+  return differ / most;
+}
+
+/* Everything that steps do with vectors, in x[0], of either type */
+static void Operate(Vec x[MANY], PetscInt k)
+{
+  const PetscScalar factor[] = {0.3, -0.7, 1.1, 2.5, -0.2};
+
+  switch (k) {
+  case 0:
+    ok(VecSet(x[0], 0.25));
+    break;
+  case 1:
+    ok(VecCopy(x[1], x[0]));
+    break;
+  case 2:
+    ok(VecScale(x[0], -1.5));
+    break;
+  case 3:
+    ok(VecAXPY(x[0], 0.3, x[1]));
+    break;
+  case 4:
+    ok(VecAYPX(x[0], 0.3, x[1]));
+    break;
+  case 5:
+    ok(VecAXPBY(x[0], 0.3, -2, x[1]));
+    break;
+  case 6:
+    ok(VecAXPBYPCZ(x[0], 0.3, -2, 0.5, x[1], x[2]));
+    break;
+  case 7:
+    ok(VecWAXPY(x[0], 0.3, x[1], x[2]));
+    break;
+  case 8:
+    ok(VecMAXPY(x[0], 5, factor, x + 1));
+    break;
+  case 9:
+    ok(VecPointwiseMult(x[0], x[1], x[2]));
+    break;
+  case 10:
+    ok(VecPointwiseDivide(x[0], x[1], x[2]));
+    break;
+  case 11:
+    ok(VecAbs(x[0]));
+    break; /* of VECSEQ, on the mirror */
+  case 12:
+    ok(VecReciprocal(x[0]));
+    break; /* likewise */
+  case 13:
+    ok(VecAXPBYPCZ(x[0], 0.3, -2, 0, x[1], x[2]));
+    break;
+  default:
+    ok(VecShift(x[0], 3));
+    break;
+  }
+}
+
+static void vectors(void **state)
+{
+  Vec host[MANY], there[MANY];
+
+  NEEDS_DEVICE;
+  for (PetscInt k = 0; k < MANY; k++) {
+    Create(VECSEQ, N, BLOCK, &host[k]);
+    if (k == 0)
+      Create(VECSLIPOPENCL, N, BLOCK, &there[0]);
+    else
+      ok(VecDuplicate(there[0], &there[k]));
+    Fill(k, host[k]);
+    Fill(k, there[k]);
+  }
+  for (PetscInt k = 0; k < 15; k++) {
+    Operate(host, k);
+    Operate(there, k);
+    /* sums of five products, of numbers up to some hundred times the result where one is divided by a small one */
+    if (!(Difference(host[0], there[0]) < 1e-14)) print_error("operation %d\n", (int)k);
+    assert_true(Difference(host[0], there[0]) < 1e-14);
+    Fill(0, host[0]);
+    Fill(0, there[0]);
+  }
+  for (PetscInt k = 0; k < MANY; k++) {
+    ok(VecDestroy(&host[k]));
+    ok(VecDestroy(&there[k]));
+  }
+}
+
+static void numbers(void **state)
+{
+  const NormType types[] = {NORM_1, NORM_2, NORM_INFINITY};
+  PetscReal a, b, again;
+  Vec x, y, u, v;
+
+  NEEDS_DEVICE;
+  Create(VECSEQ, N, BLOCK, &x);
+  Create(VECSLIPOPENCL, N, BLOCK, &u);
+  ok(VecDuplicate(x, &y));
+  ok(VecDuplicate(u, &v));
+  Fill(1, x);
+  Fill(1, u);
+  Fill(2, y);
+  Fill(2, v);
+  for (int k = 0; k < 3; k++) {
+    ok(VecNorm(x, types[k], &a));
+    ok(VecNorm(u, types[k], &b));
+    assert_true(fabs(a - b) <= 1e-13 * a); /* sums of N numbers, by other trees */
+  }
+  ok(VecDot(x, y, &a));
+  ok(VecDot(u, v, &b));
+  ok(VecDot(u, v, &again));
+  assert_true(fabs(a - b) <= 1e-13 * N);
+  assert_true(b == again); /* to the bit */
+  ok(VecSum(x, &a));
+  ok(VecSum(u, &b));
+  assert_true(fabs(a - b) <= 1e-13 * N);
+  { /* what is no number is seen */
+    PetscReal *p;
+
+    ok(VecGetArray(u, &p));
+    p[N / 2] = NAN;
+    ok(VecRestoreArray(u, &p));
+    ok(VecNorm(u, NORM_INFINITY, &b));
+    assert_false(isfinite(b));
+    ok(VecSum(u, &b));
+    assert_false(isfinite(b));
+  }
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
+  ok(VecDestroy(&u));
+  ok(VecDestroy(&v));
+}
+
+/* Only what is asked for goes between the two, each way once */
+static void traffic(void **state)
+{
+  SlipDeviceTraffic before, after;
+  const PetscReal *a;
+  PetscReal norm;
+  Vec x, y;
+
+  NEEDS_DEVICE;
+  Create(VECSLIPOPENCL, N, BLOCK, &x);
+  ok(VecDuplicate(x, &y));
+  Fill(1, x);
+  before = SlipDeviceGetTraffic();
+  ok(VecCopy(x, y));    /* x is put there */
+  ok(VecAXPY(y, 2, x)); /* it is there */
+  ok(VecScale(y, 0.5));
+  ok(VecNorm(y, NORM_2, &norm));
+  after = SlipDeviceGetTraffic();
+  assert_int_equal(after.puts - before.puts, 1);
+  assert_int_equal(after.fetches - before.fetches, 0);
+  assert_true(after.numbers - before.numbers <= 4);
+  for (int k = 0; k < 2; k++) {
+    ok(VecGetArrayRead(y, &a)); /* fetched once */
+    assert_true(fabs(a[1] - 1.5 * Entry(1, 1)) < 1e-15);
+    ok(VecRestoreArrayRead(y, &a));
+  }
+  ok(VecScale(y, 2)); /* and still there */
+  after = SlipDeviceGetTraffic();
+  assert_int_equal(after.puts - before.puts, 1);
+  assert_int_equal(after.fetches - before.fetches, 1);
+  fails(VecPlaceArray(y, &norm), "placed");
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
+}
+
+static void strides(void **state)
+{
+  Vec w, u, v, host, part;
+
+  NEEDS_DEVICE;
+  Create(VECSLIPOPENCL, N, BLOCK, &w);
+  Create(VECSEQ, N, BLOCK, &host);
+  Create(VECSLIPOPENCL, N / BLOCK, 1, &u);
+  Create(VECSLIPOPENCL, N / BLOCK, 1, &v);
+  Create(VECSEQ, N / BLOCK, 1, &part);
+  Fill(3, w);
+  Fill(3, host);
+  Fill(4, v);
+  ok(VecStrideGather(w, 1, u, INSERT_VALUES));
+  ok(VecStrideGather(host, 1, part, INSERT_VALUES));
+  assert_true(Difference(part, u) == 0);
+  Fill(4, part);
+  ok(VecStrideScatter(v, 2, w, INSERT_VALUES));
+  ok(VecStrideScatter(part, 2, host, INSERT_VALUES));
+  assert_true(Difference(host, w) == 0);
+  ok(VecDestroy(&w));
+  ok(VecDestroy(&u));
+  ok(VecDestroy(&v));
+  ok(VecDestroy(&host));
+  ok(VecDestroy(&part));
+}
+
+/* Against the dense matrix: half-space and full space, at the ground and below, one row and many, scaled */
+static void stiffness(void **state)
+{
+  const SlipGrid grids[] = {{20, 12, 3000.0, 1800.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+                            {17, 9, 2000.0, 1100.0, 700.0, ROCK(0.1, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+                            {13, 1, 2000.0, 100.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+                            {1, 16, 500.0, 3600.0, 0.0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)},
+                            {24, 15, 3000.0, 2000.0, 0.0, ROCK(0.3, PETSC_TRUE, SLIP_AVERAGE_CELL)}};
+
+  NEEDS_DEVICE;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
+    Vec x, y, u, v;
+    Mat K, D;
+
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grids[k], "fft", &K));
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grids[k], "dense", &D));
+    ok(MatScale(K, 0.9));
+    ok(MatScale(D, 0.9));
+    ok(MatCreateVecs(D, &x, &y));
+    Create(VECSLIPOPENCL, grids[k].nx * grids[k].nz, 1, &u);
+    ok(VecDuplicate(u, &v));
+    Fill(1, x);
+    Fill(1, u);
+    ok(MatMult(D, x, y));
+    ok(MatMult(K, u, v));
+    assert_true(Difference(y, v) < 1e-12);
+    ObjectsDestroy(&x, &y, &u, &v, &K, &D);
+  }
+}
+
+static void memory(void **state)
+{
+  SlipDeviceMemory m = NULL;
+
+  NEEDS_DEVICE;
+  fails(SlipDeviceReserve(device, (size_t)1 << 52, "the vectors of a test"), "the vectors of a test need 4.504e+09 MB");
+  fails(SlipDeviceAllocate(device, (size_t)1 << 52, "a test", &m), "expected fewer cells, or another device");
+  assert_null(m);
+}
+
+static void another(void **state)
+{
+  SlipDevice same;
+
+  NEEDS_DEVICE;
+  ok(SlipDeviceOpen(PETSC_COMM_SELF, "-test_device", "", &same));
+  assert_ptr_equal(same, device);
+  fails(SlipDeviceOpen(PETSC_COMM_SELF, "-test_device 7", "7", &same),
+        "-test_device 7: a process computes on one device");
+}
+
+static int setup(void **state)
+{
+  (void)state;
+  if (SlipDeviceOpen(PETSC_COMM_SELF, "-test_device", "", &device)) {
+    device = NULL;
+    print_message("skipped: %s\n", message);
+    return strstr(message, "there is no device") || !SlipDeviceBuiltIn() ? 0 : 1;
+  }
+  return 0;
+}
+
+SLIP_TESTS_WITH(setup, NULL, vectors, numbers, traffic, strides, stiffness, memory, another)
