@@ -370,7 +370,11 @@ __kernel void fault_relaxation(int n, double V0, double eta, __global const doub
     const double speed = fabs(rate[i]);
     double direct = 0, compliance;
 
-    if (OF(SCALE) > 0 && speed > 0) strength(state[3 * i + 2], speed, OF(OFFSET), OF(SLOPE), OF(SCALE), V0, eta, &direct);
+    if (OF(SCALE) > 0 && speed > 0) {
+      const double q = strength(state[3 * i + 2], speed, OF(OFFSET), OF(SLOPE), OF(SCALE), V0, eta, &direct);
+
+      if (q > 10 * eta * OF(SCALE)) direct = eta * OF(SCALE); // as the processor has it
+    }
     compliance = speed > 0 ? speed / (eta * speed + direct) : 0;
     mine[0] = larger(mine[0], compliance);
   }

@@ -289,7 +289,6 @@ PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char want
   if (ierr) (void)Destroy(device);
   PetscCall(ierr);
   opened = *device;
-  PetscCall(SlipDeviceRegisterVec());
   PetscCall(PetscRegisterFinalize(Close));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

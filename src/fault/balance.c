@@ -344,11 +344,18 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   Vec stress;
 
   PetscFunctionBegin;
+  b->time = t;
+  b->known = PETSC_TRUE;
   PetscCall(CreateRoom(fault));
-  PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetDisplacement(fault, w, b->u));
   PetscCall(
     SlipElasticForce(fault->medium, t, b->u, NULL, b->force, fault->kind.coupled ? fault->coupling.rise : NULL));
+  PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->mesh.n));
+  if (SlipFaultOnDevice(fault, w)) {
+    PetscCall(SlipFaultDeviceRates(fault, w, F));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
   if (fault->kind.coupled) {
     PetscCall(SlipFaultCoupledFriction(fault, t, 0, &friction));
     fault->coupling.balanced = PETSC_TRUE;
@@ -381,9 +388,6 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(VecRestoreArrayWrite(stress, &tau));
   PetscCall(SlipArraysRestore(F ? 5 : 4, arrays));
   PetscCall(SlipFaultRestoreWork(fault, &stress));
-  PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->mesh.n));
-  b->time = t;
-  b->known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -394,13 +398,17 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
   PetscReal *a;
 
   PetscFunctionBegin;
+  fault->balance.put++;
+  if (SlipFaultOnDevice(fault, w)) {
+    PetscCall(VecStrideScatter(fault->balance.rate, fault->layout.rate, w, INSERT_VALUES));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecGetArrayRead(fault->balance.rate, &v));
   PetscCall(VecGetArray(w, &a));
   for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
     for (PetscInt k = 0; k < c; k++) a[SlipFaultRateAt(fault, i) + k] = v[c * i + k];
   PetscCall(VecRestoreArray(w, &a));
   PetscCall(VecRestoreArrayRead(fault->balance.rate, &v));
-  fault->balance.put++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

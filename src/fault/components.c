@@ -4,6 +4,7 @@
    their opening behind the two. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipelasticity.h>
+#include <slipstep/private/slipdevice.h>
 
 /* Before the mesh: where the numbers of a cell are */
 PetscErrorCode SlipFaultChooseComponents(SlipFault fault)
@@ -100,6 +101,10 @@ PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
   const PetscReal *a;
 
   PetscFunctionBegin;
+  if (SlipFaultOnDevice(fault, w)) {
+    PetscCall(SlipDeviceVecLargest(w, fault->layout.rate, fault->layout.block, largest));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (fault->layout.components == 1) {
     PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, largest));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -96,11 +96,16 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
 
     bound[k] = largest > 0 ? largest : PETSC_MAX_REAL;
   }
-  PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt k = 0; k < c; k++) outside += Outside(n, block, a + fault->layout.displacement + k, EXPLICIT_FARTHEST);
-  for (PetscInt k = 0; k < states; k++) outside += Outside(n, block, a + fault->layout.state + k, bound[k]);
+  if (SlipFaultOnDevice(fault, w))
+    PetscCall(SlipFaultDeviceOutside(fault, w, EXPLICIT_FARTHEST, bound[0], &outside));
+  else {
+    PetscCall(VecGetArrayRead(w, &a));
+    for (PetscInt k = 0; k < c; k++)
+      outside += Outside(n, block, a + fault->layout.displacement + k, EXPLICIT_FARTHEST);
+    for (PetscInt k = 0; k < states; k++) outside += Outside(n, block, a + fault->layout.state + k, bound[k]);
+    PetscCall(VecRestoreArrayRead(w, &a));
+  }
   good = outside == 0 ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(VecRestoreArrayRead(w, &a));
   PetscCallMPI(MPI_Allreduce(&good, accept, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
   if (*accept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipGuardConstant(ts, ts->time_step));

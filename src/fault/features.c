@@ -66,6 +66,7 @@ FEATURE_ON(DENSE, Chosen(f, FAULT_OPERATOR, "dense"))
 FEATURE_ON(FFT, Chosen(f, FAULT_OPERATOR, "fft"))
 FEATURE_ON(HMAT, Chosen(f, FAULT_OPERATOR, "hmat"))
 FEATURE_ON(STIFFNESS_VIEW, f->options.stiffness_viewer)
+FEATURE_ON(DEVICE, Chosen(f, FAULT_DEVICE, "opencl"))
 FEATURE_ON(SQRTM, !strcmp(f->kind.viscosity, "sqrtm"))
 FEATURE_ON(SPECTRAL, !strcmp(f->kind.viscosity, "spectral"))
 FEATURE_ON(LANCZOS, !strcmp(f->kind.viscosity, "lanczos"))
@@ -140,6 +141,7 @@ const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES] = {
   EARLY(FFT, STORAGE, "-fault_operator fft"),
   EARLY(HMAT, STORAGE, "-fault_operator hmat"),
   EARLY(STIFFNESS_VIEW, OWN, "-fault_stiffness_view"),
+  EARLY(DEVICE, OWN, "-fault_device opencl"),
   EARLY(SQRTM, VISCOSITY, "-fault_viscosity sqrtm"),
   EARLY(SPECTRAL, VISCOSITY, "-fault_viscosity spectral"),
   EARLY(LANCZOS, VISCOSITY, "-fault_viscosity lanczos"),
@@ -300,6 +302,28 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_surface_stations % is written to the output: expected -fault_output"},
   {F(SURFACE_STATIONS), EXCLUDES, F(FULL_SPACE), 0,
    "-fault_surface_stations needs a free surface: expected -fault_kernel half_space"},
+  {F(DEVICE), EXCLUDES, F(RECTANGLES) | F(TRIANGLES) | F(STIFFNESS_FILE), 0,
+   "-fault_device % computes on a uniform grid: expected neither -fault_mesh nor -fault_stiffness_file"},
+  {F(DEVICE), EXCLUDES, F(DENSE) | F(HMAT), 0,
+   "-fault_device % has products by transforms: expected -fault_operator fft or auto, not %"},
+  {F(DEVICE), EXCLUDES, F(OBLIQUE) | F(VECTOR) | F(COUPLED), 0,
+   "-fault_device % computes vertical planes whose slip has one component, along strike, and leaves the normal stress "
+   "alone: expected -fault_device none"},
+  {F(DEVICE), EXCLUDES, F(WHOLE), 0,
+   "-fault_device % does not average over whole cells: expected -fault_stiffness_average centre or cell, not %"},
+  {F(DEVICE), EXCLUDES, F(WAVES), 0, "-fault_device % knows no waves: expected -fault_medium static, not %"},
+  {F(DEVICE), NEEDS, F(ALWAYS_SLIDES), 0,
+   "-fault_device % balances rate-and-state friction: expected -fault_friction_law rate_and_state, not %"},
+  {F(DEVICE), NEEDS, F(BALANCE), 0,
+   "-fault_device % steps by rates in balance: expected -fault_inertia no, or -fault_device none"},
+  {F(DEVICE), NEEDS, F(RADIATION), 0,
+   "-fault_device % knows radiation damping: expected -fault_viscosity radiation, not %"},
+  {F(DEVICE), EXCLUDES, F(CREEP), 0, "-fault_device % knows no cells of -fault_creep: expected none"},
+  {F(DEVICE), EXCLUDES, F(STRESSING) | F(INJECTION) | F(PRESSURE) | F(ALPHA), 0,
+   "-fault_device % computes under a load that does not change: expected no -fault_stressing_rate, -fault_injection, "
+   "-fault_pore_pressure or -fault_friction_alpha"},
+  {F(DEVICE), EXCLUDES, F(BATHE) | F(MOREAU) | F(RKC) | F(LAPUSTA) | F(OTHER_TS), 0,
+   "-fault_device % steps by formulas of Adams or Runge and Kutta: expected -ts_type adams or rk, not %"},
   {.sentence = NULL},
 };
 

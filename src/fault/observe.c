@@ -1,5 +1,6 @@
 /* What a run and a controller may know of the fault's state: sums over the cells, energies and powers. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 #include <petsc/private/petscimpl.h> /* PetscObjectStateGet() */
 #include <slipcompat.h>
@@ -90,7 +91,10 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   PetscCall(SlipElasticGetEnergy(fault->medium, t, u, &stored));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
-  PetscCall(SlipFaultAddUp(fault, t, w, force, c->sum, &c->max_v));
+  if (SlipFaultOnDevice(fault, w) && SlipDeviceVecIs(force))
+    PetscCall(SlipFaultDeviceSums(fault, w, force, c->sum, &c->max_v));
+  else
+    PetscCall(SlipFaultAddUp(fault, t, w, force, c->sum, &c->max_v));
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));
@@ -272,6 +276,11 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   PetscCall(SlipFaultLargestEigenvalue(fault, &stiffest));
   if (!fault->friction.law->always_slides) {
     if (!b->resting) *relaxation = stiffest / b->eta;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (SlipFaultOnDevice(fault, w)) {
+    PetscCall(SlipFaultDeviceCompliance(fault, w, &most));
+    *relaxation = stiffest * most;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFaultGetLoad(fault, b->time, &of_now));

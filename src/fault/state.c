@@ -1,5 +1,6 @@
 /* The state of a fault: its vector and its start. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipdevice.h>
 
 /*@
   SlipFaultCreateState - create a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two
@@ -31,7 +32,7 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
   PetscCall(VecCreate(fault->comm, w));
   PetscCall(VecSetSizes(*w, fault->layout.block * fault->mesh.n, fault->layout.block * fault->mesh.N));
   PetscCall(VecSetBlockSize(*w, fault->layout.block));
-  PetscCall(VecSetType(*w, VECSTANDARD));
+  PetscCall(VecSetType(*w, fault->device.device ? VECSLIPOPENCL : VECSTANDARD));
   PetscCall(VecZeroEntries(*w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,6 @@
 /* Whether a state has changed since results were computed of it and cached. */
 #include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipdevice.h>
 
 /* now: everything that results of the state w depend on; *same: it equals `known`, of the cached results */
 PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
@@ -27,6 +28,10 @@ PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec 
   *same = PETSC_FALSE;
   PetscCall(SlipElasticRests(fault->medium, &rests));
   if (!fault->balance.known || (!rests && fault->balance.time != t)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (SlipDeviceVecIs(u) && SlipDeviceVecIs(fault->balance.u)) {
+    PetscCall(SlipDeviceVecSame(u, fault->balance.u, same));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecGetArrayRead(u, &a));
   PetscCall(VecGetArrayRead(fault->balance.u, &b));
   PetscCall(PetscArraycmp(a, b, fault->layout.components * fault->mesh.n, &here));

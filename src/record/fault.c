@@ -59,6 +59,7 @@ static PetscErrorCode SetUp(SlipFault fault)
     thickness * PetscSqrtReal(fault->options.value[FAULT_DENSITY] / fault->options.value[FAULT_SHEAR_MODULUS]);
   PetscCall(SlipFaultCellsSetUp(fault));
   PetscCall(SlipFaultCheckFeatures(fault, NULL));
+  PetscCall(SlipFaultDeviceSetUp(fault));
   PetscCall(SlipFaultMediumCreate(fault));
   PetscCall(SlipFaultLoadsSetUp(fault));
   PetscCall(SlipFaultStiffnessSetUp(fault));
@@ -149,6 +150,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
   }
   PetscCall(SlipFaultLoadsDestroy(f));
   PetscCall(SlipFaultBalanceDestroy(f));
+  PetscCall(SlipFaultDeviceDestroy(f));
   PetscCall(SlipFaultSettledDestroy(f));
   PetscCall(SlipFaultCouplingDestroy(f));
   PetscCall(SlipFaultMeshDestroy(&f->mesh));

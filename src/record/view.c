@@ -1,5 +1,6 @@
 /* -fault_view: the parameters of a fault, and what its operators are and take. */
 #include <slipstep/private/sliprecord.h>
+#include <slipstep/private/slipdevice.h>
 #include <stdio.h>
 
 static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
@@ -15,6 +16,12 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
     viewer, "cells: %" PetscInt_FMT " on %d ranks, %" PetscInt_FMT " to %" PetscInt_FMT " on each\n", fault->mesh.N,
     (int)size, least, most));
   PetscCall(SlipElasticView(fault->medium, fault->operators.tstar, viewer));
+  if (fault->device.device) {
+    char text[512];
+
+    PetscCall(SlipDeviceText(fault->device.device, text, sizeof(text)));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "device: %s\n", text));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -12,6 +12,7 @@
 
    Nodes are at sums of steps, not at differences of times: after centuries the rounding of time is a part of the
    shortest steps that an estimate would see, and ask for shorter ones yet. */
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 
 /* A neighbouring order must promise a step longer by this factor. */
@@ -158,6 +159,33 @@ static PetscBool MayRaise(const TS_Adams *ad)
   return ad->order < ad->max_order && ad->n > ad->order && ad->since >= ad->order ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* The norms of so many estimates from this rank's sums, of entries that have a tolerance: those of ad->inverse, or sums'
+   own. good: all are numbers; norms of no use are FAR_TOO_LONG. Collective. */
+static PetscErrorCode TakeNorms(TS ts, const SlipAdamsSums *sums, PetscBool inverse, PetscInt estimates, NormType type,
+                                PetscBool *good)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
+  PetscReal all[7];
+
+  PetscFunctionBegin;
+  all[6] = sums->finite ? 0 : 1;
+  for (PetscInt k = 0; k < estimates; k++) {
+    all[k] = type == NORM_INFINITY ? sums->most[k] : sums->squares[k];
+    all[3 + k] = inverse ? ad->inverse.entries : sums->count[k];
+  }
+  for (PetscInt k = estimates; k < 3; k++) all[k] = all[3 + k] = 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, 7, MPIU_REAL, type == NORM_INFINITY ? MPIU_MAX : MPIU_SUM,
+                             PetscObjectComm((PetscObject)ts)));
+  *good = all[6] == 0 ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < estimates; k++) {
+    const PetscReal norm = type == NORM_INFINITY ? all[k] : PetscSqrtReal(all[k] / PetscMax(all[3 + k], 1));
+
+    /* at least what is left of a step so short that nothing is, as controllers divide by it */
+    ad->norms[k] = *good && norm < BOUNDS ? PetscMax(norm, 1e-10) : FAR_TOO_LONG;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* y = start + the sum of m derivatives, f* first if star, times weight[0]; with the norms, of all ranks, of so many
    estimates by the other weights. good: all are numbers; norms of no use are FAR_TOO_LONG. Collective. */
 static PetscErrorCode AddUp(TS ts, PetscBool star, PetscInt m, const PetscReal weight[][SLIP_ADAMS_NODES],
@@ -166,11 +194,16 @@ static PetscErrorCode AddUp(TS ts, PetscBool star, PetscInt m, const PetscReal w
   TS_Adams *ad = (TS_Adams *)ts->data;
   const PetscReal *rate[SLIP_ADAMS_NODES], *start;
   SlipAdamsTolerance tolerance;
-  PetscReal *to, all[7];
+  PetscReal *to;
   SlipAdamsSums sums;
   PetscInt n;
 
   PetscFunctionBegin;
+  if (SlipDeviceVecIs(y) && (!estimates || (ts->vatol && ts->vrtol))) {
+    PetscCall(SlipAdamsSumDevice(ts, star, m, weight, estimates, y, &sums));
+    PetscCall(TakeNorms(ts, &sums, PETSC_FALSE, estimates, type, good));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (estimates) PetscCall(SlipAdamsGetTolerance(ts, &ad->inverse, &tolerance));
   if (estimates && ts->vatol) PetscCall(VecGetArrayRead(ts->vatol, &tolerance.absolutes));
   if (estimates && ts->vrtol) PetscCall(VecGetArrayRead(ts->vrtol, &tolerance.relatives));
@@ -187,21 +220,7 @@ static PetscErrorCode AddUp(TS ts, PetscBool star, PetscInt m, const PetscReal w
   if (estimates && ts->vatol) PetscCall(VecRestoreArrayRead(ts->vatol, &tolerance.absolutes));
   if (estimates && ts->vrtol) PetscCall(VecRestoreArrayRead(ts->vrtol, &tolerance.relatives));
   PetscCall(PetscLogFlops(2.0 * (estimates + 1) * (PetscLogDouble)m * (PetscLogDouble)n));
-  all[6] = sums.finite ? 0 : 1;
-  for (PetscInt k = 0; k < estimates; k++) {
-    all[k] = type == NORM_INFINITY ? sums.most[k] : sums.squares[k];
-    all[3 + k] = tolerance.inverse ? ad->inverse.entries : sums.count[k];
-  }
-  for (PetscInt k = estimates; k < 3; k++) all[k] = all[3 + k] = 0;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, 7, MPIU_REAL, type == NORM_INFINITY ? MPIU_MAX : MPIU_SUM,
-                             PetscObjectComm((PetscObject)ts)));
-  *good = all[6] == 0 ? PETSC_TRUE : PETSC_FALSE;
-  for (PetscInt k = 0; k < estimates; k++) {
-    const PetscReal norm = type == NORM_INFINITY ? all[k] : PetscSqrtReal(all[k] / PetscMax(all[3 + k], 1));
-
-    /* at least what is left of a step so short that nothing is, as controllers divide by it */
-    ad->norms[k] = *good && norm < BOUNDS ? PetscMax(norm, 1e-10) : FAR_TOO_LONG;
-  }
+  PetscCall(TakeNorms(ts, &sums, tolerance.inverse ? PETSC_TRUE : PETSC_FALSE, estimates, type, good));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -300,6 +300,7 @@ static void another(void **state)
 static int setup(void **state)
 {
   (void)state;
+  ok(SlipDeviceRegisterVec());
   if (SlipDeviceOpen(PETSC_COMM_SELF, "-test_device", "", &device)) {
     device = NULL;
     print_message("skipped: %s\n", message);

@@ -40,6 +40,7 @@ static const struct {
   [FEATURE_FFT] = {"-fault_operator fft"},
   [FEATURE_HMAT] = {"-fault_operator hmat"},
   [FEATURE_STIFFNESS_VIEW] = {"-fault_stiffness_view binary:K.bin"},
+  [FEATURE_DEVICE] = {"-fault_device opencl"},
   [FEATURE_SQRTM] = {"-fault_viscosity sqrtm"},
   [FEATURE_SPECTRAL] = {"-fault_viscosity spectral"},
   [FEATURE_LANCZOS] = {"-fault_viscosity lanczos"},

@@ -86,7 +86,7 @@ enum { DEVICE_MAX_RESULTS = 24, DEVICE_MAX_ARGS = 32 };
    and has changed on the device since, and put back when the device asks next. Operations that are not done on the
    device are VECSEQ's, on the mirror. Arrays cannot be placed. */
 #define VECSLIPOPENCL "slipopencl"
-PETSC_INTERN PetscErrorCode SlipDeviceRegisterVec(void);
+PETSC_EXTERN PetscErrorCode SlipDeviceRegisterVec(void); /* before the first; again does nothing */
 PETSC_EXTERN PetscBool SlipDeviceVecIs(Vec x);
 PETSC_INTERN PetscErrorCode SlipDeviceVecRead(Vec x, SlipDeviceMemory *memory);   /* borrowed */
 PETSC_INTERN PetscErrorCode SlipDeviceVecChange(Vec x, SlipDeviceMemory *memory); /* read and written */

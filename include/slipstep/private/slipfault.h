@@ -128,6 +128,7 @@ struct _p_SlipFault {
   SlipFaultCritical critical;
   SlipFaultStage stage;
   SlipFaultSettled settled;
+  SlipFaultDevice device;
   SlipFaultBalance balance; /* where all cells slide: the slip rates of the state asked about last */
   SlipFaultResolution resolution;
   SlipProblemOps problem; /* what its TS tells controllers */

@@ -32,6 +32,12 @@ typedef struct {
   PetscReal *kept;    /* what the law keeps of each cell; NULL where the normal stress changes */
 } SlipFaultBalance;
 
+/* device.c: where a step is computed, -fault_device */
+typedef struct {
+  struct _n_SlipDevice *device; /* NULL: by the processor */
+  struct _cl_mem *cells;        /* what its kernels know of the cells; NULL: nothing has asked */
+} SlipFaultDevice;
+
 /* constraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
 typedef struct {
   SlipConstraint con;
@@ -114,6 +120,16 @@ PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
 PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
+/* device.c: of states that are there, SlipFaultOnDevice() */
+PETSC_INTERN PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceVectors(SlipFault fault, Mat K);
+PETSC_INTERN PetscBool SlipFaultOnDevice(SlipFault fault, Vec w);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceRates(SlipFault fault, Vec w, Vec F);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceOutside(SlipFault fault, Vec w, PetscReal displacement, PetscReal bound,
+                                                   PetscInt *outside);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceCompliance(SlipFault fault, Vec w, PetscReal *most);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceSums(SlipFault fault, Vec w, Vec force, PetscReal sum[], PetscReal *max_v);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *fault);

@@ -174,6 +174,11 @@ PETSC_INTERN void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, 
                                const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates,
                                const SlipAdamsTolerance *tolerance, PetscReal y[], SlipAdamsSums *sums);
 
+/* The same of vectors that are on the device, in adamsdevice.c; with estimates tolerances are vectors */
+PETSC_INTERN PetscErrorCode SlipAdamsSumDevice(TS ts, PetscBool star, PetscInt m,
+                                               const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates, Vec y,
+                                               SlipAdamsSums *sums);
+
 /* ---- adams.c, adamscorrect.c ---- */
 enum { ADAMS_MAX = SLIP_ADAMS_NODES - 2, ADAMS_SLOTS = ADAMS_MAX + 3 };
 
