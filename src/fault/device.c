@@ -26,6 +26,10 @@ PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault)
   PetscCallMPI(MPI_Comm_size(fault->comm, &size));
   PetscCheck(size == 1, fault->comm, PETSC_ERR_SUP, "-%sfault_device opencl is of one process: expected 1, not %d",
              prefix, (int)size);
+  PetscCheck(
+    !strcmp(fault->friction.law->name, "rate_and_state"), fault->comm, PETSC_ERR_SUP,
+    "-%sfault_device opencl balances rate-and-state friction: expected -%sfault_friction_law rate_and_state, not %s",
+    prefix, prefix, fault->friction.law->name);
   PetscCall(PetscSNPrintf(asked, sizeof(asked), "-%sfault_device opencl%s%s%s%s", prefix, name[0] ? " -" : "",
                           name[0] ? prefix : "", name[0] ? "fault_device_name " : "", name));
   PetscCall(SlipDeviceOpen(fault->comm, asked, name, &d->device));
@@ -48,15 +52,8 @@ PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault)
 /* Vectors that K makes, and those that are made like them, are on the device. */
 PetscErrorCode SlipFaultDeviceVectors(SlipFault fault, Mat K)
 {
-  PetscBool fft;
-
   PetscFunctionBegin;
-  if (!fault->device.device) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscObjectTypeCompare((PetscObject)K, "slipfft", &fft));
-  PetscCheck(fft, fault->comm, PETSC_ERR_SUP,
-             "-%sfault_device opencl has products by transforms: expected -%sfault_operator fft",
-             SlipFaultPrefix(fault), SlipFaultPrefix(fault));
-  PetscCall(MatShellSetVecType(K, VECSLIPOPENCL));
+  if (fault->device.device) PetscCall(MatShellSetVecType(K, VECSLIPOPENCL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

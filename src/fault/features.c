@@ -322,7 +322,7 @@ const SlipFaultRule SlipFaultRules[] = {
   {F(DEVICE), EXCLUDES, F(STRESSING) | F(INJECTION) | F(PRESSURE) | F(ALPHA), 0,
    "-fault_device % computes under a load that does not change: expected no -fault_stressing_rate, -fault_injection, "
    "-fault_pore_pressure or -fault_friction_alpha"},
-  {F(DEVICE), EXCLUDES, F(BATHE) | F(MOREAU) | F(RKC) | F(LAPUSTA) | F(OTHER_TS), 0,
+  {F(DEVICE), EXCLUDES, F(BATHE) | F(LAPUSTA) | F(OTHER_TS), 0,
    "-fault_device % steps by formulas of Adams or Runge and Kutta: expected -ts_type adams or rk, not %"},
   {.sentence = NULL},
 };

@@ -59,7 +59,7 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
 {
   SlipFaultStiffness s = {.dipping = fault->kind.dipping,
-                          .type = fault->options.text[FAULT_OPERATOR],
+                          .type = fault->device.device ? "fft" : fault->options.text[FAULT_OPERATOR],
                           .tolerance = fault->options.value[FAULT_HMAT_TOLERANCE],
                           .rake = fault->fields.cell[FIELD_RAKE]};
 
