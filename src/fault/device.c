@@ -98,23 +98,28 @@ PetscErrorCode SlipFaultDeviceRates(SlipFault fault, Vec w, Vec F)
 {
   SlipFaultBalance *b = &fault->balance;
   const PetscReal V0 = fault->options.value[FAULT_FRICTION_REFERENCE_RATE];
-  const int n = (int)fault->mesh.n, slip_law = fault->friction.slip_law, wanted = F ? 1 : 0;
-  SlipDeviceMemory cells, state, force, rate, f;
+  const int n = (int)fault->mesh.n, slip_law = fault->friction.slip_law;
+  SlipDevice device = fault->device.device;
+  SlipDeviceMemory cells, state, force, rate, f = NULL;
 
   PetscFunctionBegin;
   PetscCall(Cells(fault, &cells));
   PetscCall(SlipDeviceVecRead(w, &state));
   PetscCall(SlipDeviceVecRead(b->force, &force));
   PetscCall(SlipDeviceVecWrite(b->rate, &rate));
-  f = rate;
   if (F) PetscCall(SlipDeviceVecWrite(F, &f));
   {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n),      SLIP_DEVICE_ARG(slip_law), SLIP_DEVICE_ARG(V0),
-                                  SLIP_DEVICE_ARG(b->eta), SLIP_DEVICE_ARG(cells),    SLIP_DEVICE_ARG(state),
-                                  SLIP_DEVICE_ARG(force),  SLIP_DEVICE_ARG(rate),     SLIP_DEVICE_ARG(wanted),
-                                  SLIP_DEVICE_ARG(f)};
+    const SlipDeviceArg closed[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(cells), SLIP_DEVICE_ARG(state),
+                                    SLIP_DEVICE_ARG(force), SLIP_DEVICE_ARG(rate)};
+    const SlipDeviceArg others[] = {SLIP_DEVICE_ARG(n),     SLIP_DEVICE_ARG(b->eta), SLIP_DEVICE_ARG(cells),
+                                    SLIP_DEVICE_ARG(state), SLIP_DEVICE_ARG(force),  SLIP_DEVICE_ARG(rate)};
+    const SlipDeviceArg derivative[] = {SLIP_DEVICE_ARG(n),     SLIP_DEVICE_ARG(slip_law), SLIP_DEVICE_ARG(V0),
+                                        SLIP_DEVICE_ARG(cells), SLIP_DEVICE_ARG(state),    SLIP_DEVICE_ARG(rate),
+                                        SLIP_DEVICE_ARG(f)};
 
-    PetscCall(SlipDeviceRun(fault->device.device, KERNEL_FAULT_RATES, (size_t)n, 1, 10, args));
+    PetscCall(SlipDeviceRun(device, KERNEL_FAULT_RATES, (size_t)n, 1, 5, closed));
+    PetscCall(SlipDeviceRun(device, KERNEL_FAULT_OTHERS, (size_t)n, 1, 6, others));
+    if (F) PetscCall(SlipDeviceRun(device, KERNEL_FAULT_DERIVATIVE, (size_t)n, 1, 7, derivative));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -143,7 +148,6 @@ PetscErrorCode SlipFaultDeviceOutside(SlipFault fault, Vec w, PetscReal displace
 PetscErrorCode SlipFaultDeviceCompliance(SlipFault fault, Vec w, PetscReal *most)
 {
   SlipFaultBalance *b = &fault->balance;
-  const PetscReal V0 = fault->options.value[FAULT_FRICTION_REFERENCE_RATE];
   const int n = (int)fault->mesh.n;
   SlipDeviceMemory cells, state, rate;
 
@@ -152,10 +156,10 @@ PetscErrorCode SlipFaultDeviceCompliance(SlipFault fault, Vec w, PetscReal *most
   PetscCall(SlipDeviceVecRead(w, &state));
   PetscCall(SlipDeviceVecRead(b->rate, &rate));
   {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n),     SLIP_DEVICE_ARG(V0),    SLIP_DEVICE_ARG(b->eta),
-                                  SLIP_DEVICE_ARG(cells), SLIP_DEVICE_ARG(state), SLIP_DEVICE_ARG(rate)};
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(b->eta), SLIP_DEVICE_ARG(cells),
+                                  SLIP_DEVICE_ARG(state), SLIP_DEVICE_ARG(rate)};
 
-    PetscCall(SlipDeviceReduce(fault->device.device, KERNEL_FAULT_RELAXATION, (size_t)n, 6, args, 1, 0, most));
+    PetscCall(SlipDeviceReduce(fault->device.device, KERNEL_FAULT_RELAXATION, (size_t)n, 5, args, 1, 0, most));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -163,7 +167,7 @@ PetscErrorCode SlipFaultDeviceCompliance(SlipFault fault, Vec w, PetscReal *most
 /* The sums of a state whose K u is force, and its largest |v| */
 PetscErrorCode SlipFaultDeviceSums(SlipFault fault, Vec w, Vec force, PetscReal sum[], PetscReal *max_v)
 {
-  const PetscReal V0 = fault->options.value[FAULT_FRICTION_REFERENCE_RATE], eta = fault->balance.eta;
+  const PetscReal eta = fault->balance.eta;
   const int n = (int)fault->mesh.n, shears = fault->loads.shears ? 1 : 0;
   PetscReal results[FAULT_NUM_SUMS + 1];
   SlipDeviceMemory cells, state, ku;
@@ -173,11 +177,10 @@ PetscErrorCode SlipFaultDeviceSums(SlipFault fault, Vec w, Vec force, PetscReal 
   PetscCall(SlipDeviceVecRead(w, &state));
   PetscCall(SlipDeviceVecRead(force, &ku));
   {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n),      SLIP_DEVICE_ARG(V0),    SLIP_DEVICE_ARG(eta),
-                                  SLIP_DEVICE_ARG(shears), SLIP_DEVICE_ARG(cells), SLIP_DEVICE_ARG(state),
-                                  SLIP_DEVICE_ARG(ku)};
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n),     SLIP_DEVICE_ARG(eta),   SLIP_DEVICE_ARG(shears),
+                                  SLIP_DEVICE_ARG(cells), SLIP_DEVICE_ARG(state), SLIP_DEVICE_ARG(ku)};
 
-    PetscCall(SlipDeviceReduce(fault->device.device, KERNEL_FAULT_SUMS, (size_t)n, 7, args, FAULT_NUM_SUMS + 1,
+    PetscCall(SlipDeviceReduce(fault->device.device, KERNEL_FAULT_SUMS, (size_t)n, 6, args, FAULT_NUM_SUMS + 1,
                                FAULT_NUM_SUMS, results));
   }
   PetscCall(PetscArraycpy(sum, results, FAULT_NUM_SUMS));
