@@ -208,21 +208,13 @@ typedef struct {
   double of[4][NODES];
 } Weights;
 
-// The derivatives of entry i, by as many arguments
-#define RATES                                                                                                                         \
-  int m, __global const double *r0, __global const double *r1, __global const double *r2, __global const double *r3, __global const double *r4, \
+// The derivatives, of which those beyond the last one are it again, with weights of 0: there are no branches
+#define RATES                                                                                                                              \
+  __global const double *r0, __global const double *r1, __global const double *r2, __global const double *r3, __global const double *r4,   \
     __global const double *r5, __global const double *r6, __global const double *r7, __global const double *r8, __global const double *r9
-#define TAKE_RATES(i, r)                                                                                                              \
-  double r[NODES] = {r0[i], m > 1 ? r1[i] : 0, m > 2 ? r2[i] : 0, m > 3 ? r3[i] : 0, m > 4 ? r4[i] : 0,                              \
-                     m > 5 ? r5[i] : 0, m > 6 ? r6[i] : 0, m > 7 ? r7[i] : 0, m > 8 ? r8[i] : 0, m > 9 ? r9[i] : 0}
-
-static double weighted(int m, const double w[NODES], const double r[NODES])
-{
-  double sum = 0;
-
-  for (int k = 0; k < m; k++) sum += w[k] * r[k];
-  return sum;
-}
+#define WEIGHTED(w, i)                                                                                                                     \
+  ((w)[0] * r0[i] + (w)[1] * r1[i] + (w)[2] * r2[i] + (w)[3] * r3[i] + (w)[4] * r4[i] + (w)[5] * r5[i] + (w)[6] * r6[i] + (w)[7] * r7[i] + \
+   (w)[8] * r8[i] + (w)[9] * r9[i])
 
 // y = start + the sum of derivatives times weight 0; the sum of y, which is no number where one of them is none
 __kernel void adams(int n, __global const double *start, RATES, Weights weights, __global double *y, __global double *room)
@@ -231,9 +223,7 @@ __kernel void adams(int n, __global const double *start, RATES, Weights weights,
   double mine[1] = {0};
 
   EACH(i, n) {
-    TAKE_RATES(i, r);
-
-    y[i] = start[i] + weighted(m, weights.of[0], r);
+    y[i] = start[i] + WEIGHTED(weights.of[0], i);
     mine[0] += y[i];
   }
   fold(1, 1, mine, all, room);
@@ -248,12 +238,10 @@ __kernel void adams_norms(int n, __global const double *start, RATES, Weights we
   double mine[8] = {0, 0, 0, 0, 0, 0, 0, 0};
 
   EACH(i, n) {
-    TAKE_RATES(i, r);
-
-    y[i] = start[i] + weighted(m, weights.of[0], r);
+    y[i] = start[i] + WEIGHTED(weights.of[0], i);
     mine[0] += y[i];
     for (int k = 0; k < 3; k++) {
-      const double e = weighted(m, weights.of[k + 1], r), tolerance = absolute[i] + relative[i] * fmax(fabs(y[i]), fabs(y[i] + e));
+      const double e = WEIGHTED(weights.of[k + 1], i), tolerance = absolute[i] + relative[i] * fmax(fabs(y[i]), fabs(y[i] + e));
       const double share = tolerance > 0 ? fabs(e) / tolerance : 0;
 
       mine[1 + k] += share * share;

@@ -12,7 +12,6 @@ PetscErrorCode SlipAdamsSumDevice(TS ts, PetscBool star, PetscInt m, const Petsc
                                   PetscInt estimates, Vec y, SlipAdamsSums *sums)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  const int number = (int)m;
   SlipDeviceMemory start, to, absolute, relative, rate[SLIP_ADAMS_NODES];
   SlipDeviceArg args[DEVICE_MAX_ARGS];
   PetscReal results[RESULTS] = {0};
@@ -28,7 +27,7 @@ PetscErrorCode SlipAdamsSumDevice(TS ts, PetscBool star, PetscInt m, const Petsc
   for (PetscInt j = 0; j <= estimates; j++)
     for (PetscInt i = 0; i < m; i++) weights.of[j][i] = weight[j][i];
   for (PetscInt j = 0; j < SLIP_ADAMS_NODES; j++) {
-    const PetscInt i = PetscMin(j, m - 1); /* beyond the last one they do not count */
+    const PetscInt i = PetscMin(j, m - 1); /* beyond the last one it again, with the weight 0 */
 
     PetscCall(SlipDeviceVecRead(star ? (i ? ad->rate[i - 1] : ad->star) : ad->rate[i], &rate[j]));
   }
@@ -36,7 +35,6 @@ PetscErrorCode SlipAdamsSumDevice(TS ts, PetscBool star, PetscInt m, const Petsc
   PetscCall(SlipDeviceVecWrite(y, &to));
   args[k++] = (SlipDeviceArg)SLIP_DEVICE_ARG(entries);
   args[k++] = (SlipDeviceArg)SLIP_DEVICE_ARG(start);
-  args[k++] = (SlipDeviceArg)SLIP_DEVICE_ARG(number);
   for (PetscInt j = 0; j < SLIP_ADAMS_NODES; j++) args[k++] = (SlipDeviceArg)SLIP_DEVICE_ARG(rate[j]);
   args[k++] = (SlipDeviceArg)SLIP_DEVICE_ARG(weights);
   args[k++] = (SlipDeviceArg)SLIP_DEVICE_ARG(to);
