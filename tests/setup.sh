@@ -8,6 +8,7 @@
 # the user's own; SLIPSTEP_SKIP_PACKAGES=1 skips the packages altogether.
 
 SLIPSTEP_PACKAGES=(build-essential cmake ninja-build pkg-config libfftw3-dev libfftw3-mpi-dev
+  ocl-icd-opencl-dev libvkfft-dev # for -fault_device, without which all else is built
   python3 python3-h5py python3-numpy python3-matplotlib)
 SLIPSTEP_PETSC_PACKAGES=(libpetsc-real-dev libopenmpi-dev openmpi-bin libhdf5-openmpi-dev libopenblas0-pthread
   libopenblas-pthread-dev libmetis-dev)
@@ -17,6 +18,7 @@ SLIPSTEP_SYSTEMS="debian 12, debian 13, ubuntu 24.04" # that install by themselv
 # PETSc the tests of Python look for that one's.
 slipstep_test_packages() {
   echo libcmocka-dev
+  echo pocl-opencl-icd # a device of OpenCL on the processor
   printf '%s\n' python3-xarray python3-pandas python3-netcdf4 netcdf-bin python3-nbconvert python3-ipykernel \
     python3-sphinx python3-myst-parser python3-sphinx-rtd-theme
   case $(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") in

@@ -11,7 +11,7 @@ PetscBool SlipDeviceBuiltIn(void)
 
 SlipDeviceTraffic SlipDeviceGetTraffic(void)
 {
-  return (SlipDeviceTraffic){0, 0, 0};
+  return (SlipDeviceTraffic){0};
 }
 
 PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char wanted[], SlipDevice *device)

@@ -65,6 +65,7 @@ PetscBool SlipDeviceBuiltIn(void)
 
 SlipDeviceTraffic SlipDeviceGetTraffic(void)
 {
+  traffic.bytes = opened ? (PetscInt64)opened->bytes : 0;
   return traffic;
 }
 
@@ -297,8 +298,7 @@ PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char want
 PetscErrorCode SlipDeviceText(SlipDevice device, char text[], size_t len)
 {
   PetscFunctionBegin;
-  (void)snprintf(text, len, "%s (%s), %.3g MB of %.3g MB", device->name, device->platform, 1e-6 * (double)device->bytes,
-                 1e-6 * (double)device->most);
+  (void)snprintf(text, len, "%s (%s) with %.4g MB", device->name, device->platform, 1e-6 * (double)device->most);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

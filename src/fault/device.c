@@ -34,11 +34,9 @@ PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault)
                           name[0] ? prefix : "", name[0] ? "fault_device_name " : "", name));
   PetscCall(SlipDeviceOpen(fault->comm, asked, name, &d->device));
   PetscCall(SlipDeviceRegisterVec());
-  PetscCall(SlipDeviceReserve(
-    d->device,
-    (size_t)(SlipToeplitzDeviceBytes(fault->mesh.dims[1], fault->mesh.dims[0]) +
-             (PetscReal)sizeof(PetscReal) * n * (STATE_VECTORS * fault->layout.block + SLIP_VECTORS + NUM_KEPT)),
-    "the stiffness and the vectors of the fault"));
+  d->bytes = SlipToeplitzDeviceBytes(fault->mesh.dims[1], fault->mesh.dims[0]) +
+             (PetscReal)sizeof(PetscReal) * n * (STATE_VECTORS * fault->layout.block + SLIP_VECTORS + NUM_KEPT);
+  PetscCall(SlipDeviceReserve(d->device, (size_t)d->bytes, "the stiffness and the vectors of the fault"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -264,11 +264,11 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_DEVICE] = {"device", "none", "|none|opencl|",
                     "Where steps are computed: none, by the processor; opencl, on a graphics card or another device of "
                     "OpenCL, of rate-and-state friction on a uniform grid, on one process",
-                    RUN},
+                    STEPS},
   [FAULT_DEVICE_NAME] = {"device_name", "", NULL,
                          "Which device of -fault_device: a part of its name or that of its platform, or its number in "
                          "the order of clinfo -l (default: the first graphics card, else the first device)",
-                         RUN},
+                         STEPS},
 };
 
 #define AT(member) offsetof(struct _p_SlipFault, member)

@@ -20,7 +20,8 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
     char text[512];
 
     PetscCall(SlipDeviceText(fault->device.device, text, sizeof(text)));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "device: %s\n", text));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "device: %s, of which the fault and its integrator take up to %.3g MB\n",
+                                     text, 1e-6 * (double)fault->device.bytes));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,13 +1,16 @@
 /* Vectors on a device of OpenCL against those of the processor, and the product with the stiffness of a grid there. Where
    there is no device, or the library is built without OpenCL, the test says so and ends. */
+#define _POSIX_C_SOURCE 200809L /* sigaction(), pthread_sigmask() */
 #include "unit.h"
 #include <slipcells.h>
 #include <slipmat.h>
 #include <slipstep/private/slipdevice.h>
 #include <math.h>
+#include <signal.h>
 
 enum { N = 1500, BLOCK = 3, MANY = 6 };
 static SlipDevice device;
+static struct sigaction before[32]; /* before the device was opened */
 #define NEEDS_DEVICE                                                                                                   \
   (void)state;                                                                                                         \
   if (!device) skip()
@@ -297,10 +300,35 @@ static void another(void **state)
         "-test_device 7: a process computes on one device");
 }
 
+/* Drivers bring compilers that take signals over */
+static void Handlers(struct sigaction handler[])
+{
+  for (int k = 1; k < 32; k++) (void)sigaction(k, NULL, &handler[k]);
+}
+
+static void signals(void **state)
+{
+  const int tests[] = {SIGSEGV, SIGILL, SIGFPE, SIGBUS, SIGABRT}; /* that cmocka takes over itself */
+  struct sigaction now[32];
+  sigset_t blocked;
+
+  NEEDS_DEVICE;
+  Handlers(now);
+  (void)pthread_sigmask(SIG_SETMASK, NULL, &blocked);
+  for (int k = 1; k < 32; k++) {
+    PetscBool other = PETSC_FALSE;
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(tests); i++) other |= tests[i] == k;
+    if (!other && now[k].sa_handler != before[k].sa_handler) fail_msg("signal %d has another handler", k);
+    assert_int_equal(0, sigismember(&blocked, k));
+  }
+}
+
 static int setup(void **state)
 {
   (void)state;
   ok(SlipDeviceRegisterVec());
+  Handlers(before);
   if (SlipDeviceOpen(PETSC_COMM_SELF, "-test_device_name nothing", "nothing", &device) && SlipDeviceBuiltIn() &&
       !strstr(message, "there is no device") &&
       !strstr(message, "-test_device_name nothing: there is no such device of OpenCL; expected one of 0 "))
@@ -313,4 +341,4 @@ static int setup(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(setup, NULL, vectors, numbers, traffic, strides, stiffness, memory, another)
+SLIP_TESTS_WITH(setup, NULL, vectors, numbers, traffic, strides, stiffness, memory, another, signals)

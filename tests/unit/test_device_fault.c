@@ -23,8 +23,8 @@ typedef struct {
   TS ts;
   Vec w;
   PetscInt steps, rejected;
-  SlipDeviceTraffic last;      /* at the end of the step before */
-  PetscInt64 vectors, numbers; /* most of a step */
+  SlipDeviceTraffic last;             /* at the end of the step before */
+  PetscInt64 vectors, numbers, bytes; /* most of a step */
 } Run;
 
 static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
@@ -38,6 +38,7 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
     run->vectors = PetscMax(run->vectors, now.puts + now.fetches - run->last.puts - run->last.fetches);
     run->numbers = PetscMax(run->numbers, now.numbers - run->last.numbers);
   }
+  run->bytes = PetscMax(run->bytes, now.bytes);
   run->last = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -167,6 +168,11 @@ static void runs(void **state)
     assert_int_equal(host.rejected, there.rejected);
     AssertSame(host.w, there.w, 1e-6); /* rounding, which events enlarge */
     AssertSame(there.w, again.w, 0);
+    { /* what was said of memory at set-up holds, and not by much, beside the run before */
+      const PetscReal bytes = (PetscReal)(again.bytes - there.last.bytes);
+
+      assert_true(bytes <= again.fault->device.bytes && bytes > again.fault->device.bytes / 2);
+    }
     if (k == 0) {
       assert_int_equal(there.vectors, 0);
       assert_true(there.numbers <= 64);

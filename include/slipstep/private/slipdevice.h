@@ -17,7 +17,7 @@ typedef struct _cl_mem *SlipDeviceMemory; /* what OpenCL calls cl_mem */
 PETSC_EXTERN PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char name[], SlipDevice *device);
 PETSC_EXTERN PetscBool SlipDeviceBuiltIn(void);                /* was the library built with OpenCL? */
 PETSC_INTERN PetscErrorCode SlipDeviceGet(SlipDevice *device); /* that is open; NULL: none is */
-/* Its name and memory, "NAME (PLATFORM), 0.12 GB of 16 GB", for views */
+/* Its name and memory, "NAME (PLATFORM) with 1.73e+04 MB", for views */
 PETSC_INTERN PetscErrorCode SlipDeviceText(SlipDevice device, char text[], size_t len);
 
 /* Numbers [bytes] in its memory, checked before they are asked for; what: of them, for the message. Freed by
@@ -31,9 +31,10 @@ PETSC_EXTERN PetscErrorCode SlipDevicePut(SlipDevice device, size_t n, const Pet
 PETSC_EXTERN PetscErrorCode SlipDeviceFetch(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[]);
 PETSC_INTERN PetscErrorCode SlipDeviceCopy(SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to);
 
-/* What went between the processor and the device since the start: whole vectors and other arrays, and single numbers */
+/* What went between the processor and the device since the start: whole vectors and other arrays, and single numbers; and
+   memory in use there [bytes], beside what VkFFT has */
 typedef struct {
-  PetscInt64 puts, fetches, numbers;
+  PetscInt64 puts, fetches, numbers, bytes;
 } SlipDeviceTraffic;
 PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
 

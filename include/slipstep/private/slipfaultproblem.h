@@ -35,6 +35,7 @@ typedef struct {
 /* device.c: where a step is computed, -fault_device */
 typedef struct {
   struct _n_SlipDevice *device; /* NULL: by the processor */
+  PetscReal bytes;              /* that the fault and its integrator take there at most */
   struct _cl_mem *cells;        /* what its kernels know of the cells; NULL: nothing has asked */
 } SlipFaultDevice;
 
