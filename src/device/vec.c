@@ -1,6 +1,6 @@
 /* VECSLIPOPENCL: a vector on the device, with a mirror on the processor. It is a VECSEQ whose array is the mirror and
-   whose operations are done where the numbers are: those that integrators and controllers need on the device, the others
-   by VECSEQ's own, whose arrays come by VecGetArray() and the like from here. */
+   whose operations are done where the numbers are: those that integrators and controllers need on the device, the
+   others by VECSEQ's own, whose arrays come by VecGetArray() and the like from here. */
 #include <petsc/private/vecimpl.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>

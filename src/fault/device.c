@@ -1,6 +1,6 @@
 /* A fault of rate and state on a device of OpenCL, -fault_device: its vectors are there (VECSLIPOPENCL), K u is formed
-   there, and so is all that a step needs of the cells: slip rates in balance, bounds, relaxation, sums. The processor gets
-   a few numbers. What is not done there works all the same, on the mirrors of vectors, which then are fetched. */
+   there, and so is all that a step needs of the cells: slip rates in balance, bounds, relaxation, sums. The processor
+   gets a few numbers. What is not done there works all the same, on the mirrors of vectors, which then are fetched. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatgrid.h>

@@ -268,7 +268,7 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_DEVICE_NAME] = {"device_name", "", NULL,
                          "Which device of -fault_device: a part of its name or that of its platform, or its number in "
                          "the order of clinfo -l (default: the first graphics card, else the first device)",
-                         STEPS},
+                         RUN},
 };
 
 #define AT(member) offsetof(struct _p_SlipFault, member)

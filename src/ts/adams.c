@@ -159,8 +159,8 @@ static PetscBool MayRaise(const TS_Adams *ad)
   return ad->order < ad->max_order && ad->n > ad->order && ad->since >= ad->order ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The norms of so many estimates from this rank's sums, of entries that have a tolerance: those of ad->inverse, or sums'
-   own. good: all are numbers; norms of no use are FAR_TOO_LONG. Collective. */
+/* The norms of so many estimates from this rank's sums, of entries that have a tolerance: those of ad->inverse, or
+   sums' own. good: all are numbers; norms of no use are FAR_TOO_LONG. Collective. */
 static PetscErrorCode TakeNorms(TS ts, const SlipAdamsSums *sums, PetscBool inverse, PetscInt estimates, NormType type,
                                 PetscBool *good)
 {

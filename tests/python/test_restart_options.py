@@ -36,6 +36,7 @@ RUNS = {
     "hmat": (EVENT + " -fault_operator hmat", 12),
     "rate": (EVENT + " -fault_friction_law rate_weakening", 12),
     "smooth": (SMOOTH, 12),
+    "transforms": (SMOOTH + " -fault_operator fft", 12),
     "loaded": (EVENT + " -fault_loading_rate 0.1 -fault_initial traction -fault_initial_traction 1e6 -fault_healing_time 100", 12),
     "injection": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_injection 1500,1500 -fault_injection_pressure 2e7 "
                   "-fault_injection_diffusivity 1e3 -ts_max_time 500", 5),
@@ -108,7 +109,7 @@ TABLE = {
     "fault_waves_tolerance": ("waves", "1e-5"),
     "fault_waves_padding": ("waves", "3"),
     # how it is computed
-    "fault_device": ("smooth", "opencl"),
+    "fault_device": ("transforms", "opencl"),
     "fault_device_name": ("smooth", "0"),
     "fault_krylov_tolerance": ("lanczos", "1e-6"),
     "fault_rate_tolerance": ("event", "1e-9"),

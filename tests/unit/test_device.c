@@ -1,5 +1,5 @@
-/* Vectors on a device of OpenCL against those of the processor, and the product with the stiffness of a grid there. Where
-   there is no device, or the library is built without OpenCL, the test says so and ends. */
+/* Vectors on a device of OpenCL against those of the processor, and the product with the stiffness of a grid there.
+   Where there is no device, or the library is built without OpenCL, the test says so and ends. */
 #define _POSIX_C_SOURCE 200809L /* sigaction(), pthread_sigmask() */
 #include "unit.h"
 #include <slipcells.h>

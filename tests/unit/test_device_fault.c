@@ -1,5 +1,6 @@
-/* A fault of rate and state whose steps are computed on a device of OpenCL, against the same by the processor: slip rates,
-   runs, what goes between the two, bits, restarts, and what is refused. Where there is no device the test says so. */
+/* A fault of rate and state whose steps are computed on a device of OpenCL, against the same by the processor: slip
+   rates, runs, what goes between the two, bits, restarts, and what is refused. Where there is no device the test says
+   so. */
 #include "unit.h"
 #include "tempdir.h"
 #include <slipstep/private/slipdevice.h>
@@ -106,7 +107,8 @@ static void AssertSame(Vec x, Vec y, PetscReal allowed)
   ok(VecRestoreArrayRead(x, &a));
 }
 
-/* Of states that runs have and of others: cells whose stress friction hardly opposes, or reverses, and states of all decades */
+/* Of states that runs have and of others: cells whose stress friction hardly opposes, or reverses, and states of all
+   decades */
 static void Rates(const char options[])
 {
   Vec host, f, there;
@@ -149,7 +151,8 @@ static void rates(void **state)
   Rates("-fault_device opencl -fault_state_law slip -fault_kernel full_space");
 }
 
-/* 380 years with two events by either integrator: the same steps, and by the default nothing but numbers between the two */
+/* 380 years with two events by either integrator: the same steps, and by the default nothing but numbers between the
+   two */
 static void runs(void **state)
 {
   const char *const integrators[] = {"", "-ts_type rk -ts_adapt_type basic "};

@@ -1,7 +1,7 @@
 /* A graphics card, or another device of OpenCL: finding it, its memory, its kernels, vectors and transforms on it. One
-   device a process, with one context and one queue that is worked off in order, so that results do not depend on chance:
-   sums have a fixed tree. Where the library was built without OpenCL, SlipDeviceOpen() says what is missing, and nothing
-   else is ever called. */
+   device a process, with one context and one queue that is worked off in order, so that results do not depend on
+   chance: sums have a fixed tree. Where the library was built without OpenCL, SlipDeviceOpen() says what is missing,
+   and nothing else is ever called. */
 #pragma once
 #include <petscvec.h>
 
@@ -11,9 +11,9 @@ typedef struct _cl_mem *SlipDeviceMemory; /* what OpenCL calls cl_mem */
 /* ---- device.c: one a process ---- */
 
 /* The device whose name, or that of its platform, has these letters, or of this number in the order of clinfo -l; "":
-   a card of the first platform that has one, else the first device. asked: the option and its value, for messages. Later
-   calls give the same device, and refuse the name of another one. Handlers of signals, and which of them are blocked in
-   the process's own threads, stay as they are. */
+   a card of the first platform that has one, else the first device. asked: the option and its value, for messages.
+   Later calls give the same device, and refuse the name of another one. Handlers of signals, and which of them are
+   blocked in the process's own threads, stay as they are. */
 PETSC_EXTERN PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char name[], SlipDevice *device);
 PETSC_EXTERN PetscBool SlipDeviceBuiltIn(void);                /* was the library built with OpenCL? */
 PETSC_INTERN PetscErrorCode SlipDeviceGet(SlipDevice *device); /* that is open; NULL: none is */
@@ -31,8 +31,8 @@ PETSC_EXTERN PetscErrorCode SlipDevicePut(SlipDevice device, size_t n, const Pet
 PETSC_EXTERN PetscErrorCode SlipDeviceFetch(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[]);
 PETSC_INTERN PetscErrorCode SlipDeviceCopy(SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to);
 
-/* What went between the processor and the device since the start: whole vectors and other arrays, and single numbers; and
-   memory in use there [bytes], beside what VkFFT has */
+/* What went between the processor and the device since the start: whole vectors and other arrays, and single numbers;
+   and memory in use there [bytes], beside what VkFFT has */
 typedef struct {
   PetscInt64 puts, fetches, numbers, bytes;
 } SlipDeviceTraffic;
@@ -77,8 +77,8 @@ typedef struct {
 /* For columns x rows items; more are started, which do nothing */
 PETSC_INTERN PetscErrorCode SlipDeviceRun(SlipDevice device, SlipDeviceKernel kernel, size_t columns, size_t rows,
                                           PetscInt nargs, const SlipDeviceArg args[]);
-/* Of a kernel that ends with fold(): results [nresults] of n items, the first `sums` of which are sums, the others largest
-   values. The kernel's own arguments come first. */
+/* Of a kernel that ends with fold(): results [nresults] of n items, the first `sums` of which are sums, the others
+   largest values. The kernel's own arguments come first. */
 PETSC_INTERN PetscErrorCode SlipDeviceReduce(SlipDevice device, SlipDeviceKernel kernel, size_t n, PetscInt nargs,
                                              const SlipDeviceArg args[], PetscInt nresults, PetscInt sums,
                                              PetscReal results[]);

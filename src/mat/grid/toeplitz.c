@@ -81,8 +81,8 @@ static size_t ComplexAt(SlipToeplitz p, PetscInt k, PetscInt i)
   return 2 * SymbolAt(p, k, i) - k % SLIP_LANES;
 }
 
-/* Of local wavenumber k along strike and i <= depth_period / 2 in depth: a real number of part 0, toeplitz, a complex one
-   of part 1, hankel, and of part 2, product */
+/* Of local wavenumber k along strike and i <= depth_period / 2 in depth: a real number of part 0, toeplitz, a complex
+   one of part 1, hankel, and of part 2, product */
 void SlipToeplitzSymbolOf(SlipToeplitz p, const SlipToeplitzSymbol *s, PetscInt part, PetscInt k, PetscInt i,
                           PetscReal number[])
 {

@@ -68,8 +68,8 @@ PetscErrorCode SlipToeplitzDeviceDestroy(SlipToeplitzDevice *device)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What it will take [bytes], beside what VkFFT asks for by itself where a transform does not fit into fast memory, which
-   is as much as the fields */
+/* What it will take [bytes], beside what VkFFT asks for by itself where a transform does not fit into fast memory,
+   which is as much as the fields */
 PetscReal SlipToeplitzDeviceBytes(PetscInt nx, PetscInt nz)
 {
   const PetscReal columns = (PetscReal)(SlipGoodLength(2 * nx - 1) / 2 + 1),
