@@ -228,6 +228,7 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultObserversDestroy(fault));
   fault->balance.sides = 0;
   SlipProductsRun();
+  run->traffic = SlipDeviceGetTraffic();
   SlipProductsGetOf(SLIP_PRODUCTS_RUN, &run->before[SLIP_PRODUCTS_RUN]);
   SlipProductsGetOf(SLIP_PRODUCTS_LOOK, &run->before[SLIP_PRODUCTS_LOOK]);
   PetscCall(SlipFaultClockStart(fault, ts));
@@ -271,6 +272,23 @@ static PetscErrorCode ProductsResult(const SlipFaultRun *run, SlipOutput file)
     PetscCall(SlipOutputAddResult(file, "cost", logged ? "cost by products" : NULL, "s", ran->cost));
     PetscCall(SlipOutputAddResult(file, "processor_time", logged ? "processor time" : NULL, "s", ran->time));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What went between the processor and the device since the run began */
+static PetscErrorCode TrafficResult(SlipFault fault, SlipOutput file)
+{
+  const SlipDeviceTraffic now = SlipDeviceGetTraffic(), *before = &fault->run->traffic;
+  const struct {
+    const char *name, *label;
+    PetscInt64 n;
+  } row[] = {{"device_puts", "arrays to the device", now.puts - before->puts},
+             {"device_fetches", "arrays from the device", now.fetches - before->fetches},
+             {"device_numbers", "numbers from the device", now.numbers - before->numbers}};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row) && fault->device.device; i++)
+    PetscCall(SlipOutputAddResult(file, row[i].name, row[i].label, NULL, (PetscReal)row[i].n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -329,6 +347,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   if (fault->problem.any_integrator)
     PetscCall(SlipOutputAddResult(file, "right_hand_sides", "right-hand sides", NULL, fault->balance.sides));
   PetscCall(ProductsResult(run, file));
+  PetscCall(TrafficResult(fault, file));
   PetscCall(SlipElasticGetFoundFrequency(fault->medium, &omega));
   if (omega > 0) PetscCall(SlipOutputAddResult(file, "largest_frequency", "largest frequency", "rad/s", omega));
   PetscCall(SlipOutputAddResult(file, "mean_slip", "final mean slip", "m", obs.mean_slip));

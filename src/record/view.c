@@ -1,6 +1,5 @@
 /* -fault_view: the parameters of a fault, and what its operators are and take. */
 #include <slipstep/private/sliprecord.h>
-#include <slipstep/private/slipdevice.h>
 #include <stdio.h>
 
 static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)

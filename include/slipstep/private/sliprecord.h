@@ -1,5 +1,6 @@
 /* A run of a fault and those who observe it: what they share, how far it is, and what its errors are. */
 #pragma once
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfault.h>
 #include <slipcore.h>
 #include <slipoutput.h>
@@ -98,6 +99,7 @@ typedef struct _n_SlipFaultRun {
   PetscReal entry_time;         /* of the newest [s] */
   SlipFaultCatalogue catalogue; /* borrowed, for SlipFaultGetEvents(); NULL: none */
   SlipProducts before[SLIP_PRODUCTS_USERS]; /* of this process: before the run, and before the set-up */
+  SlipDeviceTraffic traffic;                /* of this process, before the run */
   PetscInt events;                          /* of the run so far, as the catalogue counts them; -1: nobody does */
   SlipFaultRunError error;
   SlipFaultProgress progress;
