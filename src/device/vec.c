@@ -476,11 +476,27 @@ static PetscErrorCode VecDuplicate_SlipOpenCL(Vec x, Vec *y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode VecDuplicateVecs_SlipOpenCL(Vec x, PetscInt m, Vec *y[])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(m, y));
+  for (PetscInt k = 0; k < m; k++) PetscCall(VecDuplicate(x, *y + k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode VecDestroyVecs_SlipOpenCL(PetscInt m, Vec x[])
+{
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < m; k++) PetscCall(VecDestroy(&x[k]));
+  PetscCall(PetscFree(x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static void FillOps(struct _VecOps *ops)
 {
   ops->duplicate = VecDuplicate_SlipOpenCL;
-  ops->duplicatevecs = VecDuplicateVecs_Default;
-  ops->destroyvecs = VecDestroyVecs_Default;
+  ops->duplicatevecs = VecDuplicateVecs_SlipOpenCL;
+  ops->destroyvecs = VecDestroyVecs_SlipOpenCL;
   ops->getarray = VecGetArray_SlipOpenCL;
   ops->getarrayread = VecGetArrayRead_SlipOpenCL;
   ops->getarraywrite = VecGetArrayWrite_SlipOpenCL;
