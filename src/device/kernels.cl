@@ -494,3 +494,22 @@ __kernel void fault_sums(int n, double eta, int shears, __global const double *c
   }
   fold(NUM_SUMS + 1, NUM_SUMS, mine, all, room);
 }
+
+// Of a state: what radiation damping takes of the slip rate relative to the far field, what the far field puts into that, and what friction takes
+__kernel void fault_powers(int n, double eta, __global const double *cells, __global const double *state, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[3] = {0, 0, 0};
+
+  EACH(i, n) {
+    const double v = state[3 * i], speed = fabs(v), vinf = OF(LOADING), relative = v - vinf;
+    const bool slides = (OF(SCALE) > 0) & (speed > 0);
+    double direct;
+    const double q = strength(state[3 * i + 2], slides ? speed : 1, OF(OFFSET), OF(SLOPE), slides ? OF(SCALE) : 1, eta, &direct);
+
+    mine[0] += relative * eta * relative;
+    mine[1] += vinf * eta * relative;
+    mine[2] += slides ? speed * q : 0;
+  }
+  fold(3, 3, mine, all, room);
+}

@@ -185,3 +185,22 @@ PetscErrorCode SlipFaultDeviceSums(SlipFault fault, Vec w, Vec force, PetscReal 
   *max_v = results[FAULT_NUM_SUMS];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* SlipFaultGetPowers(), of friction that is that of the state */
+PetscErrorCode SlipFaultDevicePowers(SlipFault fault, Vec w, PetscReal power[3])
+{
+  const PetscReal eta = fault->balance.eta;
+  const int n = (int)fault->mesh.n;
+  SlipDeviceMemory cells, state;
+
+  PetscFunctionBegin;
+  PetscCall(Cells(fault, &cells));
+  PetscCall(SlipDeviceVecRead(w, &state));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(eta), SLIP_DEVICE_ARG(cells),
+                                  SLIP_DEVICE_ARG(state)};
+
+    PetscCall(SlipDeviceReduce(fault->device.device, KERNEL_FAULT_POWERS, (size_t)n, 4, args, 3, 3, power));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -393,6 +393,11 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
+  if (SlipFaultOnDevice(fault, w)) { /* all cells slide there, so that r is -q(w) sign(v) */
+    PetscCall(SlipFaultDevicePowers(fault, w, power));
+    if (friction) friction[0] = power[2];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipFaultGetWork(fault, &rel));
   PetscCall(SlipFaultGetWork(fault, &hv));
   PetscCall(SlipFaultGetRate(fault, w, rel));

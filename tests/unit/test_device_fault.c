@@ -32,10 +32,14 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
 {
   Run *run = (Run *)ctx;
   const SlipDeviceTraffic now = SlipDeviceGetTraffic();
+  PetscReal end;
 
   PetscFunctionBegin;
-  (void)ts, (void)t, (void)w;
-  if (step > 2) { /* in the first two tolerances are put there, and the largest eigenvalue is found */
+  (void)w;
+  PetscCall(TSGetMaxTime(ts, &end));
+  if (step > 2 &&
+      t <
+        end) { /* in the first two tolerances are put there, and the largest eigenvalue is found; the end is written */
     run->vectors = PetscMax(run->vectors, now.puts + now.fetches - run->last.puts - run->last.fetches);
     run->numbers = PetscMax(run->numbers, now.numbers - run->last.numbers);
   }
@@ -151,14 +155,44 @@ static void rates(void **state)
   Rates("-fault_device opencl -fault_state_law slip -fault_kernel full_space");
 }
 
+/* Sums over the cells of the state of a run and what goes in and out, and its fastest relaxation, against the processor's */
+static void Sums(Run *run)
+{
+  const SlipFaultSums *sums;
+  PetscReal sum[FAULT_NUM_SUMS], speed, power[2][3], relaxation[2];
+  Vec host;
+
+  ok(VecCreateSeq(PETSC_COMM_SELF, 3 * N, &host));
+  ok(VecSetBlockSize(host, 3));
+  ok(VecCopy(run->w, host));
+  ok(SlipFaultGetSums(run->fault, 0, run->w, &sums));
+  ok(PetscArraycpy(sum, sums->sum, FAULT_NUM_SUMS));
+  speed = sums->max_v;
+  ok(SlipFaultGetSums(run->fault, 0, host, &sums));
+  /* terms of either sign, a thousand times the sum where they cancel */
+  for (int k = 0; k < FAULT_NUM_SUMS; k++) AssertNear(sum[k], sums->sum[k], 1e-11 * (fabs(sum[k]) + 1e-9));
+  AssertNear(speed, sums->max_v, 0);
+  ok(SlipFaultGetPowers(run->fault, 0, run->w, NULL, power[0], NULL));
+  ok(SlipFaultGetPowers(run->fault, 0, host, NULL, power[1], NULL));
+  for (int k = 0; k < 3; k++) AssertNear(power[0][k], power[1][k], 1e-12 * fabs(power[1][k]));
+  ok(SlipFaultRelaxation(run->ts, run->w, &relaxation[0], run->fault));
+  ok(SlipFaultRelaxation(run->ts, host, &relaxation[1], run->fault));
+  AssertNear(relaxation[0], relaxation[1], 1e-12 * relaxation[1]);
+  ok(VecDestroy(&host));
+}
+
 /* 380 years with two events by either integrator: the same steps, and by the default nothing but numbers between the
    two */
 static void runs(void **state)
 {
-  const char *const integrators[] = {"", "-ts_type rk -ts_adapt_type basic "};
+  const char *const integrators[] = {"-fault_output run.h5 -fault_output_overwrite -fault_output_time_interval 1e12 ",
+                                     "-ts_type rk -ts_adapt_type basic "};
+  char dir[TEMPDIR_LENGTH];
   Run host, there, again;
 
   NEEDS_DEVICE;
+  assert_int_equal(0, TempDirMake("device", dir));
+  assert_int_equal(0, chdir(dir));
   for (int k = 0; k < 2; k++) {
     char options[256];
 
@@ -176,6 +210,7 @@ static void runs(void **state)
 
       assert_true(bytes <= again.fault->device.bytes && bytes > again.fault->device.bytes / 2);
     }
+    Sums(&there);
     if (k == 0) {
       assert_int_equal(there.vectors, 0);
       assert_true(there.numbers <= 64);
@@ -185,6 +220,24 @@ static void runs(void **state)
     End(&there);
     End(&again);
   }
+  assert_int_equal(0, chdir(".."));
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+/* What -fault_view says of the device */
+static void Said(void)
+{
+  char text[65536];
+  Run run;
+  FILE *file;
+
+  ok(Begin("-fault_device opencl -fault_view :view.txt", &run));
+  End(&run);
+  file = fopen("view.txt", "r");
+  assert_non_null(file);
+  text[fread(text, 1, sizeof(text) - 1, file)] = '\0';
+  fclose(file);
+  assert_non_null(strstr(text, ", of which the fault and its integrator take up to 0.104 MB\n"));
 }
 
 /* A run that goes on from a checkpoint, to the bit */
@@ -197,6 +250,7 @@ static void restarts(void **state)
   NEEDS_DEVICE;
   assert_int_equal(0, TempDirMake("device", dir));
   assert_int_equal(0, chdir(dir));
+  Said();
   for (int k = 0; k < 2; k++) {
     ok(PetscSNPrintf(options, sizeof(options), "%s -fault_device opencl -ts_max_steps 90", integrators[k]));
     ok(Solve(options, &whole));
