@@ -513,3 +513,15 @@ __kernel void fault_powers(int n, double eta, __global const double *cells, __gl
   }
   fold(3, 3, mine, all, room);
 }
+
+// The largest slip since displacements were u, a time dt ago
+__kernel void fault_slip(int n, double dt, __global const double *cells, __global const double *state, __global const double *u, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[1] = {0};
+
+  EACH(i, n) {
+    mine[0] = larger(mine[0], fabs(state[3 * i + 1] - u[i] + OF(LOADING) * dt));
+  }
+  fold(1, 0, mine, all, room);
+}

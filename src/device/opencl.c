@@ -34,7 +34,7 @@ static const char *const KernelNames[DEVICE_NUM_KERNELS] = {
   "set",          "combine",     "multiply",     "divide",           "gather",        "scatter",          "dot_product",
   "norms",        "largest",     "differ",       "grid_pad",         "grid_symbol",   "grid_take",        "adams",
   "adams_norms",  "fault_rates", "fault_others", "fault_derivative", "fault_outside", "fault_relaxation", "fault_sums",
-  "fault_powers", "fold_groups"};
+  "fault_powers", "fault_slip",  "fold_groups"};
 
 /* What went wrong, for those errors that a user meets */
 static const char *Meaning(cl_int error)

@@ -204,3 +204,22 @@ PetscErrorCode SlipFaultDevicePowers(SlipFault fault, Vec w, PetscReal power[3])
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* The largest slip since displacements were u, a time dt ago */
+PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, Vec w, Vec u, PetscReal *largest)
+{
+  const int n = (int)fault->mesh.n;
+  SlipDeviceMemory cells, state, then;
+
+  PetscFunctionBegin;
+  PetscCall(Cells(fault, &cells));
+  PetscCall(SlipDeviceVecRead(w, &state));
+  PetscCall(SlipDeviceVecRead(u, &then));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(dt), SLIP_DEVICE_ARG(cells),
+                                  SLIP_DEVICE_ARG(state), SLIP_DEVICE_ARG(then)};
+
+    PetscCall(SlipDeviceReduce(fault->device.device, KERNEL_FAULT_SLIP, (size_t)n, 5, args, 1, 0, largest));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

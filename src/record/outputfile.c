@@ -101,7 +101,8 @@ static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, Pe
 
   PetscFunctionBegin;
   (void)ts;
-  if (!r && fault->friction.law->always_slides) PetscCall(SlipFaultStepTraction(fault, t, w, &r));
+  if (!r && fault->friction.law->always_slides && !SlipFaultOnDevice(fault, w))
+    PetscCall(SlipFaultStepTraction(fault, t, w, &r));
   PetscCall(SlipFaultGetObservables(fault, t, w, r, &o));
   {
     const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,

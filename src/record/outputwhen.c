@@ -108,6 +108,10 @@ static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w,
 
   PetscFunctionBegin;
   *largest = 0;
+  if (SlipFaultOnDevice(fault, w) && SlipDeviceVecIs(out->when.entry_u)) {
+    PetscCall(SlipFaultDeviceSlip(fault, dt, w, out->when.entry_u, largest));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscReal slip[3] = {0, 0, 0};

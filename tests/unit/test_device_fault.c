@@ -185,7 +185,7 @@ static void Sums(Run *run)
    two */
 static void runs(void **state)
 {
-  const char *const integrators[] = {"-fault_output run.h5 -fault_output_overwrite -fault_output_time_interval 1e12 ",
+  const char *const integrators[] = {"-fault_output run.h5 -fault_output_overwrite -fault_output_slip_interval 100 ",
                                      "-ts_type rk -ts_adapt_type basic "};
   char dir[TEMPDIR_LENGTH];
   Run host, there, again;

@@ -132,6 +132,7 @@ PETSC_INTERN PetscErrorCode SlipFaultDeviceOutside(SlipFault fault, Vec w, Petsc
 PETSC_INTERN PetscErrorCode SlipFaultDeviceCompliance(SlipFault fault, Vec w, PetscReal *most);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSums(SlipFault fault, Vec w, Vec force, PetscReal sum[], PetscReal *max_v);
 PETSC_INTERN PetscErrorCode SlipFaultDevicePowers(SlipFault fault, Vec w, PetscReal power[3]);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, Vec w, Vec u, PetscReal *largest);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *fault);
