@@ -262,13 +262,9 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
                        "File that stops the run after its step when it appears, with a checkpoint and exit code 138",
                        RUN},
   [FAULT_DEVICE] = {"device", "none", "|none|opencl|",
-                    "Where steps are computed: none, by the processor; opencl, on a graphics card or another device of "
-                    "OpenCL, of rate-and-state friction on a uniform grid, on one process",
-                    STEPS},
+                    "Compute steps on a graphics card by OpenCL, of rate and state on a uniform grid", STEPS},
   [FAULT_DEVICE_NAME] = {"device_name", "", NULL,
-                         "Which device of -fault_device: a part of its name or that of its platform, or its number in "
-                         "the order of clinfo -l (default: the first graphics card, else the first device)",
-                         RUN},
+                         "Part of the name of the device or of its platform, or its number in clinfo -l", RUN},
 };
 
 #define AT(member) offsetof(struct _p_SlipFault, member)

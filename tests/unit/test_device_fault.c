@@ -155,7 +155,7 @@ static void rates(void **state)
   Rates("-fault_device opencl -fault_state_law slip -fault_kernel full_space");
 }
 
-/* Sums over the cells of the state of a run and what goes in and out, and its fastest relaxation, against the processor's */
+/* Sums over the cells of a run's state, its powers and its fastest relaxation, against the processor's */
 static void Sums(Run *run)
 {
   const SlipFaultSums *sums;
