@@ -12,10 +12,9 @@
    Vectors of slip and of shear stress have 1, 2 or 3 numbers a cell, those of normal stress one; rows of stress count
    by the weights of the stiffness (areas over their mean).
 
-   A medium that remembers keeps two slots of history. Slot 1 is that of the step's start, or of the end of a part of
-   the attempt that is under way, slot 0 the one before. A trial state (u, t) follows from slot 1, or where t is before
-   it, as while states within the last step are asked for, from slot 0: SlipElasticFindPast(). Asking for trial states
-   changes nothing.
+   A medium that remembers keeps two slots of history. Slot 1 is that of the step's start; within a step of several
+   parts that of the start of the last part, and slot 0 that of the step's. A trial state (u, t) follows from slot 1, or
+   where t is before it from slot 0: SlipElasticFindPast(). Asking for trial states changes nothing.
 */
 typedef struct _p_SlipElastic *SlipElastic;
 PETSC_EXTERN PetscClassId SLIP_ELASTIC_CLASSID;
@@ -73,7 +72,7 @@ typedef struct {
                           PetscReal *lost); /* in /series/viscous_power; < 0: received */
   /* Of media that remember. The history of slot to from that of slot from, of the same number or not, by the way to u
      at t; from -1: nothing was before. The slots' times and displacements are those of SlipElasticGetPast(), before the
-     change. */
+     change. Without copy it remembers whole steps alone, and slot 0 is not used. */
   PetscErrorCode (*advance)(SlipElastic, PetscInt from, PetscInt to, PetscReal t, Vec u);
   PetscErrorCode (*copy)(SlipElastic, PetscInt from, PetscInt to);
   /* The history of both slots, for checkpoints, in both directions; of any medium, what else of it a run depends on */

@@ -10,7 +10,7 @@
 
   Input Parameters:
 + el - the medium
-. t  - the time [s], not before the last accepted state but one
+. t  - the time [s], not before the start of the last step
 . u  - displacement relative to the far field [m]; `NULL`: shear is (df/dv) v alone
 - v  - slip rate likewise [m/s]; `NULL`: 0
 

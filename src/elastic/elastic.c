@@ -16,7 +16,7 @@ PetscClassId SLIP_ELASTIC_CLASSID = 0;
 
   Level: advanced
 
-  Errors: PETSC_ERR_ARG_WRONG for a medium that remembers without copy and visit, or that says it rests
+  Errors: PETSC_ERR_ARG_WRONG for a medium that remembers without visit, or that says it rests
 
 .seealso: SlipElasticRegister(), SlipElasticGetData()
 @*/
@@ -24,8 +24,8 @@ PetscErrorCode SlipElasticSetOps(SlipElastic el, const SlipElasticOps *ops, void
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
-  PetscCheck(!ops->advance || (ops->copy && ops->visit && !ops->rests), PetscObjectComm((PetscObject)el),
-             PETSC_ERR_ARG_WRONG, "A medium that remembers (advance) needs copy and visit too, and does not rest");
+  PetscCheck(!ops->advance || (ops->visit && !ops->rests), PetscObjectComm((PetscObject)el), PETSC_ERR_ARG_WRONG,
+             "A medium that remembers (advance) needs visit too, and does not rest");
   el->ops[0] = *ops;
   el->data = data;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -146,14 +146,8 @@ PetscErrorCode SlipElasticAccept(SlipElastic el, PetscReal t, Vec u, PetscBool f
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
   if (!el->ops->advance) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SetUpSlots(el));
-  if (first || !el->known) {
-    PetscCall(AdvanceSlot(el, -1, 1, t, u));
-    PetscCall(CopySlot(el, 1, 0));
-    el->known = PETSC_TRUE;
-  } else {
-    if (t >= el->past[1].t) PetscCall(CopySlot(el, 1, 0));
-    PetscCall(AdvanceSlot(el, 0, 1, t, u));
-  }
+  PetscCall(AdvanceSlot(el, first || !el->known ? -1 : 1, 1, t, u));
+  el->known = PETSC_TRUE;
   el->trial = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -170,6 +164,8 @@ PetscErrorCode SlipElasticAccept(SlipElastic el, PetscReal t, Vec u, PetscBool f
 
   Level: developer
 
+  Errors: PETSC_ERR_SUP for a medium that remembers whole steps alone, without copy
+
 .seealso: SlipElasticAccept(), SlipElasticRollBack()
 @*/
 PetscErrorCode SlipElasticAdvance(SlipElastic el, PetscReal t, Vec u)
@@ -177,6 +173,9 @@ PetscErrorCode SlipElasticAdvance(SlipElastic el, PetscReal t, Vec u)
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
   if (!el->ops->advance) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(el->ops->copy, PetscObjectComm((PetscObject)el), PETSC_ERR_SUP,
+             "the medium %s remembers whole steps alone: expected steps without parts, as of -ts_type lapusta",
+             ((PetscObject)el)->type_name);
   if (!el->trial) PetscCall(CopySlot(el, 1, 0));
   PetscCall(AdvanceSlot(el, 1, 1, t, u));
   el->trial = PETSC_TRUE;
@@ -211,7 +210,7 @@ PetscErrorCode SlipElasticRollBack(SlipElastic el)
 
   Input Parameters:
 + el - the medium
-- t  - the time [s]
+- t  - the time [s], not before the start of the last step
 
   Output Parameter:
 . slot - 0 or 1; -1: there is no history, as before a run
@@ -224,7 +223,7 @@ PetscErrorCode SlipElasticFindPast(SlipElastic el, PetscReal t, PetscInt *slot)
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
-  *slot = !el->known || t < el->past[0].t ? -1 : t >= el->past[1].t ? 1 : 0;
+  *slot = !el->known ? -1 : el->trial && t < el->past[1].t ? 0 : 1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -288,7 +287,7 @@ PetscErrorCode SlipElasticVisit(SlipElastic el, SlipState state)
   if (!el->known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateBool(state, "within_attempt", &el->trial));
   PetscCall(SetUpSlots(el));
-  for (int k = 0; k < 2; k++) {
+  for (int k = el->trial ? 0 : 1; k < 2; k++) {
     PetscCall(SlipStateReal(state, time[k], 1, &el->past[k].t));
     PetscCall(SlipStateVec(state, slip[k], el->past[k].u));
   }

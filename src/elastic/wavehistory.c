@@ -89,32 +89,31 @@ PetscErrorCode SlipWaveHistoryReserve(SlipWaveHistory w, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One more step of h after the first `steps`, which follow the one of another slot: old is forgotten of both */
-PetscErrorCode SlipWaveHistoryAdd(SlipWaveHistory w, PetscReal h, PetscReal longest, const PetscReal rate[],
-                                  PetscInt *steps, PetscInt *other)
+/* One more step of h; what is older than the longest memory is forgotten */
+PetscErrorCode SlipWaveHistoryAdd(SlipWaveHistory w, PetscReal h, PetscReal longest, const PetscReal rate[])
 {
-  const PetscReal start = *steps ? w->end[*steps - 1] : 0;
+  const PetscReal start = w->steps ? w->end[w->steps - 1] : 0;
   PetscInt old = 0;
 
   PetscFunctionBegin;
-  while (old + 1 < PetscMin(*steps, *other) && w->end[old] < start - longest) old++;
-  if (old > *steps / 2) {
-    PetscCall(PetscArraymove(w->end, w->end + old, *steps - old));
-    PetscCall(PetscArraymove(w->rate, w->rate + (size_t)old * w->numbers, (size_t)(*steps - old) * w->numbers));
-    *steps -= old;
-    *other -= old;
+  while (old + 1 < w->steps && w->end[old] < start - longest) old++;
+  if (old > w->steps / 2) {
+    PetscCall(PetscArraymove(w->end, w->end + old, w->steps - old));
+    PetscCall(PetscArraymove(w->rate, w->rate + (size_t)old * w->numbers, (size_t)(w->steps - old) * w->numbers));
+    w->steps -= old;
   }
-  PetscCall(SlipWaveHistoryReserve(w, *steps + 1));
-  w->end[*steps] = start + h;
-  PetscCall(PetscArraycpy(w->rate + (size_t)*steps * w->numbers, rate, w->numbers));
-  (*steps)++;
+  PetscCall(SlipWaveHistoryReserve(w, w->steps + 1));
+  w->end[w->steps] = start + h;
+  PetscCall(PetscArraycpy(w->rate + (size_t)w->steps * w->numbers, rate, w->numbers));
+  w->steps++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a kernel has of the first `steps`, a time h after the last of them without slip: sum [parts][stride]. What was
-   before the first has been at rest. */
-void SlipWaveHistorySum(SlipWaveHistory w, const SlipWaveMemory *m, PetscInt steps, PetscReal h, PetscReal sum[])
+/* What a kernel has of all steps, a time h after the last of them without slip: sum [parts][stride]. What was before
+   the first has been at rest. */
+void SlipWaveHistorySum(SlipWaveHistory w, const SlipWaveMemory *m, PetscReal h, PetscReal sum[])
 {
+  const PetscInt steps = w->steps;
   const PetscReal *table = w->table[m->mode], now = (steps ? w->end[steps - 1] : 0) + h;
 
   for (PetscInt i = 0; i < m->stride; i++) {
@@ -139,15 +138,19 @@ void SlipWaveHistoryStep(SlipWaveHistory w, const SlipWaveMemory *m, PetscReal h
   for (PetscInt i = 0; i < m->stride; i++) step[i] = Integral(w->table[m->mode], m->k[i] * m->cs * h);
 }
 
-/* n waves of this process, each with its fields of all steps; n of the longer slot */
-PetscErrorCode SlipWaveHistoryVisit(SlipWaveHistory w, SlipWaveSpace s, SlipState state, PetscInt steps)
+/* n waves of this process, each with its fields of all steps */
+PetscErrorCode SlipWaveHistoryVisit(SlipWaveHistory w, SlipWaveSpace s, SlipState state)
 {
   const PetscBool loading = SlipStateIsLoading(state);
-  const PetscInt fields = s->modes * s->parts, per = steps * fields;
+  const PetscInt fields = s->modes * s->parts;
+  PetscInt steps, per;
   PetscReal *a;
   Vec x;
 
   PetscFunctionBegin;
+  PetscCall(SlipStateInt(state, "history_steps", 1, &w->steps));
+  steps = w->steps;
+  per = steps * fields;
   PetscCall(SlipWaveHistoryReserve(w, steps));
   if (!steps) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipStateReal(state, "history_end", steps, w->end));

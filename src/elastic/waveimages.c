@@ -17,6 +17,8 @@
 #include <math.h>
 
 enum { DEGREES = 8, NODES = 12, FAR = 12, GROUPS = 2 }; /* polynomials along a line, points, images each way */
+/* Polynomials of a cell in memory, 0 beyond their number: a vector of a machine */
+enum { LANES = 8 };
 enum { PLANE_DEGREES = 6, PLANE_NODES = 8 };
 
 struct _n_SlipWaveImages {
@@ -26,8 +28,8 @@ struct _n_SlipWaveImages {
   PetscInt q;                         /* moments */
   PetscInt degrees;                   /* in each direction */
   PetscReal *C[GROUPS];               /* [q][q] */
-  PetscReal *at[2];                   /* [cells in that direction][degrees] polynomials along strike and down dip */
-  PetscReal *rows;                    /* [cells down dip][2][degrees] moments of rows of cells */
+  PetscReal *at[2];                   /* [cells in that direction][LANES] polynomials along strike and down dip */
+  PetscReal *rows;                    /* [cells down dip][2][LANES] moments of rows of cells */
   PetscReal *moments, *past, *answer; /* [q] of now, of then, and what K_g makes of it */
   PetscReal *time, *history;          /* [n], [n][q] */
   PetscInt n, size;
@@ -112,9 +114,9 @@ static PetscErrorCode SetUpPolynomials(SlipWaveImages w)
 
   PetscFunctionBegin;
   for (int d = 0; d < 2; d++) {
-    PetscCall(PetscMalloc1(n[d] * w->degrees, &w->at[d]));
+    PetscCall(PetscCalloc1(n[d] * LANES, &w->at[d]));
     for (PetscInt i = 0; i < n[d]; i++)
-      Polynomials(Place((PetscReal)i, n[d], w->space->mirror), w->degrees, w->space->mirror, w->at[d] + i * w->degrees);
+      Polynomials(Place((PetscReal)i, n[d], w->space->mirror), w->degrees, w->space->mirror, w->at[d] + i * LANES);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -225,8 +227,7 @@ PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *
   else
     PetscCall(SetUpPlane(w, rock, cs));
   PetscCall(SetUpPolynomials(w));
-  PetscCall(
-    PetscMalloc4(w->q, &w->moments, w->q, &w->past, w->q, &w->answer, 2 * space->grid.nz * w->degrees, &w->rows));
+  PetscCall(PetscMalloc4(w->q, &w->moments, w->q, &w->past, w->q, &w->answer, 2 * space->grid.nz * LANES, &w->rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -265,6 +266,18 @@ static PetscInt Cells(SlipWaveSpace s, PetscInt *first)
   return s->line ? s->grid.nz : s->pencil->layout.rows * s->grid.nx;
 }
 
+/* Of a row of cells, in which slip is u[], the same along strike and down dip */
+VECTOR static void SlipWaveImagesRow(SlipWaveSpace s, const PetscReal at[], const PetscReal u[], PetscInt first,
+                                     PetscReal row[])
+{
+  for (PetscInt i = 0; i < s->grid.nx; i++)
+    for (int d = 0; d < 2; d++) {
+      const PetscReal slip = SlipOf(s, u, first + i, d);
+
+      for (int b = 0; b < LANES; b++) row[d * LANES + b] += slip * at[i * LANES + b];
+    }
+}
+
 /* Rows are added up in one order, so that nothing depends on the number of ranks. Collective. */
 static PetscErrorCode Moments(SlipWaveImages w, Vec u, PetscReal q[])
 {
@@ -276,24 +289,31 @@ static PetscErrorCode Moments(SlipWaveImages w, Vec u, PetscReal q[])
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(q, w->q));
-  PetscCall(PetscArrayzero(w->rows, s->grid.nz * 2 * D));
   PetscCall(SlipGatherGet(&s->gather, u, &a));
-  for (PetscInt i = 0; i < cells; i++)
-    for (int d = 0; d < (s->line ? 1 : 2); d++) {
-      const PetscReal *x = w->at[0] + i % nx * D, slip = SlipOf(s, a, i, d);
-      PetscReal *sum = w->rows + ((first + i / nx) * 2 + d) * D;
+  if (s->line)
+    for (PetscInt row = 0; row < cells; row++)
+      for (PetscInt b = 0; b < w->q; b++) q[b] += a[row] * w->at[1][row * LANES + b];
+  else {
+    PetscCall(PetscArrayzero(w->rows, s->grid.nz * 2 * LANES));
+    for (PetscInt i = 0; i < cells; i += nx)
+      SlipWaveImagesRow(s, w->at[0], a, i, w->rows + (first + i / nx) * 2 * LANES);
+    PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, w->rows, (PetscMPIInt)(s->grid.nz * 2 * LANES), MPIU_REAL, MPIU_SUM, s->comm));
+    for (PetscInt row = 0; row < s->grid.nz; row++) {
+      const PetscReal *z = w->at[1] + row * LANES, *sum = w->rows + row * 2 * LANES;
 
-      if (slip == 0) continue;
-      for (PetscInt b = 0; b < (s->line ? 1 : D); b++) sum[b] += slip * (s->line ? 1 : x[b]);
+      for (PetscInt b = 0; b < w->q; b++) q[b] += sum[b / (D * D) * LANES + b / D % D] * z[b % D];
     }
-  PetscCall(SlipGatherRestore(&s->gather, u, &a));
-  if (!s->line)
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, w->rows, (PetscMPIInt)(s->grid.nz * 2 * D), MPIU_REAL, MPIU_SUM, s->comm));
-  for (PetscInt row = 0; row < s->grid.nz; row++) {
-    const PetscReal *z = w->at[1] + row * D, *sum = w->rows + row * 2 * D;
-
-    for (PetscInt b = 0; b < w->q; b++) q[b] += s->line ? sum[0] * z[b] : sum[b / (D * D) * D + b / D % D] * z[b % D];
   }
+  PetscCall(SlipGatherRestore(&s->gather, u, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* u is the slip of which the others ask until the next one. Collective. */
+PetscErrorCode SlipWaveImagesSet(SlipWaveImages w, Vec u)
+{
+  PetscFunctionBegin;
+  PetscCall(Moments(w, u, w->moments));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -323,7 +343,7 @@ static PetscErrorCode Reserve(SlipWaveImages w, PetscInt n)
 }
 
 /* One entry before the longest delay is kept, and once half of all are older the others move to the front. */
-PetscErrorCode SlipWaveImagesAdd(SlipWaveImages w, PetscReal t, Vec u)
+PetscErrorCode SlipWaveImagesAdd(SlipWaveImages w, PetscReal t)
 {
   const PetscReal oldest = t - 2 * w->delay[w->groups - 1]; /* a step may be taken back */
   PetscInt old = 0;
@@ -337,7 +357,7 @@ PetscErrorCode SlipWaveImagesAdd(SlipWaveImages w, PetscReal t, Vec u)
     w->n -= old;
   }
   PetscCall(Reserve(w, w->n + 1));
-  PetscCall(Moments(w, u, w->history + w->n * w->q));
+  PetscCall(PetscArraycpy(w->history + w->n * w->q, w->moments, w->q));
   w->time[w->n++] = t;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -374,7 +394,7 @@ static void MomentsOf(SlipWaveImages w, PetscReal then, PetscReal t)
   for (PetscInt b = 0; b < w->q; b++) w->past[b] = before[b] + share * (after[b] - before[b]);
 }
 
-PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, PetscBool steady, Vec u, Vec f)
+PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, PetscBool steady, Vec f)
 {
   const SlipWaveSpace s = w->space;
   const PetscInt D = w->degrees;
@@ -384,7 +404,6 @@ PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, PetscBool s
   const PetscReal *a;
 
   PetscFunctionBegin;
-  PetscCall(Moments(w, u, w->moments));
   PetscCall(PetscArrayzero(w->answer, w->q));
   for (PetscInt g = 0; g < w->groups; g++) {
     if (steady)
@@ -397,13 +416,13 @@ PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, PetscBool s
   PetscCall(PetscMalloc1(s->components * cells, &out));
   PetscCall(SlipGatherGet(&s->gather, f, &a));
   for (PetscInt row = 0; row < cells / s->grid.nx; row++) {
-    const PetscReal *z = w->at[1] + (first + row) * D;
+    const PetscReal *z = w->at[1] + (first + row) * LANES;
     PetscReal along[2][DEGREES] = {{0}}; /* polynomials along strike, of this row */
 
     for (PetscInt b = 0; b < D && s->line; b++) along[0][0] += z[b] * w->answer[b];
     for (PetscInt b = 0; b < w->q && !s->line; b++) along[b / (D * D)][b / D % D] += w->answer[b] * z[b % D];
     for (PetscInt ix = 0, i = row * s->grid.nx; ix < s->grid.nx; ix++, i++) {
-      const PetscReal *x = w->at[0] + ix * D;
+      const PetscReal *x = w->at[0] + ix * LANES;
       PetscReal sum[2] = {0, 0};
 
       for (PetscInt b = 0; b < (s->line ? 1 : D); b++) {
@@ -426,7 +445,7 @@ PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages w, PetscReal t, PetscBool s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipWaveImagesWork(SlipWaveImages w, PetscReal t, PetscBool steady, Vec u, Vec v, PetscReal *work)
+PetscErrorCode SlipWaveImagesWork(SlipWaveImages w, PetscReal t, PetscBool steady, Vec v, PetscReal *work)
 {
   PetscReal *q;
   PetscMPIInt rank;
@@ -434,8 +453,10 @@ PetscErrorCode SlipWaveImagesWork(SlipWaveImages w, PetscReal t, PetscBool stead
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(w->space->comm, &rank));
   PetscCall(PetscMalloc1(w->q, &q));
-  PetscCall(Moments(w, u, w->moments));
-  PetscCall(Moments(w, v, q));
+  if (v)
+    PetscCall(Moments(w, v, q));
+  else
+    PetscCall(PetscArraycpy(q, w->moments, w->q));
   *work = 0;
   for (PetscInt g = 0; g < w->groups && !rank && !steady; g++) {
     MomentsOf(w, t - w->delay[g], t);

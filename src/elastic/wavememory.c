@@ -10,14 +10,6 @@
 #include <slipstep/private/slipwavespace.h>
 #include <stdlib.h>
 
-/* For the machine that the program meets, not only for the one that compiled it */
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
-  !defined(__SANITIZE_ADDRESS__)
-  #define VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
-#else
-  #define VECTOR
-#endif
-
 #define B SLIP_WAVE_BLOCK
 #define LEAST 1e-20 /* exponentials that count */
 
@@ -76,58 +68,82 @@ void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, float E[], PetscR
   }
 }
 
-VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const float z[], PetscReal next[])
+/* Of a block and a number of parts that is known: its sums stay in registers */
+static inline __attribute__((always_inline)) void NextBlock(PetscInt parts, PetscInt poles, const PetscReal b[],
+                                                            const float *restrict e, const float *restrict z,
+                                                            float sum[])
 {
-  const PetscInt poles = m->poles.n;
+  for (PetscInt j = 0; j < poles; j++, e += 2 * B, z += 2 * B * parts) {
+    const float br = (float)b[2 * j], bi = (float)b[2 * j + 1];
 
-  for (PetscInt i = 0; i < m->stride; i += B)
-    for (PetscInt p = 0; p < m->parts; p++) {
-      float sum[B] = {0};
+    for (PetscInt p = 0; p < parts; p++)
+      for (PetscInt l = 0; l < B; l++) {
+        const float xr = z[2 * p * B + l], xi = z[(2 * p + 1) * B + l];
 
-      for (PetscInt j = 0; j < poles; j++) {
-        const float *e = E + 2 * (i * poles + j * B), br = (float)m->b[2 * j], bi = (float)m->b[2 * j + 1];
-        const float *x = z + 2 * (m->parts * (i * poles + j * B) + p * B);
-
-        for (PetscInt l = 0; l < B; l++)
-          sum[l] += br * (e[l] * x[l] - e[B + l] * x[B + l]) - bi * (e[l] * x[B + l] + e[B + l] * x[l]);
+        sum[p * B + l] += br * (e[l] * xr - e[B + l] * xi) - bi * (e[l] * xi + e[B + l] * xr);
       }
-      for (PetscInt l = 0; l < B; l++) next[p * m->stride + i + l] = (PetscReal)sum[l];
-    }
+  }
 }
 
-VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[], const float from[],
-                                  float to[], PetscReal now[], PetscReal next[])
+static inline __attribute__((always_inline)) void AdvanceBlock(PetscInt parts, PetscInt poles, const PetscReal b[],
+                                                               const float *restrict e, const float rate[],
+                                                               float *restrict z, float sum[], float then[])
 {
-  const PetscInt poles = m->poles.n;
+  for (PetscInt j = 0; j < poles; j++, e += 2 * B, z += 2 * B * parts) {
+    const float br = (float)b[2 * j], bi = (float)b[2 * j + 1];
 
-  for (PetscInt i = 0; i < m->stride; i += B)
-    for (PetscInt p = 0; p < m->parts; p++) {
-      const PetscReal *v = V + p * m->stride + i;
-      float sum[B] = {0}, then[B] = {0}, rate[B];
-
-      for (PetscInt l = 0; l < B; l++) rate[l] = (float)v[l];
-
-      for (PetscInt j = 0; j < poles; j++) {
-        const size_t at = 2 * (m->parts * (i * poles + j * B) + p * B);
-        const float *e = E + 2 * (i * poles + j * B), br = (float)m->b[2 * j], bi = (float)m->b[2 * j + 1];
-        const float *x = from + at;
-        float *y = to + at;
-
-        for (PetscInt l = 0; l < B; l++) {
-          const float real = x[l] + rate[l], yr = e[l] * real - e[B + l] * x[B + l] - rate[l],
-                      yi = e[l] * x[B + l] + e[B + l] * real;
-
-          y[l] = yr;
-          y[B + l] = yi;
-          sum[l] += br * yr - bi * yi;
-          then[l] += br * (e[l] * yr - e[B + l] * yi) - bi * (e[l] * yi + e[B + l] * yr);
-        }
-      }
+    for (PetscInt p = 0; p < parts; p++)
       for (PetscInt l = 0; l < B; l++) {
-        now[p * m->stride + i + l] = (PetscReal)sum[l];
-        next[p * m->stride + i + l] = (PetscReal)then[l];
+        const float xi = z[(2 * p + 1) * B + l], real = z[2 * p * B + l] + rate[p * B + l],
+                    yr = e[l] * real - e[B + l] * xi - rate[p * B + l], yi = e[l] * xi + e[B + l] * real;
+
+        z[2 * p * B + l] = yr;
+        z[(2 * p + 1) * B + l] = yi;
+        sum[p * B + l] += br * yr - bi * yi;
+        then[p * B + l] += br * (e[l] * yr - e[B + l] * yi) - bi * (e[l] * yi + e[B + l] * yr);
       }
-    }
+  }
+}
+
+VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const float z[], PetscReal next[])
+{
+  const PetscInt poles = m->poles.n, parts = m->parts;
+
+  for (PetscInt i = 0; i < m->stride; i += B) {
+    const float *e = E + (size_t)2 * i * poles, *x = z + (size_t)2 * i * poles * parts;
+    float sum[2 * B] = {0};
+
+    if (parts == 2)
+      NextBlock(2, poles, m->b, e, x, sum);
+    else
+      NextBlock(1, poles, m->b, e, x, sum);
+    for (PetscInt p = 0; p < parts; p++)
+      for (PetscInt l = 0; l < B; l++) next[p * m->stride + i + l] = (PetscReal)sum[p * B + l];
+  }
+}
+
+VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[], float z[],
+                                  PetscReal now[], PetscReal next[])
+{
+  const PetscInt poles = m->poles.n, parts = m->parts;
+
+  for (PetscInt i = 0; i < m->stride; i += B) {
+    const float *e = E + (size_t)2 * i * poles;
+    float *x = z + (size_t)2 * i * poles * parts;
+    float rate[2 * B], sum[2 * B] = {0}, then[2 * B] = {0};
+
+    for (PetscInt p = 0; p < parts; p++)
+      for (PetscInt l = 0; l < B; l++) rate[p * B + l] = (float)V[p * m->stride + i + l];
+    if (parts == 2)
+      AdvanceBlock(2, poles, m->b, e, rate, x, sum, then);
+    else
+      AdvanceBlock(1, poles, m->b, e, rate, x, sum, then);
+    for (PetscInt p = 0; p < parts; p++)
+      for (PetscInt l = 0; l < B; l++) {
+        now[p * m->stride + i + l] = (PetscReal)sum[p * B + l];
+        next[p * m->stride + i + l] = (PetscReal)then[p * B + l];
+      }
+  }
 }
 
 /* Of slip that has gone on for ever; of k = 0 nothing is remembered. */

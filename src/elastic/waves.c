@@ -8,8 +8,8 @@
 
   W is a sum of decaying exponentials (wave_poles.c), so that a step of any length at constant rates is one product for
   each of them: no history, no window. With a tolerance of 0 the rates of all steps are kept instead (wavehistory.c).
-  While steps are longer than all that is remembered m is eta V, and nothing else is computed. The state (u, t) follows
-  from a slot by going from its displacement to u at a constant rate.
+  While steps are longer than all that is remembered m is eta V, and nothing else is computed. The state (u, t) follows from the step's start by going from its displacement to u at a constant rate.
+  What is remembered goes on in its place: steps have no parts, which would need it twice.
 */
 #include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipstate.h>
@@ -68,37 +68,33 @@ static PetscErrorCode Transform(SlipWaves *w, Vec u)
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecCopy(u, w->last));
   PetscCall(SlipWaveSpaceForward(w->space, u, w->slip));
+  PetscCall(SlipWaveImagesSet(w->images, u));
   w->known = PETSC_TRUE;
-  w->m_of = NULL;
+  w->m_known = w->answered = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* rate: of the way from a slot's displacement to that of which `slip` is the spectrum, in h */
-static void RateOf(SlipWaves *w, const SlipWavePast *from, PetscReal h)
+/* rate: of the way from the step's start to that of which `slip` is the spectrum, in h */
+VECTOR static void SlipWavesRate(SlipWaves *w, PetscReal h)
 {
-  const SlipWaveSpace s = w->space;
   const PetscReal inverse = 1 / h;
+  const size_t n = SlipWavesNumbers(w);
 
-  for (PetscInt c = 0; c < s->modes * s->parts; c++) {
-    const PetscReal *now = w->slip + c * s->stride, *before = from->slip + c * s->stride;
-    PetscReal *rate = w->rate + c * s->stride;
-
-    for (PetscInt i = 0; i < s->stride; i++) rate[i] = (now[i] - before[i]) * inverse;
-  }
+  for (size_t i = 0; i < n; i++) w->rate[i] = (w->slip[i] - w->past.slip[i]) * inverse;
 }
 
 /* w->m: the sum of all kernels, by their weights, of sums [kernels][parts][stride], and with table != NULL of what slip
-   adds on its way from a slot */
-static void Sum(SlipWaves *w, const PetscReal sums[], const SlipWaveTable *table, const SlipWavePast *from, PetscReal h)
+   adds on its way from the step's start in h */
+VECTOR static void SlipWavesSum(SlipWaves *w, const PetscReal sums[], const SlipWaveTable *table, PetscReal h)
 {
   const PetscInt stride = w->space->stride;
+  const PetscReal inverse = table ? 1 / h : 0;
 
   for (PetscInt k = 0; k < w->kernels; k++)
     for (PetscInt p = 0; p < w->space->parts; p++) {
       const PetscInt field = w->memory[k].field, at = (field * w->space->parts + p) * stride;
       const PetscReal *sum = sums + (k * w->space->parts + p) * stride, *weight = w->memory[k].weight;
-      const PetscReal *now = w->slip + at, *before = from->slip + at, *step = table ? table->step[k] : NULL;
-      const PetscReal inverse = table ? 1 / h : 0;
+      const PetscReal *now = w->slip + at, *before = w->past.slip + at, *step = table ? table->step[k] : NULL;
       const PetscBool first = k == 0 || w->memory[k - 1].field != field ? PETSC_TRUE : PETSC_FALSE;
       PetscReal *m = w->m + at;
 
@@ -110,58 +106,92 @@ static void Sum(SlipWaves *w, const PetscReal sums[], const SlipWaveTable *table
     }
 }
 
-/* w->next: the sums of all kernels h after a slot, without slip */
-static void Next(SlipWaves *w, SlipWavePast *from, PetscReal h, const SlipWaveTable *table)
+/* w->next: the sums of all kernels h after the step's start, without slip; h > 0 unless there is a history */
+static void Next(SlipWaves *w, PetscReal h, const SlipWaveTable *table)
 {
-  if (w->next_of == from && w->next_h == h) return;
+  if (w->next_h == h && h > 0) return;
   for (PetscInt k = 0; k < w->kernels; k++)
     if (w->history)
-      SlipWaveHistorySum(w->history, &w->memory[k], from->steps, h, SlipWavesPart(w, w->next, k));
+      SlipWaveHistorySum(w->history, &w->memory[k], h, SlipWavesPart(w, w->next, k));
     else
-      SlipWaveMemoryNext(&w->memory[k], table->E[k], from->z[k], SlipWavesPart(w, w->next, k));
-  w->next_of = from;
+      SlipWaveMemoryNext(&w->memory[k], table->E[k], w->past.z[k], SlipWavesPart(w, w->next, k));
   w->next_h = h;
 }
 
-/* w->m at the end of the way from a slot to that of which `slip` is the spectrum, in h */
-static PetscErrorCode MemoryAfter(SlipWaves *w, SlipWavePast *from, PetscReal h)
+/* w->m at the end of the way from the step's start to that of which `slip` is the spectrum, in h */
+static PetscErrorCode MemoryAfter(SlipWaves *w, PetscReal h)
 {
   SlipWaveTable *table;
 
   PetscFunctionBegin;
-  if (w->m_of == from && w->m_h == h) PetscFunctionReturn(PETSC_SUCCESS);
-  w->m_of = from;
+  if (w->m_known && w->m_h == h) PetscFunctionReturn(PETSC_SUCCESS);
+  w->m_known = PETSC_TRUE;
   w->m_h = h;
   if (!(h > 0)) {
-    if (w->history) Next(w, from, 0, NULL);
-    Sum(w, w->history ? w->next : from->now, NULL, from, h);
+    if (w->history) Next(w, 0, NULL);
+    SlipWavesSum(w, w->history ? w->next : w->past.now, NULL, h);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (h >= w->longest) {
-    RateOf(w, from, h);
+    SlipWavesRate(w, h);
     PetscCall(PetscArraycpy(w->m, w->rate, SlipWavesNumbers(w)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (!w->history) PetscCall(SlipWavesBegin(w, from));
+  if (!w->history) PetscCall(SlipWavesBegin(w));
   PetscCall(TableOf(w, h, &table));
-  Next(w, from, h, table);
-  Sum(w, w->next, table, from, h);
+  Next(w, h, table);
+  SlipWavesSum(w, w->next, table, h);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Is slip on that way, or up to its start, known to be steady? */
-static PetscBool IsSteady(const SlipWaves *w, const SlipWavePast *from, PetscReal h)
+static PetscBool IsSteady(const SlipWaves *w, PetscReal h)
 {
-  return h >= w->longest || (!(h > 0) && from->steady) ? PETSC_TRUE : PETSC_FALSE;
+  return h >= w->longest || (!(h > 0) && w->past.steady) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* ---- the operations ---- */
 
-static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
+/* stress: of `slip`, with m */
+VECTOR static void SlipWavesResist(SlipWaves *w)
+{
+  for (PetscInt m = 0; m < w->space->modes; m++)
+    for (PetscInt p = 0; p < w->space->parts; p++) {
+      const PetscInt stride = w->space->stride, at = (m * w->space->parts + p) * stride;
+      const PetscReal *k = w->stiffness + m * stride, *u = w->slip + at, *under_way = w->m + at, eta = w->eta;
+      PetscReal *f = w->stress + at;
+
+      for (PetscInt i = 0; i < stride; i++) f[i] = k[i] * u[i] - eta * under_way[i];
+    }
+}
+
+/* answer: of the displacement of which `slip` is the spectrum, at t */
+static PetscErrorCode Answer(SlipElastic el, SlipWaves *w, PetscReal t)
 {
   SlipElasticPast past;
   PetscInt slot;
   PetscBool steady = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticFindPast(el, t, &slot));
+  if (slot < 0) {
+    PetscCall(PetscArrayzero(w->m, SlipWavesNumbers(w)));
+    w->m_known = PETSC_FALSE;
+  } else {
+    PetscCall(SlipElasticGetPast(el, slot, &past));
+    steady = IsSteady(w, t - past.t);
+    PetscCall(MemoryAfter(w, t - past.t));
+  }
+  SlipWavesResist(w);
+  PetscCall(SlipWaveSpaceBackward(w->space, w->stress, w->answer));
+  PetscCall(SlipWaveImagesSubtract(w->images, t, steady, w->answer));
+  w->answered = PETSC_TRUE;
+  w->answer_t = t;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec shear, Vec normal)
+{
   SlipWaves *w;
   Vec damping;
 
@@ -173,25 +203,8 @@ static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec
   }
   PetscCall(SlipElasticGetData(el, &w));
   PetscCall(Transform(w, u));
-  PetscCall(SlipElasticFindPast(el, t, &slot));
-  if (slot < 0) {
-    PetscCall(PetscArrayzero(w->m, SlipWavesNumbers(w)));
-    w->m_of = NULL;
-  } else {
-    PetscCall(SlipElasticGetPast(el, slot, &past));
-    steady = IsSteady(w, &w->both[w->of[slot]], t - past.t);
-    PetscCall(MemoryAfter(w, &w->both[w->of[slot]], t - past.t));
-  }
-  for (PetscInt m = 0; m < w->space->modes; m++)
-    for (PetscInt p = 0; p < w->space->parts; p++) {
-      const PetscInt stride = w->space->stride, at = (m * w->space->parts + p) * stride;
-      const PetscReal *k = w->stiffness + m * stride, *u = w->slip + at, *under_way = w->m + at;
-      PetscReal *f = w->stress + at;
-
-      for (PetscInt i = 0; i < stride; i++) f[i] = k[i] * u[i] - w->eta * under_way[i];
-    }
-  PetscCall(SlipWaveSpaceBackward(w->space, w->stress, shear));
-  PetscCall(SlipWaveImagesSubtract(w->images, t, steady, u, shear));
+  if (!w->answered || w->answer_t != t) PetscCall(Answer(el, w, t));
+  PetscCall(VecCopy(w->answer, shear));
   if (!v) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipElasticGetWork(el, 1, &damping));
   PetscCall(SlipElasticForceStatic(el, t, NULL, v, damping, NULL));
@@ -199,95 +212,76 @@ static PetscErrorCode Force_Waves(SlipElastic el, PetscReal t, Vec u, Vec v, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What exponentials remember at the end of the way from a slot to that of which `slip` is the spectrum, in h */
-static PetscErrorCode AddExponentials(SlipWaves *w, SlipWavePast *before, SlipWavePast *after, PetscReal h)
+/* What is remembered at the end of the way from the step's start to that of which `slip` is the spectrum, in h */
+static PetscErrorCode AddStep(SlipWaves *w, PetscReal h)
 {
+  SlipWavePast *past = &w->past;
   SlipWaveTable *table;
 
   PetscFunctionBegin;
-  if (h >= w->longest) {
-    RateOf(w, before, h);
+  if (!(h > 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipWavesRate(w, h);
+  w->next_h = 0;
+  if (w->history) {
+    PetscCall(SlipWaveHistoryAdd(w->history, h, w->longest, w->rate));
+    past->steady = h >= w->longest ? PETSC_TRUE : PETSC_FALSE;
+  } else if (h >= w->longest) {
     for (PetscInt m = 0; m < w->kernels; m++)
-      PetscCall(PetscArraycpy(SlipWavesPart(w, after->now, m), SlipWavesPart(w, w->rate, w->memory[m].field),
+      PetscCall(PetscArraycpy(SlipWavesPart(w, past->now, m), SlipWavesPart(w, w->rate, w->memory[m].field),
                               w->space->parts * w->space->stride));
-    after->steady = PETSC_TRUE;
-  } else if (h > 0) {
-    RateOf(w, before, h);
-    PetscCall(SlipWavesBegin(w, before));
-    after->steady = PETSC_FALSE;
-    PetscCall(SlipWavesBegin(w, after));
+    past->steady = PETSC_TRUE;
+  } else {
+    PetscCall(SlipWavesBegin(w));
     PetscCall(TableOf(w, h, &table));
     for (PetscInt m = 0; m < w->kernels; m++)
-      SlipWaveMemoryAdvance(&w->memory[m], table->E[m], SlipWavesPart(w, w->rate, w->memory[m].field), before->z[m],
-                            after->z[m], SlipWavesPart(w, after->now, m), SlipWavesPart(w, w->next, m));
-  } else if (after != before) {
-    after->steady = before->steady;
-    PetscCall(PetscArraycpy(after->now, before->now, SlipWavesSums(w)));
-    if (!before->steady) {
-      PetscCall(SlipWavesBegin(w, after));
-      for (PetscInt m = 0; m < w->kernels; m++)
-        PetscCall(PetscArraycpy(after->z[m], before->z[m], SlipWaveMemorySize(&w->memory[m])));
-    }
+      SlipWaveMemoryAdvance(&w->memory[m], table->E[m], SlipWavesPart(w, w->rate, w->memory[m].field), past->z[m],
+                            SlipWavesPart(w, past->now, m), SlipWavesPart(w, w->next, m));
+    w->next_h = h;
   }
-  w->next_of = h > 0 && h < w->longest ? after : NULL;
-  w->next_h = h;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The same, of a history: another slot may be the start of this one */
-static PetscErrorCode AddStep(SlipWaves *w, SlipWavePast *before, SlipWavePast *after, PetscReal h)
-{
-  SlipWavePast *other = &w->both[after == w->both];
-  const PetscInt at = (PetscInt)(other - w->both);
-
-  PetscFunctionBegin;
-  if (h > 0) RateOf(w, before, h);
-  after->steps = before->steps;
-  after->steady = h > 0 ? (PetscBool)(h >= w->longest) : before->steady;
-  if (w->of[0] != at && w->of[1] != at) other->steps = after->steps;
-  if (h > 0) PetscCall(SlipWaveHistoryAdd(w->history, h, w->longest, w->rate, &after->steps, &other->steps));
-  w->next_of = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Advance_Waves(SlipElastic el, PetscInt from, PetscInt to, PetscReal t, Vec u)
 {
-  SlipElasticPast past;
-  SlipWavePast *before, *after;
+  SlipElasticPast start;
+  PetscReal *last;
   SlipWaves *w;
 
   PetscFunctionBegin;
+  (void)to;
   PetscCall(SlipElasticGetData(el, &w));
   PetscCall(Transform(w, u));
-  w->m_of = NULL;
+  w->m_known = w->answered = PETSC_FALSE;
   if (from < 0) {
-    w->of[to] = to;
-    after = &w->both[to];
-    after->steady = PETSC_TRUE;
-    after->steps = 0;
-    PetscCall(PetscArrayzero(after->now, SlipWavesSums(w)));
+    w->past.steady = PETSC_TRUE;
+    w->next_h = 0;
+    if (w->history) w->history->steps = 0;
+    PetscCall(PetscArrayzero(w->past.now, SlipWavesSums(w)));
     PetscCall(SlipWaveImagesStart(w->images));
   } else {
-    PetscCall(SlipElasticGetPast(el, from, &past));
-    before = &w->both[w->of[from]];
-    w->of[to] = from == to && w->of[1 - to] != w->of[from] ? w->of[from] : 1 - w->of[from];
-    after = &w->both[w->of[to]];
-    PetscCall(w->history ? AddStep(w, before, after, t - past.t) : AddExponentials(w, before, after, t - past.t));
+    PetscCall(SlipElasticGetPast(el, from, &start));
+    PetscCall(AddStep(w, t - start.t));
   }
-  if (from < 0) w->next_of = NULL;
-  PetscCall(PetscArraycpy(after->slip, w->slip, SlipWavesNumbers(w)));
-  PetscCall(SlipWaveImagesAdd(w->images, t, u));
+  last = w->past.slip; /* the next state has another spectrum */
+  w->past.slip = w->slip;
+  w->slip = last;
+  w->known = PETSC_FALSE;
+  PetscCall(SlipWaveImagesAdd(w->images, t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Copy_Waves(SlipElastic el, PetscInt from, PetscInt to)
+/* Of the fields of two spectra, over the waves of this process */
+VECTOR static PetscReal SlipWavesProduct(const SlipWaves *w, const PetscReal x[], const PetscReal y[])
 {
-  SlipWaves *w;
+  const PetscInt stride = w->space->stride;
+  PetscReal lane[SLIP_WAVE_BLOCK] = {0}, sum = 0;
 
-  PetscFunctionBegin;
-  PetscCall(SlipElasticGetData(el, &w));
-  w->of[to] = w->of[from];
-  PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt c = 0; c < w->space->modes * w->space->parts; c++)
+    for (PetscInt i = 0; i < stride; i += SLIP_WAVE_BLOCK)
+      for (PetscInt l = 0; l < SLIP_WAVE_BLOCK; l++)
+        lane[l] += w->space->share[i + l] * x[c * stride + i + l] * y[c * stride + i + l];
+  for (PetscInt l = 0; l < SLIP_WAVE_BLOCK; l++) sum += lane[l];
+  return sum;
 }
 
 /* x.m of this process, of the displacement u at t and the field x: m what the waves under way add to the stress, the
@@ -304,16 +298,11 @@ static PetscErrorCode Work(SlipElastic el, PetscReal t, Vec u, Vec x, PetscReal 
   PetscCall(SlipElasticFindPast(el, t, &slot));
   if (slot < 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipElasticGetPast(el, slot, &past));
-  PetscCall(SlipWaveImagesWork(w->images, t, IsSteady(w, &w->both[w->of[slot]], t - past.t), u, x, work));
   PetscCall(Transform(w, u));
-  PetscCall(MemoryAfter(w, &w->both[w->of[slot]], t - past.t));
+  PetscCall(SlipWaveImagesWork(w->images, t, IsSteady(w, t - past.t), x == u ? NULL : x, work));
+  PetscCall(MemoryAfter(w, t - past.t));
   if (x != u) PetscCall(SlipWaveSpaceForward(w->space, x, w->rate));
-  for (PetscInt c = 0; c < w->space->modes * w->space->parts; c++) {
-    const PetscInt at = c * w->space->stride;
-    const PetscReal *y = (x == u ? w->slip : w->rate) + at;
-
-    for (PetscInt i = 0; i < w->space->n; i++) *work += w->space->share[i] * y[i] * w->eta * w->m[at + i];
-  }
+  *work += w->eta * SlipWavesProduct(w, x == u ? w->slip : w->rate, w->m);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -354,7 +343,6 @@ static const SlipElasticOps WavesOps = {.setup = SlipWavesSetUp,
                                         .energy = Energy_Waves,
                                         .power = Power_Waves,
                                         .advance = Advance_Waves,
-                                        .copy = Copy_Waves,
                                         .shortest = Shortest_Waves,
                                         .visit = SlipWavesVisit,
                                         .view = SlipWavesView,

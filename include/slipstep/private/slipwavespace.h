@@ -5,6 +5,14 @@
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipmatgrid.h>
 
+/* For the machine that the program meets, not only for the one that compiled it */
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
+  !defined(__SANITIZE_ADDRESS__)
+  #define VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
+#else
+  #define VECTOR
+#endif
+
 /* ---- wavespace.c ---- */
 
 /* A spectrum is [modes][parts][stride] numbers, of which the first n count: waves of this process */
@@ -56,14 +64,16 @@ PETSC_INTERN size_t SlipWaveMemorySize(const SlipWaveMemory *m); /* of z: [block
 PETSC_INTERN void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, float E[], PetscReal step[]);
 /* sum of Re b z: now, and without slip after a step: next [parts][stride] */
 PETSC_INTERN void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const float z[], PetscReal next[]);
-PETSC_INTERN void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[],
-                                        const float from[], float to[], PetscReal now[], PetscReal next[]);
+/* z after a step of rates V [parts][stride] */
+PETSC_INTERN void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[], float z[],
+                                        PetscReal now[], PetscReal next[]);
 PETSC_INTERN void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], float z[]);
 
 /* ---- wavehistory.c: the rates of all steps, in place of exponentials ---- */
 typedef struct _n_SlipWaveHistory *SlipWaveHistory;
 struct _n_SlipWaveHistory {
   size_t numbers;      /* of a spectrum */
+  PetscInt steps;      /* that are kept */
   PetscInt size;       /* steps that there is room for */
   PetscReal *end;      /* [size] of each step, from where the first began [s] */
   PetscReal *rate;     /* [size][numbers] */
@@ -74,26 +84,26 @@ PETSC_INTERN PetscErrorCode SlipWaveHistoryDestroy(SlipWaveHistory *history);
 PETSC_INTERN PetscReal SlipWaveHistoryLongest(PetscReal k, PetscReal cs);
 PETSC_INTERN PetscErrorCode SlipWaveHistoryReserve(SlipWaveHistory history, PetscInt n);
 PETSC_INTERN PetscErrorCode SlipWaveHistoryAdd(SlipWaveHistory history, PetscReal h, PetscReal longest,
-                                               const PetscReal rate[], PetscInt *steps, PetscInt *other);
-PETSC_INTERN void SlipWaveHistorySum(SlipWaveHistory history, const SlipWaveMemory *m, PetscInt steps, PetscReal h,
-                                     PetscReal sum[]);
+                                               const PetscReal rate[]);
+PETSC_INTERN void SlipWaveHistorySum(SlipWaveHistory history, const SlipWaveMemory *m, PetscReal h, PetscReal sum[]);
 PETSC_INTERN void SlipWaveHistoryStep(SlipWaveHistory history, const SlipWaveMemory *m, PetscReal h, PetscReal step[]);
-PETSC_INTERN PetscErrorCode SlipWaveHistoryVisit(SlipWaveHistory history, SlipWaveSpace space, SlipState state,
-                                                 PetscInt steps);
+PETSC_INTERN PetscErrorCode SlipWaveHistoryVisit(SlipWaveHistory history, SlipWaveSpace space, SlipState state);
 
 /* ---- waveimages.c: the fault's periodic images, whose static stress is taken away once their waves have come ---- */
 typedef struct _n_SlipWaveImages *SlipWaveImages;
 PETSC_INTERN PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *rock,
                                                  SlipWaveImages *images);
 PETSC_INTERN PetscErrorCode SlipWaveImagesDestroy(SlipWaveImages *images);
-/* The fault had displacement u at t, and what was known of later times is forgotten */
-PETSC_INTERN PetscErrorCode SlipWaveImagesAdd(SlipWaveImages images, PetscReal t, Vec u);
+/* u is the displacement that the others mean, until the next one */
+PETSC_INTERN PetscErrorCode SlipWaveImagesSet(SlipWaveImages images, Vec u);
+/* The fault had it at t, and what was known of later times is forgotten */
+PETSC_INTERN PetscErrorCode SlipWaveImagesAdd(SlipWaveImages images, PetscReal t);
 PETSC_INTERN PetscErrorCode SlipWaveImagesStart(SlipWaveImages images);
-/* u times what images have at t less what they have without delay, and v times; of process 0 */
-PETSC_INTERN PetscErrorCode SlipWaveImagesWork(SlipWaveImages images, PetscReal t, PetscBool steady, Vec u, Vec v,
+/* v times what images have at t less what they have without delay; v NULL: it is u; of process 0 */
+PETSC_INTERN PetscErrorCode SlipWaveImagesWork(SlipWaveImages images, PetscReal t, PetscBool steady, Vec v,
                                                PetscReal *work);
-/* f -= what periodic stiffness has of images at t, where u is the displacement */
-PETSC_INTERN PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages images, PetscReal t, PetscBool steady, Vec u, Vec f);
+/* f -= what periodic stiffness has of images at t */
+PETSC_INTERN PetscErrorCode SlipWaveImagesSubtract(SlipWaveImages images, PetscReal t, PetscBool steady, Vec f);
 PETSC_INTERN PetscErrorCode SlipWaveImagesVisit(SlipWaveImages images, SlipState state);
 PETSC_INTERN void SlipWaveImagesShift(SlipWaveImages images, PetscReal by);
 
@@ -109,13 +119,12 @@ typedef struct {
   PetscReal *step[SLIP_WAVE_KERNELS];
 } SlipWaveTable;
 
-/* What a slot has, which slots share until they differ */
+/* Where the step starts */
 typedef struct {
   float *z[SLIP_WAVE_KERNELS]; /* SlipWaveMemorySize(); not there while slip is steady */
   PetscReal *now;              /* [kernels][parts][stride] sum of Re b z */
   PetscReal *slip;             /* spectrum of u */
   PetscBool steady;            /* all z are those of the rate `now` */
-  PetscInt steps;              /* of the history, up to it */
 } SlipWavePast;
 
 typedef struct {
@@ -129,17 +138,18 @@ typedef struct {
   PetscReal eta, cs, least, longest; /* G/(2 cs), the least step and the time after which all is forgotten [s] */
   SlipWaveTable table[SLIP_WAVE_TABLES];
   PetscInt clock;
-  SlipWavePast both[2];
-  PetscInt of[2];  /* which of these a slot has */
-  PetscReal *next; /* as `now`, of next_of after next_h without slip */
-  PetscReal next_h;
-  const SlipWavePast *next_of;
-  PetscReal *m; /* spectrum of m/eta, of `slip` at m_h after m_of; NULL: of none */
+  SlipWavePast past;
+  PetscReal *next;  /* as `now`, after next_h without slip; */
+  PetscReal next_h; /* 0: not known */
+  PetscReal *m;     /* spectrum of m/eta, of `slip` at m_h after the start */
   PetscReal m_h;
-  const SlipWavePast *m_of;
+  PetscBool m_known;
   PetscReal *slip, *rate, *stress; /* spectra, at work */
   Vec last;                        /* of which `slip` is the spectrum */
   PetscBool known;
+  Vec answer; /* what it and no rate have at answer_t */
+  PetscReal answer_t;
+  PetscBool answered;
 } SlipWaves;
 
 /* Numbers of a spectrum, and of the sums of all kernels */
@@ -156,8 +166,8 @@ static inline PetscReal *SlipWavesPart(const SlipWaves *w, PetscReal numbers[], 
 {
   return numbers + (size_t)k * w->space->parts * w->space->stride;
 }
-PETSC_INTERN PetscErrorCode SlipWavesAllocate(size_t count, float **a); /* zero, free with fftw_free() */
-PETSC_INTERN PetscErrorCode SlipWavesBegin(SlipWaves *w, SlipWavePast *past);
+PETSC_INTERN PetscErrorCode SlipWavesAllocate(size_t count, float **a); /* zero, free with free() */
+PETSC_INTERN PetscErrorCode SlipWavesBegin(SlipWaves *w);
 PETSC_INTERN PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock);
 PETSC_INTERN PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer);
 PETSC_INTERN PetscErrorCode SlipWavesDestroy(SlipElastic el);
