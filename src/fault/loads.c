@@ -294,7 +294,7 @@ PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipF
     out->stress = out->own;
     out->bare = out->own + loads->n;
   }
-  if (loads->shears) {
+  if (loads->shears && (!out->shear || loads->grows || SlipFaultOpens(loads->fault))) {
     if (!out->shear) {
       PetscCall(VecCreate(loads->fault->comm, &out->shear));
       PetscCall(VecSetSizes(out->shear, loads->fault->layout.components * loads->n, PETSC_DETERMINE));
@@ -422,6 +422,7 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 3, MPIU_INT, MPI_MAX, fault->comm));
   /* a smooth law's start is balanced by a traction, and what presses cells that open is a load */
   loads->shears = any[0] || fault->friction.law->always_slides || SlipFaultOpens(fault) ? PETSC_TRUE : PETSC_FALSE;
+  loads->grows = any[1] ? PETSC_TRUE : PETSC_FALSE;
   if (fault->options.text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
   PetscCall(SourceSetUp(fault));
   if (loads->function) PetscCall(PetscMalloc1(PetscMax(loads->n, 1), &loads->own));

@@ -383,13 +383,34 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the medium loses beside the damping of the rate rel, of the state w, which several observers ask for */
+static PetscErrorCode GetLost(SlipFault fault, PetscReal t, Vec w, Vec rel, PetscReal *lost)
+{
+  SlipFaultLost *c = &fault->known.lost;
+  SlipFaultMoment now;
+  PetscBool same;
+  Vec u;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
+  if (!same) {
+    PetscCall(SlipFaultGetWork(fault, &u));
+    PetscCall(SlipFaultGetDisplacement(fault, w, u));
+    PetscCall(SlipElasticGetPower(fault->medium, t, u, rel, &c->power));
+    PetscCall(SlipFaultRestoreWork(fault, &u));
+    c->moment = now;
+  }
+  *lost = c->power;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
 {
   const SlipFaultMesh *mesh = &fault->mesh;
-  Vec rel, hv, u, q = fault->cells;
+  Vec rel, hv, q = fault->cells;
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *f, *vinf, *b;
-  PetscReal lost;
+  PetscReal lost = 0;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
@@ -429,10 +450,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
   if (friction)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_SUM, fault->comm));
-  PetscCall(SlipFaultGetWork(fault, &u));
-  PetscCall(SlipFaultGetDisplacement(fault, w, u));
-  PetscCall(SlipElasticGetPower(fault->medium, t, u, rel, &lost));
-  PetscCall(SlipFaultRestoreWork(fault, &u));
+  PetscCall(GetLost(fault, t, w, rel, &lost));
   PetscCall(SlipFaultRestoreWork(fault, &hv));
   PetscCall(SlipFaultRestoreWork(fault, &rel));
   power[0] += lost;

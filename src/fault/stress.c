@@ -88,13 +88,13 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What loading adds to the elastic energy, v_inf (T - K u) - u dT/dt, and where cells open p v_n [W]: with K v_inf +
-   dT/dt, computed once, no product. Collective. */
+/* What loading adds to the elastic energy, v_inf (T - f(u, t)) - u dT/dt, and where cells open p v_n [W]: with K v_inf +
+   dT/dt, computed once, no product but where f is not K u. Collective. */
 PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power)
 {
   const SlipFaultLoad *load;
-  PetscReal work = 0, pressure, more;
-  Vec u, force, slow;
+  PetscReal work = 0, pressure, more, slow;
+  Vec u, force;
   PetscBool rests;
 
   PetscFunctionBegin;
@@ -104,18 +104,15 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &force));
-  PetscCall(SlipFaultGetWork(fault, &slow));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(VecDot(fault->loads.drive, u, power));
-  if (!rests) { /* v_inf (f - K u), too */
-    PetscCall(SlipElasticForce(fault->medium, t, u, NULL, force, NULL));
-    PetscCall(SlipElasticApply(fault->medium, u, slow, NULL));
-    PetscCall(VecAXPY(force, -1, slow));
+  if (!rests && fault->kind.loaded) { /* v_inf (f - K u), too */
+    PetscCall(SlipFaultForce(fault, t, w, u, force));
     PetscCall(VecDot(fault->operators.vinf, force, &more));
-    *power += more;
+    PetscCall(VecDot(fault->loads.pull, u, &slow));
+    *power += more - slow;
   }
-  PetscCall(SlipFaultRestoreWork(fault, &slow));
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   if (load->shear) PetscCall(VecDot(fault->operators.vinf, load->shear, &work));

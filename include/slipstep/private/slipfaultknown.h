@@ -60,6 +60,12 @@ typedef struct {
   SlipFaultMoment moment;
 } SlipFaultMode;
 
+/* Of SlipElasticGetPower() */
+typedef struct {
+  PetscReal power;
+  SlipFaultMoment moment;
+} SlipFaultLost;
+
 /* stepvalues.c: each of the moment beside it */
 typedef struct {
   Vec traction;   /* static, weighted by area */
@@ -85,6 +91,7 @@ typedef struct {
   SlipFaultLoad load; /* that of the time asked about last */
   SlipFaultSums sums;
   SlipFaultMode mode;
+  SlipFaultLost lost;
   SlipFaultEstimates estimates;
   SlipFaultStepValues step;
   PetscReal step_limit, solve_cost; /* of the integrator, as SlipFaultNumbers has them */

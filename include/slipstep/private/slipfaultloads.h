@@ -15,6 +15,7 @@ typedef struct {
   const PetscReal *weight, *traction, *rate, *normal; /* [n] borrowed: area over mean area, T0, dT/dt, normal stress */
   PetscReal origin;                                   /* what times count from (TSGetSlipOrigin()) [s] */
   PetscBool shears;                                   /* there is a T0 or a dT/dt, or cells open */
+  PetscBool grows;                                    /* there is a dT/dt */
   PetscBool pressed;                                  /* there is a pore pressure */
   PetscInt rows;                                      /* of -fault_pore_pressure */
   PetscReal *times, *record;                          /* [rows] [s], [rows][n] [Pa] */
