@@ -34,7 +34,7 @@ static PetscErrorCode TSReset_Adams(TS ts)
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < ADAMS_SLOTS; i++) PetscCall(VecDestroy(&ad->rate[i]));
-  PetscCall(VecDestroy(&ad->start));
+  PetscCall(VecDestroy(&ad->at.start));
   PetscCall(VecDestroy(&ad->star));
   PetscCall(VecDestroy(&ad->y));
   for (PetscInt i = 0; i < 2; i++) PetscCall(VecDestroy(&ad->room[i]));
@@ -57,7 +57,7 @@ static PetscErrorCode TSDestroy_Adams(TS ts)
 static PetscErrorCode TSSetUp_Adams(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  Vec *vecs[] = {&ad->start, &ad->star, &ad->y, &ad->room[0], &ad->room[1]};
+  Vec *vecs[] = {&ad->at.start, &ad->star, &ad->y, &ad->room[0], &ad->room[1]};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
@@ -210,11 +210,11 @@ static PetscErrorCode AddUp(TS ts, PetscBool star, PetscInt m, const PetscReal w
   PetscCall(VecGetLocalSize(y, &n));
   for (PetscInt j = 0; j < m; j++)
     PetscCall(VecGetArrayRead(star ? (j ? ad->rate[j - 1] : ad->star) : ad->rate[j], &rate[j]));
-  PetscCall(VecGetArrayRead(ad->start, &start));
+  PetscCall(VecGetArrayRead(ad->at.start, &start));
   PetscCall(VecGetArrayWrite(y, &to));
   SlipAdamsSum(n, start, m, rate, weight, estimates, &tolerance, to, &sums);
   PetscCall(VecRestoreArrayWrite(y, &to));
-  PetscCall(VecRestoreArrayRead(ad->start, &start));
+  PetscCall(VecRestoreArrayRead(ad->at.start, &start));
   for (PetscInt j = 0; j < m; j++)
     PetscCall(VecRestoreArrayRead(star ? (j ? ad->rate[j - 1] : ad->star) : ad->rate[j], &rate[j]));
   if (estimates && ts->vatol) PetscCall(VecRestoreArrayRead(ts->vatol, &tolerance.absolutes));
@@ -350,9 +350,19 @@ static PetscErrorCode Begin(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Steps end where the loading has a corner. */
-static PetscErrorCode MeetCorner(TS ts, PetscBool *met)
+static PetscErrorCode Start(TS ts)
 {
+  TS_Adams *ad = (TS_Adams *)ts->data;
+
+  PetscFunctionBegin;
+  if (ts->steprestart || !ad->n) PetscCall(Begin(ts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Steps end where the loading has a corner. */
+static PetscErrorCode MeetCorner(TS ts)
+{
+  TS_Adams *ad = (TS_Adams *)ts->data;
   const SlipProblemOps *problem;
   void *ctx;
   PetscReal corner = PETSC_MAX_REAL;
@@ -360,96 +370,58 @@ static PetscErrorCode MeetCorner(TS ts, PetscBool *met)
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner, ctx));
-  *met = ts->time_step >= corner - ts->ptime ? PETSC_TRUE : PETSC_FALSE;
-  if (*met) ts->time_step = corner - ts->ptime;
+  ad->corner = ts->time_step >= corner - ts->ptime ? PETSC_TRUE : PETSC_FALSE;
+  if (ad->corner) ts->time_step = corner - ts->ptime;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Accept(TS ts, PetscReal next_h, PetscBool corner)
+static PetscInt Order(TS ts)
+{
+  return ((TS_Adams *)ts->data)->order + 1;
+}
+
+static PetscErrorCode Accept(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
+  PetscBool constant;
 
   PetscFunctionBegin;
   if (!ad->estimated) ad->next = PetscMin(PetscMin(ad->order + 1, ad->n), ad->max_order); /* as constant steps are */
-  ad->before = ts->ptime;
-  ad->h = ts->time_step;
   ad->dense = ad->order + 1;
-  ts->ptime = SlipTimeAfterStep(ts);
-  for (PetscInt j = 0; j < ad->n; j++) ad->age[j] += ts->time_step;
-  ts->time_step = next_h;
+  for (PetscInt j = 0; j < ad->n; j++) ad->age[j] += ad->at.h;
   ad->since = ad->next == ad->order ? ad->since + 1 : 0;
   ad->order = ad->next;
-  if (corner)
-    PetscCall(Begin(ts));
-  else
-    PetscCall(PushRate(ts));
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
-  if (problem && problem->relaxation) PetscCall(SlipAdamsBoundStep(ts, problem, ctx));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  if (constant && ad->corner) ts->time_step = SlipStepAfterCorner(ts, ts->ptime, ad->at.whole);
+  PetscCall(ad->corner ? Begin(ts) : PushRate(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Back to the step's start. Derivatives of steps before say nothing of one that is much shorter than those: where it
-   was refused more than once, or led nowhere, only that of the start is kept, and the order grows again. */
-static PetscErrorCode Retry(TS ts, PetscReal next_h, PetscBool good)
+/* Derivatives of steps before say nothing of one that is much shorter than those: where it was refused more than once,
+   or led nowhere, only that of the start is kept, and the order grows again. */
+static PetscErrorCode Retry(TS ts, PetscBool good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
 
   PetscFunctionBegin;
-  PetscCall(VecCopy(ad->start, ts->vec_sol));
-  PetscCall(SlipProblemRollBack(ts));
-  ts->time_step = next_h;
-  ts->reject++;
-  ad->rejections++;
   ad->order = PetscMin(ad->next, ad->order);
   ad->since = 0;
-  if (!good || ad->rejections >= RESTART_AFTER) ad->n = ad->order = 1;
-  if (ad->rejections > ts->max_reject && ts->max_reject >= 0) ts->reason = TS_DIVERGED_STEP_REJECTED;
+  if (!good || ad->at.rejections >= RESTART_AFTER) ad->n = ad->order = 1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode TSStep_Adams(TS ts)
 {
-  TS_Adams *ad = (TS_Adams *)ts->data;
-  PetscBool accept = PETSC_FALSE, corner = PETSC_FALSE, constant, good;
-  PetscReal whole = ts->time_step, next_h;
+  static const SlipAttemptOps ops = {
+    .begin = Start, .limit = MeetCorner, .attempt = Attempt, .order = Order, .retry = Retry, .accept = Accept};
+  const SlipProblemOps *problem;
+  PetscBool accepted;
+  void *ctx;
 
   PetscFunctionBegin;
-  PetscCall(SlipProblemAccept(ts));
-  if (ts->steprestart || !ad->n) PetscCall(Begin(ts));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
-  PetscCall(VecCopy(ts->vec_sol, ad->start));
-  ad->rejections = 0;
-  while (!ts->reason && !accept) {
-    PetscCall(SlipGuardStep(ts));
-    whole = ts->time_step;
-    PetscCall(MeetCorner(ts, &corner));
-    PetscCall(Attempt(ts, &good));
-    if (good) {
-      PetscCall(TSAdaptCandidatesClear(ts->adapt));
-      PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, ad->order + 1, 1, 1.0, 1.0, PETSC_TRUE));
-      PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
-    } else
-      PetscCall(SlipStepAfterFailure(ts, &next_h));
-    if (!accept) PetscCall(Retry(ts, next_h, good));
-    if (!good) PetscCall(SlipGuardConstant(ts, whole));
-  }
-  if (!accept) PetscFunctionReturn(PETSC_SUCCESS);
-  if (constant && corner) next_h = SlipStepAfterCorner(ts, ts->ptime + ts->time_step, whole);
-  PetscCall(Accept(ts, next_h, corner));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSRollBack_Adams(TS ts)
-{
-  TS_Adams *ad = (TS_Adams *)ts->data;
-
-  PetscFunctionBegin;
-  PetscCall(VecCopy(ad->start, ts->vec_sol));
-  PetscCall(SlipProblemRollBack(ts));
-  ts->steprestart = PETSC_TRUE;
+  PetscCall(SlipAttemptsStep(ts, &ops, &accepted));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (accepted && problem && problem->relaxation) PetscCall(SlipAdamsBoundStep(ts, problem, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -460,16 +432,17 @@ static PetscErrorCode TSRollBack_Adams(TS ts)
 static PetscErrorCode TSInterpolate_Adams(TS ts, PetscReal t, Vec x)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  const PetscReal s = PetscClipInterval((t - ad->before) / (ts->ptime - ad->before), 0, 1), rest = s * s * (3 - 2 * s);
+  const PetscReal s = PetscClipInterval((t - ad->at.before) / (ts->ptime - ad->at.before), 0, 1),
+                  rest = s * s * (3 - 2 * s);
   PetscReal node[SLIP_ADAMS_NODES] = {1}, inner[SLIP_ADAMS_NODES], whole[SLIP_ADAMS_NODES], part[SLIP_ADAMS_NODES];
 
   PetscFunctionBegin;
-  for (PetscInt j = 1; j < ad->dense; j++) node[j] = 1 - ad->age[j] / ad->h;
+  for (PetscInt j = 1; j < ad->dense; j++) node[j] = 1 - ad->age[j] / ad->at.h;
   SlipAdamsWeights(ad->dense, node, whole);
   for (PetscInt j = 0; j < ad->dense; j++) inner[j] = node[j] / PetscMax(s, PETSC_SMALL);
   SlipAdamsWeights(ad->dense, inner, part);
-  for (PetscInt j = 0; j < ad->dense; j++) part[j] = ad->h * (s * part[j] - rest * whole[j]);
-  PetscCall(VecCopy(ad->start, ad->y));
+  for (PetscInt j = 0; j < ad->dense; j++) part[j] = ad->at.h * (s * part[j] - rest * whole[j]);
+  PetscCall(VecCopy(ad->at.start, ad->y));
   PetscCall(VecAXPBY(ad->y, rest, 1 - rest, ts->vec_sol));
   PetscCall(VecMAXPY(ad->y, ad->dense, part, ad->rate));
   PetscCall(VecCopy(ad->y, x));
@@ -488,7 +461,7 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   PetscCall(SlipStateInt(s, "steps_with_it", 1, &ad->since));
   PetscCall(SlipStateReal(s, "ages", ad->n, ad->age));
   PetscCall(SlipStateReal(s, "relaxation", 2, ad->rates));
-  PetscCall(SlipStateReal(s, "last_step", 1, &ad->h));
+  PetscCall(SlipStateReal(s, "last_step", 1, &ad->at.h));
   if (SlipStateIsLoading(s) && ad->n > ad->max_order + 1)
     SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_INCOMP,
             "-ts_adams_max_order is %" PetscInt_FMT ", but the checkpoint has %" PetscInt_FMT " derivatives",
@@ -544,7 +517,7 @@ PetscErrorCode TSCreate_Adams(TS ts)
   ts->ops->setfromoptions = TSSetFromOptions_Adams;
   ts->ops->step = TSStep_Adams;
   ts->ops->evaluatewlte = TSEvaluateWLTE_Adams;
-  ts->ops->rollback = TSRollBack_Adams;
+  ts->ops->rollback = SlipAttemptsRollBack;
   ts->ops->interpolate = TSInterpolate_Adams;
   ts->default_adapt_type = TSADAPTBASIC;
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, State_Adams));

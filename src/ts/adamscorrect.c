@@ -89,7 +89,7 @@ void SlipAdamsCount(TS ts)
 
   ad->corrections = 1;
   if (hr <= STABLE) return; /* as it was bounded */
-  if (ad->rates[1] > 0) grown = PetscPowReal(ad->rates[0] / ad->rates[1], h / ad->h);
+  if (ad->rates[1] > 0) grown = PetscPowReal(ad->rates[0] / ad->rates[1], h / ad->at.h);
   ad->corrections = Needed(ad, ad->order, Gamma(ad, h, ad->order), PetscClipInterval(grown, 1, MOST_GROWTH) * hr);
 }
 
@@ -110,7 +110,7 @@ PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ct
   ad->rates[1] = ad->rates[0];
   ad->rates[0] = rate;
   if (!(rate > 0)) PetscFunctionReturn(PETSC_SUCCESS);
-  hr = PetscMin(ts->time_step * rate, Exact(ad->order, ad->estimated ? ad->norm : 1, ad->h * rate));
+  hr = PetscMin(ts->time_step * rate, Exact(ad->order, ad->estimated ? ad->norm : 1, ad->at.h * rate));
   hr = Bound(ad, ad->order, Gamma(ad, ts->time_step, ad->order), hr, &cost);
   ts->time_step = PetscMin(ts->time_step, hr / rate);
   PetscFunctionReturn(PETSC_SUCCESS);

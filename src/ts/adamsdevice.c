@@ -31,7 +31,7 @@ PetscErrorCode SlipAdamsSumDevice(TS ts, PetscBool star, PetscInt m, const Petsc
 
     PetscCall(SlipDeviceVecRead(star ? (i ? ad->rate[i - 1] : ad->star) : ad->rate[i], &rate[j]));
   }
-  PetscCall(SlipDeviceVecRead(ad->start, &start));
+  PetscCall(SlipDeviceVecRead(ad->at.start, &start));
   PetscCall(SlipDeviceVecWrite(y, &to));
   args[k++] = (SlipDeviceArg)SLIP_DEVICE_ARG(entries);
   args[k++] = (SlipDeviceArg)SLIP_DEVICE_ARG(start);

@@ -11,23 +11,20 @@
 enum { CORRECTIONS = 2 };
 
 typedef struct {
-  PetscBool known;     /* f is that of the step's start */
-  PetscInt rejections; /* attempts of this step that were refused */
-  Vec start, f;        /* state and rates at the start of the step, */
-  Vec end;             /* rates at its end, */
-  Vec mean, first;     /* the rates that lead there, and those of the first correction */
+  SlipAttempts at;
+  Vec end;         /* rates at the end of the step, */
+  Vec mean, first; /* those that lead there, and those of the first correction */
   Vec work;
-  PetscReal before, h; /* time at the start of the last step, and its length [s] */
 } TS_Lapusta;
 
 static PetscErrorCode TSReset_Lapusta(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  Vec *vecs[] = {&la->start, &la->f, &la->end, &la->mean, &la->first, &la->work};
+  Vec *vecs[] = {&la->at.start, &la->at.f, &la->end, &la->mean, &la->first, &la->work};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
-  la->known = PETSC_FALSE;
+  la->at.known = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -43,7 +40,7 @@ static PetscErrorCode TSDestroy_Lapusta(TS ts)
 static PetscErrorCode TSSetUp_Lapusta(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  Vec *vecs[] = {&la->start, &la->f, &la->end, &la->mean, &la->first, &la->work};
+  Vec *vecs[] = {&la->at.start, &la->at.f, &la->end, &la->mean, &la->first, &la->work};
   const SlipProblemOps *problem;
 
   PetscFunctionBegin;
@@ -66,7 +63,7 @@ static PetscErrorCode Drift(TS ts, PetscReal h)
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCall((*problem->drift)(ts, h, la->start, la->mean, ts->vec_sol, ctx));
+  PetscCall((*problem->drift)(ts, h, la->at.start, la->mean, ts->vec_sol, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -77,9 +74,9 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
   const PetscReal t = ts->ptime, h = ts->time_step;
 
   PetscFunctionBegin;
-  PetscCall(VecCopy(la->f, la->mean));
+  PetscCall(VecCopy(la->at.f, la->mean));
   for (PetscInt k = 0; k <= CORRECTIONS; k++) {
-    if (k) PetscCall(VecAXPBYPCZ(la->mean, 0.5, 0.5, 0, la->f, la->end));
+    if (k) PetscCall(VecAXPBYPCZ(la->mean, 0.5, 0.5, 0, la->at.f, la->end));
     if (k == 1) PetscCall(VecCopy(la->mean, la->first));
     PetscCall(Drift(ts, h));
     PetscCall(SlipGuardState(ts->vec_sol, good));
@@ -96,93 +93,32 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
 static PetscErrorCode TSEvaluateWLTE_Lapusta(TS ts, NormType type, PetscInt *order, PetscReal *wlte)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  const SlipProblemOps *problem;
-  PetscReal absolute, relative;
-  void *ctx;
 
   PetscFunctionBegin;
   PetscCall(VecWAXPY(la->work, -1, la->first, la->mean));
   PetscCall(VecScale(la->work, ts->time_step));
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem->error)
-    PetscCall((*problem->error)(ts, la->work, la->start, ts->vec_sol, wlte, ctx));
-  else {
-    PetscCall(VecAXPY(la->work, 1, ts->vec_sol));
-    PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, la->work, type, wlte, &absolute, &relative));
-  }
-  *wlte = PetscMax(*wlte, 1e-10); /* a step so short that nothing is left, which controllers divide by */
-  if (order) *order = 3;
+  PetscCall(SlipAttemptsError(ts, la->work, type, order, wlte));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Accept(TS ts, PetscReal next_h)
+static PetscErrorCode Accept(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  const SlipProblemOps *problem;
-  const Vec f = la->f;
-  void *ctx;
+  const Vec f = la->at.f;
 
   PetscFunctionBegin;
-  la->before = ts->ptime;
-  la->h = ts->time_step;
-  ts->ptime = SlipTimeAfterStep(ts);
-  ts->time_step = next_h;
-  la->f = la->end;
+  la->at.f = la->end;
   la->end = f;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Retry(TS ts, PetscReal next_h)
-{
-  TS_Lapusta *la = (TS_Lapusta *)ts->data;
-
-  PetscFunctionBegin;
-  PetscCall(VecCopy(la->start, ts->vec_sol));
-  PetscCall(SlipProblemRollBack(ts));
-  ts->time_step = next_h;
-  ts->reject++;
-  la->rejections++;
-  if (la->rejections > ts->max_reject && ts->max_reject >= 0) ts->reason = TS_DIVERGED_STEP_REJECTED;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode TSStep_Lapusta(TS ts)
 {
-  TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  PetscBool accept = PETSC_FALSE, good;
-  PetscReal next_h = ts->time_step, whole;
+  static const SlipAttemptOps ops = {.attempt = Attempt, .accept = Accept};
+  PetscBool accepted;
 
   PetscFunctionBegin;
-  PetscCall(SlipProblemAccept(ts));
-  PetscCall(VecCopy(ts->vec_sol, la->start));
-  if (ts->steprestart || !la->known) PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, la->f));
-  la->known = PETSC_TRUE;
-  la->rejections = 0;
-  while (!ts->reason && !accept) {
-    PetscCall(SlipGuardStep(ts));
-    whole = ts->time_step;
-    PetscCall(Attempt(ts, &good));
-    if (good) {
-      PetscCall(TSAdaptCandidatesClear(ts->adapt));
-      PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, 2, 1, 1.0, 1.0, PETSC_TRUE));
-      PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
-    } else
-      PetscCall(SlipStepAfterFailure(ts, &next_h));
-    if (!accept) PetscCall(Retry(ts, next_h));
-    if (!good) PetscCall(SlipGuardConstant(ts, whole));
-  }
-  if (accept) PetscCall(Accept(ts, next_h));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSRollBack_Lapusta(TS ts)
-{
-  PetscFunctionBegin;
-  PetscCall(VecCopy(((TS_Lapusta *)ts->data)->start, ts->vec_sol));
-  PetscCall(SlipProblemRollBack(ts));
-  ts->steprestart = PETSC_TRUE;
+  PetscCall(SlipAttemptsStep(ts, &ops, &accepted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -190,24 +126,11 @@ static PetscErrorCode TSRollBack_Lapusta(TS ts)
 static PetscErrorCode TSInterpolate_Lapusta(TS ts, PetscReal t, Vec x)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  const PetscReal share = PetscClipInterval((t - la->before) / (ts->ptime - la->before), 0, 1);
+  const PetscReal share = PetscClipInterval((t - la->at.before) / (ts->ptime - la->at.before), 0, 1);
 
   PetscFunctionBegin;
-  PetscCall(VecCopy(la->start, x));
+  PetscCall(VecCopy(la->at.start, x));
   PetscCall(VecAXPBY(x, share, 1 - share, ts->vec_sol));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What a checkpoint needs beside time, step and state */
-static PetscErrorCode State_Lapusta(TS ts, SlipState s)
-{
-  TS_Lapusta *la = (TS_Lapusta *)ts->data;
-
-  PetscFunctionBegin;
-  if (!SlipStateIsLoading(s) && ts->steprestart) la->known = PETSC_FALSE; /* as the next step asks anew */
-  PetscCall(SlipStateBool(s, "rates_known", &la->known));
-  if (la->known) PetscCall(SlipStateVec(s, "rates", la->f));
-  if (SlipStateIsLoading(s)) ts->steprestart = la->known ? PETSC_FALSE : PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -243,8 +166,8 @@ PetscErrorCode TSCreate_Lapusta(TS ts)
   ts->ops->setup = TSSetUp_Lapusta;
   ts->ops->step = TSStep_Lapusta;
   ts->ops->evaluatewlte = TSEvaluateWLTE_Lapusta;
-  ts->ops->rollback = TSRollBack_Lapusta;
+  ts->ops->rollback = SlipAttemptsRollBack;
   ts->ops->interpolate = TSInterpolate_Lapusta;
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, State_Lapusta));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, SlipAttemptsState));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -11,25 +11,24 @@
 #define RATE_MARGIN 1.05
 
 typedef struct {
+  SlipAttempts at;
   PetscInt max_stages;
-  PetscReal asked;     /* fastest rate that the user gave [1/s]; 0: the problem says it */
-  PetscBool known;     /* f is that of the step's start */
-  PetscInt stages;     /* of the last attempt */
-  PetscInt rejections; /* attempts of this step that were refused */
-  Vec start, f, end;   /* state at the start of the step, rates there and at its end */
-  Vec y[2], work;      /* of stages: the last two, rates and errors */
-  Vec f0;              /* rates at the start of the last step */
-  PetscReal before, h; /* time at the start of the last step, and its length [s] */
+  PetscReal asked; /* fastest rate that the user gave [1/s]; 0: the problem says it */
+  PetscReal rate;  /* the fastest at which the solution relaxes from the step's start [1/s] */
+  PetscInt stages; /* of the last attempt */
+  Vec end;         /* rates at the end of the step */
+  Vec y[2], work;  /* of stages: the last two, rates and errors */
+  Vec f0;          /* rates at the start of the last step */
 } TS_RKC;
 
 static PetscErrorCode TSReset_RKC(TS ts)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
-  Vec *vecs[] = {&rkc->start, &rkc->f, &rkc->end, &rkc->y[0], &rkc->y[1], &rkc->work, &rkc->f0};
+  Vec *vecs[] = {&rkc->at.start, &rkc->at.f, &rkc->end, &rkc->y[0], &rkc->y[1], &rkc->work, &rkc->f0};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
-  rkc->known = PETSC_FALSE;
+  rkc->at.known = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -45,7 +44,7 @@ static PetscErrorCode TSDestroy_RKC(TS ts)
 static PetscErrorCode TSSetUp_RKC(TS ts)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
-  Vec *vecs[] = {&rkc->start, &rkc->f, &rkc->end, &rkc->y[0], &rkc->y[1], &rkc->work, &rkc->f0};
+  Vec *vecs[] = {&rkc->at.start, &rkc->at.f, &rkc->end, &rkc->y[0], &rkc->y[1], &rkc->work, &rkc->f0};
 
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++)
@@ -123,39 +122,48 @@ PetscErrorCode TSRKCSetMaxStages(TS ts, PetscInt stages)
 
 /* ---- a step ---- */
 
-/* The fastest rate at which the solution relaxes from the step's start [1/s] */
-static PetscErrorCode FastestRate(TS ts, PetscReal *rate)
+static PetscErrorCode Begin(TS ts)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
   const SlipProblemOps *problem;
   void *ctx;
 
   PetscFunctionBegin;
-  *rate = rkc->asked;
+  rkc->rate = rkc->asked;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  PetscCheck(*rate > 0 || (problem && problem->relaxation), PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_WRONGSTATE,
+  PetscCheck(rkc->rate > 0 || (problem && problem->relaxation), PetscObjectComm((PetscObject)ts),
+             PETSC_ERR_ARG_WRONGSTATE,
              "-ts_type " TSRKC " needs the fastest rate at which the problem relaxes: expected -ts_rkc_rate [1/s]");
-  if (!(*rate > 0)) PetscCall((*problem->relaxation)(ts, rkc->start, rate, ctx));
-  *rate *= RATE_MARGIN;
+  if (!(rkc->rate > 0)) PetscCall((*problem->relaxation)(ts, rkc->at.start, &rkc->rate, ctx));
+  rkc->rate *= RATE_MARGIN;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Limit(TS ts)
+{
+  TS_RKC *rkc = (TS_RKC *)ts->data;
+
+  PetscFunctionBegin;
+  if (rkc->rate > 0) ts->time_step = PetscMin(ts->time_step, SlipRKCLongest(rkc->max_stages) / rkc->rate);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* vec_sol, and the rates there, at the end of an attempt; not good: it left the domain of the right-hand side, and
    vec_sol is nothing */
-static PetscErrorCode Attempt(TS ts, PetscReal rate, PetscBool *good)
+static PetscErrorCode Attempt(TS ts, PetscBool *good)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
   const PetscReal t = ts->ptime, h = ts->time_step;
-  const PetscInt s = PetscMin((PetscInt)SlipRKCStages(h * rate), rkc->max_stages);
+  const PetscInt s = PetscMin((PetscInt)SlipRKCStages(h * rkc->rate), rkc->max_stages);
   SlipRKCStage c[SLIP_RKC_MOST + 1];
 
   PetscFunctionBegin;
   rkc->stages = s;
   SlipRKCCoefficients(s, c);
-  PetscCall(VecCopy(rkc->start, rkc->y[0]));
-  PetscCall(VecWAXPY(rkc->y[1], c[1].rate * h, rkc->f, rkc->start));
+  PetscCall(VecCopy(rkc->at.start, rkc->y[0]));
+  PetscCall(VecWAXPY(rkc->y[1], c[1].rate * h, rkc->at.f, rkc->at.start));
   for (PetscInt j = 2; j <= s; j++) {
-    const Vec last = rkc->y[1], v[] = {rkc->start, last, rkc->work, rkc->f};
+    const Vec last = rkc->y[1], v[] = {rkc->at.start, last, rkc->work, rkc->at.f};
     const PetscScalar a[] = {1 - c[j].one - c[j].two, c[j].one, c[j].rate * h, c[j].start * h};
 
     PetscCall(TSPreStage(ts, t + c[j - 1].share * h));
@@ -176,127 +184,51 @@ static PetscErrorCode Attempt(TS ts, PetscReal rate, PetscBool *good)
 static PetscErrorCode TSEvaluateWLTE_RKC(TS ts, NormType type, PetscInt *order, PetscReal *wlte)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
-  const Vec v[] = {rkc->start, ts->vec_sol, rkc->f, rkc->end};
+  const Vec v[] = {rkc->at.start, ts->vec_sol, rkc->at.f, rkc->end};
   const PetscScalar a[] = {0.8, -0.8, 0.4 * ts->time_step, 0.4 * ts->time_step};
-  const SlipProblemOps *problem;
-  PetscReal absolute, relative;
-  void *ctx;
 
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(rkc->work));
   PetscCall(VecMAXPY(rkc->work, 4, a, (Vec *)v));
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->error)
-    PetscCall((*problem->error)(ts, rkc->work, rkc->start, ts->vec_sol, wlte, ctx));
-  else {
-    PetscCall(VecAXPY(rkc->work, 1, ts->vec_sol));
-    PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, rkc->work, type, wlte, &absolute, &relative));
-  }
-  *wlte = PetscMax(*wlte, 1e-10); /* a step so short that nothing is left, which controllers divide by */
-  if (order) *order = 3;
+  PetscCall(SlipAttemptsError(ts, rkc->work, type, order, wlte));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Accept(TS ts, PetscReal next_h)
+static PetscErrorCode Accept(TS ts)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
-  const SlipProblemOps *problem;
   const Vec f0 = rkc->f0;
-  void *ctx;
 
   PetscFunctionBegin;
-  rkc->before = ts->ptime;
-  rkc->h = ts->time_step;
-  ts->ptime = SlipTimeAfterStep(ts);
-  ts->time_step = next_h;
-  rkc->f0 = rkc->f;
-  rkc->f = rkc->end;
+  rkc->f0 = rkc->at.f;
+  rkc->at.f = rkc->end;
   rkc->end = f0;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Retry(TS ts, PetscReal next_h)
-{
-  TS_RKC *rkc = (TS_RKC *)ts->data;
-
-  PetscFunctionBegin;
-  PetscCall(VecCopy(rkc->start, ts->vec_sol));
-  PetscCall(SlipProblemRollBack(ts));
-  ts->time_step = next_h;
-  ts->reject++;
-  rkc->rejections++;
-  if (rkc->rejections > ts->max_reject && ts->max_reject >= 0) ts->reason = TS_DIVERGED_STEP_REJECTED;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode TSStep_RKC(TS ts)
 {
-  TS_RKC *rkc = (TS_RKC *)ts->data;
-  PetscBool accept = PETSC_FALSE, good;
-  PetscReal rate, next_h = ts->time_step, whole;
+  static const SlipAttemptOps ops = {.begin = Begin, .limit = Limit, .attempt = Attempt, .accept = Accept};
+  PetscBool accepted;
 
   PetscFunctionBegin;
-  PetscCall(SlipProblemAccept(ts));
-  PetscCall(VecCopy(ts->vec_sol, rkc->start));
-  if (ts->steprestart || !rkc->known) PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, rkc->f));
-  rkc->known = PETSC_TRUE;
-  PetscCall(FastestRate(ts, &rate));
-  rkc->rejections = 0;
-  while (!ts->reason && !accept) {
-    if (rate > 0) ts->time_step = PetscMin(ts->time_step, SlipRKCLongest(rkc->max_stages) / rate);
-    PetscCall(SlipGuardStep(ts));
-    whole = ts->time_step;
-    PetscCall(Attempt(ts, rate, &good));
-    if (good) {
-      PetscCall(TSAdaptCandidatesClear(ts->adapt));
-      PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, 2, 1, 1.0, 1.0, PETSC_TRUE));
-      PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, &accept));
-    } else
-      PetscCall(SlipStepAfterFailure(ts, &next_h));
-    if (!accept) PetscCall(Retry(ts, next_h));
-    if (!good) PetscCall(SlipGuardConstant(ts, whole));
-  }
-  if (accept) PetscCall(Accept(ts, next_h));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TSRollBack_RKC(TS ts)
-{
-  PetscFunctionBegin;
-  PetscCall(VecCopy(((TS_RKC *)ts->data)->start, ts->vec_sol));
-  PetscCall(SlipProblemRollBack(ts));
-  ts->steprestart = PETSC_TRUE;
+  PetscCall(SlipAttemptsStep(ts, &ops, &accepted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode TSInterpolate_RKC(TS ts, PetscReal t, Vec x)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
-  const PetscReal s = PetscClipInterval((t - rkc->before) / (ts->ptime - rkc->before), 0, 1),
+  const PetscReal s = PetscClipInterval((t - rkc->at.before) / (ts->ptime - rkc->at.before), 0, 1),
                   rest = s * s * (3 - 2 * s);
-  const Vec v[] = {ts->vec_sol, rkc->f0, rkc->f};
-  const PetscScalar a[] = {rest, rkc->h * s * (1 - s) * (1 - s), -rkc->h * s * s * (1 - s)};
+  const Vec v[] = {ts->vec_sol, rkc->f0, rkc->at.f};
+  const PetscScalar a[] = {rest, rkc->at.h * s * (1 - s) * (1 - s), -rkc->at.h * s * s * (1 - s)};
 
   PetscFunctionBegin;
-  PetscCall(VecCopy(rkc->start, rkc->work));
+  PetscCall(VecCopy(rkc->at.start, rkc->work));
   PetscCall(VecScale(rkc->work, 1 - rest));
   PetscCall(VecMAXPY(rkc->work, 3, a, (Vec *)v));
   PetscCall(VecCopy(rkc->work, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What a checkpoint needs beside time, step and state */
-static PetscErrorCode State_RKC(TS ts, SlipState s)
-{
-  TS_RKC *rkc = (TS_RKC *)ts->data;
-
-  PetscFunctionBegin;
-  if (!SlipStateIsLoading(s) && ts->steprestart) rkc->known = PETSC_FALSE; /* as the next step asks anew */
-  PetscCall(SlipStateBool(s, "rates_known", &rkc->known));
-  if (rkc->known) PetscCall(SlipStateVec(s, "rates", rkc->f));
-  if (SlipStateIsLoading(s)) ts->steprestart = rkc->known ? PETSC_FALSE : PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -340,9 +272,9 @@ PetscErrorCode TSCreate_RKC(TS ts)
   ts->ops->setfromoptions = TSSetFromOptions_RKC;
   ts->ops->step = TSStep_RKC;
   ts->ops->evaluatewlte = TSEvaluateWLTE_RKC;
-  ts->ops->rollback = TSRollBack_RKC;
+  ts->ops->rollback = SlipAttemptsRollBack;
   ts->ops->interpolate = TSInterpolate_RKC;
   ts->default_adapt_type = TSADAPTBASIC;
-  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, State_RKC));
+  PetscCall(PetscObjectComposeFunction((PetscObject)ts, SLIP_STATE_METHOD, SlipAttemptsState));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

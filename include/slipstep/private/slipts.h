@@ -179,25 +179,48 @@ PETSC_INTERN PetscErrorCode SlipAdamsSumDevice(TS ts, PetscBool star, PetscInt m
                                                const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates, Vec y,
                                                SlipAdamsSums *sums);
 
+/* ---- attempts.c: a step of attempts from one state ---- */
+/* The first member of what a type that uses it keeps */
+typedef struct {
+  Vec start;           /* state at the start of the step */
+  Vec f;               /* rates there, of types that begin with those of the last step's end; else NULL */
+  PetscBool known;     /* f is that */
+  PetscInt rejections; /* attempts of this step that were refused */
+  PetscReal whole;     /* the attempt's step before it was limited [s] */
+  PetscReal before, h; /* time at the start of the last accepted step, and its length [s] */
+} SlipAttempts;
+/* What a type does; each but attempt and accept may be NULL */
+typedef struct {
+  PetscErrorCode (*begin)(TS); /* from start and f */
+  PetscErrorCode (*limit)(TS); /* ts->time_step of an attempt */
+  /* vec_sol after ts->time_step; not good: it has left the domain of the right-hand side */
+  PetscErrorCode (*attempt)(TS, PetscBool *good);
+  PetscInt (*order)(TS);                       /* of the attempt; NULL: 2 */
+  PetscErrorCode (*retry)(TS, PetscBool good); /* it was refused, and ts->time_step is the next */
+  PetscErrorCode (*accept)(TS);                /* it was not, and ts->ptime is its end and ts->time_step the next */
+} SlipAttemptOps;
+PETSC_INTERN PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *accepted);
+PETSC_INTERN PetscErrorCode SlipAttemptsRollBack(TS ts);
+PETSC_INTERN PetscErrorCode SlipAttemptsState(TS ts, SlipState s);
+PETSC_INTERN PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, PetscReal *wlte);
+
 /* ---- adams.c, adamscorrect.c ---- */
 enum { ADAMS_MAX = SLIP_ADAMS_NODES - 2, ADAMS_SLOTS = ADAMS_MAX + 3 };
 
 typedef struct {
-  PetscInt max_order;  /* of the predictor */
-  PetscInt order;      /* of the attempt */
-  PetscInt next;       /* of the step after it */
-  PetscInt n;          /* derivatives in hand */
-  PetscInt since;      /* accepted steps with this order */
-  PetscInt rejections; /* attempts of this step that were refused */
+  SlipAttempts at;
+  PetscInt max_order; /* of the predictor */
+  PetscInt order;     /* of the attempt */
+  PetscInt next;      /* of the step after it */
+  PetscInt n;         /* derivatives in hand */
+  PetscInt since;     /* accepted steps with this order */
   Vec rate[ADAMS_SLOTS];
   PetscReal age[ADAMS_SLOTS]; /* how long ago they were, newest first, as sums of steps [s] */
-  Vec start;                  /* state at the start of the step */
   Vec star;                   /* f* */
   Vec y;
   SlipAdamsInverse inverse;
-  PetscReal before;    /* time at the start of the last accepted step [s] */
-  PetscReal h;         /* its length [s] */
-  PetscInt dense;      /* derivatives that its polynomial goes through, that of its end first */
+  PetscBool corner;    /* the attempt ends at one of the loading */
+  PetscInt dense;      /* derivatives that the last step's polynomial goes through, that of its end first */
   PetscBool estimated; /* norm is that of this attempt, for the next order */
   PetscReal norm;
   PetscBool normed; /* norms are those of this attempt, by their type, of its order, the one below and the one above */

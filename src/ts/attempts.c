@@ -1,0 +1,112 @@
+/* A step of TSADAMS, TSRKC and TSLAPUSTA: attempts from one state, each of which the controller accepts, or it is taken
+   back and the next one is shorter, until one is accepted or the run ends. Types say what an attempt is. */
+#include <slipstep/private/slipts.h>
+
+/* SLIP_STATE_METHOD of types whose steps begin with the rates that the last one ended with: what a checkpoint needs
+   beside time, step and state */
+PetscErrorCode SlipAttemptsState(TS ts, SlipState s)
+{
+  SlipAttempts *at = (SlipAttempts *)ts->data;
+
+  PetscFunctionBegin;
+  if (!SlipStateIsLoading(s) && ts->steprestart) at->known = PETSC_FALSE; /* as the next step asks anew */
+  PetscCall(SlipStateBool(s, "rates_known", &at->known));
+  if (at->known) PetscCall(SlipStateVec(s, "rates", at->f));
+  if (SlipStateIsLoading(s)) ts->steprestart = at->known ? PETSC_FALSE : PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The norm of the estimate e of an attempt's error, of order h^3; e is lost */
+PetscErrorCode SlipAttemptsError(TS ts, Vec e, NormType type, PetscInt *order, PetscReal *wlte)
+{
+  SlipAttempts *at = (SlipAttempts *)ts->data;
+  const SlipProblemOps *problem;
+  PetscReal absolute, relative;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->error)
+    PetscCall((*problem->error)(ts, e, at->start, ts->vec_sol, wlte, ctx));
+  else {
+    PetscCall(VecAXPY(e, 1, ts->vec_sol));
+    PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, e, type, wlte, &absolute, &relative));
+  }
+  *wlte = PetscMax(*wlte, 1e-10); /* a step so short that nothing is left, which controllers divide by */
+  if (order) *order = 3;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Accept(TS ts, const SlipAttemptOps *ops, PetscReal next_h)
+{
+  SlipAttempts *at = (SlipAttempts *)ts->data;
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  at->before = ts->ptime;
+  at->h = ts->time_step;
+  ts->ptime = SlipTimeAfterStep(ts);
+  ts->time_step = next_h;
+  PetscCall((*ops->accept)(ts));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Retry(TS ts, const SlipAttemptOps *ops, PetscReal next_h, PetscBool good)
+{
+  SlipAttempts *at = (SlipAttempts *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(VecCopy(at->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
+  ts->time_step = next_h;
+  ts->reject++;
+  at->rejections++;
+  if (ops->retry) PetscCall((*ops->retry)(ts, good));
+  if (at->rejections > ts->max_reject && ts->max_reject >= 0) ts->reason = TS_DIVERGED_STEP_REJECTED;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The step; *accepted: it was taken */
+PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *accepted)
+{
+  SlipAttempts *at = (SlipAttempts *)ts->data;
+  PetscReal next_h = ts->time_step;
+  PetscBool good;
+
+  PetscFunctionBegin;
+  *accepted = PETSC_FALSE;
+  PetscCall(SlipProblemAccept(ts));
+  PetscCall(VecCopy(ts->vec_sol, at->start));
+  if (at->f && (ts->steprestart || !at->known)) PetscCall(TSComputeRHSFunction(ts, ts->ptime, ts->vec_sol, at->f));
+  at->known = PETSC_TRUE;
+  if (ops->begin) PetscCall((*ops->begin)(ts));
+  at->rejections = 0;
+  while (!ts->reason && !*accepted) {
+    PetscCall(SlipGuardStep(ts));
+    at->whole = ts->time_step;
+    if (ops->limit) PetscCall((*ops->limit)(ts));
+    PetscCall((*ops->attempt)(ts, &good));
+    if (good) {
+      PetscCall(TSAdaptCandidatesClear(ts->adapt));
+      PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, ops->order ? (*ops->order)(ts) : 2, 1, 1.0, 1.0, PETSC_TRUE));
+      PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, accepted));
+    } else
+      PetscCall(SlipStepAfterFailure(ts, &next_h));
+    if (!*accepted) PetscCall(Retry(ts, ops, next_h, good));
+    if (!good) PetscCall(SlipGuardConstant(ts, at->whole));
+  }
+  if (*accepted) PetscCall(Accept(ts, ops, next_h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipAttemptsRollBack(TS ts)
+{
+  PetscFunctionBegin;
+  PetscCall(VecCopy(((SlipAttempts *)ts->data)->start, ts->vec_sol));
+  PetscCall(SlipProblemRollBack(ts));
+  ts->steprestart = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
