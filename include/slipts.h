@@ -133,7 +133,7 @@ typedef struct {
   /* For how long the state w of time t [s] stays exactly at rest, in s; 0 when something moves or is about to,
      PETSC_MAX_REAL for ever */
   PetscErrorCode (*rest_time)(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx);
-  /* Asked by TSBATHE and TSADAMS before a step, whose length is that of TSGetTimeStep(): the next time at which its
+  /* Asked by TSBATHE, TSADAMS and TSLAPUSTA before a step, whose length is that of TSGetTimeStep(): the next time at which its
      loading has a corner that a step is to end at, [s] and after t. PETSC_MAX_REAL: none */
   PetscErrorCode (*corner)(TS ts, PetscReal t, PetscReal *next, void *ctx);
   /* Likewise: does the state w of time t [s] stay at rest beyond t? Then *end is until when, at most limit; half and
@@ -150,9 +150,10 @@ typedef struct {
   PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);
   /* Asked by TSLAPUSTA: w1 is the state w0 after h [s] at constant slip rates, of which F has those of displacements */
   PetscErrorCode (*drift)(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *ctx);
-  /* Asked by TSADAPTLAPUSTA of the end of an attempt, F there: the longest step that lets no cell slip too far, and the
-     shortest that there is any use in [s] */
-  PetscErrorCode (*slip_step)(TS ts, PetscReal t, Vec w, PetscReal *longest, PetscReal *shortest, void *ctx);
+  /* Asked by TSADAPTLAPUSTA of the end of an attempt, F there: the longest step that lets no cell slip too far [s] */
+  PetscErrorCode (*slip_step)(TS ts, PetscReal t, Vec w, PetscReal *longest, void *ctx);
+  /* Asked by TSLAPUSTA: the shortest step that there is any use in [s]; 0: there is none */
+  PetscErrorCode (*shortest)(TS ts, PetscReal *step, void *ctx);
   /* Asked by TSADAMS and TSRKC at the end t [s] of a step, after the right-hand side there: makes those components of
      the state w that no derivative goes into follow from the others */
   PetscErrorCode (*finish)(TS ts, PetscReal t, Vec w, void *ctx);

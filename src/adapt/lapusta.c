@@ -1,4 +1,4 @@
-/* TSADAPTLAPUSTA: steps in which no cell slips too far, of a list of lengths. */
+/* TSADAPTLAPUSTA: steps in which no cell slips too far. */
 #include <slipstep/private/slipadapt.h>
 #include <slipts.h>
 
@@ -6,22 +6,11 @@
 #define TOO_LONG 4     /* over the longest one at its end: a step is refused */
 #define LEAST_CUT 1e-3 /* of one that was */
 
-/* Not longer than h, of shortest times 2^k or 1.5 2^k: media that remember prepare each length of a step once */
-static PetscReal OfList(PetscReal h, PetscReal shortest)
-{
-  PetscReal power;
-  int exponent;
-
-  if (!(shortest > 0) || !(h > shortest)) return h;
-  power = frexp(h / shortest, &exponent); /* in [0.5, 1) */
-  return shortest * ldexp(power >= 0.75 ? 0.75 : 0.5, exponent);
-}
-
 static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
                                             PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
   const SlipProblemOps *problem;
-  PetscReal longest, shortest, next;
+  PetscReal longest, next;
   PetscBool lapusta;
   void *ctx;
 
@@ -32,26 +21,23 @@ static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, P
              "-ts_adapt_type " TSADAPTLAPUSTA
              " bounds the slip of cells in steps of constant rates: expected a fault and "
              "-ts_type " TSLAPUSTA);
-  PetscCall((*problem->slip_step)(ts, ts->ptime + h, ts->vec_sol, &longest, &shortest, ctx));
+  PetscCall((*problem->slip_step)(ts, ts->ptime + h, ts->vec_sol, &longest, ctx));
   *next_sc = 0;
   *wlte = *wltea = *wlter = -1;
-  *accept =
-    h <= TOO_LONG * longest || h <= shortest || h <= adapt->dt_min || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
+  *accept = h <= TOO_LONG * longest || h <= adapt->dt_min || adapt->always_accept ? PETSC_TRUE : PETSC_FALSE;
   next = *accept ? PetscMin(GROWTH * h, longest) : PetscMax(LEAST_CUT * h, longest);
-  next = OfList(PetscMax(next, shortest), shortest);
   *next_h = PetscClipInterval(next, adapt->dt_min, adapt->dt_max);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*MC
-  TSADAPTLAPUSTA - steps in which no cell slips by more than a share of its d_c that keeps it stable, and never shorter
-  than waves take through half a cell
+  TSADAPTLAPUSTA - steps in which no cell slips by more than a share of its d_c that keeps it stable
 
   Level: beginner
 
   Notes:
-  The rule of codes for earthquake cycles with waves, with -ts_type lapusta. The error is not estimated. Steps are 1 or
-  1.5 times a power of 2 of the shortest.
+  The rule of codes for earthquake cycles with waves, with -ts_type lapusta, which knows the shortest step. The error is
+  not estimated.
 
   Reference: Lapusta, Rice, Ben-Zion & Zheng (2000)
 

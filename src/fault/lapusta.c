@@ -1,5 +1,6 @@
 /* Steps of constant slip rates: what a state is after one, and how long it may be. */
 #include <slipstep/private/slipfault.h>
+#include <slipadapt.h>
 
 #define MOST_SLIP 0.5 /* of a step, over d_c */
 
@@ -55,8 +56,33 @@ static PetscReal Share(PetscReal A, PetscReal weakening, PetscReal stiffness)
   return PetscMin(1 - weakening / stiffness, (PetscReal)MOST_SLIP);
 }
 
+/* The policy for cycles was trained on other steps: in those of waves its dial moves events by years, to and fro. */
+PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts)
+{
+  PetscBool learned, waves;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSLAPUSTA, &waves));
+  PetscCheck(!learned || !waves, fault->comm, PETSC_ERR_SUP,
+             "-ts_adapt_type rl has no policy for steps of -ts_type lapusta: expected lapusta, basic, dsp, pi, "
+             "heuristic or none");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* SlipProblemOps.shortest */
+PetscErrorCode SlipFaultShortestStep(TS ts, PetscReal *step, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)ts;
+  PetscCall(SlipElasticGetShortestStep(((SlipFault)ctx)->medium, step));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* SlipProblemOps.slip_step. Cells that stick have no rate to go by: while any slides steps are the shortest. */
-PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, PetscReal *shortest, void *ctx)
+PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   SlipFrictionCells friction;
@@ -66,7 +92,6 @@ PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, 
 
   PetscFunctionBegin;
   (void)ts, (void)w;
-  PetscCall(SlipElasticGetShortestStep(fault->medium, shortest));
   PetscCall(SlipElasticGetDiagonals(fault->medium, &stiffness, NULL));
   PetscCall(SlipFaultGetFriction(fault, t, &friction));
   PetscCall(VecGetArrayRead(stiffness, &k));

@@ -537,6 +537,7 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCall(TSBatheIs(ts, &bathe));
+  PetscCall(SlipFaultRefuseLearnedWaves(fault, ts));
   if (!bathe || !fault->problem.begin) {
     PetscCall(ExplicitFollows(fault, ts, &follows));
     if (follows)

@@ -72,6 +72,7 @@ static PetscErrorCode Retry(TS ts, const SlipAttemptOps *ops, PetscReal next_h, 
 /* The step; *accepted: it was taken */
 PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *accepted)
 {
+  const PetscBool always = ts->adapt->always_accept;
   SlipAttempts *at = (SlipAttempts *)ts->data;
   PetscReal next_h = ts->time_step;
   PetscBool good;
@@ -85,14 +86,16 @@ PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *acc
   if (ops->begin) PetscCall((*ops->begin)(ts));
   at->rejections = 0;
   while (!ts->reason && !*accepted) {
-    PetscCall(SlipGuardStep(ts));
     at->whole = ts->time_step;
     if (ops->limit) PetscCall((*ops->limit)(ts));
+    PetscCall(SlipGuardStep(ts));
     PetscCall((*ops->attempt)(ts, &good));
     if (good) {
       PetscCall(TSAdaptCandidatesClear(ts->adapt));
       PetscCall(TSAdaptCandidateAdd(ts->adapt, NULL, ops->order ? (*ops->order)(ts) : 2, 1, 1.0, 1.0, PETSC_TRUE));
+      if (ops->whatever && (*ops->whatever)(ts)) ts->adapt->always_accept = PETSC_TRUE;
       PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next_h, accepted));
+      ts->adapt->always_accept = always;
     } else
       PetscCall(SlipStepAfterFailure(ts, &next_h));
     if (!*accepted) PetscCall(Retry(ts, ops, next_h, good));

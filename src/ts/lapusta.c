@@ -5,7 +5,10 @@
    ever extrapolated: in steps in which waves cross half a cell, the shortest that there is anything to know about, a
    cell may slip by many times its characteristic slip.
 
-   The error estimate is the difference of the first and the last correction, and of order h^3. */
+   The error estimate is the difference of the first and the last correction, and of order h^3.
+
+   Whatever the controller proposes, steps are 1 or 1.5 times a power of 2 of the shortest, as media that remember prepare
+   each length of a step once, and none is shorter: there steps are taken as they are. */
 #include <slipstep/private/slipts.h>
 
 enum { CORRECTIONS = 2 };
@@ -15,6 +18,8 @@ typedef struct {
   Vec end;         /* rates at the end of the step, */
   Vec mean, first; /* those that lead there, and those of the first correction */
   Vec work;
+  PetscBool constant; /* steps are as the user wants them */
+  PetscReal shortest; /* [s]; 0: there is none */
 } TS_Lapusta;
 
 static PetscErrorCode TSReset_Lapusta(TS ts)
@@ -101,6 +106,69 @@ static PetscErrorCode TSEvaluateWLTE_Lapusta(TS ts, NormType type, PetscInt *ord
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Begin(TS ts)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &la->constant));
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  la->shortest = 0;
+  if (problem->shortest) PetscCall((*problem->shortest)(ts, &la->shortest, ctx));
+  if (la->shortest > 0) la->shortest = PetscMax(la->shortest, ts->adapt->dt_min);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Not longer than h, of the list; a length of the list is itself, whatever rounding has made of its ratio */
+static PetscReal OfList(PetscReal h, PetscReal shortest)
+{
+  PetscReal power;
+  int exponent;
+
+  if (!(h > shortest)) return shortest;
+  power = frexp(h / shortest * (1 + 8 * PETSC_MACHINE_EPSILON), &exponent); /* in [0.5, 1) */
+  return shortest * ldexp(power >= 0.75 ? 0.75 : 0.5, exponent);
+}
+
+/* Steps that end at a corner of the loading, or with the run, are as long as they have to be. */
+static PetscErrorCode Limit(TS ts)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+  const SlipProblemOps *problem;
+  PetscReal end = PETSC_MAX_REAL, left;
+  void *ctx;
+
+  PetscFunctionBegin;
+  if (la->constant || !(la->shortest > 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &end, ctx));
+  if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) end = PetscMin(end, ts->max_time);
+  left = end - ts->ptime;
+  if (ts->time_step < left) ts->time_step = PetscMin(OfList(ts->time_step, la->shortest), left);
+  if (ts->time_step >= left) ts->time_step = SlipControlEnd(left, ts->ptime, end);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Shorter steps than the shortest would be no better, and do not end. */
+static PetscBool Whatever(TS ts)
+{
+  return ts->time_step <= ((TS_Lapusta *)ts->data)->shortest ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscErrorCode Retry(TS ts, PetscBool good)
+{
+  TS_Lapusta *la = (TS_Lapusta *)ts->data;
+
+  PetscFunctionBegin;
+  if (good || la->constant || la->at.whole > la->shortest) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipRunFails(ts));
+  SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_CONV_FAILED,
+          "At time %.6g s the shortest step, %.6g s, leads to what is no state of the problem (-ts_type %s)",
+          (double)ts->ptime, (double)la->shortest, ((PetscObject)ts)->type_name);
+}
+
 static PetscErrorCode Accept(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
@@ -109,12 +177,14 @@ static PetscErrorCode Accept(TS ts)
   PetscFunctionBegin;
   la->at.f = la->end;
   la->end = f;
+  if (!la->constant) ts->time_step = PetscMax(ts->time_step, la->shortest);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode TSStep_Lapusta(TS ts)
 {
-  static const SlipAttemptOps ops = {.attempt = Attempt, .accept = Accept};
+  static const SlipAttemptOps ops = {
+    .begin = Begin, .limit = Limit, .attempt = Attempt, .whatever = Whatever, .retry = Retry, .accept = Accept};
   PetscBool accepted;
 
   PetscFunctionBegin;
@@ -142,7 +212,8 @@ static PetscErrorCode TSInterpolate_Lapusta(TS ts, PetscReal t, Vec x)
   Notes:
   Of second order, two right-hand sides a step. States of friction follow the rates of a step by themselves, and are
   stable at any step. TSAdapt type lapusta bounds the slip of a step; basic, dsp, pi and heuristic bound the error; none
-  takes constant steps.
+  takes constant steps. Of other controllers' steps those of a list are taken, 1 and 1.5 times powers of 2 of the
+  shortest (SlipProblemOps.shortest), not longer than asked for. None is shorter than that, or refused at it.
 
   Errors: PETSC_ERR_ARG_WRONGSTATE for problems without SlipProblemOps.drift
 

@@ -109,9 +109,23 @@ class WavesTest(FaultTest):
         available = (slips @ stiffness @ slips) / 2 * kostrov.LENGTH / 200 * length
         self.assertAlmostEqual(event["radiated_efficiency"], event["radiated_energy"] / available, delta=5e-4)
 
+    def test_steps_of_every_controller(self):
+        """Of the list, and none shorter than the shortest, whatever the error: a controller that is refused there would shorten steps for ever."""
+        shortest = 1500 / 3464 / 3
+        for adapt in "lapusta", "basic", "dsp", "pi", "heuristic":
+            self.tpv3(1500, "-ts_max_time", 1.5, "-ts_adapt_type", adapt, "-ts_rtol", 1e-6, "-ts_dt", 1.7 * shortest, "-fault_output", "list.h5",
+                      "-fault_output_overwrite", "-fault_output_time_interval", WHOLE)
+            with h5py.File(self.path("list.h5")) as f:
+                step = f["steps/dt"][:-1] / shortest
+            power = 2.0 ** np.floor(np.log2(step * 1.0001))
+            np.testing.assert_allclose(np.where(step > 1.4 * power, 1.5 * power, power), step, rtol=1e-6)  # cs in six digits
+            self.assertGreater(step.min(), 0.999)
+            self.assertLess(len(step), 20)
+
     def test_refused(self):
         for options, message in ((("-fault_kernel", "half_space"), "knows no ground, which reflects waves: expected -fault_kernel full_space"),
                                  (("-ts_type", "bathe"), "expected lapusta with -fault_medium waves"),
+                                 (("-ts_adapt_type", "rl"), "expected lapusta, basic, dsp, pi, heuristic or none"),
                                  (("-fault_inertia", "yes", "-fault_viscosity", "radiation"), "expected -fault_inertia no"),
                                  (("-fault_opening", "yes"), "expected -fault_opening no"),
                                  (("-fault_waves_tolerance", 1e-9), "-fault_waves_tolerance is 1e-09, expected 0, or at least 1e-08")):

@@ -103,8 +103,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t
 /* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no
    explicit problem */
 PETSC_INTERN PetscErrorCode SlipFaultDrift(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *fault);
-PETSC_INTERN PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, PetscReal *shortest,
-                                              void *fault);
+PETSC_INTERN PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, void *fault);
+PETSC_INTERN PetscErrorCode SlipFaultShortestStep(TS ts, PetscReal *step, void *fault);
+PETSC_INTERN PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts); /* an error */
 PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *fault);
 /* The largest eigenvalue of K over the weights, once a run [Pa/m] */
 PETSC_INTERN PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscReal *largest);

@@ -196,6 +196,7 @@ typedef struct {
   /* vec_sol after ts->time_step; not good: it has left the domain of the right-hand side */
   PetscErrorCode (*attempt)(TS, PetscBool *good);
   PetscInt (*order)(TS);                       /* of the attempt; NULL: 2 */
+  PetscBool (*whatever)(TS);                   /* is it taken whatever its error is? NULL: no */
   PetscErrorCode (*retry)(TS, PetscBool good); /* it was refused, and ts->time_step is the next */
   PetscErrorCode (*accept)(TS);                /* it was not, and ts->ptime is its end and ts->time_step the next */
 } SlipAttemptOps;
