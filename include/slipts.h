@@ -133,8 +133,8 @@ typedef struct {
   /* For how long the state w of time t [s] stays exactly at rest, in s; 0 when something moves or is about to,
      PETSC_MAX_REAL for ever */
   PetscErrorCode (*rest_time)(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx);
-  /* Asked by TSBATHE, TSADAMS and TSLAPUSTA before a step, whose length is that of TSGetTimeStep(): the next time at which its
-     loading has a corner that a step is to end at, [s] and after t. PETSC_MAX_REAL: none */
+  /* Asked by TSBATHE, TSADAMS and TSLAPUSTA before a step, whose length is that of TSGetTimeStep(): the next time at
+     which its loading has a corner that a step is to end at, [s] and after t. PETSC_MAX_REAL: none */
   PetscErrorCode (*corner)(TS ts, PetscReal t, PetscReal *next, void *ctx);
   /* Likewise: does the state w of time t [s] stay at rest beyond t? Then *end is until when, at most limit; half and
      after are the states halfway and at the end, exactly, and *h a step to go on with from there [s]. Otherwise *end =

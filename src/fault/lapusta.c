@@ -56,19 +56,20 @@ static PetscReal Share(PetscReal A, PetscReal weakening, PetscReal stiffness)
   return PetscMin(1 - weakening / stiffness, (PetscReal)MOST_SLIP);
 }
 
-/* The policy for cycles was trained on other steps: in those of waves its dial moves events by years, to and fro. */
+/* The policy for cycles was trained without waves: with them its dial moves events by years, to and fro. */
 PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts)
 {
-  PetscBool learned, waves;
+  PetscReal shortest;
+  PetscBool learned;
   TSAdapt adapt;
 
   PetscFunctionBegin;
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSLAPUSTA, &waves));
-  PetscCheck(!learned || !waves, fault->comm, PETSC_ERR_SUP,
-             "-ts_adapt_type rl has no policy for steps of -ts_type lapusta: expected lapusta, basic, dsp, pi, "
-             "heuristic or none");
+  PetscCall(SlipElasticGetShortestStep(fault->medium, &shortest));
+  PetscCheck(!learned || !(shortest > 0), fault->comm, PETSC_ERR_SUP,
+             "-ts_adapt_type rl has no policy for faults with waves: expected lapusta, basic, dsp, pi, heuristic or "
+             "none");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

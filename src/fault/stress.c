@@ -88,8 +88,8 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What loading adds to the elastic energy, v_inf (T - f(u, t)) - u dT/dt, and where cells open p v_n [W]: with K v_inf +
-   dT/dt, computed once, no product but where f is not K u. Collective. */
+/* What loading adds to the elastic energy, v_inf (T - f(u, t)) - u dT/dt, and where cells open p v_n [W]: with K v_inf
+   + dT/dt, computed once, no product but where f is not K u. Collective. */
 PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power)
 {
   const SlipFaultLoad *load;

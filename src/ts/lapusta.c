@@ -7,8 +7,8 @@
 
    The error estimate is the difference of the first and the last correction, and of order h^3.
 
-   Whatever the controller proposes, steps are 1 or 1.5 times a power of 2 of the shortest, as media that remember prepare
-   each length of a step once, and none is shorter: there steps are taken as they are. */
+   Whatever the controller proposes, steps are 1 or 1.5 times a power of 2 of the shortest, as media that remember
+   prepare each length of a step once, and none is shorter: there steps are taken as they are. */
 #include <slipstep/private/slipts.h>
 
 enum { CORRECTIONS = 2 };

@@ -494,8 +494,8 @@ static void test_arrival(void **state)
   Destroy(&m);
 }
 
-/* What observers ask of states within a step, and again, leaves what follows as it was, to the bit. Steps are whole: what
-   is remembered goes on in its place. */
+/* What observers ask of states within a step, and again, leaves what follows as it was, to the bit. Steps are whole:
+   what is remembered goes on in its place. */
 static void test_questions(void **state)
 {
   enum { N = 12 };
