@@ -8,8 +8,9 @@
 
   W is a sum of decaying exponentials (wave_poles.c), so that a step of any length at constant rates is one product for
   each of them: no history, no window. With a tolerance of 0 the rates of all steps are kept instead (wavehistory.c).
-  While steps are longer than all that is remembered m is eta V, and nothing else is computed. The state (u, t) follows from the step's start by going from its displacement to u at a constant rate.
-  What is remembered goes on in its place: steps have no parts, which would need it twice.
+  While steps are longer than all that is remembered m is eta V, and nothing else is computed. The state (u, t) follows
+  from the step's start by going from its displacement to u at a constant rate. What is remembered goes on in its place:
+  steps have no parts, which would need it twice.
 */
 #include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipstate.h>

@@ -132,7 +132,8 @@ static PetscReal OfList(PetscReal h, PetscReal shortest)
   return shortest * ldexp(power >= 0.75 ? 0.75 : 0.5, exponent);
 }
 
-/* Steps that end at a corner of the loading, or with the run, are as long as they have to be. */
+/* Steps that end at a corner of the loading, or with the run, are as long as they have to be; where one would leave
+   less than the shortest until then, there are two equal ones. */
 static PetscErrorCode Limit(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
@@ -146,7 +147,8 @@ static PetscErrorCode Limit(TS ts)
   if (problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &end, ctx));
   if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) end = PetscMin(end, ts->max_time);
   left = end - ts->ptime;
-  if (ts->time_step < left) ts->time_step = PetscMin(OfList(ts->time_step, la->shortest), left);
+  if (ts->time_step < left) ts->time_step = OfList(ts->time_step, la->shortest);
+  if (ts->time_step < left && left - ts->time_step < la->shortest) ts->time_step = left / 2;
   if (ts->time_step >= left) ts->time_step = SlipControlEnd(left, ts->ptime, end);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
