@@ -4,10 +4,10 @@
 # into output/seas_bp4_fd/, and draws recurrence, rupture front and cumulative slip.
 #
 #   examples/seas_bp4_fd.sh [OPTION...]                 options of build/bin/fault
-#   CELL=500 YEARS=500 examples/seas_bp4_fd.sh         cells of 500 m; a longer run
+#   CELL=1000 YEARS=500 examples/seas_bp4_fd.sh        cells of 1 km, which are too large for more than a look; a longer run
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . examples/seas_run.sh
 
 slipstep_ready
-seas_run seas_bp4_fd bp4 1000 250 -fault_medium waves -ts_type lapusta -ts_adapt_type lapusta "$@"
+seas_run seas_bp4_fd bp4 500 250 -fault_medium waves -ts_type lapusta -ts_adapt_type lapusta "$@"
