@@ -159,7 +159,7 @@ def draw_front(canvas, axes, run, events):
     if len(levels):
         plane.contour(axes, broke, levels)
     plane.frame(axes)
-    axes.set(title=f"First {'large ' if window[0] else ''}event: slip, and contours every 5 s of when {FRONT_RATE:g} m/s was reached", xlabel="along strike (km)")
+    axes.set(title=f"First {'large ' if window[0] else ''}event: slip, and when {FRONT_RATE:g} m/s\nwas reached, every 5 s", xlabel="along strike (km)")
     colour_bar(canvas, artist, norm, "slip (m)", ax=axes, location="bottom", shrink=0.8, aspect=30, pad=0.02)
 
 
