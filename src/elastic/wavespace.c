@@ -119,6 +119,11 @@ static PetscErrorCode SetUpWaves(SlipWaveSpace s)
     s->share[i] = (jx && 2 * jx < s->length[0] ? 2 : 1) / ((PetscReal)s->length[0] * (PetscReal)nz);
     s->ex[i] = k > 0 ? x / k : 1;
     s->ez[i] = k > 0 ? z / k : 0;
+    if (2 * jx != s->length[0]) continue;
+    /* Of waves of two cells along strike x and -x are the same, so that a field stays real where its direction has no
+       sign. */
+    s->ex[i] = x >= PetscAbsReal(z) ? 1 : 0;
+    s->ez[i] = 1 - s->ex[i];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
