@@ -9,7 +9,13 @@ time f_l, each with a matrix A_l of low rank. g is a pulse as wide as a cell; it
 """
 
 import argparse
+import os
+import sys
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "package"))
+from slipstep.modules import need
+
+need("numpy")
 import numpy as np
 
 WIDE = 4  # standard deviations of a pulse that count

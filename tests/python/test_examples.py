@@ -182,7 +182,7 @@ class ExamplesTest(PictureTest):
             self.assertAlmostEqual(kostrov.order(coarse, fine), 1.1, delta=0.3)
         for speed, integral in ((0.1, 1.01599355), (0.5, 1.21105603), (0.9, 1.49329011)):
             self.assertAlmostEqual(kostrov.rate("line", speed) * kostrov.MODULUS / (2 * kostrov.DROP * speed * kostrov.SHEAR), 1 / integral, delta=1e-8)
-        self.assertIn("--speed: invalid choice: 2", self.example("kostrov.sh", code=2, SPEED="2").stderr)
+        self.assertRegex(self.example("kostrov.sh", code=2, SPEED="2").stderr, "--speed: invalid choice: '?2")
 
     def test_seas(self):
         """test_seas.py has what they find."""
