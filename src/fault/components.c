@@ -5,6 +5,7 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipdevice.h>
+#include <slipstep/private/slipsys.h>
 
 /* Before the mesh: where the numbers of a cell are */
 PetscErrorCode SlipFaultChooseComponents(SlipFault fault)
@@ -105,19 +106,11 @@ PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
     PetscCall(SlipDeviceVecLargest(w, fault->layout.rate, fault->layout.block, largest));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (fault->layout.components == 1) {
-    PetscCall(VecStrideNorm(w, fault->layout.rate, NORM_INFINITY, largest));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   *largest = 0;
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal speed = SlipFaultSpeed(fault, a, i);
-
-    if (!(speed <= *largest)) *largest = speed; /* takes what is no number */
-  }
+  for (PetscInt i = 0; i < fault->mesh.n; i++) *largest = SlipLarger(*largest, SlipFaultSpeed(fault, a, i));
   PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  PetscCall(SlipAllreduceLargest(fault->comm, 1, largest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
