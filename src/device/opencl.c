@@ -24,17 +24,13 @@ struct _n_SlipDevice {
 static SlipDevice opened = NULL;
 static SlipDeviceTraffic traffic;
 
-/* kernels.cl */
+/* All files of kernels, one behind the other */
 static const char source[] = {
 #include "slipkernels.inc"
 };
 
-/* In the order of SlipDeviceKernel */
-static const char *const KernelNames[DEVICE_NUM_KERNELS] = {
-  "set",          "combine",     "multiply",     "divide",           "gather",        "scatter",          "dot_product",
-  "norms",        "largest",     "differ",       "grid_pad",         "grid_symbol",   "grid_take",        "adams",
-  "adams_norms",  "fault_rates", "fault_others", "fault_derivative", "fault_outside", "fault_relaxation", "fault_sums",
-  "fault_powers", "fault_slip",  "fold_groups"};
+#define NAME_OF(place, name) #name,
+static const char *const KernelNames[DEVICE_NUM_KERNELS] = {SLIP_DEVICE_KERNELS(NAME_OF)};
 
 /* What went wrong, for those errors that a user meets */
 static const char *Meaning(cl_int error)

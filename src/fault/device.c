@@ -5,7 +5,7 @@
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatgrid.h>
 
-/* What the cells keep, in the order of kernels.cl */
+/* What the cells keep, in the order of kernels/ratestate.cl */
 enum { OFFSET, SLOPE, INVERSE, SCALE, LOAD, SLIP, LOADING, TRACTION, NUM_KEPT };
 /* Vectors of a state, of slip: of TSADAMS of the highest order, its tolerances, the fault's work (counted) */
 enum { STATE_VECTORS = 19, SLIP_VECTORS = 14 };

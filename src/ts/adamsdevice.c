@@ -2,7 +2,7 @@
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 
-/* As kernels.cl has them */
+/* As kernels/adams.cl has them */
 typedef struct {
   PetscReal of[4][SLIP_ADAMS_NODES];
 } Weights;

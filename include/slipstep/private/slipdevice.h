@@ -38,34 +38,31 @@ typedef struct {
 } SlipDeviceTraffic;
 PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
 
-/* ---- the kernels of kernels.cl, in this order in the table of device.c ---- */
-typedef enum {
-  KERNEL_SET,
-  KERNEL_COMBINE,
-  KERNEL_MULTIPLY,
-  KERNEL_DIVIDE,
-  KERNEL_GATHER,
-  KERNEL_SCATTER,
-  KERNEL_DOT,
-  KERNEL_NORMS,
-  KERNEL_LARGEST,
-  KERNEL_DIFFER,
-  KERNEL_GRID_PAD,
-  KERNEL_GRID_SYMBOL,
-  KERNEL_GRID_TAKE,
-  KERNEL_ADAMS,
-  KERNEL_ADAMS_NORMS,
-  KERNEL_FAULT_RATES,
-  KERNEL_FAULT_OTHERS,
-  KERNEL_FAULT_DERIVATIVE,
-  KERNEL_FAULT_OUTSIDE,
-  KERNEL_FAULT_RELAXATION,
-  KERNEL_FAULT_SUMS,
-  KERNEL_FAULT_POWERS,
-  KERNEL_FAULT_SLIP,
-  KERNEL_FOLD,
-  DEVICE_NUM_KERNELS
-} SlipDeviceKernel;
+/* ---- the kernels of the files kernels/NAME.cl, a list each: place in SlipDeviceKernel and name there ---- */
+/* clang-format off */
+#define SLIP_KERNELS_COMMON(X)                                                                                         \
+  X(FOLD, fold_groups)
+#define SLIP_KERNELS_VECTORS(X)                                                                                        \
+  X(SET, set) X(COMBINE, combine) X(MULTIPLY, multiply) X(DIVIDE, divide) X(GATHER, gather) X(SCATTER, scatter)        \
+  X(DOT, dot_product) X(NORMS, norms) X(LARGEST, largest) X(DIFFER, differ)
+#define SLIP_KERNELS_GRID(X)                                                                                           \
+  X(GRID_PAD, grid_pad) X(GRID_SYMBOL, grid_symbol) X(GRID_TAKE, grid_take)
+#define SLIP_KERNELS_ADAMS(X)                                                                                          \
+  X(ADAMS, adams) X(ADAMS_NORMS, adams_norms)
+#define SLIP_KERNELS_RATESTATE(X)                                                                                      \
+  X(FAULT_RATES, fault_rates) X(FAULT_OTHERS, fault_others) X(FAULT_DERIVATIVE, fault_derivative)                      \
+  X(FAULT_OUTSIDE, fault_outside) X(FAULT_RELAXATION, fault_relaxation) X(FAULT_SUMS, fault_sums)                      \
+  X(FAULT_POWERS, fault_powers) X(FAULT_SLIP, fault_slip)
+#define SLIP_DEVICE_KERNELS(X)                                                                                         \
+  SLIP_KERNELS_COMMON(X)                                                                                               \
+  SLIP_KERNELS_VECTORS(X)                                                                                              \
+  SLIP_KERNELS_GRID(X)                                                                                                 \
+  SLIP_KERNELS_ADAMS(X)                                                                                                \
+  SLIP_KERNELS_RATESTATE(X)
+/* clang-format on */
+
+#define SLIP_KERNEL_PLACE(place, name) KERNEL_##place,
+typedef enum { SLIP_DEVICE_KERNELS(SLIP_KERNEL_PLACE) DEVICE_NUM_KERNELS } SlipDeviceKernel;
 
 /* An argument of a kernel: int, double, memory or a struct of them */
 typedef struct {

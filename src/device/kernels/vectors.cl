@@ -1,0 +1,104 @@
+// Vectors
+
+__kernel void set(int n, double a, __global double *x)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) x[i] = a;
+}
+
+// y = c z + the sum of m of a x; z may be y, and does not count where c is 0
+__kernel void combine(int n, __global double *y, double c, __global const double *z, int m, double a0, __global const double *x0, double a1,
+                      __global const double *x1, double a2, __global const double *x2, double a3, __global const double *x3)
+{
+  const int i = get_global_id(0);
+  double sum;
+
+  if (i >= n) return;
+  sum = c == 0 ? 0 : c * z[i];
+  if (m > 0) sum += a0 * x0[i];
+  if (m > 1) sum += a1 * x1[i];
+  if (m > 2) sum += a2 * x2[i];
+  if (m > 3) sum += a3 * x3[i];
+  y[i] = sum;
+}
+
+__kernel void multiply(int n, __global const double *x, __global const double *y, __global double *z)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) z[i] = x[i] * y[i];
+}
+
+// 0 where y is, as PETSc has it
+__kernel void divide(int n, __global const double *x, __global const double *y, __global double *z)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) z[i] = y[i] != 0 ? x[i] / y[i] : 0;
+}
+
+// y = entries start, start + step, ... of x, and back
+__kernel void gather(int n, int start, int step, __global const double *x, __global double *y)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) y[i] = x[start + step * i];
+}
+
+__kernel void scatter(int n, int start, int step, __global const double *x, __global double *y)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) y[start + step * i] = x[i];
+}
+
+__kernel void dot_product(int n, __global const double *x, __global const double *y, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[1] = {0};
+
+  EACH(i, n) { mine[0] += x[i] * y[i]; }
+  fold(1, 1, mine, all, room);
+}
+
+// The sums of x, |x| and x^2, and the largest |x|
+__kernel void norms(int n, __global const double *x, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[4] = {0, 0, 0, 0};
+
+  EACH(i, n) {
+    const double size = fabs(x[i]);
+
+    mine[0] += x[i];
+    mine[1] += size;
+    mine[2] += size * size;
+    mine[3] = larger(mine[3], size);
+  }
+  fold(4, 3, mine, all, room);
+}
+
+// The largest |x| of entries start, start + step, ...
+__kernel void largest(int n, int start, int step, __global const double *x, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[1] = {0};
+
+  EACH(i, n) {
+    const double size = fabs(x[start + step * i]);
+
+    mine[0] = larger(mine[0], size);
+  }
+  fold(1, 0, mine, all, room);
+}
+
+// How many entries differ
+__kernel void differ(int n, __global const double *x, __global const double *y, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[1] = {0};
+
+  EACH(i, n) { mine[0] += x[i] != y[i]; }
+  fold(1, 1, mine, all, room);
+}
