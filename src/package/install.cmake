@@ -32,6 +32,10 @@ install(CODE "file(CREATE_LINK ${_programs_to_package} \"\$ENV{DESTDIR}\${CMAKE_
 file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/lib/python3)
 file(CREATE_LINK ${CMAKE_CURRENT_LIST_DIR}/slipstep ${PROJECT_BINARY_DIR}/lib/python3/slipstep SYMBOLIC)
 install(FILES ${_options} DESTINATION ${_data}/examples)
+# One program for all programs in Python: slipstep NAME
+file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+file(CREATE_LINK ${CMAKE_CURRENT_LIST_DIR}/program.py ${PROJECT_BINARY_DIR}/bin/slipstep SYMBOLIC)
+install(PROGRAMS ${CMAKE_CURRENT_LIST_DIR}/program.py DESTINATION ${CMAKE_INSTALL_BINDIR} RENAME slipstep)
 
 # find_package(slipstep) gives slipstep::slipstep, shared unless BUILD_SHARED_LIBS is off, and slipstep::slipstep_static,
 # with the PETSc that this was built against and no other.

@@ -3,6 +3,7 @@ package, and names that were modules there say where they are."""
 
 import glob
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -59,7 +60,7 @@ class Modules(unittest.TestCase):
 
     def test_another_python(self):
         """A program goes on under Debian's, also by its name there; whoever imports it does not."""
-        for name, goes_on in (("plot_run.py", True), ("slipstep-plot-run", True), ("pytest", False)):
+        for name, goes_on in (("plot_run.py", True), ("slipstep-plot-run", True), ("slipstep", True), ("pytest", False)):
             with mock.patch.object(modules.os, "execv") as execv, mock.patch.object(modules, "DEBIAN", "/bin/sh"), \
                     mock.patch.object(sys.modules["__main__"], "__file__", f"/usr/bin/{name}"), mock.patch.object(sys.modules["__main__"], "__spec__", None), \
                     self.assertRaisesRegex(SystemExit, "has no nothing_has_this_name"):
@@ -81,6 +82,27 @@ class Modules(unittest.TestCase):
             os.symlink(os.path.join(OUTPUT, "catalogue_csv.py"), os.path.join(folder, "slipstep-catalogue-csv"))
             done = subprocess.run([sys.executable, os.path.join(folder, "slipstep-catalogue-csv"), "none.h5"], cwd=folder, capture_output=True, text=True)
             self.assertEqual((done.returncode, done.stderr), (1, "slipstep-catalogue-csv: none.h5: no such file; fault -fault_catalogue writes it\n"))
+
+    def test_one_program_for_all(self):
+        """slipstep NAME is the program NAME, by a link, as a module and installed elsewhere; hyphens as Debian has them."""
+        with tempfile.TemporaryDirectory() as folder:
+            link, prefix = os.path.join(folder, "slipstep"), os.path.join(folder, "prefix")
+            os.symlink(os.path.join(SOURCE, "src", "package", "program.py"), link)
+            os.makedirs(os.path.join(prefix, "share", "slipstep", "python"))
+            os.makedirs(os.path.join(prefix, "bin"))
+            os.symlink(os.path.join(SOURCE, "src", "package", "slipstep"), os.path.join(prefix, "share", "slipstep", "python", "slipstep"))
+            installed = shutil.copy(link, os.path.join(prefix, "bin", "slipstep"))
+            for command, more in (([link], {}), ([installed], {}), (["-m", "slipstep"], {"PYTHONPATH": os.path.join(SOURCE, "src", "package")})):
+                def start(*words):
+                    return subprocess.run([sys.executable, *command, *words], cwd=folder, capture_output=True, text=True, env={**os.environ, **more})
+
+                for name in ("catalogue-csv", "catalogue_csv"):
+                    done = start(name, "none.h5")
+                    self.assertEqual((done.returncode, done.stderr), (1, "slipstep catalogue-csv: none.h5: no such file; fault -fault_catalogue writes it\n"))
+                self.assertIn("usage: slipstep catalogue-csv [-h]", start("catalogue-csv", "--help").stdout)
+                self.assertIn("\n  plot-run ", start().stdout)
+                done = start("plot-rum")
+                self.assertEqual((done.returncode, done.stderr), (1, "slipstep: there is no program plot-rum; did you mean plot-run?\n"))
 
     def test_names_that_moved(self):
         """Modules that pages told to import have what those used, and say where it is."""
