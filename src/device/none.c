@@ -9,6 +9,12 @@ PetscBool SlipDeviceBuiltIn(void)
   return PETSC_FALSE;
 }
 
+PetscBool SlipDeviceShares(SlipDevice device)
+{
+  (void)device;
+  return PETSC_FALSE;
+}
+
 SlipDeviceTraffic SlipDeviceGetTraffic(void)
 {
   return (SlipDeviceTraffic){0};
@@ -47,6 +53,8 @@ NONE(SlipDeviceFree, SlipDevice device, SlipDeviceMemory *memory)
 NONE(SlipDevicePut, SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to)
 NONE(SlipDeviceFetch, SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[])
 NONE(SlipDeviceCopy, SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to)
+NONE(SlipDeviceMap, SlipDevice device, size_t n, PetscBool write, SlipDeviceMemory memory, PetscReal **a)
+NONE(SlipDeviceUnmap, SlipDevice device, SlipDeviceMemory memory, PetscReal **a)
 NONE(SlipDeviceRun, SlipDevice device, SlipDeviceKernel kernel, size_t columns, size_t rows, PetscInt nargs,
      const SlipDeviceArg args[])
 NONE(SlipDeviceReduce, SlipDevice device, SlipDeviceKernel kernel, size_t n, PetscInt nargs, const SlipDeviceArg args[],

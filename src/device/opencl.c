@@ -16,6 +16,7 @@ struct _n_SlipDevice {
   SlipDeviceOpenCL cl;
   char asked[NAME], name[NAME], platform[NAME];
   size_t bytes, most, largest; /* in use, of the device, and of one array */
+  PetscBool shares;            /* the processor's memory */
   cl_program program;
   cl_kernel kernel[DEVICE_NUM_KERNELS];
   SlipDeviceMemory room, result; /* of reductions */
@@ -141,6 +142,7 @@ static PetscErrorCode Choose(MPI_Comm comm, const char asked[], const char wante
   char list[16 * NAME] = "", name[NAME], platform[NAME];
   cl_device_fp_config doubles = 0;
   cl_ulong most = 0, largest = 0;
+  cl_bool unified = CL_FALSE;
   Devices all;
   PetscInt k;
 
@@ -168,6 +170,8 @@ static PetscErrorCode Choose(MPI_Comm comm, const char asked[], const char wante
   (void)clGetDeviceInfo(all.device[k], CL_DEVICE_MAX_MEM_ALLOC_SIZE, sizeof(largest), &largest, NULL);
   device->most = (size_t)most;
   device->largest = (size_t)largest;
+  (void)clGetDeviceInfo(all.device[k], CL_DEVICE_HOST_UNIFIED_MEMORY, sizeof(unified), &unified, NULL);
+  device->shares = unified && !IsCard(all.device[k]) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -381,6 +385,34 @@ PetscErrorCode SlipDeviceCopy(SlipDevice device, size_t n, SlipDeviceMemory from
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   error = clEnqueueCopyBuffer(device->cl.queue, from, to, 0, 0, sizeof(PetscReal) * n, 0, NULL, NULL);
   CheckCL(device, error, "copying");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool SlipDeviceShares(SlipDevice device)
+{
+  return device->shares;
+}
+
+PetscErrorCode SlipDeviceMap(SlipDevice device, size_t n, PetscBool write, SlipDeviceMemory memory, PetscReal **a)
+{
+  cl_int error;
+
+  PetscFunctionBegin;
+  *a = (PetscReal *)clEnqueueMapBuffer(device->cl.queue, memory, CL_TRUE,
+                                       write ? CL_MAP_WRITE_INVALIDATE_REGION : CL_MAP_READ, 0, sizeof(PetscReal) * n,
+                                       0, NULL, NULL, &error);
+  CheckCL(device, error, "lending its memory");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDeviceUnmap(SlipDevice device, SlipDeviceMemory memory, PetscReal **a)
+{
+  cl_int error;
+
+  PetscFunctionBegin;
+  error = clEnqueueUnmapMemObject(device->cl.queue, memory, *a, 0, NULL, NULL);
+  CheckCL(device, error, "taking its memory back");
+  *a = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

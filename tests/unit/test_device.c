@@ -275,6 +275,10 @@ static void stiffness(void **state)
     ok(MatMult(D, x, y));
     ok(MatMult(K, u, v));
     assert_true(Difference(y, v) < 1e-12);
+    if (SlipDeviceShares(device)) { /* then it is the processor's own product */
+      ok(MatMult(K, x, y));
+      assert_true(Difference(y, v) == 0);
+    }
     ObjectsDestroy(&x, &y, &u, &v, &K, &D);
   }
 }
@@ -298,6 +302,37 @@ static void another(void **state)
   assert_ptr_equal(same, device);
   fails(SlipDeviceOpen(PETSC_COMM_SELF, "-test_device 7", "7", &same),
         "-test_device 7: a process computes on one device");
+}
+
+/* Vectors that are lent where there is one memory for both, without traffic. tests/fakeopencl.c makes a card of any
+   device, so that kernels for cards are tested as well. */
+static void lent(void **state)
+{
+  SlipDeviceTraffic before, after;
+  const PetscReal *a;
+  Vec x, y, u, v;
+
+  NEEDS_DEVICE;
+  if (getenv("FAKEOPENCL")) assert_false(SlipDeviceShares(device));
+  if (!SlipDeviceShares(device)) skip();
+  Create(VECSLIPOPENCL, N, BLOCK, &x);
+  ok(VecDuplicate(x, &y));
+  Fill(1, x);
+  ok(VecScale(x, 2)); /* there */
+  before = SlipDeviceGetTraffic();
+  ok(SlipDeviceVecLend(x, PETSC_FALSE, &u));
+  ok(SlipDeviceVecLend(y, PETSC_TRUE, &v));
+  ok(VecWAXPY(v, 1, u, u));
+  ok(SlipDeviceVecReturn(y, &v));
+  ok(SlipDeviceVecReturn(x, &u));
+  after = SlipDeviceGetTraffic();
+  assert_int_equal(after.puts + after.fetches, before.puts + before.fetches);
+  ok(VecScale(y, 0.5));
+  ok(VecGetArrayRead(y, &a));
+  for (PetscInt i = 0; i < N; i++) assert_true(a[i] == 2 * Entry(1, i));
+  ok(VecRestoreArrayRead(y, &a));
+  ok(VecDestroy(&x));
+  ok(VecDestroy(&y));
 }
 
 /* Drivers bring compilers that take signals over */
@@ -341,4 +376,4 @@ static int setup(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(setup, NULL, vectors, numbers, traffic, strides, stiffness, memory, another, signals)
+SLIP_TESTS_WITH(setup, NULL, vectors, numbers, traffic, strides, stiffness, memory, lent, another, signals)

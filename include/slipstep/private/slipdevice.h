@@ -30,6 +30,12 @@ PETSC_EXTERN PetscErrorCode SlipDeviceReserve(SlipDevice device, size_t bytes, c
 PETSC_EXTERN PetscErrorCode SlipDevicePut(SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to);
 PETSC_EXTERN PetscErrorCode SlipDeviceFetch(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[]);
 PETSC_INTERN PetscErrorCode SlipDeviceCopy(SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to);
+/* Does it compute in the processor's memory, as pocl does? Then arrays are at hand there without a copy: n numbers,
+   which all are written or only read, until they are returned. */
+PETSC_EXTERN PetscBool SlipDeviceShares(SlipDevice device);
+PETSC_INTERN PetscErrorCode SlipDeviceMap(SlipDevice device, size_t n, PetscBool write, SlipDeviceMemory memory,
+                                          PetscReal **a);
+PETSC_INTERN PetscErrorCode SlipDeviceUnmap(SlipDevice device, SlipDeviceMemory memory, PetscReal **a);
 
 /* What went between the processor and the device since the start: whole vectors and other arrays, and single numbers;
    and memory in use there [bytes], beside what VkFFT has */
@@ -93,7 +99,11 @@ PETSC_EXTERN PetscBool SlipDeviceVecIs(Vec x);
 PETSC_INTERN PetscErrorCode SlipDeviceVecRead(Vec x, SlipDeviceMemory *memory);   /* borrowed */
 PETSC_INTERN PetscErrorCode SlipDeviceVecChange(Vec x, SlipDeviceMemory *memory); /* read and written */
 PETSC_INTERN PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory);  /* all of it is written */
-PETSC_INTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same);     /* bit by bit, but for -0 */
+/* On a device that computes in the processor's memory: a VECSEQ with the same array, for what the processor does
+   better than kernels; until it is returned nothing else may take x. Written: all of it is. */
+PETSC_EXTERN PetscErrorCode SlipDeviceVecLend(Vec x, PetscBool write, Vec *host);
+PETSC_EXTERN PetscErrorCode SlipDeviceVecReturn(Vec x, Vec *host);
+PETSC_INTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same); /* bit by bit, but for -0 */
 /* Largest |x| of entries start, start + step, ... */
 PETSC_INTERN PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscReal *largest);
 
