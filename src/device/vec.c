@@ -481,6 +481,20 @@ PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipDeviceVecOf(Vec x, Vec *there)
+{
+  SlipDeviceMemory memory;
+
+  PetscFunctionBegin;
+  PetscCall(VecCreate(PetscObjectComm((PetscObject)x), there));
+  PetscCall(VecSetSizes(*there, x->map->n, x->map->N));
+  PetscCall(VecSetBlockSize(*there, x->map->bs));
+  PetscCall(VecSetType(*there, VECSLIPOPENCL));
+  PetscCall(VecCopy(x, *there));
+  PetscCall(SlipDeviceVecRead(*there, &memory));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- the type ---- */
 
 static PetscErrorCode Destroy(SlipContainerArg arg)

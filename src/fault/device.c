@@ -51,7 +51,7 @@ PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault)
 PetscErrorCode SlipFaultDeviceVectors(SlipFault fault, Mat K)
 {
   PetscFunctionBegin;
-  if (fault->device.device) PetscCall(MatShellSetVecType(K, VECSLIPOPENCL));
+  if (fault->device.device) PetscCall(SlipMatUseDevice(K));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -102,6 +102,26 @@ PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* MATOP_MULT of A becomes another function, *before what it was; products are logged as they were. */
+PetscErrorCode SlipLogProductsReplace(Mat A, PetscErrorCode (*mult)(Mat, Vec, Vec),
+                                      PetscErrorCode (**before)(Mat, Vec, Vec))
+{
+  SlipMatFn *old = NULL;
+  Product *product;
+
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)A, "SlipProduct", &product));
+  if (product) {
+    *before = product->mult;
+    product->mult = mult;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetOperation(A, MATOP_MULT, &old));
+  *before = (PetscErrorCode(*)(Mat, Vec, Vec))old;
+  PetscCall(MatSetOperation(A, MATOP_MULT, SlipMatShellFn(mult)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Are the products with A counted? */
 PetscErrorCode SlipLogsProducts(Mat A, PetscBool *counted)
 {

@@ -1,5 +1,5 @@
-/* Vectors on a device of OpenCL against those of the processor, and the product with the stiffness of a grid there.
-   Where there is no device, or the library is built without OpenCL, the test says so and ends. */
+/* Vectors on a device of OpenCL against those of the processor. Where there is no device, or the library is built
+   without OpenCL, the test says so and ends. */
 #define _POSIX_C_SOURCE 200809L /* sigaction(), pthread_sigmask() */
 #include "unit.h"
 #include <slipcells.h>
@@ -249,40 +249,6 @@ static void strides(void **state)
   ok(VecDestroy(&part));
 }
 
-/* Against the dense matrix: half-space and full space, at the ground and below, one row and many, scaled */
-static void stiffness(void **state)
-{
-  const SlipGrid grids[] = {{20, 12, 3000.0, 1800.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
-                            {17, 9, 2000.0, 1100.0, 700.0, ROCK(0.1, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
-                            {13, 1, 2000.0, 100.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
-                            {1, 16, 500.0, 3600.0, 0.0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)},
-                            {24, 15, 3000.0, 2000.0, 0.0, ROCK(0.3, PETSC_TRUE, SLIP_AVERAGE_CELL)}};
-
-  NEEDS_DEVICE;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
-    Vec x, y, u, v;
-    Mat K, D;
-
-    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grids[k], "fft", &K));
-    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grids[k], "dense", &D));
-    ok(MatScale(K, 0.9));
-    ok(MatScale(D, 0.9));
-    ok(MatCreateVecs(D, &x, &y));
-    Create(VECSLIPOPENCL, grids[k].nx * grids[k].nz, 1, &u);
-    ok(VecDuplicate(u, &v));
-    Fill(1, x);
-    Fill(1, u);
-    ok(MatMult(D, x, y));
-    ok(MatMult(K, u, v));
-    assert_true(Difference(y, v) < 1e-12);
-    if (SlipDeviceShares(device)) { /* then it is the processor's own product */
-      ok(MatMult(K, x, y));
-      assert_true(Difference(y, v) == 0);
-    }
-    ObjectsDestroy(&x, &y, &u, &v, &K, &D);
-  }
-}
-
 static void memory(void **state)
 {
   SlipDeviceMemory m = NULL;
@@ -376,4 +342,4 @@ static int setup(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(setup, NULL, vectors, numbers, traffic, strides, stiffness, memory, lent, another, signals)
+SLIP_TESTS_WITH(setup, NULL, vectors, numbers, traffic, strides, memory, lent, another, signals)

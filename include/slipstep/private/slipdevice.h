@@ -51,6 +51,8 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
 #define SLIP_KERNELS_VECTORS(X)                                                                                        \
   X(SET, set) X(COMBINE, combine) X(MULTIPLY, multiply) X(DIVIDE, divide) X(GATHER, gather) X(SCATTER, scatter)        \
   X(DOT, dot_product) X(NORMS, norms) X(LARGEST, largest) X(DIFFER, differ)
+#define SLIP_KERNELS_DENSE(X)                                                                                          \
+  X(DENSE_PARTS, dense_parts) X(DENSE_SUM, dense_sum)
 #define SLIP_KERNELS_GRID(X)                                                                                           \
   X(GRID_PAD, grid_pad) X(GRID_SYMBOL, grid_symbol) X(GRID_TAKE, grid_take)
 #define SLIP_KERNELS_ADAMS(X)                                                                                          \
@@ -62,6 +64,7 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
 #define SLIP_DEVICE_KERNELS(X)                                                                                         \
   SLIP_KERNELS_COMMON(X)                                                                                               \
   SLIP_KERNELS_VECTORS(X)                                                                                              \
+  SLIP_KERNELS_DENSE(X)                                                                                                \
   SLIP_KERNELS_GRID(X)                                                                                                 \
   SLIP_KERNELS_ADAMS(X)                                                                                                \
   SLIP_KERNELS_RATESTATE(X)
@@ -103,7 +106,9 @@ PETSC_INTERN PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory);
    better than kernels; until it is returned nothing else may take x. Written: all of it is. */
 PETSC_EXTERN PetscErrorCode SlipDeviceVecLend(Vec x, PetscBool write, Vec *host);
 PETSC_EXTERN PetscErrorCode SlipDeviceVecReturn(Vec x, Vec *host);
-PETSC_INTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same); /* bit by bit, but for -0 */
+PETSC_EXTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same); /* bit by bit, but for -0 */
+/* A copy there of a vector of the processor */
+PETSC_INTERN PetscErrorCode SlipDeviceVecOf(Vec x, Vec *there);
 /* Largest |x| of entries start, start + step, ... */
 PETSC_INTERN PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscReal *largest);
 

@@ -15,7 +15,8 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
-/* What a matrix-free matrix does; diagonal, scale, info, view and state, for checkpoints, may be NULL. */
+/* What a matrix-free matrix does; diagonal, scale, info, view, state, for checkpoints, and device may be NULL. device
+   tells what products on the device need there [bytes], and puts it there if it is to be used. */
 typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscErrorCode (*diagonal)(Mat, Vec);
@@ -24,6 +25,7 @@ typedef struct {
   PetscErrorCode (*view)(Mat, PetscViewer);
   PetscErrorCode (*destroy)(Mat);
   PetscErrorCode (*state)(Mat, SlipState);
+  PetscErrorCode (*device)(Mat, PetscBool use, PetscReal *bytes);
   PetscBool unsymmetric; /* and without products with the transpose */
 } SlipShellOps;
 PETSC_INTERN PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[],
@@ -32,6 +34,10 @@ PETSC_INTERN PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, Pet
                                                   const char type[], const SlipShellOps *ops, void *ctx, Mat *A);
 PETSC_INTERN PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const SlipShellOps *ops, void *ctx,
                                                 Mat *A); /* rows and ranks of K's */
+/* device.c: products on the device */
+#define SLIP_DEVICE_METHOD "SlipMatDevice_C"
+PETSC_EXTERN PetscErrorCode SlipMatUseDevice(Mat A);
+PETSC_EXTERN PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes);
 /* What -fault_view tells of a matrix, kept with it under a name: how its type was chosen, and what the cache did. */
 PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
 PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */

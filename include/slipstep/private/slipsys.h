@@ -82,6 +82,8 @@ PETSC_INTERN PetscLogEvent SLIP_Output;  /* gathering and writing */
 
 PETSC_INTERN PetscErrorCode SlipLogRegister(void); /* all of them; again does nothing */
 PETSC_INTERN PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event);
+PETSC_INTERN PetscErrorCode SlipLogProductsReplace(Mat A, PetscErrorCode (*mult)(Mat, Vec, Vec),
+                                                   PetscErrorCode (**before)(Mat, Vec, Vec));
 PETSC_INTERN PetscErrorCode SlipLogsProducts(Mat A, PetscBool *counted);
 /* The stage and the event of output, around it. */
 PETSC_INTERN PetscErrorCode SlipLogOutputBegin(void);

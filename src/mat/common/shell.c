@@ -54,6 +54,7 @@ PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, Pets
   if (ops->info) PetscCall(MatShellSetOperation(*A, MATOP_GETINFO, SlipMatShellFn(ops->info)));
   if (ops->view) PetscCall(MatShellSetOperation(*A, MATOP_VIEW, SlipMatShellFn(ops->view)));
   if (ops->state) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_STATE_METHOD, ops->state));
+  if (ops->device) PetscCall(PetscObjectComposeFunction((PetscObject)*A, SLIP_DEVICE_METHOD, ops->device));
   PetscCall(SlipShellFinish(*A, type));
   if (ops->unsymmetric) PetscCall(MatSetOption(*A, MAT_SYMMETRIC, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);

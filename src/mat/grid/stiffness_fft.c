@@ -18,7 +18,7 @@ typedef struct {
   PetscInt start, end;       /* rows owned */
   SlipGather gather;         /* with blocks */
   PetscReal *y;              /* [N] with blocks */
-  SlipToeplitzDevice device; /* of vectors that are there, always by transforms; NULL: none has come */
+  SlipToeplitzDevice device; /* of vectors that are there, always by transforms; NULL: not in use */
 } FFTContext;
 
 /* Up to so many cells in depth a block per wavenumber is as fast as transforms: measured along 100 cells with AVX2;
@@ -65,34 +65,22 @@ static PetscErrorCode KernelMult(FFTContext *c, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FFTMult(Mat K, Vec x, Vec y);
-
-/* Of vectors that are on the device. VkFFT's kernels take a processor four times as long as all of this product. */
-static PetscErrorCode DeviceMult(Mat K, FFTContext *c, Vec x, Vec y)
+/* Products on the device are by transforms in depth, whatever those of the processor are by. */
+static PetscErrorCode FFTDevice(Mat K, PetscBool use, PetscReal *bytes)
 {
   SlipToeplitz plane;
-  SlipDevice device;
-  Vec u, v;
+  FFTContext *c;
 
   PetscFunctionBegin;
-  PetscCall(SlipDeviceGet(&device));
-  if (SlipDeviceShares(device)) {
-    PetscCall(SlipDeviceVecLend(x, PETSC_FALSE, &u));
-    PetscCall(SlipDeviceVecLend(y, PETSC_TRUE, &v));
-    PetscCall(FFTMult(K, u, v));
-    PetscCall(SlipDeviceVecReturn(y, &v));
-    PetscCall(SlipDeviceVecReturn(x, &u));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (!c->device) {
-    PetscCheck(!c->border && SlipKernelTransforms(&c->grid.kernel), PetscObjectComm((PetscObject)K), PETSC_ERR_SUP,
-               "products on the device are by transforms in depth, without an average over whole cells, which the "
-               "kernel \"%s\" does not allow here",
-               c->grid.kernel.type->name);
-    PetscCall(SlipToeplitzOfGrid(K, &c->grid, &plane));
-    PetscCall(SlipToeplitzDeviceCreate(plane, &c->device));
-  }
-  PetscCall(SlipToeplitzDeviceApply(c->device, c->scale, x, y));
+  PetscCall(MatShellGetContext(K, &c));
+  PetscCheck(!c->border && SlipKernelTransforms(&c->grid.kernel), PetscObjectComm((PetscObject)K), PETSC_ERR_SUP,
+             "products on the device are by transforms in depth, without an average over whole cells, which the "
+             "kernel \"%s\" does not allow here",
+             c->grid.kernel.type->name);
+  *bytes = SlipToeplitzDeviceBytes(c->grid.nx, c->grid.nz);
+  if (!use) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipToeplitzOfGrid(K, &c->grid, &plane));
+  PetscCall(SlipToeplitzDeviceCreate(plane, &c->device));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -102,8 +90,8 @@ static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
-  if (SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
-    PetscCall(DeviceMult(K, c, x, y));
+  if (c->device && SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
+    PetscCall(SlipToeplitzDeviceApply(c->device, c->scale, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatSetUp_SlipFFT(K, c));
@@ -212,8 +200,12 @@ static PetscErrorCode CreateBorder(Mat K, FFTContext *c)
 
 PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat *K)
 {
-  const SlipShellOps ops = {
-    .mult = FFTMult, .diagonal = FFTGetDiagonal, .scale = FFTScale, .info = FFTGetInfo, .destroy = FFTDestroy};
+  const SlipShellOps ops = {.mult = FFTMult,
+                            .diagonal = FFTGetDiagonal,
+                            .scale = FFTScale,
+                            .info = FFTGetInfo,
+                            .destroy = FFTDestroy,
+                            .device = FFTDevice};
   const PetscInt N = grid->nx * grid->nz;
   FFTContext *c;
 

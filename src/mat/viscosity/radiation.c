@@ -1,6 +1,7 @@
 /* Viscosity of type "slipradiation": eta diag(w), w the weights of the rows of K. */
 #include <slipmat.h>
 #include <slipcompat.h>
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatviscosity.h>
 
 typedef struct {
@@ -42,6 +43,23 @@ static PetscErrorCode RadiationDestroy(Mat H)
   PetscCall(MatShellGetContext(H, &r));
   PetscCall(VecDestroy(&r->weights));
   PetscCall(PetscFree(r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RadiationDevice(Mat H, PetscBool use, PetscReal *bytes)
+{
+  Radiation *r;
+  PetscInt n;
+  Vec there;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &r));
+  PetscCall(MatGetSize(H, &n, NULL));
+  *bytes = r->weights ? (PetscReal)sizeof(PetscReal) * (PetscReal)n : 0;
+  if (!use || !r->weights) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipDeviceVecOf(r->weights, &there));
+  PetscCall(VecDestroy(&r->weights));
+  r->weights = there;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -127,7 +145,8 @@ static PetscErrorCode WeightsOf(Mat K, PetscReal factor, Vec *weights)
 @*/
 PetscErrorCode MatCreateSlipRadiationOpening(Mat K, PetscReal eta, PetscReal across, Mat *H)
 {
-  const SlipShellOps ops = {.mult = RadiationMult, .diagonal = RadiationGetDiagonal, .destroy = RadiationDestroy};
+  const SlipShellOps ops = {
+    .mult = RadiationMult, .diagonal = RadiationGetDiagonal, .destroy = RadiationDestroy, .device = RadiationDevice};
   const char *prefix;
   Radiation *r;
 

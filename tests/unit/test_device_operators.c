@@ -1,0 +1,181 @@
+/* Products with stiffnesses on a device of OpenCL: against those of the processor and the dense matrix, their bits from
+   one to the next, and what goes between the processor and the device. Where there is no device the test says so. */
+#include "unit.h"
+#include "cells.h"
+#include <slipstep/private/slipdevice.h>
+#include <slipstep/private/slipmatcommon.h>
+#include <math.h>
+
+static SlipDevice device;
+#define NEEDS_DEVICE                                                                                                   \
+  (void)state;                                                                                                         \
+  if (!device) skip()
+
+static void Fill(PetscInt which, Vec x)
+{
+  PetscReal *a;
+  PetscInt n;
+
+  ok(VecGetLocalSize(x, &n));
+  ok(VecGetArrayWrite(x, &a));
+  for (PetscInt i = 0; i < n; i++)
+    a[i] = sin(1.3 + 0.7 * (double)which + 0.013 * (double)((which + 2) * i)) + 0.3 * (double)(i % 7);
+  ok(VecRestoreArrayWrite(x, &a));
+}
+
+/* Of vectors of either kind, relative to the largest entry of x */
+static PetscReal Difference(Vec x, Vec y)
+{
+  const PetscReal *a, *b;
+  PetscReal most = 0, differ = 0;
+  PetscInt n;
+
+  ok(VecGetLocalSize(x, &n));
+  ok(VecGetArrayRead(x, &a));
+  ok(VecGetArrayRead(y, &b));
+  for (PetscInt i = 0; i < n; i++) {
+    most = PetscMax(most, fabs(a[i]));
+    differ = PetscMax(differ, fabs(a[i] - b[i]));
+  }
+  ok(VecRestoreArrayRead(y, &b));
+  ok(VecRestoreArrayRead(x, &a));
+  return differ / most;
+}
+
+/* The largest difference of y = K x on the device from K x on the processor, and from D x unless D is NULL: 1e-12,
+   rounding of sums of some thousand terms. Again gives the same bits, without any vector between the two; a matrix that
+   was scaled gives as much more. */
+static void Products(const char what[], Mat K, Mat D)
+{
+  SlipDeviceTraffic start, end;
+  PetscReal bytes, differ, dense = 0;
+  Vec x, y, z = NULL, u, v, w;
+  PetscBool same;
+
+  ok(MatCreateVecs(K, &x, &y));
+  Fill(1, x);
+  ok(MatMult(K, x, y));
+  if (D) {
+    ok(VecDuplicate(y, &z));
+    ok(MatMult(D, x, z));
+  }
+  ok(SlipMatDeviceBytes(K, &bytes));
+  start = SlipDeviceGetTraffic();
+  ok(SlipMatUseDevice(K));
+  end = SlipDeviceGetTraffic();
+  assert_true((PetscReal)(end.bytes - start.bytes) <= bytes); /* what it says is what it takes, VkFFT's own apart */
+  ok(SlipMatUseDevice(K));
+  assert_true(SlipDeviceGetTraffic().bytes == end.bytes);
+  ok(MatCreateVecs(K, &u, &v));
+  assert_true(SlipDeviceVecIs(u) && SlipDeviceVecIs(v));
+  Fill(1, u);
+  ok(MatMult(K, u, v));
+  differ = Difference(y, v);
+  if (D) dense = Difference(z, v);
+  if (!(differ < 1e-12 && dense < 1e-12))
+    fail_msg("%s: products on the device differ by %g, and from a dense matrix by %g", what, (double)differ,
+             (double)dense);
+  if (SlipDeviceShares(device)) assert_true(differ == 0); /* it is the processor's own product */
+  ok(VecDuplicate(v, &w));
+  start = SlipDeviceGetTraffic();
+  ok(MatMult(K, u, w));
+  end = SlipDeviceGetTraffic();
+  assert_true(end.puts == start.puts && end.fetches == start.fetches && end.numbers == start.numbers);
+  ok(SlipDeviceVecSame(v, w, &same));
+  assert_true(same);
+  ok(MatHasOperation(K, MATOP_SCALE, &same));
+  if (same) {
+    ok(MatScale(K, -0.5));
+    ok(VecScale(y, -0.5));
+  }
+  ok(MatMult(K, u, w));
+  assert_true(Difference(y, w) < 1e-12);
+  ok(MatMult(K, x, y)); /* and on the processor as before */
+  assert_true(Difference(y, w) < 1e-12);
+  ObjectsDestroy(&x, &y, &z, &u, &v, &w);
+}
+
+/* By transforms: half-space and full space, at the ground and below, one row and many, averages */
+static void grids(void **state)
+{
+  const SlipGrid grids[] = {{20, 12, 3000.0, 1800.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+                            {17, 9, 2000.0, 1100.0, 700.0, ROCK(0.1, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+                            {13, 1, 2000.0, 100.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+                            {1, 16, 500.0, 3600.0, 0.0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)},
+                            {24, 15, 3000.0, 2000.0, 0.0, ROCK(0.3, PETSC_TRUE, SLIP_AVERAGE_CELL)}};
+
+  NEEDS_DEVICE;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
+    Mat K, D;
+
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grids[k], "fft", &K));
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grids[k], "dense", &D));
+    Products("a grid", K, D);
+    ObjectsDestroy(&K, &D);
+  }
+}
+
+/* Square and not, of fewer columns than groups of them, and of more rows than a group of items */
+static void dense(void **state)
+{
+  const PetscInt sizes[][2] = {{200, 200}, {7, 5}, {1, 300}, {129, 64}};
+
+  NEEDS_DEVICE;
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(sizes); k++) {
+    const PetscInt m = sizes[k][0], n = sizes[k][1];
+    PetscReal *a;
+    Mat A;
+
+    ok(MatCreateSeqDense(PETSC_COMM_SELF, m, n, NULL, &A));
+    ok(MatDenseGetArrayWrite(A, &a));
+    for (PetscInt i = 0; i < m * n; i++) a[i] = cos(0.37 * (double)(i % 1013)) + 0.2;
+    ok(MatDenseRestoreArrayWrite(A, &a));
+    ok(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+    ok(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+    Products("a dense matrix", A, NULL);
+    ok(MatDestroy(&A));
+  }
+}
+
+/* Of all cells the same, of each its own by its area, and of opening another one */
+static void radiation(void **state)
+{
+  static PetscReal data[8 * 24];
+  SlipCells cells = TwoDippingPlanes(4, 3, data);
+
+  NEEDS_DEVICE;
+  for (int weighted = 0; weighted < 2; weighted++) {
+    Mat K, H;
+
+    for (PetscInt i = 0; i < cells.n && weighted; i++) data[4 * cells.n + i] *= 1 - 0.02 * (double)(i % 3);
+    ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 1e-6, &K));
+    ok(MatCreateSlipRadiation(K, 4.5e6, &H));
+    Products("radiation damping", H, NULL);
+    ObjectsDestroy(&K, &H);
+  }
+}
+
+/* What a device has no product for, and what does not fit */
+static void refused(void **state)
+{
+  Mat A;
+
+  NEEDS_DEVICE;
+  ok(MatCreateSeqAIJ(PETSC_COMM_SELF, 3, 3, 1, NULL, &A));
+  fails(SlipMatUseDevice(A), "products with a matrix of type seqaij are not formed on a device");
+  ok(MatDestroy(&A));
+}
+
+static int setup(void **state)
+{
+  (void)state;
+  ok(SlipDeviceRegisterVec());
+  if (SlipDeviceOpen(PETSC_COMM_SELF, "-test_device", "", &device)) {
+    device = NULL;
+    print_message("skipped: %s\n", message);
+    return strstr(message, "there is no device") || !SlipDeviceBuiltIn() ? 0 : 1;
+  }
+  return 0;
+}
+
+SLIP_TESTS_WITH(setup, NULL, grids, dense, radiation, refused)
