@@ -11,6 +11,22 @@ static const char help[] =
 /* The program's: SLIP_EXIT_INCOMPLETE, or above 128 when a signal or the wall limit has stopped it */
 static int exit_code = 0;
 
+/* -fault_cells: the cells of the fault of the options, and nothing else */
+static PetscErrorCode Cells(const char file[])
+{
+  SlipFault fault;
+
+  PetscFunctionBeginUser;
+  PetscCall(SlipCheckOptionNames());
+  PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
+  PetscCall(SlipFaultSetReal(fault, "nx", 10));
+  PetscCall(SlipFaultSetReal(fault, "nz", 10));
+  PetscCall(SlipFaultSetFromOptions(fault));
+  PetscCall(SlipFaultWriteCells(fault, file));
+  PetscCall(SlipFaultDestroy(&fault));
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode Run(void)
 {
   SlipFault fault;
@@ -68,14 +84,14 @@ static PetscErrorCode Run(void)
 
 int main(int argc, char **argv)
 {
-  char sweep[PETSC_MAX_PATH_LEN] = "";
+  char sweep[PETSC_MAX_PATH_LEN] = "", cells[PETSC_MAX_PATH_LEN] = "";
   PetscBool features = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   PetscCall(SlipProgramInitialize(&argc, &argv, "fault", help));
   PetscCall(SlipStepInitializePackage());
   PetscCall(SlipSignalsPush());
-  PetscCall(SlipDeclareOptions("fault_", "sweep features"));
+  PetscCall(SlipDeclareOptions("fault_", "sweep features cells"));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Several runs", NULL);
   PetscCall(PetscOptionsBool("-fault_features", "Print what goes with what, and nothing else (default no)",
                              "SlipFaultFeaturesView", features, &features, NULL));
@@ -84,9 +100,15 @@ int main(int argc, char **argv)
                        "File with a line of options for each of several runs, which write files of their own (default "
                        "none)",
                        NULL, sweep, sweep, sizeof(sweep), NULL));
+  PetscCall(PetscOptionsString("-fault_cells",
+                               "Write centres [m], area [m^2], strike, dip [degrees] and fault of the cells to a file, "
+                               "of which fields of -fault_parameters can be functions, and nothing else (default none)",
+                               "SlipFaultWriteCells", cells, cells, sizeof(cells), NULL));
   PetscOptionsEnd();
   if (features)
     PetscCall(SlipFaultFeaturesView(NULL));
+  else if (cells[0])
+    PetscCall(Cells(cells));
   else if (sweep[0])
     PetscCall(Sweep(sweep, Run));
   else

@@ -22,23 +22,7 @@ from slipstep.modules import need
 need("h5py", "numpy")
 import h5py
 import numpy as np
-
-WAVES = 500
-HURST = 0.75
-
-
-def random_field(x, z, correlation, random):
-    """Mean 0 and variance 1 over all seeds: a sum of waves whose wavenumbers are drawn from von Karman's spectrum, by which |k| times
-    the correlation length has Student's law. Those shorter than an eighth of that length are drawn again: no mesh shows them."""
-    k = np.full((WAVES, 2), np.inf)
-    while (short := np.hypot(*k.T) > 16 * np.pi).any():
-        k[short] = random.standard_normal((short.sum(), 2)) / np.sqrt(random.chisquare(2 * HURST, (short.sum(), 1)))
-    phase = random.uniform(0, 2 * np.pi, WAVES)
-    field = np.zeros_like(x)
-    for (kx, kz), shift in zip(k / correlation, phase):
-        field += np.cos(kx * x + kz * z + shift)
-    return field * np.sqrt(2 / WAVES)
-
+from slipstep.fields import waves
 
 def grid(cells, size, top):
     """Centres [Nz, Nx] and mean side of a cell."""
@@ -55,12 +39,12 @@ def mesh(path):
 
 def fields(x, z, side, a):
     random = np.random.default_rng(a.seed)
-    drop = a.drop * np.maximum(1 + a.scatter * random_field(x, z, a.correlation, random), 0.1)
+    drop = a.drop * np.maximum(1 + a.scatter * waves((x, z), a.correlation, random), 0.1)
     stiffness = a.shear_modulus * np.sqrt(2) / np.pi * (7 / 3) / side  # of a square in a full space, nu = 1/4
     made = {"friction_drop": (drop, "1"),
             "friction_slip": (np.full_like(drop, a.slip) if a.slip else drop * a.normal_stress / (a.weakening * stiffness), "m")}
     if a.stress is not None:
-        share = a.stress * (1 + a.scatter * random_field(x, z, a.correlation, random))
+        share = a.stress * (1 + a.scatter * waves((x, z), a.correlation, random))
         strength = (a.residual + drop) * a.normal_stress
         stress = np.minimum(a.normal_stress * (a.residual + share * drop), 0.98 * strength)
         if a.patch:

@@ -29,6 +29,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[],
 PETSC_EXTERN PetscErrorCode SlipFaultGetString(SlipFault fault, const char name[], char value[], size_t len);
 /* Of all cells, in the order of the grid or of the mesh's file, on every rank; after SlipFaultSetUp() */
 PETSC_EXTERN PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n, PetscReal values[]);
+/* "x", "y", "z" [m], "area" [m^2], "strike", "dip" [degrees], "fault"; after SlipFaultSetUpMesh(), as the centres */
+PETSC_EXTERN PetscErrorCode SlipFaultGetGeometry(SlipFault fault, const char name[], PetscInt n, PetscReal values[]);
+PETSC_EXTERN PetscErrorCode SlipFaultWriteCells(SlipFault fault, const char file[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], PetscReal y[],
                                                 PetscReal z[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetCellComponents(SlipFault fault, const char name[], PetscInt *n);
@@ -43,7 +46,8 @@ PETSC_EXTERN PetscErrorCode
 SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law); /* a row of one's own, with parameters; slipcore.h */
 PETSC_EXTERN PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia);
 PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx);
-PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault); /* K, H, parameters, critical state */
+PETSC_EXTERN PetscErrorCode SlipFaultSetUpMesh(SlipFault fault); /* the cells, of which fields can be functions */
+PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault);     /* K, H, parameters, critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipFaultFeaturesView(PetscViewer viewer); /* what goes with what */
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);

@@ -1,5 +1,7 @@
 /* What other languages ask of a fault: switches by their names, texts, and numbers of all cells as arrays. */
 #include <slipstep/private/slipfault.h>
+#include <math.h>
+#include <string.h>
 
 /*@C
   SlipFaultSetBool - set a parameter of the fault that is yes or no
@@ -34,8 +36,8 @@ PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[], PetscBool va
 
     PetscCall(PetscStrcmp(name, p->name, &same));
     if (!same) continue;
-    PetscCheck(!fault->setup || p->part == SLIP_PART_OUTPUT, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
-               "%s must be set before SlipFaultSetUp()", name);
+    PetscCheck(!fault->meshed || p->part == SLIP_PART_OUTPUT, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
+               "%s must be set before SlipFaultSetUp() and SlipFaultSetUpMesh()", name);
     *(PetscBool *)((char *)fault + p->offset) = value;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -117,10 +119,77 @@ PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+enum { X, Y, Z, AREA, STRIKE, DIP, LABEL, NUM_GEOMETRY };
+const SlipFaultGeometryName SlipFaultGeometryNames[NUM_GEOMETRY + 1] = {[X] = {"x", "m"},
+                                                                        [Y] = {"y", "m"},
+                                                                        [Z] = {"z", "m"},
+                                                                        [AREA] = {"area", "m^2"},
+                                                                        [STRIKE] = {"strike", "degrees"},
+                                                                        [DIP] = {"dip", "degrees"},
+                                                                        [LABEL] = {"fault", "1"},
+                                                                        {NULL, NULL}};
+
+static PetscReal Geometry(const SlipFaultMesh *mesh, PetscInt row, PetscInt which)
+{
+  SlipFaultCell cell;
+  PetscReal strike;
+
+  mesh->kind->cell(mesh, row, &cell);
+  switch (which) {
+  case AREA:
+    return cell.size[0] * cell.size[1];
+  case STRIKE:
+    strike = atan2(cell.direction[0][1], cell.direction[0][0]) * 180 / PETSC_PI;
+    return strike < 0 ? strike + 360 : strike;
+  case DIP:
+    return atan2(cell.direction[1][2], hypot(cell.direction[1][0], cell.direction[1][1])) * 180 / PETSC_PI;
+  case LABEL:
+    return (PetscReal)(mesh->label ? mesh->label[row] : 0);
+  default:
+    return cell.centre[which];
+  }
+}
+
+/*@C
+  SlipFaultGetGeometry - get where the cells are and which way they face
+
+  Not collective; after SlipFaultSetUpMesh() or SlipFaultSetUp()
+
+  Input Parameters:
++ fault - the fault
+. name  - "x", "y", "z": the centre [m], north or along strike, east or to the right of it, and down; "area" [m^2];
+          "strike", "dip" [degrees] as Aki and Richards define them; "fault": the label of its fault
+- n     - number of cells, of all processes
+
+  Output Parameter:
+. values - [n] in the order of SlipFaultSetField(), [m], [m^2] or [degrees]
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another name, PETSC_ERR_ARG_SIZ for another number of cells, PETSC_ERR_ORDER
+  before the mesh is set up
+
+.seealso: SlipFaultSetUpMesh(), SlipFaultSetField(), SlipFaultGetCentres()
+@*/
+PetscErrorCode SlipFaultGetGeometry(SlipFault fault, const char name[], PetscInt n, PetscReal values[])
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  PetscCheck(fault->meshed, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetUpMesh() or SlipFaultSetUp() first");
+  PetscCall(CheckSize(fault, n));
+  for (PetscInt k = 0; k < NUM_GEOMETRY; k++) {
+    if (strcmp(name, SlipFaultGeometryNames[k].name)) continue;
+    for (PetscInt e = 0; e < n; e++) values[e] = Geometry(&fault->mesh, e, k);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "cells have no \"%s\"; expected x, y, z, area, strike, dip or fault",
+          name);
+}
+
 /*@
   SlipFaultGetCentres - get the centres of the cells
 
-  Not collective; after SlipFaultSetUp()
+  Not collective; after SlipFaultSetUpMesh() or SlipFaultSetUp()
 
   Input Parameters:
 + fault - the fault
@@ -138,21 +207,14 @@ PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n,
 
   Errors: PETSC_ERR_ARG_SIZ for another number of cells
 
-.seealso: SlipFaultGetField()
+.seealso: SlipFaultGetField(), SlipFaultGetGeometry()
 @*/
 PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], PetscReal y[], PetscReal z[])
 {
-  SlipFaultCell cell;
-
   PetscFunctionBegin;
-  SlipFaultCheckSetUp(fault, 1);
-  PetscCall(CheckSize(fault, n));
-  for (PetscInt e = 0; e < n; e++) {
-    fault->mesh.kind->cell(&fault->mesh, e, &cell);
-    x[e] = cell.centre[0];
-    y[e] = cell.centre[1];
-    z[e] = cell.centre[2];
-  }
+  PetscCall(SlipFaultGetGeometry(fault, "x", n, x));
+  PetscCall(SlipFaultGetGeometry(fault, "y", n, y));
+  PetscCall(SlipFaultGetGeometry(fault, "z", n, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -427,7 +489,8 @@ PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia)
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
-  PetscCheck(!fault->setup, fault->comm, PETSC_ERR_ORDER, "call SlipFaultSetInertia() before SlipFaultSetUp()");
+  PetscCheck(!fault->meshed, fault->comm, PETSC_ERR_ORDER,
+             "call SlipFaultSetInertia() before SlipFaultSetUp() and SlipFaultSetUpMesh()");
   fault->options.inertia = inertia;
   fault->options.inertia_given = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -459,9 +459,9 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   PetscCall(SlipFaultFindReal(fault, name, &id));
-  PetscCheck(!fault->setup || id == FAULT_VELOCITY_SCALE || id == FAULT_ACCURACY ||
-               SlipFaultRealRow(id)->part == OUTPUT,
-             fault->comm, PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp()", name);
+  PetscCheck(
+    !fault->meshed || id == FAULT_VELOCITY_SCALE || id == FAULT_ACCURACY || SlipFaultRealRow(id)->part == OUTPUT,
+    fault->comm, PETSC_ERR_ARG_WRONGSTATE, "%s must be set before SlipFaultSetUp() and SlipFaultSetUpMesh()", name);
   PetscCall(SlipFaultCheckReal(fault, SlipFaultRealRow(id), value));
   fault->options.value[id] = value;
   if (id == FAULT_OUTPUT_INTERVAL) fault->options.interval_given = PETSC_TRUE;
@@ -567,8 +567,8 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
 
     PetscCall(PetscStrcmp(name, p->name, &same));
     if (!same) continue;
-    PetscCheck(!fault->setup || p->part == OUTPUT, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
-               "%s must be set before SlipFaultSetUp()", name);
+    PetscCheck(!fault->meshed || p->part == OUTPUT, fault->comm, PETSC_ERR_ARG_WRONGSTATE,
+               "%s must be set before SlipFaultSetUp() and SlipFaultSetUpMesh()", name);
     if (p->choices) {
       char list[FAULT_MAX_CHOICES];
       PetscBool found;

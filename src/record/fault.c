@@ -44,15 +44,43 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  SlipFaultSetUpMesh - make the cells of a fault, before its fields are given
+
+  Collective. Calling it again does nothing.
+
+  Input Parameter:
+. fault - the fault
+
+  Level: intermediate
+
+  Note:
+  SlipFaultSetUp() does it as well. Called before, SlipFaultGetGeometry() and SlipFaultGetCentres() say where the cells
+  are, so that fields can be functions of them: SlipFaultSetField(). All other parameters must be set before.
+
+  Errors: a mesh that cannot be read or used, friction laws that there are not
+
+.seealso: SlipFaultSetUp(), SlipFaultGetGeometry(), SlipFaultSetField()
+@*/
+PetscErrorCode SlipFaultSetUpMesh(SlipFault fault)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  if (fault->meshed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFrictionFind(fault->options.text[FAULT_FRICTION_LAW], &fault->friction.law));
+  PetscCall(SlipFaultChooseDefaults(fault));
+  PetscCall(SlipFaultChooseComponents(fault));
+  PetscCall(SlipFaultMeshSetUp(fault));
+  fault->meshed = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode SetUp(SlipFault fault)
 {
   PetscReal thickness;
 
   PetscFunctionBegin;
-  PetscCall(SlipFrictionFind(fault->options.text[FAULT_FRICTION_LAW], &fault->friction.law));
-  PetscCall(SlipFaultChooseDefaults(fault));
-  PetscCall(SlipFaultChooseComponents(fault));
-  PetscCall(SlipFaultMeshSetUp(fault));
+  PetscCall(SlipFaultSetUpMesh(fault));
   PetscCall(SlipFaultGetReal(fault, "thickness", &thickness));
   fault->operators.mass = fault->options.value[FAULT_DENSITY] * thickness;
   fault->operators.tstar =

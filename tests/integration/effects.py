@@ -72,6 +72,7 @@ VALUES = {
     "fault_stiffness_file": ["stiffness.h5"],
     "fault_injection": ["1000,1000"],
     "fault_sweep": ["sweep.txt"],
+    "fault_cells": ["cells.h5"],
     "fault_restart": ["state.h5"],
     "fault_tolerances": ["tolerances.h5"], "fault_estimates": ["estimates.h5"],
     "fault_stations": ["500,500"],

@@ -200,7 +200,7 @@ slipstep.load()
 fault = slipstep.Fault(nx=4, nz=3, rake=30, slip_components=2, output={folder!r} + "/o.h5", progress=False,
                        output_fields="slip,displacement,slip_rate,traction,state,normal_stress", **{more!r})
 ts = PETSc.TS().create()
-for accessor in (fault.centres, fault.labels, lambda: fault.values(ts, "slip")):
+for accessor in (fault.labels, lambda: fault.values(ts, "slip")):
     try:
         accessor()
         sys.exit("a fault without a set-up had something to say")

@@ -45,6 +45,40 @@ static void parameters(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
+/* The cells are known before the rest, fields are functions of them, and what the mesh is made of stays. */
+static void mesh_first(void **state)
+{
+  SlipFault fault = Make(3, 2);
+  PetscReal z[6], a[6], got[6];
+
+  (void)state;
+  ok(FaultSetReals(fault, {"length_x", 3000}, {"length_z", 4000}, {"dip", 30}, {"strike", 350}, {"depth_top", 500}));
+  fails(SlipFaultGetGeometry(fault, "z", 6, z), "call SlipFaultSetUpMesh() or SlipFaultSetUp() first");
+  ok(SlipFaultSetUpMesh(fault));
+  ok(SlipFaultSetUpMesh(fault));
+  ok(SlipFaultGetGeometry(fault, "z", 6, z));
+  ok(SlipFaultGetGeometry(fault, "area", 6, a));
+  for (PetscInt i = 0; i < 6; i++) {
+    assert_true(fabs(z[i] - (500 + (i / 3 ? 1500 : 500))) < 1e-9); /* half of 1000 and 3000 m down dip */
+    assert_true(fabs(a[i] - 2e6) < 1e-6);
+  }
+  ok(SlipFaultGetGeometry(fault, "strike", 6, got));
+  assert_true(fabs(got[0] - 350) < 1e-9);
+  ok(SlipFaultGetGeometry(fault, "dip", 6, got));
+  assert_true(fabs(got[0] - 30) < 1e-9);
+  fails(SlipFaultGetGeometry(fault, "rake", 6, got), "cells have no \"rake\"; expected x, y, z, area");
+  fails(SlipFaultGetGeometry(fault, "z", 5, got), "room for 5 cells, expected the 6");
+  fails(SlipFaultSetReal(fault, "dip", 60), "dip must be set before SlipFaultSetUp() and SlipFaultSetUpMesh()");
+  fails(SlipFaultSetString(fault, "mesh", "m.h5"), "mesh must be set before");
+  fails(SlipFaultSetInertia(fault, PETSC_FALSE), "before SlipFaultSetUp() and SlipFaultSetUpMesh()");
+  for (PetscInt i = 0; i < 6; i++) a[i] = 0.1 + 1e-5 * z[i];
+  ok(SlipFaultSetField(fault, "friction_drop", 6, a));
+  ok(SlipFaultSetUp(fault));
+  ok(SlipFaultGetField(fault, "friction_drop", 6, got));
+  for (PetscInt i = 0; i < 6; i++) assert_true(got[i] == a[i]);
+  ok(SlipFaultDestroy(&fault));
+}
+
 /* What a matrix tells of itself; overwritten by the next. */
 static const char *ViewOf(Mat A)
 {
@@ -468,5 +502,6 @@ static void work_vectors(void **state)
   }
 }
 
-SLIP_TESTS(work_vectors, parameters, two_faults, normal_stress, scaling_and_critical_state, elasticity_is_left_alone,
-           field_file, stiffness_file, elimination, stiffness_view, power_balance, observations)
+SLIP_TESTS(work_vectors, parameters, mesh_first, two_faults, normal_stress, scaling_and_critical_state,
+           elasticity_is_left_alone, field_file, stiffness_file, elimination, stiffness_view, power_balance,
+           observations)

@@ -116,7 +116,8 @@ struct _p_SlipFault {
   PETSCHEADER(int);
   MPI_Comm comm; /* of the header, for short */
   SlipFaultOptions options;
-  PetscBool setup; /* SlipFaultSetUp() was called: what follows is valid */
+  PetscBool meshed; /* SlipFaultSetUpMesh() was called: the mesh is valid, and its parameters stay */
+  PetscBool setup;  /* SlipFaultSetUp() was called: what follows is valid */
   SlipFaultMesh mesh;
   SlipFaultLayout layout;
   SlipFaultCellFields fields;
@@ -253,6 +254,11 @@ PETSC_INTERN PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x);
 PETSC_INTERN void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len);
 /* geometry.c */
 PETSC_EXTERN PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel); /* that was chosen */
+/* access.c: what SlipFaultGetGeometry() knows of a cell; ends with NULL */
+typedef struct {
+  const char *name, *unit;
+} SlipFaultGeometryName;
+PETSC_INTERN const SlipFaultGeometryName SlipFaultGeometryNames[];
 PETSC_EXTERN PetscErrorCode SlipFaultMeshSetUp(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn);
 PETSC_EXTERN PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum);

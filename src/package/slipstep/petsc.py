@@ -206,6 +206,32 @@ def handled(function):
         signal.signal(signal.SIGINT, before)
 
 
+@contextlib.contextmanager
+def database_of(fault, given):
+    """PETSc's options are those of a fault meanwhile, with what its file of options has beside what is given. Gives what is given, with nx and nz of
+    that file: arrays need the shape before the options are read."""
+    database = PETSc.Options()
+    before = database.getAll()
+    try:
+        if "options_file" in fault._options:
+            database.insertString("-options_file " + word(fault._options["options_file"]))
+            if database.hasName("fault_nx") and "nx" not in given:
+                given = {**given, "nx": database.getInt("fault_nx")}
+            if database.hasName("fault_nz") and "nz" not in given:
+                given = {**given, "nz": database.getInt("fault_nz")}
+            for name in (*given, *fault._arrays, *fault._functions):  # what is given here overrides the file
+                database.delValue(f"fault_{name}")
+        for name, value in fault._options.items():
+            if name != "options_file":
+                database.setValue(name, word(value))
+        yield given
+    finally:
+        for name in set(database.getAll()) - set(before):
+            database.delValue(name)
+        for name, value in before.items():
+            database.setValue(name, value)
+
+
 class Process(Program):
     """How a fault runs in this process, as running.Program has it for the program."""
 
@@ -229,8 +255,6 @@ class Process(Program):
     @staticmethod
     def run(fault, given, folder, progress):
         """True when it was interrupted."""
-        database = PETSc.Options()
-        before = database.getAll()
         line = Line(progress and not PETSc.COMM_WORLD.getRank())
         interrupted, ts = False, None
 
@@ -245,46 +269,32 @@ class Process(Program):
                 line.show(at, ts.getMaxTime(), step, largest_rate(ts, w))
 
         try:
-            if "options_file" in fault._options:
-                database.insertString("-options_file " + word(fault._options["options_file"]))
-                if database.hasName("fault_nx") and "nx" not in given:  # arrays need the shape before the options are read
-                    given = {**given, "nx": database.getInt("fault_nx")}
-                if database.hasName("fault_nz") and "nz" not in given:
-                    given = {**given, "nz": database.getInt("fault_nz")}
-                for name in (*given, *fault._arrays):  # what is given here overrides the file
-                    database.delValue(f"fault_{name}")
-            for name, value in fault._options.items():
-                if name != "options_file":
-                    database.setValue(name, word(value))
-            inner = Fault(getattr(fault, "_comm_given", None), **given, **fault._arrays)
-            try:
-                ts = PETSc.TS().create(getattr(fault, "_comm_given", None))
-                if "progress" not in given:
-                    inner.set(progress=False)
-                inner.configure(ts)
-                ts.setFromOptions()
-                for name in fault._options:
-                    if name != "options_file" and not used(name):
-                        raise Error(f"nothing reads the option -{name}")
-                ts.setMonitor(monitor)
+            with database_of(fault, given) as given:
+                inner = Fault(getattr(fault, "_comm_given", None), **given, **fault._arrays, **fault._functions)
                 try:
-                    with handled(interrupt), silence():
-                        inner.solve(ts)
-                except (KeyboardInterrupt, PETSc.Error):
-                    if not interrupted:
-                        raise
-            finally:
-                inner.destroy()
-                if ts:
-                    ts.destroy()
+                    ts = PETSc.TS().create(getattr(fault, "_comm_given", None))
+                    if "progress" not in given:
+                        inner.set(progress=False)
+                    inner.configure(ts)
+                    ts.setFromOptions()
+                    for name in fault._options:
+                        if name != "options_file" and not used(name):
+                            raise Error(f"nothing reads the option -{name}")
+                    ts.setMonitor(monitor)
+                    try:
+                        with handled(interrupt), silence():
+                            inner.solve(ts)
+                    except (KeyboardInterrupt, PETSc.Error):
+                        if not interrupted:
+                            raise
+                finally:
+                    inner.destroy()
+                    if ts:
+                        ts.destroy()
         except PETSc.Error as error:
             raise Error(message_of(error)) from None
         finally:
             line.close()
-            for name in set(database.getAll()) - set(before):
-                database.delValue(name)
-            for name, value in before.items():
-                database.setValue(name, value)
         return interrupted
 
 
@@ -310,11 +320,11 @@ class Fault(Runs):
         call("SlipFaultCreate", found, ctypes.byref(self.handle))
         self.set(**parameters)
 
-    def set(self, **parameters):
-        """Parameters by the names of their options without "fault_": numbers, texts, True and False (inertia=False), and
-        arrays for fields, [nz, nx], or [n] of all cells iz * nx + ix, or of the rows of a mesh. Names as ts_max_time are
-        options of PETSc, for run()."""
-        parameters = self._record(parameters)
+    def set(self, name=None, value=None, /, **parameters):
+        """Parameters by the names of their options without "fault_", set("friction_a", value) or set(friction_a=value): numbers, texts, True and False
+        (inertia=False), and for fields arrays, [nz, nx], or [n] of all cells iz * nx + ix, or of the rows of a mesh, or functions of the cells
+        (slipstep.fields). Names as ts_max_time are options of PETSc, for run()."""
+        parameters = self._record(parameters if name is None else {name: value, **parameters})
         fields = {}
         for name, value in parameters.items():
             if isinstance(value, str):
@@ -376,12 +386,28 @@ class Fault(Runs):
         call(function, self, *arguments, values.size // components, values)
         return values
 
-    def centres(self):
-        """x along strike, y across, z depth [m] of the cells, each [nz, nx]; after configure()."""
-        self._ready("centres")
-        x, y, z = (np.zeros(self.shape) for _ in range(3))
-        call("SlipFaultGetCentres", self, x.size, x, y, z)
-        return x, y, z
+    def cells(self):
+        """The cells, slipstep.fields.Cells: centres [m], area [m^2], strike, dip [degrees] and fault, each [nz, nx], or [1, n] of a mesh. At any time: before
+        configure() those of the fault as it is now. Collective."""
+        from .fields import NAMES, Cells
+        if self._state.get("ready"):
+            return self._geometry(NAMES, Cells)
+        given = {name: value for name, value in self._with_cells().items() if name not in FILES}
+        try:
+            with database_of(self, given) as given:
+                inner = Fault(self._comm_given, **given)
+                try:
+                    call("SlipFaultSetFromOptions", inner)
+                    call("SlipFaultSetUpMesh", inner)
+                    return inner._geometry(NAMES, Cells)
+                finally:
+                    inner.destroy()
+        except PETSc.Error as error:
+            raise Error(message_of(error)) from None
+
+    def _geometry(self, names, kind):
+        parts = {name: self._cells("SlipFaultGetGeometry", name) for name in names}
+        return kind(**{**parts, "fault": parts["fault"].astype(int)}, mesh=bool(self.get("mesh")))
 
     def values(self, ts, name):
         """Of the state that ts has now: "slip_rate" [m/s], "slip", "displacement" [m], "traction", "stress" [Pa], "state"
@@ -430,6 +456,13 @@ class Fault(Runs):
             for name, value in self._switches.items():  # those that are on whenever options are read
                 if not database.hasName(f"{given}fault_{name}"):
                     call("SlipFaultSetBool", self, name, value)
+        if self._functions:
+            from .fields import NAMES, Cells, evaluate
+            call("SlipFaultSetUpMesh", self)
+            cells = self._geometry(NAMES, Cells)
+            for name, function in self._functions.items():
+                self._fields[name] = evaluate(name, function, cells)
+                call("SlipFaultSetField", self, name, self._fields[name].size, self._fields[name])
         call("SlipFaultSetUp", self)
         self._state["ready"] = True
         for name, field in self._fields.items():  # options may have changed nx and nz

@@ -76,6 +76,35 @@ def word(value):
     return repr(value) if isinstance(value, float) else str(value)
 
 
+def command(fault, given, arrays, folder):
+    """The words that start the program on a fault; arrays go into a file in the folder."""
+    words = [program_fault()]
+    if "options_file" in fault._options:  # what follows overrides it
+        words += ["-options_file", word(fault._options["options_file"])]
+    words += ["-fault_progress", "no"]
+    if arrays:
+        if "parameters" in given:
+            raise Error(f"parameters is {given['parameters']}, and {', '.join(arrays)} are arrays or functions: expected one of them")
+        import h5py
+        import numpy as np
+        given["parameters"] = os.path.join(folder, "parameters.h5")
+        nz, nx = int(given.get("nz", 0)), int(given.get("nx", 0))
+        with h5py.File(given["parameters"], "w") as file:
+            for name, value in arrays.items():
+                value = np.asarray(value, dtype=float)
+                if value.ndim == 2 and fault._has_mesh():
+                    value = value.ravel()
+                elif value.ndim == 1 and not fault._has_mesh() and value.size == nz * nx:
+                    value = value.reshape(nz, nx)
+                file[name] = value
+    for name, value in given.items():
+        words += [f"-fault_{name}", word(value)]
+    for name, value in fault._options.items():
+        if name != "options_file":
+            words += [f"-{name}", word(value)]
+    return words
+
+
 class Program:
     """How the program runs a fault; the same functions of slipstep.petsc run it in this process."""
 
@@ -93,30 +122,7 @@ class Program:
     @staticmethod
     def run(fault, given, folder, progress):
         """True when it was interrupted."""
-        words = [program_fault()]
-        if "options_file" in fault._options:  # what follows overrides it
-            words += ["-options_file", word(fault._options["options_file"])]
-        words += ["-fault_progress", "no"]
-        if fault._arrays:
-            if "parameters" in given:
-                raise Error(f"parameters is {given['parameters']}, and {', '.join(fault._arrays)} are arrays: expected one of them")
-            import h5py
-            import numpy as np
-            given["parameters"] = os.path.join(folder, "parameters.h5")
-            nz, nx = int(given.get("nz", 0)), int(given.get("nx", 0))
-            with h5py.File(given["parameters"], "w") as file:
-                for name, value in fault._arrays.items():
-                    value = np.asarray(value, dtype=float)
-                    if value.ndim == 2 and "mesh" in given:
-                        value = value.ravel()
-                    elif value.ndim == 1 and "mesh" not in given and value.size == nz * nx:
-                        value = value.reshape(nz, nx)
-                    file[name] = value
-        for name, value in given.items():
-            words += [f"-fault_{name}", word(value)]
-        for name, value in fault._options.items():
-            if name != "options_file":
-                words += [f"-{name}", word(value)]
+        words = command(fault, given, {**fault._arrays, **fault._evaluated()}, folder)
         line, interrupted = Line(progress), False
         log = os.path.join(folder, "log")
         with open(log, "w+", encoding="utf-8") as output:
@@ -137,8 +143,7 @@ class Program:
             output.seek(0)
             text = output.read()
         if child.returncode not in (0, 3) and not interrupted:
-            lines = re.findall(r"(?m)^\S+: error: (.*)$", text)
-            raise Error(lines[-1] if lines else f"the program ended with the code {child.returncode}: {text.strip()[-300:]}")
+            raise Error(_reason(text, child.returncode))
         return interrupted
 
 
@@ -148,7 +153,7 @@ class Runs:
     backends = {"program": Program}
 
     def _remember(self):
-        self._given, self._options, self._arrays = {}, {}, {}
+        self._given, self._options, self._arrays, self._functions = {}, {}, {}, {}
 
     def _record(self, parameters):
         """The parameters of the fault among those given; others are options of PETSc, and are kept for run()."""
@@ -158,11 +163,62 @@ class Runs:
             if OPTION.match(name):
                 self._options[name] = value
                 continue
-            mine[name] = value
             array = getattr(value, "ndim", 0) > 0 or isinstance(value, (list, tuple))
-            (self._arrays if array else self._given)[name] = value
-            (self._given if array else self._arrays).pop(name, None)
+            kinds = [self._functions, self._arrays, self._given]
+            kind = kinds[0] if callable(value) else kinds[1] if array else kinds[2]
+            for other in kinds:
+                other.pop(name, None)
+            kind[name] = value
+            if kind is not self._functions:  # which wait for the cells
+                mine[name] = value
         return mine
+
+    def _has_mesh(self):
+        return "mesh" in self._given or "mesh" in options_of(self._options.get("options_file"))
+
+    def _with_cells(self):
+        """What is given, with the cells that a fault has by default where nothing says how many."""
+        given = dict(self._given)
+        in_file = options_of(self._options.get("options_file"))
+        if not self._has_mesh():
+            for name in ("nx", "nz"):
+                if name not in in_file:
+                    given.setdefault(name, 10)
+        return given
+
+    def _evaluated(self):
+        """Arrays of the parameters that are functions, for the fault as it is now."""
+        if not self._functions:
+            return {}
+        from .fields import evaluate
+        cells = self.cells()
+        return {name: evaluate(name, function, cells) for name, function in self._functions.items()}
+
+    def cells(self):
+        """The cells of the fault as it is now, slipstep.fields.Cells: centres [m], area [m^2], strike, dip [degrees] and fault, each [nz, nx], or [1, n] of a
+        mesh. At any time."""
+        from .fields import read_cells
+        folder = Program.folder()
+        try:
+            path = os.path.join(folder, "cells.h5")
+            given = {name: value for name, value in self._with_cells().items() if name not in ("output", "catalogue", "checkpoint", "restart")}
+            words = [*command(self, given, {}, folder), "-fault_cells", path]
+            done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", env={**ENVIRONMENT, **os.environ}, check=False)
+            if done.returncode:
+                raise Error(_reason(done.stdout, done.returncode))
+            return read_cells(path)
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def centres(self):
+        """x north, or along strike of a vertical grid, y east, or to its right, and z down [m] of the cells, each [nz, nx], or [1, n] of a mesh. At any time."""
+        cells = self.cells()
+        return cells.x, cells.y, cells.z
+
+    def write_fields(self, path):
+        """A file for -fault_parameters with the parameters that are functions or arrays, for this fault."""
+        from .fields import write
+        write(path, {**self._arrays, **self._functions}, self.cells())
 
     def run(self, progress=True, backend=None):
         """Run to the end, and return a Result. The fields, stations and events need no file: files that output= and catalogue= name stay,
@@ -180,12 +236,7 @@ class Runs:
             raise Error("backend='petsc' needs petsc4py and the library of SlipStep")
         runner = self.backends[backend]
         from .results import Result  # with h5py, after the library that brings an HDF5 of its own
-        given = dict(self._given)
-        in_file = options_of(self._options.get("options_file"))
-        if "mesh" not in given and "mesh" not in in_file:
-            for name in ("nx", "nz"):
-                if name not in in_file:
-                    given.setdefault(name, 10)
+        given = self._with_cells()
         folder = runner.folder()
         try:
             given.setdefault("output", os.path.join(folder, "run.h5"))
@@ -199,6 +250,12 @@ class Runs:
             return Result(found[0], found[1] if os.path.exists(found[1]) else None)
         finally:
             runner.remove(folder)
+
+
+def _reason(text, code):
+    """What the program says of its error."""
+    lines = re.findall(r"(?m)^\S+: error: (.*)$", text)
+    return lines[-1] if lines else f"the program ended with the code {code}: {text.strip()[-300:]}"
 
 
 def _end(child):
@@ -232,7 +289,8 @@ def _show(line, path, fault):
 
 class Fault(Runs):
     """A fault that the program simulates: parameters by the names of their options without "fault_" (nx=50, normal_stress=50e6, mesh="m.h5",
-    inertia=False), numpy arrays for fields [nz, nx], and options of PETSc such as ts_max_time="100y". Units are SI, as those of the program."""
+    inertia=False), numpy arrays for fields [nz, nx] or functions of the cells (slipstep.fields), and options of PETSc such as ts_max_time="100y". Units are
+    SI, as those of the program."""
 
     backend = "program"
 
@@ -240,6 +298,6 @@ class Fault(Runs):
         self._remember()
         self.set(**parameters)
 
-    def set(self, **parameters):
-        """Set or replace parameters and options; names are checked when the fault runs."""
-        self._record(parameters)
+    def set(self, name=None, value=None, /, **parameters):
+        """Set or replace parameters and options, set("friction_a", value) or set(friction_a=value); names are checked when the fault runs."""
+        self._record(parameters if name is None else {name: value, **parameters})
