@@ -10,8 +10,8 @@ static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[],
   for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = values[SlipFaultMeshRow(&fault->mesh, i)];
 }
 
-/* What the root of an input file may hold, which one file can be for all of them: fields, cells and their faults,
-   stiffness. */
+/* What the root of an input file may hold, which one file can be for all of them: fields, cells, their faults, slip of elastic and
+   what convert.py keeps, stiffness. */
 const char *SlipFaultFieldNames(void)
 {
   static char names[FAULT_MAX_NAMES];
@@ -20,7 +20,8 @@ const char *SlipFaultFieldNames(void)
 
   for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++)
     k += (size_t)snprintf(names + k, sizeof(names) - k, "%s ", p->name);
-  (void)snprintf(names + k, sizeof(names) - k, "cells fault stiffness vertices triangles");
+  (void)snprintf(names + k, sizeof(names) - k,
+                 "cells fault stiffness vertices triangles slip points hanging_wall model");
   return names;
 }
 

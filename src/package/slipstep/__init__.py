@@ -19,7 +19,7 @@ import os
 from .errors import Error
 
 __all__ = ["Fault", "Error", "Result", "open", "Run", "Catalogue", "OutputError", "load", "call", "small", "totals", "version", "Totals"]
-_MODULES = ("errors", "fields", "geometry", "modules", "petsc", "plots", "programs", "results", "running", "times")
+_MODULES = ("errors", "fields", "formats", "geometry", "modules", "petsc", "plots", "programs", "results", "running", "times")
 _RESULTS = ("Catalogue", "OutputError", "Result", "Run", "open")
 
 

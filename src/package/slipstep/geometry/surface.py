@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import OutputError
 from ..modules import find_program
 from ..times import written
-from .cells import cells_of, corners_of, free_edges, free_sides, level_of, triangles_of
+from .cells import cells_of, corners_of, directions, free_edges, free_sides, level_of, triangles_of
 
 NO_GROUND = "{}: a run in a full space, which has no ground; expected one with -fault_kernel half_space"
 
@@ -130,6 +130,22 @@ def slip_of_event(catalogue, number):
                   f"at {written(catalogue.event['onset'][number])}", shape, triangles_of(catalogue.mesh))
 
 
+def slip_of_input(path):
+    """Slip on rectangles or triangles in a file that `elastic` reads, as convert.py writes them; the rock is that of the attributes shear_modulus [Pa] and
+    poisson_ratio, by default that of `elastic`."""
+    with h5py.File(path) as file:
+        try:
+            slip = file["slip"][:, :2]
+            triangles = file["vertices"][()][file["triangles"][()].astype(int)] if "triangles" in file else None
+            cells = file["cells"][()] if triangles is None else np.pad(triangles.mean(axis=1), ((0, 0), (0, 4)))
+            if len(slip) != len(cells) or triangles is None and cells.shape[1] != 7:
+                raise OutputError(f"{path}: /slip has {len(slip)} rows and there are {len(cells)} cells, expected as many, with seven numbers")
+        except (KeyError, ValueError, IndexError) as error:
+            raise OutputError(f"{path}: {error.args[0]}; expected /cells [N, 7] or /vertices and /triangles, and /slip [N, 3]") from None
+        rock = [float(file.attrs.get(name, value)) for name, value in (("shear_modulus", 30e9), ("poisson_ratio", 0.25))]
+    return Source(path, cells, np.zeros(len(cells)), slip, *rock, "slip of the file", None, triangles)
+
+
 class Elastic:
     """Displacement and stress by a source, on so many processes."""
 
@@ -156,6 +172,18 @@ class Elastic:
     def displacement(self, points):
         """[n, 3] north, east and down [m] at points [n, 3] [m]."""
         return self._run(points)["displacement"]
+
+    def tractions(self, cells, rake):
+        """Changes [Pa] on cells [N, 7] of rakes [N], at their centres: of the shear stress that drives slip along the rake, [N], and of normal stress, positive in
+        compression, [N]. Frame and signs are those of src/geometry.md."""
+        xx, yy, zz, xy, xz, yz = self._run(cells[:, :3], "-elastic_stress")["stress"].T
+        stress = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        along, down = directions(cells)
+        turn = np.radians(rake)[:, None]
+        slip = np.cos(turn) * along - np.sin(turn) * down
+        normal = np.cross(along, -down)  # into the hanging wall
+        pull = np.einsum("ijn,nj->ni", stress, normal)
+        return np.einsum("ni,ni->n", pull, slip), -np.einsum("ni,ni->n", pull, normal)
 
     def coulomb(self, points, receiver, friction):
         """Change of Coulomb stress [n] on planes of a strike, dip and rake [deg], of the shear stress along the rake, and of normal stress,

@@ -6,6 +6,7 @@ change of Coulomb stress, for a run, a part of it, or an event of a catalogue.
     output/surface.py EVENTS.h5 --event largest --points stations.txt   # an event (-fault_catalogue_maps) with vectors at points
     output/surface.py EVENTS.h5 --event 3 --receiver 30 60 90 --depth 8 --friction 0.4
     output/surface.py RUN.h5 --look 257 39 --numbers los.h5             # or los.csv
+    output/surface.py SLIP.h5                                           # a slip model of convert.py, or another input of elastic
 
 Formulas are those of the library, by its program elastic (build/bin, or SLIPSTEP_BUILD).
 """
@@ -23,7 +24,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.patheffects import Normal, withStroke
 from ..errors import OutputError
-from ..geometry.surface import Elastic, look_vector, slip_of_event, slip_of_run
+from ..geometry.surface import Elastic, look_vector, slip_of_event, slip_of_input, slip_of_run
 from ..plots.maps import colour_bar
 from ..plots.panels import plt, use_style
 from ..results.catalogue import Catalogue
@@ -286,7 +287,11 @@ def suffix_of(options):
 def source_of(options):
     """The slip that is asked for."""
     with open_any(options.file) as file:
-        of_events = is_catalogue(file)
+        of_events, of_input = is_catalogue(file), "slip" in file and "mesh" not in file
+    if of_input and not of_events:
+        if options.event or options.window or options.field:
+            raise OutputError(f"{options.file} has slip of one time, expected no --event, --window or --field")
+        return slip_of_input(options.file)
     if not of_events:
         if options.event:
             raise OutputError(f"--event is one of a catalogue, but {options.file} is none: expected the file of -fault_catalogue, or --window")

@@ -1,0 +1,154 @@
+"""What every file of another program becomes: cells with slip, in the frame x north, y east, z down [m]."""
+
+import dataclasses
+
+import numpy as np
+
+from ..geometry.cells import directions
+
+AWRY = 0.25  # of a cell: how far points may be from a regular grid that is made of them
+RIGIDITY = 30e9  # [Pa], where nothing says it: that of fault and elastic
+
+
+@dataclasses.dataclass
+class Segment:
+    """Cells of one plane: label, their rows, shape (nz, nx) of a grid whose rows run along strike from the upper left cell, or None, and the strike from true north [degrees]."""
+    label: int
+    rows: np.ndarray
+    shape: tuple
+    strike: float
+
+
+@dataclasses.dataclass
+class Model:
+    """Cells of a file.
+
+    cells      [N, 7]     x y z of the centre, length, width [m], strike and dip [degrees]; of triangles their extents
+    triangles  [N, 3, 3]  corners, or None
+    rake, slip [N]        [degrees], [m] along the rake; slip is None of faults alone
+    fault      [N]        labels; names: of some of them
+    columns    {name: ([N], unit)}  rupture_time, rise_time [s], moment [N m], rigidity [Pa]
+    fields     {name: ([N], unit)}  parameters of -fault_parameters
+    options    {name: value}        options of fault that the file says
+    layers     [n, 4]     depth of the top [m], P and S velocity [m/s], density [kg/m3], or None
+    claims     {name: value}        what the header says of moment, length, width, top [m], strike, dip, rake, magnitude, hypocentre
+    remarks, dropped      lines for the user
+    """
+    path: str
+    kind: str
+    cells: np.ndarray
+    rake: np.ndarray
+    slip: np.ndarray = None
+    triangles: np.ndarray = None
+    fault: np.ndarray = None
+    names: dict = dataclasses.field(default_factory=dict)
+    columns: dict = dataclasses.field(default_factory=dict)
+    fields: dict = dataclasses.field(default_factory=dict)
+    options: dict = dataclasses.field(default_factory=dict)
+    layers: np.ndarray = None
+    claims: dict = dataclasses.field(default_factory=dict)
+    segments: list = dataclasses.field(default_factory=list)
+    projection: object = None
+    unit: str = "m"
+    remarks: list = dataclasses.field(default_factory=list)
+    dropped: list = dataclasses.field(default_factory=list)
+
+    def __post_init__(self):
+        if self.fault is None:
+            self.fault = np.zeros(len(self.cells), int)
+
+    @property
+    def area(self):
+        """[N] [m2]"""
+        if self.triangles is None:
+            return self.cells[:, 3] * self.cells[:, 4]
+        return np.linalg.norm(np.cross(self.triangles[:, 1] - self.triangles[:, 0], self.triangles[:, 2] - self.triangles[:, 0]), axis=1) / 2
+
+    @property
+    def corners(self):
+        from ..geometry.cells import corners_of
+        return corners_of(self.cells) if self.triangles is None else self.triangles
+
+    @property
+    def potency(self):
+        """Area times slip, summed up [m3]."""
+        return float(self.area @ np.abs(self.slip))
+
+    def rigidity(self):
+        """[N] [Pa], and where it is from."""
+        if "rigidity" in self.columns:
+            return self.columns["rigidity"][0], "rigidities of the file"
+        if self.layers is not None:
+            within = np.clip(np.searchsorted(self.layers[:, 0], self.cells[:, 2], side="right") - 1, 0, None)
+            return self.layers[within, 3] * self.layers[within, 2] ** 2, "layers of the file"
+        value = self.options.get("shear_modulus", RIGIDITY)
+        return np.full(len(self.cells), value), f"G = {value / 1e9:g} GPa{'' if 'shear_modulus' in self.options else ', which the file does not say'}"
+
+    def moment(self):
+        """Scalar moment [N m] and where its rigidity is from: sums of moments of cells where the file has them, else of rigidity times area times slip."""
+        if "moment" in self.columns:
+            return float(self.columns["moment"][0].sum()), "moments of the file's cells"
+        rigidity, words = self.rigidity()
+        return float((rigidity * self.area) @ np.abs(self.slip)), words
+
+
+def grid_of(points, strike, dip, dx, dz):
+    """Points [n, 3] of cells in a grid of one plane: their columns, rows and (nz, nx); None where they are in no grid.
+
+    Points of a full grid are told apart by their distances along strike and down dip, whatever the order and scale of the file.
+    """
+    along, down = (v[0] for v in directions(np.array([[0, 0, 0, 0, 0, strike, dip]], float)))
+    s, d = points @ along, points @ down
+    shape = []
+    for values, size in ((d, dz), (s, dx)):
+        shape.append(int(round(np.ptp(values) / size)) + 1)
+    nz, nx = shape
+    if nz * nx != len(points):  # scales that differ between the header and the points
+        nz = next((n for n in (nz, nz - 1, nz + 1) if n > 0 and len(points) % n == 0), 0)
+        nx = len(points) // nz if nz else 0
+        if nz * nx != len(points):
+            return None
+    number = []
+    for values, n in ((s, nx), (d, nz)):
+        number.append(np.rint((values - values.min()) / np.ptp(values) * (n - 1)).astype(int) if n > 1 else np.zeros(len(points), int))
+    column, row = number
+    return (column, row, (nz, nx)) if len(np.unique(row * nx + column)) == len(points) else None
+
+
+def run_of(points, column):
+    """Strike [degrees] along which the columns of a grid run."""
+    weight = column - column.mean()
+    north, east = weight @ points[:, :2]
+    return float(np.degrees(np.arctan2(east, north)))
+
+
+def tiled(points, strike, dip, dx, dz, place="centre"):
+    """Cells [n, 7] of points [n, 3] that are in a grid of one plane, without gaps and overlaps; also (nz, nx), the order of its cells by rows from the upper left, and how far
+    points were away [m]. Where they are in none: cells at the points, None, their own order and 0. place: what of a cell its point is, centre or top.
+
+    Strikes of headers are often rounded to degrees. Where points are off by more than a tenth of a cell, and run along another strike within a degree, that is taken.
+    """
+    found, taken, allowed = grid_of(points, strike, dip, dx, dz), strike, AWRY * max(min(dx, dz), 0.02 * np.ptp(points[:, :2], axis=0).max())
+    order = np.arange(len(points))
+
+    def fitted(strike):
+        """Centres of a grid, those of the points, and how far these are from it."""
+        along, down = (v[0] for v in directions(np.array([[0, 0, 0, 0, 0, strike, dip]], float)))
+        centres = points + (dz / 2 * down if place == "top" else 0.0)
+        if not found:
+            return centres, centres, 0.0
+        column, row, (nz, nx) = found
+        regular = ((column - (nx - 1) / 2) * dx)[:, None] * along + ((row - (nz - 1) / 2) * dz)[:, None] * down + centres.mean(axis=0)
+        return regular, centres, float(np.linalg.norm(regular - centres, axis=1).max())
+
+    regular, centres, off = fitted(strike)
+    if found and off > 0.1 * min(dx, dz) and found[2][1] > 2:
+        other = run_of(points, found[0])
+        if abs((other - strike + 180) % 360 - 180) <= 1.0 and fitted(other)[2] < off:
+            taken = other % 360
+            regular, centres, off = fitted(taken)
+    shape = found[2] if found and off <= allowed else None
+    if shape:
+        centres, order = regular, np.argsort(found[1] * shape[1] + found[0], kind="stable")
+    turned = (np.full(len(points), value) for value in (dx, dz, taken if shape else strike, dip))
+    return np.column_stack([centres, *turned]), shape, order, off if shape else 0.0

@@ -1,0 +1,65 @@
+"""Longitudes and latitudes in the frame of faults, x north, y east [m], and back.
+
+By default the frame is that of the transverse Mercator projection about the origin on the ellipsoid WGS 84: angles are true, lengths are too
+large by 0.03 % at 150 km and 0.3 % at 500 km east or west of it. PROJ computes it (Debian's python3-pyproj). "sphere" is the equirectangular projection of geographic.py,
+which needs nothing else; anything else is a coordinate system that PROJ knows, as EPSG:32611, less the coordinates of the origin.
+"""
+
+import numpy as np
+
+from ..errors import Error
+from ..geometry.geographic import EARTH_RADIUS, lonlat
+
+TMERC, SPHERE = "tmerc", "sphere"
+
+
+class Projection:
+    """North and east [m] of longitudes and latitudes [degrees], about an origin (longitude, latitude)."""
+
+    def __init__(self, origin, kind=TMERC):
+        self.origin, self.kind = (float(origin[0]), float(origin[1])), kind
+        if not (-360 <= self.origin[0] <= 360 and -89 <= self.origin[1] <= 89):
+            raise Error(f"the origin is {self.origin[0]:g} {self.origin[1]:g}, expected a longitude from -360 to 360 and a latitude from -89 to 89 degrees")
+        if kind == SPHERE:
+            return
+        try:
+            import pyproj
+        except ImportError:
+            raise Error("longitudes and latitudes need PROJ: expected Debian's python3-pyproj, or --projection sphere") from None
+        text = f"+proj=tmerc +lat_0={self.origin[1]!r} +lon_0={self.origin[0]!r} +k=1 +ellps=WGS84 +units=m" if kind == TMERC else kind
+        try:
+            self.proj = pyproj.Proj(text)
+        except pyproj.exceptions.CRSError as error:
+            raise Error(f"--projection {kind}: {str(error).splitlines()[0]}, expected tmerc, sphere or a coordinate system of PROJ, as EPSG:32611") from None
+        if self.proj.crs.is_geographic:
+            raise Error(f"--projection {kind} has degrees, expected a coordinate system in m")
+        self.shift = np.array(self.proj(*self.origin)) if kind != TMERC else np.zeros(2)
+
+    @property
+    def words(self):
+        lon, lat = self.origin
+        place = f"{abs(lon):.4f} {'W' if lon < 0 else 'E'}, {abs(lat):.4f} {'S' if lat < 0 else 'N'}"
+        name = {TMERC: "transverse Mercator of WGS 84", SPHERE: "equirectangular on a sphere"}.get(self.kind, self.kind)
+        return f"x north, y east of {place} ({name})"
+
+    def forward(self, lon, lat):
+        """North and east [m]."""
+        lon, lat = np.asarray(lon, float), np.asarray(lat, float)
+        if self.kind == SPHERE:
+            around = (lon - self.origin[0] + 180) % 360 - 180
+            return np.radians(lat - self.origin[1]) * EARTH_RADIUS, np.radians(around) * EARTH_RADIUS * np.cos(np.radians(self.origin[1]))
+        east, north = self.proj(lon, lat)
+        return np.asarray(north) - self.shift[1], np.asarray(east) - self.shift[0]
+
+    def inverse(self, north, east):
+        """Longitudes and latitudes [degrees]."""
+        if self.kind == SPHERE:
+            return lonlat(north, east, self.origin)
+        lon, lat = self.proj(np.asarray(east, float) + self.shift[0], np.asarray(north, float) + self.shift[1], inverse=True)
+        return np.asarray(lon), np.asarray(lat)
+
+    def convergence(self, north, east):
+        """The strike of x [degrees, clockwise from true north] at a point: what strikes of maps have more than those of the frame."""
+        step = 100.0
+        lon, lat = self.inverse(np.array([north - step, north + step]), np.array([east, east]))
+        return float(np.degrees(np.arctan2((lon[1] - lon[0]) * np.cos(np.radians(lat.mean())), lat[1] - lat[0]))) if self.kind != SPHERE else 0.0

@@ -1,0 +1,29 @@
+"""Which reader a file is for, by its name and what is in it."""
+
+import os
+
+from . import fsp, ours
+from .text import FormatError
+
+# Name of --format -> (endings of names, reader)
+READERS = {
+    "fsp": ((".fsp",), fsp.read),
+}
+
+
+def kind_of(path):
+    """The name of a format."""
+    stem = path.lower().removesuffix(".gz")
+    found = [name for name, (endings, _) in READERS.items() if stem.endswith(endings)]
+    if len(found) == 1:
+        return found[0]
+    raise FormatError(f"{path}: its kind is not clear from its name, expected --format {' or '.join(found or READERS)}")
+
+
+def read(path, at, kind=None, rake=None):
+    """The model of a file of any kind. at(lon, lat): the projection about an origin that a file suggests."""
+    if not os.path.exists(path):
+        raise FormatError(f"{path}: no such file, expected a slip model or patches of a fault")
+    if ours.is_model(path):
+        return ours.read(path)
+    return READERS[kind or kind_of(path)][1](path, at, rake)

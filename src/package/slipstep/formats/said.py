@@ -1,0 +1,79 @@
+"""What was understood of a file, in lines for the user."""
+
+import numpy as np
+
+from ..geometry.cells import directions
+
+
+def magnitude(moment):
+    """Moment magnitude of the standard of the IASPEI (2013)."""
+    return 2 / 3 * (np.log10(moment) - 9.1) if moment > 0 else np.nan
+
+
+def span(values, scale=1.0, digits=6):
+    low, high = (0.0 + np.round(v / scale, digits) for v in (np.min(values), np.max(values)))
+    return f"{low:.{digits}g}" if np.isclose(low, high) else f"{low:.{digits}g} to {high:.{digits}g}"
+
+
+def angle_span(degrees):
+    """Of strikes and rakes, which may be on both sides of 0."""
+    degrees = np.asarray(degrees) % 360
+    turned = (degrees - degrees[0] + 180) % 360 - 180 + degrees[0]
+    return span(np.round(turned, 3))
+
+
+def against(value, claimed):
+    """A number of the header, and by how much ours is off."""
+    return f"; the header has {claimed:.5g}" + (f", ours is {100 * (value / claimed - 1):+.2f} %" if claimed else "")
+
+
+def size_of(model):
+    """Length and width [km]: of segments one after the other, as headers have them; of others along the mean strike and down dip."""
+    from .fsp import extent
+    if model.segments and all(part.shape for part in model.segments):
+        return tuple(v / 1e3 for v in extent(model, model.segments))
+    corners = model.corners.reshape(-1, 3)
+    weight = model.area
+    turn = np.angle(np.exp(2j * np.radians(model.cells[:, 5])) @ weight) / 2  # of lines, whatever their side
+    dip = float(np.average(model.cells[:, 6], weights=weight))
+    along, down = (v[0] for v in directions(np.array([[0, 0, 0, 0, 0, np.degrees(turn), dip]])))
+    return float(np.ptp(corners @ along)) / 1e3, float(np.ptp(corners[:, 2]) / max(np.sin(np.radians(dip)), 0.05)) / 1e3
+
+
+def lines(model):
+    """Name and text of each line."""
+    claims, cells, corners = model.claims, model.cells, model.corners
+    faults, shapes = np.unique(model.fault), [f"{part.shape[1]} x {part.shape[0]}" for part in model.segments if part.shape]
+    kind = "triangles" if model.triangles is not None else "cells"
+    lengths = "" if model.triangles is not None else f" of {span(cells[:, 3], 1e3)} x {span(cells[:, 4], 1e3)} km"
+    grids = f", {' and '.join(shapes[:4])}{' ...' if len(shapes) > 4 else ''} (along strike, down dip)" if shapes else ""
+    yield "format", f"{model.kind}, lengths in {model.unit}"
+    yield kind, f"{len(cells)}{lengths} in {len(faults)} fault{'s' * (len(faults) > 1)}{grids}"
+    yield "frame", model.projection.words if model.projection else "x north, y east of the file's own origin"
+    yield "extent", ", ".join(f"{name} {span(corners[..., k], 1e3)}" for k, name in enumerate(("north", "east", "depth"))) + " km" + (
+        f"; the header has the upper edge at {claims['top'] / 1e3:g}" if "top" in claims else "")
+    length, width = size_of(model)
+    yield "size", f"{length:.6g} x {width:.6g} km" + (f"; the header has {claims['length'] / 1e3:g} x {claims['width'] / 1e3:g}" if "length" in claims and "width" in claims else "")
+    area = model.area.sum() / 1e6
+    claimed = claims.get("area") or (claims["length"] * claims["width"] if "length" in claims and "width" in claims else None)
+    yield "area", f"{area:.6g} km2" + (against(area, claimed / 1e6) if claimed else "")
+    yield "strike, dip", f"{angle_span(cells[:, 5])}, {span(np.round(cells[:, 6], 3))} degrees" + (f"; the header has {claims['strike']:g}, {claims['dip']:g}" if "strike" in claims and "dip" in claims else "")
+    if model.slip is not None:
+        mean = float(model.area @ np.abs(model.slip)) / model.area.sum()
+        yield "slip", f"{span(model.slip, 1, 5)} m, mean {mean:.4g} m, rake {angle_span(model.rake)} degrees"
+        moment, words = model.moment()
+        yield "moment", f"{moment:.5g} N m, Mw {magnitude(moment):.2f}, by {words}" + (against(moment, claims["moment"]) if claims.get("moment") else "")
+        if claims.get("moment") and model.potency > 0:
+            yield "rigidity", f"{claims['moment'] / model.potency / 1e9:.4g} GPa gives this slip the moment of the header: -elastic_shear_modulus {claims['moment'] / model.potency:.5g}"
+    for name, (values, unit) in sorted(model.columns.items()):
+        yield name.replace("_", " "), f"{span(values, 1, 5)} {unit}"
+    for name, (values, unit) in model.fields.items():
+        yield name, f"{np.min(values):.6g} to {np.max(values):.6g}{'' if unit == '1' else ' ' + unit}"
+    if model.options:
+        yield "options", " ".join(f"-fault_{name} {value:g}" if isinstance(value, float) else f"-fault_{name} {value}" for name, value in model.options.items())
+    if (above := corners[..., 2].min()) < -1e-6 * max(np.ptp(corners), 1):
+        yield "note", f"cells reach {-above:.4g} m above the ground, where fault and elastic refuse them: --shift moves all down"
+    for remark in model.remarks:
+        yield "note", remark
+    for what in model.dropped:
+        yield "dropped", what

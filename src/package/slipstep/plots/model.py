@@ -1,0 +1,39 @@
+"""A slip model or the patches of a fault: on the map, and along strike and depth, coloured by slip or by fault."""
+
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
+
+from .maps import colour_bar
+from .panels import plt, use_style
+
+
+def draw(model):
+    """A picture of a model of slipstep.formats."""
+    use_style()
+    corners = model.corners / 1e3
+    if model.slip is not None:
+        values, label, cmap = np.abs(model.slip), "slip (m)", "viridis"
+    else:
+        values, label, cmap = next(((v, f"{name.replace('_', ' ')} ({unit})", "viridis") for name, (v, unit) in model.fields.items() if np.ptp(v) > 0),
+                                   (np.searchsorted(np.unique(model.fault), model.fault) + 1.0, "fault", "tab20"))
+    turn = np.angle(np.exp(2j * np.radians(model.cells[:, 5])) @ model.area) / 2  # the mean line of all strikes
+    along = corners[..., 0] * np.cos(turn) + corners[..., 1] * np.sin(turn)
+    order = np.argsort(-corners[..., 2].mean(axis=1), kind="stable")  # deep ones below shallow ones
+    across = corners[..., 1] * np.cos(turn) - corners[..., 0] * np.sin(turn)
+    behind = np.argsort(across.mean(axis=1), kind="stable")
+    canvas, axes = plt.subplots(1, 2, figsize=(11, 4.8), layout="constrained", width_ratios=(1, 1.35))
+    norm = Normalize(min(0.0, values.min()) if model.slip is not None else values.min(), values.max() if values.max() > values.min() else values.min() + 1)
+    thin = 0.3 if len(values) < 2000 else 0.0
+    panels = (("seen from above", np.stack([corners[..., 1], corners[..., 0]], axis=-1), order, "east (km)", "north (km)"),
+              (f"along {np.degrees(turn) % 180:.0f} degrees", np.stack([along, corners[..., 2]], axis=-1), behind, "along strike (km)", "depth (km)"))
+    for panel, (title, polygons, sequence, xlabel, ylabel) in zip(axes, panels):
+        artist = PolyCollection(polygons[sequence], array=values[sequence], cmap=cmap, norm=norm, edgecolors="black", linewidths=thin, rasterized=len(values) > 2000)
+        panel.add_collection(artist)
+        panel.autoscale_view()
+        panel.set(title=title, xlabel=xlabel, ylabel=ylabel, aspect="equal")
+        panel.grid(False)
+    axes[1].invert_yaxis()
+    colour_bar(canvas, artist, norm, label, ax=axes, location="bottom", shrink=0.6, aspect=40, pad=0.02)
+    canvas.suptitle(model.path.rsplit("/", 1)[-1])
+    return canvas

@@ -1,0 +1,139 @@
+"""Slip models and patches of faults of other programs to files for fault and elastic, and back; it says what it understood.
+
+    output/convert.py s1992LANDER01COHE.fsp                                  # only says it
+    output/convert.py s1992LANDER01COHE.fsp slip.h5 [--figure slip.png]      # cells and slip, for elastic, -fault_mesh and surface.py
+    output/convert.py slip.h5 back.fsp                                       # and back
+    output/convert.py model.fsp --receivers faults.h5 --stress change.h5     # what its slip does to other faults
+
+IN: .fsp of SRCMOD and the USGS, .h5 of this program. OUT: .h5, .fsp. Nothing is written where a file is refused.
+"""
+
+import argparse
+import os
+
+from ..modules import need, one_line
+
+need("h5py", "numpy")
+import h5py
+
+from ..errors import Error
+from ..formats import fsp, ours, said
+from ..formats.projection import TMERC, Projection
+from ..formats.readers import READERS, read
+from ..geometry.surface import Elastic, Source
+from ..results.files import replacing
+
+WRITERS = {".fsp": fsp.write}  # of text
+
+
+def shifted(model):
+    """The model moved down until its highest corner is at the ground."""
+    above = -float(model.corners[..., 2].min())
+    if above > 0:
+        model.cells[:, 2] += above
+        if model.triangles is not None:
+            model.triangles[..., 2] += above
+        model.remarks.append(f"moved down by {above:.4g} m")
+    return model
+
+
+def write(model, path, points):
+    ending = os.path.splitext(path)[1].lower()
+    if ending in (".h5", ".hdf5"):
+        ours.write(model, path, points)
+        return
+    if ending not in WRITERS:
+        raise Error(f"{path}: unknown ending, expected .h5, {', '.join(WRITERS)}")
+    if model.slip is None:
+        raise Error(f"{model.path} has no slip, expected a slip model for {path}")
+    if model.projection is None:
+        raise Error(f"{model.path} does not say where it is on the Earth, expected --origin LON LAT of x = y = 0")
+    with replacing(path, model.path) as part, open(part, "w", encoding="utf-8") as file:
+        WRITERS[ending](model, file)
+
+
+def receivers_of(options, model):
+    """The cells of another file in the frame of the model."""
+    def at(lon, lat):
+        return model.projection or Projection(options.origin or (lon, lat), options.projection)
+
+    receivers = read(options.receivers, at, None, options.rake)
+    mine, theirs = ((p.origin, p.kind) if p else None for p in (model.projection, receivers.projection))
+    if mine and theirs and mine != theirs:
+        raise Error(f"{options.receivers} has the frame {receivers.projection.words} and {model.path} {model.projection.words}, expected one: --origin LON LAT")
+    return receivers
+
+
+def stress_on(model, receivers, options):
+    """Changes of shear and normal stress [Pa] on the receivers' cells, written to a file."""
+    source = Source(model.path, model.cells, model.rake, model.slip, *ours.rock(model), "slip", None, model.triangles)
+    shear, normal = Elastic(source).tractions(receivers.cells, receivers.rake)
+    with replacing(options.stress, model.path) as part, h5py.File(part, "w") as file:
+        if options.background:
+            fields = {"initial_traction": options.background[0] + shear, "normal_stress": options.background[1] + normal, "rake": receivers.rake}
+        else:
+            fields = {"shear": shear, "normal": normal, "coulomb": shear - options.friction * normal}
+        for name, values in fields.items():
+            ours.put(file, name, values, "degrees" if name == "rake" else "Pa")
+    return shear, normal
+
+
+def check(parser, options):
+    """Refuses options that do not go together."""
+    if options.stress and not options.receivers:
+        parser.error("--stress is of other faults, expected --receivers FILE")
+    if options.background and not options.stress:
+        parser.error("--background is for --stress, expected --stress OUT.h5")
+    outputs = [os.path.abspath(path) for path in (options.output, options.stress, options.figure) if path]
+    for path in (options.input, options.receivers):
+        if path and os.path.abspath(path) in outputs:
+            parser.error(f"{path} is read and written, expected another name")
+    if len(set(outputs)) < len(outputs):
+        parser.error("two outputs have one name")
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("input", metavar="IN", help="file to read")
+    parser.add_argument("output", metavar="OUT", nargs="?", help="file to write, .h5 or .fsp; none: only says what it understood")
+    parser.add_argument("--format", choices=tuple(READERS), help="kind of IN (by its name)")
+    parser.add_argument("--origin", nargs=2, type=float, metavar=("LON", "LAT"), help="longitude and latitude [degrees] of x = y = 0 (hypocentre or middle of the file)")
+    parser.add_argument("--projection", default=TMERC, metavar="P", help="tmerc (default), transverse Mercator about the origin by PROJ; sphere; or a coordinate system of PROJ, as EPSG:32611")
+    parser.add_argument("--rake", type=float, metavar="DEGREES", help="rake where the file has none")
+    parser.add_argument("--shift", action="store_true", help="move cells that rise above the ground down, all by the same")
+    parser.add_argument("--receivers", metavar="FILE", help="file of cells of other faults, which IN's slip changes the stress of: elastic computes at their centres in place of IN's")
+    parser.add_argument("--stress", metavar="OUT.h5", help="write that change: shear along the rakes of --receivers, normal (compression) and coulomb [Pa], a row for each cell")
+    parser.add_argument("--friction", type=float, default=0.4, metavar="MU", help="of the Coulomb stress (0.4)")
+    parser.add_argument("--background", nargs=2, type=float, metavar=("SHEAR", "NORMAL"), help="stress [Pa] before: in place of the change --stress has the sum of both, "
+                        "initial_traction and normal_stress, and rake, for -fault_parameters")
+    parser.add_argument("--figure", metavar="PNG", help="picture of the cells and their slip")
+    options = parser.parse_args()
+    check(parser, options)
+    return options
+
+
+@one_line
+def main():
+    options = arguments()
+
+    def at(lon, lat):
+        return Projection(options.origin or (lon, lat), options.projection)
+
+    model = read(options.input, at, options.format, options.rake)
+    if options.origin and model.projection is None:
+        model.projection = Projection(options.origin, options.projection)
+    if options.shift:
+        model = shifted(model)
+    receivers = receivers_of(options, model) if options.receivers else None
+    for name, text in said.lines(model):
+        print(f"{name + ':':<14}{text}")
+    if options.output:
+        write(model, options.output, None if receivers is None else receivers.cells[:, :3])
+        print(f"{'written:':<14}{options.output}")
+    if options.stress:
+        shear, normal = stress_on(model, receivers, options)
+        print(f"{'stress:':<14}on {len(shear)} cells of {options.receivers}: shear {said.span(shear, 1e6, 4)} MPa, normal {said.span(normal, 1e6, 4)} MPa, written to {options.stress}")
+    if options.figure:
+        from ..plots.model import draw
+        draw(model).savefig(options.figure)
+        print(f"{'Figure:':<14}{options.figure}")

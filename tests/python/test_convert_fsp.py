@@ -1,0 +1,280 @@
+#!/usr/bin/env python3
+"""output/convert.py: slip models of SRCMOD in and out. Files of known cells become those cells; files go there and back with the same digits; others are refused by one line
+that names the line, and nothing is written."""
+
+import os
+import re
+import subprocess
+import sys
+import unittest
+from unittest import mock
+
+from scripts import BUILD, FaultTest, PictureTest
+
+import h5py
+import numpy as np
+
+from slipstep.formats import fsp, ours
+from slipstep.formats.projection import Projection
+from slipstep.geometry.cells import directions
+from slipstep.geometry.surface import Elastic, slip_of_input
+
+try:
+    import pyproj
+except ImportError:
+    pyproj = None
+
+ORIGIN = (-116.43, 34.2)
+SPHERE = Projection(ORIGIN, "sphere")
+DIGITS = 0.6  # [m]: half of the last of five digits of LAT, by which a plane is where it is
+HEADER = """% ----------------------------------  FINITE-SOURCE RUPTURE MODEL  --------------------------------
+%
+% Event : Somewhere 06/28/1992 [one (1994)]
+% EventTAG: s1992SOME01ONE
+%
+% Loc  : LAT  = 34.2      LON = -116.43      DEP = 5.0
+% Size : LEN  = 12.0 km   WID =  9.0 km      Mw = 6.17    Mo = 2.3456e+18 Nm
+% Mech : STRK = {strike}  DIP = {dip}        RAKE = 170.0 Htop = 2.0 km
+%
+% Invs :  Nx  =  4        Nz  = 3            Fmin = 0.05 Hz  Fmax = 0.25 Hz
+% Invs :  Dx  =  3.00 km  Dz  = 3.00 km
+% Invs :  Ntw =  1        Nsg =  {segments}
+%
+% VELOCITY-DENSITY STRUCTURE
+% No. of layers = 2
+%  DEPTH    P-VEL    S-VEL    DENS
+%  [km]     [km/s]   [km/s]   [g/cm^3]
+%  0.00     5.00     3.00     2.50
+%  4.00     6.00     3.50     2.70
+%
+% SOURCE MODEL PARAMETERS
+{count}%              X,Y,Z coordinates in km; SLIP in m
+%   Coordinates are given for {place} of each subfault or segment: |'|
+%   Origin of local coordinate system at epicenter: X (EW) = 0,  Y (NS) = 0
+"""
+COLUMNS = "%   LAT      LON     {x}   {y}     Z     SLIP    RAKE    TRUP\n%\n"
+
+
+def plane(strike, dip, north, east, top, nx=4, nz=3, size=3e3):
+    """Cells [n, 7] of a plane whose upper left corner is at a point, by rows, as fault has them."""
+    along, down = (v[0] for v in directions(np.array([[0, 0, 0, 0, 0, strike, dip]], float)))
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(nx) + 0.5, np.arange(nz) + 0.5))
+    centres = np.array([north, east, top]) + size * (i[:, None] * along + j[:, None] * down)
+    return np.column_stack([centres, *(np.full(nx * nz, value) for value in (size, size, strike, dip))])
+
+
+def rows(cells, place="top-center", names=("EW", "NS")):
+    """Lines of cells, with slip, rake and rupture time that tell them apart."""
+    _, down = directions(cells)
+    points = cells[:, :3] - (down * cells[:, 4:5] / 2 if place == "top-center" else 0)
+    lon, lat = SPHERE.inverse(points[:, 0], points[:, 1])
+    for k, (north, east, z) in enumerate(points / 1e3):
+        yield f"{lat[k]:10.5f} {lon[k]:10.5f} {east:9.4f} {north:9.4f} {z:8.4f} {0.1 + 0.03 * k:8.4f} {160 + k:8.3f} {0.5 * k:7.3f}\n"
+
+
+def single(strike=350.0, dip=60.0, place="top-center", shuffle=False, names=("X==EW", "Y==NS"), count="% Nsbfs = 12 subfaults\n"):
+    cells = plane(strike, dip, -4e3, 2e3, 2e3)
+    lines = list(rows(cells, place))
+    return HEADER.format(strike=strike, dip=dip, segments=1, place=place, count=count) + COLUMNS.format(x=names[0], y=names[1]) + "".join(lines[::-1] if shuffle else lines), cells
+
+
+def double():
+    parts = [plane(350.0, 80.0, -9e3, 1e3, 0.5e3, 3, 2), plane(320.0, 90.0, 0, 0, 0, 4, 3)]
+    text = HEADER.format(strike=330.0, dip=85.0, segments=2, place="top-center", count="") + "% ---- MULTISEGMENT MODEL ----\n"
+    for k, (cells, (nx, nz)) in enumerate(zip(parts, ((3, 2), (4, 3))), 1):
+        text += (f"% SEGMENT #  {k}:  STRIKE =  {cells[0, 5]} deg       DIP =  {cells[0, 6]} deg\n%   LEN  =  {3 * nx} km  WID =  {3 * nz} km\n%   Dx = 3.00 km   Dz = 3.00 km\n"
+                 f"%   depth to top:   Z2top = {0.5 if k == 1 else 0.0} km\n%   Nsbfs =  {nx * nz} subfaults\n" + COLUMNS.format(x="X==EW", y="Y==NS") + "".join(rows(cells)))
+    return text, np.concatenate(parts)
+
+
+class FspTest(PictureTest, FaultTest):
+    def put(self, name, text):
+        with open(self.path(name), "w", encoding="utf-8") as file:
+            file.write(text)
+        return self.path(name)
+
+    def convert(self, *arguments):
+        return self.plot("convert", *(self.path(a) if re.fullmatch(r"[\w.]+\.(fsp|h5|png)", a) else a for a in arguments), "--projection", "sphere")
+
+    def model(self, text):
+        return fsp.read(self.put("model.fsp", text), lambda lon, lat: Projection((lon, lat), "sphere"))
+
+
+class Read(FspTest):
+    def test_cells(self):
+        """Strikes, dips and places."""
+        for strike, dip in ((350.0, 60.0), (0.0, 90.0), (123.0, 15.0)):
+            for place in ("top-center", "center"):
+                text, cells = single(strike, dip, place)
+                model = self.model(text)
+                with self.subTest(strike=strike, dip=dip, place=place):
+                    np.testing.assert_allclose(model.cells, cells, atol=DIGITS)
+                    np.testing.assert_allclose(model.slip, 0.1 + 0.03 * np.arange(12), atol=1e-12)
+                    np.testing.assert_allclose(model.columns["rupture_time"][0], 0.5 * np.arange(12))
+                    self.assertEqual((model.segments[0].shape, model.remarks), ((3, 4), []))
+
+    def test_order_and_wrong_names(self):
+        """Rows in any order become rows along strike from the top; X that is called NS but is east is known by LON."""
+        text, cells = single(shuffle=True, names=("X==NS", "Y==EW"))
+        model = self.model(text)
+        np.testing.assert_allclose(model.cells, cells, atol=DIGITS)
+        np.testing.assert_allclose(model.slip, 0.1 + 0.03 * np.arange(12), atol=1e-12)
+        self.assertRegex(model.remarks[0], "X==NS is wrong: by LON and LAT its X is east")
+
+    def test_place_by_depth(self):
+        """Points that are said to be centres, whose depths say that they are upper edges."""
+        text, cells = single()
+        model = self.model(text.replace("given for top-center", "given for center"))
+        np.testing.assert_allclose(model.cells, cells, atol=DIGITS)
+        self.assertRegex(model.remarks[0], "said to be of the centre of cells, but by the depth")
+
+    def test_segments(self):
+        text, cells = double()
+        model = self.model(text)
+        np.testing.assert_allclose(model.cells, cells, atol=DIGITS)
+        self.assertEqual([(s.label, s.shape) for s in model.segments], [(1, (2, 3)), (2, (3, 4))])
+        np.testing.assert_array_equal(model.fault, [1] * 6 + [2] * 12)
+
+    def test_moment(self):
+        """Layers: 2.5 * 3^2 = 22.5 GPa above 4 km, 2.7 * 3.5^2 = 33.075 GPa below."""
+        model = self.model(single(dip=90.0)[0])
+        rigidity = np.where(np.repeat([3.5, 6.5, 9.5], 4) < 4, 22.5e9, 33.075e9)
+        self.assertAlmostEqual(model.moment()[0] / (rigidity @ (0.1 + 0.03 * np.arange(12)) * 9e6), 1, 12)
+
+    def test_said(self):
+        self.put("model.fsp", single()[0])
+        out = self.convert("model.fsp")
+        for line in (r"cells: +12 of 3 x 3 km in 1 fault, 4 x 3", r"area: +108 km2; the header has 108, ours is \+0.00 %", r"strike, dip: +350, 60 degrees; the header has 350, 60",
+                     r"moment: .* by layers of the file; the header has 2.3456e\+18", r"frame: +x north, y east of 116.4300 W, 34.2000 N"):
+            self.assertRegex(out, line)
+
+    @unittest.skipUnless(pyproj, "needs python3-pyproj")
+    def test_projection(self):
+        """Transverse Mercator: distances by the geodesic, directions less the convergence of meridians, there and back."""
+        projection, geod = Projection(ORIGIN), pyproj.Geod(ellps="WGS84")
+        lon, lat = np.array([-116.0, -115.2, -117.9]), np.array([34.9, 33.1, 34.2])
+        north, east = projection.forward(lon, lat)
+        azimuth, _, distance = geod.inv(*np.repeat([ORIGIN], 3, axis=0).T, lon, lat)
+        np.testing.assert_allclose(np.hypot(north, east), distance, rtol=3e-4)  # east^2 / 6 R^2 at 130 km, and more in the scale of the end
+        np.testing.assert_allclose(np.degrees(np.arctan2(east, north)), azimuth, atol=0.02)
+        np.testing.assert_allclose(np.array(projection.inverse(north, east)), [lon, lat], atol=1e-9)
+        turn = projection.convergence(north[1], east[1])
+        self.assertAlmostEqual(turn, (lon[1] - ORIGIN[0]) * np.sin(np.radians(lat[1])), 2)
+        model = fsp.read(self.put("model.fsp", single()[0]), lambda a, b: Projection((a, b)))
+        np.testing.assert_allclose(model.cells[:, 5], 350.0 - projection.convergence(*model.cells[:, :2].mean(axis=0)), atol=0.01)  # 1 km from where the points are
+
+    def test_without_proj(self):
+        self.put("model.fsp", single()[0])
+        with mock.patch.dict(sys.modules, {"pyproj": None}):
+            self.refused("convert", "expected Debian's python3-pyproj, or --projection sphere", self.path("model.fsp"), self.path("out.h5"))
+        self.assertFalse(os.path.exists(self.path("out.h5")))
+
+
+class BackAndForth(FspTest):
+    def test_digits(self):
+        """Slip, rake, rupture time and moment have the same digits after .fsp, .h5 and .fsp again, and once more."""
+        for text in (single()[0], double()[0]):
+            self.put("a.fsp", text)
+            names = ["a.fsp", "b.h5", "c.fsp", "d.h5", "e.fsp"]
+            for before, after in zip(names, names[1:]):
+                self.convert(before, after)
+            tables = []
+            for name in ("a.fsp", "c.fsp", "e.fsp"):
+                with open(self.path(name), encoding="utf-8") as file:
+                    written = file.read()
+                tables.append(([[float(w) for w in line.split()[5:8]] for line in written.splitlines() if not line.startswith("%")], re.search(r"Mo\s*=\s*(\S+)", written)[1],
+                               re.search(r"LEN\s*=\s*([\d.]+) km\s+WID\s*=\s*([\d.]+)", written).groups()))
+            self.assertEqual(tables[0][0], tables[1][0])
+            self.assertEqual(tables[1], tables[2])
+            self.assertEqual([float(t[1]) for t in tables], [2.3456e18] * 3)
+            models = [fsp.read(self.path(name), lambda lon, lat: Projection((lon, lat), "sphere")) for name in ("a.fsp", "e.fsp")]
+            np.testing.assert_allclose(models[1].cells, models[0].cells, atol=0.5)
+            self.assertEqual(models[0].moment()[0], models[1].moment()[0])
+
+    def test_stress_and_back(self):
+        """Slip to stress on receivers, and back: the stress of `elastic` for one receiver of the same directions; .fsp with the same slip and moment."""
+        self.put("source.fsp", single(strike=10.0, dip=50.0)[0])
+        self.convert("source.fsp", "source.h5")
+        cells = plane(40.0, 70.0, 2e4, 5e3, 1e3, 3, 2)
+        with h5py.File(self.path("faults.h5"), "w") as file:
+            file["cells"], file["rake"], file["fault"] = cells, np.full(6, 160.0), np.ones(6, int)
+            file.attrs.update({"format": ours.FORMAT, "kind": "cells", "claims": "{}", "options": "{}", "segments": "[]"})
+        out = self.convert("source.h5", "points.h5", "--receivers", self.path("faults.h5"), "--stress", self.path("change.h5"))
+        self.assertRegex(out, "stress: +on 6 cells")
+        modulus = h5py.File(self.path("points.h5")).attrs["shear_modulus"]
+        self.fault("-elastic_input", "points.h5", "-elastic_output", "out.h5", "-elastic_receiver", "40,70,160", "-elastic_shear_modulus", repr(float(modulus)),
+                   program=os.path.join(BUILD, "bin", "elastic"))
+        with h5py.File(self.path("out.h5")) as given, h5py.File(self.path("change.h5")) as change:
+            traction = given["traction"][()]
+            scale = np.abs(traction).max()
+            np.testing.assert_allclose(change["shear"][()], -traction[:, 0], atol=1e-12 * scale)
+            np.testing.assert_allclose(change["normal"][()], traction[:, 2], atol=1e-12 * scale)
+            np.testing.assert_allclose(change["coulomb"][()], -traction[:, 0] - 0.4 * traction[:, 2], atol=1e-12 * scale)
+            self.convert("source.h5", "--receivers", self.path("faults.h5"), "--stress", self.path("sum.h5"), "--background", "5e6", "20e6")
+            with h5py.File(self.path("sum.h5")) as total:
+                np.testing.assert_array_equal(total["initial_traction"][()], 5e6 + change["shear"][()])
+                np.testing.assert_array_equal(total["normal_stress"][()], 20e6 + change["normal"][()])
+        run = ("-fault_initial", "traction", "-fault_mesh_unit", "m", "-ts_max_steps", "2", "-ts_max_time", "1")
+        self.fault("-fault_mesh", "faults.h5", "-fault_parameters", "sum.h5", *run)
+        self.fault("-fault_mesh", "source.h5", "-fault_normal_stress", "50e6", *run)
+        self.convert("points.h5", "back.fsp")
+        back = fsp.read(self.path("back.fsp"), lambda lon, lat: Projection((lon, lat), "sphere"))
+        self.assertEqual(back.claims["moment"], 2.3456e18)
+        np.testing.assert_array_equal(back.slip, np.round(0.1 + 0.03 * np.arange(12), 4))
+
+    def test_rock(self):
+        """surface.py and elastic take the shear modulus by which the slip has the moment of the header, and draw it."""
+        self.put("model.fsp", single()[0])
+        self.convert("model.fsp", "model.h5", "--figure", "cells.png")
+        source = slip_of_input(self.path("model.h5"))
+        potency = 9e6 * (0.1 + 0.03 * np.arange(12)).sum()
+        self.assertAlmostEqual(source.shear_modulus * potency / 2.3456e18, 1, 12)
+        np.testing.assert_allclose(np.hypot(*source.slip.T), 0.1 + 0.03 * np.arange(12), atol=1e-12)
+        self.look(self.path("cells.png"))
+        self.plot("surface", self.path("model.h5"), "--spacing", "4", "--figure", self.path("ground.png"))
+        self.look(self.path("ground.png"))
+        self.assertEqual(Elastic(source).displacement(np.array([[0.0, 0.0, 0.0]])).shape, (1, 3))
+
+
+class Refused(FspTest):
+    def test_files(self):
+        text = single()[0]
+        lines = text.splitlines(True)
+        first = next(k for k, line in enumerate(lines) if not line.startswith("%"))
+        cases = {
+            "without its last rows": ("".join(lines[:-2]), rf"line {len(lines) - 2 + 1}|ends after line {len(lines) - 2}, expected 12|10 rows of segment 1, expected 12"),
+            "cut within a row": (text[:-30], rf"line {len(lines)}: \d numbers, expected 8: LAT LON X Y Z SLIP RAKE TRUP"),
+            "without rows": ("".join(lines[:first]), f"ends after line {first}, expected rows of LAT LON X Y Z SLIP"),
+            "a word": ("".join(lines[:first + 1] + [lines[first + 1].replace("0.1300", "deep  ")] + lines[first + 2:]), f"line {first + 2}: \"deep\", expected a number"),
+            "another count": (text.replace("Nsbfs = 12", "Nsbfs = 13").replace("Nx  =  4", "Nx  =  5"), "12 rows of segment 1, expected 13, as Nsbfs says"),
+            "other units": (text.replace("coordinates in km; SLIP in m", "coordinates in km; SLIP in cm"), r"line \d+: .*SLIP in cm\", expected X,Y,Z coordinates in km; SLIP in m"),
+            "no header": ("a slip model\n", "line 1: \"a slip model\", expected a line of FINITE-SOURCE"),
+            "no moment": (re.sub(r"Mo = \S+ Nm", "", text), "no Loc and Size with LAT, LON and Mo"),
+            "no cells": (text.replace("Dx  =  3.00 km", ""), "segment 1 has no Dx and Dz"),
+            "a dip": (text.replace("DIP = 60.0", "DIP = 160.0"), "expected STRK and a DIP above 0 up to 90"),
+            "bytes": ("\0\1\2", "not a text file"),
+        }
+        for name, (content, message) in cases.items():
+            with self.subTest(name):
+                self.put("bad.fsp", content)
+                self.refused("convert", f".*bad.fsp.*({message})", self.path("bad.fsp"), self.path("out.h5"), "--projection", "sphere")
+                self.assertFalse(os.path.exists(self.path("out.h5")))
+                self.assertFalse(os.path.exists(self.path("out.h5.part")))
+
+    def test_arguments(self):
+        self.put("model.fsp", single()[0])
+        model, target = self.path("model.fsp"), self.path("out.h5")
+        self.refused("convert", "no such file", self.path("nothing.fsp"), target)
+        self.refused("convert", "its kind is not clear from its name, expected --format", self.put("model.dat", single()[0]), target)
+        self.refused("convert", "unknown ending, expected .h5", model, self.path("out.txt"), "--projection", "sphere")
+        self.refused("convert", "is read and written", model, model, code=2)
+        self.refused("convert", "expected --receivers FILE", model, "--stress", target, code=2)
+        self.refused("convert", "expected a longitude from -360 to 360", model, "--origin", "12", "95")
+
+    def test_script(self):
+        done = subprocess.run([sys.executable, os.path.join(os.path.dirname(__file__), "..", "..", "output", "convert.py"), "--help"], capture_output=True, text=True)
+        self.assertIn("--receivers", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
