@@ -10,8 +10,8 @@ static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[],
   for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = values[SlipFaultMeshRow(&fault->mesh, i)];
 }
 
-/* What the root of an input file may hold, which one file can be for all of them: fields, cells, their faults, slip of elastic and
-   what convert.py keeps, stiffness. */
+/* What the root of an input file may hold, which one file can be for all of them: fields, cells and their faults,
+   stiffness; slip and points of `elastic`; /model, in which convert.py keeps what else a slip model said. */
 const char *SlipFaultFieldNames(void)
 {
   static char names[FAULT_MAX_NAMES];
