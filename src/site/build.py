@@ -48,7 +48,7 @@ NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/REA
 SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/study/import_sb3.py"]
 STUDY = ("plot_study", "results_table")
 # what the reference shows of the package
-MODULES = ("", "running", "results", "results.result", "results.run", "results.catalogue", "results.events", "results.fields", "geometry.surface", "errors", "petsc")
+MODULES = ("", "running", "results", "results.result", "results.run", "results.catalogue", "results.events", "results.fields", "geometry.surface", "studies.study", "studies.plan", "errors", "petsc")
 PROGRAMS = {"fault": "The fault", "sliding_mode": "The sliding mode", "circuit": "The circuit", "oscillator": "The oscillator", "train": "Training", "evaluate": "Evaluation of controllers"}
 
 

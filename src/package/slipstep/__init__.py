@@ -7,6 +7,7 @@
     result["slip"][-1], result.units["slip"]                     # [nz, nx], "m"
     result.dataset, result.catalogue                             # xarray and pandas, where they are installed
     slipstep.open("run.h5")                                      # the same of a file of the program
+    slipstep.Study("study.toml").run().table                     # many runs, see slipstep.studies
     slipstep.Run("run.h5"), slipstep.Catalogue("events.h5")      # readers that pictures and tables are made with, fields when asked for
 
 A fault runs in this process where petsc4py of the library's PETSc is there, else by the program `fault`. load(), call(), small(),
@@ -18,8 +19,8 @@ import os
 
 from .errors import Error
 
-__all__ = ["Fault", "Error", "Result", "open", "Run", "Catalogue", "OutputError", "load", "call", "small", "totals", "version", "Totals"]
-_MODULES = ("errors", "fields", "formats", "geometry", "modules", "petsc", "plots", "programs", "results", "running", "times")
+__all__ = ["Fault", "Study", "Error", "Result", "open", "Run", "Catalogue", "OutputError", "load", "call", "small", "totals", "version", "Totals"]
+_MODULES = ("errors", "fields", "formats", "geometry", "modules", "petsc", "plots", "programs", "results", "running", "studies", "times")
 _RESULTS = ("Catalogue", "OutputError", "Result", "Run", "open")
 
 
@@ -46,6 +47,8 @@ def __getattr__(name):
         raise AttributeError(name)
     if name == "Fault":
         return _fault_class()
+    if name == "Study":
+        return importlib.import_module(".studies", __name__).Study
     if name in _RESULTS:
         return getattr(importlib.import_module(".results", __name__), name)
     try:

@@ -23,7 +23,7 @@ def need(*modules):
     name = os.path.basename(str(getattr(main, "__file__", "")))
     is_script = getattr(main, "__spec__", None) is None and (name.endswith(".py") or name.startswith("slipstep-") or name == "slipstep")  # as Debian's package calls them
     if is_script and os.path.exists(DEBIAN) and os.path.realpath(sys.executable) != os.path.realpath(DEBIAN):
-        os.execv(DEBIAN, [DEBIAN, *sys.argv])
+        os.execv(DEBIAN, [DEBIAN, *sys.orig_argv[1:]])
     sys.exit(f"{program()}: {sys.executable} has no {', '.join(missing)}; Debian's packages are "
              + " ".join("python3-" + name.lower().replace("_", "-") for name in modules) + f", for {DEBIAN}")  # whose names have no underscores
 
