@@ -4,6 +4,7 @@
      none          there is no device
      nodoubles     without double precision
      memory=BYTES  so much of it
+     largest=BYTES its arrays have no more than that
      full=BYTES    more than that cannot be had
      broken        its compiler meets an error in the last line of a program
      lost=COUNT    after so many kernels everything fails
@@ -54,6 +55,7 @@ cl_int clGetDeviceInfo(cl_device_id device, cl_device_info what, size_t size, vo
   if (what == CL_DEVICE_DOUBLE_FP_CONFIG && Asked("nodoubles") >= 0) *(cl_device_fp_config *)value = 0;
   if ((what == CL_DEVICE_GLOBAL_MEM_SIZE || what == CL_DEVICE_MAX_MEM_ALLOC_SIZE) && memory >= 0)
     *(cl_ulong *)value = (cl_ulong)memory;
+  if (what == CL_DEVICE_MAX_MEM_ALLOC_SIZE && Asked("largest") >= 0) *(cl_ulong *)value = (cl_ulong)Asked("largest");
   return error;
 }
 

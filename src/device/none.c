@@ -15,6 +15,12 @@ PetscBool SlipDeviceShares(SlipDevice device)
   return PETSC_FALSE;
 }
 
+size_t SlipDeviceLargest(SlipDevice device)
+{
+  (void)device;
+  return 0;
+}
+
 SlipDeviceTraffic SlipDeviceGetTraffic(void)
 {
   return (SlipDeviceTraffic){0};
@@ -50,6 +56,9 @@ NONE(SlipDeviceText, SlipDevice device, char text[], size_t len)
 NONE(SlipDeviceReserve, SlipDevice device, size_t bytes, const char what[])
 NONE(SlipDeviceAllocate, SlipDevice device, size_t bytes, const char what[], SlipDeviceMemory *memory)
 NONE(SlipDeviceFree, SlipDevice device, SlipDeviceMemory *memory)
+NONE(SlipDevicePutAt, SlipDevice device, size_t start, size_t n, const PetscReal from[], SlipDeviceMemory to)
+NONE(SlipDeviceRunGroups, SlipDevice device, SlipDeviceKernel kernel, size_t groups, PetscInt nargs,
+     const SlipDeviceArg args[])
 NONE(SlipDevicePut, SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to)
 NONE(SlipDeviceFetch, SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[])
 NONE(SlipDeviceCopy, SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to)

@@ -344,13 +344,26 @@ PetscErrorCode SlipDeviceFree(SlipDevice device, SlipDeviceMemory *memory)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+size_t SlipDeviceLargest(SlipDevice device)
+{
+  return device->largest;
+}
+
 PetscErrorCode SlipDevicePut(SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipDevicePutAt(device, 0, n, from, to));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDevicePutAt(SlipDevice device, size_t start, size_t n, const PetscReal from[], SlipDeviceMemory to)
 {
   cl_int error;
 
   PetscFunctionBegin;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
-  error = clEnqueueWriteBuffer(device->cl.queue, to, CL_TRUE, 0, sizeof(PetscReal) * n, from, 0, NULL, NULL);
+  error = clEnqueueWriteBuffer(device->cl.queue, to, CL_TRUE, sizeof(PetscReal) * start, sizeof(PetscReal) * n, from, 0,
+                               NULL, NULL);
   CheckCL(device, error, "taking numbers");
   PetscCall(PetscLogCpuToGpu((PetscLogDouble)(sizeof(PetscReal) * n)));
   traffic.puts++;
@@ -440,6 +453,14 @@ PetscErrorCode SlipDeviceRun(SlipDevice device, SlipDeviceKernel kernel, size_t 
   PetscFunctionBegin;
   if (!columns || !rows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Launch(device, kernel, global, local, nargs, args));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDeviceRunGroups(SlipDevice device, SlipDeviceKernel kernel, size_t groups, PetscInt nargs,
+                                   const SlipDeviceArg args[])
+{
+  PetscFunctionBegin;
+  PetscCall(SlipDeviceRun(device, kernel, groups * ITEMS, 1, nargs, args));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -137,6 +137,37 @@ static void dense(void **state)
   }
 }
 
+/* Two planes far from each other, blocks of which are taller than a group of work items takes; and triangles of two
+   planes that are close, of slip along rakes, as a vector and with opening, with normal stress. To tolerances at which
+   blocks have terms in both precisions. */
+static void hierarchical(void **state)
+{
+  enum { nx = 40, nz = 15, n = 2 * nx * nz, mx = 12, mz = 6, m = 2 * mx * mz };
+  static PetscReal far[5 * n], data[8 * m], halves[TRIANGLE_COLUMNS * 2 * m];
+  const SlipKernelType *const types[] = {&SlipKernelTriangle, &SlipKernelTriangleVector, &SlipKernelTriangleOpening};
+  SlipCells cells = TwoGradedFaults(nx, nz, 7, far), triangles;
+  const SlipCells rectangles = TwoDippingPlanes(mx, mz, data);
+  Mat S, Kn;
+
+  NEEDS_DEVICE;
+  for (PetscInt i = 0; i < n; i++) far[n + i] *= 40;
+  ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "hmat", 1e-8, &S));
+  Products("a hierarchical stiffness", S, NULL);
+  ok(MatDestroy(&S));
+  triangles = TrianglesOf(&rectangles, halves);
+  for (int k = 0; k < 3; k++) {
+    triangles.kernel.type = types[k];
+    if (k == 0) {
+      ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &triangles, "hmat", 1e-4, &S));
+      ok(MatCreateSlipCellNormalStiffness(PETSC_COMM_SELF, &triangles, "hmat", 1e-4, &Kn));
+    } else
+      ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &triangles, "hmat", 1e-6, &S, &Kn));
+    if (k < 2) Products("hierarchical normal stress", Kn, NULL);
+    Products("a hierarchical stiffness of triangles", S, NULL);
+    ObjectsDestroy(&S, &Kn);
+  }
+}
+
 /* Of all cells the same, of each its own by its area, and of opening another one */
 static void radiation(void **state)
 {
@@ -155,7 +186,7 @@ static void radiation(void **state)
   }
 }
 
-/* What a device has no product for, and what does not fit */
+/* What a device has no product for */
 static void refused(void **state)
 {
   Mat A;
@@ -164,6 +195,51 @@ static void refused(void **state)
   ok(MatCreateSeqAIJ(PETSC_COMM_SELF, 3, 3, 1, NULL, &A));
   fails(SlipMatUseDevice(A), "products with a matrix of type seqaij are not formed on a device");
   ok(MatDestroy(&A));
+}
+
+/* What does not fit is refused before anything is put there, and goes on with the processor. Arrays that nobody touches
+   take the memory. */
+static void memory(void **state)
+{
+  enum { nx = 20, nz = 15, n = 2 * nx * nz, MOST = 64 };
+  static PetscReal data[5 * n];
+  const SlipCells cells = TwoGradedFaults(nx, nz, 7, data);
+  SlipDeviceMemory taken[MOST] = {NULL};
+  const size_t left = 100000;
+  size_t room = 0, first;
+  PetscInt64 before;
+  PetscReal bytes;
+  Mat S, D;
+  Vec u;
+
+  NEEDS_DEVICE;
+  if (SlipDeviceShares(device)) skip();
+  for (size_t step = (size_t)1 << 45; step; step /= 2)
+    if (!SlipDeviceReserve(device, room + step, "a test")) room += step;
+  first = room / 8;
+  for (int k = 0; k < MOST && room > left; k++) {
+    const size_t piece = PetscMin(first, room - left);
+
+    if (SlipDeviceAllocate(device, piece, "a test", &taken[k])) break; /* more than arrays may have */
+    room -= piece;
+  }
+  ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "hmat", 1e-8, &S));
+  ok(MatCreateSlipCellStiffness(PETSC_COMM_SELF, &cells, "dense", 1e-8, &D));
+  ok(SlipMatDeviceBytes(S, &bytes));
+  before = SlipDeviceGetTraffic().bytes;
+  if (room <= left) {
+    fails(SlipMatUseDevice(S), "products need ");
+    fails(SlipMatUseDevice(D), "MB more: expected fewer cells, or another device (-fault_device_name)");
+    assert_true(SlipDeviceGetTraffic().bytes == before);
+    ok(MatCreateVecs(S, &u, NULL));
+    assert_false(SlipDeviceVecIs(u));
+    ok(VecDestroy(&u));
+  }
+  for (int k = 0; k < MOST; k++)
+    if (taken[k]) ok(SlipDeviceFree(device, &taken[k]));
+  assert_true(bytes > left);
+  Products("a stiffness that there is room for now", S, NULL);
+  ObjectsDestroy(&S, &D);
 }
 
 static int setup(void **state)
@@ -178,4 +254,4 @@ static int setup(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(setup, NULL, grids, dense, radiation, refused)
+SLIP_TESTS_WITH(setup, NULL, grids, dense, hierarchical, radiation, refused, memory)

@@ -25,9 +25,13 @@ PETSC_INTERN PetscErrorCode SlipDeviceText(SlipDevice device, char text[], size_
 PETSC_EXTERN PetscErrorCode SlipDeviceAllocate(SlipDevice device, size_t bytes, const char what[],
                                                SlipDeviceMemory *memory);
 PETSC_EXTERN PetscErrorCode SlipDeviceFree(SlipDevice device, SlipDeviceMemory *memory);
+PETSC_INTERN size_t SlipDeviceLargest(SlipDevice device); /* of one array [bytes] */
 /* Is there room for so much more? Ends with a line that says how much is needed. */
 PETSC_EXTERN PetscErrorCode SlipDeviceReserve(SlipDevice device, size_t bytes, const char what[]);
 PETSC_EXTERN PetscErrorCode SlipDevicePut(SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to);
+/* The same from number start of its memory on */
+PETSC_INTERN PetscErrorCode SlipDevicePutAt(SlipDevice device, size_t start, size_t n, const PetscReal from[],
+                                            SlipDeviceMemory to);
 PETSC_EXTERN PetscErrorCode SlipDeviceFetch(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[]);
 PETSC_INTERN PetscErrorCode SlipDeviceCopy(SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to);
 /* Does it compute in the processor's memory, as pocl does? Then arrays are at hand there without a copy: n numbers,
@@ -53,6 +57,8 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   X(DOT, dot_product) X(NORMS, norms) X(LARGEST, largest) X(DIFFER, differ)
 #define SLIP_KERNELS_DENSE(X)                                                                                          \
   X(DENSE_PARTS, dense_parts) X(DENSE_SUM, dense_sum)
+#define SLIP_KERNELS_HMAT(X)                                                                                           \
+  X(HMAT_ORDER, hmat_order) X(HMAT_DOTS, hmat_dots) X(HMAT_FOLD, hmat_fold) X(HMAT_SUMS, hmat_sums)
 #define SLIP_KERNELS_GRID(X)                                                                                           \
   X(GRID_PAD, grid_pad) X(GRID_SYMBOL, grid_symbol) X(GRID_TAKE, grid_take)
 #define SLIP_KERNELS_ADAMS(X)                                                                                          \
@@ -65,6 +71,7 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   SLIP_KERNELS_COMMON(X)                                                                                               \
   SLIP_KERNELS_VECTORS(X)                                                                                              \
   SLIP_KERNELS_DENSE(X)                                                                                                \
+  SLIP_KERNELS_HMAT(X)                                                                                                 \
   SLIP_KERNELS_GRID(X)                                                                                                 \
   SLIP_KERNELS_ADAMS(X)                                                                                                \
   SLIP_KERNELS_RATESTATE(X)
@@ -85,6 +92,9 @@ typedef struct {
 /* For columns x rows items; more are started, which do nothing */
 PETSC_INTERN PetscErrorCode SlipDeviceRun(SlipDevice device, SlipDeviceKernel kernel, size_t columns, size_t rows,
                                           PetscInt nargs, const SlipDeviceArg args[]);
+/* By so many groups of 128 items */
+PETSC_INTERN PetscErrorCode SlipDeviceRunGroups(SlipDevice device, SlipDeviceKernel kernel, size_t groups,
+                                                PetscInt nargs, const SlipDeviceArg args[]);
 /* Of a kernel that ends with fold(): results [nresults] of n items, the first `sums` of which are sums, the others
    largest values. The kernel's own arguments come first. */
 PETSC_INTERN PetscErrorCode SlipDeviceReduce(SlipDevice device, SlipDeviceKernel kernel, size_t n, PetscInt nargs,

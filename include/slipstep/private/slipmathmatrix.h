@@ -45,6 +45,22 @@ PETSC_INTERN PetscInt SlipHBlockWork(const SlipHBlock *k);
 PETSC_INTERN void SlipHBlocksApply(PetscInt nblocks, const SlipHBlock block[], PetscBool whole, const PetscReal x[],
                                    PetscReal y[], PetscReal t[]);
 
+/* ---- hdevice.c: products on the device ---- */
+/* What they are made of, borrowed */
+typedef struct {
+  const SlipClusterTree *tree;
+  PetscInt N, rows, columns; /* cells, and rows and columns of each */
+  PetscBool whole;           /* no block stands for its transpose */
+  PetscInt nblocks;
+  const SlipHBlock *block;
+  const PetscInt *order; /* [N] number among the rows' cells of each cell in the tree's order */
+} SlipHShape;
+typedef struct _n_SlipHDevice *SlipHDevice;
+PETSC_INTERN PetscErrorCode SlipHDeviceBytes(const SlipHShape *shape, PetscReal *bytes);
+PETSC_INTERN PetscErrorCode SlipHDeviceCreate(const SlipHShape *shape, SlipHDevice *device);
+PETSC_INTERN PetscErrorCode SlipHDeviceDestroy(SlipHDevice *device);
+PETSC_INTERN PetscErrorCode SlipHDeviceApply(SlipHDevice device, PetscReal scale, Vec x, Vec y);
+
 /* ---- hmatrix.c ---- */
 PETSC_INTERN PetscErrorCode SlipStiffnessCreate_HMat(MPI_Comm comm, const SlipCells *cells, PetscReal tolerance,
                                                      Mat *S);

@@ -13,6 +13,7 @@
 #include <float.h>
 #include <slipmat.h>
 #include <slipcompat.h>
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatgrid.h>
 #include <slipstep/private/slipmathmatrix.h>
 
@@ -44,6 +45,7 @@ typedef struct {
   PetscReal mean_rank;         /* of the low-rank ones */
   PetscLogDouble flops;        /* of a product, on this process */
   PetscInt total, low, widest; /* blocks on all processes, low-rank ones, their largest rank */
+  SlipHDevice device;          /* NULL: not in use */
 } HMat;
 
 /* What an entry of a block is computed from. */
@@ -173,6 +175,11 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
+  if (h->device && SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
+    PetscCall(SlipHDeviceApply(h->device, h->scale, x, y));
+    PetscCall(PetscLogFlops(h->flops));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipGatherGet(&h->gather, x, &px));
   for (PetscInt i = 0; i < h->N; i++)
     for (PetscInt c = 0; c < h->columns; c++) h->x[h->columns * i + c] = px[h->columns * h->row[i] + c];
@@ -183,6 +190,30 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
   for (PetscInt i = 0; i < h->N; i++)
     for (PetscInt c = 0; c < h->rows; c++) h->z[h->rows * h->row[i] + c] = h->scale * h->y[h->rows * i + c];
   PetscCall(SlipGatherSum(&h->gather, h->z, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode HMatDevice(Mat S, PetscBool use, PetscReal *bytes)
+{
+  HMat *h;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(S, &h));
+  {
+    const SlipHShape shape = {.tree = &h->tree,
+                              .N = h->N,
+                              .rows = h->rows,
+                              .columns = h->columns,
+                              .whole = h->whole,
+                              .nblocks = h->nblocks,
+                              .block = h->block,
+                              .order = h->row};
+
+    if (use)
+      PetscCall(SlipHDeviceCreate(&shape, &h->device));
+    else
+      PetscCall(SlipHDeviceBytes(&shape, bytes));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,6 +280,7 @@ static PetscErrorCode HMatDestroy(Mat S)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(S, &h));
+  PetscCall(SlipHDeviceDestroy(&h->device));
   for (PetscInt b = 0; b < h->nblocks; b++) PetscCall(PetscFree(h->block[b].data));
   PetscCall(PetscFree(h->block));
   PetscCall(PetscFree(h->x));
@@ -444,6 +476,7 @@ static PetscErrorCode Create(MPI_Comm comm, const SlipCells *cells, PetscReal to
                             .view = HMatView,
                             .info = HMatGetInfo,
                             .destroy = HMatDestroy,
+                            .device = HMatDevice,
                             .unsymmetric = whole};
   PetscInt nlocal;
   HMat *h;
