@@ -2,12 +2,17 @@
 
 import os
 
-from . import fsp, ours
+import h5py
+
+from . import coulomb, fsp, ours, param, runs, srf
 from .text import FormatError
 
 # Name of --format -> (endings of names, reader)
 READERS = {
     "fsp": ((".fsp",), fsp.read),
+    "srf": ((".srf",), srf.read),
+    "coulomb": ((".inp",), coulomb.read),
+    "param": ((".param", "solucion.txt"), param.read),
 }
 
 
@@ -20,10 +25,12 @@ def kind_of(path):
     raise FormatError(f"{path}: its kind is not clear from its name, expected --format {' or '.join(found or READERS)}")
 
 
-def read(path, at, kind=None, rake=None):
-    """The model of a file of any kind. at(lon, lat): the projection about an origin that a file suggests."""
+def read(path, at, kind=None, rake=None, **of_run):
+    """The model of a file of any kind. at(lon, lat): the projection about an origin that a file suggests; of_run: arguments of runs.read()."""
     if not os.path.exists(path):
         raise FormatError(f"{path}: no such file, expected a slip model or patches of a fault")
     if ours.is_model(path):
         return ours.read(path)
+    if h5py.is_hdf5(path):
+        return runs.read(path, **of_run)
     return READERS[kind or kind_of(path)][1](path, at, rake)

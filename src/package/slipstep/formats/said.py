@@ -15,11 +15,11 @@ def span(values, scale=1.0, digits=6):
     return f"{low:.{digits}g}" if np.isclose(low, high) else f"{low:.{digits}g} to {high:.{digits}g}"
 
 
-def angle_span(degrees):
-    """Of strikes and rakes, which may be on both sides of 0."""
+def angle_span(degrees, least):
+    """Of strikes, from 0, and rakes, from -180 on."""
     degrees = np.asarray(degrees) % 360
     turned = (degrees - degrees[0] + 180) % 360 - 180 + degrees[0]
-    return span(np.round(turned, 3))
+    return span(np.round(turned + 360 * np.ceil((least - turned.min() - 1e-3) / 360), 3))
 
 
 def against(value, claimed):
@@ -57,14 +57,14 @@ def lines(model):
     area = model.area.sum() / 1e6
     claimed = claims.get("area") or (claims["length"] * claims["width"] if "length" in claims and "width" in claims else None)
     yield "area", f"{area:.6g} km2" + (against(area, claimed / 1e6) if claimed else "")
-    yield "strike, dip", f"{angle_span(cells[:, 5])}, {span(np.round(cells[:, 6], 3))} degrees" + (f"; the header has {claims['strike']:g}, {claims['dip']:g}" if "strike" in claims and "dip" in claims else "")
+    yield "strike, dip", f"{angle_span(cells[:, 5], 0)}, {span(np.round(cells[:, 6], 3))} degrees" + (f"; the header has {claims['strike']:g}, {claims['dip']:g}" if "strike" in claims and "dip" in claims else "")
     if model.slip is not None:
         mean = float(model.area @ np.abs(model.slip)) / model.area.sum()
-        yield "slip", f"{span(model.slip, 1, 5)} m, mean {mean:.4g} m, rake {angle_span(model.rake)} degrees"
+        yield "slip", f"{span(model.slip, 1, 5)} m, mean {mean:.4g} m, rake {angle_span(model.rake, -180)} degrees"
         moment, words = model.moment()
         yield "moment", f"{moment:.5g} N m, Mw {magnitude(moment):.2f}, by {words}" + (against(moment, claims["moment"]) if claims.get("moment") else "")
         if claims.get("moment") and model.potency > 0:
-            yield "rigidity", f"{claims['moment'] / model.potency / 1e9:.4g} GPa gives this slip the moment of the header: -elastic_shear_modulus {claims['moment'] / model.potency:.5g}"
+            yield "by the header", f"a rigidity of {claims['moment'] / model.potency / 1e9:.4g} GPa gives this slip its moment: -elastic_shear_modulus {claims['moment'] / model.potency:.5g}"
     for name, (values, unit) in sorted(model.columns.items()):
         yield name.replace("_", " "), f"{span(values, 1, 5)} {unit}"
     for name, (values, unit) in model.fields.items():

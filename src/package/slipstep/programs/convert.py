@@ -5,7 +5,7 @@
     output/convert.py slip.h5 back.fsp                                       # and back
     output/convert.py model.fsp --receivers faults.h5 --stress change.h5     # what its slip does to other faults
 
-IN: .fsp of SRCMOD and the USGS, .h5 of this program. OUT: .h5, .fsp. Nothing is written where a file is refused.
+IN: .fsp of SRCMOD and the USGS, .param of the USGS, .srf, .inp of Coulomb, .h5 of this program, of a run or of a catalogue with maps. OUT: .h5, .fsp, .srf. Nothing is written where a file is refused.
 """
 
 import argparse
@@ -15,15 +15,17 @@ from ..modules import need, one_line
 
 need("h5py", "numpy")
 import h5py
+import numpy as np
 
 from ..errors import Error
-from ..formats import fsp, ours, said
+from ..formats import fsp, ours, said, srf
 from ..formats.projection import TMERC, Projection
 from ..formats.readers import READERS, read
 from ..geometry.surface import Elastic, Source
 from ..results.files import replacing
+from ..times import seconds
 
-WRITERS = {".fsp": fsp.write}  # of text
+WRITERS = {".fsp": fsp.write, ".srf": srf.write}  # of text
 
 
 def shifted(model):
@@ -37,6 +39,17 @@ def shifted(model):
     return model
 
 
+def timed(model, options):
+    """Rupture and rise times that the file does not have."""
+    model.step = options.step
+    if model.slip is not None and options.rupture_speed and "rupture_time" not in model.columns:
+        lon, lat, depth = model.claims.get("hypocentre", (None, None, None))
+        at = fsp.middle(model) if lon is None or model.projection is None else np.array([*(float(v) for v in model.projection.forward(lon, lat)), depth])
+        model.columns["rupture_time"] = (np.linalg.norm(model.cells[:, :3] - at, axis=1) / options.rupture_speed, "s")
+    if model.slip is not None and options.rise_time and "rise_time" not in model.columns:
+        model.columns["rise_time"] = (np.full(len(model.cells), options.rise_time), "s")
+
+
 def write(model, path, points):
     ending = os.path.splitext(path)[1].lower()
     if ending in (".h5", ".hdf5"):
@@ -48,6 +61,9 @@ def write(model, path, points):
         raise Error(f"{model.path} has no slip, expected a slip model for {path}")
     if model.projection is None:
         raise Error(f"{model.path} does not say where it is on the Earth, expected --origin LON LAT of x = y = 0")
+    missing = [name for name in ("rupture_time", "rise_time") if name not in model.columns and model.rates is None]
+    if ending == ".srf" and missing:
+        raise Error(f"{model.path} has no {missing[0]} of its cells, expected " + ("--rupture-speed M/S" if missing[0] == "rupture_time" else "--rise-time S"))
     with replacing(path, model.path) as part, open(part, "w", encoding="utf-8") as file:
         WRITERS[ending](model, file)
 
@@ -84,6 +100,9 @@ def check(parser, options):
         parser.error("--stress is of other faults, expected --receivers FILE")
     if options.background and not options.stress:
         parser.error("--background is for --stress, expected --stress OUT.h5")
+    for name in ("rupture_speed", "rise_time", "step"):
+        if getattr(options, name) is not None and not getattr(options, name) > 0:
+            parser.error(f"--{name.replace('_', '-')} is {getattr(options, name):g}, expected a number > 0")
     outputs = [os.path.abspath(path) for path in (options.output, options.stress, options.figure) if path]
     for path in (options.input, options.receivers):
         if path and os.path.abspath(path) in outputs:
@@ -95,11 +114,16 @@ def check(parser, options):
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("input", metavar="IN", help="file to read")
-    parser.add_argument("output", metavar="OUT", nargs="?", help="file to write, .h5 or .fsp; none: only says what it understood")
+    parser.add_argument("output", metavar="OUT", nargs="?", help="file to write, .h5, .fsp or .srf; none: only says what it understood")
     parser.add_argument("--format", choices=tuple(READERS), help="kind of IN (by its name)")
     parser.add_argument("--origin", nargs=2, type=float, metavar=("LON", "LAT"), help="longitude and latitude [degrees] of x = y = 0 (hypocentre or middle of the file)")
     parser.add_argument("--projection", default=TMERC, metavar="P", help="tmerc (default), transverse Mercator about the origin by PROJ; sphere; or a coordinate system of PROJ, as EPSG:32611")
     parser.add_argument("--rake", type=float, metavar="DEGREES", help="rake where the file has none")
+    parser.add_argument("--rupture-speed", type=float, metavar="M/S", help="of .srf, where IN has no rupture times: they are distances from the hypocentre over it")
+    parser.add_argument("--rise-time", type=float, metavar="S", help="of .srf, where IN has none")
+    parser.add_argument("--step", type=float, default=0.1, metavar="S", help="of slip rates in .srf, at most (0.1)")
+    parser.add_argument("--event", metavar="N", help="of a catalogue: number from 1 on, or largest (default)")
+    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="of a run (all of it): seconds, or numbers with s, min, h, d, y")
     parser.add_argument("--shift", action="store_true", help="move cells that rise above the ground down, all by the same")
     parser.add_argument("--receivers", metavar="FILE", help="file of cells of other faults, which IN's slip changes the stress of: elastic computes at their centres in place of IN's")
     parser.add_argument("--stress", metavar="OUT.h5", help="write that change: shear along the rakes of --receivers, normal (compression) and coulomb [Pa], a row for each cell")
@@ -119,11 +143,12 @@ def main():
     def at(lon, lat):
         return Projection(options.origin or (lon, lat), options.projection)
 
-    model = read(options.input, at, options.format, options.rake)
+    model = read(options.input, at, options.format, options.rake, event=options.event, window=options.window, step=options.step)
     if options.origin and model.projection is None:
         model.projection = Projection(options.origin, options.projection)
     if options.shift:
         model = shifted(model)
+    timed(model, options)
     receivers = receivers_of(options, model) if options.receivers else None
     for name, text in said.lines(model):
         print(f"{name + ':':<14}{text}")

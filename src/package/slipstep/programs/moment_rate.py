@@ -1,7 +1,7 @@
 """The moment-rate function of an event: a table as CSV, and a picture.
 
     output/moment_rate.py RUN.h5 --catalogue EVENTS.h5 [--event largest] [--csv OUT.csv] [--figure OUT.png]
-    output/moment_rate.py RUN.h5 --window 96.4y 96.4y+30s
+    output/moment_rate.py RUN.h5 --window 96.4y 96.4y+30s --usgs OUT.mr [--step 0.1]      and the file of source time functions of the USGS
 
 The run has it at the start and every accepted step (/series/moment_rate, of every fault); the event, or the window, says from when to when. The moment is
 that of the slip between (/series/moment), which trapezoids of the rates miss where a step raises them many times over.
@@ -70,6 +70,14 @@ def magnitude(moment):
     return 2 / 3 * (np.log10(moment) - 9.1) if moment > 0 else np.nan
 
 
+def write_usgs(file, time, moment, step):
+    """The form of moment_rate.mr of the USGS: step, titles, and rows of time [s] and rate [N m/s], whose sum times the step is the moment."""
+    grid = step * np.arange(int(np.ceil(time[-1] / step)) + 1)
+    edges = np.interp(np.append(grid - step / 2, grid[-1] + step / 2), time, moment.sum(axis=1))
+    file.write(f"dt: {step:g}\nTime[s]     Moment_Rate [Nm]\n")
+    file.writelines(f"{at:.10g}\t\t{rate:.10e}\n" for at, rate in zip(grid, np.diff(edges) / step))
+
+
 def figure(time, rate, faults, title):
     use_style()
     canvas, axes = plt.subplots(figsize=(8, 4.2), layout="constrained")
@@ -105,7 +113,11 @@ def main():
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="the interval to use if there is no catalogue: seconds, or numbers with s, min, h, d, y")
     parser.add_argument("--csv", metavar="OUT", help="table to write, default RUN_moment_rate.csv")
     parser.add_argument("--figure", metavar="OUT", help="picture to write, default RUN_moment_rate.png")
+    parser.add_argument("--usgs", metavar="OUT.mr", help="file to write in the form of the USGS as well")
+    parser.add_argument("--step", type=float, default=0.1, metavar="S", help="of --usgs (0.1)")
     options = parser.parse_args()
+    if not options.step > 0:
+        parser.error(f"--step is {options.step:g}, expected a number > 0")
     if bool(options.catalogue) == bool(options.window):
         parser.error("expected either --catalogue or --window")
     if options.event != "largest" and not options.event.isdigit():
@@ -124,6 +136,11 @@ def main():
         writer.writerow(["time [s]", "moment_rate [N m/s]", *of_faults, "moment [N m]"])
         for at, row, so_far in zip(time.tolist(), rate.tolist(), moment.sum(axis=1).tolist()):
             writer.writerow([repr(value) for value in ([at, sum(row)] + (row if of_faults else []) + [so_far])])
+    if options.usgs:
+        with replacing(options.usgs, options.run) as part, open(part, "w", encoding="utf-8") as file:
+            write_usgs(file, time, moment, options.step)
     figure(time, rate, faults, title).savefig(picture)
     total = float(moment[-1].sum())
+    if options.usgs:
+        print(f"Moment rate: {options.usgs}")
     print(f"Moment: {total:.4g} N m, M {magnitude(total):.2f}, in {end - begin:.4g} s and {len(time) - 2} steps\nTable: {table}\nFigure: {picture}")

@@ -1,0 +1,245 @@
+#!/usr/bin/env python3
+"""output/convert.py: finite faults of the USGS, SRF, files of Coulomb, and slip of runs. Files of known cells become those cells, whatever their forms; runs become files whose slip and
+moment are the run's; others are refused by one line that names the line."""
+
+import os
+import unittest
+
+from scripts import PictureTest, FaultTest
+
+import numpy as np
+
+from slipstep import Run
+from slipstep.formats import coulomb, param, srf
+from slipstep.formats.projection import Projection
+from slipstep.geometry.cells import corners_of, directions
+from test_convert_fsp import plane
+
+ORIGIN = (-70.3, -23.4)
+SPHERE = Projection(ORIGIN, "sphere")
+DEGREE = 1e-6 * 111e3  # [m], the last digit of longitudes here, and more than the rounding of depths
+SLIP = 0.1 + 0.03 * np.arange(12)
+
+
+class SourcesTest(PictureTest, FaultTest):
+    def put(self, name, text):
+        with open(self.path(name), "w", encoding="utf-8") as file:
+            file.write(text)
+        return self.path(name)
+
+    def refuse(self, name, content, message):
+        self.put(name, content)
+        self.refused("convert", f".*{name}.*({message})", self.path(name), self.path("out.h5"), "--projection", "sphere")
+        self.assertEqual([f for f in os.listdir(self.folder.name) if f.startswith("out.h5")], [])
+
+
+def at(lon, lat):
+    return Projection(ORIGIN, "sphere")
+
+
+def lonlat(points):
+    return np.column_stack(SPHERE.inverse(points[:, 0], points[:, 1]))
+
+
+def param_text(share=(0.5, 0.5), margin=0.1, segments=((10.0, 30.0, 4, 3),), size=3e3):
+    """Positions at a share of each cell's length and width; the boundary is so many cells within the plane."""
+    text, cells = f"#Total number of fault_segments= {len(segments):5d}\n", []
+    for k, (strike, dip, nx, nz) in enumerate(segments, 1):
+        own = plane(strike, dip, 2e4 * k, 0, 1e4, nx, nz, size)
+        along, down = directions(own)
+        points = own[:, :3] + (share[0] - 0.5) * size * along + (share[1] - 0.5) * size * down
+        i, j = (np.array(v) for v in ((margin, nx - margin, nx - margin, margin, margin), (margin, margin, nz - margin, nz - margin, margin)))
+        upper = own[0, :3] - 0.5 * size * (along[0] + down[0])
+        corners = upper + size * (i[:, None] * along[0] + j[:, None] * down[0])
+        text += f"#Fault_segment = {k:3d} nx(Along-strike)= {nx:3d} Dx= {size / 1e3:5.2f}km ny(downdip)= {nz:3d} Dy= {size / 1e3:5.2f}km\n"
+        text += f"#Boundary of Fault_segment     {k}. EQ in cell 1,1. Lon: {ORIGIN[0]:.4f}   Lat: {ORIGIN[1]:.4f}\n#Lon.  Lat.  Depth\n"
+        text += "".join(f"  {lon:.6f}  {lat:.6f} {z / 1e3:.6f}\n" for (lon, lat), z in zip(lonlat(corners), corners[:, 2]))
+        text += "#Lat. Lon. depth slip rake strike dip t_rup t_ris t_fal mo\n"
+        text += "".join(f" {lat:.6f} {lon:.6f} {z / 1e3:.6f} {10 + 3 * n:.6f} {80 + n:.3f} {strike:.3f} {dip:.3f} {2 * n:.3f} 1.5 {0.5 * n:.2f} {1e24 * (n + 1):.6e}\n"
+                        for n, ((lon, lat), z) in enumerate(zip(lonlat(points), points[:, 2])))
+        cells.append(own)
+    return text, np.concatenate(cells)
+
+
+class Param(SourcesTest):
+    def test_positions(self):
+        """Cells are the same wherever of them the file has its points."""
+        for share in ((0.5, 0.5), (0.3, 0.3), (0.07, 0.17)):
+            text, cells = param_text(share)
+            model = param.read(self.put("basic.param", text), at)
+            np.testing.assert_allclose(model.cells, cells, atol=DEGREE)
+            np.testing.assert_allclose(model.slip, SLIP, atol=1e-12)
+            np.testing.assert_allclose(model.rake, 80 + np.arange(12))
+            np.testing.assert_allclose(model.columns["rupture_time"][0], 2 * np.arange(12))
+            np.testing.assert_allclose(model.columns["rise_time"][0], 1.5 + 0.5 * np.arange(12))
+            self.assertAlmostEqual(model.moment()[0] / 78e17, 1, 6)  # 1 + ... + 12 times 1e24 dyne cm
+            self.assertEqual(len(model.remarks), share != (0.5, 0.5))
+
+    def test_segments(self):
+        text, cells = param_text(segments=((10.0, 30.0, 4, 3), (20.0, 45.0, 3, 2)))
+        model = param.read(self.put("basic.param", text), at)
+        np.testing.assert_allclose(model.cells, cells, atol=DEGREE)
+        self.assertEqual([(s.label, s.shape) for s in model.segments], [(1, (3, 4)), (2, (2, 3))])
+
+    def test_refused(self):
+        text, _ = param_text()
+        lines = text.splitlines(True)
+        self.refuse("a.param", "".join(lines[:-1]), f"ends after line {len(lines) - 1} with 0 words, expected 11 numbers, row 12 of 4 x 3|ends after line {len(lines) - 1}, expected 11 numbers, row 12 of 4 x 3")
+        self.refuse("b.param", text + lines[-1], f"line {len(lines) + 1}: .*expected the end of 12 rows, nx times ny")
+        self.refuse("c.param", text.replace("km ny", "miles ny"), "line 2: lengths in miles and km, expected km")
+        self.refuse("d.param", text.replace("Dx= ", "DX= "), "line 2: .*expected #Fault_segment = K nx")
+        self.refuse("e.param", text.replace("t_rup t_ris", "t_ris t_rup"), "line 10: .*expected #Lat. Lon. depth slip")
+        self.refuse("f.param", text.replace("segments=     1", "segments=     2"), "1 segments, expected 2")
+        self.refuse("g.param", "".join(lines[:4] + lines[5:]), "line 9: 4 corners of the boundary, expected 5")
+        self.refuse("h.param", "model\n", "line 1: \"model\", expected #Total number")
+        self.refuse("i.param", text.replace("16.000000", "sixteen"), r"line \d+: \"sixteen\", expected 11 numbers")
+
+
+def srf_text(version="2.0", planes=True, strike=350.0, dip=60.0):
+    cells = plane(strike, dip, -4e3, 2e3, 2e3)
+    top = corners_of(cells[:4])[:, :2].reshape(-1, 3).mean(axis=0)
+    (x, y), = lonlat(top[None])
+    text = f"{version}\n# a comment\n"
+    if planes:
+        text += f"PLANE 1\n {x:.6f} {y:.6f} 4 3 12.0 9.0\n {strike:g} {dip:g} {top[2] / 1e3:.6f} 0.5 1.5\n"
+    text += "POINTS 12\n"
+    for k, (lon, lat) in enumerate(lonlat(cells)):
+        more = " 3.00000e+05 2.70000e+00" if version == "2.0" else ""
+        text += f" {lon:.6f} {lat:.6f} {cells[k, 2] / 1e3:.6f} {strike:g} {dip:g} 9.0e+10 {0.5 * k:.4f} 0.05{more}\n"
+        text += f" 90 {100 * SLIP[k] * np.cos(0.3):.8f} 8 {100 * SLIP[k] * np.sin(0.3):.8f} 0 0.0 0\n 0 1 2 3 4 3\n 2 1\n"
+    return text, cells
+
+
+class Srf(SourcesTest):
+    def test_versions(self):
+        """Slip along the rake and across it become one; 2.7 g/cm3 (3 km/s)^2 = 24.3 GPa."""
+        for version in ("1.0", "2.0"):
+            text, cells = srf_text(version)
+            model = srf.read(self.put("model.srf", text), at)
+            np.testing.assert_allclose(model.cells, cells, atol=DEGREE)
+            np.testing.assert_allclose(model.slip, SLIP, rtol=1e-8)
+            np.testing.assert_allclose(model.rake, 90 + np.degrees(0.3), rtol=1e-8)
+            np.testing.assert_allclose(model.columns["rupture_time"][0], 0.5 * np.arange(12))
+            np.testing.assert_allclose(model.columns["rise_time"][0], 0.4)
+            self.assertAlmostEqual(model.moment()[0] / ((24.3e9 if version == "2.0" else 30e9) * 9e6 * SLIP.sum()), 1, 7)
+            self.assertEqual((model.segments[0].shape, model.remarks), ((3, 4), []))
+
+    def test_without_planes(self):
+        """Squares of 9 km2 at the points."""
+        text, cells = srf_text(planes=False)
+        model = srf.read(self.put("model.srf", text), at)
+        np.testing.assert_allclose(model.cells, cells, atol=DEGREE)
+        self.assertRegex(model.remarks[0], "no planes")
+
+    def test_there_and_back(self):
+        """.srf to .h5 and .srf again: slip, rake, times and moment."""
+        text, cells = srf_text()
+        self.put("a.srf", text)
+        for before, after in (("a.srf", "b.h5"), ("b.h5", "c.srf")):
+            self.plot("convert", self.path(before), self.path(after), "--origin", *map(str, ORIGIN), "--projection", "sphere", "--step", "0.05")
+        one, two = (srf.read(self.path(name), at) for name in ("a.srf", "c.srf"))
+        np.testing.assert_allclose(two.cells, one.cells, atol=DEGREE)
+        np.testing.assert_allclose(two.slip, one.slip, atol=0.5e-6)  # 1e-4 cm
+        np.testing.assert_allclose(two.columns["rupture_time"][0], one.columns["rupture_time"][0])
+        np.testing.assert_allclose(two.columns["rise_time"][0], 0.45)  # nine samples, 0 at both ends, of 0.05 s
+        self.assertAlmostEqual(two.moment()[0] / one.moment()[0], 1, 5)
+
+    def test_rates(self):
+        """The sum of samples times the step is the slip, of .fsp that has rupture times but no rise times."""
+        from test_convert_fsp import single
+        self.put("model.fsp", single()[0])
+        self.refused("convert", "has no rise_time of its cells, expected --rise-time S", self.path("model.fsp"), self.path("out.srf"), "--projection", "sphere")
+        self.plot("convert", self.path("model.fsp"), self.path("out.srf"), "--projection", "sphere", "--rise-time", "1.3", "--step", "0.2")
+        with open(self.path("out.srf"), encoding="utf-8") as file:
+            words = file.read().split("POINTS 12\n")[1].split()
+        for k in range(12):
+            head, words = words[:17], words[17:]
+            n, dt = int(head[12]), float(head[7])
+            self.assertAlmostEqual(dt * sum(map(float, words[:n])), float(head[11]), delta=1e-4 * float(head[11]))
+            self.assertAlmostEqual(float(head[11]), 100 * (0.1 + 0.03 * k), 3)
+            self.assertLessEqual(dt, 0.2)
+            words = words[n:]
+        self.assertEqual(words, [])
+
+    def test_refused(self):
+        text, _ = srf_text()
+        lines = text.splitlines(True)
+        self.refuse("a.srf", "".join(lines[:-1]), f"ends after line {len(lines) - 1}, expected point 12 of 12: 8 samples of slip rate")
+        self.refuse("b.srf", "".join(lines[:-4]), f"ends after line {len(lines) - 4}, expected point 12 of 12: 10 numbers")
+        self.refuse("c.srf", text.replace("POINTS 12", "POINTS 11"), r"line \d+: .*expected PLANE N or POINTS N")
+        self.refuse("d.srf", text.replace("2.0\n", "3.0\n", 1), "line 1: \"3.0\", expected a version, 1.0 or 2.0")
+        self.refuse("e.srf", text.replace(" 2 1\n", " 2 1 0\n", 1), r"line 10: 1 samples too many, expected 8 of point 1")
+        self.refuse("f.srf", text.replace("POINTS 12", "POINTS many"), "line 6: \"many\", expected POINTS N")
+        self.refuse("g.srf", "2.0\n", "ends after line 1, expected POINTS N")
+        self.refuse("h.srf", text.replace(" 350 60 9.0e+10", " 350 60 large", 1), "line 7: \"large\", expected a number")
+
+
+COULOMB = """a test with Mo = 1.0e25 dyne-cm
+two lines
+#reg1=  0  #reg2=  0  #fixed=   3  sym=  1
+ PR1=       0.250     PR2=       0.250   DEPTH=       7.5
+  E1=      8.000e+05   E2=      8.000e+05
+FRIC=          0.400
+
+  #   X-start    Y-start     X-fin      Y-fin   Kode  {names}   dip angle     top      bot
+xxx xxxxxxxxxx xxxxxxxxxx xxxxxxxxxx xxxxxxxxxx xxx xxxxxxxxxx xxxxxxxxxx xxxxxxxxxx xxxxxxxxxx xxxxxxxxxx
+  1     1.0000     2.0000     1.0000    12.0000 100     {one}    30.0000     4.0000     9.0000   north
+  2    -5.0000     0.0000     5.0000     0.0000 100     {two}    90.0000     0.0000    10.0000
+  3    -5.0000     0.0000     5.0000     0.0000 400     0.0 0.0    90.0000     0.0000    10.0000
+
+    Grid Parameters
+     Map info
+  3  ---------------------------- zero lon =     -124.5000000
+  6  ---------------------------- zero lat =      40.3000000
+"""
+
+
+class Coulomb(SourcesTest):
+    def test_cells(self):
+        """The upper edge at x = 1 km, a dip of 30 degrees to the east: the centre is 2.5 km / tan 30 further; E of 8e5 bar is 32 GPa. Right-lateral slip has the rake 180."""
+        for names, one, two in (("rt.lat    reverse", "0.0 0.8", "1.5 0.0"), ("rake     netslip", "90.0 0.8", "180.0 1.5")):
+            model = coulomb.read(self.put("model.inp", COULOMB.format(names=names, one=one, two=two)), at)
+            np.testing.assert_allclose(model.cells, [[7e3, 1e3 + 2.5e3 / np.tan(np.radians(30)), 6.5e3, 1e4, 1e4, 0, 30], [0, 0, 5e3, 1e4, 1e4, 90, 90]], atol=1e-9)
+            np.testing.assert_allclose(model.slip, [0.8, 1.5])
+            np.testing.assert_allclose(model.rake, [90, 180])
+            self.assertEqual((model.options["poisson_ratio"], model.options["shear_modulus"], model.names), (0.25, 32e9, {1: "north"}))
+            self.assertAlmostEqual(model.moment()[0], 32e9 * 1e8 * 2.3, delta=1e5)
+            self.assertRegex(model.dropped[0], "1 elements of Kode 400")
+        self.assertEqual(model.claims["moment"], 1e18)
+
+    def test_refused(self):
+        text = COULOMB.format(names="rt.lat    reverse", one="0.0 0.8", two="1.5 0.0")
+        self.refuse("a.inp", text.replace("xxx xxx", "--- ---"), "no line of xxx xxxxxxxxxx")
+        self.refuse("b.inp", text.replace("reverse", "inverse"), "line 8: .*expected columns X-start")
+        self.refuse("c.inp", text.replace("4.0000     9.0000   north", ""), "line 10: 9 numbers, expected 11")
+        self.refuse("d.inp", text.replace("30.0000     4.0000", "-30.0000     4.0000"), "line 10: a dip of -30, expected 0 < dip")
+        self.refuse("e.inp", text.replace("4.0000     9.0000", "9.0000     4.0000"), "line 10: a top at 9 and a bottom at 4 km")
+        self.refuse("f.inp", text[:text.index("  1   ")], "no faults of Kode 100")
+
+
+class Runs(SourcesTest):
+    def test_run(self):
+        """A dipping fault of 8 x 6 cells: .srf and .fsp have the slip of the run, and its moment; the moment rate in the form of the USGS adds up to it."""
+        self.fault(*"-fault_nx 8 -fault_nz 6 -fault_strike 30 -fault_dip 60 -fault_depth_top 500 -fault_rake 90 -ts_max_time 20s -fault_output run.h5".split())
+        run = Run(self.path("run.h5"))
+        slip = run.field("slip")[1][-1].ravel()
+        moment = run.series["moment"][-1].sum()
+        for name in ("run.srf", "run.fsp"):
+            self.plot("convert", self.path("run.h5"), self.path(name), "--origin", *map(str, ORIGIN), "--projection", "sphere")
+        one = srf.read(self.path("run.srf"), at)
+        np.testing.assert_allclose(one.slip, slip, atol=1e-6)
+        np.testing.assert_allclose(one.rake, 90)
+        self.assertAlmostEqual(one.moment()[0] / moment, 1, 4)
+        out = self.plot("convert", self.path("run.fsp"), "--projection", "sphere")
+        self.assertRegex(out, "strike, dip: +30, 60 degrees")
+        self.plot("moment_rate", self.path("run.h5"), "--window", "0", "20", "--usgs", self.path("run.mr"), "--step", "0.25")
+        with open(self.path("run.mr"), encoding="utf-8") as file:
+            self.assertEqual([next(file), next(file)], ["dt: 0.25\n", "Time[s]     Moment_Rate [Nm]\n"])
+            time, rate = np.loadtxt(file).T
+        np.testing.assert_allclose(np.diff(time), 0.25)
+        self.assertAlmostEqual(0.25 * rate.sum() / moment, 1, 9)
+        self.refused("convert", "does not say where it is on the Earth, expected --origin", self.path("run.h5"), self.path("out.srf"))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
