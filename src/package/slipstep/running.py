@@ -105,6 +105,21 @@ def command(fault, given, arrays, folder):
     return words
 
 
+def cells_of(options):
+    """The slipstep.fields.Cells of the fault of these options of the program, a list of words."""
+    from .fields import read_cells
+    folder = Program.folder()
+    try:
+        path = os.path.join(folder, "cells.h5")
+        done = subprocess.run([program_fault(), *options, "-fault_cells", path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8",
+                              env={**ENVIRONMENT, **os.environ}, check=False)
+        if done.returncode:
+            raise Error(_reason(done.stdout, done.returncode))
+        return read_cells(path)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 class Program:
     """How the program runs a fault; the same functions of slipstep.petsc run it in this process."""
 
@@ -197,18 +212,8 @@ class Runs:
     def cells(self):
         """The cells of the fault as it is now, slipstep.fields.Cells: centres [m], area [m^2], strike, dip [degrees] and fault, each [nz, nx], or [1, n] of a
         mesh. At any time."""
-        from .fields import read_cells
-        folder = Program.folder()
-        try:
-            path = os.path.join(folder, "cells.h5")
-            given = {name: value for name, value in self._with_cells().items() if name not in ("output", "catalogue", "checkpoint", "restart")}
-            words = [*command(self, given, {}, folder), "-fault_cells", path]
-            done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", env={**ENVIRONMENT, **os.environ}, check=False)
-            if done.returncode:
-                raise Error(_reason(done.stdout, done.returncode))
-            return read_cells(path)
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+        given = {name: value for name, value in self._with_cells().items() if name not in ("output", "catalogue", "checkpoint", "restart")}
+        return cells_of(command(self, given, {}, None)[1:])
 
     def centres(self):
         """x north, or along strike of a vertical grid, y east, or to its right, and z down [m] of the cells, each [nz, nx], or [1, n] of a mesh. At any time."""

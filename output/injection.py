@@ -1,0 +1,11 @@
+#!/usr/bin/env python3
+"""What an injection has moved: the program slipstep.programs.injection; --help says how to use it."""
+
+import os
+import sys
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "src", "package"))  # of the source; in an installation it is beside this file
+from slipstep.programs.injection import main
+
+if __name__ == "__main__":
+    main()
