@@ -352,7 +352,7 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
     SlipElasticForce(fault->medium, t, b->u, NULL, b->force, fault->kind.coupled ? fault->coupling.rise : NULL));
   PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->mesh.n));
   if (SlipFaultOnDevice(fault, w)) {
-    PetscCall(SlipFaultDeviceRates(fault, w, F));
+    PetscCall(SlipFaultDeviceRates(fault, t, w, F));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFaultGetLoad(fault, t, &load));
@@ -400,7 +400,7 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
   PetscFunctionBegin;
   fault->balance.put++;
   if (SlipFaultOnDevice(fault, w)) {
-    PetscCall(VecStrideScatter(fault->balance.rate, fault->layout.rate, w, INSERT_VALUES));
+    PetscCall(SlipFaultDeviceMove(fault, w, fault->layout.rate, PETSC_TRUE, fault->balance.rate));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecGetArrayRead(fault->balance.rate, &v));

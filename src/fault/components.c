@@ -52,6 +52,10 @@ static PetscErrorCode Take(SlipFault fault, Vec w, PetscInt offset, Vec x)
   PetscReal *b;
 
   PetscFunctionBegin;
+  if (c == 2 && SlipDeviceVecIs(w) && SlipDeviceVecIs(x)) {
+    PetscCall(SlipFaultDeviceMove(fault, w, offset, PETSC_FALSE, x));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (c == 1) {
     PetscCall(VecStrideGather(w, offset, x, INSERT_VALUES));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -103,7 +107,7 @@ PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
 
   PetscFunctionBegin;
   if (SlipFaultOnDevice(fault, w)) {
-    PetscCall(SlipDeviceVecLargest(w, fault->layout.rate, fault->layout.block, largest));
+    PetscCall(SlipFaultDeviceFastest(fault, w, largest));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   *largest = 0;

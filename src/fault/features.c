@@ -318,10 +318,6 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_device % steps by rates in balance: expected -fault_inertia no, or -fault_device none"},
   {F(DEVICE), NEEDS, F(RADIATION), 0,
    "-fault_device % knows radiation damping: expected -fault_viscosity radiation, not %"},
-  {F(DEVICE), EXCLUDES, F(CREEP), 0, "-fault_device % knows no cells of -fault_creep: expected none"},
-  {F(DEVICE), EXCLUDES, F(STRESSING) | F(INJECTION) | F(PRESSURE) | F(ALPHA), 0,
-   "-fault_device % computes under a load that does not change: expected no -fault_stressing_rate, -fault_injection, "
-   "-fault_pore_pressure or -fault_friction_alpha"},
   {F(DEVICE), EXCLUDES, F(BATHE) | F(LAPUSTA) | F(OTHER_TS), 0,
    "-fault_device % steps by formulas of Adams or Runge and Kutta: expected -ts_type adams or rk, not %"},
   {.sentence = NULL},

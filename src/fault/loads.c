@@ -11,7 +11,7 @@
 /* ---- the record of -fault_pore_pressure ---- */
 
 /* Row of the record before t, and what share of the way to the next one t is; constant beyond the ends */
-static PetscInt Interval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share)
+PetscInt SlipLoadsInterval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share)
 {
   PetscInt low = 0, high = loads->rows - 1;
 
@@ -35,7 +35,7 @@ void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
 {
   const PetscInt n = loads->n;
   PetscReal share;
-  const PetscInt row = Interval(loads, t, &share);
+  const PetscInt row = SlipLoadsInterval(loads, t, &share);
   const PetscReal *a = loads->record + (size_t)row * n, *b = share > 0 ? a + n : a;
 
   for (PetscInt i = 0; i < n; i++) p[i] += (1 - share) * a[i] + share * b[i];
@@ -48,7 +48,7 @@ PetscInt SlipLoadsRowAfter(const SlipFaultLoads *loads, PetscReal t)
   PetscReal share;
 
   if (!loads->rows || after >= loads->times[loads->rows - 1]) return loads->rows;
-  return after < loads->times[0] ? 0 : Interval(loads, after, &share) + 1;
+  return after < loads->times[0] ? 0 : SlipLoadsInterval(loads, after, &share) + 1;
 }
 
 /* Rank 0: times [rows] and pressures [rows][N] of the open file, checked */
@@ -236,6 +236,19 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
 
 /* ---- all together ---- */
 
+/* loads->own [n], of the function of SlipFaultSetPressureFunction() */
+PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t)
+{
+  PetscFunctionBegin;
+  PetscCall((*loads->function)(loads->fault, t, loads->n, loads->own, loads->ctx));
+  for (PetscInt i = 0; i < loads->n; i++)
+    PetscCheck(isfinite(loads->own[i]), PETSC_COMM_SELF, PETSC_ERR_FP,
+               "the function of SlipFaultSetPressureFunction() gives %g Pa at %.9g s in cell %" PetscInt_FMT
+               ", expected a finite number",
+               (double)loads->own[i], (double)t, loads->fault->mesh.start + i);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The pore pressure of the cells of this process at t [Pa] */
 PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
 {
@@ -243,16 +256,9 @@ PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, Petsc
   PetscCall(PetscArrayzero(p, loads->n));
   if (loads->rows) SlipLoadsAddRecord(loads, t, p);
   if (loads->source.distance2) SourcePressure(&loads->source, loads->n, t, p);
-  if (loads->function) {
-    PetscCall((*loads->function)(loads->fault, t, loads->n, loads->own, loads->ctx));
-    for (PetscInt i = 0; i < loads->n; i++) {
-      PetscCheck(isfinite(loads->own[i]), PETSC_COMM_SELF, PETSC_ERR_FP,
-                 "the function of SlipFaultSetPressureFunction() gives %g Pa at %.9g s in cell %" PetscInt_FMT
-                 ", expected a finite number",
-                 (double)loads->own[i], (double)t, loads->fault->mesh.start + i);
-      p[i] += loads->own[i];
-    }
-  }
+  if (!loads->function) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipLoadsOwnPressure(loads, t));
+  for (PetscInt i = 0; i < loads->n; i++) p[i] += loads->own[i];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -326,31 +332,6 @@ PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoa
   PetscFunctionBegin;
   PetscCall(SlipLoadsEvaluate(&fault->loads, t, &fault->known.load));
   *load = &fault->known.load;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-  SlipFaultReportOpening - print once that cells have opened: their pressure exceeds their normal stress, and they have
-  no strength
-
-  Collective; for times that the run has reached, not those that an attempt or a search for an onset looks at.
-*/
-PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
-{
-  const SlipFaultLoad *load;
-  PetscInt opened = 0;
-
-  PetscFunctionBegin;
-  if (fault->loads.opened || !fault->loads.pressed || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultGetLoad(fault, t, &load));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) opened += load->stress[i] <= 0 ? 1 : 0;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
-  if (!opened) PetscFunctionReturn(PETSC_SUCCESS);
-  fault->loads.opened = PETSC_TRUE;
-  PetscCall(PetscPrintf(fault->comm,
-                        "At %.6g s the pore pressure exceeds the normal stress in %" PetscInt_FMT
-                        " cells: they open, without strength (printed once)\n",
-                        (double)t, opened));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

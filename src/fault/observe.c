@@ -92,7 +92,7 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
   if (SlipFaultOnDevice(fault, w) && SlipDeviceVecIs(force))
-    PetscCall(SlipFaultDeviceSums(fault, w, force, c->sum, &c->max_v));
+    PetscCall(SlipFaultDeviceSums(fault, t, w, force, c->sum, &c->max_v));
   else
     PetscCall(SlipFaultAddUp(fault, t, w, force, c->sum, &c->max_v));
   PetscCall(SlipFaultRestoreWork(fault, &force));
@@ -415,7 +415,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
   if (SlipFaultOnDevice(fault, w)) { /* all cells slide there, so that r is -q(w) sign(v) */
-    PetscCall(SlipFaultDevicePowers(fault, w, power));
+    PetscCall(SlipFaultDevicePowers(fault, t, w, power));
     if (friction) friction[0] = power[2];
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -241,7 +241,7 @@ static PetscErrorCode FillMedium(SlipFault fault)
     PetscCall(SlipFaultMeshStiffness(fault, &K, fault->kind.coupled ? &Kn : NULL));
   PetscCall(MatSetOptionsPrefix(K, ((PetscObject)fault)->prefix)); /* H and B take it over */
   PetscCall(MatSlipStiffnessSetFromOptions(K));
-  PetscCall(SlipFaultDeviceVectors(fault, K));
+  PetscCall(SlipFaultDeviceOperators(fault, K, Kn));
   PetscCall(MatCreateVecs(K, &fault->critical.uc, &fault->stage.c));
   PetscCall(SlipElasticSetStiffness(fault->medium, K, Kn));
   PetscCall(MatDestroy(&K));

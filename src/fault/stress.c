@@ -3,6 +3,24 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
+/* The shear load at t, times weights, borrowed until somebody asks for that of another time; on the device where rates
+   are balanced there; NULL: none */
+PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear)
+{
+  const SlipFaultLoad *load;
+
+  PetscFunctionBegin;
+  *shear = NULL;
+  if (!fault->loads.shears) PetscFunctionReturn(PETSC_SUCCESS);
+  if (SlipFaultDeviceBalances(fault)) {
+    PetscCall(SlipFaultDeviceShear(fault, t, shear));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  *shear = load->shear;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*@
   SlipFaultStress - elastic shear stress on each cell
 
@@ -28,19 +46,18 @@
 @*/
 PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
 {
-  const SlipFaultLoad *load;
   PetscReal *a;
-  Vec u;
+  Vec u, shear;
 
   PetscFunctionBegin;
   SlipFaultCheckSetUp(fault, 1);
   PetscValidHeaderSpecific(w, VEC_CLASSID, 3);
   PetscValidHeaderSpecific(T, VEC_CLASSID, 4);
-  PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultForce(fault, t, w, u, T));
   PetscCall(SlipFaultRestoreWork(fault, &u));
-  if (load->shear) PetscCall(VecAXPY(T, -1, load->shear));
+  PetscCall(SlipFaultGetShear(fault, t, &shear));
+  if (shear) PetscCall(VecAXPY(T, -1, shear));
   PetscCall(VecGetArray(T, &a));
   for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
     for (PetscInt k = 0; k < c; k++) a[c * i + k] /= -fault->mesh.weight[i];
@@ -48,15 +65,16 @@ PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sum of w p x, x [n][3] what opens each cell, p the pore pressure of the load's time; 0 where cells do not open */
-static PetscErrorCode PressureTimes(SlipFault fault, const SlipFaultLoad *load, Vec x, PetscInt first, PetscInt block,
-                                    PetscReal *sum)
+/* The sum of w p x, x [n][3] what opens each cell, p the pore pressure at t; 0 where cells do not open */
+static PetscErrorCode PressureTimes(SlipFault fault, PetscReal t, Vec x, PetscInt first, PetscInt block, PetscReal *sum)
 {
+  const SlipFaultLoad *load;
   const PetscReal *a;
 
   PetscFunctionBegin;
   *sum = 0;
   if (!SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(VecGetArrayRead(x, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     *sum += fault->mesh.weight[i] * (fault->loads.normal[i] - load->bare[i]) * a[block * i + first + 2];
@@ -69,19 +87,18 @@ static PetscErrorCode PressureTimes(SlipFault fault, const SlipFaultLoad *load, 
    [J]; a product with K. Collective. */
 PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy)
 {
-  const SlipFaultLoad *load;
   PetscReal work = 0, stored, pressure;
-  Vec u, force;
+  Vec u, force, shear;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  PetscCall(SlipFaultGetShear(fault, t, &shear));
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipFaultForce(fault, t, w, u, force));
   PetscCall(SlipElasticGetEnergy(fault->medium, t, u, &stored));
   PetscCall(VecDot(u, force, energy));
-  if (load->shear) PetscCall(VecDot(u, load->shear, &work));
-  PetscCall(PressureTimes(fault, load, u, 0, 3, &pressure));
+  if (shear) PetscCall(VecDot(u, shear, &work));
+  PetscCall(PressureTimes(fault, t, u, 0, 3, &pressure));
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &u));
   *energy = (0.5 * *energy + stored - work + pressure) * fault->mesh.area;
@@ -92,15 +109,14 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
    + dT/dt, computed once, no product but where f is not K u. Collective. */
 PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power)
 {
-  const SlipFaultLoad *load;
   PetscReal work = 0, pressure, more, slow;
-  Vec u, force;
+  Vec u, force, shear;
   PetscBool rests;
 
   PetscFunctionBegin;
   *power = 0;
   if (!fault->kind.driven) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  PetscCall(SlipFaultGetShear(fault, t, &shear));
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &force));
@@ -115,8 +131,36 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   }
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &u));
-  if (load->shear) PetscCall(VecDot(fault->operators.vinf, load->shear, &work));
-  PetscCall(PressureTimes(fault, load, w, fault->layout.rate, fault->layout.block, &pressure));
+  if (shear) PetscCall(VecDot(fault->operators.vinf, shear, &work));
+  PetscCall(PressureTimes(fault, t, w, fault->layout.rate, fault->layout.block, &pressure));
   *power = (work - *power + pressure) * fault->mesh.area;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  SlipFaultReportOpening - print once that cells have opened: their pressure exceeds their normal stress, and they have
+  no strength
+
+  Collective; for times that the run has reached, not those that an attempt or a search for an onset looks at.
+*/
+PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
+{
+  const SlipFaultLoad *load = NULL;
+  PetscInt opened = 0;
+
+  PetscFunctionBegin;
+  if (fault->loads.opened || !fault->loads.pressed || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (SlipFaultDeviceBalances(fault))
+    PetscCall(SlipFaultDeviceOpen(fault, t, &opened));
+  else
+    PetscCall(SlipFaultGetLoad(fault, t, &load));
+  for (PetscInt i = 0; i < fault->mesh.n && load; i++) opened += load->stress[i] <= 0 ? 1 : 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
+  if (!opened) PetscFunctionReturn(PETSC_SUCCESS);
+  fault->loads.opened = PETSC_TRUE;
+  PetscCall(PetscPrintf(fault->comm,
+                        "At %.6g s the pore pressure exceeds the normal stress in %" PetscInt_FMT
+                        " cells: they open, without strength (printed once)\n",
+                        (double)t, opened));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -64,9 +64,14 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
 #define SLIP_KERNELS_ADAMS(X)                                                                                          \
   X(ADAMS, adams) X(ADAMS_NORMS, adams_norms)
 #define SLIP_KERNELS_RATESTATE(X)                                                                                      \
-  X(FAULT_RATES, fault_rates) X(FAULT_OTHERS, fault_others) X(FAULT_DERIVATIVE, fault_derivative)                      \
+  X(FAULT_RATES, fault_rates) X(FAULT_RATES_2, fault_rates_2) X(FAULT_OTHERS, fault_others)                            \
+  X(FAULT_DERIVATIVE, fault_derivative) X(FAULT_DERIVATIVE_2, fault_derivative_2) X(FAULT_TAKE, fault_take)            \
+  X(FAULT_PLACE, fault_place) X(FAULT_FASTEST, fault_fastest)                                                          \
   X(FAULT_OUTSIDE, fault_outside) X(FAULT_RELAXATION, fault_relaxation) X(FAULT_SUMS, fault_sums)                      \
   X(FAULT_POWERS, fault_powers) X(FAULT_SLIP, fault_slip)
+#define SLIP_KERNELS_LOADS(X)                                                                                          \
+  X(FAULT_PRESSURE, fault_pressure) X(FAULT_SHEAR, fault_shear) X(FAULT_LOAD, fault_load)                              \
+  X(FAULT_STRENGTH, fault_strength) X(FAULT_OPEN, fault_open)
 #define SLIP_DEVICE_KERNELS(X)                                                                                         \
   SLIP_KERNELS_COMMON(X)                                                                                               \
   SLIP_KERNELS_VECTORS(X)                                                                                              \
@@ -74,7 +79,8 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   SLIP_KERNELS_HMAT(X)                                                                                                 \
   SLIP_KERNELS_GRID(X)                                                                                                 \
   SLIP_KERNELS_ADAMS(X)                                                                                                \
-  SLIP_KERNELS_RATESTATE(X)
+  SLIP_KERNELS_RATESTATE(X)                                                                                            \
+  SLIP_KERNELS_LOADS(X)
 /* clang-format on */
 
 #define SLIP_KERNEL_PLACE(place, name) KERNEL_##place,

@@ -283,6 +283,7 @@ PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, co
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoad **load);
+PETSC_INTERN PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear); /* borrowed, NULL: none */
 PETSC_EXTERN PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t);
 /* coupling.c */
 PETSC_INTERN PetscErrorCode SlipFaultChooseCoupling(SlipFault fault);

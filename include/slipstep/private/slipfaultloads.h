@@ -47,6 +47,8 @@ static inline PetscBool SlipLoadsVary(const SlipFaultLoads *loads)
 PETSC_EXTERN PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipFaultLoad *out);
 PETSC_EXTERN PetscErrorCode SlipLoadDestroy(SlipFaultLoad *load);
 PETSC_EXTERN PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]); /* [n] [Pa] */
+PETSC_INTERN PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t);             /* loads->own */
+PETSC_INTERN PetscInt SlipLoadsInterval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share);
 PETSC_INTERN void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[]);
 PETSC_INTERN PetscInt SlipLoadsRowAfter(const SlipFaultLoads *loads, PetscReal t);
 PETSC_EXTERN PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t);

@@ -3,6 +3,7 @@
 #pragma once
 #include <slipfault.h>
 #include <slipcore.h>
+#include <slipstep/private/slipfaultknown.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipstate.h>
 
@@ -34,9 +35,15 @@ typedef struct {
 
 /* device.c: where a step is computed, -fault_device */
 typedef struct {
-  struct _n_SlipDevice *device; /* NULL: by the processor */
-  PetscReal bytes;              /* that the fault and its integrator take there at most */
-  struct _cl_mem *cells;        /* what its kernels know of the cells; NULL: nothing has asked */
+  struct _n_SlipDevice *device;                  /* NULL: by the processor */
+  PetscReal bytes;                               /* that the fault and its integrator take there at most */
+  struct _cl_mem *cells;                         /* what its kernels know of the cells; NULL: nothing has asked */
+  struct _cl_mem *pressure, *record, *distance2; /* [n] pore pressure [Pa], -fault_pore_pressure, of the source [m^2] */
+  PetscBool loaded, pressed;                     /* the load, the pressure of the cells are known */
+  PetscReal time, origin;                        /* of them [s] */
+  SlipFaultMoment moment;                        /* of their normal stress, where slip changes it */
+  Vec shear;                                     /* SlipFaultGetShear(), of shear_time from shear_origin on */
+  PetscReal shear_time, shear_origin;
 } SlipFaultDevice;
 
 /* constraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
@@ -124,14 +131,20 @@ PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, P
 /* device.c: of states that are there, SlipFaultOnDevice() */
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceVectors(SlipFault fault, Mat K);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceOperators(SlipFault fault, Mat K, Mat Kn);
 PETSC_INTERN PetscBool SlipFaultOnDevice(SlipFault fault, Vec w);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceRates(SlipFault fault, Vec w, Vec F);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceMove(SlipFault fault, Vec w, PetscInt offset, PetscBool back, Vec x);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceFastest(SlipFault fault, Vec w, PetscReal *largest);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceShear(SlipFault fault, PetscReal t, Vec *shear);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceOpen(SlipFault fault, PetscReal t, PetscInt *opened);
+PETSC_INTERN PetscBool SlipFaultDeviceBalances(SlipFault fault);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceRates(SlipFault fault, PetscReal t, Vec w, Vec F);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceOutside(SlipFault fault, Vec w, PetscReal displacement, PetscReal bound,
                                                    PetscInt *outside);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceCompliance(SlipFault fault, Vec w, PetscReal *most);
-PETSC_INTERN PetscErrorCode SlipFaultDeviceSums(SlipFault fault, Vec w, Vec force, PetscReal sum[], PetscReal *max_v);
-PETSC_INTERN PetscErrorCode SlipFaultDevicePowers(SlipFault fault, Vec w, PetscReal power[3]);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceSums(SlipFault fault, PetscReal t, Vec w, Vec force, PetscReal sum[],
+                                                PetscReal *max_v);
+PETSC_INTERN PetscErrorCode SlipFaultDevicePowers(SlipFault fault, PetscReal t, Vec w, PetscReal power[3]);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, Vec w, Vec u, PetscReal *largest);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);

@@ -1,8 +1,21 @@
-// A fault of rate and state
+// A fault of rate and state, whose slip has c = 1 or 2 components
 
-// What its cells keep, [n] each one behind the other
-enum { OFFSET, SLOPE, INVERSE, SCALE, LOAD, SLIP, LOADING, TRACTION };
+// What its cells keep, [n] each one behind the other: of the law, psi = s - SHIFT; of the load; and where these change what they are made of.
+// With two components ALONG is the unit vector of loading.
+enum { OFFSET, SLOPE, INVERSE, SCALE, LOAD, SLIP, LOADING, TRACTION, WEIGHT, CREEP, SHIFT };
+enum { LOAD_UP = 11, ALONG, ALONG_UP, GROWTH = 14, DIRECT, REFERENCE, FOLLOW, NORMAL, STRESS };
 #define OF(what) cells[(what)*n + i]
+
+// Entries of cell i of a state, and vectors of slip of one cell
+#define RATE(k) state[(2 * c + 1) * i + (k)]
+#define DISPLACEMENT(k) state[(2 * c + 1) * i + c + (k)]
+#define STATE state[(2 * c + 1) * i + 2 * c]
+#define ALONG_OF(k) (c == 1 ? 1.0 : OF(ALONG + (k)))
+
+static double size_of(int c, double x, double y)
+{
+  return c == 1 ? fabs(x) : hypot(x, y);
+}
 
 // Exponential and logarithm of numbers without calls or branches, from which compilers make vector code on processors; as
 // src/core/ratestate.c has them, to 2 ulp, and to 1e-5 where they are rough.
@@ -112,6 +125,15 @@ static double rate_by_newton(double load, double log_c, double scale)
 #define LEAST_LOG (-700.0)
 #define MARK DBL_MAX
 
+static double closed_form(double load, double L, double scale)
+{
+  double near;
+  const double w = lambert_of_exp(L > LEAST_LOG ? L : LEAST_LOG, &near), y = load - w, tail = rough_exp(y > 10 ? -2 * y : -20);
+  const double speed = w * scale * (1 + w * tail * near) * (1 - tail);
+
+  return (y > 10) & (L > LEAST_LOG) & (scale > 0) ? speed : MARK;
+}
+
 // The slip rates of a state; force is K u
 __kernel void fault_rates(int n, __global const double *restrict cells, __global const double *restrict state, __global const double *restrict force,
                           __global double *restrict rate)
@@ -119,27 +141,50 @@ __kernel void fault_rates(int n, __global const double *restrict cells, __global
   const int i = get_global_id(0);
 
   if (i < n) {
-    const double tau = OF(LOAD) - force[i], load = fabs(tau) * OF(INVERSE), L = load + OF(OFFSET) - OF(SLOPE) * state[3 * i + 2];
-    double near;
-    const double w = lambert_of_exp(L > LEAST_LOG ? L : LEAST_LOG, &near), y = load - w, tail = rough_exp(y > 10 ? -2 * y : -20);
-    const double speed = w * OF(SCALE) * (1 + w * tail * near) * (1 - tail), v = tau < 0 ? -speed : speed;
+    const double tau = OF(LOAD) - force[i], load = fabs(tau) * OF(INVERSE);
+    const double speed = closed_form(load, load + OF(OFFSET) - OF(SLOPE) * (state[3 * i + 2] - OF(SHIFT)), OF(SCALE));
+    const double v = (tau < 0) & (speed != MARK) ? -speed : speed;
 
-    rate[i] = (y > 10) & (L > LEAST_LOG) & (OF(SCALE) > 0) ? v : MARK;
+    rate[i] = OF(CREEP) > 0 ? OF(LOADING) : v;
+  }
+}
+
+// Of two components, along the stress
+__kernel void fault_rates_2(int n, __global const double *restrict cells, __global const double *restrict state,
+                            __global const double *restrict force, __global double *restrict rate)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double x = OF(LOAD) - force[2 * i], y = OF(LOAD_UP) - force[2 * i + 1], size = sqrt(x * x + y * y), load = size * OF(INVERSE);
+    const double speed = closed_form(load, load + OF(OFFSET) - OF(SLOPE) * (state[5 * i + 4] - OF(SHIFT)), OF(SCALE));
+    const double share = size > 0 ? speed / size : 0, creeps = OF(CREEP), v = creeps * OF(LOADING);
+
+    rate[2 * i] = creeps > 0 ? v * OF(ALONG) : speed == MARK ? MARK : share * x;
+    rate[2 * i + 1] = creeps > 0 ? v * OF(ALONG_UP) : share * y;
   }
 }
 
 // Those of the cells that are marked
-__kernel void fault_others(int n, double eta, __global const double *restrict cells, __global const double *restrict state,
+__kernel void fault_others(int n, int c, double eta, __global const double *restrict cells, __global const double *restrict state,
                            __global const double *restrict force, __global double *restrict rate)
 {
   const int i = get_global_id(0);
 
-  if (i < n && rate[i] == MARK) {
-    const double tau = OF(LOAD) - force[i], psi = state[3 * i + 2];
-    const double speed = OF(SCALE) > 0 ? rate_by_newton(fabs(tau) * OF(INVERSE), M_LN2 + OF(OFFSET) - OF(SLOPE) * psi, OF(SCALE)) : fabs(tau) / eta;
+  if (i < n && rate[c * i] == MARK) {
+    const double x = OF(LOAD) - force[c * i], y = c == 1 ? 0 : OF(LOAD_UP) - force[c * i + 1], size = size_of(c, x, y), psi = STATE - OF(SHIFT);
+    const double speed =
+      OF(SCALE) > 0 ? rate_by_newton(size * OF(INVERSE), M_LN2 + OF(OFFSET) - OF(SLOPE) * psi, OF(SCALE)) : size / (eta * OF(WEIGHT));
 
-    rate[i] = tau < 0 ? -speed : speed;
+    rate[c * i] = c == 1 ? (x < 0 ? -speed : speed) : (size > 0 ? speed * (x / size) : 0);
+    if (c > 1) rate[c * i + 1] = size > 0 ? speed * (y / size) : 0;
   }
+}
+
+static double state_rate(int slip_law, double V0, double length, double psi, double speed)
+{
+  if (slip_law) return -speed / length * (log_of((speed > 1e-300 ? speed : 1e-300) / V0) + psi);
+  return (V0 * exp_of(-psi < 200 ? -psi : 200) - speed) / length;
 }
 
 // The derivative of a state, of its slip rates
@@ -149,31 +194,69 @@ __kernel void fault_derivative(int n, int slip_law, double V0, __global const do
   const int i = get_global_id(0);
 
   if (i < n) {
-    const double psi = state[3 * i + 2], v = rate[i], speed = fabs(v);
-    double ds;
+    const double v = rate[i], ds = state_rate(slip_law, V0, OF(SLIP), state[3 * i + 2] - OF(SHIFT), fabs(v));
 
-    if (slip_law)
-      ds = -speed / OF(SLIP) * (log_of((speed > 1e-300 ? speed : 1e-300) / V0) + psi);
-    else
-      ds = (V0 * exp_of(-psi < 200 ? -psi : 200) - speed) / OF(SLIP);
     f[3 * i] = 0;
     f[3 * i + 1] = v - OF(LOADING);
-    f[3 * i + 2] = ds;
+    f[3 * i + 2] = OF(CREEP) > 0 ? 0 : ds;
   }
 }
 
-// How many displacements and states are out of bounds, or no numbers
-__kernel void fault_outside(int n, double displacement, double bound, __global const double *state, __global double *room)
+__kernel void fault_derivative_2(int n, int slip_law, double V0, __global const double *restrict cells, __global const double *restrict state,
+                                 __global const double *restrict rate, __global double *restrict f)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double x = rate[2 * i], y = rate[2 * i + 1];
+    const double ds = state_rate(slip_law, V0, OF(SLIP), state[5 * i + 4] - OF(SHIFT), hypot(x, y));
+
+    f[5 * i] = f[5 * i + 1] = 0;
+    f[5 * i + 2] = x - OF(LOADING) * OF(ALONG);
+    f[5 * i + 3] = y - OF(LOADING) * OF(ALONG_UP);
+    f[5 * i + 4] = OF(CREEP) > 0 ? 0 : ds;
+  }
+}
+
+// c numbers of each block from `start` on, into a vector of slip, and back
+__kernel void fault_take(int n, int c, int block, int start, __global const double *state, __global double *x)
+{
+  const int i = get_global_id(0);
+
+  for (int k = 0; k < c && i < n; k++) x[c * i + k] = state[block * i + start + k];
+}
+
+__kernel void fault_place(int n, int c, int block, int start, __global const double *x, __global double *state)
+{
+  const int i = get_global_id(0);
+
+  for (int k = 0; k < c && i < n; k++) state[block * i + start + k] = x[c * i + k];
+}
+
+// The largest magnitude of the first c numbers of blocks
+__kernel void fault_fastest(int n, int c, int block, __global const double *state, __global double *room)
 {
   __local double all[ITEMS];
   double mine[1] = {0};
 
-  EACH(i, n)
-    mine[0] += (double)!(fabs(state[3 * i + 1]) < displacement) + (double)!(fabs(state[3 * i + 2]) < bound);
+  EACH(i, n) { mine[0] = larger(mine[0], size_of(c, state[block * i], c == 1 ? 0 : state[block * i + 1])); }
+  fold(1, 0, mine, all, room);
+}
+
+// How many displacements and states are out of bounds, or no numbers
+__kernel void fault_outside(int n, int c, double displacement, double bound, __global const double *state, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[1] = {0};
+
+  EACH(i, n) {
+    for (int k = 0; k < c; k++) mine[0] += (double)!(fabs(DISPLACEMENT(k)) < displacement);
+    mine[0] += (double)!(fabs(STATE) < bound);
+  }
   fold(1, 1, mine, all, room);
 }
 
-// mu and V dmu/dV of a cell, (f0 + b psi)/a - ln V0 and a sigma by what it keeps
+// mu sigma and V dmu/dV sigma of a cell by what it keeps: ln(V0/scale) - f0/a, b/a and a sigma/eta
 static double strength(double psi, double speed, double offset, double slope, double scale, double eta, double *direct)
 {
   // ln(V/(2 V0)) + (f0 + b psi)/a, as offset is ln(V0/scale) - f0/a
@@ -185,89 +268,105 @@ static double strength(double psi, double speed, double offset, double slope, do
   return strength * ((x > 0 ? x : 0) + log_of((x > 0 ? 1 : small) + root));
 }
 
+// Of cell i, 0 where it does not slide
+static double strength_of(int n, int i, double eta, __global const double *cells, double s, double speed, double *direct)
+{
+  const bool slides = (OF(SCALE) > 0) & (speed > 0);
+  const double q = strength(s - OF(SHIFT), slides ? speed : 1, OF(OFFSET), OF(SLOPE), slides ? OF(SCALE) : 1, eta, direct);
+
+  *direct = slides ? *direct : 0;
+  return slides ? q : 0;
+}
+
 // The largest dv/dtau of the balance
-__kernel void fault_relaxation(int n, double eta, __global const double *cells, __global const double *state, __global const double *rate,
+__kernel void fault_relaxation(int n, int c, double eta, __global const double *cells, __global const double *state, __global const double *rate,
                                __global double *room)
 {
   __local double all[ITEMS];
   double mine[1] = {0};
 
   EACH(i, n) {
-    const double speed = fabs(rate[i]);
-    const bool slides = (OF(SCALE) > 0) & (speed > 0);
-    const double scale = slides ? OF(SCALE) : 1;
+    const double speed = size_of(c, rate[c * i], c == 1 ? 0 : rate[c * i + 1]), most = eta * OF(SCALE); // a sigma
     double direct;
-    const double q = strength(state[3 * i + 2], slides ? speed : 1, OF(OFFSET), OF(SLOPE), scale, eta, &direct);
-    const double growth = slides ? (q > 10 * eta * scale ? eta * scale : direct) : 0; // far from 0 as the processor has it
+    const double q = strength_of(n, i, eta, cells, STATE, speed, &direct);
+    const double growth = q > 10 * most ? most : direct; // far from 0 as the processor has it
 
-    mine[0] = larger(mine[0], speed > 0 ? speed / (eta * speed + growth) : 0);
+    mine[0] = larger(mine[0], (speed > 0) & !(OF(CREEP) > 0) ? speed / (eta * speed + growth) : 0);
   }
   fold(1, 0, mine, all, room);
 }
 
-// Sums over the cells in the order of SlipFaultSumId, and the largest |v|
+// Sums over the cells in the order of SlipFaultSumId, and the largest |v|; since: what the shear load has grown for, where it grows
 enum { V, ABS_V, V2, U, S, SLIDING, U_KU, V_KU, VINF_KU, VINF, U_T, LOADING_T, STRENGTH, WEAKENING, PUSH, NUM_SUMS };
-__kernel void fault_sums(int n, double eta, int shears, __global const double *cells, __global const double *state, __global const double *force,
-                         __global double *room)
+__kernel void fault_sums(int n, int c, double eta, int shears, int grows, double since, __global const double *cells, __global const double *state,
+                         __global const double *force, __global double *room)
 {
   __local double all[ITEMS];
   double mine[NUM_SUMS + 1];
 
   for (int k = 0; k <= NUM_SUMS; k++) mine[k] = 0;
   EACH(i, n) {
-    const double v = state[3 * i], u = state[3 * i + 1], psi = state[3 * i + 2], ku = force[i], vinf = OF(LOADING), speed = fabs(v);
-    double direct, q = 0;
+    const double x = RATE(0), y = c == 1 ? 0 : RATE(1), ux = DISPLACEMENT(0), uy = c == 1 ? 0 : DISPLACEMENT(1);
+    const double fx = force[c * i], fy = c == 1 ? 0 : force[c * i + 1], ax = ALONG_OF(0), ay = c == 1 ? 0 : OF(ALONG_UP);
+    const double s = STATE, vinf = OF(LOADING), speed = size_of(c, x, y), weight = OF(WEIGHT), u = ux * ax + uy * ay, push = x * fx + y * fy;
+    double direct;
+    const double q = weight * strength_of(n, i, eta, cells, s, speed, &direct);
 
-    if (speed > 0 && OF(SCALE) > 0) q = strength(psi, speed, OF(OFFSET), OF(SLOPE), OF(SCALE), eta, &direct);
-    mine[V] += v;
-    mine[ABS_V] += speed;
-    mine[V2] += v * v;
-    mine[U] += u;
-    mine[S] += psi;
-    mine[SLIDING] += v != 0;
-    mine[U_KU] += u * ku;
-    mine[V_KU] += v * ku;
-    mine[VINF_KU] += vinf * ku;
-    mine[VINF] += vinf;
+    mine[V] += weight * (x * ax + y * ay);
+    mine[ABS_V] += weight * speed;
+    mine[V2] += weight * (x * x + y * y);
+    mine[U] += weight * u;
+    mine[S] += weight * s;
+    mine[SLIDING] += speed != 0 ? weight : 0;
+    mine[U_KU] += ux * fx + uy * fy;
+    mine[V_KU] += push;
+    mine[VINF_KU] += vinf * (ax * fx + ay * fy);
+    mine[VINF] += weight * vinf;
     if (shears) {
-      mine[U_T] += u * OF(TRACTION);
-      mine[LOADING_T] += vinf * OF(TRACTION);
+      const double growth = grows ? OF(GROWTH) : 0, shear = OF(TRACTION) + since * growth;
+
+      mine[U_T] += weight * u * shear;
+      mine[LOADING_T] += weight * (vinf * shear - u * growth);
     }
     mine[STRENGTH] += q;
     mine[WEAKENING] += q;
-    mine[PUSH] += speed > 0 ? (v > 0 ? -ku : ku) - q : fmax(fabs(ku) - q, 0.0);
+    mine[PUSH] += speed > 0 ? -push / speed - q : fmax(size_of(c, fx, fy) - q, 0.0);
     mine[NUM_SUMS] = larger(mine[NUM_SUMS], speed);
   }
   fold(NUM_SUMS + 1, NUM_SUMS, mine, all, room);
 }
 
 // Of a state: what radiation damping takes of the slip rate relative to the far field, what the far field puts into that, and what friction takes
-__kernel void fault_powers(int n, double eta, __global const double *cells, __global const double *state, __global double *room)
+__kernel void fault_powers(int n, int c, double eta, __global const double *cells, __global const double *state, __global double *room)
 {
   __local double all[ITEMS];
   double mine[3] = {0, 0, 0};
 
   EACH(i, n) {
-    const double v = state[3 * i], speed = fabs(v), vinf = OF(LOADING), relative = v - vinf;
-    const bool slides = (OF(SCALE) > 0) & (speed > 0);
+    const double x = RATE(0), y = c == 1 ? 0 : RATE(1), vinf = OF(LOADING), ax = ALONG_OF(0), ay = c == 1 ? 0 : OF(ALONG_UP);
+    const double dx = x - vinf * ax, dy = y - vinf * ay, speed = size_of(c, x, y), damping = eta * OF(WEIGHT);
     double direct;
-    const double q = strength(state[3 * i + 2], slides ? speed : 1, OF(OFFSET), OF(SLOPE), slides ? OF(SCALE) : 1, eta, &direct);
+    const double q = strength_of(n, i, eta, cells, STATE, speed, &direct);
 
-    mine[0] += relative * eta * relative;
-    mine[1] += vinf * eta * relative;
-    mine[2] += slides ? speed * q : 0;
+    mine[0] += damping * (dx * dx + dy * dy);
+    mine[1] += damping * vinf * (ax * dx + ay * dy);
+    mine[2] += OF(WEIGHT) * speed * q;
   }
   fold(3, 3, mine, all, room);
 }
 
 // The largest slip since displacements were u, a time dt ago
-__kernel void fault_slip(int n, double dt, __global const double *cells, __global const double *state, __global const double *u, __global double *room)
+__kernel void fault_slip(int n, int c, double dt, __global const double *cells, __global const double *state, __global const double *u,
+                         __global double *room)
 {
   __local double all[ITEMS];
   double mine[1] = {0};
 
   EACH(i, n) {
-    mine[0] = larger(mine[0], fabs(state[3 * i + 1] - u[i] + OF(LOADING) * dt));
+    const double x = DISPLACEMENT(0) - u[c * i] + OF(LOADING) * ALONG_OF(0) * dt;
+    const double y = c == 1 ? 0 : DISPLACEMENT(1) - u[c * i + 1] + OF(LOADING) * OF(ALONG_UP) * dt;
+
+    mine[0] = larger(mine[0], size_of(c, x, y));
   }
   fold(1, 0, mine, all, room);
 }

@@ -1,0 +1,102 @@
+// What loads a fault of rate and state, where it changes, as src/fault/loads.c and coupling.c have it
+
+// The exponential integral E1(x), x > 0: SlipExponentialIntegral()
+static double exponential_integral(double x)
+{
+  double sum, term = 1, b = x + 1, c = 1e300, d = 1 / b;
+
+  if (x > 700) return 0;
+  if (x <= 1) {
+    sum = -log(x) - 0.57721566490153286061;
+    for (int k = 1; k < 40; k++) {
+      term *= -x / k;
+      sum -= term / k;
+    }
+    return sum;
+  }
+  sum = d;
+  for (int k = 1; k < 200; k++) {
+    const double a = -(double)(k * k);
+
+    b += 2;
+    d = 1 / (a * d + b);
+    c = b + a / c;
+    term = c * d;
+    sum *= term;
+    if (fabs(term - 1) < DBL_EPSILON) break;
+  }
+  return sum * exp(-x);
+}
+
+// Pore pressures. What is there already counts where `own` is not 0; between two rows of a record; and of a source, which began for a time
+// `open` and may have stopped for a time `shut`, times 4 D.
+__kernel void fault_pressure(int n, int own, int recorded, long row, double share, __global const double *record, double scale, double open,
+                             double shut, __global const double *distance2, __global double *pressure)
+{
+  const int i = get_global_id(0);
+  double p = 0;
+
+  if (i >= n) return;
+  if (recorded) {
+    const long at = row * n + i;
+
+    p += (1 - share) * record[at] + share * record[share > 0 ? at + n : at];
+  }
+  if (open > 0) p += scale * exponential_integral(distance2[i] / open);
+  if (shut > 0) p -= scale * exponential_integral(distance2[i] / shut);
+  pressure[i] = own ? p + pressure[i] : p;
+}
+
+// w (T0 + t dT/dt), t since `origin`, along the rake of each cell, of c components
+__kernel void fault_shear(int n, int c, int grows, double origin, double t, __global const double *cells, __global double *shear)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double growth = grows ? OF(GROWTH) : 0, load = OF(WEIGHT) * (OF(TRACTION) + origin * growth + t * growth);
+
+    for (int k = 0; k < c; k++) shear[c * i + k] = load * ALONG_OF(k);
+  }
+}
+
+// What friction and radiation damping balance where slip has no stress: with the far field
+__kernel void fault_load(int n, int c, int shears, int grows, double origin, double t, double eta, __global double *cells)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double growth = grows ? OF(GROWTH) : 0, shear = shears ? OF(WEIGHT) * (OF(TRACTION) + origin * growth + t * growth) : 0;
+    const double load = shear + eta * OF(WEIGHT) * OF(LOADING);
+
+    OF(LOAD) = load * ALONG_OF(0);
+    if (c > 1) OF(LOAD_UP) = load * OF(ALONG_UP);
+  }
+}
+
+// What the law keeps under the normal stress that pressure, unless pressed is 0, and slip, unless coupled is, leave
+__kernel void fault_strength(int n, double eta, double V0, int pressed, int coupled, __global const double *pressure, __global const double *rise,
+                             __global double *cells)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double bare = OF(NORMAL) - (pressed ? pressure[i] : 0) + (coupled ? rise[i] : 0), stress = bare > 0 ? bare : 0;
+    const double strength = OF(DIRECT) * stress, inverse = 1 / (strength > 0 ? strength : 1), follow = OF(FOLLOW);
+
+    OF(STRESS) = stress;
+    OF(SCALE) = strength / eta;
+    OF(OFFSET) = log_of(eta * V0 * inverse) - OF(REFERENCE);
+    OF(INVERSE) = inverse / OF(WEIGHT);
+    OF(SHIFT) = follow > 0 ? follow * log_of(fmax(stress / OF(NORMAL), 1e-12)) : 0;
+  }
+}
+
+// Cells whose pressure exceeds their normal stress
+__kernel void fault_open(int n, __global const double *cells, __global const double *pressure, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[1] = {0};
+
+  EACH(i, n) { mine[0] += !(OF(NORMAL) - pressure[i] > 0); }
+  fold(1, 1, mine, all, room);
+}
