@@ -34,7 +34,7 @@ file(CREATE_LINK ${_programs_to_package} ${_root}/share/slipstep/python/slipstep
 set(ENV{PYTHONDONTWRITEBYTECODE} 1)
 file(GLOB _scripts ${_package}/programs/[a-z]*.py)
 list(TRANSFORM _scripts REPLACE ".*/(.*)\\.py" "\\1")
-list(REMOVE_ITEM _scripts plot_study results_table)
+list(REMOVE_ITEM _scripts plot_study results_table numbers) # numbers has no file of its own, as Python has a module of that name: slipstep numbers
 foreach(_script ${_scripts} convert_mesh)
   string(REPLACE _ - _name slipstep-${_script})
   file(CREATE_LINK ../share/slipstep/python/${_script}.py ${_root}/bin/${_name} SYMBOLIC)

@@ -48,7 +48,7 @@ NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/REA
 SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/study/import_sb3.py"]
 STUDY = ("plot_study", "results_table")
 # what the reference shows of the package
-MODULES = ("", "running", "results", "results.result", "results.run", "results.catalogue", "results.events", "results.fields", "geometry.surface", "studies.study", "studies.plan", "errors", "petsc")
+MODULES = ("", "running", "results", "results.result", "results.run", "results.catalogue", "results.events", "results.fields", "geometry.surface", "studies.study", "studies.plan", "numbers.report", "numbers.source", "numbers.rupture", "numbers.stress", "numbers.cycle", "results.magnitudes", "errors", "petsc")
 PROGRAMS = {"fault": "The fault", "sliding_mode": "The sliding mode", "circuit": "The circuit", "oscillator": "The oscillator", "train": "Training", "evaluate": "Evaluation of controllers"}
 
 
@@ -155,8 +155,11 @@ class Site:
         """What each script prints on --help."""
         lines = ["# Scripts", "", "What the scripts in Python print on `--help`.", ""]
         programs = [os.path.splitext(os.path.basename(path))[0] for path in sorted(glob.glob(os.path.join(PACKAGE, "programs", "[a-z]*.py")))]
-        for script in [f"output/{name}.py" for name in programs if name not in STUDY] + SCRIPTS:
-            done = subprocess.run([sys.executable, os.path.join(SOURCE, script), "--help"], capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "140"})
+        scripts = {f"output/{name}.py": [f"output/{name}.py"] for name in programs if name not in STUDY} | {script: [script] for script in SCRIPTS}
+        scripts = {script: words if os.path.exists(os.path.join(SOURCE, script)) else ["src/package/program.py", os.path.basename(script)[:-len(".py")]] for script, words in scripts.items()}
+        for script, words in scripts.items():
+            script = script if words == [script] else f"slipstep {words[1]}"
+            done = subprocess.run([sys.executable, os.path.join(SOURCE, words[0]), *words[1:], "--help"], capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "140"})
             lines += [f"## `{script}`", "", "```text", done.stdout.strip(), "```", ""]
         self.write("reference/scripts", "\n".join(lines))
 

@@ -75,7 +75,7 @@ class Sweep(ScriptTest):
     def test_thirty_runs_of_which_two_fail_and_a_killed_driver(self):
         """Faults: 28 end and 2 are refused; the driver is killed while two are under way, which go on from their checkpoints. Every number is that of a study
         that nobody killed."""
-        text = """table = ["events", "magnitude", "peak_slip_rate", "mean_slip", "accepted", "attempts"]
+        text = """table = ["events", "magnitude", "peak_slip_rate", "mean_slip", "accepted", "corner_frequency", "attempts"]
 [options]
 nx = 8
 nz = 8
@@ -108,7 +108,7 @@ friction_slip = [0.15, 0.25]
             self.assertEqual([line.split(" ", 1)[1] for line in file.read().splitlines()][0], "begins")
         self.write("whole.toml", text)
         self.sweep("whole.toml", code=1)
-        names = ("status", "normal_stress", "friction_slip", "events", "magnitude", "peak_slip_rate [m/s]", "mean_slip [m]", "accepted")
+        names = ("status", "normal_stress", "friction_slip", "events", "magnitude", "peak_slip_rate [m/s]", "mean_slip [m]", "accepted", "corner_frequency [Hz]")
         self.assertEqual([[row[name] for name in names] for row in rows], [[row[name] for name in names] for row in self.rows("whole.csv")])
         before = {run.file("result.json"): os.stat(run.file("result.json")).st_mtime_ns for run in study.runs}
         self.assertIn("30 of 30 runs are over", self.sweep("study.toml", code=1))

@@ -20,7 +20,7 @@ import os
 from .errors import Error
 
 __all__ = ["Fault", "Study", "Error", "Result", "open", "Run", "Catalogue", "OutputError", "load", "call", "small", "totals", "version", "Totals"]
-_MODULES = ("errors", "fields", "formats", "geometry", "modules", "petsc", "plots", "programs", "results", "running", "studies", "times", "wells")
+_MODULES = ("errors", "fields", "formats", "geometry", "modules", "numbers", "petsc", "plots", "programs", "results", "running", "studies", "times", "wells")
 _RESULTS = ("Catalogue", "OutputError", "Result", "Run", "open")
 
 

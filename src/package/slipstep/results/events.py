@@ -8,6 +8,7 @@ from ..errors import OutputError
 from ..modules import program
 from ..times import written
 from .catalogue import Catalogue
+from .magnitudes import b_value, completeness
 from .run import Cells
 
 FITTED = 30  # events from the magnitude of completeness on, below which no b is worth a line
@@ -91,16 +92,3 @@ class Events(Catalogue, Cells):
         if maps.shape[1:] != expected:
             raise OutputError(f"{self.path}: /maps/{name} is {maps.shape[1:]} for each event, expected {expected} as the cells of /mesh")
         return maps[event]
-
-
-def completeness(magnitude, width=0.1):
-    """The magnitude from which on a catalogue is complete, by the largest count in bins of a width: their lower edge."""
-    bins = np.floor(magnitude / width + 1e-9).astype(int)
-    return width * (bins.min() + np.argmax(np.bincount(bins - bins.min())))
-
-
-def b_value(magnitude, least):
-    """b of Gutenberg and Richter by maximum likelihood (Aki 1965), and its standard error, of the events from a magnitude on."""
-    above = magnitude[magnitude >= least]
-    b = np.log10(np.e) / (above.mean() - least)
-    return b, b / np.sqrt(len(above))

@@ -160,9 +160,9 @@ class Study:
     def unknown(self):
         """Columns that no run which ended has, with near names."""
         rows = [row for row in self.rows if row["status"] in ("ended", "early")]
-        missing = [name for name in self.columns if rows and name not in columns.COLUMNS and all(row[name] is None for row in rows)]
+        missing = [name for name in self.columns if rows and name not in columns.COLUMNS and name not in columns.UNITS and all(row[name] is None for row in rows)]
         summary = next((columns.Files(run).run for run in self.runs if run.status in ("ended", "early")), None)
-        names = [*columns.COLUMNS, *columns.OF_RECORD, *(summary.summary if summary else ())]
+        names = [*columns.COLUMNS, *columns.UNITS, *columns.OF_RECORD, *(summary.summary if summary else ())]
         return [(name, difflib.get_close_matches(name, names, 1)) for name in missing]
 
     @property

@@ -3,14 +3,12 @@
 import json
 import os
 
-import numpy as np
-
 from ..errors import OutputError
+from ..numbers import of_run
+from ..numbers.report import LARGE, UNITS, intervals
 from ..results import Catalogue, Run
-from ..times import since
 
 DEFAULT = ("events", "magnitude", "duration", "peak_slip_rate", "recurrence", "mean_slip", "accepted", "products_all", "cost", "wall_time")
-LARGE = 0.5  # of the largest moment: events that recur
 
 
 class Files:
@@ -48,6 +46,13 @@ class Files:
 
         return self.get("numbers.json", reader) or {}
 
+    @property
+    def quoted(self):
+        """What slipstep.numbers has of the run."""
+        if "quoted" not in self.read:
+            self.read["quoted"] = {} if self.run is None else {one.name: float(one.value) for one in of_run(self.run, self.catalogue)}
+        return self.read["quoted"]
+
 
 def of_largest(name):
     """A column of the catalogue, of the event of largest moment."""
@@ -67,24 +72,14 @@ def events(files):
     return None if files.catalogue is None else files.catalogue.count
 
 
-def intervals(files):
-    """Between the onsets of events of at least LARGE of the largest moment [s]; None: there are none."""
-    found = files.catalogue
-    if found is None or not found.count:
-        return None
-    large = found.event["moment"] >= LARGE * np.nanmax(found.event["moment"])
-    columns = {name: found.event[name][large] for name in ("onset", "onset_rest") if name in found.event}
-    return np.diff(since(columns, "onset")) if large.sum() > 1 else None
-
-
 def recurrence(files):
-    found = intervals(files)
-    return None if found is None else float(found.mean())
+    found = () if files.catalogue is None else intervals(files.catalogue)
+    return float(found.mean()) if len(found) else None
 
 
 def recurrence_spread(files):
-    found = intervals(files)
-    return None if found is None or len(found) < 2 else float(found.std(ddof=1))
+    found = () if files.catalogue is None else intervals(files.catalogue)
+    return float(found.std(ddof=1)) if len(found) > 1 else None
 
 
 def peak_slip_rate(files):
@@ -112,7 +107,7 @@ OF_RESULT = {"mean_slip": "m", "cost": "s", "processor_time": "s", "wall_time_se
 
 
 def unit(name):
-    return COLUMNS[name][0] if name in COLUMNS else OF_RECORD.get(name, OF_RESULT.get(name, "1"))
+    return COLUMNS[name][0] if name in COLUMNS else {**UNITS, **OF_RESULT, **OF_RECORD}.get(name, "1")
 
 
 def value(name, files, outcome):
@@ -123,5 +118,7 @@ def value(name, files, outcome):
         return files.numbers[name]
     if name in COLUMNS:
         return COLUMNS[name][2](files)
+    if name in UNITS:
+        return files.quoted.get(name)
     found = None if files.run is None else files.run.summary.get(name)
     return found if isinstance(found, (int, float, str)) else None
