@@ -155,12 +155,10 @@ class Site:
         """What each script prints on --help."""
         lines = ["# Scripts", "", "What the scripts in Python print on `--help`.", ""]
         programs = [os.path.splitext(os.path.basename(path))[0] for path in sorted(glob.glob(os.path.join(PACKAGE, "programs", "[a-z]*.py")))]
-        scripts = {f"output/{name}.py": [f"output/{name}.py"] for name in programs if name not in STUDY} | {script: [script] for script in SCRIPTS}
-        scripts = {script: words if os.path.exists(os.path.join(SOURCE, script)) else ["src/package/program.py", os.path.basename(script)[:-len(".py")]] for script, words in scripts.items()}
-        for script, words in scripts.items():
-            script = script if words == [script] else f"slipstep {words[1]}"
+        for script in [f"output/{name}.py" for name in programs if name not in STUDY] + SCRIPTS:
+            words = [script] if os.path.exists(os.path.join(SOURCE, script)) else ["src/package/program.py", os.path.basename(script)[:-len(".py")]]  # without a file of its own
             done = subprocess.run([sys.executable, os.path.join(SOURCE, words[0]), *words[1:], "--help"], capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "140"})
-            lines += [f"## `{script}`", "", "```text", done.stdout.strip(), "```", ""]
+            lines += [f"## `{script if len(words) == 1 else f'slipstep {words[1]}'}`", "", "```text", done.stdout.strip(), "```", ""]
         self.write("reference/scripts", "\n".join(lines))
 
     def write_functions(self):

@@ -21,8 +21,8 @@ from ..plots.panels import RUN_STYLES, plt, use_style
 from ..results.catalogue import Catalogue
 from ..results.files import replacing
 from ..results.run import Run
+from ..results.moment import magnitude
 from ..times import Clock, written
-from .moment_rate import magnitude
 
 
 def moments(run, events):
