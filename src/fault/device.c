@@ -19,10 +19,11 @@ PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault)
   PetscCallMPI(MPI_Comm_size(fault->comm, &size));
   PetscCheck(size == 1, fault->comm, PETSC_ERR_SUP, "-%sfault_device opencl is of one process: expected 1, not %d",
              prefix, (int)size);
-  PetscCheck(
-    !strcmp(fault->friction.law->name, "rate_and_state"), fault->comm, PETSC_ERR_SUP,
-    "-%sfault_device opencl balances rate-and-state friction: expected -%sfault_friction_law rate_and_state, not %s",
-    prefix, prefix, fault->friction.law->name);
+  PetscCheck(!fault->friction.law->always_slides || !strcmp(fault->friction.law->name, "rate_and_state"), fault->comm,
+             PETSC_ERR_SUP,
+             "-%sfault_device opencl knows no cells that always slide but those of rate and state: expected "
+             "-%sfault_friction_law rate_and_state, or one that sticks, not %s",
+             prefix, prefix, fault->friction.law->name);
   PetscCall(PetscSNPrintf(asked, sizeof(asked), "-%sfault_device opencl%s%s%s%s", prefix, name[0] ? " -" : "",
                           name[0] ? prefix : "", name[0] ? "fault_device_name " : "", name));
   PetscCall(SlipDeviceOpen(fault->comm, asked, name, &d->device));

@@ -312,14 +312,8 @@ const SlipFaultRule SlipFaultRules[] = {
   {F(DEVICE), EXCLUDES, F(WHOLE), 0,
    "-fault_device % does not average over whole cells: expected -fault_stiffness_average centre or cell, not %"},
   {F(DEVICE), EXCLUDES, F(WAVES), 0, "-fault_device % knows no waves: expected -fault_medium static, not %"},
-  {F(DEVICE), NEEDS, F(ALWAYS_SLIDES), 0,
-   "-fault_device % balances rate-and-state friction: expected -fault_friction_law rate_and_state, not %"},
-  {F(DEVICE), NEEDS, F(BALANCE), 0,
-   "-fault_device % steps by rates in balance: expected -fault_inertia no, or -fault_device none"},
-  {F(DEVICE), NEEDS, F(RADIATION), 0,
-   "-fault_device % knows radiation damping: expected -fault_viscosity radiation, not %"},
-  {F(DEVICE), EXCLUDES, F(BATHE) | F(LAPUSTA) | F(OTHER_TS), 0,
-   "-fault_device % steps by formulas of Adams or Runge and Kutta: expected -ts_type adams or rk, not %"},
+  {F(DEVICE), EXCLUDES, F(LAPUSTA) | F(OTHER_TS), 0,
+   "-fault_device % knows no such steps: expected -ts_type bathe, moreau, rkc, adams or rk, not %"},
   {.sentence = NULL},
 };
 

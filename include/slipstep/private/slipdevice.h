@@ -72,6 +72,9 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
 #define SLIP_KERNELS_LOADS(X)                                                                                          \
   X(FAULT_PRESSURE, fault_pressure) X(FAULT_SHEAR, fault_shear) X(FAULT_LOAD, fault_load)                              \
   X(FAULT_STRENGTH, fault_strength) X(FAULT_OPEN, fault_open)
+#define SLIP_KERNELS_STAGE(X)                                                                                          \
+  X(PLANE_PAD, plane_pad) X(PLANE_INVERSE, plane_inverse) X(PLANE_TAKE, plane_take) X(CHOOSE, choose)                  \
+  X(STAGE_JACOBIAN, stage_jacobian)
 #define SLIP_DEVICE_KERNELS(X)                                                                                         \
   SLIP_KERNELS_COMMON(X)                                                                                               \
   SLIP_KERNELS_VECTORS(X)                                                                                              \
@@ -80,7 +83,8 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   SLIP_KERNELS_GRID(X)                                                                                                 \
   SLIP_KERNELS_ADAMS(X)                                                                                                \
   SLIP_KERNELS_RATESTATE(X)                                                                                            \
-  SLIP_KERNELS_LOADS(X)
+  SLIP_KERNELS_LOADS(X)                                                            \
+  SLIP_KERNELS_STAGE(X)
 /* clang-format on */
 
 #define SLIP_KERNEL_PLACE(place, name) KERNEL_##place,

@@ -1,5 +1,6 @@
 /* Private to src/mat: operators of a uniform grid by fast Fourier transforms. */
 #pragma once
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcommon.h>
 #include <fftw3.h>
@@ -103,10 +104,12 @@ PETSC_INTERN PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal sc
 
 /* ---- toeplitz.c: operators of a uniform grid by transforms along strike and in depth, distributed ---- */
 typedef struct _n_SlipToeplitz *SlipToeplitz;
+typedef struct _n_SlipToeplitzDevice *SlipToeplitzDevice;
 /* What an operator is per wavenumber pair; see toeplitz.c. hankel and product may be NULL. */
 typedef struct {
   PetscReal *toeplitz;         /* [groups][depth_period / 2 + 1][SLIP_LANES], real since it is even */
   PetscReal *hankel, *product; /* the same, complex: [groups][depth_period / 2 + 1][2][SLIP_LANES] */
+  SlipDeviceMemory there[3];   /* on the device, [depth_period / 2 + 1][wavenumbers]; NULL until asked for */
 } SlipToeplitzSymbol;
 PETSC_INTERN void SlipLanesMultiply(SlipLanesFFT fft, const SlipToeplitzSymbol *symbol, size_t group, PetscInt nz,
                                     const PetscReal z[], PetscReal *room[4], PetscReal field[]);
@@ -145,6 +148,8 @@ struct _n_SlipToeplitz {
   fftw_plan depth[2], depth_back[2]; /* of one and of two columns, of one wavenumber alone; NULL until asked for */
   VecScatter scatter;                /* to this rank's rows of cells; NULL where it owns them */
   Vec rows;
+  SlipToeplitzDevice device; /* of vectors that are there; NULL: none has come */
+  PetscErrorCode (*device_destroy)(SlipToeplitzDevice *);
 
   /* functions of the full space's kernel, see toeplitz_root.c */
   PetscErrorCode (*root_destroy)(SlipToeplitz); /* of what follows; NULL while there is none */
@@ -167,11 +172,21 @@ PETSC_INTERN PetscErrorCode SlipToeplitzForward(SlipToeplitz p, Vec x);
 PETSC_INTERN PetscErrorCode SlipToeplitzBackward(SlipToeplitz p, PetscReal factor, Vec y);
 
 /* ---- toeplitz_device.c: the same on the device, of vectors that are there ---- */
-typedef struct _n_SlipToeplitzDevice *SlipToeplitzDevice;
-PETSC_INTERN PetscErrorCode SlipToeplitzDeviceCreate(SlipToeplitz plane, SlipToeplitzDevice *device);
-PETSC_INTERN PetscErrorCode SlipToeplitzDeviceDestroy(SlipToeplitzDevice *device);
 PETSC_INTERN PetscReal SlipToeplitzDeviceBytes(PetscInt nx, PetscInt nz);
-PETSC_INTERN PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitzDevice device, PetscReal scale, Vec x, Vec y);
+PETSC_INTERN PetscErrorCode SlipToeplitzDevicePut(SlipToeplitz plane, SlipToeplitzSymbol *symbol);
+PETSC_INTERN PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitz plane, PetscReal scale, SlipToeplitzSymbol *symbol,
+                                                    Vec x, Vec y);
+/* SlipToeplitzCombine() into sum->there alone, unless the device shares the processor's memory */
+PETSC_INTERN PetscErrorCode SlipToeplitzDeviceCombine(SlipToeplitz plane, PetscReal identity, PetscReal stiffness,
+                                                      PetscReal root, SlipToeplitzSymbol *sum);
+/* 1 / f of the symbol S: f = max(max(g + slope, limit g), smallest), g = identity + root S^(1/2) + stiffness S */
+typedef struct {
+  PetscReal identity, root, stiffness, slope, limit, smallest;
+} SlipToeplitzInverse;
+/* values: the same as [local nk][count] numbers, for devices that share the processor's memory, and asked for there
+   alone; x and y differ */
+PETSC_INTERN PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToeplitzInverse *f,
+                                                           const PetscReal values[], Vec x, Vec y);
 
 /* ---- gather.c: the whole of a distributed vector on every rank, or a pencil's rows of it ---- */
 typedef struct {

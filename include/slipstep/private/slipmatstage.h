@@ -37,6 +37,7 @@ typedef struct {
   Vec diagonal;       /* (mass / theta + radiation) times the weights, at this theta */
   PetscReal diagonal_theta;
   PetscReal assembled_theta; /* theta of assembled or of blocks */
+  PetscReal device_theta;    /* of the sum on the device */
   SlipCirculant strike;      /* both operands are per wavenumber: one pair of FFTs serves both; NULL otherwise */
   PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
   PetscBool counts;          /* H is counted, as that of an approximation is not */

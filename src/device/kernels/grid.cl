@@ -14,8 +14,8 @@ __kernel void grid_pad(int nx, int nz, int width, int height, int fields, __glob
 }
 
 // In place on pairs (k, -k) of wavenumbers in depth: u(k) = T u(k) + A(k) u(-k) and, of the second field, q(k) (z u)(-k). T, A and q
-// [height/2 + 1][columns].
-__kernel void grid_symbol(int columns, int height, int fields, __global const double *T, __global const double2 *A, __global const double2 *Q,
+// [height/2 + 1][columns]; without hankel A is 0.
+__kernel void grid_symbol(int columns, int height, int fields, int hankel, __global const double *T, __global const double2 *A, __global const double2 *Q,
                           __global double2 *pad)
 {
   const int i = get_global_id(0), j = get_global_id(1);
@@ -27,7 +27,7 @@ __kernel void grid_symbol(int columns, int height, int fields, __global const do
   a = pad[at];
   b = pad[other];
   t = T[at];
-  if (fields == 1) {
+  if (!hankel) {
     pad[at] = t * a;
     if (other != at) pad[other] = t * b;
     return;
@@ -35,6 +35,7 @@ __kernel void grid_symbol(int columns, int height, int fields, __global const do
   s = A[at];
   pad[at] = (double2)(t * a.x + s.x * b.x - s.y * b.y, t * a.y + s.x * b.y + s.y * b.x);
   if (other != at) pad[other] = (double2)(t * b.x + s.x * a.x + s.y * a.y, t * b.y + s.x * a.y - s.y * a.x);
+  if (fields == 1) return;
   a = pad[next + at];
   b = pad[next + other];
   s = Q[at];

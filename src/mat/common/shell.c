@@ -72,11 +72,14 @@ PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char
 PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const SlipShellOps *ops, void *ctx, Mat *A)
 {
   PetscInt m, N;
+  VecType vectors;
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(K, &N, NULL));
   PetscCall(MatGetLocalSize(K, &m, NULL));
   PetscCall(SlipShellCreate(PetscObjectComm((PetscObject)K), m, N, type, ops, ctx, A));
+  PetscCall(MatGetVecType(K, &vectors)); /* of the device, where K's are */
+  PetscCall(MatShellSetVecType(*A, vectors));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

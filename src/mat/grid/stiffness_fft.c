@@ -7,18 +7,18 @@
 
 typedef struct {
   SlipGrid grid;
-  Vec border;                /* SLIP_AVERAGE_WHOLE: what cells at the border have beyond the grid's kernel; else NULL */
-  Vec work;                  /* with border */
-  SlipToeplitz plane;        /* borrowed from the matrix itself; NULL with blocks */
-  SlipCirculant strike;      /* borrowed from the matrix itself, with blocks */
-  PetscInt depth;            /* row of Depths */
-  PetscBool ready;           /* the choice of transform is made, at first use */
-  PetscBool transform;       /* in depth, instead of blocks */
-  PetscReal scale;           /* what MatScale() asked for */
-  PetscInt start, end;       /* rows owned */
-  SlipGather gather;         /* with blocks */
-  PetscReal *y;              /* [N] with blocks */
-  SlipToeplitzDevice device; /* of vectors that are there, always by transforms; NULL: not in use */
+  Vec border;           /* SLIP_AVERAGE_WHOLE: what cells at the border have beyond the grid's kernel; else NULL */
+  Vec work;             /* with border */
+  SlipToeplitz plane;   /* borrowed from the matrix itself; NULL with blocks */
+  SlipCirculant strike; /* borrowed from the matrix itself, with blocks */
+  PetscInt depth;       /* row of Depths */
+  PetscBool ready;      /* the choice of transform is made, at first use */
+  PetscBool transform;  /* in depth, instead of blocks */
+  PetscReal scale;      /* what MatScale() asked for */
+  PetscInt start, end;  /* rows owned */
+  SlipGather gather;    /* with blocks */
+  PetscReal *y;         /* [N] with blocks */
+  SlipToeplitz there;   /* of products on the device, always by transforms; NULL: not in use */
 } FFTContext;
 
 /* Up to so many cells in depth a block per wavenumber is as fast as transforms: measured along 100 cells with AVX2;
@@ -68,7 +68,6 @@ static PetscErrorCode KernelMult(FFTContext *c, Vec x, Vec y)
 /* Products on the device are by transforms in depth, whatever those of the processor are by. */
 static PetscErrorCode FFTDevice(Mat K, PetscBool use, PetscReal *bytes)
 {
-  SlipToeplitz plane;
   FFTContext *c;
 
   PetscFunctionBegin;
@@ -79,8 +78,8 @@ static PetscErrorCode FFTDevice(Mat K, PetscBool use, PetscReal *bytes)
              c->grid.kernel.type->name);
   *bytes = SlipToeplitzDeviceBytes(c->grid.nx, c->grid.nz);
   if (!use) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipToeplitzOfGrid(K, &c->grid, &plane));
-  PetscCall(SlipToeplitzDeviceCreate(plane, &c->device));
+  PetscCall(SlipToeplitzOfGrid(K, &c->grid, &c->there));
+  PetscCall(SlipToeplitzDevicePut(c->there, &c->there->stiffness));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -90,8 +89,8 @@ static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
-  if (c->device && SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
-    PetscCall(SlipToeplitzDeviceApply(c->device, c->scale, x, y));
+  if (c->there && SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
+    PetscCall(SlipToeplitzDeviceApply(c->there, c->scale, &c->there->stiffness, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatSetUp_SlipFFT(K, c));
@@ -175,7 +174,6 @@ static PetscErrorCode FFTDestroy(Mat K)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
-  PetscCall(SlipToeplitzDeviceDestroy(&c->device));
   PetscCall(SlipGatherDestroy(&c->gather));
   PetscCall(VecDestroy(&c->border));
   PetscCall(VecDestroy(&c->work));

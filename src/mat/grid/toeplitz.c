@@ -106,11 +106,16 @@ PetscErrorCode SlipToeplitzAllocate(SlipToeplitz p, PetscInt parts, SlipToeplitz
 
 PetscErrorCode SlipToeplitzSymbolDestroy(SlipToeplitzSymbol *s)
 {
+  SlipDevice device;
+
   PetscFunctionBegin;
   fftw_free(s->toeplitz);
   fftw_free(s->hankel);
   fftw_free(s->product);
-  *s = (SlipToeplitzSymbol){NULL, NULL, NULL};
+  PetscCall(SlipDeviceGet(&device));
+  for (int part = 0; part < 3; part++)
+    if (s->there[part]) PetscCall(SlipDeviceFree(device, &s->there[part]));
+  *s = (SlipToeplitzSymbol){NULL};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -238,6 +243,7 @@ static PetscErrorCode PlaneDestroy(SlipContainerArg arg)
   fftw_free(p->column);
   for (int i = 0; i < 4; i++) free(p->room[i]);
   PetscCall(SlipLanesFFTDestroy(&p->lanes));
+  if (p->device) PetscCall((*p->device_destroy)(&p->device));
   PetscCall(SlipToeplitzSymbolDestroy(&p->stiffness));
   if (p->root_destroy) PetscCall((*p->root_destroy)(p));
   PetscCall(SlipTransposedFFTDestroy(&p->pencil));

@@ -1,4 +1,4 @@
-/* Products with the stiffness of a uniform grid on the device, by the symbols of toeplitz.c: u and z u beside zeros,
+/* Operators of a uniform grid on the device, by the symbols of toeplitz.c and toeplitz_root.c: u and z u beside zeros,
    transformed in both directions at once, times the symbols, and back. */
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
@@ -6,38 +6,46 @@
 
 struct _n_SlipToeplitzDevice {
   SlipDevice device;
-  SlipDeviceFFT fft;
-  int nx, nz, columns, height, fields; /* cells; wavenumbers along strike, period in depth, and fields */
-  SlipDeviceMemory pad, z, symbol[3];  /* hankel and product are NULL in a full space */
+  SlipDeviceFFT fft[2]; /* of one field and of two, made when they are used first */
+  int nx, nz;           /* cells */
+  int columns, height;  /* wavenumbers along strike, period in depth */
+  int fields;           /* that pad has room for */
+  SlipDeviceMemory pad, z;
+
+  /* of an endless plane, SlipToeplitzDeviceApplyInverse(); NULL until asked for */
+  SlipDeviceFFT whole;
+  int length, first, image; /* half its period in depth, where the fault begins in it, are fields even? */
+  PetscReal largest;
+  SlipDeviceMemory plane, values; /* values [length + 1][columns] */
 };
 
-/* [height / 2 + 1][columns] of a part of the symbol, real or complex */
-static PetscErrorCode PutSymbol(SlipToeplitzDevice d, SlipToeplitz plane, PetscInt part)
+static PetscErrorCode Destroy(SlipToeplitzDevice *device)
 {
-  const size_t each = part ? 2 : 1, rows = (size_t)d->height / 2 + 1, size = each * rows * (size_t)d->columns;
-  PetscReal *a;
+  SlipToeplitzDevice d = *device;
+  SlipDeviceMemory *const memory[] = {&d->pad, &d->z, &d->plane, &d->values};
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(size, &a));
-  for (size_t i = 0; i < rows; i++)
-    for (size_t k = 0; k < (size_t)d->columns; k++)
-      SlipToeplitzSymbolOf(plane, &plane->stiffness, part, (PetscInt)k, (PetscInt)i,
-                           a + each * (i * (size_t)d->columns + k));
-  PetscCall(SlipDeviceAllocate(d->device, sizeof(PetscReal) * size, "the stiffness", &d->symbol[part]));
-  PetscCall(SlipDevicePut(d->device, size, a, d->symbol[part]));
-  PetscCall(PetscFree(a));
+  *device = NULL;
+  if (!d) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int k = 0; k < 2; k++) PetscCall(SlipDeviceFFTDestroy(&d->fft[k]));
+  PetscCall(SlipDeviceFFTDestroy(&d->whole));
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(memory); k++) PetscCall(SlipDeviceFree(d->device, memory[k]));
+  PetscCall(PetscFree(d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a plane that is on one process */
-PetscErrorCode SlipToeplitzDeviceCreate(SlipToeplitz plane, SlipToeplitzDevice *device)
+/* At first use, of a plane that is on one process */
+static PetscErrorCode Get(SlipToeplitz plane, SlipToeplitzDevice *device)
 {
   SlipToeplitzDevice d;
   size_t size;
 
   PetscFunctionBegin;
+  *device = plane->device;
+  if (*device) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&d));
-  *device = d;
+  *device = plane->device = d;
+  plane->device_destroy = Destroy;
   PetscCall(SlipDeviceGet(&d->device));
   d->nx = (int)plane->grid.nx;
   d->nz = (int)plane->grid.nz;
@@ -48,28 +56,44 @@ PetscErrorCode SlipToeplitzDeviceCreate(SlipToeplitz plane, SlipToeplitzDevice *
   PetscCall(SlipDeviceAllocate(d->device, sizeof(PetscReal) * size, "the transforms", &d->pad));
   PetscCall(SlipDeviceAllocate(d->device, sizeof(PetscReal) * (size_t)d->nz, "the transforms", &d->z));
   PetscCall(SlipDevicePut(d->device, (size_t)d->nz, plane->z, d->z));
-  for (PetscInt part = 0; part < (d->fields == 2 ? 3 : 1); part++) PetscCall(PutSymbol(d, plane, part));
-  PetscCall(SlipDeviceFFTCreate(d->device, plane->period, plane->depth_period, d->fields, d->pad, &d->fft));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipToeplitzDeviceDestroy(SlipToeplitzDevice *device)
+/* Numbers of a part of a symbol, real or complex */
+static size_t SizeOf(SlipToeplitzDevice d, PetscInt part)
 {
-  SlipToeplitzDevice d = *device;
+  return (size_t)(part ? 2 : 1) * ((size_t)d->height / 2 + 1) * (size_t)d->columns;
+}
+
+/* [height / 2 + 1][columns] of a part of a symbol that is on the processor */
+static PetscErrorCode PutSymbol(SlipToeplitzDevice d, SlipToeplitz plane, PetscInt part, SlipToeplitzSymbol *symbol)
+{
+  const size_t each = part ? 2 : 1, rows = (size_t)d->height / 2 + 1, size = SizeOf(d, part);
+  PetscReal *a;
 
   PetscFunctionBegin;
-  *device = NULL;
-  if (!d) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipDeviceFFTDestroy(&d->fft));
-  for (PetscInt part = 0; part < 3; part++) PetscCall(SlipDeviceFree(d->device, &d->symbol[part]));
-  PetscCall(SlipDeviceFree(d->device, &d->pad));
-  PetscCall(SlipDeviceFree(d->device, &d->z));
-  PetscCall(PetscFree(d));
+  PetscCall(PetscMalloc1(size, &a));
+  for (size_t i = 0; i < rows; i++)
+    for (size_t k = 0; k < (size_t)d->columns; k++)
+      SlipToeplitzSymbolOf(plane, symbol, part, (PetscInt)k, (PetscInt)i, a + each * (i * (size_t)d->columns + k));
+  PetscCall(SlipDeviceAllocate(d->device, sizeof(PetscReal) * size, "the stiffness", &symbol->there[part]));
+  PetscCall(SlipDevicePut(d->device, size, a, symbol->there[part]));
+  PetscCall(PetscFree(a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What it will take [bytes], beside what VkFFT asks for by itself where a transform does not fit into fast memory,
-   which is as much as the fields */
+static PetscErrorCode PutSymbols(SlipToeplitzDevice d, SlipToeplitz plane, SlipToeplitzSymbol *symbol)
+{
+  const PetscReal *const parts[] = {symbol->toeplitz, symbol->hankel, symbol->product};
+
+  PetscFunctionBegin;
+  for (PetscInt part = 0; part < 3; part++)
+    if (parts[part] && !symbol->there[part]) PetscCall(PutSymbol(d, plane, part, symbol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What products with the stiffness take [bytes], beside what VkFFT asks for by itself where a transform does not fit
+   into fast memory, which is as much as the fields */
 PetscReal SlipToeplitzDeviceBytes(PetscInt nx, PetscInt nz)
 {
   const PetscReal columns = (PetscReal)(SlipGoodLength(2 * nx - 1) / 2 + 1),
@@ -78,38 +102,220 @@ PetscReal SlipToeplitzDeviceBytes(PetscInt nx, PetscInt nz)
   return (PetscReal)sizeof(PetscReal) * columns * height * (2 * 4 + (PetscReal)5 / 2);
 }
 
-/* y = scale * (stiffness) x, both on the device */
-PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitzDevice d, PetscReal scale, Vec x, Vec y)
+/* Before the first product */
+PetscErrorCode SlipToeplitzDevicePut(SlipToeplitz plane, SlipToeplitzSymbol *symbol)
 {
-  const int width = 2 * d->columns;
-  const SlipDeviceMemory T = d->symbol[0], A = d->fields == 2 ? d->symbol[1] : T, Q = d->fields == 2 ? d->symbol[2] : T;
-  SlipDeviceMemory from, to;
+  SlipToeplitzDevice d;
 
   PetscFunctionBegin;
+  PetscCall(Get(plane, &d));
+  PetscCall(PutSymbols(d, plane, symbol));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does the device compute in the processor's memory, by whose own transforms products then are? */
+static PetscErrorCode Shares(PetscBool *shares)
+{
+  SlipDevice device;
+
+  PetscFunctionBegin;
+  PetscCall(SlipDeviceGet(&device));
+  *shares = SlipDeviceShares(device);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = scale * (operator of this symbol) x, both on the device */
+PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitz plane, PetscReal scale, SlipToeplitzSymbol *symbol, Vec x, Vec y)
+{
+  SlipToeplitzDevice d;
+  SlipDeviceMemory T, A, Q, from, to;
+  PetscBool shares;
+  int width, fields, hankel;
+
+  PetscFunctionBegin;
+  PetscCall(Shares(&shares));
+  if (shares) {
+    Vec u, v;
+
+    PetscCall(SlipDeviceVecLend(x, PETSC_FALSE, &u));
+    PetscCall(SlipDeviceVecLend(y, PETSC_TRUE, &v));
+    PetscCall(SlipToeplitzApply(plane, scale, symbol, u, v));
+    PetscCall(SlipDeviceVecReturn(y, &v));
+    PetscCall(SlipDeviceVecReturn(x, &u));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Get(plane, &d));
+  PetscCall(PutSymbols(d, plane, symbol));
+  width = 2 * d->columns;
+  fields = symbol->there[2] ? 2 : 1;
+  hankel = symbol->there[1] ? 1 : 0;
+  T = symbol->there[0];
+  A = hankel ? symbol->there[1] : T;
+  Q = fields == 2 ? symbol->there[2] : T;
+  if (!d->fft[fields - 1])
+    PetscCall(SlipDeviceFFTCreate(d->device, plane->period, plane->depth_period, fields, d->pad, &d->fft[fields - 1]));
   PetscCall(SlipDeviceVecRead(x, &from));
   {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(d->nx),     SLIP_DEVICE_ARG(d->nz),     SLIP_DEVICE_ARG(width),
-                                  SLIP_DEVICE_ARG(d->height), SLIP_DEVICE_ARG(d->fields), SLIP_DEVICE_ARG(d->z),
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(d->nx),     SLIP_DEVICE_ARG(d->nz),  SLIP_DEVICE_ARG(width),
+                                  SLIP_DEVICE_ARG(d->height), SLIP_DEVICE_ARG(fields), SLIP_DEVICE_ARG(d->z),
                                   SLIP_DEVICE_ARG(from),      SLIP_DEVICE_ARG(d->pad)};
 
     PetscCall(SlipDeviceRun(d->device, KERNEL_GRID_PAD, (size_t)width, (size_t)d->height, 8, args));
   }
-  PetscCall(SlipDeviceFFTApply(d->fft, PETSC_FALSE));
+  PetscCall(SlipDeviceFFTApply(d->fft[fields - 1], PETSC_FALSE));
   {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(d->columns), SLIP_DEVICE_ARG(d->height), SLIP_DEVICE_ARG(d->fields),
-                                  SLIP_DEVICE_ARG(T),          SLIP_DEVICE_ARG(A),         SLIP_DEVICE_ARG(Q),
-                                  SLIP_DEVICE_ARG(d->pad)};
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(d->columns), SLIP_DEVICE_ARG(d->height), SLIP_DEVICE_ARG(fields),
+                                  SLIP_DEVICE_ARG(hankel),     SLIP_DEVICE_ARG(T),         SLIP_DEVICE_ARG(A),
+                                  SLIP_DEVICE_ARG(Q),          SLIP_DEVICE_ARG(d->pad)};
 
-    PetscCall(SlipDeviceRun(d->device, KERNEL_GRID_SYMBOL, (size_t)d->columns, (size_t)d->height / 2 + 1, 7, args));
+    PetscCall(SlipDeviceRun(d->device, KERNEL_GRID_SYMBOL, (size_t)d->columns, (size_t)d->height / 2 + 1, 8, args));
   }
-  PetscCall(SlipDeviceFFTApply(d->fft, PETSC_TRUE));
+  PetscCall(SlipDeviceFFTApply(d->fft[fields - 1], PETSC_TRUE));
   PetscCall(SlipDeviceVecWrite(y, &to));
   {
-    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(d->nx),     SLIP_DEVICE_ARG(d->nz),     SLIP_DEVICE_ARG(width),
-                                  SLIP_DEVICE_ARG(d->height), SLIP_DEVICE_ARG(d->fields), SLIP_DEVICE_ARG(scale),
-                                  SLIP_DEVICE_ARG(d->z),      SLIP_DEVICE_ARG(d->pad),    SLIP_DEVICE_ARG(to)};
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(d->nx),     SLIP_DEVICE_ARG(d->nz),  SLIP_DEVICE_ARG(width),
+                                  SLIP_DEVICE_ARG(d->height), SLIP_DEVICE_ARG(fields), SLIP_DEVICE_ARG(scale),
+                                  SLIP_DEVICE_ARG(d->z),      SLIP_DEVICE_ARG(d->pad), SLIP_DEVICE_ARG(to)};
 
     PetscCall(SlipDeviceRun(d->device, KERNEL_GRID_TAKE, (size_t)d->nx, (size_t)d->nz, 9, args));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- sums of symbols ---- */
+
+/* to = identity + a x + b y of n numbers; y may be NULL */
+static PetscErrorCode Sum(SlipToeplitzDevice d, size_t n, PetscReal identity, PetscReal a, SlipDeviceMemory x,
+                          PetscReal b, SlipDeviceMemory y, SlipDeviceMemory to)
+{
+  const int number = (int)n, terms = y ? 2 : 1;
+  const PetscReal one = 1, none = 0;
+
+  PetscFunctionBegin;
+  if (!y) y = x;
+  {
+    const SlipDeviceArg set[] = {SLIP_DEVICE_ARG(number), SLIP_DEVICE_ARG(identity), SLIP_DEVICE_ARG(to)};
+    const SlipDeviceArg args[] = {
+      SLIP_DEVICE_ARG(number), SLIP_DEVICE_ARG(to),   SLIP_DEVICE_ARG(one), SLIP_DEVICE_ARG(to), SLIP_DEVICE_ARG(terms),
+      SLIP_DEVICE_ARG(a),      SLIP_DEVICE_ARG(x),    SLIP_DEVICE_ARG(b),   SLIP_DEVICE_ARG(y),  SLIP_DEVICE_ARG(none),
+      SLIP_DEVICE_ARG(x),      SLIP_DEVICE_ARG(none), SLIP_DEVICE_ARG(x)};
+
+    PetscCall(SlipDeviceRun(d->device, KERNEL_SET, n, 1, 3, set));
+    PetscCall(SlipDeviceRun(d->device, KERNEL_COMBINE, n, 1, 13, args));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipToeplitzDeviceCombine(SlipToeplitz plane, PetscReal identity, PetscReal stiffness, PetscReal root,
+                                         SlipToeplitzSymbol *sum)
+{
+  SlipToeplitzSymbol *const k = &plane->stiffness, *const r = &plane->root;
+  const SlipToeplitzSymbol *same;
+  const PetscReal *diagonal;
+  SlipToeplitzDevice d;
+  PetscBool shares;
+
+  PetscFunctionBegin;
+  PetscCall(Shares(&shares));
+  if (shares) {
+    PetscCall(SlipToeplitzCombine(plane, identity, stiffness, root, sum));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Get(plane, &d));
+  PetscCall(SlipToeplitzGetRoot(plane, &same, &diagonal));
+  PetscCall(PutSymbols(d, plane, k));
+  PetscCall(PutSymbols(d, plane, r));
+  for (PetscInt part = 0; part < 3; part++) {
+    const size_t n = SizeOf(d, part);
+
+    if (!k->there[part]) continue;
+    if (!sum->there[part])
+      PetscCall(SlipDeviceAllocate(d->device, sizeof(PetscReal) * n, "the stage operator", &sum->there[part]));
+    PetscCall(Sum(d, n, part ? 0 : identity, stiffness, k->there[part], root, r->there[part], sum->there[part]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- functions of the symbol of an endless plane ---- */
+
+/* The symbol, whose wavenumbers along strike stand side by side there, and room for transforms over all of the plane:
+   twice its length in depth, as fields that are even about the surface are transformed with their image */
+static PetscErrorCode GetPlane(SlipToeplitzDevice d, SlipToeplitz plane)
+{
+  const PetscReal *symbol;
+  PetscReal *a;
+  PetscInt nk, count;
+
+  PetscFunctionBegin;
+  if (d->whole) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipToeplitzGetWaves(plane, &nk, &count, &symbol));
+  d->length = (int)plane->length;
+  d->image = plane->image ? 1 : 0;
+  d->first = plane->image ? (int)plane->gap / 2 : 0;
+  PetscCall(PetscMalloc1((size_t)(nk * count), &a));
+  for (PetscInt k = 0; k < nk; k++)
+    for (PetscInt i = 0; i < count; i++) {
+      a[(size_t)i * nk + k] = symbol[(size_t)k * count + i];
+      d->largest = PetscMax(d->largest, a[(size_t)i * nk + k]);
+    }
+  PetscCall(SlipDeviceAllocate(d->device, sizeof(PetscReal) * (size_t)(nk * count), "the preconditioner", &d->values));
+  PetscCall(SlipDevicePut(d->device, (size_t)(nk * count), a, d->values));
+  PetscCall(PetscFree(a));
+  PetscCall(
+    SlipDeviceAllocate(d->device, sizeof(PetscReal) * (size_t)4 * d->columns * d->length, "the transforms", &d->plane));
+  PetscCall(SlipDeviceFFTCreate(d->device, plane->period, 2 * plane->length, 1, d->plane, &d->whole));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* y = the part on the fault of 1 / f of the plane's operator, SlipToeplitzApplyWaves() */
+PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToeplitzInverse *f,
+                                              const PetscReal values[], Vec x, Vec y)
+{
+  SlipToeplitzDevice d;
+  SlipDeviceMemory from, to;
+  PetscReal smallest;
+  int width;
+
+  PetscFunctionBegin;
+  if (values) {
+    Vec u, v;
+
+    PetscCall(SlipDeviceVecLend(x, PETSC_FALSE, &u));
+    PetscCall(SlipDeviceVecLend(y, PETSC_TRUE, &v));
+    PetscCall(SlipToeplitzApplyWaves(plane, values, u, v));
+    PetscCall(SlipDeviceVecReturn(y, &v));
+    PetscCall(SlipDeviceVecReturn(x, &u));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Get(plane, &d));
+  PetscCall(GetPlane(d, plane));
+  width = 2 * d->columns;
+  smallest = f->smallest * f->stiffness * d->largest;
+  PetscCall(SlipDeviceVecRead(x, &from));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(d->nx),     SLIP_DEVICE_ARG(d->nz),    SLIP_DEVICE_ARG(width),
+                                  SLIP_DEVICE_ARG(d->length), SLIP_DEVICE_ARG(d->first), SLIP_DEVICE_ARG(d->image),
+                                  SLIP_DEVICE_ARG(from),      SLIP_DEVICE_ARG(d->plane)};
+
+    PetscCall(SlipDeviceRun(d->device, KERNEL_PLANE_PAD, (size_t)width, (size_t)(2 * d->length), 8, args));
+  }
+  PetscCall(SlipDeviceFFTApply(d->whole, PETSC_FALSE));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(d->columns),   SLIP_DEVICE_ARG(d->length),
+                                  SLIP_DEVICE_ARG(f->identity),  SLIP_DEVICE_ARG(f->root),
+                                  SLIP_DEVICE_ARG(f->stiffness), SLIP_DEVICE_ARG(f->slope),
+                                  SLIP_DEVICE_ARG(f->limit),     SLIP_DEVICE_ARG(smallest),
+                                  SLIP_DEVICE_ARG(d->values),    SLIP_DEVICE_ARG(d->plane)};
+
+    PetscCall(SlipDeviceRun(d->device, KERNEL_PLANE_INVERSE, (size_t)d->columns, (size_t)(2 * d->length), 10, args));
+  }
+  PetscCall(SlipDeviceFFTApply(d->whole, PETSC_TRUE));
+  PetscCall(SlipDeviceVecWrite(y, &to));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(d->nx),    SLIP_DEVICE_ARG(d->nz),    SLIP_DEVICE_ARG(width),
+                                  SLIP_DEVICE_ARG(d->first), SLIP_DEVICE_ARG(d->plane), SLIP_DEVICE_ARG(to)};
+
+    PetscCall(SlipDeviceRun(d->device, KERNEL_PLANE_TAKE, (size_t)d->nx, (size_t)d->nz, 6, args));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -25,10 +25,11 @@ typedef struct {
   Vec mask, slope; /* borrowed; NULL when every row is free */
   Vec cross;       /* entries of the slope beside its diagonal, one a cell, borrowed; NULL with one component a cell */
   SlipToeplitz plane; /* of the symbol, or NULL: P is then the inverse diagonal */
-  PetscReal *f;       /* P per pair of wavenumbers */
-  Mat sized;          /* matrix that the vectors and f were sized for; referenced */
-  Vec work, inverse;  /* masked residual; inverse diagonal */
-  Vec beside;         /* entries of the inverse beside its diagonal, one a cell */
+  PetscReal *f;       /* P per pair of wavenumbers; NULL on the device, which forms it anew from what follows */
+  SlipToeplitzInverse inverse_symbol;
+  Mat sized;         /* matrix that the vectors and f were sized for; referenced */
+  Vec work, inverse; /* masked residual; inverse diagonal */
+  Vec beside;        /* entries of the inverse beside its diagonal, one a cell */
   SlipMeter setup, apply;
 } PCSlipStage;
 
@@ -84,6 +85,13 @@ static PetscErrorCode PCSlipStageSetUpSymbol(PCSlipStage *c, const SlipStagePart
 
   PetscFunctionBegin;
   PetscCall(MeanSlope(c, &slope));
+  c->inverse_symbol = (SlipToeplitzInverse){.identity = parts->mass / parts->theta + parts->radiation,
+                                            .root = parts->damping * PetscSqrtReal(parts->scale),
+                                            .stiffness = parts->theta * parts->scale,
+                                            .slope = slope,
+                                            .limit = 1 - PC_SLOPE_LIMIT,
+                                            .smallest = PC_SMALLEST};
+  if (!c->f) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipToeplitzGetWaves(c->plane, &nk, &count, &values));
   for (PetscInt i = 0; i < nk * count; i++)
     smallest = PetscMax(smallest, PC_SMALLEST * parts->theta * parts->scale * values[i]);
@@ -206,6 +214,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   const PetscReal *symbol;
   PetscInt nk, count;
   PetscBool found = PETSC_FALSE;
+  SlipDevice device;
   Mat J;
 
   PetscFunctionBegin;
@@ -228,7 +237,8 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
     PetscCall(MatCreateVecs(c->B, &c->work, &c->inverse));
     if (found && !c->cross) PetscCall(SlipToeplitzOf(parts.K, &c->plane));
     if (c->cross) PetscCall(VecDuplicate(c->cross, &c->beside));
-    if (c->plane) {
+    PetscCall(SlipDeviceGet(&device));
+    if (c->plane && !(SlipDeviceVecIs(c->work) && !SlipDeviceShares(device))) {
       PetscCall(SlipToeplitzGetWaves(c->plane, &nk, &count, &symbol));
       PetscCall(PetscMalloc1(nk * count, &c->f));
     }
@@ -241,6 +251,30 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
     PetscCall(SetUpDiagonal(c));
   SlipMeterEnd(&c->setup, 1);
   PetscCall(PetscLogEventEnd(SLIP_PCSetUp, pc, 0, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ChooseOnDevice(PCSlipStage *c, Vec r, Vec z)
+{
+  SlipDeviceMemory mask, x, y, to;
+  SlipDevice device;
+  PetscInt size;
+  int n;
+
+  PetscFunctionBegin;
+  PetscCall(SlipDeviceGet(&device));
+  PetscCall(VecGetLocalSize(r, &size));
+  n = (int)size;
+  PetscCall(SlipDeviceVecRead(c->mask, &mask));
+  PetscCall(SlipDeviceVecRead(c->work, &x));
+  PetscCall(SlipDeviceVecRead(r, &y));
+  PetscCall(SlipDeviceVecWrite(z, &to));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(mask), SLIP_DEVICE_ARG(x), SLIP_DEVICE_ARG(y),
+                                  SLIP_DEVICE_ARG(to)};
+
+    PetscCall(SlipDeviceRun(device, KERNEL_CHOOSE, (size_t)n, 1, 5, args));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -261,13 +295,19 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
   else
     PetscCall(VecCopy(r, c->work));
   if (c->plane) {
-    PetscCall(SlipToeplitzApplyWaves(c->plane, c->f, c->work, c->work));
+    if (SlipDeviceVecIs(c->work)) {
+      PetscCall(SlipToeplitzDeviceApplyInverse(c->plane, &c->inverse_symbol, c->f, c->work, c->inverse));
+      PetscCall(VecCopy(c->inverse, c->work));
+    } else
+      PetscCall(SlipToeplitzApplyWaves(c->plane, c->f, c->work, c->work));
     SlipProductsAdd((SlipProducts){.pc = 1});
   } else if (c->cross)
     PetscCall(ApplyBlocks(c));
   else
     PetscCall(VecPointwiseMult(c->work, c->work, c->inverse));
-  if (c->mask) {
+  if (c->mask && SlipDeviceVecIs(c->mask) && SlipDeviceVecIs(r) && SlipDeviceVecIs(z))
+    PetscCall(ChooseOnDevice(c, r, z));
+  else if (c->mask) {
     const SlipArrays arrays[] = {{c->mask, .read = &mask}, {r, .read = &pr}, {c->work, .read = &pw}, {z, .write = &pz}};
 
     PetscCall(VecGetLocalSize(r, &n));

@@ -54,6 +54,14 @@ static PetscErrorCode StageMultFused(SlipStageContext *s, Vec x, Vec y)
 static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
 {
   PetscFunctionBegin;
+  if (SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
+    if (s->device_theta != s->theta)
+      PetscCall(SlipToeplitzDeviceCombine(s->plane, s->mass / s->theta, s->theta * s->scale,
+                                          s->damping * PetscSqrtReal(s->scale), &s->sum));
+    s->device_theta = s->theta;
+    PetscCall(SlipToeplitzDeviceApply(s->plane, 1, &s->sum, x, y));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (s->assembled_theta != s->theta)
     PetscCall(SlipToeplitzCombine(s->plane, s->mass / s->theta, s->theta * s->scale,
                                   s->damping * PetscSqrtReal(s->scale), &s->sum));

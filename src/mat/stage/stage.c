@@ -55,7 +55,7 @@ static PetscErrorCode StageReset(SlipStageContext *s)
   PetscCall(MatDestroy(&s->approximation));
   PetscCall(SlipGatherDestroy(&s->gather));
   s->strike = NULL;
-  s->assembled_theta = 0;
+  s->assembled_theta = s->device_theta = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -119,8 +119,9 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
   PetscReal tolerance = SLIP_SQRT_TOL, norm = 0, scale;
   SlipSpectral *c;
   const SlipGrid *g;
+  VecType vectors;
   PetscInt choice;
-  PetscBool known;
+  PetscBool known, device;
 
   PetscFunctionBegin;
   PetscCall(SlipGridOf(K, &g));
@@ -138,7 +139,9 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
   PetscCall(PetscEListFind(3, choices, setup, &choice, &known));
   PetscCheck(known, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
              "-%smat_slipsqrtm_setup is \"%s\", expected auto, sketch or lanczos", prefix ? prefix : "", setup);
-  if (choice == 2 || (choice == 0 && g->nx * g->nz > SLIP_SQRT_SKETCH_MAX)) {
+  PetscCall(MatGetVecType(K, &vectors));
+  PetscCall(PetscStrcmp(vectors, VECSLIPOPENCL, &device)); /* low-rank parts are not there */
+  if (choice == 2 || (choice == 0 && (device || g->nx * g->nz > SLIP_SQRT_SKETCH_MAX))) {
     PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

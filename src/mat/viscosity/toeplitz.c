@@ -19,7 +19,10 @@ static PetscErrorCode PlaneMult(Mat H, Vec x, Vec y)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &c));
   PetscCall(SlipToeplitzGetRoot(c->plane, &root, &diagonal));
-  PetscCall(SlipToeplitzApply(c->plane, c->factor, root, x, y));
+  if (SlipDeviceVecIs(x) && SlipDeviceVecIs(y))
+    PetscCall(SlipToeplitzDeviceApply(c->plane, c->factor, &c->plane->root, x, y));
+  else
+    PetscCall(SlipToeplitzApply(c->plane, c->factor, root, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
