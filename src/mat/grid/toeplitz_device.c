@@ -114,14 +114,12 @@ PetscErrorCode SlipToeplitzDevicePut(SlipToeplitz plane, SlipToeplitzSymbol *sym
 }
 
 /* Does the device compute in the processor's memory, by whose own transforms products then are? */
-static PetscErrorCode Shares(PetscBool *shares)
+static PetscBool Shares(void)
 {
-  SlipDevice device;
+  SlipDevice device = NULL;
 
-  PetscFunctionBegin;
-  PetscCall(SlipDeviceGet(&device));
-  *shares = SlipDeviceShares(device);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  (void)SlipDeviceGet(&device);
+  return SlipDeviceShares(device);
 }
 
 /* y = scale * (operator of this symbol) x, both on the device */
@@ -129,12 +127,10 @@ PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitz plane, PetscReal scale, Slip
 {
   SlipToeplitzDevice d;
   SlipDeviceMemory T, A, Q, from, to;
-  PetscBool shares;
   int width, fields, hankel;
 
   PetscFunctionBegin;
-  PetscCall(Shares(&shares));
-  if (shares) {
+  if (Shares()) {
     Vec u, v;
 
     PetscCall(SlipDeviceVecLend(x, PETSC_FALSE, &u));
@@ -213,11 +209,9 @@ PetscErrorCode SlipToeplitzDeviceCombine(SlipToeplitz plane, PetscReal identity,
   const SlipToeplitzSymbol *same;
   const PetscReal *diagonal;
   SlipToeplitzDevice d;
-  PetscBool shares;
 
   PetscFunctionBegin;
-  PetscCall(Shares(&shares));
-  if (shares) {
+  if (Shares()) {
     PetscCall(SlipToeplitzCombine(plane, identity, stiffness, root, sum));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -59,6 +59,7 @@ static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
       PetscCall(SlipToeplitzDeviceCombine(s->plane, s->mass / s->theta, s->theta * s->scale,
                                           s->damping * PetscSqrtReal(s->scale), &s->sum));
     s->device_theta = s->theta;
+    s->assembled_theta = 0; /* devices that share the processor's memory have the same sum */
     PetscCall(SlipToeplitzDeviceApply(s->plane, 1, &s->sum, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -66,6 +67,7 @@ static PetscErrorCode StageMultPlane(SlipStageContext *s, Vec x, Vec y)
     PetscCall(SlipToeplitzCombine(s->plane, s->mass / s->theta, s->theta * s->scale,
                                   s->damping * PetscSqrtReal(s->scale), &s->sum));
   s->assembled_theta = s->theta;
+  s->device_theta = 0;
   PetscCall(SlipToeplitzApply(s->plane, 1, &s->sum, x, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
