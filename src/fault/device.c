@@ -46,7 +46,9 @@ PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault)
 /* Are slip rates balanced there? */
 PetscBool SlipFaultDeviceBalances(SlipFault fault)
 {
-  return fault->device.device && fault->friction.law->keep && fault->balance.eta > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return fault->device.device && fault->friction.law->keep && fault->balance.eta > 0 && !fault->kind.inertia
+           ? PETSC_TRUE
+           : PETSC_FALSE;
 }
 
 /* Is this a state for kernels? One that a user has made elsewhere is none. */

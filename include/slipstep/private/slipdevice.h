@@ -83,7 +83,7 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   SLIP_KERNELS_GRID(X)                                                                                                 \
   SLIP_KERNELS_ADAMS(X)                                                                                                \
   SLIP_KERNELS_RATESTATE(X)                                                                                            \
-  SLIP_KERNELS_LOADS(X)                                                            \
+  SLIP_KERNELS_LOADS(X)                                                                                                \
   SLIP_KERNELS_STAGE(X)
 /* clang-format on */
 
