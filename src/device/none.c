@@ -36,6 +36,21 @@ PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char want
           asked);
 }
 
+PetscErrorCode SlipDeviceFindCard(const char name[], PetscBool *found, char why[], size_t len)
+{
+  PetscFunctionBegin;
+  (void)name;
+  *found = PETSC_FALSE;
+  PetscCall(PetscStrncpy(why, "SlipStep was built without OpenCL", len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool SlipDeviceFits(SlipDevice device, size_t bytes)
+{
+  (void)device, (void)bytes;
+  return PETSC_FALSE;
+}
+
 PetscErrorCode SlipDeviceGet(SlipDevice *device)
 {
   PetscFunctionBegin;

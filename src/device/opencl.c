@@ -121,6 +121,14 @@ static PetscBool IsCard(cl_device_id device)
   return type & (CL_DEVICE_TYPE_GPU | CL_DEVICE_TYPE_ACCELERATOR) ? PETSC_TRUE : PETSC_FALSE;
 }
 
+static PetscBool HasDoubles(cl_device_id device)
+{
+  cl_device_fp_config doubles = 0;
+
+  (void)clGetDeviceInfo(device, CL_DEVICE_DOUBLE_FP_CONFIG, sizeof(doubles), &doubles, NULL);
+  return doubles ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* -1: none has that name or number */
 static PetscInt Find(const Devices *all, const char wanted[])
 {
@@ -140,7 +148,6 @@ static PetscInt Find(const Devices *all, const char wanted[])
 static PetscErrorCode Choose(MPI_Comm comm, const char asked[], const char wanted[], SlipDevice device)
 {
   char list[16 * NAME] = "", name[NAME], platform[NAME];
-  cl_device_fp_config doubles = 0;
   cl_ulong most = 0, largest = 0;
   cl_bool unified = CL_FALSE;
   Devices all;
@@ -163,9 +170,8 @@ static PetscErrorCode Choose(MPI_Comm comm, const char asked[], const char wante
              list);
   Names(&all, k, device->name, device->platform);
   device->cl.device = all.device[k];
-  (void)clGetDeviceInfo(all.device[k], CL_DEVICE_DOUBLE_FP_CONFIG, sizeof(doubles), &doubles, NULL);
-  PetscCheck(doubles, comm, PETSC_ERR_SUP, "%s: the device %s has no double precision, which faults need", asked,
-             device->name);
+  PetscCheck(HasDoubles(all.device[k]), comm, PETSC_ERR_SUP,
+             "%s: the device %s has no double precision, which faults need", asked, device->name);
   (void)clGetDeviceInfo(all.device[k], CL_DEVICE_GLOBAL_MEM_SIZE, sizeof(most), &most, NULL);
   (void)clGetDeviceInfo(all.device[k], CL_DEVICE_MAX_MEM_ALLOC_SIZE, sizeof(largest), &largest, NULL);
   device->most = (size_t)most;
@@ -188,7 +194,7 @@ static PetscErrorCode Build(MPI_Comm comm, SlipDevice device)
   PetscFunctionBegin;
   device->program = clCreateProgramWithSource(device->cl.context, 1, &text, &length, &error);
   CheckCL(device, error, "making its program");
-  error = clBuildProgram(device->program, 1, &device->cl.device, "", NULL, NULL);
+  error = clBuildProgram(device->program, 1, &device->cl.device, device->shares ? "-DPROCESSOR" : "", NULL, NULL);
   if (error) {
     (void)clGetProgramBuildInfo(device->program, device->cl.device, CL_PROGRAM_BUILD_LOG, 0, NULL, &size);
     PetscCall(PetscCalloc1(size + 1, &log));
@@ -254,25 +260,33 @@ static PetscErrorCode Close(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The handlers of signals */
-static void KeepHandlers(struct sigaction handler[], PetscBool known[])
-{
-  for (int k = 1; k < 32; k++) known[k] = sigaction(k, NULL, &handler[k]) ? PETSC_FALSE : PETSC_TRUE;
-}
-
-static void PutHandlers(const struct sigaction handler[], const PetscBool known[])
-{
-  for (int k = 1; k < 32; k++)
-    if (known[k] && k != SIGKILL && k != SIGSTOP) (void)sigaction(k, &handler[k], NULL);
-}
-
 /* Drivers bring compilers along, which install handlers for some fifteen signals at their first use, and threads, in
    which signals of the process would arrive: neither is to change what signals do. */
-PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char wanted[], SlipDevice *device)
-{
+typedef struct {
   struct sigaction handler[32];
   PetscBool known[32];
-  sigset_t all, before;
+  sigset_t blocked;
+} Signals;
+
+static void KeepSignals(Signals *s)
+{
+  sigset_t all;
+
+  for (int k = 1; k < 32; k++) s->known[k] = sigaction(k, NULL, &s->handler[k]) ? PETSC_FALSE : PETSC_TRUE;
+  sigfillset(&all);
+  (void)pthread_sigmask(SIG_SETMASK, &all, &s->blocked);
+}
+
+static void PutSignals(const Signals *s)
+{
+  for (int k = 1; k < 32; k++)
+    if (s->known[k] && k != SIGKILL && k != SIGSTOP) (void)sigaction(k, &s->handler[k], NULL);
+  (void)pthread_sigmask(SIG_SETMASK, &s->blocked, NULL);
+}
+
+PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char wanted[], SlipDevice *device)
+{
+  Signals signals;
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
@@ -282,16 +296,40 @@ PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char want
   if (opened) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(device));
   PetscCall(PetscStrncpy((*device)->asked, wanted, NAME));
-  KeepHandlers(handler, known);
-  sigfillset(&all);
-  (void)pthread_sigmask(SIG_SETMASK, &all, &before);
+  KeepSignals(&signals);
   ierr = Open(comm, asked, wanted, *device);
-  PutHandlers(handler, known);
-  (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
+  PutSignals(&signals);
   if (ierr) (void)Destroy(device);
   PetscCall(ierr);
   opened = *device;
   PetscCall(PetscRegisterFinalize(Close));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDeviceFindCard(const char wanted[], PetscBool *found, char why[], size_t len)
+{
+  char name[NAME] = "", platform[NAME];
+  Signals signals;
+  Devices all;
+  PetscInt k;
+
+  PetscFunctionBegin;
+  KeepSignals(&signals);
+  ListDevices(&all);
+  k = Find(&all, wanted);
+  if (k >= 0) Names(&all, k, name, platform);
+  if (!all.n)
+    (void)snprintf(why, len, "there is no device of OpenCL");
+  else if (k < 0)
+    (void)snprintf(why, len, "no device of OpenCL is named %s", wanted);
+  else if (!IsCard(all.device[k]))
+    (void)snprintf(why, len, "there is no graphics card: %s is a processor", name);
+  else if (!HasDoubles(all.device[k]))
+    (void)snprintf(why, len, "%s has no double precision", name);
+  else
+    why[0] = '\0';
+  PutSignals(&signals);
+  *found = why[0] ? PETSC_FALSE : PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -304,10 +342,15 @@ PetscErrorCode SlipDeviceText(SlipDevice device, char text[], size_t len)
 
 /* ---- memory ---- */
 
+PetscBool SlipDeviceFits(SlipDevice device, size_t bytes)
+{
+  return device->bytes + bytes <= device->most ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscErrorCode SlipDeviceReserve(SlipDevice device, size_t bytes, const char what[])
 {
   PetscFunctionBegin;
-  PetscCheck(device->bytes + bytes <= device->most, PETSC_COMM_SELF, PETSC_ERR_MEM,
+  PetscCheck(SlipDeviceFits(device, bytes), PETSC_COMM_SELF, PETSC_ERR_MEM,
              "the device %s has %.4g MB of memory, %.4g MB of it in use here, and %s need %.4g MB more: expected fewer "
              "cells, or another device (-fault_device_name)",
              device->name, 1e-6 * (double)device->most, 1e-6 * (double)device->bytes, what, 1e-6 * (double)bytes);
@@ -467,7 +510,7 @@ PetscErrorCode SlipDeviceRunGroups(SlipDevice device, SlipDeviceKernel kernel, s
 PetscErrorCode SlipDeviceReduce(SlipDevice device, SlipDeviceKernel kernel, size_t n, PetscInt nargs,
                                 const SlipDeviceArg args[], PetscInt nresults, PetscInt sums, PetscReal results[])
 {
-  const size_t local[2] = {ITEMS, 1}, most = (n + 8 * ITEMS - 1) / (8 * ITEMS);
+  const size_t local[2] = {ITEMS, 1}, each = (device->shares ? 32 : 8) * ITEMS, most = (n + each - 1) / each;
   const int groups = (int)PetscClipInterval(most, 1, GROUPS), number = (int)nresults, first = (int)sums;
   const size_t global[2] = {(size_t)groups * ITEMS, 1}, one[2] = {ITEMS, 1};
   SlipDeviceArg all[DEVICE_MAX_ARGS];

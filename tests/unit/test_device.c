@@ -4,6 +4,7 @@
 #include "unit.h"
 #include <slipcells.h>
 #include <slipmat.h>
+#include <slipts.h>
 #include <slipstep/private/slipdevice.h>
 #include <math.h>
 #include <signal.h>
@@ -249,6 +250,71 @@ static void strides(void **state)
   ok(VecDestroy(&part));
 }
 
+/* u' = -u^2 of entries from 1/2 to 2, whose solution is u / (1 + t u) */
+static PetscErrorCode Decay(TS ts, PetscReal t, Vec u, Vec f, void *ctx)
+{
+  PetscFunctionBegin;
+  (void)ts, (void)t, (void)ctx;
+  PetscCall(VecPointwiseMult(f, u, u));
+  PetscCall(VecScale(f, -1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* By Adams' steps with tolerances that are vectors, of which one entry has none; the number of steps */
+static PetscInt Integrate(VecType type, PetscInt n, Vec *u)
+{
+  PetscReal *a;
+  PetscInt steps;
+  Vec tolerance;
+  TS ts;
+
+  Create(type, n, 1, u);
+  ok(VecGetArrayWrite(*u, &a));
+  for (PetscInt i = 0; i < n; i++) a[i] = 1.25 + 0.75 * sin(1 + 3 * (double)i);
+  ok(VecRestoreArrayWrite(*u, &a));
+  ok(VecDuplicate(*u, &tolerance));
+  ok(VecSet(tolerance, 1e-8));
+  if (n > 1) ok(VecGetArray(tolerance, &a));
+  if (n > 1) a[n / 2] = 0;
+  if (n > 1) ok(VecRestoreArray(tolerance, &a));
+  ok(TSCreate(PETSC_COMM_SELF, &ts));
+  ok(TSSetType(ts, TSADAMS));
+  SetAdapt(ts, TSADAPTBASIC);
+  ok(TSSetRHSFunction(ts, NULL, Decay, NULL));
+  ok(TSSetSolution(ts, *u));
+  ok(TSSetTimeStep(ts, 1e-4));
+  ok(TSSetMaxTime(ts, 1));
+  ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  ok(TSSetTolerances(ts, 0, tolerance, 0, tolerance));
+  ok(TSSolve(ts, *u));
+  ok(TSGetStepNumber(ts, &steps));
+  ObjectsDestroy(&ts, &tolerance);
+  return steps;
+}
+
+/* Numbers of entries that no width of vector code divides */
+static void adams(void **state)
+{
+  NEEDS_DEVICE;
+  for (PetscInt n = 1; n < 10; n++) {
+    Vec host, there;
+    const PetscReal *a;
+    const PetscInt steps = Integrate(VECSEQ, n, &host);
+
+    assert_int_equal(steps, Integrate(VECSLIPOPENCL, n, &there));
+    assert_true(Difference(host, there) < 1e-13); /* rounding of some hundred steps that forget */
+    ok(VecGetArrayRead(there, &a));
+    for (PetscInt i = 0; i < n; i++) {
+      const PetscReal first = 1.25 + 0.75 * sin(1 + 3 * (double)i);
+
+      AssertNear(a[i], first / (1 + first), 1e-5);
+    }
+    ok(VecRestoreArrayRead(there, &a));
+    ok(VecDestroy(&host));
+    ok(VecDestroy(&there));
+  }
+}
+
 static void memory(void **state)
 {
   SlipDeviceMemory m = NULL;
@@ -342,4 +408,4 @@ static int setup(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(setup, NULL, vectors, numbers, traffic, strides, memory, lent, another, signals)
+SLIP_TESTS_WITH(setup, NULL, vectors, numbers, traffic, strides, adams, memory, lent, another, signals)

@@ -15,6 +15,9 @@ typedef struct _cl_mem *SlipDeviceMemory; /* what OpenCL calls cl_mem */
    Later calls give the same device, and refuse the name of another one. Handlers of signals, and which of them are
    blocked in the process's own threads, stay as they are. */
 PETSC_EXTERN PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char name[], SlipDevice *device);
+/* Is there a graphics card, of that name or number, with double precision? It is not opened. Else why: none, in a few
+   words. */
+PETSC_EXTERN PetscErrorCode SlipDeviceFindCard(const char name[], PetscBool *found, char why[], size_t len);
 PETSC_EXTERN PetscBool SlipDeviceBuiltIn(void);                /* was the library built with OpenCL? */
 PETSC_INTERN PetscErrorCode SlipDeviceGet(SlipDevice *device); /* that is open; NULL: none is */
 /* Its name and memory, "NAME (PLATFORM) with 1.73e+04 MB", for views */
@@ -26,7 +29,8 @@ PETSC_EXTERN PetscErrorCode SlipDeviceAllocate(SlipDevice device, size_t bytes, 
                                                SlipDeviceMemory *memory);
 PETSC_EXTERN PetscErrorCode SlipDeviceFree(SlipDevice device, SlipDeviceMemory *memory);
 PETSC_INTERN size_t SlipDeviceLargest(SlipDevice device); /* of one array [bytes] */
-/* Is there room for so much more? Ends with a line that says how much is needed. */
+/* Is there room for so much more? Reserve ends with a line that says how much is needed. */
+PETSC_INTERN PetscBool SlipDeviceFits(SlipDevice device, size_t bytes);
 PETSC_EXTERN PetscErrorCode SlipDeviceReserve(SlipDevice device, size_t bytes, const char what[]);
 PETSC_EXTERN PetscErrorCode SlipDevicePut(SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to);
 /* The same from number start of its memory on */
