@@ -8,13 +8,14 @@ import re
 
 import numpy as np
 
-from .model import Model, Segment, tiled
+from ..geometry.cells import directions
+from .model import Model, Segment, grid_of, tiled
 from .text import FormatError, Text
 
 NUMBER = r"\s*=\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)"
 LAYER = re.compile(r"(?:^|(?<=\s))[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?(?=\s|$)")  # a number of a line that has nothing else
 UNKNOWN = (999.0, -99.0, -999.0)  # "not known" and "varies" of SRCMOD
-SPACING = 0.02  # by which the cells of a header may differ from the distances of the points
+ROUNDED = 0.05  # of a cell: by how much Dx and Dz may be rounded
 
 
 def said(line, name):
@@ -121,14 +122,30 @@ def places(reader, values, projection, remarks):
     return points
 
 
+def unrounded(sizes, whole, points, segment):
+    """Lengths and widths of cells [km]: Dx and Dz, or the extent over the number of cells where that is nearer to the distances of the points, as Dx is often rounded."""
+    found = grid_of(points, segment["strike"], segment["dip"], *(1e3 * size for size in sizes))
+    if not found:
+        return sizes
+    along, down = (v[0] for v in directions(np.array([[0, 0, 0, 0, 0, segment["strike"], segment["dip"]]], float)))
+    taken = []
+    for size, extent, count, way in zip(sizes, whole, found[2][::-1], (along, down)):
+        distance = np.ptp(points @ way) / 1e3 / (count - 1) if count > 1 else size
+        share = extent / count if extent else size
+        taken.append(share if abs(share / size - 1) < ROUNDED and abs(share - distance) < abs(size - distance) else size)
+    return taken
+
+
 def sizes(reader, segment, points, remarks):
     """Length and width [m] of a segment's cells, and what the points are."""
     of, header = segment["said"], reader.header
     dx, dz = (of.get(name, header.get(name)) for name in ("Dx", "Dz"))
     if not dx or not dz or dx <= 0 or dz <= 0:
         raise FormatError(f"{reader.text.path}: segment {segment['label']} has no Dx and Dz, expected lengths of cells in km")
+    single = len(reader.segments) == 1
+    dx, dz = unrounded((dx, dz), [of.get(name, header.get(name) if single else None) for name in ("LEN", "WID")], points, segment)
     place = reader.place or "top"
-    top, row = of.get("Z2top", header.get("Htop") if len(reader.segments) == 1 else None), points[:, 2].min() / 1e3
+    top, row = of.get("Z2top", header.get("Htop") if single else None), points[:, 2].min() / 1e3
     half = 0.5 * dz * np.sin(np.radians(segment["dip"]))
     if top is not None and top not in UNKNOWN and half > 0:
         other = "centre" if place == "top" else "top"

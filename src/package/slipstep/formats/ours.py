@@ -12,6 +12,7 @@ from .projection import Projection
 from .text import FormatError
 
 FORMAT = "slipstep-slip"  # the attribute format of such a file
+OTHERS = ("cells", "vertices", "triangles", "hanging_wall", "fault", "rake", "slip", "points", "model")  # what is no other parameter of a fault
 
 
 def put(file, name, values, unit):
@@ -33,6 +34,8 @@ def write(model, path, points=None):
         if model.names:
             file["fault"].attrs["names"] = "; ".join(f"{label} {name}" for label, name in sorted(model.names.items()))
         put(file, "rake", model.rake, "degrees")
+        if model.slip is not None and model.triangles is not None:
+            file["hanging_wall"] = np.cross(model.triangles[:, 1] - model.triangles[:, 0], model.triangles[:, 2] - model.triangles[:, 0])
         if model.slip is not None:
             put(file, "slip", vectors(model), "m")
             put(file, "points", model.cells[:, :3] if points is None else points, "m")
@@ -84,6 +87,7 @@ def read(path):
             names = plain(file["fault"].attrs.get("names", ""))
             model.names = {int(word.split(" ", 1)[0]): word.split(" ", 1)[1] for word in names.split("; ") if " " in word}
             model.columns = {name: (data[()], plain(data.attrs["units"])) for name, data in file.get("model", {}).items() if name != "layers"}
+            model.fields = {name: (data[()], plain(data.attrs["units"])) for name, data in file.items() if name not in OTHERS and "units" in data.attrs}
             model.layers = file["model/layers"][()] if "model/layers" in file else None
             model.claims, model.options = json.loads(plain(file.attrs["claims"])), json.loads(plain(file.attrs["options"]))
             first = 0

@@ -19,7 +19,8 @@ def angle_span(degrees, least):
     """Of strikes, from 0, and rakes, from -180 on."""
     degrees = np.asarray(degrees) % 360
     turned = (degrees - degrees[0] + 180) % 360 - 180 + degrees[0]
-    return span(np.round(turned + 360 * np.ceil((least - turned.min() - 1e-3) / 360), 3))
+    turned = np.round(turned + 360 * np.ceil((least - turned.min() - 1e-3) / 360), 3)
+    return span(turned) if turned.max() < least + 360 else f"{turned.min():.6g} to {turned.max() - 360:.6g}"
 
 
 def against(value, claimed):
@@ -68,7 +69,7 @@ def lines(model):
     for name, (values, unit) in sorted(model.columns.items()):
         yield name.replace("_", " "), f"{span(values, 1, 5)} {unit}"
     for name, (values, unit) in model.fields.items():
-        yield name, f"{np.min(values):.6g} to {np.max(values):.6g}{'' if unit == '1' else ' ' + unit}"
+        yield name, span(values) + ("" if unit == "1" else f" {unit}")
     if model.options:
         yield "options", " ".join(f"-fault_{name} {value:g}" if isinstance(value, float) else f"-fault_{name} {value}" for name, value in model.options.items())
     if (above := corners[..., 2].min()) < -1e-6 * max(np.ptp(corners), 1):

@@ -7,6 +7,7 @@ from .text import Text
 
 DENSITY = 2700.0  # [kg/m3] where nothing says it; S velocities then have the rigidity
 SOMERVILLE = 2.03e-9  # rise time [s] over the cube root of the moment [dyne cm] (Somerville et al. 1999)
+GENSLIP = 9.05  # of the magnitudes of genslip, which writes mag= into comments: log10 of the moment [N m] less 1.5 times the magnitude (Hanks and Kanamori 1979)
 CLOSE = 0.01  # by which areas may differ
 
 
@@ -135,7 +136,7 @@ def claim(model, reader, rows):
     for words in " ".join(reader.comments).split():
         if words.startswith("mag=") and not model.claims.get("moment"):
             model.claims["magnitude"] = reader.text.number(1, words[4:])
-            model.claims["moment"] = 10 ** (1.5 * model.claims["magnitude"] + 9.1)
+            model.claims["moment"] = 10 ** (1.5 * model.claims["magnitude"] + GENSLIP)
     area = float(1e-4 * rows[:, 5].sum())
     if abs(area / model.area.sum() - 1) > CLOSE:
         model.remarks.append(f"areas of its points add up to {area / 1e6:.6g} km2")

@@ -5,7 +5,8 @@
     output/convert.py slip.h5 back.fsp                                       # and back
     output/convert.py model.fsp --receivers faults.h5 --stress change.h5     # what its slip does to other faults
 
-IN: .fsp of SRCMOD and the USGS, .param of the USGS, .srf, .inp of Coulomb, .h5 of this program, of a run or of a catalogue with maps. OUT: .h5, .fsp, .srf. Nothing is written where a file is refused.
+IN: .fsp of SRCMOD and the USGS, .param of the USGS, .srf, .inp of Coulomb, .in of HBI and of interact (geom.in), Input_BulkFaultGeometry.txt of
+Quake-DFN, parameter.txt of PyQuake3D, .h5 of this program, of a run or of a catalogue with maps. OUT: .h5, .fsp, .srf. Nothing is written where a file is refused.
 """
 
 import argparse
@@ -73,7 +74,7 @@ def receivers_of(options, model):
     def at(lon, lat):
         return model.projection or Projection(options.origin or (lon, lat), options.projection)
 
-    receivers = read(options.receivers, at, None, options.rake)
+    receivers = read(options.receivers, at, None, options.rake, options.unit)
     mine, theirs = ((p.origin, p.kind) if p else None for p in (model.projection, receivers.projection))
     if mine and theirs and mine != theirs:
         raise Error(f"{options.receivers} has the frame {receivers.projection.words} and {model.path} {model.projection.words}, expected one: --origin LON LAT")
@@ -122,6 +123,8 @@ def arguments():
     parser.add_argument("--rupture-speed", type=float, metavar="M/S", help="of .srf, where IN has no rupture times: they are distances from the hypocentre over it")
     parser.add_argument("--rise-time", type=float, metavar="S", help="of .srf, where IN has none")
     parser.add_argument("--step", type=float, default=0.1, metavar="S", help="of slip rates in .srf, at most (0.1)")
+    parser.add_argument("--unit", choices=("m", "km"), help="of lengths in files of interact, which do not say it")
+    parser.add_argument("--mesh", metavar="FILE", help="of PyQuake3D (the one beside parameter.txt)")
     parser.add_argument("--event", metavar="N", help="of a catalogue: number from 1 on, or largest (default)")
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="of a run (all of it): seconds, or numbers with s, min, h, d, y")
     parser.add_argument("--shift", action="store_true", help="move cells that rise above the ground down, all by the same")
@@ -131,7 +134,7 @@ def arguments():
     parser.add_argument("--background", nargs=2, type=float, metavar=("SHEAR", "NORMAL"), help="stress [Pa] before: in place of the change --stress has the sum of both, "
                         "initial_traction and normal_stress, and rake, for -fault_parameters")
     parser.add_argument("--figure", metavar="PNG", help="picture of the cells and their slip")
-    options = parser.parse_args()
+    options = parser.parse_intermixed_args()  # options may be between IN and OUT
     check(parser, options)
     return options
 
@@ -143,7 +146,7 @@ def main():
     def at(lon, lat):
         return Projection(options.origin or (lon, lat), options.projection)
 
-    model = read(options.input, at, options.format, options.rake, event=options.event, window=options.window, step=options.step)
+    model = read(options.input, at, options.format, options.rake, options.unit, options.mesh, event=options.event, window=options.window, step=options.step)
     if options.origin and model.projection is None:
         model.projection = Projection(options.origin, options.projection)
     if options.shift:
@@ -151,14 +154,14 @@ def main():
     timed(model, options)
     receivers = receivers_of(options, model) if options.receivers else None
     for name, text in said.lines(model):
-        print(f"{name + ':':<14}{text}")
+        print(f"{name + ':':<20}{text}")
     if options.output:
         write(model, options.output, None if receivers is None else receivers.cells[:, :3])
-        print(f"{'written:':<14}{options.output}")
+        print(f"{'written:':<20}{options.output}")
     if options.stress:
         shear, normal = stress_on(model, receivers, options)
-        print(f"{'stress:':<14}on {len(shear)} cells of {options.receivers}: shear {said.span(shear, 1e6, 4)} MPa, normal {said.span(normal, 1e6, 4)} MPa, written to {options.stress}")
+        print(f"{'stress:':<20}on {len(shear)} cells of {options.receivers}: shear {said.span(shear, 1e6, 4)} MPa, normal {said.span(normal, 1e6, 4)} MPa, written to {options.stress}")
     if options.figure:
         from ..plots.model import draw
         draw(model).savefig(options.figure)
-        print(f"{'Figure:':<14}{options.figure}")
+        print(f"{'Figure:':<20}{options.figure}")

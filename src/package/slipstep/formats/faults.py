@@ -1,0 +1,257 @@
+"""Faults of other programs for cycles with rate-and-state friction: HBI (.in with its parameters and STL), interact (geom.in), Quake-DFN (Input_BulkFaultGeometry.txt) and PyQuake3D
+(parameter.txt with a mesh and its parameters). x is taken to be east, y north, z up, as these draw them."""
+
+import glob
+import os
+import re
+
+import numpy as np
+
+from ..geometry.meshfiles import MeshError, read as read_surfaces
+from .model import Model, Segment
+from .ours import cells_of_triangles
+from .text import FormatError, Text
+
+MPA, KM = 1e6, 1e3
+# Parameters of these programs -> field of -fault_parameters, unit and factor
+FIELDS = {"a": ("friction_a", "1", 1.0), "b": ("friction_b", "1", 1.0), "dc": ("friction_slip", "m", 1.0), "f0": ("friction_reference", "1", 1.0), "tau": ("initial_traction", "Pa", MPA),
+          "sigma": ("normal_stress", "Pa", MPA), "vel": ("initial_rate", "m/s", 1.0)}
+
+
+def put_fields(model, columns):
+    """Columns {name: [N]} of a program as fields; those that fault does not have are dropped."""
+    for name, values in columns.items():
+        values = np.broadcast_to(values, len(model.cells)).astype(float)
+        if name == "rake":
+            model.rake = values
+        elif name in FIELDS:
+            field, unit, factor = FIELDS[name]
+            model.fields[field] = (values * factor, unit)
+        elif np.any(values):
+            model.dropped.append(f"column {name}")
+    model.options["friction_law"] = "rate_and_state"
+
+
+def triangles_of(path, unit):
+    """Cells [N, 7] and corners [N, 3, 3], north, east and down [m], and labels of a file of triangles with x east, y north, z up."""
+    try:
+        found = read_surfaces(path)
+    except MeshError as error:
+        raise FormatError(str(error)) from None
+    corners = found.corners[..., [1, 0, 2]] * (1, 1, -1) * unit
+    cells, corners = cells_of_triangles(corners)
+    return cells, corners, found.fault, found.names
+
+
+def table(path, count, names=None):
+    """Columns {name: [count]} of a file whose first line has their names, or of given names."""
+    text = Text(path)
+    first = 1 if names else 2
+    names = names or text.lines[0].split() if len(text) else []
+    if names and re.fullmatch(r"[-+.\deEdD]+", names[0]):
+        text.fail(1, text.quoted(1), "names of columns, as a dc tau vel")
+    rows = [(line, words.split()) for line, words in text if line >= first and words.strip()]
+    if len(rows) < count:
+        text.fail(len(text) + 1, f"{len(rows)} rows", f"{count}, one for each cell")
+    for line, words in rows[:count]:
+        if len(words) < len(names):
+            text.fail(line, f"{len(words)} numbers", f"{len(names)}: {' '.join(names)}")
+    return {name: np.array([text.number(line, words[k]) for line, words in rows[:count]]) for k, name in enumerate(names)}
+
+
+# ---- HBI ----
+
+def read_hbi(path, at, rake=None):
+    """Problems 3dp, 3dph, 3dht and 3dnt: lengths in km, stress in MPa; cells by columns along strike."""
+    text, said = Text(path), {}
+    for line, words in text:
+        words = words.split("!")[0].split()
+        if len(words) > 1:
+            said[words[0]] = (line, words[1].strip("'\""))
+    if "problem" not in said:
+        text.fail(len(text) + 1, "no problem", "one of 3dp, 3dph, 3dht, 3dnt")
+
+    def value(name, default=None):
+        if name not in said and default is None:
+            text.fail(len(text) + 1, f"no {name}", "a number")
+        return text.number(*said[name]) if name in said else default
+
+    problem = said["problem"][1]
+    if problem in ("3dp", "3dph"):
+        model = hbi_grid(path, problem, *(text.whole(*said[name]) if name in said else value(name) for name in ("imax", "jmax")), KM * value("ds"), value("dipangle", 90.0), KM * value("ztop", 0.0))
+    elif problem in ("3dht", "3dnt") and "geometry_file" in said:
+        cells, corners, label, names = triangles_of(beside(path, said["geometry_file"][1]), KM)
+        model = Model(path, "HBI", cells, np.zeros(len(cells)), None, corners, label, names, unit="km")
+    else:
+        text.fail(said["problem"][0], f"the problem {problem}", "3dp, 3dph, or 3dht or 3dnt with a geometry_file")
+    columns = {name: value(key) for key, name in (("a", "a"), ("b", "b"), ("dc", "dc"), ("f0", "f0"), ("tauinit", "tau"), ("sigmainit", "sigma"), ("velinit", "vel"), ("crake", "rake")) if key in said}
+    if "muinit" in said and "sigmainit" in said:
+        columns["tau"] = value("muinit") * value("sigmainit")
+    if said.get("parameterfromfile", (0, "F"))[1].upper().startswith("T"):
+        columns.update(table(beside(path, said["parameter_file"][1] if "parameter_file" in said else "no parameter_file"), len(model.cells)))
+    put_fields(model, columns)
+    model.options.update(shear_modulus=32.04e9, density=32.04e9 / 3464.0 ** 2, poisson_ratio=0.25, loading_rate=value("vpl", 0.0))  # m_const.f90: 32.04 GPa, 3.464 km/s
+    if problem == "3dnt":
+        model.options["kernel"] = "full_space"
+    model.dropped.append("injection, output and steps of the run")
+    return model
+
+
+def beside(path, name):
+    """A file that is named from the folder of the program, which is that of the input or one above it."""
+    folder = os.path.dirname(os.path.abspath(path))
+    if os.path.exists(found := os.path.join(folder, os.path.basename(name))):
+        return found
+    for _ in range(3):
+        if os.path.exists(found := os.path.join(folder, name)):
+            return found
+        folder = os.path.dirname(folder)
+    raise FormatError(f"{path} names {name}, which is not there, expected it from its folder or one above it")
+
+
+def hbi_grid(path, problem, nx, nz, ds, dip, top):
+    """x along strike, which is east; planes of 3dp are in a full space about z = 0, those of 3dph dip to -y below ztop."""
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(nx), np.arange(nz), indexing="ij"))
+    east = (i + 0.5 - nx // 2) * ds
+    down = (j + 0.5) * ds if problem == "3dph" else (j + 0.5 - nz // 2) * ds
+    turn = np.radians(dip if problem == "3dph" else 90.0)
+    cells = np.column_stack([-down * np.cos(turn), east, down * np.sin(turn) - top, *(np.full(nx * nz, v) for v in (ds, ds, 90.0, np.degrees(turn)))])
+    model = Model(path, f"HBI, problem {problem}", cells, np.zeros(nx * nz), unit="km")
+    if problem == "3dp":
+        model.options["kernel"] = "full_space"
+    return model
+
+
+# ---- interact ----
+
+def read_interact(path, at, rake=None, unit=None):
+    """Rectangular patches: x y z strike dip half length half width group; lengths have no unit in the file."""
+    text, rows = Text(path), []
+    for line, words in text:
+        if words.strip() and not words.lstrip().startswith("#"):
+            values = text.numbers(line, 8, "8: x y z strike dip half-length half-width group")
+            if min(values[5:7]) <= 0:
+                text.fail(line, f"half a length of {values[5]:g} and half a width of {values[6]:g}", "both above 0: triangles, points and planes of two dimensions are not read")
+            if not 0 < values[4] < 180:
+                text.fail(line, f"a dip of {values[4]:g}", "0 < dip < 180 degrees")
+            rows.append(values)
+    if not rows:
+        text.fail(len(text) + 1, "", "8 numbers: x y z strike dip half-length half-width group")
+    if unit is None:
+        raise FormatError(f"{path} does not say the unit of its lengths, expected --unit m or km")
+    rows = np.array(rows)
+    size = {"m": 1.0, "km": KM}[unit]
+    over = rows[:, 4] > 90  # the other side is the hanging wall, from which a rake has the other sign
+    strike, dip = np.where(over, rows[:, 3] + 180, rows[:, 3]) % 360, np.where(over, 180 - rows[:, 4], rows[:, 4])
+    cells = np.column_stack([size * rows[:, 1], size * rows[:, 0], -size * rows[:, 2], 2 * size * rows[:, 5], 2 * size * rows[:, 6], strike, dip])
+    rake = np.full(len(rows), 0.0 if rake is None else rake)
+    model = Model(path, "patches of interact", cells, np.where(over, -rake, rake), fault=rows[:, 7].astype(int), unit=unit)
+    if over.any():
+        model.remarks.append(f"{over.sum()} patches dip by more than 90 degrees: their strike and dip are those of the other side, and --rake has the other sign there")
+    return model
+
+
+# ---- Quake-DFN ----
+
+DFN = "Ctr_X Ctr_Y Ctr_Z St_L Dip_L StAng DipAng LR/RN a b Dc Theta_i V_i Fric_i Sig0 SigGrad V_Const MaxLeng".split()
+V0 = 1e-9  # [m/s], Functions_RSFDFN3DMain_D.jl
+
+
+def read_dfn(path, at, rake=None):
+    """Rectangles in m, by their centres, which are cut into cells no longer than MaxLeng; faults with V_Const creep."""
+    text = Text(path)
+    head = text.numbers(2, 7, "7: SwitchSS/RN ShearMod PoissonRatio R_Density Crit_TooClose TooCloseNormal_Multiplier Minimum_NS")
+    names = text.lines[2].split() if len(text) > 2 else []
+    if [n.lower() for n in names[:7]] != [n.lower() for n in DFN[:7]] or len(names) != len(DFN):
+        text.fail(3, text.quoted(3) if len(text) > 2 else "", " ".join(DFN))
+    rows = [(line, text.numbers(line, 18, "18 numbers: " + " ".join(DFN))) for line, words in text if line > 3 and words.strip()]
+    if not rows:
+        text.fail(len(text) + 1, "", "18 numbers: " + " ".join(DFN))
+    up = all(values[2] < 0 for _, values in rows)
+    cells, fault, kept, segments, count = [], [], [], [], 0
+    for number, (line, values) in enumerate(rows, 1):
+        if not 0 < values[6] < 180 or min(values[3], values[4], values[17]) <= 0:
+            text.fail(line, f"lengths {values[3]:g} and {values[4]:g}, a dip of {values[6]:g} and MaxLeng {values[17]:g}", "lengths above 0 and 0 < dip < 180 degrees")
+        nx, nz = (int(np.ceil(values[k] / values[17])) for k in (3, 4))
+        own = dfn_cells(values, nx, nz, -1 if up else 1)
+        segments.append(Segment(number, count + np.arange(len(own)), (nz, nx), None))
+        count += len(own)
+        cells.append(own)
+        fault += [number] * len(own)
+        kept.append(np.tile(np.append(values, dfn_rake(head[0], values)), (len(own), 1)))
+    cells, kept = np.concatenate(cells), np.concatenate(kept)
+    model = Model(path, "Quake-DFN", cells, np.where(kept[:, 6] > 90, -kept[:, 18], kept[:, 18]), fault=np.array(fault), segments=segments, unit="m")
+    normal = np.maximum(kept[:, 14] + kept[:, 15] * cells[:, 2], head[6])
+    a, b, dc, state, rate, friction = kept[:, 8:14].T
+    fields = {"friction_a": (a, "1"), "friction_b": (b, "1"), "friction_slip": (dc, "m"), "friction_reference": (friction - a * np.log(rate / V0) - b * np.log(state * V0 / dc), "1"),
+              "initial_rate": (rate, "m/s"), "initial_state": (state, "s"), "normal_stress": (normal, "Pa")}
+    if kept[:, 16].any():
+        fields.update(creep=((kept[:, 16] > 0).astype(float), "1"), loading_rate=(kept[:, 16], "m/s"))
+    model.fields = fields
+    model.options.update(friction_law="rate_and_state", shear_modulus=head[1], poisson_ratio=head[2], density=head[3], friction_reference_rate=V0)
+    model.dropped.append("Crit_TooClose and TooCloseNormal_Multiplier")
+    return model
+
+
+def dfn_rake(switch, values):
+    """LR/RN by the switch: 1 strike-slip, -1 left-lateral; 2 dip-slip, -1 reverse; 0: a rake."""
+    if switch == 0:
+        return (values[7] + 180) % 360 - 180
+    if switch == 1:
+        return 0.0 if values[7] == -1 else 180.0
+    return 90.0 if (values[7] == -1) == (values[6] < 90) else -90.0
+
+
+def dfn_cells(values, nx, nz, down):
+    """Cells by rows from the upper left: StAng is counterclockwise from x, planes dip to its right, dips above 90 degrees to its left."""
+    x, y, z, length, width, angle, dip = values[:7]
+    strike = 90.0 - angle
+    if dip > 90:
+        strike, dip = strike + 180, 180 - dip
+    turn, lean = np.radians(strike), np.radians(dip)
+    along = np.array([np.cos(turn), np.sin(turn), 0])
+    below = np.array([-np.sin(turn) * np.cos(lean), np.cos(turn) * np.cos(lean), np.sin(lean)])
+    i, j = (k.ravel() for k in np.meshgrid((np.arange(nx) + 0.5) / nx - 0.5, (np.arange(nz) + 0.5) / nz - 0.5))
+    centres = np.array([y, x, down * z]) + (i * length)[:, None] * along + (j * width)[:, None] * below
+    return np.column_stack([centres, *(np.full(nx * nz, v) for v in (length / nx, width / nz, strike % 360, dip))])
+
+
+# ---- PyQuake3D ----
+
+def read_pyquake(path, at, rake=None, mesh=None):
+    """parameter.txt with the mesh beside it, in km or m by Scale_km, and a row of rake a b dc f0 tau sigma vel loads for each cell."""
+    text, said = Text(path), {}
+    for line, words in text:
+        if ":" in words and not words.lstrip().startswith("#"):
+            name, value = words.split(":", 1)
+            said[name.strip()] = (line, value.strip())
+    missing = [name for name in ("Scale_km", "Shear modulus", "Rock density") if name not in said]
+    if missing:
+        text.fail(len(text) + 1, f"no {missing[0]}", f"a line {missing[0]}: VALUE of PyQuake3D")
+    if mesh is None:
+        meshes = sorted(found for ending in ("msh", "inp") for found in glob.glob(os.path.join(glob.escape(os.path.dirname(os.path.abspath(path))), f"*.{ending}")))
+        if len(meshes) != 1:
+            raise FormatError(f"{path}: {len(meshes)} meshes (.msh, .inp) are beside it, expected one or --mesh FILE")
+        mesh = meshes[0]
+    cells, corners, label, names = triangles_of(mesh, KM if said["Scale_km"][1] == "True" else 1.0)
+    model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, label, names, unit="km" if said["Scale_km"][1] == "True" else "m")
+    model.remarks.append(f"mesh: {mesh}")
+    if said.get("InputHetoparamter", (0, "False"))[1] == "True":
+        columns = table(beside(path, said["Inputparamter file"][1]), len(cells), "rake a b dc f0 tau sigma vel shear_loading normal_loading".split())
+        put_fields(model, columns)
+    else:
+        model.dropped.append("stress and friction by regions, which are not a file: only cells are read")
+    shear, density = (text.number(*said[name]) for name in ("Shear modulus", "Rock density"))
+    lame = text.number(*said["Lame constants"]) if "Lame constants" in said else shear
+    model.options.update(shear_modulus=shear, density=density, poisson_ratio=lame / (2 * (lame + shear)))
+    if "Plate loading rate" in said:
+        model.options["loading_rate"] = text.number(*said["Plate loading rate"])
+    if said.get("Half space", (0, "True"))[1] != "True":
+        model.options["kernel"] = "full_space"
+    return model
+
+
+def is_interact(path):
+    """Whether the first line has eight numbers."""
+    words = next((w.split() for _, w in Text(path) if w.strip()), [])
+    return len(words) == 8 and all(re.fullmatch(r"[-+.\deE]+", w) for w in words)
