@@ -4,10 +4,10 @@ them; others are refused by one line that names the line."""
 
 import unittest
 
+from test_convert_sources import SourcesTest
 import h5py
 import numpy as np
 
-from test_convert_sources import SourcesTest
 from slipstep.formats import faults
 
 HBI = """problem 3dph !a plane
