@@ -31,7 +31,7 @@ REPOSITORY = "https://github.com/slipstep/slipstep/blob/main/"
 # folder of the site: (title, what it answers, sources in their order; patterns take the rest by name)
 PARTS = {
     "tutorials": ("Tutorials", "You are new: which commands take you to a first result? Each tutorial is a lesson from start to end, and each command is run by a test.",
-                  ["examples/tutorials/first_run.md", "examples/tutorials/my_fault.md", "examples/tutorials/century.md", "examples/tutorials/benchmark.md",
+                  ["examples/tutorials/first_run.md", "examples/tutorials/my_fault.md", "examples/tutorials/century.md", "examples/tutorials/own_cycles.md", "examples/tutorials/benchmark.md",
                    "examples/tutorials/my_policy.md", "examples/tutorials/my_model.md"]),
     "howto": ("How-to", "You have a task: which options and files does it take? One page each.",
               ["examples/howto/install.md", "examples/howto/options.md", "examples/howto/accuracy.md", "examples/howto/python.md", "examples/howto/*.md", "output/howto/*.md",
@@ -48,7 +48,7 @@ NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/REA
 SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/study/import_sb3.py"]
 STUDY = ("plot_study", "results_table")
 # what the reference shows of the package
-MODULES = ("", "running", "results", "results.result", "results.run", "results.catalogue", "results.events", "results.fields", "geometry.surface", "studies.study", "studies.plan", "numbers.report", "numbers.source", "numbers.rupture", "numbers.stress", "numbers.cycle", "results.magnitudes", "errors", "petsc")
+MODULES = ("", "running", "fields", "wells", "results", "results.result", "results.run", "results.catalogue", "results.events", "results.fields", "geometry.surface", "studies.study", "studies.plan", "numbers.report", "numbers.source", "numbers.rupture", "numbers.stress", "numbers.cycle", "results.magnitudes", "errors", "petsc")
 PROGRAMS = {"fault": "The fault", "sliding_mode": "The sliding mode", "circuit": "The circuit", "oscillator": "The oscillator", "train": "Training", "evaluate": "Evaluation of controllers"}
 
 
