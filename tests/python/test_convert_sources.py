@@ -9,7 +9,7 @@ from scripts import PictureTest, FaultTest
 
 import numpy as np
 
-from slipstep import Run
+from slipstep import Catalogue, Run
 from slipstep.formats import coulomb, param, srf
 from slipstep.formats.projection import Projection
 from slipstep.geometry.cells import corners_of, directions
@@ -198,7 +198,7 @@ class Coulomb(SourcesTest):
     def test_cells(self):
         """The upper edge at x = 1 km, a dip of 30 degrees to the east: the centre is 2.5 km / tan 30 further; E of 8e5 bar is 32 GPa. Right-lateral slip has the rake 180."""
         for names, one, two in (("rt.lat    reverse", "0.0 0.8", "1.5 0.0"), ("rake     netslip", "90.0 0.8", "180.0 1.5")):
-            model = coulomb.read(self.put("model.inp", COULOMB.format(names=names, one=one, two=two)), at)
+            model = coulomb.read(self.put("model.inp", COULOMB.format(names=names, one=one, two=two)), lambda lon, lat: Projection((lon, lat), "sphere"))
             np.testing.assert_allclose(model.cells, [[7e3, 1e3 + 2.5e3 / np.tan(np.radians(30)), 6.5e3, 1e4, 1e4, 0, 30], [0, 0, 5e3, 1e4, 1e4, 90, 90]], atol=1e-9)
             np.testing.assert_allclose(model.slip, [0.8, 1.5])
             np.testing.assert_allclose(model.rake, [90, 180])
@@ -206,6 +206,16 @@ class Coulomb(SourcesTest):
             self.assertAlmostEqual(model.moment()[0], 32e9 * 1e8 * 2.3, delta=1e5)
             self.assertRegex(model.dropped[0], "1 elements of Kode 400")
         self.assertEqual(model.claims["moment"], 1e18)
+
+    def test_origin(self):
+        """Cells are where the zero of the file is, whatever the origin of the frame."""
+        text = self.put("model.inp", COULOMB.format(names="rake     netslip", one="90.0 0.8", two="180.0 1.5"))
+        own, other = (coulomb.read(text, lambda lon, lat: Projection(origin or (lon, lat), "sphere")) for origin in (None, (-124.0, 40.0)))
+        for model in (own, other):
+            lon, lat = model.projection.inverse(*model.cells[:, :2].T)
+            np.testing.assert_allclose(lat[1], 40.3, atol=1e-9)
+            np.testing.assert_allclose(lon[1], -124.5, atol=1e-9)
+        np.testing.assert_allclose(other.cells[1, :2], Projection((-124.0, 40.0), "sphere").forward(-124.5, 40.3), atol=1e-6)
 
     def test_refused(self):
         text = COULOMB.format(names="rt.lat    reverse", one="0.0 0.8", two="1.5 0.0")
@@ -239,6 +249,18 @@ class Runs(SourcesTest):
         np.testing.assert_allclose(np.diff(time), 0.25)
         self.assertAlmostEqual(0.25 * rate.sum() / moment, 1, 9)
         self.refused("convert", "does not say where it is on the Earth, expected --origin", self.path("run.h5"), self.path("out.srf"))
+
+    def test_event(self):
+        """The largest event of a catalogue, with the rupture times of its map."""
+        self.fault(*"-fault_nx 6 -fault_nz 5 -fault_output run.h5 -fault_catalogue events.h5 -fault_catalogue_maps -ts_max_time 30".split())
+        catalogue = Catalogue(self.path("events.h5"))
+        slip, rupture = (catalogue.map(name)[0].ravel() for name in ("slip", "rupture_time"))
+        for name in ("event.fsp", "event.srf"):
+            self.plot("convert", self.path("events.h5"), self.path(name), "--origin", *map(str, ORIGIN), "--projection", "sphere", "--rise-time", "1")
+        one = srf.read(self.path("event.srf"), at)
+        np.testing.assert_allclose(one.slip, np.abs(slip), atol=1e-6)
+        np.testing.assert_allclose(one.columns["rupture_time"][0], rupture, atol=1e-4)
+        self.assertAlmostEqual(one.moment()[0] / catalogue.event["moment"][0], 1, 3)
 
 
 if __name__ == "__main__":

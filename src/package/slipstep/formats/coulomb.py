@@ -52,6 +52,17 @@ def check(text, line, values):
         text.fail(line, f"a top at {top:g} and a bottom at {bottom:g} km", "0 <= top < bottom")
 
 
+def moved(model, projection, lon, lat):
+    """Cells whose x = y = 0 is at a longitude and latitude, north upward, in a frame that may have another origin."""
+    north, east = (float(v) for v in projection.forward(lon, lat))
+    turn = projection.convergence(north, east)
+    cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    x, y = model.cells[:, 0].copy(), model.cells[:, 1].copy()
+    model.cells[:, 0], model.cells[:, 1] = north + cos * x + sin * y, east + cos * y - sin * x
+    model.cells[:, 5] = (model.cells[:, 5] - turn) % 360
+    model.projection = projection
+
+
 def of(path, text, rows, names, net, rake, at, dropped):
     x0, y0, x1, y1, _, first, second, dip, top, bottom = rows.T
     dx, dy = 1e3 * (x1 - x0), 1e3 * (y1 - y0)
@@ -79,7 +90,7 @@ def of(path, text, rows, names, net, rake, at, dropped):
         model.claims["moment"] = float(found[1]) * 1e-7
     zero = [re.search(rf"zero {name}\.? =\s*([-\d.]+)", words) for name in ("lon", "lat")]
     if all(zero):
-        model.projection = at(float(zero[0][1]), float(zero[1][1]))
+        moved(model, at(*(float(found[1]) for found in zero)), *(float(found[1]) for found in zero))
     if still.any():
         model.remarks.append(f"{still.sum()} of {len(rows)} faults have no slip, receivers" + ("; their rake is 0, or --rake" if rake is None else ""))
     for kode in sorted({k for _, k in dropped}):

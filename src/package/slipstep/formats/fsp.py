@@ -239,7 +239,7 @@ def write(model, file):
     rule = "% " + 98 * "-" + "\n"
     out = [f"% {34 * '-'}  FINITE-SOURCE RUPTURE MODEL  {32 * '-'}\n%\n% Event : {claims.get('title', 'slip by SlipStep')}\n% EventTAG: {tag(model)}\n%\n"]
     out.append(f"% Loc  : LAT = {lat:.5f}   LON = {lon:.5f}   DEP = {depth / 1e3:.3f}\n")
-    out.append(f"% Size : LEN = {length / 1e3:.4f} km   WID = {width / 1e3:.4f} km   Mw = {2 / 3 * (np.log10(moment) - 9.1) if moment > 0 else 0:.4f}   Mo = {moment:.10g} Nm\n")
+    out.append(f"% Size : LEN = {length / 1e3:.4f} km   WID = {width / 1e3:.4f} km   Mw = {2 / 3 * (np.log10(moment) - 9.1) if moment > 0 else 0:.4f}   Mo = {moment:.15g} Nm\n")
     out.append(f"% Mech : STRK = {claims.get('strike', strike_of(model, first)):.4f}   DIP = {claims.get('dip', float(np.average(cells[:, 6], weights=weight))):.4f}   "
                f"RAKE = {claims.get('rake', mean_angle(model.rake, weight)):.4f}   Htop = {model.corners[..., 2].min() / 1e3:.4f} km\n% Rupt : HypX = 999 km   HypZ = 999 km   avTr = 999 s   avVr = 999 km/s\n%\n")
     out.append(f"% Invs : Nx = {shape[1]}   Nz = {shape[0]}   Fmin = 999 Hz   Fmax = 999 Hz\n% Invs : Dx = {cells[first.rows[0], 3] / 1e3:.4f} km   Dz = {cells[first.rows[0], 4] / 1e3:.4f} km\n"

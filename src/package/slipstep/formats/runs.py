@@ -49,7 +49,8 @@ def read(path, event=None, window=None, step=0.1):
     begin, end = window or (None, None)
     if of_events:
         catalogue = Catalogue(path)
-        source = slip_of_event(catalogue, catalogue.number_of(event or "largest"))
+        number = catalogue.number_of(event or "largest")
+        source = slip_of_event(catalogue, number)
         mesh = catalogue.mesh
     else:
         if event:
@@ -63,6 +64,13 @@ def read(path, event=None, window=None, step=0.1):
     model = Model(path, "run of SlipStep" if not of_events else "event of SlipStep", source.cells, np.broadcast_to(rake, len(source.cells)).astype(float), slip, source.triangles, labels,
                   segments=segments_of(source, labels), options={"shear_modulus": source.shear_modulus, "poisson_ratio": source.poisson_ratio})
     model.claims["title"] = source.words
+    if of_events:
+        rupture = catalogue.map("rupture_time")[number].reshape(-1).astype(float)
+        never = np.isnan(rupture)
+        rupture[never] = catalogue.event["end"][number] - catalogue.event["onset"][number]
+        model.columns = {"rupture_time": (rupture, "s")}
+        if never.any():
+            model.remarks.append(f"{never.sum()} cells were never above the rate of the catalogue: their rupture time is the end of the event")
     if not of_events and source.slip.ndim == 1:
         rupture, rise, start, rates = times_of(run, begin, end, step)
         model.columns = {"rupture_time": (rupture, "s"), "rise_time": (rise, "s")}

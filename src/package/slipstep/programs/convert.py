@@ -75,6 +75,8 @@ def receivers_of(options, model):
         return model.projection or Projection(options.origin or (lon, lat), options.projection)
 
     receivers = read(options.receivers, at, None, options.rake, options.unit)
+    if model.projection and receivers.projection is None:
+        model.remarks.append(f"x = y = 0 of {options.receivers} is taken to be that of the frame")
     mine, theirs = ((p.origin, p.kind) if p else None for p in (model.projection, receivers.projection))
     if mine and theirs and mine != theirs:
         raise Error(f"{options.receivers} has the frame {receivers.projection.words} and {model.path} {model.projection.words}, expected one: --origin LON LAT")
