@@ -24,7 +24,7 @@ PetscErrorCode SlipDeviceFFTCreate(SlipDevice device, PetscInt columns, PetscInt
   f->cl = *SlipDeviceGetOpenCL(device);
   f->room = room;
   f->bytes = (uint64_t)sizeof(PetscReal) * (uint64_t)(columns + 2) * (uint64_t)rows * (uint64_t)fields;
-  c.FFTdim = 2;
+  c.FFTdim = rows > 1 ? 2 : 1;
   c.size[0] = (uint64_t)columns;
   c.size[1] = (uint64_t)rows;
   c.numberBatches = (uint64_t)fields;
@@ -45,12 +45,19 @@ PetscErrorCode SlipDeviceFFTCreate(SlipDevice device, PetscInt columns, PetscInt
 
 PetscErrorCode SlipDeviceFFTApply(SlipDeviceFFT fft, PetscBool backward)
 {
+  PetscFunctionBegin;
+  PetscCall(SlipDeviceFFTApplyAt(fft, fft->room, backward));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipDeviceFFTApplyAt(SlipDeviceFFT fft, SlipDeviceMemory room, PetscBool backward)
+{
   VkFFTLaunchParams launch = {0};
   VkFFTResult result;
 
   PetscFunctionBegin;
   launch.commandQueue = &fft->cl.queue;
-  launch.buffer = &fft->room;
+  launch.buffer = &room;
   result = VkFFTAppend(&fft->app, backward ? 1 : -1, &launch);
   PetscCheck(result == VKFFT_SUCCESS, PETSC_COMM_SELF, PETSC_ERR_LIB,
              "a transform on the device failed (VkFFT's error %d)", (int)result);

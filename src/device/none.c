@@ -86,4 +86,5 @@ NONE(SlipDeviceReduce, SlipDevice device, SlipDeviceKernel kernel, size_t n, Pet
 NONE(SlipDeviceFFTCreate, SlipDevice device, PetscInt columns, PetscInt rows, PetscInt fields, SlipDeviceMemory room,
      SlipDeviceFFT *fft)
 NONE(SlipDeviceFFTApply, SlipDeviceFFT fft, PetscBool backward)
+NONE(SlipDeviceFFTApplyAt, SlipDeviceFFT fft, SlipDeviceMemory room, PetscBool backward)
 NONE(SlipDeviceFFTDestroy, SlipDeviceFFT *fft)

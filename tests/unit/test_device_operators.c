@@ -59,7 +59,7 @@ static void Products(const char what[], Mat K, Mat D)
     ok(VecDuplicate(y, &z));
     ok(MatMult(D, x, z));
   }
-  ok(SlipMatDeviceBytes(K, &bytes));
+  ok(SlipMatDeviceBytes(K, &bytes)); /* of some, of what it shares with another one, too */
   start = SlipDeviceGetTraffic();
   ok(SlipMatUseDevice(K));
   end = SlipDeviceGetTraffic();
@@ -95,16 +95,49 @@ static void Products(const char what[], Mat K, Mat D)
   ObjectsDestroy(&x, &y, &z, &u, &v, &w);
 }
 
-/* By transforms: half-space and full space, at the ground and below, one row and many, averages */
+/* Both at once are one by one, to the bit, and without traffic. */
+static void Both(Mat K, Mat Kn)
+{
+  SlipDeviceTraffic start, end;
+  PetscBool same;
+  Vec u, f, n, g, m;
+
+  ok(MatCreateVecs(K, &u, &f));
+  ok(MatCreateVecs(Kn, NULL, &n));
+  ok(VecDuplicate(f, &g));
+  ok(VecDuplicate(n, &m));
+  Fill(2, u);
+  ok(MatMult(K, u, f));
+  ok(MatMult(Kn, u, n));
+  start = SlipDeviceGetTraffic();
+  ok(MatSlipStiffnessMultBoth(K, Kn, u, g, m));
+  end = SlipDeviceGetTraffic();
+  assert_true(end.puts == start.puts && end.fetches == start.fetches && end.numbers == start.numbers);
+  ok(SlipDeviceVecSame(f, g, &same));
+  assert_true(same);
+  ok(SlipDeviceVecSame(n, m, &same));
+  assert_true(same);
+  ObjectsDestroy(&u, &f, &n, &g, &m);
+}
+
+/* By transforms: half-space and full space, at the ground and below, one row and many, averages; and without transforms
+   in depth, a kernel below the ground that has none */
 static void grids(void **state)
 {
-  const SlipGrid grids[] = {{20, 12, 3000.0, 1800.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
-                            {17, 9, 2000.0, 1100.0, 700.0, ROCK(0.1, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
-                            {13, 1, 2000.0, 100.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
-                            {1, 16, 500.0, 3600.0, 0.0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)},
-                            {24, 15, 3000.0, 2000.0, 0.0, ROCK(0.3, PETSC_TRUE, SLIP_AVERAGE_CELL)}};
+  static SlipKernelType plain;
+  const SlipGrid grids[] = {
+    {20, 12, 3000.0, 1800.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+    {17, 9, 2000.0, 1100.0, 700.0, ROCK(0.1, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+    {13, 1, 2000.0, 100.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE)},
+    {1, 16, 500.0, 3600.0, 0.0, ROCK(0.25, PETSC_TRUE, SLIP_AVERAGE_CENTRE)},
+    {24, 15, 3000.0, 2000.0, 0.0, ROCK(0.3, PETSC_TRUE, SLIP_AVERAGE_CELL)},
+    {11, 9, 3000.0, 2900.0, 0.0, ROCK(0.25, PETSC_FALSE, SLIP_AVERAGE_WHOLE)},
+    {20, 11, 3000.0, 1900.0, 300.0, {&plain, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE, NULL}},
+    {1, 7, 300.0, 1900.0, 300.0, {&plain, 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE, NULL}}};
 
   NEEDS_DEVICE;
+  plain = SlipKernelStrikeSlip;
+  plain.surface = NULL;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
     Mat K, D;
 
@@ -112,6 +145,38 @@ static void grids(void **state)
     ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &grids[k], "dense", &D));
     Products("a grid", K, D);
     ObjectsDestroy(&K, &D);
+  }
+}
+
+/* Slip along strike, up dip, along rakes that differ, as a vector and with opening; normal stress, and both at once */
+static void dipping(void **state)
+{
+  enum { nx = 14, nz = 9, n = nx * nz };
+  const SlipKernelType *const types[] = {&SlipKernelDipping, &SlipKernelDipping, &SlipKernelDipping,
+                                         &SlipKernelDippingVector, &SlipKernelDippingOpening};
+  PetscReal rake[n];
+
+  NEEDS_DEVICE;
+  for (int k = 0; k < 5; k++) {
+    const SlipDippingGrid grid = {
+      .grid = {nx, nz, 1500, 800, 50 * (k % 2), {types[k], 30e9, 0.25, PETSC_FALSE, SLIP_AVERAGE_CENTRE, NULL}},
+      .dip = 55,
+      .rake = rake,
+      .tolerance = 1e-6};
+    Mat K, Kn, D, Dn;
+
+    for (PetscInt i = 0; i < n; i++) rake[i] = k < 2 ? 90 * k : 3 * (double)i;
+    for (int t = 0; t < 2; t++)
+      if (k < 3)
+        ok(MatCreateSlipDippingStiffness(PETSC_COMM_SELF, &grid, t ? "dense" : "fft", t ? &D : &K, t ? &Dn : &Kn));
+      else
+        ok(
+          MatCreateSlipDippingVectorStiffness(PETSC_COMM_SELF, &grid, t ? "dense" : "fft", t ? &D : &K, t ? &Dn : &Kn));
+    Products("normal stress of a dipping grid", Kn, Dn);
+    Products("a dipping grid", K, D);
+    Both(K, Kn);
+    ObjectsDestroy(k % 2 ? &K : &Kn);
+    ObjectsDestroy(&K, &Kn, &D, &Dn);
   }
 }
 
@@ -135,6 +200,24 @@ static void dense(void **state)
     Products("a dense matrix", A, NULL);
     ok(MatDestroy(&A));
   }
+}
+
+/* Rows of normal stress, whose weights differ */
+static void opening(void **state)
+{
+  enum { n = 2 * 4 * 3 };
+  static PetscReal data[8 * n];
+  SlipCells cells = TwoDippingPlanes(4, 3, data);
+  Mat S, Kn;
+
+  NEEDS_DEVICE;
+  for (PetscInt e = 0; e < n; e++) data[4 * n + e] = 70 + (PetscReal)(e / 4 % 3);
+  cells.kernel.type = &SlipKernelDippingOpening;
+  ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &cells, "dense", 1e-6, &S, &Kn));
+  Products("normal stress of cells that open", Kn, NULL);
+  Products("a stiffness of cells that open", S, NULL);
+  Both(S, Kn);
+  ObjectsDestroy(&S, &Kn);
 }
 
 /* Two planes far from each other, blocks of which are taller than a group of work items takes; and triangles of two
@@ -162,8 +245,12 @@ static void hierarchical(void **state)
       ok(MatCreateSlipCellNormalStiffness(PETSC_COMM_SELF, &triangles, "hmat", 1e-4, &Kn));
     } else
       ok(MatCreateSlipCellVectorStiffness(PETSC_COMM_SELF, &triangles, "hmat", 1e-6, &S, &Kn));
-    if (k < 2) Products("hierarchical normal stress", Kn, NULL);
+    if (k < 2)
+      Products("hierarchical normal stress", Kn, NULL);
+    else
+      Products("normal stress of cells that open", Kn, NULL);
     Products("a hierarchical stiffness of triangles", S, NULL);
+    Both(S, Kn);
     ObjectsDestroy(&S, &Kn);
   }
 }
@@ -254,4 +341,4 @@ static int setup(void **state)
   return 0;
 }
 
-SLIP_TESTS_WITH(setup, NULL, grids, dense, hierarchical, radiation, refused, memory)
+SLIP_TESTS_WITH(setup, NULL, grids, dipping, dense, opening, hierarchical, radiation, refused, memory)

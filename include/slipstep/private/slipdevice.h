@@ -65,6 +65,8 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   X(HMAT_ORDER, hmat_order) X(HMAT_DOTS, hmat_dots) X(HMAT_FOLD, hmat_fold) X(HMAT_SUMS, hmat_sums)
 #define SLIP_KERNELS_GRID(X)                                                                                           \
   X(GRID_PAD, grid_pad) X(GRID_SYMBOL, grid_symbol) X(GRID_TAKE, grid_take)
+#define SLIP_KERNELS_BLOCKS(X)                                                                                         \
+  X(BLOCKS_PAD, blocks_pad) X(BLOCKS_PRODUCT, blocks_product) X(BLOCKS_TAKE, blocks_take)
 #define SLIP_KERNELS_ADAMS(X)                                                                                          \
   X(ADAMS, adams) X(ADAMS_NORMS, adams_norms)
 #define SLIP_KERNELS_RATESTATE(X)                                                                                      \
@@ -85,6 +87,7 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   SLIP_KERNELS_DENSE(X)                                                                                                \
   SLIP_KERNELS_HMAT(X)                                                                                                 \
   SLIP_KERNELS_GRID(X)                                                                                                 \
+  SLIP_KERNELS_BLOCKS(X)                                                                                               \
   SLIP_KERNELS_ADAMS(X)                                                                                                \
   SLIP_KERNELS_RATESTATE(X)                                                                                            \
   SLIP_KERNELS_LOADS(X)                                                                                                \
@@ -138,9 +141,11 @@ PETSC_INTERN PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt
 
 /* ---- fft.c: transforms in two directions of several fields of reals, in place, by VkFFT ---- */
 /* Fields [rows][columns] of reals, each row in columns + 2 numbers: the transform's row has columns/2 + 1 complex ones.
-   Backward divides by columns x rows. */
+   Backward divides by columns x rows. One row a field: they are transformed along it alone. ApplyAt: of other
+   fields than those in room. */
 typedef struct _n_SlipDeviceFFT *SlipDeviceFFT;
 PETSC_INTERN PetscErrorCode SlipDeviceFFTCreate(SlipDevice device, PetscInt columns, PetscInt rows, PetscInt fields,
                                                 SlipDeviceMemory room, SlipDeviceFFT *fft);
 PETSC_INTERN PetscErrorCode SlipDeviceFFTApply(SlipDeviceFFT fft, PetscBool backward);
+PETSC_INTERN PetscErrorCode SlipDeviceFFTApplyAt(SlipDeviceFFT fft, SlipDeviceMemory room, PetscBool backward);
 PETSC_INTERN PetscErrorCode SlipDeviceFFTDestroy(SlipDeviceFFT *fft);

@@ -38,6 +38,7 @@ PETSC_INTERN PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const 
 #define SLIP_DEVICE_METHOD "SlipMatDevice_C"
 PETSC_EXTERN PetscErrorCode SlipMatUseDevice(Mat A);
 PETSC_EXTERN PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes);
+PETSC_INTERN PetscErrorCode SlipMatLends(Mat A, Vec x, PetscBool *lends);
 /* What -fault_view tells of a matrix, kept with it under a name: how its type was chosen, and what the cache did. */
 PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
 PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */

@@ -188,6 +188,24 @@ typedef struct {
 PETSC_INTERN PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToeplitzInverse *f,
                                                            const PetscReal values[], Vec x, Vec y);
 
+/* ---- blocks_device.c: a block per wavenumber on the device, of vectors that are there ---- */
+typedef struct {
+  PetscInt nx, nz, period;
+  PetscInt n;                /* fields, the components of slip */
+  const PetscReal *share[2]; /* [nx nz] of each field that slip, one number a cell, has; NULL: it has all n numbers */
+  PetscBool half;            /* blocks of shear are halves by SlipSymmetricHalf(), else whole */
+  PetscBool strike;          /* the first field is along strike: compression is imaginary then */
+} SlipBlocksShape;
+typedef struct _n_SlipBlocksDevice *SlipBlocksDevice;
+PETSC_INTERN PetscReal SlipBlocksDeviceBytes(const SlipBlocksShape *shape, PetscBool normal);
+PETSC_INTERN PetscErrorCode SlipBlocksDeviceCreate(const SlipBlocksShape *shape, SlipBlocksDevice *device);
+PETSC_INTERN PetscErrorCode SlipBlocksDeviceDestroy(SlipBlocksDevice *device);
+PETSC_INTERN PetscErrorCode SlipBlocksDevicePutShear(SlipBlocksDevice device, const PetscReal blocks[]);
+PETSC_INTERN PetscErrorCode SlipBlocksDevicePutNormal(SlipBlocksDevice device, const PetscReal blocks[]);
+PETSC_INTERN PetscErrorCode SlipBlocksDeviceForward(SlipBlocksDevice device, Vec x);
+PETSC_INTERN PetscErrorCode SlipBlocksDeviceShear(SlipBlocksDevice device, PetscReal scale, Vec y);
+PETSC_INTERN PetscErrorCode SlipBlocksDeviceNormal(SlipBlocksDevice device, PetscReal scale, Vec y);
+
 /* ---- gather.c: the whole of a distributed vector on every rank, or a pencil's rows of it ---- */
 typedef struct {
   VecScatter scatter; /* NULL on one rank */

@@ -158,7 +158,19 @@ static PetscErrorCode LentMult(Mat A, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What products with A need, or will need, on the device [bytes], beside their vectors */
+/* Is x lent to the processor for products with A? */
+PetscErrorCode SlipMatLends(Mat A, Vec x, PetscBool *lends)
+{
+  Lends *l;
+
+  PetscFunctionBegin;
+  PetscCall(SlipObjectQueryData((PetscObject)A, LENDS, &l));
+  *lends = (PetscBool)(l && SlipDeviceVecIs(x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What products with A need, or will need, on the device [bytes], beside their vectors; what two matrices share counts
+   with both */
 PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes)
 {
   PetscErrorCode (*method)(Mat, PetscBool, PetscReal *);
@@ -183,15 +195,13 @@ PetscErrorCode SlipMatUseDevice(Mat A)
   PetscReal bytes;
   SlipDevice device;
   Lends *lends;
-  PetscBool ours;
+  PetscBool *used;
   PetscMPIInt size;
-  VecType type;
 
   PetscFunctionBegin;
   PetscCall(Find(A, &method));
-  PetscCall(MatGetVecType(A, &type));
-  PetscCall(PetscStrcmp(type, VECSLIPOPENCL, &ours));
-  if (ours) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipObjectQueryData((PetscObject)A, "SlipUsesDevice", &used));
+  if (used) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipDeviceGet(&device));
   PetscCheck(device, PetscObjectComm((PetscObject)A), PETSC_ERR_ORDER, "No device is open for products");
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)A), &size));
@@ -202,10 +212,13 @@ PetscErrorCode SlipMatUseDevice(Mat A)
     PetscCall(SlipObjectComposeData((PetscObject)A, LENDS, lends, SlipContainerDestroyDefault));
     PetscCall(SlipLogProductsReplace(A, LentMult, &lends->mult));
   } else {
-    PetscCall((*method)(A, PETSC_FALSE, &bytes));
+    PetscCall(SlipMatDeviceBytes(A, &bytes));
     PetscCall(SlipDeviceReserve(device, (size_t)bytes, "products"));
     PetscCall((*method)(A, PETSC_TRUE, &bytes));
   }
   PetscCall(MatSetVecType(A, VECSLIPOPENCL));
+  PetscCall(PetscNew(&used));
+  *used = PETSC_TRUE;
+  PetscCall(SlipObjectComposeData((PetscObject)A, "SlipUsesDevice", used, SlipContainerDestroyDefault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

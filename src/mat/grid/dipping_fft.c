@@ -8,6 +8,7 @@
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <stdlib.h>
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
 
@@ -28,11 +29,13 @@ typedef struct {
   PetscReal *column;       /* of one wavenumber */
   PetscReal *field, *y;    /* [rows of cells], y [n] of each where slip is a vector */
   SlipMeter both;          /* products with K and Kn at once */
+  SlipBlocksDevice device; /* NULL: not in use */
 } Engine;
 
 typedef struct {
   Engine *engine;
   PetscBool normal; /* Kn */
+  PetscBool used;   /* on the device */
   PetscReal scale;  /* what MatScale() asked for */
   Vec diagonal;     /* of scale 1 */
 } Dipping;
@@ -46,6 +49,7 @@ static PetscErrorCode EngineDestroy(Engine **engine)
   PetscFunctionBegin;
   *engine = NULL;
   if (!e || --e->users > 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipBlocksDeviceDestroy(&e->device));
   if (e->n > 1) fftw_free(e->waves);
   fftw_free(e->normal_waves);
   free(e->stiffness);
@@ -200,6 +204,31 @@ static PetscErrorCode LogFlops(const Engine *e, PetscBool shear, PetscBool norma
 
 /* ---- the matrices ---- */
 
+static PetscErrorCode DippingDevice(Mat A, PetscBool use, PetscReal *bytes)
+{
+  SlipBlocksShape shape;
+  Dipping *d;
+  Engine *e;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(A, &d));
+  e = d->engine;
+  shape = (SlipBlocksShape){.nx = e->nx,
+                            .nz = e->nz,
+                            .period = e->pencil->period,
+                            .n = e->n,
+                            .share = {e->share[0], e->share[1]},
+                            .half = PETSC_TRUE,
+                            .strike = (PetscBool)(e->component[0] == 0)};
+  *bytes = SlipBlocksDeviceBytes(&shape, d->normal);
+  if (!use) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!e->device) PetscCall(SlipBlocksDeviceCreate(&shape, &e->device));
+  PetscCall(d->normal ? SlipBlocksDevicePutNormal(e->device, e->normal)
+                      : SlipBlocksDevicePutShear(e->device, e->stiffness));
+  d->used = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode DippingMult(Mat A, Vec u, Vec y)
 {
   Dipping *d;
@@ -208,6 +237,13 @@ static PetscErrorCode DippingMult(Mat A, Vec u, Vec y)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(A, &d));
   e = d->engine;
+  if (d->used && SlipDeviceVecIs(u) && SlipDeviceVecIs(y)) {
+    PetscCall(SlipBlocksDeviceForward(e->device, u));
+    PetscCall(d->normal ? SlipBlocksDeviceNormal(e->device, d->scale, y)
+                        : SlipBlocksDeviceShear(e->device, d->scale, y));
+    PetscCall(LogFlops(e, (PetscBool)!d->normal, d->normal));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(Forward(e, u));
   ApplyBlocks(e, (PetscBool)!d->normal, d->normal);
   PetscCall(d->normal ? BackwardNormal(e, d->scale, y) : BackwardShear(e, d->scale, y));
@@ -235,10 +271,16 @@ static PetscErrorCode DippingMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
   }
   PetscCall(PetscLogEventBegin(SLIP_StiffnessMult, K, u, f, n));
   SlipMeterBegin(&kn->engine->both);
-  PetscCall(Forward(kn->engine, u));
-  ApplyBlocks(kn->engine, PETSC_TRUE, PETSC_TRUE);
-  PetscCall(BackwardShear(kn->engine, k->scale, f));
-  PetscCall(BackwardNormal(kn->engine, kn->scale, n));
+  if (k->used && kn->used && SlipDeviceVecIs(u) && SlipDeviceVecIs(f) && SlipDeviceVecIs(n)) {
+    PetscCall(SlipBlocksDeviceForward(kn->engine->device, u));
+    PetscCall(SlipBlocksDeviceShear(kn->engine->device, k->scale, f));
+    PetscCall(SlipBlocksDeviceNormal(kn->engine->device, kn->scale, n));
+  } else {
+    PetscCall(Forward(kn->engine, u));
+    ApplyBlocks(kn->engine, PETSC_TRUE, PETSC_TRUE);
+    PetscCall(BackwardShear(kn->engine, k->scale, f));
+    PetscCall(BackwardNormal(kn->engine, kn->scale, n));
+  }
   PetscCall(LogFlops(kn->engine, PETSC_TRUE, PETSC_TRUE));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessMult, K, u, f, n));
   SlipMeterEnd(&kn->engine->both, 1);
@@ -383,6 +425,7 @@ static PetscErrorCode CreateOne(MPI_Comm comm, const SlipDippingGrid *grid, Engi
                             .view = DippingView,
                             .info = DippingGetInfo,
                             .destroy = DippingDestroy,
+                            .device = DippingDevice,
                             .unsymmetric = normal};
   PetscInt N = engine->nx * engine->nz, n = PETSC_DECIDE;
   Dipping *d;

@@ -7,18 +7,20 @@
 
 typedef struct {
   SlipGrid grid;
-  Vec border;           /* SLIP_AVERAGE_WHOLE: what cells at the border have beyond the grid's kernel; else NULL */
-  Vec work;             /* with border */
-  SlipToeplitz plane;   /* borrowed from the matrix itself; NULL with blocks */
-  SlipCirculant strike; /* borrowed from the matrix itself, with blocks */
-  PetscInt depth;       /* row of Depths */
-  PetscBool ready;      /* the choice of transform is made, at first use */
-  PetscBool transform;  /* in depth, instead of blocks */
-  PetscReal scale;      /* what MatScale() asked for */
-  PetscInt start, end;  /* rows owned */
-  SlipGather gather;    /* with blocks */
-  PetscReal *y;         /* [N] with blocks */
-  SlipToeplitz there;   /* of products on the device, always by transforms; NULL: not in use */
+  Vec border;              /* SLIP_AVERAGE_WHOLE: what cells at the border have beyond the grid's kernel; else NULL */
+  Vec work;                /* with border */
+  SlipToeplitz plane;      /* borrowed from the matrix itself; NULL with blocks */
+  SlipCirculant strike;    /* borrowed from the matrix itself, with blocks */
+  PetscInt depth;          /* row of Depths */
+  PetscBool ready;         /* the choice of transform is made, at first use */
+  PetscBool transform;     /* in depth, instead of blocks */
+  PetscReal scale;         /* what MatScale() asked for */
+  PetscInt start, end;     /* rows owned */
+  SlipGather gather;       /* with blocks */
+  PetscReal *y;            /* [N] with blocks */
+  SlipToeplitz there;      /* of products on the device, by transforms in depth; NULL: not in use */
+  SlipBlocksDevice blocks; /* the same of kernels without them */
+  Vec border_there, work_there;
 } FFTContext;
 
 /* Up to so many cells in depth a block per wavenumber is as fast as transforms: measured along 100 cells with AVX2;
@@ -65,21 +67,52 @@ static PetscErrorCode KernelMult(FFTContext *c, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Products on the device are by transforms in depth, whatever those of the processor are by. */
+/* Products on the device are by transforms in depth where the kernel allows them, else by a block per wavenumber. */
 static PetscErrorCode FFTDevice(Mat K, PetscBool use, PetscReal *bytes)
 {
+  const PetscReal *symbol;
+  SlipBlocksShape shape;
   FFTContext *c;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
-  PetscCheck(!c->border && SlipKernelTransforms(&c->grid.kernel), PetscObjectComm((PetscObject)K), PETSC_ERR_SUP,
-             "products on the device are by transforms in depth, without an average over whole cells, which the "
-             "kernel \"%s\" does not allow here",
-             c->grid.kernel.type->name);
-  *bytes = SlipToeplitzDeviceBytes(c->grid.nx, c->grid.nz);
-  if (!use) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipToeplitzOfGrid(K, &c->grid, &c->there));
-  PetscCall(SlipToeplitzDevicePut(c->there, &c->there->stiffness));
+  shape = (SlipBlocksShape){.nx = c->grid.nx, .nz = c->grid.nz, .period = SlipGoodLength(2 * c->grid.nx - 1), .n = 1};
+  if (SlipKernelTransforms(&c->grid.kernel)) {
+    *bytes = SlipToeplitzDeviceBytes(c->grid.nx, c->grid.nz);
+    if (use) {
+      PetscCall(SlipToeplitzOfGrid(K, &c->grid, &c->there));
+      PetscCall(SlipToeplitzDevicePut(c->there, &c->there->stiffness));
+    }
+  } else {
+    *bytes = SlipBlocksDeviceBytes(&shape, PETSC_FALSE);
+    if (use) {
+      PetscCall(SlipCirculantOfGrid(K, &c->grid, &c->strike));
+      SlipCirculantGet(c->strike, NULL, NULL, NULL, &symbol);
+      PetscCall(SlipBlocksDeviceCreate(&shape, &c->blocks));
+      PetscCall(SlipBlocksDevicePutShear(c->blocks, symbol));
+    }
+  }
+  if (!c->border) PetscFunctionReturn(PETSC_SUCCESS);
+  *bytes += 2 * (PetscReal)sizeof(PetscReal) * (PetscReal)(c->end - c->start);
+  if (use) {
+    PetscCall(SlipDeviceVecOf(c->border, &c->border_there));
+    PetscCall(VecDuplicate(c->border_there, &c->work_there));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode DeviceMult(FFTContext *c, Vec x, Vec y)
+{
+  PetscFunctionBegin;
+  if (c->there)
+    PetscCall(SlipToeplitzDeviceApply(c->there, c->scale, &c->there->stiffness, x, y));
+  else {
+    PetscCall(SlipBlocksDeviceForward(c->blocks, x));
+    PetscCall(SlipBlocksDeviceShear(c->blocks, c->scale, y));
+  }
+  if (!c->border) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecPointwiseMult(c->work_there, c->border_there, x));
+  PetscCall(VecAXPY(y, c->scale, c->work_there));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,8 +122,8 @@ static PetscErrorCode FFTMult(Mat K, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
-  if (c->there && SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
-    PetscCall(SlipToeplitzDeviceApply(c->there, c->scale, &c->there->stiffness, x, y));
+  if ((c->there || c->blocks) && SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
+    PetscCall(DeviceMult(c, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatSetUp_SlipFFT(K, c));
@@ -174,6 +207,9 @@ static PetscErrorCode FFTDestroy(Mat K)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
+  PetscCall(SlipBlocksDeviceDestroy(&c->blocks));
+  PetscCall(VecDestroy(&c->border_there));
+  PetscCall(VecDestroy(&c->work_there));
   PetscCall(SlipGatherDestroy(&c->gather));
   PetscCall(VecDestroy(&c->border));
   PetscCall(VecDestroy(&c->work));

@@ -3,6 +3,7 @@
 #include <slipmat.h>
 #include <slipcells.h>
 #include <slipcompat.h>
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatcommon.h>
 
@@ -10,7 +11,32 @@ typedef struct {
   Mat S;       /* referenced */
   Vec product; /* S u */
   Vec weights; /* of S's rows, borrowed from it; NULL: 1 */
+  Vec there;   /* on the device, those of the rows that are taken; NULL: 1, or not in use */
 } NormalRows;
+
+static PetscErrorCode TakeOnDevice(const NormalRows *r, Vec f, Vec n)
+{
+  const int start = 2, step = 3;
+  SlipDeviceMemory from, to;
+  SlipDevice device;
+  PetscInt m;
+  int rows;
+
+  PetscFunctionBegin;
+  PetscCall(SlipDeviceGet(&device));
+  PetscCall(VecGetLocalSize(n, &m));
+  rows = (int)m;
+  PetscCall(SlipDeviceVecRead(f, &from));
+  PetscCall(SlipDeviceVecWrite(n, &to));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(rows), SLIP_DEVICE_ARG(start), SLIP_DEVICE_ARG(step),
+                                  SLIP_DEVICE_ARG(from), SLIP_DEVICE_ARG(to)};
+
+    PetscCall(SlipDeviceRun(device, KERNEL_GATHER, (size_t)rows, 1, 5, args));
+  }
+  if (r->there) PetscCall(VecPointwiseDivide(n, n, r->there));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* n_i = f_(3 i + 2) / w_i */
 static PetscErrorCode Take(const NormalRows *r, Vec f, Vec n)
@@ -21,6 +47,10 @@ static PetscErrorCode Take(const NormalRows *r, Vec f, Vec n)
   const SlipArrays arrays[] = {{f, .read = &a}, {r->weights, .read = &w}, {n, .write = &b}};
 
   PetscFunctionBegin;
+  if (SlipDeviceVecIs(f) && SlipDeviceVecIs(n)) {
+    PetscCall(TakeOnDevice(r, f, n));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecGetLocalSize(n, &m));
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < m; i++) b[i] = a[3 * i + 2] / (w ? w[3 * i + 2] : 1);
@@ -54,6 +84,40 @@ static PetscErrorCode NormalRowsMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Those of S are there as well. */
+static PetscErrorCode NormalRowsDevice(Mat Kn, PetscBool use, PetscReal *bytes)
+{
+  const PetscReal *w;
+  PetscReal *a, own;
+  PetscBool there;
+  NormalRows *r;
+  VecType type;
+  PetscInt m;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(Kn, &r));
+  PetscCall(MatGetLocalSize(Kn, &m, NULL));
+  PetscCall(MatGetVecType(r->S, &type));
+  PetscCall(PetscStrcmp(type, VECSLIPOPENCL, &there));
+  PetscCall(SlipMatDeviceBytes(r->S, &own));
+  if (there) own = 0;
+  *bytes = own + (PetscReal)sizeof(PetscReal) * (PetscReal)m * (r->weights ? 4 : 3);
+  if (!use) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipMatUseDevice(r->S));
+  PetscCall(VecDestroy(&r->product));
+  PetscCall(MatCreateVecs(r->S, NULL, &r->product));
+  if (!r->weights) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecCreate(PetscObjectComm((PetscObject)Kn), &r->there));
+  PetscCall(VecSetSizes(r->there, m, PETSC_DETERMINE));
+  PetscCall(VecSetType(r->there, VECSLIPOPENCL));
+  PetscCall(VecGetArrayRead(r->weights, &w));
+  PetscCall(VecGetArrayWrite(r->there, &a));
+  for (PetscInt i = 0; i < m; i++) a[i] = w[3 * i + 2];
+  PetscCall(VecRestoreArrayWrite(r->there, &a));
+  PetscCall(VecRestoreArrayRead(r->weights, &w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode NormalRowsDestroy(Mat Kn)
 {
   NormalRows *r;
@@ -61,6 +125,7 @@ static PetscErrorCode NormalRowsDestroy(Mat Kn)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(Kn, &r));
   PetscCall(VecDestroy(&r->product));
+  PetscCall(VecDestroy(&r->there));
   PetscCall(MatDestroy(&r->S));
   PetscCall(PetscFree(r));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -88,7 +153,8 @@ static PetscErrorCode NormalRowsDestroy(Mat Kn)
 @*/
 PetscErrorCode MatCreateSlipNormalRows(Mat S, Mat *Kn)
 {
-  const SlipShellOps ops = {.mult = NormalRowsMult, .destroy = NormalRowsDestroy, .unsymmetric = PETSC_TRUE};
+  const SlipShellOps ops = {
+    .mult = NormalRowsMult, .destroy = NormalRowsDestroy, .device = NormalRowsDevice, .unsymmetric = PETSC_TRUE};
   NormalRows *r;
   PetscInt m, M;
 
