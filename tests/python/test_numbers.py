@@ -7,11 +7,12 @@ import unittest
 
 from scripts import FaultTest, PictureTest
 
+import meshfiles
 import numpy as np
 
-from slipstep.geometry.cells import grid_cells
+from slipstep.geometry.cells import cells_of, grid_cells
 from slipstep.numbers import cycle, of_run, rupture, source, stress
-from slipstep.numbers.report import UNITS
+from slipstep.numbers.report import UNITS, area_of
 from slipstep.results import Catalogue, Run
 from slipstep.results.magnitudes import b_error, b_value, completeness, completeness_by_fit, goodness_of_fit
 
@@ -298,6 +299,21 @@ class Program(FaultTest, PictureTest):
         self.refused("numbers", "no event 2, expected a number from 1 to 1", self.path("events.h5"), "--event", "2")
         self.refused("numbers", "expected two rates above 0", self.path("events.h5"), "--slow", "2", "1", code=2)
         self.refused("numbers", "a run without loading needs --catalogue", self.path("run.h5"))
+
+    def test_of_triangles(self):
+        """The same fault on triangles and on its grid of half as many cells: areas alike, and numbers as near as two meshes have them."""
+        vertices, cells = meshfiles.plane((16, 16), (187.5, 187.5), 0, 90, (0, 0, 0))
+        meshfiles.write_hdf5(self.path("mesh.h5"), vertices, cells)
+        found = []
+        for name, mesh in (("grid", ("-fault_nx", 16, "-fault_nz", 16)), ("triangles", ("-fault_mesh", "mesh.h5"))):
+            self.fault(*mesh, "-fault_output", f"{name}.h5", "-fault_catalogue", f"{name}_events.h5", "-fault_catalogue_maps", "-fault_progress", "no")
+            run, catalogue = Run(self.path(f"{name}.h5")), Catalogue(self.path(f"{name}_events.h5"))
+            self.assertAlmostEqual(area_of(run, cells_of(run.path, run.mesh, run.extents)[0]).sum(), 9e6, delta=1)
+            found.append({one.name: one.value for one in of_run(run, catalogue)})
+        self.plot("numbers", self.path("triangles.h5"), "--catalogue", self.path("triangles_events.h5"), "--figure", self.path("out.png"))
+        self.look(self.path("out.png"))
+        for name in ("stress_drop_area", "stress_drop_energy", "stress_drop_moment", "duration_90", "corner_frequency_integrals", "rupture_speed_median"):
+            self.assertAlmostEqual(found[1][name] / found[0][name], 1, delta=0.15, msg=name)
 
     def test_of_plates(self):
         """A fault that plates load and that stays locked: its deficit is rate times time, to the stiffness' share that creeps, and its coupling 1."""

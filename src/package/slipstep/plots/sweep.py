@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..times import NAMES, SECONDS, unit_of
 from .panels import log_scale, plt, use_style
 
 WIDE = 50.0  # largest over smallest of an axis, above which it is logarithmic
@@ -27,6 +28,9 @@ def figure(rows, x, y, by=None, unit=""):
     """A line for each value of `by`; runs without a number of y are left out, and the title says how many."""
     use_style()
     shown = [row for row in rows if number(row[y])]
+    if unit == "s" and shown:  # in the unit that fits
+        name = unit_of(max(abs(row[y]) for row in shown))
+        shown, unit = [{**row, y: row[y] / SECONDS[name]} for row in shown], NAMES[name]
     canvas, axes = plt.subplots(figsize=(7, 4.4), layout="constrained")
     texts = None if all(number(row[x]) for row in rows) else sorted({str(row[x]) for row in rows})
     if texts:

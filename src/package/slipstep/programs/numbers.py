@@ -13,16 +13,20 @@ from ..modules import need, one_line
 
 need("h5py", "numpy", "matplotlib")
 import numpy as np
+from matplotlib.colors import Normalize
 
 from ..numbers import of_catalogue, of_event, of_run, rupture, source
 from ..numbers.report import area_of, event_window
+from ..plots.maps import colour_bar, planes_of
 from ..plots.panels import RUN_STYLES, plt, use_style
+from ..plots.snapshots import contours_of
 from ..results.catalogue import Catalogue
+from ..results.events import Events
 from ..results.files import is_catalogue, open_any, replacing
 from ..results.moment import moment_rate
 from ..results.run import Run
 from ..geometry.cells import cells_of
-from ..times import written
+from ..times import Clock, written
 
 
 def spectrum_panel(axes, run, onset, end):
@@ -40,32 +44,27 @@ def spectrum_panel(axes, run, onset, end):
 
 
 def speed_panel(axes, catalogue, row):
-    """Map of the rupture speed in the fault's plane: along strike, and down dip or depth."""
+    """Map of the rupture speed, with lines of equal time of rupture [s], of the plane of which most cells broke."""
     cells, shape = cells_of(catalogue.path, catalogue.mesh, catalogue.extents)
-    time = catalogue.map("rupture_time")[row]
+    time = catalogue.map_of("rupture_time", row)
     speeds = rupture.speed(time, cells, shape, catalogue.mesh.get("fault"))
     found = rupture.summary(speeds, time, cells, area_of(catalogue, cells))
-    high = 2 * found[0] if found else None
-    if shape:
-        x, z = (catalogue.mesh[name] / 1e3 for name in ("x", "z"))
-        drawn = axes.pcolormesh(x, z, speeds.reshape(shape) / 1e3, cmap="viridis", vmin=0, vmax=high and high / 1e3, shading="nearest")
-        axes.contour(x, z, np.reshape(time, shape), colors="white", linewidths=0.6, levels=8)
-        axes.set(xlabel="along strike (km)", ylabel="depth (km)")
-    else:
-        drawn = axes.scatter(cells[:, 0] / 1e3, cells[:, 2] / 1e3, c=speeds / 1e3, s=6, cmap="viridis", vmin=0, vmax=high and high / 1e3)
-        axes.set(xlabel="north (km)", ylabel="depth (km)")
-    axes.invert_yaxis()
-    axes.set_aspect("equal")
-    axes.set_title("Rupture speed" + (f", median {found[0] / 1e3:.2f} km/s" if found else ""))
-    axes.grid(False)
-    axes.figure.colorbar(drawn, ax=axes, label="rupture speed (km/s)", shrink=0.8, extend="max")
+    planes = planes_of(catalogue)
+    plane = max(planes, key=lambda one: np.isfinite(one.values(time)).sum())
+    drawn = plane.values(np.reshape(np.where(np.isfinite(speeds), speeds, np.nan), time.shape)) / 1e3
+    norm = Normalize(0, 2 * found[0] / 1e3 if found else np.nanmax(drawn, initial=1e-3))
+    artist = plane.draw(axes, drawn, norm, "viridis")
+    plane.contour(axes, plane.values(time), contours_of(plane.values(time), Clock(0, np.nanmax(time)))[1])
+    plane.frame(axes)
+    axes.set(xlabel="along strike (km)", title="Rupture speed" + (f", median {found[0] / 1e3:.2f} km/s" if found else "") + (f", {plane.name}" if len(planes) > 1 else "") + "; lines: time (s)")
+    colour_bar(axes.figure, artist, norm, "rupture speed (km/s)", extend="max", ax=axes, shrink=0.8)
 
 
 def figure(run, catalogue, event):
     """Rupture speed and spectrum of an event, those that the files have."""
     use_style()
     row, onset, end = event_window(catalogue, event)
-    panels = ([lambda axes: speed_panel(axes, catalogue, row)] if catalogue.has_maps else []) + ([lambda axes: spectrum_panel(axes, run, onset, end)] if run is not None else [])
+    panels = ([lambda axes: speed_panel(axes, Events(catalogue.path), row)] if catalogue.has_maps else []) + ([lambda axes: spectrum_panel(axes, run, onset, end)] if run is not None else [])
     if not panels:
         raise ValueError(f"{catalogue.path}: no maps (-fault_catalogue_maps) and no run: there is nothing to draw")
     canvas, axes = plt.subplots(1, len(panels), figsize=(6.2 * len(panels), 4.2), layout="constrained", squeeze=False)
