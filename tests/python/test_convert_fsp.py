@@ -16,7 +16,7 @@ import numpy as np
 
 from slipstep.formats import fsp, ours
 from slipstep.formats.projection import Projection
-from slipstep.geometry.cells import directions
+from slipstep.geometry.cells import corners_of, directions
 from slipstep.geometry.surface import Elastic, slip_of_input
 
 try:
@@ -162,6 +162,16 @@ class Read(FspTest):
         self.assertAlmostEqual(turn, (lon[1] - ORIGIN[0]) * np.sin(np.radians(lat[1])), 2)
         model = fsp.read(self.put("model.fsp", single()[0]), lambda a, b: Projection((a, b)))
         np.testing.assert_allclose(model.cells[:, 5], 350.0 - projection.convergence(*model.cells[:, :2].mean(axis=0)), atol=0.01)  # 1 km from where the points are
+
+    def test_ground(self):
+        """A depth that is rounded to 1 m: the dipping plane that reaches the ground is not above it, so that a run takes it."""
+        cells = plane(350.0, 83.0, -4e3, 2e3, 0.0)
+        lines = [line.replace(f"{(c[2] - 1500 * np.sin(np.radians(83))) / 1e3:8.4f}", f"{round((c[2] - 1500 * np.sin(np.radians(83))) / 1e3 - 0.0004, 3):8.3f}", 1) for c, line in zip(cells, rows(cells))]
+        self.put("model.fsp", HEADER.format(strike=350.0, dip=83.0, segments=1, place="top-center", count="").replace("Htop = 2.0", "Htop = 0.0") + COLUMNS.format(x="X==EW", y="Y==NS") + "".join(lines))
+        self.convert("model.fsp", "model.h5")
+        with h5py.File(self.path("model.h5")) as file:
+            self.assertAlmostEqual(corners_of(file["cells"][()])[..., 2].min(), 0, 9)
+        self.fault("-fault_mesh", "model.h5", "-fault_normal_stress", "50e6", "-fault_initial", "traction", "-ts_max_steps", "1", "-ts_max_time", "1")
 
     def test_without_proj(self):
         self.put("model.fsp", single()[0])

@@ -8,7 +8,7 @@ import re
 import numpy as np
 
 from .model import Model
-from .text import Text
+from .text import NUMBER, Text
 
 
 def read(path, at, rake=None):
@@ -82,13 +82,15 @@ def of(path, text, rows, names, net, rake, at, dropped):
     if len(model.names) > 200:
         model.fault, model.names = np.ones(len(rows), int), {}
     words = "\n".join(text.lines)
-    if found := re.search(r"PR1=\s*([\d.]+)", words):
+    if found := re.search(rf"PR1=\s*{NUMBER}", words):
         model.options["poisson_ratio"] = float(found[1])
-    if found := re.search(r"E1=\s*([\d.eE+]+)", words):  # bar
+    if not -1 < model.options.get("poisson_ratio", 0.25) < 0.5:
+        text.fail(next(k for k, line in text if "PR1=" in line), f"a Poisson's ratio of {model.options['poisson_ratio']:g}", "PR1 between -1 and 0.5")
+    if found := re.search(rf"E1=\s*{NUMBER}", words):  # bar
         model.options["shear_modulus"] = float(found[1]) * 1e5 / (2 * (1 + model.options.get("poisson_ratio", 0.25)))
-    if found := re.search(r"Mo\s*=\s*([\d.eE+]+)\s*dyne-cm", text.lines[0]):
+    if found := re.search(rf"Mo\s*=\s*{NUMBER}\s*dyne-cm", text.lines[0]):
         model.claims["moment"] = float(found[1]) * 1e-7
-    zero = [re.search(rf"zero {name}\.? =\s*([-\d.]+)", words) for name in ("lon", "lat")]
+    zero = [re.search(rf"zero {name}\.? =\s*{NUMBER}", words) for name in ("lon", "lat")]
     if all(zero):
         moved(model, at(*(float(found[1]) for found in zero)), *(float(found[1]) for found in zero))
     if still.any():

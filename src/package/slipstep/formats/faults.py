@@ -13,6 +13,7 @@ from .ours import cells_of_triangles
 from .text import FormatError, Text
 
 MPA, KM = 1e6, 1e3
+MOST = 10 ** 7  # cells
 # Parameters of these programs -> field of -fault_parameters, unit and factor
 FIELDS = {"a": ("friction_a", "1", 1.0), "b": ("friction_b", "1", 1.0), "dc": ("friction_slip", "m", 1.0), "f0": ("friction_reference", "1", 1.0), "tau": ("initial_traction", "Pa", MPA),
           "sigma": ("normal_stress", "Pa", MPA), "vel": ("initial_rate", "m/s", 1.0)}
@@ -78,7 +79,10 @@ def read_hbi(path, at, rake=None):
 
     problem = said["problem"][1]
     if problem in ("3dp", "3dph"):
-        model = hbi_grid(path, problem, *(text.whole(*said[name]) if name in said else value(name) for name in ("imax", "jmax")), KM * value("ds"), value("dipangle", 90.0), KM * value("ztop", 0.0))
+        counts = [text.whole(*said[name]) if name in said else value(name) for name in ("imax", "jmax")]
+        if min(counts) < 1 or counts[0] * counts[1] > MOST or value("ds") <= 0 or not 0 < value("dipangle", 90.0) <= 90:
+            text.fail(said["problem"][0], f"imax {counts[0]}, jmax {counts[1]}, ds {value('ds'):g} and dipangle {value('dipangle', 90.0):g}", f"cells up to {MOST}, ds > 0 and 0 < dipangle <= 90")
+        model = hbi_grid(path, problem, *counts, KM * value("ds"), value("dipangle", 90.0), KM * value("ztop", 0.0))
     elif problem in ("3dht", "3dnt") and "geometry_file" in said:
         cells, corners, label, names = triangles_of(beside(path, said["geometry_file"][1]), KM)
         model = Model(path, "HBI", cells, np.zeros(len(cells)), None, corners, label, names, unit="km")
@@ -132,6 +136,8 @@ def read_interact(path, at, rake=None, unit=None):
             values = text.numbers(line, 8, "8: x y z strike dip half-length half-width group")
             if min(values[5:7]) <= 0:
                 text.fail(line, f"half a length of {values[5]:g} and half a width of {values[6]:g}", "both above 0: triangles, points and planes of two dimensions are not read")
+            if values[7] != int(values[7]):
+                text.fail(line, f"a group {values[7]:g}", "a whole number")
             if not 0 < values[4] < 180:
                 text.fail(line, f"a dip of {values[4]:g}", "0 < dip < 180 degrees")
             rows.append(values)
@@ -172,7 +178,11 @@ def read_dfn(path, at, rake=None):
     for number, (line, values) in enumerate(rows, 1):
         if not 0 < values[6] < 180 or min(values[3], values[4], values[17]) <= 0:
             text.fail(line, f"lengths {values[3]:g} and {values[4]:g}, a dip of {values[6]:g} and MaxLeng {values[17]:g}", "lengths above 0 and 0 < dip < 180 degrees")
+        if min(values[10:13]) <= 0:
+            text.fail(line, f"Dc, Theta_i and V_i {values[10]:g}, {values[11]:g}, {values[12]:g}", "numbers > 0")
         nx, nz = (int(np.ceil(values[k] / values[17])) for k in (3, 4))
+        if count + nx * nz > MOST:
+            text.fail(line, f"{nx} x {nz} cells by MaxLeng {values[17]:g}", f"up to {MOST} in all")
         own = dfn_cells(values, nx, nz, -1 if up else 1)
         segments.append(Segment(number, count + np.arange(len(own)), (nz, nx), None))
         count += len(own)
@@ -225,7 +235,8 @@ def read_pyquake(path, at, rake=None, mesh=None):
         if ":" in words and not words.lstrip().startswith("#"):
             name, value = words.split(":", 1)
             said[name.strip()] = (line, value.strip())
-    missing = [name for name in ("Scale_km", "Shear modulus", "Rock density") if name not in said]
+    of_cells = said.get("InputHetoparamter", (0, "False"))[1] == "True"
+    missing = [name for name in ("Scale_km", "Shear modulus", "Rock density") + ("Inputparamter file",) * of_cells if name not in said]
     if missing:
         text.fail(len(text) + 1, f"no {missing[0]}", f"a line {missing[0]}: VALUE of PyQuake3D")
     if mesh is None:
@@ -236,13 +247,15 @@ def read_pyquake(path, at, rake=None, mesh=None):
     cells, corners, label, names = triangles_of(mesh, KM if said["Scale_km"][1] == "True" else 1.0)
     model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, label, names, unit="km" if said["Scale_km"][1] == "True" else "m")
     model.remarks.append(f"mesh: {mesh}")
-    if said.get("InputHetoparamter", (0, "False"))[1] == "True":
+    if of_cells:
         columns = table(beside(path, said["Inputparamter file"][1]), len(cells), "rake a b dc f0 tau sigma vel shear_loading normal_loading".split())
         put_fields(model, columns)
     else:
         model.dropped.append("stress and friction by regions, which are not a file: only cells are read")
     shear, density = (text.number(*said[name]) for name in ("Shear modulus", "Rock density"))
     lame = text.number(*said["Lame constants"]) if "Lame constants" in said else shear
+    if min(shear, density, lame + shear) <= 0:
+        text.fail(said["Shear modulus"][0], f"shear modulus {shear:g}, density {density:g} and Lame constant {lame:g}", "numbers > 0")
     model.options.update(shear_modulus=shear, density=density, poisson_ratio=lame / (2 * (lame + shear)))
     if "Plate loading rate" in said:
         model.options["loading_rate"] = text.number(*said["Plate loading rate"])

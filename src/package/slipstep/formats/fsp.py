@@ -10,18 +10,18 @@ import numpy as np
 
 from ..geometry.cells import directions
 from .model import Model, Segment, grid_of, tiled
-from .text import FormatError, Text
+from .text import NUMBER, FormatError, Text
 
-NUMBER = r"\s*=\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)"
+EQUALS = r"\s*=\s*"
 LAYER = re.compile(r"(?:^|(?<=\s))[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?(?=\s|$)")  # a number of a line that has nothing else
 UNKNOWN = (999.0, -99.0, -999.0)  # "not known" and "varies" of SRCMOD
 ROUNDED = 0.05  # of a cell: by how much Dx and Dz may be rounded
 
 
-def said(line, name):
-    """The number of NAME = NUMBER in a line, or None."""
-    found = re.search(rf"\b{name}{NUMBER}", line, re.I)
-    return float(found[1]) if found else None
+def said(words, name):
+    """The number of NAME = NUMBER in a line as it is written, or None."""
+    found = re.search(rf"\b{name}{EQUALS}{NUMBER}", words, re.I)
+    return found[1] if found else None
 
 
 class Reader:
@@ -38,7 +38,7 @@ class Reader:
                 self.row(line, [word for word in words.split() if word != "x"])  # as between SLIP and RAKE of Parkfield
             elif words.strip() and not self.header:
                 self.text.fail(line, self.text.quoted(line), "a line of FINITE-SOURCE RUPTURE MODEL that begins with %")
-        if not self.header.get("LAT") or "Mo" not in self.header:
+        if not {"LAT", "LON", "Mo"} <= set(self.header):
             raise FormatError(f"{path}: no Loc and Size with LAT, LON and Mo in the header, expected an .fsp file of SRCMOD")
         if not self.segments or not self.segments[-1]["rows"]:
             self.text.fail(len(self.text) + 1, "", "rows of LAT LON X Y Z SLIP")
@@ -47,18 +47,18 @@ class Reader:
         for name in ("LAT", "LON", "DEP", "LEN", "WID", "Mw", "Mo", "STRK", "DIP", "RAKE", "Htop", "HypX", "HypZ", "Nx", "Nz", "Dx", "Dz", "Ntw", "Nsg"):
             value = said(words, name)
             if value is not None and not self.segments and name not in self.header:
-                self.header[name] = value
-        segment = re.search(rf"SEGMENT\s*#?\s*(\d+)\s*:\s*STRIKE{NUMBER}.*DIP{NUMBER}", words, re.I)
+                self.header[name] = self.text.number(line, value)
+        segment = re.search(rf"SEGMENT\s*#?\s*(\d+)\s*:\s*STRIKE{EQUALS}{NUMBER}.*DIP{EQUALS}{NUMBER}", words, re.I)
         if segment:
             self.close(line)
-            self.segments.append({"label": int(segment[1]), "strike": float(segment[2]), "dip": float(segment[3]), "rows": [], "lines": [], "said": {}})
+            self.segments.append({"label": int(segment[1]), "strike": self.text.number(line, segment[2]), "dip": self.text.number(line, segment[3]), "rows": [], "lines": [], "said": {}})
         elif self.segments and not self.segments[-1]["rows"]:
             for name in ("LEN", "WID", "Dx", "Dz", "Z2top", "Nsbfs"):
                 value = said(words, name)
                 if value is not None:
-                    self.segments[-1]["said"][name] = value
+                    self.segments[-1]["said"][name] = self.text.number(line, value)
         elif not self.segments and (value := said(words, "Nsbfs")) is not None:
-            self.header["Nsbfs"] = value
+            self.header["Nsbfs"] = self.text.number(line, value)
         if words.startswith("Event :"):
             self.title = " ".join(words[7:].split())
         if found := re.search(r"given for (top-center|center|top center) of each", words, re.I):
@@ -66,16 +66,18 @@ class Reader:
         if re.search(r"coordinates in", words, re.I) and not re.search(r"coordinates in km;\s*SLIP in m\b", words, re.I):
             self.text.fail(line, self.text.quoted(line), "X,Y,Z coordinates in km; SLIP in m")
         if re.search(r"\bNo\.?\s+of layers", words, re.I):
-            self.in_layers, self.nlayers = True, said(words, "layers")
+            self.in_layers, self.nlayers = True, self.text.number(line, said(words, "layers") or "nothing", "a number of layers")
         elif self.in_layers and len(LAYER.findall(words)) == len(words.split()) >= 4:
-            self.layers.append([float(w) for w in words.split()[:4]])
+            self.layers.append([self.text.number(line, w) for w in words.split()[:4]])
         elif self.layers:
             self.in_layers = False
         if re.match(r"LAT\s+LON\b", words, re.I):
-            self.names = words.upper().split()
+            before, self.names = self.columns, words.upper().split()
             self.columns = [w.split("==")[0].upper() for w in words.split()]
-            if "SLIP" not in self.columns or "Z" not in self.columns:
+            if not {"LAT", "LON", "Z", "SLIP"} <= set(self.columns):
                 self.text.fail(line, self.text.quoted(line), "columns LAT LON X Y Z SLIP")
+            if before and before != self.columns:
+                self.text.fail(line, self.text.quoted(line), " ".join(before) + ", as before")
             if not self.segments:
                 self.segments.append({"label": 1, "strike": self.header.get("STRK"), "dip": self.header.get("DIP"), "rows": [], "lines": [], "said": {}})
 

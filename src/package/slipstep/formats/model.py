@@ -5,8 +5,10 @@ import dataclasses
 import numpy as np
 
 from ..geometry.cells import directions
+from .text import FormatError
 
 AWRY = 0.25  # of a cell: how far points may be from a regular grid that is made of them
+LEAST = 1e-6  # [m], of a length
 RIGIDITY = 30e9  # [Pa], where nothing says it: that of fault and elastic
 
 
@@ -59,6 +61,10 @@ class Model:
     def __post_init__(self):
         if self.fault is None:
             self.fault = np.zeros(len(self.cells), int)
+        wrong = ~(np.isfinite(self.cells).all(axis=1) & (self.cells[:, 3:5] > LEAST).all(axis=1) & (self.cells[:, 6] >= 0) & (self.cells[:, 6] <= 180))
+        if wrong.any() or not len(self.cells):
+            raise FormatError(f"{self.path}: " + (f"cell {int(np.flatnonzero(wrong)[0]) + 1} has the length, width and dip " + ", ".join(f"{v:g}" for v in self.cells[wrong][0, [3, 4, 6]])
+                                                  if len(self.cells) else "no cells") + ", expected cells with lengths above 0")
 
     @property
     def area(self):

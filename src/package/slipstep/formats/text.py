@@ -7,6 +7,10 @@ import os
 from ..errors import Error
 
 
+LARGE = 1e40  # beyond any number of a file: moments in dyne cm are below 1e31
+NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?![\w.])"  # as a group of a regular expression
+
+
 class FormatError(Error):
     """A file of another program that cannot be read: its name, the line, what is there and what was expected."""
 
@@ -43,12 +47,12 @@ class Text:
         return f"\"{self.lines[line - 1].strip()[:60]}\""
 
     def number(self, line, word, what="a number"):
-        """A finite number; Fortran's d is an e."""
+        """A number that is not beyond all bounds; Fortran's d is an e."""
         try:
             value = float(word.lower().replace("d", "e"))
         except ValueError:
             value = math.nan
-        if not math.isfinite(value):
+        if not abs(value) <= LARGE:
             self.fail(line, f"\"{word[:40]}\"", what)
         return value
 

@@ -26,6 +26,7 @@ from ..geometry.surface import Elastic, Source
 from ..results.files import replacing
 from ..times import seconds
 
+DIGITS = 1.0  # [m]: of depths in km with three digits and more
 WRITERS = {".fsp": fsp.write, ".srf": srf.write}  # of text
 
 
@@ -38,6 +39,20 @@ def shifted(model):
             model.triangles[..., 2] += above
         model.remarks.append(f"moved down by {above:.4g} m")
     return model
+
+
+def grounded(model):
+    """Rectangles of faults whose upper edge is above the ground by no more than the digits of their file, moved down to it."""
+    if model.triangles is not None:
+        return
+    top = model.corners[..., 2].min(axis=1)
+    for label in np.unique(model.fault):
+        own = model.fault == label
+        above = -float(top[own].min())
+        if 0 < above <= DIGITS:
+            model.cells[own, 2] += above
+            if above > 0.1 * DIGITS:
+                model.remarks.append(f"fault {label} is moved down to the ground by {above:.2g} m")
 
 
 def timed(model, options):
@@ -153,6 +168,7 @@ def main():
         model.projection = Projection(options.origin, options.projection)
     if options.shift:
         model = shifted(model)
+    grounded(model)
     timed(model, options)
     receivers = receivers_of(options, model) if options.receivers else None
     for name, text in said.lines(model):
