@@ -25,26 +25,30 @@ typedef struct {
   Vec w;
   PetscInt steps, rejected;
   SlipDeviceTraffic last;             /* at the end of the step before */
-  PetscInt64 vectors, numbers, bytes; /* most of a step */
+  PetscInt refused;                   /* attempts so far */
+  PetscInt64 vectors, numbers, bytes; /* most of a step; numbers of an attempt */
 } Run;
 
 static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
 {
   Run *run = (Run *)ctx;
   const SlipDeviceTraffic now = SlipDeviceGetTraffic();
+  PetscInt refused;
   PetscReal end;
 
   PetscFunctionBegin;
   (void)w;
+  PetscCall(TSGetStepRejections(ts, &refused));
   PetscCall(TSGetMaxTime(ts, &end));
   if (step > 2 &&
       t <
         end) { /* in the first two tolerances are put there, and the largest eigenvalue is found; the end is written */
     run->vectors = PetscMax(run->vectors, now.puts + now.fetches - run->last.puts - run->last.fetches);
-    run->numbers = PetscMax(run->numbers, now.numbers - run->last.numbers);
+    run->numbers = PetscMax(run->numbers, (now.numbers - run->last.numbers) / (1 + refused - run->refused));
   }
   run->bytes = PetscMax(run->bytes, now.bytes);
   run->last = now;
+  run->refused = refused;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -34,7 +34,7 @@ PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault)
 PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault)
 {
   SlipFaultDevice *d = &fault->device;
-  SlipDeviceMemory *const memory[] = {&d->cells, &d->pressure, &d->record, &d->distance2};
+  SlipDeviceMemory *const memory[] = {&d->cells, &d->pressure, &d->record, &d->distance2, &d->faults};
 
   PetscFunctionBegin;
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(memory); k++)

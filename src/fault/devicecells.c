@@ -358,6 +358,61 @@ PetscErrorCode SlipFaultDevicePowers(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of each of several faults: what friction takes in the state w of t, as SlipFaultGetPowers() has it, and the sums of
+   slip rate, displacement and loading along the rake, weighted by area; NULL: not wanted */
+PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, Vec w, PetscReal friction[], PetscReal rate[],
+                                     PetscReal displacement[], PetscReal loading[])
+{
+  SlipFaultDevice *d = &fault->device;
+  const PetscReal eta = fault->balance.eta;
+  const int n = (int)fault->mesh.n, c = (int)fault->layout.components;
+  SlipDeviceMemory cells, state;
+  PetscReal share[4], *a;
+
+  PetscFunctionBegin;
+  PetscCall(CellsOf(fault, t, w, &cells));
+  if (!d->faults) {
+    PetscCall(PetscMalloc1(n, &a));
+    for (PetscInt i = 0; i < n; i++)
+      a[i] = (PetscReal)SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i));
+    PetscCall(PutThere(fault, (size_t)n, a, "cells", &d->faults));
+    PetscCall(PetscFree(a));
+  }
+  PetscCall(SlipDeviceVecRead(w, &state));
+  for (int k = 0; k < fault->mesh.faults; k++) {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n),    SLIP_DEVICE_ARG(c),         SLIP_DEVICE_ARG(k),
+                                  SLIP_DEVICE_ARG(eta),  SLIP_DEVICE_ARG(d->faults), SLIP_DEVICE_ARG(cells),
+                                  SLIP_DEVICE_ARG(state)};
+
+    PetscCall(SlipDeviceReduce(d->device, KERNEL_FAULT_SHARE, (size_t)n, 7, args, 4, 4, share));
+    if (friction) friction[k] = share[0];
+    if (rate) rate[k] = share[1];
+    if (displacement) displacement[k] = share[2];
+    if (loading) loading[k] = share[3];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* In the state w of t: how many cells have lost their normal stress, other than those of bare, and the least one [Pa] */
+PetscErrorCode SlipFaultDeviceBare(SlipFault fault, PetscReal t, Vec w, Vec bare, PetscInt *more, PetscReal *least)
+{
+  const int n = (int)fault->mesh.n;
+  SlipDeviceMemory cells, marks;
+  PetscReal results[2];
+
+  PetscFunctionBegin;
+  PetscCall(CellsOf(fault, t, w, &cells));
+  PetscCall(SlipDeviceVecRead(bare, &marks));
+  {
+    const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(cells), SLIP_DEVICE_ARG(marks)};
+
+    PetscCall(SlipDeviceReduce(fault->device.device, KERNEL_FAULT_BARE, (size_t)n, 3, args, 2, 1, results));
+  }
+  *more = (PetscInt)results[0];
+  *least = -results[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The largest slip since displacements were u, a time dt ago */
 PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, Vec w, Vec u, PetscReal *largest)
 {

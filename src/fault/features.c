@@ -302,13 +302,6 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_surface_stations % is written to the output: expected -fault_output"},
   {F(SURFACE_STATIONS), EXCLUDES, F(FULL_SPACE), 0,
    "-fault_surface_stations needs a free surface: expected -fault_kernel half_space"},
-  {F(DEVICE), EXCLUDES, F(RECTANGLES) | F(TRIANGLES) | F(STIFFNESS_FILE), 0,
-   "-fault_device % computes on a uniform grid: expected neither -fault_mesh nor -fault_stiffness_file"},
-  {F(DEVICE), EXCLUDES, F(DENSE) | F(HMAT), 0,
-   "-fault_device % has products by transforms: expected -fault_operator fft or auto, not %"},
-  {F(DEVICE), EXCLUDES, F(OBLIQUE) | F(VECTOR) | F(COUPLED), 0,
-   "-fault_device % computes vertical planes whose slip has one component, along strike, and leaves the normal stress "
-   "alone: expected -fault_device none"},
   {F(DEVICE), EXCLUDES, F(WHOLE), 0,
    "-fault_device % does not average over whole cells: expected -fault_stiffness_average centre or cell, not %"},
   {F(DEVICE), EXCLUDES, F(WAVES), 0, "-fault_device % knows no waves: expected -fault_medium static, not %"},

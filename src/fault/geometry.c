@@ -58,12 +58,16 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 /* K of the mesh, and Kn unless it is NULL; collective */
 PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
 {
+  const char *type = fault->options.text[FAULT_OPERATOR];
   SlipFaultStiffness s = {.dipping = fault->kind.dipping,
-                          .type = fault->device.device ? "fft" : fault->options.text[FAULT_OPERATOR],
                           .tolerance = fault->options.value[FAULT_HMAT_TOLERANCE],
                           .rake = fault->fields.cell[FIELD_RAKE]};
 
   PetscFunctionBegin;
+  /* what few cells take by the processor, a dense matrix, a device does not need */
+  if (fault->device.device && fault->mesh.kind == &SlipFaultMeshGrid && !s.dipping && !strcmp(type, "auto"))
+    type = "fft";
+  s.type = type;
   PetscCall(SlipFaultKernel(fault, &s.kernel));
   PetscCall(fault->mesh.kind->stiffness(&fault->mesh, &s, K, Kn));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -416,7 +416,8 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCall(PetscArrayzero(power, 3));
   if (SlipFaultOnDevice(fault, w)) { /* all cells slide there, so that r is -q(w) sign(v) */
     PetscCall(SlipFaultDevicePowers(fault, t, w, power));
-    if (friction) friction[0] = power[2];
+    if (friction && mesh->faults == 1) friction[0] = power[2];
+    if (friction && mesh->faults > 1) PetscCall(SlipFaultDeviceShares(fault, t, w, friction, NULL, NULL, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFaultGetWork(fault, &rel));

@@ -70,6 +70,13 @@ static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rat
     t += fault->loads.origin;
     rate[0] = sums->sum[SUM_V];
     moment[0] = sums->sum[SUM_U] + t * sums->sum[SUM_VINF] - start * fault->critical.mean_uc * (PetscReal)fault->mesh.N;
+  } else if (SlipFaultOnDevice(fault, w)) { /* from no critical start */
+    PetscReal *loading;
+
+    PetscCall(PetscMalloc1(n, &loading));
+    PetscCall(SlipFaultDeviceShares(fault, t, w, NULL, rate, moment, loading));
+    for (PetscInt k = 0; k < n; k++) moment[k] += (fault->loads.origin + t) * loading[k];
+    PetscCall(PetscFree(loading));
   } else {
     t += fault->loads.origin;
     PetscCall(PetscArrayzero(rate, n));

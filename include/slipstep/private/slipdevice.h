@@ -74,10 +74,10 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   X(FAULT_DERIVATIVE, fault_derivative) X(FAULT_DERIVATIVE_2, fault_derivative_2) X(FAULT_TAKE, fault_take)            \
   X(FAULT_PLACE, fault_place) X(FAULT_FASTEST, fault_fastest)                                                          \
   X(FAULT_OUTSIDE, fault_outside) X(FAULT_RELAXATION, fault_relaxation) X(FAULT_SUMS, fault_sums)                      \
-  X(FAULT_POWERS, fault_powers) X(FAULT_SLIP, fault_slip)
+  X(FAULT_POWERS, fault_powers) X(FAULT_SHARE, fault_share) X(FAULT_SLIP, fault_slip)
 #define SLIP_KERNELS_LOADS(X)                                                                                          \
   X(FAULT_PRESSURE, fault_pressure) X(FAULT_SHEAR, fault_shear) X(FAULT_LOAD, fault_load)                              \
-  X(FAULT_STRENGTH, fault_strength) X(FAULT_OPEN, fault_open)
+  X(FAULT_STRENGTH, fault_strength) X(FAULT_OPEN, fault_open) X(FAULT_BARE, fault_bare)
 #define SLIP_KERNELS_STAGE(X)                                                                                          \
   X(PLANE_PAD, plane_pad) X(PLANE_INVERSE, plane_inverse) X(PLANE_TAKE, plane_take) X(CHOOSE, choose)                  \
   X(STAGE_JACOBIAN, stage_jacobian)

@@ -39,6 +39,7 @@ typedef struct {
   PetscReal bytes;                               /* that the fault and its integrator take there at most */
   struct _cl_mem *cells;                         /* what its kernels know of the cells; NULL: nothing has asked */
   struct _cl_mem *pressure, *record, *distance2; /* [n] pore pressure [Pa], -fault_pore_pressure, of the source [m^2] */
+  struct _cl_mem *faults;                        /* [n] the number of the fault of each cell, of several */
   PetscBool loaded, pressed;                     /* the load, the pressure of the cells are known */
   PetscReal time, origin;                        /* of them [s] */
   SlipFaultMoment moment;                        /* of their normal stress, where slip changes it */
@@ -145,6 +146,10 @@ PETSC_INTERN PetscErrorCode SlipFaultDeviceCompliance(SlipFault fault, Vec w, Pe
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSums(SlipFault fault, PetscReal t, Vec w, Vec force, PetscReal sum[],
                                                 PetscReal *max_v);
 PETSC_INTERN PetscErrorCode SlipFaultDevicePowers(SlipFault fault, PetscReal t, Vec w, PetscReal power[3]);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, Vec w, PetscReal friction[],
+                                                  PetscReal rate[], PetscReal displacement[], PetscReal loading[]);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceBare(SlipFault fault, PetscReal t, Vec w, Vec bare, PetscInt *more,
+                                                PetscReal *least);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, Vec w, Vec u, PetscReal *largest);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);

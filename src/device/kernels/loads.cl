@@ -100,3 +100,16 @@ __kernel void fault_open(int n, __global const double *cells, __global const dou
   EACH(i, n) { mine[0] += !(OF(NORMAL) - pressure[i] > 0); }
   fold(1, 1, mine, all, room);
 }
+
+// Cells that have lost their normal stress, other than those where bare is not 0; and the least one, with its sign changed
+__kernel void fault_bare(int n, __global const double *cells, __global const double *bare, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[2] = {0, -INFINITY};
+
+  EACH(i, n) {
+    mine[0] += (OF(STRESS) <= 0) & (bare[i] == 0);
+    mine[1] = fmax(mine[1], -OF(STRESS));
+  }
+  fold(2, 1, mine, all, room);
+}

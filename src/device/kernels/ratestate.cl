@@ -355,6 +355,26 @@ __kernel void fault_powers(int n, int c, double eta, __global const double *cell
   fold(3, 3, mine, all, room);
 }
 
+// Of one of several faults: what friction takes, and the sums of slip rate, displacement and loading along the rake
+__kernel void fault_share(int n, int c, int which, double eta, __global const double *faults, __global const double *cells,
+                          __global const double *state, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[4] = {0, 0, 0, 0};
+
+  EACH(i, n) {
+    const double x = RATE(0), y = c == 1 ? 0 : RATE(1), speed = size_of(c, x, y), weight = faults[i] == which ? OF(WEIGHT) : 0;
+    const double ax = ALONG_OF(0), ay = c == 1 ? 0 : OF(ALONG_UP);
+    double direct;
+
+    mine[0] += weight * speed * strength_of(n, i, eta, cells, STATE, speed, &direct);
+    mine[1] += weight * (x * ax + y * ay);
+    mine[2] += weight * (DISPLACEMENT(0) * ax + (c == 1 ? 0 : DISPLACEMENT(1) * ay));
+    mine[3] += weight * OF(LOADING);
+  }
+  fold(4, 4, mine, all, room);
+}
+
 // The largest slip since displacements were u, a time dt ago
 __kernel void fault_slip(int n, int c, double dt, __global const double *cells, __global const double *state, __global const double *u,
                          __global double *room)

@@ -1,0 +1,172 @@
+/* Slip as a vector, planes that dip and meshes on a device of OpenCL, where slip changes normal stress: slip rates,
+   sums, runs, restarts, and what goes between processor and device. */
+#include "devicerun.h"
+#include <sliph5.h>
+
+/* The cells of the grid as a list; those of the right half are a fault of their own, which dips and is turned */
+static PetscErrorCode WriteRectangles(void)
+{
+  const PetscInt shape[] = {N, 7}, count = N;
+  PetscInt fault[N];
+  PetscReal cells[N][7];
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  for (PetscInt e = 0; e < N; e++) {
+    const PetscInt i = e % NX, j = e / NX;
+    const PetscBool right = i >= NX / 2 ? PETSC_TRUE : PETSC_FALSE;
+    const PetscReal down = 2e3 * (j + 0.5), c = right ? 0.5 : 0, s = right ? sqrt(0.75) : 1;
+    const PetscReal cell[7] = {2e3 * (i + 0.5), (right ? 1e3 : 0) + c * down, 1e3 + s * down, 2e3, 2e3, 0,
+                               right ? 60 : 90};
+
+    PetscCall(PetscArraycpy(cells[e], cell, 7));
+    fault[e] = right ? 1 : 0;
+  }
+  PetscCall(SlipH5Create("rectangles.h5", &h));
+  PetscCall(SlipH5WriteReal(&h, "/cells", 2, shape, cells[0], NULL));
+  PetscCall(SlipH5WriteAttrString(&h, "/cells", "columns", "x y z length width strike dip"));
+  PetscCall(SlipH5WriteAttrString(&h, "/cells", "units", "m"));
+  PetscCall(SlipH5WriteInt(&h, "/fault", 1, &count, fault, NULL));
+  PetscCall(SlipH5Close(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A plane that dips, 4 km squares of which each is cut in two */
+static PetscErrorCode WriteTriangles(void)
+{
+  enum { COLUMNS = NX / 2, ROWS = NZ, ALL = (COLUMNS + 1) * (ROWS + 1) };
+  const PetscInt vertices[] = {ALL, 3}, triangles[] = {N, 3};
+  PetscReal vertex[ALL][3];
+  PetscInt corner[N][3];
+  SlipH5 h;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < ALL; k++) {
+    const PetscReal down = 2e3 * (PetscReal)(k / (COLUMNS + 1));
+    const PetscReal point[3] = {4e3 * (PetscReal)(k % (COLUMNS + 1)), 0.5 * down, 1e3 + sqrt(0.75) * down};
+
+    PetscCall(PetscArraycpy(vertex[k], point, 3));
+  }
+  for (PetscInt q = 0; q < N / 2; q++) {
+    const PetscInt k = q % COLUMNS + (COLUMNS + 1) * (q / COLUMNS), below = k + COLUMNS + 1;
+    const PetscInt two[2][3] = {{k, k + 1, below}, {k + 1, below + 1, below}};
+
+    PetscCall(PetscArraycpy(corner[2 * q], two[0], 6));
+  }
+  PetscCall(SlipH5Create("triangles.h5", &h));
+  PetscCall(SlipH5WriteReal(&h, "/vertices", 2, vertices, vertex[0], "m"));
+  PetscCall(SlipH5WriteInt(&h, "/triangles", 2, triangles, corner[0], NULL));
+  PetscCall(SlipH5Close(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Creep(SlipFault fault)
+{
+  PetscReal a[N];
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < N; i++) a[i] = i % NX == 0 ? 1 : 0;
+  PetscCall(SlipFaultSetField(fault, "creep", N, a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const struct {
+  const char *options;
+  PetscErrorCode (*prepare)(SlipFault);
+} Faults[] = {
+  {"-fault_slip_components 2 -fault_rake 20 -fault_operator dense ", Creep},
+  {"-fault_dip 60 -fault_rake 90 -fault_operator hmat ", NULL},
+  {"-fault_dip 50 -fault_slip_components 2 -fault_rake -70 -fault_friction_alpha 0.02 -fault_operator dense ", Creep},
+  {"-fault_mesh rectangles.h5 -fault_operator hmat -fault_stressing_rate 1e-3 ", NULL},
+  {"-fault_mesh rectangles.h5 -fault_slip_components 2 -fault_rake 30 -fault_state_law slip "
+   "-fault_injection 9e3,0,7e3 -fault_injection_pressure 1e6 -fault_injection_diffusivity 0.3 ",
+   NULL},
+  {"-fault_mesh triangles.h5 -fault_rake 80 -fault_operator hmat ", NULL},
+};
+enum { NUM_FAULTS = sizeof(Faults) / sizeof(*Faults) };
+
+static void Within(char dir[])
+{
+  assert_int_equal(0, TempDirMake("device", dir));
+  assert_int_equal(0, chdir(dir));
+  ok(WriteRectangles());
+  ok(WriteTriangles());
+}
+
+static void Leave(const char dir[])
+{
+  Prepare = NULL;
+  assert_int_equal(0, chdir(".."));
+  assert_int_equal(0, TempDirRemove(dir));
+}
+
+static void rates(void **state)
+{
+  char dir[TEMPDIR_LENGTH], options[512];
+
+  NEEDS_DEVICE;
+  Within(dir);
+  for (int k = 0; k < NUM_FAULTS; k++) {
+    Prepare = Faults[k].prepare;
+    ok(PetscSNPrintf(options, sizeof(options), "%s-fault_device opencl", Faults[k].options));
+    AssertRates(options, 1e7);
+  }
+  Leave(dir);
+}
+
+/* The same steps as by the processor, nothing but numbers between the two, and the same sums */
+static void runs(void **state)
+{
+  char dir[TEMPDIR_LENGTH], options[512];
+  Run host, there;
+
+  NEEDS_DEVICE;
+  Within(dir);
+  for (int k = 0; k < NUM_FAULTS; k++) {
+    Prepare = Faults[k].prepare;
+    ok(PetscSNPrintf(options, sizeof(options),
+                     "%s-ts_max_time 2e9 -fault_output run.h5 -fault_output_overwrite -fault_output_slip_interval 100 ",
+                     Faults[k].options));
+    ok(Solve(options, &host));
+    ok(PetscStrlcat(options, "-fault_device opencl", sizeof(options)));
+    ok(Solve(options, &there));
+    assert_true(host.steps > 40);
+    assert_int_equal(host.steps, there.steps);
+    assert_int_equal(host.rejected, there.rejected);
+    AssertSame(host.w, there.w, 1e-7); /* rounding, which loading enlarges */
+    AssertSums(&there);
+    print_message("fault %d: %d steps, at most %d arrays and %d numbers in one\n", k, (int)there.steps,
+                  (int)there.vectors, (int)there.numbers);
+    assert_int_equal(there.vectors, 0);
+    assert_true(there.numbers <= 64);
+    End(&host);
+    End(&there);
+  }
+  Leave(dir);
+}
+
+/* A run that goes on from a checkpoint, to the bit */
+static void restarts(void **state)
+{
+  char dir[TEMPDIR_LENGTH], options[512];
+  Run run[3];
+
+  NEEDS_DEVICE;
+  Within(dir);
+  for (int k = 2; k < NUM_FAULTS; k += 2) {
+    const char *const more[] = {"-ts_max_steps 60", "-ts_max_steps 35 -fault_checkpoint state",
+                                "-ts_max_steps 60 -fault_restart state"};
+
+    Prepare = Faults[k].prepare;
+    for (int j = 0; j < 3; j++) {
+      ok(PetscSNPrintf(options, sizeof(options), "%s-fault_device opencl %s", Faults[k].options, more[j]));
+      ok(Solve(options, &run[j]));
+    }
+    AssertSame(run[0].w, run[2].w, 0);
+    for (int j = 0; j < 3; j++) End(&run[j]);
+    remove("state");
+  }
+  Leave(dir);
+}
+
+SLIP_TESTS_WITH(setup, NULL, rates, runs, restarts)
