@@ -302,6 +302,8 @@ const SlipFaultRule SlipFaultRules[] = {
    "-fault_surface_stations % is written to the output: expected -fault_output"},
   {F(SURFACE_STATIONS), EXCLUDES, F(FULL_SPACE), 0,
    "-fault_surface_stations needs a free surface: expected -fault_kernel half_space"},
+  {F(DEVICE), EXCLUDES, F(OPENING), 0,
+   "-fault_device % has no products of cells that open: expected -fault_opening no, or -fault_device none"},
   {F(DEVICE), EXCLUDES, F(WHOLE), 0,
    "-fault_device % does not average over whole cells: expected -fault_stiffness_average centre or cell, not %"},
   {F(DEVICE), EXCLUDES, F(WAVES), 0, "-fault_device % knows no waves: expected -fault_medium static, not %"},
