@@ -393,7 +393,7 @@ PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In the state w of t: how many cells have lost their normal stress, other than those of bare, and the least one [Pa] */
+/* In the state w of t: how many cells have lost their normal stress, other than those of bare; and the least [Pa] */
 PetscErrorCode SlipFaultDeviceBare(SlipFault fault, PetscReal t, Vec w, Vec bare, PetscInt *more, PetscReal *least)
 {
   const int n = (int)fault->mesh.n;
