@@ -173,6 +173,13 @@ class Read(FspTest):
             self.assertAlmostEqual(corners_of(file["cells"][()])[..., 2].min(), 0, 9)
         self.fault("-fault_mesh", "model.h5", "-fault_normal_stress", "50e6", "-fault_initial", "traction", "-ts_max_steps", "1", "-ts_max_time", "1")
 
+    def test_whole_turns(self):
+        """A rake of 360 degrees, which fault does not take, is 0 in its file."""
+        self.put("model.fsp", single()[0].replace("160.000", "360.000"))
+        self.convert("model.fsp", "model.h5")
+        with h5py.File(self.path("model.h5")) as file:
+            np.testing.assert_allclose(file["rake"][()], [0, *range(161, 172)])
+
     def test_without_proj(self):
         self.put("model.fsp", single()[0])
         with mock.patch.dict(sys.modules, {"pyproj": None}):

@@ -33,7 +33,7 @@ def write(model, path, points=None):
         file["fault"] = model.fault
         if model.names:
             file["fault"].attrs["names"] = "; ".join(f"{label} {name}" for label, name in sorted(model.names.items()))
-        put(file, "rake", model.rake, "degrees")
+        put(file, "rake", np.where(np.abs(model.rake) < 360, model.rake, (model.rake + 180) % 360 - 180), "degrees")  # as fault takes them
         if model.slip is not None and model.triangles is not None:
             file["hanging_wall"] = np.cross(model.triangles[:, 1] - model.triangles[:, 0], model.triangles[:, 2] - model.triangles[:, 0])
         if model.slip is not None:
