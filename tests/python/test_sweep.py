@@ -322,6 +322,21 @@ friction_slip = [0.15, 0.25]
         with self.assertRaisesRegex(Error, "a study needs a file, or a folder"):
             Study(vary={"nx": [1]})
 
+    def test_the_page(self):
+        """The study of the how-to page: 3 x 2 x 2 runs with 3 seeds, whose options are those of its file."""
+        with open(os.path.join(SOURCE, "examples", "howto", "studies.md"), encoding="utf-8") as file:
+            text = re.search(r"(?s)```toml\n(.*?)```", file.read())[1]
+        for name in ("fault_centuries.opts", "make_fault.py"):
+            shutil.copy(os.path.join(SOURCE, "examples", name), self.path(name))
+        study = Study(self.write("study.toml", text))
+        self.assertEqual(len(study.runs), 36)
+        self.assertEqual(study.runs[-1].values, {"loading_rate": 4e-9, "healing_time": 3e8, "friction_residual": 0.4, "normal_stress": 60e6, "seed": 3})
+        self.assertEqual(study.runs[12].values["loading_rate"], 2e-9)
+
+    def test_several_processes(self):
+        with mock.patch.dict(os.environ, OMPI_COMM_WORLD_SIZE="2"), self.assertRaisesRegex(Error, "own.toml: a study cannot be run by several processes"):
+            Study(self.own()).run()
+
     def test_damaged_record(self):
         """A record that is no JSON is an error which names it; a column that nobody has is said to be none."""
         study = Study(self.own("[1]")).run(progress=False)

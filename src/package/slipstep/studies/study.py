@@ -86,6 +86,8 @@ class Study:
 
     def hold(self, shared=False):
         """The lock of the study: one driver, or any number of tasks of a job array."""
+        if int(os.environ.get("OMPI_COMM_WORLD_SIZE", os.environ.get("PMI_SIZE", "1"))) > 1:
+            raise Error(f"{self.plan.source}: a study cannot be run by several processes: expected one, which starts the ranks of each run")
         os.makedirs(self.folder, exist_ok=True)
         held = lock(os.path.join(self.folder, "lock"), shared)
         if held is None:
