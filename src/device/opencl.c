@@ -194,7 +194,7 @@ static PetscErrorCode Build(MPI_Comm comm, SlipDevice device)
   PetscFunctionBegin;
   device->program = clCreateProgramWithSource(device->cl.context, 1, &text, &length, &error);
   CheckCL(device, error, "making its program");
-  error = clBuildProgram(device->program, 1, &device->cl.device, device->shares ? "-DPROCESSOR" : "", NULL, NULL);
+  error = clBuildProgram(device->program, 1, &device->cl.device, device->shares ? "-w -DPROCESSOR" : "-w", NULL, NULL);
   if (error) {
     (void)clGetProgramBuildInfo(device->program, device->cl.device, CL_PROGRAM_BUILD_LOG, 0, NULL, &size);
     PetscCall(PetscCalloc1(size + 1, &log));

@@ -30,6 +30,7 @@ PetscErrorCode SlipFaultDeviceOperators(SlipFault fault, Mat K, Mat Kn)
   const SlipFaultLoads *loads = &fault->loads;
   const PetscReal n = (PetscReal)fault->mesh.n, c = (PetscReal)fault->layout.components;
   PetscReal bytes = 0, normal = 0, vectors = STATE_VECTORS * (PetscReal)fault->layout.block + SLIP_VECTORS * c;
+  PetscBool room;
 
   PetscFunctionBegin;
   if (!d->device) PetscFunctionReturn(PETSC_SUCCESS);
@@ -38,7 +39,8 @@ PetscErrorCode SlipFaultDeviceOperators(SlipFault fault, Mat K, Mat Kn)
   vectors += (PetscReal)NumKept(fault) + (PetscReal)loads->rows;
   vectors += (loads->pressed ? 1 : 0) + (loads->source.distance2 ? 1 : 0) + (loads->grows ? c : 0);
   d->bytes = bytes + normal + (PetscReal)sizeof(PetscReal) * n * vectors;
-  PetscCall(SlipDeviceReserve(d->device, (size_t)d->bytes, "the stiffness and the vectors of the fault"));
+  PetscCall(SlipFaultDeviceRoom(fault, &room));
+  if (!room) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipMatUseDevice(K));
   if (Kn) PetscCall(SlipMatUseDevice(Kn));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -354,6 +354,24 @@ PetscErrorCode SlipFaultRuleText(SlipFault fault, TS ts, const SlipFaultRule *ru
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscBool Refuses(const SlipFaultRule *rule, SlipFaultFeatureSet on)
+{
+  const PetscBool other = on & rule->others ? PETSC_TRUE : PETSC_FALSE;
+
+  return on & rule->these && !(on & rule->unless) && other != rule->needs ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscErrorCode SlipFaultRefuses(SlipFault fault, TS ts, SlipFaultFeatureSet these, char text[], size_t len)
+{
+  const SlipFaultFeatureSet on = SlipFaultFeaturesOn(fault, ts);
+
+  PetscFunctionBegin;
+  text[0] = '\0';
+  for (const SlipFaultRule *rule = SlipFaultRules; rule->sentence && !text[0]; rule++)
+    if (Refuses(rule, on | these) && !Refuses(rule, on)) PetscCall(SlipFaultRuleText(fault, ts, rule, text, len));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultCheckFeatures(SlipFault fault, TS ts)
 {
   const SlipFaultFeatureSet on = SlipFaultFeaturesOn(fault, ts);
@@ -361,9 +379,8 @@ PetscErrorCode SlipFaultCheckFeatures(SlipFault fault, TS ts)
   PetscFunctionBegin;
   for (const SlipFaultRule *rule = SlipFaultRules; rule->sentence; rule++) {
     char text[2 * PETSC_MAX_PATH_LEN];
-    PetscBool other = on & rule->others ? PETSC_TRUE : PETSC_FALSE;
 
-    if (!(on & rule->these) || on & rule->unless || other == rule->needs) continue;
+    if (!Refuses(rule, on)) continue;
     PetscCall(SlipFaultRuleText(fault, ts, rule, text, sizeof(text)));
     SETERRQ(fault->comm, PETSC_ERR_ARG_INCOMP, "%s", text);
   }

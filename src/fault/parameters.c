@@ -261,8 +261,8 @@ const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS] = {
   [FAULT_STOP_FILE] = {"stop_file", "", NULL,
                        "File that stops the run after its step when it appears, with a checkpoint and exit code 138",
                        RUN},
-  [FAULT_DEVICE] = {"device", "none", "|none|opencl|",
-                    "Compute steps on a graphics card by OpenCL, of rate and state on a uniform grid", STEPS},
+  [FAULT_DEVICE] = {"device", "none", "|none|opencl|auto|",
+                    "Compute steps on a graphics card by OpenCL; auto: where there is one that can", STEPS},
   [FAULT_DEVICE_NAME] = {"device_name", "", NULL,
                          "Part of the name of the device or of its platform, or its number in clinfo -l", RUN},
 };

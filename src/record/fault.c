@@ -86,6 +86,7 @@ static PetscErrorCode SetUp(SlipFault fault)
   fault->operators.tstar =
     thickness * PetscSqrtReal(fault->options.value[FAULT_DENSITY] / fault->options.value[FAULT_SHEAR_MODULUS]);
   PetscCall(SlipFaultCellsSetUp(fault));
+  PetscCall(SlipFaultDeviceChoose(fault));
   PetscCall(SlipFaultCheckFeatures(fault, NULL));
   PetscCall(SlipFaultDeviceSetUp(fault));
   PetscCall(SlipFaultMediumCreate(fault));

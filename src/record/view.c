@@ -19,9 +19,12 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
     char text[512];
 
     PetscCall(SlipDeviceText(fault->device.device, text, sizeof(text)));
-    PetscCall(PetscViewerASCIIPrintf(viewer, "device: %s, of which the fault and its integrator take up to %.3g MB\n",
-                                     text, 1e-6 * (double)fault->device.bytes));
-  }
+    PetscCall(PetscViewerASCIIPrintf(viewer, "device: %s, of which the fault and its integrator take up to %.3g MB%s\n",
+                                     text, 1e-6 * (double)fault->device.bytes,
+                                     fault->device.automatic ? ", by -fault_device auto" : ""));
+  } else if (fault->device.automatic)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "device: none by -%sfault_device auto, as %s\n", SlipFaultPrefix(fault),
+                                     fault->device.why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

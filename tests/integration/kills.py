@@ -43,6 +43,10 @@ CASES = [
     ("mesh on 2 ranks", 2, MESH + " -ts_rtol 1e-4"),
     ("loaded", 1, "-fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law rate_weakening -ts_max_time 4e9 -ts_adapt_type rl"),
 ]
+# in place of those, by --only, where there is a device of OpenCL
+DEVICE = [("device", 1, "-fault_nx 16 -fault_nz 8 -fault_length_x 32e3 -fault_length_z 16e3 -fault_friction_law rate_and_state -fault_normal_stress 25e6 "
+           "-fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_friction_slip 0.1 -fault_friction_a 0.015 -fault_friction_b 0.02 "
+           "-ts_max_time 4e9 -fault_device opencl")]
 # of a catalogue: of the loaded fault it has many events, in the others one is under way
 EVENTS = ["-fault_catalogue_maps", "-fault_catalogue"]
 
@@ -135,7 +139,7 @@ def differences(a, b):
     if "result" not in a:
         return found
     names = set(a["result"].attrs) | set(b["result"].attrs)
-    for name in sorted(n for n in names if not n.startswith(("wall", "cost", "processor_time", "products"))):  # with what a restart makes again
+    for name in sorted(n for n in names if not n.startswith(("wall", "cost", "processor_time", "products", "device"))):  # with what a restart makes again
         if name not in a["result"].attrs or name not in b["result"].attrs:
             found.append("result:" + name)
         elif np.asarray(a["result"].attrs[name]).tobytes() != np.asarray(b["result"].attrs[name]).tobytes():
@@ -155,7 +159,7 @@ def main():
     number = getattr(signal, "SIG" + args.signal)
     chance = random.Random(args.seed)
     failed = False
-    for name, ranks, options in CASES:
+    for name, ranks, options in DEVICE if args.only == "device" else CASES:
         if args.only and args.only not in name:
             continue
         options = options.split()

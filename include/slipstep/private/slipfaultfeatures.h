@@ -100,5 +100,8 @@ PETSC_EXTERN const SlipFaultRule SlipFaultRules[]; /* the last has no sentence *
 PETSC_EXTERN SlipFaultFeatureSet SlipFaultFeaturesOn(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultRuleText(SlipFault fault, TS ts, const SlipFaultRule *rule, char text[],
                                               size_t len);
+/* The sentence of the first rule that refuses what is on with these, but not what is on; "": none does */
+PETSC_INTERN PetscErrorCode SlipFaultRefuses(SlipFault fault, TS ts, SlipFaultFeatureSet these, char text[],
+                                             size_t len);
 /* Refuses what does not go together; once before anything is computed, ts NULL, and once more before a run */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckFeatures(SlipFault fault, TS ts);

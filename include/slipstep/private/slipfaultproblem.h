@@ -45,6 +45,8 @@ typedef struct {
   SlipFaultMoment moment;                        /* of their normal stress, where slip changes it */
   Vec shear;                                     /* SlipFaultGetShear(), of shear_time from shear_origin on */
   PetscReal shear_time, shear_origin;
+  PetscBool automatic; /* chosen by -fault_device auto, */
+  char why[512];       /* which takes the processor for this reason, else "" */
 } SlipFaultDevice;
 
 /* constraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
@@ -130,6 +132,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, 
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
 PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
 /* device.c: of states that are there, SlipFaultOnDevice() */
+PETSC_INTERN PetscErrorCode SlipFaultDeviceChoose(SlipFault fault); /* devicechoice.c */
+PETSC_INTERN PetscErrorCode SlipFaultDeviceRoom(SlipFault fault, PetscBool *room);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceOperators(SlipFault fault, Mat K, Mat Kn);
