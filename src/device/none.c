@@ -77,7 +77,8 @@ NONE(SlipDeviceRunGroups, SlipDevice device, SlipDeviceKernel kernel, size_t gro
 NONE(SlipDevicePut, SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to)
 NONE(SlipDeviceFetch, SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[])
 NONE(SlipDeviceCopy, SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to)
-NONE(SlipDeviceMap, SlipDevice device, size_t n, PetscBool write, SlipDeviceMemory memory, PetscReal **a)
+NONE(SlipDeviceMap, SlipDevice device, size_t n, PetscBool write, PetscBool wait, SlipDeviceMemory memory,
+     PetscReal **a)
 NONE(SlipDeviceUnmap, SlipDevice device, SlipDeviceMemory memory, PetscReal **a)
 NONE(SlipDeviceRun, SlipDevice device, SlipDeviceKernel kernel, size_t columns, size_t rows, PetscInt nargs,
      const SlipDeviceArg args[])

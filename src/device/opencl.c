@@ -449,12 +449,13 @@ PetscBool SlipDeviceShares(SlipDevice device)
   return device->shares;
 }
 
-PetscErrorCode SlipDeviceMap(SlipDevice device, size_t n, PetscBool write, SlipDeviceMemory memory, PetscReal **a)
+PetscErrorCode SlipDeviceMap(SlipDevice device, size_t n, PetscBool write, PetscBool wait, SlipDeviceMemory memory,
+                             PetscReal **a)
 {
   cl_int error;
 
   PetscFunctionBegin;
-  *a = (PetscReal *)clEnqueueMapBuffer(device->cl.queue, memory, CL_TRUE,
+  *a = (PetscReal *)clEnqueueMapBuffer(device->cl.queue, memory, wait ? CL_TRUE : CL_FALSE,
                                        write ? CL_MAP_WRITE_INVALIDATE_REGION : CL_MAP_READ, 0, sizeof(PetscReal) * n,
                                        0, NULL, NULL, &error);
   CheckCL(device, error, "lending its memory");

@@ -15,8 +15,6 @@ typedef struct {
   SlipDeviceMemory memory;
   PetscScalar *array; /* the mirror */
   int valid;
-  Vec lent;        /* a VECSEQ without an array; NULL until asked for */
-  PetscReal *here; /* the array that it has while it is lent */
 } VecOnDevice;
 #define DATA "SlipDeviceVec"
 
@@ -84,31 +82,6 @@ PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory)
   v->valid = DEVICE;
   *memory = v->memory;
   PetscCall(PetscObjectStateIncrease((PetscObject)x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipDeviceVecLend(Vec x, PetscBool write, Vec *host)
-{
-  VecOnDevice *v = Data(x);
-  SlipDeviceMemory memory;
-
-  PetscFunctionBegin;
-  PetscCall(write ? SlipDeviceVecWrite(x, &memory) : SlipDeviceVecRead(x, &memory));
-  if (!v->lent) PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, x->map->bs, x->map->n, NULL, &v->lent));
-  PetscCall(SlipDeviceMap(v->device, (size_t)x->map->n, write, memory, &v->here));
-  PetscCall(VecPlaceArray(v->lent, v->here));
-  *host = v->lent;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SlipDeviceVecReturn(Vec x, Vec *host)
-{
-  VecOnDevice *v = Data(x);
-
-  PetscFunctionBegin;
-  PetscCall(VecResetArray(v->lent));
-  PetscCall(SlipDeviceUnmap(v->device, v->memory, &v->here));
-  *host = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -503,7 +476,6 @@ static PetscErrorCode Destroy(SlipContainerArg arg)
 
   PetscFunctionBegin;
   PetscCall(SlipDeviceFree(v->device, &v->memory));
-  PetscCall(VecDestroy(&v->lent));
   PetscCall(PetscFree(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

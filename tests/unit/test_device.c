@@ -342,7 +342,7 @@ static void lent(void **state)
 {
   SlipDeviceTraffic before, after;
   const PetscReal *a;
-  Vec x, y, u, v;
+  Vec x, y, there[2], here[2];
 
   NEEDS_DEVICE;
   if (getenv("FAKEOPENCL")) assert_false(SlipDeviceShares(device));
@@ -352,11 +352,11 @@ static void lent(void **state)
   Fill(1, x);
   ok(VecScale(x, 2)); /* there */
   before = SlipDeviceGetTraffic();
-  ok(SlipDeviceVecLend(x, PETSC_FALSE, &u));
-  ok(SlipDeviceVecLend(y, PETSC_TRUE, &v));
-  ok(VecWAXPY(v, 1, u, u));
-  ok(SlipDeviceVecReturn(y, &v));
-  ok(SlipDeviceVecReturn(x, &u));
+  there[0] = x;
+  there[1] = y;
+  ok(SlipDeviceVecsLend(2, 1, there, here));
+  ok(VecWAXPY(here[1], 1, here[0], here[0]));
+  ok(SlipDeviceVecsReturn(2, there, here));
   after = SlipDeviceGetTraffic();
   assert_int_equal(after.puts + after.fetches, before.puts + before.fetches);
   ok(VecScale(y, 0.5));

@@ -39,10 +39,10 @@ PETSC_INTERN PetscErrorCode SlipDevicePutAt(SlipDevice device, size_t start, siz
 PETSC_EXTERN PetscErrorCode SlipDeviceFetch(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[]);
 PETSC_INTERN PetscErrorCode SlipDeviceCopy(SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to);
 /* Does it compute in the processor's memory, as pocl does? Then arrays are at hand there without a copy: n numbers,
-   which all are written or only read, until they are returned. */
+   which all are written or only read, until they are returned. Of several the last one alone has to wait. */
 PETSC_EXTERN PetscBool SlipDeviceShares(SlipDevice device);
-PETSC_INTERN PetscErrorCode SlipDeviceMap(SlipDevice device, size_t n, PetscBool write, SlipDeviceMemory memory,
-                                          PetscReal **a);
+PETSC_INTERN PetscErrorCode SlipDeviceMap(SlipDevice device, size_t n, PetscBool write, PetscBool wait,
+                                          SlipDeviceMemory memory, PetscReal **a);
 PETSC_INTERN PetscErrorCode SlipDeviceUnmap(SlipDevice device, SlipDeviceMemory memory, PetscReal **a);
 
 /* What went between the processor and the device since the start: whole vectors and other arrays, and single numbers;
@@ -129,10 +129,11 @@ PETSC_EXTERN PetscBool SlipDeviceVecIs(Vec x);
 PETSC_INTERN PetscErrorCode SlipDeviceVecRead(Vec x, SlipDeviceMemory *memory);   /* borrowed */
 PETSC_INTERN PetscErrorCode SlipDeviceVecChange(Vec x, SlipDeviceMemory *memory); /* read and written */
 PETSC_INTERN PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory);  /* all of it is written */
-/* On a device that computes in the processor's memory: a VECSEQ with the same array, for what the processor does
-   better than kernels; until it is returned nothing else may take x. Written: all of it is. */
-PETSC_EXTERN PetscErrorCode SlipDeviceVecLend(Vec x, PetscBool write, Vec *host);
-PETSC_EXTERN PetscErrorCode SlipDeviceVecReturn(Vec x, Vec *host);
+/* On a device that computes in the processor's memory: VECSEQs with the same arrays as n vectors, the first `read` of
+   which are read, the others written, all of them, for what the processor does better than kernels; until they are
+   returned nothing else may take them; lend.c */
+PETSC_EXTERN PetscErrorCode SlipDeviceVecsLend(PetscInt n, PetscInt read, const Vec x[], Vec host[]);
+PETSC_EXTERN PetscErrorCode SlipDeviceVecsReturn(PetscInt n, const Vec x[], Vec host[]);
 PETSC_EXTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same); /* bit by bit, but for -0 */
 /* A copy there of a vector of the processor */
 PETSC_INTERN PetscErrorCode SlipDeviceVecOf(Vec x, Vec *there);

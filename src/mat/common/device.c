@@ -141,8 +141,9 @@ typedef struct {
 
 static PetscErrorCode LentMult(Mat A, Vec x, Vec y)
 {
+  const Vec there[] = {x, y};
+  Vec here[2];
   Lends *l;
-  Vec u, v;
 
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)A, LENDS, &l));
@@ -150,11 +151,9 @@ static PetscErrorCode LentMult(Mat A, Vec x, Vec y)
     PetscCall((*l->mult)(A, x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipDeviceVecLend(x, PETSC_FALSE, &u));
-  PetscCall(SlipDeviceVecLend(y, PETSC_TRUE, &v));
-  PetscCall((*l->mult)(A, u, v));
-  PetscCall(SlipDeviceVecReturn(y, &v));
-  PetscCall(SlipDeviceVecReturn(x, &u));
+  PetscCall(SlipDeviceVecsLend(2, 1, there, here));
+  PetscCall((*l->mult)(A, here[0], here[1]));
+  PetscCall(SlipDeviceVecsReturn(2, there, here));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

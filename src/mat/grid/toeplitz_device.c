@@ -131,13 +131,12 @@ PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitz plane, PetscReal scale, Slip
 
   PetscFunctionBegin;
   if (Shares()) {
-    Vec u, v;
+    const Vec there[] = {x, y};
+    Vec here[2];
 
-    PetscCall(SlipDeviceVecLend(x, PETSC_FALSE, &u));
-    PetscCall(SlipDeviceVecLend(y, PETSC_TRUE, &v));
-    PetscCall(SlipToeplitzApply(plane, scale, symbol, u, v));
-    PetscCall(SlipDeviceVecReturn(y, &v));
-    PetscCall(SlipDeviceVecReturn(x, &u));
+    PetscCall(SlipDeviceVecsLend(2, 1, there, here));
+    PetscCall(SlipToeplitzApply(plane, scale, symbol, here[0], here[1]));
+    PetscCall(SlipDeviceVecsReturn(2, there, here));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Get(plane, &d));
@@ -272,13 +271,12 @@ PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToep
 
   PetscFunctionBegin;
   if (values) {
-    Vec u, v;
+    const Vec there[] = {x, y};
+    Vec here[2];
 
-    PetscCall(SlipDeviceVecLend(x, PETSC_FALSE, &u));
-    PetscCall(SlipDeviceVecLend(y, PETSC_TRUE, &v));
-    PetscCall(SlipToeplitzApplyWaves(plane, values, u, v));
-    PetscCall(SlipDeviceVecReturn(y, &v));
-    PetscCall(SlipDeviceVecReturn(x, &u));
+    PetscCall(SlipDeviceVecsLend(2, 1, there, here));
+    PetscCall(SlipToeplitzApplyWaves(plane, values, here[0], here[1]));
+    PetscCall(SlipDeviceVecsReturn(2, there, here));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Get(plane, &d));

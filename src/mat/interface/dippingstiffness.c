@@ -266,15 +266,16 @@ PetscErrorCode MatCreateSlipDippingVectorStiffness(MPI_Comm comm, const SlipDipp
 PetscErrorCode MatSlipStiffnessMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
 {
   PetscErrorCode (*both)(Mat, Mat, Vec, Vec, Vec);
-  Vec there[] = {u, f, n}, here[3];
+  const Vec there[] = {u, f, n};
+  Vec here[3];
   PetscBool lends;
 
   PetscFunctionBegin;
   PetscCall(SlipMatLends(Kn, u, &lends));
-  for (int k = 0; k < 3 && lends; k++) PetscCall(SlipDeviceVecLend(there[k], (PetscBool)(k > 0), &here[k]));
   if (lends) {
+    PetscCall(SlipDeviceVecsLend(3, 1, there, here));
     PetscCall(MatSlipStiffnessMultBoth(K, Kn, here[0], here[1], here[2]));
-    for (int k = 2; k >= 0; k--) PetscCall(SlipDeviceVecReturn(there[k], &here[k]));
+    PetscCall(SlipDeviceVecsReturn(3, there, here));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscObjectQueryFunction((PetscObject)Kn, "MatSlipStiffnessMultBoth_C", &both));
