@@ -107,7 +107,7 @@ def main():
             writer.writerow([repr(value) for value in row])
     figure(run, events, pressure, (time, total, seismic)).savefig(picture)
     share = seismic[-1] / total[-1] if total[-1] > 0 else 0.0
-    print(f"{len(events['onset'])} events" + (f", the largest M {np.nanmax(events['magnitude']):.2f}, the first at {written(float(events['onset'].min()))}" if len(events["onset"]) else ""))
+    print(f"{len(events['onset'])} event{'s' * (len(events['onset']) != 1)}" + (f", the largest M {np.nanmax(events['magnitude']):.2f}, the first at {written(float(events['onset'].min()))}" if len(events["onset"]) else ""))
     if pressure:
         print(f"Largest pressure: {pressure[1].max() / 1e6:.4g} MPa at {written(float(pressure[0][pressure[1].argmax()]))}")
     else:
