@@ -26,6 +26,7 @@ typedef struct {
   PetscInt steps, rejected;
   SlipDeviceTraffic last;             /* at the end of the step before */
   PetscInt refused;                   /* attempts so far */
+  PetscInt busy;                      /* steps with vectors */
   PetscInt64 vectors, numbers, bytes; /* most of a step; numbers of an attempt */
 } Run;
 
@@ -44,6 +45,7 @@ static PetscErrorCode Watch(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
       t <
         end) { /* in the first two tolerances are put there, and the largest eigenvalue is found; the end is written */
     run->vectors = PetscMax(run->vectors, now.puts + now.fetches - run->last.puts - run->last.fetches);
+    run->busy += now.puts + now.fetches > run->last.puts + run->last.fetches ? 1 : 0;
     run->numbers = PetscMax(run->numbers, (now.numbers - run->last.numbers) / (1 + refused - run->refused));
   }
   run->bytes = PetscMax(run->bytes, now.bytes);

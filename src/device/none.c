@@ -76,6 +76,7 @@ NONE(SlipDeviceRunGroups, SlipDevice device, SlipDeviceKernel kernel, size_t gro
      const SlipDeviceArg args[])
 NONE(SlipDevicePut, SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to)
 NONE(SlipDeviceFetch, SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[])
+NONE(SlipDeviceFetchNumbers, SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[])
 NONE(SlipDeviceCopy, SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to)
 NONE(SlipDeviceMap, SlipDevice device, size_t n, PetscBool write, PetscBool wait, SlipDeviceMemory memory,
      PetscReal **a)

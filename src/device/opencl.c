@@ -433,6 +433,14 @@ PetscErrorCode SlipDeviceFetch(SlipDevice device, size_t n, SlipDeviceMemory fro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode SlipDeviceFetchNumbers(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[])
+{
+  PetscFunctionBegin;
+  PetscCall(Fetch(device, n, from, to));
+  traffic.numbers += (PetscInt64)n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipDeviceCopy(SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to)
 {
   cl_int error;

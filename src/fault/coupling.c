@@ -3,7 +3,6 @@
    start, which is not 0 where elastic stress is to be critical there: sigma0 is the normal stress before any slip. */
 #include <slipstep/private/slipfault.h>
 #include <slipelasticity.h>
-#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 
 /* Is every rake the same multiple of 180 degrees, so that the vertical kernel holds? */
@@ -45,16 +44,6 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A vector of cells, on the device where the states are */
-static PetscErrorCode CellVector(SlipFault fault, Vec *x)
-{
-  PetscFunctionBegin;
-  PetscCall(VecCreate(fault->comm, x));
-  PetscCall(VecSetSizes(*x, fault->mesh.n, fault->mesh.N));
-  PetscCall(VecSetType(*x, fault->device.device ? VECSLIPOPENCL : VECSTANDARD));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* After the operators and the critical state are known. */
 PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
 {
@@ -63,8 +52,8 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
   PetscFunctionBegin;
   if (!fault->kind.coupled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(fault->critical.uc, &c->u));
-  PetscCall(CellVector(fault, &c->rise));
-  PetscCall(CellVector(fault, &c->drive));
+  PetscCall(SlipFaultDeviceCellVector(fault, &c->rise));
+  PetscCall(SlipFaultDeviceCellVector(fault, &c->drive));
   PetscCall(VecDuplicate(fault->cells, &c->factor));
   PetscCall(SlipElasticApply(fault->medium, fault->operators.vinf, NULL, c->drive));
   PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &c->stress));
@@ -72,7 +61,7 @@ PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
     PetscCall(PetscMalloc2(PetscMax(fault->mesh.n, 1), &c->one, PetscMax(fault->mesh.n, 1), &c->pull));
   for (PetscInt i = 0; i < fault->mesh.n && c->one; i++) c->one[i] = 1;
   if (fault->critical.start_share == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(CellVector(fault, &c->start));
+  PetscCall(SlipFaultDeviceCellVector(fault, &c->start));
   PetscCall(VecCopy(fault->critical.uc, c->u));
   PetscCall(VecScale(c->u, fault->critical.start_share));
   PetscCall(SlipElasticApply(fault->medium, c->u, NULL, c->start));
@@ -201,7 +190,7 @@ static PetscErrorCode CouplingCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscCall(PetscNew(&c));
   *ctx = c;
   c->least = PETSC_MAX_REAL;
-  PetscCall(CellVector(fault, &c->bare));
+  PetscCall(SlipFaultDeviceCellVector(fault, &c->bare));
   PetscCall(VecZeroEntries(c->bare));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -200,6 +200,17 @@ static PetscErrorCode CellsOf(SlipFault fault, PetscReal t, Vec w, SlipDeviceMem
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* For others: those of the state w of t, or whatever they are where w is NULL; changes: do they have normal stress? */
+PetscErrorCode SlipFaultDeviceCells(SlipFault fault, PetscReal t, Vec w, struct _cl_mem **cells, PetscBool *changes)
+{
+  PetscFunctionBegin;
+  if (!fault->device.cells) PetscCall(CreateCells(fault));
+  *cells = fault->device.cells;
+  if (w) PetscCall(CellsOf(fault, t, w, cells));
+  if (changes) *changes = Changes(fault);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The shear load at t, times weights, a vector of slip that is there */
 PetscErrorCode SlipFaultDeviceShear(SlipFault fault, PetscReal t, Vec *shear)
 {

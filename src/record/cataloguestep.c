@@ -380,6 +380,11 @@ PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEvent
   const int nodes = (int)step->nodes;
 
   PetscFunctionBegin;
+  if (SlipFaultOnDevice(fault, step->node[nodes - 1])) {
+    PetscCall(SlipFaultDeviceRupture(fault, step->nodes, step->node, step->share, begin, step->dt, cat->rupture));
+    PetscCall(SlipCatalogueHypocentres(cat, step->dt, step->node[nodes - 1]));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (int k = 0; k < nodes; k++) arrays[k] = (SlipArrays){step->node[k], .read = &a[k]};
   arrays[nodes] = (SlipArrays){cat->rupture, .write = &t};
   PetscCall(SlipArraysGet(nodes + 1, arrays));

@@ -38,13 +38,16 @@ typedef struct {
 typedef struct {
   PetscInt n;
   Station *station;
-  PetscBool known;   /* a checkpoint says where they began */
-  PetscReal start;   /* time of the start [s] */
-  PetscInt columns;  /* of their tables */
-  PetscInt numbers;  /* of a row */
-  PetscReal *row;    /* [numbers n] */
-  SlipOutput output; /* which has their tables, from this one on; NULL: none, there are no stations */
+  PetscBool known;          /* a checkpoint says where they began */
+  PetscReal start;          /* time of the start [s] */
+  PetscInt columns;         /* of their tables */
+  PetscInt numbers;         /* of a row */
+  PetscReal *row;           /* [numbers n] */
+  SlipFaultDeviceLook look; /* their numbers on the device; m 0: they are not asked for there */
+  PetscReal *stress;        /* [cells] room for normal stresses that come from there */
+  SlipOutput output;        /* which has their tables, from this one on; NULL: none, there are no stations */
   PetscInt table;
+  SlipFault fault;
 } Stations;
 
 /* ---- where they are ---- */
@@ -169,6 +172,7 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   (void)wanted; /* also without stations, as checkpoints say so */
   PetscCall(PetscNew(&list));
   *ctx = list;
+  list->fault = fault;
   if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultReadPoints(fault, FAULT_STATIONS, "xz", PETSC_TRUE, &n, &point));
   list->n = n;
@@ -187,6 +191,8 @@ static PetscErrorCode StationsDestroy(void **ctx)
 
   PetscFunctionBegin;
   PetscCall(PetscFree2(list->station, list->row));
+  PetscCall(PetscFree(list->stress));
+  PetscCall(SlipFaultDeviceLookDestroy(list->fault, &list->look));
   PetscCall(PetscFree(*ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -286,47 +292,91 @@ static PetscErrorCode StationsBegin(SlipFault fault, PetscReal time, Vec w, Stat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of each station the numbers of its state, traction, and the friction of the cells by which the state is shown: from
+   the device, where a few numbers of the cells are all that is asked for */
+static PetscErrorCode Look(SlipFault fault, PetscReal time, Vec w, Stations *list, SlipFrictionCells *friction)
+{
+  const PetscInt width = fault->layout.block + 2;
+  PetscInt *cell;
+
+  PetscFunctionBegin;
+  if (!list->look.m) {
+    PetscCall(PetscMalloc1(list->n, &cell));
+    for (PetscInt k = 0; k < list->n; k++) cell[k] = list->station[k].local;
+    PetscCall(SlipFaultDeviceLookCreate(fault, list->n, cell, &list->look));
+    PetscCall(PetscFree(cell));
+    PetscCall(PetscMalloc1(fault->mesh.n, &list->stress));
+    PetscCall(PetscArraycpy(list->stress, fault->loads.normal, fault->mesh.n));
+  }
+  PetscCall(SlipFaultDeviceLookAt(fault, time, w, &list->look));
+  for (PetscInt k = 0; k < list->n && (fault->kind.coupled || fault->loads.pressed); k++)
+    list->stress[list->station[k].local] = list->look.values[width * (k + 1) - 1];
+  *friction = SlipFaultCellFriction(fault, list->stress);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The traction of station k from there [Pa], along component j */
+static PetscReal LookTraction(SlipFault fault, const Stations *list, PetscInt k, PetscInt j)
+{
+  const PetscInt block = fault->layout.block;
+  const PetscReal *v = list->look.values + (block + 2) * k, strength = v[block];
+  const PetscReal speed = SlipFaultLength(fault, v);
+
+  if (fault->layout.components == 1) return v[0] > 0 ? -strength : strength;
+  return speed > 0 ? -strength * (v[j] / speed) : 0;
+}
+
 /* Slip is what du/dt = v - v_inf makes of it, signed. */
 static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   Stations *list = (Stations *)ctx;
   const PetscInt c = fault->layout.plane;
-  const PetscReal *a, *r, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
+  const PetscReal *a = NULL, *r = NULL, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
+  const PetscBool there = SlipFaultOnDevice(fault, w);
   SlipFrictionCells friction;
   PetscMPIInt rank;
   const PetscReal since = fault->loads.origin + time - list->start;
-  Vec traction;
+  Vec traction = NULL;
 
   PetscFunctionBegin;
   (void)ts;
   (void)step;
   if (!list->n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLogOutputBegin());
-  PetscCall(SlipFaultStepTraction(fault, time, w, &traction));
-  PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
   PetscCall(PetscArrayzero(list->row, list->numbers * list->n));
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(VecGetArrayRead(traction, &r));
+  if (there)
+    PetscCall(Look(fault, time, w, list, &friction));
+  else {
+    PetscCall(SlipFaultStepTraction(fault, time, w, &traction));
+    PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+    PetscCall(VecGetArrayRead(w, &a));
+    PetscCall(VecGetArrayRead(traction, &r));
+  }
   for (PetscInt k = 0; k < list->n; k++) {
     const Station *s = &list->station[k];
     const PetscInt i = s->local;
+    const PetscReal *state = there ? list->look.values + (fault->layout.block + 2) * k : NULL;
     PetscReal *row = list->row + list->numbers * k;
 
     if (i < 0) continue;
+    if (!there) state = a + fault->layout.block * i;
     *row++ = time;
     for (PetscInt j = 0; j < c; j++, row++) {
-      row[0] = a[SlipFaultDisplacementAt(fault, i) + j] - s->u0[j] + vinf[i] * SlipFaultAlong(fault, i)[j] * since;
-      row[c] = a[SlipFaultRateAt(fault, i) + j];
-      row[2 * c] = r[fault->layout.components * i + j] / fault->mesh.weight[i];
+      row[0] = state[fault->layout.displacement + j] - s->u0[j] + vinf[i] * SlipFaultAlong(fault, i)[j] * since;
+      row[c] = state[fault->layout.rate + j];
+      row[2 * c] =
+        there ? LookTraction(fault, list, k, j) : r[fault->layout.components * i + j] / fault->mesh.weight[i];
     }
     row += 2 * c;
     for (PetscInt j = 0; j < fault->layout.states; j++)
-      *row++ = SlipFrictionShown(&friction, i, j, a[SlipFaultStateAt(fault, i) + j]);
+      *row++ = SlipFrictionShown(&friction, i, j, state[fault->layout.state + j]);
     if (fault->kind.coupled) *row++ = friction.stress[i];
-    if (SlipFaultOpens(fault)) *row = SlipFaultAcross(fault, a + SlipFaultDisplacementAt(fault, i));
+    if (SlipFaultOpens(fault)) *row = SlipFaultAcross(fault, state + fault->layout.displacement);
   }
-  PetscCall(VecRestoreArrayRead(traction, &r));
-  PetscCall(VecRestoreArrayRead(w, &a));
+  if (!there) {
+    PetscCall(VecRestoreArrayRead(traction, &r));
+    PetscCall(VecRestoreArrayRead(w, &a));
+  }
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCallMPI(MPI_Reduce(rank ? list->row : MPI_IN_PLACE, list->row, (PetscMPIInt)(list->numbers * list->n), MPIU_REAL,
                           MPIU_SUM, 0, fault->comm));

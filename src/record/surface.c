@@ -20,15 +20,17 @@ enum { SURFACE_NAMED = 100 };
 
 typedef struct {
   PetscInt n;
-  PetscReal *point;  /* [n][2] x, y [m] */
-  PetscReal *matrix; /* [local cells][components][n][3] displacement for 1 m of slip or opening [m/m] */
-  PetscReal *plates; /* [n][3] velocity of the plates [m/s]; NULL: it is left out */
-  PetscReal begin;   /* time of the start [s] */
-  PetscReal *row;    /* [1 + 6 n] time, displacements, velocities */
-  PetscBool known;   /* a checkpoint has it */
-  Vec start;         /* displacement at the start [m] */
-  SlipOutput output; /* which has their tables, from this one on */
+  PetscReal *point;           /* [n][2] x, y [m] */
+  PetscReal *matrix;          /* [local cells][components][n][3] displacement for 1 m of slip or opening [m/m] */
+  PetscReal *plates;          /* [n][3] velocity of the plates [m/s]; NULL: it is left out */
+  PetscReal begin;            /* time of the start [s] */
+  PetscReal *row;             /* [1 + 6 n] time, displacements, velocities */
+  PetscBool known;            /* a checkpoint has it */
+  Vec start;                  /* displacement at the start [m] */
+  SlipFaultDeviceLook ground; /* the matrix on the device; m 0: it is not there */
+  SlipOutput output;          /* which has their tables, from this one on */
   PetscInt table;
+  SlipFault fault;
 } Surface;
 
 static SlipDippingRectangle RectangleOf(const SlipFaultCell *c)
@@ -146,6 +148,7 @@ static PetscErrorCode SurfaceCreate(SlipFault fault, TS ts, PetscBool *wanted, v
   if (!*wanted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&s));
   *ctx = s;
+  s->fault = fault;
   PetscCall(SlipFaultReadPoints(fault, FAULT_SURFACE_STATIONS, "xy", PETSC_FALSE, &s->n, &points));
   PetscCall(PetscMalloc1(2 * s->n, &s->point));
   for (PetscInt k = 0; k < s->n; k++) {
@@ -269,6 +272,7 @@ static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscRe
   const PetscMPIInt n = (PetscMPIInt)(1 + 6 * s->n);
   PetscReal *const moved = s->row + 1, *const moves = moved + 3 * s->n;
   const PetscInt components = fault->layout.components;
+  const PetscBool there = SlipFaultOnDevice(fault, w);
   PetscMPIInt rank;
 
   PetscFunctionBegin;
@@ -276,8 +280,10 @@ static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscRe
   (void)step;
   PetscCall(SlipLogOutputBegin());
   PetscCall(PetscArrayzero(s->row, n));
-  PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt row = 0; row < components * fault->mesh.n; row++) {
+  if (there && !s->ground.m) PetscCall(SlipFaultDeviceGroundCreate(fault, 3 * s->n, s->matrix, &s->ground));
+  if (there) PetscCall(SlipFaultDeviceGround(fault, w, s->start, &s->ground, moved, moves));
+  if (!there) PetscCall(SlipArraysGet(2, arrays));
+  for (PetscInt row = 0; row < components * fault->mesh.n && !there; row++) {
     const PetscInt i = row / components, j = row % components;
     const PetscReal u = a[SlipFaultDisplacementAt(fault, i) + j] - u0[row],
                     v = a[SlipFaultRateAt(fault, i) + j] - vinf[i] * SlipFaultAlong(fault, i)[j];
@@ -288,7 +294,7 @@ static PetscErrorCode SurfaceStep(SlipFault fault, TS ts, PetscInt step, PetscRe
       moves[k] += m[k] * v;
     }
   }
-  PetscCall(SlipArraysRestore(2, arrays));
+  if (!there) PetscCall(SlipArraysRestore(2, arrays));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCallMPI(MPI_Reduce(rank ? s->row : MPI_IN_PLACE, s->row, n, MPIU_REAL, MPIU_SUM, 0, fault->comm));
   s->row[0] = time;
@@ -337,6 +343,7 @@ static PetscErrorCode SurfaceDestroy(void **ctx)
 
   PetscFunctionBegin;
   PetscCall(VecDestroy(&s->start));
+  PetscCall(SlipFaultDeviceLookDestroy(s->fault, &s->ground));
   PetscCall(PetscFree(s->point));
   PetscCall(PetscFree(s->plates));
   PetscCall(PetscFree2(s->matrix, s->row));

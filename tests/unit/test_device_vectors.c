@@ -169,4 +169,80 @@ static void restarts(void **state)
   Leave(dir);
 }
 
-SLIP_TESTS_WITH(setup, NULL, rates, runs, restarts)
+/* Numbers of a file of the processor's and one of the device's run, off by a share of the largest */
+static void AssertDataset(const char host[], const char there[], const char path[], PetscInt ndim, PetscReal share)
+{
+  PetscInt dims[2][4], n = 1;
+  PetscReal *a, *b, most = 0;
+  SlipH5 h[2];
+
+  ok(SlipH5OpenRead(host, &h[0]));
+  ok(SlipH5OpenRead(there, &h[1]));
+  for (int k = 0; k < 2; k++)
+    for (PetscInt j = 0; j < ndim; j++) dims[k][j] = -1;
+  ok(SlipH5ReadRealSized(&h[0], path, ndim, dims[0], NULL, dims[0], &a));
+  ok(SlipH5ReadRealSized(&h[1], path, ndim, dims[1], NULL, dims[1], &b));
+  for (PetscInt j = 0; j < ndim; j++) {
+    assert_int_equal(dims[0][j], dims[1][j]);
+    n *= dims[0][j];
+  }
+  assert_true(n > 0);
+  for (PetscInt i = 0; i < n; i++) most = PetscMax(most, isnan(a[i]) ? 0 : fabs(a[i]));
+  for (PetscInt i = 0; i < n; i++) {
+    if (isnan(a[i]) && isnan(b[i])) continue;
+    if (!(fabs(a[i] - b[i]) <= share * most))
+      fail_msg("%s[%d] is %.15g, expected %.15g", path, (int)i, (double)b[i], (double)a[i]);
+  }
+  ok(PetscFree(a));
+  ok(PetscFree(b));
+  ok(SlipH5Close(&h[0]));
+  ok(SlipH5Close(&h[1]));
+}
+
+/* Stations, points of the ground and events, which take no vector from the device but where an event begins and ends */
+static void observers(void **state)
+{
+  static const struct {
+    const char *path;
+    PetscInt ndim;
+  } data[] = {{"/stations/0/slip", 1},      {"/stations/0/slip_rate", 1}, {"/stations/1/traction", 1},
+              {"/stations/1/state", 1},     {"/ground/displacement", 3},  {"/ground/velocity", 3},
+              {"/series/friction_power", 1}};
+  static const char *const columns[] = {"/onset",    "/end", "/magnitude", "/radiated_energy", "/dissipated_energy",
+                                        "/mean_slip"};
+  const char *const faults[] = {"-fault_friction_slip 0.1 ", "-fault_mesh rectangles.h5 -fault_operator dense "};
+  char dir[TEMPDIR_LENGTH], options[1024];
+  Run run[2];
+
+  NEEDS_DEVICE;
+  Within(dir);
+  for (int k = 0; k < 2; k++) {
+    for (int j = 0; j < 2; j++) {
+      ok(PetscSNPrintf(
+        options, sizeof(options),
+        "%s-ts_max_time %s -fault_output run%d.h5 -fault_output_overwrite -fault_output_slip_interval "
+        "100 -fault_catalogue events%d.h5 -fault_catalogue_maps yes -fault_stations 11000,%s5000;21000,%s "
+        "-fault_surface_stations 0,2000;9000,-3000;1000,1000;0,-500;7000,7000 %s",
+        faults[k], k ? "4e9" : "5e9", j, j, k ? "0," : "", k ? "5500,8794.23" : "9000",
+        j ? "-fault_device opencl" : ""));
+      ok(Solve(options, &run[j]));
+    }
+    assert_int_equal(run[0].steps, run[1].steps);
+    AssertSame(run[0].w, run[1].w, 1e-6);
+    print_message("%d steps, of which %d with vectors, at most %d numbers in one\n", (int)run[1].steps,
+                  (int)run[1].busy, (int)run[1].numbers);
+    for (size_t j = 0; j < sizeof(data) / sizeof(*data); j++)
+      AssertDataset("run0.h5", "run1.h5", data[j].path, data[j].ndim, 1e-7);
+    if (k == 0) {
+      for (size_t j = 0; j < sizeof(columns) / sizeof(*columns); j++)
+        AssertDataset("events0.h5", "events1.h5", columns[j], 1, 1e-7);
+      AssertDataset("events0.h5", "events1.h5", "/maps/rupture_time", 3, 1e-6);
+    }
+    assert_true(run[1].busy <= 8);
+    End(&run[0]);
+    End(&run[1]);
+  }
+  Leave(dir);
+}
+
+SLIP_TESTS_WITH(setup, NULL, rates, runs, restarts, observers)

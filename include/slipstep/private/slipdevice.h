@@ -37,6 +37,8 @@ PETSC_EXTERN PetscErrorCode SlipDevicePut(SlipDevice device, size_t n, const Pet
 PETSC_INTERN PetscErrorCode SlipDevicePutAt(SlipDevice device, size_t start, size_t n, const PetscReal from[],
                                             SlipDeviceMemory to);
 PETSC_EXTERN PetscErrorCode SlipDeviceFetch(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[]);
+/* The same of a few numbers, which count as such */
+PETSC_EXTERN PetscErrorCode SlipDeviceFetchNumbers(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[]);
 PETSC_INTERN PetscErrorCode SlipDeviceCopy(SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to);
 /* Does it compute in the processor's memory, as pocl does? Then arrays are at hand there without a copy: n numbers,
    which all are written or only read, until they are returned. Of several the last one alone has to wait. */
@@ -81,6 +83,8 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
 #define SLIP_KERNELS_STAGE(X)                                                                                          \
   X(PLANE_PAD, plane_pad) X(PLANE_INVERSE, plane_inverse) X(PLANE_TAKE, plane_take) X(CHOOSE, choose)                  \
   X(STAGE_JACOBIAN, stage_jacobian)
+#define SLIP_KERNELS_RECORD(X)                                                                                         \
+  X(FAULT_LOOK, fault_look) X(FAULT_GROUND, fault_ground) X(FAULT_RUPTURE, fault_rupture)
 #define SLIP_DEVICE_KERNELS(X)                                                                                         \
   SLIP_KERNELS_COMMON(X)                                                                                               \
   SLIP_KERNELS_VECTORS(X)                                                                                              \
@@ -91,6 +95,7 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   SLIP_KERNELS_ADAMS(X)                                                                                                \
   SLIP_KERNELS_RATESTATE(X)                                                                                            \
   SLIP_KERNELS_LOADS(X)                                                                                                \
+  SLIP_KERNELS_RECORD(X)                                                                                               \
   SLIP_KERNELS_STAGE(X)
 /* clang-format on */
 

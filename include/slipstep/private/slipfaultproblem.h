@@ -49,6 +49,13 @@ typedef struct {
   char why[512];       /* which takes the processor for this reason, else "" */
 } SlipFaultDevice;
 
+/* devicerecord.c: numbers of some cells, and displacements of the ground, which observers read of each step there */
+typedef struct {
+  PetscInt m;                   /* cells, or numbers of the ground */
+  struct _cl_mem *places, *out; /* [m], [m][2 components + 3]; or the matrix of the ground [m][components n] */
+  PetscReal *values;            /* of the cells: state, strength, normal stress where it changes [m][] */
+} SlipFaultDeviceLook;
+
 /* constraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
 typedef struct {
   SlipConstraint con;
@@ -154,6 +161,19 @@ PETSC_INTERN PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, 
                                                   PetscReal rate[], PetscReal displacement[], PetscReal loading[]);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceBare(SlipFault fault, PetscReal t, Vec w, Vec bare, PetscInt *more,
                                                 PetscReal *least);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceCells(SlipFault fault, PetscReal t, Vec w, struct _cl_mem **cells,
+                                                 PetscBool *changes);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceLookCreate(SlipFault fault, PetscInt m, const PetscInt cell[],
+                                                      SlipFaultDeviceLook *look);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceLookAt(SlipFault fault, PetscReal t, Vec w, SlipFaultDeviceLook *look);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceGroundCreate(SlipFault fault, PetscInt m, const PetscReal matrix[],
+                                                        SlipFaultDeviceLook *look);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceGround(SlipFault fault, Vec w, Vec start, const SlipFaultDeviceLook *look,
+                                                  PetscReal moved[], PetscReal moves[]);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceLookDestroy(SlipFault fault, SlipFaultDeviceLook *look);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceRupture(SlipFault fault, PetscInt nodes, const Vec node[],
+                                                   const PetscReal share[], PetscReal begin, PetscReal dt, Vec rupture);
+PETSC_INTERN PetscErrorCode SlipFaultDeviceCellVector(SlipFault fault, Vec *x);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, Vec w, Vec u, PetscReal *largest);
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
