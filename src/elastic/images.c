@@ -1,5 +1,6 @@
 /* Products that the medium remembers, for known.c: vectors with what K and H make of them. They are found by their
    contents, bit by bit, so that copies are found and a state that somebody has changed is not. */
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipelastic.h>
 
 PetscErrorCode SlipElasticFindPair(SlipElastic el, Vec x, SlipElasticPair **pair)
@@ -11,9 +12,16 @@ PetscErrorCode SlipElasticFindPair(SlipElastic el, Vec x, SlipElasticPair **pair
 
   PetscFunctionBegin;
   *pair = NULL;
+  for (PetscInt k = 0; k < el->npairs && SlipDeviceVecIs(x); k++) {
+    PetscBool here;
+
+    PetscCall(SlipDeviceVecSame(x, el->pair[k].x, &here));
+    if (here) same |= 1u << k;
+    if (here) break; /* the first counts */
+  }
   PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(x, &a));
-  for (PetscInt k = 0; k < el->npairs; k++) {
+  if (!SlipDeviceVecIs(x)) PetscCall(VecGetArrayRead(x, &a));
+  for (PetscInt k = 0; k < el->npairs && !SlipDeviceVecIs(x); k++) {
     PetscBool here;
 
     PetscCall(VecGetArrayRead(el->pair[k].x, &b));
@@ -21,7 +29,7 @@ PetscErrorCode SlipElasticFindPair(SlipElastic el, Vec x, SlipElasticPair **pair
     PetscCall(VecRestoreArrayRead(el->pair[k].x, &b));
     if (here) same |= 1u << k;
   }
-  PetscCall(VecRestoreArrayRead(x, &a));
+  if (!SlipDeviceVecIs(x)) PetscCall(VecRestoreArrayRead(x, &a));
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)el), &size));
   if (size > 1)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_UNSIGNED, MPI_BAND, PetscObjectComm((PetscObject)el)));

@@ -104,10 +104,15 @@ PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], Pets
 PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
 {
   const PetscReal *a;
+  const SlipArrays arrays[] = {{w, .read = &a}};
 
   PetscFunctionBegin;
   if (SlipFaultOnDevice(fault, w)) {
     PetscCall(SlipFaultDeviceFastest(fault, w, largest));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (SlipFaultSticksOnDevice(fault, 1, arrays)) {
+    PetscCall(SlipDeviceVecLargest(w, fault->layout.rate, fault->layout.block, largest));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   *largest = 0;

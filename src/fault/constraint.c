@@ -14,8 +14,14 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   const SlipArrays arrays[] = {{stage->base, .read = &base},           {stage->explicit_part, .read = &ex},
                                {fault->operators.vinf, .read = &vinf}, {fault->stage.c, .write = &c},
                                {fault->stage.u0, .write = &u0},        {fault->stage.s0, .write = &s0}};
+  const PetscReal numbers[] = {fault->kind.inertia ? fault->operators.mass / theta : 0, theta,
+                               stage->explicit_part ? 1 : 0};
 
   PetscFunctionBegin;
+  if (SlipFaultSticksOnDevice(fault, 6, arrays)) {
+    PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_ELIMINATE, 3, numbers, 6, arrays));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipArraysGet(6, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     for (PetscInt k = n * i; k < n * (i + 1); k++) {
@@ -74,71 +80,18 @@ static PetscErrorCode CountFromClosed(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a fault that is loaded or heals nothing is known of a step's end, KnowEnd(), but the last product of its solve.
-   What output has asked for must not change the rounding of the next step: its stages begin with sums always, for which
-   the products with the start, w, and with the loading are here. */
-static PetscErrorCode KnowWhole(SlipFault fault, Vec w)
-{
-  Vec u, product;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultRestSetUp(fault));
-  if (fault->kind.loaded) PetscCall(SlipElasticKnow(fault->medium, fault->operators.vinf, fault->loads.pull));
-  PetscCall(SlipFaultGetWork(fault, &u));
-  PetscCall(SlipFaultGetWork(fault, &product));
-  PetscCall(SlipFaultGetDisplacement(fault, w, u));
-  PetscCall(SlipElasticApply(fault->medium, u, product, NULL));
-  PetscCall(SlipFaultRestoreWork(fault, &product));
-  PetscCall(SlipFaultRestoreWork(fault, &u));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* K u0 is known where those of the states are that the stage starts from: u0 = base_u + theta (ex_u - v_inf), of slips
-   and slip rates of those. */
-static PetscErrorCode KnowStart(SlipFault fault, const SlipStage *stage)
-{
-  const PetscBool explicit_part = stage->explicit_part ? PETSC_TRUE : PETSC_FALSE;
-  PetscInt n = 0;
-  PetscReal factor[4];
-  Vec x[4], work[3];
-
-  PetscFunctionBegin;
-  if (!stage->nfrom || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (fault->kind.sequence) PetscCall(KnowWhole(fault, stage->from[0]));
-  for (int k = 0; k < 3; k++) PetscCall(SlipFaultGetWork(fault, &work[k]));
-  for (; n < stage->nfrom; n++) {
-    PetscCall(SlipFaultGetDisplacement(fault, stage->from[n], work[n]));
-    x[n] = work[n];
-    factor[n] = stage->factor[n];
-  }
-  if (explicit_part) {
-    PetscCall(SlipFaultGetRate(fault, stage->from[0], work[n]));
-    x[n] = work[n];
-    factor[n++] = stage->theta;
-  }
-  if (fault->kind.loaded) {
-    x[n] = fault->operators.vinf;
-    factor[n++] = explicit_part ? -2 * stage->theta : -stage->theta;
-  }
-  PetscCall(SlipElasticKnowSum(fault->medium, fault->stage.u0, n, factor, x));
-  for (int k = 2; k >= 0; k--) PetscCall(SlipFaultRestoreWork(fault, &work[k]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* c = (M/theta) base_v + ex_v + (df/dv) v_inf - f(u0, 0, t) + T */
 PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
 {
-  const SlipFaultLoad *load;
-  Vec force;
+  Vec force, shear;
 
   PetscFunctionBegin;
   fault->stage.time = stage->t;
   fault->stage.theta = stage->theta;
   fault->stage.last = stage->nfrom > 1 ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(SlipFaultGetLoad(fault, stage->t, &load));
   PetscCall(SlipElasticStage(fault->medium, stage->t, stage->theta));
   PetscCall(SlipFaultEliminate(fault, stage));
-  PetscCall(KnowStart(fault, stage));
+  PetscCall(SlipFaultKnowStart(fault, stage));
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipElasticForce(fault->medium, stage->t, fault->stage.u0, NULL, force, NULL));
   PetscCall(VecAXPY(fault->stage.c, -1, force));
@@ -147,7 +100,8 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
     PetscCall(VecAXPY(fault->stage.c, 1, force));
   }
   PetscCall(SlipFaultRestoreWork(fault, &force));
-  if (load->shear) PetscCall(VecAXPY(fault->stage.c, 1, load->shear));
+  PetscCall(SlipFaultGetShear(fault, stage->t, &shear));
+  if (shear) PetscCall(VecAXPY(fault->stage.c, 1, shear));
   PetscCall(CountFromClosed(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -232,9 +186,14 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   const PetscReal *v, *s0, *speed;
   PetscReal *a, *b = NULL, *factor;
   const SlipArrays arrays[] = {{x, .read = &v}, {fault->stage.s0, .read = &s0}, {q, .write = &a}, {dq, .write = &b}};
+  const PetscReal numbers[] = {fault->stage.theta, dq ? 1 : 0};
 
   PetscFunctionBegin;
   (void)con;
+  if (SlipFaultSticksOnDevice(fault, 4, arrays)) {
+    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_BOUND, 2, numbers, 4, arrays, 0, 0, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (SlipFaultOpens(fault))
     friction = FrictionOverPressure(fault);
   else if (fault->kind.coupled)
@@ -294,6 +253,10 @@ static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
 
   PetscFunctionBegin;
   (void)con;
+  if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
+    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_START_SLOPE, 1, &fault->stage.theta, 2, arrays, 0, 0, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(StageFriction(fault, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -375,6 +338,10 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
     {x, .read = &v}, {fault->stage.u0, .read = &u0}, {fault->stage.s0, .read = &s0}, {w, .write = &a}};
 
   PetscFunctionBegin;
+  if (SlipFaultSticksOnDevice(fault, 4, arrays)) {
+    PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_LIFT, 1, &fault->stage.theta, 4, arrays));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (fault->kind.coupled && fault->friction.follows)
     PetscCall(SlipFaultCoupledBound(fault, x, &friction));
   else
@@ -400,34 +367,13 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the solve has left: B x = g + c, and of the end u = u0 + theta x. Of a fault that is loaded or heals nothing is
-   known of a step's end, so that its next one starts from products of its own: displacements of years lie behind the
-   stress at which slip begins, and with rounding that adds up from step to step one block had 113 events in place of
-   20. */
-static PetscErrorCode KnowEnd(SlipFault fault, Vec g, Vec x, Vec w)
-{
-  const PetscReal factor[] = {1, fault->stage.theta};
-  const Vec of[] = {fault->stage.u0, x};
-  Vec work;
-
-  PetscFunctionBegin;
-  if (fault->kind.sequence && fault->stage.last) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultGetWork(fault, &work));
-  PetscCall(VecWAXPY(work, 1, g, fault->stage.c));
-  PetscCall(SlipElasticKnowStage(fault->medium, x, work));
-  PetscCall(SlipFaultGetDisplacement(fault, w, work));
-  PetscCall(SlipElasticKnowSum(fault->medium, work, 2, factor, of));
-  PetscCall(SlipFaultRestoreWork(fault, &work));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultConstraintLift(fault, x, w));
-  if (con->balanced && !SlipFaultOpens(fault)) PetscCall(KnowEnd(fault, con->g, x, w));
+  if (con->balanced && !SlipFaultOpens(fault)) PetscCall(SlipFaultKnowEnd(fault, con->g, x, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -435,14 +381,12 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
 PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFrictionCells friction;
-  const SlipFaultLoad *load;
-  Vec rel, u, force;
+  Vec rel, u, force, shear;
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *r, *f;
   PetscReal *b;
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetLoad(fault, t, &load));
   if (fault->friction.follows)
     PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   else
@@ -463,10 +407,18 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
     PetscCall(SlipFaultRestoreWork(fault, &damping));
   } else
     PetscCall(SlipElasticForce(fault->medium, t, u, rel, force, NULL));
-  if (load->shear) PetscCall(VecAXPY(force, -1, load->shear));
+  PetscCall(SlipFaultGetShear(fault, t, &shear));
+  if (shear) PetscCall(VecAXPY(force, -1, shear));
   {
     const SlipArrays arrays[] = {{w, .read = &a}, {rel, .read = &r}, {force, .read = &f}, {F, .write = &b}};
 
+    if (SlipFaultSticksOnDevice(fault, 4, arrays)) {
+      PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_SMOOTH, 0, NULL, 4, arrays));
+      PetscCall(SlipFaultRestoreWork(fault, &force));
+      PetscCall(SlipFaultRestoreWork(fault, &u));
+      PetscCall(SlipFaultRestoreWork(fault, &rel));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
     PetscCall(SlipArraysGet(4, arrays));
     for (PetscInt i = 0; i < fault->mesh.n; i++)
       for (PetscInt k = 0; k < c; k++) {
@@ -503,6 +455,10 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
 
   PetscFunctionBegin;
   (void)con;
+  if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
+    PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_ADD_REACTION, 1, &a, 2, arrays));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipArraysGet(2, arrays));
   for (PetscInt i = 0, c = fault->layout.components; i < fault->mesh.n; i++)
     for (PetscInt k = 0; k < c; k++) {
@@ -521,10 +477,16 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   PetscReal *a;
+  const PetscReal mass = fault->kind.inertia ? fault->operators.mass : 0;
+  const SlipArrays arrays[] = {{k, .write = &a}};
 
   PetscFunctionBegin;
   (void)con;
   if (F != k) PetscCall(VecCopy(F, k));
+  if (SlipFaultSticksOnDevice(fault, 1, arrays)) {
+    PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_MASS, 1, &mass, 1, arrays));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecGetArray(k, &a));
   for (PetscInt i = 0; i < fault->mesh.n; i++)
     for (PetscInt k = SlipFaultRateAt(fault, i); k < SlipFaultDisplacementAt(fault, i); k++)
@@ -542,6 +504,10 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
   const SlipArrays arrays[] = {{w, .read = &a}, {q, .write = &b}};
 
   PetscFunctionBegin;
+  if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
+    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_STRENGTH, 0, NULL, 2, arrays, 0, 0, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipArraysGet(2, arrays));
   SlipFrictionStrength(&friction, fault->mesh.n, 0, fault->layout.block, a + fault->layout.state,

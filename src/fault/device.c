@@ -40,6 +40,7 @@ PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault)
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(memory); k++)
     if (*memory[k]) PetscCall(SlipDeviceFree(d->device, memory[k]));
   PetscCall(VecDestroy(&d->shear));
+  PetscCall(VecDestroy(&d->sticking));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -30,13 +30,12 @@ static PetscErrorCode Drive(SlipConstraint con, PetscReal t, Vec w, Vec f, void 
 {
   SlipFault fault = (SlipFault)ctx;
   SlipFaultBalance *b = &fault->balance;
-  const SlipFaultLoad *load;
+  Vec shear;
 
   PetscFunctionBegin;
   (void)con;
   if (!b->u) PetscCall(VecDuplicate(fault->critical.uc, &b->u));
   if (!b->force) PetscCall(VecDuplicate(fault->critical.uc, &b->force));
-  PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetDisplacement(fault, w, b->u));
   PetscCall(
     SlipElasticForce(fault->medium, t, b->u, NULL, b->force, fault->kind.coupled ? fault->coupling.rise : NULL));
@@ -45,7 +44,8 @@ static PetscErrorCode Drive(SlipConstraint con, PetscReal t, Vec w, Vec f, void 
   b->known = PETSC_TRUE;
   PetscCall(VecCopy(b->force, f));
   PetscCall(VecScale(f, -1));
-  if (load->shear) PetscCall(VecAXPY(f, 1, load->shear));
+  PetscCall(SlipFaultGetShear(fault, t, &shear));
+  if (shear) PetscCall(VecAXPY(f, 1, shear));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -141,6 +141,15 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
     kick.friction.weight = NULL;
   }
   if (Radiates(fault)) PetscCall(SlipElasticGetDiagonals(fault->medium, NULL, &eta));
+  {
+    const SlipArrays with[] = {arrays[0], arrays[1], arrays[2], {eta, .read = &kick.eta}};
+    const PetscReal numbers[] = {fault->operators.mass, a, eta ? 1 : 0};
+
+    if (!fault->friction.law->by_rate && SlipFaultSticksOnDevice(fault, 4, with)) {
+      PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_KICK, 3, numbers, 4, with, 0, 0, NULL));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+  }
   PetscCall(SlipArraysGet(3, arrays));
   if (eta) PetscCall(VecGetArrayRead(eta, &kick.eta));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -182,9 +191,14 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
   Vec rate;
   const SlipArrays arrays[] = {
     {fault->operators.vinf, .read = &vinf}, {fault->stage.s0, .write = &work}, {w, .write = &a}};
+  const SlipArrays there[] = {arrays[0], arrays[2]};
 
   PetscFunctionBegin;
   (void)con, (void)from;
+  if (SlipFaultSticksOnDevice(fault, 2, there)) {
+    PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_DRIFT, 1, &h, 2, there));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (fault->kind.coupled) /* that of the start, where states follow it */
     friction = SlipFaultCellFriction(fault, fault->coupling.stress);
   else

@@ -77,7 +77,8 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
 {
   SlipFaultSums *c = &fault->known.sums;
   SlipFaultMoment now;
-  PetscReal stored;
+  PetscReal stored, result[FAULT_NUM_SUMS + 1];
+  const PetscReal *unused;
   PetscBool same;
   Vec u, force;
 
@@ -89,11 +90,19 @@ PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipF
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipFaultForce(fault, t, w, u, force));
   PetscCall(SlipElasticGetEnergy(fault->medium, t, u, &stored));
+  const SlipArrays arrays[] = {{w, .read = &unused}, {force, .read = &unused}};
+  const PetscReal numbers[] = {fault->loads.shears ? 1 : 0, fault->loads.origin + t};
+
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
   c->max_v = 0;
   if (SlipFaultOnDevice(fault, w) && SlipDeviceVecIs(force))
     PetscCall(SlipFaultDeviceSums(fault, t, w, force, c->sum, &c->max_v));
-  else
+  else if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
+    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_SUMS, 2, numbers, 2, arrays, FAULT_NUM_SUMS + 1,
+                                     FAULT_NUM_SUMS, result));
+    PetscCall(PetscArraycpy(c->sum, result, FAULT_NUM_SUMS));
+    c->max_v = result[FAULT_NUM_SUMS];
+  } else
     PetscCall(SlipFaultAddUp(fault, t, w, force, c->sum, &c->max_v));
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &u));
@@ -115,6 +124,11 @@ static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx
   const PetscInt c = fault->layout.components;
 
   PetscFunctionBegin;
+  if (!nx && SlipFaultSticksOnDevice(fault, 3, arrays)) {
+    PetscCall(
+      SlipFaultStickFriction(fault, KERNEL_STICK_MODE, 1, &fault->operators.mass, 3, arrays, FAULT_NUM_MODE, 3, sum));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipArraysGet(n, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -171,10 +185,17 @@ PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec der
   SlipFaultEstimates *c = &fault->known.estimates;
   const PetscReal *a, *e = NULL, *d = NULL;
   const SlipArrays arrays[] = {{w, .read = &a}, {error, .read = &e}, {derivative, .read = &d}};
+  const PetscReal given[] = {error ? 1 : 0, derivative ? 1 : 0};
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(c, sizeof(*c)));
   if (!error && !derivative) PetscFunctionReturn(PETSC_SUCCESS);
+  if (SlipFaultSticksOnDevice(fault, 3, arrays)) {
+    PetscCall(SlipDeviceArraysRun(KERNEL_STICK_ESTIMATES, fault->mesh.n, 2, given, 3, arrays, FAULT_NUM_ESTIMATES,
+                                  FAULT_NUM_ESTIMATES, c->sum));
+    c->known = PETSC_TRUE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal *v = a + SlipFaultRateAt(fault, i), speed = SlipFaultLength(fault, v);
@@ -425,6 +446,18 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCall(SlipFaultGetRate(fault, w, rel));
   PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
   PetscCall(SlipFaultDamping(fault, t, rel, hv));
+  const SlipArrays there[] = {{w, .read = &a}, {rel, .read = &b}, {hv, .read = &f}, {r, .read = &vinf}};
+  const PetscReal known = r ? 1 : 0;
+
+  if (mesh->faults == 1 && SlipFaultSticksOnDevice(fault, 4, there)) {
+    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_POWERS, 1, &known, 4, there, 3, 3, power));
+    if (friction) friction[0] = power[2];
+    PetscCall(GetLost(fault, t, w, rel, &lost));
+    PetscCall(SlipFaultRestoreWork(fault, &hv));
+    PetscCall(SlipFaultRestoreWork(fault, &rel));
+    power[0] += lost;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (!r) PetscCall(SlipFaultStrength(fault, t, w, q));
   {
     const SlipArrays arrays[] = {{rel, .read = &b}, {hv, .read = &f}, {fault->operators.vinf, .read = &vinf}};

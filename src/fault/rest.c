@@ -65,8 +65,15 @@ PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
 static PetscErrorCode Moves(SlipFault fault, Vec w, PetscBool *moves)
 {
   const PetscReal *a;
+  const SlipArrays arrays[] = {{w, .read = &a}};
+  PetscReal largest;
 
   PetscFunctionBegin;
+  if (SlipFaultSticksOnDevice(fault, 1, arrays)) {
+    PetscCall(SlipFaultLargestSpeed(fault, w, &largest));
+    *moves = largest != 0 ? PETSC_TRUE : PETSC_FALSE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   *moves = PETSC_FALSE;
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n && !*moves; i++)

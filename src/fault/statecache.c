@@ -68,12 +68,16 @@ PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec relative, Vec 
     PetscBool here, same;
 
     if (!s->known[node]) continue;
-    PetscCall(VecGetArrayRead(relative, &a));
-    PetscCall(VecGetArrayRead(s->rate[node], &b));
-    PetscCall(PetscArraycmp(a, b, fault->layout.components * fault->mesh.n, &here));
-    PetscCall(VecRestoreArrayRead(s->rate[node], &b));
-    PetscCall(VecRestoreArrayRead(relative, &a));
-    PetscCallMPI(MPI_Allreduce(&here, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
+    if (SlipDeviceVecIs(relative) && SlipDeviceVecIs(s->rate[node]))
+      PetscCall(SlipDeviceVecSame(relative, s->rate[node], &same));
+    else {
+      PetscCall(VecGetArrayRead(relative, &a));
+      PetscCall(VecGetArrayRead(s->rate[node], &b));
+      PetscCall(PetscArraycmp(a, b, fault->layout.components * fault->mesh.n, &here));
+      PetscCall(VecRestoreArrayRead(s->rate[node], &b));
+      PetscCall(VecRestoreArrayRead(relative, &a));
+      PetscCallMPI(MPI_Allreduce(&here, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
+    }
     if (!same) continue;
     PetscCall(VecCopy(s->damping[node], damping));
     PetscFunctionReturn(PETSC_SUCCESS);

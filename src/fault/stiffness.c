@@ -305,7 +305,7 @@ PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault)
   PetscCall(VecDuplicate(fault->critical.uc, &fault->stage.u0));
   PetscCall(VecCreate(fault->comm, &fault->stage.s0));
   PetscCall(VecSetSizes(fault->stage.s0, fault->layout.states * fault->mesh.n, fault->layout.states * fault->mesh.N));
-  PetscCall(VecSetType(fault->stage.s0, VECSTANDARD));
+  PetscCall(VecSetType(fault->stage.s0, fault->device.device ? VECSLIPOPENCL : VECSTANDARD));
   PetscCall(CheckOpening(fault));
   PetscCall(SlipFaultFillAlong(fault, fault->fields.cell[FIELD_LOADING_RATE], PETSC_FALSE, fault->operators.vinf));
   PetscCall(SlipFaultGetWork(fault, &normal));

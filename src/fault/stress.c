@@ -18,6 +18,7 @@ PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear)
   }
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   *shear = load->shear;
+  if (*shear && fault->device.device) PetscCall(SlipFaultStickShear(fault, shear));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -28,19 +28,26 @@ enum {
 /* A node at a time; later ones were of attempts that did not become steps. */
 PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, PetscReal time, Vec w)
 {
-  PetscReal sum[2] = {0, 0};
+  PetscReal sum[TIMING_SUMS] = {0};
   const PetscReal *a, *slip;
   const SlipArrays arrays[] = {{w, .read = &a}, {fault->cells, .read = &slip}};
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetSlip(fault, time, w, fault->cells));
-  time += fault->loads.origin;
-  PetscCall(SlipArraysGet(2, arrays));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    sum[SUM_RATE] += fault->mesh.weight[i] * SlipFaultSpeed(fault, a, i);
-    sum[SUM_SLIPS] += fault->mesh.weight[i] * slip[i];
+  if (SlipFaultSticksOnDevice(fault, 1, arrays)) {
+    const SlipArrays thrice[] = {arrays[0], arrays[0], arrays[0]};
+
+    PetscCall(SlipDeviceArraysRun(KERNEL_STICK_TIMING, fault->mesh.n, 1, &fault->operators.mass, 3, thrice, TIMING_SUMS,
+                                  TIMING_SUMS, sum));
+  } else {
+    PetscCall(SlipFaultGetSlip(fault, time, w, fault->cells));
+    PetscCall(SlipArraysGet(2, arrays));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      sum[SUM_RATE] += fault->mesh.weight[i] * SlipFaultSpeed(fault, a, i);
+      sum[SUM_SLIPS] += fault->mesh.weight[i] * slip[i];
+    }
+    PetscCall(SlipArraysRestore(2, arrays));
   }
-  PetscCall(SlipArraysRestore(2, arrays));
+  time += fault->loads.origin;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, fault->comm));
   while (course->n && course->node[course->n - 1].time >= time) course->n--;
   if (course->n == course->size) {
@@ -85,6 +92,11 @@ static PetscErrorCode TimingSums(SlipFault fault, Vec w, Vec e, Vec d, PetscReal
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(sum, TIMING_SUMS));
+  if (SlipFaultSticksOnDevice(fault, 3, arrays)) {
+    PetscCall(SlipDeviceArraysRun(KERNEL_STICK_TIMING, fault->mesh.n, 1, &fault->operators.mass, 3, arrays, TIMING_SUMS,
+                                  TIMING_SUMS, sum));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipArraysGet(3, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscInt at = SlipFaultRateAt(fault, i);

@@ -81,6 +81,15 @@ static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, Petsc
   PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(SlipFaultForce(fault, t, w, u, ku));
   if (!rests) PetscCall(SlipElasticApply(fault->medium, u, ku, NULL));
+  const SlipArrays arrays[] = {{w, .read = &a}, {e, .read = &b}, {ku, .read = &f}};
+
+  if (SlipFaultSticksOnDevice(fault, 3, arrays)) {
+    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_STEP, 1, &fault->operators.mass, 3, arrays, STEP_SUMS,
+                                     STEP_SUMS, sum));
+    PetscCall(SlipFaultRestoreWork(fault, &ku));
+    PetscCall(SlipFaultRestoreWork(fault, &u));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(e, &b));
   PetscCall(VecGetArrayRead(ku, &f));

@@ -1,4 +1,5 @@
 /* SlipConstraint: a set-valued reaction that a problem describes by a table of operations. */
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipcore.h>
 
@@ -289,6 +290,14 @@ PetscErrorCode SlipConstraintReactionOf(SlipConstraint con, PetscReal t, Vec w, 
   PetscCall((*con->ops->reduce)(con, w, con->x, con->ctx));
   PetscCall((*con->ops->bound_state)(con, t, w, con->q, con->ctx));
   PetscCall(VecGetLocalSize(con->q, &n));
+  {
+    const SlipArrays arrays[] = {{con->x, .read = &x}, {con->q, .read = &q}, {con->g, .read = &f}, {r, .write = &rr}};
+
+    if (!con->cells && SlipDeviceArraysAre(4, arrays)) {
+      PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_REACTION, n, 0, NULL, 4, arrays, 0, 0, NULL));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+  }
   PetscCall(VecGetArrayRead(con->x, &x));
   PetscCall(VecGetArrayRead(con->q, &q));
   PetscCall(VecGetArrayRead(con->g, &f));

@@ -1,6 +1,7 @@
 /* A stage at one point: work vectors, natural residual, slope and coupling of the bound, reaction of a solution. With
    one component a cell these are the loops of cone.c over rows, with two those over cells, with three those of
    contact.c too. */
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -113,7 +114,8 @@ static PetscErrorCode SlipConstraintPrescribed(SlipConstraint con)
 /* B, rho = 1/diag(B) and the characteristic traction max(omega q) + max |G(0)| at the start of a solve */
 PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
 {
-  PetscReal qmax, cmax, dmin;
+  PetscReal qmax, cmax, dmin, *unused;
+  PetscInt n;
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintSetUpWork(con));
@@ -135,6 +137,17 @@ PetscErrorCode SlipConstraintBegin(SlipConstraint con, Vec x)
   if (con->scale == 0.0) con->scale = 1.0;
   PetscCall(SlipConstraintJacobian(con, x));
   PetscCall(MatGetDiagonal(con->B, con->rho));
+  if (!con->cells && SlipDeviceVecIs(con->rho)) {
+    const SlipArrays diagonal[] = {{con->rho, .write = &unused}};
+
+    PetscCall(VecGetLocalSize(con->rho, &n));
+    PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_INVERSE, n, 0, NULL, 1, diagonal, 1, 1, &dmin));
+    PetscCheck(dmin == 0, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
+               "The stage operator has %g diagonal entries that are not positive; it must be positive definite",
+               (double)dmin);
+    if (con->ops->solve_cells) PetscCall(SlipConstraintPrescribed(con));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecMin(con->rho, NULL, &dmin));
   PetscCheck(dmin > 0.0, PetscObjectComm((PetscObject)con), PETSC_ERR_ARG_OUTOFRANGE,
              "The stage operator has the diagonal entry %g; it must be positive definite", (double)dmin);
@@ -305,6 +318,10 @@ static PetscErrorCode SlipConstraintNatural(SlipConstraint con, Vec x)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecGetLocalSize(x, &n));
+  if (!con->ops->solve_cells && SlipDeviceArraysAre(8, arrays)) {
+    PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_NATURAL, n, 1, &con->omega, 8, arrays, 0, 0, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipArraysGet(8, arrays));
   if (con->ops->solve_cells)
     SlipConeSmooth(n, con->omega, xx, g, q, dq, mask, F, slope);
@@ -347,6 +364,10 @@ static PetscErrorCode SlipConstraintSameAs(SlipConstraint con, Vec x, PetscBool 
   PetscInt n;
 
   PetscFunctionBegin;
+  if (SlipDeviceVecIs(x) && SlipDeviceVecIs(con->x)) {
+    PetscCall(SlipDeviceVecSame(x, con->x, same));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetArrayRead(x, &a));
   PetscCall(VecGetArrayRead(con->x, &b));
@@ -375,6 +396,15 @@ PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
   PetscCall(VecCopy(x, con->x));
   PetscCall(VecGetLocalSize(con->q, &n));
   PetscCall(VecGetOwnershipRange(con->q, &rstart, NULL));
+  con->resnorm = con->norm;
+  if (!con->cells && !con->ops->solve_cells && SlipDeviceArraysAre(6, arrays)) {
+    const SlipArrays there[] = {arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]};
+
+    PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_FINISH, n, 1, &con->omega, 6, there, 0, 0, NULL));
+    con->worst = SLIP_WORST_UNKNOWN;
+    PetscCall(SlipConstraintSameAs(con, x, &con->balanced));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipArraysGet(6, arrays));
   if (con->cells && con->ops->solve_cells)
     for (PetscInt i = 0; i < n; i++) SlipDiskReaction(con->omega, &xx[2 * i], &g[2 * i], q[i], &r[2 * i]);
@@ -396,7 +426,6 @@ PetscErrorCode SlipConstraintFinish(SlipConstraint con, Vec x)
   PetscCall(SlipArraysRestore(6, arrays));
   PetscCallMPI(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE_INT, MPI_MAXLOC, PetscObjectComm((PetscObject)con)));
   con->worst = all.index;
-  con->resnorm = con->norm;
   PetscCall(SlipConstraintSameAs(con, x, &con->balanced));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,6 @@
 /* Steps of SNES "semismooth" (semismooth.c): direction, search, and what helps active sets that cycle. Their decisions
    are those of SlipSearch, slipcore.h. */
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 
@@ -247,9 +248,17 @@ static PetscErrorCode SlipSemismoothSearch(SNES snes, SlipConstraint con, const 
         {ss->slip.work[SEMISMOOTH_XS], .read = &from}, {con->q, .read = &q}, {x, .write = &to}};
 
       PetscCall(VecGetLocalSize(con->q, &n));
-      PetscCall(SlipArraysGet(3, arrays));
-      turned = con->cells ? SlipDiskStopTurning(n, con->components, q, from, to) : SlipConeStopTurning(n, q, from, to);
-      PetscCall(SlipArraysRestore(3, arrays));
+      if (!con->cells && SlipDeviceArraysAre(3, arrays)) {
+        PetscReal count;
+
+        PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_TURN, n, 0, NULL, 3, arrays, 1, 1, &count));
+        turned = count > 0 ? PETSC_TRUE : PETSC_FALSE;
+      } else {
+        PetscCall(SlipArraysGet(3, arrays));
+        turned =
+          con->cells ? SlipDiskStopTurning(n, con->components, q, from, to) : SlipConeStopTurning(n, q, from, to);
+        PetscCall(SlipArraysRestore(3, arrays));
+      }
       PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turned, 1, MPIU_BOOL, MPI_LOR, PetscObjectComm((PetscObject)con)));
       if (turned) {
         PetscCall(SlipConstraintEvaluate(con, model, x));

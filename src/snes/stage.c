@@ -212,9 +212,17 @@ PetscErrorCode SNESSlipSolveStage(SNES snes, const SlipStage *stage, Vec x, Vec 
 PetscErrorCode SNESSlipGetWorstCell(SNES snes, PetscInt *cell, PetscReal *residual)
 {
   SlipConstraint con;
+  Vec size;
 
   PetscFunctionBegin;
   PetscCall(SlipConstraintQuery(snes, &con));
+  if (con->worst == SLIP_WORST_UNKNOWN) { /* of a device, where it is looked for when somebody asks */
+    PetscCall(VecDuplicate(con->F, &size));
+    PetscCall(VecCopy(con->F, size));
+    PetscCall(VecAbs(size));
+    PetscCall(VecMax(size, &con->worst, NULL));
+    PetscCall(VecDestroy(&size));
+  }
   if (cell) *cell = con->number && con->worst >= 0 ? con->number[con->worst] : con->worst;
   if (residual) *residual = con->resnorm;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,5 +1,6 @@
 /* TSBATHE's error estimates and the stage derivatives that they are made of; the embedded one's weights are in
    src/core/bathe.c. */
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 
 /* Shares of its first residual that a stage may leave: more lets sliding cells be taken for resting ones, less is no
@@ -46,6 +47,23 @@ PetscErrorCode TSBatheEndDerivative(TS ts, PetscReal h, Vec w0, Vec w1, Vec w2, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What follows, of cells with one component, whose rates are in ba->x */
+static PetscErrorCode DropStickingOnDevice(TS_Bathe *ba, PetscInt n, Vec e)
+{
+  const PetscScalar *mark;
+  PetscScalar *x, *ee;
+  PetscInt size;
+  const SlipArrays cells[] = {{ba->x, .write = &x}}, rows[] = {{ba->K1, .read = &mark}, {e, .write = &ee}};
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(e, &size));
+  PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_STICKING, n, 0, NULL, 1, cells, 0, 0, NULL));
+  PetscCall(VecSet(ba->K1, 1.0));
+  PetscCall((*ba->ops->add_reaction)(ba->con, 1.0, ba->x, ba->K1, ba->ctx));
+  PetscCall(SlipDeviceArraysRun(KERNEL_STAGE_DROP, size, 0, NULL, 2, rows, 0, 0, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Zero e in the rows of cells that stick at the step's end. The constraint fixes their rate at exactly zero there,
    while the derivatives of a cell that has just stopped jump: the formula would give an error of the order of the
    rate itself however short the step, and a controller would chase it at every arrest. What the arrest does to the
@@ -62,6 +80,10 @@ PetscErrorCode TSBatheDropSticking(TS ts, Vec w, Vec e)
   PetscCall((*ba->ops->reduce)(ba->con, w, ba->x, ba->ctx));
   PetscCall(SlipConstraintGetComponents(ba->con, &c));
   PetscCall(VecGetLocalSize(ba->x, &n));
+  if (c == 1 && SlipDeviceVecIs(ba->x) && SlipDeviceVecIs(e)) {
+    PetscCall(DropStickingOnDevice(ba, n, e));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(VecGetArray(ba->x, &x));
   for (PetscInt i = 0; i < n; i += c) { /* a cell that slides along one axis does not rest along the other */
     const PetscInt plane = PetscMin(c, 2);
@@ -125,6 +147,25 @@ PetscErrorCode TSBatheDoublingError(TS ts, Vec e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* TSErrorWeightedNorm() on the device */
+static PetscErrorCode WeightedNormOnDevice(TS ts, Vec y, Vec z, NormType type, PetscReal *norm)
+{
+  const PetscReal numbers[] = {ts->atol, ts->rtol, (ts->vatol ? 1 : 0) + (ts->vrtol ? 1 : 0)};
+  const PetscReal *unused;
+  PetscReal result[3];
+  PetscInt n;
+  const SlipArrays arrays[] = {
+    {y, .read = &unused}, {z, .read = &unused}, {ts->vatol, .read = &unused}, {ts->vrtol, .read = &unused}};
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(y, &n));
+  PetscCall(SlipDeviceArraysRun(KERNEL_WEIGHTED_NORM, n, 3, numbers, 4, arrays, 3, 2, result));
+  PetscCheck(!PetscIsInfOrNanReal(result[0]), PetscObjectComm((PetscObject)ts), PETSC_ERR_FP,
+             "Infinite or not-a-number generated in norm");
+  *norm = type == NORM_INFINITY ? result[2] : PetscSqrtReal(result[0] / PetscMax(result[1], 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The problem's norm of E, or the weighted one with the tolerances of the TS, relative to the larger of the two
    solutions compared */
 PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
@@ -142,7 +183,11 @@ PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecWAXPY(ba->K1, -1.0, ba->E, ba->Y[1]));
-  PetscCall(TSErrorWeightedNorm(ts, ba->Y[1], ba->K1, type, norm, &enorma, &enormr));
+  if (SlipDeviceVecIs(ba->Y[1]) && SlipDeviceVecIs(ba->K1) && !ts->vrtol && ts->adapt->ignore_max < 0 &&
+      (!ts->vatol || SlipDeviceVecIs(ts->vatol)))
+    PetscCall(WeightedNormOnDevice(ts, ba->Y[1], ba->K1, type, norm));
+  else
+    PetscCall(TSErrorWeightedNorm(ts, ba->Y[1], ba->K1, type, norm, &enorma, &enormr));
   *norm = SlipBatheRoundError(*norm);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,7 @@
 /* TSMOREAU: explicit steps with set-valued reactions, kick, drift and kick of Stoermer's and Verlet's method with the
    cone solved cell by cell in each kick. Attempts, controllers, records and checkpoints are those of TSBATHE, of which
    this is the other method; the type is in bathe.c. */
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
@@ -75,6 +76,10 @@ static PetscErrorCode FirstPush(const SlipMoreauMemory *from, PetscReal weight, 
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(push, &n));
+  if (SlipDeviceArraysAre(5, arrays)) {
+    PetscCall(SlipDeviceArraysRun(KERNEL_MOREAU_FIRST, n, 1, &weight, 5, arrays, 0, 0, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < n; i++) {
     expected[i] = weight == 1 ? p[i] : weight * p[i] + (1 - weight) * before[i];
@@ -96,6 +101,10 @@ static PetscErrorCode SecondPush(Vec f, Vec inner, Vec first, Vec before, PetscR
 
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(push, &n));
+  if (SlipDeviceArraysAre(6, arrays)) {
+    PetscCall(SlipDeviceArraysRun(KERNEL_MOREAU_SECOND, n, 1, &share, 6, arrays, 0, 0, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(SlipArraysGet(6, arrays));
   for (PetscInt i = 0; i < n; i++) {
     force[i] = a[i] - 2 * p[i] + expected[i];
@@ -258,7 +267,13 @@ PetscErrorCode TSMoreauError(TS ts, PetscReal h, Vec e)
     const SlipArrays arrays[] = {{ba->K0, .read = &k0}, {ba->K_before, .read = &k1}, {ba->K2, .read = &k2},
                                  {ba->X0, .read = &w0}, {ba->Y[1], .read = &w2},     {ba->rows, .read = &mark},
                                  {e, .write = &a}};
+    const PetscReal numbers[] = {h, share, slope};
 
+    if (SlipDeviceArraysAre(7, arrays)) {
+      PetscCall(SlipDeviceArraysRun(KERNEL_MOREAU_ERROR, n, 3, numbers, 7, arrays, 0, 0, NULL));
+      PetscCall(TSBatheDropSticking(ts, ba->Y[1], e));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
     PetscCall(SlipArraysGet(7, arrays));
     for (PetscInt i = 0; i < n; i++)
       if (mark[i] != 2)

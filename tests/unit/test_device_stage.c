@@ -255,24 +255,34 @@ static void AssertSame(Vec x, Vec y, PetscReal allowed)
 
 /* The critical start exceeds the strength by 1e-5, of which rounding of K^-1 and of K u, 1e-14, is 1e-9; what differs
    grows with the event, and explicit steps take damping to 2e-4 only, whose choices rounding turns. */
+/* Errors of steps from a given traction are those of the processor.
+   Where all cells rest it finds until when, of a state and its force. */
+enum { AT_REST = 3, OF_TRACTION = 12, THROUGH_PROCESSOR = 1000 };
 static const struct {
   const char *options;
   PetscReal allowed;
-  PetscBool steps; /* the same ones */
+  PetscBool steps;    /* the same ones */
+  PetscInt64 vectors; /* at most in a step */
 } cases[] = {
-  {"-ts_bathe_method implicit -ts_max_time 12 ", 1e-6, PETSC_TRUE},
+  {"-ts_bathe_method implicit -ts_max_time 12 ", 1e-6, PETSC_TRUE, AT_REST},
   {"-ts_bathe_method implicit -ts_adapt_type none -ts_dt 0.2 -ts_max_time 4 -fault_viscosity radiation ", 1e-6,
-   PETSC_TRUE},
+   PETSC_TRUE, 0},
   {"-ts_bathe_method implicit -ts_max_time 12 -fault_kernel full_space -fault_friction_law linear_slip_weakening ",
-   1e-6, PETSC_TRUE},
+   1e-6, PETSC_TRUE, AT_REST},
+  {"-fault_normal_stress 2e7 -fault_normal_stress_gradient 0 -fault_initial traction -fault_initial_traction 1.21e7 "
+   "-fault_initial_unstable yes -fault_stressing_rate 0 -ts_type bathe -ts_max_time 3 ",
+   1e-6, PETSC_TRUE, OF_TRACTION},
+  {"-fault_friction_law rate_weakening -fault_friction_rate 1 -ts_bathe_method implicit -ts_max_time 8 ", 1e-6,
+   PETSC_TRUE, 0},
   {"-ts_bathe_method explicit -ts_adapt_type none -ts_dt 0.05 -ts_max_time 8 -fault_viscosity radiation ", 1e-6,
-   PETSC_TRUE},
-  {"-ts_max_time 12 ", 1e-3, PETSC_FALSE},
-  {"-ts_type moreau -ts_adapt_type none -ts_dt 0.05 -ts_max_time 4 -fault_viscosity none ", 1e-6, PETSC_TRUE},
-  {"-ts_type rkc -fault_inertia no -fault_viscosity radiation -ts_max_time 6 ", 1e-6, PETSC_TRUE},
+   PETSC_TRUE, 0},
+  {"-ts_max_time 12 ", 1e-3, PETSC_FALSE, AT_REST},
+  {"-ts_type moreau -ts_adapt_type none -ts_dt 0.05 -ts_max_time 4 -fault_viscosity none ", 1e-6, PETSC_TRUE, 0},
+  {"-fault_healing_time 1000 -ts_bathe_method implicit -ts_max_time 8 ", 1e-6, PETSC_TRUE, THROUGH_PROCESSOR},
+  {"-ts_type rkc -fault_inertia no -fault_viscosity radiation -ts_max_time 6 ", 1e-6, PETSC_TRUE, THROUGH_PROCESSOR},
   {"-ts_type bathe -fault_friction_law rate_and_state -fault_initial_rate 0.1 -fault_friction_slip 0.02 -ts_max_time "
    "400 ",
-   1e-6, PETSC_TRUE},
+   1e-6, PETSC_TRUE, THROUGH_PROCESSOR},
 };
 
 static void runs(void **state)
@@ -287,7 +297,7 @@ static void runs(void **state)
     print_message("%s: %d steps, %d Newton and %d linear iterations; at most %d vectors and %d numbers in a step\n",
                   cases[k].options, (int)there.steps, (int)there.newton, (int)there.linear, (int)there.vectors,
                   (int)there.numbers);
-    assert_true(host.steps > 15);
+    assert_true(host.steps > 5);
     if (cases[k].steps) {
       assert_int_equal(host.steps, there.steps);
       assert_int_equal(host.rejected, there.rejected);
@@ -295,6 +305,9 @@ static void runs(void **state)
       assert_int_equal(host.newton, there.newton);
     }
     AssertSame(host.w, there.w, cases[k].allowed);
+    assert_true(there.vectors <= cases[k].vectors);
+    if (cases[k].vectors == 0) /* beside those that solvers ask for: a norm or a product of two vectors each */
+      assert_true(there.numbers <= 64 + 40 * (there.newton + there.linear) + 400);
     AssertSame(there.w, again.w, 0);
     End(&host);
     End(&there);

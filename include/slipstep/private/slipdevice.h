@@ -4,6 +4,7 @@
    and nothing else is ever called. */
 #pragma once
 #include <petscvec.h>
+#include <slipstep/private/slipsys.h>
 
 typedef struct _n_SlipDevice *SlipDevice;
 typedef struct _cl_mem *SlipDeviceMemory; /* what OpenCL calls cl_mem */
@@ -82,7 +83,15 @@ PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
   X(FAULT_STRENGTH, fault_strength) X(FAULT_OPEN, fault_open) X(FAULT_BARE, fault_bare)
 #define SLIP_KERNELS_STAGE(X)                                                                                          \
   X(PLANE_PAD, plane_pad) X(PLANE_INVERSE, plane_inverse) X(PLANE_TAKE, plane_take) X(CHOOSE, choose)                  \
-  X(STAGE_JACOBIAN, stage_jacobian)
+  X(STAGE_JACOBIAN, stage_jacobian) X(STAGE_NATURAL, stage_natural) X(STAGE_FINISH, stage_finish)                      \
+  X(STAGE_REACTION, stage_reaction) X(STAGE_INVERSE, stage_inverse) X(STAGE_STICKING, stage_sticking)                  \
+  X(STAGE_DROP, stage_drop) X(MOREAU_FIRST, moreau_first) X(MOREAU_SECOND, moreau_second)                              \
+  X(MOREAU_ERROR, moreau_error) X(WEIGHTED_NORM, weighted_norm) X(STICK_ELIMINATE, stick_eliminate)                    \
+  X(STICK_BOUND, stick_bound) X(STICK_START_SLOPE, stick_start_slope) X(STICK_STRENGTH, stick_strength)                \
+  X(STICK_LIFT, stick_lift) X(STICK_SMOOTH, stick_smooth) X(STICK_ADD_REACTION, stick_add_reaction)                    \
+  X(STICK_MASS, stick_mass) X(STICK_KICK, stick_kick) X(STICK_DRIFT, stick_drift) X(STICK_SUMS, stick_sums)            \
+  X(STICK_MODE, stick_mode) X(STICK_ESTIMATES, stick_estimates) X(STICK_STEP, stick_step)                              \
+  X(STICK_TIMING, stick_timing) X(STICK_POWERS, stick_powers) X(STAGE_TURN, stage_turn)
 #define SLIP_KERNELS_RECORD(X)                                                                                         \
   X(FAULT_LOOK, fault_look) X(FAULT_GROUND, fault_ground) X(FAULT_RUPTURE, fault_rupture)
 #define SLIP_DEVICE_KERNELS(X)                                                                                         \
@@ -144,6 +153,12 @@ PETSC_EXTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same); /*
 PETSC_INTERN PetscErrorCode SlipDeviceVecOf(Vec x, Vec *there);
 /* Largest |x| of entries start, start + step, ... */
 PETSC_INTERN PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscReal *largest);
+
+/* ---- run.c: loops over arrays ---- */
+PETSC_INTERN PetscBool SlipDeviceArraysAre(PetscInt n, const SlipArrays list[]);
+PETSC_INTERN PetscErrorCode SlipDeviceArraysRun(SlipDeviceKernel kernel, PetscInt items, PetscInt numbers,
+                                                const PetscReal number[], PetscInt n, const SlipArrays list[],
+                                                PetscInt results, PetscInt sums, PetscReal result[]);
 
 /* ---- fft.c: transforms in two directions of several fields of reals, in place, by VkFFT ---- */
 /* Fields [rows][columns] of reals, each row in columns + 2 numbers: the transform's row has columns/2 + 1 complex ones.

@@ -11,6 +11,7 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipoutput.h>
 #include <slipstep/private/slipcheckpoint.h>
+#include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfaultknown.h>
 #include <slipstep/private/slipfaultloads.h>
 #include <slipstep/private/slipmesh.h>
@@ -283,6 +284,15 @@ PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, co
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoad **load);
+/* devicestick.c: loops over cells whose friction sticks, by the arrays of the processor's; true where that can be */
+PETSC_INTERN PetscBool SlipFaultSticksOnDevice(SlipFault fault, PetscInt n, const SlipArrays list[]);
+PETSC_INTERN PetscErrorCode SlipFaultStickRun(SlipFault fault, SlipDeviceKernel kernel, PetscInt numbers,
+                                              const PetscReal number[], PetscInt n, const SlipArrays list[]);
+PETSC_INTERN PetscErrorCode SlipFaultStickShear(SlipFault fault, Vec *shear); /* a copy there in place of it */
+/* The same of a kernel that knows friction: its law comes first, what cells keep last */
+PETSC_INTERN PetscErrorCode SlipFaultStickFriction(SlipFault fault, SlipDeviceKernel kernel, PetscInt numbers,
+                                                   const PetscReal number[], PetscInt n, const SlipArrays list[],
+                                                   PetscInt results, PetscInt sums, PetscReal result[]);
 PETSC_INTERN PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear); /* borrowed, NULL: none */
 PETSC_EXTERN PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t);
 /* coupling.c */

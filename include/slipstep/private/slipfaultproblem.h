@@ -45,8 +45,11 @@ typedef struct {
   SlipFaultMoment moment;                        /* of their normal stress, where slip changes it */
   Vec shear;                                     /* SlipFaultGetShear(), of shear_time from shear_origin on */
   PetscReal shear_time, shear_origin;
-  PetscBool automatic; /* chosen by -fault_device auto, */
-  char why[512];       /* which takes the processor for this reason, else "" */
+  PetscBool automatic;    /* chosen by -fault_device auto, */
+  char why[512];          /* which takes the processor for this reason, else "" */
+  PetscObjectId shear_id; /* of that of the processor, where cells stick */
+  PetscObjectState shear_state;
+  Vec sticking; /* what cells keep whose friction sticks; NULL until asked for */
 } SlipFaultDevice;
 
 /* devicerecord.c: numbers of some cells, and displacements of the ground, which observers read of each step there */
@@ -112,6 +115,8 @@ PETSC_INTERN PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscRea
 /* corners.c */
 PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *fault);
 /* constraint.c */
+PETSC_INTERN PetscErrorCode SlipFaultKnowStart(SlipFault fault, const SlipStage *stage); /* constraintknown.c */
+PETSC_INTERN PetscErrorCode SlipFaultKnowEnd(SlipFault fault, Vec g, Vec x, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g);

@@ -47,6 +47,7 @@ typedef struct {
   SlipGather gather;
   PetscReal *y; /* [N] */
   Vec work;
+  Vec parts[2];       /* diagonals of K and H on the device, once asked for */
   SlipToeplitz plane; /* borrowed from K, NULL unless one pair of transforms serves K and H of type "sliptoeplitz" */
   SlipToeplitzSymbol sum; /* of B at assembled_theta */
   PetscReal mean;         /* B = mean ((mass / theta) I + theta K), H is NULL; 0 when H is used */

@@ -17,14 +17,15 @@ struct _p_SlipConstraint {
   PetscBool refuse; /* solves fail where the Jacobian on the sliding set is not positive definite (SlipDirectSolve()) */
 
   /* one stage */
-  PetscBool unstable;     /* the last solve failed for that */
-  PetscReal omega;        /* weight of the reaction */
-  PetscReal share;        /* of the first residual that may be left, 0: what the SNES says */
-  PetscReal target;       /* residual at which an inexact solve ends, 0: it is not inexact */
-  PetscReal scale;        /* characteristic traction by which residuals are divided */
-  Vec r;                  /* reaction of the last solve */
-  PetscReal resnorm;      /* relative residual of the last solve */
-  PetscInt worst;         /* global index of the cell with the largest residual of the last solve */
+  PetscBool unstable;           /* the last solve failed for that */
+  PetscReal omega;              /* weight of the reaction */
+  PetscReal share;              /* of the first residual that may be left, 0: what the SNES says */
+  PetscReal target;             /* residual at which an inexact solve ends, 0: it is not inexact */
+  PetscReal scale;              /* characteristic traction by which residuals are divided */
+  Vec r;                        /* reaction of the last solve */
+  PetscReal resnorm;            /* relative residual of the last solve */
+  PetscInt worst;               /* global index of the cell with the largest residual of the last solve, or: */
+#define SLIP_WORST_UNKNOWN (-2) /* not yet looked for, in F */
   const PetscInt *number; /* what users call the cell of each global index, borrowed from the problem; NULL: that */
   Mat B;                  /* dG/dx at the last iterate, borrowed from the problem */
 

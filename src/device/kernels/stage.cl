@@ -44,3 +44,436 @@ __kernel void stage_jacobian(int n, __global const double *mask, __global const 
 
   if (i < n) y[i] = mask[i] != 0 ? product[i] + slope[i] * x[i] : x[i];
 }
+
+// ---- the cone of cells with one component, as in src/core/cone.c ----
+
+enum { STICKS, FREE, POSITIVE, NEGATIVE };
+static int region(double x, double g, double rho, double wq)
+{
+  const double p = x - rho * g;
+
+  return wq == 0 ? FREE : p > rho * wq ? POSITIVE : p >= -rho * wq ? STICKS : NEGATIVE;
+}
+
+static double reaction(double omega, double x, double g, double q)
+{
+  const double balance = g / omega, held = balance > q ? q : balance < -q ? -q : balance;
+
+  return x > 0 ? -q : x < 0 ? q : held;
+}
+
+__kernel void stage_natural(int n, double omega, __global const double *x, __global const double *g, __global const double *q, __global const double *dq,
+                            __global const double *rho, __global double *F, __global double *mask, __global double *slope)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double wq = omega * q[i];
+    const int where = region(x[i], g[i], rho[i], wq);
+    const bool bound = (where == POSITIVE) | (where == NEGATIVE);
+    const double sign = where == POSITIVE ? 1 : -1;
+
+    mask[i] = where == STICKS ? 0 : 1;
+    F[i] = where == STICKS ? x[i] / rho[i] : bound ? g[i] + sign * wq : g[i];
+    slope[i] = bound ? (sign * x[i] < 0 ? -omega * dq[i] : omega * dq[i]) : 0;
+  }
+}
+
+// x of what sticks, or slides against its own direction, is 0, and r its reaction; result: the largest |F|
+__kernel void stage_finish(int n, double omega, __global double *x, __global double *r, __global const double *g, __global const double *q,
+                           __global const double *F, __global const double *rho)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const int where = region(x[i], g[i], rho[i], omega * q[i]);
+    const double v = (where == STICKS) | ((where == POSITIVE) & (x[i] < 0)) | ((where == NEGATIVE) & (x[i] > 0)) ? 0 : x[i];
+
+    x[i] = v;
+    r[i] = reaction(omega, v, g[i], q[i]);
+  }
+}
+
+// Of a state whose F_s is f
+__kernel void stage_reaction(int n, __global const double *x, __global const double *q, __global const double *f, __global double *r)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) r[i] = reaction(1, x[i], -f[i], q[i]);
+}
+
+// 1 / x, and how many are not positive
+__kernel void stage_inverse(int n, __global double *x, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[1] = {0};
+
+  EACH(i, n) {
+    mine[0] += !(x[i] > 0);
+    x[i] = x[i] != 0 ? 1 / x[i] : 0;
+  }
+  fold(1, 1, mine, all, room);
+}
+
+// ---- steps ----
+
+__kernel void stage_sticking(int n, __global double *x)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) x[i] = x[i] != 0 ? 0 : 1;
+}
+
+// e = 0 where the mark is not 1
+__kernel void stage_drop(int n, __global const double *mark, __global double *e)
+{
+  const int i = get_global_id(0);
+
+  if (i < n && mark[i] != 1) e[i] = 0;
+}
+
+__kernel void moreau_first(int n, double weight, __global const double *p, __global const double *before, __global const double *f,
+                           __global double *expected, __global double *force)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double e = weight == 1 ? p[i] : weight * p[i] + (1 - weight) * before[i];
+
+    expected[i] = e;
+    force[i] = f[i] - e;
+  }
+}
+
+__kernel void moreau_second(int n, double share, __global const double *f, __global const double *p, __global const double *expected,
+                            __global const double *before, __global double *force, __global double *end)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    force[i] = f[i] - 2 * p[i] + expected[i];
+    end[i] = p[i] + share * (p[i] - before[i]);
+  }
+}
+
+__kernel void moreau_error(int n, double h, double share, double slope, __global const double *k0, __global const double *k1, __global const double *k2,
+                           __global const double *w0, __global const double *w2, __global const double *mark, __global double *e)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double rate = share * (k2[i] - k0[i]) - (slope != 0 ? slope * (k0[i] - k1[i]) : 0);
+
+    e[i] = mark[i] != 2 ? rate : 2.0 / 3 * (w2[i] - w0[i] - 0.5 * h * (k0[i] + k2[i]));
+  }
+}
+
+// Of y - z over the tolerance of the larger of both, as TSErrorWeightedNorm(): the sum of squares, how many have a tolerance, and the largest
+__kernel void weighted_norm(int n, double atol, double rtol, double vectors, __global const double *y, __global const double *z,
+                            __global const double *absolute, __global const double *relative, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[3] = {0, 0, 0};
+
+  EACH(i, n) {
+    const double a = vectors > 0 ? absolute[i] : atol, r = vectors > 1 ? relative[i] : rtol;
+    const double tolerance = a + r * fmax(fabs(y[i]), fabs(z[i])), error = tolerance > 0 ? fabs(y[i] - z[i]) / tolerance : 0;
+
+    mine[0] += error * error;
+    mine[1] += tolerance > 0;
+    mine[2] = larger(mine[2], error);
+  }
+  fold(3, 2, mine, all, room);
+}
+
+// ---- faults whose friction sticks, of one component and one state that does not heal: their numbers are (v, u, s) ----
+
+// What cells keep, [n] each one behind the other
+enum { KEPT_RESIDUAL, KEPT_DROP, KEPT_DISTANCE, KEPT_RATE, KEPT_STRESS, KEPT_VINF, KEPT_T0, KEPT_DT0 };
+enum { EXPONENTIAL, LINEAR, BY_RATE, CONSTANT };
+#define KEPT(what) cells[KEPT_##what * n + i]
+
+// What mu of a cell exceeds its residual by, and its derivatives
+static double excess(double law, double drop, double distance, double rate, double s, double v, double *ds, double *dv)
+{
+  const double fall = 1 / (1 + v / rate), left = drop * exp_of(-s / distance);
+  const bool weakening = s < distance;
+
+  *ds = law == EXPONENTIAL ? -left / distance : law == LINEAR && weakening ? -drop / distance : 0;
+  *dv = law == BY_RATE ? -drop * fall * fall / rate : 0;
+  return law == EXPONENTIAL ? left : law == LINEAR ? (weakening ? drop * (1 - s / distance) : 0) : law == BY_RATE ? drop * fall : 0;
+}
+
+#define EXCESS(s, v) excess(law, KEPT(DROP), KEPT(DISTANCE), KEPT(RATE), s, v, &ds, &dv)
+
+__kernel void stick_eliminate(int n, double inertia, double theta, double more, __global const double *base, __global const double *ex,
+                              __global const double *vinf, __global double *c, __global double *u0, __global double *s0)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double a = more != 0 ? ex[3 * i] : 0, b = more != 0 ? ex[3 * i + 1] : 0, d = more != 0 ? ex[3 * i + 2] : 0;
+
+    c[i] = inertia != 0 ? inertia * base[3 * i] + a : 0;
+    u0[i] = base[3 * i + 1] + theta * (b - vinf[i]);
+    s0[i] = base[3 * i + 2] + theta * d;
+  }
+}
+
+__kernel void stick_bound(int n, double law, double theta, double slopes, __global const double *x, __global const double *s0, __global double *q,
+                          __global double *dq, __global const double *cells)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double v = fabs(x[i]);
+    double ds, dv;
+    const double mu = KEPT(RESIDUAL) + EXCESS(s0[i] + theta * v, v);
+
+    q[i] = KEPT(STRESS) * mu;
+    if (slopes != 0) dq[i] = KEPT(STRESS) * (theta * ds + dv);
+  }
+}
+
+__kernel void stick_start_slope(int n, double law, double theta, __global const double *s0, __global double *slope, __global const double *cells)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    double ds, dv;
+
+    (void)EXCESS(s0[i], 0);
+    slope[i] = theta * ds * KEPT(STRESS);
+  }
+}
+
+__kernel void stick_strength(int n, double law, __global const double *w, __global double *q, __global const double *cells)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    double ds, dv;
+
+    q[i] = KEPT(STRESS) * (KEPT(RESIDUAL) + EXCESS(w[3 * i + 2], fabs(w[3 * i])));
+  }
+}
+
+__kernel void stick_lift(int n, double theta, __global const double *v, __global const double *u0, __global const double *s0, __global double *w)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    w[3 * i] = v[i];
+    w[3 * i + 1] = u0[i] + theta * v[i];
+    w[3 * i + 2] = s0[i] + theta * fabs(v[i]);
+  }
+}
+
+__kernel void stick_smooth(int n, __global const double *w, __global const double *relative, __global const double *force, __global double *F)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    F[3 * i] = -force[i];
+    F[3 * i + 1] = relative[i];
+    F[3 * i + 2] = fabs(w[3 * i]);
+  }
+}
+
+__kernel void stick_add_reaction(int n, double a, __global const double *r, __global double *F)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) F[3 * i] += a * r[i];
+}
+
+// Over the mass, 0 without
+__kernel void stick_mass(int n, double mass, __global double *k)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) k[3 * i] = mass != 0 ? k[3 * i] / mass : 0;
+}
+
+// As SlipKickConstant() of src/core/kick.c
+static double kick(double mass, double eta, double a, double g, double q, double v)
+{
+  double end = 0;
+
+  for (int turn = 0; turn < 2; turn++) {
+    const double sign = (v > 0) | ((v == 0) & (g > 0)) ? 1 : -1, push = sign * g - q, speed = fabs(v), x = eta * a / mass;
+
+    end = a / mass * push * (x > 0 ? -expm1(-x) / x : 1) + exp(-x) * speed;
+    if ((end > 0) | isnan(end)) return sign * end;
+    if ((v == 0) | (push > -2 * q)) return 0;
+    a = fmax(a - (eta > 0 ? mass / eta * log1p(eta * speed / -push) : mass * speed / -push), 0.0);
+    v = 0;
+  }
+  return 0;
+}
+
+__kernel void stick_kick(int n, double law, double mass, double a, double damped, __global const double *push, __global const double *vinf, __global double *w,
+                         __global const double *eta, __global const double *cells)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    const double own = damped != 0 ? eta[i] : 0;
+    double ds, dv;
+    const double q = KEPT(STRESS) * (KEPT(RESIDUAL) + EXCESS(w[3 * i + 2], 0));
+
+    w[3 * i] = kick(mass, own, a, push[i] + own * vinf[i], q, w[3 * i]);
+  }
+}
+
+__kernel void stick_drift(int n, double h, __global const double *vinf, __global double *w)
+{
+  const int i = get_global_id(0);
+
+  if (i < n) {
+    w[3 * i + 1] += h * (w[3 * i] - vinf[i]);
+    w[3 * i + 2] += h * fabs(w[3 * i]);
+  }
+}
+
+// Sums over the cells in the order of SlipFaultSumId, and the largest |v|; V, NUM_SUMS and the others are those of the sums of rate and state
+__kernel void stick_sums(int n, double law, double shears, double time, __global const double *w, __global const double *force,
+                         __global const double *cells, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[NUM_SUMS + 1];
+
+  for (int k = 0; k <= NUM_SUMS; k++) mine[k] = 0;
+  EACH(i, n) {
+    const double v = w[3 * i], u = w[3 * i + 1], s = w[3 * i + 2], ku = force[i], vinf = KEPT(VINF), speed = fabs(v);
+    double ds, dv;
+    const double more = EXCESS(s, speed), q = KEPT(STRESS) * (KEPT(RESIDUAL) + more), shear = KEPT(T0) + time * KEPT(DT0);
+
+    mine[V] += v;
+    mine[ABS_V] += speed;
+    mine[V2] += v * v;
+    mine[U] += u;
+    mine[S] += s;
+    mine[SLIDING] += speed != 0;
+    mine[U_KU] += u * ku;
+    mine[V_KU] += v * ku;
+    mine[VINF_KU] += vinf * ku;
+    mine[VINF] += vinf;
+    if (shears != 0) {
+      mine[U_T] += u * shear;
+      mine[LOADING_T] += vinf * shear - u * KEPT(DT0);
+    }
+    mine[STRENGTH] += q;
+    mine[WEAKENING] += KEPT(STRESS) * more;
+    mine[PUSH] += speed > 0 ? (v > 0 ? -ku : ku) - q : fmax(fabs(ku) - q, 0.0);
+    mine[NUM_SUMS] = larger(mine[NUM_SUMS], speed);
+  }
+  fold(NUM_SUMS + 1, NUM_SUMS, mine, all, room);
+}
+
+// The sums of a mode x whose K x is kx, in the order of SlipFaultModeId
+__kernel void stick_mode(int n, double law, double mass, __global const double *w, __global const double *x, __global const double *kx,
+                         __global const double *cells, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[3] = {0, 0, 0};
+
+  EACH(i, n) {
+    double ds, dv;
+
+    (void)EXCESS(w[3 * i + 2], fabs(w[3 * i]));
+    mine[0] += x[i] * kx[i];
+    mine[1] -= ds * KEPT(STRESS) * x[i] * x[i];
+    mine[2] += mass * x[i] * x[i];
+  }
+  fold(3, 3, mine, all, room);
+}
+
+// |e_s| and d|v|/dt of what slides
+__kernel void stick_estimates(int n, double estimates, double derivatives, __global const double *w, __global const double *e, __global const double *d,
+                              __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[2] = {0, 0};
+
+  EACH(i, n) {
+    const double v = w[3 * i];
+
+    if (estimates != 0) mine[0] += fabs(e[3 * i + 2]);
+    if (derivatives != 0) mine[1] += v > 0 ? d[3 * i] : v < 0 ? -d[3 * i] : 0;
+  }
+  fold(2, 2, mine, all, room);
+}
+
+// What a step's error does to the balance, and the slip that is left, in the order of src/record/slipestimate.c
+__kernel void stick_step(int n, double law, double mass, __global const double *w, __global const double *e, __global const double *ku,
+                         __global const double *cells, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[4] = {0, 0, 0, 0};
+
+  EACH(i, n) {
+    const double v = w[3 * i], s = w[3 * i + 2];
+    double ds, dv;
+    const double q = KEPT(STRESS) * (KEPT(RESIDUAL) + EXCESS(s, fabs(v)));
+
+    mine[0] += mass * v * e[3 * i] + ku[i] * e[3 * i + 1] + q * e[3 * i + 2];
+    mine[1] += (ku[i] + q) * s;
+    mine[2] += s;
+    mine[3] += v != 0 ? s : 0;
+  }
+  fold(4, 4, mine, all, room);
+}
+
+// In the order of src/record/courseestimate.c
+__kernel void stick_timing(int n, double mass, __global const double *w, __global const double *e, __global const double *d, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[6] = {0, 0, 0, 0, 0, 0};
+
+  EACH(i, n) {
+    const double v = w[3 * i], grows = v > 0 ? d[3 * i] : v < 0 ? -d[3 * i] : 0;
+
+    mine[0] += fabs(v);
+    mine[1] += w[3 * i + 2];
+    mine[2] += e[3 * i + 2];
+    mine[3] += mass * (v * e[3 * i] - grows * e[3 * i + 2]);
+    mine[4] += mass * v * v;
+    mine[5] += grows;
+  }
+  fold(6, 6, mine, all, room);
+}
+
+// What damping takes of the rate relative to the far field, what the far field puts into that, and what friction takes, r or of the state
+__kernel void stick_powers(int n, double law, double known, __global const double *w, __global const double *relative, __global const double *damping,
+                           __global const double *r, __global const double *cells, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[3] = {0, 0, 0};
+
+  EACH(i, n) {
+    const double v = w[3 * i], speed = fabs(v);
+    double ds, dv;
+    const double q = KEPT(STRESS) * (KEPT(RESIDUAL) + EXCESS(w[3 * i + 2], speed));
+
+    mine[0] += relative[i] * damping[i];
+    mine[1] += KEPT(VINF) * damping[i];
+    mine[2] += known != 0 ? -v * r[i] : speed * q;
+  }
+  fold(3, 3, mine, all, room);
+}
+
+// Stops at 0 the cells that a step from one point to another would turn round, and counts them
+__kernel void stage_turn(int n, __global const double *from, __global const double *q, __global double *to, __global double *room)
+{
+  __local double all[ITEMS];
+  double mine[1] = {0};
+
+  EACH(i, n) {
+    const bool turns = (from[i] * to[i] < 0) & (q[i] > 0);
+
+    to[i] = turns ? 0 : to[i];
+    mine[0] += turns;
+  }
+  fold(1, 1, mine, all, room);
+}

@@ -127,14 +127,27 @@ PetscErrorCode SlipStageGetDiagonal(Mat B, Vec d)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(B, &s));
   PetscCheck(s->theta > 0, PetscObjectComm((PetscObject)B), PETSC_ERR_ORDER, "Call MatSlipStageSetTheta() first");
-  PetscCall(MatGetDiagonal(s->K, d));
+  if (SlipDeviceVecIs(d)) { /* those of K and H are put there once */
+    for (int k = 0; k < 2 && !(k && s->mean > 0); k++) {
+      if (s->parts[k]) continue;
+      PetscCall(VecDuplicate(d, &s->parts[k]));
+      PetscCall(MatGetDiagonal(k ? s->H : s->K, s->parts[k]));
+    }
+    PetscCall(VecCopy(s->parts[0], d));
+  } else
+    PetscCall(MatGetDiagonal(s->K, d));
   PetscCall(VecScale(d, s->theta));
   if (s->weights)
     PetscCall(VecAXPY(d, s->mass / s->theta, s->weights));
-  else
+  else if (SlipDeviceVecIs(d)) {
+    PetscCall(VecSet(s->work, s->mass / s->theta));
+    PetscCall(VecAXPY(d, 1, s->work));
+  } else
     PetscCall(VecShift(d, s->mass / s->theta));
   if (s->mean > 0)
     PetscCall(VecScale(d, s->mean));
+  else if (SlipDeviceVecIs(d))
+    PetscCall(VecAXPY(d, 1, s->parts[1]));
   else {
     PetscCall(MatGetDiagonal(s->H, s->work));
     PetscCall(VecAXPY(d, 1, s->work));

@@ -72,6 +72,7 @@ static PetscErrorCode StageDestroy(Mat B)
   PetscCall(MatDestroy(&s->entries));
   PetscCall(VecDestroy(&s->diagonal));
   PetscCall(VecDestroy(&s->work));
+  for (int k = 0; k < 2; k++) PetscCall(VecDestroy(&s->parts[k]));
   PetscCall(SlipToeplitzSymbolDestroy(&s->sum));
   PetscCall(SlipSecantDestroy(&s->correction));
   PetscCall(PetscFree(s));

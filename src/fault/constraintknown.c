@@ -1,0 +1,76 @@
+/* Products that stages need not make, as those before have made them: what the medium is told at a stage's start and at
+   its end. */
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsnes.h>
+
+/* Of a fault that is loaded or heals nothing is known of a step's end, SlipFaultKnowEnd(), but the last product of
+   its solve. What output has asked for must not change the rounding of the next step: its stages begin with sums
+   always, for which the products with the start, w, and with the loading are here. */
+static PetscErrorCode KnowWhole(SlipFault fault, Vec w)
+{
+  Vec u, product;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultRestSetUp(fault));
+  if (fault->kind.loaded) PetscCall(SlipElasticKnow(fault->medium, fault->operators.vinf, fault->loads.pull));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &product));
+  PetscCall(SlipFaultGetDisplacement(fault, w, u));
+  PetscCall(SlipElasticApply(fault->medium, u, product, NULL));
+  PetscCall(SlipFaultRestoreWork(fault, &product));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* K u0 is known where those of the states are that the stage starts from: u0 = base_u + theta (ex_u - v_inf), of slips
+   and slip rates of those. */
+PetscErrorCode SlipFaultKnowStart(SlipFault fault, const SlipStage *stage)
+{
+  const PetscBool explicit_part = stage->explicit_part ? PETSC_TRUE : PETSC_FALSE;
+  PetscInt n = 0;
+  PetscReal factor[4];
+  Vec x[4], work[3];
+
+  PetscFunctionBegin;
+  if (!stage->nfrom || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (fault->kind.sequence) PetscCall(KnowWhole(fault, stage->from[0]));
+  for (int k = 0; k < 3; k++) PetscCall(SlipFaultGetWork(fault, &work[k]));
+  for (; n < stage->nfrom; n++) {
+    PetscCall(SlipFaultGetDisplacement(fault, stage->from[n], work[n]));
+    x[n] = work[n];
+    factor[n] = stage->factor[n];
+  }
+  if (explicit_part) {
+    PetscCall(SlipFaultGetRate(fault, stage->from[0], work[n]));
+    x[n] = work[n];
+    factor[n++] = stage->theta;
+  }
+  if (fault->kind.loaded) {
+    x[n] = fault->operators.vinf;
+    factor[n++] = explicit_part ? -2 * stage->theta : -stage->theta;
+  }
+  PetscCall(SlipElasticKnowSum(fault->medium, fault->stage.u0, n, factor, x));
+  for (int k = 2; k >= 0; k--) PetscCall(SlipFaultRestoreWork(fault, &work[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the solve has left: B x = g + c, and of the end u = u0 + theta x. Of a fault that is loaded or heals nothing is
+   known of a step's end, so that its next one starts from products of its own: displacements of years lie behind the
+   stress at which slip begins, and with rounding that adds up from step to step one block had 113 events in place of
+   20. */
+PetscErrorCode SlipFaultKnowEnd(SlipFault fault, Vec g, Vec x, Vec w)
+{
+  const PetscReal factor[] = {1, fault->stage.theta};
+  const Vec of[] = {fault->stage.u0, x};
+  Vec work;
+
+  PetscFunctionBegin;
+  if (fault->kind.sequence && fault->stage.last) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetWork(fault, &work));
+  PetscCall(VecWAXPY(work, 1, g, fault->stage.c));
+  PetscCall(SlipElasticKnowStage(fault->medium, x, work));
+  PetscCall(SlipFaultGetDisplacement(fault, w, work));
+  PetscCall(SlipElasticKnowSum(fault->medium, work, 2, factor, of));
+  PetscCall(SlipFaultRestoreWork(fault, &work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
