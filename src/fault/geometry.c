@@ -64,9 +64,6 @@ PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
                           .rake = fault->fields.cell[FIELD_RAKE]};
 
   PetscFunctionBegin;
-  /* what few cells take by the processor, a dense matrix, a device does not need */
-  if (fault->device.device && fault->mesh.kind == &SlipFaultMeshGrid && !s.dipping && !strcmp(type, "auto"))
-    type = "fft";
   s.type = type;
   PetscCall(SlipFaultKernel(fault, &s.kernel));
   PetscCall(fault->mesh.kind->stiffness(&fault->mesh, &s, K, Kn));
