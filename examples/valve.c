@@ -353,8 +353,8 @@ static PetscErrorCode Run(int *code)
   Vec w;
 
   PetscFunctionBeginUser;
-  PetscCall(SlipDeclareOptions(
-    "valve_", "points pressures diffusivity stop slip_factor slip pressure_scale step edges ksp_* pc_*"));
+  PetscCall(SlipDeclareOptions("valve_", "points pressures diffusivity stop slip_factor slip pressure_scale step edges "
+                                         "ksp_* pc_*"));
   PetscCall(SlipCheckOptionNames());
   PetscCall(SlipFaultRegisterObserver(&observer));
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));

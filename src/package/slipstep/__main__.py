@@ -8,6 +8,8 @@ import os
 import re
 import sys
 
+from .modules import find_program
+
 FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "programs")
 
 
@@ -25,6 +27,12 @@ def main():
         print("usage: slipstep NAME [ARGUMENT ...]\n\nPrepare, run and evaluate simulations of faults.\n\nslipstep NAME --help says more of each:\n")
         print("\n".join(f"  {name:20} {text}" for name, text in programs().items()))
         return
+    if sys.argv[1] in ("-version", "--version", "-slipstep_version"):
+        fault = find_program("fault")
+        if not fault:
+            sys.exit("slipstep: the program fault is not there, which knows the version; set SLIPSTEP_BUILD to the build")
+        sys.stdout.flush()
+        os.execv(fault, ["fault", "-version"])
     name = sys.argv[1].replace("_", "-")
     if name not in programs():
         near = difflib.get_close_matches(name, programs(), 1)
