@@ -68,7 +68,7 @@ class Tutorials(unittest.TestCase):
 
     def test_all(self):
         pages = sorted(glob.glob(os.path.join(SOURCE, "examples", "tutorials", "*.md")))
-        self.assertEqual(len(pages), 6)
+        self.assertEqual(len(pages), 7)
         with ThreadPoolExecutor(2) as pool:
             self.assertEqual([line for found in pool.map(run, pages) for line in found], [])
 
