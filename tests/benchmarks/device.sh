@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# BP5 on a device of OpenCL beside one process of the processor: times of a right-hand side, and on a card whole runs. On a card it ends within seven minutes.
+# BP5 and events of the 3 km fault on a device of OpenCL beside one process of the processor: times of a right-hand side, events, and on a card whole
+# runs. On a card it is to end within seven minutes: each run has a limit.
 #
 #   tests/benchmarks/device.sh [DEVICE]           part of a device's name, or its number in clinfo -l
-#   SMALL=1 tests/benchmarks/device.sh            cells of 1 km and 0.25 km alone, without whole runs: for processors
+#   SMALL=1 tests/benchmarks/device.sh            cells of 1 km and 0.25 km, and an event on 64 x 64, without whole runs: for processors
 #
 # It runs from the tree after a build, or from a folder that device_bundle.sh has packed.
 set -euo pipefail
@@ -56,6 +57,17 @@ for cell in 1000 250 ${SMALL:-100}; do
   there=$(each $cell $steps -fault_device opencl "${name[@]}")
   here=$(each $cell $steps -fault_device none)
   awk -v cell=$cell -v n=$((nx[$cell] * nz[$cell])) -v a="$there" -v b="$here" 'BEGIN { printf "| %d (%g km) | %.3f | %.3f | %.2f |\n", n, cell / 1000, a, b, a / b }'
+done
+# Single events of friction that sticks, at the default accuracy of 1e-2
+event() { # cells a side, option...
+  "${fault[@]}" -fault_nx "$1" -fault_nz "$1" -fault_progress no -fault_wall_limit 60 "${@:2}" 2>&1 || [ $? = 152 ]
+}
+echo "| 3 km fault | on the device [s] | by one process [s] | products with K | |"
+echo "|---|---|---|---|---|"
+for n in $([ -n "${SMALL:-}" ] && echo 64 || echo 512 1000); do
+  there=$(event "$n" -fault_device opencl "${name[@]}")
+  here=$([ "$n" = 1000 ] || event "$n") # a minute at most
+  echo "| $n x $n | $(echo "$there" | value "wall time of the solve") | $(echo "$here" | value "wall time of the solve") | $(echo "$there" | value "products with K") | $(echo "$there" | grep '^end:' | cut -c1-90)"
 done
 [ -z "${SMALL:-}" ] || exit 0
 echo "| run on the device | wall [s] | right-hand sides |"
