@@ -8,13 +8,13 @@
 Functions take Cells and return a number for each cell, in the shape of c.x, or one number. They run on every process, and must give the same there.
 """
 
-import csv
 import os
 from dataclasses import dataclass
 
 import numpy as np
 
 from .errors import Error
+from .modules import csv_rows
 
 NAMES = ("x", "y", "z", "area", "strike", "dip", "fault")
 WAVES = 500  # of a random field
@@ -82,12 +82,7 @@ def evaluate(name, function, cells):
 
 def _read_points(path, column):
     """Names of the coordinates, [points, coordinates] and [points] of a CSV file."""
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            rows = [(number, [word.strip() for word in row]) for number, row in enumerate(csv.reader(file), 1)]
-    except (OSError, UnicodeDecodeError) as error:
-        raise Error(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
-    rows = [(number, row) for number, row in rows if any(row) and not row[0].startswith("#")]
+    rows = csv_rows(path)
     if not rows:
         raise Error(f"{path} is empty, expected a line of names and a line for each point")
     head = rows[0][1]

@@ -1,6 +1,7 @@
 """What programs in Python share: need() says before modules are imported which of Debian's packages have them, find_program() where a program of
 the library is, one_line() how errors end."""
 
+import csv
 import functools
 import importlib.util
 import os
@@ -44,6 +45,16 @@ def one_line(main):
             sys.exit(f"{program()}: {error}")
 
     return run
+
+
+def csv_rows(path):
+    """Numbers of lines and words of a CSV file, without blank lines and those that begin with #. Error: it cannot be read."""
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            rows = [(number, [word.strip() for word in row]) for number, row in enumerate(csv.reader(file), 1)]
+    except (OSError, UnicodeDecodeError) as error:
+        raise Error(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
+    return [(number, row) for number, row in rows if any(row) and not row[0].startswith("#")]
 
 
 def find_program(name):

@@ -4,12 +4,12 @@ A well whose rate changes by dQ at the time s adds p* E1(r^2 / (4 D (t - s))), p
 thickness h, permeability k and hydraulic diffusivity D, filled with a fluid of the viscosity eta. That is the source of -fault_injection.
 """
 
-import csv
 from dataclasses import dataclass
 
 import numpy as np
 
 from .errors import Error
+from .modules import csv_rows
 
 TIMES = {"s": 1.0, "hours": 3600.0, "days": 86400.0}  # columns, and their seconds
 PRESSURES = {"Pa": 1.0, "MPa": 1e6}
@@ -40,12 +40,7 @@ def _column(path, head, units, what):
 def read_wells(path):
     """The wells of a CSV file: columns well (a name), x, z and perhaps y [m], days (or hours, s), and MPa (Pa) or m3/day (L/s, m3/s). A row says what holds from its time on, until
     the next one of that well. Error: what the file does not hold, with its line."""
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            rows = [(number, [word.strip() for word in row]) for number, row in enumerate(csv.reader(file), 1)]
-    except (OSError, UnicodeDecodeError) as error:
-        raise Error(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
-    rows = [(number, row) for number, row in rows if any(row) and not row[0].startswith("#")]
+    rows = csv_rows(path)
     if len(rows) < 2:
         raise Error(f"{path} has no rows, expected a line of names and a line for each change of a well")
     head = rows[0][1]
