@@ -10,7 +10,7 @@ import numpy as np
 import slipstep
 
 try:
-    from scipy.special import kv
+    from scipy.special import exp1, kv
     from slipstep import wells
 except ImportError:
     kv = None
@@ -91,6 +91,16 @@ class Wells(FaultTest, PictureTest):
             for found, wanted in zip(pressure(time) / 1e6, expected):
                 if wanted:
                     self.assertAlmostEqual(found, wanted, delta=0.16)
+
+    def test_steps_together(self):
+        """Steps whose ages agree are taken together: off from the sum of all by the square of 1 % over 2 of all changes of the rate, 8e-5 of the largest pressure, at any time."""
+        made = self.read("well,x,y,z,days,MPa\nA,0,0,0,0,8\nB,40,0,0,2,5\nA,0,0,0,6,1\n")
+        places = np.array([[5.0, 0, 3], [30, 0, 0], [100, 0, 50], [400, 0, 0]])
+        pressure = wells.Pressure(made, 0.05, places, np.zeros(4), 10 * DAY, radius=0.1)
+        for time in (60.0, DAY, 2 * DAY + 1, 5.5 * DAY, 6.001 * DAY, 10 * DAY):
+            alone = sum(size * exp1(pressure.distance2[:, j] / (4 * 0.05 * (time - begin))) for begin, j, size in pressure.steps if begin < time)
+            np.testing.assert_allclose(pressure(time), alone, atol=1e-4 * 8e6)
+        self.assertLess(3 * len(pressure._together(10 * DAY)), len(pressure.steps))
 
     def test_record_and_the_point_source(self):
         """A well with one rate until it stops is -fault_injection: the pressures that the run writes agree to the accuracy asked for, at all its steps."""

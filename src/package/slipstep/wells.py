@@ -16,6 +16,7 @@ PRESSURES = {"Pa": 1.0, "MPa": 1e6}
 RATES = {"m3/s": 1.0, "L/s": 1e-3, "m3/day": 1 / 86400.0}
 PER_DECADE = 8  # steps of a rate that holds a pressure, a decade of time
 LEAST_STEP = 1e-6  # the first of them over the time until the next change
+TOGETHER = 0.01  # of the age of steps that are taken together
 HALVINGS = 20  # of an interval between two changes, in which the pressure is linear in the record
 
 
@@ -129,11 +130,28 @@ class Pressure:
         """[n] [Pa] at a time [s]."""
         from scipy.special import exp1
         found = np.zeros(len(self.distance2))
+        for j, age, size, moment in self._together(time):
+            x = self.distance2[:, j] / (4 * self.diffusivity * age)
+            found += size * exp1(x)
+            if moment:
+                found += moment / age * np.exp(-x)
+        return found
+
+    def _together(self, time):
+        """Steps before a time, those of a well whose ages agree to TOGETHER as one: well, its first age [s], sum of p* and of p* times (age - first age). E1 goes by its tangent there,
+        dE1/d(age) = exp(-x)/age, off by p* TOGETHER^2/2 at most: what holds a pressure is many steps of its first minutes, which are one after days."""
+        open_, done = {}, []
         for begin, j, size in self.steps:
             if begin >= time:
                 break
-            found += size * exp1(self.distance2[:, j] / (4 * self.diffusivity * (time - begin)))
-        return found
+            age = time - begin
+            if j in open_ and open_[j][1] - age <= TOGETHER * open_[j][1]:
+                open_[j][2] += size
+                open_[j][3] += size * (age - open_[j][1])
+            else:
+                done += [open_[j]] if j in open_ else []
+                open_[j] = [j, age, size, 0.0]
+        return done + list(open_.values())
 
     def record(self, end, accuracy):
         """Times [m] [s] from 0 to end, pressures [m, n] [Pa] between which a straight line is off by accuracy times the largest pressure at most in the middle, and by how much it is."""

@@ -7,7 +7,7 @@ from ..geometry.cells import directions
 NEIGHBOURS = 8  # cells about one, of which those that broke give the gradient of its time
 NEAR = 2.0  # of a cell's size: how far its neighbours are at most
 FLAT = 0.35  # of their distance: how far off its plane
-CHUNK = 512  # cells whose distances to all are in memory at once
+CHUNK = 512  # cells whose distances to all in the same strip of the fault are in memory at once
 NUCLEATION = 2.0  # cells about the first one, which no front crosses
 
 
@@ -27,17 +27,22 @@ def neighbours(cells, shape=None, fault=None):
     normal = np.cross(along, down)
     k = min(NEIGHBOURS, n - 1)
     found = np.full((n, NEIGHBOURS), -1)
+    axis = np.argmax(np.ptp(place, axis=0))  # strips across the longest direction: only those within reach are looked at
+    order = np.argsort(place[:, axis], kind="stable")
+    line, reach = place[order, axis], NEAR * size.max()
     for begin in range(0, n, CHUNK):
-        rows = slice(begin, min(begin + CHUNK, n))
-        offset = place[None] - place[rows, None]
+        rows = order[begin:begin + CHUNK]
+        others = np.sort(order[np.searchsorted(line, place[rows[0], axis] - reach):np.searchsorted(line, place[rows[-1], axis] + reach, side="right")])
+        offset = place[others] - place[rows, None]
         distance = np.sqrt((offset ** 2).sum(axis=2))
-        bad = (distance > NEAR * np.maximum(size[rows, None], size[None])) | (np.abs(np.einsum("ijk,ik->ij", offset, normal[rows])) > FLAT * distance)
+        bad = (distance > NEAR * np.maximum(size[rows, None], size[others])) | (np.abs(np.einsum("ijk,ik->ij", offset, normal[rows])) > FLAT * distance)
         if fault is not None:
-            bad |= fault[rows, None] != fault[None]
+            bad |= fault[rows, None] != fault[others]
+        bad |= rows[:, None] == others
         distance[bad] = np.inf
-        distance[np.arange(distance.shape[0]), np.arange(rows.start, rows.stop)] = np.inf
-        nearest = np.argpartition(distance, k - 1, axis=1)[:, :k]
-        found[rows, :k] = np.where(np.isfinite(np.take_along_axis(distance, nearest, axis=1)), nearest, -1)
+        most = min(k, len(others))
+        nearest = np.argpartition(distance, most - 1, axis=1)[:, :most]
+        found[rows, :most] = np.where(np.isfinite(np.take_along_axis(distance, nearest, axis=1)), others[nearest], -1)
     return found
 
 
