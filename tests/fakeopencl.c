@@ -35,7 +35,7 @@ static long long Asked(const char what[])
 }
 
 /* The function of the loader of drivers, by its type */
-#define REAL(name) ((__typeof__(name) *)dlsym(RTLD_NEXT, #name))
+#define REAL(name) (__extension__(__typeof__(name) *) dlsym(RTLD_NEXT, #name))
 
 cl_int clGetPlatformIDs(cl_uint most, cl_platform_id *platforms, cl_uint *n)
 {
