@@ -430,9 +430,18 @@ static PetscErrorCode VecSum_SlipOpenCL(Vec x, PetscScalar *sum)
 
 PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same)
 {
+  const PetscScalar *a, *b;
   PetscReal differ;
 
   PetscFunctionBegin;
+  if (!SlipDeviceVecIs(x) || !SlipDeviceVecIs(y)) {
+    PetscCall(VecGetArrayRead(x, &a));
+    PetscCall(VecGetArrayRead(y, &b));
+    PetscCall(PetscArraycmp(a, b, x->map->n, same));
+    PetscCall(VecRestoreArrayRead(y, &b));
+    PetscCall(VecRestoreArrayRead(x, &a));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(Number(KERNEL_DIFFER, x, y, &differ));
   *same = differ == 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);

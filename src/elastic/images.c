@@ -5,31 +5,18 @@
 
 PetscErrorCode SlipElasticFindPair(SlipElastic el, Vec x, SlipElasticPair **pair)
 {
-  const PetscReal *a, *b;
   unsigned int same = 0;
   PetscMPIInt size;
-  PetscInt n;
 
   PetscFunctionBegin;
   *pair = NULL;
-  for (PetscInt k = 0; k < el->npairs && SlipDeviceVecIs(x); k++) {
+  for (PetscInt k = 0; k < el->npairs; k++) {
     PetscBool here;
 
     PetscCall(SlipDeviceVecSame(x, el->pair[k].x, &here));
     if (here) same |= 1u << k;
-    if (here) break; /* the first counts */
+    if (here && SlipDeviceVecIs(x)) break; /* of one process the first counts */
   }
-  PetscCall(VecGetLocalSize(x, &n));
-  if (!SlipDeviceVecIs(x)) PetscCall(VecGetArrayRead(x, &a));
-  for (PetscInt k = 0; k < el->npairs && !SlipDeviceVecIs(x); k++) {
-    PetscBool here;
-
-    PetscCall(VecGetArrayRead(el->pair[k].x, &b));
-    PetscCall(PetscArraycmp(a, b, n, &here));
-    PetscCall(VecRestoreArrayRead(el->pair[k].x, &b));
-    if (here) same |= 1u << k;
-  }
-  if (!SlipDeviceVecIs(x)) PetscCall(VecRestoreArrayRead(x, &a));
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)el), &size));
   if (size > 1)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_UNSIGNED, MPI_BAND, PetscObjectComm((PetscObject)el)));

@@ -21,22 +21,13 @@ PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, cons
    Collective. */
 PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec u, PetscBool *same)
 {
-  const PetscReal *a, *b;
   PetscBool here, rests;
 
   PetscFunctionBegin;
   *same = PETSC_FALSE;
   PetscCall(SlipElasticRests(fault->medium, &rests));
   if (!fault->balance.known || (!rests && fault->balance.time != t)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (SlipDeviceVecIs(u) && SlipDeviceVecIs(fault->balance.u)) {
-    PetscCall(SlipDeviceVecSame(u, fault->balance.u, same));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecGetArrayRead(u, &a));
-  PetscCall(VecGetArrayRead(fault->balance.u, &b));
-  PetscCall(PetscArraycmp(a, b, fault->layout.components * fault->mesh.n, &here));
-  PetscCall(VecRestoreArrayRead(fault->balance.u, &b));
-  PetscCall(VecRestoreArrayRead(u, &a));
+  PetscCall(SlipDeviceVecSame(u, fault->balance.u, &here));
   PetscCallMPI(MPI_Allreduce(&here, same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -61,23 +52,14 @@ PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec fo
 PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec relative, Vec damping)
 {
   const SlipFaultSettled *s = &fault->settled;
-  const PetscReal *a, *b;
 
   PetscFunctionBegin;
   for (int node = 0; node < SLIP_NUM_NODES; node++) {
     PetscBool here, same;
 
     if (!s->known[node]) continue;
-    if (SlipDeviceVecIs(relative) && SlipDeviceVecIs(s->rate[node]))
-      PetscCall(SlipDeviceVecSame(relative, s->rate[node], &same));
-    else {
-      PetscCall(VecGetArrayRead(relative, &a));
-      PetscCall(VecGetArrayRead(s->rate[node], &b));
-      PetscCall(PetscArraycmp(a, b, fault->layout.components * fault->mesh.n, &here));
-      PetscCall(VecRestoreArrayRead(s->rate[node], &b));
-      PetscCall(VecRestoreArrayRead(relative, &a));
-      PetscCallMPI(MPI_Allreduce(&here, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
-    }
+    PetscCall(SlipDeviceVecSame(relative, s->rate[node], &here));
+    PetscCallMPI(MPI_Allreduce(&here, &same, 1, MPIU_BOOL, MPI_LAND, fault->comm));
     if (!same) continue;
     PetscCall(VecCopy(s->damping[node], damping));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -360,20 +360,8 @@ PetscErrorCode SlipConstraintEvaluateKnown(SlipConstraint con, Vec x)
 /* Is x what con->x is, bit by bit? */
 static PetscErrorCode SlipConstraintSameAs(SlipConstraint con, Vec x, PetscBool *same)
 {
-  const PetscScalar *a, *b;
-  PetscInt n;
-
   PetscFunctionBegin;
-  if (SlipDeviceVecIs(x) && SlipDeviceVecIs(con->x)) {
-    PetscCall(SlipDeviceVecSame(x, con->x, same));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(x, &a));
-  PetscCall(VecGetArrayRead(con->x, &b));
-  PetscCall(PetscArraycmp(a, b, n, same));
-  PetscCall(VecRestoreArrayRead(con->x, &b));
-  PetscCall(VecRestoreArrayRead(x, &a));
+  PetscCall(SlipDeviceVecSame(x, con->x, same));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, same, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)con)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -148,7 +148,8 @@ PETSC_INTERN PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory);
    returned nothing else may take them; lend.c */
 PETSC_EXTERN PetscErrorCode SlipDeviceVecsLend(PetscInt n, PetscInt read, const Vec x[], Vec host[]);
 PETSC_EXTERN PetscErrorCode SlipDeviceVecsReturn(PetscInt n, const Vec x[], Vec host[]);
-PETSC_EXTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same); /* bit by bit, but for -0 */
+/* What this process has of two vectors, on the device or not, bit by bit; there -0 is 0 */
+PETSC_EXTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same);
 /* A copy there of a vector of the processor */
 PETSC_INTERN PetscErrorCode SlipDeviceVecOf(Vec x, Vec *there);
 /* Largest |x| of entries start, start + step, ... */
