@@ -31,12 +31,17 @@ static PetscErrorCode CreateRests(SlipTable *t, SlipH5 *h, PetscInt rows, PetscI
     PetscCall(PetscSNPrintf(t->rest[k], sizeof(t->rest[k]), "%s_rest", t->column[c].name));
     PetscCall(PetscSNPrintf(path, sizeof(path), "%s/%s", t->group, t->rest[k]));
     PetscCall(SlipTableRest(t->clock, h, path, t->wide[c], &n, rows, &t->rests));
-    t->column[all] = (SlipOutputColumn){.name = t->rest[k], .unit = "s"};
     t->entries[all] = n;
     t->first[all] = *numbers;
     *numbers += n;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Tables move in memory as others are added, so no name of a column may point into its own table. */
+static const char *ColumnName(const SlipTable *t, PetscInt c)
+{
+  return c < t->ncolumns ? t->column[c].name : t->rest[c - t->ncolumns];
 }
 
 static PetscInt Columns(const SlipTable *t)
@@ -98,7 +103,7 @@ PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h)
 
   PetscFunctionBegin;
   for (PetscInt c = 0; c < Columns(t); c++) {
-    PetscCall(PetscSNPrintf(path[c], sizeof(path[c]), "%s/%s", t->group, t->column[c].name));
+    PetscCall(PetscSNPrintf(path[c], sizeof(path[c]), "%s/%s", t->group, ColumnName(t, c)));
     series[c] = (SlipH5Rows){path[c], t->value + (size_t)t->first[c] * (size_t)t->room, 1};
   }
   PetscCall(SlipH5AppendAll(h, Columns(t), series, t->nrows));

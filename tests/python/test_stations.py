@@ -117,6 +117,19 @@ class Stations(FaultTest):
             message = self.fault(*GRID, "-fault_output", "part.h5", "-fault_restart", "state", "-fault_stations", points, code=1)
             self.assertIn("expected the same ones, or another -fault_output", message)
 
+    def test_long_runs(self):
+        """Beyond 2^37 s the rest of each time has a column, whose name each of several tables finds wherever it lies in memory."""
+        points = ";".join(f"{x},9000" for x in (1000, 3000, 5000, 7000))
+        self.fault("-fault_nx", "4", "-fault_nz", "2", "-fault_length_x", "8e3", "-fault_length_z", "4e3", "-fault_depth_top", "8e3",
+                   "-fault_viscosity", "radiation", "-fault_inertia", "no", "-fault_friction_law", "rate_and_state",
+                   "-fault_initial", "rate", "-fault_initial_rate", "1e-9", "-fault_loading_rate", "1e-9", "-fault_normal_stress", "50e6",
+                   "-ts_max_time", "5000y", "-fault_stations", points, "-fault_output", "long.h5")
+        with h5py.File(self.path("long.h5")) as file:
+            for k in range(4):
+                station = file[f"stations/{k}"]
+                self.assertEqual(set(station), {*UNITS, "time_rest"})
+                self.assertEqual(len(station["time_rest"]), len(station["time"]))
+
     def test_stations_that_begin_at_a_restart(self):
         """Slip counts from where the stations begin, and loading with it: in an output that begins at a restart the slip of a fault that slides one
         way is what the state has grown by since the checkpoint."""
