@@ -23,7 +23,7 @@ typedef struct {
   PetscReal *base, *load;       /* [n] */
   PetscBool known, solved;      /* w belongs to x; its elimination converged */
   PetscReal *x, *w, *F, *J;     /* [nrows], [n], [n], [n n] of the last point */
-  PetscReal *start, *rates;     /* [n] F of an explicit step's start; [3 nrows] rates in a kick, q and dq */
+  PetscReal *start, *rates;     /* [n] F of an explicit step's start; [4 nrows] rates in a kick, q, dq and q at rest */
   PetscReal *D, *rhs;           /* free block of A / theta - dF/dw, and right-hand sides, column-major */
   PetscBLASInt *pivot;          /* [nrest] */
   Mat B;
@@ -364,12 +364,13 @@ static PetscErrorCode Damping(SlipConstraint con, PetscReal t, Vec w, Vec p, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x with m/a (x - base) = g - q sign(x), at the states in s->w, which it changes: by Newton's method where q depends on
-   |x|, *depends */
+/* x with m/a (x - base) = g - q sign(x), at the states in s->w, which it changes: by Newton's method, or, where q falls
+   faster with |x| than momentum grows, by its values alone. *depends: q depends on |x|; its derivative at rest need not
+   say so (q0 + q1 exp(-(x/v)^2), or a strength that drops once anything moves). */
 static PetscErrorCode SmallKick(Small *s, PetscReal t, PetscReal a, const PetscReal g[], const PetscReal base[],
                                 PetscReal x[], PetscBool *depends)
 {
-  PetscReal *q = s->rates + s->p.nrows, *dq = q + s->p.nrows, change = 1;
+  PetscReal *q = s->rates + s->p.nrows, *dq = q + s->p.nrows, *rest = dq + s->p.nrows, change = 1;
 
   PetscFunctionBegin;
   *depends = PETSC_FALSE;
@@ -378,14 +379,16 @@ static PetscErrorCode SmallKick(Small *s, PetscReal t, PetscReal a, const PetscR
     change = 0;
     PetscCall(PetscArrayzero(dq, s->p.nrows));
     PetscCall((*s->p.bound)(t, s->w, q, dq, s->p.ctx));
+    if (it == 0) PetscCall(PetscArraycpy(rest, q, s->p.nrows));
     for (PetscInt k = 0; k < s->p.nrows; k++) {
       const PetscReal D = s->mass[s->rows[k]] / a, load = g[k] + D * base[k], size = PetscAbsReal(load);
-      const PetscReal last = PetscAbsReal(x[k]), now = PetscMax(size - q[k] + dq[k] * last, 0) / (D + dq[k]);
+      const PetscReal slope = D + dq[k] > 0 ? dq[k] : 0, last = PetscAbsReal(x[k]);
+      const PetscReal now = PetscMax(size - q[k] + slope * last, 0) / (D + slope);
 
-      if (it == 0 && dq[k] != 0) *depends = PETSC_TRUE;
+      if (dq[k] != 0 || q[k] != rest[k]) *depends = PETSC_TRUE;
       if (it > 0 && x[k] == 0) continue; /* it sticks */
       x[k] = load < 0 && now > 0 ? -now : now;
-      if (dq[k] != 0) change = PetscMax(change, PetscAbsReal(now - last) / PetscMax(now, PETSC_SMALL));
+      if (now != last) change = PetscMax(change, PetscAbsReal(now - last) / PetscMax(now, PETSC_SMALL));
       s->w[s->rows[k]] = x[k];
     }
   }
@@ -542,7 +545,7 @@ PetscErrorCode SlipConstraintCreateSmall(const SlipSmall *problem, SlipConstrain
   s->p = *problem;
   PetscCall(PetscMalloc3(n, &s->mass, m, &s->rows, f, &s->rest));
   PetscCall(PetscCalloc4(n, &s->base, n, &s->load, m, &s->x, n, &s->w));
-  PetscCall(PetscMalloc2(n, &s->start, 3 * m, &s->rates));
+  PetscCall(PetscMalloc2(n, &s->start, 4 * m, &s->rates));
   PetscCall(PetscMalloc5(n, &s->F, n * n, &s->J, f * f, &s->D, f * m, &s->rhs, f, &s->pivot));
   PetscCall(PetscArraycpy(s->mass, problem->mass, n));
   PetscCall(PetscArraycpy(s->rows, problem->rows, m));

@@ -406,5 +406,84 @@ static void test_bad_input(void **state)
   ok(SlipConstraintDestroy(&con));
 }
 
-SLIP_TESTS(test_eliminated_row, test_not_symmetric, test_rest, test_elimination_that_cycles,
+/* ---- a block on a belt whose friction falls with the square of the sliding rate ---- */
+
+/* states (spring's extension, rate over the belt's) */
+static PetscErrorCode BeltForce(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t, (void)ctx;
+  F[0] = w[1] + 0.1;
+  F[1] = -100 * w[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BeltJacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
+{
+  PetscFunctionBeginUser;
+  (void)t, (void)w, (void)ctx;
+  J[1] = 1;
+  J[2] = -100;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* 4 at rest, where its derivative is 0, and 2 at once or within 0.02 */
+static PetscErrorCode BeltBound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
+{
+  const PetscReal x = PetscAbsReal(w[1]) / 0.02, fall = PetscExpReal(-x * x);
+
+  PetscFunctionBeginUser;
+  (void)t;
+  if (*(PetscBool *)ctx) {
+    q[0] = w[1] == 0 ? 4 : 2;
+  } else {
+    q[0] = 2 + 2 * fall;
+    if (dq) dq[0] = -4 * x / 0.02 * fall;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CountDepartures(TS ts, PetscInt step, PetscReal t, Vec w, void *ctx)
+{
+  PetscInt *count = (PetscInt *)ctx; /* and whether it rested */
+  PetscReal at[2];
+
+  PetscFunctionBeginUser;
+  (void)ts, (void)t;
+  Get(w, 2, at);
+  if (step > 0 && count[1] && at[1] != 0) count[0]++;
+  count[1] = at[1] == 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A step of 1 ms from rest at 0: the spring is loaded to 4 in 0.4 s; of the slips that follow twelve begin within 10 s,
+   by Bathe's stages and by explicit steps, whether the strength falls smoothly or at once. */
+static void test_belt(void **state)
+{
+  static const char *const types[] = {TSMOREAU, TSBATHE};
+  const PetscReal mass[] = {1, 1}, start[] = {0, 0}, end = 10;
+  const PetscInt rows[] = {1};
+
+  (void)state;
+  for (int jump = 0; jump < 2; jump++)
+    for (int k = 0; k < 2 - jump; k++) { /* implicit stages need a strength that is continuous */
+      PetscBool jumps = jump ? PETSC_TRUE : PETSC_FALSE;
+      const SlipSmall belt = {2, mass, 1, rows, BeltForce, BeltJacobian, BeltBound, &jumps};
+      PetscInt count[2] = {0, 0};
+      Vec w = State(2, start);
+      TS ts;
+
+      ok(TSCreate(PETSC_COMM_SELF, &ts));
+      ok(SlipSmallConfigureTS(&belt, ts));
+      ok(TSSetType(ts, types[k]));
+      ok(TSMonitorSet(ts, CountDepartures, count, NULL));
+      Steps(ts, w, end, 10000);
+      print_message("%s, %s: %d departures\n", types[k], jumps ? "jump" : "smooth", (int)count[0]);
+      assert_int_equal(count[0], 12);
+      ok(TSDestroy(&ts));
+      ok(VecDestroy(&w));
+    }
+}
+
+SLIP_TESTS(test_belt, test_eliminated_row, test_not_symmetric, test_rest, test_elimination_that_cycles,
            test_eliminated_to_rounding, test_operations, test_better_point_is_kept, test_bad_input)
