@@ -252,6 +252,7 @@ static PetscErrorCode Run(int *code)
   Vec w;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   PetscCall(SlipFaultRegisterFrictionLaw(&cut_off)); /* before the options are read */
   PetscCall(SlipFaultRegisterFrictionLaw(&two_states));
   PetscCall(SlipFaultRegisterFrictionLaw(&time_weakening));
@@ -259,6 +260,7 @@ static PetscErrorCode Run(int *code)
   PetscCall(SlipFaultCreate(PETSC_COMM_WORLD, &fault));
   PetscCall(SlipFaultSetString(fault, "friction_law", "cut_off"));
   PetscCall(SlipFaultSetFromOptions(fault));
+  if (only_help) PetscCall(SlipFaultSetReal(fault, "initial_rate", 1e-9)); /* help needs no choices of the user's */
   PetscCall(SlipFaultSetUp(fault));
   PetscCall(SlipFaultCreateState(fault, &w));
   PetscCall(SlipFaultSetInitialState(fault, w));
@@ -267,7 +269,6 @@ static PetscErrorCode Run(int *code)
   PetscCall(TSSetSolution(ts, w));
   PetscCall(SlipCheckSolverOptions(ts));
   PetscCall(TSSetFromOptions(ts));
-  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
     PetscCall(SlipCheckUnusedOptions());
     PetscCall(SlipFaultOutputStart(fault, ts));

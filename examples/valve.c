@@ -54,6 +54,7 @@ static PetscErrorCode Options(Valve *v)
   char edges[16] = "closed";
   PetscInt n = 2 * MOST_POINTS, m = MOST_POINTS;
   PetscBool open, closed;
+  PetscBool only_help;
 
   PetscFunctionBeginUser;
   v->diffusivity = 0.05;
@@ -78,7 +79,8 @@ static PetscErrorCode Options(Valve *v)
                                "closed: nothing flows through the edges of the fault; open: p is 0 there", NULL, edges,
                                edges, sizeof(edges), NULL));
   PetscOptionsEnd();
-  PetscCheck(n > 0 && n == 2 * m, PETSC_COMM_WORLD, PETSC_ERR_ARG_SIZ,
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help)); /* which needs no points */
+  PetscCheck((n > 0 && n == 2 * m) || only_help, PETSC_COMM_WORLD, PETSC_ERR_ARG_SIZ,
              "-valve_points has %" PetscInt_FMT " numbers and -valve_pressures %" PetscInt_FMT
              ", expected two and one for each of at most %d points",
              n, m, MOST_POINTS);
@@ -353,6 +355,7 @@ static PetscErrorCode Run(int *code)
   Vec w;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   PetscCall(SlipDeclareOptions("valve_", "points pressures diffusivity stop slip_factor slip pressure_scale step edges "
                                          "ksp_* pc_*"));
   PetscCall(SlipCheckOptionNames());
@@ -370,7 +373,6 @@ static PetscErrorCode Run(int *code)
   PetscCall(TSSetSolution(ts, w));
   PetscCall(SlipCheckSolverOptions(ts));
   PetscCall(TSSetFromOptions(ts));
-  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (!only_help) {
     PetscCall(SlipCheckUnusedOptions());
     PetscCall(SlipFaultOutputStart(fault, ts));

@@ -4,9 +4,10 @@ more."""
 import glob
 import os
 import re
+import subprocess
 import unittest
 
-from scripts import SOURCE, ScriptTest
+from scripts import BUILD, SOURCE, ScriptTest
 
 OURS = ("slip", "fault", "ts_adams", "ts_rkc", "ts_bathe", "ts_adapt_heuristic", "ts_adapt_pi", "ts_adapt_rl", "snes_slip", "mat_slip", "pc_slipstage", "circuit",
         "sliding_mode", "oscillator", "elastic", "valve", "train", "evaluate")
@@ -58,6 +59,16 @@ class Options(ScriptTest):
             for path in glob.glob(os.path.join(SOURCE, folder, "**", "*.[ch]"), recursive=True):
                 with open(path, encoding="utf-8") as file:
                     cls.code[os.path.relpath(path, SOURCE)] = file.read()
+
+    def test_help_needs_nothing_else(self):
+        """Every program prints its help and ends well, whatever a run of it needs; packagers make manual pages from that."""
+        programs = sorted(os.listdir(os.path.join(BUILD, "bin")))
+        self.assertGreater(len(programs), 8)
+        for program in programs:
+            with self.subTest(program=program):
+                done = subprocess.run([os.path.join(BUILD, "bin", program), "--help" if program == "slipstep" else "-help"], capture_output=True, text=True, timeout=120)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertIn(program, done.stdout)
 
     def test_lists_hold_what_is_read(self):
         known = declared(self.code)
