@@ -146,6 +146,8 @@ def axes_of(source, whole):
             raise Error(f"{source}: {name} is varied twice, expected once in vary, zip and seeds")
         if name in whole["options"]:
             raise Error(f"{source}: {name} is in options and varied, expected one of them")
+        if name in (whole["table"] or ()):
+            raise Error(f"{source}: table names {name}, which is varied and has a column of its own; expected what runs find")
     return axes
 
 
