@@ -219,9 +219,8 @@ static PetscErrorCode SlipState_PI(TSAdapt adapt, SlipState s)
 /*MC
   TSADAPTPI - digital filters: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa)
 
-  The error estimate E goes with h^(1/q) (TSEvaluateWLTE()). A ratio h_new/h below ratio_min rejects the step, and so
-  does E^-q below it, whatever the errors before were: no step with E > ratio_min^(-1/q) is accepted, 1.95 for q = 1/3.
-  A ratio above ratio_max is capped. The history (E_(n-1), h_(n-2)) moves on accepted steps only.
+  The error estimate E goes with h^(1/q) (TSEvaluateWLTE()). A ratio h_new/h below ratio_min rejects the step, one above
+  ratio_max is capped. The history (E_(n-1), h_(n-2)) moves on accepted steps only.
 
   Options Database Keys:
 + -ts_adapt_pi_filter <H211b4>      - elementary, PI33, PI34, PI42, H211PI, H211b2, H211b4, fault_history

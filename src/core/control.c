@@ -36,16 +36,14 @@ PetscReal SlipControlFilter(const SlipFilter *filter, SlipFilterMemory *memory, 
                             PetscBool always, PetscBool *accept)
 {
   const PetscReal last = memory->h_last > 0 ? h / memory->h_last : 1;
-  PetscReal r, used, alone;
+  PetscReal r, used;
 
   E = PetscMax(E, PETSC_SMALL);
-  alone = PetscPowReal(E, -q); /* what this error asks for by itself */
   r = PetscPowReal(E, -q / filter->g1) * PetscPowReal(memory->error, -q / filter->g2) *
       PetscPowReal(last, -filter->kappa);
   used = PetscMin(r, filter->r_max);
-  /* After a step without error (a block that has stuck) the ratio is large whatever this error is. */
-  *accept = (r >= filter->r_min && alone >= filter->r_min) || always ? PETSC_TRUE : PETSC_FALSE;
-  if (!*accept) return r < filter->r_min ? used : PetscMin(used, alone);
+  *accept = r >= filter->r_min || always ? PETSC_TRUE : PETSC_FALSE;
+  if (!*accept) return used;
   /* Where the cap acted, remember the error that would have asked for the cap: otherwise one step without error (a
      fault at rest) would vouch for the next one, however wrong that is. */
   memory->error = r > used ? E * PetscPowReal(r / used, filter->g1 / q) : E;
