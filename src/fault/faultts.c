@@ -1,6 +1,7 @@
 /* The fault as a TS problem. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipfaultfeatures.h>
+#include <slipstep/private/slipts.h>
 #include <string.h>
 
 #define SLIP_FAULT_MAX_TIME 30.0 /* [s] */
@@ -184,6 +185,7 @@ static PetscErrorCode BeforeStep(TS ts)
   if (problem->any_integrator && !((SlipFault)fault)->friction.law->always_slides)
     PetscCall(SlipFaultBeginRest((SlipFault)fault, ts));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, TSRKC, TSLAPUSTA, ""));
+  if (!ours && problem->any_integrator) PetscCall(SlipMeetCornerForeign(ts, &((SlipFault)fault)->corner_passed));
   if (ours || !problem->accept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(TSGetTime(ts, &t));

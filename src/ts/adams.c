@@ -359,22 +359,6 @@ static PetscErrorCode Start(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Steps end where the loading has a corner. */
-static PetscErrorCode MeetCorner(TS ts)
-{
-  TS_Adams *ad = (TS_Adams *)ts->data;
-  const SlipProblemOps *problem;
-  void *ctx;
-  PetscReal corner = PETSC_MAX_REAL;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner, ctx));
-  ad->corner = ts->time_step >= corner - ts->ptime ? PETSC_TRUE : PETSC_FALSE;
-  if (ad->corner) ts->time_step = corner - ts->ptime;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscInt Order(TS ts)
 {
   return ((TS_Adams *)ts->data)->order + 1;
@@ -383,7 +367,6 @@ static PetscInt Order(TS ts)
 static PetscErrorCode Accept(TS ts)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  PetscBool constant;
 
   PetscFunctionBegin;
   if (!ad->estimated) ad->next = PetscMin(PetscMin(ad->order + 1, ad->n), ad->max_order); /* as constant steps are */
@@ -391,9 +374,7 @@ static PetscErrorCode Accept(TS ts)
   for (PetscInt j = 0; j < ad->n; j++) ad->age[j] += ad->at.h;
   ad->since = ad->next == ad->order ? ad->since + 1 : 0;
   ad->order = ad->next;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
-  if (constant && ad->corner) ts->time_step = SlipStepAfterCorner(ts, ts->ptime, ad->at.whole);
-  PetscCall(ad->corner ? Begin(ts) : PushRate(ts));
+  PetscCall(ad->at.corner ? Begin(ts) : PushRate(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -413,7 +394,7 @@ static PetscErrorCode Retry(TS ts, PetscBool good)
 static PetscErrorCode TSStep_Adams(TS ts)
 {
   static const SlipAttemptOps ops = {
-    .begin = Start, .limit = MeetCorner, .attempt = Attempt, .order = Order, .retry = Retry, .accept = Accept};
+    .begin = Start, .attempt = Attempt, .order = Order, .retry = Retry, .accept = Accept};
   const SlipProblemOps *problem;
   PetscBool accepted;
   void *ctx;

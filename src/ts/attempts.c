@@ -41,6 +41,7 @@ static PetscErrorCode Accept(TS ts, const SlipAttemptOps *ops, PetscReal next_h)
 {
   SlipAttempts *at = (SlipAttempts *)ts->data;
   const SlipProblemOps *problem;
+  PetscBool constant;
   void *ctx;
 
   PetscFunctionBegin;
@@ -48,6 +49,8 @@ static PetscErrorCode Accept(TS ts, const SlipAttemptOps *ops, PetscReal next_h)
   at->h = ts->time_step;
   ts->ptime = SlipTimeAfterStep(ts);
   ts->time_step = next_h;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  if (constant && at->corner) ts->time_step = SlipStepAfterCorner(ts, ts->ptime, at->whole);
   PetscCall((*ops->accept)(ts));
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
@@ -87,6 +90,7 @@ PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *acc
   at->rejections = 0;
   while (!ts->reason && !*accepted) {
     at->whole = ts->time_step;
+    PetscCall(SlipMeetCorner(ts, &at->corner));
     if (ops->limit) PetscCall((*ops->limit)(ts));
     PetscCall(SlipGuardStep(ts));
     PetscCall((*ops->attempt)(ts, &good));

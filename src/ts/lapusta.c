@@ -137,14 +137,11 @@ static PetscReal OfList(PetscReal h, PetscReal shortest)
 static PetscErrorCode Limit(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  const SlipProblemOps *problem;
-  PetscReal end = PETSC_MAX_REAL, left;
-  void *ctx;
+  const PetscReal corner = la->at.corner ? ts->ptime + ts->time_step : PETSC_MAX_REAL;
+  PetscReal end = corner, left;
 
   PetscFunctionBegin;
   if (la->constant || !(la->shortest > 0)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &end, ctx));
   if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) end = PetscMin(end, ts->max_time);
   left = end - ts->ptime;
   if (ts->time_step < left) ts->time_step = OfList(ts->time_step, la->shortest);

@@ -133,7 +133,8 @@ struct _p_SlipFault {
   SlipFaultDevice device;
   SlipFaultBalance balance; /* where all cells slide: the slip rates of the state asked about last */
   SlipFaultResolution resolution;
-  SlipProblemOps problem; /* what its TS tells controllers */
+  SlipProblemOps problem;  /* what its TS tells controllers */
+  PetscBool corner_passed; /* a constant step of a foreign integrator did, which was said */
   SlipFaultSteps steps;
   SlipFaultKnown known;
   SlipFaultCoupling coupling;

@@ -187,6 +187,7 @@ typedef struct {
   PetscBool known;     /* f is that */
   PetscInt rejections; /* attempts of this step that were refused */
   PetscReal whole;     /* the attempt's step before it was limited [s] */
+  PetscBool corner;    /* the attempt ends at a corner of the loading, unless the type has limited it further */
   PetscReal before, h; /* time at the start of the last accepted step, and its length [s] */
 } SlipAttempts;
 /* What a type does; each but attempt and accept may be NULL */
@@ -220,7 +221,6 @@ typedef struct {
   Vec star;                   /* f* */
   Vec y;
   SlipAdamsInverse inverse;
-  PetscBool corner;    /* the attempt ends at one of the loading */
   PetscInt dense;      /* derivatives that the last step's polynomial goes through, that of its end first */
   PetscBool estimated; /* norm is that of this attempt, for the next order */
   PetscReal norm;
@@ -237,6 +237,14 @@ PETSC_INTERN PetscReal SlipAdamsPromise(TS ts, PetscReal norm, PetscInt k);
 PETSC_INTERN void SlipAdamsCount(TS ts);
 PETSC_INTERN PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ctx);
 PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good);
+
+/* ---- meetcorner.c: any integrator and controller ---- */
+/* ts->time_step, which is not longer then than the longest of the controller at a first step, and ends at the corner of
+   the loading that it would pass. corner: it ends at one. Collective, before each attempt */
+PETSC_INTERN PetscErrorCode SlipMeetCorner(TS ts, PetscBool *corner);
+/* The same before a step of a type of PETSc's own, from TSPreStep; constant steps stay, with a warning where they pass
+   a corner, once */
+PETSC_EXTERN PetscErrorCode SlipMeetCornerForeign(TS ts, PetscBool *warned);
 
 /* ---- guard.c ---- */
 /* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step

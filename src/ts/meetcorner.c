@@ -1,0 +1,60 @@
+/* Where steps of any integrator end because of the loading: it is asked here for its corners (SlipProblemOps.corner),
+   before each attempt of our types and, as TSPreStep, before each step of PETSc's. The longest step of the controller
+   holds for a first step as well, which no controller has seen. */
+#include <slipstep/private/slipts.h>
+#include <slipsys.h>
+
+static PetscErrorCode Corner(TS ts, PetscReal *corner)
+{
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  *corner = PETSC_MAX_REAL;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, corner, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipMeetCorner(TS ts, PetscBool *corner)
+{
+  PetscBool constant;
+  PetscReal next;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  if (!ts->steps && !constant) ts->time_step = PetscMin(ts->time_step, ts->adapt->dt_max);
+  PetscCall(Corner(ts, &next));
+  *corner = ts->time_step >= next - ts->ptime ? PETSC_TRUE : PETSC_FALSE;
+  if (*corner) ts->time_step = next - ts->ptime;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipMeetCornerForeign(TS ts, PetscBool *warned)
+{
+  PetscReal next, h;
+  PetscBool constant, corner;
+  PetscMPIInt rank;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
+  if (!constant) {
+    PetscCall(SlipMeetCorner(ts, &corner));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (*warned) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetTimeStep(ts, &h));
+  PetscCall(Corner(ts, &next));
+  if (ts->ptime + h <= next || SlipControlAtEnd(ts->ptime + h, next)) PetscFunctionReturn(PETSC_SUCCESS);
+  *warned = PETSC_TRUE;
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
+  if (!rank)
+    PetscCall(
+      SlipWarning("the constant step from %.6g to %.6g s passes a corner of the loading at %.6g s, and -ts_type %s "
+                  "sees nothing of a pulse between its stages: use another -ts_adapt_type than none, or a "
+                  "-" SLIP_TS_DT " of whose multiples the corners are",
+                  (double)ts->ptime, (double)(ts->ptime + h), (double)next, ((PetscObject)ts)->type_name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

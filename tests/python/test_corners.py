@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""No integrator and no controller steps over a pulse of the loading: each slips as the others do, or says that it may not."""
+import unittest
+
+from scripts import FaultTest
+
+import h5py
+import numpy as np
+
+DAY = 86400.0
+GRID = ("-fault_nx 4 -fault_nz 4 -fault_length_x 2e3 -fault_length_z 2e3 -fault_normal_stress 40e6 -fault_normal_stress_gradient 0 -fault_inertia no "
+        "-fault_viscosity radiation -fault_initial traction -fault_pore_pressure pulse.h5 -ts_max_time 40d -fault_output run.h5 -fault_output_overwrite").split()
+# nearly locked, at 1e-14 m/s: every controller would have grown its steps to days when the pulse comes
+CREEPS = "-fault_friction_law rate_and_state -fault_initial_traction 12e6 -fault_initial_rate 1e-14".split()
+STICKS = "-fault_friction_law exponential_slip_weakening -fault_friction_slip 0.5 -fault_initial_traction 16e6".split()
+TABLE = [(CREEPS, pair) for pair in ("adams basic", "adams rl", "adams dsp", "rk basic", "rk dsp", "rk pi", "rk heuristic", "lapusta lapusta", "lapusta basic", "bathe dsp",
+                                     "bathe basic")]
+TABLE += [(STICKS, pair) for pair in ("rkc basic", "rkc dsp", "rk basic", "adams basic", "bathe heuristic", "bathe pi", "bathe dsp")]
+
+
+class Corners(FaultTest):
+    def pulse(self, length):
+        """30 MPa for so long, with ramps of a tenth of a second, ten days after the start."""
+        times = [0, 10 * DAY, 10 * DAY + 0.1, 10 * DAY + length, 10 * DAY + length + 0.1, 40 * DAY]
+        with h5py.File(self.path("pulse.h5"), "w") as file:
+            file["time"] = np.array(times)
+            file["time"].attrs["units"] = "s"
+            file["pressure"] = np.array([0, 0, 30e6, 30e6, 0, 0])[:, None, None] * np.ones((6, 4, 4))
+            file["pressure"].attrs["units"] = "Pa"
+
+    def slip(self, *options):
+        self.fault(*GRID, *options)
+        with h5py.File(self.path("run.h5")) as file:
+            return float(file["result"].attrs["mean_slip"])
+
+    def test_pulses(self):
+        """Slips agree to 1 %, ten times the errors that tolerances of 1e-3 leave in the worst cell; a run that misses the pulse slips 1e-8 m at most."""
+        for length in (1.5, 60, 3600, DAY):
+            self.pulse(length)
+            for law in (CREEPS, STICKS):
+                right = self.slip(*law, "-ts_type", "bathe", "-ts_adapt_type", "dsp", "-ts_rtol", "1e-6")
+                self.assertGreater(right, 1e-3)
+                for options, pair in TABLE:
+                    if options is law:
+                        integrator, controller = pair.split()
+                        with self.subTest(length=length, pair=pair):
+                            got = self.slip(*law, "-ts_type", integrator, "-ts_adapt_type", controller)
+                            self.assertLess(abs(got / right - 1), 0.01, f"{got} for {right}")
+
+    def test_longest_step(self):
+        """The controller's longest step holds for the first step too, which no controller has chosen."""
+        self.pulse(3600)
+        for integrator, controller in (("lapusta", "lapusta"), ("rk", "basic"), ("adams", "basic")):
+            self.slip(*CREEPS, "-ts_type", integrator, "-ts_adapt_type", controller, "-ts_adapt_dt_max", "1d", "-ts_dt", "5d")
+            with h5py.File(self.path("run.h5")) as file:
+                steps = file["steps/dt"][...][file["steps/accepted"][...] == 1]
+            self.assertLessEqual(steps.max(), DAY * (1 + 1e-12), integrator)
+
+    def test_constant_steps(self):
+        """Of PETSc's types they stay as they are, with one warning; where corners are ends of steps there is none."""
+        self.pulse(1.5)
+        with h5py.File(self.path("pulse.h5"), "r+") as file:
+            file["time"][...] = [0, 8000, 8500, 9000, 9500, 40 * DAY]
+            file["pressure"][...] *= 1e-3
+        constant = [*GRID, *CREEPS, "-ts_type", "rk", "-ts_adapt_type", "none", "-ts_max_time", "10500"]
+        self.assertNotIn("passes a corner", self.fault(*constant, "-ts_dt", "500"))
+        self.assertEqual(self.fault(*constant, "-ts_dt", "3000").count("passes a corner of the loading at 8000 s"), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
