@@ -154,6 +154,9 @@ typedef struct {
   PetscErrorCode (*slip_step)(TS ts, PetscReal t, Vec w, PetscReal *longest, void *ctx);
   /* Asked by TSLAPUSTA: the shortest step that there is any use in [s]; 0: there is none */
   PetscErrorCode (*shortest)(TS ts, PetscReal *step, void *ctx);
+  /* Likewise, of a step's start (t, w): does all rest, but waves are under way that may start something? Then steps are
+     the shortest, whatever a controller makes of a state that does not change */
+  PetscErrorCode (*waits)(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx);
   /* Asked by TSADAMS and TSRKC at the end t [s] of a step, after the right-hand side there: makes those components of
      the state w that no derivative goes into follow from the others */
   PetscErrorCode (*finish)(TS ts, PetscReal t, Vec w, void *ctx);

@@ -342,6 +342,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->drift = is_explicit ? SlipFaultDrift : NULL;
   problem->slip_step = is_explicit ? SlipFaultSlipStep : NULL;
   problem->shortest = is_explicit ? SlipFaultShortestStep : NULL;
+  problem->waits = is_explicit && !fault->friction.law->always_slides ? SlipFaultWaits : NULL;
   problem->begin = is_explicit ? NULL : SlipFaultBeginSteps;
   problem->hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
   if (fault->kind.driven) { /* it rests for years between events */

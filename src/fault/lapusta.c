@@ -3,6 +3,12 @@
 #include <slipadapt.h>
 
 #define MOST_SLIP 0.5 /* of a step, over d_c */
+/* Waves may start something that rests while the largest stress that is still under way exceeds the first share of the
+   least distance to strength, as waves from several places may add up, and the second one of the largest strength, what
+   the exponentials of their kernels are off by */
+#define WAITS_DISTANCE 0.1
+#define WAITS_STRENGTH 1e-6
+#define FOR_EVER 1e30 /* [s] */
 
 /* SlipProblemOps.drift */
 PetscErrorCode SlipFaultDrift(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *ctx)
@@ -112,5 +118,76 @@ PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, 
   PetscCall(VecRestoreArrayRead(fault->balance.rate, &v));
   PetscCall(VecRestoreArrayRead(stiffness, &k));
   PetscCallMPI(MPI_Allreduce(&step, longest, 1, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does any cell slide? Of this process */
+static PetscBool Slides(SlipFault fault, const PetscReal w[])
+{
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    if (SlipFaultSpeed(fault, w, i) != 0) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* SlipProblemOps.waits. What waves still do to the stress is its difference to that of the same slip when all have
+   gone. */
+PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  const PetscInt c = fault->layout.components;
+  PetscReal most[4] = {0, 0, -PETSC_MAX_REAL, 0}, shortest; /* slides, waves, -distance, strength */
+  const PetscReal *a, *now, *last;
+  SlipFrictionCells friction;
+  const SlipFaultLoad *load;
+  PetscReal *shear = NULL;
+  Vec u, force, later, external;
+
+  PetscFunctionBegin;
+  (void)ts;
+  *waits = PETSC_FALSE;
+  PetscCall(SlipElasticGetShortestStep(fault->medium, &shortest));
+  if (!(shortest > 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetArrayRead(w, &a));
+  most[0] = Slides(fault, a) ? 1 : 0;
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
+  if (most[0] > 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &force));
+  PetscCall(SlipFaultGetWork(fault, &later));
+  PetscCall(SlipFaultGetWork(fault, &external));
+  PetscCall(SlipFaultForce(fault, t, w, u, force));
+  PetscCall(SlipElasticForce(fault->medium, t + FOR_EVER, u, NULL, later, NULL));
+  if (load->shear)
+    PetscCall(VecCopy(load->shear, external));
+  else
+    PetscCall(VecZeroEntries(external));
+  const SlipArrays arrays[] = {
+    {w, .read = &a}, {force, .read = &now}, {later, .read = &last}, {external, .write = &shear}};
+
+  PetscCall(SlipArraysGet(4, arrays));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscReal weight = fault->mesh.weight[i];
+    PetscReal wave[3], stress[3], mu, ds, dv, strength;
+
+    for (PetscInt k = 0; k < c; k++) {
+      wave[k] = last[c * i + k] - now[c * i + k];
+      stress[k] = shear[c * i + k] - now[c * i + k];
+    }
+    SlipFrictionEvaluate(&friction, i, a + SlipFaultStateAt(fault, i), 0, &mu, &ds, &dv);
+    strength = mu * friction.stress[i];
+    most[1] = PetscMax(most[1], SlipFaultLength(fault, wave) / weight);
+    most[2] = PetscMax(most[2], SlipFaultLength(fault, stress) / weight - strength);
+    most[3] = PetscMax(most[3], strength);
+  }
+  PetscCall(SlipArraysRestore(4, arrays));
+  PetscCall(SlipFaultRestoreWork(fault, &external));
+  PetscCall(SlipFaultRestoreWork(fault, &later));
+  PetscCall(SlipFaultRestoreWork(fault, &force));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 4, MPIU_REAL, MPIU_MAX, fault->comm));
+  *waits = most[1] > PetscMax(WAITS_DISTANCE * -most[2], WAITS_STRENGTH * most[3]) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -20,6 +20,7 @@ typedef struct {
   Vec work;
   PetscBool constant; /* steps are as the user wants them */
   PetscReal shortest; /* [s]; 0: there is none */
+  PetscBool waits;    /* all rests, and steps are the shortest as waves may start something */
 } TS_Lapusta;
 
 static PetscErrorCode TSReset_Lapusta(TS ts)
@@ -118,6 +119,8 @@ static PetscErrorCode Begin(TS ts)
   la->shortest = 0;
   if (problem->shortest) PetscCall((*problem->shortest)(ts, &la->shortest, ctx));
   if (la->shortest > 0) la->shortest = PetscMax(la->shortest, ts->adapt->dt_min);
+  la->waits = PETSC_FALSE;
+  if (la->shortest > 0 && problem->waits) PetscCall((*problem->waits)(ts, ts->ptime, ts->vec_sol, &la->waits, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -143,6 +146,7 @@ static PetscErrorCode Limit(TS ts)
   PetscFunctionBegin;
   if (la->constant || !(la->shortest > 0)) PetscFunctionReturn(PETSC_SUCCESS);
   if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) end = PetscMin(end, ts->max_time);
+  if (la->waits) ts->time_step = PetscMin(ts->time_step, la->shortest);
   left = end - ts->ptime;
   if (ts->time_step < left) ts->time_step = OfList(ts->time_step, la->shortest);
   if (ts->time_step < left && left - ts->time_step < la->shortest) ts->time_step = left / 2;

@@ -120,6 +120,40 @@ class WavesTest(FaultTest):
             self.assertGreater(step.min(), 0.999)
             self.assertLess(len(step), 20)
 
+    def test_waves_that_start_an_event(self):
+        """A patch breaks and comes to rest; its waves reach a second one 18 km away, 0.34 MPa below its strength, when nothing slides.
+        Whatever chooses the steps, they stay short until then, and the run is that of the shortest ones; a restart in the rest is of the same bits."""
+        x, z = np.meshgrid((np.arange(120) + 0.5) * 250 - 15e3, (np.arange(40) + 0.5) * 250 - 5e3)
+        stress = np.full(x.shape, 40e6)  # below the residual strength, 63 MPa
+        stress[np.hypot(x + 9e3, z) < 2000] = 84e6  # above the strength, 81.24 MPa
+        stress[np.hypot(x - 9e3, z) < 2500] = 80.9e6
+        with h5py.File(self.path("stress.h5"), "w") as file:
+            file["initial_traction"] = stress
+            file["initial_traction"].attrs["units"] = "Pa"
+        options = ("-fault_kernel full_space -fault_nx 120 -fault_nz 40 -fault_length_x 30e3 -fault_length_z 10e3 -fault_shear_modulus 32.03812e9 -fault_density 2670 "
+                   "-fault_medium waves -fault_slip_components 2 -fault_friction_law linear_slip_weakening -fault_friction_residual 0.525 -fault_friction_drop 0.152 "
+                   "-fault_friction_slip 0.2 -fault_normal_stress 120e6 -fault_normal_stress_gradient 0 -fault_initial traction -fault_initial_unstable -fault_parameters stress.h5 "
+                   "-fault_progress no -fault_output_overwrite -ts_max_time 5.5").split()
+        outcome = {}
+        for controller in ("none", "lapusta", "basic", "dsp"):
+            step = ("-ts_dt", 250 / 3 / np.sqrt(32.03812e9 / 2670)) if controller == "none" else ()
+            self.fault(*options, "-ts_adapt_type", controller, *step, "-fault_catalogue", "events.h5", "-fault_output", "run.h5")
+            with h5py.File(self.path("run.h5")) as run:
+                outcome[controller] = run["series/mean_slip"][-1], run["result"].attrs["accepted"]
+            self.assertEqual(self.fault(*options, "-ts_adapt_type", controller, *step, "-ts_max_time", 4).count("all cells rest"), 1)
+        shortest = outcome["none"]
+        for controller, (slip, steps) in outcome.items():
+            # the first patch slips 0.0609 m in the mean of all cells, the second adds to it by 5.5 s
+            self.assertGreater(slip, 0.062, controller)
+            self.assertLess(abs(slip / shortest[0] - 1), 0.01, controller)
+            self.assertLessEqual(steps, shortest[1] + 10, controller)
+        whole = (*options, "-fault_output_precision", "double", "-fault_output_interval", 1000)
+        self.fault(*whole, "-fault_output", "whole.h5")
+        self.fault(*whole, "-fault_output", "part.h5", "-fault_checkpoint", "state", "-ts_max_steps", 150, code=3)
+        self.fault(*whole, "-fault_output", "part.h5", "-fault_restart", "state")
+        for one, other in zip(self.last("whole.h5"), self.last("part.h5")):
+            np.testing.assert_array_equal(one, other)
+
     def test_refused(self):
         for options, message in ((("-fault_kernel", "half_space"), "knows no ground, which reflects waves: expected -fault_kernel full_space"),
                                  (("-ts_type", "bathe"), "expected lapusta with -fault_medium waves"),

@@ -275,7 +275,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec
 PETSC_INTERN PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], PetscBool weighted, Vec x);
 PETSC_EXTERN PetscErrorCode SlipFaultGetWork(SlipFault fault, Vec *x); /* a vector of slip, of any content */
 PETSC_EXTERN PetscErrorCode SlipFaultRestoreWork(SlipFault fault, Vec *x);
-PETSC_INTERN PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest);
+PETSC_EXTERN PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* filenames.c */
 /* points.c. Collective: the points [n][3] of a list or file, freed with PetscFree(): axes are two letters, with a third
    coordinate, which may be given between them, in the middle, NaN where it is not */
