@@ -8,7 +8,7 @@ from test_convert_sources import SourcesTest
 import h5py
 import numpy as np
 
-from slipstep.formats import faults
+from slipstep.formats import faults, said
 
 HBI = """problem 3dph !a plane
 imax 4
@@ -88,6 +88,27 @@ class Faults(SourcesTest):
         self.assertEqual((model.options["loading_rate"], model.options["shear_modulus"]), (1e-9, 32.04e9))
         self.run_of("a.in")
 
+    def test_hbi_keys(self):
+        """Constants and the law of an input are taken, its defaults stand where it is silent, and what is not used is named."""
+        self.put("params.dat", PARAMS)
+        text = HBI.replace("examples/", "")
+        model = faults.read_hbi(self.put("a.in", text + "vref 2e-9\nevlaw slip\nrigid 30.0\nvs 3.0\npois 0.3\npfinit 5.0\nno_such_key 1\n"), None)
+        for name, value in (("friction_reference_rate", 2e-9), ("shear_modulus", 30e9), ("density", 30e9 / 3000 ** 2), ("poisson_ratio", 0.3)):
+            self.assertAlmostEqual(model.options[name] / value, 1, 12)
+        self.assertEqual(model.options["state_law"], "slip")
+        self.assertEqual(model.dropped, ["keys parameter_file_ncol, pfinit, no_such_key"])
+        silent = faults.read_hbi(self.put("b.in", text), None)
+        self.assertFalse({"state_law", "friction_reference_rate"} & set(silent.options))  # fault's own are the same, aging and 1e-6 m/s
+        self.refuse("c.in", text + "evlaw composite\n", "line 14: evlaw composite, expected aging or slip")
+        self.refuse("d.in", text + "pois 0.5\n", "line 14: .*pois 0.5, .*expected")
+        self.refuse("e.in", text + "vs 0\n", "line 14: .*vs 0, .*expected")
+
+    def test_small_numbers_are_said(self):
+        """Slip rates are no rounding of 0, and lengths that are only that are 0."""
+        self.assertEqual(said.span(np.array([2e-9, 3e-9]), digits=None), "2e-09 to 3e-09")
+        self.assertEqual(said.span(np.array([2e-9, 2e-9]), digits=None), "2e-09")
+        self.assertEqual(said.span(np.array([-6e-16, 0.0])), "0")
+
     def test_hbi_refused(self):
         text = HBI.replace("examples/", "")
         self.refuse("a.in", text, "names params.dat, which is not there")
@@ -136,6 +157,9 @@ class Faults(SourcesTest):
         self.put("fault.msh", MSH)
         self.put("params.dat", "".join(f"{30 + k} 0.01 0.02 0.1 0.6 {12 + k} 25 1e-9 0 0\n" for k in range(2)))
         model = faults.read_pyquake(self.put("parameter.txt", PYQUAKE), None)
+        self.assertEqual(model.dropped, [])
+        more = faults.read_pyquake(self.put("parameter.txt", PYQUAKE + "No such line: 1\n"), None)
+        self.assertEqual(more.dropped, ["key No such line"])
         np.testing.assert_allclose(model.area, 2e6)
         np.testing.assert_allclose(model.cells[:, 2], [5e3 / 3, 7e3 / 3])
         np.testing.assert_allclose(model.cells[:, 5:], [[90, 90]] * 2, atol=1e-9)

@@ -60,7 +60,19 @@ def table(path, count, names=None):
     return {name: np.array([text.number(line, words[k]) for line, words in rows[:count]]) for k, name in enumerate(names)}
 
 
+def unused(said, used):
+    """What is said of names that a reader does not use: one entry for all, none without."""
+    left = [name for name in said if name not in used]
+    return [f"{'keys' if len(left) > 1 else 'key'} {', '.join(left)}"] if left else []
+
+
 # ---- HBI ----
+
+# its constants where an input does not set them (m_const.f90): rigidity [GPa], S wave [km/s], Poisson's ratio, reference rate [m/s]
+HBI_DEFAULTS = {"rigid": 32.04, "vs": 3.464, "pois": 0.25, "vref": 1e-6}
+HBI_STATE = {"aging": "aging", "slip": "slip"}  # evlaw -> -fault_state_law
+HBI_USED = {"problem", "imax", "jmax", "ds", "ztop", "dipangle", "geometry_file", "a", "b", "dc", "f0", "tauinit", "sigmainit", "velinit", "muinit", "crake", "parameterfromfile",
+            "parameter_file", "vpl", "evlaw", *HBI_DEFAULTS}
 
 def read_hbi(path, at, rake=None):
     """Problems 3dp, 3dph, 3dht and 3dnt: lengths in km, stress in MPa; cells by columns along strike."""
@@ -94,10 +106,22 @@ def read_hbi(path, at, rake=None):
     if said.get("parameterfromfile", (0, "F"))[1].upper().startswith("T"):
         columns.update(table(beside(path, said["parameter_file"][1] if "parameter_file" in said else "no parameter_file"), len(model.cells)))
     put_fields(model, columns)
-    model.options.update(shear_modulus=32.04e9, density=32.04e9 / 3464.0 ** 2, poisson_ratio=0.25, loading_rate=value("vpl", 0.0))  # m_const.f90: 32.04 GPa, 3.464 km/s
+    constants = {name: value(name, default) for name, default in HBI_DEFAULTS.items()}
+    shear, speed = constants["rigid"] * 1e9, constants["vs"] * KM
+    if min(shear, speed, constants["vref"]) <= 0 or not -1 < constants["pois"] < 0.5:
+        at = next(said[name][0] for name in HBI_DEFAULTS if name in said)
+        text.fail(at, ", ".join(f"{name} {constants[name]:g}" for name in HBI_DEFAULTS), "rigid, vs and vref > 0 and pois from -1 to 0.5")
+    model.options.update(shear_modulus=shear, density=shear / speed ** 2, poisson_ratio=constants["pois"], loading_rate=value("vpl", 0.0))
+    if "vref" in said:
+        model.options["friction_reference_rate"] = constants["vref"]
+    if "evlaw" in said:
+        line, law = said["evlaw"]
+        if law not in HBI_STATE:
+            text.fail(line, f"evlaw {law}", "aging or slip, the laws that fault has")
+        model.options["state_law"] = HBI_STATE[law]
     if problem == "3dnt":
         model.options["kernel"] = "full_space"
-    model.dropped.append("injection, output and steps of the run")
+    model.dropped += unused(said, HBI_USED)
     return model
 
 
@@ -261,6 +285,7 @@ def read_pyquake(path, at, rake=None, mesh=None):
         model.options["loading_rate"] = text.number(*said["Plate loading rate"])
     if said.get("Half space", (0, "True"))[1] != "True":
         model.options["kernel"] = "full_space"
+    model.dropped += unused(said, {"InputHetoparamter", "Scale_km", "Shear modulus", "Rock density", "Inputparamter file", "Lame constants", "Plate loading rate", "Half space"})
     return model
 
 

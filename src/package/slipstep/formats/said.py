@@ -11,7 +11,11 @@ def magnitude(moment):
 
 
 def span(values, scale=1.0, digits=6):
-    low, high = (0.0 + np.round(v / scale, digits) for v in (np.min(values), np.max(values)))
+    """Least to largest. Lengths and angles are rounded to so many decimals, so that 0 is 0; fields, as slip rates, are not: digits None."""
+    low, high = (v / scale for v in (np.min(values), np.max(values)))
+    if digits is None:
+        return f"{low:.6g}" if np.isclose(low, high, atol=0) else f"{low:.6g} to {high:.6g}"
+    low, high = (0.0 + np.round(v, digits) for v in (low, high))
     return f"{low:.{digits}g}" if np.isclose(low, high) else f"{low:.{digits}g} to {high:.{digits}g}"
 
 
@@ -69,10 +73,10 @@ def lines(model):
     for name, (values, unit) in sorted(model.columns.items()):
         yield name.replace("_", " "), f"{span(values, 1, 5)} {unit}"
     for name, (values, unit) in model.fields.items():
-        yield name, span(values) + ("" if unit == "1" else f" {unit}")
+        yield name, span(values, digits=None) + ("" if unit == "1" else f" {unit}")
     if model.options:
         yield "options", " ".join(f"-fault_{name} {value:g}" if isinstance(value, float) else f"-fault_{name} {value}" for name, value in model.options.items())
-    if (above := corners[..., 2].min()) < -1e-6 * max(np.ptp(corners), 1):
+    if (above := corners[..., 2].min()) < -1e-6 * max(np.ptp(corners), 1) and model.options.get("kernel") != "full_space":
         yield "note", f"cells reach {-above:.4g} m above the ground, where fault and elastic refuse them: --shift moves all down"
     for remark in model.remarks:
         yield "note", remark
