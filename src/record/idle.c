@@ -44,9 +44,16 @@ static PetscBool NoLanczos(SlipFault fault)
   return Is(fault->kind.viscosity, "lanczos") ? PETSC_FALSE : PETSC_TRUE;
 }
 
+/* By what the matrices have become, as -fault_operator auto may choose it */
 static PetscBool NoHierarchy(SlipFault fault)
 {
-  return Is(SlipFaultGetText(fault, FAULT_OPERATOR), "hmat") ? PETSC_FALSE : PETSC_TRUE;
+  PetscBool is[2] = {PETSC_FALSE, PETSC_FALSE};
+  Mat matrix[2] = {NULL, NULL};
+
+  PetscCallAbort(PETSC_COMM_SELF, SlipElasticGetMatrices(fault->medium, &matrix[0], &matrix[1], NULL));
+  for (int k = 0; k < 2; k++)
+    if (matrix[k]) PetscCallAbort(PETSC_COMM_SELF, PetscObjectTypeCompare((PetscObject)matrix[k], "sliphmat", &is[k]));
+  return is[0] || is[1] ? PETSC_FALSE : PETSC_TRUE;
 }
 
 static PetscBool NoInjection(SlipFault fault)
@@ -100,7 +107,7 @@ static const struct {
   {"healing_time", OwnHealing, "the state of this -fault_friction_law evolves by a law of its own"},
   {"damping_ratio", NoRoot, "it is for -fault_viscosity sqrtm, spectral and lanczos"},
   {"krylov_tolerance", NoLanczos, "it is for -fault_viscosity lanczos"},
-  {"hmat_tolerance", NoHierarchy, "it is for -fault_operator hmat"},
+  {"hmat_tolerance", NoHierarchy, "there is no hierarchical matrix (-fault_operator hmat)"},
   {"kernel stiffness_average", KFromFile, "-fault_stiffness_file has the stiffness"},
   {"injection_pressure injection_diffusivity injection_stop", NoInjection, "there is no -fault_injection"},
   {"output_fields output_interval output_slip_interval output_time_interval output_rate_change output_size "

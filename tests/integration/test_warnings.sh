@@ -22,6 +22,15 @@ quiet() { # command: no warning
   [ ! -s err.txt ] || fail "a warning of $*: $(cat err.txt)"
 }
 
+# What auto has chosen counts: a hierarchical matrix for a slender dipping plane, transforms for others
+long=("$bin/fault" -fault_dip 30 -fault_length_x 1000 -fault_length_z 90000 -fault_inertia no -fault_viscosity radiation -ts_max_time 1e-3
+  -fault_hmat_tolerance 1e-5)
+"${long[@]}" -fault_nx 1 -fault_nz 300 -fault_view >out.txt 2>err.txt || fail "a slender plane: $(cat err.txt)"
+grep -q "stiffness K: sliphmat" out.txt || fail "no hierarchical matrix where auto should have chosen it"
+if grep "hmat_tolerance has no effect" err.txt; then fail "the tolerance of a hierarchical matrix that auto has chosen is said to be idle"; fi
+"${long[@]}" -fault_nx 4 -fault_nz 3 >out.txt 2>err.txt || fail "a small plane: $(cat err.txt)"
+grep -q "hmat_tolerance has no effect" err.txt || fail "no word that the tolerance is idle: $(cat err.txt)"
+
 # Units, of options and of a file. 0 is no number to doubt.
 quiet "${short[@]}"
 warns "-fault_length_x is 40 m" km -- "${short[@]}" -fault_length_x 40
