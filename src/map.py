@@ -2,7 +2,6 @@
 """The rooms of src/, which of them may call which, and the picture of them.
 
     src/map.py                 draws src/map.svg anew from the sources
-    src/map.py --check         lists calls and includes that run upward and circles of files; exit code 1 if there are any
     src/map.py --lines         lines of code by room
 
 ORDER is the one place where the order of the rooms is written: a room may call and include those above it in the list,
@@ -242,16 +241,10 @@ def svg(sources):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="look for calls upward and circles only")
     parser.add_argument("--lines", action="store_true", help="lines of code by room only")
     parser.add_argument("--output", default=os.path.join(SRC, "map.svg"), help="where to draw")
     args = parser.parse_args()
     sources = Sources()
-    if args.check:
-        found = upward(sources.calls, sources.files.get) + upward_includes(sources.includes, sources.files.get)
-        found += ["circle: " + ", ".join(circle) for circle in circles(sources.calls)]
-        print("\n".join(found + [f"{len(found)} found"]))
-        return bool(found)
     if args.lines:
         for room in ROOMS:
             print(f"{sources.lines[room]:6d}  {room}")
