@@ -134,4 +134,17 @@ for program in "$room/train/build/train" "$room/train/train"; do
     -train_output "$room/train/p.h5" >"$room/train.log" 2>&1 && [ -s "$room/train/p.h5" ] || { cat "$room/train.log"; fail "a training by an installed library"; }
   rm "$room/train/p.h5"
 done
+
+# the shared library is of its minor version, as that is of the interface
+version=$(sed -n 's/^Version: //p' "$pc")
+case $library in *.so) readelf -d "$library" | grep -q "libslipstep.so.${version%.*}\]" || fail "the SONAME is not that of version $version: $(readelf -d "$library" | grep SONAME)" ;; esac
+# the Debian package: all programs, each with a manual page made of its help
+if command -v cpack >/dev/null && command -v dpkg-shlibdeps >/dev/null && [ "${library%.so}" != "$library" ]; then
+  (cd "$SLIPSTEP_BUILD" && cpack -G DEB -B "$room/deb") >"$room/cpack.log" 2>&1 || { tail -20 "$room/cpack.log"; fail "cpack -G DEB"; }
+  dpkg-deb -c "$room"/deb/*.deb >"$room/deb.list"
+  for program in fault valve train evaluate circuit; do
+    name=slipstep-$(echo "$program" | tr _ -)
+    grep -q "/bin/$name\$" "$room/deb.list" && grep -q "/man1/$name.1.gz\$" "$room/deb.list" || fail "the package lacks $name or its manual page"
+  done
+fi
 echo "installed programs and both ways of linking work"

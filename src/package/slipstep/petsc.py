@@ -72,7 +72,7 @@ def load(path=None):
     if _library is None:
         here = os.path.dirname(os.path.abspath(__file__))
         beside = [os.path.normpath(os.path.join(here, *up, "libslipstep.so")) for up in (("..",) * 2, ("..",) * 3)]
-        path = path or os.environ.get("SLIPSTEP_LIBRARY") or next(filter(os.path.exists, beside), "libslipstep.so.0")
+        path = path or os.environ.get("SLIPSTEP_LIBRARY") or next(filter(os.path.exists, beside), "libslipstep.so")
         if np.dtype(PETSc.ScalarType) != np.float64:
             raise ImportError(f"petsc4py has scalars of type {np.dtype(PETSc.ScalarType)}, SlipStep needs double")
         library = ctypes.PyDLL(path)  # with the lock of Python, as petsc4py prints by sys.stdout in notebooks
