@@ -271,10 +271,11 @@ static PetscErrorCode GoesOn(SlipFaultCatalogue cat, TS ts, SlipOutput run)
 
 static PetscErrorCode WarnOfResiduals(SlipFaultCatalogue cat)
 {
-  PetscReal *ledger, *elastic, *dissipated, most = 0;
+  PetscReal *ledger, *elastic, *dissipated, shortest, most = 0;
   PetscInt n, large = 0, event = 0;
 
   PetscFunctionBegin;
+  PetscCall(SlipElasticGetShortestStep(cat->fault->medium, &shortest));
   PetscCall(SlipCatalogueReadEnergies(cat, &n, &ledger, &elastic, &dissipated));
   for (PetscInt k = 0; k < n; k++) {
     const PetscReal residual = Residual(ledger[k], elastic[k], dissipated[k]);
@@ -290,8 +291,9 @@ static PetscErrorCode WarnOfResiduals(SlipFaultCatalogue cat)
                           " events have an energy residual of more than %g %%, at most %.2g %% (event %" PetscInt_FMT
                           "): their steps are too long for moments and energies. Use %s",
                           large, n, 100 * LARGE_RESIDUAL, (double)most * 100, event,
-                          cat->before ? "-ts_adapt_type basic, or a smaller -ts_rtol with it"
-                                      : "a smaller -fault_accuracy or -ts_rtol"));
+                          shortest > 0  ? "smaller cells (-fault_nx, -fault_nz), whose steps are shorter"
+                          : cat->before ? "-ts_adapt_type basic, or a smaller -ts_rtol with it"
+                                        : "a smaller -fault_accuracy or -ts_rtol"));
   PetscCall(PetscFree(ledger));
   PetscCall(PetscFree(elastic));
   PetscCall(PetscFree(dissipated));
