@@ -149,8 +149,7 @@ class WavesTest(FaultTest):
             self.assertLessEqual(steps, shortest[1] + 10, controller)
         # a short event at 6.9 s has few of the shortest steps, which no controller shortens
         said = self.fault(*options, "-ts_adapt_type", "lapusta", "-fault_catalogue", "events.h5", "-ts_max_time", 7)
-        if "energy residual of more than" in said:
-            self.assertIn("Use smaller cells", said)
+        self.assertIn("Use smaller cells", said)
         whole = (*options, "-fault_output_precision", "double", "-fault_output_interval", 1000)
         self.fault(*whole, "-fault_output", "whole.h5")
         self.fault(*whole, "-fault_output", "part.h5", "-fault_checkpoint", "state", "-ts_max_steps", 150, code=3)
