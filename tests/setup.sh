@@ -19,6 +19,7 @@ SLIPSTEP_SYSTEMS="debian 12, debian 13, ubuntu 24.04" # that install by themselv
 slipstep_test_packages() {
   echo libcmocka-dev
   echo pocl-opencl-icd # a device of OpenCL on the processor
+  echo file # by which cpack -G DEB finds what the library needs
   printf '%s\n' python3-xarray python3-pandas python3-netcdf4 netcdf-bin python3-pyproj python3-scipy python3-nbconvert python3-ipykernel \
     python3-sphinx python3-myst-parser python3-sphinx-rtd-theme
   case $(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") in
