@@ -13,6 +13,7 @@
 enum { max_newton = 30 };
 static const PetscReal newton_tol = 1e-13;  /* last correction over the largest state */
 static const PetscReal rounding_tol = 1e-8; /* a correction that no longer falls is rounding below this */
+static const PetscReal kick_tol = 1e-8;     /* last change of a kick's rates, over them */
 static const PetscReal symmetry_tol = 1e-10;
 
 typedef struct {
@@ -366,9 +367,9 @@ static PetscErrorCode Damping(SlipConstraint con, PetscReal t, Vec w, Vec p, voi
 
 /* x with m/a (x - base) = g - q sign(x), at the states in s->w, which it changes: by Newton's method, or, where q falls
    faster with |x| than momentum grows, by its values alone. *depends: q depends on |x|; its derivative at rest need not
-   say so (q0 + q1 exp(-(x/v)^2), or a strength that drops once anything moves). */
+   say so (q0 + q1 exp(-(x/v)^2), or a strength that drops once anything moves). *ok: left alone unless no x was found. */
 static PetscErrorCode SmallKick(Small *s, PetscReal t, PetscReal a, const PetscReal g[], const PetscReal base[],
-                                PetscReal x[], PetscBool *depends)
+                                PetscReal x[], PetscBool *depends, PetscBool *ok)
 {
   PetscReal *q = s->rates + s->p.nrows, *dq = q + s->p.nrows, *rest = dq + s->p.nrows, change = 1;
 
@@ -392,6 +393,7 @@ static PetscErrorCode SmallKick(Small *s, PetscReal t, PetscReal a, const PetscR
       s->w[s->rows[k]] = x[k];
     }
   }
+  if (change > kick_tol) *ok = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -406,19 +408,19 @@ static PetscErrorCode Kick(SlipConstraint con, PetscReal t, PetscReal a, Vec g, 
   const SlipArrays arrays[] = {{g, .read = &push}, {w, .write = &b}};
 
   PetscFunctionBegin;
-  (void)con, (void)ok;
+  (void)con;
   s->known = PETSC_FALSE;
   SlipBatheSetUpBackward(&c);
   PetscCall(SlipArraysGet(2, arrays));
   PetscCall(PetscArraycpy(s->w, b, s->p.n));
   for (PetscInt k = 0; k < s->p.nrows; k++) s->rates[k] = b[s->rows[k]];
-  PetscCall(SmallKick(s, t, a, push, s->rates, s->x, &depends));
+  PetscCall(SmallKick(s, t, a, push, s->rates, s->x, &depends, ok));
   for (PetscInt k = 0; k < s->p.nrows && !depends; k++)
     s->x[k] = SlipKickConstant(s->mass[s->rows[k]], 0, a, push[k], s->rates[s->p.nrows + k], s->rates[k]);
   if (depends) {
-    PetscCall(SmallKick(s, t, c.theta[0] * a, push, s->rates, s->x, &depends));
+    PetscCall(SmallKick(s, t, c.theta[0] * a, push, s->rates, s->x, &depends, ok));
     for (PetscInt k = 0; k < s->p.nrows; k++) s->rates[k] = s->x[k] + c.a0 * (s->x[k] - s->rates[k]);
-    PetscCall(SmallKick(s, t, c.theta[1] * a, push, s->rates, s->x, &depends));
+    PetscCall(SmallKick(s, t, c.theta[1] * a, push, s->rates, s->x, &depends, ok));
   }
   for (PetscInt k = 0; k < s->p.nrows; k++) b[s->rows[k]] = s->x[k];
   PetscCall(SlipArraysRestore(2, arrays));
