@@ -68,7 +68,7 @@ def unused(said, used):
 
 # ---- HBI ----
 
-# its constants where an input does not set them (m_const.f90): rigidity [GPa], S wave [km/s], Poisson's ratio, reference rate [m/s]
+# rigidity [GPa], S wave [km/s] and Poisson's ratio where an input does not set them (m_const.f90); the reference rate [m/s] is then left to fault, whose default this is
 HBI_DEFAULTS = {"rigid": 32.04, "vs": 3.464, "pois": 0.25, "vref": 1e-6}
 HBI_STATE = {"aging": "aging", "slip": "slip"}  # evlaw -> -fault_state_law
 HBI_USED = {"problem", "imax", "jmax", "ds", "ztop", "dipangle", "geometry_file", "a", "b", "dc", "f0", "tauinit", "sigmainit", "velinit", "muinit", "crake", "parameterfromfile",
