@@ -337,6 +337,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   }
   if (remembers || is_explicit) PetscCall(TSSetPreStep(ts, BeforeStep));
   problem->any_integrator = is_explicit;
+  fault->corner_passed = PETSC_FALSE;
   problem->finish = is_explicit ? SlipFaultFinishStep : NULL;
   problem->relaxation = is_explicit ? SlipFaultRelaxation : NULL;
   problem->drift = is_explicit ? SlipFaultDrift : NULL;

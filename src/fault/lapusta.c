@@ -121,73 +121,54 @@ PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does any cell slide? Of this process */
-static PetscBool Slides(SlipFault fault, const PetscReal w[])
-{
-  for (PetscInt i = 0; i < fault->mesh.n; i++)
-    if (SlipFaultSpeed(fault, w, i) != 0) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
-/* SlipProblemOps.waits. What waves still do to the stress is its difference to that of the same slip when all have
-   gone. */
+/* SlipProblemOps.waits. What waves still do to the stress is its difference to that of the same slip when all have gone;
+   loading, which is steady, meets its impedance for ever. */
 PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
   const PetscInt c = fault->layout.components;
-  PetscReal most[4] = {0, 0, -PETSC_MAX_REAL, 0}, shortest; /* slides, waves, -distance, strength */
-  const PetscReal *a, *now, *last;
-  SlipFrictionCells friction;
-  const SlipFaultLoad *load;
-  PetscReal *shear = NULL;
-  Vec u, force, later, external;
+  PetscReal most[3] = {0, -PETSC_MAX_REAL, 0}, speed, shortest; /* waves, -distance, strength [Pa] */
+  const PetscReal *now, *last, *vinf, *stress, *strength;
+  Vec u, force, later, friction;
 
   PetscFunctionBegin;
   (void)ts;
   *waits = PETSC_FALSE;
   PetscCall(SlipElasticGetShortestStep(fault->medium, &shortest));
   if (!(shortest > 0)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetArrayRead(w, &a));
-  most[0] = Slides(fault, a) ? 1 : 0;
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  if (most[0] > 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
-  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  PetscCall(SlipFaultLargestSpeed(fault, w, &speed));
+  if (speed != 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipFaultGetWork(fault, &later));
-  PetscCall(SlipFaultGetWork(fault, &external));
+  PetscCall(SlipFaultGetWork(fault, &friction));
+  PetscCall(SlipFaultStickingTraction(fault, t, w, friction));
+  PetscCall(SlipFaultStrength(fault, t, w, fault->cells));
   PetscCall(SlipFaultForce(fault, t, w, u, force));
   PetscCall(SlipElasticForce(fault->medium, t + FOR_EVER, u, NULL, later, NULL));
-  if (load->shear)
-    PetscCall(VecCopy(load->shear, external));
-  else
-    PetscCall(VecZeroEntries(external));
-  const SlipArrays arrays[] = {
-    {w, .read = &a}, {force, .read = &now}, {later, .read = &last}, {external, .write = &shear}};
+  const SlipArrays arrays[] = {{force, .read = &now},
+                               {later, .read = &last},
+                               {fault->operators.vinf, .read = &vinf},
+                               {friction, .read = &stress},
+                               {fault->cells, .read = &strength}};
 
-  PetscCall(SlipArraysGet(4, arrays));
+  PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     const PetscReal weight = fault->mesh.weight[i];
-    PetscReal wave[3], stress[3], mu, ds, dv, strength;
+    PetscReal wave[3];
 
-    for (PetscInt k = 0; k < c; k++) {
-      wave[k] = last[c * i + k] - now[c * i + k];
-      stress[k] = shear[c * i + k] - now[c * i + k];
-    }
-    SlipFrictionEvaluate(&friction, i, a + SlipFaultStateAt(fault, i), 0, &mu, &ds, &dv);
-    strength = mu * friction.stress[i];
-    most[1] = PetscMax(most[1], SlipFaultLength(fault, wave) / weight);
-    most[2] = PetscMax(most[2], SlipFaultLength(fault, stress) / weight - strength);
-    most[3] = PetscMax(most[3], strength);
+    for (PetscInt k = c * i; k < c * (i + 1); k++)
+      wave[k - c * i] = last[k] - now[k] + fault->balance.eta * weight * vinf[k];
+    most[0] = PetscMax(most[0], SlipFaultLength(fault, wave) / weight);
+    most[1] = PetscMax(most[1], (SlipFaultLength(fault, stress + c * i) - strength[i]) / weight);
+    most[2] = PetscMax(most[2], strength[i] / weight);
   }
-  PetscCall(SlipArraysRestore(4, arrays));
-  PetscCall(SlipFaultRestoreWork(fault, &external));
+  PetscCall(SlipArraysRestore(5, arrays));
+  PetscCall(SlipFaultRestoreWork(fault, &friction));
   PetscCall(SlipFaultRestoreWork(fault, &later));
   PetscCall(SlipFaultRestoreWork(fault, &force));
   PetscCall(SlipFaultRestoreWork(fault, &u));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 4, MPIU_REAL, MPIU_MAX, fault->comm));
-  *waits = most[1] > PetscMax(WAITS_DISTANCE * -most[2], WAITS_STRENGTH * most[3]) ? PETSC_TRUE : PETSC_FALSE;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 3, MPIU_REAL, MPIU_MAX, fault->comm));
+  *waits = most[0] > PetscMax(WAITS_DISTANCE * -most[1], WAITS_STRENGTH * most[2]) ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

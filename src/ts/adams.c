@@ -374,7 +374,7 @@ static PetscErrorCode Accept(TS ts)
   for (PetscInt j = 0; j < ad->n; j++) ad->age[j] += ad->at.h;
   ad->since = ad->next == ad->order ? ad->since + 1 : 0;
   ad->order = ad->next;
-  PetscCall(ad->at.corner ? Begin(ts) : PushRate(ts));
+  PetscCall(ad->at.corner < PETSC_MAX_REAL ? Begin(ts) : PushRate(ts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -50,7 +50,7 @@ static PetscErrorCode Accept(TS ts, const SlipAttemptOps *ops, PetscReal next_h)
   ts->ptime = SlipTimeAfterStep(ts);
   ts->time_step = next_h;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
-  if (constant && at->corner) ts->time_step = SlipStepAfterCorner(ts, ts->ptime, at->whole);
+  if (constant && at->corner < PETSC_MAX_REAL) ts->time_step = SlipStepAfterCorner(ts, ts->ptime, at->whole);
   PetscCall((*ops->accept)(ts));
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   if (problem && problem->finish) PetscCall((*problem->finish)(ts, ts->ptime, ts->vec_sol, ctx));
@@ -89,8 +89,7 @@ PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *acc
   if (ops->begin) PetscCall((*ops->begin)(ts));
   at->rejections = 0;
   while (!ts->reason && !*accepted) {
-    at->whole = ts->time_step;
-    PetscCall(SlipMeetCorner(ts, &at->corner));
+    PetscCall(SlipMeetCorner(ts, &at->whole, &at->corner));
     if (ops->limit) PetscCall((*ops->limit)(ts));
     PetscCall(SlipGuardStep(ts));
     PetscCall((*ops->attempt)(ts, &good));

@@ -488,20 +488,6 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Steps end where the loading has a corner. *whole: the step that was cut for it, 0 where none was [s] */
-static PetscErrorCode TSBatheMeetCorner(TS ts, const SlipProblemOps *problem, void *ctx, PetscReal *whole)
-{
-  PetscReal corner = PETSC_MAX_REAL;
-
-  PetscFunctionBegin;
-  *whole = 0;
-  if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &corner, ctx));
-  if (ts->time_step <= corner - ts->ptime) PetscFunctionReturn(PETSC_SUCCESS);
-  *whole = ts->time_step;
-  ts->time_step = corner - ts->ptime;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Steps end where the problem says that something stops: *again if the attempt is to be repeated with such a step.
    *whole: the step that was cut for it [s] */
 static PetscErrorCode TSBatheMeetStop(TS ts, const SlipProblemOps *problem, void *ctx, PetscInt *tries,
@@ -534,7 +520,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
   void *ctx;
   PetscInt rejections = 0, tries = 0;
   PetscBool ok, accept, again, constant, rejected = PETSC_FALSE;
-  PetscReal whole, cut = 0;
+  PetscReal whole, corner, cut = 0;
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
@@ -544,7 +530,8 @@ PetscErrorCode TSStep_Bathe(TS ts)
   if (accept) PetscFunctionReturn(PETSC_SUCCESS);
   /* What a controller remembers of the steps before a rest says nothing of those after it. */
   if (ba->last.accepted && !ba->last.solves) ts->steprestart = PETSC_TRUE;
-  PetscCall(TSBatheMeetCorner(ts, problem, ctx, &whole));
+  PetscCall(SlipMeetCorner(ts, &whole, &corner));
+  if (!(whole > ts->time_step)) whole = 0; /* it was not cut */
   while (!ts->reason && ba->status != TS_STEP_COMPLETE) {
     if (rejected) PetscCall(TSBatheChooseMethod(ts));
     PetscCall(TSMoreauCut(ts, &whole));

@@ -140,8 +140,7 @@ static PetscReal OfList(PetscReal h, PetscReal shortest)
 static PetscErrorCode Limit(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  const PetscReal corner = la->at.corner ? ts->ptime + ts->time_step : PETSC_MAX_REAL;
-  PetscReal end = corner, left;
+  PetscReal end = la->at.corner, left;
 
   PetscFunctionBegin;
   if (la->constant || !(la->shortest > 0)) PetscFunctionReturn(PETSC_SUCCESS);

@@ -16,24 +16,26 @@ static PetscErrorCode Corner(TS ts, PetscReal *corner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipMeetCorner(TS ts, PetscBool *corner)
+PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner)
 {
   PetscBool constant;
-  PetscReal next;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
   if (!ts->steps && !constant) ts->time_step = PetscMin(ts->time_step, ts->adapt->dt_max);
-  PetscCall(Corner(ts, &next));
-  *corner = ts->time_step >= next - ts->ptime ? PETSC_TRUE : PETSC_FALSE;
-  if (*corner) ts->time_step = next - ts->ptime;
+  *whole = ts->time_step;
+  PetscCall(Corner(ts, corner));
+  if (ts->time_step >= *corner - ts->ptime)
+    ts->time_step = *corner - ts->ptime;
+  else
+    *corner = PETSC_MAX_REAL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode SlipMeetCornerForeign(TS ts, PetscBool *warned)
 {
   PetscReal next, h;
-  PetscBool constant, corner;
+  PetscBool constant;
   PetscMPIInt rank;
   TSAdapt adapt;
 
@@ -41,7 +43,7 @@ PetscErrorCode SlipMeetCornerForeign(TS ts, PetscBool *warned)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
   if (!constant) {
-    PetscCall(SlipMeetCorner(ts, &corner));
+    PetscCall(SlipMeetCorner(ts, &h, &next));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (*warned) PetscFunctionReturn(PETSC_SUCCESS);

@@ -105,6 +105,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t
 PETSC_INTERN PetscErrorCode SlipFaultDrift(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *fault);
 PETSC_INTERN PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, void *fault);
 PETSC_INTERN PetscErrorCode SlipFaultShortestStep(TS ts, PetscReal *step, void *fault);
+PETSC_INTERN PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void *fault);
 PETSC_INTERN PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts); /* an error */
 PETSC_EXTERN PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *fault);
 /* The largest eigenvalue of K over the weights, once a run [Pa/m] */

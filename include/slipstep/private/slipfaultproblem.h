@@ -127,7 +127,6 @@ PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec 
 PETSC_INTERN const SlipExplicitOps SlipFaultExplicitOps;
 /* statecache.c */
 PETSC_INTERN PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec u, PetscBool *same);
-PETSC_INTERN PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx); /* lapusta.c */
 PETSC_INTERN PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec force);
 PETSC_INTERN PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec relative, Vec damping);
 PETSC_INTERN PetscErrorCode SlipFaultSettledDestroy(SlipFault fault);

@@ -187,7 +187,8 @@ typedef struct {
   PetscBool known;     /* f is that */
   PetscInt rejections; /* attempts of this step that were refused */
   PetscReal whole;     /* the attempt's step before it was limited [s] */
-  PetscBool corner;    /* the attempt ends at a corner of the loading, unless the type has limited it further */
+  PetscReal corner;    /* of the loading, at which the attempt ends unless its type limits it further [s];
+                          PETSC_MAX_REAL: none */
   PetscReal before, h; /* time at the start of the last accepted step, and its length [s] */
 } SlipAttempts;
 /* What a type does; each but attempt and accept may be NULL */
@@ -239,9 +240,10 @@ PETSC_INTERN PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *prob
 PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good);
 
 /* ---- meetcorner.c: any integrator and controller ---- */
-/* ts->time_step, which is not longer then than the longest of the controller at a first step, and ends at the corner of
-   the loading that it would pass. corner: it ends at one. Collective, before each attempt */
-PETSC_INTERN PetscErrorCode SlipMeetCorner(TS ts, PetscBool *corner);
+/* Makes ts->time_step end at the corner of the loading that it would pass, and a first step no longer than the longest
+   one of the controller. whole: the step before it was cut for a corner; corner: where it ends then, PETSC_MAX_REAL
+   where it passes none [s]. Collective, before each attempt */
+PETSC_INTERN PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner);
 /* The same before a step of a type of PETSc's own, from TSPreStep; constant steps stay, with a warning where they pass
    a corner, once */
 PETSC_EXTERN PetscErrorCode SlipMeetCornerForeign(TS ts, PetscBool *warned);
