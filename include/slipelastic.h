@@ -87,6 +87,9 @@ typedef struct {
   /* The longest step within which slip is known to change stress but where it is [s]; NULL: 0 */
   PetscErrorCode (*shortest)(SlipElastic, PetscReal *step);
   PetscBool loads; /* it loads the fault by itself, as by a stress that grows: steps are those of a loaded fault */
+  /* From when until when, after slip, stress may come that only the method makes, as of periodic images [s]; NULL:
+     never */
+  PetscErrorCode (*images)(SlipElastic, PetscReal *first, PetscReal *last);
 } SlipElasticOps;
 
 PETSC_EXTERN PetscErrorCode SlipElasticInitializePackage(void); /* called by what creates objects; again does nothing */
@@ -128,6 +131,7 @@ PETSC_EXTERN PetscErrorCode SlipElasticGetFoundFrequency(SlipElastic el, PetscRe
 PETSC_EXTERN PetscErrorCode SlipElasticRests(SlipElastic el, PetscBool *rests);
 PETSC_EXTERN PetscErrorCode SlipElasticLoads(SlipElastic el, PetscBool *loads);
 PETSC_EXTERN PetscErrorCode SlipElasticGetShortestStep(SlipElastic el, PetscReal *step);
+PETSC_EXTERN PetscErrorCode SlipElasticGetImages(SlipElastic el, PetscReal *first, PetscReal *last);
 PETSC_EXTERN PetscErrorCode SlipElasticRemembers(SlipElastic el, PetscBool *remembers);
 PETSC_EXTERN PetscErrorCode SlipElasticAccept(SlipElastic el, PetscReal t, Vec u, PetscBool first);
 PETSC_EXTERN PetscErrorCode SlipElasticAdvance(SlipElastic el, PetscReal t, Vec u);

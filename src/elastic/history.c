@@ -95,6 +95,32 @@ PetscErrorCode SlipElasticGetShortestStep(SlipElastic el, PetscReal *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+  SlipElasticGetImages - when stress comes that no slip of the fault makes, but that of its periodic images
+
+  Not collective
+
+  Input Parameter:
+. el - the medium
+
+  Output Parameters:
++ first - this long after slip the first of it comes [s]; PETSC_MAX_REAL: never
+- last  - this long after slip it has gone, as far as it matters [s]
+
+  Level: developer
+
+.seealso: SLIPELASTICWAVES
+@*/
+PetscErrorCode SlipElasticGetImages(SlipElastic el, PetscReal *first, PetscReal *last)
+{
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  *first = PETSC_MAX_REAL;
+  *last = 0;
+  if (el->ops->images) PetscCall((*el->ops->images)(el, first, last));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode CopySlot(SlipElastic el, PetscInt from, PetscInt to)
 {
   PetscFunctionBegin;

@@ -345,6 +345,7 @@ static const SlipElasticOps WavesOps = {.setup = SlipWavesSetUp,
                                         .power = Power_Waves,
                                         .advance = Advance_Waves,
                                         .shortest = Shortest_Waves,
+                                        .images = SlipWavesImages,
                                         .visit = SlipWavesVisit,
                                         .view = SlipWavesView,
                                         .destroy = SlipWavesDestroy};

@@ -162,23 +162,39 @@ PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* When the first waves of images come, after those of the fault itself */
-static PetscReal Arrival(const SlipWaves *w)
-{
-  const SlipWaveSpace s = w->space;
-  const PetscReal x = (PetscReal)(s->length[0] - s->grid.nx) * s->grid.size[0],
-                  z = (s->mirror ? 2 : 1) * (PetscReal)(s->length[1] - s->grid.nz) * s->grid.size[1];
+/* Waves of images thin at least as one over their distance: those of S waves beyond so many periods do not matter, next
+   to what the first ones do. */
+#define FAR_PERIODS 10
 
-  return s->line ? z / w->cs : PetscMin(x, z) / w->cp;
-}
-
-PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer)
+/* The first are P waves of a plane, of a line S waves, over the gap between the fault and its images. */
+PetscErrorCode SlipWavesImages(SlipElastic el, PetscReal *first, PetscReal *last)
 {
-  PetscReal bytes = 0;
   SlipWaves *w;
 
   PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &w));
+  {
+    const SlipWaveSpace s = w->space;
+    const PetscReal sides = s->mirror ? 2 : 1, *const size = s->grid.size,
+                    x = (PetscReal)(s->length[0] - s->grid.nx) * size[0],
+                    z = sides * (PetscReal)(s->length[1] - s->grid.nz) * size[1],
+                    period = PetscMax(s->line ? 0 : (PetscReal)s->length[0] * size[0],
+                                      sides * (PetscReal)s->length[1] * size[1]);
+
+    *first = s->line ? z / w->cs : PetscMin(x, z) / w->cp;
+    *last = FAR_PERIODS * period / w->cs;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer)
+{
+  PetscReal bytes = 0, first, last;
+  SlipWaves *w;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticGetData(el, &w));
+  PetscCall(SlipWavesImages(el, &first, &last));
   for (PetscInt m = 0; m < w->kernels; m++)
     bytes += (PetscReal)sizeof(float) *
              (PetscReal)(SlipWaveMemorySize(&w->memory[m]) + (size_t)2 * w->memory[m].poles.n * w->space->stride);
@@ -190,7 +206,7 @@ PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer)
                    : "plane in a full space",
     w->space->length[0], w->space->length[1], (double)w->least, (double)bytes / 1e6,
     w->history ? " for each step" : ""));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  waves of periodic images come %.3g s after slip\n", (double)Arrival(w)));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  waves of periodic images come %.3g s after slip\n", (double)first));
   if (w->history)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  the rates of all steps, which last for %.3g s\n", (double)w->longest));
   for (PetscInt m = 0; m < w->space->modes && !w->history; m++)

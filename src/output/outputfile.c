@@ -59,7 +59,7 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
   Input Parameters:
 + output  - the output
 . group   - of its datasets, such as "/stations/0"
-. n       - columns, at most 32; the first is by use time
+. n       - columns, at most 40; the first is by use time
 . column  - their names and units [n]; the strings are borrowed
 - entries - numbers of a column in a row [n], whose dataset is then [rows, entries], 0 for one number and [rows], -m for
             m vectors of 3 numbers and [rows, m, 3]; NULL: one each

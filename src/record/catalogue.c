@@ -21,6 +21,19 @@
 
 /* ---- an event ---- */
 
+/* May waves of images of the events before, some of which may have begun within those of others, be under way? */
+static PetscErrorCode OfImages(SlipFaultCatalogue cat, PetscReal onset, PetscBool *images)
+{
+  const PetscReal time = cat->fault->loads.origin + onset;
+  PetscReal first, last;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticGetImages(cat->fault->medium, &first, &last));
+  if (!cat->fault->run->events || time > cat->last_end + last) cat->slip_since = time;
+  *images = time > cat->slip_since + first ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* w: state at the onset, in which the fastest cell is the first */
 static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
 {
@@ -30,6 +43,7 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
 
   PetscFunctionBegin;
   *e = (SlipFaultEvent){.onset = onset};
+  PetscCall(OfImages(cat, onset, &e->images));
   cat->active = PETSC_TRUE;
   cat->power_known = PETSC_FALSE;
   PetscCall(SlipFaultGetDisplacement(fault, w, cat->u0));
@@ -91,10 +105,11 @@ static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
   if (row[EVENT_Y] != 0) (void)snprintf(across, sizeof(across), "  y %.4g km", (double)row[EVENT_Y] / 1e3);
   if (!(residual < LARGE_RESIDUAL))
     (void)snprintf(off, sizeof(off), "  energy residual %.2g %%", (double)residual * 100);
-  (void)snprintf(
-    line, sizeof(line), "event %lld  t %s  Mw %.2f  %sx %.4g km%s  z %.4g km  slip %.3g m  drop %.3g MPa  %s%s\n",
-    (long long)fault->run->events, when, (double)row[EVENT_MAGNITUDE], where, (double)row[EVENT_X] / 1e3, across,
-    (double)row[EVENT_Z] / 1e3, (double)row[EVENT_MEAN_SLIP], (double)row[EVENT_STRESS_DROP] / 1e6, lasted, off);
+  (void)snprintf(line, sizeof(line),
+                 "event %lld  t %s  Mw %.2f  %sx %.4g km%s  z %.4g km  slip %.3g m  drop %.3g MPa  %s%s%s\n",
+                 (long long)fault->run->events, when, (double)row[EVENT_MAGNITUDE], where, (double)row[EVENT_X] / 1e3,
+                 across, (double)row[EVENT_Z] / 1e3, (double)row[EVENT_MEAN_SLIP], (double)row[EVENT_STRESS_DROP] / 1e6,
+                 lasted, off, row[EVENT_IMAGES] != 0 ? "  images?" : "");
   PetscCall(PetscPrintf(fault->comm, "%s", line));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -249,10 +264,10 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An event that goes on at the end of the run has no row, but what there is of it */
+/* An event that goes on at the end of the run has a row of what there is of it, which a restart takes out. */
 static PetscErrorCode GoesOn(SlipFaultCatalogue cat, TS ts, SlipOutput run)
 {
-  char when[32], text[128];
+  char when[32], text[160];
   PetscReal t;
   Vec w;
 
@@ -260,23 +275,28 @@ static PetscErrorCode GoesOn(SlipFaultCatalogue cat, TS ts, SlipOutput run)
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(SlipCatalogueFillRow(cat, t, w));
+  cat->row[EVENT_GOES_ON] = 1;
+  PetscCall(SlipCatalogueAdd(cat));
   SlipTimeText(cat->origin + cat->event.onset, 7, when, sizeof(when));
-  PetscCall(PetscSNPrintf(text, sizeof(text), "M %.2f so far, since t %s: no row, continue with a later -ts_max_time",
+  PetscCall(PetscSNPrintf(text, sizeof(text),
+                          "M %.2f so far, since t %s: the last row, of this much; a later -ts_max_time continues it",
                           (double)cat->row[EVENT_MAGNITUDE], when));
   PetscCall(SlipOutputAddResult(run, "event", "event that goes on", text, (PetscReal)NAN));
   PetscCall(SlipOutputAddResult(run, "magnitude_so_far", NULL, NULL, cat->row[EVENT_MAGNITUDE]));
-  PetscCall(SlipCatalogueWriteGoesOn(cat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode WarnOfResiduals(SlipFaultCatalogue cat)
 {
   PetscReal *ledger, *elastic, *dissipated, shortest, most = 0;
-  PetscInt n, large = 0, event = 0;
+  PetscInt n, rows, large = 0, event = 0;
 
   PetscFunctionBegin;
   PetscCall(SlipElasticGetShortestStep(cat->fault->medium, &shortest));
-  PetscCall(SlipCatalogueReadEnergies(cat, &n, &ledger, &elastic, &dissipated));
+  PetscCall(SlipCatalogueReadColumn(cat, EVENT_LEDGER, &rows, &ledger));
+  PetscCall(SlipCatalogueReadColumn(cat, EVENT_ELASTIC_ENERGY, &rows, &elastic));
+  PetscCall(SlipCatalogueReadColumn(cat, EVENT_DISSIPATED_ENERGY, &rows, &dissipated));
+  n = PetscMin(rows, cat->fault->run->events); /* those that are over */
   for (PetscInt k = 0; k < n; k++) {
     const PetscReal residual = Residual(ledger[k], elastic[k], dissipated[k]);
 
@@ -300,6 +320,27 @@ static PetscErrorCode WarnOfResiduals(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode WarnOfImages(SlipFaultCatalogue cat)
+{
+  PetscReal *images;
+  PetscInt n, some = 0, event = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipCatalogueReadColumn(cat, EVENT_IMAGES, &n, &images));
+  for (PetscInt k = n - 1; k >= 0; k--) {
+    if (images[k] == 0) continue;
+    some++;
+    event = k + 1;
+  }
+  PetscCall(PetscFree(images));
+  if (some)
+    PetscCall(SlipWarning("%" PetscInt_FMT " of %" PetscInt_FMT " events (the first is event %" PetscInt_FMT
+                          ") began when waves of periodic images of earlier ones may have been there, and may be of "
+                          "these: /images of the catalogue is 1. Compare a run with a larger -%sfault_waves_padding",
+                          some, n, event, SlipFaultPrefix(cat->fault)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The file is complete, and the summary says how many events there were. */
 static PetscErrorCode CatalogueFinish(SlipFault fault, TS ts, SlipOutput run, void *ctx)
 {
@@ -312,6 +353,7 @@ static PetscErrorCode CatalogueFinish(SlipFault fault, TS ts, SlipOutput run, vo
   PetscCall(SlipOutputAddResult(run, "events", "events", NULL, (PetscReal)fault->run->events));
   if (cat->active) PetscCall(GoesOn(cat, ts, run));
   if (!cat->rank && fault->options.speaks) ierr = WarnOfResiduals(cat);
+  if (!cat->rank && fault->options.speaks && !ierr) ierr = WarnOfImages(cat);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCall(SlipCatalogueClose(cat, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -31,6 +31,8 @@ static const SlipOutputColumn Columns[EVENT_ALL_COLUMNS] = {
   [EVENT_RAKE] = {"rake", "degrees", PETSC_FALSE},
   [EVENT_RUPTURE_SPEED] = {"rupture_speed", "m/s", PETSC_FALSE},
   [EVENT_RADIATED_EFFICIENCY] = {"radiated_efficiency", "1", PETSC_FALSE},
+  [EVENT_GOES_ON] = {"goes_on", "1", PETSC_TRUE},
+  [EVENT_IMAGES] = {"images", "1", PETSC_TRUE},
   [EVENT_FAULT_MOMENT] = {"fault_moment", "N m", PETSC_FALSE},
   [EVENT_FAULT_AREA] = {"fault_area", "m^2", PETSC_FALSE},
   [EVENT_FAULT_MEAN_SLIP] = {"fault_mean_slip", "m", PETSC_FALSE},
@@ -39,10 +41,6 @@ static const SlipOutputColumn Columns[EVENT_ALL_COLUMNS] = {
   [EVENT_FAULT_CELL] = {"fault_cell", "1", PETSC_TRUE},
   [EVENT_FAULT_DISSIPATED_ENERGY] = {"fault_dissipated_energy", "J", PETSC_FALSE},
 };
-
-/* Of the event that goes on when the run ends: attributes of a group of its own, which whoever reads rows does not take
-   for one */
-static const char *const GoesOn = "/goes_on";
 
 static const char *const Maps[2] = {"/maps/slip", "/maps/rupture_time"}, *const MapUnits[2] = {"m", "s"};
 
@@ -99,7 +97,6 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscCall(SlipH5CreateKind(&cat->kind, fault->options.text[FAULT_CATALOGUE], h));
   PetscCall(WriteAttributes(cat));
   PetscCall(CreateTable(cat, -1));
-  PetscCall(SlipH5GroupOfNumbers(h, GoesOn));
   for (PetscInt m = 0; m < 2 && cat->maps; m++)
     PetscCall(!m && fault->layout.components > 1
                 ? SlipH5CreateSeries(h, Maps[m], ndim + 1, of_slip, PETSC_FALSE, MapUnits[m])
@@ -155,8 +152,6 @@ static PetscErrorCode Continue(SlipFaultCatalogue cat)
   PetscCall(SlipH5CreateCopy(&cat->kind, NULL, cat->fault->options.text[FAULT_CATALOGUE], h));
   PetscCall(CheckLast(cat));
   PetscCall(CreateTable(cat, cat->fault->run->events));
-  PetscCall(SlipH5RemoveGroup(h, GoesOn));
-  PetscCall(SlipH5GroupOfNumbers(h, GoesOn));
   for (PetscInt m = 0; m < 2 && cat->maps; m++) PetscCall(SlipH5SetRows(h, Maps[m], cat->fault->run->events));
   PetscCall(SlipH5Live(h));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -260,31 +255,15 @@ static PetscErrorCode Flush(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const SlipEventColumn SoFar[] = {EVENT_ONSET, EVENT_END,       EVENT_X,         EVENT_Y,
-                                        EVENT_Z,     EVENT_MEAN_SLIP, EVENT_MAGNITUDE, EVENT_MOMENT};
-
-/* Collective: those of the row that was filled */
-PetscErrorCode SlipCatalogueWriteGoesOn(SlipFaultCatalogue cat)
-{
-  PetscErrorCode ierr = PETSC_SUCCESS;
-
-  PetscFunctionBegin;
-  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(SoFar) && !cat->rank && !ierr; k++)
-    ierr =
-      SlipH5WriteAttrReal(&cat->file, GoesOn, Columns[SoFar[k]].name, cat->row[SoFar[k]] + (k < 2 ? cat->origin : 0));
-  PetscCall(SlipErrorBcast(cat->fault->comm, ierr));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Rank 0: of all rows [n], freed with PetscFree() */
-PetscErrorCode SlipCatalogueReadEnergies(SlipFaultCatalogue cat, PetscInt *n, PetscReal **ledger, PetscReal **elastic,
-                                         PetscReal **dissipated)
+PetscErrorCode SlipCatalogueReadColumn(SlipFaultCatalogue cat, SlipEventColumn column, PetscInt *n, PetscReal **values)
 {
+  char path[64];
+
   PetscFunctionBegin;
   PetscCall(SlipTableFlush(&cat->table, &cat->file));
-  PetscCall(SlipH5ReadReal(&cat->file, "/ledger", 1, n, ledger));
-  PetscCall(SlipH5ReadReal(&cat->file, "/elastic_energy", 1, n, elastic));
-  PetscCall(SlipH5ReadReal(&cat->file, "/dissipated_energy", 1, n, dissipated));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "/%s", Columns[column].name));
+  PetscCall(SlipH5ReadReal(&cat->file, path, 1, n, values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -370,6 +349,7 @@ static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
   PetscCall(SlipStateReal(s, "rate", 2, e->rate));
   PetscCall(SlipStateInt(s, "cell", 1, &e->cell));
   PetscCall(SlipStateInt(s, "steps", 1, &e->steps));
+  PetscCall(SlipStateBool(s, "images", &e->images));
   if (cat->hypocentre) PetscCall(SlipStateInt(s, "hypocentres", cat->fault->mesh.faults, cat->hypocentre));
   PetscCall(SlipStateVec(s, "displacement", cat->u0));
   PetscCall(SlipStateVec(s, "stress", cat->stress0));
@@ -403,6 +383,7 @@ PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx)
              (double)fault->options.value[FAULT_EVENT_RATE], (double)rate, prefix, fault->options.text[FAULT_RESTART]);
   PetscCall(SlipStateInt(s, "events", 1, &fault->run->events));
   PetscCall(SlipStateReal(s, "last_end", 1, &cat->last_end));
+  PetscCall(SlipStateReal(s, "slip_since", 1, &cat->slip_since));
   PetscCall(SlipStateBool(s, "active", &cat->active));
   if (cat->before) {
     PetscCall(SlipStateReal(s, "time_before", 1, &cat->time_before));

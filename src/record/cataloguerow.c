@@ -390,6 +390,8 @@ PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w
   row[EVENT_RAKE] = Rake(sum[SUM_ALONG], sum[SUM_UP]);
   PetscCall(RuptureSpeed(cat, &row[EVENT_RUPTURE_SPEED]));
   row[EVENT_RADIATED_EFFICIENCY] = RadiatedEfficiency(row, area * sum[SUM_WORK]);
+  row[EVENT_GOES_ON] = 0;
+  row[EVENT_IMAGES] = e->images ? 1 : 0;
   FillFaults(cat, along, sum + NUM_ALL_SUMS, first);
   PetscCall(PetscFree2(sum, first));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -317,6 +317,22 @@ static PetscErrorCode WarnOfPlanes(SlipFault fault, PetscMPIInt rank)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* ---- waves ---- */
+
+/* A line, which is no warning: a run may be over before, and what comes may be too weak. */
+static PetscErrorCode TellOfImages(SlipFault fault)
+{
+  PetscReal first, last;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticGetImages(fault->medium, &first, &last));
+  if (first == PETSC_MAX_REAL) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscPrintf(fault->comm,
+                        "%-24s waves of periodic images arrive %.4g s after slip (-%sfault_waves_padding)\n",
+                        "images:", (double)first, SlipFaultPrefix(fault)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Collective, at the end of the set-up */
 PetscErrorCode SlipFaultWarn(SlipFault fault)
 {
@@ -337,5 +353,6 @@ PetscErrorCode SlipFaultWarn(SlipFault fault)
   PetscCall(WarnOfThickness(fault, rank));
   PetscCall(WarnOfMesh(fault, rank));
   if (!rank) PetscCall(SlipFaultResolutionWarn(fault));
+  PetscCall(TellOfImages(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

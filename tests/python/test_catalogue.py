@@ -169,14 +169,17 @@ class CatalogueTest(FaultTest):
             events = ("-fault_catalogue_maps", "-fault_catalogue")
             self.fault(*options, *events, "whole.h5", ranks=ranks)
             said = self.fault(*options, *events, "cut.h5", "-fault_checkpoint", "state.h5", "-fault_output_overwrite", "-ts_max_time", "9", ranks=ranks)
-            found = re.search(r"(?m)^event that goes on: +M ([\d.]+) so far, since t (4\.7\d+) s: no row, continue with a later -ts_max_time$", said)
+            found = re.search(r"(?m)^event that goes on: +M ([\d.]+) so far, since t (4\.7\d+) s: the last row, of this much; a later -ts_max_time continues it$", said)
             self.assertTrue(found, said)
             cut = Catalogue(self.path("cut.h5"))
-            self.assertEqual((cut.count, cut.goes_on["end"], f"{cut.goes_on['magnitude']:.2f}"), (0, 9, found[1]))
+            self.assertEqual((cut.count, cut.goes_on["end"], f"{cut.goes_on['magnitude']:.2f}", cut.over[0]), (1, 9, found[1], False))
             self.assertAlmostEqual(cut.goes_on["onset"], float(found[2]), delta=1e-5)
+            # its map has the slip of its row, its moment is the sum of that
+            self.assertAlmostEqual(np.abs(cut.map("slip")).max(), cut.event["max_slip"][0], delta=1e-6 * cut.event["max_slip"][0])
+            self.assertEqual(np.isfinite(cut.map("rupture_time")).sum() * 500 * 600, cut.event["area"][0])
             table = self.script("catalogue_csv.py", self.path("cut.h5"))
-            self.assertEqual((table.returncode, len(table.stdout.splitlines())), (0, 1))  # the names of the columns
-            self.assertIn(f"M {found[1]} so far goes on at the end of the run", table.stderr)
+            self.assertEqual((table.returncode, len(table.stdout.splitlines())), (0, 2))  # the names of the columns, and its row
+            self.assertIn(f"the last event, M {found[1]} so far, goes on at the end of the run", table.stderr)
             self.fault(*options, *events, "cut.h5", "-fault_restart", "state.h5", ranks=other)
             cut = Catalogue(self.path("cut.h5"))
             self.assertEqual((cut.count, cut.goes_on), (1, None))
@@ -232,11 +235,13 @@ class CatalogueTest(FaultTest):
         self.fault(*run, "-ts_max_time", "1e13", "-ts_max_steps", "4000", code=3)
         whole = Catalogue(self.path("events.h5"))
         self.assertGreater(whole.count, 20)
+        over = whole.event["mean_slip"][whole.over]
+        self.assertGreaterEqual(len(over), whole.count - 1)
         self.assertTrue((whole.event["onset"][1:] > whole.event["end"][:-1]).all() and (whole.event["end"] > whole.event["onset"]).all())
         self.assertLess(abs(whole.event["ledger"]).max(), 1e-3)  # measured 1.1e-4
         # of one cell the slip is what the loading has brought from one event to the next, but for creep before and after
         brought = 1e-9 * np.diff(whole.event["onset"])
-        np.testing.assert_allclose(whole.event["mean_slip"][1:], brought, rtol=0.1)
+        np.testing.assert_allclose(over[1:], brought[:len(over) - 1], rtol=0.1)
         with open(self.path("events.h5"), "rb") as file:
             older = file.read()
         process = subprocess.Popen([FAULT, *run, "-ts_max_time", "1e13"], cwd=self.folder.name, stdout=subprocess.DEVNULL)

@@ -13,6 +13,7 @@ from scripts import FaultTest, PictureTest
 
 import h5py
 import numpy as np
+from slipstep.times import written
 
 BED = "{http://quakeml.org/xmlns/bed/1.2}"
 SCHEMA = os.environ.get("SLIPSTEP_QUAKEML_SCHEMA", "")  # QuakeML-1.2.xsd or .rng, which is not ours to copy
@@ -119,11 +120,12 @@ class Export(FaultTest, PictureTest):
             self.assertIn(warning, np.bytes_(file["run"].attrs["warnings"]).decode())
         self.assertNotIn("goes on at the end", text)
         with h5py.File(self.path("events.h5"), "r+") as file:
-            file["goes_on"].attrs.update({"onset": 5.0, "magnitude": 4.094})
+            file["goes_on"][-1] = 1
+            since, magnitude = file["onset"][-1], file["magnitude"][-1]
         with mock.patch("slipstep.programs.report.pictures", lambda run, events: []):
             self.plot("report", self.path("run.h5"), "--catalogue", self.path("events.h5"), "-o", self.path("r.html"))
         with open(self.path("r.html"), encoding="utf-8") as file:
-            self.assertIn("goes on at the end of the run, which is not among them: M 4.09 so far, since 5 s", file.read())
+            self.assertIn(f"The last event goes on at the end of the run: M {magnitude:.2f} so far, since {written(since)}", file.read())
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Faults that radiate waves: restarts, ranks, energies, and what is refused; test_examples.py has ruptures beside published ones and exact slip."""
 
 import os
+import re
 import sys
 import unittest
 import unittest.mock
@@ -9,6 +10,7 @@ from scripts import BUILD, SOURCE, FaultTest
 
 import h5py
 import numpy as np
+from slipstep.results.catalogue import Catalogue
 
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
 import kostrov
@@ -147,6 +149,14 @@ class WavesTest(FaultTest):
             self.assertGreater(slip, 0.062, controller)
             self.assertLess(abs(slip / shortest[0] - 1), 0.01, controller)
             self.assertLessEqual(steps, shortest[1] + 10, controller)
+        # the gap between the fault and its images, 20 km with padding 2.2, is 3.3 s long for P waves
+        for padding, first, marks in ((2.2, 20e3, [0, 1]), (4, 50e3, [0, 0])):
+            said = self.fault(*options, "-fault_waves_padding", padding, "-fault_catalogue", "events.h5")
+            arrival = float(re.search(r"(?m)^images: +waves of periodic images arrive ([\d.]+) s after slip", said)[1])
+            self.assertAlmostEqual(arrival * np.sqrt(3 * 32.03812e9 / 2670), first, delta=1e-3 * first)
+            events = Catalogue(self.path("events.h5")).event
+            self.assertEqual((events["images"].tolist(), events["goes_on"].tolist()), (marks, [0, 1]))
+            self.assertEqual("1 of 2 events (the first is event 2) began when waves of periodic images" in said, bool(marks[1]))
         # a short event at 6.9 s has few of the shortest steps, which no controller shortens
         said = self.fault(*options, "-ts_adapt_type", "lapusta", "-fault_catalogue", "events.h5", "-ts_max_time", 7)
         self.assertIn("Use smaller cells", said)

@@ -10,7 +10,7 @@
    have these numbers. */
 #define SLIP_TABLE_ROWS 256
 #define SLIP_TABLE_NUMBERS 262144
-#define SLIP_TABLE_COLUMNS 32
+#define SLIP_TABLE_COLUMNS 40
 #define SLIP_TABLE_TIMES 3
 #define SLIP_TABLE_ALL (SLIP_TABLE_COLUMNS + SLIP_TABLE_TIMES)
 typedef struct {

@@ -75,6 +75,7 @@ typedef struct {
   PetscReal time[2], rate[2]; /* ends of the last two steps [s], largest slip rates there [m/s] */
   PetscInt cell;              /* hypocentre, as the file numbers cells */
   PetscInt steps;
+  PetscBool images; /* it began while waves of images of earlier events may have been under way */
 } SlipFaultEvent;
 
 typedef enum {
@@ -103,6 +104,8 @@ typedef enum {
   EVENT_RAKE,
   EVENT_RUPTURE_SPEED,
   EVENT_RADIATED_EFFICIENCY,
+  EVENT_GOES_ON,
+  EVENT_IMAGES,
   EVENT_NUM_COLUMNS,
   /* where there are several, a number for each fault */
   EVENT_FAULT_MOMENT = EVENT_NUM_COLUMNS,
@@ -142,6 +145,7 @@ struct _n_SlipFaultCatalogue {
   PetscBool unflushed;  /* rows that are not on the disk */
   SlipTable table;      /* rank 0: the columns */
   PetscReal last_end;   /* of the newest row, of the run [s] */
+  PetscReal slip_since; /* onset of the first event whose waves of images may be under way, of the run [s] */
   PetscReal origin;     /* what the times below count from [s] */
   PetscBool active;     /* an event is under way */
   PetscBool ended;      /* it is slower than its bound, and has this row unless it goes on */
@@ -196,7 +200,6 @@ PETSC_EXTERN PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat);
 PETSC_EXTERN PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete);
 PETSC_EXTERN PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx);
 PETSC_EXTERN PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat);
-PETSC_INTERN PetscErrorCode SlipCatalogueWriteGoesOn(SlipFaultCatalogue cat);
 /* rank 0 */
-PETSC_INTERN PetscErrorCode SlipCatalogueReadEnergies(SlipFaultCatalogue cat, PetscInt *n, PetscReal **ledger,
-                                                      PetscReal **elastic, PetscReal **dissipated);
+PETSC_INTERN PetscErrorCode SlipCatalogueReadColumn(SlipFaultCatalogue cat, SlipEventColumn column, PetscInt *n,
+                                                    PetscReal **values);

@@ -170,5 +170,6 @@ PETSC_INTERN PetscErrorCode SlipWavesAllocate(size_t count, float **a); /* zero,
 PETSC_INTERN PetscErrorCode SlipWavesBegin(SlipWaves *w);
 PETSC_INTERN PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock);
 PETSC_INTERN PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer);
+PETSC_INTERN PetscErrorCode SlipWavesImages(SlipElastic el, PetscReal *first, PetscReal *last);
 PETSC_INTERN PetscErrorCode SlipWavesDestroy(SlipElastic el);
 PETSC_INTERN PetscErrorCode SlipWavesVisit(SlipElastic el, SlipState state);

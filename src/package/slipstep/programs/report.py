@@ -130,7 +130,7 @@ def page(run, events, catalogue):
     parts += ["<h2>Result</h2>", table(numbers(run))]
     if catalogue is not None and catalogue.goes_on:
         of = catalogue.goes_on
-        parts.append(f"<p>An event goes on at the end of the run, which is not among them: M {of['magnitude']:.2f} so far, since {written(of['onset'])}.</p>")
+        parts.append(f"<p>The last event goes on at the end of the run: M {of['magnitude']:.2f} so far, since {written(of['onset'])}.</p>")
     parts += ["<h2>Accuracy</h2>", *(f"<p>{line}</p>" for line in accuracy(run))]
     if "warnings" in run.run:
         parts += ["<h2>Warnings</h2>"] + ([f'<p class="warn">{html.escape(line)}</p>' for line in warnings] or ['<p class="good">The run printed no warnings.</p>'])

@@ -29,8 +29,8 @@ class Catalogue:
     mesh       dict: x, z cell centres [m]; of irregular cells also y, length, width [m]
     has_maps   whether map() has some
     complete   whether the run has ended
-    goes_on    dict: onset, end of the run [s], magnitude, moment, mean_slip, x, y, z so far of an event that went on when it ended; it is no
-               event of the lists above. None: there is none
+    goes_on    dict: the columns of an event that went on when the run ended, so far, which is then the last of the lists above, and
+               event["goes_on"] is 1 there. None: there is none
     """
 
     def __init__(self, path):
@@ -46,11 +46,16 @@ class Catalogue:
             self.mesh = {name: data[()] for name, data in datasets(file["mesh"]).items()}
             self.faults = np.atleast_1d(file.attrs["faults"] if "faults" in file.attrs else np.unique(self.mesh.get("fault", 0)))
             self.complete = is_complete(file)
-            goes_on = attributes(file.get("goes_on"))
-        self.goes_on = goes_on if self.complete and "magnitude" in goes_on else None
+        going = self.count and self.event.get("goes_on", np.zeros(1))[-1]
+        self.goes_on = {name: values[-1] for name, values in self.event.items()} if going else None
 
     def open(self):
         return open_file(self.path, "fault -fault_catalogue writes it")
+
+    @property
+    def over(self):
+        """Which events had ended when the run did."""
+        return self.event.get("goes_on", np.zeros(self.count)) == 0
 
     @property
     def duration(self):
@@ -58,16 +63,14 @@ class Catalogue:
         return since(self.event, "end", (self.event["onset"], self.event.get("onset_rest", 0.0)))
 
     def warn(self):
-        """A line on standard error where an event goes on at the end of the run, of which nothing is in the lists."""
+        """A line on standard error where the last event goes on at the end of the run."""
         if self.goes_on:
-            print(f"{program()}: {self.path}: an event of M {self.goes_on['magnitude']:.2f} so far goes on at the end of the run, and is left out", file=sys.stderr)
+            print(f"{program()}: {self.path}: the last event, M {self.goes_on['magnitude']:.2f} so far, goes on at the end of the run", file=sys.stderr)
 
     def none(self):
         """What is said of a list without events"""
         if not self.complete:
             return f"{self.path}: no event is there yet"
-        if self.goes_on:
-            return f"{self.path}: no event is there, but one of M {self.goes_on['magnitude']:.2f} so far that goes on at the end of the run: continue it with a later -ts_max_time"
         return f"{self.path}: no event is there"
 
     def number_of(self, event):

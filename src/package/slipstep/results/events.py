@@ -64,7 +64,7 @@ class Events(Catalogue, Cells):
         one cell are left out: how many there are, and how large, is of the mesh."""
         if not self.attributes.get("weakens", 1):
             return "no b: friction weakens nowhere"
-        several = np.isfinite(self["magnitude"])
+        several = np.isfinite(self["magnitude"]) & self.over
         if self.cell_area is not None:
             several &= self["area"] > SEVERAL * self.cell_area
         magnitude = self["magnitude"][several]
