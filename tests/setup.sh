@@ -61,6 +61,23 @@ slipstep_command() {
   fi
 }
 
+# apt-get by a command prefix; while another program holds its locks (updates that a system makes by itself), waits for it.
+slipstep_apt() { # PREFIX ARGUMENT...
+  local prefix=$1 said waits="" status
+  shift
+  said=$(mktemp)
+  while :; do
+    $prefix env DEBIAN_FRONTEND=noninteractive LC_ALL=C apt-get -q -y "$@" 2>"$said" && status=0 || status=$?
+    if [ $status = 0 ] || ! grep -q "Could not get lock\|Unable to acquire the dpkg frontend lock\|Unable to lock" "$said"; then break; fi
+    [ -n "$waits" ] || echo "Waiting for another program that installs packages: $(grep -m 1 "lock" "$said")"
+    waits=yes
+    sleep "${SLIPSTEP_LOCK_WAIT:-5}"
+  done
+  cat "$said" >&2
+  rm -f "$said"
+  return $status
+}
+
 slipstep_install() {
   local missing system root
   if [ "${SLIPSTEP_SKIP_PACKAGES:-0}" = 1 ]; then return; fi
@@ -83,8 +100,8 @@ and then this again. For a PETSc from elsewhere, with real scalars, set PETSC_DI
   $(slipstep_command "${missing[@]}")
 and then this again."
   echo "Installing: ${missing[*]}"
-  $root apt-get -q update || echo "apt-get update reported errors; going on with the package lists there are." >&2
-  $root env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends "${missing[@]}" ||
+  slipstep_apt "$root" update || echo "apt-get update reported errors; going on with the package lists there are." >&2
+  slipstep_apt "$root" install --no-install-recommends "${missing[@]}" ||
     slipstep_die "SlipStep: apt-get could not install ${missing[*]}"
 }
 

@@ -66,6 +66,24 @@ configure -DBUILD_TESTING=ON -DPKG_CONFIG_EXECUTABLE="$work/pkg-config" || fail 
 kinds=$(ctest --test-dir build -N | sed -n 's/^ *Test *#[0-9]*: \([a-z]*\)\..*/\1/p' | sort -u | tr '\n' ' ')
 [ "$kinds" = "integration python " ] || fail "kinds of tests without cmocka: $kinds"
 
+# The set-up waits while another program installs packages: locks that go away at the third call, and another error.
+mkdir -p fakes
+cat >fakes/apt-get <<'SH'
+#!/bin/sh
+echo x >>calls
+[ "$(wc -l <calls)" -ge 3 ] || { echo "E: Could not get lock /var/lib/dpkg/lock-frontend. It is held by process 1 (apt)" >&2; exit 100; }
+case " $* " in *" none "*) echo "E: Unable to locate package none" >&2; exit 100 ;; esac
+SH
+chmod +x fakes/apt-get
+for package in some none; do
+  : >calls
+  code=0
+  PATH="$work/fakes:$PATH" SLIPSTEP_LOCK_WAIT=0 bash -c ". '$SLIPSTEP_SOURCE/tests/setup.sh'; slipstep_apt '' install $package" >log 2>err || code=$?
+  [ $code = $([ $package = some ] && echo 0 || echo 100) ] && [ "$(wc -l <calls)" = 3 ] || fail "set-up beside another one ends with $code after $(wc -l <calls) calls: $(cat log err)"
+  [ "$(grep -c "^Waiting for another program that installs packages: .*lock-frontend" log)" = 1 ] || fail "a set-up waits without a line: $(cat log)"
+done
+[ "$(cat err)" = "E: Unable to locate package none" ] || fail "an error of apt-get is lost: $(cat err)"
+
 # another HDF5 than PETSc's, where the system has one
 used=$(ldd "$(ls "$libdir"/libpetsc*.so | head -n 1)" | sed -n 's/^\s*libhdf5[^ ]* => \([^ ]*\).*/\1/p' | head -n 1)
 for other in /usr/lib/*/libhdf5_serial.so.*[0-9]; do
