@@ -102,6 +102,7 @@ PetscErrorCode SlipElasticView(SlipElastic el, PetscReal theta, PetscViewer view
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
   PetscCall(CreatePreconditioner(el, theta, &pc));
   PetscCall(ViewMatrix("stiffness K", "K", el->K, viewer));
+  if (el->Kn) PetscCall(ViewMatrix("normal stress of slip Kn", "Kn, beside K", el->Kn, viewer));
   PetscCall(ViewMatrix("viscosity H", "H", el->H, viewer));
   PetscCall(ViewMatrix("stage operator B", "B, beside K and H", el->B, viewer));
   PetscCall(PetscObjectQueryFunction((PetscObject)pc, "PCSlipGetMemory_C", &memory));

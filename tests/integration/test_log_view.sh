@@ -105,6 +105,9 @@ run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" -fault_operator dense && m
 run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" && mv log fft2
 run "$fault" "${grid[@]}" && mv log fft1
 run "$fault" -fault_nx 30 -fault_nz 30 -fault_operator hmat -ts_max_time 0.1 -fault_view && mv log hmat1
+slides=(-fault_friction_law rate_and_state -fault_friction_slip 0.1 -fault_initial_rate 1e-9 -fault_depth_top 1e3)
+run "$fault" "${grid[@]}" "${slides[@]}" -fault_dip 30 && mv log kn1
+run mpirun --oversubscribe -n 2 "$fault" "${grid[@]}" "${slides[@]}" -fault_dip 90 && mv log slides2
 expect() { grep -qE -- "$2" "$1" || { echo "FAILED: no line \"$2\" in $1:"; cat "$1"; failed=1; }; }
 expect dense1 "cells: 1600 on 1 ranks, 1600 to 1600 on each"
 expect dense2 "cells: 1600 on 2 ranks, 800 to 800 on each"
@@ -113,7 +116,12 @@ expect dense1 "memory of K: $((8 * 1600 * 1600)) bytes \(20.5 MB\) at most on a 
 expect dense2 "memory of H: $((4 * 1600 * 1600)) bytes \(10.2 MB\) at most on a rank, 20.5 MB in all, 100.00 %"
 expect fft1 "stiffness K: slipfft \(auto: a uniform grid of more than 256 cells\)"
 expect fft1 "viscosity H: [a-z]+ \(sqrtm"
+expect fft1 "memory of K: [1-9][0-9]+ bytes"
 expect fft1 "memory of the preconditioner, .* bytes"
+expect kn1 "normal stress of slip Kn: slipdippingfft"
+expect kn1 "memory of Kn, beside K: [1-9][0-9]+ bytes"
+expect slides2 "memory of K: [1-9][0-9]+ bytes"
+expect slides2 "memory of H: 0 bytes" # radiation damping is one number
 expect hmat1 "stiffness K: sliphmat \(hmat as asked\)"
 expect hmat1 "memory of K: [0-9]+ bytes .* [0-9.]+ % of a dense matrix"
 for file in dense1 fft1 fft2 hmat1; do expect $file "memory of the process after set-up: [0-9.]+ MB at most on a rank"; done

@@ -166,6 +166,7 @@ static PetscErrorCode FFTScale(Mat K, PetscScalar a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What a product takes, unless products are on the device; collective, as what they need is made by then */
 static PetscErrorCode FFTGetInfo(Mat K, MatInfoType flag, MatInfo *info)
 {
   FFTContext *c;
@@ -174,6 +175,7 @@ static PetscErrorCode FFTGetInfo(Mat K, MatInfoType flag, MatInfo *info)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &c));
   PetscCall(MatGetSize(K, &N, NULL));
+  if (!c->there && !c->blocks) PetscCall(MatSetUp_SlipFFT(K, c));
   PetscCall(SlipInfoFill(
     K,
     SlipCirculantBytes(K) + (c->plane ? SlipToeplitzBytes(c->plane) : 0) + SlipGatherBytes(&c->gather) +

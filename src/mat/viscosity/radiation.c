@@ -2,6 +2,7 @@
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipdevice.h>
+#include <slipstep/private/slipmatcommon.h>
 #include <slipstep/private/slipmatviscosity.h>
 
 typedef struct {
@@ -32,6 +33,19 @@ static PetscErrorCode RadiationGetDiagonal(Mat H, Vec d)
   PetscCall(MatShellGetContext(H, &r));
   PetscCall(VecSet(d, r->eta));
   if (r->weights) PetscCall(VecPointwiseMult(d, d, r->weights));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Weights of cells that are alike are those of K */
+static PetscErrorCode RadiationGetInfo(Mat H, MatInfoType flag, MatInfo *info)
+{
+  Radiation *r;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(H, &r));
+  PetscCall(MatGetLocalSize(H, &n, NULL));
+  PetscCall(SlipInfoFill(H, r->weights && !r->alike ? (PetscReal)sizeof(PetscReal) * (PetscReal)n : 0, flag, info));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -145,8 +159,11 @@ static PetscErrorCode WeightsOf(Mat K, PetscReal factor, Vec *weights)
 @*/
 PetscErrorCode MatCreateSlipRadiationOpening(Mat K, PetscReal eta, PetscReal across, Mat *H)
 {
-  const SlipShellOps ops = {
-    .mult = RadiationMult, .diagonal = RadiationGetDiagonal, .destroy = RadiationDestroy, .device = RadiationDevice};
+  const SlipShellOps ops = {.mult = RadiationMult,
+                            .diagonal = RadiationGetDiagonal,
+                            .info = RadiationGetInfo,
+                            .destroy = RadiationDestroy,
+                            .device = RadiationDevice};
   const char *prefix;
   Radiation *r;
 
