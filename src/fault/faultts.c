@@ -185,7 +185,7 @@ static PetscErrorCode BeforeStep(TS ts)
   if (problem->any_integrator && !((SlipFault)fault)->friction.law->always_slides)
     PetscCall(SlipFaultBeginRest((SlipFault)fault, ts));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, TSRKC, TSLAPUSTA, ""));
-  if (!ours && problem->any_integrator) PetscCall(SlipMeetCornerForeign(ts, &((SlipFault)fault)->corner_passed));
+  if (ours || problem->any_integrator) PetscCall(SlipMeetCornerBefore(ts, ours, &((SlipFault)fault)->corner_passed));
   if (ours || !problem->accept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(TSGetTime(ts, &t));
@@ -335,7 +335,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
     problem->advance = Advance_Fault;
     problem->rollback = RollBack_Fault;
   }
-  if (remembers || is_explicit) PetscCall(TSSetPreStep(ts, BeforeStep));
+  if (remembers || is_explicit || fault->loads.pressed) PetscCall(TSSetPreStep(ts, BeforeStep));
   problem->any_integrator = is_explicit;
   fault->corner_passed = PETSC_FALSE;
   problem->finish = is_explicit ? SlipFaultFinishStep : NULL;

@@ -4,7 +4,8 @@
 #include <slipstep/private/slipts.h>
 #include <slipsys.h>
 
-static PetscErrorCode Corner(TS ts, PetscReal *corner)
+/* The first after t */
+static PetscErrorCode Corner(TS ts, PetscReal t, PetscReal *corner)
 {
   const SlipProblemOps *problem;
   void *ctx;
@@ -12,7 +13,7 @@ static PetscErrorCode Corner(TS ts, PetscReal *corner)
   PetscFunctionBegin;
   *corner = PETSC_MAX_REAL;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (problem && problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, corner, ctx));
+  if (problem && problem->corner) PetscCall((*problem->corner)(ts, t, corner, ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -24,7 +25,7 @@ PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner)
   PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
   if (!ts->steps && !constant) ts->time_step = PetscMin(ts->time_step, ts->adapt->dt_max);
   *whole = ts->time_step;
-  PetscCall(Corner(ts, corner));
+  PetscCall(Corner(ts, ts->ptime, corner));
   if (ts->time_step >= *corner - ts->ptime)
     ts->time_step = *corner - ts->ptime;
   else
@@ -32,9 +33,9 @@ PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode SlipMeetCornerForeign(TS ts, PetscBool *warned)
+PetscErrorCode SlipMeetCornerBefore(TS ts, PetscBool ours, PetscBool *warned)
 {
-  PetscReal next, h;
+  PetscReal next, after, h;
   PetscBool constant;
   PetscMPIInt rank;
   TSAdapt adapt;
@@ -43,16 +44,23 @@ PetscErrorCode SlipMeetCornerForeign(TS ts, PetscBool *warned)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
   if (!constant) {
-    PetscCall(SlipMeetCorner(ts, &h, &next));
+    if (!ours) PetscCall(SlipMeetCorner(ts, &h, &next));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (*warned) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetTimeStep(ts, &h));
-  PetscCall(Corner(ts, &next));
+  PetscCall(Corner(ts, ts->ptime, &next));
   if (ts->ptime + h <= next || SlipControlAtEnd(ts->ptime + h, next)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Corner(ts, next, &after));
+  if (ours && after - next >= h) PetscFunctionReturn(PETSC_SUCCESS);
   *warned = PETSC_TRUE;
   PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
-  if (!rank)
+  if (!rank && ours)
+    PetscCall(SlipWarning("between its corners at %.6g and %.6g s the loading changes within less than the constant "
+                          "step of %.6g s, so that one step has all of it: use another -ts_adapt_type than none, or a "
+                          "shorter -" SLIP_TS_DT,
+                          (double)next, (double)after, (double)h));
+  if (!rank && !ours)
     PetscCall(
       SlipWarning("the constant step from %.6g to %.6g s passes a corner of the loading at %.6g s, and -ts_type %s "
                   "sees nothing of a pulse between its stages: use another -ts_adapt_type than none, or a "

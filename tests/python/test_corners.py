@@ -57,7 +57,8 @@ class Corners(FaultTest):
             self.assertLessEqual(steps.max(), DAY * (1 + 1e-12), integrator)
 
     def test_constant_steps(self):
-        """Of PETSc's types they stay as they are, with one warning; where corners are ends of steps there is none."""
+        """Of PETSc's types they stay as they are, with one warning; where corners are ends of steps there is none. Ours end at corners, with one where
+        two are within a step."""
         self.pulse(1.5)
         with h5py.File(self.path("pulse.h5"), "r+") as file:
             file["time"][...] = [0, 8000, 8500, 9000, 9500, 40 * DAY]
@@ -65,6 +66,9 @@ class Corners(FaultTest):
         constant = [*GRID, *CREEPS, "-ts_type", "rk", "-ts_adapt_type", "none", "-ts_max_time", "10500"]
         self.assertNotIn("passes a corner", self.fault(*constant, "-ts_dt", "500"))
         self.assertEqual(self.fault(*constant, "-ts_dt", "3000").count("passes a corner of the loading at 8000 s"), 1)
+        constant = [*GRID, *CREEPS, "-ts_type", "bathe", "-ts_adapt_type", "none", "-ts_max_time", "10500"]
+        for step, warnings in (("500", 0), ("333", 0), ("600", 1)):
+            self.assertEqual(self.fault(*constant, "-ts_dt", step).count("between its corners at 8000 and 8500 s the loading changes within less than"), warnings, step)
 
 
 if __name__ == "__main__":

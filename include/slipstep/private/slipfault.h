@@ -134,7 +134,7 @@ struct _p_SlipFault {
   SlipFaultBalance balance; /* where all cells slide: the slip rates of the state asked about last */
   SlipFaultResolution resolution;
   SlipProblemOps problem;  /* what its TS tells controllers */
-  PetscBool corner_passed; /* a constant step of a foreign integrator did, which was said */
+  PetscBool corner_passed; /* a constant step did, which was said */
   SlipFaultSteps steps;
   SlipFaultKnown known;
   SlipFaultCoupling coupling;

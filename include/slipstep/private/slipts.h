@@ -244,9 +244,9 @@ PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, Pe
    one of the controller. whole: the step before it was cut for a corner; corner: where it ends then, PETSC_MAX_REAL
    where it passes none [s]. Collective, before each attempt */
 PETSC_INTERN PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner);
-/* The same before a step of a type of PETSc's own, from TSPreStep; constant steps stay, with a warning where they pass
-   a corner, once */
-PETSC_EXTERN PetscErrorCode SlipMeetCornerForeign(TS ts, PetscBool *warned);
+/* From TSPreStep: the same before a step of a type of PETSc's own. Constant steps are warned of, once, where those of
+   PETSc's types pass a corner, and where ours, which end there, are longer than from it to the next one. */
+PETSC_EXTERN PetscErrorCode SlipMeetCornerBefore(TS ts, PetscBool ours, PetscBool *warned);
 
 /* ---- guard.c ---- */
 /* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step
