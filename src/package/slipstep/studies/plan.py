@@ -5,6 +5,7 @@
     before = "make_fault.py {folder}/fields.h5 --seed {seed}"
     ranks = 1
     table = ["magnitude", "duration", "cost"]
+    spin_up = 2                                      # events, or a time as "50y", that the columns leave out; by default of loaded runs the first large event
 
     [options]                                        # of all runs, as the keywords of slipstep.Fault
     ts_max_time = "30s"
@@ -31,10 +32,11 @@ import re
 import shlex
 
 from ..errors import Error
+from ..numbers.spinup import parsed
 from ..running import OPTION, word
 
 KEYS = {"command": "fault", "options_file": None, "options": {}, "vary": {}, "zip": [], "seeds": [], "before": None, "ranks": 1, "launcher": None,
-        "cores": None, "checkpoint": True, "table": None, "folder": None, "slurm": {}}
+        "cores": None, "checkpoint": True, "table": None, "spin_up": None, "folder": None, "slurm": {}}
 OWN = ("output", "catalogue", "checkpoint", "restart", "progress", "output_xdmf", "output_overwrite", "sweep", "stop_file")  # of a fault, for each run
 MOST = 100000  # runs
 
@@ -126,6 +128,11 @@ def checked(source, given):
             refuse(source, f"options.{key}", value, "a number, a text, or true or false; lists belong into vary")
     if whole["table"] is not None and not all(isinstance(name, str) for name in whole["table"]):
         refuse(source, "table", whole["table"], "a list of names of columns")
+    if whole["spin_up"] is not None:
+        try:
+            parsed(whole["spin_up"])
+        except Error as error:
+            raise Error(f"{source}: {error}") from None
     whole["seeds"] = seeds_of(source, whole["seeds"])
     return whole
 

@@ -140,7 +140,8 @@ class Study:
 
     @property
     def columns(self):
-        return list(self.plan.given["table"] or columns.DEFAULT)
+        names = list(self.plan.given["table"] or columns.DEFAULT)
+        return names if self.plan.command != "fault" or "left_out" in names or not any(map(columns.is_spun, names)) else ["left_out", *names]
 
     @property
     def varied(self):
@@ -154,7 +155,7 @@ class Study:
         for run in self.runs:
             outcome = run.outcome
             row = {"run": run.number, "status": run.status, **run.values}
-            files = columns.Files(run)
+            files = columns.Files(run, self.plan.given["spin_up"])
             for name in self.columns:
                 row[name] = columns.value(name, files, outcome) if outcome else None
             found.append({**row, "folder": os.path.relpath(run.folder, self.folder), "error": run.error})

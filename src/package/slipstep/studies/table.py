@@ -4,18 +4,19 @@ import json
 import os
 
 from ..errors import OutputError
-from ..numbers import of_run
-from ..numbers.report import LARGE, UNITS, intervals
+from ..numbers import of_run, spin_up
+from ..numbers.report import UNITS, event_window, fastest, intervals, speed_or_none
+from ..numbers.spinup import LARGE
 from ..results import Catalogue, Run
 
-DEFAULT = ("events", "magnitude", "duration", "peak_slip_rate", "recurrence", "mean_slip", "accepted", "products_all", "cost", "wall_time", "warnings")
+DEFAULT = ("left_out", "events", "magnitude", "duration", "peak_slip_rate", "recurrence", "mean_slip", "accepted", "products_all", "cost", "wall_time", "warnings")
 
 
 class Files:
     """The files of a run's folder, each read once and only when it is asked for; None: it is not there."""
 
-    def __init__(self, record):
-        self.record, self.read = record, {}
+    def __init__(self, record, spin=None):
+        self.record, self.spin, self.read = record, spin, {}
 
     def get(self, name, reader):
         if name not in self.read:
@@ -50,40 +51,63 @@ class Files:
     def quoted(self):
         """What slipstep.numbers has of the run."""
         if "quoted" not in self.read:
-            self.read["quoted"] = {} if self.run is None else {one.name: float(one.value) for one in of_run(self.run, self.catalogue)}
+            self.read["quoted"] = {} if self.run is None else {one.name: float(one.value) for one in of_run(self.run, self.catalogue, spin=self.spin)}
         return self.read["quoted"]
+
+    @property
+    def left(self):
+        """The SpinUp that is left out."""
+        if "left" not in self.read:
+            self.read["left"] = spin_up(self.run, self.catalogue, self.spin)
+        return self.read["left"]
+
+    @property
+    def largest(self):
+        """The row of the largest event after the spin-up; None: there is none."""
+        found = self.catalogue
+        return None if found is None or found.count == self.left.events else event_window(found, "largest", self.left)[0]
 
 
 def of_largest(name):
     """A column of the catalogue, of the event of largest moment."""
     def column(files):
-        found = files.catalogue
-        return None if found is None or not found.count or name not in found.event else float(found.event[name][found.number_of("largest")])
+        return None if files.largest is None or name not in files.catalogue.event else float(files.catalogue.event[name][files.largest])
 
     return column
 
 
 def duration(files):
-    found = files.catalogue
-    return None if found is None or not found.count else float(found.duration[found.number_of("largest")])
+    return None if files.largest is None else float(files.catalogue.duration[files.largest])
+
+
+def rupture_speed(files):
+    found = of_largest("rupture_speed")(files)
+    return None if found is None else speed_or_none(found, fastest(files.run))[0]
 
 
 def events(files):
-    return None if files.catalogue is None else files.catalogue.count
+    return None if files.catalogue is None else files.catalogue.count - files.left.events
 
 
 def recurrence(files):
-    found = () if files.catalogue is None else intervals(files.catalogue)
+    found = () if files.catalogue is None else intervals(files.catalogue, files.left)
     return float(found.mean()) if len(found) else None
 
 
 def recurrence_spread(files):
-    found = () if files.catalogue is None else intervals(files.catalogue)
+    found = () if files.catalogue is None else intervals(files.catalogue, files.left)
     return float(found.std(ddof=1)) if len(found) > 1 else None
 
 
 def peak_slip_rate(files):
-    return None if files.run is None or "max_slip_rate" not in files.run.series else float(files.run.series["max_slip_rate"].max())
+    if files.run is None or "max_slip_rate" not in files.run.series:
+        return None
+    rates = files.run.series["max_slip_rate"][files.run.series["time"] >= files.left.until]
+    return float(rates.max()) if len(rates) else None
+
+
+def left_out(files):
+    return None if files.catalogue is None else files.left.events
 
 
 # name -> (unit, what it is, function of Files)
@@ -96,15 +120,21 @@ COLUMNS = {
     "area": ("m^2", "area of the largest event", of_largest("area")),
     "event_slip": ("m", "mean slip of the largest event", of_largest("mean_slip")),
     "stress_drop": ("Pa", "stress drop of the largest event", of_largest("stress_drop")),
-    "rupture_speed": ("m/s", "rupture speed of the largest event", of_largest("rupture_speed")),
+    "rupture_speed": ("m/s", "rupture speed of the largest event, none where it is above that of longitudinal waves", rupture_speed),
     "radiated_efficiency": ("1", "radiated efficiency of the largest event", of_largest("radiated_efficiency")),
     "peak_slip_rate": ("m/s", "largest slip rate of the run", peak_slip_rate),
     "recurrence": ("s", f"mean time between events of at least {LARGE:g} of the largest moment", recurrence),
     "recurrence_spread": ("s", "standard deviation of these times", recurrence_spread),
+    "left_out": ("1", "number of events that the spin-up leaves out, from which these numbers are free", left_out),
     "warnings": ("1", "number of warnings that the run printed", lambda files: len(files.record.warnings)),
 }
 OF_RECORD = {"wall_time": "s", "attempts": "1", "code": "1"}
 OF_RESULT = {"mean_slip": "m", "cost": "s", "processor_time": "s", "wall_time_setup": "s", "wall_time_solve": "s"}  # units; of others 1
+
+
+def is_spun(name):
+    """Whether a column is of what comes after the spin-up, of which left_out tells."""
+    return name in UNITS or name in COLUMNS and name not in ("left_out", "warnings")
 
 
 def unit(name):
