@@ -2,8 +2,10 @@
 """Studies of many runs: each is over once, whatever is killed and whoever else comes; one table of them."""
 
 import csv
+import glob
 import json
 import os
+import pathlib
 import re
 import shutil
 import signal
@@ -17,7 +19,7 @@ from scripts import BUILD, SOURCE, ScriptTest
 
 from slipstep import Error
 from slipstep.studies import Study
-from slipstep.studies import plan, slurm
+from slipstep.studies import plan, slurm, table
 from slipstep.studies.record import lock
 
 SWEEP = [sys.executable, os.path.join(SOURCE, "output", "sweep.py")]
@@ -327,6 +329,13 @@ if x == 4:
                               ("[[zip]]\na = [1, 2]\nb = [1]", "lists of one length"), ("[[zip]]\na = [1, 1]\n", "runs 1 and 2 are the same"), ("seeds = -1", "a number of seeds"),
                               ("ranks = 0", "ranks is 0, expected a number of ranks"), ("[options]\noutput = \"a.h5\"", "output is of each run"), ("[options]\nx = [1, 2]", "lists belong into vary"),
                               ("options_file = \"none.opts\"", "cannot read none.opts"), ("command = \"no_such_program {x}\"\n[vary]\nx = [1]", "there is no program no_such_program"),
+                              ("table = [\"magnitud\"]", "table names magnitud, which no run has; did you mean magnitude?"), ("table = [\"events\", \"events\"]", "which is there twice"),
+                              ("table = [\"status\"]", "table names status, which is a column of each table"), ("[vary]\nfolder = [1, 2]", "folder is varied, and is a column of each table"),
+                              ("table = [\"coupling\"]", "table names coupling, which needs loading_rate: no run has that"),
+                              ("table = [\"stress_drop_area\"]\n[options]\noutput_fields = \"slip\"", "stress_drop_area, which needs output_fields with slip and traction"),
+                              ("table = [\"rupture_speed_median\"]\n[options]\noutput_fields = \"slip\"", "which needs catalogue_maps, or output_fields with slip_rate"),
+                              ("[options]\nfriction_sip = 0.1", "there is no option -fault_friction_sip: did you mean -fault_friction_slip"), ("spin_up = \"5x\"", "spin-up is 5x, expected a number of events"),
+                              ("spin_up = true", "spin-up is True, expected a number of events"),
                               ("[slurm]\narray = \"1-3\"", None), ("cores = true", "cores is True, expected a number of cores")):
             path = self.write("bad.toml", text)
             if message is None:
@@ -336,6 +345,7 @@ if x == 4:
                 continue
             with self.subTest(text=text), self.assertRaisesRegex(Error, f"bad.toml.*{message}|{message}"):
                 Study(path).run(progress=False)
+            self.assertFalse(os.path.exists(self.path("bad.runs")) and [name for name in os.listdir(self.path("bad.runs")) if name != "lock"])
         with self.assertRaisesRegex(Error, "cannot read .*none.toml"):
             Study(self.path("none.toml"))
         with self.assertRaisesRegex(Error, "a study needs a file, or a folder"):
@@ -352,6 +362,21 @@ if x == 4:
         self.assertEqual(study.runs[-1].values, {"loading_rate": 4e-9, "healing_time": 3e8, "friction_residual": 0.4, "normal_stress": 60e6, "seed": 3})
         self.assertEqual(study.runs[12].values["loading_rate"], 2e-9)
 
+    def test_columns_of_faults(self):
+        """What an ended run of a fault has in /result is a name that is known before the first run, and what no run has is said after the last, with the reason."""
+        study = Study(folder=self.path("runs"), options={"nx": 4, "nz": 4, "ts_max_time": "2s"}, vary={"ts_bathe_method": ["auto", "implicit"]}, table=["recurrence", "b", "mean_slip", "slip_error_check"])
+        study.run(progress=False)
+        self.assertEqual(study.empty, [("recurrence", "it needs two events of at least half of the largest moment after the spin-up"), ("b", "it needs 30 events from the magnitude of completeness on"),
+                                       ("slip_error_check", "no run has such a number")])
+        for run in study.runs:
+            for name in run.result.summary:
+                table.check_name("study", name)
+        sources = glob.glob(os.path.join(SOURCE, "src", "*", "*.c"))
+        named = {name for path in sources for name in re.findall(r'SlipOutputAddResult\(\w+, "(\w+)"|"/result", "(\w+)", t->', pathlib.Path(path).read_text(encoding="utf-8")) for name in name if name}
+        self.assertGreater(len(named), 20)
+        for name in named - {"event"}:  # a text
+            table.check_name("study", name)
+
     def test_several_processes(self):
         with mock.patch.dict(os.environ, OMPI_COMM_WORLD_SIZE="2"), self.assertRaisesRegex(Error, "own.toml: a study cannot be run by several processes"):
             Study(self.own()).run()
@@ -363,7 +388,7 @@ if x == 4:
         with open(self.path("own.toml"), encoding="utf-8") as file:
             text = file.read().replace('"square"', '"sqare"')
         self.write("own.toml", text)
-        self.assertIn("no run has a column sqare", self.sweep("own.toml", "--table"))
+        self.assertIn("the column sqare is empty in all runs that ended: no run has such a number; did you mean square?", self.sweep("own.toml", "--table"))
         with open(study.runs[0].file("result.json"), "w", encoding="utf-8") as file:
             file.write(json.dumps({"status": "ended"})[:-5])
         self.assertRegex(self.sweep("own.toml", code=1), r"result.json: .*; remove it, and the run begins anew")

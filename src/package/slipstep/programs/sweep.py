@@ -31,8 +31,8 @@ def collected(study, path):
     for run in study.runs:
         if run.status == "failed":
             print(f"run {run.number} failed ({run.file('log.txt')}): {run.error}")
-    for name, near in study.unknown:
-        print(f"sweep: no run has a column {name}" + (f"; did you mean {near[0]}?" if near else ""), file=sys.stderr)
+    for name, why in study.empty:
+        print(f"sweep: warning: the column {name} is empty in all runs that ended: {why}", file=sys.stderr)
     for line, runs in study.warnings:
         print(f"{counted(len(runs), 'run')} of {len(status)} warn{'s' * (len(runs) == 1)}, the first of them run {runs[0].number} ({runs[0].file('log.txt')}): {line}")
     warned = sum(bool(run.warnings) for run in study.runs)

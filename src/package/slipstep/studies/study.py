@@ -1,7 +1,6 @@
 """A study of many runs, from a file or from Python."""
 
 import csv
-import difflib
 import os
 import re
 
@@ -162,13 +161,11 @@ class Study:
         return found
 
     @property
-    def unknown(self):
-        """Columns that no run which ended has, with near names."""
+    def empty(self):
+        """Columns that are asked for and that no run which ended has, and why."""
         rows = [row for row in self.rows if row["status"] in ("ended", "early")]
-        missing = [name for name in self.columns if rows and name not in columns.COLUMNS and name not in columns.UNITS and all(row[name] is None for row in rows)]
-        summary = next((columns.Files(run).run for run in self.runs if run.status in ("ended", "early")), None)
-        names = [*columns.COLUMNS, *columns.UNITS, *columns.OF_RECORD, *(summary.summary if summary else ())]
-        return [(name, difflib.get_close_matches(name, names, 1)) for name in missing]
+        names = sorted({name for run in self.runs if run.status in ("ended", "early") for name in columns.Files(run).numbers})
+        return [(name, columns.why_empty(name, names)) for name in self.plan.given["table"] or () if rows and all(row[name] is None or row[name] != row[name] for row in rows)]
 
     @property
     def warnings(self):

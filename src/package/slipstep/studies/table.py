@@ -1,9 +1,11 @@
 """Columns of a study's table: what the files of a run say of it."""
 
+import difflib
 import json
 import os
+import re
 
-from ..errors import OutputError
+from ..errors import Error, OutputError
 from ..numbers import of_run, spin_up
 from ..numbers.report import UNITS, event_window, fastest, intervals, speed_or_none
 from ..numbers.spinup import LARGE
@@ -129,12 +131,49 @@ COLUMNS = {
     "warnings": ("1", "number of warnings that the run printed", lambda files: len(files.record.warnings)),
 }
 OF_RECORD = {"wall_time": "s", "attempts": "1", "code": "1"}
-OF_RESULT = {"mean_slip": "m", "cost": "s", "processor_time": "s", "wall_time_setup": "s", "wall_time_solve": "s"}  # units; of others 1
+# attributes of /result that runs of faults may have, with their units
+OF_RESULT = {**dict.fromkeys(("accepted", "rejected", "solves", "explicit_attempts", "newton_iterations", "linear_iterations", "right_hand_sides", "products", "products_k", "products_h", "products_pc",
+                              "products_all", "products_k_setup", "products_h_setup", "device_puts", "device_fetches", "device_numbers", "policy_decisions", "policy_outside_range", "policy_halvings",
+                              "policy_steps", "heir_steps", "check_solves", "rtol", "accuracy", "accuracy_requested", "least_resolution", "cells_fail_alone", "cells_without_stress",
+                              "magnitude_so_far"), "1"),
+             **dict.fromkeys(("cost", "processor_time", "wall_time_setup", "wall_time_solve", "policy_handover_time"), "s"), "mean_slip": "m", "largest_opening": "m", "max_slip_rate": "m/s",
+             "least_normal_stress": "Pa", "largest_frequency": "rad/s"}
+ERRORS = r"\w+_error(_\w+)?|check_error_\w+"  # and those of their errors
+RESERVED = ("run", "status", "folder", "error")  # columns of each table
+PLATES = ("slip_deficit", "coupling", "seismic_coupling", "seismic_share", "slow_slip_episodes", "slow_slip_duration")
+WHY = {"recurrence": "it needs two events of at least half of the largest moment after the spin-up", "recurrence_spread": "it needs three events of at least half of the largest moment after the spin-up",
+       "stress_drop_area": "it needs the fields slip and traction, and an event", "rupture_speed_median": "it needs an event with a front, and -fault_catalogue_maps or the field slip_rate",
+       "b": "it needs 30 events from the magnitude of completeness on", "completeness": "it needs 30 events", **dict.fromkeys(PLATES, "it needs a loading rate")}
+WHY["stress_drop_energy"], WHY["completeness_fit"] = WHY["stress_drop_area"], WHY["completeness"]
 
 
 def is_spun(name):
     """Whether a column is of what comes after the spin-up, of which left_out tells."""
     return name in UNITS or name in COLUMNS and name not in ("left_out", "warnings")
+
+
+def check_name(source, name):
+    """Error: a run of the program fault has no such column."""
+    known = [*COLUMNS, *UNITS, *OF_RECORD, *OF_RESULT]
+    if name not in known and not re.fullmatch(ERRORS, name):
+        near = difflib.get_close_matches(name, known, 1)
+        raise Error(f"{source}: table names {name}, which no run has" + (f"; did you mean {near[0]}?" if near else "; its columns are in examples/howto/studies.md"))
+
+
+def missing(name, options):
+    """What a column needs and a run with these options of the program (names without "fault_") does not have; "": nothing that is known before it runs."""
+    fields = set(str(options["output_fields"]).split(",")) if options.get("output_fields") else None
+    if name.startswith("stress_drop_") and name != "stress_drop_moment" and fields is not None and not {"slip", "traction"} <= fields:
+        return "output_fields with slip and traction"
+    if name == "rupture_speed_median" and fields is not None and "slip_rate" not in fields and "catalogue_maps" not in options:
+        return "catalogue_maps, or output_fields with slip_rate"
+    return "loading_rate" if name in PLATES and not {"loading_rate", "parameters"} & set(options) else ""
+
+
+def why_empty(name, own):
+    """Why a column has no number in any run; own: names of the numbers that programs of one's own have written."""
+    near = difflib.get_close_matches(name, own, 1)
+    return WHY.get(name) or ("it needs an event" if is_spun(name) else "no run has such a number" + (f"; did you mean {near[0]}?" if near else ""))
 
 
 def unit(name):
