@@ -274,6 +274,30 @@ if x == 4:
         self.assertIn("4 runs: 3 ended, 1 failed", self.sweep("own.toml", "--table"))
         self.assertEqual(len(self.rows("own.csv")), 4)
 
+    def test_axes_have_units_and_spreads(self):
+        """Units of options as the help of the program has them, of columns in the unit that fits; bars of several runs, and of a number's own spread."""
+        from slipstep.plots import sweep
+        from slipstep.running import option_units
+        self.assertEqual([option_units()[name] for name in ("normal_stress", "friction_slip", "loading_rate", "dip", "density")], ["Pa", "m", "m/s", "degrees", "kg/m^3"])
+        self.assertFalse({"nx", "friction_a", "poisson_ratio"} & set(option_units()))
+        study = Study(folder=self.path("none"), vary={"normal_stress": [40e6, 50e6], "fault_nx": [4, 5], "ts_max_time": [5.0, 6.0]}, table=["recurrence", "events"])
+        self.assertEqual([study.unit(name) for name in ("normal_stress", "fault_nx", "ts_max_time", "recurrence", "events")], ["Pa", "", "s", "s", ""])
+        self.assertEqual(Study(self.own("[1, 2]")).unit("x"), "")
+        rows = [{"x": x, "b": b, "y": 3.0e7 * (x + b)} for x in (1, 2) for b in (0, 1)]
+        canvas = sweep.figure(rows, "x", "y", "b", {"x": "Pa", "b": "m", "y": "s"}, [(2.7e7 * (row["x"] + row["b"]), 3.6e7 * (row["x"] + row["b"])) for row in rows])
+        axes, = canvas.axes
+        self.assertEqual((axes.get_xlabel(), axes.get_ylabel(), axes.get_legend().get_title().get_text()), ("x (Pa)", "y (years)", "b (m)"))
+        self.assertEqual(axes.get_title(loc="left"), "4 runs; bars: spread of each number")
+        year = 365.25 * 86400
+        ends = [[segment[:, 1] for segment in bars.lines[2][0].get_segments()] for bars in axes.containers]
+        self.assertTrue(all(abs(found - expected).max() < 1e-9 for found, expected in zip(ends[1], ([5.4e7 / year, 7.2e7 / year], [8.1e7 / year, 10.8e7 / year]))))
+        axes, = sweep.figure(rows, "x", "y", None, {"y": "Pa"}).axes
+        segment = axes.containers[0].lines[2][0].get_segments()[0][:, 1]
+        self.assertAlmostEqual((segment[1] - segment[0]) / 2 / (3e7 * 0.5 ** 0.5), 1)
+        self.assertIn("mean and standard deviation of up to 2", axes.get_title(loc="left"))
+        axes, = sweep.figure(rows[:1], "x", "y", None, {"y": "Pa"}).axes
+        self.assertFalse(axes.containers[0].has_yerr)
+
     def test_slurm(self):
         """A job array by stubs of Slurm: each task runs its run; one that is asked to end stops and goes back into the queue; over ones are left out."""
         study = Study(self.own("[1, 2, 4, 5]", '[slurm]\ntime = "00:10:00"\npartition = "short"\n'))

@@ -1,5 +1,6 @@
 """Runs of a fault by the program `fault`, and what they share with those in this process (slipstep.petsc)."""
 
+import functools
 import os
 import re
 import shutil
@@ -73,6 +74,18 @@ def options_of(path):
     except OSError as error:
         raise Error(f"cannot read {path} (options_file): {error.strerror}") from None
     return {match[1] for match in (re.match(r"\s*-fault_(\w+)", line) for line in lines) if match}
+
+
+@functools.lru_cache(maxsize=None)
+def option_units():
+    """Units of the parameters of faults by the names of their options without "fault_", as the help of the program has them; empty where there is no program."""
+    try:
+        said = subprocess.run([program_fault(), "-help", "fault"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8", env={**ENVIRONMENT, **os.environ}, check=False).stdout
+    except (Error, OSError):
+        return {}
+    lines = (re.match(r"\s*-fault_(\w+) <.*?>:(.*)", line) for line in said.splitlines())
+    found = {line[1]: re.findall(r" \[([^\[\]]+)\]", line[2]) for line in lines if line}
+    return {name: units[0] for name, units in found.items() if units}
 
 
 def word(value):

@@ -57,7 +57,7 @@ def speed_panel(axes, catalogue, row, limit):
     plane.contour(axes, plane.values(time), contours_of(plane.values(time), Clock(0, np.nanmax(time)))[1])
     plane.frame(axes)
     known = found is not None and np.isfinite(speed_or_none(found[0], limit)[0])
-    axes.set(xlabel="along strike (km)", title="Rupture speed" + (f", median {found[0] / 1e3:.2f} km/s" if known else "") + (f", {plane.name}" if len(planes) > 1 else "") + "; lines: time (s)")
+    axes.set(xlabel=plane.along_label, title="Rupture speed" + (f", median {found[0] / 1e3:.2f} km/s" if known else "") + (f", {plane.name}" if len(planes) > 1 else "") + "; lines: time (s)")
     colour_bar(axes.figure, artist, norm, "rupture speed (km/s)", extend="max", ax=axes, shrink=0.8)
 
 

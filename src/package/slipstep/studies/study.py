@@ -8,11 +8,15 @@ import numpy as np
 
 from ..errors import Error
 from ..results import Result
+from ..running import option_units
 from ..results.files import replacing
 from .plan import Plan
 from .record import Record, lock
 from .runner import drive
 from . import slurm, table as columns
+
+
+TIMES = ("ts_max_time", "ts_dt", "ts_time_step", "ts_adapt_dt_min", "ts_adapt_dt_max", "ts_init_time")  # options of PETSc in seconds, where they are numbers
 
 
 def read(path):
@@ -216,14 +220,20 @@ class Study:
 
     def plot(self, y, x, path, by=None):
         """A picture of one column against what is varied: a line for each value of `by`, by default of the first other thing that is varied; of several runs at
-        a point (seeds) mean and standard deviation."""
+        a point (seeds) mean and standard deviation, of single ones the spread of the number itself, where it has one."""
         from ..plots.sweep import figure
         rows = self.rows
         for name in (y, x, *([by] if by else [])):
             if name not in rows[0]:
                 raise Error(f"{self.plan.source}: there is no column {name}, expected one of {', '.join(rows[0])}")
         by = by or next((name for name in self.varied if name not in (x, "seed")), None)
-        figure(rows, x, y, by, columns.unit(y) if y in self.columns else "").savefig(path)
+        spreads = [columns.spread(y, columns.Files(run, self.plan.given["spin_up"])) if run.outcome else None for run in self.runs]
+        figure(rows, x, y, by, {name: self.unit(name) for name in (x, y, by) if name}, spreads).savefig(path)
+
+    def unit(self, name):
+        """Of a column, be it what runs find or an option that is varied: "" where there is none."""
+        found = columns.unit(name) if name in self.columns else option_units().get(name.removeprefix("fault_"), "s" if name in TIMES else "") if self.plan.command == "fault" else ""
+        return "" if found == "1" else found
 
 
 def counted(number, name):

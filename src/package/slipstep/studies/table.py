@@ -2,6 +2,7 @@
 
 import difflib
 import json
+import math
 import os
 import re
 
@@ -53,7 +54,8 @@ class Files:
     def quoted(self):
         """What slipstep.numbers has of the run."""
         if "quoted" not in self.read:
-            self.read["quoted"] = {} if self.run is None else {one.name: float(one.value) for one in of_run(self.run, self.catalogue, spin=self.spin)}
+            found = [] if self.run is None else of_run(self.run, self.catalogue, spin=self.spin)
+            self.read["quoted"], self.read["spreads"] = {one.name: float(one.value) for one in found}, {one.name: (float(one.low), float(one.high)) for one in found}
         return self.read["quoted"]
 
     @property
@@ -145,6 +147,18 @@ WHY = {"recurrence": "it needs two events of at least half of the largest moment
        "stress_drop_area": "it needs the fields slip and traction, and an event", "rupture_speed_median": "it needs an event with a front, and -fault_catalogue_maps or the field slip_rate",
        "b": "it needs 30 events from the magnitude of completeness on", "completeness": "it needs 30 events", **dict.fromkeys(PLATES, "it needs a loading rate")}
 WHY["stress_drop_energy"], WHY["completeness_fit"] = WHY["stress_drop_area"], WHY["completeness"]
+
+
+def spread(name, files):
+    """From and to which a column's number of one run is spread, as its note in slipstep.numbers has it, or None."""
+    if name == "recurrence":
+        middle, half = recurrence(files), recurrence_spread(files)
+        return None if half is None else (middle - half, middle + half)
+    if name not in UNITS or name in COLUMNS or files.run is None:
+        return None
+    files.quoted
+    low, high = files.read["spreads"].get(name, (math.nan, math.nan))
+    return None if math.isnan(low) else (low, high)
 
 
 def is_spun(name):
