@@ -4,16 +4,21 @@ locked, the logarithm of afterslip; and of a run by the program, against its cat
 
 import csv
 import unittest
+from types import SimpleNamespace
 
 from scripts import FaultTest, PictureTest
 
+import h5py
 import meshfiles
 import numpy as np
 
 from slipstep.geometry.cells import cells_of, grid_cells
-from slipstep.numbers import cycle, of_run, rupture, source, stress
-from slipstep.numbers.report import UNITS, area_of
+from slipstep.numbers import cycle, of_event, of_run, rupture, source, spin_up, stress
+from slipstep.numbers.report import UNITS, area_of, fastest, speed_or_none
 from slipstep.results import Catalogue, Run
+from slipstep.results.moment import moment_rate
+from slipstep.studies.table import Files, value
+from slipstep.times import YEAR, written
 from slipstep.results.magnitudes import b_error, b_value, completeness, completeness_by_fit, goodness_of_fit
 
 
@@ -325,6 +330,80 @@ class Program(FaultTest, PictureTest):
         self.assertAlmostEqual(found["coupling"], 1, delta=1e-9)
         self.assertLessEqual(set(found), set(UNITS))
         self.assertEqual((found["seismic_coupling"], found["events"], found["slow_slip_episodes"]), (0, 0, 0))
+
+    CYCLES = ("-fault_nx 32 -fault_nz 16 -fault_length_x 16e3 -fault_length_z 8e3 -fault_friction_law rate_and_state -fault_friction_slip 0.015 -fault_loading_rate 1e-9 -fault_normal_stress 5e7 "
+              "-fault_normal_stress_gradient 0 -fault_inertia no -fault_catalogue_maps -fault_progress no -ts_max_time 200y").split()
+
+    def test_spin_up(self):
+        """A loaded fault whose first event is of the start: by default all numbers are of what follows its end, and each line says so; events and times that are given are left out as well, in
+        programs and in studies. Afterslip ends where the fault slips as the plates move."""
+        self.fault(*self.CYCLES, "-fault_output", "run.h5", "-fault_catalogue", "events.h5")
+        files = self.path("run.h5"), "--catalogue", self.path("events.h5")
+        run, catalogue = Run(files[0]), Catalogue(files[2])
+        moment, onset, end = (catalogue.event[name] for name in ("moment", "onset", "end"))
+        self.assertEqual(np.argmax(moment), 0)
+        self.assertGreater(len(moment), 3)
+        for spin, first, words in ((None, 1, f"without the first event, until {written(end[0])}"), ("2", 2, f"without the first 2 events, until {written(end[1])}"),
+                                   ("60y", 1, "without the first 60 years, 1 event"), (0, 0, "with the spin-up")):
+            found = {one.name: one for one in of_run(run, catalogue, spin=spin)}
+            self.assertTrue(all(one.note.endswith(words) for one in found.values()), found)
+            self.assertEqual((found["moment"].value, found["events"].value), (moment[first:].max(), len(moment) - first))
+            np.testing.assert_allclose(found["recurrence"].value, np.diff(onset[first:]).mean(), rtol=1e-12)
+            begin = {None: end[0], "2": end[1], "60y": 60 * YEAR, 0: 0.0}[spin]
+            after = run.series["time"] >= begin
+            time, slipped = run.series["time"][after], run.series["moment"][after].sum(axis=1)
+            plates = 30e9 * 128e6 * 1e-9 * (time[-1] - time[0])
+            self.assertAlmostEqual(found["coupling"].value, 1 - (slipped[-1] - slipped[0]) / plates, places=9)
+            self.assertAlmostEqual(found["seismic_coupling"].value, moment[first:].sum() / plates, places=9)
+            self.assertAlmostEqual(found["slip_deficit"].value, (plates - slipped[-1] + slipped[0]) / (30e9 * 128e6), places=9)
+        after = of_event(run, catalogue, 2)
+        self.assertFalse(any("spin-up" in one.note or "without" in one.note for one in after))
+        found = {one.name: one for one in after}
+        time, rate, so_far = moment_rate(run, end[1], onset[2])
+        fast = np.abs(rate.sum(axis=1)) > 30e9 * 128e6 * 1e-9
+        self.assertTrue(fast[0])
+        self.assertEqual(found["afterslip_moment"].value, abs(so_far[np.argmin(fast)].sum()))
+        self.assertLess(found["afterslip_moment"].value, 0.1 * abs(so_far[-1].sum()))
+        said = self.plot("numbers", *files, "--spin-up", "2")
+        self.assertEqual(said.count("without the first 2 events"), len(said.splitlines()))
+        self.assertIn(f"without the first event, until {written(end[0])}", self.plot("numbers", files[2]))
+        self.assertRegex(self.plot("numbers", *files, "--figure", self.path("out.png")), "Figure")
+        self.look(self.path("out.png"))
+        self.refused("numbers", "spin-up is 5x, expected a number of events, as 3, or a time with its unit, as 50y", *files, "--spin-up", "5x")
+        self.refused("numbers", "spin-up is -1, expected", *files, "--spin-up=-1")
+        self.refused("numbers", f"events.h5 has {len(moment)} events, and a spin-up of 99 is asked for", *files, "--spin-up", "99")
+        for spin, left in ((None, 1), (2, 2), ("60y", 1), (0, 0)):
+            study = Files(SimpleNamespace(file=self.path), spin)
+            self.assertEqual([value(name, study, {}) for name in ("left_out", "events", "moment", "recurrence")], [left, len(moment) - left, moment[left:].max(), np.diff(onset[left:]).mean()])
+            self.assertEqual(value("peak_slip_rate", study, {}), run.series["max_slip_rate"][run.series["time"] >= (end[left - 1] if left and spin != "60y" else 60 * YEAR if left else 0)].max())
+
+    def test_spin_up_by_default(self):
+        """The first large event and those before it, if one of a magnitude less follows; nothing of faults that are not loaded."""
+        def left(moment, loaded=True):
+            event = {"moment": np.array(moment), "loading_work": np.full(len(moment), float(loaded)), "end": 1.0 + np.arange(len(moment)), "onset": np.arange(len(moment))}
+            return spin_up(None, SimpleNamespace(event=event, count=len(moment), path="events.h5"))
+
+        self.assertEqual([left(moment).events for moment in ([3, 2, 2, 2], [0.1, 3, 2, 2], [9, 1, 1, 1], [1, 1, 1, 30], [90, 1, 1], [5])], [1, 2, 1, 0, 0, 0])
+        self.assertEqual((left([3, 2], False).events, left([3, 2], False).words), (0, ""))
+        self.assertEqual(left([90, 1]).words, "with the spin-up, as no second large event follows")
+        self.assertEqual((left([0.1, 3, 2]).until, left([5]).until), (2.0, -np.inf))
+
+    def test_no_rupture_speed_above_the_waves(self):
+        """Cells that break at once have a gradient, but no front: above the longitudinal waves it is no number, and the line says why."""
+        self.fault("-fault_nx", 12, "-fault_nz", 12, "-fault_output", "run.h5", "-fault_catalogue", "events.h5", "-fault_catalogue_maps", "-fault_progress", "no")
+        run = Run(self.path("run.h5"))
+        self.assertAlmostEqual(fastest(run) / np.sqrt(3 * 30e9 / 2500), 1, places=12)
+        before = {one.name: one for one in of_run(run, Catalogue(self.path("events.h5")))}["rupture_speed_median"]
+        self.assertTrue(0 < before.value < fastest(run))
+        factor = 1.001 * fastest(run) / before.value
+        with h5py.File(self.path("events.h5"), "r+") as file:
+            file["maps/rupture_time"][...] /= factor
+            file["rupture_speed"][...] = 1.001 * fastest(run)
+        found = {one.name: one for one in of_run(run, Catalogue(self.path("events.h5")))}["rupture_speed_median"]
+        self.assertTrue(np.isnan([found.value, found.low, found.high]).all())
+        self.assertRegex(found.note, r"^none: \S+ m/s is above the longitudinal waves' 6000 m/s")
+        self.assertTrue(np.isnan(value("rupture_speed", Files(SimpleNamespace(file=self.path)), {})))
+        self.assertEqual(speed_or_none(5000.0, 6000.0), (5000.0, ""))
 
 
 if __name__ == "__main__":

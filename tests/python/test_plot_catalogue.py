@@ -72,11 +72,11 @@ class Laws(unittest.TestCase):
 
     def test_times_during_an_event(self):
         """Lines between rows that are close, at rows that are not."""
-        close, dense = during(np.arange(0, 10, 0.3), 3.05, 6.0, 1.0)
-        self.assertTrue(dense)
+        close, dense, wanted = during(np.arange(0, 10, 0.3), 3.05, 6.0, 1.0)
+        self.assertEqual((dense, wanted), (True, 3))
         np.testing.assert_allclose(close, (3.05, 4.05, 5.05))
-        far, dense = during(np.array([0.0, 3.0, 6.0, 9.0]), 2.0, 7.0, 1.0)
-        self.assertFalse(dense)
+        far, dense, wanted = during(np.array([0.0, 3.0, 6.0, 9.0]), 2.0, 7.0, 1.0)
+        self.assertEqual((dense, wanted), (False, 6))
         np.testing.assert_array_equal(far, (3, 6))
 
 
@@ -123,7 +123,7 @@ class Cumulative(PictureTest):
         run = Run(century.write_run(self.path("run.h5")))
         course = Course(run, Line(planes_of(run)[0], "depth", 10.2), "slip", 5 * YEAR, 1.0)
         onset, end = century.EVENTS[-1][0] * YEAR, century.EVENTS[-1][0] * YEAR + century.duration(century.EVENTS[-1])
-        solid, dashed, poor = course.lines([(onset, end)])
+        solid, dashed, poor, wanted = course.lines([(onset, end)])
         self.assertEqual((len(solid), len(dashed), poor), (23, 6, 0))
         x, z = np.full(20, 10250.0), (np.arange(20) + 0.5) * 500
         expected = np.array([century.state(x, z, time)[0] for time in np.arange(23) * 5 * YEAR])
@@ -132,8 +132,8 @@ class Cumulative(PictureTest):
         expected = np.array([century.state(x, z, onset + k)[0] for k in range(6)])
         # rows are 0.25 s apart and times of 3e9 s known to 5e-7 s, at slip rates up to 1.1 m/s
         np.testing.assert_allclose(dashed, expected, atol=1e-6)
-        _, rows, poor = Course(run, Line(planes_of(run)[0]), "slip", None, 0.01).lines([(onset, end)])
-        self.assertEqual((len(rows), poor), (24, 1))  # 5.8 s of rows every 0.25 s, too far apart for lines every 0.01 s
+        _, rows, poor, wanted = Course(run, Line(planes_of(run)[0]), "slip", None, 0.01).lines([(onset, end)])
+        self.assertEqual((len(rows), poor, wanted), (24, 1, 581))  # 5.8 s of rows every 0.25 s, too far apart for lines every 0.01 s
 
 
 class Pictures(PictureTest):
@@ -156,6 +156,16 @@ class Pictures(PictureTest):
         _, axes = plot_catalogue.plt.subplots()
         plot_catalogue.draw_times(axes, events, Clock(0.0, 110 * YEAR))
         self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()], ["fault -3", "fault 7"])
+        with h5py.File(path, "r+") as file:
+            century.put(file["mesh"], "fault", file["fault"][()], "1")
+            file["mesh/fault"].attrs["names"] = "7 Camp Rock fault; -3 Northern Long Valley fault, western strand"
+        named = Events(path)
+        _, others = plot_catalogue.plt.subplots()
+        plot_catalogue.draw_times(others, named, Clock(0.0, 110 * YEAR))
+        self.assertEqual([text.get_text() for text in others.get_legend().get_texts()], ["Northern Long Valley fault, western strand", "Camp Rock fault"])
+        self.assertEqual(plot_catalogue.broken_faults(named, 4), "Northern Long Valley fault, western strand, Camp Rock fault, ")
+        with h5py.File(path, "r+") as file:
+            del file["mesh/fault"]
         self.assertEqual([len(line.get_xdata()) for line in axes.lines], [2, 3])
         self.assertRegex(plot_catalogue.event_figure(events, 0)._suptitle.get_text(), r"M [\d.]+, fault 7, rake 90°, stress drop ")
         self.assertIn(", faults -3, 7, rake", plot_catalogue.event_figure(events, 4)._suptitle.get_text())
@@ -174,7 +184,7 @@ class Pictures(PictureTest):
         canvas.canvas.draw()
         top, places = canvas.axes
         self.assertEqual([text.get_text() for text in top.texts], [f"M {one['magnitude'][0][0]:.2f}"])
-        self.assertEqual(places.get_title(loc="left"), "Hypocentre, circle of the ruptured area")
+        self.assertEqual(places.get_title(loc="left"), "Hypocentre: the ruptured area is too large for a circle")
         for axes in canvas.axes:
             self.assertGreater(axes.get_window_extent().height, 120)  # pixels, of 720
         self.plot("plot_catalogue", path)
@@ -194,6 +204,31 @@ class Pictures(PictureTest):
         drawn = axes.collections[-1].get_segments()
         self.assertGreater(len(drawn), 10)
         self.assertTrue(all(line[:, 0].tolist() == [0, 20] for line in drawn))
+
+    def test_legends_say_what_is_drawn(self):
+        """As many lines as they name, or how many of those there are; none of events where there is none."""
+        from slipstep.programs import plot_catalogue
+        from slipstep.plots.cumulative import draw_cumulative
+        run = Run(century.write_run(self.path("run.h5")))
+        onset = century.EVENTS[-1][0] * YEAR
+        event = [(onset, onset + century.duration(century.EVENTS[-1]))]
+        for every, events, said in ((1.0, event, "every 1 s during events"), (0.01, event, "every 0.01 s during events: the 24 of 581 that rows are stored for"), (1.0, [], None)):
+            _, axes = plot_catalogue.plt.subplots()
+            draw_cumulative(axes, Course(run, Line(planes_of(run)[0]), "slip", 5 * YEAR, every), events)
+            self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()], ["every 5 years", *([said] if said else [])])
+            self.assertEqual(len(axes.collections[0].get_segments()), 0 if not said else 24 if "of" in said else 6)
+
+    def test_circles_leave_their_panel_free(self):
+        """However many events there are: circles are no wider than the panel, together no larger, and the title says how many there are."""
+        from slipstep.programs import plot_catalogue
+        for data, title in ((century.many(271), "circles of 5 of 271 ruptured areas"), (century.many(50, smallest=4.5), "of 50 ruptured areas"), (None, "circles of 4 of 5 ruptured areas")):
+            canvas, _ = plot_catalogue.figure(Events(century.write_catalogue(self.path("c.h5"), data)), [], None)
+            axes = next(axes for axes in canvas.axes if "Hypocentre" in axes.get_title(loc="left"))
+            self.assertIn(title, axes.get_title(loc="left"))
+            circles, = (found for found in axes.collections if type(found).__name__ == "EllipseCollection")
+            width = 2 * circles._widths  # kept as half widths
+            self.assertLessEqual(width.max(), 10)
+            self.assertLessEqual((np.pi * (width / 2) ** 2).sum(), 200)
 
     def test_legends_are_above_the_events(self):
         from slipstep.programs import plot_catalogue

@@ -2,8 +2,10 @@
 """Studies of many runs: each is over once, whatever is killed and whoever else comes; one table of them."""
 
 import csv
+import glob
 import json
 import os
+import pathlib
 import re
 import shutil
 import signal
@@ -17,7 +19,7 @@ from scripts import BUILD, SOURCE, ScriptTest
 
 from slipstep import Error
 from slipstep.studies import Study
-from slipstep.studies import plan, slurm
+from slipstep.studies import plan, slurm, table
 from slipstep.studies.record import lock
 
 SWEEP = [sys.executable, os.path.join(SOURCE, "output", "sweep.py")]
@@ -97,7 +99,8 @@ friction_slip = [0.15, 0.25]
         over = [run.number for run in study.runs if run.outcome]
         self.assertLess(len(over), 30)
         said = self.sweep("study.toml", "--cores", "2", code=1)
-        self.assertRegex(said, r"(?m)^Table: study.csv, 30 runs: 28 ended, 2 failed$")
+        self.assertRegex(said, r"(?m)^Table: study.csv, 30 runs: 28 ended, 2 failed; 28 with warnings$")
+        self.assertRegex(said, r"(?m)^28 runs of 30 warn, the first of them run 3 \(\S+log.txt\): 8 x 8 cells are few")
         self.assertRegex(said, r"(?m)^run 1 failed \(.*log.txt\): .*normal_stress")
         rows = self.rows("study.csv")
         self.assertEqual([int(row["run"]) for row in rows], list(range(1, 31)))
@@ -124,6 +127,23 @@ friction_slip = [0.15, 0.25]
         self.assertEqual(self.began(study), [1, 1, 1, 1])
         self.sweep("own.toml", "--retry", code=1)
         self.assertEqual(self.began(study), [1, 1, 2, 1])
+
+    def test_warnings_are_counted(self):
+        """Those of SlipStep's programs, of scripts and of Python, in the table, in the line of each run and in the summary: one line for a text whose numbers differ."""
+        warn = """import warnings
+if x > 2:
+    print(f"own: warning: {x:.2f} cells in the zone", file=sys.stderr)
+    print(f"own: warning: {x:.2f} cells in the zone")
+if x == 4:
+    warnings.warn("all is lost")
+"""
+        self.own("[1, 2, 4, 5]")
+        self.write("own.py", OWN + warn)
+        self.write("own.toml", f'command = "{sys.executable} own.py {{folder}} {{x}}"\ntable = ["warnings", "square"]\n[vary]\nx = [1, 2, 4, 5]\n')
+        said = self.sweep("own.toml")
+        self.assertIn("(x = 4) ended, with 2 warnings;", said)
+        self.assertRegex(said, r"(?m)^2 runs of 4 warn, the first of them run 3 \(\S+log.txt\): 4.00 cells in the zone\n1 run of 4 warns, the first of them run 3 \(\S+log.txt\): all is lost\nTable: .*; 2 with warnings$")
+        self.assertEqual([row["warnings"] for row in self.rows("own.csv")], ["0", "0", "2", "1"])
 
     def test_added_values(self):
         """A run is known by its options: what was over stays over wherever it stands. A file that it names counts by its content."""
@@ -254,6 +274,30 @@ friction_slip = [0.15, 0.25]
         self.assertIn("4 runs: 3 ended, 1 failed", self.sweep("own.toml", "--table"))
         self.assertEqual(len(self.rows("own.csv")), 4)
 
+    def test_axes_have_units_and_spreads(self):
+        """Units of options as the help of the program has them, of columns in the unit that fits; bars of several runs, and of a number's own spread."""
+        from slipstep.plots import sweep
+        from slipstep.running import option_units
+        self.assertEqual([option_units()[name] for name in ("normal_stress", "friction_slip", "loading_rate", "dip", "density")], ["Pa", "m", "m/s", "degrees", "kg/m^3"])
+        self.assertFalse({"nx", "friction_a", "poisson_ratio"} & set(option_units()))
+        study = Study(folder=self.path("none"), vary={"normal_stress": [40e6, 50e6], "fault_nx": [4, 5], "ts_max_time": [5.0, 6.0]}, table=["recurrence", "events"])
+        self.assertEqual([study.unit(name) for name in ("normal_stress", "fault_nx", "ts_max_time", "recurrence", "events")], ["Pa", "", "s", "s", ""])
+        self.assertEqual(Study(self.own("[1, 2]")).unit("x"), "")
+        rows = [{"x": x, "b": b, "y": 3.0e7 * (x + b)} for x in (1, 2) for b in (0, 1)]
+        canvas = sweep.figure(rows, "x", "y", "b", {"x": "Pa", "b": "m", "y": "s"}, [(2.7e7 * (row["x"] + row["b"]), 3.6e7 * (row["x"] + row["b"])) for row in rows])
+        axes, = canvas.axes
+        self.assertEqual((axes.get_xlabel(), axes.get_ylabel(), axes.get_legend().get_title().get_text()), ("x (Pa)", "y (years)", "b (m)"))
+        self.assertEqual(axes.get_title(loc="left"), "4 runs; bars: spread of each number")
+        year = 365.25 * 86400
+        ends = [[segment[:, 1] for segment in bars.lines[2][0].get_segments()] for bars in axes.containers]
+        self.assertTrue(all(abs(found - expected).max() < 1e-9 for found, expected in zip(ends[1], ([5.4e7 / year, 7.2e7 / year], [8.1e7 / year, 10.8e7 / year]))))
+        axes, = sweep.figure(rows, "x", "y", None, {"y": "Pa"}).axes
+        segment = axes.containers[0].lines[2][0].get_segments()[0][:, 1]
+        self.assertAlmostEqual((segment[1] - segment[0]) / 2 / (3e7 * 0.5 ** 0.5), 1)
+        self.assertIn("mean and standard deviation of up to 2", axes.get_title(loc="left"))
+        axes, = sweep.figure(rows[:1], "x", "y", None, {"y": "Pa"}).axes
+        self.assertFalse(axes.containers[0].has_yerr)
+
     def test_slurm(self):
         """A job array by stubs of Slurm: each task runs its run; one that is asked to end stops and goes back into the queue; over ones are left out."""
         study = Study(self.own("[1, 2, 4, 5]", '[slurm]\ntime = "00:10:00"\npartition = "short"\n'))
@@ -309,6 +353,13 @@ friction_slip = [0.15, 0.25]
                               ("[[zip]]\na = [1, 2]\nb = [1]", "lists of one length"), ("[[zip]]\na = [1, 1]\n", "runs 1 and 2 are the same"), ("seeds = -1", "a number of seeds"),
                               ("ranks = 0", "ranks is 0, expected a number of ranks"), ("[options]\noutput = \"a.h5\"", "output is of each run"), ("[options]\nx = [1, 2]", "lists belong into vary"),
                               ("options_file = \"none.opts\"", "cannot read none.opts"), ("command = \"no_such_program {x}\"\n[vary]\nx = [1]", "there is no program no_such_program"),
+                              ("table = [\"magnitud\"]", "table names magnitud, which no run has; did you mean magnitude?"), ("table = [\"events\", \"events\"]", "which is there twice"),
+                              ("table = [\"status\"]", "table names status, which is a column of each table"), ("[vary]\nfolder = [1, 2]", "folder is varied, and is a column of each table"),
+                              ("table = [\"coupling\"]", "table names coupling, which needs loading_rate: no run has that"),
+                              ("table = [\"stress_drop_area\"]\n[options]\noutput_fields = \"slip\"", "stress_drop_area, which needs output_fields with slip and traction"),
+                              ("table = [\"rupture_speed_median\"]\n[options]\noutput_fields = \"slip\"", "which needs catalogue_maps, or output_fields with slip_rate"),
+                              ("[options]\nfriction_sip = 0.1", "there is no option -fault_friction_sip: did you mean -fault_friction_slip"), ("spin_up = \"5x\"", "spin-up is 5x, expected a number of events"),
+                              ("spin_up = true", "spin-up is True, expected a number of events"),
                               ("[slurm]\narray = \"1-3\"", None), ("cores = true", "cores is True, expected a number of cores")):
             path = self.write("bad.toml", text)
             if message is None:
@@ -318,6 +369,7 @@ friction_slip = [0.15, 0.25]
                 continue
             with self.subTest(text=text), self.assertRaisesRegex(Error, f"bad.toml.*{message}|{message}"):
                 Study(path).run(progress=False)
+            self.assertFalse(os.path.exists(self.path("bad.runs")) and [name for name in os.listdir(self.path("bad.runs")) if name != "lock"])
         with self.assertRaisesRegex(Error, "cannot read .*none.toml"):
             Study(self.path("none.toml"))
         with self.assertRaisesRegex(Error, "a study needs a file, or a folder"):
@@ -334,6 +386,21 @@ friction_slip = [0.15, 0.25]
         self.assertEqual(study.runs[-1].values, {"loading_rate": 4e-9, "healing_time": 3e8, "friction_residual": 0.4, "normal_stress": 60e6, "seed": 3})
         self.assertEqual(study.runs[12].values["loading_rate"], 2e-9)
 
+    def test_columns_of_faults(self):
+        """What an ended run of a fault has in /result is a name that is known before the first run, and what no run has is said after the last, with the reason."""
+        study = Study(folder=self.path("runs"), options={"nx": 4, "nz": 4, "ts_max_time": "2s"}, vary={"ts_bathe_method": ["auto", "implicit"]}, table=["recurrence", "b", "mean_slip", "slip_error_check"])
+        study.run(progress=False)
+        self.assertEqual(study.empty, [("recurrence", "it needs two events of at least half of the largest moment after the spin-up"), ("b", "it needs 30 events from the magnitude of completeness on"),
+                                       ("slip_error_check", "no run has such a number")])
+        for run in study.runs:
+            for name in run.result.summary:
+                table.check_name("study", name)
+        sources = glob.glob(os.path.join(SOURCE, "src", "*", "*.c"))
+        named = {name for path in sources for name in re.findall(r'SlipOutputAddResult\(\w+, "(\w+)"|"/result", "(\w+)", t->', pathlib.Path(path).read_text(encoding="utf-8")) for name in name if name}
+        self.assertGreater(len(named), 20)
+        for name in named - {"event"}:  # a text
+            table.check_name("study", name)
+
     def test_several_processes(self):
         with mock.patch.dict(os.environ, OMPI_COMM_WORLD_SIZE="2"), self.assertRaisesRegex(Error, "own.toml: a study cannot be run by several processes"):
             Study(self.own()).run()
@@ -345,7 +412,7 @@ friction_slip = [0.15, 0.25]
         with open(self.path("own.toml"), encoding="utf-8") as file:
             text = file.read().replace('"square"', '"sqare"')
         self.write("own.toml", text)
-        self.assertIn("no run has a column sqare", self.sweep("own.toml", "--table"))
+        self.assertIn("the column sqare is empty in all runs that ended: no run has such a number; did you mean square?", self.sweep("own.toml", "--table"))
         with open(study.runs[0].file("result.json"), "w", encoding="utf-8") as file:
             file.write(json.dumps({"status": "ended"})[:-5])
         self.assertRegex(self.sweep("own.toml", code=1), r"result.json: .*; remove it, and the run begins anew")

@@ -3,6 +3,8 @@
 import os
 import sys
 import unittest
+from types import SimpleNamespace
+from unittest import mock
 
 from scripts import SOURCE, PictureTest
 
@@ -17,12 +19,15 @@ from slipstep import OutputError, Run
 from slipstep.geometry.cells import corners_of, free_edges, free_sides
 from slipstep.geometry.unroll import overlap, unroll
 from slipstep.plots.maps import Plane, frames_of, planes_of
-from slipstep.plots.snapshots import Layout
+from slipstep.plots import snapshots as snapshot_module
+from slipstep.plots.snapshots import Layout, chosen_rows, snapshots
 from slipstep.plots.spacetime import Line, lines_of
 from slipstep.plots.view import View, box_of, cut, cut_triangles, screen
+from slipstep.programs import plot_run
 from slipstep.programs.plot_catalogue import hypocentres
 from slipstep.results.events import Events
 from slipstep.results.fields import Fields
+from slipstep.times import YEAR, Clock
 from test_mesh_planes import plane
 
 SIZE = (10000.0, 8000.0)
@@ -167,6 +172,32 @@ class Maps(PictureTest):
             self.assertEqual((axes.get_ylabel(), axes.yaxis_inverted()), ("down dip (km)", True))
         np.testing.assert_allclose(scale, scale[0], rtol=0.01)  # pixels for a km
 
+    def test_names_of_faults_and_room_for_them(self):
+        """The names that the file has, in all pictures; titles and numbers of neighbouring panels do not meet, also where names are long, and maps are as large as their row."""
+        run = self.two()
+        with h5py.File(run.path, "r+") as file:
+            file["mesh/fault"].attrs["names"] = "3 Northern Long Valley fault of the western strand; 7 San Cristobal detachment, lower part of its southern segment"
+        run = Run(run.path)
+        self.assertEqual([own.short for own in planes_of(run)], ["Northern Long Valley fault of the western strand", "San Cristobal detachment, lower part of its southern segment"])
+        self.assertTrue(planes_of(run)[0].name.endswith("western strand (strike 80°, dip 45°)"))
+        self.assertEqual((run.fault_name(3), run.fault_name(5)), ("Northern Long Valley fault of the western strand", "fault 5"))
+        clock = Clock(0.0, run.series["time"][-1])
+        overview = plot_run.figure(run, clock, True)
+        snaps = snapshots(run, "slip", [50 * YEAR, 60 * YEAR, 70 * YEAR])
+        for canvas in (overview, snaps):
+            canvas.canvas.draw()
+            panels = [axes for axes in (*canvas.axes, *(child for axes in canvas.axes for child in axes.child_axes)) if axes.axison and "km" in axes.get_ylabel() + axes.get_xlabel()]
+            boxes = [text.get_window_extent() for axes in panels for text in (axes._left_title, axes.title, axes.xaxis.label, axes.yaxis.label) if text.get_text() and text.get_visible()]
+            boxes += [label.get_window_extent() for axes in panels for label in axes.get_xticklabels() if label.get_text() and label.get_visible() and axes.get_xlim()[0] <= label.get_position()[0] <= axes.get_xlim()[1]]
+            self.assertGreater(len(boxes), 10)
+            for k, one in enumerate(boxes):
+                self.assertTrue(-1 <= one.x0 and one.x1 <= canvas.bbox.width + 1 and -1 <= one.y0 and one.y1 <= canvas.bbox.height + 1, one)  # pixels
+                self.assertFalse([k for other in boxes[:k] if one.overlaps(other)])
+        maps = [child for axes in overview.axes for child in axes.child_axes if child.get_title(loc="left") or child.get_title()]
+        self.assertEqual(len(maps), 4)
+        for child in maps:
+            self.assertGreater(child.get_window_extent().width, 200)  # pixels, of 1100
+
     def test_lines_cross_a_bend(self):
         """Along strike at one distance down dip through both segments of a fault: the cells of one row, in order."""
         cells, _ = segments((0.0, 30.0), 60.0)
@@ -205,12 +236,12 @@ class Maps(PictureTest):
         with h5py.File(path, "r+") as file:
             file["cell"][...] = (0, 11, 12, 14, 23)
         events = Events(path)
-        (_, name, down, rows, x, z), other = hypocentres(events)
+        (_, name, along, down, rows, x, z), other = hypocentres(events)
         self.assertEqual((name[:7], down), ("fault 2", "down dip (km)"))
         np.testing.assert_array_equal(rows, (2, 3, 4))
         np.testing.assert_allclose(z, (0.2, 0.2, 1.0), atol=1e-9)
         np.testing.assert_allclose(np.diff(x), (1, 0.5), atol=1e-9)
-        np.testing.assert_allclose((other[4], other[5]), ((0.25, 1.75), (0.2, 1.0)), atol=1e-9)
+        np.testing.assert_allclose((other[5], other[6]), ((0.25, 1.75), (0.2, 1.0)), atol=1e-9)
         self.plot("plot_catalogue", path)
         self.look(self.path("c.png"))
 
@@ -318,6 +349,27 @@ class Views(PictureTest):
         np.testing.assert_array_equal(np.sort(upper[:, :, 0].ravel()), [0, 1000, 1000, 2000, 2000, 3000])
         np.testing.assert_array_equal(upper[:, :, 2], 100.0)
         self.assertEqual(len(others), 3 + 4)
+
+    def test_bent_surfaces_have_a_mean_strike(self):
+        """Triangles of a plane lie along strike and down dip; those of a bent surface are seen across its mean plane, and labels say so."""
+        for bend, labels in ((0.0, ("along strike (km)", "down dip (km)", "at 1 km down dip")), (0.2, ("along the mean strike (km)", "down the mean dip (km)", "at 1 km down the mean dip"))):
+            s, d = np.meshgrid(np.arange(5) * 1000.0, np.arange(4) * 1000.0)
+            points = np.stack([s, d / 2 + bend * (s - 2000) ** 2 / 1000, d * np.sqrt(0.75)], axis=-1).reshape(-1, 3)
+            number = np.arange(20).reshape(4, 5)
+            a, b, c, e = (part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]))
+            mesh = {"vertices": points, "triangles": np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, e], 1)]), "x": np.zeros(24)}
+            plane, = planes_of(SimpleNamespace(mesh=mesh, planes=[(1, np.arange(24))]))
+            self.assertEqual((plane.along_label, plane.down_label, Line(plane, "strike", 1.0).where), labels)
+
+    def test_views_are_not_alike(self):
+        """Frames of a run that rests for most of its time are at equal shares of its slip; of one that slips all the time at equal times."""
+        times = np.linspace(0, 1000, 101)
+        for slip, expected in ((np.minimum(times, 40.0), (0, 1, 2, 4)), (times, (12, 37, 62, 87))):
+            fields = SimpleNamespace(name="slip", times=times, run=SimpleNamespace())
+            with mock.patch.object(snapshot_module, "event_around", lambda *_: None), mock.patch.object(snapshot_module, "mean_slip_at", lambda run, at, slip=slip: np.interp(at, times, slip)):
+                rows = chosen_rows(fields, None, 4)
+            self.assertLessEqual(np.abs(np.array(rows) - expected).max(), 1)
+            self.assertGreater(np.diff(slip[rows]).min(), 0.1 * slip[-1])
 
     def test_outlines_are_the_rims(self):
         """Upper edges are thick; an edge within a plane is none."""

@@ -1,5 +1,6 @@
 """Runs of a fault by the program `fault`, and what they share with those in this process (slipstep.petsc)."""
 
+import functools
 import os
 import re
 import shutil
@@ -9,14 +10,14 @@ import sys
 import tempfile
 import time
 
-from .errors import Error
+from .errors import Error, warn, warnings_of
 from .modules import find_program
 from .times import written
 
 OPTION = re.compile(r"(ts|snes|ksp|pc|mat|log|options)_")  # of names that are options of PETSc and not parameters of a fault
 # of the program, unless it is set: one thread, and no look at OpenCL's devices, whose drivers take over signals
 ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "HWLOC_COMPONENTS": "-opencl"}
-REPEAT = 0.2  # between two lines of progress [s]
+REPEAT, MINUTE = 0.2, 60.0  # between two lines of progress [s], in a terminal and in a log
 PATIENCE = 5.0  # until a program that was asked to end is killed [s]
 
 
@@ -32,27 +33,33 @@ def program_fault():
 
 
 class Line:
-    """A line of progress, written again and again: in a terminal and below the cell of a notebook."""
+    """A line of progress, written again and again: in a terminal and below the cell of a notebook; apart: in a log, one once a minute."""
 
-    def __init__(self, shown):
-        self.shown, self.last, self.begin = shown, 0.0, time.monotonic()
+    def __init__(self, shown, apart=False):
+        self.shown, self.apart, self.begin = shown, apart, time.monotonic()
+        self.last = self.begin if apart else 0.0
         self.width, self.newest, self.out = 0, None, sys.stdout
 
     def show(self, at, end, steps, rate, force=False):
-        now = time.monotonic()
         self.newest = (at, end, steps, rate)
-        if not self.shown or (now - self.last < REPEAT and not force):
+        share = f" ({100 * at / end:.1f} %)" if end and end > 0 and end < 1e300 else ""
+        self.tell(f"time {written(at)}{share}, {steps} steps, largest slip rate {rate:.3g} m/s", force)
+
+    def tell(self, text, force=False):
+        """How far something is, with the time that it has taken [s]."""
+        now = time.monotonic()
+        if not self.shown or (now - self.last < (MINUTE if self.apart else REPEAT) and not force):
             return
         self.last = now
-        share = f" ({100 * at / end:.1f} %)" if end and end > 0 and end < 1e300 else ""
-        text = f"time {written(at)}{share}, {steps} steps, largest slip rate {rate:.3g} m/s, {now - self.begin:.1f} s"
+        text += f", {now - self.begin:.1f} s"
         self.width = max(self.width, len(text))
-        self.out.write("\r" + text.ljust(self.width))
+        self.out.write(f"{text}\n" if self.apart else "\r" + text.ljust(self.width))
         self.out.flush()
 
     def close(self):
-        if self.shown and self.newest:
-            self.show(*self.newest, force=True)
+        if self.shown and self.width and not self.apart:
+            if self.newest:
+                self.show(*self.newest, force=True)
             self.out.write("\n")
             self.out.flush()
 
@@ -67,6 +74,18 @@ def options_of(path):
     except OSError as error:
         raise Error(f"cannot read {path} (options_file): {error.strerror}") from None
     return {match[1] for match in (re.match(r"\s*-fault_(\w+)", line) for line in lines) if match}
+
+
+@functools.lru_cache(maxsize=None)
+def option_units():
+    """Units of the parameters of faults by the names of their options without "fault_", as the help of the program has them; empty where there is no program."""
+    try:
+        said = subprocess.run([program_fault(), "-help", "fault"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8", env={**ENVIRONMENT, **os.environ}, check=False).stdout
+    except (Error, OSError):
+        return {}
+    lines = (re.match(r"\s*-fault_(\w+) <.*?>:(.*)", line) for line in said.splitlines())
+    found = {line[1]: re.findall(r" \[([^\[\]]+)\]", line[2]) for line in lines if line}
+    return {name: units[0] for name, units in found.items() if units}
 
 
 def word(value):
@@ -113,6 +132,7 @@ def cells_of(options):
         path = os.path.join(folder, "cells.h5")
         done = subprocess.run([program_fault(), *options, "-fault_cells", path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8",
                               env={**ENVIRONMENT, **os.environ}, check=False)
+        warn(*warnings_of(done.stdout))
         if done.returncode:
             raise Error(_reason(done.stdout, done.returncode))
         return read_cells(path)
@@ -157,9 +177,14 @@ class Program:
                 line.close()
             output.seek(0)
             text = output.read()
+        warn(*warnings_of(text))
         if child.returncode not in (0, 3) and not interrupted:
             raise Error(_reason(text, child.returncode))
         return interrupted
+
+    @staticmethod
+    def warn(result):
+        """Of a run that is over; those of the program are told as it printed them, also where it fails."""
 
 
 class Runs:
@@ -233,7 +258,7 @@ class Runs:
         backend   "petsc": in this process; "program": by the program fault; None: that of this object
 
         An interrupt (Ctrl-C, or the stop button of a notebook) ends the run after its step, and the Result has what there is. Error: what the
-        program refuses, by its own line. With several processes (mpirun python) every process must call it, and the program backend cannot be used."""
+        program refuses, by its own line. Warnings of the program are SlipStepWarnings, and in Result.warnings. With several processes (mpirun python) every process must call it, and the program backend cannot be used."""
         backend = backend or self.backend
         if backend not in ("petsc", "program"):
             raise ValueError(f"backend is {backend!r}, expected 'petsc' or 'program'")
@@ -252,7 +277,9 @@ class Runs:
                 if interrupted:
                     raise KeyboardInterrupt
                 raise Error("the run has written nothing")
-            return Result(found[0], found[1] if os.path.exists(found[1]) else None)
+            result = Result(found[0], found[1] if os.path.exists(found[1]) else None)
+            runner.warn(result)
+            return result
         finally:
             runner.remove(folder)
 

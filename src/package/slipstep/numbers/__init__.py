@@ -5,5 +5,6 @@
 """
 
 from .report import Number, of_catalogue, of_event, of_run
+from .spinup import spin_up
 
-__all__ = ["Number", "of_catalogue", "of_event", "of_run"]
+__all__ = ["Number", "of_catalogue", "of_event", "of_run", "spin_up"]

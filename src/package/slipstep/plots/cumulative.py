@@ -10,6 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from ..modules import program
 from ..results.fields import Fields
 from ..times import NAMES, SECONDS, unit_of
+from .panels import wrapped
 from .snapshots import round_step
 from .spacetime import along_line, lines_of
 
@@ -34,16 +35,16 @@ def between(end, interval, events):
 
 
 def during(times, onset, end, interval):
-    """Times at an interval from an onset to an end, and True; where the stored ones are further apart than twice that, so that lines
+    """Times at an interval from an onset to an end, True, and how many these would be; where the stored ones are further apart than twice that, so that lines
     between them would be made up, the stored ones, one in each interval at most, and False."""
     wanted = onset + np.arange(np.floor((end - onset) / interval * (1 + 1e-12)) + 1) * interval
     right = np.searchsorted(times, wanted, side="right")
     gap = times[np.clip(right, 0, len(times) - 1)] - times[np.clip(right - 1, 0, len(times) - 1)]
     near = (gap <= 2 * interval) & (right > 0) & (right < len(times))
     if near.mean() > 0.5:
-        return wanted[near], True
+        return wanted[near], True, len(wanted)
     stored = times[(times >= onset) & (times <= end)]
-    return stored[np.unique(np.floor((stored - onset) / interval), return_index=True)[1]], False
+    return stored[np.unique(np.floor((stored - onset) / interval), return_index=True)[1]], False, len(wanted)
 
 
 class Course:
@@ -59,18 +60,18 @@ class Course:
         self.every, self.every_event = every or round_step(span / unit, LINES) * unit, every_event
 
     def lines(self, events):
-        """Slip [n, m] between events, and during them; the number of events with too few rows."""
+        """Slip [n, m] between events, and during them; the number of events with too few rows, and how many lines there would be during all with enough."""
         events = [(onset, end) for onset, end in events if onset < self.times[-1]]
         solid = interpolate(self.times, self.values, between(self.times[-1], self.every, events))
         inside = [during(self.times, onset, end, self.every_event) for onset, end in events]
-        dashed = np.concatenate([np.zeros(0), *(times for times, _ in inside)])
-        return solid, interpolate(self.times, self.values, dashed), sum(not dense for _, dense in inside)
+        dashed = np.concatenate([np.zeros(0), *(times for times, *_ in inside)])
+        return solid, interpolate(self.times, self.values, dashed), sum(not dense for _, dense, _ in inside), sum(wanted for *_, wanted in inside)
 
 
 def draw_cumulative(axes, course, events):
     """Slip upwards over distance along strike, or to the right over the distance down dip; the number of events with too few rows."""
     line = course.line
-    solid, dashed, poor = course.lines(events)
+    solid, dashed, poor, wanted = course.lines(events)
     for values, colour, style, width in ((dashed, DASHED, (0, (4, 2)), 0.7), (solid, SOLID, "solid", 1.0)):
         along, rows = line.drawn(values)
         pairs = [(along, row) if line.along == "strike" else (row, along) for row in rows]
@@ -84,9 +85,11 @@ def draw_cumulative(axes, course, events):
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
     axes.plot([], [], color=SOLID, label=f"every {plain(course.every)}")
-    axes.plot([], [], color=DASHED, linestyle=(0, (4, 2)), linewidth=1.0, label=f"every {plain(course.every_event)} during events")
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
-    axes.set_title(f"Cumulative slip {line.where}")
+    if wanted:
+        stored = "" if len(dashed) == wanted else f": the {len(dashed)} of {wanted} that rows are stored for"
+        axes.plot([], [], color=DASHED, linestyle=(0, (4, 2)), linewidth=1.0, label=f"every {plain(course.every_event)} during events{stored}")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+    axes.set_title(wrapped(f"Cumulative slip {line.where}", 0.9 * axes.figure.get_figwidth(), 11))
     return poor
 
 

@@ -11,7 +11,7 @@ from ..errors import OutputError
 from ..geometry.cells import mesh_cells
 from ..geometry.unroll import unroll
 from ..results.fields import Fields
-from .panels import plt
+from .panels import plt, wrapped
 
 DIGITS = 9  # of coordinates of unrolled cells [km], so that edges of a row are equal
 DECADES = 13  # of a logarithmic scale at most
@@ -20,6 +20,7 @@ STRETCHED = 2 / 3  # where those few need a scale longer than the others' by mor
 NUMBERS = 6  # contours with their values
 SIDES = np.arange(1, 8) / 8  # of a side: where it is looked whether that is within cells
 WIDER = 1.01
+BENT = 1.0  # degrees of a surface that is no plane
 SHADES = 256  # of a colour map: what is beyond its ends by less than one is not
 NOISE = {"m": 1e-9}  # by unit: sizes that are rounding
 EXTEND = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
@@ -43,10 +44,10 @@ def aspect_of(extent):
 
 class Plane:
     """Cells that are drawn together: low and high edges along strike and down dip, or three corners of triangles [km], which of a map's values
-    are theirs (None: all, of a grid of this shape), what they are called, and whether down dip is the depth."""
+    are theirs (None: all, of a grid of this shape), what they are called, also in short, whether down dip is the depth, and whether they are of a bent surface, seen across its mean plane."""
 
-    def __init__(self, x, z, cells=None, shape=None, name="", vertical=True):
-        self.x, self.z, self.cells, self.shape, self.name, self.vertical = x, z, cells, shape, name, vertical
+    def __init__(self, x, z, cells=None, shape=None, name="", vertical=True, short="", bent=False):
+        self.x, self.z, self.cells, self.shape, self.name, self.vertical, self.short, self.bent = x, z, cells, shape, name, vertical, short or name, bent
 
     @classmethod
     def of_grid(cls, run):
@@ -60,7 +61,15 @@ class Plane:
 
     @property
     def down(self):
-        return "depth" if self.vertical else "down dip"
+        return "depth" if self.vertical else "down the mean dip" if self.bent else "down dip"
+
+    @property
+    def along(self):
+        return "along the mean strike" if self.bent else "along strike"
+
+    @property
+    def along_label(self):
+        return f"{self.along} (km)"
 
     @property
     def down_label(self):
@@ -167,9 +176,10 @@ def span(angles, turn):
     return f"{low}°" if low == high else f"{low} to {high}°"
 
 
-def name_of(label, mesh, cells, part):
-    return (f"fault {label:g}{part} (strike {span(mesh['strike'][cells], True)}, "
-            f"dip {span(mesh['dip'][cells], False)})")
+def names_of(run, label, cells, part):
+    """Of a plane of several: with its strike and dip, and in short."""
+    short = run.fault_name(label) + part
+    return {"name": f"{short} (strike {span(run.mesh['strike'][cells], True)}, dip {span(run.mesh['dip'][cells], False)})", "short": short}
 
 
 def planes_of(run):
@@ -191,6 +201,14 @@ def flat_triangles(mesh, cells):
     return s.T, (d - d.min() + corners[..., 2].min() * (abs(normal[2]) < 1e-6 * np.linalg.norm(normal))).T
 
 
+def is_bent(mesh, cells):
+    """Whether the normals of triangles leave their mean by more than BENT."""
+    corners = mesh["vertices"][mesh["triangles"][cells]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    mean, normal = normal.sum(axis=0), normal / np.linalg.norm(normal, axis=1)[:, None]
+    return bool((normal @ mean < np.cos(np.radians(BENT)) * np.linalg.norm(mean)).any())
+
+
 def _planes(run):
     if not run.planes:
         return [Plane.of_grid(run)]
@@ -198,7 +216,7 @@ def _planes(run):
         found = []
         for label, cells in run.planes:
             s, d = flat_triangles(run.mesh, cells)
-            found.append(Plane(s / 1e3, d / 1e3, cells, name=name_of(label, run.mesh, cells, "") if len(run.planes) > 1 else "", vertical=False))
+            found.append(Plane(s / 1e3, d / 1e3, cells, **(names_of(run, label, cells, "") if len(run.planes) > 1 else {}), vertical=False, bent=is_bent(run.mesh, cells)))
         return found
     found, every, mesh = [], mesh_cells(run.mesh), run.mesh
     for label, cells in run.planes:
@@ -206,11 +224,11 @@ def _planes(run):
             parts = unroll(every[cells])
             for k, (index, s, d) in enumerate(parts):
                 own = cells[index]
-                name = name_of(label, mesh, own, f", part {k + 1}" if len(parts) > 1 else "")
-                found.append(Plane(np.round(s / 1e3, DIGITS), np.round(d / 1e3, DIGITS), own, name=name, vertical=(mesh["dip"][own] == 90).all()))
+                names = names_of(run, label, own, f", part {k + 1}" if len(parts) > 1 else "")
+                found.append(Plane(np.round(s / 1e3, DIGITS), np.round(d / 1e3, DIGITS), own, **names, vertical=(mesh["dip"][own] == 90).all()))
         else:  # vertical, and along x
             x, z, length, width = (mesh[name][cells] / 1e3 for name in ("x", "z", "length", "width"))
-            name = f"fault {label:g}" if "fault" in mesh else f"plane at y = {label:g} m"
+            name = run.fault_name(label) if "fault" in mesh else f"plane at y = {label:g} m"
             found.append(Plane(np.stack([x - length / 2, x + length / 2]), np.stack([z - width / 2, z + width / 2]), cells, name=name))
     if len(found) == 1:
         found[0].name = ""
@@ -312,6 +330,9 @@ def colour_bar(canvas, artist, norm, label, extend=None, **place):
 
 
 PANEL = 1.6  # width over height of a panel of the overview, about
+PANEL_WIDTH = 4.6  # inches, of the maps of several planes, without their bar
+ROOM = 0.75  # inches above and below each of them, for its name and numbers
+SMALL = 9  # points of their names
 
 
 def columns_for(frames):
@@ -319,6 +340,13 @@ def columns_for(frames):
     x0, x1, z0, z1 = frames[0]
     size = {columns: min(PANEL / columns / (x1 - x0), 1 / -(-len(frames) // columns) / (z1 - z0)) for columns in range(1, len(frames) + 1)}
     return max(size, key=size.get)
+
+
+def heights_of(frames):
+    """Inches of each row of the maps of several planes."""
+    columns = columns_for(frames)
+    rows = [frames[k:k + columns] for k in range(0, len(frames), columns)]
+    return [ROOM + 0.85 * PANEL_WIDTH / columns * max(np.clip((z1 - z0) / (x1 - x0), 0.1, 1.5) for x0, x1, z0, z1 in row) for row in rows]
 
 
 def draw_map(axes, run, name, time, label, log=False, wanted=None):
@@ -332,17 +360,19 @@ def draw_map(axes, run, name, time, label, log=False, wanted=None):
     norm = Span().see(values).norm(fields.kind, log, wanted)
     many = len(planes) > 1
     columns = columns_for(frames) if many else 1
-    height, width = 1 / -(-len(planes) // columns), 0.9 / columns
+    heights, width = np.array(heights_of(frames) if many else [1.0]), 0.9 / columns
+    room, ends = ROOM / heights.sum(), np.cumsum(heights) / heights.sum()
     if many:
         axes.set_axis_off()
     for k, plane in enumerate(planes):
-        below, column = k + columns >= len(planes), k % columns
-        own = axes.inset_axes([0.06 + column * width, 1 - (k // columns + 0.8) * height, 0.9 * width, 0.7 * height]) if many else axes
+        line, column = divmod(k, columns)
+        below = k + columns >= len(planes)
+        own = axes.inset_axes([0.06 + column * width, 1 - ends[line] + 0.55 * room, 0.9 * width, heights[line] / heights.sum() - room]) if many else axes
         artist = plane.draw(own, plane.values(values), norm, fields.kind.colours)
         plane.frame(own, frames[k])
-        own.set(xlabel="along strike (km)" if below else "", ylabel=own.get_ylabel() if column == 0 else "")
+        own.set(xlabel=plane.along_label if below else "", ylabel=own.get_ylabel() if column == 0 else "")
         if many:
-            own.set_title(plane.name.split(" (")[0], fontsize="small", fontweight="normal")
+            own.set_title(wrapped(plane.short, 0.8 * PANEL_WIDTH / columns, SMALL), fontsize=SMALL, fontweight="normal")
             own.tick_params(labelbottom=below or not beside(run), labelleft=column == 0 or not beside(run))
             if not beside(run):
                 own.xaxis.set_major_locator(MaxNLocator(4 if columns > 1 else 6, steps=[1, 2, 5, 10]))

@@ -1,6 +1,7 @@
 """Panels that the figures are made of; each draws one thing about one run into given axes."""
 
 import io
+import textwrap
 
 import matplotlib
 
@@ -12,6 +13,7 @@ from PIL import Image
 
 RED = "#d62728"
 REFERENCE = "#9a9a9a"
+LETTER = 0.6  # width of letters over their size, about
 # The first run is drawn on top of the others.
 RUN_STYLES = [{"color": "#0062a5", "marker": "o", "zorder": 5}, {"color": "#e08a00", "marker": "s", "zorder": 4},
               {"color": "#2c8a4b", "marker": "^", "zorder": 3}, {"color": "#8a4fa3", "marker": "D", "zorder": 2}]
@@ -25,6 +27,11 @@ STYLE = {
 
 def use_style():
     plt.rcParams.update(STYLE)
+
+
+def wrapped(text, inches, size):
+    """Lines of a text in a size [points] that is no wider than so many inches, about."""
+    return textwrap.fill(text, max(int(inches * 72 / (LETTER * size)), 12))
 
 
 SIZE_LIMIT = 140_000  # bytes of a PNG, above which it gets a palette: the figures are under version control

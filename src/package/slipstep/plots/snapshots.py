@@ -6,14 +6,17 @@ from ..errors import OutputError
 from ..results.fields import Fields, event_around, events_within, largest_event, mean_slip_at, rupture_times
 from ..times import Clock
 from .maps import Span, beside, colour_bar, frames_of, planes_of
-from .panels import plt, use_style
+from .panels import plt, use_style, wrapped
 from .titles import titles_of
 
 COUNT = 6  # snapshots where no times are asked for
 WIDTH = 11.0  # inches
+LINE = 0.17  # inches of another line of a title
+LONGEST = "113.271 years + 12.31 s"  # time of a panel, about
 LINES = 12  # contours of the times of rupture of most cells, about
 MOST = 0.9  # of all cells
 MOST_LINES = 18  # contours of all
+SAME = 0.01  # of all slip: rows between which it grows by less are alike
 AT_ONCE = 0.01  # of the duration
 BLACK = 0.2  # of the largest rate of all maps: on a linear scale a map whose largest is below is black or nearly so
 
@@ -34,11 +37,16 @@ class Layout:
         columns = min(columns, blocks)
         self.rows = -(-blocks // columns)
         ratio = [np.clip((z1 - z0) / (x1 - x0), 0.15, 2.0) for x0, x1, z0, z1 in self.frames]
-        height = sum(WIDTH / columns * 0.8 * one + 0.45 for one in ratio)
+        self.columns, self.blocks = columns, blocks
+        lines = [self.title(LONGEST if k == 0 else "", plane).count("\n") for k, plane in enumerate(self.planes)]
+        height = sum(WIDTH / columns * 0.8 * one + (0.45 if self.shared else 0.65) + LINE * more for one, more in zip(ratio, lines))
         self.ratio = ratio
         self.canvas = plt.figure(figsize=(WIDTH, 1.1 + height * self.rows + extra), layout="constrained")
         self.canvas.get_layout_engine().set(h_pad=0.06, w_pad=0.06)
-        self.columns, self.blocks = columns, blocks
+
+    def title(self, text, plane):
+        """Of a panel: a text and the name of its plane, in short where there are panels beside it."""
+        return wrapped(", ".join(filter(None, (text, plane.name if self.columns == 1 else plane.short))), 0.85 * WIDTH / self.columns, 10)
 
     def fill(self, parent):
         """Axes [block][plane] within a figure or part of one; labels only at its rim."""
@@ -52,7 +60,7 @@ class Layout:
                 axes.remove()
         for k, block in enumerate(blocks[:self.blocks]):
             below = k + self.columns >= self.blocks
-            block[-1].set_xlabel("along strike (km)" if below else "")
+            block[-1].set_xlabel(self.planes[-1].along_label if below else "")
             block[-1].tick_params(labelbottom=below or not self.shared)
         return blocks[:self.blocks]
 
@@ -64,7 +72,7 @@ class Layout:
             artists.append(plane.draw(axes, plane.values(values), norm, colours))
             plane.frame(axes, frame)
             axes.set(xlabel=label, ylabel=plane.down_label if first else "")
-            axes.set_title(", ".join(filter(None, (title if axes is block[0] else "", plane.name))), fontsize=10, fontweight="normal")
+            axes.set_title(self.title(title if axes is block[0] else "", plane), fontsize=10, fontweight="normal")
         return artists
 
 
@@ -83,13 +91,15 @@ def spread(at, count):
 
 
 def chosen_rows(fields, times, count=COUNT):
-    """Rows nearest to the times asked for. Else some at equal times, or of what an event shows at equal shares of its slip: at equal times most would
-    be of its slow begin and end."""
+    """Rows nearest to the times asked for. Else some at equal times, or of what an event shows, and where most of these would be alike, at equal shares of its slip: at equal times
+    most would be of its slow begin and end, or of rest."""
     if times:
         return np.array([fields.row_at(time) for time in times])
     of_event = fields.name in ("slip_rate", "stress_drop") or event_around(fields.run, *fields.times[[0, -1]])
     slip = np.maximum.accumulate(np.abs(mean_slip_at(fields.run, fields.times) - mean_slip_at(fields.run, fields.times[0])))
-    return spread(slip if of_event and slip[-1] > 0 else fields.times, count)
+    rows = spread(fields.times, count)
+    same = np.diff(slip[rows]) < SAME * slip[-1]
+    return spread(slip, count) if slip[-1] > 0 and (of_event or same.sum() > len(same) / 2) else rows
 
 
 def draw_snapshots(canvas, layout, fields, rows, clock, log, wanted):
@@ -155,7 +165,7 @@ def curves(run, fields, rows, clock, log, wanted):
     for shade, text, values in zip(shades, words, np.abs(maps) if log else maps):
         values = np.broadcast_to(np.where(values > 0, values, np.nan) if log else values, at.shape)
         axes.plot(at, values, color=shade, label=text)
-    axes.set(xlabel="along strike (km)" if across else plane.down_label, ylabel=fields.label)
+    axes.set(xlabel=plane.along_label if across else plane.down_label, ylabel=fields.label)
     if log:
         axes.set_yscale("log")
     elif fields.kind.limits == "zero":

@@ -73,7 +73,7 @@ class Line:
 
     @property
     def label(self):
-        return "along strike (km)" if self.along == "strike" else self.plane.down_label
+        return self.plane.along_label if self.along == "strike" else self.plane.down_label
 
     @property
     def where(self):
@@ -81,8 +81,8 @@ class Line:
         other = self.plane.down.replace("down ", "") if self.along == "strike" else "strike"
         if isinstance(self.at, float):
             at = f"{self.at:{'.3g' if abs(self.at) < 999.5 else '.0f'}} km"
-            deep = f"at a depth of {at}" if self.plane.vertical else f"at {at} down dip"
-            place = deep if self.along == "strike" else f"at {at} along strike"
+            deep = f"at a depth of {at}" if self.plane.vertical else f"at {at} {self.plane.down}"
+            place = deep if self.along == "strike" else f"at {at} {self.plane.along}"
         else:
             place = {"max": f"(largest over {other})", "mean": f"(mean over {other})"}[self.at]
         return ", ".join(filter(None, (place, self.plane.name)))

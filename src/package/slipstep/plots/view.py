@@ -14,7 +14,7 @@ from ..results.fields import Fields, largest_event
 from ..times import written
 from .maps import Span, colour_bar, colour_map
 from .panels import plt, use_style
-from .snapshots import WIDTH, chosen_rows, clock_of, since
+from .snapshots import WIDTH, chosen_rows, clock_of, logarithmic, since
 from .titles import titles_of
 
 PIECES = 8000  # about, of all cells
@@ -229,7 +229,7 @@ def views(run, name, times, window=None, log=None, wanted=None, years=None, view
     view = View(run, run.parameters, viewer)
     rows = chosen_rows(fields, times, COUNT)
     clock = clock_of(run, fields.times[rows], years)
-    log = clock.logarithmic(name, log)
+    log = logarithmic(fields, rows, clock, log)
     columns = 1 if len(rows) == 1 else 2 if len(rows) < 5 else 3
     wide = WIDTH if columns > 1 else 0.8 * WIDTH
     down = -(-len(rows) // columns)

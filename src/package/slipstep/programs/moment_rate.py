@@ -32,14 +32,15 @@ def write_usgs(file, time, moment, step):
     file.writelines(f"{at:.10g}\t\t{rate:.10e}\n" for at, rate in zip(grid, np.diff(edges) / step))
 
 
-def figure(time, rate, faults, title):
+def figure(time, rate, names, title):
+    """names: of the faults of the columns."""
     use_style()
     canvas, axes = plt.subplots(figsize=(8, 4.2), layout="constrained")
     total = rate.sum(axis=1)
     axes.fill_between(time, 0, total, color=RUN_STYLES[0]["color"], alpha=0.25, linewidth=0)
     axes.plot(time, total, color=RUN_STYLES[0]["color"], label="all faults" if rate.shape[1] > 1 else "")
     for k in range(rate.shape[1] if 1 < rate.shape[1] <= 6 else 0):
-        axes.plot(time, rate[:, k], color=f"C{k + 1}", linewidth=1.0, label=f"fault {faults[k]}")
+        axes.plot(time, rate[:, k], color=f"C{k + 1}", linewidth=1.0, label=names[k])
     axes.set(title=title, xlabel="time since the onset (s)", ylabel="moment rate (N m/s)", xlim=(0, time[-1]))
     if total.min() >= 0:
         axes.set_ylim(bottom=0)
@@ -93,7 +94,7 @@ def main():
     if options.usgs:
         with replacing(options.usgs, options.run) as part, open(part, "w", encoding="utf-8") as file:
             write_usgs(file, time, moment, options.step)
-    figure(time, rate, faults, title).savefig(picture)
+    figure(time, rate, [run.fault_name(label) for label in faults], title).savefig(picture)
     total = float(moment[-1].sum())
     if options.usgs:
         print(f"Moment rate: {options.usgs}")

@@ -15,8 +15,8 @@ need("h5py", "numpy", "matplotlib")
 import numpy as np
 from matplotlib.colors import Normalize
 
-from ..numbers import of_catalogue, of_event, of_run, rupture, source
-from ..numbers.report import area_of, event_window
+from ..numbers import of_catalogue, of_event, of_run, rupture, source, spin_up
+from ..numbers.report import area_of, event_window, fastest, speed_or_none
 from ..plots.maps import colour_bar, planes_of
 from ..plots.panels import RUN_STYLES, plt, use_style
 from ..plots.snapshots import contours_of
@@ -43,7 +43,7 @@ def spectrum_panel(axes, run, onset, end):
     axes.legend(loc="lower left")
 
 
-def speed_panel(axes, catalogue, row):
+def speed_panel(axes, catalogue, row, limit):
     """Map of the rupture speed, with lines of equal time of rupture [s], of the plane of which most cells broke."""
     cells, shape = cells_of(catalogue.path, catalogue.mesh, catalogue.extents)
     time = catalogue.map_of("rupture_time", row)
@@ -56,15 +56,16 @@ def speed_panel(axes, catalogue, row):
     artist = plane.draw(axes, drawn, norm, "viridis")
     plane.contour(axes, plane.values(time), contours_of(plane.values(time), Clock(0, np.nanmax(time)))[1])
     plane.frame(axes)
-    axes.set(xlabel="along strike (km)", title="Rupture speed" + (f", median {found[0] / 1e3:.2f} km/s" if found else "") + (f", {plane.name}" if len(planes) > 1 else "") + "; lines: time (s)")
+    known = found is not None and np.isfinite(speed_or_none(found[0], limit)[0])
+    axes.set(xlabel=plane.along_label, title="Rupture speed" + (f", median {found[0] / 1e3:.2f} km/s" if known else "") + (f", {plane.name}" if len(planes) > 1 else "") + "; lines: time (s)")
     colour_bar(axes.figure, artist, norm, "rupture speed (km/s)", extend="max", ax=axes, shrink=0.8)
 
 
-def figure(run, catalogue, event):
+def figure(run, catalogue, event, spin=None):
     """Rupture speed and spectrum of an event, those that the files have."""
     use_style()
-    row, onset, end = event_window(catalogue, event)
-    panels = ([lambda axes: speed_panel(axes, Events(catalogue.path), row)] if catalogue.has_maps else []) + ([lambda axes: spectrum_panel(axes, run, onset, end)] if run is not None else [])
+    row, onset, end = event_window(catalogue, event, spin_up(run, catalogue, spin))
+    panels = ([lambda axes: speed_panel(axes, Events(catalogue.path), row, fastest(run))] if catalogue.has_maps else []) + ([lambda axes: spectrum_panel(axes, run, onset, end)] if run is not None else [])
     if not panels:
         raise ValueError(f"{catalogue.path}: no maps (-fault_catalogue_maps) and no run: there is nothing to draw")
     canvas, axes = plt.subplots(1, len(panels), figsize=(6.2 * len(panels), 4.2), layout="constrained", squeeze=False)
@@ -80,6 +81,7 @@ def main():
     parser.add_argument("file", metavar="FILE", help="output file of a run, or its catalogue of events")
     parser.add_argument("--catalogue", metavar="EVENTS", help="catalogue of the run")
     parser.add_argument("--event", default="largest", metavar="N", help="the event: its number from 1 on, or largest (default)")
+    parser.add_argument("--spin-up", metavar="N|TIME", help="what is left out at the start: a number of events, or a time as 50y (default: of loaded runs the first large event, with those before it; each line says it)")
     parser.add_argument("--slow", nargs=2, type=float, metavar=("LOW", "HIGH"), help="slip rates of slow slip [m/s], default ten times the plates' rate, and the rate of events")
     parser.add_argument("--csv", metavar="OUT", help="table to write")
     parser.add_argument("--figure", metavar="OUT", help="picture to write: map of the rupture speed (-fault_catalogue_maps) and spectrum of the moment rate")
@@ -100,9 +102,9 @@ def main():
         if data is not None:
             data.warn()
     if run is not None:
-        found = of_run(run, catalogue, options.event, options.slow)
+        found = of_run(run, catalogue, options.event, options.slow, options.spin_up)
     else:
-        found = (of_event(None, catalogue, options.event) if catalogue.count else []) + of_catalogue(catalogue)
+        found = (of_event(None, catalogue, options.event, options.spin_up) if catalogue.count else []) + of_catalogue(catalogue, spin_up(None, catalogue, options.spin_up))
     if not found:
         raise ValueError(f"{options.file}: no number: a run without loading needs --catalogue")
     for one in found:
@@ -117,5 +119,5 @@ def main():
     if options.figure:
         if catalogue is None:
             raise ValueError(f"{options.file}: a picture is of an event, expected --catalogue")
-        figure(run, catalogue, options.event).savefig(options.figure)
+        figure(run, catalogue, options.event, options.spin_up).savefig(options.figure)
         print(f"Figure: {options.figure}")

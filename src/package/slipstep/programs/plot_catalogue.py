@@ -18,8 +18,8 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.ticker import MaxNLocator
 from ..plots.cumulative import courses, draw_cumulative, warn
 from ..plots.maps import Span, aspect_of, colour_bar, extent_of, frames_of, planes_of
-from ..plots.panels import RUN_STYLES, log_scale, plt, use_style
-from ..plots.snapshots import Layout, contours_of
+from ..plots.panels import RUN_STYLES, log_scale, plt, use_style, wrapped
+from ..plots.snapshots import WIDTH, Layout, contours_of
 from ..plots.spacetime import place
 from ..plots.view import event_view
 from ..results.events import Events
@@ -30,7 +30,10 @@ from ..times import Clock, seconds, written
 MANY = 300  # events, beyond which only the largest have stems
 FAULTS = len(RUN_STYLES)  # up to which each has a colour
 MANY_CIRCLES = 60  # events, beyond which only the largest have circles
-CIRCLES = 5  # so many: in a long catalogue the largest events all break the whole fault
+CIRCLES = 5  # so many
+BESIDE = 6.0  # inches, of the panels of hypocentres beside the frequencies
+SMALL, TITLE = 9, 12  # points of their names, and of titles of figures
+ROOM = 0.8  # inches of each, for its name and numbers
 LARGEST = 60
 LEAST_SPAN = 0.2  # of magnitudes, of axes and colours: less is no difference that one should see
 
@@ -49,7 +52,7 @@ def draw_times(axes, events, clock):
         own = label == fault
         axes.vlines(time[stems][own[stems]], bottom, magnitude[stems][own[stems]], color=style["color"], linewidth=0.8, alpha=0.7)
         axes.plot(time[own], magnitude[own], linestyle="", marker="o", markersize=2 if many else 5, color=style["color"], markeredgewidth=0,
-                  alpha=0.5 if len(time) > 10 * MANY else 1, clip_on=not own.any(), label=f"fault {fault}")  # an empty one would be at the figure's corner
+                  alpha=0.5 if len(time) > 10 * MANY else 1, clip_on=not own.any(), label=events.fault_name(fault))  # an empty one would be at the figure's corner
     if len(time) == 1:
         axes.annotate(f"M {magnitude[0]:.2f}", (time[0], magnitude[0]), xytext=(8, 0), textcoords="offset points", va="center")
     if several:
@@ -83,34 +86,45 @@ def draw_frequency(axes, events):
 
 
 def hypocentres(events):
-    """What is drawn in each panel: its limits, title, label downwards, rows of the events that began there, and their places [km]. Vertical planes
+    """What is drawn in each panel: its limits, title, labels along it and downwards, rows of the events that began there, and their places [km]. Vertical planes
     along x have one panel."""
     planes = planes_of(events)
     if not {"dip", "down_dip"} & set(events.mesh) and not events.attributes.get("strike", 0):
-        return [(extent_of(planes), "", planes[0].down_label, np.arange(len(events)), events["x"] / 1e3, events["z"] / 1e3)]
+        return [(extent_of(planes), "", planes[0].along_label, planes[0].down_label, np.arange(len(events)), events["x"] / 1e3, events["z"] / 1e3)]
     found = []
     for plane, frame in zip(planes, frames_of(events)):
         places = [plane.centre(cell) for cell in events["cell"]]
         rows = np.array([k for k, at in enumerate(places) if at], int)
         x, z = np.array([places[k] for k in rows]).reshape(-1, 2).T
-        found.append((frame, plane.name, plane.down_label, rows, x, z))
+        found.append((frame, plane.name, plane.along_label, plane.down_label, rows, x, z))
     return found
+
+
+def circled(events, places, many):
+    """Which events have a circle of their ruptured area: those whose circle is no wider than their panel is long or deep, and that together fill the panels once at most, the largest first."""
+    size, share = np.zeros(len(events)), np.zeros(len(events))
+    for (x0, x1, z0, z1), _, _, _, rows, _, _ in places:
+        size[rows], share[rows] = min(x1 - x0, z1 - z0), events["area"][rows] / ((x1 - x0) * (z1 - z0) * 1e6)
+    sized = np.zeros(len(events), bool)
+    for row in np.argsort(-events["area"], kind="stable"):
+        if 2e-3 * np.sqrt(events["area"][row] / np.pi) <= size[row] and share[sized].sum() + share[row] <= len(places) and sized.sum() < (CIRCLES if many else len(events)):
+            sized[row] = True
+    return sized
 
 
 def draw_places(canvas, panels, events):
     """Hypocentres, large events on top, and circles of the ruptured areas around them."""
     radius, magnitude = np.sqrt(events["area"] / np.pi) / 1e3, events["magnitude"]
     many = len(events) > MANY_CIRCLES
-    sized = np.zeros(len(events), bool)
-    sized[np.argsort(events["area"])[-CIRCLES if many else 0:]] = True
+    places = hypocentres(events)
+    sized = circled(events, places, many)
     least, most = np.nanmin(magnitude), np.nanmax(magnitude)
     middle, half = (least + most) / 2, max(most - least, LEAST_SPAN) / 2
     norm = plt.Normalize(middle - half, middle + half)
     colours = plt.get_cmap("viridis_r")
-    places = hypocentres(events)
     if aspect_of(places[0][0]) == "auto":
         sized[:] = False  # circles would be none
-    for axes, (frame, name, down, rows, x, z) in zip(panels, places):
+    for axes, (frame, name, along, down, rows, x, z) in zip(panels, places):
         order = np.argsort(events["area"][rows])
         rows, x, z = rows[order], x[order], z[order]
         large = rows[sized[rows]]
@@ -119,16 +133,18 @@ def draw_places(canvas, panels, events):
         axes.add_collection(circles)
         dots = axes.scatter(x, z, c=magnitude[rows], norm=norm, cmap=colours, s=22 if not many else 12 if len(events) < MANY else 5, linewidth=0, zorder=3)
         x0, x1, z0, z1 = frame
-        axes.set(xlabel="along strike (km)" if axes is panels[-1] else "", ylabel=down, aspect=aspect_of(frame), xlim=(x0, x1), ylim=(z1, z0))
+        axes.set(xlabel=along if axes is panels[-1] else "", ylabel=down, aspect=aspect_of(frame), xlim=(x0, x1), ylim=(z1, z0))
         if name:
-            axes.set_title(name, fontsize="small", fontweight="normal")
+            axes.set_title(wrapped(name, WIDTH if len(events) == 1 else BESIDE, SMALL), fontsize=SMALL, fontweight="normal")
         axes.spines[:].set_visible(True)
         for axis, ticks in ((axes.xaxis, 6), (axes.yaxis, 5)):
             axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
         axes.grid(False)
     title = "Hypocentre" if len(events) == 1 else "Hypocentres"
     if sized.any():
-        title += f", circle{title[len('Hypocentre'):]} of {'the largest areas' if many else 'the ruptured area'}"
+        title += f", circle{'s' * int(sized.sum() > 1)} of {'the ruptured area' if sized.all() else f'{sized.sum()} of {len(events)} ruptured areas'}"
+    elif aspect_of(places[0][0]) == "equal":
+        title += ": the ruptured area is too large for a circle" if len(events) == 1 else ": ruptured areas are too large for circles"
     panels[0].set_title("\n".join(filter(None, (title, panels[0].get_title(loc="left")))))
     if len(events) > 1:
         colour_bar(canvas, dots, norm, "moment magnitude", ax=panels if len(panels) > 1 else panels[0], location="bottom", shrink=0.8, aspect=30, pad=0.02)
@@ -138,8 +154,11 @@ def figure(events, lines, years):
     """All events; lines: courses of slip, one for each plane, or none. The figure, and the number of events with too few rows."""
     use_style()
     tall = [4.6 if course.line.along == "strike" else 5.4 for course in lines]
-    canvas = plt.figure(figsize=(11, 7.2 + sum(tall)), layout="constrained")
-    grid = canvas.add_gridspec(2 + len(lines), 2, height_ratios=[3.0, 4.2, *tall], width_ratios=(1, 1.35))
+    frames = [frame for frame, *_ in hypocentres(events)]
+    ratios = [float(np.clip((z1 - z0) / (x1 - x0), 0.1, 1.5)) for x0, x1, z0, z1 in frames]
+    middle = max(4.2, sum(BESIDE * ratio + ROOM for ratio in ratios) if len(frames) > 1 else 0.0)
+    canvas = plt.figure(figsize=(WIDTH, 3.0 + middle + sum(tall)), layout="constrained")
+    grid = canvas.add_gridspec(2 + len(lines), 2, height_ratios=[3.0, middle, *tall], width_ratios=(1, 1.35))
     clock = Clock(0.0, max(events["end"].max(), *(course.times[-1] for course in lines), 0.0), years)
     top = canvas.add_subplot(grid[0, :])
     draw_times(top, events, clock)
@@ -147,9 +166,8 @@ def figure(events, lines, years):
     beside = grid[1, 1] if len(events) > 1 else grid[1, :]
     if len(events) > 1:  # of one there is no frequency
         draw_frequency(canvas.add_subplot(grid[1, 0]), events)
-    heights = [frame[3] - frame[2] for frame, *_ in hypocentres(events)]
-    rows = beside.subgridspec(len(heights), 1, height_ratios=heights)
-    draw_places(canvas, [canvas.add_subplot(row) for row in rows] if len(heights) > 1 else [canvas.add_subplot(beside)], events)
+    rows = beside.subgridspec(len(frames), 1, height_ratios=ratios)
+    draw_places(canvas, [canvas.add_subplot(row) for row in rows] if len(frames) > 1 else [canvas.add_subplot(beside)], events)
     pairs = np.stack([events["onset"], events["end"]], axis=1)
     poor = [draw_cumulative(canvas.add_subplot(grid[2 + k, :]), course, pairs) for k, course in enumerate(lines)]
     canvas.suptitle(os.path.basename(events.path) + ("" if events.complete else " (unfinished)"))
@@ -160,8 +178,8 @@ def broken_faults(events, number):
     """In words which faults broke in an event; nothing where there is one, or nobody knows."""
     if "fault_area" not in events.event:
         return ""
-    names = [str(label) for label in events.faults[events["fault_area"][number] > 0]]
-    return (f"faults {', '.join(names)}" if len(names) > 1 else f"fault {names[0]}") + ", "
+    names = [events.fault_name(label) for label in events.faults[events["fault_area"][number] > 0]]
+    return ", ".join(names[:1] + [name.removeprefix("fault ") for name in names[1:]]).replace("fault ", "faults " if len(names) > 1 else "fault ", 1) + ", "
 
 
 def event_figure(events, number):
@@ -184,9 +202,9 @@ def event_figure(events, number):
             star, = axes.plot(*place, marker="*", markersize=14, color="white", markeredgecolor="black")
             star.set_clip_on(False)
     colour_bar(layout.canvas, artists[0], norm, "slip (m)", ax=block, location="bottom", shrink=0.7, aspect=35, pad=0.02)
-    layout.canvas.suptitle(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, {broken_faults(events, number)}"
-                           + (f"rake {events['rake'][number]:.0f}°, " if "rake" in events.event else "")
-                           + f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {duration:{'.3g' if duration < 999.5 else '.0f'}} s")
+    layout.canvas.suptitle(wrapped(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, {broken_faults(events, number)}"
+                                   + (f"rake {events['rake'][number]:.0f}°, " if "rake" in events.event else "")
+                                   + f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {duration:{'.3g' if duration < 999.5 else '.0f'}} s", WIDTH, TITLE))
     return layout.canvas
 
 

@@ -17,7 +17,7 @@ from ..modules import need, one_line
 need("h5py", "numpy", "matplotlib")
 import numpy as np
 from ..plots.film import film
-from ..plots.maps import draw_map, frames_of
+from ..plots.maps import draw_map, frames_of, heights_of
 from ..plots.panels import DENSE, DOTS, RED, RUN_STYLES, draw_series, draw_steps, legend_above, log_scale, plt, use_style
 from ..plots.snapshots import rupture, snapshots
 from ..plots.spacetime import place, space_time
@@ -112,7 +112,7 @@ def map_height(run):
     """Inches of a row of maps: of a long fault less than of other panels."""
     frames = frames_of(run, tall=True)
     if len(frames) > 1:
-        return HIGH
+        return max(sum(heights_of(frames)) + 0.4, HIGH)
     (x0, x1, z0, z1), = frames
     return float(np.clip(MAP_WIDTH * (z1 - z0) / (x1 - x0) + 1.0, 2.0, HIGH))
 

@@ -120,7 +120,7 @@ def pictures(run, events):
         begin, end = events["onset"][number], events["end"][number]
         time, rate, _ = moment_rate.moment_rate(run, begin, end)
         title = f"Event {number + 1} at {written(begin)}: M {events['magnitude'][number]:.2f}"
-        found.append(("Its moment-rate function", picture(moment_rate.figure(time, rate, run.faults, title), "moment rate")))
+        found.append(("Its moment-rate function", picture(moment_rate.figure(time, rate, [run.fault_name(label) for label in run.faults], title), "moment rate")))
     return found
 
 

@@ -43,6 +43,12 @@ def plain(value):
     return value.item() if isinstance(value, np.generic) else value
 
 
+def names_of(data):
+    """Names of faults by their labels, which the dataset of labels may have: "1 North; 2 South"; empty where it is None or has none."""
+    text = plain(data.attrs.get("names", "")) if data is not None else ""
+    return {int(word.split(" ", 1)[0]): word.split(" ", 1)[1] for word in text.split("; ") if " " in word and word.split(" ", 1)[0].lstrip("-").isdigit()}
+
+
 def attributes(item):
     """Those of a file, group or dataset as a dict; of a group that is not there none."""
     return {} if item is None else {name: plain(value) for name, value in item.attrs.items()}

@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import OutputError
 from ..modules import program
 from ..times import written
-from .files import attributes, columns, drawn, is_complete, open_file, split
+from .files import attributes, columns, drawn, is_complete, names_of, open_file, split
 
 STEPS = ("time", "dt", "accepted", "error", "converged", "newton_iterations", "linear_iterations", "reason", "wall")
 RESULT = ("accepted", "rejected", "solves", "newton_iterations", "linear_iterations", "wall_time_setup", "wall_time_solve")
@@ -35,6 +35,13 @@ class Cells:
     def shape(self):
         """(Nz, Nx), from the cell centres whether those are per axis or per cell."""
         return len(np.unique(self.mesh["z"])), len(np.unique(self.mesh["x"]))
+
+    def fault_name(self, label):
+        """The name that the file of the mesh has for a fault, or "fault" and its label."""
+        if not hasattr(self, "_names"):
+            with self.open() as file:
+                self._names = names_of(file.get("mesh/fault"))
+        return self._names.get(int(label), f"fault {label:g}")
 
     @property
     def axes(self):

@@ -5,6 +5,7 @@
     before = "make_fault.py {folder}/fields.h5 --seed {seed}"
     ranks = 1
     table = ["magnitude", "duration", "cost"]
+    spin_up = 2                                      # events, or a time as "50y", that the columns leave out; by default of loaded runs the first large event
 
     [options]                                        # of all runs, as the keywords of slipstep.Fault
     ts_max_time = "30s"
@@ -31,10 +32,12 @@ import re
 import shlex
 
 from ..errors import Error
-from ..running import OPTION, word
+from ..numbers.spinup import parsed
+from ..running import OPTION, options_of, word
+from . import table
 
 KEYS = {"command": "fault", "options_file": None, "options": {}, "vary": {}, "zip": [], "seeds": [], "before": None, "ranks": 1, "launcher": None,
-        "cores": None, "checkpoint": True, "table": None, "folder": None, "slurm": {}}
+        "cores": None, "checkpoint": True, "table": None, "spin_up": None, "folder": None, "slurm": {}}
 OWN = ("output", "catalogue", "checkpoint", "restart", "progress", "output_xdmf", "output_overwrite", "sweep", "stop_file")  # of a fault, for each run
 MOST = 100000  # runs
 
@@ -126,6 +129,14 @@ def checked(source, given):
             refuse(source, f"options.{key}", value, "a number, a text, or true or false; lists belong into vary")
     if whole["table"] is not None and not all(isinstance(name, str) for name in whole["table"]):
         refuse(source, "table", whole["table"], "a list of names of columns")
+    if whole["spin_up"] is not None:
+        try:
+            parsed(whole["spin_up"])
+        except Error as error:
+            raise Error(f"{source}: {error}") from None
+    for k, name in enumerate(whole["table"] or ()):
+        if name in table.RESERVED or name in whole["table"][:k]:
+            raise Error(f"{source}: table names {name}, which is {'a column of each table' if name in table.RESERVED else 'there twice'}: expected other columns, each once")
     whole["seeds"] = seeds_of(source, whole["seeds"])
     return whole
 
@@ -146,6 +157,8 @@ def axes_of(source, whole):
             raise Error(f"{source}: {name} is varied twice, expected once in vary, zip and seeds")
         if name in whole["options"]:
             raise Error(f"{source}: {name} is in options and varied, expected one of them")
+        if name in table.RESERVED:
+            raise Error(f"{source}: {name} is varied, and is a column of each table: expected another name")
         if name in (whole["table"] or ()):
             raise Error(f"{source}: table names {name}, which is varied and has a column of its own; expected what runs find")
     return axes
@@ -196,6 +209,18 @@ class Plan:
             if run.name in names:
                 raise Error(f"{source}: runs {names[run.name]} and {run.number} are the same, {run.values}: expected runs that differ")
             names[run.name] = run.number
+        if self.command == "fault":
+            self.check_columns()
+
+    def check_columns(self):
+        """Error: a column that no run has, or that the options of all runs leave empty."""
+        file = self.given["options_file"]
+        of_file = dict.fromkeys(options_of(self.file(file))) if file else {}
+        for name in self.given["table"] or ():
+            table.check_name(self.source, name)
+            needs = [table.missing(name, {**of_file, **{key.removeprefix("fault_"): value for key, value in run.options.items()}}) for run in self.runs]
+            if all(needs):
+                raise Error(f"{self.source}: table names {name}, which needs {needs[0]}: no run has that, and the column would be empty")
 
     def planned(self, number, positions):
         values = {name: value for (names, _), row in zip(self.axes, positions) for name, value in zip(names, row)}

@@ -195,6 +195,18 @@ def begin(plan, record):
         raise
 
 
+def check_options(plan):
+    """Error: an option of the runs that the program fault does not have, which all of them would end with."""
+    if plan.command != "fault" or plan.placed:
+        return
+    file = plan.given["options_file"]
+    words = [*(["-options_file", file] if file else []), *(text for name, value in plan.runs[0].options.items() for text in (f"-{name}", word(value)))]
+    done = subprocess.run([program_fault(), *words, "-help", "fault"], cwd=plan.base, env={**ENVIRONMENT, **os.environ}, capture_output=True, encoding="utf-8", errors="replace", check=False)
+    found = re.search(r"error: (there is no option .*)", done.stderr)
+    if found:
+        raise Error(f"{plan.source}: {found[1]}")
+
+
 def drive(plan, folder, runs, cores, say=None):
     """Runs that are not over, as many at once as fit, until all are or a signal stops them: the number of signals. say(record, status, active, left)
     is called for each that ends."""
@@ -204,6 +216,8 @@ def drive(plan, folder, runs, cores, say=None):
     if largest > cores:
         raise Error(f"{plan.source}: a run has {largest} ranks, and there are {cores} cores: expected at most as many, or cores = {largest}")
     resolved(plan.command, plan.base)
+    if waiting:
+        check_options(plan)
     active, busy, told = [], [], False
     with Stop() as stop:
         asked = 0

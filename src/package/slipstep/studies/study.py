@@ -1,18 +1,22 @@
 """A study of many runs, from a file or from Python."""
 
 import csv
-import difflib
 import os
+import re
 
 import numpy as np
 
 from ..errors import Error
 from ..results import Result
+from ..running import option_units
 from ..results.files import replacing
 from .plan import Plan
 from .record import Record, lock
 from .runner import drive
 from . import slurm, table as columns
+
+
+TIMES = ("ts_max_time", "ts_dt", "ts_time_step", "ts_adapt_dt_min", "ts_adapt_dt_max", "ts_init_time")  # options of PETSc in seconds, where they are numbers
 
 
 def read(path):
@@ -29,7 +33,7 @@ def read(path):
 
 class StudyRun(Record):
     """One run of a study: number, values (what differs between runs), folder, status: "ended", "early" (before its final time), "failed", "begun" or
-    "open" (not started); error, its line; result, the Result of its files."""
+    "open" (not started); error, its line; warnings, a list of lines; result, the Result of its files."""
 
     number = property(lambda self: self.planned.number)
     values = property(lambda self: self.planned.values)
@@ -114,6 +118,7 @@ class Study:
     def say(self, record, status, active, left):
         run = self.runs[record.planned.number - 1]
         what = {"ended": "ended", "early": "ended before its final time", "failed": f"failed: {run.error}", "stopped": "stopped, goes on at the next call"}[status]
+        what += f", with {counted(len(run.warnings), 'warning')}" if run.warnings else ""
         print(f"run {run.number} of {len(self.runs)} ({run.words}) {what}; {active} under way, {left} left", flush=True)
 
     def task(self, number):
@@ -138,7 +143,8 @@ class Study:
 
     @property
     def columns(self):
-        return list(self.plan.given["table"] or columns.DEFAULT)
+        names = list(self.plan.given["table"] or columns.DEFAULT)
+        return names if self.plan.command != "fault" or "left_out" in names or not any(map(columns.is_spun, names)) else ["left_out", *names]
 
     @property
     def varied(self):
@@ -152,20 +158,27 @@ class Study:
         for run in self.runs:
             outcome = run.outcome
             row = {"run": run.number, "status": run.status, **run.values}
-            files = columns.Files(run)
+            files = columns.Files(run, self.plan.given["spin_up"])
             for name in self.columns:
                 row[name] = columns.value(name, files, outcome) if outcome else None
             found.append({**row, "folder": os.path.relpath(run.folder, self.folder), "error": run.error})
         return found
 
     @property
-    def unknown(self):
-        """Columns that no run which ended has, with near names."""
+    def empty(self):
+        """Columns that are asked for and that no run which ended has, and why."""
         rows = [row for row in self.rows if row["status"] in ("ended", "early")]
-        missing = [name for name in self.columns if rows and name not in columns.COLUMNS and name not in columns.UNITS and all(row[name] is None for row in rows)]
-        summary = next((columns.Files(run).run for run in self.runs if run.status in ("ended", "early")), None)
-        names = [*columns.COLUMNS, *columns.UNITS, *columns.OF_RECORD, *(summary.summary if summary else ())]
-        return [(name, difflib.get_close_matches(name, names, 1)) for name in missing]
+        names = sorted({name for run in self.runs if run.status in ("ended", "early") for name in columns.Files(run).numbers})
+        return [(name, columns.why_empty(name, names)) for name in self.plan.given["table"] or () if rows and all(row[name] is None or row[name] != row[name] for row in rows)]
+
+    @property
+    def warnings(self):
+        """Of what runs warn: for each text, whose numbers may differ between runs, the first one's line and the runs that have it."""
+        found = {}
+        for run in self.runs:
+            for line in run.warnings:
+                found.setdefault(re.sub(r"[-+]?[0-9][0-9.]*(?:e[-+]?[0-9]+)?", "#", line), (line, {}))[1][run.number] = run
+        return [(line, list(runs.values())) for line, runs in found.values()]
 
     @property
     def table(self):
@@ -207,14 +220,24 @@ class Study:
 
     def plot(self, y, x, path, by=None):
         """A picture of one column against what is varied: a line for each value of `by`, by default of the first other thing that is varied; of several runs at
-        a point (seeds) mean and standard deviation."""
+        a point (seeds) mean and standard deviation, of single ones the spread of the number itself, where it has one."""
         from ..plots.sweep import figure
         rows = self.rows
         for name in (y, x, *([by] if by else [])):
             if name not in rows[0]:
                 raise Error(f"{self.plan.source}: there is no column {name}, expected one of {', '.join(rows[0])}")
         by = by or next((name for name in self.varied if name not in (x, "seed")), None)
-        figure(rows, x, y, by, columns.unit(y) if y in self.columns else "").savefig(path)
+        spreads = [columns.spread(y, columns.Files(run, self.plan.given["spin_up"])) if run.outcome else None for run in self.runs]
+        figure(rows, x, y, by, {name: self.unit(name) for name in (x, y, by) if name}, spreads).savefig(path)
+
+    def unit(self, name):
+        """Of a column, be it what runs find or an option that is varied: "" where there is none."""
+        found = columns.unit(name) if name in self.columns else option_units().get(name.removeprefix("fault_"), "s" if name in TIMES else "") if self.plan.command == "fault" else ""
+        return "" if found == "1" else found
+
+
+def counted(number, name):
+    return f"{number} {name}{'s' * (number != 1)}"
 
 
 def array(rows, name):
