@@ -3,17 +3,20 @@
 moment are the run's; others are refused by one line that names the line."""
 
 import os
+import sys
 import unittest
+from unittest import mock
 
 from scripts import PictureTest, FaultTest
 
 import numpy as np
 
 from slipstep import Catalogue, Run
-from slipstep.formats import coulomb, param, srf
+from slipstep.formats import coulomb, fsp, param, srf
 from slipstep.formats.projection import Projection
 from slipstep.geometry.cells import corners_of, directions
-from test_convert_fsp import plane
+import test_convert_fsp
+from test_convert_fsp import plane, pyproj
 
 ORIGIN = (-70.3, -23.4)
 SPHERE = Projection(ORIGIN, "sphere")
@@ -225,6 +228,46 @@ class Coulomb(SourcesTest):
         self.refuse("d.inp", text.replace("30.0000     4.0000", "-30.0000     4.0000"), "line 10: a dip of -30, expected 0 < dip")
         self.refuse("e.inp", text.replace("4.0000     9.0000", "9.0000     4.0000"), "line 10: a top at 9 and a bottom at 4 km")
         self.refuse("f.inp", text[:text.index("  1   ")], "no faults of Kode 100")
+
+
+class Longitudes(SourcesTest):
+    """What a file becomes depends on where it is on the Earth no more on the 180th meridian than elsewhere: cells, and rows of .fsp and .srf that are written of them."""
+
+    def texts(self, lon):
+        """Files of each kind about a longitude; those of .param and .srf that name no origin as well."""
+        me = sys.modules[__name__]
+        with mock.patch.multiple(me, ORIGIN=(lon, -20.0), SPHERE=Projection((lon, -20.0), "sphere")), mock.patch.object(test_convert_fsp, "SPHERE", Projection((lon, -20.0), "sphere")):
+            yield fsp, test_convert_fsp.single()[0].replace("LAT  = 34.2      LON = -116.43", f"LAT = -20.0 LON = {lon}")
+            yield srf, srf_text()[0]
+            yield param, param_text()[0]
+            yield param, param_text()[0].replace("Lon:", "none:")
+            yield coulomb, COULOMB.format(names="rake     netslip", one="90.0 0.8", two="180.0 1.5").replace("-124.5000000", str(lon)).replace("40.3000000", "-20.0")
+
+    def test_meridian(self):
+        for kind in ("sphere", "tmerc") if pyproj else ("sphere",):
+            models = {}
+            for lon in (20.0, 180.0, -180.0, 179.95, 179.97, -179.97):  # of cells some are on the other side
+                for number, (reader, text) in enumerate(self.texts(lon)):
+                    with self.subTest(kind=kind, lon=lon, number=number):
+                        model = reader.read(self.put("model.txt", text), lambda *origin: Projection(origin, kind))
+                        first = models.setdefault(number, model)
+                        np.testing.assert_allclose(model.cells, first.cells, atol=2 * DEGREE if reader is not fsp else 2 * 0.5e-5 * 111e3)  # digits of LON are other ones
+                        self.assertTrue(-180 < model.projection.origin[0] <= 180)
+                        for write in (fsp.write, srf.write):
+                            model.columns.setdefault("rise_time", (np.ones(len(model.cells)), "s"))
+                            model.columns.setdefault("rupture_time", (np.ones(len(model.cells)), "s"))
+                            with open(self.path("out.txt"), "w", encoding="utf-8") as file:
+                                write(model, file)
+                            again = (fsp if write is fsp.write else srf).read(self.path("out.txt"), lambda *_: model.projection)
+                            np.testing.assert_allclose(again.cells[:, :5], model.cells[:, :5], atol=1.5)  # digits of LON
+                            np.testing.assert_allclose((again.cells[:, 5] - model.cells[:, 5] + 180) % 360, 180, atol=0.02)  # convergence between an upper edge and its cell's centre, 4 km away
+
+    @unittest.skipUnless(pyproj, "needs python3-pyproj")
+    def test_torn(self):
+        """A map that ends at the meridian has its two sides 40,000 km apart."""
+        text = dict((reader, text) for reader, text in self.texts(179.95))[srf]
+        self.refused("convert", "--projection EPSG:3857 has .* expected one that does not tear", self.put("model.srf", text), "--projection", "EPSG:3857")
+        self.plot("convert", self.path("model.srf"), "--projection", "EPSG:32760")
 
 
 class Runs(SourcesTest):

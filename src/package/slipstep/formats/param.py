@@ -10,6 +10,7 @@ import re
 import numpy as np
 
 from ..geometry.cells import directions
+from ..geometry.geographic import mean_place
 from .model import Model, Segment, grid_of
 from .text import FormatError, Text
 
@@ -105,7 +106,7 @@ def read(path, at, rake=None):
         line = parts[-1]["line"]
     if line <= len(text):
         text.fail(line, text.quoted(line), f"the end of {total} segments")
-    first = parts[0]["hypocentre"] or tuple(parts[0]["boundary"][:, :2].mean(axis=0))
+    first = parts[0]["hypocentre"] or mean_place(*parts[0]["boundary"][:, :2].T)
     projection, remarks, segments, cells, rows = at(*first), [], [], [], []
     for part in parts:
         try:

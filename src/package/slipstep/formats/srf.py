@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..geometry.geographic import mean_place
 from .model import Model, Segment, tiled
 from .text import Text
 
@@ -97,7 +98,7 @@ def read(path, at, rake=None):
     """The model of a file; rake is not used."""
     reader = Reader(path)
     points = np.concatenate([block for block in reader.blocks if len(block)])
-    projection, remarks, segments = at(*points[:, :2].mean(axis=0)), [], []
+    projection, remarks, segments = at(*mean_place(*points[:, :2].T)), [], []
     north, east = projection.forward(points[:, 0], points[:, 1])
     places = np.column_stack([north, east, 1e3 * points[:, 2]])
     counts, rows, cells, first, label = [int(p[2]) * int(p[3]) for p in reader.planes], [], [], 0, []
