@@ -240,12 +240,33 @@ class BackAndForth(FspTest):
         np.testing.assert_array_equal(back.slip, np.round(0.1 + 0.03 * np.arange(12), 4))
 
     def test_rock(self):
-        """surface.py and elastic take the shear modulus by which the slip has the moment of the header, and draw it."""
+        """The moment, the file, surface.py, --stress and elastic have one rigidity, which is said: that of layers, that of --rigidity, that of cells' moments, or where nothing says it the default of elastic."""
+        slip, rigidity = 0.1 + 0.03 * np.arange(12), np.where(np.repeat([3.5, 6.5, 9.5], 4) < 4, 22.5e9, 33.075e9)
+        text = single(strike=10.0, dip=90.0)[0]
+        plain = text.replace("No. of layers = 2", "No. of layers = 0").replace("%  0.00     5.00     3.00     2.50\n%  4.00     6.00     3.50     2.70\n", "")
+        moments = plain.replace("    TRUP", "    TRUP   SF_MOMENT").splitlines(True)
+        moments = "".join(line.replace("\n", f" {1e17 * (k + 1)}\n") if not line.startswith("%") else line for k, line in enumerate(moments, 12 - len(moments)))
+        with h5py.File(self.path("faults.h5"), "w") as file:
+            file["cells"], file["rake"], file["fault"] = plane(40.0, 70.0, 2e4, 5e3, 1e3, 3, 2), np.full(6, 160.0), np.ones(6, int)
+            file.attrs.update({"format": ours.FORMAT, "kind": "cells", "claims": "{}", "options": "{}", "segments": "[]"})
+        for words, more, expected in ((text, (), rigidity @ slip / slip.sum()), (plain, (), 30e9), (moments, (), 78e17 / (9e6 * slip.sum())), (text, ("--rigidity", "header"), 2.3456e18 / (9e6 * slip.sum())),
+                                      (plain, ("--rigidity", "41e9"), 41e9)):
+            self.put("model.fsp", words)
+            out = self.convert("model.fsp", "model.h5", "--receivers", self.path("faults.h5"), "--stress", self.path("change.h5"), *more)
+            options = re.search(r"elastic: .*?: (-elastic_shear_modulus \S+ -elastic_poisson_ratio \S+)\n|elastic: .* as by default\n", out)[1]
+            self.assertEqual(options is None, expected == 30e9)
+            self.assertAlmostEqual(h5py.File(self.path("model.h5")).attrs["shear_modulus"] / expected, 1, 9)
+            self.assertAlmostEqual(slip_of_input(self.path("model.h5")).shear_modulus / expected, 1, 9)
+            self.assertAlmostEqual(float(re.search(r"moment: +(\S+)", out)[1]) / (9e6 * slip.sum() * expected), 1, 4)  # five digits
+            self.fault("-elastic_input", "model.h5", "-elastic_output", "out.h5", "-elastic_receiver", "40,70,160", *(options or "").split(), program=os.path.join(BUILD, "bin", "elastic"))
+            with h5py.File(self.path("out.h5")) as given, h5py.File(self.path("change.h5")) as change:
+                np.testing.assert_allclose(change["shear"][()], -given["traction"][:, 0], atol=1e-5 * np.abs(given["traction"]).max())  # six digits
+        self.refused("convert", "--rigidity: large, expected header, or a number", self.path("model.fsp"), "--rigidity", "large", code=2)
+
+    def test_pictures(self):
         self.put("model.fsp", single()[0])
         self.convert("model.fsp", "model.h5", "--figure", "cells.png")
         source = slip_of_input(self.path("model.h5"))
-        potency = 9e6 * (0.1 + 0.03 * np.arange(12)).sum()
-        self.assertAlmostEqual(source.shear_modulus * potency / 2.3456e18, 1, 12)
         np.testing.assert_allclose(np.hypot(*source.slip.T), 0.1 + 0.03 * np.arange(12), atol=1e-12)
         self.look(self.path("cells.png"))
         self.plot("surface", self.path("model.h5"), "--spacing", "4", "--figure", self.path("ground.png"))

@@ -9,7 +9,7 @@ from .text import FormatError
 
 AWRY = 0.25  # of a cell: how far points may be from a regular grid that is made of them
 LEAST = 1e-6  # [m], of a length
-RIGIDITY = 30e9  # [Pa], where nothing says it: that of fault and elastic
+RIGIDITY, POISSON = 30e9, 0.25  # [Pa], where nothing says it: those of fault and elastic
 
 
 @dataclasses.dataclass
@@ -84,14 +84,21 @@ class Model:
         return float(self.area @ np.abs(self.slip))
 
     def rigidity(self):
-        """[N] [Pa], and where it is from."""
+        """[N] [Pa], and where it is from: what the file says of its cells, its layers, the rock or moments, else that of fault and elastic."""
         if "rigidity" in self.columns:
             return self.columns["rigidity"][0], "rigidities of the file"
         if self.layers is not None:
             within = np.clip(np.searchsorted(self.layers[:, 0], self.cells[:, 2], side="right") - 1, 0, None)
             return self.layers[within, 3] * self.layers[within, 2] ** 2, "layers of the file"
+        if "moment" in self.columns and "shear_modulus" not in self.options and self.potency > 0:
+            return np.full(len(self.cells), self.moment()[0] / self.potency), "moments of the file's cells"
         value = self.options.get("shear_modulus", RIGIDITY)
         return np.full(len(self.cells), value), f"G = {value / 1e9:g} GPa{'' if 'shear_modulus' in self.options else ', which the file does not say'}"
+
+    def rock(self):
+        """The shear modulus [Pa] by which all of the slip has the moment of its cells' rigidities, and Poisson's ratio: those of --stress, surface.py and elastic."""
+        weight = self.area * np.abs(self.slip) if self.slip is not None and self.potency > 0 else self.area
+        return float(np.average(self.rigidity()[0], weights=weight)), self.options.get("poisson_ratio", POISSON)
 
     def moment(self):
         """Scalar moment [N m] and where its rigidity is from: sums of moments of cells where the file has them, else of rigidity times area times slip."""

@@ -39,7 +39,7 @@ def write(model, path, points=None):
         if model.slip is not None:
             put(file, "slip", vectors(model), "m")
             put(file, "points", model.cells[:, :3] if points is None else points, "m")
-            file.attrs["shear_modulus"], file.attrs["poisson_ratio"] = rock(model)
+            file.attrs["shear_modulus"], file.attrs["poisson_ratio"] = model.rock()
         for name, (values, unit) in model.fields.items():
             put(file, name, values, unit)
         for name, (values, unit) in model.columns.items():
@@ -57,13 +57,6 @@ def vectors(model):
     """Slip [N, 3] along strike, up dip and opening [m]."""
     turn = np.radians(model.rake)
     return np.column_stack([model.slip * np.cos(turn), model.slip * np.sin(turn), np.zeros(len(turn))])
-
-
-def rock(model):
-    """Shear modulus [Pa], by which the slip has the moment of the header where there is one, and Poisson's ratio."""
-    if model.claims.get("moment") and model.potency > 0:
-        return model.claims["moment"] / model.potency, 0.25
-    return float(np.average(model.rigidity()[0], weights=model.area)), model.options.get("poisson_ratio", 0.25)
 
 
 def is_model(path):

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..geometry.cells import directions
+from .model import POISSON, RIGIDITY
 
 
 def magnitude(moment):
@@ -69,7 +70,10 @@ def lines(model):
         moment, words = model.moment()
         yield "moment", f"{moment:.5g} N m, Mw {magnitude(moment):.2f}, by {words}" + (against(moment, claims["moment"]) if claims.get("moment") else "")
         if claims.get("moment") and model.potency > 0:
-            yield "by the header", f"a rigidity of {claims['moment'] / model.potency / 1e9:.4g} GPa gives this slip its moment: -elastic_shear_modulus {claims['moment'] / model.potency:.5g}"
+            yield "by the header", f"a rigidity of {claims['moment'] / model.potency / 1e9:.4g} GPa would give this slip its moment: --rigidity header"
+        shear, poisson = model.rock()
+        yield "elastic", f"by G = {shear / 1e9:.5g} GPa ({model.rigidity()[1]}), Poisson's ratio {poisson:g}" + (
+            f": -elastic_shear_modulus {shear:.6g} -elastic_poisson_ratio {poisson:g}" if not np.allclose((shear, poisson), (RIGIDITY, POISSON), rtol=1e-6) else ", as by default")
     for name, (values, unit) in sorted(model.columns.items()):
         yield name.replace("_", " "), f"{span(values, 1, 5)} {unit}"
     for name, (values, unit) in model.fields.items():

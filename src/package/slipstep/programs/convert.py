@@ -66,6 +66,29 @@ def timed(model, options):
         model.columns["rise_time"] = (np.full(len(model.cells), options.rise_time), "s")
 
 
+def of_rigidity(model, given):
+    """The model with the rigidity [Pa] of --rigidity in place of its own."""
+    if given == "header" and not (model.slip is not None and model.potency > 0 and model.claims.get("moment")):
+        raise Error(f"--rigidity is header, but {model.path} has no slip, or no moment in a header: expected a number of Pa")
+    model.options["shear_modulus"] = model.claims["moment"] / model.potency if given == "header" else given
+    model.layers = None
+    for name in ("rigidity", "moment"):
+        model.columns.pop(name, None)
+
+
+def rigidity(word):
+    """Of --rigidity: header, or a number [Pa]."""
+    if word == "header":
+        return word
+    try:
+        value = float(word)
+    except ValueError:
+        value = 0.0
+    if not 1e6 <= value <= 1e13:
+        raise argparse.ArgumentTypeError(f"{word}, expected header, or a number from 1e6 to 1e13 Pa")
+    return value
+
+
 def write(model, path, points):
     ending = os.path.splitext(path)[1].lower()
     if ending in (".h5", ".hdf5"):
@@ -100,7 +123,7 @@ def receivers_of(options, model):
 
 def stress_on(model, receivers, options):
     """Changes of shear and normal stress [Pa] on the receivers' cells, written to a file."""
-    source = Source(model.path, model.cells, model.rake, model.slip, *ours.rock(model), "slip", None, model.triangles)
+    source = Source(model.path, model.cells, model.rake, model.slip, *model.rock(), "slip", None, model.triangles)
     shear, normal = Elastic(source).tractions(receivers.cells, receivers.rake)
     with replacing(options.stress, model.path) as part, h5py.File(part, "w") as file:
         if options.background:
@@ -137,6 +160,7 @@ def arguments():
     parser.add_argument("--origin", nargs=2, type=float, metavar=("LON", "LAT"), help="longitude and latitude [degrees] of x = y = 0 (hypocentre or middle of the file)")
     parser.add_argument("--projection", default=TMERC, metavar="P", help="tmerc (default), transverse Mercator about the origin by PROJ; sphere; or a coordinate system of PROJ, as EPSG:32611")
     parser.add_argument("--rake", type=float, metavar="DEGREES", help="rake where the file has none")
+    parser.add_argument("--rigidity", type=rigidity, metavar="PA", help="of the rock, or header: that by which the slip has the moment of the header (what the file says, else 30e9)")
     parser.add_argument("--rupture-speed", type=float, metavar="M/S", help="of .srf, where IN has no rupture times: they are distances from the hypocentre over it")
     parser.add_argument("--rise-time", type=float, metavar="S", help="of .srf, where IN has none")
     parser.add_argument("--step", type=float, default=0.1, metavar="S", help="of slip rates in .srf, at most (0.1)")
@@ -170,6 +194,8 @@ def main():
         model = shifted(model)
     grounded(model)
     timed(model, options)
+    if options.rigidity:
+        of_rigidity(model, options.rigidity)
     receivers = receivers_of(options, model) if options.receivers else None
     for name, text in said.lines(model):
         print(f"{name + ':':<20}{text}")
