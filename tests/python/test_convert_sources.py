@@ -12,7 +12,7 @@ from scripts import PictureTest, FaultTest
 import numpy as np
 
 from slipstep import Catalogue, Run
-from slipstep.formats import coulomb, fsp, param, srf
+from slipstep.formats import coulomb, fsp, ours, param, runs, srf
 from slipstep.formats.projection import Projection
 from slipstep.geometry.cells import corners_of, directions
 import test_convert_fsp
@@ -144,8 +144,17 @@ class Srf(SourcesTest):
         np.testing.assert_allclose(two.cells, one.cells, atol=DEGREE)
         np.testing.assert_allclose(two.slip, one.slip, atol=0.5e-6)  # 1e-4 cm
         np.testing.assert_allclose(two.columns["rupture_time"][0], one.columns["rupture_time"][0])
-        np.testing.assert_allclose(two.columns["rise_time"][0], 0.45)  # nine samples, 0 at both ends, of 0.05 s
+        np.testing.assert_allclose(two.columns["rise_time"][0], one.columns["rise_time"][0])
         self.assertAlmostEqual(two.moment()[0] / one.moment()[0], 1, 5)
+
+    def test_round_trips(self):
+        """Rise times stay what they are, whatever the step, those of cells without slip as well."""
+        self.put("0.srf", srf_text()[0].replace(f" {100 * SLIP[3] * np.cos(0.3):.8f} 8 {100 * SLIP[3] * np.sin(0.3):.8f} ", " 0 8 0 "))
+        for number, step in enumerate((0.1, 0.05, 0.3, 0.1, 0.07)):
+            self.plot("convert", self.path(f"{number}.srf"), self.path(f"{number + 1}.srf"), "--origin", *map(str, ORIGIN), "--projection", "sphere", "--step", str(step))
+            model = srf.read(self.path(f"{number + 1}.srf"), at)
+            np.testing.assert_allclose(model.columns["rise_time"][0], 0.4, rtol=1e-6)  # seven digits of dt
+            np.testing.assert_allclose(model.slip, np.where(np.arange(12) == 3, 0, SLIP), atol=0.5e-6)
 
     def test_rates(self):
         """The sum of samples times the step is the slip, of .fsp that has rupture times but no rise times."""
@@ -292,6 +301,40 @@ class Runs(SourcesTest):
         np.testing.assert_allclose(np.diff(time), 0.25)
         self.assertAlmostEqual(0.25 * rate.sum() / moment, 1, 9)
         self.refused("convert", "does not say where it is on the Earth, expected --origin", self.path("run.h5"), self.path("out.srf"))
+
+    def test_window(self):
+        """A window of a run: rupture and rise times are those of a fine table of each cell's slip; samples add up to its slip, whether cells are in memory together or one row of them
+        at a time; too many samples are refused, which .fsp does not have."""
+        self.fault(*"-fault_nx 8 -fault_nz 6 -fault_depth_top 500 -ts_max_time 20s -fault_output run.h5".split())
+        run, window, place = Run(self.path("run.h5")), (1.5, 9.25), ("--origin", *map(str, ORIGIN), "--projection", "sphere")
+        times, slip = run.field("slip")
+        grid = np.linspace(*window, 200001)
+        texts = []
+        for together in (runs.TOGETHER, 1):
+            with mock.patch.object(runs, "TOGETHER", together):
+                self.plot("convert", self.path("run.h5"), self.path("run.srf"), *place, "--window", *map(str, window))
+            with open(self.path("run.srf"), encoding="utf-8") as file:
+                texts.append(file.read())
+        self.assertEqual(*texts)
+        self.plot("convert", self.path("run.h5"), self.path("run.h5.h5"), "--window", *map(str, window))
+        model, one = ours.read(self.path("run.h5.h5")), srf.read(self.path("run.srf"), at)
+        for cell, course in enumerate(slip.reshape(len(times), -1).T):
+            course = np.interp(grid, times, course)
+            total = course[-1] - course[0]
+            self.assertAlmostEqual(one.slip[cell], total, 5)
+            if total:
+                begun, done = (grid[np.argmax(course - course[0] >= share * total)] - window[0] for share in (0.02, 0.98))
+                self.assertAlmostEqual(model.columns["rupture_time"][0][cell], begun, delta=2e-4)  # four steps of the table
+                self.assertAlmostEqual(model.columns["rise_time"][0][cell], done - begun, delta=2e-4)
+        words = texts[0].split("POINTS 48\n")[1].split()
+        for cell in range(48):
+            head, words = words[:17], words[17:]
+            self.assertAlmostEqual(float(head[7]) * sum(map(float, words[:int(head[12])])), 100 * one.slip[cell], delta=1e-3)
+            words = words[int(head[12]):]
+        self.refused("convert", "from 1.5 s to 9.25 s has 7.75e[+]07 slip rates, .* in each of 48 cells, expected 1e[+]08 in all at most: --window BEGIN END", self.path("run.h5"), self.path("out.srf"), *place,
+                     "--window", *map(str, window), "--step", "1e-7")
+        self.assertFalse([name for name in os.listdir(self.folder.name) if name.startswith("out.")])
+        self.plot("convert", self.path("run.h5"), self.path("out.fsp"), *place, "--window", *map(str, window), "--step", "1e-7")
 
     def test_event(self):
         """The largest event of a catalogue, with the rupture times of its map."""

@@ -34,7 +34,7 @@ class Model:
     options    {name: value}        options of fault that the file says
     layers     [n, 4]     depth of the top [m], P and S velocity [m/s], density [kg/m3], or None
     claims     {name: value}        what the header says of moment, length, width, top [m], strike, dip, rake, magnitude, hypocentre
-    rates      (start [N] [s], step [s], list of N arrays [m/s]): slip rates of a run, for SRF; step: [s], of the triangles in their place
+    rates      runs.Rates, slip rates of a run, for SRF; step: [s], of the triangles in their place
     remarks, dropped      lines for the user
     """
     path: str
@@ -53,7 +53,7 @@ class Model:
     segments: list = dataclasses.field(default_factory=list)
     projection: object = None
     unit: str = "m"
-    rates: tuple = None
+    rates: object = None
     step: float = 0.1
     remarks: list = dataclasses.field(default_factory=list)
     dropped: list = dataclasses.field(default_factory=list)

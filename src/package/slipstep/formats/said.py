@@ -71,8 +71,8 @@ def lines(model):
         yield "moment", f"{moment:.5g} N m, Mw {magnitude(moment):.2f}, by {words}" + (against(moment, claims["moment"]) if claims.get("moment") else "")
         if claims.get("moment") and model.potency > 0:
             yield "by the header", f"a rigidity of {claims['moment'] / model.potency / 1e9:.4g} GPa would give this slip its moment: --rigidity header"
-        shear, poisson = model.rock()
-        yield "elastic", f"by G = {shear / 1e9:.5g} GPa ({model.rigidity()[1]}), Poisson's ratio {poisson:g}" + (
+        (shear, poisson), words = model.rock(), model.rigidity()[1]
+        yield "elastic", f"by {words if words.startswith('G =') else f'G = {shear / 1e9:.5g} GPa, that of {words}'}, Poisson's ratio {poisson:g}" + (
             f": -elastic_shear_modulus {shear:.6g} -elastic_poisson_ratio {poisson:g}" if not np.allclose((shear, poisson), (RIGIDITY, POISSON), rtol=1e-6) else ", as by default")
     for name, (values, unit) in sorted(model.columns.items()):
         yield name.replace("_", " "), f"{span(values, 1, 5)} {unit}"

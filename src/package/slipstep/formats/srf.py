@@ -177,13 +177,12 @@ def write(model, file):
 
 
 def rates_of(model, cell):
-    """Start [s], step [s] and slip rates [m/s] of a cell; the sum of these times the step is its slip."""
+    """Start [s], step [s] and slip rates [m/s] of a cell; the sum of these times the step is its slip, their number times it the rise time."""
     if model.rates is not None:
-        start, dt, rates = model.rates
-        return start[cell], dt, rates[cell]
+        return model.rates(cell)
     start, rise, slip = model.columns["rupture_time"][0][cell], model.columns["rise_time"][0][cell], model.slip[cell]
-    if slip == 0 or rise <= 0:
+    if rise <= 0:
         return start, model.step, []
-    n = max(2, int(np.ceil(rise / model.step)))
-    shape = 1 - np.abs(2 * np.arange(n + 1) / n - 1)
+    n = max(3, int(np.ceil(rise / model.step - 1e-6)))
+    shape = 1 - np.abs(2 * np.arange(n) / (n - 1) - 1)
     return start, rise / n, slip * shape / shape.sum() / (rise / n)
