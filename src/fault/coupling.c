@@ -198,7 +198,10 @@ static PetscErrorCode CouplingCreate(SlipFault fault, TS ts, PetscBool *wanted, 
 /* The lowest number of a cell that has lost its normal stress in this step, once */
 static PetscErrorCode SayBare(SlipFault fault, PetscReal time, PetscInt row, PetscInt cells)
 {
+  PetscMPIInt rank;
+
   PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPIU_INT, MPI_MIN, fault->comm));
   if (SlipFaultOpens(fault)) {
     PetscCall(PetscPrintf(fault->comm,
@@ -206,11 +209,11 @@ static PetscErrorCode SayBare(SlipFault fault, PetscReal time, PetscInt row, Pet
                           (double)time, cells, row));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscPrintf(fault->comm,
-                        "At %.6g s slip has taken the normal stress of %" PetscInt_FMT
-                        " cells, first of cell %" PetscInt_FMT
-                        ": they have no strength while it has none (printed once)\n",
-                        (double)time, cells, row));
+  if (!rank)
+    PetscCall(SlipWarning("at %.6g s slip has taken the normal stress of %" PetscInt_FMT
+                          " cells, first of cell %" PetscInt_FMT
+                          ": they have no strength while they have none (printed once; the summary counts)",
+                          (double)time, cells, row));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

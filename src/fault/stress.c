@@ -139,7 +139,7 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
 }
 
 /*
-  SlipFaultReportOpening - print once that cells have opened: their pressure exceeds their normal stress, and they have
+  SlipFaultReportOpening - warn once that cells have opened: their pressure exceeds their normal stress, and they have
   no strength
 
   Collective; for times that the run has reached, not those that an attempt or a search for an onset looks at.
@@ -148,6 +148,7 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
 {
   const SlipFaultLoad *load = NULL;
   PetscInt opened = 0;
+  PetscMPIInt rank;
 
   PetscFunctionBegin;
   if (fault->loads.opened || !fault->loads.pressed || SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -159,9 +160,10 @@ PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &opened, 1, MPIU_INT, MPI_SUM, fault->comm));
   if (!opened) PetscFunctionReturn(PETSC_SUCCESS);
   fault->loads.opened = PETSC_TRUE;
-  PetscCall(PetscPrintf(fault->comm,
-                        "At %.6g s the pore pressure exceeds the normal stress in %" PetscInt_FMT
-                        " cells: they open, without strength (printed once)\n",
-                        (double)t, opened));
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (!rank)
+    PetscCall(SlipWarning("at %.6g s the pore pressure exceeds the normal stress in %" PetscInt_FMT
+                          " cells: they open, without strength (printed once)",
+                          (double)t, opened));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

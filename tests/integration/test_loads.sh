@@ -125,7 +125,7 @@ grep -q "in 30 of 30 cells.* 0 of them (0 % of all cells)" log && ! grep -q "out
 # ---- opening: said once, of the first time that the run has reached with such cells ----
 "${run[@]}" -fault_pore_pressure open.h5 -fault_output open_run.h5 >log 2>&1 || fail "opening: $(cat log)"
 [ "$(grep -c "the pore pressure exceeds the normal stress in .* cells: they open" log)" = 1 ] || fail "opening: $(cat log)"
-"$SLIPSTEP_PYTHON" - "$(sed -n 's/At \([^ ]*\) s the pore pressure exceeds.* in \([0-9]*\) cells.*/\1 \2/p' log)" <<'P' || fail "opening"
+"$SLIPSTEP_PYTHON" - "$(sed -n 's/.* warning: at \([^ ]*\) s the pore pressure exceeds.* in \([0-9]*\) cells.*/\1 \2/p' log)" <<'P' || fail "opening"
 import sys
 import h5py
 import numpy as np

@@ -90,6 +90,40 @@ class Results(FaultTest):
             """))
         self.assertEqual(done.returncode, 0, done.stderr)
 
+    def test_warnings(self):
+        """What the program warns of are SlipStepWarnings of the line that called run(), those of Result.warnings; also of a run that is refused, and of its cells alone."""
+        for backend in ("program", "petsc"):
+            done = python("-c", textwrap.dedent(f"""
+                import warnings, slipstep
+
+                def caught(function, **more):
+                    with warnings.catch_warnings(record=True) as found:
+                        warnings.simplefilter("always")
+                        try:
+                            result = function(**more)
+                        except slipstep.Error as error:
+                            result = error
+                    assert all(one.category is slipstep.SlipStepWarning and one.filename == "<string>" for one in found), found
+                    return [str(one.message) for one in found], result
+
+                fault = slipstep.Fault(nx=2, nz=2, friction_a=0.01, ts_max_time=1)
+                backend = {backend!r} if fault.backend == "petsc" else "program"
+                found, result = caught(fault.run, progress=False, backend=backend)
+                assert found == result.warnings and any(line.startswith("2 x 2 cells are few") for line in found), found
+                assert backend == "petsc" or any(line.startswith("-fault_friction_a has no effect") for line in found), found
+                warnings.simplefilter("error", category=slipstep.SlipStepWarning)
+                try:
+                    fault.run(progress=False, backend=backend)
+                    raise SystemExit("no error")
+                except slipstep.SlipStepWarning:
+                    pass
+                if backend == "program":
+                    fault.set(mesh="nowhere.h5")
+                    found, error = caught(fault.run, progress=False, backend=backend)
+                    assert "nowhere.h5" in str(error) and found and "-fault_nx does nothing" in found[0], (found, error)
+                """), SLIPSTEP_FAULT=FAULT)
+            self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_interrupt(self):
         """Ctrl-C ends a run after its step; the result has the steps until then, and the program's as well."""
         for backend in ("program", "petsc"):

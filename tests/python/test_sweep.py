@@ -97,7 +97,8 @@ friction_slip = [0.15, 0.25]
         over = [run.number for run in study.runs if run.outcome]
         self.assertLess(len(over), 30)
         said = self.sweep("study.toml", "--cores", "2", code=1)
-        self.assertRegex(said, r"(?m)^Table: study.csv, 30 runs: 28 ended, 2 failed$")
+        self.assertRegex(said, r"(?m)^Table: study.csv, 30 runs: 28 ended, 2 failed; 28 with warnings$")
+        self.assertRegex(said, r"(?m)^28 runs of 30 warn, the first of them run 3 \(\S+log.txt\): 8 x 8 cells are few")
         self.assertRegex(said, r"(?m)^run 1 failed \(.*log.txt\): .*normal_stress")
         rows = self.rows("study.csv")
         self.assertEqual([int(row["run"]) for row in rows], list(range(1, 31)))
@@ -124,6 +125,23 @@ friction_slip = [0.15, 0.25]
         self.assertEqual(self.began(study), [1, 1, 1, 1])
         self.sweep("own.toml", "--retry", code=1)
         self.assertEqual(self.began(study), [1, 1, 2, 1])
+
+    def test_warnings_are_counted(self):
+        """Those of SlipStep's programs, of scripts and of Python, in the table, in the line of each run and in the summary: one line for a text whose numbers differ."""
+        warn = """import warnings
+if x > 2:
+    print(f"own: warning: {x:.2f} cells in the zone", file=sys.stderr)
+    print(f"own: warning: {x:.2f} cells in the zone")
+if x == 4:
+    warnings.warn("all is lost")
+"""
+        self.own("[1, 2, 4, 5]")
+        self.write("own.py", OWN + warn)
+        self.write("own.toml", f'command = "{sys.executable} own.py {{folder}} {{x}}"\ntable = ["warnings", "square"]\n[vary]\nx = [1, 2, 4, 5]\n')
+        said = self.sweep("own.toml")
+        self.assertIn("(x = 4) ended, with 2 warnings;", said)
+        self.assertRegex(said, r"(?m)^2 runs of 4 warn, the first of them run 3 \(\S+log.txt\): 4.00 cells in the zone\n1 run of 4 warns, the first of them run 3 \(\S+log.txt\): all is lost\nTable: .*; 2 with warnings$")
+        self.assertEqual([row["warnings"] for row in self.rows("own.csv")], ["0", "0", "2", "1"])
 
     def test_added_values(self):
         """A run is known by its options: what was over stays over wherever it stands. A file that it names counts by its content."""

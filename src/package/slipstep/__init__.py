@@ -17,9 +17,9 @@ totals() and version() need petsc4py: they are the functions of the library for 
 import importlib
 import os
 
-from .errors import Error
+from .errors import Error, SlipStepWarning
 
-__all__ = ["Fault", "Study", "Error", "Result", "open", "Run", "Catalogue", "OutputError", "load", "call", "small", "totals", "version", "Totals"]
+__all__ = ["Fault", "Study", "Error", "SlipStepWarning", "Result", "open", "Run", "Catalogue", "OutputError", "load", "call", "small", "totals", "version", "Totals"]
 _MODULES = ("errors", "fields", "formats", "geometry", "modules", "numbers", "petsc", "plots", "programs", "results", "running", "studies", "times", "wells")
 _RESULTS = ("Catalogue", "OutputError", "Result", "Run", "open")
 

@@ -7,8 +7,9 @@ import importlib.util
 import os
 import shutil
 import sys
+import warnings
 
-from .errors import Error
+from .errors import Error, SlipStepWarning
 
 DEBIAN = "/usr/bin/python3"
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -35,14 +36,23 @@ def program():
 
 
 def one_line(main):
-    """A main() whose errors of files and of values end with one line, which begins with the program's name."""
+    """A main() whose errors of files and of values end with one line, which begins with the program's name, as do SlipStepWarnings."""
+    show = warnings.showwarning
+
+    def one(message, category, *more, **rest):
+        if issubclass(category, SlipStepWarning):
+            print(f"{program()}: warning: {message}", file=sys.stderr)
+        else:
+            show(message, category, *more, **rest)
 
     @functools.wraps(main)
     def run():
-        try:
-            main()
-        except (Error, OSError, ValueError) as error:
-            sys.exit(f"{program()}: {error}")
+        with warnings.catch_warnings():
+            warnings.showwarning = one
+            try:
+                main()
+            except (Error, OSError, ValueError) as error:
+                sys.exit(f"{program()}: {error}")
 
     return run
 

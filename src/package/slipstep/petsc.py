@@ -28,7 +28,7 @@ import traceback
 import numpy as np
 from petsc4py import PETSc
 
-from .errors import Error
+from .errors import Error, warn
 from .running import Line, Program, Runs, word
 
 INT = ctypes.c_int64 if np.dtype(PETSc.IntType).itemsize == 8 else ctypes.c_int32
@@ -296,6 +296,12 @@ class Process(Program):
         finally:
             line.close()
         return interrupted
+
+    @staticmethod
+    def warn(result):
+        """The library has printed them on the standard error of C, which notebooks may not show."""
+        if not PETSc.COMM_WORLD.getRank():
+            warn(*result.warnings)
 
 
 class Fault(Runs):

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 
-from .errors import Error
+from .errors import Error, warn, warnings_of
 from .modules import find_program
 from .times import written
 
@@ -113,6 +113,7 @@ def cells_of(options):
         path = os.path.join(folder, "cells.h5")
         done = subprocess.run([program_fault(), *options, "-fault_cells", path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8",
                               env={**ENVIRONMENT, **os.environ}, check=False)
+        warn(*warnings_of(done.stdout))
         if done.returncode:
             raise Error(_reason(done.stdout, done.returncode))
         return read_cells(path)
@@ -157,9 +158,14 @@ class Program:
                 line.close()
             output.seek(0)
             text = output.read()
+        warn(*warnings_of(text))
         if child.returncode not in (0, 3) and not interrupted:
             raise Error(_reason(text, child.returncode))
         return interrupted
+
+    @staticmethod
+    def warn(result):
+        """Of a run that is over; those of the program are told as it printed them, also where it fails."""
 
 
 class Runs:
@@ -233,7 +239,7 @@ class Runs:
         backend   "petsc": in this process; "program": by the program fault; None: that of this object
 
         An interrupt (Ctrl-C, or the stop button of a notebook) ends the run after its step, and the Result has what there is. Error: what the
-        program refuses, by its own line. With several processes (mpirun python) every process must call it, and the program backend cannot be used."""
+        program refuses, by its own line. Warnings of the program are SlipStepWarnings, and in Result.warnings. With several processes (mpirun python) every process must call it, and the program backend cannot be used."""
         backend = backend or self.backend
         if backend not in ("petsc", "program"):
             raise ValueError(f"backend is {backend!r}, expected 'petsc' or 'program'")
@@ -252,7 +258,9 @@ class Runs:
                 if interrupted:
                     raise KeyboardInterrupt
                 raise Error("the run has written nothing")
-            return Result(found[0], found[1] if os.path.exists(found[1]) else None)
+            result = Result(found[0], found[1] if os.path.exists(found[1]) else None)
+            runner.warn(result)
+            return result
         finally:
             runner.remove(folder)
 

@@ -17,6 +17,7 @@ need("h5py", "numpy", "matplotlib")
 from ..errors import Error
 from ..studies import Study
 from ..studies.slurm import AGAIN
+from ..studies.study import counted
 
 STOPPED = 130  # exit code, as of Ctrl-C
 
@@ -32,7 +33,10 @@ def collected(study, path):
             print(f"run {run.number} failed ({run.file('log.txt')}): {run.error}")
     for name, near in study.unknown:
         print(f"sweep: no run has a column {name}" + (f"; did you mean {near[0]}?" if near else ""), file=sys.stderr)
-    print(f"Table: {path}, {len(status)} runs: {', '.join(words)}")
+    for line, runs in study.warnings:
+        print(f"{counted(len(runs), 'run')} of {len(status)} warn{'s' * (len(runs) == 1)}, the first of them run {runs[0].number} ({runs[0].file('log.txt')}): {line}")
+    warned = sum(bool(run.warnings) for run in study.runs)
+    print(f"Table: {path}, {len(status)} runs: {', '.join(words)}; {warned or 'none'} with warnings")
     return status.count("failed")
 
 

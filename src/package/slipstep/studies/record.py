@@ -13,7 +13,7 @@ import json
 import os
 import shutil
 
-from ..errors import Error
+from ..errors import Error, warnings_of
 
 
 def write_whole(path, content):
@@ -84,6 +84,15 @@ class Record:
                 return sum(1 for _ in file)
         except FileNotFoundError:
             return 0
+
+    @property
+    def warnings(self):
+        """Lines of the different warnings that its commands have printed, be they those of faults, of scripts or of Python."""
+        try:
+            with open(self.file("log.txt"), encoding="utf-8", errors="replace") as file:
+                return warnings_of(file.read())
+        except FileNotFoundError:
+            return []
 
     def finish(self, status, code, error, wall):
         write_whole(self.file("result.json"), {"status": status, "code": code, "error": error, "wall_time": wall, "attempts": self.attempts})

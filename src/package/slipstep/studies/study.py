@@ -3,6 +3,7 @@
 import csv
 import difflib
 import os
+import re
 
 import numpy as np
 
@@ -29,7 +30,7 @@ def read(path):
 
 class StudyRun(Record):
     """One run of a study: number, values (what differs between runs), folder, status: "ended", "early" (before its final time), "failed", "begun" or
-    "open" (not started); error, its line; result, the Result of its files."""
+    "open" (not started); error, its line; warnings, a list of lines; result, the Result of its files."""
 
     number = property(lambda self: self.planned.number)
     values = property(lambda self: self.planned.values)
@@ -114,6 +115,7 @@ class Study:
     def say(self, record, status, active, left):
         run = self.runs[record.planned.number - 1]
         what = {"ended": "ended", "early": "ended before its final time", "failed": f"failed: {run.error}", "stopped": "stopped, goes on at the next call"}[status]
+        what += f", with {counted(len(run.warnings), 'warning')}" if run.warnings else ""
         print(f"run {run.number} of {len(self.runs)} ({run.words}) {what}; {active} under way, {left} left", flush=True)
 
     def task(self, number):
@@ -168,6 +170,15 @@ class Study:
         return [(name, difflib.get_close_matches(name, names, 1)) for name in missing]
 
     @property
+    def warnings(self):
+        """Of what runs warn: for each text, whose numbers may differ between runs, the first one's line and the runs that have it."""
+        found = {}
+        for run in self.runs:
+            for line in run.warnings:
+                found.setdefault(re.sub(r"[-+]?[0-9][0-9.]*(?:e[-+]?[0-9]+)?", "#", line), (line, {}))[1][run.number] = run
+        return [(line, list(runs.values())) for line, runs in found.values()]
+
+    @property
     def table(self):
         """Rows as a pandas.DataFrame, or as a structured array where there is no pandas; numbers that are not there are NaN."""
         rows = self.rows
@@ -215,6 +226,10 @@ class Study:
                 raise Error(f"{self.plan.source}: there is no column {name}, expected one of {', '.join(rows[0])}")
         by = by or next((name for name in self.varied if name not in (x, "seed")), None)
         figure(rows, x, y, by, columns.unit(y) if y in self.columns else "").savefig(path)
+
+
+def counted(number, name):
+    return f"{number} {name}{'s' * (number != 1)}"
 
 
 def array(rows, name):

@@ -8,7 +8,7 @@ from ..numbers import of_run
 from ..numbers.report import LARGE, UNITS, intervals
 from ..results import Catalogue, Run
 
-DEFAULT = ("events", "magnitude", "duration", "peak_slip_rate", "recurrence", "mean_slip", "accepted", "products_all", "cost", "wall_time")
+DEFAULT = ("events", "magnitude", "duration", "peak_slip_rate", "recurrence", "mean_slip", "accepted", "products_all", "cost", "wall_time", "warnings")
 
 
 class Files:
@@ -101,6 +101,7 @@ COLUMNS = {
     "peak_slip_rate": ("m/s", "largest slip rate of the run", peak_slip_rate),
     "recurrence": ("s", f"mean time between events of at least {LARGE:g} of the largest moment", recurrence),
     "recurrence_spread": ("s", "standard deviation of these times", recurrence_spread),
+    "warnings": ("1", "number of warnings that the run printed", lambda files: len(files.record.warnings)),
 }
 OF_RECORD = {"wall_time": "s", "attempts": "1", "code": "1"}
 OF_RESULT = {"mean_slip": "m", "cost": "s", "processor_time": "s", "wall_time_setup": "s", "wall_time_solve": "s"}  # units; of others 1
