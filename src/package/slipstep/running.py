@@ -121,6 +121,46 @@ def cells_of(options):
         shutil.rmtree(folder, ignore_errors=True)
 
 
+REFUSED = re.compile(r"/(\w+)\[0, ([01])\] is (\S+), (expected .*)")
+UNKNOWN = re.compile(r" holds /(\w+), which nothing reads")
+IN_OTHER_UNITS = "is it given in"
+
+
+def check_fields(path, fields, options=None):
+    """What the program refuses or doubts of parameters, by its own table of bounds and plausible sizes: fields {name: array} in SI units of the file at a path, and options {name: value} of
+    fault. It is asked for two cells, that have the least and the largest values. Error: a field or an option is out of its bounds. A SlipStepWarning: it looks as if it were in another unit. Without the
+    program nothing is checked."""
+    import h5py
+    import numpy as np
+    fields = {name: np.asarray(values, float).ravel() for name, values in fields.items()}
+    try:
+        program, folder = program_fault(), Program.folder()
+    except Error:
+        return
+    try:
+        given, left = os.path.join(folder, "fields.h5"), dict(fields)
+        while True:
+            with h5py.File(given, "w") as file:
+                for name, values in left.items():
+                    file[name] = [[values.min(), values.max()]]
+            words = [program, "-fault_nx", "2", "-fault_nz", "1", "-ts_max_steps", "1", "-ts_max_time", "1", *(["-fault_parameters", given] if left else [])]
+            words += [word for name, value in (options or {}).items() for word in (f"-fault_{name}", str(value))]
+            text = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", env={**ENVIRONMENT, **os.environ}, check=False).stdout
+            unknown = UNKNOWN.search(text)
+            if not unknown or unknown[1] not in left:
+                break
+            del left[unknown[1]]  # of a law of one's own, perhaps
+        if found := REFUSED.search(text):
+            values = fields[found[1]]
+            cell = int(values.argmin() if found[2] == "0" else values.argmax())
+            raise Error(f"{path}: {found[1]} of cell {cell + 1} is {found[3]}, {found[4]}")
+        if (found := re.search(r"error: -fault_(\w+) is (.*)", text)) and found[1] in (options or {}):
+            raise Error(f"{path}: {found[1]} is {found[2]}")
+        warn(*(line.replace(given, str(path)).replace("-fault_", f"{path}: ") for line in warnings_of(text) if IN_OTHER_UNITS in line))
+    finally:
+        Program.remove(folder)
+
+
 class Program:
     """How the program runs a fault; the same functions of slipstep.petsc run it in this process."""
 

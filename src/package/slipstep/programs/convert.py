@@ -24,6 +24,7 @@ from ..formats.projection import TMERC, Projection
 from ..formats.readers import READERS, read
 from ..geometry.surface import Elastic, Source
 from ..results.files import replacing
+from ..running import check_fields
 from ..times import seconds
 
 DIGITS = 1.0  # [m]: of depths in km with three digits and more
@@ -92,6 +93,7 @@ def rigidity(word):
 def write(model, path, points):
     ending = os.path.splitext(path)[1].lower()
     if ending in (".h5", ".hdf5"):
+        check_fields(model.path, {name: values for name, (values, _) in model.fields.items()}, model.options)
         ours.write(model, path, points)
         return
     if ending not in WRITERS:
@@ -125,11 +127,12 @@ def stress_on(model, receivers, options):
     """Changes of shear and normal stress [Pa] on the receivers' cells, written to a file."""
     source = Source(model.path, model.cells, model.rake, model.slip, *model.rock(), "slip", None, model.triangles)
     shear, normal = Elastic(source).tractions(receivers.cells, receivers.rake)
+    if options.background:
+        fields = {"initial_traction": options.background[0] + shear, "normal_stress": options.background[1] + normal, "rake": receivers.rake}
+        check_fields("--background", fields)
+    else:
+        fields = {"shear": shear, "normal": normal, "coulomb": shear - options.friction * normal}
     with replacing(options.stress, model.path) as part, h5py.File(part, "w") as file:
-        if options.background:
-            fields = {"initial_traction": options.background[0] + shear, "normal_stress": options.background[1] + normal, "rake": receivers.rake}
-        else:
-            fields = {"shear": shear, "normal": normal, "coulomb": shear - options.friction * normal}
         for name, values in fields.items():
             ours.put(file, name, values, "degrees" if name == "rake" else "Pa")
     return shear, normal
