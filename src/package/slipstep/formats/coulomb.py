@@ -8,7 +8,8 @@ import re
 import numpy as np
 
 from .model import Model
-from .text import NUMBER, Text
+from .text import NUMBER, Text, unused
+USED = ("E1", "PR1", "Mo", "zero lon", "zero lat")  # of the lines NAME = NUMBER
 
 
 def read(path, at, rake=None):
@@ -97,5 +98,6 @@ def of(path, text, rows, names, net, rake, at, dropped):
         model.remarks.append(f"{still.sum()} of {len(rows)} faults have no slip, receivers" + ("; their rake is 0, or --rake" if rake is None else ""))
     for kode in sorted({k for _, k in dropped}):
         model.dropped.append(f"{sum(k == kode for _, k in dropped)} elements of Kode {kode} (from line {next(line for line, k in dropped if k == kode)})")
-    model.dropped.append("regional stress, friction, grid and cross section")
+    said = {re.sub(r"\s+", " ", name.strip(" -.")) for name in re.findall(r"([A-Za-z#][\w#. -]*?)\.?\s*=", words)}
+    model.dropped += unused(sorted(said), USED)
     return model

@@ -10,11 +10,15 @@ import numpy as np
 
 from ..geometry.cells import directions
 from .model import Model, Segment, grid_of, tiled
-from .text import NUMBER, FormatError, Text
+from .text import NUMBER, FormatError, Text, unused
 
 EQUALS = r"\s*=\s*"
 LAYER = re.compile(r"(?:^|(?<=\s))[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?(?=\s|$)")  # a number of a line that has nothing else
 UNKNOWN = (999.0, -99.0, -999.0)  # "not known" and "varies" of SRCMOD
+KEY = re.compile(rf"\b([A-Za-z]\w*){EQUALS}{NUMBER}")
+KEYS = ("LAT", "LON", "DEP", "LEN", "WID", "Mw", "Mo", "STRK", "DIP", "RAKE", "Htop", "Nx", "Nz", "Dx", "Dz")  # of the header
+OF_SEGMENT = ("LEN", "WID", "Dx", "Dz", "Z2top", "Nsbfs")
+OURS = ("X", "Y", "STRIKE", "layers")  # not of a value, or read elsewhere
 ROUNDED = 0.05  # of a cell: by how much Dx and Dz may be rounded
 
 
@@ -30,7 +34,7 @@ class Reader:
     def __init__(self, path):
         self.text = Text(path)
         self.header, self.layers, self.segments, self.columns, self.place = {}, [], [], None, None
-        self.title, self.in_layers, self.nlayers = "", False, None
+        self.title, self.in_layers, self.nlayers, self.left = "", False, None, {}
         for line, words in self.text:
             if words.lstrip().startswith("%"):
                 self.comment(line, words.replace("%", " ").strip())
@@ -44,7 +48,8 @@ class Reader:
             self.text.fail(len(self.text) + 1, "", "rows of LAT LON X Y Z SLIP")
 
     def comment(self, line, words):
-        for name in ("LAT", "LON", "DEP", "LEN", "WID", "Mw", "Mo", "STRK", "DIP", "RAKE", "Htop", "HypX", "HypZ", "Nx", "Nz", "Dx", "Dz", "Ntw", "Nsg"):
+        self.left.update({name: value for name, value in KEY.findall(words) if name.lower() not in map(str.lower, (*KEYS, *OF_SEGMENT, *OURS)) and self.text.number(line, value) not in UNKNOWN})
+        for name in KEYS:
             value = said(words, name)
             if value is not None and not self.segments and name not in self.header:
                 self.header[name] = self.text.number(line, value)
@@ -53,7 +58,7 @@ class Reader:
             self.close(line)
             self.segments.append({"label": int(segment[1]), "strike": self.text.number(line, segment[2]), "dip": self.text.number(line, segment[3]), "rows": [], "lines": [], "said": {}})
         elif self.segments and not self.segments[-1]["rows"]:
-            for name in ("LEN", "WID", "Dx", "Dz", "Z2top", "Nsbfs"):
+            for name in OF_SEGMENT:
                 value = said(words, name)
                 if value is not None:
                     self.segments[-1]["said"][name] = self.text.number(line, value)
@@ -209,7 +214,7 @@ def finished(reader, model, rows, rake, off):
         model.remarks.append(f"its {len(reader.layers)} layers are not used: {reader.nlayers:g} are announced, with depths that increase" if reader.nlayers else "its layers are not used")
     windows = [c for c in columns if re.fullmatch(r"(rk|rake)?TW\d+", c, re.I)]
     other = [c for c in columns if c not in windows and c not in ("LAT", "LON", "X", "Y", "Z", "SLIP", "RAKE", "TRUP", "RISE", "SF_MOMENT")]
-    model.dropped += ([f"{len(windows)} columns of time windows ({windows[0]} to {windows[-1]})"] if windows else []) + ([f"columns {' '.join(other)}"] if other else [])
+    model.dropped += ([f"{len(windows)} columns of time windows ({windows[0]} to {windows[-1]})"] if windows else []) + unused(other, (), "column") + unused(reader.left, ())
     model.claims = {name: header[key] * scale for name, key, scale in (("moment", "Mo", 1), ("magnitude", "Mw", 1), ("length", "LEN", 1e3), ("width", "WID", 1e3), ("strike", "STRK", 1),
                                                                        ("dip", "DIP", 1), ("rake", "RAKE", 1), ("top", "Htop", 1e3)) if key in header and header[key] not in UNKNOWN}
     own = [(segment["said"].get("LEN"), segment["said"].get("WID")) for segment in reader.segments]

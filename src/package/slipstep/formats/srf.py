@@ -16,7 +16,7 @@ class Reader:
     """One pass over the lines: planes, and points with slip along their rakes and across them."""
 
     def __init__(self, path):
-        self.text, self.line, self.planes, self.blocks, self.comments = Text(path), 0, [], [], []
+        self.text, self.line, self.planes, self.blocks, self.comments, self.more = Text(path), 0, [], [], [], 0
         version = self.following("a version, 1.0 or 2.0")
         if version.split()[0] not in ("1.0", "2.0"):
             self.text.fail(self.line, self.text.quoted(self.line), "a version, 1.0 or 2.0")
@@ -50,7 +50,8 @@ class Reader:
         words = self.following(what).split()
         if len(words) < count:
             self.text.fail(self.line, f"{len(words)} numbers", what)
-        return [self.text.number(self.line, word) for word in words]
+        self.more += len(words) > count
+        return [self.text.number(self.line, word) for word in words[:count]]
 
     def plane(self):
         first = self.numbers(6, "longitude, latitude, nstk, ndip, length and width of a plane")
@@ -58,7 +59,7 @@ class Reader:
 
     def point(self, number, total):
         """lon lat depth strike dip area tinit dt, vs and density or 0, rake, slip along it, across it, opening, and samples of the first."""
-        first = self.numbers(self.count, f"point {number} of {total}: {self.count} numbers of lon lat dep stk dip area tinit dt{' vs den' if self.count == 10 else ''}")[:self.count]
+        first = self.numbers(self.count, f"point {number} of {total}: {self.count} numbers of lon lat dep stk dip area tinit dt{' vs den' if self.count == 10 else ''}")
         second = self.numbers(7, f"point {number} of {total}: rake slip1 nt1 slip2 nt2 slip3 nt3")
         left = samples = sum(self.text.whole(self.line, str(second[k])) for k in (2, 4, 6))
         while left > 0:
@@ -143,6 +144,12 @@ def claim(model, reader, rows):
         model.remarks.append(f"areas of its points add up to {area / 1e6:.6g} km2")
     if rows[:, 13].any():
         model.dropped.append(f"opening of {np.count_nonzero(rows[:, 13])} points")
+    if "rigidity" not in model.columns and rows[:, 8:10].any():
+        model.dropped.append(f"S velocities and densities, which {np.count_nonzero((rows[:, 8:10] <= 0).any(axis=1))} of {len(rows)} points do not have")
+    if reader.more:
+        model.dropped.append(f"more numbers than the format has in {reader.more} lines")
+    if others := [words for words in reader.comments if "mag=" not in words]:
+        model.dropped.append(f"{len(others)} lines of comments")
     model.dropped.append("shapes of slip rates: rise_time is how long slip lasts")
 
 
