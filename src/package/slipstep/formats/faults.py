@@ -7,9 +7,8 @@ import re
 
 import numpy as np
 
-from ..geometry.meshfiles import MeshError, read as read_surfaces
+from .meshes import surfaces, triangles_of
 from .model import Model, Segment
-from .ours import cells_of_triangles
 from .text import FormatError, Text, beyond, unused
 
 MPA, KM = 1e6, 1e3
@@ -32,17 +31,6 @@ def put_fields(model, columns):
         elif name not in LOADS or np.any(values):
             model.dropped.append(f"column {name}")
     model.options["friction_law"] = "rate_and_state"
-
-
-def triangles_of(path, unit):
-    """Cells [N, 7] and corners [N, 3, 3], north, east and down [m], and labels of a file of triangles with x east, y north, z up."""
-    try:
-        found = read_surfaces(path)
-    except MeshError as error:
-        raise FormatError(str(error)) from None
-    corners = found.corners[..., [1, 0, 2]] * (1, 1, -1) * unit
-    cells, corners = cells_of_triangles(corners)
-    return cells, corners, found.fault, found.names
 
 
 def table(path, count, names=None):
@@ -91,8 +79,9 @@ def read_hbi(path, at, rake=None):
             text.fail(said["problem"][0], f"imax {counts[0]}, jmax {counts[1]}, ds {value('ds'):g} and dipangle {value('dipangle', 90.0):g}", f"cells up to {MOST}, ds > 0 and 0 < dipangle <= 90")
         model = hbi_grid(path, problem, *counts, KM * value("ds"), value("dipangle", 90.0), KM * value("ztop", 0.0))
     elif problem in ("3dht", "3dnt") and "geometry_file" in said:
-        cells, corners, label, names = triangles_of(beside(path, said["geometry_file"][1]), KM)
-        model = Model(path, "HBI", cells, np.zeros(len(cells)), None, corners, label, names, unit="km")
+        found = surfaces(beside(path, said["geometry_file"][1]))
+        cells, corners = triangles_of(found, KM)
+        model = Model(path, "HBI", cells, np.zeros(len(cells)), None, corners, found.fault, found.names, unit="km")
     else:
         text.fail(said["problem"][0], f"the problem {problem}", "3dp, 3dph, or 3dht or 3dnt with a geometry_file")
     columns = {name: value(key) for key, name in (("a", "a"), ("b", "b"), ("dc", "dc"), ("f0", "f0"), ("tauinit", "tau"), ("sigmainit", "sigma"), ("velinit", "vel"), ("crake", "rake")) if key in said}
@@ -268,8 +257,9 @@ def read_pyquake(path, at, rake=None, mesh=None):
         if len(meshes) != 1:
             raise FormatError(f"{path}: {len(meshes)} meshes (.msh, .inp) are beside it, expected one or --mesh FILE")
         mesh = meshes[0]
-    cells, corners, label, names = triangles_of(mesh, KM if said["Scale_km"][1] == "True" else 1.0)
-    model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, label, names, unit="km" if said["Scale_km"][1] == "True" else "m")
+    found = surfaces(mesh)
+    cells, corners = triangles_of(found, KM if said["Scale_km"][1] == "True" else 1.0)
+    model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, found.fault, found.names, unit="km" if said["Scale_km"][1] == "True" else "m")
     model.remarks.append(f"mesh: {mesh}")
     if of_cells:
         columns, left = table(beside(path, said["Inputparamter file"][1]), len(cells), ["rake", *FIELDS, *LOADS])
@@ -294,3 +284,8 @@ def is_interact(path):
     """Whether the first line has eight numbers."""
     words = next((w.split() for _, w in Text(path) if w.strip()), [])
     return len(words) == 8 and all(re.fullmatch(r"[-+.\deE]+", w) for w in words)
+
+
+def is_hbi(path):
+    """Whether a line has a problem of HBI."""
+    return any(re.match(r"\s*problem\s+\w", words) for _, words in Text(path))

@@ -167,7 +167,7 @@ def arguments():
     parser.add_argument("--rupture-speed", type=float, metavar="M/S", help="of .srf, where IN has no rupture times: they are distances from the hypocentre over it")
     parser.add_argument("--rise-time", type=float, metavar="S", help="of .srf, where IN has none")
     parser.add_argument("--step", type=float, default=0.1, metavar="S", help="of slip rates in .srf, at most (0.1)")
-    parser.add_argument("--unit", choices=("m", "km"), help="of lengths in files of interact, which do not say it")
+    parser.add_argument("--unit", choices=("m", "km"), help="of lengths in files that do not say it: interact, meshes, depths in a grid (km)")
     parser.add_argument("--mesh", metavar="FILE", help="of PyQuake3D (the one beside parameter.txt)")
     parser.add_argument("--event", metavar="N", help="of a catalogue: number from 1 on, or largest (default)")
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="of a run (all of it): seconds, or numbers with s, min, h, d, y")
