@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """Damaged files of other programs: each is read, or refused by one line, and what is read has cells that are cells. MUTANTS=1500 tries more of each kind."""
 
+import json
 import os
 import random
 import unittest
 import warnings
 
 from test_convert_sources import COULOMB, SourcesTest, at, param_text, srf_text
+import h5py
 import numpy as np
 
 from slipstep.errors import Error
@@ -14,6 +16,7 @@ from slipstep.formats import said
 from slipstep.formats.readers import READERS
 from test_convert_faults import DFN, HBI, INTERACT, MSH, PARAMS, PYQUAKE
 from test_convert_fsp import double, single
+from test_convert_maps import feature
 
 COUNT = int(os.environ.get("MUTANTS", 60))
 WORDS = ("0", "-1", "1e308", "nan", "inf", "x", "999", "-99", "1e-300", "")
@@ -61,10 +64,12 @@ class Mutants(SourcesTest):
         self.put("rows.dat", "".join(f"{30 + k} 0.01 0.02 0.1 0.6 {12 + k} 25 1e-9 0 0\n" for k in range(2)))
         self.put("fault.msh", MSH)
         return {"fsp": (single()[0], double()[0]), "param": (param_text()[0],), "srf": (srf_text()[0], srf_text("1.0", False)[0]), "interact": (INTERACT,), "quake-dfn": (DFN,),
-                 "coulomb": (COULOMB.format(names="rt.lat reverse", one="0.0 0.8", two="1.5 0.0"),), "hbi": (HBI.replace("examples/", ""),), "pyquake3d": (PYQUAKE.replace("params", "rows"),)}
+                 "coulomb": (COULOMB.format(names="rt.lat reverse", one="0.0 0.8", two="1.5 0.0"),), "hbi": (HBI.replace("examples/", ""),), "pyquake3d": (PYQUAKE.replace("params", "rows"),),
+                "traces": (json.dumps({"type": "FeatureCollection", "features": [feature([[0, 0, 0], [5e3, 2e3, 0]], dip=60, upper_depth=1, lower_depth=9, rake=90, name="one")]}, indent=1),),
+                "depths": ("".join(f"{-70 + i / 10} {-23 + j / 10} {-10 - i}\n" for i in range(4) for j in range(3)),), "mesh": (MSH,)}
 
     def read(self, kind, path):
-        return READERS[kind][1](path, at, None, **({"unit": "m"} if kind == "interact" else {}))
+        return READERS[kind][1](path, at, None, **({"unit": "m"} if kind == "interact" else {"unit": "km"} if kind == "mesh" and not h5py.is_hdf5(path) else {}))
 
     def test_what_no_reader_knows(self):
         """A key and a column that no reader can know are named among what it has not used, and change nothing else."""
@@ -79,10 +84,19 @@ class Mutants(SourcesTest):
             "quake-dfn": ((column(whole["quake-dfn"], "Quux", 7, "Ctr_X", 18), "column quux"), (whole["quake-dfn"].replace("2.0e6\n", "2.0e6\t7\n"), "1 column after the first 7")),
             "coulomb": ((whole["coulomb"].replace("FRIC=", "QUUX=  12.5\nFRIC="), "keys .*QUUX"),),
             "hbi": ((whole["hbi"] + "quux 12.5\n", "key.* quux"), (whole["hbi"] + "quux\n", "key.* quux")),
+            "traces": ((whole["traces"].replace('"name"', '"quux": 12.5, "name"'), "property quux"),),
+            "depths": ((column("#\n" + whole["depths"], "", 7, "#", 3), "1 column after the first 3"),),
+            "mesh": (),
             "pyquake3d": ((whole["pyquake3d"] + "Quux: 12.5\n", "key Quux"), (whole["pyquake3d"] + "Quux\n", "key Quux")),
         }
         self.assertEqual(set(more), set(READERS))
+        with h5py.File(self.path("mesh.h5"), "w") as file:
+            file["cells"], file["quux"] = np.array([[0, 0, 1e3, 2e3, 1e3]]), 7.0
+            file["cells"].attrs["units"] = "m"
+        self.assertEqual(self.read("mesh", self.path("mesh.h5")).dropped, ["dataset quux"])
         for kind, cases in more.items():
+            if not cases:
+                continue
             plain = self.read(kind, self.put("plain.txt", whole[kind]))
             for text, said in cases:
                 with self.subTest(kind=kind, said=said):
@@ -109,7 +123,7 @@ class Mutants(SourcesTest):
                 text = mutant(chance.choice(texts), chance)
                 with self.subTest(kind=kind, number=number), warnings.catch_warnings():
                     warnings.simplefilter("error")
-                    path = self.put("mutant.txt", text)
+                    path = self.put("mutant" + (".txt" if kind != "mesh" else ".msh"), text)
                     try:
                         model = self.read(kind, path)
                         list(said.lines(model))

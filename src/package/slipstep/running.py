@@ -121,6 +121,15 @@ def cells_of(options):
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def refused_mesh(path):
+    """What the program says that refuses a file of -fault_mesh; empty: it takes it, or is not there."""
+    try:
+        cells_of(["-fault_mesh", path])
+    except Error as error:
+        return str(error)
+    return ""
+
+
 REFUSED = re.compile(r"/(\w+)\[0, ([01])\] is (\S+), (expected .*)")
 UNKNOWN = re.compile(r" holds /(\w+), which nothing reads")
 IN_OTHER_UNITS = "is it given in"

@@ -80,7 +80,7 @@ def read_hbi(path, at, rake=None):
         model = hbi_grid(path, problem, *counts, KM * value("ds"), value("dipangle", 90.0), KM * value("ztop", 0.0))
     elif problem in ("3dht", "3dnt") and "geometry_file" in said:
         found = surfaces(beside(path, said["geometry_file"][1]))
-        cells, corners = triangles_of(found, KM)
+        cells, corners = triangles_of(path, found, KM)
         model = Model(path, "HBI", cells, np.zeros(len(cells)), None, corners, found.fault, found.names, unit="km")
     else:
         text.fail(said["problem"][0], f"the problem {problem}", "3dp, 3dph, or 3dht or 3dnt with a geometry_file")
@@ -258,7 +258,7 @@ def read_pyquake(path, at, rake=None, mesh=None):
             raise FormatError(f"{path}: {len(meshes)} meshes (.msh, .inp) are beside it, expected one or --mesh FILE")
         mesh = meshes[0]
     found = surfaces(mesh)
-    cells, corners = triangles_of(found, KM if said["Scale_km"][1] == "True" else 1.0)
+    cells, corners = triangles_of(mesh, found, KM if said["Scale_km"][1] == "True" else 1.0)
     model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, found.fault, found.names, unit="km" if said["Scale_km"][1] == "True" else "m")
     model.remarks.append(f"mesh: {mesh}")
     if of_cells:

@@ -78,7 +78,8 @@ def traces(path):
 
 def turned(side, strike):
     """Whether a plane that dips to a side, of the compass or in degrees, has the strike that is opposite to that of its trace."""
-    degrees = COMPASS.get((side or "").strip().upper().replace("NORTH", "N").replace("SOUTH", "S").replace("EAST", "E").replace("WEST", "W"), first_number(side))
+    letters = re.sub("[^A-Z]", "", re.sub("(N|S|E|W)(ORTH|OUTH|AST|EST)", r"\1", (side or "").upper()))
+    degrees = COMPASS.get(letters, first_number(side))
     return degrees is not None and np.cos(np.radians(degrees - strike) - np.pi / 2) < 0
 
 

@@ -9,7 +9,7 @@ from ..geometry.meshfiles import UNITS, MeshError, read as read_surfaces
 from ..results.files import plain
 from .model import Model
 from .ours import cells_of_triangles
-from .text import FormatError, unused
+from .text import LARGE, FormatError, unused
 
 DEEPEST = 800.0  # [km]: larger depths are m, as fault takes them
 
@@ -17,15 +17,21 @@ DEEPEST = 800.0  # [km]: larger depths are m, as fault takes them
 def surfaces(path):
     """What geometry.meshfiles reads, its errors as ours."""
     try:
-        return read_surfaces(path)
+        found = read_surfaces(path)
     except MeshError as error:
         raise FormatError(str(error)) from None
+    if np.abs(found.corners).max() > LARGE:
+        raise FormatError(f"{path}: a coordinate of {np.abs(found.corners).max():g}, expected {LARGE:g} at most")
+    return found
 
 
-def triangles_of(found, unit):
-    """Cells [N, 7] and corners [N, 3, 3], north, east and down [m], of surfaces in a unit [m]."""
+def triangles_of(path, found, unit):
+    """Cells [N, 7] and corners [N, 3, 3], north, east and down [m], of a file's surfaces in a unit [m]."""
     corners = found.corners if found.frame == "ned" else found.corners[..., [1, 0, 2]] * (1, 1, -1)
-    return cells_of_triangles(corners * unit)
+    try:
+        return cells_of_triangles(corners * unit)
+    except FormatError as error:
+        raise FormatError(f"{path}: {error}") from None
 
 
 def unit_of(path, said, given, depth):
@@ -54,7 +60,7 @@ def of_surfaces(path, unit):
     """The model of triangles, with fields of RSQSim."""
     found = surfaces(path)
     size, unit = (1.0, found.unit) if found.unit else unit_of(path, None, unit, np.abs(found.corners[..., 2]).max())
-    cells, corners = triangles_of(found, size)
+    cells, corners = triangles_of(path, found, size)
     names = {k: name for k, name in found.names.items() if name}
     model = Model(path, "mesh of triangles", cells, np.zeros(len(cells)), None, corners, found.fault, names, unit=unit, remarks=found.remarks)
     model.fields = {name: (np.array(values, float), unit) for name, (values, unit) in found.fields.items()}

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 
 from ..results.files import plain, replacing
-from .model import Model, Segment
+from .model import LEAST, Model, Segment
 from .projection import Projection
 from .text import FormatError
 
@@ -102,6 +102,8 @@ def cells_of_triangles(triangles):
     triangles = np.where(down[:, None, None], triangles[:, ::-1], triangles)
     normal = np.where(down[:, None], -normal, normal)
     size = np.linalg.norm(normal, axis=1)
+    if not (size > LEAST ** 2).all():
+        raise FormatError(f"triangle {int(np.argmin(size > LEAST ** 2)) + 1} has no area, expected one")
     strike = np.arctan2(-normal[:, 0], normal[:, 1])
     dip = np.degrees(np.arccos(np.clip(-normal[:, 2] / size, -1, 1)))
     along = np.stack([np.cos(strike), np.sin(strike), 0 * strike], axis=1)

@@ -6,7 +6,8 @@
     output/convert.py model.fsp --receivers faults.h5 --stress change.h5     # what its slip does to other faults
 
 IN: .fsp of SRCMOD and the USGS, .param of the USGS, .srf, .inp of Coulomb, .in of HBI and of interact (geom.in), Input_BulkFaultGeometry.txt of
-Quake-DFN, parameter.txt of PyQuake3D, .h5 of this program, of a run or of a catalogue with maps. OUT: .h5, .fsp, .srf. Nothing is written where a file is refused.
+Quake-DFN, parameter.txt of PyQuake3D, .geojson of traces with dip and depths, .xyz and .grd of depths, meshes (.msh, .ts, .stl, .obj, .h5), .h5 of this program,
+of a run or of a catalogue with maps. OUT: .h5, .fsp, .srf. Nothing is written where a file is refused.
 """
 
 import argparse
@@ -24,7 +25,7 @@ from ..formats.projection import TMERC, Projection
 from ..formats.readers import READERS, read
 from ..geometry.surface import Elastic, Source
 from ..results.files import replacing
-from ..running import check_fields
+from ..running import check_fields, refused_mesh
 from ..times import seconds
 
 DIGITS = 1.0  # [m]: of depths in km with three digits and more
@@ -205,6 +206,8 @@ def main():
     if options.output:
         write(model, options.output, None if receivers is None else receivers.cells[:, :3])
         print(f"{'written:':<20}{options.output}")
+        if options.output.lower().endswith((".h5", ".hdf5")) and (words := refused_mesh(options.output)):
+            print(f"{'note:':<20}fault refuses these cells: {words}")
     if options.stress:
         shear, normal = stress_on(model, receivers, options)
         print(f"{'stress:':<20}on {len(shear)} cells of {options.receivers}: shear {said.span(shear, 1e6, 4)} MPa, normal {said.span(normal, 1e6, 4)} MPa, written to {options.stress}")
