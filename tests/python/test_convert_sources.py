@@ -156,6 +156,29 @@ class Srf(SourcesTest):
             np.testing.assert_allclose(model.columns["rise_time"][0], 0.4, rtol=1e-6)  # seven digits of dt
             np.testing.assert_allclose(model.slip, np.where(np.arange(12) == 3, 0, SLIP), atol=0.5e-6)
 
+    def test_hypocentre(self):
+        """That of a plane, 0.5 km from the middle of its upper edge along strike and 1.5 km down dip, is one place on the Earth through .h5, .fsp and .srf again, of two planes as well; where a
+        file says none, it is the cell that breaks first."""
+        text, cells = srf_text()
+        along, down = (v[0] for v in directions(cells[:1]))
+        place = corners_of(cells[:4])[:, :2].reshape(-1, 3).mean(axis=0) + 500 * along + 1500 * down
+        self.put("0.srf", text)
+        names = ["0.srf", "1.h5", "2.fsp", "3.srf", "4.fsp", "5.h5", "6.srf"]
+        for before, after in zip(names, names[1:]):
+            self.plot("convert", self.path(before), self.path(after), "--origin", *map(str, ORIGIN), "--projection", "sphere")
+            model = {"srf": srf, "fsp": fsp}[after[2:]].read(self.path(after), at) if not after.endswith("h5") else ours.read(self.path(after))
+            np.testing.assert_allclose(model.hypocentre(), place, atol=1.5, err_msg=after)  # five digits of degrees
+        self.assertRegex(open(self.path("2.fsp"), encoding="utf-8").read(), "HypX = 6.5000 km   HypZ = 1.5000 km")
+        silent = srf.read(self.put("a.srf", text.replace(" 0.5 1.5\n", " 0 0\n").replace("9.0e+10 0.0000", "9.0e+10 9.0000")), at)
+        self.assertNotIn("hypocentre", silent.claims)
+        np.testing.assert_array_equal(silent.hypocentre(), silent.cells[1, :3])
+        two = self.put("two.fsp", test_convert_fsp.double()[0].replace("DEP = 5.0", "DEP = 4.0"))  # at the upper left corner of the second plane, but for its depth
+        self.plot("convert", two, self.path("two.srf"), "--projection", "sphere", "--rise-time", "1")
+        with open(self.path("two.srf"), encoding="utf-8") as file:
+            lines = file.read().splitlines()
+        self.assertEqual([line.split()[3:] for line in lines[4:8:2]][0], ["0", "0"])
+        np.testing.assert_allclose([float(word) for word in lines[6].split()[3:]], [-6, 4], atol=2e-3)
+
     def test_rates(self):
         """The sum of samples times the step is the slip, of .fsp that has rupture times but no rise times."""
         from test_convert_fsp import single

@@ -33,7 +33,7 @@ class Model:
     fields     {name: ([N], unit)}  parameters of -fault_parameters
     options    {name: value}        options of fault that the file says
     layers     [n, 4]     depth of the top [m], P and S velocity [m/s], density [kg/m3], or None
-    claims     {name: value}        what the header says of moment, length, width, top [m], strike, dip, rake, magnitude, hypocentre
+    claims     {name: value}        what the header says of moment, length, width, top [m], strike, dip, rake, magnitude, hypocentre (longitude, latitude, depth [m]), start (the same in the frame [m])
     rates      runs.Rates, slip rates of a run, for SRF; step: [s], of the triangles in their place
     remarks, dropped      lines for the user
     """
@@ -82,6 +82,29 @@ class Model:
     def potency(self):
         """Area times slip, summed up [m3]."""
         return float(self.area @ np.abs(self.slip))
+
+    def hypocentre(self):
+        """North, east and down [m], where the file says it, else the centre of the cell that breaks first, or slips most."""
+        if "hypocentre" in self.claims and self.projection is not None:
+            lon, lat, depth = self.claims["hypocentre"]
+            return np.array([*(float(v) for v in self.projection.forward(lon, lat)), depth])
+        if "start" in self.claims:
+            return np.array(self.claims["start"], float)
+        times = self.columns.get("rupture_time", (np.zeros(1), "s"))[0]
+        moving = np.where(self.slip != 0, -times, -np.inf) if np.ptp(times) > 0 and np.any(self.slip) else np.abs(self.slip)
+        return self.cells[int(np.argmax(moving)), :3]
+
+    def on_plane(self, parts):
+        """Of segments the one that the hypocentre is in or nearest to, and how far it is there from the left end and the upper edge, along strike and down dip [m]."""
+        found = []
+        for number, part in enumerate(parts):
+            cells = self.cells[part.rows]
+            along, down = (v[0] for v in directions(cells[:1]))
+            away = self.hypocentre() - cells[:, :3]
+            s, d = ((away @ way)[:, None] + cells[:, size, None] * (0.5, -0.5) for way, size in ((along, 3), (down, 4)))  # from the ends of each cell
+            out = np.array([0.0, -s[:, 0].max(), s[:, 1].min()]).max(), np.array([0.0, -d[:, 0].max(), d[:, 1].min()]).max(), away[0] @ np.cross(along, down)
+            found.append((float(np.linalg.norm(out)), number, float(s[:, 0].max()), float(d[:, 0].max())))
+        return min(found)[1:]
 
     def rigidity(self):
         """[N] [Pa], and where it is from: what the file says of its cells, its layers, the rock or moments, else that of fault and elastic."""

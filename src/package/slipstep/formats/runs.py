@@ -99,6 +99,7 @@ def read(path, event=None, window=None, step=0.1):
                   segments=segments_of(source, labels), options={"shear_modulus": source.shear_modulus, "poisson_ratio": source.poisson_ratio})
     model.claims["title"] = source.words
     if of_events:
+        model.claims["start"] = [float(catalogue.event[axis][number]) for axis in "xyz"]
         rupture = catalogue.map("rupture_time")[number].reshape(-1).astype(float)
         never = np.isnan(rupture)
         rupture[never] = catalogue.event["end"][number] - catalogue.event["onset"][number]

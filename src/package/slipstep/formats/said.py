@@ -64,6 +64,9 @@ def lines(model):
     claimed = claims.get("area") or (claims["length"] * claims["width"] if "length" in claims and "width" in claims else None)
     yield "area", f"{area:.6g} km2" + (against(area, claimed / 1e6) if claimed else "")
     yield "strike, dip", f"{angle_span(cells[:, 5], 0)}, {span(np.round(cells[:, 6], 3))} degrees" + (f"; the header has {claims['strike']:g}, {claims['dip']:g}" if "strike" in claims and "dip" in claims else "")
+    if "hypocentre" in claims:
+        lon, lat, deep = claims["hypocentre"]
+        yield "hypocentre", f"{lon:.5g} E, {lat:.5g} N, depth {deep / 1e3:.4g} km"
     if model.slip is not None:
         mean = float(model.area @ np.abs(model.slip)) / model.area.sum()
         yield "slip", f"{span(model.slip, 1, 5)} m, mean {mean:.4g} m, rake {angle_span(model.rake, -180)} degrees"

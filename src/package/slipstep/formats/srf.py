@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..geometry.cells import directions
 from ..geometry.geographic import mean_place
 from .model import Model, Segment, tiled
 from .text import Text
@@ -123,17 +124,31 @@ def read(path, at, rake=None):
                   fault=np.array(label), segments=segments if all(s.shape for s in segments) else [], projection=projection, unit="km and cm", remarks=remarks)
     model.rake[model.rake > 180] -= 360
     model.columns = {"rupture_time": (rows[:, 6], "s"), "rise_time": (rows[:, 7] * rows[:, 14], "s")}
+    start(model, reader)
     if (rows[:, 8:10] > 0).all():
         model.columns["rigidity"] = (1e3 * rows[:, 9] * (1e-2 * rows[:, 8]) ** 2, "Pa")
     claim(model, reader, rows)
     return model
 
 
+def start(model, reader):
+    """The hypocentre of the plane that breaks first, which it gives from the middle of its upper edge; 0 0 is none."""
+    first = model.fault[int(np.argmin(model.columns["rupture_time"][0]))]
+    part = next((part for part in model.segments if part.label == first), None)
+    if part is None or not any(reader.planes[first - 1][9:]):
+        return
+    own = model.cells[part.rows]
+    along, down = (v[0] for v in directions(own[:1]))
+    top = model.corners[part.rows[:part.shape[1]], :2].reshape(-1, 3).mean(axis=0)
+    north, east, depth = top + 1e3 * (reader.planes[first - 1][9] * along + reader.planes[first - 1][10] * down)
+    model.claims["hypocentre"] = (*(float(v) for v in model.projection.inverse(north, east)), float(depth))
+
+
 def claim(model, reader, rows):
     """What planes and comments of the file say, and what is left out."""
     planes = np.array(reader.planes).reshape(-1, 11)
     if len(planes):
-        model.claims = {"length": 1e3 * planes[:, 4].sum(), "width": 1e3 * planes[:, 5].max(), "area": 1e6 * float(planes[:, 4] @ planes[:, 5]), "strike": planes[0, 6],
+        model.claims |= {"length": 1e3 * planes[:, 4].sum(), "width": 1e3 * planes[:, 5].max(), "area": 1e6 * float(planes[:, 4] @ planes[:, 5]), "strike": planes[0, 6],
                         "dip": planes[0, 7], "top": 1e3 * planes[:, 8].min()}
     for words in " ".join(reader.comments).split():
         if words.startswith("mag=") and not model.claims.get("moment"):
@@ -164,11 +179,14 @@ def write(model, file):
     parts = model.segments if model.segments and all(part.shape for part in model.segments) else []
     if parts:
         file.write(f"PLANE {len(parts)}\n")
-    for part in parts:
+        broken, along, down = model.on_plane(parts)
+    for number, part in enumerate(parts):
         cells, (nz, nx) = model.cells[part.rows], part.shape
         top = model.corners[part.rows[:nx]][:, :2].reshape(-1, 3).mean(axis=0)
         x, y = model.projection.inverse(top[0], top[1])
-        file.write(f"{float(x):.6f} {float(y):.6f} {nx} {nz} {nx * cells[0, 3] / 1e3:.6f} {nz * cells[0, 4] / 1e3:.6f}\n{part.strike % 360:.4f} {cells[0, 6]:.4f} {top[2] / 1e3:.6f} 0 0\n")
+        shyp, dhyp = ((along - nx * cells[0, 3] / 2) / 1e3, down / 1e3) if number == broken else (0, 0)
+        file.write(f"{float(x):.6f} {float(y):.6f} {nx} {nz} {nx * cells[0, 3] / 1e3:.6f} {nz * cells[0, 4] / 1e3:.6f}\n{part.strike % 360:.4f} {cells[0, 6]:.4f} {top[2] / 1e3:.6f} "
+                   f"{shyp:.6g} {dhyp:.6g}\n")
     turn = model.projection.convergence(*model.cells[:, :2].mean(axis=0))
     strikes = model.cells[:, 5] + turn
     for part in parts:

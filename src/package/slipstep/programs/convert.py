@@ -61,9 +61,7 @@ def timed(model, options):
     """Rupture and rise times that the file does not have."""
     model.step = options.step
     if model.slip is not None and options.rupture_speed and "rupture_time" not in model.columns:
-        lon, lat, depth = model.claims.get("hypocentre", (None, None, None))
-        at = fsp.middle(model) if lon is None or model.projection is None else np.array([*(float(v) for v in model.projection.forward(lon, lat)), depth])
-        model.columns["rupture_time"] = (np.linalg.norm(model.cells[:, :3] - at, axis=1) / options.rupture_speed, "s")
+        model.columns["rupture_time"] = (np.linalg.norm(model.cells[:, :3] - model.hypocentre(), axis=1) / options.rupture_speed, "s")
     if model.slip is not None and options.rise_time and "rise_time" not in model.columns:
         model.columns["rise_time"] = (np.full(len(model.cells), options.rise_time), "s")
 
