@@ -231,6 +231,14 @@ class BackAndForth(FspTest):
             with h5py.File(self.path("sum.h5")) as total:
                 np.testing.assert_array_equal(total["initial_traction"][()], 5e6 + change["shear"][()])
                 np.testing.assert_array_equal(total["normal_stress"][()], 20e6 + change["normal"][()])
+            self.convert("source.h5", "--receivers", self.path("faults.h5"), "--stress", self.path("deep.h5"), "--background", "1e6", "2e6", "--background-gradient", "6e3", "15e3")
+            with h5py.File(self.path("deep.h5")) as total:
+                np.testing.assert_allclose(total["initial_traction"][()], 1e6 + 6e3 * cells[:, 2] + change["shear"][()], rtol=1e-14)
+                np.testing.assert_allclose(total["normal_stress"][()], 2e6 + 15e3 * cells[:, 2] + change["normal"][()], rtol=1e-14)
+            self.refused("convert", "expected --background SHEAR NORMAL", self.path("source.h5"), "--background-gradient", "1", "2", code=2)
+            code, _, err = self.main("convert", self.path("source.h5"), "--receivers", self.path("faults.h5"), "--stress", self.path("doubt.h5"), "--background", "5", "20", "--projection", "sphere")
+            self.assertEqual(code, 1)  # the change alone is tension somewhere
+            self.assertRegex(err, "--background: normal_stress of cell . is -.*, expected a finite number > 0 Pa")
         run = ("-fault_initial", "traction", "-fault_mesh_unit", "m", "-ts_max_steps", "2", "-ts_max_time", "1")
         self.fault("-fault_mesh", "faults.h5", "-fault_parameters", "sum.h5", *run)
         self.fault("-fault_mesh", "source.h5", "-fault_normal_stress", "50e6", *run)

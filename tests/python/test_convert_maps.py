@@ -133,6 +133,10 @@ class Meshes(SourcesTest):
             np.testing.assert_allclose(shear, found["mesh.h5"], rtol=1e-6, atol=1e-6 * np.abs(shear).max(), err_msg=name)
         done = subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "--help"], capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 0)
+        with h5py.File(self.path("mesh.h5"), "a") as file:
+            file["vertices"][:, 0] += 4e6
+        _, _, err = self.main("convert", self.path("source.h5"), "--receivers", self.path("mesh.h5"), "--stress", self.path("out.h5"), "--unit", "m")
+        self.assertRegex(err, "warning: the cells of .*mesh.h5 are 4.* km from those of .*source.h5, as where x and y are of a map projection")
         rows = np.array([[0, 0, 1e3, 2e3, 1e3], [2e3, 0, 1e3, 2e3, 1e3]])
         with h5py.File(self.path("cells.h5"), "w") as file:
             file["cells"] = rows

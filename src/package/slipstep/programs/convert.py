@@ -19,10 +19,11 @@ need("h5py", "numpy")
 import h5py
 import numpy as np
 
-from ..errors import Error
+from ..errors import Error, warn
 from ..formats import fsp, ours, said, srf
 from ..formats.projection import TMERC, Projection
 from ..formats.readers import READERS, read
+from ..geometry.geographic import FALSE_POINT
 from ..geometry.surface import Elastic, Source
 from ..results.files import replacing
 from ..running import check_fields, refused_mesh
@@ -116,6 +117,9 @@ def receivers_of(options, model):
     receivers = read(options.receivers, at, None, options.rake, options.unit)
     if model.projection and receivers.projection is None:
         model.remarks.append(f"x = y = 0 of {options.receivers} is taken to be that of the frame")
+    away = np.hypot(*(np.median(receivers.cells[:, :2], axis=0) - np.median(model.cells[:, :2], axis=0)))
+    if away > FALSE_POINT:
+        warn(f"the cells of {options.receivers} are {away / 1e3:.0f} km from those of {options.input}, as where x and y are of a map projection (UTM) whose origin is elsewhere: expected one frame")
     mine, theirs = ((p.origin, p.kind) if p else None for p in (model.projection, receivers.projection))
     if mine and theirs and mine != theirs:
         raise Error(f"{options.receivers} has the frame {receivers.projection.words} and {model.path} {model.projection.words}, expected one: --origin LON LAT")
@@ -127,7 +131,10 @@ def stress_on(model, receivers, options):
     source = Source(model.path, model.cells, model.rake, model.slip, *model.rock(), "slip", None, model.triangles)
     shear, normal = Elastic(source).tractions(receivers.cells, receivers.rake)
     if options.background:
-        fields = {"initial_traction": options.background[0] + shear, "normal_stress": options.background[1] + normal, "rake": receivers.rake}
+        depth = receivers.cells[:, 2]
+        fields = {name: at_ground + gradient * depth + change for name, at_ground, gradient, change in
+                  zip(("initial_traction", "normal_stress"), options.background, options.background_gradient or (0.0, 0.0), (shear, normal))}
+        fields["rake"] = receivers.rake
         check_fields("--background", fields)
     else:
         fields = {"shear": shear, "normal": normal, "coulomb": shear - options.friction * normal}
@@ -143,6 +150,8 @@ def check(parser, options):
         parser.error("--stress is of other faults, expected --receivers FILE")
     if options.background and not options.stress:
         parser.error("--background is for --stress, expected --stress OUT.h5")
+    if options.background_gradient and not options.background:
+        parser.error("--background-gradient is of --background, expected --background SHEAR NORMAL, as 0 0")
     for name in ("rupture_speed", "rise_time", "step"):
         if getattr(options, name) is not None and not getattr(options, name) > 0:
             parser.error(f"--{name.replace('_', '-')} is {getattr(options, name):g}, expected a number > 0")
@@ -176,6 +185,7 @@ def arguments():
     parser.add_argument("--friction", type=float, default=0.4, metavar="MU", help="of the Coulomb stress (0.4)")
     parser.add_argument("--background", nargs=2, type=float, metavar=("SHEAR", "NORMAL"), help="stress [Pa] before: in place of the change --stress has the sum of both, "
                         "initial_traction and normal_stress, and rake, for -fault_parameters")
+    parser.add_argument("--background-gradient", nargs=2, type=float, metavar=("SHEAR", "NORMAL"), help="by which the background grows with depth [Pa/m]: --background is that at the ground")
     parser.add_argument("--figure", metavar="PNG", help="picture of the cells and their slip")
     options = parser.parse_intermixed_args()  # options may be between IN and OUT
     check(parser, options)
