@@ -156,6 +156,19 @@ class Srf(SourcesTest):
             np.testing.assert_allclose(model.columns["rise_time"][0], 0.4, rtol=1e-6)  # seven digits of dt
             np.testing.assert_allclose(model.slip, np.where(np.arange(12) == 3, 0, SLIP), atol=0.5e-6)
 
+    def test_no_slip(self):
+        """It is said in place of a moment of 0 and a magnitude that is none, and changes no stress."""
+        text = "1.0\nPOINTS 2\n" + "".join(f"10.0 {45 + k / 100} 1 0 90 4e10 {k} 0.1\n180 0 3 0 0 0 0\n0 0 0\n" for k in range(2))
+        out = self.plot("convert", self.put("a.srf", text), self.path("a.h5"), "--projection", "sphere")
+        self.assertRegex(out, "slip: +none: it is 0 m in all of the 2 cells, so that there is no moment and no magnitude")
+        self.assertNotRegex(out, "Mw|nan|moment:")
+        for name in ("b.srf", "c.fsp"):
+            self.plot("convert", self.path("a.h5"), self.path(name))
+        self.assertFalse(fsp.read(self.path("c.fsp"), at).slip.any())
+        self.put("geom.in", "0 0 -5 0 90 1 1 0\n")
+        for name, words in (("a.h5", "has no slip in any cell"), ("geom.in", "has no slip")):
+            self.refused("convert", f"{name} {words}, expected a slip model for --stress", self.path(name), "--receivers", self.path("a.h5"), "--stress", self.path("out.h5"), "--unit", "km")
+
     def test_hypocentre(self):
         """That of a plane, 0.5 km from the middle of its upper edge along strike and 1.5 km down dip, is one place on the Earth through .h5, .fsp and .srf again, of two planes as well; where a
         file says none, it is the cell that breaks first."""

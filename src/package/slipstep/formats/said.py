@@ -67,7 +67,9 @@ def lines(model):
     if "hypocentre" in claims:
         lon, lat, deep = claims["hypocentre"]
         yield "hypocentre", f"{lon:.5g} E, {lat:.5g} N, depth {deep / 1e3:.4g} km"
-    if model.slip is not None:
+    if model.slip is not None and not np.any(model.slip):
+        yield "slip", f"none: it is 0 m in all of the {len(cells)} {kind}, so that there is no moment and no magnitude"
+    elif model.slip is not None:
         mean = float(model.area @ np.abs(model.slip)) / model.area.sum()
         yield "slip", f"{span(model.slip, 1, 5)} m, mean {mean:.4g} m, rake {angle_span(model.rake, -180)} degrees"
         moment, words = model.moment()

@@ -128,6 +128,8 @@ def receivers_of(options, model):
 
 def stress_on(model, receivers, options):
     """Changes of shear and normal stress [Pa] on the receivers' cells, written to a file."""
+    if model.slip is None or not np.any(model.slip):
+        raise Error(f"{model.path} has no slip{' in any cell' if model.slip is not None else ''}, expected a slip model for --stress")
     source = Source(model.path, model.cells, model.rake, model.slip, *model.rock(), "slip", None, model.triangles)
     shear, normal = Elastic(source).tractions(receivers.cells, receivers.rake)
     if options.background:
