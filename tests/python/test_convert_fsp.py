@@ -15,9 +15,13 @@ import h5py
 import numpy as np
 
 from slipstep.formats import fsp, ours
+from slipstep.formats.model import Model
 from slipstep.formats.projection import Projection
-from slipstep.geometry.cells import corners_of, directions
+from slipstep.geometry.cells import axis_along_strike, corners_of, directions
 from slipstep.geometry.surface import Elastic, slip_of_input
+from slipstep.geometry.unroll import unroll
+from slipstep.plots.model import draw
+from slipstep.plots.panels import plt
 
 try:
     import pyproj
@@ -280,6 +284,31 @@ class BackAndForth(FspTest):
         self.plot("surface", self.path("model.h5"), "--spacing", "4", "--figure", self.path("ground.png"))
         self.look(self.path("ground.png"))
         self.assertEqual(Elastic(source).displacement(np.array([[0.0, 0.0, 0.0]])).shape, (1, 3))
+
+
+class Directions(FspTest):
+    def test_twelve_strikes(self):
+        """A hypocentre a quarter of the length before the middle is left of it in the picture of the slip model and in those of runs, whose axes run along the strike that the label says."""
+        for strike in np.arange(15.0, 360, 30):
+            cells = plane(strike, 60.0, 1e4, -2e4, 1e3, 8, 3)
+            model = Model("of a test", "cells", cells, np.zeros(24), np.where(np.arange(24) == 9, 3.0, 1.0))  # the second of a row of eight
+            with self.subTest(strike=strike):
+                picture = draw(model)
+                self.addCleanup(plt.close, picture)
+                panel = picture.axes[1]
+                self.assertEqual((panel.get_title(loc="left"), panel.get_xlabel()), (f"along {strike:.0f} degrees", "along strike (km)"))
+                artist = panel.collections[0]
+                x = np.array([path.vertices[:4, 0].mean() for path in artist.get_paths()])
+                self.assertAlmostEqual(x[np.argmax(artist.get_array())] - x.mean(), -7.5)  # [km], cells 1 of 0 to 7, of 3 km
+                low, high = panel.get_xlim()
+                self.assertLess(low, high)
+                (_, s, _), = unroll(cells)
+                self.assertAlmostEqual((s[:, 9].mean() - s.mean()) / 1e3, -7.5)
+
+    def test_most(self):
+        """Cells that dip to the other side count along the same line: that of most of the area, of neither the first."""
+        for strikes, areas, expected in (([200.0, 20.0], [2, 1], 200), ([200.0, 20.0], [1, 2], 20), ([200.0, 20.0], [1, 1], 200), ([350.0, 10.0], [1, 1], 0), ([0.0, 90.0], [1, 1], 0), ([170.0, 20.0, 185.0], [1, 0.5, 1], 180.2)):
+            self.assertAlmostEqual((axis_along_strike(np.array(strikes), np.array(areas, float)) - expected + 180) % 360, 180, delta=0.1 if len(strikes) < 3 else 3, msg=str(strikes))
 
 
 class Refused(FspTest):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..geometry.cells import directions
+from ..geometry.cells import axis_along_strike, directions
 from .model import POISSON, RIGIDITY
 
 
@@ -40,9 +40,8 @@ def size_of(model):
         return tuple(v / 1e3 for v in extent(model, model.segments))
     corners = model.corners.reshape(-1, 3)
     weight = model.area
-    turn = np.angle(np.exp(2j * np.radians(model.cells[:, 5])) @ weight) / 2  # of lines, whatever their side
     dip = float(np.average(model.cells[:, 6], weights=weight))
-    along, down = (v[0] for v in directions(np.array([[0, 0, 0, 0, 0, np.degrees(turn), dip]])))
+    along, down = (v[0] for v in directions(np.array([[0, 0, 0, 0, 0, axis_along_strike(model.cells[:, 5], weight), dip]])))
     return float(np.ptp(corners @ along)) / 1e3, float(np.ptp(corners[:, 2]) / max(np.sin(np.radians(dip)), 0.05)) / 1e3
 
 
