@@ -1,13 +1,18 @@
 """Pressure of wells (slipstep wells) against the diffusion equation, Laplace's transform of a well that holds its pressure, and the program's own point source; slipstep injection."""
 
+import contextlib
+import io
 import os
+import re
 import unittest
+from unittest import mock
 
-from scripts import BUILD, FaultTest, PictureTest
+from scripts import BUILD, SOURCE, FaultTest, PictureTest
 
 import h5py
 import numpy as np
 import slipstep
+from slipstep import checks, running
 
 try:
     from scipy.special import exp1, kv
@@ -64,12 +69,12 @@ class Wells(FaultTest, PictureTest):
 
     def test_a_rate_is_fluid_that_is_stored(self):
         """4 pi D p* t is what the layer holds of a rate's p*: the sum of p over the plane (Theis: S = k h/(eta D))."""
-        made = self.read("well,x,z,days,m3/s\nA,0,0,0,2\n")
+        made = self.read("well,x,z,days,m3/s\nA,0,0,0,0.2\n")
         x = (np.arange(-150, 150) + 0.5) * 10
         grid = np.stack(np.meshgrid(x, x), -1).reshape(-1, 2)
         places = np.column_stack([grid[:, 0], 0 * grid[:, 0], grid[:, 1]])
         pressure = wells.Pressure(made, 0.5, places, np.full(len(places), 100.0), DAY, per_rate=3.0)
-        self.assertAlmostEqual(pressure(DAY).sum() * 100 / (4 * np.pi * 0.5 * 6 * DAY), 1, delta=2e-3)
+        self.assertAlmostEqual(pressure(DAY).sum() * 100 / (4 * np.pi * 0.5 * 0.6 * DAY), 1, delta=2e-3)
 
     def test_a_well_that_holds_its_pressure(self):
         """Against Laplace's transform: steps of the rate, eight a decade, leave 2 % of the pressure, and the well's size is not seen after many R^2/D."""
@@ -92,15 +97,100 @@ class Wells(FaultTest, PictureTest):
                 if wanted:
                     self.assertAlmostEqual(found, wanted, delta=0.16)
 
-    def test_steps_together(self):
-        """Steps whose ages agree are taken together: off from the sum of all by the square of 1 % over 2 of all changes of the rate, 8e-5 of the largest pressure, at any time."""
-        made = self.read("well,x,y,z,days,MPa\nA,0,0,0,0,8\nB,40,0,0,2,5\nA,0,0,0,6,1\n")
-        places = np.array([[5.0, 0, 3], [30, 0, 0], [100, 0, 50], [400, 0, 0]])
-        pressure = wells.Pressure(made, 0.05, places, np.zeros(4), 10 * DAY, radius=0.1)
-        for time in (60.0, DAY, 2 * DAY + 1, 5.5 * DAY, 6.001 * DAY, 10 * DAY):
-            alone = sum(size * exp1(pressure.distance2[:, j] / (4 * 0.05 * (time - begin))) for begin, j, size in pressure.steps if begin < time)
-            np.testing.assert_allclose(pressure(time), alone, atol=1e-4 * 8e6)
-        self.assertLess(3 * len(pressure._together(10 * DAY)), len(pressure.steps))
+    def test_a_product_in_place_of_the_sum(self):
+        """The pressure of many steps by a product of matrices is the sum over all, be they alone or many in place of which a few count: E1 is interpolated to 4e-7, and the least double
+        of what cancels is far below."""
+        random = np.random.default_rng(4)
+        places, star = np.array([[5.0, 0, 3], [30, 0, 0], [100, 0, 50], [400, 0, 0]]), 2e6
+        times = np.cumsum(random.choice([0.2, 1.0, 1.0, 30.0], 200))
+        rates = random.uniform(-0.5, 1, (2, 200))
+        made = [wells.Well(name, np.array([x, 0, 0]), times * DAY, rate, False) for name, x, rate in (("A", 0.0, rates[0]), ("B", 40.0, rates[1]))]
+        pressure = wells.Pressure(made, 0.05, places, np.zeros(4), times[-1] * 1.5 * DAY, per_rate=star)
+        held = wells.Pressure(self.read("well,x,y,z,days,MPa\nA,0,0,0,0,8\nB,40,0,0,2,5\nA,0,0,0,6,1\n"), 0.05, places, np.zeros(4), 10 * DAY, radius=0.1)
+        for found, instants, most in ((pressure, random.uniform(0, times[-1] * 1.5, 20), star), (held, [1e-3, 1, 2.0001, 5.5, 6.001, 10], 8e6)):
+            steps = found.steps
+            all_of = steps.since == -np.inf  # without those that are in place of others
+            for time in np.array(instants) * DAY:
+                alone = sum(size[j] * exp1(found.distance2[:, j] / (4 * 0.05 * (time - begin))) for begin, size in zip(steps.begin[all_of], steps.size[all_of]) for j in range(2) if begin < time)
+                np.testing.assert_allclose(found(time), alone, atol=1e-6 * most)
+        self.assertEqual((pressure.steps.since == -np.inf).sum(), 200)
+        last = times[-1] * 1.5 * DAY
+        self.assertLess(((pressure.steps.since <= last) & (last < pressure.steps.until)).sum(), 60)
+
+    def test_the_record_keeps_its_accuracy_at_all_times(self):
+        """Two wells whose rates change every day for two years: straight lines are off by what was asked for at most, over the largest pressure, at any time, above all in the hours after a
+        change; the bound that is told holds, and at 1 % there are little more times than the 1460 changes."""
+        random = np.random.default_rng(2)
+        places, area = self.places()
+        made = [wells.Well(name, np.array([x, 0, 2800.0]), np.arange(730) * DAY, random.uniform(0, 5e-3, 730), False) for name, x in (("A", 450.0), ("B", 1900.0))]
+        pressure = wells.Pressure(made, 0.5, places, area, 1458 * DAY, per_rate=1e9)
+        at = np.sort(np.concatenate([random.uniform(0, 1458 * DAY, 1500), made[0].time + random.uniform(0, DAY / 3, 730)]))
+        exact = np.concatenate([pressure(part) for part in np.array_split(at, 10)])
+        for accuracy, fewest in ((0.01, 1700), (1e-3, 5000)):
+            said = []
+            times, values, bound = pressure.record(accuracy, said.append)
+            most = values.max()
+            self.assertEqual((times[0], times[-1]), (0, 1458 * DAY))
+            self.assertLess(len(times), fewest)
+            np.testing.assert_allclose(values[len(times) // 2], pressure(times[len(times) // 2]), rtol=1e-12)
+            off = max(np.abs(np.interp(at, times, values[:, cell]) - exact[:, cell]).max() for cell in range(48))
+            self.assertLess(off, bound)
+            self.assertLess(bound, accuracy * most)
+            self.assertGreater(off, 0.5 * bound)
+            self.assertTrue(any(text.startswith("pressures: ") for text in said) and said[-1] == "straight lines: 3.992 years of 3.992 years", said[-1])
+
+    def test_units(self):
+        """Hours, seconds and days, and all units of rates and pressures are the same well."""
+        for head, row in (("hours,m3/s", "48,0.001"), ("s,L/s", "172800,1"), ("days,m3/day", "2,86.4")):
+            found = self.read(f"well,x,z,{head}\nA,0,0,{row}\n")[0]
+            self.assertFalse(found.is_pressure)
+            np.testing.assert_allclose([found.time[0], found.value[0]], [172800, 1e-3], rtol=1e-14)
+        for head, value in (("MPa", "2.5"), ("Pa", "2.5e6")):
+            found = self.read(f"well,x,z,days,{head}\nA,0,0,2,{value}\n")[0]
+            self.assertEqual((found.is_pressure, found.value[0]), (True, 2.5e6))
+
+    def test_doubtful_numbers(self):
+        """A well that does not reach the fault, as one in map coordinates, one above the ground, and numbers in other units: said, with the well, and what was expected."""
+        rates = ["--permeability-thickness", "1e-13", "--diffusivity", "0.05"]
+        for text, more, message in (
+                ("well,x,y,z,days,m3/day\nP1,500000,5900000,2000,0,300\nP1,500000,5900000,2000,3,0\n", rates,
+                 r"the pressure of the well P1 does not reach the fault until 6 days: it is 5.921e\+06 m from the nearest cell, .* x = 150 to 2250, y = 0 to 0, z = 2150 to 3650 m"),
+                ("well,x,z,days,m3/day\nA,1200,2900,0,300\nA,1200,2900,3,0\nB,9e4,2900,0,300\n", rates, "the pressure of the well B does not reach"),
+                ("well,x,z,days,m3/s\nA,1200,2900,0,300\nA,1200,2900,3,0\n", rates, r"the largest rate of the well A is 300 m\^3/s: is it given in L/s or m\^3/day\? Expected 1e-12 to 1 m\^3/s"),
+                ("well,x,z,days,MPa\nA,1200,2900,0,3e6\n", ["--diffusivity", "0.05", "--end", "9d"], r"the largest pressure of the well A is 3e\+12 Pa: is it given in Pa, in a column of MPa\?"),
+                ("well,x,z,days,Pa\nA,1200,2900,0,3\n", ["--diffusivity", "0.05", "--end", "9d"], r"the largest pressure of the well A is 3 Pa: is it given in MPa\? Expected 100 to 1e\+10 Pa"),
+                ("well,x,z,days,L/s\nA,1200,2900,0,3\nA,1200,2900,864000,0\n", rates + ["--end", "9d"], "the last time of the well A is .* s: is it given in s, in a column of days"),
+                ("well,x,z,days,L/s\nA,1200,2900,0,3\n", rates + ["--end", "9d", "--viscosity", "1"], "--viscosity is 1 Pa s: is it given in mPa s"),
+                ("well,x,z,days,L/s\nA,1200,2900,0,3\n", ["--end", "9d", "--permeability-thickness", "100", "--diffusivity", "0.05"], r"--permeability-thickness is 100 m\^3: is it given in mD m"),
+                ("well,x,z,days,L/s\nA,1200,2900,0,3\n", ["--end", "9d", "--permeability-thickness", "1e-13", "--diffusivity", "4320"], r"--diffusivity is 4320 m\^2/s: is it given in m\^2/day"),
+                ("well,x,z,days,MPa\nA,1200,2900,0,3\n", ["--diffusivity", "0.05", "--end", "9d", "--radius", "100"], "--radius is 100 m: is it given in mm or cm")):
+            with self.subTest(message):
+                code, out, err = self.main("wells", self.csv(text), self.path("p.h5"), *more, "--", *GRID)
+                self.assertEqual((code, err.count("\n")), (0, 1), err)
+                self.assertRegex(err, f"^wells.py: warning: .*{message}")
+                self.assertIn("Pressure: ", out)
+        os.remove(self.path("p.h5"))
+        self.refused("wells", r"the well A is at z = -2900 m, above the ground: expected a depth, as those of the cells, 2150 to 3650 m", self.csv("well,x,z,days,L/s\nA,1200,-2900,1,2\nA,1200,-2900,2,0\n"),
+                     self.path("p.h5"), *rates, "--", *GRID)
+        self.refused("wells", r"a pressure is held for 0.5 s, in which no rate is felt at a radius of 2 m: expected changes 4 s apart at least, or a smaller radius",
+                     self.csv("well,x,z,s,MPa\nA,1200,2900,0,2\nA,1200,2900,0.5,4\n"), self.path("p.h5"), "--diffusivity", "0.05", "--radius", "2", "--end", "9d", "--", *GRID)
+        self.assertFalse(os.path.exists(self.path("p.h5")))
+
+    def test_ranges_are_those_of_fault(self):
+        """What the package and the program both know has one range."""
+        with open(os.path.join(SOURCE, "src", "record", "warn.c"), encoding="utf-8") as file:
+            found = re.search(r"\{FAULT_INJECTION_PRESSURE, (\S+), (\S+), \"(.*?)\"", file.read())
+        self.assertEqual((float(found[1]), float(found[2]), found[3]), checks.PLAUSIBLE["pressure"][1:4])
+
+    def test_progress_in_a_log(self):
+        """A line once a minute where the output is no terminal, each on its own."""
+        out = io.StringIO()
+        with mock.patch.object(running, "MINUTE", 0.0), contextlib.redirect_stdout(out):
+            line = running.Line(True, apart=True)
+            line.tell("pressures: 1 s of 2 s")
+            line.tell("pressures: 2 s of 2 s")
+            line.close()
+        self.assertRegex(out.getvalue(), r"^pressures: 1 s of 2 s, \S+ s\npressures: 2 s of 2 s, \S+ s\n$")
 
     def test_record_and_the_point_source(self):
         """A well with one rate until it stops is -fault_injection: the pressures that the run writes agree to the accuracy asked for, at all its steps."""
@@ -114,14 +204,14 @@ class Wells(FaultTest, PictureTest):
         with h5py.File(self.path("p.h5")) as file:
             most = file["pressure"][...].max()
             self.assertEqual(file["pressure"].shape[1:], (6, 8))
-            self.assertLess(len(file["time"]), 200)
+            self.assertLess(len(file["time"]), 60)
         self.assertRegex(said, rf"Largest pressure: {most / 1e6:.4g} MPa, at 10(\.\d+)? days, x, y, z = 1050, 0, 2750 m")
         for name in ("record", "source"):
             with h5py.File(self.path(f"{name}.h5")) as file:
                 times, values = file["fields/time"][...], file["fields/pore_pressure"][...]
             for time, row in zip(times, values):
                 exact = wells.Pressure(wells.read_wells(self.path("wells.csv")), 0.05, *self.places(), 30 * DAY, per_rate=star / 0.002)(time)
-                np.testing.assert_allclose(row.ravel(), exact, atol=(0.006 if name == "record" else 1e-9) * most)
+                np.testing.assert_allclose(row.ravel(), exact, atol=(0.005 if name == "record" else 1e-6) * most)
 
     def places(self):
         x, z = np.meshgrid((np.arange(8) + 0.5) * 300, 2000 + (np.arange(6) + 0.5) * 300)

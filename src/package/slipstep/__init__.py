@@ -20,7 +20,7 @@ import os
 from .errors import Error, SlipStepWarning
 
 __all__ = ["Fault", "Study", "Error", "SlipStepWarning", "Result", "open", "Run", "Catalogue", "OutputError", "load", "call", "small", "totals", "version", "Totals"]
-_MODULES = ("errors", "fields", "formats", "geometry", "modules", "numbers", "petsc", "plots", "programs", "results", "running", "studies", "times", "wells")
+_MODULES = ("checks", "errors", "fields", "formats", "geometry", "modules", "numbers", "petsc", "plots", "programs", "results", "running", "studies", "times", "wells")
 _RESULTS = ("Catalogue", "OutputError", "Result", "Run", "open")
 
 

@@ -5,7 +5,7 @@ import re
 import sys
 import warnings
 
-HERE = os.path.dirname(os.path.abspath(__file__)) + os.sep
+HERE = os.path.dirname(__file__) + os.sep
 
 
 class Error(RuntimeError):

@@ -16,7 +16,7 @@ from .times import written
 OPTION = re.compile(r"(ts|snes|ksp|pc|mat|log|options)_")  # of names that are options of PETSc and not parameters of a fault
 # of the program, unless it is set: one thread, and no look at OpenCL's devices, whose drivers take over signals
 ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "HWLOC_COMPONENTS": "-opencl"}
-REPEAT = 0.2  # between two lines of progress [s]
+REPEAT, MINUTE = 0.2, 60.0  # between two lines of progress [s], in a terminal and in a log
 PATIENCE = 5.0  # until a program that was asked to end is killed [s]
 
 
@@ -32,27 +32,33 @@ def program_fault():
 
 
 class Line:
-    """A line of progress, written again and again: in a terminal and below the cell of a notebook."""
+    """A line of progress, written again and again: in a terminal and below the cell of a notebook; apart: in a log, one once a minute."""
 
-    def __init__(self, shown):
-        self.shown, self.last, self.begin = shown, 0.0, time.monotonic()
+    def __init__(self, shown, apart=False):
+        self.shown, self.apart, self.begin = shown, apart, time.monotonic()
+        self.last = self.begin if apart else 0.0
         self.width, self.newest, self.out = 0, None, sys.stdout
 
     def show(self, at, end, steps, rate, force=False):
-        now = time.monotonic()
         self.newest = (at, end, steps, rate)
-        if not self.shown or (now - self.last < REPEAT and not force):
+        share = f" ({100 * at / end:.1f} %)" if end and end > 0 and end < 1e300 else ""
+        self.tell(f"time {written(at)}{share}, {steps} steps, largest slip rate {rate:.3g} m/s", force)
+
+    def tell(self, text, force=False):
+        """How far something is, with the time that it has taken [s]."""
+        now = time.monotonic()
+        if not self.shown or (now - self.last < (MINUTE if self.apart else REPEAT) and not force):
             return
         self.last = now
-        share = f" ({100 * at / end:.1f} %)" if end and end > 0 and end < 1e300 else ""
-        text = f"time {written(at)}{share}, {steps} steps, largest slip rate {rate:.3g} m/s, {now - self.begin:.1f} s"
+        text += f", {now - self.begin:.1f} s"
         self.width = max(self.width, len(text))
-        self.out.write("\r" + text.ljust(self.width))
+        self.out.write(f"{text}\n" if self.apart else "\r" + text.ljust(self.width))
         self.out.flush()
 
     def close(self):
-        if self.shown and self.newest:
-            self.show(*self.newest, force=True)
+        if self.shown and self.width and not self.apart:
+            if self.newest:
+                self.show(*self.newest, force=True)
             self.out.write("\n")
             self.out.flush()
 

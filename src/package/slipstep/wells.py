@@ -4,20 +4,30 @@ A well whose rate changes by dQ at the time s adds p* E1(r^2 / (4 D (t - s))), p
 thickness h, permeability k and hydraulic diffusivity D, filled with a fluid of the viscosity eta. That is the source of -fault_injection.
 """
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
-from .errors import Error
+from .checks import doubt
+from .errors import Error, warn
 from .modules import csv_rows
+from .times import written
 
 TIMES = {"s": 1.0, "hours": 3600.0, "days": 86400.0}  # columns, and their seconds
 PRESSURES = {"Pa": 1.0, "MPa": 1e6}
 RATES = {"m3/s": 1.0, "L/s": 1e-3, "m3/day": 1 / 86400.0}
 PER_DECADE = 8  # steps of a rate that holds a pressure, a decade of time
 LEAST_STEP = 1e-6  # the first of them over the time until the next change
-TOGETHER = 0.01  # of the age of steps that are taken together
-HALVINGS = 20  # of an interval between two changes, in which the pressure is linear in the record
+FELT = 5.0  # R^2/(4 D t) of a well's own radius from which on a rate is felt there: E1(5) = 1.1e-3
+YOUNG = 30.0  # r^2/(4 D age) from which on a step is not felt: E1(30) = 3e-15
+PER_E = 8  # ages between which E1 is interpolated, in a factor of e
+AROUND = np.arange(-2, 4)  # six of them, about the age: E1 is off by 4e-7 at most
+COARSE = 8  # steps in place of many, when these are longer ago than they are apart: off by 1e-6 of their sum
+FINE = 0.05  # of the accuracy: what is left between the times at which a record is compared with straight lines
+BLOCK = 2e7  # pressures in memory at once
+HALVINGS = 20  # of an interval between two of those times
+FAR = 10.0  # r^2/(4 D t) of the nearest cell, E1(10) = 4e-6, from which on a well is said not to reach the fault
 
 
 @dataclass(frozen=True)
@@ -71,10 +81,95 @@ def read_wells(path):
     return [Well(name, place, np.array(time), np.array(value), what in PRESSURES) for name, (place, time, value) in found.items()]
 
 
-def _substeps(begin, end):
-    """Times from begin to end at which the rate that holds a pressure changes, and its end."""
+def _substeps(begin, end, felt):
+    """Times from begin to end at which the rate that holds a pressure changes, and its end. felt: until a rate is felt at the well's radius [s]."""
     span = end - begin
-    return begin + span * np.concatenate([[0.0], np.logspace(np.log10(LEAST_STEP), 0, int(np.ceil(-PER_DECADE * np.log10(LEAST_STEP))) + 1)])
+    least = min(max(LEAST_STEP, felt / span), 1.0)
+    return begin + span * np.concatenate([[0.0], np.logspace(np.log10(least), 0, int(np.ceil(-PER_DECADE * np.log10(least))) + 1)])
+
+
+def _lagrange(nodes, at):
+    """[nodes, *at]: the polynomials that are 1 at one node and 0 at the others."""
+    away = [at - node for node in nodes]
+    return np.array([functools.reduce(np.multiply, [away[k] / (node - other) for k, other in enumerate(nodes) if other != node]) for node in nodes])
+
+
+@dataclass(frozen=True)
+class Steps:
+    """begin [k] [s], size [k, wells] p* [Pa], which count at times from since [k] on and before until [k] [s]."""
+
+    begin: np.ndarray
+    size: np.ndarray
+    since: np.ndarray
+    until: np.ndarray
+
+    @classmethod
+    def join(cls, parts):
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("begin", "size", "since", "until")))
+
+    @classmethod
+    def of(cls, begin, size, since=-np.inf):
+        return cls(begin, size, np.full(len(begin), since), np.full(len(begin), np.inf))
+
+
+class History:
+    """Steps of spans of time, one after the other. When a span, or two of equal numbers of them, and so on, are longer ago than they are long, COARSE steps count in place of theirs."""
+
+    def __init__(self):
+        self.parts, self.open = [], {}  # of the spans that wait for the next one: their begin and Steps by how many they are
+
+    def add(self, low, high, begin, size):
+        parts, count = [Steps.of(begin, size)], 1
+        self.parts += parts
+        while True:
+            steps = Steps.join(parts)
+            if len(steps.begin) > COARSE:
+                nodes = (low + high) / 2 + (high - low) / 2 * np.cos(np.pi * (np.arange(COARSE) + 0.5) / COARSE)
+                old = 2 * high - low
+                for part in parts:
+                    part.until[:] = old
+                parts = [Steps.of(nodes, _lagrange(nodes, steps.begin) @ steps.size, old)]
+                self.parts += parts
+            if count not in self.open:
+                self.open[count] = low, parts
+                return
+            low, before = self.open.pop(count)
+            parts, count = before + parts, 2 * count
+
+    @property
+    def steps(self):
+        return Steps.join(self.parts)
+
+
+class Response:
+    """E1(r^2/(4 D age)) of wells at places by a product of matrices: the sum over steps of any ages is one over nodes, as many in each factor of e of the ages, with E1 between them by
+    polynomials of the logarithm.
+
+    distance2    [places, wells] [m^2]
+    oldest       the largest age [s]
+    """
+
+    def __init__(self, distance2, diffusivity, oldest):
+        from scipy.special import exp1
+        self.youngest = distance2.min() / (4 * diffusivity * YOUNG)
+        self.nodes = max(int(np.ceil(PER_E * np.log(oldest / self.youngest))), 0) + len(AROUND)
+        ages = self.youngest * np.exp((np.arange(self.nodes) + AROUND[0]) / PER_E)
+        self.kernel = np.concatenate([exp1(column / (4 * diffusivity * ages[:, None])) for column in distance2.T])  # [wells * nodes, places]
+
+    def shares(self, steps, times):
+        """[times, wells * nodes] [Pa], which times the kernel is the pressure."""
+        wells = steps.size.shape[1]
+        found = np.zeros((len(times), wells, self.nodes))
+        keep = (steps.begin < times.max(initial=-np.inf)) & (steps.since <= times.max(initial=-np.inf)) & (steps.until > times.min(initial=np.inf))
+        begin, size, since, until = (part[keep] for part in (steps.begin, steps.size, steps.since, steps.until))
+        ages = times[:, None] - begin
+        row, step = np.nonzero((ages > self.youngest) & (times[:, None] >= since) & (times[:, None] < until))
+        at = np.log(ages[row, step] / self.youngest) * PER_E
+        node = np.floor(at).astype(int)
+        for offset, weight in zip(AROUND, _lagrange(AROUND, at - node)):
+            for j in range(wells):
+                found[:, j] += np.bincount(row * self.nodes + node + offset - AROUND[0], weight * size[step, j], found[:, j].size).reshape(-1, self.nodes)
+        return found.reshape(len(times), -1)
 
 
 class Pressure:
@@ -88,90 +183,151 @@ class Pressure:
     per_rate     p* over the rate, eta / (4 pi k h) [Pa s/m^3], of wells with rates
     radius       of the wells [m], where their pressure is, of wells with pressures
 
-    The rate that holds a well's pressure is one step after the other, eight a decade of the time since its last change, at whose ends all wells have their pressures.
-    """
+    The rate that holds a well's pressure is one step after the other, eight a decade of the time since its last change, at whose ends all wells have their pressures. Error: wells above
+    the ground or in one place. A SlipStepWarning for each well whose pressure does not reach the places until the end, and for numbers that look as in another unit."""
 
     def __init__(self, wells, diffusivity, places, area, end, per_rate=None, radius=None):
         if len({well.is_pressure for well in wells}) > 1:
             raise Error("some wells have pressures and others rates: expected one of them")
-        self.diffusivity = diffusivity
+        self.diffusivity, self.end = diffusivity, end
         self.corners = np.unique(np.concatenate([well.time for well in wells]))
+        self.first = self.corners[0]
         at = np.array([np.where(np.isnan(well.place), places[:, 1].mean(), well.place) for well in wells])
+        for well in wells:
+            if well.place[2] < 0 <= places[:, 2].min():
+                raise Error(f"the well {well.name} is at z = {well.place[2]:g} m, above the ground: expected a depth, as those of the cells, {places[:, 2].min():g} to {places[:, 2].max():g} m")
+            doubt(f"the largest {'pressure' if well.is_pressure else 'rate'} of the well {well.name}", "pressure" if well.is_pressure else "rate", np.abs(well.value).max())
+            doubt(f"the last time of the well {well.name}", "time", well.time[-1])
         self.distance2 = np.maximum(((places[:, None, :] - at) ** 2).sum(axis=2), area[:, None] / (np.pi * np.e))
+        self._tell_far(wells, places)
+        changes = [time for time in self.corners if time < end] + [end]
         if wells[0].is_pressure:
-            self.steps = self._held(wells, at, end, radius)
+            self.steps = self._held(wells, at, changes, radius)
         else:
-            self.steps = [(time, j, step * per_rate) for j, well in enumerate(wells) for time, step in zip(well.time, np.diff(well.value, prepend=0.0)) if step]
-        self.steps = sorted(step for step in self.steps if step[0] < end)
+            history = History()
+            for low, high, change in zip(changes, changes[1:], np.diff(self._wanted(wells, changes), axis=0, prepend=0.0)):
+                history.add(low, high, np.array([low]), change[None] * per_rate)
+            self.steps = history.steps
+        self.response = Response(self.distance2, diffusivity, end - self.first)
 
-    def _held(self, wells, at, end, radius):
-        """Steps (time, well, p*) by which wells have their pressures at their radius at the end of each."""
+    def _tell_far(self, wells, places):
+        low, high = places.min(axis=0), places.max(axis=0)
+        for well, nearest in zip(wells, self.distance2.min(axis=0)):
+            since = self.end - well.time[0]
+            if since > 0 and nearest > FAR * 4 * self.diffusivity * since:
+                warn(f"the pressure of the well {well.name} does not reach the fault until {written(self.end)}: it is {np.sqrt(nearest):.4g} m from the nearest cell, and sqrt(4 D t) is "
+                     f"{np.sqrt(4 * self.diffusivity * since):.4g} m. Expected places in the frame of the cells, x = {low[0]:.6g} to {high[0]:.6g}, y = {low[1]:.6g} to {high[1]:.6g}, "
+                     f"z = {low[2]:.6g} to {high[2]:.6g} m")
+
+    @staticmethod
+    def _wanted(wells, changes):
+        """[changes - 1, wells] what holds between two of them."""
+        return np.array([[well.value[k - 1] if (k := np.searchsorted(well.time, begin, side="right")) else 0.0 for well in wells] for begin in changes[:-1]])
+
+    def _held(self, wells, at, changes, radius):
+        """Steps by which wells have their pressures at their radius at the end of each."""
         from scipy.special import exp1
         distance2 = ((at[:, None, :] - at) ** 2).sum(axis=2)
         apart = distance2[~np.eye(len(wells), dtype=bool)]
         if apart.size and apart.min() <= (2 * radius) ** 2:
             raise Error(f"two wells are less than two radii, {2 * radius:g} m, apart: expected wells at different places")
         np.fill_diagonal(distance2, radius ** 2)
-        changes = [time for time in self.corners if time < end] + [end]
-        begins, ends = [], []
-        for low, high in zip(changes, changes[1:]):
-            times = _substeps(low, high)
-            begins += list(times[:-1])
-            ends += list(times[1:])
-        begins, ends = np.array(begins), np.array(ends)
-        wanted = np.array([[well.value[k - 1] if (k := np.searchsorted(well.time, begin, side="right")) else 0.0 for well in wells] for begin in begins])
-        size = np.zeros((len(begins), len(wells)))
-        for k, time in enumerate(ends):
-            kernel = exp1(distance2 / (4 * self.diffusivity * (time - begins[:k + 1, None, None])))
-            size[k] = np.linalg.solve(kernel[k], wanted[k] - np.einsum("kij,kj->i", kernel[:k], size[:k]))
-        return [(begins[k], j, size[k, j]) for k in range(len(begins)) for j in range(len(wells)) if size[k, j]]
+        felt = radius ** 2 / (4 * self.diffusivity * FELT)
+        if min(np.diff(changes)) < felt:
+            raise Error(f"a pressure is held for {min(np.diff(changes)):.4g} s, in which no rate is felt at a radius of {radius:g} m: expected changes {felt:.4g} s apart at least, or a smaller radius")
+        response = Response(distance2, self.diffusivity, self.end - self.first)
+        past = History()
+        for low, high, wanted in zip(changes, changes[1:], self._wanted(wells, changes)):
+            times = _substeps(low, high, felt)
+            begins, ends = times[:-1], times[1:]
+            missing = wanted - (response.shares(past.steps, ends) @ response.kernel if past.parts else np.zeros((len(ends), len(wells))))
+            size = np.zeros((len(begins), len(wells)))
+            for k, time in enumerate(ends):
+                kernel = exp1(distance2 / (4 * self.diffusivity * (time - begins[:k + 1, None, None])))
+                size[k] = np.linalg.solve(kernel[k], missing[k] - np.einsum("kij,kj->i", kernel[:k], size[:k]))
+            past.add(low, high, begins, size)
+        return past.steps
 
     def __call__(self, time):
-        """[n] [Pa] at a time [s]."""
-        from scipy.special import exp1
-        found = np.zeros(len(self.distance2))
-        for j, age, size, moment in self._together(time):
-            x = self.distance2[:, j] / (4 * self.diffusivity * age)
-            found += size * exp1(x)
-            if moment:
-                found += moment / age * np.exp(-x)
-        return found
+        """[n] [Pa] at a time [s] until the end; of times [m] [m, n]."""
+        found = self.response.shares(self.steps, np.atleast_1d(np.asarray(time, float))) @ self.response.kernel
+        return found if np.ndim(time) else found[0]
 
-    def _together(self, time):
-        """Steps before a time, those of a well whose ages agree to TOGETHER as one: well, its first age [s], sum of p* and of p* times (age - first age). E1 goes by its tangent there,
-        dE1/d(age) = exp(-x)/age, off by p* TOGETHER^2/2 at most: what holds a pressure is many steps of its first minutes, which are one after days."""
-        open_, done = {}, []
-        for begin, j, size in self.steps:
-            if begin >= time:
-                break
-            age = time - begin
-            if j in open_ and open_[j][1] - age <= TOGETHER * open_[j][1]:
-                open_[j][2] += size
-                open_[j][3] += size * (age - open_[j][1])
-            else:
-                done += [open_[j]] if j in open_ else []
-                open_[j] = [j, age, size, 0.0]
-        return done + list(open_.values())
+    def record(self, accuracy, tell=lambda text: None):
+        """Times [m] [s] from 0 to the end, pressures [m, n] [Pa] between which a straight line is off by accuracy times the largest pressure at most, at any time, and a bound of by how
+        much it is. tell() is called with how far it is."""
+        times = self._samples()
+        shares = self._shares(times, tell)
+        kernel, rows = self.response.kernel, max(int(BLOCK / self.response.kernel.shape[1]), 1)
+        most = max(np.abs(shares[k:k + rows] @ kernel).max() for k in range(0, len(times), rows))
+        times, shares, left = self._refined(times, shares, FINE * accuracy * most, rows, tell)
+        chosen, pressures, worst = _fewest(times, (row for k in range(0, len(times), rows) for row in shares[k:k + rows] @ kernel), (1 - 2 * FINE) * accuracy * most, tell)
+        return times[chosen], pressures, worst + left
 
-    def record(self, end, accuracy):
-        """Times [m] [s] from 0 to end, pressures [m, n] [Pa] between which a straight line is off by accuracy times the largest pressure at most in the middle, and by how much it is."""
-        known = {time: self(time) for time in (0.0, *self.corners[(self.corners > 0) & (self.corners < end)], end)}
-        most, worst = 0.0, 0.0
-        todo = list(zip(sorted(known), sorted(known)[1:]))
-        for low, high in todo:  # the largest pressure first, which errors are over
-            for k in range(1, 8):
-                known[low + (high - low) * 2.0 ** -k] = self(low + (high - low) * 2.0 ** -k)
-        most = max(np.abs(values).max() for values in known.values())
-        todo = [(low, high, 0) for low, high in zip(sorted(known), sorted(known)[1:])]
-        while todo:
-            low, high, depth = todo.pop()
-            middle = (low + high) / 2
-            values = self(middle)
-            error = np.abs(values - (known[low] + known[high]) / 2).max()
-            if error <= accuracy * most or depth == HALVINGS:
-                worst = max(worst, error)
+    def _samples(self):
+        """Changes, and times after each, twice as late one after the other, from when the nearest cell feels it."""
+        corners = [0.0, *self.corners[(self.corners > 0) & (self.corners < self.end)], self.end]
+        least = self.response.youngest
+        return np.unique(np.concatenate([[low, high, *(low + (high - low) * 2.0 ** -np.arange(1, max(np.log2((high - low) / least), 1) + 1))] for low, high in zip(corners, corners[1:])]))
+
+    def _shares(self, times, tell):
+        rows = max(int(BLOCK / len(self.steps.begin)), 1)
+        parts = []
+        for k in range(0, len(times), rows):
+            tell(f"pressures: {written(times[k])} of {written(self.end)}")
+            parts.append(self.response.shares(self.steps, times[k:k + rows]))
+        return np.concatenate(parts)
+
+    def _refined(self, times, shares, enough, rows, tell):
+        """Times between which a straight line is off by enough at most in the middle, where it is off most when they are that close, their shares, and by how much it is."""
+        todo, left = np.arange(len(times) - 1), 0.0
+        for depth in range(HALVINGS + 1):
+            middle = (times[todo] + times[todo + 1]) / 2
+            between = self._shares(middle, tell)
+            off = np.concatenate([np.abs((between[k:k + rows] - (shares[todo[k:k + rows]] + shares[todo[k:k + rows] + 1]) / 2) @ self.response.kernel).max(axis=1) for k in range(0, len(todo), rows)])
+            keep = off > enough if depth < HALVINGS else np.zeros(len(off), dtype=bool)
+            left = max(left, off[~keep].max(initial=0.0))
+            if not keep.any():
+                return times, shares, left
+            order = np.argsort(np.concatenate([times, middle[keep]]), kind="stable")
+            begins = np.isin(order, np.concatenate([todo[keep], len(times) + np.arange(keep.sum())]))  # of halves
+            times, shares = np.concatenate([times, middle[keep]])[order], np.concatenate([shares, between[keep]])[order]
+            todo = np.flatnonzero(begins)
+
+
+def _fewest(times, values, accuracy, tell):
+    """Numbers of the times between which straight lines are off by accuracy at most at all others, from one as far as it goes, their values, and by how much they are off: the slopes of
+    lines from there that pass all later times within the accuracy are an interval, which only shrinks."""
+    values = iter(values)
+    first = next(values)
+    chosen, kept, worst = [0], [first], 0.0
+    ahead = []  # (number, values) since the last chosen one
+    number, waiting = 1, []
+    low = high = None
+    best = None
+    while True:
+        row = waiting.pop(0) if waiting else next(values, None)
+        if row is not None:
+            span = times[number] - times[chosen[-1]]
+            slope, slack = (row - kept[-1]) / span, accuracy / span
+            if low is None:
+                low, high = np.full_like(slope, -np.inf), np.full_like(slope, np.inf)
+            ahead.append(row)
+            if ((slope >= low) & (slope <= high)).all():
+                best = len(ahead)
+            np.maximum(low, slope - slack, out=low)
+            np.minimum(high, slope + slack, out=high)
+            number += 1
+            if (low <= high).all():
                 continue
-            known[middle] = values
-            todo += [(low, middle, depth + 1), (middle, high, depth + 1)]
-        times = np.array(sorted(known))
-        return times, np.array([known[time] for time in times]), worst
+        elif not ahead:
+            return np.array(chosen), np.array(kept), worst
+        start, to = chosen[-1], ahead[best - 1]
+        for k, passed in enumerate(ahead[:best - 1], start + 1):
+            share = (times[k] - times[start]) / (times[start + best] - times[start])
+            worst = max(worst, np.abs(passed - kept[-1] - share * (to - kept[-1])).max())
+        chosen.append(start + best)
+        kept.append(to)
+        tell(f"straight lines: {written(times[chosen[-1]])} of {written(times[-1])}")
+        waiting = ahead[best:] + waiting
+        number, ahead, low, high, best = chosen[-1] + 1, [], None, None, None

@@ -16,10 +16,11 @@ need("h5py", "numpy", "scipy")
 import h5py
 import numpy as np
 
+from ..checks import PLAUSIBLE, doubt
 from ..errors import Error
 from ..fields import read_cells
 from ..results.files import replacing
-from ..running import cells_of
+from ..running import Line, cells_of
 from ..times import seconds, written
 from ..wells import Pressure, read_wells
 
@@ -35,7 +36,7 @@ def arguments():
     parser.add_argument("--viscosity", type=float, default=1e-3, help="of the fluid [Pa s] (default 1e-3)")
     parser.add_argument("--radius", type=float, default=0.1, help="of wells with pressures [m] (default 0.1)")
     parser.add_argument("--end", type=seconds, metavar="TIME", help="until when: seconds, or a number with s, min, h, d, y (default: twice the last time of WELLS.csv); then the pressure stays")
-    parser.add_argument("--accuracy", type=float, default=0.01, help="error of the straight lines between the times, over the largest pressure (default 0.01)")
+    parser.add_argument("--accuracy", type=float, default=0.01, help="largest error of the straight lines between the times, over the largest pressure (default 0.01)")
     words = sys.argv[1:]
     cut = words.index("--") if "--" in words else len(words)
     options = parser.parse_args(words[:cut])
@@ -44,6 +45,8 @@ def arguments():
         value = getattr(options, name)
         if value is not None and not 0 < value < np.inf:
             parser.error(f"--{name.replace('_', '-')} is {value}, expected a positive number")
+        if value is not None and name in PLAUSIBLE:
+            doubt(f"--{name.replace('_', '-')}", name, value)
     return options
 
 
@@ -60,7 +63,9 @@ def main():
     cells = cells_of(options.fault)
     per_rate = options.viscosity / (4 * np.pi * options.permeability_thickness) if options.permeability_thickness else None
     pressure = Pressure(wells, options.diffusivity, cells.centres, cells.area.ravel(), end, per_rate, options.radius)
-    times, values, error = pressure.record(end, options.accuracy)
+    line = Line(True, apart=not sys.stdout.isatty())
+    times, values, error = pressure.record(options.accuracy, line.tell)
+    line.close()
     if values.nbytes > MOST:
         raise Error(f"{len(times)} times of {values.shape[1]} cells take {values.nbytes / 1e9:.3g} GB: expected a larger --accuracy, or fewer cells")
     with replacing(options.output) as part, h5py.File(part, "w") as file:
@@ -69,4 +74,4 @@ def main():
     k, cell = np.unravel_index(values.argmax(), values.shape)
     x, y, z = cells.centres[cell]
     print(f"{len(wells)} well{'s' * (len(wells) > 1)} with {'pressures' if wells[0].is_pressure else 'rates'}, {len(times)} times until {written(end)}, {values.shape[1]} cells\n"
-          f"Largest pressure: {values.max() / 1e6:.4g} MPa, at {written(times[k])}, x, y, z = {x:.6g}, {y:.6g}, {z:.6g} m; straight lines are off by {error / 1e6:.2g} MPa\nPressure: {options.output}")
+          f"Largest pressure: {values.max() / 1e6:.4g} MPa, at {written(times[k])}, x, y, z = {x:.6g}, {y:.6g}, {z:.6g} m; straight lines are off by {error / 1e6:.2g} MPa at most\nPressure: {options.output}")
