@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .checks import check_fields
 from .errors import Error, warn
 from .modules import csv_rows
-from .running import check_fields
 
 NAMES = ("x", "y", "z", "area", "strike", "dip", "fault")
 WAVES = 500  # of a random field

@@ -10,25 +10,12 @@ import tempfile
 import time
 
 from .errors import Error, warn, warnings_of
-from .modules import find_program
+from .modules import ENVIRONMENT, program_fault
 from .times import written
 
 OPTION = re.compile(r"(ts|snes|ksp|pc|mat|log|options)_")  # of names that are options of PETSc and not parameters of a fault
-# of the program, unless it is set: one thread, and no look at OpenCL's devices, whose drivers take over signals
-ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "HWLOC_COMPONENTS": "-opencl"}
 REPEAT, MINUTE = 0.2, 60.0  # between two lines of progress [s], in a terminal and in a log
 PATIENCE = 5.0  # until a program that was asked to end is killed [s]
-
-
-def program_fault():
-    """The program `fault`: that of SLIPSTEP_FAULT, or as find_program() has it."""
-    named = os.environ.get("SLIPSTEP_FAULT")
-    if named and not os.access(named, os.X_OK):
-        raise Error(f"SLIPSTEP_FAULT is {named}, expected a program")
-    path = named or find_program("fault")
-    if not path:
-        raise Error("there is neither petsc4py with the library of SlipStep nor the program fault: set SLIPSTEP_LIBRARY, or SLIPSTEP_FAULT to the program")
-    return path
 
 
 class Line:
@@ -134,46 +121,6 @@ def refused_mesh(path):
     except Error as error:
         return str(error)
     return ""
-
-
-REFUSED = re.compile(r"/(\w+)\[0, ([01])\] is (\S+), (expected .*)")
-UNKNOWN = re.compile(r" holds /(\w+), which nothing reads")
-IN_OTHER_UNITS = "is it given in"
-
-
-def check_fields(path, fields, options=None):
-    """What the program refuses or doubts of parameters, by its own table of bounds and plausible sizes: fields {name: array} in SI units of the file at a path, and options {name: value} of
-    fault. It is asked for two cells, that have the least and the largest values. Error: a field or an option is out of its bounds. A SlipStepWarning: it looks as if it were in another unit. Without the
-    program nothing is checked."""
-    import h5py
-    import numpy as np
-    fields = {name: np.asarray(values, float).ravel() for name, values in fields.items()}
-    try:
-        program, folder = program_fault(), Program.folder()
-    except Error:
-        return
-    try:
-        given, left = os.path.join(folder, "fields.h5"), dict(fields)
-        while True:
-            with h5py.File(given, "w") as file:
-                for name, values in left.items():
-                    file[name] = [[values.min(), values.max()]]
-            words = [program, "-fault_nx", "2", "-fault_nz", "1", "-ts_max_steps", "1", "-ts_max_time", "1", *(["-fault_parameters", given] if left else [])]
-            words += [word for name, value in (options or {}).items() for word in (f"-fault_{name}", str(value))]
-            text = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", env={**ENVIRONMENT, **os.environ}, check=False).stdout
-            unknown = UNKNOWN.search(text)
-            if not unknown or unknown[1] not in left:
-                break
-            del left[unknown[1]]  # of a law of one's own, perhaps
-        if found := REFUSED.search(text):
-            values = fields[found[1]]
-            cell = int(values.argmin() if found[2] == "0" else values.argmax())
-            raise Error(f"{path}: {found[1]} of cell {cell + 1} is {found[3]}, {found[4]}")
-        if (found := re.search(r"error: -fault_(\w+) is (.*)", text)) and found[1] in (options or {}):
-            raise Error(f"{path}: {found[1]} is {found[2]}")
-        warn(*(line.replace(given, str(path)).replace("-fault_", f"{path}: ") for line in warnings_of(text) if IN_OTHER_UNITS in line))
-    finally:
-        Program.remove(folder)
 
 
 class Program:

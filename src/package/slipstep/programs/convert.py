@@ -19,6 +19,7 @@ need("h5py", "numpy")
 import h5py
 import numpy as np
 
+from ..checks import check_fields
 from ..errors import Error, warn
 from ..formats import fsp, ours, said, srf
 from ..formats.projection import TMERC, Projection
@@ -26,7 +27,7 @@ from ..formats.readers import READERS, read
 from ..geometry.geographic import FALSE_POINT
 from ..geometry.surface import Elastic, Source
 from ..results.files import replacing
-from ..running import check_fields, refused_mesh
+from ..running import refused_mesh
 from ..times import seconds
 
 DIGITS = 1.0  # [m]: of depths in km with three digits and more
