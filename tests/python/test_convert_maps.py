@@ -166,6 +166,11 @@ class Meshes(SourcesTest):
 
 
 class Others(SourcesTest):
+    def test_patches(self):
+        """Eight numbers and more are patches of interact by any name.in, after comments."""
+        for text in ("0 0 -5 0 90 1 1 0\n", "# x y z\n\n0 0 -5 0 90 1 1 0 7.5\n"):
+            self.assertRegex(self.plot("convert", self.put("any.in", text), "--unit", "km"), "patches of interact")
+
     def test_what_a_file_is(self):
         for name, content, message in (("a.in", "grid nx=5\ntime t=3\n", "neither an input of HBI, which has a line problem, nor patches of interact"), ("b.shp", "x", "expected GeoJSON: ogr2ogr"),
                                        ("c.kml", "<kml/>", "expected GeoJSON: ogr2ogr"), ("d.opts", "-fault_nx 3\n", "options of fault"), ("e.vtk", "x", "a mesh, expected HDF5: convert_mesh.py"),

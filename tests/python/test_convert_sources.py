@@ -44,15 +44,15 @@ def lonlat(points):
     return np.column_stack(SPHERE.inverse(points[:, 0], points[:, 1]))
 
 
-def param_text(share=(0.5, 0.5), margin=0.1, segments=((10.0, 30.0, 4, 3),), size=3e3):
-    """Positions at a share of each cell's length and width; the boundary is so many cells within the plane."""
+def param_text(share=(0.5, 0.5), margin=0.1, segments=((10.0, 30.0, 4, 3),), size=3e3, top=1e4, up=0.0):
+    """Positions at a share of each cell's length and width; the boundary is so many cells within the plane. up: by how many cells both are up dip from there."""
     text, cells = f"#Total number of fault_segments= {len(segments):5d}\n", []
     for k, (strike, dip, nx, nz) in enumerate(segments, 1):
-        own = plane(strike, dip, 2e4 * k, 0, 1e4, nx, nz, size)
+        own = plane(strike, dip, 2e4 * k, 0, top, nx, nz, size)
         along, down = directions(own)
-        points = own[:, :3] + (share[0] - 0.5) * size * along + (share[1] - 0.5) * size * down
+        points = own[:, :3] + (share[0] - 0.5) * size * along + (share[1] - 0.5 - up) * size * down
         i, j = (np.array(v) for v in ((margin, nx - margin, nx - margin, margin, margin), (margin, margin, nz - margin, nz - margin, margin)))
-        upper = own[0, :3] - 0.5 * size * (along[0] + down[0])
+        upper = own[0, :3] - 0.5 * size * (along[0] + (1 + 2 * up) * down[0])
         corners = upper + size * (i[:, None] * along[0] + j[:, None] * down[0])
         text += f"#Fault_segment = {k:3d} nx(Along-strike)= {nx:3d} Dx= {size / 1e3:5.2f}km ny(downdip)= {nz:3d} Dy= {size / 1e3:5.2f}km\n"
         text += f"#Boundary of Fault_segment     {k}. EQ in cell 1,1. Lon: {ORIGIN[0]:.4f}   Lat: {ORIGIN[1]:.4f}\n#Lon.  Lat.  Depth\n"

@@ -281,9 +281,9 @@ def read_pyquake(path, at, rake=None, mesh=None):
 
 
 def is_interact(path):
-    """Whether the first line has eight numbers."""
-    words = next((w.split() for _, w in Text(path) if w.strip()), [])
-    return len(words) == 8 and all(re.fullmatch(r"[-+.\deE]+", w) for w in words)
+    """Whether the first line that is no comment begins with eight numbers."""
+    words = next((w.split() for _, w in Text(path) if w.strip() and not w.lstrip().startswith("#")), [])
+    return len(words) >= 8 and all(re.fullmatch(r"[-+.\deE]+", w) for w in words[:8])
 
 
 def is_hbi(path):

@@ -1,11 +1,13 @@
 """Standard Rupture Format 1.0 and 2.0, .srf, in and out (Graves 2014, SCEC's Standard Rupture Format): lengths of planes are km, slip is cm, area is cm2, points are centres of cells."""
 
+import re
+
 import numpy as np
 
 from ..geometry.cells import directions
 from ..geometry.geographic import mean_place
 from .model import Model, Segment, tiled
-from .text import Text
+from .text import NUMBER, Text
 
 DENSITY = 2700.0  # [kg/m3] where nothing says it; S velocities then have the rigidity
 SOMERVILLE = 2.03e-9  # rise time [s] over the cube root of the moment [dyne cm] (Somerville et al. 1999)
@@ -150,10 +152,9 @@ def claim(model, reader, rows):
     if len(planes):
         model.claims |= {"length": 1e3 * planes[:, 4].sum(), "width": 1e3 * planes[:, 5].max(), "area": 1e6 * float(planes[:, 4] @ planes[:, 5]), "strike": planes[0, 6],
                         "dip": planes[0, 7], "top": 1e3 * planes[:, 8].min()}
-    for words in " ".join(reader.comments).split():
-        if words.startswith("mag=") and not model.claims.get("moment"):
-            model.claims["magnitude"] = reader.text.number(1, words[4:])
-            model.claims["moment"] = 10 ** (1.5 * model.claims["magnitude"] + GENSLIP)
+    if found := re.search(rf"mag=\s*{NUMBER}", " ".join(reader.comments)):
+        model.claims["magnitude"] = float(found[1])
+        model.claims["moment"] = 10 ** (1.5 * model.claims["magnitude"] + GENSLIP)
     area = float(1e-4 * rows[:, 5].sum())
     if abs(area / model.area.sum() - 1) > CLOSE:
         model.remarks.append(f"areas of its points add up to {area / 1e6:.6g} km2")
