@@ -9,6 +9,7 @@ from test_convert_sources import COULOMB, ORIGIN, SourcesTest, param_text, srf_t
 import numpy as np
 
 from slipstep.formats import coulomb, faults, fsp, maps, param, srf
+from slipstep.formats.model import Model, Segment
 from slipstep.formats.projection import Projection
 from slipstep.geometry.cells import corners_of, directions
 from test_convert_faults import DFN
@@ -141,6 +142,18 @@ class Places(SourcesTest):
         np.testing.assert_allclose(model.cells[6, 5:], [270, 60])
         before = faults.read_dfn(self.put("dfn.txt", DFN), None)
         np.testing.assert_allclose(model.cells[6, :3], before.cells[6, :3])
+
+    def test_hypocentre_of_planes(self):
+        """Of three planes in a row, the one that it is in, and where it is there; beside them all, the nearest."""
+        cells = np.concatenate([plane(30.0, 70.0, *(k * 12e3 * np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)])), 1e3) for k in range(3)])
+        parts = [Segment(k + 1, np.arange(12 * k, 12 * k + 12), (3, 4), 30.0) for k in range(3)]
+        model = Model("of a test", "cells", cells, np.zeros(36), np.ones(36), segments=parts)
+        along, down = (v[0] for v in directions(cells[:1]))
+        for s, d, number, place in ((2e3, 1e3, 0, (2e3, 1e3)), (17e3, 8e3, 1, (5e3, 8e3)), (25e3, 4e3, 2, (1e3, 4e3)), (-3e3, 2e3, 0, (-3e3, 2e3)), (40e3, 20e3, 2, (16e3, 20e3))):
+            model.claims["start"] = (corners_of(cells)[0, 0] + s * along + d * down + 50 * np.cross(along, down)).tolist()
+            found = model.on_plane(parts)
+            self.assertEqual(found[0], number)
+            np.testing.assert_allclose(found[1:], place, atol=1e-6)
 
     def test_trace(self):
         """Of any direction: up dip of the upper edge of each cell is its part of the trace."""
