@@ -103,6 +103,16 @@ class Faults(SourcesTest):
         self.refuse("d.in", text + "pois 0.5\n", "line 14: .*pois 0.5, .*expected")
         self.refuse("e.in", text + "vs 0\n", "line 14: .*vs 0, .*expected")
 
+    def test_bounds_of_the_program(self):
+        """What fault refuses or doubts of fields is refused or said when they are written."""
+        self.put("params.dat", PARAMS)
+        text = HBI.replace("examples/", "")
+        self.refuse("a.in", text.replace("b 0.03", "b -0.03"), "friction_b of cell 1 is -0.03, expected a finite number >= 0")
+        self.put("b.in", text.replace("sigmainit 25.0", "sigmainit 25e-6"))
+        code, _, err = self.main("convert", self.path("b.in"), self.path("out.h5"))
+        self.assertEqual(code, 0)
+        self.assertRegex(err, "convert.py: warning: .*b.in: /normal_stress is at most 25 Pa: is it given in MPa")
+
     def test_small_numbers_are_said(self):
         """Slip rates are no rounding of 0, and lengths that are only that are 0."""
         self.assertEqual(said.span(np.array([2e-9, 3e-9]), digits=None), "2e-09 to 3e-09")

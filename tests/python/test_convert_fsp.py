@@ -15,9 +15,13 @@ import h5py
 import numpy as np
 
 from slipstep.formats import fsp, ours
+from slipstep.formats.model import Model
 from slipstep.formats.projection import Projection
-from slipstep.geometry.cells import corners_of, directions
+from slipstep.geometry.cells import axis_along_strike, corners_of, directions
 from slipstep.geometry.surface import Elastic, slip_of_input
+from slipstep.geometry.unroll import unroll
+from slipstep.plots.model import draw
+from slipstep.plots.panels import plt
 
 try:
     import pyproj
@@ -231,6 +235,14 @@ class BackAndForth(FspTest):
             with h5py.File(self.path("sum.h5")) as total:
                 np.testing.assert_array_equal(total["initial_traction"][()], 5e6 + change["shear"][()])
                 np.testing.assert_array_equal(total["normal_stress"][()], 20e6 + change["normal"][()])
+            self.convert("source.h5", "--receivers", self.path("faults.h5"), "--stress", self.path("deep.h5"), "--background", "1e6", "2e6", "--background-gradient", "6e3", "15e3")
+            with h5py.File(self.path("deep.h5")) as total:
+                np.testing.assert_allclose(total["initial_traction"][()], 1e6 + 6e3 * cells[:, 2] + change["shear"][()], rtol=1e-14)
+                np.testing.assert_allclose(total["normal_stress"][()], 2e6 + 15e3 * cells[:, 2] + change["normal"][()], rtol=1e-14)
+            self.refused("convert", "expected --background SHEAR NORMAL", self.path("source.h5"), "--background-gradient", "1", "2", code=2)
+            code, _, err = self.main("convert", self.path("source.h5"), "--receivers", self.path("faults.h5"), "--stress", self.path("doubt.h5"), "--background", "5", "20", "--projection", "sphere")
+            self.assertEqual(code, 1)  # the change alone is tension somewhere
+            self.assertRegex(err, "--background: normal_stress of cell . is -.*, expected a finite number > 0 Pa")
         run = ("-fault_initial", "traction", "-fault_mesh_unit", "m", "-ts_max_steps", "2", "-ts_max_time", "1")
         self.fault("-fault_mesh", "faults.h5", "-fault_parameters", "sum.h5", *run)
         self.fault("-fault_mesh", "source.h5", "-fault_normal_stress", "50e6", *run)
@@ -240,17 +252,63 @@ class BackAndForth(FspTest):
         np.testing.assert_array_equal(back.slip, np.round(0.1 + 0.03 * np.arange(12), 4))
 
     def test_rock(self):
-        """surface.py and elastic take the shear modulus by which the slip has the moment of the header, and draw it."""
+        """The moment, the file, surface.py, --stress and elastic have one rigidity, which is said: that of layers, that of --rigidity, that of cells' moments, or where nothing says it the default of elastic."""
+        slip, rigidity = 0.1 + 0.03 * np.arange(12), np.where(np.repeat([3.5, 6.5, 9.5], 4) < 4, 22.5e9, 33.075e9)
+        text = single(strike=10.0, dip=90.0)[0]
+        plain = text.replace("No. of layers = 2", "No. of layers = 0").replace("%  0.00     5.00     3.00     2.50\n%  4.00     6.00     3.50     2.70\n", "")
+        moments = plain.replace("    TRUP", "    TRUP   SF_MOMENT").splitlines(True)
+        moments = "".join(line.replace("\n", f" {1e17 * (k + 1)}\n") if not line.startswith("%") else line for k, line in enumerate(moments, 12 - len(moments)))
+        with h5py.File(self.path("faults.h5"), "w") as file:
+            file["cells"], file["rake"], file["fault"] = plane(40.0, 70.0, 2e4, 5e3, 1e3, 3, 2), np.full(6, 160.0), np.ones(6, int)
+            file.attrs.update({"format": ours.FORMAT, "kind": "cells", "claims": "{}", "options": "{}", "segments": "[]"})
+        for words, more, expected in ((text, (), rigidity @ slip / slip.sum()), (plain, (), 30e9), (moments, (), 78e17 / (9e6 * slip.sum())), (text, ("--rigidity", "header"), 2.3456e18 / (9e6 * slip.sum())),
+                                      (plain, ("--rigidity", "41e9"), 41e9)):
+            self.put("model.fsp", words)
+            out = self.convert("model.fsp", "model.h5", "--receivers", self.path("faults.h5"), "--stress", self.path("change.h5"), *more)
+            options = re.search(r"elastic: .*?: (-elastic_shear_modulus \S+ -elastic_poisson_ratio \S+)\n|elastic: .* as by default\n", out)[1]
+            self.assertEqual(options is None, expected == 30e9)
+            self.assertAlmostEqual(h5py.File(self.path("model.h5")).attrs["shear_modulus"] / expected, 1, 9)
+            self.assertAlmostEqual(slip_of_input(self.path("model.h5")).shear_modulus / expected, 1, 9)
+            self.assertAlmostEqual(float(re.search(r"moment: +(\S+)", out)[1]) / (9e6 * slip.sum() * expected), 1, 4)  # five digits
+            self.fault("-elastic_input", "model.h5", "-elastic_output", "out.h5", "-elastic_receiver", "40,70,160", *(options or "").split(), program=os.path.join(BUILD, "bin", "elastic"))
+            with h5py.File(self.path("out.h5")) as given, h5py.File(self.path("change.h5")) as change:
+                np.testing.assert_allclose(change["shear"][()], -given["traction"][:, 0], atol=1e-5 * np.abs(given["traction"]).max())  # six digits
+        self.refused("convert", "--rigidity: large, expected header, or a number", self.path("model.fsp"), "--rigidity", "large", code=2)
+
+    def test_pictures(self):
         self.put("model.fsp", single()[0])
         self.convert("model.fsp", "model.h5", "--figure", "cells.png")
         source = slip_of_input(self.path("model.h5"))
-        potency = 9e6 * (0.1 + 0.03 * np.arange(12)).sum()
-        self.assertAlmostEqual(source.shear_modulus * potency / 2.3456e18, 1, 12)
         np.testing.assert_allclose(np.hypot(*source.slip.T), 0.1 + 0.03 * np.arange(12), atol=1e-12)
         self.look(self.path("cells.png"))
         self.plot("surface", self.path("model.h5"), "--spacing", "4", "--figure", self.path("ground.png"))
         self.look(self.path("ground.png"))
         self.assertEqual(Elastic(source).displacement(np.array([[0.0, 0.0, 0.0]])).shape, (1, 3))
+
+
+class Directions(FspTest):
+    def test_twelve_strikes(self):
+        """A hypocentre a quarter of the length before the middle is left of it in the picture of the slip model and in those of runs, whose axes run along the strike that the label says."""
+        for strike in np.arange(15.0, 360, 30):
+            cells = plane(strike, 60.0, 1e4, -2e4, 1e3, 8, 3)
+            model = Model("of a test", "cells", cells, np.zeros(24), np.where(np.arange(24) == 9, 3.0, 1.0))  # the second of a row of eight
+            with self.subTest(strike=strike):
+                picture = draw(model)
+                self.addCleanup(plt.close, picture)
+                panel = picture.axes[1]
+                self.assertEqual((panel.get_title(loc="left"), panel.get_xlabel()), (f"along {strike:.0f} degrees", "along strike (km)"))
+                artist = panel.collections[0]
+                x = np.array([path.vertices[:4, 0].mean() for path in artist.get_paths()])
+                self.assertAlmostEqual(x[np.argmax(artist.get_array())] - x.mean(), -7.5)  # [km], cells 1 of 0 to 7, of 3 km
+                low, high = panel.get_xlim()
+                self.assertLess(low, high)
+                (_, s, _), = unroll(cells)
+                self.assertAlmostEqual((s[:, 9].mean() - s.mean()) / 1e3, -7.5)
+
+    def test_most(self):
+        """Cells that dip to the other side count along the same line: that of most of the area, of neither the first."""
+        for strikes, areas, expected in (([200.0, 20.0], [2, 1], 200), ([200.0, 20.0], [1, 2], 20), ([200.0, 20.0], [1, 1], 200), ([350.0, 10.0], [1, 1], 0), ([0.0, 90.0], [1, 1], 0), ([170.0, 20.0, 185.0], [1, 0.5, 1], 180.2)):
+            self.assertAlmostEqual((axis_along_strike(np.array(strikes), np.array(areas, float)) - expected + 180) % 360, 180, delta=0.1 if len(strikes) < 3 else 3, msg=str(strikes))
 
 
 class Refused(FspTest):

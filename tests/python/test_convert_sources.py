@@ -3,17 +3,20 @@
 moment are the run's; others are refused by one line that names the line."""
 
 import os
+import sys
 import unittest
+from unittest import mock
 
 from scripts import PictureTest, FaultTest
 
 import numpy as np
 
 from slipstep import Catalogue, Run
-from slipstep.formats import coulomb, param, srf
+from slipstep.formats import coulomb, fsp, ours, param, runs, srf
 from slipstep.formats.projection import Projection
 from slipstep.geometry.cells import corners_of, directions
-from test_convert_fsp import plane
+import test_convert_fsp
+from test_convert_fsp import plane, pyproj
 
 ORIGIN = (-70.3, -23.4)
 SPHERE = Projection(ORIGIN, "sphere")
@@ -41,15 +44,15 @@ def lonlat(points):
     return np.column_stack(SPHERE.inverse(points[:, 0], points[:, 1]))
 
 
-def param_text(share=(0.5, 0.5), margin=0.1, segments=((10.0, 30.0, 4, 3),), size=3e3):
-    """Positions at a share of each cell's length and width; the boundary is so many cells within the plane."""
+def param_text(share=(0.5, 0.5), margin=0.1, segments=((10.0, 30.0, 4, 3),), size=3e3, top=1e4, up=0.0):
+    """Positions at a share of each cell's length and width; the boundary is so many cells within the plane. up: by how many cells both are up dip from there."""
     text, cells = f"#Total number of fault_segments= {len(segments):5d}\n", []
     for k, (strike, dip, nx, nz) in enumerate(segments, 1):
-        own = plane(strike, dip, 2e4 * k, 0, 1e4, nx, nz, size)
+        own = plane(strike, dip, 2e4 * k, 0, top, nx, nz, size)
         along, down = directions(own)
-        points = own[:, :3] + (share[0] - 0.5) * size * along + (share[1] - 0.5) * size * down
+        points = own[:, :3] + (share[0] - 0.5) * size * along + (share[1] - 0.5 - up) * size * down
         i, j = (np.array(v) for v in ((margin, nx - margin, nx - margin, margin, margin), (margin, margin, nz - margin, nz - margin, margin)))
-        upper = own[0, :3] - 0.5 * size * (along[0] + down[0])
+        upper = own[0, :3] - 0.5 * size * (along[0] + (1 + 2 * up) * down[0])
         corners = upper + size * (i[:, None] * along[0] + j[:, None] * down[0])
         text += f"#Fault_segment = {k:3d} nx(Along-strike)= {nx:3d} Dx= {size / 1e3:5.2f}km ny(downdip)= {nz:3d} Dy= {size / 1e3:5.2f}km\n"
         text += f"#Boundary of Fault_segment     {k}. EQ in cell 1,1. Lon: {ORIGIN[0]:.4f}   Lat: {ORIGIN[1]:.4f}\n#Lon.  Lat.  Depth\n"
@@ -141,8 +144,53 @@ class Srf(SourcesTest):
         np.testing.assert_allclose(two.cells, one.cells, atol=DEGREE)
         np.testing.assert_allclose(two.slip, one.slip, atol=0.5e-6)  # 1e-4 cm
         np.testing.assert_allclose(two.columns["rupture_time"][0], one.columns["rupture_time"][0])
-        np.testing.assert_allclose(two.columns["rise_time"][0], 0.45)  # nine samples, 0 at both ends, of 0.05 s
+        np.testing.assert_allclose(two.columns["rise_time"][0], one.columns["rise_time"][0])
         self.assertAlmostEqual(two.moment()[0] / one.moment()[0], 1, 5)
+
+    def test_round_trips(self):
+        """Rise times stay what they are, whatever the step, those of cells without slip as well."""
+        self.put("0.srf", srf_text()[0].replace(f" {100 * SLIP[3] * np.cos(0.3):.8f} 8 {100 * SLIP[3] * np.sin(0.3):.8f} ", " 0 8 0 "))
+        for number, step in enumerate((0.1, 0.05, 0.3, 0.1, 0.07)):
+            self.plot("convert", self.path(f"{number}.srf"), self.path(f"{number + 1}.srf"), "--origin", *map(str, ORIGIN), "--projection", "sphere", "--step", str(step))
+            model = srf.read(self.path(f"{number + 1}.srf"), at)
+            np.testing.assert_allclose(model.columns["rise_time"][0], 0.4, rtol=1e-6)  # seven digits of dt
+            np.testing.assert_allclose(model.slip, np.where(np.arange(12) == 3, 0, SLIP), atol=0.5e-6)
+
+    def test_no_slip(self):
+        """It is said in place of a moment of 0 and a magnitude that is none, and changes no stress."""
+        text = "1.0\nPOINTS 2\n" + "".join(f"10.0 {45 + k / 100} 1 0 90 4e10 {k} 0.1\n180 0 3 0 0 0 0\n0 0 0\n" for k in range(2))
+        out = self.plot("convert", self.put("a.srf", text), self.path("a.h5"), "--projection", "sphere")
+        self.assertRegex(out, "slip: +none: it is 0 m in all of the 2 cells, so that there is no moment and no magnitude")
+        self.assertNotRegex(out, "Mw|nan|moment:")
+        for name in ("b.srf", "c.fsp"):
+            self.plot("convert", self.path("a.h5"), self.path(name))
+        self.assertFalse(fsp.read(self.path("c.fsp"), at).slip.any())
+        self.put("geom.in", "0 0 -5 0 90 1 1 0\n")
+        for name, words in (("a.h5", "has no slip in any cell"), ("geom.in", "has no slip")):
+            self.refused("convert", f"{name} {words}, expected a slip model for --stress", self.path(name), "--receivers", self.path("a.h5"), "--stress", self.path("out.h5"), "--unit", "km")
+
+    def test_hypocentre(self):
+        """That of a plane, 0.5 km from the middle of its upper edge along strike and 1.5 km down dip, is one place on the Earth through .h5, .fsp and .srf again, of two planes as well; where a
+        file says none, it is the cell that breaks first."""
+        text, cells = srf_text()
+        along, down = (v[0] for v in directions(cells[:1]))
+        place = corners_of(cells[:4])[:, :2].reshape(-1, 3).mean(axis=0) + 500 * along + 1500 * down
+        self.put("0.srf", text)
+        names = ["0.srf", "1.h5", "2.fsp", "3.srf", "4.fsp", "5.h5", "6.srf"]
+        for before, after in zip(names, names[1:]):
+            self.plot("convert", self.path(before), self.path(after), "--origin", *map(str, ORIGIN), "--projection", "sphere")
+            model = {"srf": srf, "fsp": fsp}[after[2:]].read(self.path(after), at) if not after.endswith("h5") else ours.read(self.path(after))
+            np.testing.assert_allclose(model.hypocentre(), place, atol=1.5, err_msg=after)  # five digits of degrees
+        self.assertRegex(open(self.path("2.fsp"), encoding="utf-8").read(), "HypX = 6.5000 km   HypZ = 1.5000 km")
+        silent = srf.read(self.put("a.srf", text.replace(" 0.5 1.5\n", " 0 0\n").replace("9.0e+10 0.0000", "9.0e+10 9.0000")), at)
+        self.assertNotIn("hypocentre", silent.claims)
+        np.testing.assert_array_equal(silent.hypocentre(), silent.cells[1, :3])
+        two = self.put("two.fsp", test_convert_fsp.double()[0].replace("DEP = 5.0", "DEP = 4.0"))  # at the upper left corner of the second plane, but for its depth
+        self.plot("convert", two, self.path("two.srf"), "--projection", "sphere", "--rise-time", "1")
+        with open(self.path("two.srf"), encoding="utf-8") as file:
+            lines = file.read().splitlines()
+        self.assertEqual([line.split()[3:] for line in lines[4:8:2]][0], ["0", "0"])
+        np.testing.assert_allclose([float(word) for word in lines[6].split()[3:]], [-6, 4], atol=2e-3)
 
     def test_rates(self):
         """The sum of samples times the step is the slip, of .fsp that has rupture times but no rise times."""
@@ -227,6 +275,46 @@ class Coulomb(SourcesTest):
         self.refuse("f.inp", text[:text.index("  1   ")], "no faults of Kode 100")
 
 
+class Longitudes(SourcesTest):
+    """What a file becomes depends on where it is on the Earth no more on the 180th meridian than elsewhere: cells, and rows of .fsp and .srf that are written of them."""
+
+    def texts(self, lon):
+        """Files of each kind about a longitude; those of .param and .srf that name no origin as well."""
+        me = sys.modules[__name__]
+        with mock.patch.multiple(me, ORIGIN=(lon, -20.0), SPHERE=Projection((lon, -20.0), "sphere")), mock.patch.object(test_convert_fsp, "SPHERE", Projection((lon, -20.0), "sphere")):
+            yield fsp, test_convert_fsp.single()[0].replace("LAT  = 34.2      LON = -116.43", f"LAT = -20.0 LON = {lon}")
+            yield srf, srf_text()[0]
+            yield param, param_text()[0]
+            yield param, param_text()[0].replace("Lon:", "none:")
+            yield coulomb, COULOMB.format(names="rake     netslip", one="90.0 0.8", two="180.0 1.5").replace("-124.5000000", str(lon)).replace("40.3000000", "-20.0")
+
+    def test_meridian(self):
+        for kind in ("sphere", "tmerc") if pyproj else ("sphere",):
+            models = {}
+            for lon in (20.0, 180.0, -180.0, 179.95, 179.97, -179.97):  # of cells some are on the other side
+                for number, (reader, text) in enumerate(self.texts(lon)):
+                    with self.subTest(kind=kind, lon=lon, number=number):
+                        model = reader.read(self.put("model.txt", text), lambda *origin: Projection(origin, kind))
+                        first = models.setdefault(number, model)
+                        np.testing.assert_allclose(model.cells, first.cells, atol=2 * DEGREE if reader is not fsp else 2 * 0.5e-5 * 111e3)  # digits of LON are other ones
+                        self.assertTrue(-180 < model.projection.origin[0] <= 180)
+                        for write in (fsp.write, srf.write):
+                            model.columns.setdefault("rise_time", (np.ones(len(model.cells)), "s"))
+                            model.columns.setdefault("rupture_time", (np.ones(len(model.cells)), "s"))
+                            with open(self.path("out.txt"), "w", encoding="utf-8") as file:
+                                write(model, file)
+                            again = (fsp if write is fsp.write else srf).read(self.path("out.txt"), lambda *_: model.projection)
+                            np.testing.assert_allclose(again.cells[:, :5], model.cells[:, :5], atol=1.5)  # digits of LON
+                            np.testing.assert_allclose((again.cells[:, 5] - model.cells[:, 5] + 180) % 360, 180, atol=0.02)  # convergence between an upper edge and its cell's centre, 4 km away
+
+    @unittest.skipUnless(pyproj, "needs python3-pyproj")
+    def test_torn(self):
+        """A map that ends at the meridian has its two sides 40,000 km apart."""
+        text = dict((reader, text) for reader, text in self.texts(179.95))[srf]
+        self.refused("convert", "--projection EPSG:3857 has .* expected one that does not tear", self.put("model.srf", text), "--projection", "EPSG:3857")
+        self.plot("convert", self.path("model.srf"), "--projection", "EPSG:32760")
+
+
 class Runs(SourcesTest):
     def test_run(self):
         """A dipping fault of 8 x 6 cells: .srf and .fsp have the slip of the run, and its moment; the moment rate in the form of the USGS adds up to it."""
@@ -249,6 +337,40 @@ class Runs(SourcesTest):
         np.testing.assert_allclose(np.diff(time), 0.25)
         self.assertAlmostEqual(0.25 * rate.sum() / moment, 1, 9)
         self.refused("convert", "does not say where it is on the Earth, expected --origin", self.path("run.h5"), self.path("out.srf"))
+
+    def test_window(self):
+        """A window of a run: rupture and rise times are those of a fine table of each cell's slip; samples add up to its slip, whether cells are in memory together or one row of them
+        at a time; too many samples are refused, which .fsp does not have."""
+        self.fault(*"-fault_nx 8 -fault_nz 6 -fault_depth_top 500 -ts_max_time 20s -fault_output run.h5".split())
+        run, window, place = Run(self.path("run.h5")), (1.5, 9.25), ("--origin", *map(str, ORIGIN), "--projection", "sphere")
+        times, slip = run.field("slip")
+        grid = np.linspace(*window, 200001)
+        texts = []
+        for together in (runs.TOGETHER, 1):
+            with mock.patch.object(runs, "TOGETHER", together):
+                self.plot("convert", self.path("run.h5"), self.path("run.srf"), *place, "--window", *map(str, window))
+            with open(self.path("run.srf"), encoding="utf-8") as file:
+                texts.append(file.read())
+        self.assertEqual(*texts)
+        self.plot("convert", self.path("run.h5"), self.path("run.h5.h5"), "--window", *map(str, window))
+        model, one = ours.read(self.path("run.h5.h5")), srf.read(self.path("run.srf"), at)
+        for cell, course in enumerate(slip.reshape(len(times), -1).T):
+            course = np.interp(grid, times, course)
+            total = course[-1] - course[0]
+            self.assertAlmostEqual(one.slip[cell], total, 5)
+            if total:
+                begun, done = (grid[np.argmax(course - course[0] >= share * total)] - window[0] for share in (0.02, 0.98))
+                self.assertAlmostEqual(model.columns["rupture_time"][0][cell], begun, delta=2e-4)  # four steps of the table
+                self.assertAlmostEqual(model.columns["rise_time"][0][cell], done - begun, delta=2e-4)
+        words = texts[0].split("POINTS 48\n")[1].split()
+        for cell in range(48):
+            head, words = words[:17], words[17:]
+            self.assertAlmostEqual(float(head[7]) * sum(map(float, words[:int(head[12])])), 100 * one.slip[cell], delta=1e-3)
+            words = words[int(head[12]):]
+        self.refused("convert", "from 1.5 s to 9.25 s has 7.75e[+]07 slip rates, .* in each of 48 cells, expected 1e[+]08 in all at most: --window BEGIN END", self.path("run.h5"), self.path("out.srf"), *place,
+                     "--window", *map(str, window), "--step", "1e-7")
+        self.assertFalse([name for name in os.listdir(self.folder.name) if name.startswith("out.")])
+        self.plot("convert", self.path("run.h5"), self.path("out.fsp"), *place, "--window", *map(str, window), "--step", "1e-7")
 
     def test_event(self):
         """The largest event of a catalogue, with the rupture times of its map."""

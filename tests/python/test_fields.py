@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import unittest
+import warnings
 
 from scripts import BUILD, FaultTest
 
@@ -119,6 +120,32 @@ class Fields(FaultTest):
                 far = far[(far < 0).any(axis=1)]
                 near = ((far[:, None] - places) ** 2).sum(axis=2).argmin(axis=1)
                 np.testing.assert_array_equal(fields.points(path)(cells_of(*far.T)), (7 + places @ slope)[near])
+
+    @unittest.skipUnless(scipy, "no SciPy")
+    def test_points_elsewhere(self):
+        """Points in km or in another frame, of which no cell is among, are told; one cell among them, or cells in their plane but for rounding, are not."""
+        x, z = np.meshgrid(np.arange(500, 6000, 1000.0), np.arange(500, 4000, 1000.0))
+        grid, wide = (0, 6000), (0, 4000)
+        for scale, shift, told in ((1, 0, False), (1e-3, 0, True), (1, 4e6, True), (0.2, 0, False)):
+            path = self.csv("x,y,z,v", [(scale * a + shift, 0, scale * b, 1 + a) for a in grid for b in wide])
+            with self.subTest(scale=scale, shift=shift), warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                fields.points(path)(cells_of(x, 1e-9, z))
+                self.assertEqual([w.category for w in caught], [slipstep.SlipStepWarning] * told)
+                if told:
+                    self.assertRegex(str(caught[0].message), "points.csv: no cell lies among its points, which are at x = .* m, and cells at x = 500 to 5500, y = 1e-09 to 1e-09, z = 500 to 3500 m")
+
+    def test_bounds_of_the_program(self):
+        """What fault refuses or doubts of a field is refused or said when its file is written, and names the first such cell."""
+        c, path = cells_of([0, 1, 2], [0], [[5], [6]]), self.path("f.h5")
+        self.refused("f.h5: friction_a of cell 5 is -0.02, expected a finite number > 0", fields.write, path, {"friction_a": lambda c: np.where((c.x == 1) & (c.z == 6), -0.02, 0.01)}, c)
+        self.refused("f.h5: rake of cell 1 is 360, expected a finite number >= -360 and < 360", fields.write, path, {"rake": 360.0, "of_my_law": 3.0}, c)
+        self.assertFalse(os.path.exists(path))
+        with self.assertWarnsRegex(slipstep.SlipStepWarning, "f.h5: /normal_stress is at most 60 Pa: is it given in MPa"):
+            fields.write(path, {"normal_stress": lambda c: 50 + 10 * (c.x == 1)}, c)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            fields.write(path, {"normal_stress": 50e6, "friction_a": 0.01, "of_my_law": 3.0}, c)
 
     def test_bad_points(self):
         for head, rows, message in (("a,b", [(1, 2)], "first line is a,b, expected different names, with x, y or z"), ("x,z", [(1, 2)], "at least one more"),

@@ -26,7 +26,7 @@ OBJECTS = re.compile(r"^(Vec|Mat|IS|DM|KSP|PC|SNES|TS|PetscObject|PetscOptions|P
 
 # The modules of the package from the bottom to the top: each imports those of lines above its own and of its own folder, and Python's package itself all.
 PACKAGE = os.path.join(SOURCE, "src", "package", "slipstep")
-PYTHON = (("errors",), ("modules", "times", "checks"), ("results", "fields", "wells"), ("geometry", "running"), ("formats", "petsc", "numbers"), ("plots",), ("studies",), ("programs",), ("__main__",), ("",))
+PYTHON = (("errors",), ("modules", "times"), ("checks",), ("results", "fields", "wells"), ("geometry", "running"), ("formats", "petsc", "numbers"), ("plots",), ("studies",), ("programs",), ("__main__",), ("",))
 HEAVY = {"matplotlib": ("plots", "programs"), "petsc4py": ("petsc",)}  # what only some import
 
 LIBRARY = os.path.join(BUILD, "CMakeFiles", "slipstep.dir", "src"), os.path.join(SOURCE, "src")

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .errors import Error
+from .checks import check_fields
+from .errors import Error, warn
 from .modules import csv_rows
 
 NAMES = ("x", "y", "z", "area", "strike", "dip", "fault")
@@ -125,7 +126,7 @@ def points(path, column=None, method="linear"):
     method  "linear", by triangles or tetrahedra between the points, and the nearest point's value beyond them; or "nearest"
 
     With one coordinate, as z, that is a profile. With more it needs SciPy (python3-scipy). Points of one plane make triangles in that plane, onto which
-    cells are projected. Error: what the file does not hold, points in the same place."""
+    cells are projected. Error: what the file does not hold, points in the same place. A SlipStepWarning: no cell lies within the extent of the points."""
     if method not in ("linear", "nearest"):
         raise ValueError(f"method is {method!r}, expected 'linear' or 'nearest'")
     place, places, values = _read_points(path, column)
@@ -135,6 +136,10 @@ def points(path, column=None, method="linear"):
     def function(cells):
         at = np.column_stack([getattr(cells, name).ravel() for name in place])
         known, wanted = _reduced(places, at)
+        slack = FLAT * np.ptp(known, axis=0)
+        if known.shape[1] and not ((wanted >= known.min(axis=0) - slack) & (wanted <= known.max(axis=0) + slack)).all(axis=1).any():
+            spans = (", ".join(f"{name} = {column.min():.6g} to {column.max():.6g}" for name, column in zip(place, part.T)) + " m" for part in (places, at))
+            warn("{}: no cell lies among its points, which are at {}, and cells at {}: each takes the value of the nearest point. Expected places in m, in the frame of the cells".format(path, *spans))
         if known.shape[1] == 0:
             return values[0]
         if known.shape[1] == 1:
@@ -199,9 +204,11 @@ def random(mean, scatter, correlation, seed, hurst=0.75, least=0.1):
 
 
 def write(path, fields, cells):
-    """A file for -fault_parameters with fields by their names, in SI units, each a function of cells, an array in their shape, or a number; whole or not at all."""
+    """A file for -fault_parameters with fields by their names, in SI units, each a function of cells, an array in their shape, or a number; whole or not at all. Error: values that the
+    program fault refuses, as one of another shape."""
     import h5py
     made = {name: evaluate(name, value if callable(value) else lambda _, value=value: value, cells) for name, value in fields.items()}
+    check_fields(path, made)
     part = f"{path}.part"
     try:
         with h5py.File(part, "w") as file:

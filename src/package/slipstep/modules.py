@@ -12,6 +12,8 @@ import warnings
 from .errors import Error, SlipStepWarning
 
 DEBIAN = "/usr/bin/python3"
+# of the program, unless it is set: one thread, and no look at OpenCL's devices, whose drivers take over signals
+ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "HWLOC_COMPONENTS": "-opencl"}
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 
@@ -78,3 +80,14 @@ def find_program(name):
             if found:
                 return found
     return None
+
+
+def program_fault():
+    """The program `fault`: that of SLIPSTEP_FAULT, or as find_program() has it."""
+    named = os.environ.get("SLIPSTEP_FAULT")
+    if named and not os.access(named, os.X_OK):
+        raise Error(f"SLIPSTEP_FAULT is {named}, expected a program")
+    path = named or find_program("fault")
+    if not path:
+        raise Error("there is neither petsc4py with the library of SlipStep nor the program fault: set SLIPSTEP_LIBRARY, or SLIPSTEP_FAULT to the program")
+    return path

@@ -11,25 +11,12 @@ import tempfile
 import time
 
 from .errors import Error, warn, warnings_of
-from .modules import find_program
+from .modules import ENVIRONMENT, program_fault
 from .times import written
 
 OPTION = re.compile(r"(ts|snes|ksp|pc|mat|log|options)_")  # of names that are options of PETSc and not parameters of a fault
-# of the program, unless it is set: one thread, and no look at OpenCL's devices, whose drivers take over signals
-ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "HWLOC_COMPONENTS": "-opencl"}
 REPEAT, MINUTE = 0.2, 60.0  # between two lines of progress [s], in a terminal and in a log
 PATIENCE = 5.0  # until a program that was asked to end is killed [s]
-
-
-def program_fault():
-    """The program `fault`: that of SLIPSTEP_FAULT, or as find_program() has it."""
-    named = os.environ.get("SLIPSTEP_FAULT")
-    if named and not os.access(named, os.X_OK):
-        raise Error(f"SLIPSTEP_FAULT is {named}, expected a program")
-    path = named or find_program("fault")
-    if not path:
-        raise Error("there is neither petsc4py with the library of SlipStep nor the program fault: set SLIPSTEP_LIBRARY, or SLIPSTEP_FAULT to the program")
-    return path
 
 
 class Line:
@@ -138,6 +125,15 @@ def cells_of(options):
         return read_cells(path)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def refused_mesh(path):
+    """What the program says that refuses a file of -fault_mesh; empty: it takes it, or is not there."""
+    try:
+        cells_of(["-fault_mesh", path])
+    except Error as error:
+        return str(error)
+    return ""
 
 
 class Program:

@@ -8,7 +8,8 @@ import re
 import numpy as np
 
 from .model import Model
-from .text import NUMBER, Text
+from .text import NUMBER, Text, unused
+USED = ("E1", "PR1", "Mo", "zero lon", "zero lat")  # of the lines NAME = NUMBER
 
 
 def read(path, at, rake=None):
@@ -19,8 +20,9 @@ def read(path, at, rake=None):
         text.fail(len(text) + 1, "no line of xxx xxxxxxxxxx", "one above rows of faults")
     titles = text.lines[start - 2].lower() if start > 1 else ""
     net = "netslip" in titles or "rake" in titles
-    if not net and ("rt.lat" not in titles and "right-lat" not in titles or "reverse" not in titles):
-        text.fail(start - 1, text.quoted(start - 1), "columns X-start Y-start X-fin Y-fin Kode, rt.lat and reverse, or rake and netslip, dip angle, top, bot")
+    older = "shear" in titles and "normal" in titles
+    if not net and not older and ("rt.lat" not in titles and "right-lat" not in titles or "reverse" not in titles):
+        text.fail(start - 1, text.quoted(start - 1), "columns X-start Y-start X-fin Y-fin Kode, rt.lat and reverse, or shear and normal, or rake and netslip, dip angle, top, bot")
     rows, names, dropped, line = [], [], [], start + 1
     while line <= len(text) and text.lines[line - 1].strip():
         words = text.lines[line - 1].split()
@@ -38,7 +40,10 @@ def read(path, at, rake=None):
         line += 1
     if not rows:
         text.fail(line, "no faults of Kode 100", "one or more")
-    return of(path, text, np.array(rows), names, net, rake, at, dropped)
+    model = of(path, text, np.array(rows), names, net, rake, at, dropped)
+    if older:
+        model.remarks.append("its columns shear and normal are right-lateral and reverse slip, as Coulomb takes them for Kode 100")
+    return model
 
 
 def check(text, line, values):
@@ -97,5 +102,6 @@ def of(path, text, rows, names, net, rake, at, dropped):
         model.remarks.append(f"{still.sum()} of {len(rows)} faults have no slip, receivers" + ("; their rake is 0, or --rake" if rake is None else ""))
     for kode in sorted({k for _, k in dropped}):
         model.dropped.append(f"{sum(k == kode for _, k in dropped)} elements of Kode {kode} (from line {next(line for line, k in dropped if k == kode)})")
-    model.dropped.append("regional stress, friction, grid and cross section")
+    said = set(re.findall(r"((?:zero )?[A-Za-z#][\w#-]*)\.?\s*=", words))
+    model.dropped += unused(sorted(said), USED)
     return model

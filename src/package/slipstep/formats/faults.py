@@ -7,16 +7,16 @@ import re
 
 import numpy as np
 
-from ..geometry.meshfiles import MeshError, read as read_surfaces
+from .meshes import surfaces, triangles_of
 from .model import Model, Segment
-from .ours import cells_of_triangles
-from .text import FormatError, Text
+from .text import FormatError, Text, beyond, unused
 
 MPA, KM = 1e6, 1e3
 MOST = 10 ** 7  # cells
 # Parameters of these programs -> field of -fault_parameters, unit and factor
 FIELDS = {"a": ("friction_a", "1", 1.0), "b": ("friction_b", "1", 1.0), "dc": ("friction_slip", "m", 1.0), "f0": ("friction_reference", "1", 1.0), "tau": ("initial_traction", "Pa", MPA),
           "sigma": ("normal_stress", "Pa", MPA), "vel": ("initial_rate", "m/s", 1.0)}
+LOADS = ("shear_loading", "normal_loading")  # of PyQuake3D, mostly 0
 
 
 def put_fields(model, columns):
@@ -28,42 +28,25 @@ def put_fields(model, columns):
         elif name in FIELDS:
             field, unit, factor = FIELDS[name]
             model.fields[field] = (values * factor, unit)
-        elif np.any(values):
+        elif name not in LOADS or np.any(values):
             model.dropped.append(f"column {name}")
     model.options["friction_law"] = "rate_and_state"
 
 
-def triangles_of(path, unit):
-    """Cells [N, 7] and corners [N, 3, 3], north, east and down [m], and labels of a file of triangles with x east, y north, z up."""
-    try:
-        found = read_surfaces(path)
-    except MeshError as error:
-        raise FormatError(str(error)) from None
-    corners = found.corners[..., [1, 0, 2]] * (1, 1, -1) * unit
-    cells, corners = cells_of_triangles(corners)
-    return cells, corners, found.fault, found.names
-
-
 def table(path, count, names=None):
-    """Columns {name: [count]} of a file whose first line has their names, or of given names."""
+    """Columns {name: [count]} of a file whose first line has their names, or of given names, and a line of what else it has."""
     text = Text(path)
     first = 1 if names else 2
     names = names or text.lines[0].split() if len(text) else []
     if names and re.fullmatch(r"[-+.\deEdD]+", names[0]):
         text.fail(1, text.quoted(1), "names of columns, as a dc tau vel")
     rows = [(line, words.split()) for line, words in text if line >= first and words.strip()]
-    if len(rows) < count:
-        text.fail(len(text) + 1, f"{len(rows)} rows", f"{count}, one for each cell")
+    if len(rows) != count:
+        text.fail(rows[count][0] if len(rows) > count else len(text) + 1, f"{len(rows)} rows", f"{count}, one for each cell")
     for line, words in rows[:count]:
         if len(words) < len(names):
             text.fail(line, f"{len(words)} numbers", f"{len(names)}: {' '.join(names)}")
-    return {name: np.array([text.number(line, words[k]) for line, words in rows[:count]]) for k, name in enumerate(names)}
-
-
-def unused(said, used):
-    """What is said of names that a reader does not use: one entry for all, none without."""
-    left = [name for name in said if name not in used]
-    return [f"{'keys' if len(left) > 1 else 'key'} {', '.join(left)}"] if left else []
+    return {name: np.array([text.number(line, words[k]) for line, words in rows]) for k, name in enumerate(names)}, beyond([words for _, words in rows], len(names))
 
 
 # ---- HBI ----
@@ -79,8 +62,8 @@ def read_hbi(path, at, rake=None):
     text, said = Text(path), {}
     for line, words in text:
         words = words.split("!")[0].split()
-        if len(words) > 1:
-            said[words[0]] = (line, words[1].strip("'\""))
+        if words:
+            said[words[0]] = (line, words[1].strip("'\"") if len(words) > 1 else "")
     if "problem" not in said:
         text.fail(len(text) + 1, "no problem", "one of 3dp, 3dph, 3dht, 3dnt")
 
@@ -96,15 +79,18 @@ def read_hbi(path, at, rake=None):
             text.fail(said["problem"][0], f"imax {counts[0]}, jmax {counts[1]}, ds {value('ds'):g} and dipangle {value('dipangle', 90.0):g}", f"cells up to {MOST}, ds > 0 and 0 < dipangle <= 90")
         model = hbi_grid(path, problem, *counts, KM * value("ds"), value("dipangle", 90.0), KM * value("ztop", 0.0))
     elif problem in ("3dht", "3dnt") and "geometry_file" in said:
-        cells, corners, label, names = triangles_of(beside(path, said["geometry_file"][1]), KM)
-        model = Model(path, "HBI", cells, np.zeros(len(cells)), None, corners, label, names, unit="km")
+        found = surfaces(beside(path, said["geometry_file"][1]))
+        cells, corners = triangles_of(path, found, KM)
+        model = Model(path, "HBI", cells, np.zeros(len(cells)), None, corners, found.fault, found.names, unit="km")
     else:
         text.fail(said["problem"][0], f"the problem {problem}", "3dp, 3dph, or 3dht or 3dnt with a geometry_file")
     columns = {name: value(key) for key, name in (("a", "a"), ("b", "b"), ("dc", "dc"), ("f0", "f0"), ("tauinit", "tau"), ("sigmainit", "sigma"), ("velinit", "vel"), ("crake", "rake")) if key in said}
     if "muinit" in said and "sigmainit" in said:
         columns["tau"] = value("muinit") * value("sigmainit")
     if said.get("parameterfromfile", (0, "F"))[1].upper().startswith("T"):
-        columns.update(table(beside(path, said["parameter_file"][1] if "parameter_file" in said else "no parameter_file"), len(model.cells)))
+        more, left = table(beside(path, said["parameter_file"][1] if "parameter_file" in said else "no parameter_file"), len(model.cells))
+        columns.update(more)
+        model.dropped += left
     put_fields(model, columns)
     constants = {name: value(name, default) for name, default in HBI_DEFAULTS.items()}
     shear, speed = constants["rigid"] * 1e9, constants["vs"] * KM
@@ -176,6 +162,7 @@ def read_interact(path, at, rake=None, unit=None):
     cells = np.column_stack([size * rows[:, 1], size * rows[:, 0], -size * rows[:, 2], 2 * size * rows[:, 5], 2 * size * rows[:, 6], strike, dip])
     rake = np.full(len(rows), 0.0 if rake is None else rake)
     model = Model(path, "patches of interact", cells, np.where(over, -rake, rake), fault=rows[:, 7].astype(int), unit=unit)
+    model.dropped += beyond([words.split() for _, words in text if not words.lstrip().startswith("#")], 8)
     if over.any():
         model.remarks.append(f"{over.sum()} patches dip by more than 90 degrees: their strike and dip are those of the other side, and --rake has the other sign there")
     return model
@@ -191,10 +178,11 @@ def read_dfn(path, at, rake=None):
     """Rectangles in m, by their centres, which are cut into cells no longer than MaxLeng; faults with V_Const creep."""
     text = Text(path)
     head = text.numbers(2, 7, "7: SwitchSS/RN ShearMod PoissonRatio R_Density Crit_TooClose TooCloseNormal_Multiplier Minimum_NS")
-    names = text.lines[2].split() if len(text) > 2 else []
-    if [n.lower() for n in names[:7]] != [n.lower() for n in DFN[:7]] or len(names) != len(DFN):
-        text.fail(3, text.quoted(3) if len(text) > 2 else "", " ".join(DFN))
-    rows = [(line, text.numbers(line, 18, "18 numbers: " + " ".join(DFN))) for line, words in text if line > 3 and words.strip()]
+    names = [name.lower() for name in text.lines[2].split()] if len(text) > 2 else []
+    if missing := [name for name in DFN if name.lower() not in names]:
+        text.fail(3, text.quoted(3) if len(text) > 2 else "", f"{' '.join(DFN)}; there is no {missing[0]}")
+    order = [names.index(name.lower()) for name in DFN]
+    rows = [(line, np.array(text.numbers(line, len(names), f"{len(names)} numbers: " + " ".join(DFN)))[order]) for line, words in text if line > 3 and words.strip()]
     if not rows:
         text.fail(len(text) + 1, "", "18 numbers: " + " ".join(DFN))
     up = all(values[2] < 0 for _, values in rows)
@@ -224,6 +212,7 @@ def read_dfn(path, at, rake=None):
     model.fields = fields
     model.options.update(friction_law="rate_and_state", shear_modulus=head[1], poisson_ratio=head[2], density=head[3], friction_reference_rate=V0)
     model.dropped.append("Crit_TooClose and TooCloseNormal_Multiplier")
+    model.dropped += beyond([text.lines[1].split()], 7) + unused(names, [name.lower() for name in DFN], "column")
     return model
 
 
@@ -256,8 +245,8 @@ def read_pyquake(path, at, rake=None, mesh=None):
     """parameter.txt with the mesh beside it, in km or m by Scale_km, and a row of rake a b dc f0 tau sigma vel loads for each cell."""
     text, said = Text(path), {}
     for line, words in text:
-        if ":" in words and not words.lstrip().startswith("#"):
-            name, value = words.split(":", 1)
+        if words.strip() and not words.lstrip().startswith("#"):
+            name, _, value = words.partition(":")
             said[name.strip()] = (line, value.strip())
     of_cells = said.get("InputHetoparamter", (0, "False"))[1] == "True"
     missing = [name for name in ("Scale_km", "Shear modulus", "Rock density") + ("Inputparamter file",) * of_cells if name not in said]
@@ -268,12 +257,14 @@ def read_pyquake(path, at, rake=None, mesh=None):
         if len(meshes) != 1:
             raise FormatError(f"{path}: {len(meshes)} meshes (.msh, .inp) are beside it, expected one or --mesh FILE")
         mesh = meshes[0]
-    cells, corners, label, names = triangles_of(mesh, KM if said["Scale_km"][1] == "True" else 1.0)
-    model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, label, names, unit="km" if said["Scale_km"][1] == "True" else "m")
+    found = surfaces(mesh)
+    cells, corners = triangles_of(mesh, found, KM if said["Scale_km"][1] == "True" else 1.0)
+    model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, found.fault, found.names, unit="km" if said["Scale_km"][1] == "True" else "m")
     model.remarks.append(f"mesh: {mesh}")
     if of_cells:
-        columns = table(beside(path, said["Inputparamter file"][1]), len(cells), "rake a b dc f0 tau sigma vel shear_loading normal_loading".split())
+        columns, left = table(beside(path, said["Inputparamter file"][1]), len(cells), ["rake", *FIELDS, *LOADS])
         put_fields(model, columns)
+        model.dropped += left
     else:
         model.dropped.append("stress and friction by regions, which are not a file: only cells are read")
     shear, density = (text.number(*said[name]) for name in ("Shear modulus", "Rock density"))
@@ -290,6 +281,11 @@ def read_pyquake(path, at, rake=None, mesh=None):
 
 
 def is_interact(path):
-    """Whether the first line has eight numbers."""
-    words = next((w.split() for _, w in Text(path) if w.strip()), [])
-    return len(words) == 8 and all(re.fullmatch(r"[-+.\deE]+", w) for w in words)
+    """Whether the first line that is no comment begins with eight numbers."""
+    words = next((w.split() for _, w in Text(path) if w.strip() and not w.lstrip().startswith("#")), [])
+    return len(words) >= 8 and all(re.fullmatch(r"[-+.\deE]+", w) for w in words[:8])
+
+
+def is_hbi(path):
+    """Whether a line has a problem of HBI."""
+    return any(re.match(r"\s*problem\s+\w", words) for _, words in Text(path))

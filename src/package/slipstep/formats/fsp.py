@@ -10,11 +10,15 @@ import numpy as np
 
 from ..geometry.cells import directions
 from .model import Model, Segment, grid_of, tiled
-from .text import NUMBER, FormatError, Text
+from .text import NUMBER, FormatError, Text, unused
 
 EQUALS = r"\s*=\s*"
 LAYER = re.compile(r"(?:^|(?<=\s))[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?(?=\s|$)")  # a number of a line that has nothing else
 UNKNOWN = (999.0, -99.0, -999.0)  # "not known" and "varies" of SRCMOD
+KEY = re.compile(rf"\b([A-Za-z]\w*){EQUALS}{NUMBER}")
+KEYS = ("LAT", "LON", "DEP", "LEN", "WID", "Mw", "Mo", "STRK", "DIP", "RAKE", "Htop", "HypX", "HypZ", "Nx", "Nz", "Dx", "Dz")  # of the header
+OF_SEGMENT = ("LEN", "WID", "Dx", "Dz", "Z2top", "Nsbfs")
+OURS = ("X", "Y", "STRIKE", "layers")  # not of a value, or read elsewhere
 ROUNDED = 0.05  # of a cell: by how much Dx and Dz may be rounded
 
 
@@ -30,7 +34,7 @@ class Reader:
     def __init__(self, path):
         self.text = Text(path)
         self.header, self.layers, self.segments, self.columns, self.place = {}, [], [], None, None
-        self.title, self.in_layers, self.nlayers = "", False, None
+        self.title, self.in_layers, self.nlayers, self.left = "", False, None, {}
         for line, words in self.text:
             if words.lstrip().startswith("%"):
                 self.comment(line, words.replace("%", " ").strip())
@@ -44,7 +48,8 @@ class Reader:
             self.text.fail(len(self.text) + 1, "", "rows of LAT LON X Y Z SLIP")
 
     def comment(self, line, words):
-        for name in ("LAT", "LON", "DEP", "LEN", "WID", "Mw", "Mo", "STRK", "DIP", "RAKE", "Htop", "HypX", "HypZ", "Nx", "Nz", "Dx", "Dz", "Ntw", "Nsg"):
+        self.left.update({name: value for name, value in KEY.findall(words) if name.lower() not in map(str.lower, (*KEYS, *OF_SEGMENT, *OURS)) and self.text.number(line, value) not in UNKNOWN})
+        for name in KEYS:
             value = said(words, name)
             if value is not None and not self.segments and name not in self.header:
                 self.header[name] = self.text.number(line, value)
@@ -53,7 +58,7 @@ class Reader:
             self.close(line)
             self.segments.append({"label": int(segment[1]), "strike": self.text.number(line, segment[2]), "dip": self.text.number(line, segment[3]), "rows": [], "lines": [], "said": {}})
         elif self.segments and not self.segments[-1]["rows"]:
-            for name in ("LEN", "WID", "Dx", "Dz", "Z2top", "Nsbfs"):
+            for name in OF_SEGMENT:
                 value = said(words, name)
                 if value is not None:
                     self.segments[-1]["said"][name] = self.text.number(line, value)
@@ -209,9 +214,9 @@ def finished(reader, model, rows, rake, off):
         model.remarks.append(f"its {len(reader.layers)} layers are not used: {reader.nlayers:g} are announced, with depths that increase" if reader.nlayers else "its layers are not used")
     windows = [c for c in columns if re.fullmatch(r"(rk|rake)?TW\d+", c, re.I)]
     other = [c for c in columns if c not in windows and c not in ("LAT", "LON", "X", "Y", "Z", "SLIP", "RAKE", "TRUP", "RISE", "SF_MOMENT")]
-    model.dropped += ([f"{len(windows)} columns of time windows ({windows[0]} to {windows[-1]})"] if windows else []) + ([f"columns {' '.join(other)}"] if other else [])
+    model.dropped += ([f"{len(windows)} columns of time windows ({windows[0]} to {windows[-1]})"] if windows else []) + unused(other, (), "column") + unused(reader.left, ())
     model.claims = {name: header[key] * scale for name, key, scale in (("moment", "Mo", 1), ("magnitude", "Mw", 1), ("length", "LEN", 1e3), ("width", "WID", 1e3), ("strike", "STRK", 1),
-                                                                       ("dip", "DIP", 1), ("rake", "RAKE", 1), ("top", "Htop", 1e3)) if key in header and header[key] not in UNKNOWN}
+                                                                       ("dip", "DIP", 1), ("rake", "RAKE", 1), ("top", "Htop", 1e3), ("along", "HypX", 1e3), ("down", "HypZ", 1e3)) if key in header and header[key] not in UNKNOWN}
     own = [(segment["said"].get("LEN"), segment["said"].get("WID")) for segment in reader.segments]
     if all(length and width for length, width in own):
         model.claims["area"] = sum(1e6 * length * width for length, width in own)
@@ -229,11 +234,13 @@ def write(model, file):
     """An .fsp of a model: points are the middle of upper edges, LAT and LON have five digits, SLIP four."""
     claims = model.claims
     moment = claims.get("moment") or model.moment()[0]
-    lon, lat, depth = claims.get("hypocentre") or (*(float(v) for v in model.projection.inverse(*middle(model)[:2])), middle(model)[2])
+    start = model.hypocentre()
+    lon, lat, depth = claims.get("hypocentre") or (*(float(v) for v in model.projection.inverse(*start[:2])), start[2])
     cells, slip = model.cells, model.slip
     weight = model.area * np.abs(slip) if np.any(slip) else model.area
     parts = model.segments or [Segment(int(k), np.flatnonzero(model.fault == k), None, None) for k in np.unique(model.fault)]
     single, first = len(parts) == 1, parts[0]
+    _, along, down = model.on_plane(parts)
     shape = first.shape or (1, len(first.rows))
     length, width = (claims.get(name, value) for name, value in zip(("length", "width"), extent(model, parts)))
     names = {"rupture_time": ("TRUP", "{:9.4f}"), "rise_time": ("RISE", "{:9.4f}"), "moment": ("SF_MOMENT", "{:12.4e}")}
@@ -243,7 +250,7 @@ def write(model, file):
     out.append(f"% Loc  : LAT = {lat:.5f}   LON = {lon:.5f}   DEP = {depth / 1e3:.3f}\n")
     out.append(f"% Size : LEN = {length / 1e3:.4f} km   WID = {width / 1e3:.4f} km   Mw = {2 / 3 * (np.log10(moment) - 9.1) if moment > 0 else 0:.4f}   Mo = {moment:.15g} Nm\n")
     out.append(f"% Mech : STRK = {claims.get('strike', strike_of(model, first)):.4f}   DIP = {claims.get('dip', float(np.average(cells[:, 6], weights=weight))):.4f}   "
-               f"RAKE = {claims.get('rake', mean_angle(model.rake, weight)):.4f}   Htop = {model.corners[..., 2].min() / 1e3:.4f} km\n% Rupt : HypX = 999 km   HypZ = 999 km   avTr = 999 s   avVr = 999 km/s\n%\n")
+               f"RAKE = {claims.get('rake', mean_angle(model.rake, weight)):.4f}   Htop = {model.corners[..., 2].min() / 1e3:.4f} km\n% Rupt : HypX = {claims.get('along', along) / 1e3:.4f} km   HypZ = {claims.get('down', down) / 1e3:.4f} km   avTr = 999 s   avVr = 999 km/s\n%\n")
     out.append(f"% Invs : Nx = {shape[1]}   Nz = {shape[0]}   Fmin = 999 Hz   Fmax = 999 Hz\n% Invs : Dx = {cells[first.rows[0], 3] / 1e3:.4f} km   Dz = {cells[first.rows[0], 4] / 1e3:.4f} km\n"
                f"% Invs : Ntw = 1   Nsg = {len(parts)}   (# of time-windows,# of fault segments)\n%\n{rule}%\n% VELOCITY-DENSITY STRUCTURE\n")
     layers = np.zeros((0, 4)) if model.layers is None else model.layers / 1e3
@@ -279,11 +286,6 @@ def rows_of(model, part, more, origin):
 
 def tag(model):
     return re.sub(r"\W+", "_", model.path.rsplit("/", 1)[-1].rsplit(".", 1)[0])
-
-
-def middle(model):
-    """Centre of the cell with the largest slip [m]."""
-    return model.cells[int(np.argmax(np.abs(model.slip))), :3]
 
 
 def mean_angle(angles, weight):

@@ -9,7 +9,7 @@ from .text import FormatError
 
 AWRY = 0.25  # of a cell: how far points may be from a regular grid that is made of them
 LEAST = 1e-6  # [m], of a length
-RIGIDITY = 30e9  # [Pa], where nothing says it: that of fault and elastic
+RIGIDITY, POISSON = 30e9, 0.25  # [Pa], where nothing says it: those of fault and elastic
 
 
 @dataclasses.dataclass
@@ -33,8 +33,8 @@ class Model:
     fields     {name: ([N], unit)}  parameters of -fault_parameters
     options    {name: value}        options of fault that the file says
     layers     [n, 4]     depth of the top [m], P and S velocity [m/s], density [kg/m3], or None
-    claims     {name: value}        what the header says of moment, length, width, top [m], strike, dip, rake, magnitude, hypocentre
-    rates      (start [N] [s], step [s], list of N arrays [m/s]): slip rates of a run, for SRF; step: [s], of the triangles in their place
+    claims     {name: value}        what the header says of moment, length, width, top [m], strike, dip, rake, magnitude, hypocentre (longitude, latitude, depth [m]), start (the same in the frame [m])
+    rates      runs.Rates, slip rates of a run, for SRF; step: [s], of the triangles in their place
     remarks, dropped      lines for the user
     """
     path: str
@@ -53,7 +53,7 @@ class Model:
     segments: list = dataclasses.field(default_factory=list)
     projection: object = None
     unit: str = "m"
-    rates: tuple = None
+    rates: object = None
     step: float = 0.1
     remarks: list = dataclasses.field(default_factory=list)
     dropped: list = dataclasses.field(default_factory=list)
@@ -83,15 +83,45 @@ class Model:
         """Area times slip, summed up [m3]."""
         return float(self.area @ np.abs(self.slip))
 
+    def hypocentre(self):
+        """North, east and down [m], where the file says it, else the centre of the cell that breaks first, or slips most."""
+        if "hypocentre" in self.claims and self.projection is not None:
+            lon, lat, depth = self.claims["hypocentre"]
+            return np.array([*(float(v) for v in self.projection.forward(lon, lat)), depth])
+        if "start" in self.claims:
+            return np.array(self.claims["start"], float)
+        times = self.columns.get("rupture_time", (np.zeros(1), "s"))[0]
+        moving = np.where(self.slip != 0, -times, -np.inf) if np.ptp(times) > 0 and np.any(self.slip) else np.abs(self.slip)
+        return self.cells[int(np.argmax(moving)), :3]
+
+    def on_plane(self, parts):
+        """Of segments the one that the hypocentre is in or nearest to, and how far it is there from the left end and the upper edge, along strike and down dip [m]."""
+        found = []
+        for number, part in enumerate(parts):
+            cells = self.cells[part.rows]
+            along, down = (v[0] for v in directions(cells[:1]))
+            away = self.hypocentre() - cells[:, :3]
+            s, d = ((away @ way)[:, None] + cells[:, size, None] * (0.5, -0.5) for way, size in ((along, 3), (down, 4)))  # from the ends of each cell
+            out = np.array([0.0, -s[:, 0].max(), s[:, 1].min()]).max(), np.array([0.0, -d[:, 0].max(), d[:, 1].min()]).max(), away[0] @ np.cross(along, down)
+            found.append((float(np.linalg.norm(out)), number, float(s[:, 0].max()), float(d[:, 0].max())))
+        return min(found)[1:]
+
     def rigidity(self):
-        """[N] [Pa], and where it is from."""
+        """[N] [Pa], and where it is from: what the file says of its cells, its layers, the rock or moments, else that of fault and elastic."""
         if "rigidity" in self.columns:
             return self.columns["rigidity"][0], "rigidities of the file"
         if self.layers is not None:
             within = np.clip(np.searchsorted(self.layers[:, 0], self.cells[:, 2], side="right") - 1, 0, None)
             return self.layers[within, 3] * self.layers[within, 2] ** 2, "layers of the file"
+        if "moment" in self.columns and "shear_modulus" not in self.options and self.potency > 0:
+            return np.full(len(self.cells), self.moment()[0] / self.potency), "moments of the file's cells"
         value = self.options.get("shear_modulus", RIGIDITY)
         return np.full(len(self.cells), value), f"G = {value / 1e9:g} GPa{'' if 'shear_modulus' in self.options else ', which the file does not say'}"
+
+    def rock(self):
+        """The shear modulus [Pa] by which all of the slip has the moment of its cells' rigidities, and Poisson's ratio: those of --stress, surface.py and elastic."""
+        weight = self.area * np.abs(self.slip) if self.slip is not None and self.potency > 0 else self.area
+        return float(np.average(self.rigidity()[0], weights=weight)), self.options.get("poisson_ratio", POISSON)
 
     def moment(self):
         """Scalar moment [N m] and where its rigidity is from: sums of moments of cells where the file has them, else of rigidity times area times slip."""

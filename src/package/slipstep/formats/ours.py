@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 
 from ..results.files import plain, replacing
-from .model import Model, Segment
+from .model import LEAST, Model, Segment
 from .projection import Projection
 from .text import FormatError
 
@@ -39,7 +39,7 @@ def write(model, path, points=None):
         if model.slip is not None:
             put(file, "slip", vectors(model), "m")
             put(file, "points", model.cells[:, :3] if points is None else points, "m")
-            file.attrs["shear_modulus"], file.attrs["poisson_ratio"] = rock(model)
+            file.attrs["shear_modulus"], file.attrs["poisson_ratio"] = model.rock()
         for name, (values, unit) in model.fields.items():
             put(file, name, values, unit)
         for name, (values, unit) in model.columns.items():
@@ -57,13 +57,6 @@ def vectors(model):
     """Slip [N, 3] along strike, up dip and opening [m]."""
     turn = np.radians(model.rake)
     return np.column_stack([model.slip * np.cos(turn), model.slip * np.sin(turn), np.zeros(len(turn))])
-
-
-def rock(model):
-    """Shear modulus [Pa], by which the slip has the moment of the header where there is one, and Poisson's ratio."""
-    if model.claims.get("moment") and model.potency > 0:
-        return model.claims["moment"] / model.potency, 0.25
-    return float(np.average(model.rigidity()[0], weights=model.area)), model.options.get("poisson_ratio", 0.25)
 
 
 def is_model(path):
@@ -109,6 +102,8 @@ def cells_of_triangles(triangles):
     triangles = np.where(down[:, None, None], triangles[:, ::-1], triangles)
     normal = np.where(down[:, None], -normal, normal)
     size = np.linalg.norm(normal, axis=1)
+    if not (size > LEAST ** 2).all():
+        raise FormatError(f"triangle {int(np.argmin(size > LEAST ** 2)) + 1} has no area, expected one")
     strike = np.arctan2(-normal[:, 0], normal[:, 1])
     dip = np.degrees(np.arccos(np.clip(-normal[:, 2] / size, -1, 1)))
     along = np.stack([np.cos(strike), np.sin(strike), 0 * strike], axis=1)

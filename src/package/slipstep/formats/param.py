@@ -10,8 +10,9 @@ import re
 import numpy as np
 
 from ..geometry.cells import directions
+from ..geometry.geographic import mean_place
 from .model import Model, Segment, grid_of
-from .text import FormatError, Text
+from .text import FormatError, Text, beyond, unused
 
 NAMES = "#Lat. Lon. depth slip rake strike dip t_rup t_ris t_fal mo"
 NUMBER = r"\s*=\s*([-+]?[\d.]+)"
@@ -34,28 +35,31 @@ def read_segment(text, line):
     label, nx, dx, ny, dy = header(text, line, text.lines[line - 1].strip())
     line += 1
     boundary, hypocentre = [], re.search(r"Lon:\s*([-\d.]+)\s+Lat:\s*([-\d.]+)", text.lines[line - 1] if line <= len(text) else "")
+    left = []
     while line <= len(text) and text.lines[line - 1].strip().startswith("#"):
+        left += [f"line {text.quoted(line)}"] * (not re.match(r"\s*#\s*(Boundary|Lon)", text.lines[line - 1]))
         line += 1
     while line <= len(text) and not text.lines[line - 1].strip().startswith("#"):
         boundary.append(text.numbers(line, 3, "longitude, latitude and depth of a corner"))
         line += 1
     names = text.lines[line - 1].split() if line <= len(text) else []
-    if " ".join(names).lower() != NAMES.lower():
+    if [name.lower() for name in names[:11]] != NAMES.lower().split():
         text.fail(line, text.quoted(line) if names else "", NAMES)
     if len(boundary) != 5:
         text.fail(line, f"{len(boundary)} corners of the boundary", "5, the first of which is the last")
-    rows = []
+    rows, first = [], line
     while len(rows) < nx * ny:
         line += 1
         if line <= len(text) and text.lines[line - 1].strip().startswith("#"):
             text.fail(line, f"another segment after {len(rows)} rows", f"{nx * ny}, nx times ny")
         rows.append(text.numbers(line, 11, f"11 numbers, row {len(rows) + 1} of {nx} x {ny}"))
+    left += unused(names, NAMES.split() + names[:11], "column") + beyond([words.split() for words in text.lines[first:line]], max(len(names), 11))
     line += 1
     while line <= len(text) and not text.lines[line - 1].strip():
         line += 1
     if line <= len(text) and not text.lines[line - 1].strip().startswith("#Fault_segment"):
         text.fail(line, text.quoted(line), f"the end of {nx * ny} rows, nx times ny")
-    return {"label": label, "nx": nx, "dx": dx, "ny": ny, "dy": dy, "boundary": np.array(boundary[:4]), "rows": np.array(rows), "line": line,
+    return {"label": label, "nx": nx, "dx": dx, "ny": ny, "dy": dy, "boundary": np.array(boundary[:4]), "rows": np.array(rows), "line": line, "left": left,
             "hypocentre": tuple(map(float, hypocentre.groups())) if hypocentre else None}
 
 
@@ -105,7 +109,7 @@ def read(path, at, rake=None):
         line = parts[-1]["line"]
     if line <= len(text):
         text.fail(line, text.quoted(line), f"the end of {total} segments")
-    first = parts[0]["hypocentre"] or tuple(parts[0]["boundary"][:, :2].mean(axis=0))
+    first = parts[0]["hypocentre"] or mean_place(*parts[0]["boundary"][:, :2].T)
     projection, remarks, segments, cells, rows = at(*first), [], [], [], []
     for part in parts:
         try:
@@ -123,5 +127,5 @@ def read(path, at, rake=None):
         claims["hypocentre"] = (*first, float(np.concatenate(cells)[k, 2]))
     model = Model(path, "USGS finite fault .param", np.concatenate(cells), rows[:, 4], 1e-2 * rows[:, 3], fault=np.repeat([p["label"] for p in parts], [len(c) for c in cells]),
                   columns=columns, claims=claims, segments=segments, projection=projection, unit="km", remarks=remarks)
-    model.dropped.append("the shares of rise and fall in rise_time")
+    model.dropped += ["the shares of rise and fall in rise_time", *dict.fromkeys(left for part in parts for left in part["left"])]
     return model

@@ -2,15 +2,17 @@
 
 By default the frame is that of the transverse Mercator projection about the origin on the ellipsoid WGS 84: angles are true, lengths are too
 large by 0.03 % at 150 km and 0.3 % at 500 km east or west of it. PROJ computes it (Debian's python3-pyproj). "sphere" is the equirectangular projection of geographic.py,
-which needs nothing else; anything else is a coordinate system that PROJ knows, as EPSG:32611, less the coordinates of the origin.
+which needs nothing else; anything else is a coordinate system that PROJ knows, as EPSG:32611, less the coordinates of the origin. Longitudes may be beyond 180 degrees: those nearest
+to the origin's are taken.
 """
 
 import numpy as np
 
 from ..errors import Error
-from ..geometry.geographic import EARTH_RADIUS, lonlat
+from ..geometry.geographic import EARTH_RADIUS, lonlat, unwrapped
 
 TMERC, SPHERE = "tmerc", "sphere"
+TORN = 10  # times its distance on a sphere: farther from the origin no map projection has a point that it does not tear off
 
 
 class Projection:
@@ -20,6 +22,7 @@ class Projection:
         self.origin, self.kind = (float(origin[0]), float(origin[1])), kind
         if not (-360 <= self.origin[0] <= 360 and -89 <= self.origin[1] <= 89):
             raise Error(f"the origin is {self.origin[0]:g} {self.origin[1]:g}, expected a longitude from -360 to 360 and a latitude from -89 to 89 degrees")
+        self.origin = (float(unwrapped(self.origin[0], 0)), self.origin[1])
         if kind == SPHERE:
             return
         try:
@@ -44,12 +47,17 @@ class Projection:
 
     def forward(self, lon, lat):
         """North and east [m]."""
-        lon, lat = np.asarray(lon, float), np.asarray(lat, float)
+        lon, lat = unwrapped(lon, self.origin[0]), np.asarray(lat, float)
+        sphere = np.radians(lat - self.origin[1]) * EARTH_RADIUS, np.radians(lon - self.origin[0]) * EARTH_RADIUS * np.cos(np.radians(self.origin[1]))
         if self.kind == SPHERE:
-            around = (lon - self.origin[0] + 180) % 360 - 180
-            return np.radians(lat - self.origin[1]) * EARTH_RADIUS, np.radians(around) * EARTH_RADIUS * np.cos(np.radians(self.origin[1]))
-        east, north = self.proj(lon, lat)
-        return np.asarray(north) - self.shift[1], np.asarray(east) - self.shift[0]
+            return sphere
+        east, north = (np.asarray(values) - shift for values, shift in zip(self.proj(lon, lat), self.shift))
+        away = np.hypot(*sphere)
+        if not np.all(np.hypot(north, east) <= TORN * away + 1.0):
+            k = int(np.argmax(np.hypot(north, east) - TORN * away))
+            raise Error(f"--projection {self.kind} has {np.ravel(lon)[k]:g} E, {np.ravel(lat)[k]:g} N, {np.ravel(away)[k] / 1e3:.0f} km from the origin, {np.hypot(np.ravel(north)[k], np.ravel(east)[k]) / 1e3:.0f} km away: "
+                        "expected one that does not tear the faults apart")
+        return north, east
 
     def inverse(self, north, east):
         """Longitudes and latitudes [degrees]."""
@@ -62,4 +70,4 @@ class Projection:
         """The strike of x [degrees, clockwise from true north] at a point: what strikes of maps have more than those of the frame."""
         step = 100.0
         lon, lat = self.inverse(np.array([north - step, north + step]), np.array([east, east]))
-        return float(np.degrees(np.arctan2((lon[1] - lon[0]) * np.cos(np.radians(lat.mean())), lat[1] - lat[0]))) if self.kind != SPHERE else 0.0
+        return float(np.degrees(np.arctan2((unwrapped(lon[1], lon[0]) - lon[0]) * np.cos(np.radians(lat.mean())), lat[1] - lat[0]))) if self.kind != SPHERE else 0.0

@@ -4,7 +4,7 @@ import os
 
 import h5py
 
-from . import coulomb, faults, fsp, ours, param, runs, srf
+from . import coulomb, faults, fsp, maps, meshes, ours, param, runs, srf
 from .text import FormatError, Text
 
 # Name of --format -> (endings of names, reader)
@@ -17,7 +17,15 @@ READERS = {
     "interact": ((".in",), faults.read_interact),
     "quake-dfn": (("bulkfaultgeometry.txt",), faults.read_dfn),
     "pyquake3d": (("parameter.txt",), faults.read_pyquake),
+    "traces": ((".geojson", ".json"), maps.read_traces),
+    "depths": ((".xyz", ".grd"), maps.read_depths),
+    "mesh": ((".msh", ".ts", ".stl", ".obj", ".flt"), meshes.read),
 }
+OF_UNIT = ("interact", "depths", "mesh")  # that --unit is for
+# Ending of names -> what such files are, and what to do with them
+OTHERS = {".shp": "a map of a geographic information system, expected GeoJSON: ogr2ogr -t_srs EPSG:4326 -f GeoJSON OUT.geojson FILE", ".nc": "no slip model or grid of depths as .grd, expected one of them",
+          ".vtk": "a mesh, expected HDF5: convert_mesh.py", ".opts": "options of fault, expected the file of -fault_output of its run"}
+OTHERS.update({ending: OTHERS[".shp"] for ending in (".kml", ".kmz", ".gpkg", ".gml", ".gmt")}, **{ending: OTHERS[".vtk"] for ending in (".vtu", ".ply", ".vtp")})
 
 
 def kind_of(path):
@@ -27,21 +35,34 @@ def kind_of(path):
     if not found and os.path.exists(path) and Text(path).lines[:1] and Text(path).lines[0].startswith("SwitchSS/RN"):
         return "quake-dfn"
     if "interact" in found:
-        return "interact" if os.path.exists(path) and faults.is_interact(path) else "hbi"
+        if not os.path.exists(path) or faults.is_hbi(path):
+            return "hbi"
+        if faults.is_interact(path):
+            return "interact"
+        raise FormatError(f"{path} is neither an input of HBI, which has a line problem, nor patches of interact, whose lines have eight numbers, expected one of them, or --format {' or '.join(READERS)}")
     if len(found) == 1:
         return found[0]
+    if what := next((words for ending, words in OTHERS.items() if stem.endswith(ending)), None):
+        raise FormatError(f"{path} is by its name {what}")
     raise FormatError(f"{path}: its kind is not clear from its name, expected --format {' or '.join(found or READERS)}")
 
 
+def of_hdf5(path):
+    """The kind of an HDF5 file that convert.py did not write; None: a run or a catalogue."""
+    with h5py.File(path) as file:
+        return "mesh" if "cells" in file or "triangles" in file else "depths" if maps.is_grid(file) else None
+
+
 def read(path, at, kind=None, rake=None, unit=None, mesh=None, **of_run):
-    """The model of a file of any kind. at(lon, lat): the projection about an origin that a file suggests; unit: of lengths of interact; mesh: of PyQuake3D; of_run: arguments of
+    """The model of a file of any kind. at(lon, lat): the projection about an origin that a file suggests; unit: of lengths of files that do not say it; mesh: of PyQuake3D; of_run: arguments of
     runs.read()."""
     if not os.path.exists(path):
         raise FormatError(f"{path}: no such file, expected a slip model or patches of a fault")
     if ours.is_model(path):
         return ours.read(path)
-    if h5py.is_hdf5(path):
+    hdf5 = h5py.is_hdf5(path)
+    kind = kind or (of_hdf5(path) if hdf5 else kind_of(path))
+    if hdf5 and kind not in ("mesh", "depths"):
         return runs.read(path, **of_run)
-    kind = kind or kind_of(path)
-    more = {"interact": {"unit": unit}, "pyquake3d": {"mesh": mesh}}.get(kind, {})
+    more = {"unit": unit} if kind in OF_UNIT else {"mesh": mesh} if kind == "pyquake3d" else {}
     return READERS[kind][1](path, at, rake, **more)

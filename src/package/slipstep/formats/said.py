@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..geometry.cells import directions
+from ..geometry.cells import axis_along_strike, directions
+from .model import POISSON, RIGIDITY
 
 
 def magnitude(moment):
@@ -39,9 +40,8 @@ def size_of(model):
         return tuple(v / 1e3 for v in extent(model, model.segments))
     corners = model.corners.reshape(-1, 3)
     weight = model.area
-    turn = np.angle(np.exp(2j * np.radians(model.cells[:, 5])) @ weight) / 2  # of lines, whatever their side
     dip = float(np.average(model.cells[:, 6], weights=weight))
-    along, down = (v[0] for v in directions(np.array([[0, 0, 0, 0, 0, np.degrees(turn), dip]])))
+    along, down = (v[0] for v in directions(np.array([[0, 0, 0, 0, 0, axis_along_strike(model.cells[:, 5], weight), dip]])))
     return float(np.ptp(corners @ along)) / 1e3, float(np.ptp(corners[:, 2]) / max(np.sin(np.radians(dip)), 0.05)) / 1e3
 
 
@@ -63,13 +63,21 @@ def lines(model):
     claimed = claims.get("area") or (claims["length"] * claims["width"] if "length" in claims and "width" in claims else None)
     yield "area", f"{area:.6g} km2" + (against(area, claimed / 1e6) if claimed else "")
     yield "strike, dip", f"{angle_span(cells[:, 5], 0)}, {span(np.round(cells[:, 6], 3))} degrees" + (f"; the header has {claims['strike']:g}, {claims['dip']:g}" if "strike" in claims and "dip" in claims else "")
-    if model.slip is not None:
+    if "hypocentre" in claims:
+        lon, lat, deep = claims["hypocentre"]
+        yield "hypocentre", f"{lon:.5g} E, {lat:.5g} N, depth {deep / 1e3:.4g} km"
+    if model.slip is not None and not np.any(model.slip):
+        yield "slip", f"none: it is 0 m in all of the {len(cells)} {kind}, so that there is no moment and no magnitude"
+    elif model.slip is not None:
         mean = float(model.area @ np.abs(model.slip)) / model.area.sum()
         yield "slip", f"{span(model.slip, 1, 5)} m, mean {mean:.4g} m, rake {angle_span(model.rake, -180)} degrees"
         moment, words = model.moment()
         yield "moment", f"{moment:.5g} N m, Mw {magnitude(moment):.2f}, by {words}" + (against(moment, claims["moment"]) if claims.get("moment") else "")
         if claims.get("moment") and model.potency > 0:
-            yield "by the header", f"a rigidity of {claims['moment'] / model.potency / 1e9:.4g} GPa gives this slip its moment: -elastic_shear_modulus {claims['moment'] / model.potency:.5g}"
+            yield "by the header", f"a rigidity of {claims['moment'] / model.potency / 1e9:.4g} GPa would give this slip its moment: --rigidity header"
+        (shear, poisson), words = model.rock(), model.rigidity()[1]
+        yield "elastic", f"by {words if words.startswith('G =') else f'G = {shear / 1e9:.5g} GPa, that of {words}'}, Poisson's ratio {poisson:g}" + (
+            f": -elastic_shear_modulus {shear:.6g} -elastic_poisson_ratio {poisson:g}" if not np.allclose((shear, poisson), (RIGIDITY, POISSON), rtol=1e-6) else ", as by default")
     for name, (values, unit) in sorted(model.columns.items()):
         yield name.replace("_", " "), f"{span(values, 1, 5)} {unit}"
     for name, (values, unit) in model.fields.items():

@@ -1,9 +1,13 @@
 """Standard Rupture Format 1.0 and 2.0, .srf, in and out (Graves 2014, SCEC's Standard Rupture Format): lengths of planes are km, slip is cm, area is cm2, points are centres of cells."""
 
+import re
+
 import numpy as np
 
+from ..geometry.cells import directions
+from ..geometry.geographic import mean_place
 from .model import Model, Segment, tiled
-from .text import Text
+from .text import NUMBER, Text
 
 DENSITY = 2700.0  # [kg/m3] where nothing says it; S velocities then have the rigidity
 SOMERVILLE = 2.03e-9  # rise time [s] over the cube root of the moment [dyne cm] (Somerville et al. 1999)
@@ -15,7 +19,7 @@ class Reader:
     """One pass over the lines: planes, and points with slip along their rakes and across them."""
 
     def __init__(self, path):
-        self.text, self.line, self.planes, self.blocks, self.comments = Text(path), 0, [], [], []
+        self.text, self.line, self.planes, self.blocks, self.comments, self.more = Text(path), 0, [], [], [], 0
         version = self.following("a version, 1.0 or 2.0")
         if version.split()[0] not in ("1.0", "2.0"):
             self.text.fail(self.line, self.text.quoted(self.line), "a version, 1.0 or 2.0")
@@ -49,7 +53,8 @@ class Reader:
         words = self.following(what).split()
         if len(words) < count:
             self.text.fail(self.line, f"{len(words)} numbers", what)
-        return [self.text.number(self.line, word) for word in words]
+        self.more += len(words) > count
+        return [self.text.number(self.line, word) for word in words[:count]]
 
     def plane(self):
         first = self.numbers(6, "longitude, latitude, nstk, ndip, length and width of a plane")
@@ -57,7 +62,7 @@ class Reader:
 
     def point(self, number, total):
         """lon lat depth strike dip area tinit dt, vs and density or 0, rake, slip along it, across it, opening, and samples of the first."""
-        first = self.numbers(self.count, f"point {number} of {total}: {self.count} numbers of lon lat dep stk dip area tinit dt{' vs den' if self.count == 10 else ''}")[:self.count]
+        first = self.numbers(self.count, f"point {number} of {total}: {self.count} numbers of lon lat dep stk dip area tinit dt{' vs den' if self.count == 10 else ''}")
         second = self.numbers(7, f"point {number} of {total}: rake slip1 nt1 slip2 nt2 slip3 nt3")
         left = samples = sum(self.text.whole(self.line, str(second[k])) for k in (2, 4, 6))
         while left > 0:
@@ -97,7 +102,7 @@ def read(path, at, rake=None):
     """The model of a file; rake is not used."""
     reader = Reader(path)
     points = np.concatenate([block for block in reader.blocks if len(block)])
-    projection, remarks, segments = at(*points[:, :2].mean(axis=0)), [], []
+    projection, remarks, segments = at(*mean_place(*points[:, :2].T)), [], []
     north, east = projection.forward(points[:, 0], points[:, 1])
     places = np.column_stack([north, east, 1e3 * points[:, 2]])
     counts, rows, cells, first, label = [int(p[2]) * int(p[3]) for p in reader.planes], [], [], 0, []
@@ -121,27 +126,46 @@ def read(path, at, rake=None):
                   fault=np.array(label), segments=segments if all(s.shape for s in segments) else [], projection=projection, unit="km and cm", remarks=remarks)
     model.rake[model.rake > 180] -= 360
     model.columns = {"rupture_time": (rows[:, 6], "s"), "rise_time": (rows[:, 7] * rows[:, 14], "s")}
+    start(model, reader)
     if (rows[:, 8:10] > 0).all():
         model.columns["rigidity"] = (1e3 * rows[:, 9] * (1e-2 * rows[:, 8]) ** 2, "Pa")
     claim(model, reader, rows)
     return model
 
 
+def start(model, reader):
+    """The hypocentre of the plane that breaks first, which it gives from the middle of its upper edge; 0 0 is none."""
+    first = model.fault[int(np.argmin(model.columns["rupture_time"][0]))]
+    part = next((part for part in model.segments if part.label == first), None)
+    if part is None or not any(reader.planes[first - 1][9:]):
+        return
+    own = model.cells[part.rows]
+    along, down = (v[0] for v in directions(own[:1]))
+    top = model.corners[part.rows[:part.shape[1]], :2].reshape(-1, 3).mean(axis=0)
+    north, east, depth = top + 1e3 * (reader.planes[first - 1][9] * along + reader.planes[first - 1][10] * down)
+    model.claims["hypocentre"] = (*(float(v) for v in model.projection.inverse(north, east)), float(depth))
+
+
 def claim(model, reader, rows):
     """What planes and comments of the file say, and what is left out."""
     planes = np.array(reader.planes).reshape(-1, 11)
     if len(planes):
-        model.claims = {"length": 1e3 * planes[:, 4].sum(), "width": 1e3 * planes[:, 5].max(), "area": 1e6 * float(planes[:, 4] @ planes[:, 5]), "strike": planes[0, 6],
+        model.claims |= {"length": 1e3 * planes[:, 4].sum(), "width": 1e3 * planes[:, 5].max(), "area": 1e6 * float(planes[:, 4] @ planes[:, 5]), "strike": planes[0, 6],
                         "dip": planes[0, 7], "top": 1e3 * planes[:, 8].min()}
-    for words in " ".join(reader.comments).split():
-        if words.startswith("mag=") and not model.claims.get("moment"):
-            model.claims["magnitude"] = reader.text.number(1, words[4:])
-            model.claims["moment"] = 10 ** (1.5 * model.claims["magnitude"] + GENSLIP)
+    if found := re.search(rf"mag=\s*{NUMBER}", " ".join(reader.comments)):
+        model.claims["magnitude"] = float(found[1])
+        model.claims["moment"] = 10 ** (1.5 * model.claims["magnitude"] + GENSLIP)
     area = float(1e-4 * rows[:, 5].sum())
     if abs(area / model.area.sum() - 1) > CLOSE:
         model.remarks.append(f"areas of its points add up to {area / 1e6:.6g} km2")
     if rows[:, 13].any():
         model.dropped.append(f"opening of {np.count_nonzero(rows[:, 13])} points")
+    if "rigidity" not in model.columns and rows[:, 8:10].any():
+        model.dropped.append(f"S velocities and densities, which {np.count_nonzero((rows[:, 8:10] <= 0).any(axis=1))} of {len(rows)} points do not have")
+    if reader.more:
+        model.dropped.append(f"more numbers than the format has in {reader.more} lines")
+    if others := [words for words in reader.comments if "mag=" not in words]:
+        model.dropped.append(f"{len(others)} lines of comments")
     model.dropped.append("shapes of slip rates: rise_time is how long slip lasts")
 
 
@@ -156,11 +180,14 @@ def write(model, file):
     parts = model.segments if model.segments and all(part.shape for part in model.segments) else []
     if parts:
         file.write(f"PLANE {len(parts)}\n")
-    for part in parts:
+        broken, along, down = model.on_plane(parts)
+    for number, part in enumerate(parts):
         cells, (nz, nx) = model.cells[part.rows], part.shape
         top = model.corners[part.rows[:nx]][:, :2].reshape(-1, 3).mean(axis=0)
         x, y = model.projection.inverse(top[0], top[1])
-        file.write(f"{float(x):.6f} {float(y):.6f} {nx} {nz} {nx * cells[0, 3] / 1e3:.6f} {nz * cells[0, 4] / 1e3:.6f}\n{part.strike % 360:.4f} {cells[0, 6]:.4f} {top[2] / 1e3:.6f} 0 0\n")
+        shyp, dhyp = ((along - nx * cells[0, 3] / 2) / 1e3, down / 1e3) if number == broken else (0, 0)
+        file.write(f"{float(x):.6f} {float(y):.6f} {nx} {nz} {nx * cells[0, 3] / 1e3:.6f} {nz * cells[0, 4] / 1e3:.6f}\n{part.strike % 360:.4f} {cells[0, 6]:.4f} {top[2] / 1e3:.6f} "
+                   f"{shyp:.6g} {dhyp:.6g}\n")
     turn = model.projection.convergence(*model.cells[:, :2].mean(axis=0))
     strikes = model.cells[:, 5] + turn
     for part in parts:
@@ -176,13 +203,12 @@ def write(model, file):
 
 
 def rates_of(model, cell):
-    """Start [s], step [s] and slip rates [m/s] of a cell; the sum of these times the step is its slip."""
+    """Start [s], step [s] and slip rates [m/s] of a cell; the sum of these times the step is its slip, their number times it the rise time."""
     if model.rates is not None:
-        start, dt, rates = model.rates
-        return start[cell], dt, rates[cell]
+        return model.rates(cell)
     start, rise, slip = model.columns["rupture_time"][0][cell], model.columns["rise_time"][0][cell], model.slip[cell]
-    if slip == 0 or rise <= 0:
+    if rise <= 0:
         return start, model.step, []
-    n = max(2, int(np.ceil(rise / model.step)))
-    shape = 1 - np.abs(2 * np.arange(n + 1) / n - 1)
+    n = max(3, int(np.ceil(rise / model.step - 1e-6)))
+    shape = 1 - np.abs(2 * np.arange(n) / (n - 1) - 1)
     return start, rise / n, slip * shape / shape.sum() / (rise / n)

@@ -11,6 +11,18 @@ LARGE = 1e40  # beyond any number of a file: moments in dyne cm are below 1e31
 NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?![\w.])"  # as a group of a regular expression
 
 
+def unused(said, used, what="key"):
+    """What is said of names that a reader does not use: one entry for all, none without."""
+    left = [name for name in dict.fromkeys(said) if name not in used]
+    return [f"{what}{'s' * (len(left) > 1)} {', '.join(left)}"] if left else []
+
+
+def beyond(rows, count):
+    """What is said of words of rows beyond those that a reader uses."""
+    more = max((len(words) for words in rows), default=0) - count
+    return [f"{more} column{'s' * (more > 1)} after the first {count}"] if more > 0 else []
+
+
 class FormatError(Error):
     """A file of another program that cannot be read: its name, the line, what is there and what was expected."""
 

@@ -16,6 +16,16 @@ def directions(cells):
             np.stack([-np.sin(strike) * np.cos(dip), np.cos(strike) * np.cos(dip), np.sin(dip)], axis=1))
 
 
+def axis_along_strike(strikes, weights):
+    """Direction [degrees, from 0 to below 360] of the axis along strike of a picture, from strikes [N] and weights as areas [N]: the mean line of all strikes, whichever of its two directions each
+    has, in the direction that most of them have, or where neither is, the first."""
+    turn = np.exp(1j * np.radians(strikes))
+    line = np.exp(0.5j * np.angle(weights @ turn ** 2)) if np.abs(weights @ turn ** 2) > 1e-9 * np.sum(weights) else turn[0]
+    sense = weights @ (turn / line).real
+    sense = sense if abs(sense) > 1e-9 * np.sum(weights) else (turn[0] / line).real
+    return float(np.round(np.degrees(np.angle(line if sense >= 0 else -line)), 9) % 360)
+
+
 def corners_of(cells):
     """[N, 4, 3]: upper left, upper right, lower right, lower left, north, east and down [m], of cells [N, 7]."""
     along, down = directions(cells)

@@ -55,12 +55,22 @@ def local(catalogue, at):
     return catalogue.event["x"] - at[0], catalogue.event["y"] - at[1]
 
 
+def unwrapped(lon, about):
+    """Longitudes [degrees] within 180 degrees of another one: above it by -180 to 180, the upper end included."""
+    return lon - 360 * np.ceil((np.asarray(lon, float) - about - 180) / 360)
+
+
+def mean_place(lon, lat):
+    """Mean longitude and latitude [degrees] of points [n], on whichever sides of the 180th meridian they are."""
+    return float(unwrapped(np.mean(unwrapped(lon, np.ravel(lon)[0])), 0)), float(np.mean(lat))
+
+
 def lonlat(north, east, origin):
     """Longitudes and latitudes [degrees] by the equirectangular projection about the origin, whose error is below 1 % within 100 km
     up to 60 degrees of latitude."""
     latitude = origin[1] + np.degrees(np.asarray(north) / EARTH_RADIUS)
     longitude = origin[0] + np.degrees(np.asarray(east) / (EARTH_RADIUS * np.cos(np.radians(origin[1]))))
-    return (longitude + 180) % 360 - 180, latitude
+    return unwrapped(longitude, 0), latitude
 
 
 def dates(catalogue, start):

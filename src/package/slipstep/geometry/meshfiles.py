@@ -83,7 +83,7 @@ def read_stl(path):
 
 def read_gocad(path):
     corners, fault, names, surface, places, up, unit, system, said, down = [], [], {}, -1, {}, True, np.ones(3), False, set(), []
-    own = None  # the unit of all axes
+    own, more = None, 0  # the unit of all axes; vertices and triangles with properties
     with open(path, errors="replace") as file:
         for line, text in enumerate(file, 1):
             words = text.split()
@@ -117,6 +117,7 @@ def read_gocad(path):
                 if len(words) < 5:
                     raise MeshError(f"{path}, line {line}: {len(words) - 2} coordinates, expected 3")
                 place = np.array([number(path, line, w) for w in words[2:5]]) * unit
+                more += len(words) > 5
                 said.add(own)
                 places[words[1]] = place * (1, 1, 1 if up else -1)
             elif word in ("ATOM", "PATOM"):
@@ -125,17 +126,19 @@ def read_gocad(path):
                 places[words[1]] = places[words[2]]
             elif word == "TRGL":
                 missing = [w for w in words[1:4] if w not in places]
-                if len(words) != 4 or missing:
+                if len(words) < 4 or missing:
                     raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the numbers of three vertices"
                                     + (f", but there is no {missing[0][:20]}" if missing else ""))
-                corners.append([places[w] for w in words[1:]])
+                corners.append([places[w] for w in words[1:4]])
+                more += len(words) > 4
                 fault.append(surface)
                 down.append(not up)
     if surface < 0:
         raise MeshError(f"{path} is empty, expected GOCAD TSurf")
     if None in said and len(said) > 1:
         raise MeshError(f"{path}: some surfaces have AXIS_UNIT and some have not, expected all or none")
-    return Surfaces(corners, fault, names, unit=said.pop() if len(said) == 1 else "m", down=down)
+    return Surfaces(corners, fault, names, unit=said.pop() if len(said) == 1 else "m", down=down,
+                    remarks=[f"words after the numbers of {more} vertices and triangles, as properties, are left out"] if more else ())
 
 
 # ---- RSQSim ----

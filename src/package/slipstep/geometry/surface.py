@@ -80,6 +80,22 @@ def _rake(mesh, n):
     return np.asarray(mesh.get("rake", np.zeros(n)), float).reshape(-1)
 
 
+def window_of(run, times, begin, end):
+    """Begin and end [s] within the times of the rows of /fields, by default all of them."""
+    begin, end = times[0] if begin is None else begin, times[-1] if end is None else end
+    if not times[0] <= begin < end <= times[-1] * (1 + 1e-12):
+        raise OutputError(f"{run.path}: /fields is from {written(times[0])} to {written(times[-1])}, expected a window within")
+    return begin, end
+
+
+def slip_at(times, data, time):
+    """A field of a file at a time [s], linear between its rows, of which no more than two are read."""
+    row = int(np.clip(np.searchsorted(times, time, side="right") - 1, 0, len(times) - 2))
+    share = min((time - times[row]) / (times[row + 1] - times[row]), 1.0)
+    low, high = data[row], data[row + 1].astype(float)
+    return low + share * (high - low)
+
+
 def slip_of_run(run, begin=None, end=None, field="displacement"):
     """What slipped between two times [s] of a run, linear between the entries of /fields; by default displacement, relative to the far
     field."""
@@ -90,27 +106,16 @@ def slip_of_run(run, begin=None, end=None, field="displacement"):
         raise OutputError(f"{run.path}: attribute {missing[0]} of /parameters is missing; expected a file of SlipStep 0.3 or later")
     if parameters.get("kernel") == "full_space":
         raise OutputError(NO_GROUND.format(run.path))
-    if run.has_vectors(field):
-        times, along = run.field(f"{field}_along_strike")
-        maps = np.stack([along, run.field(f"{field}_up_dip")[1]], axis=-1)
-        maps = maps.reshape(len(times), -1, 2)
-    else:
-        times, maps = run.field(field)
-        maps = maps.reshape(len(times), -1)
-    if len(times) < 2:
-        raise OutputError(f"{run.path}: /fields/{field} has {len(times)} rows, expected two or more")
-    begin, end = times[0] if begin is None else begin, times[-1] if end is None else end
-    if not times[0] <= begin < end <= times[-1] * (1 + 1e-12):
-        raise OutputError(f"{run.path}: /fields is from {written(times[0])} to {written(times[-1])}, expected a window within")
-
-    def at(time):
-        row = int(np.clip(np.searchsorted(times, time, side="right") - 1, 0, len(times) - 2))
-        share = min((time - times[row]) / (times[row + 1] - times[row]), 1.0)
-        return maps[row] + share * (maps[row + 1].astype(float) - maps[row])
-
+    with run.open() as file:
+        times, data = run.stored(file, field)
+        if len(times) < 2:
+            raise OutputError(f"{run.path}: /fields/{field} has {len(times)} rows, expected two or more")
+        begin, end = window_of(run, times, begin, end)
+        components = (2,) if run.has_vectors(field) else ()
+        first, last = (slip_at(times, data, time).reshape(-1, *components) for time in (begin, end))
     cells, shape = cells_of(run.path, run.mesh, parameters)
     what = "slip" if field == "slip" else "slip less that of the far field" if np.any(run.mesh.get("loading_rate", 0.0)) else "slip"
-    return Source(run.path, cells, _rake(run.mesh, len(cells)), at(end) - at(begin), parameters["shear_modulus"], parameters["poisson_ratio"],
+    return Source(run.path, cells, _rake(run.mesh, len(cells)), last - first, parameters["shear_modulus"], parameters["poisson_ratio"],
                   f"{what} from {written(begin)} to {written(end)}", shape, triangles_of(run.mesh))
 
 

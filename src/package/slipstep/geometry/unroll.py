@@ -1,6 +1,6 @@
 """A fault of any planes drawn flat: where its cells are along strike and down dip.
 
-1. Cells of one strike, or the opposite one, have the distance along it from the origin. A plane whose upper edge is the lower edge of another
+1. Cells of one strike, or the opposite one, have the distance along it, in the direction of cells.axis_along_strike(), from the origin. A plane whose upper edge is the lower edge of another
    one (a listric fault) goes on down dip where that ends. What is joined so is a column; it has the cells of a plane beside each other as
    they are.
 2. A column whose cells begin where those of another one end (a segmented fault) is put beside it: each row of its cells begins where the row
@@ -14,7 +14,7 @@
 
 import numpy as np
 
-from .cells import EDGE, LEFT, RIGHT, corners_of
+from .cells import EDGE, LEFT, RIGHT, axis_along_strike, corners_of
 
 ANGLE = 1e-6  # degrees that are rounding
 NEAR = 0.3  # of a cell's smaller side: how far apart ends may be that meet
@@ -81,6 +81,7 @@ class Strike:
     def __init__(self, cells, index):
         own = cells[index]
         angle = np.radians(own[0, 5])
+        angle += np.pi * (np.cos(angle - np.radians(axis_along_strike(own[:, 5], own[:, 3] * own[:, 4]))) < 0)
         same = np.where(np.cos(np.radians(own[:, 5]) - angle) > 0, 1.0, -1.0)
         self.index = index
         s = own[:, 0] * np.cos(angle) + own[:, 1] * np.sin(angle)

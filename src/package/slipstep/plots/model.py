@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 
+from ..geometry.cells import axis_along_strike
 from .maps import colour_bar
 from .panels import plt, use_style
 
@@ -17,7 +18,8 @@ def draw(model):
     else:
         values, label, cmap = next(((v, f"{name.replace('_', ' ')} ({unit})", "viridis") for name, (v, unit) in model.fields.items() if np.ptp(v) > 1e-6 * np.abs(v).max()),
                                    (np.searchsorted(np.unique(model.fault), model.fault) + 1.0, "fault", "tab20"))
-    turn = np.angle(np.exp(2j * np.radians(model.cells[:, 5])) @ model.area) / 2  # the mean line of all strikes
+    strike = axis_along_strike(model.cells[:, 5], model.area)
+    turn = np.radians(strike)
     along = corners[..., 0] * np.cos(turn) + corners[..., 1] * np.sin(turn)
     order = np.argsort(-corners[..., 2].mean(axis=1), kind="stable")  # deep ones below shallow ones
     across = corners[..., 1] * np.cos(turn) - corners[..., 0] * np.sin(turn)
@@ -26,7 +28,7 @@ def draw(model):
     norm = Normalize(min(0.0, values.min()) if model.slip is not None else values.min(), values.max() if values.max() > values.min() else values.min() + 1)
     few = len(values) < 2000
     panels = (("seen from above", np.stack([corners[..., 1], corners[..., 0]], axis=-1), order, "east (km)", "north (km)"),
-              (f"along {np.degrees(turn) % 180:.0f} degrees", np.stack([along, corners[..., 2]], axis=-1), behind, "along strike (km)", "depth (km)"))
+              (f"along {round(strike) % 360} degrees", np.stack([along, corners[..., 2]], axis=-1), behind, "along strike (km)", "depth (km)"))
     for panel, (title, polygons, sequence, xlabel, ylabel) in zip(axes, panels):
         seen = panel is axes[1] and few
         artist = PolyCollection(polygons[sequence], array=values[sequence], cmap=cmap, norm=norm, edgecolors="black" if seen else "face", linewidths=0.3 if seen else 0.3 if panel is axes[1] else 1.5,

@@ -6,7 +6,8 @@
     output/convert.py model.fsp --receivers faults.h5 --stress change.h5     # what its slip does to other faults
 
 IN: .fsp of SRCMOD and the USGS, .param of the USGS, .srf, .inp of Coulomb, .in of HBI and of interact (geom.in), Input_BulkFaultGeometry.txt of
-Quake-DFN, parameter.txt of PyQuake3D, .h5 of this program, of a run or of a catalogue with maps. OUT: .h5, .fsp, .srf. Nothing is written where a file is refused.
+Quake-DFN, parameter.txt of PyQuake3D, .geojson of traces with dip and depths, .xyz and .grd of depths, meshes (.msh, .ts, .stl, .obj, .h5), .h5 of this program,
+of a run or of a catalogue with maps. OUT: .h5, .fsp, .srf. Nothing is written where a file is refused.
 """
 
 import argparse
@@ -18,12 +19,15 @@ need("h5py", "numpy")
 import h5py
 import numpy as np
 
-from ..errors import Error
+from ..checks import check_fields
+from ..errors import Error, warn
 from ..formats import fsp, ours, said, srf
 from ..formats.projection import TMERC, Projection
 from ..formats.readers import READERS, read
+from ..geometry.geographic import FALSE_POINT
 from ..geometry.surface import Elastic, Source
 from ..results.files import replacing
+from ..running import refused_mesh
 from ..times import seconds
 
 DIGITS = 1.0  # [m]: of depths in km with three digits and more
@@ -59,16 +63,38 @@ def timed(model, options):
     """Rupture and rise times that the file does not have."""
     model.step = options.step
     if model.slip is not None and options.rupture_speed and "rupture_time" not in model.columns:
-        lon, lat, depth = model.claims.get("hypocentre", (None, None, None))
-        at = fsp.middle(model) if lon is None or model.projection is None else np.array([*(float(v) for v in model.projection.forward(lon, lat)), depth])
-        model.columns["rupture_time"] = (np.linalg.norm(model.cells[:, :3] - at, axis=1) / options.rupture_speed, "s")
+        model.columns["rupture_time"] = (np.linalg.norm(model.cells[:, :3] - model.hypocentre(), axis=1) / options.rupture_speed, "s")
     if model.slip is not None and options.rise_time and "rise_time" not in model.columns:
         model.columns["rise_time"] = (np.full(len(model.cells), options.rise_time), "s")
+
+
+def of_rigidity(model, given):
+    """The model with the rigidity [Pa] of --rigidity in place of its own."""
+    if given == "header" and not (model.slip is not None and model.potency > 0 and model.claims.get("moment")):
+        raise Error(f"--rigidity is header, but {model.path} has no slip, or no moment in a header: expected a number of Pa")
+    model.options["shear_modulus"] = model.claims["moment"] / model.potency if given == "header" else given
+    model.layers = None
+    for name in ("rigidity", "moment"):
+        model.columns.pop(name, None)
+
+
+def rigidity(word):
+    """Of --rigidity: header, or a number [Pa]."""
+    if word == "header":
+        return word
+    try:
+        value = float(word)
+    except ValueError:
+        value = 0.0
+    if not 1e6 <= value <= 1e13:
+        raise argparse.ArgumentTypeError(f"{word}, expected header, or a number from 1e6 to 1e13 Pa")
+    return value
 
 
 def write(model, path, points):
     ending = os.path.splitext(path)[1].lower()
     if ending in (".h5", ".hdf5"):
+        check_fields(model.path, {name: values for name, (values, _) in model.fields.items()}, model.options)
         ours.write(model, path, points)
         return
     if ending not in WRITERS:
@@ -92,6 +118,9 @@ def receivers_of(options, model):
     receivers = read(options.receivers, at, None, options.rake, options.unit)
     if model.projection and receivers.projection is None:
         model.remarks.append(f"x = y = 0 of {options.receivers} is taken to be that of the frame")
+    away = np.hypot(*(np.median(receivers.cells[:, :2], axis=0) - np.median(model.cells[:, :2], axis=0)))
+    if away > FALSE_POINT:
+        warn(f"the cells of {options.receivers} are {away / 1e3:.0f} km from those of {options.input}, as where x and y are of a map projection (UTM) whose origin is elsewhere: expected one frame")
     mine, theirs = ((p.origin, p.kind) if p else None for p in (model.projection, receivers.projection))
     if mine and theirs and mine != theirs:
         raise Error(f"{options.receivers} has the frame {receivers.projection.words} and {model.path} {model.projection.words}, expected one: --origin LON LAT")
@@ -100,13 +129,19 @@ def receivers_of(options, model):
 
 def stress_on(model, receivers, options):
     """Changes of shear and normal stress [Pa] on the receivers' cells, written to a file."""
-    source = Source(model.path, model.cells, model.rake, model.slip, *ours.rock(model), "slip", None, model.triangles)
+    if model.slip is None or not np.any(model.slip):
+        raise Error(f"{model.path} has no slip{' in any cell' if model.slip is not None else ''}, expected a slip model for --stress")
+    source = Source(model.path, model.cells, model.rake, model.slip, *model.rock(), "slip", None, model.triangles)
     shear, normal = Elastic(source).tractions(receivers.cells, receivers.rake)
+    if options.background:
+        depth = receivers.cells[:, 2]
+        fields = {name: at_ground + gradient * depth + change for name, at_ground, gradient, change in
+                  zip(("initial_traction", "normal_stress"), options.background, options.background_gradient or (0.0, 0.0), (shear, normal))}
+        fields["rake"] = receivers.rake
+        check_fields("--background", fields)
+    else:
+        fields = {"shear": shear, "normal": normal, "coulomb": shear - options.friction * normal}
     with replacing(options.stress, model.path) as part, h5py.File(part, "w") as file:
-        if options.background:
-            fields = {"initial_traction": options.background[0] + shear, "normal_stress": options.background[1] + normal, "rake": receivers.rake}
-        else:
-            fields = {"shear": shear, "normal": normal, "coulomb": shear - options.friction * normal}
         for name, values in fields.items():
             ours.put(file, name, values, "degrees" if name == "rake" else "Pa")
     return shear, normal
@@ -118,6 +153,8 @@ def check(parser, options):
         parser.error("--stress is of other faults, expected --receivers FILE")
     if options.background and not options.stress:
         parser.error("--background is for --stress, expected --stress OUT.h5")
+    if options.background_gradient and not options.background:
+        parser.error("--background-gradient is of --background, expected --background SHEAR NORMAL, as 0 0")
     for name in ("rupture_speed", "rise_time", "step"):
         if getattr(options, name) is not None and not getattr(options, name) > 0:
             parser.error(f"--{name.replace('_', '-')} is {getattr(options, name):g}, expected a number > 0")
@@ -137,10 +174,11 @@ def arguments():
     parser.add_argument("--origin", nargs=2, type=float, metavar=("LON", "LAT"), help="longitude and latitude [degrees] of x = y = 0 (hypocentre or middle of the file)")
     parser.add_argument("--projection", default=TMERC, metavar="P", help="tmerc (default), transverse Mercator about the origin by PROJ; sphere; or a coordinate system of PROJ, as EPSG:32611")
     parser.add_argument("--rake", type=float, metavar="DEGREES", help="rake where the file has none")
+    parser.add_argument("--rigidity", type=rigidity, metavar="PA", help="of the rock, or header: that by which the slip has the moment of the header (what the file says, else 30e9)")
     parser.add_argument("--rupture-speed", type=float, metavar="M/S", help="of .srf, where IN has no rupture times: they are distances from the hypocentre over it")
     parser.add_argument("--rise-time", type=float, metavar="S", help="of .srf, where IN has none")
     parser.add_argument("--step", type=float, default=0.1, metavar="S", help="of slip rates in .srf, at most (0.1)")
-    parser.add_argument("--unit", choices=("m", "km"), help="of lengths in files of interact, which do not say it")
+    parser.add_argument("--unit", choices=("m", "km"), help="of lengths in files that do not say it: interact, meshes, depths in a grid (km)")
     parser.add_argument("--mesh", metavar="FILE", help="of PyQuake3D (the one beside parameter.txt)")
     parser.add_argument("--event", metavar="N", help="of a catalogue: number from 1 on, or largest (default)")
     parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="of a run (all of it): seconds, or numbers with s, min, h, d, y")
@@ -150,6 +188,7 @@ def arguments():
     parser.add_argument("--friction", type=float, default=0.4, metavar="MU", help="of the Coulomb stress (0.4)")
     parser.add_argument("--background", nargs=2, type=float, metavar=("SHEAR", "NORMAL"), help="stress [Pa] before: in place of the change --stress has the sum of both, "
                         "initial_traction and normal_stress, and rake, for -fault_parameters")
+    parser.add_argument("--background-gradient", nargs=2, type=float, metavar=("SHEAR", "NORMAL"), help="by which the background grows with depth [Pa/m]: --background is that at the ground")
     parser.add_argument("--figure", metavar="PNG", help="picture of the cells and their slip")
     options = parser.parse_intermixed_args()  # options may be between IN and OUT
     check(parser, options)
@@ -170,12 +209,16 @@ def main():
         model = shifted(model)
     grounded(model)
     timed(model, options)
+    if options.rigidity:
+        of_rigidity(model, options.rigidity)
     receivers = receivers_of(options, model) if options.receivers else None
     for name, text in said.lines(model):
         print(f"{name + ':':<20}{text}")
     if options.output:
         write(model, options.output, None if receivers is None else receivers.cells[:, :3])
         print(f"{'written:':<20}{options.output}")
+        if options.output.lower().endswith((".h5", ".hdf5")) and (words := refused_mesh(options.output)):
+            print(f"{'note:':<20}fault refuses these cells: {words}")
     if options.stress:
         shear, normal = stress_on(model, receivers, options)
         print(f"{'stress:':<20}on {len(shear)} cells of {options.receivers}: shear {said.span(shear, 1e6, 4)} MPa, normal {said.span(normal, 1e6, 4)} MPa, written to {options.stress}")

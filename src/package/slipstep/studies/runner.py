@@ -18,8 +18,8 @@ import tempfile
 import time
 
 from ..errors import Error
-from ..modules import find_program
-from ..running import ENVIRONMENT, program_fault, word
+from ..modules import ENVIRONMENT, find_program, program_fault
+from ..running import word
 from .plan import filled
 from .record import Record, lock, write_whole
 
