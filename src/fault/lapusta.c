@@ -121,8 +121,8 @@ PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.waits. What waves still do to the stress is its difference to that of the same slip when all have gone;
-   loading, which is steady, meets its impedance for ever. */
+/* SlipProblemOps.waits. What waves still do to the stress is its difference to that of the same slip when all are
+   gone; loading, which is steady, meets its impedance for ever. */
 PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
