@@ -1,11 +1,11 @@
 /* TSADAPTPI: digital filters with two errors of memory.
 
    PETSc's dsp has the same filters (H211b4 is its H211b). What is its own here: a step is accepted by the ratios of
-   steps that the filter and E alone ask for, at least ratio_min, and not by E <= 1 only, the ratio is capped, the memory
-   of a capped step is that of the cap (SlipControlFilter()), and a solve that did not converge is repeated as TSBATHE
-   wants it. At the accuracy 1e-2 it needs more solves than dsp with H211b: 103 for 57 of an event on 8 x 8 cells, 166
-   for 147 of 12 x 12 cells under loading (-fault_loading_rate 1e-2 -ts_max_time 60). fault_history, tuned on faults, wins
-   there: 68 for 119 of the default filter on 20 x 20 cells of the 3 km fault. */
+   steps that the filter and E alone ask for, at least ratio_min, and not by E <= 1 only, the ratio is capped, the
+   memory of a capped step is that of the cap (SlipControlFilter()), and a solve that did not converge is repeated as
+   TSBATHE wants it. At the accuracy 1e-2 it needs more solves than dsp with H211b: 103 for 57 of an event on 8 x 8
+   cells, 166 for 147 of 12 x 12 cells under loading (-fault_loading_rate 1e-2 -ts_max_time 60). fault_history, tuned on
+   faults, wins there: 68 for 119 of the default filter on 20 x 20 cells of the 3 km fault. */
 #include <slipstep/private/slipadapt.h>
 #include <string.h>
 

@@ -32,9 +32,9 @@ const SlipFilter SlipFilters[] = {
 };
 
 /* The ratio of steps of a filter within its limits, after a step h; the memory moves when the step is accepted. The
-   errors before may not speak for a step whose own error asks for less than the least ratio: after one without error, of
-   a block that has stuck, the filter's ratio is large whatever this error is. Nor against one with E <= 1: after refused
-   steps it may be as small as that. */
+   errors before may not speak for a step whose own error asks for less than the least ratio: after one without error,
+   of a block that has stuck, the filter's ratio is large whatever this error is. Nor against one with E <= 1: after
+   refused steps it may be as small as that. */
 PetscReal SlipControlFilter(const SlipFilter *filter, SlipFilterMemory *memory, PetscReal q, PetscReal E, PetscReal h,
                             PetscBool always, PetscBool *accept)
 {

@@ -1,5 +1,5 @@
-/* The errors that controllers accept where blocks stick and slip: after a step in which a block has stuck the estimate is
-   all but 0, and the next one may be thousands of tolerances. */
+/* The errors that controllers accept where blocks stick and slip: after a step in which a block has stuck the estimate
+   is all but 0, and the next one may be thousands of tolerances. */
 #include "unit.h"
 
 #define TOLERANCE 1e-6
