@@ -41,7 +41,7 @@ typedef struct {
   PetscReal interval, limit;
   SlipCheckpointFn visit;
   void *ctx;
-  PetscErrorCode (*poststep)(TS), (*prestep)(TS); /* of others, called first */
+  PetscErrorCode (*poststep)(TS), (*prestep)(TS); /* of others */
   PetscInt wait;                                  /* steps to the next agreement */
   PetscBool due;                                  /* before the next step */
   PetscBool over;                                 /* the run is: what the TS does now is no run to go on with */
@@ -151,9 +151,9 @@ static PetscErrorCode SlipCheckpointBeforeStep(TS ts)
 
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
-  if (c->prestep) PetscCall((*c->prestep)(ts));
   if (c->due) PetscCall(SlipCheckpointWrite(c));
   c->due = PETSC_FALSE;
+  if (c->prestep) PetscCall((*c->prestep)(ts)); /* it may change the state, as the run that goes on will again */
   PetscCall(PetscTime(&c->last_step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -31,19 +31,23 @@ const SlipFilter SlipFilters[] = {
   {"fault_history", 0.6373, -8.001, -0.09116, 0.1642, 18.62},
 };
 
-/* The ratio of steps of a filter within its limits, after a step h; the memory moves when the step is accepted. */
+/* The ratio of steps of a filter within its limits, after a step h; the memory moves when the step is accepted. The
+   errors before may not speak for a step whose own error asks for less than the least ratio: after one without error,
+   of a block that has stuck, the filter's ratio is large whatever this error is. Nor against one with E <= 1: after
+   refused steps it may be as small as that. */
 PetscReal SlipControlFilter(const SlipFilter *filter, SlipFilterMemory *memory, PetscReal q, PetscReal E, PetscReal h,
                             PetscBool always, PetscBool *accept)
 {
   const PetscReal last = memory->h_last > 0 ? h / memory->h_last : 1;
-  PetscReal r, used;
+  PetscReal r, used, alone;
 
   E = PetscMax(E, PETSC_SMALL);
+  alone = PetscPowReal(E, -q);
   r = PetscPowReal(E, -q / filter->g1) * PetscPowReal(memory->error, -q / filter->g2) *
       PetscPowReal(last, -filter->kappa);
-  used = PetscMin(r, filter->r_max);
-  *accept = r >= filter->r_min || always ? PETSC_TRUE : PETSC_FALSE;
-  if (!*accept) return used;
+  *accept = alone >= 1 || PetscMin(r, alone) >= filter->r_min || always ? PETSC_TRUE : PETSC_FALSE;
+  if (!*accept) return r < filter->r_min ? r : alone;
+  used = always ? PetscMin(r, filter->r_max) : PetscClipInterval(r, filter->r_min, filter->r_max);
   /* Where the cap acted, remember the error that would have asked for the cap: otherwise one step without error (a
      fault at rest) would vouch for the next one, however wrong that is. */
   memory->error = r > used ? E * PetscPowReal(r / used, filter->g1 / q) : E;

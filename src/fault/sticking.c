@@ -217,6 +217,7 @@ PetscErrorCode SlipFaultBeginRest(SlipFault fault, TS ts)
     PetscCall((*fault->problem.rest)(ts, t, limit, w, b->way, b->rested, &end, &b->next, fault));
   }
   b->resting = end > t ? PETSC_TRUE : PETSC_FALSE;
+  if (landed || b->resting) PetscCall(VecDestroy(&b->first)); /* a checkpoint's rates, of the state before */
   if (landed) PetscCall(TSRestartStep(ts));
   if (!b->resting) {
     PetscCall(TSSetTimeStep(ts, PetscMin(h, corner - t)));

@@ -344,6 +344,8 @@ static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
   PetscCall(SlipStateReal(s, "elastic", 1, &e->elastic));
   PetscCall(SlipStateReal(s, "kinetic", 1, &e->kinetic));
   PetscCall(SlipStateReal(s, "work", cat->nwork, cat->work));
+  PetscCall(SlipStateBool(s, "power_known", &cat->power_known));
+  if (cat->power_known) PetscCall(SlipStateReal(s, "power", cat->nwork, cat->power));
   PetscCall(SlipStateReal(s, "peak", 1, &e->peak));
   PetscCall(SlipStateReal(s, "time", 2, e->time));
   PetscCall(SlipStateReal(s, "rate", 2, e->rate));

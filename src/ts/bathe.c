@@ -93,6 +93,22 @@ static PetscErrorCode TSBatheWarnOfIdle(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The rule of stage 1 where nobody chose one, TSBatheSetFirstStage() */
+static PetscErrorCode TSBatheChooseFirstStage(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  TSIFunction ifunction;
+  DM dm;
+
+  PetscFunctionBegin;
+  if (ba->first_set || ba->con) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetDM(ts, &dm));
+  PetscCall(DMTSGetIFunction(dm, &ifunction, NULL));
+  PetscCall(TSBatheSetFirstStage(ts, ifunction ? TSBATHE_STAGE_BACKWARD : TSBATHE_STAGE_TRAPEZOIDAL));
+  ba->first_set = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode TSSetUp_Bathe(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
@@ -102,6 +118,7 @@ static PetscErrorCode TSSetUp_Bathe(TS ts)
 
   PetscFunctionBegin;
   PetscCall(PetscCitationsRegister(citation, &cited));
+  PetscCall(TSBatheChooseFirstStage(ts));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(full); i++)
     if (!*full[i]) PetscCall(VecDuplicate(ts->vec_sol, full[i]));
   if (ba->con) {
@@ -152,9 +169,11 @@ static PetscErrorCode TSSetFromOptions_Bathe(TS ts, SlipOptionItems PetscOptions
   PetscCall(PetscOptionsReal("-ts_bathe_gamma", "Split of the step, dimensionless in (0, 1): 0.5 is Bathe's",
                              "TSBatheSetGamma", gamma, &gamma, &flg));
   if (flg) PetscCall(TSBatheSetGamma(ts, gamma));
-  PetscCall(PetscOptionsEnum("-ts_bathe_first_stage",
-                             "Rule of stage 1: trapezoidal, or backward (default of faults that are loaded or heal)",
-                             "TSBatheSetFirstStage", TSBatheFirstStages, (PetscEnum)first, (PetscEnum *)&first, &flg));
+  PetscCall(PetscOptionsEnum(
+    "-ts_bathe_first_stage",
+    "Rule of stage 1: trapezoidal, or backward (default of faults that are loaded or heal, and of a problem by "
+    "TSSetIFunction())",
+    "TSBatheSetFirstStage", TSBatheFirstStages, (PetscEnum)first, (PetscEnum *)&first, &flg));
   if (flg) PetscCall(TSBatheSetFirstStage(ts, first));
   PetscCall(PetscOptionsEnum(
     "-ts_bathe_reaction",
@@ -320,8 +339,10 @@ static PetscErrorCode TSComputeLinearStability_Bathe(TS ts, PetscReal xr, PetscR
 
   Notes:
   Second order and L-stable for gamma in (0, 1). Without a constraint it integrates any TSSetRHSFunction() or
-  TSSetIFunction() problem with a constant mass matrix; with one (TSBatheSetConstraint()) stages are solved by
-  SNESSEMISMOOTH or SNESPROJECTION on the constraint's reduced unknowns.
+  TSSetIFunction() problem, differential-algebraic ones of index 1 included; with one (TSBatheSetConstraint()) stages
+  are solved by SNESSEMISMOOTH or SNESPROJECTION on the constraint's reduced unknowns. Both stages are backward where
+  there is an IFunction: the trapezoidal one is for those that are A w' + f(t, w) with a constant A
+  (TSBatheSetFirstStage()).
 
   A stage that does not converge is no end: its attempt is repeated with the step that the controller chooses, or
   PETSc's -ts_adapt_scale_solve_failed, until -ts_bathe_max_failures attempts in a row have failed. PETSc's defaults of

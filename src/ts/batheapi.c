@@ -116,7 +116,10 @@ PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma)
   and the treatment of the reaction, which no stage averages then, do not count. It is for steps that are long against
   the times of inertia and radiation, such as those of a fault that creeps between events: the trapezoidal rule repeats
   there with the opposite sign what the forces of the start lack in balance.
-  Faults that are loaded, heal or have no inertia use it unless the option says otherwise.
+  Faults that are loaded, heal or have no inertia use it unless the option says otherwise, and so does a problem that
+  TSSetIFunction() gives. The trapezoidal rule takes F(t, w, w') from the start of the step as F(t, w, 0). That is right
+  where F is A w' + f(t, w) with a constant A that has an inverse; it is a wrong solution where F is not linear in w',
+  order one where A changes, and algebraic equations are met in the mean of a step's ends only.
 
 .seealso: TSBATHE, TSBatheGetFirstStage(), TSBatheSetGamma(), TSBatheSetReactionType()
 @*/
@@ -128,6 +131,7 @@ PetscErrorCode TSBatheSetFirstStage(TS ts, TSBatheFirstStage rule)
   PetscCall(TSBatheGetData(ts, PETSC_FALSE, &ba));
   PetscValidLogicalCollectiveEnum(ts, rule, 2);
   if (!ba) PetscFunctionReturn(PETSC_SUCCESS);
+  ba->first_set = PETSC_TRUE;
   ba->first = rule;
   if (rule == TSBATHE_STAGE_BACKWARD)
     SlipBatheSetUpBackward(&ba->c);

@@ -1,5 +1,6 @@
 /* TSBATHE's step: attempt, estimate, ask the controller, accept, reject or recover from a failed stage. */
 #include <slipstep/private/slipts.h>
+#include <petsc/private/snesimpl.h>
 #include <petsctime.h>
 
 /* An attempt that would have gone past an instability says that it comes before the attempt's end, the barrier. Steps
@@ -14,6 +15,8 @@ static const PetscReal at_barrier = 1e-2, no_barrier = PETSC_MAX_REAL;
    near is near enough; attempts at it */
 static const PetscReal beyond_stop = 1e-3, near_stop = 1e-2;
 enum { max_stop_tries = 4 };
+/* Of a stage's first residual: less of it says that the solver was on its way */
+static const PetscReal floor_share = 1e-3;
 
 /* Does the attempt run step doubling? Not when the controller has no use for an error and nobody asked for it
    explicitly */
@@ -373,6 +376,34 @@ static PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Shorter steps make a solve converge unless its residual stands where rounding, differences or an approximate Jacobian
+   leave it. That is so where it is small and a first repetition, of a shorter step, has not halved it. */
+static PetscErrorCode TSBatheTellFloor(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const char *prefix = ((PetscObject)ts->snes)->prefix ? ((PetscObject)ts->snes)->prefix : "";
+  PetscReal norm, first;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  if (ba->con || ba->floor_told || ba->failures > 2) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SNESGetFunctionNorm(ts->snes, &norm));
+  first = ts->snes->rtol > 0 ? ts->snes->ttol / ts->snes->rtol : PETSC_MAX_REAL;
+  if (ba->failures == 1) ba->stagnated = norm < floor_share * first ? norm : 0;
+  if (ba->failures == 1 || !(ba->stagnated > 0) || norm < 0.5 * ba->stagnated) PetscFunctionReturn(PETSC_SUCCESS);
+  ba->floor_told = PETSC_TRUE;
+  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
+  if (!rank)
+    PetscCall(SlipWarning(
+      "at time %.6g s a stage ended as %s with the residual %.3g, and with %.3g at a shorter step: shorter steps do "
+      "not "
+      "help there. -%ssnes_rtol and -%ssnes_atol say what is small enough, -%ssnes_test_jacobian whether the Jacobian "
+      "fits",
+      (double)ts->ptime, SNESConvergedReasons[ba->last.reason], (double)ba->stagnated, (double)norm, prefix, prefix,
+      prefix));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* After a stage that did not converge: restore, record, choose the next step, and stop a run that leads nowhere. whole:
    the step that was cut for a corner or a stop, 0: it was not [s] */
 static PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
@@ -397,6 +428,7 @@ static PetscErrorCode TSBatheFailed(TS ts, PetscReal whole)
       "; the last tried dt = %g and ended as %s, largest residual %g in cell %" PetscInt_FMT,
       ba->failures, (double)time, ts->steps, (double)h, SNESConvergedReasons[ba->last.reason], (double)residual, worst);
   }
+  PetscCall(TSBatheTellFloor(ts));
   PetscCall(TSBatheIsConstant(ts, &constant));
   if (constant && ba->failures == 1) PetscCall(SlipConstantRefused(ts, PetscMax(h, whole), &ba->constant));
   if (!ts->reason) {

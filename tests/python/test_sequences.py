@@ -248,10 +248,11 @@ class SequencesTest(FaultTest):
         """How many of its events pass 1 mm/s in 35 years is chance, 18 and 21 in runs at 1e-6 that differ by rounding and 27 at 1e-5: runs part after some ten
         events. From one state to the next event they do not: what a tight run has within a year of one of its states others have from there, too. Measured are onsets
         to 0.003 years, the interval being 2.6, and largest slip rates to 8 % by default and down to 0.59 of them at 1e-2. Without the check of the stage's
-        start dsp and basic at 1e-2 lose three events each of five, and by default none: errors find these."""
-        followed = 0
+        start dsp and basic at 1e-2 lose three events each of five, and by default none: errors find these. Which year has such an event hangs on rounding, and so on the
+        processor: four are followed, whenever they come within 40 years (3 of 12 years had one with AVX-512, 4 or more without)."""
+        followed = k = 0
         self.marginal("dsp", "-fault_checkpoint", "0.state", years=100)
-        for k in range(12):
+        while followed < 4 * 6 and k < 40:
             restart, end = ("-fault_restart", f"{k}.state"), 101 + k
             onset, peak = self.marginal("dsp", "-ts_rtol", "1e-6", *restart, "-fault_checkpoint", f"{k + 1}.state", years=end)
             tight = [pair for pair in zip(onset, peak) if pair[0] < end - 0.05 and pair[1] > 1e-3]
@@ -263,6 +264,7 @@ class SequencesTest(FaultTest):
                         self.assertEqual(at_once.sum(), 1)
                         self.assertTrue((0.5 if "1e-2" in way else 0.8) < peak[at_once][0] / rate < 1.25)
                         followed += 1
+            k += 1
         self.assertGreaterEqual(followed, 4 * 6)
 
     def test_explicit_steps_end_after_events(self):

@@ -161,11 +161,16 @@ class WavesTest(FaultTest):
         said = self.fault(*options, "-ts_adapt_type", "lapusta", "-fault_catalogue", "events.h5", "-ts_max_time", 7)
         self.assertIn("Use smaller cells", said)
         whole = (*options, "-fault_output_precision", "double", "-fault_output_interval", 1000)
-        self.fault(*whole, "-fault_output", "whole.h5")
-        self.fault(*whole, "-fault_output", "part.h5", "-fault_checkpoint", "state", "-ts_max_steps", 150, code=3)
-        self.fault(*whole, "-fault_output", "part.h5", "-fault_restart", "state")
-        for one, other in zip(self.last("whole.h5"), self.last("part.h5")):
-            np.testing.assert_array_equal(one, other)
+        self.fault(*whole, "-fault_output", "whole.h5", "-fault_catalogue", "whole_events.h5")
+        for steps in 20, 150:  # in the first event, and in the rest
+            files = "-fault_output", "part.h5", "-fault_catalogue", "part_events.h5"
+            self.fault(*whole, *files, "-fault_checkpoint", "state", "-ts_max_steps", steps, code=3)
+            self.fault(*whole, *files, "-fault_restart", "state")
+            for one, other in zip(self.last("whole.h5"), self.last("part.h5")):
+                np.testing.assert_array_equal(one, other)
+            with h5py.File(self.path("whole_events.h5")) as one, h5py.File(self.path("part_events.h5")) as other:
+                for name in "onset", "end", "moment", "radiated_energy", "radiated_efficiency", "ledger", "dissipated_energy":
+                    np.testing.assert_array_equal(one[name], other[name], err_msg=name)
 
     def test_refused(self):
         for options, message in ((("-fault_kernel", "half_space"), "knows no ground, which reflects waves: expected -fault_kernel full_space"),

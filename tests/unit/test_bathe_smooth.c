@@ -102,6 +102,7 @@ static TS Create(PetscBool implicit, PetscReal gamma, PetscReal h, PetscReal tma
   ok(TSSetType(ts, TSBATHE));
   ok(TSBatheSetGamma(ts, gamma));
   if (implicit) {
+    ok(TSBatheSetFirstStage(ts, TSBATHE_STAGE_TRAPEZOIDAL)); /* right for this one, A w' + f(t, w) */
     ok(TSSetIFunction(ts, NULL, IFunction, NULL));
     ok(TSSetIJacobian(ts, J, J, IJacobian, NULL));
   } else {
@@ -250,6 +251,7 @@ static void test_stiff(void **state)
   TS ts;
   Vec y;
   Mat J;
+  TSBatheFirstStage first;
   PetscScalar a;
 
   (void)state;
@@ -266,6 +268,8 @@ static void test_stiff(void **state)
   ok(TSSolve(ts, y));
   ok(VecGetValues(y, 1, (PetscInt[]){0}, &a));
   print_message("stiff: error %g\n", fabs(a - cos(1.0)));
+  ok(TSBatheGetFirstStage(ts, &first));
+  assert_int_equal(first, TSBATHE_STAGE_TRAPEZOIDAL); /* of a right-hand side */
   assert_true(fabs(a - cos(1.0)) < 1e-7); /* h^2/|lambda| is 2.5e-9, the SNES tolerance 1e-8 of the residual */
   ObjectsDestroy(&y, &J, &ts);
 }

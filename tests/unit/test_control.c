@@ -291,4 +291,32 @@ static void names(void **state)
   assert_true(!seen.row && SlipObservedOfState(&seen)); /* the problem may know it */
 }
 
-SLIP_TESTS(match, end_exactly, rest, halve, ceiling, fault_rows, attempts, methods, names)
+/* After a step whose error was all but 0, as of a block that has stuck, a filter's ratio is large whatever the error is
+   now; after one that was reached by refused ones it may be small. No filter accepts an error that asks by itself for a
+   shorter step than its least ratio, what it asks for then is shorter, and none refuses an error of 1 or less. */
+static void filter_after_rest(void **state)
+{
+  const PetscReal q = (PetscReal)1 / 3;
+
+  (void)state;
+  for (PetscInt i = 0; i < SLIP_NUM_FILTERS; i++) {
+    const SlipFilter *f = &SlipFilters[i];
+    const PetscReal most = PetscPowReal(f->r_min, -1 / q);
+    PetscBool accept;
+
+    for (PetscReal before = 1e-12; before < 1e13; before *= 10)
+      for (PetscReal share = 0.001; share < 1e4; share *= 1.7) {
+        SlipFilterMemory memory = {.error = before};
+        const PetscReal ratio = SlipControlFilter(f, &memory, q, share * most, 1, PETSC_FALSE, &accept);
+
+        if (share > 1) assert_false(accept);
+        if (share * most <= 1) assert_true(accept && ratio >= f->r_min);
+        if (!accept) {
+          assert_true(ratio < 1 || share < 1);
+          assert_true(memory.error == before); /* it moves on accepted steps alone */
+        }
+      }
+  }
+}
+
+SLIP_TESTS(match, end_exactly, rest, halve, ceiling, fault_rows, attempts, methods, names, filter_after_rest)

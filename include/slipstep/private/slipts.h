@@ -38,6 +38,7 @@ typedef struct {
   TSBatheMethod method, now;                    /* now: of the attempt; implicit or explicit */
   PetscReal gamma;                              /* split of the step, in (0, 1), with a trapezoidal stage 1 */
   TSBatheFirstStage first;                      /* rule of stage 1 */
+  PetscBool first_set;                          /* it was chosen */
   SlipBathe c;                                  /* numbers of both */
   TSBatheReactionType reaction;                 /* treatment of the reaction in stage 1 */
   TSBatheError error;                           /* error estimate */
@@ -101,7 +102,9 @@ typedef struct {
   /* bookkeeping */
   TSStepStatus status;
   SlipAttempt last;
-  PetscInt failures; /* attempts in a row that failed to converge */
+  PetscInt failures;    /* attempts in a row that failed to converge */
+  PetscReal stagnated;  /* residual that the first of them ended with */
+  PetscBool floor_told; /* that shorter steps leave it as it is */
   SlipConstant constant;
   PetscReal barrier; /* where an attempt ended that would have gone past an instability [s] */
   PetscInt towards;  /* steps in a row that were cut because of it */
