@@ -3,11 +3,13 @@
 #include <slipadapt.h>
 
 #define MOST_SLIP 0.5 /* of a step, over d_c */
-/* Waves may start something that rests while the largest stress that is still under way exceeds the first share of the
-   least distance to strength, as waves from several places may add up, and the second one of the largest strength, what
-   the exponentials of their kernels are off by */
+/* Waves may start a rupture where all rests while the largest stress that is still under way exceeds the first share of
+   the least distance to strength, as waves from several places may add up, and the second one of the largest strength,
+   what the exponentials of their kernels are off by. Only cells whose strength can still fall by the third share of it
+   count: others slip on by as much as the wave that passes, and start nothing. */
 #define WAITS_DISTANCE 0.1
 #define WAITS_STRENGTH 1e-6
+#define WAITS_DROP 0.01
 #define FOR_EVER 1e30 /* [s] */
 
 /* SlipProblemOps.drift */
@@ -129,6 +131,7 @@ PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void 
   const PetscInt c = fault->layout.components;
   PetscReal most[3] = {0, -PETSC_MAX_REAL, 0}, speed, shortest; /* waves, -distance, strength [Pa] */
   const PetscReal *now, *last, *vinf, *stress, *strength;
+  SlipFrictionCells cells;
   Vec u, force, later, friction;
 
   PetscFunctionBegin;
@@ -144,6 +147,7 @@ PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void 
   PetscCall(SlipFaultGetWork(fault, &friction));
   PetscCall(SlipFaultStickingTraction(fault, t, w, friction));
   PetscCall(SlipFaultStrength(fault, t, w, fault->cells));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &cells));
   PetscCall(SlipFaultForce(fault, t, w, u, force));
   PetscCall(SlipElasticForce(fault->medium, t + FOR_EVER, u, NULL, later, NULL));
   const SlipArrays arrays[] = {{force, .read = &now},
@@ -154,13 +158,14 @@ PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void 
 
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal weight = fault->mesh.weight[i];
+    const PetscReal weight = fault->mesh.weight[i], weakest = weight * SlipFrictionWeakest(&cells, i) * cells.stress[i];
     PetscReal wave[3];
 
     for (PetscInt k = c * i; k < c * (i + 1); k++)
       wave[k - c * i] = last[k] - now[k] + fault->balance.eta * weight * vinf[k];
     most[0] = PetscMax(most[0], SlipFaultLength(fault, wave) / weight);
-    most[1] = PetscMax(most[1], (SlipFaultLength(fault, stress + c * i) - strength[i]) / weight);
+    if (strength[i] - weakest > WAITS_DROP * strength[i])
+      most[1] = PetscMax(most[1], (SlipFaultLength(fault, stress + c * i) - strength[i]) / weight);
     most[2] = PetscMax(most[2], strength[i] / weight);
   }
   PetscCall(SlipArraysRestore(5, arrays));
