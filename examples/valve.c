@@ -1,11 +1,14 @@
 static const char help[] =
   "A fault as a valve: fluid diffuses along its plane, the more easily the more it has slipped and the higher the "
-  "pressure is, and weakens it.\n  valve -options_file examples/injection.opts -fault_injection \"\" -valve_points "
-  "1200,3200 -valve_pressures 3.5e6 -valve_diffusivity 0.05 -valve_slip_factor 10 -valve_slip 0.01\nAll else is as in "
-  "fault, on a uniform grid.\n\n";
+  "pressure is, and weakens it.\n  valve -fault_nx 24 -fault_nz 20 -fault_length_x 2400 -fault_length_z 2000 "
+  "-fault_depth_top 2000 -fault_inertia no -fault_viscosity radiation -fault_normal_stress 40e6 "
+  "-fault_normal_stress_gradient 0 -fault_friction_slip 0.05 -fault_initial traction -fault_initial_traction 21e6 "
+  "-valve_points 1200,3000 -valve_pressures 3.5e6 -valve_stop 20d -valve_slip_factor 10 -ts_max_time 40d "
+  "-fault_output run.h5\nAll else is as in fault, on a uniform grid.\n\n";
 
 #include <slipstep.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /*
@@ -49,32 +52,70 @@ typedef struct {
 
 /* ---- options ---- */
 
+/* A list of numbers: PETSc's own error would not name the option */
+static PetscErrorCode CheckList(const char option[])
+{
+  char text[1024], **words;
+  int n;
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsGetString(NULL, NULL, option, text, sizeof(text), &set));
+  if (!set) PetscFunctionReturn(0);
+  PetscCall(PetscStrToArray(text, ',', &n, &words));
+  for (int i = 0; i < n; i++) {
+    char *end;
+
+    PetscCheck(isfinite(strtod(words[i], &end)) && end != words[i] && !*end, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
+               "%s is \"%s\": \"%s\" is no finite number", option, text, words[i]);
+  }
+  PetscCall(PetscStrToArrayDestroy(n, words));
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode Options(Valve *v)
 {
   char edges[16] = "closed";
   PetscInt n = 2 * MOST_POINTS, m = MOST_POINTS;
-  PetscBool open, closed;
-  PetscBool only_help;
+  PetscBool open, closed, only_help;
+  PetscMPIInt rank;
+  const struct {
+    const char *name, *help, *unit;
+    PetscReal *value;
+    PetscBool zero; /* is a value */
+    PetscReal least, most;
+    const char *small, *large; /* what other magnitudes look like */
+  } row[] = {
+    {"-valve_diffusivity", "Hydraulic diffusivity D0 at the start [m^2/s]", "m^2/s", &v->diffusivity, PETSC_FALSE, 1e-7,
+     1e3, "km^2/s", "m^2/day or mm^2/s"},
+    {"-valve_stop", "When the injection stops [s]; 0: never", "s", &v->stop, PETSC_TRUE, 1e-6, 3.2e10, "years",
+     "less than a s"},
+    {"-valve_slip_factor", "F: slip multiplies the diffusivity by up to 1 + F", "", &v->slip_factor, PETSC_TRUE, 0,
+     PETSC_MAX_REAL, "", ""},
+    {"-valve_slip", "L: slip within which it does [m]", "m", &v->slip, PETSC_FALSE, 1e-7, 20, "km", "mm"},
+    {"-valve_pressure_scale", "S: the diffusivity grows by exp(p/S) [Pa]; 0: it does not", "Pa", &v->scale, PETSC_TRUE,
+     100, 1e10, "MPa", "less than a Pa"},
+    {"-valve_step", "Step of the diffusion [s]", "s", &v->step, PETSC_FALSE, 1e-6, 3.2e10, "years", "less than a s"}};
 
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   v->diffusivity = 0.05;
   v->slip = 0.01;
   v->step = 3600;
+  PetscCall(SlipDeclareTimes("valve_stop valve_step"));
+  PetscCall(SlipExpandTimes(NULL));
+  PetscCall(CheckList("-valve_points"));
+  PetscCall(CheckList("-valve_pressures"));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++)
+    PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, row[i].name));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Fluid in a fault", NULL);
   PetscCall(PetscOptionsRealArray("-valve_points",
                                   "Points of injection x,z,x,z,...: along strike from the edge, and depth [m]", NULL,
                                   v->point, &n, NULL));
   PetscCall(PetscOptionsRealArray("-valve_pressures", "Strength p* = Q eta/(4 pi k h) of each point [Pa]", NULL,
                                   v->pressure, &m, NULL));
-  PetscCall(PetscOptionsReal("-valve_diffusivity", "Hydraulic diffusivity D0 at the start [m^2/s]", NULL,
-                             v->diffusivity, &v->diffusivity, NULL));
-  PetscCall(PetscOptionsReal("-valve_stop", "When the injection stops [s]; 0: never", NULL, v->stop, &v->stop, NULL));
-  PetscCall(PetscOptionsReal("-valve_slip_factor", "F: slip multiplies the diffusivity by up to 1 + F", NULL,
-                             v->slip_factor, &v->slip_factor, NULL));
-  PetscCall(PetscOptionsReal("-valve_slip", "L: slip within which it does [m]", NULL, v->slip, &v->slip, NULL));
-  PetscCall(PetscOptionsReal("-valve_pressure_scale", "S: the diffusivity grows by exp(p/S) [Pa]; 0: it does not", NULL,
-                             v->scale, &v->scale, NULL));
-  PetscCall(PetscOptionsReal("-valve_step", "Step of the diffusion [s]", NULL, v->step, &v->step, NULL));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++)
+    PetscCall(PetscOptionsReal(row[i].name, row[i].help, NULL, *row[i].value, row[i].value, NULL));
   PetscCall(PetscOptionsString("-valve_edges",
                                "closed: nothing flows through the edges of the fault; open: p is 0 there", NULL, edges,
                                edges, sizeof(edges), NULL));
@@ -85,13 +126,19 @@ static PetscErrorCode Options(Valve *v)
              ", expected two and one for each of at most %d points",
              n, m, MOST_POINTS);
   v->points = m;
-  PetscCheck(
-    v->diffusivity > 0 && v->slip > 0 && v->step > 0 && v->stop >= 0 && v->slip_factor >= 0 && v->scale >= 0,
-    PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-    "-valve_diffusivity is %.6g, -valve_slip %.6g, -valve_step %.6g: expected numbers > 0; -valve_stop is %.6g, "
-    "-valve_slip_factor %.6g, -valve_pressure_scale %.6g: expected numbers >= 0",
-    (double)v->diffusivity, (double)v->slip, (double)v->step, (double)v->stop, (double)v->slip_factor,
-    (double)v->scale);
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(row); i++) {
+    char what[64];
+
+    PetscCheck(*row[i].value > 0 || (row[i].zero && *row[i].value == 0), PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+               "%s is %.6g, expected a number %s 0%s%s", row[i].name, (double)*row[i].value, row[i].zero ? ">=" : ">",
+               row[i].unit[0] ? " " : "", row[i].unit);
+    PetscCall(PetscSNPrintf(what, sizeof(what), "%s is", row[i].name));
+    if (!rank)
+      PetscCall(
+        SlipWarnOfUnit(what, *row[i].value, row[i].unit, row[i].least, row[i].most, row[i].small, row[i].large));
+  }
+  for (PetscInt k = 0; k < m && !rank; k++)
+    PetscCall(SlipWarnOfUnit("-valve_pressures has", v->pressure[k], "Pa", 100, 1e10, "MPa", "less than a Pa"));
   PetscCall(PetscStrcmp(edges, "open", &open));
   PetscCall(PetscStrcmp(edges, "closed", &closed));
   PetscCheck(open || closed, PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "-valve_edges is \"%s\", expected closed or open",

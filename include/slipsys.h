@@ -51,7 +51,11 @@ PETSC_EXTERN PetscErrorCode SlipCheckInteger(MPI_Comm comm, const char name[], c
 PETSC_EXTERN PetscErrorCode SlipCheckIntegerOption(MPI_Comm comm, PetscOptions options, const char prefix[],
                                                    const char option[]);
 PETSC_EXTERN PetscErrorCode SlipCheckIntegers(MPI_Comm comm, PetscOptions options);
+/* A warning where a number looks as if it were in another unit */
+PETSC_EXTERN PetscErrorCode SlipWarnOfUnit(const char what[], PetscReal value, const char unit[], PetscReal least,
+                                           PetscReal most, const char small[], const char large[]);
 /* 90s, 10min, 12h, 20d, 100y in options that are times become seconds. */
+PETSC_EXTERN PetscErrorCode SlipDeclareTimes(const char names[]);
 PETSC_EXTERN PetscErrorCode SlipExpandTimes(PetscOptions options);
 PETSC_EXTERN PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const char prefix[]);
 /* Programs: the names, with blanks between, of the options with a prefix that is theirs (without dashes; "word*" for

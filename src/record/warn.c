@@ -53,6 +53,7 @@ static PetscErrorCode LargestMagnitude(SlipFault fault, SlipFaultRealId id, Pets
 static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
 {
   const char *prefix = SlipFaultPrefix(fault), *source;
+  char what[PETSC_MAX_PATH_LEN + 64];
   PetscReal slip;
 
   PetscFunctionBegin;
@@ -69,12 +70,10 @@ static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
     if (rank || x == 0 || isnan(x) || (x >= plausible[k].least && x <= plausible[k].most)) continue;
     small = x < plausible[k].least ? PETSC_TRUE : PETSC_FALSE;
     if (small && (extent || plausible[k].id == FAULT_THICKNESS) && slip < LABORATORY_SLIP * x) continue;
-    PetscCall(SlipWarning("%s%s%s%s is %s%.6g%s%s: is it given in %s? Expected %s%g to %g%s%s%s", source ? source : "-",
-                          source ? ": /" : prefix, source ? "" : "fault_", p->name, source ? "at most " : "", (double)x,
-                          p->unit[0] ? " " : "", p->unit, small ? plausible[k].small : plausible[k].large,
-                          source ? "its largest value to be " : "", (double)plausible[k].least,
-                          (double)plausible[k].most, p->unit[0] ? " " : "", p->unit,
-                          p->unit[0] ? "" : ", without unit"));
+    PetscCall(PetscSNPrintf(what, sizeof(what), "%s%s%s%s is%s", source ? source : "-", source ? ": /" : prefix,
+                            source ? "" : "fault_", p->name, source ? " at most" : ""));
+    PetscCall(
+      SlipWarnOfUnit(what, x, p->unit, plausible[k].least, plausible[k].most, plausible[k].small, plausible[k].large));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,6 +3,7 @@
 #include <slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -173,6 +174,37 @@ PetscErrorCode SlipWarning(const char format[], ...)
     strcat(warnings, "\n");
   }
   va_end(args);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipWarnOfUnit - a warning where a number looks as if it were in another unit
+
+  Not collective: every process that calls it prints.
+
+  Input Parameters:
++ what  - what has the value, with its verb, as "-fault_normal_stress is"
+. value - in its unit; 0 and NaN are plausible
+. unit  - of the number, "" for none
+. least - the least magnitude that is plausible [unit]
+. most  - the largest one [unit]
+. small - the unit that a smaller magnitude looks like
+- large - the unit that a larger one looks like
+
+  Level: developer
+
+.seealso: SlipWarning()
+@*/
+PetscErrorCode SlipWarnOfUnit(const char what[], PetscReal value, const char unit[], PetscReal least, PetscReal most,
+                              const char small[], const char large[])
+{
+  const PetscReal x = PetscAbsReal(value);
+
+  PetscFunctionBegin;
+  if (x == 0 || isnan(x) || (x >= least && x <= most)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipWarning("%s %.6g%s%s: is it given in %s? Expected %g to %g%s%s%s", what, (double)value,
+                        unit[0] ? " " : "", unit, x < least ? small : large, (double)least, (double)most,
+                        unit[0] ? " " : "", unit, unit[0] ? "" : ", without unit"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

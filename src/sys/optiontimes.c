@@ -31,6 +31,20 @@ static PetscErrorCode SlipForgetTimes(void)
   return PETSC_SUCCESS;
 }
 
+/*@C
+  SlipDeclareTimes - names options that are times, which may have a unit from then on
+
+  Not collective.
+
+  Input Parameter:
+. names - without dashes, with blanks between, with any prefix or none before each; not copied
+
+  Level: developer
+
+  Errors: PETSC_ERR_PLIB for too many lists
+
+.seealso: SlipExpandTimes(), SlipDeclareOptions()
+@*/
 PetscErrorCode SlipDeclareTimes(const char names[])
 {
   PetscFunctionBegin;

@@ -78,6 +78,26 @@ class Source(unittest.TestCase):
         found, _ = source.corner_frequency(coarse, (2 * np.pi) ** 2 * coarse * np.exp(-2 * np.pi * coarse))
         self.assertAlmostEqual(found, 1, delta=0.01)
 
+    def test_band_of_the_fit(self):
+        """From a fifth of the corner by integrals to five times that, not above what the steps resolve, and at least to twice that."""
+        for n, span in ((20000, 30), (13, 12), (4, 12)):
+            time = np.linspace(0, span, n) / (2 * np.pi)
+            rate = (2 * np.pi) ** 2 * time * np.exp(-2 * np.pi * time)
+            guess = source.corner_of_integrals(time, rate)
+            nyquist = 0.5 / (time[1] - time[0])
+            high = {20000: 5 * guess, 13: nyquist, 4: 2 * guess}[n]
+            self.assertTrue({20000: nyquist > 5 * guess, 13: 2 * guess < nyquist < 5 * guess, 4: nyquist < 2 * guess}[n], (n, nyquist / guess))
+            frequency = np.geomspace(guess / 5, high, 400)
+            expected = source.fit_brune(frequency, source.spectrum(time, rate, frequency), source.moments(time, rate)[0])
+            np.testing.assert_allclose(source.corner_frequency(time, rate), expected, rtol=1e-9)
+
+    def test_spectrum_of_a_change(self):
+        """A rate from -1 to 1 has no moment: its amplitude is the odd part alone, 2 (sin x - x cos x)/x^2 over half a length, x = pi f, also where x is small."""
+        x = np.array([1e-3, 9.9e-3, 1.01e-2, 0.5, 3.0])
+        series = 2 * (x / 3 - x ** 3 / 30 + x ** 5 / 840 - x ** 7 / 45360)
+        exact = np.where(x < 0.1, series, 2 * (np.sin(x) - x * np.cos(x)) / x ** 2)
+        np.testing.assert_allclose(source.spectrum(np.array([0.0, 2.0]), np.array([-1.0, 1.0]), x / (2 * np.pi)), exact, rtol=1e-9)
+
     def test_corner_of_noise(self):
         """Amplitudes with a scatter of 30 %: the corner is that within a few of its errors, 0.3/sqrt(n) times what the slope of the spectrum makes of it."""
         rng = np.random.default_rng(1)
@@ -176,6 +196,79 @@ class Fronts(unittest.TestCase):
         self.assertIsNone(rupture.summary(rupture.speed(time, cells, shape), time, cells))
 
 
+    def test_gradients_are_of_least_squares(self):
+        """The plane through the times of a cell and those about it, weighted by the inverse squared distance, the cell as its nearest: against a solver of least squares, also at edges, where the
+        cell's own weight counts."""
+        rng = np.random.default_rng(9)
+        for cells, shape in (grid(9, 7, 9e3, 6e3), (triangles(9, 7, 700.0, 2), None)):
+            s, d = in_plane(cells)
+            time = (s / 3000 + 0.3 * d / 3000) + rng.uniform(0, 0.1, len(s))
+            found = rupture.speed(time, cells, shape)
+            for k, others in enumerate(rupture.neighbours(cells, shape)):
+                others = others[others >= 0]
+                x, y = s[others] - s[k], d[others] - d[k]
+                square = x ** 2 + y ** 2
+                weight = np.append(1 / square, 1 / square.min())
+                rows = np.column_stack([np.append(x, 0), np.append(y, 0), np.ones(len(x) + 1)]) * np.sqrt(weight)[:, None]
+                gradient = np.linalg.lstsq(rows, np.append(time[others], time[k]) * np.sqrt(weight), rcond=None)[0]
+                self.assertAlmostEqual(found[k] * np.hypot(*gradient[:2]), 1, places=8)
+
+    def test_neighbours_of_many(self):
+        """Of more cells than are looked at once, in any order: the eight about each."""
+        cells, shape = grid(40, 30, 40e3, 30e3)
+        order = np.random.default_rng(1).permutation(len(cells))
+        place = np.empty(len(cells), int)
+        place[order] = np.arange(len(cells))
+        expected = rupture.neighbours(cells, shape)
+        found = rupture.neighbours(cells[order])
+        inner = np.flatnonzero((expected >= 0).all(axis=1))  # at edges there are farther ones in place of those that are none
+        self.assertEqual(len(inner), 38 * 28)
+        for k, row in zip(inner, expected[inner]):
+            self.assertEqual(sorted(place[row[row >= 0]]), sorted(value for value in found[place[k]] if value >= 0))
+
+    def test_faults_that_touch(self):
+        """Two halves of one plane with labels of their own: no gradient goes across; without labels it does."""
+        cells, _ = grid(20, 10, 20e3, 10e3)
+        s, _ = in_plane(cells)
+        label = (s > s.mean()).astype(int)
+        time = np.where(label, 50 - s / 2000, s / 3000)
+        np.testing.assert_allclose(rupture.speed(time, cells, None, label), np.where(label, 2000, 3000), rtol=1e-9)
+        self.assertGreater(np.abs(rupture.speed(time, cells) - np.where(label, 2000, 3000)).max(), 100)
+
+    def test_corner_of_three_cells(self):
+        """Two neighbours in different directions are enough: cells that broke as an L have the speed of a straight front in the middle."""
+        cells, shape = grid(5, 5, 5e3, 5e3)
+        s, d = in_plane(cells)
+        time = np.full(25, np.nan)
+        own = [6, 7, 11]
+        time[own] = (s[own] + 0.5 * d[own]) / 2500
+        self.assertAlmostEqual(rupture.speed(time, cells, shape)[6], 2500 / np.hypot(1, 0.5), places=6)
+
+    def test_quantiles(self):
+        """By weights, between the middles of their steps; the summary takes 16, 50 and 84 %, by the cells' areas, without those within two cells of the first."""
+        np.testing.assert_allclose(rupture.weighted_quantiles(np.array([3.0, 1.0]), np.array([1.0, 1.0]), (0.25, 0.5, 0.75)), (1, 2, 3))
+        np.testing.assert_allclose(rupture.weighted_quantiles(np.array([1.0, 2.0, 3.0]), np.array([2.0, 1.0, 1.0]), (0.25, 0.5, 0.625, 0.9)), (1, 1 + 1 / 1.5, 2, 3))
+        cells, _ = grid(60, 1, 60e3, 1e3)
+        cells[:, 4] *= np.linspace(1, 3, 60)
+        time = np.arange(60.0)
+        time[5] = -1  # where it began
+        speeds = 1000 + 10.0 * np.arange(60)
+        near = np.abs(np.arange(60) - 5) < 3
+        far = np.linalg.norm(cells[:, :3] - cells[5, :3], axis=1) > 2 * np.sqrt(cells[:, 3] * cells[:, 4])
+        speeds[~far] = 1e6
+        self.assertTrue(near[~far].any() and far.sum() > 50)
+        expected = rupture.weighted_quantiles(speeds[far], (cells[:, 3] * cells[:, 4])[far], (0.5, 0.16, 0.84))
+        np.testing.assert_allclose(rupture.summary(speeds, time, cells), expected, rtol=1e-12)
+        self.assertLess(expected.max(), 2000)
+        np.testing.assert_allclose(rupture.summary(speeds, time, cells, np.ones(60)), np.quantile(speeds[far], (0.5, 0.16, 0.84), method="hazen"), rtol=1e-12)
+        self.assertIsNone(rupture.summary(speeds, np.full(60, np.nan), cells))
+        few = np.full(60, np.nan)
+        few[[20, 30, 40]] = speeds[[20, 30, 40]]
+        self.assertEqual(rupture.summary(few, time, cells)[0], rupture.weighted_quantiles(speeds[[20, 30, 40]], (cells[:, 3] * cells[:, 4])[[20, 30, 40]], (0.5,))[0])
+        few[20] = np.nan
+        self.assertIsNone(rupture.summary(few, time, cells))
+
+
 class Stress(unittest.TestCase):
     def test_circular_crack(self):
         """A crack of uniform stress drop: all three are that, the moment's with Eshelby's slip, 24/(7 pi) drop/G sqrt(a^2 - r^2). With a drop that grows with r^2: 1/2 by
@@ -255,6 +348,7 @@ class Cycle(unittest.TestCase):
         slip = rate * span * np.array([0, 0, 0.5, 1.0])
         np.testing.assert_allclose(cycle.deficit(slip, span, rate), rate * span * np.array([1, 1, 0.5, 0]))
         self.assertAlmostEqual(cycle.coupling(np.zeros(4), slip, span, rate, np.full(4, 2.0)), 0.625)
+        self.assertAlmostEqual(cycle.coupling(np.zeros(4), slip, span, rate, np.array([1.0, 1, 2, 4])), (1 + 1 + 2 * 0.5) / 8)
         self.assertAlmostEqual(cycle.seismic_coupling([1e18, 3e18], 8e18), 0.5)
 
     def test_episodes(self):
@@ -268,6 +362,9 @@ class Cycle(unittest.TestCase):
         self.assertEqual(len(cycle.episodes(time, rate, 1e-8, 1.0)), 2)
         self.assertEqual(len(cycle.episodes(time, rate, 1e-8, 1.0, longest=300)), 1)
         self.assertEqual(cycle.crossings(time, np.ones(len(time)), 0.5), [(0.0, 4000.0)])
+        self.assertEqual(cycle.crossings(np.arange(5.0), np.array([0, 0, 1.0, 1.0, 0]), 0.5), [(2.0, 3.0)])  # no logarithm of 0
+        one = np.array([1e-9, 1e-5, 2e-5, 1e-5, 1e-9])
+        self.assertEqual([len(cycle.episodes(np.arange(5.0), one, 1e-8, high)) for high in (1.9e-5, 2.1e-5)], [0, 1])
 
     def test_afterslip(self):
         """The logarithm's own numbers back, also from rows that lie unevenly; with a scatter of 1 % within 5 %."""
@@ -276,6 +373,8 @@ class Cycle(unittest.TestCase):
         np.testing.assert_allclose(cycle.fit_afterslip(time, slip)[:2], [0.03, 4e4], rtol=1e-5)
         noisy = slip + 0.01 * slip.max() * np.random.default_rng(2).standard_normal(len(slip))
         np.testing.assert_allclose(cycle.fit_afterslip(time, noisy)[:2], [0.03, 4e4], rtol=0.15)
+        a, t0, error = cycle.fit_afterslip(time, noisy)
+        self.assertAlmostEqual(error, np.sqrt(np.mean((noisy - a * np.log1p(time / t0)) ** 2)), places=12)
 
 
 class Program(FaultTest, PictureTest):

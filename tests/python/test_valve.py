@@ -2,6 +2,7 @@
 written again with SciPy's sparse matrices."""
 
 import os
+import re
 import unittest
 
 from scripts import BUILD, FaultTest
@@ -127,7 +128,36 @@ class Valve(FaultTest):
             np.testing.assert_allclose(other[-1], one[-1], rtol=1e-7, atol=1e-8 * np.abs(one[-1]).max())
         self.assertGreater(self.read("1.h5")[1][-1].max(), 0.005)
 
+    def test_times_have_units_and_numbers_are_in_them(self):
+        """5 days are 432000 s, also of the step; numbers as in another unit are warned of, in the words of fault."""
+        for name, more in (("one.h5", ("-valve_stop", "5d", "-valve_step", "2h")), ("two.h5", ("-valve_stop", "432000", "-valve_step", "7200"))):
+            self.valve(*POINT, "-ts_max_time", "10d", "-fault_output", name, *more)
+        for one, other in zip(self.read("one.h5"), self.read("two.h5")):
+            np.testing.assert_array_equal(one, other)
+        for option, value, message in (("pressures", "2", "-valve_pressures has 2 Pa: is it given in MPa? Expected 100 to 1e+10 Pa"),
+                                       ("diffusivity", "4320", "-valve_diffusivity is 4320 m^2/s: is it given in m^2/day or mm^2/s?"), ("slip", "50", "-valve_slip is 50 m: is it given in mm?")):
+            self.assertIn(f"valve: warning: {message}", self.valve(*POINT, f"-valve_{option}", value, "-ts_max_time", 100, "-fault_output", "run.h5"))
+
+    def test_the_example_of_the_help(self):
+        """Runs as it is, to its end."""
+        said = self.valve("-help", "valve")
+        words = re.search(r"^  valve (-.*)$", said, re.M)[1].split()
+        self.fault(*words, program=VALVE)
+        with h5py.File(self.path("run.h5")) as file:
+            self.assertEqual((file.attrs["complete"], file["series/time"][-1]), (1, 40 * DAY))
+            self.assertGreater(file["fields/slip"][-1].max(), 0)
+
     def test_refused(self):
+        for option, value, message in (("diffusivity", "nan", "-valve_diffusivity is nan, expected a finite number"), ("step", "inf", "-valve_step is inf, expected a finite number"),
+                                       ("slip", "abc", '"abc" is not a number (-valve_slip)'), ("stop", "5w", '"5w" is not a number (-valve_stop), nor one with s, min, h, d or y behind it'),
+                                       ("stop", "-5d", "-valve_stop is -432000, expected a number >= 0 s"), ("step", "0", "-valve_step is 0, expected a number > 0 s"),
+                                       ("slip_factor", "-1", "-valve_slip_factor is -1, expected a number >= 0"), ("pressure_scale", "-1", "-valve_pressure_scale is -1, expected a number >= 0 Pa"),
+                                       ("diffusivity", "5d", '"5d" is not a number (-valve_diffusivity)'), ("points", "1150,abc", '-valve_points is "1150,abc": "abc" is no finite number'),
+                                       ("pressures", "nan", '-valve_pressures is "nan": "nan" is no finite number'), ("pressures", "2e6;", '"2e6;" is no finite number')):
+            with self.subTest(option=option, value=value):
+                said = self.valve(*POINT, f"-valve_{option}", value, code=1)
+                self.assertIn(message, said)
+                self.assertEqual(said.count("error:"), 1, said)
         for words, message in ((["-valve_points", "1,2"], "2 numbers and -valve_pressures 0, expected two and one"), ([], "0 numbers"),
                                ([*POINT, "-valve_diffusivity", "0"], "-valve_diffusivity is 0"), ([*POINT, "-valve_edges", "ajar"], "expected closed or open"),
                                (["-valve_points", "-5,3000", "-valve_pressures", "1e6"], "x = -5, z = 3000 is not on the fault, expected 0 <= x <= 2400 m and a depth from 2000 to 4000 m"),
