@@ -60,8 +60,9 @@ PetscErrorCode SlipGuardRejections(TS ts, PetscInt rejections)
   PetscCall(SlipClockRead(ts, &now, NULL));
   PetscCheck(!ts->errorifstepfailed, PetscObjectComm((PetscObject)ts), PETSC_ERR_NOT_CONVERGED,
              "At time %g s %" PetscInt_FMT " attempts in a row at a step were rejected (-ts_adapt_type %s), and "
-             "-ts_max_reject is %" PetscInt_FMT,
-             (double)now, rejections, ((PetscObject)ts->adapt)->type_name, ts->max_reject);
+             "-ts_max_reject is %" PetscInt_FMT ": %s",
+             (double)now, rejections, ((PetscObject)ts->adapt)->type_name, ts->max_reject,
+             TSConvergedReasons[ts->reason]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
