@@ -107,6 +107,10 @@ static PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, Pet
     *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
   else
     PetscCall(SlipAdaptCheckMinimum(adapt, ts, *next_h, "the error estimate"));
+  PetscCheck(*accept || *next_h < h, PetscObjectComm((PetscObject)adapt), PETSC_ERR_ARG_OUTOFRANGE,
+             "At time %g s a step of %g s is rejected and not made shorter: -ts_adapt_clip has the lower limit %g; "
+             "expected less than 1",
+             (double)ts->ptime, (double)h, (double)adapt->clip[0]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

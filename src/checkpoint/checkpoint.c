@@ -322,8 +322,8 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
   if (raises) PetscCall(TSSetErrorIfStepFails(ts, PETSC_TRUE));
   if (raises && ts->reason < 0) {
     if (ts->steps > c->first) PetscCall(SlipCheckpointSayFailed(c));
-    SETERRQ(c->comm, PETSC_ERR_NOT_CONVERGED, "At time %.15g s TSStep has failed due to %s", (double)time,
-            TSConvergedReasons[ts->reason]);
+    SETERRQ(c->comm, PETSC_ERR_NOT_CONVERGED, "At time %.15g s TSStep has failed due to %s%s", (double)time,
+            TSConvergedReasons[ts->reason], ts->reason == TS_DIVERGED_STEP_REJECTED ? " (-ts_max_reject)" : "");
   }
   if (!c->stopped) PetscFunctionReturn(PETSC_SUCCESS);
   *code = 128 + c->stopped;

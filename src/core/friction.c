@@ -113,7 +113,21 @@ PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses rows that have not what belongs together */
+/*@C
+  SlipFrictionCheck - refuse a friction law that lacks what belongs together
+
+  Not collective
+
+  Input Parameter:
+. law - the row: with a name and a formula, and for states of its own what they are, their rates, and the states that
+        are steady at a rate
+
+  Level: developer
+
+  Errors: PETSC_ERR_ARG_WRONG or PETSC_ERR_ARG_OUTOFRANGE, naming the law and what was expected
+
+.seealso: SlipFaultRegisterFrictionLaw()
+@*/
 PetscErrorCode SlipFrictionCheck(const SlipFrictionLaw *law)
 {
   PetscFunctionBegin;

@@ -16,6 +16,7 @@
 #define STEPS SLIP_PART_STEPS
 #define RUN SLIP_PART_RUN
 #define OUTPUT SLIP_PART_OUTPUT
+#define TooLarge(p, x) ((p)->part == PROBLEM && isfinite(x) && PetscAbsReal(x) > 1e60) /* products overflow */
 
 /* Defaults: the reference case "3 km" with one cell. */
 const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
@@ -398,23 +399,20 @@ static PetscBool MayBeUpper(const SlipParameter *p)
    "0." for 0. */
 void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len)
 {
+  const char *kind = p->integer ? "whole " : "";
   char low[32] = "", high[32] = "";
 
+  if (cell && !p->integer) kind = "finite ";
   if (!cell) (void)snprintf(low, sizeof(low), " that is finite");
   if (p->lower > ANY) (void)snprintf(low, sizeof(low), " %s %g", p->open ? ">" : ">=", (double)p->lower);
   if (p->upper < NONE) (void)snprintf(high, sizeof(high), " and %s %g", MayBeUpper(p) ? "<=" : "<", (double)p->upper);
-  (void)snprintf(text, len, "%s%s%s%s%s",
-                 p->integer ? "a whole number"
-                 : cell     ? "a finite number"
-                            : "a number",
-                 low, high, p->unit[0] ? " " : "", p->unit);
+  (void)snprintf(text, len, "a %snumber%s%s%s%s", kind, low, high, p->unit[0] ? " " : "", p->unit);
 }
 
 PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x)
 {
   const PetscBool low = p->open ? (x > p->lower) : (x >= p->lower);
-
-  const PetscBool high = x < p->upper || (MayBeUpper(p) && x == p->upper);
+  const PetscBool high = !TooLarge(p, x) && (x < p->upper || (MayBeUpper(p) && x == p->upper));
 
   return low && high && isfinite(x) && (!p->integer || x == PetscFloorReal(x)) ? PETSC_TRUE : PETSC_FALSE;
 }
@@ -425,6 +423,7 @@ PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipParameter *p, Petsc
 
   PetscFunctionBegin;
   SlipParameterBounds(p, PETSC_FALSE, bounds, sizeof(bounds));
+  if (TooLarge(p, x)) (void)snprintf(bounds, sizeof(bounds), "a number of size <= 1e60 %s", p->unit);
   (void)snprintf(value, sizeof(value), p->integer && PetscAbsReal(x) < 1e15 ? "%.15g" : "%g", (double)x);
   PetscCheck(!p->integer || !isfinite(x) || PetscAbsReal(x) <= (PetscReal)PETSC_MAX_INT, fault->comm,
              PETSC_ERR_ARG_OUTOFRANGE,

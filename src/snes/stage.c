@@ -52,9 +52,11 @@ PetscErrorCode SlipConstraintQuery(SNES snes, SlipConstraint *con)
 {
   PetscFunctionBegin;
   PetscCall(SNESGetSlipConstraint(snes, con));
-  PetscCheck(*con, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_WRONGSTATE,
-             "SNES type %s solves problems with a set-valued reaction: call SNESSetSlipConstraint() first",
-             ((PetscObject)snes)->type_name);
+  PetscCheck(
+    *con, PetscObjectComm((PetscObject)snes), PETSC_ERR_ARG_WRONGSTATE,
+    "SNES type %s solves stages with a set-valued reaction, which -ts_type bathe and moreau have and no other: "
+    "call SNESSetSlipConstraint() first",
+    ((PetscObject)snes)->type_name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -100,7 +102,7 @@ static PetscErrorCode SlipNaturalResidual(SNES snes, Vec x, Vec f, void *ctx)
 
   Input Parameters:
 + snes - the solver; its function becomes the natural residual
-- con  - the constraint (a reference is kept)
+- con  - the constraint (a reference is kept); NULL: none
 
   Level: intermediate
 
@@ -110,9 +112,9 @@ PetscErrorCode SNESSetSlipConstraint(SNES snes, SlipConstraint con)
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(snes, SNES_CLASSID, 1);
-  PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 2);
+  if (con) PetscValidHeaderSpecific(con, SLIP_CONSTRAINT_CLASSID, 2);
   PetscCall(PetscObjectCompose((PetscObject)snes, key, (PetscObject)con));
-  PetscCall(SNESSetFunction(snes, NULL, SlipNaturalResidual, con));
+  if (con) PetscCall(SNESSetFunction(snes, NULL, SlipNaturalResidual, con));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

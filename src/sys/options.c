@@ -6,6 +6,7 @@
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
@@ -42,7 +43,7 @@ static const SlipNumber SlipSolverNumbers[] = {
   {"-ts_adapt_rl_max_failures", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_adams_max_order", ANY, NONE, SLIP_WHOLE, ""}, {"-ts_adams_max_corrections", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_rkc_max_stages", ANY, NONE, SLIP_WHOLE, ""},
-  {"-ts_rkc_rate", 0, NONE, SLIP_INFINITE, ""},
+  {"-ts_rkc_rate", 0, 1e60, 0, "1/s"},
   {"-ts_bathe_gamma", ANY, NONE, 0, ""}, {"-ts_bathe_stage_error", ANY, NONE, 0, ""},
   {"-ts_bathe_order", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_bathe_max_failures", ANY, NONE, SLIP_WHOLE, ""},
@@ -203,6 +204,38 @@ static PetscErrorCode SlipCheckNumbers(const SlipUnread *u, size_t count, const 
     (void)snprintf(value, sizeof(value), "%g", (double)x);
     PetscCheck(low && high, u->comm, PETSC_ERR_ARG_OUTOFRANGE, "-%s%s is %s, expected %s", u->prefix ? u->prefix : "",
                n->option + 1, value, expected);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PETSc's options of several numbers */
+static PetscErrorCode SlipCheckLists(const SlipUnread *u)
+{
+  static const struct {
+    const char *option, *expected;
+    size_t least, most;
+  } lists[] = {{"-ts_adapt_clip", "two numbers, low,high, with 0 <= low < 1 and high >= 1", 2, 2},
+               {"-ts_adapt_dsp_pid", "one to three finite numbers with commas between", 1, 3}};
+
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(lists); i++) {
+    const char *text = SlipUnreadValue(u, lists[i].option);
+    PetscBool good = PETSC_TRUE;
+    PetscReal x[3] = {0};
+    size_t n = 0;
+
+    if (!text) continue;
+    for (const char *at = text; at && good; n++) {
+      char *end;
+      const PetscReal value = strtod(at, &end);
+
+      good = end > at && (!*end || *end == ',') && isfinite(value) && n < lists[i].most ? PETSC_TRUE : PETSC_FALSE;
+      if (good) x[n] = value;
+      at = *end ? end + 1 : NULL;
+    }
+    if (good && i == 0) good = n == 2 && x[0] >= 0 && x[0] < 1 && x[1] >= 1 ? PETSC_TRUE : PETSC_FALSE;
+    PetscCheck(good && n >= lists[i].least, u->comm, PETSC_ERR_ARG_WRONG, "-%s%s is \"%s\", expected %s",
+               u->prefix ? u->prefix : "", lists[i].option + 1, text, lists[i].expected);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -445,6 +478,7 @@ PetscErrorCode SlipCheckSolverOptions(TS ts)
   }
   PetscCall(SlipCheckAdaptType(&u));
   PetscCall(SlipCheckNumbers(&u, PETSC_STATIC_ARRAY_LENGTH(SlipSolverNumbers), SlipSolverNumbers));
+  PetscCall(SlipCheckLists(&u));
   PetscCall(SlipCheckNumbers(&u, PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers), SlipLinearNumbers));
   low = SlipUnreadValue(&u, "-ts_adapt_dt_min");
   high = SlipUnreadValue(&u, "-ts_adapt_dt_max");

@@ -68,7 +68,7 @@ static PetscErrorCode Retry(TS ts, const SlipAttemptOps *ops, PetscReal next_h, 
   ts->reject++;
   at->rejections++;
   if (ops->retry) PetscCall((*ops->retry)(ts, good));
-  if (at->rejections > ts->max_reject && ts->max_reject >= 0) ts->reason = TS_DIVERGED_STEP_REJECTED;
+  PetscCall(SlipGuardRejections(ts, at->rejections));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

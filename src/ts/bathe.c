@@ -46,6 +46,7 @@ static PetscErrorCode TSDestroy_Bathe(TS ts)
   PetscCall(TSReset_Bathe(ts));
   PetscCall(TSBatheMonitorCancel(ts));
   PetscCall(VecDestroy(&ba->r));
+  if (ba->con && ts->snes) PetscCall(SNESSetSlipConstraint(ts->snes, NULL)); /* another type cannot use it */
   PetscCall(SlipConstraintDestroy(&ba->con));
   PetscCall(PetscObjectComposeFunction((PetscObject)ts, "TSBatheGetLastAttempt_C", NULL));
   if (ba->lifted_failures && ts->max_snes_failures == SLIP_UNLIMITED) ts->max_snes_failures = PETSC_FAILURES;
@@ -406,6 +407,7 @@ PetscErrorCode TSCreate_Bathe(TS ts)
     PetscCall(SlipConstraintGetOps(ba->con, &ba->ops));
     PetscCall(SlipConstraintGetContext(ba->con, &ba->ctx));
     PetscCall(SlipConstraintCreateReduced(ba->con, &ba->r));
+    if (ts->snes) PetscCall(SNESSetSlipConstraint(ts->snes, ba->con));
   }
   ts->ops->step = TSStep_Bathe;
   ts->ops->evaluatewlte = TSEvaluateWLTE_Bathe;

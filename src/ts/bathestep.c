@@ -581,12 +581,7 @@ PetscErrorCode TSStep_Bathe(TS ts)
     rejected = PETSC_TRUE;
     ts->reject++;
     /* failed ones have a limit of their own */
-    if (ok && !ts->reason && ++rejections > ts->max_reject && ts->max_reject >= 0) {
-      ts->reason = TS_DIVERGED_STEP_REJECTED;
-      PetscCall(PetscInfo(ts,
-                          "Step=%" PetscInt_FMT ", step rejections %" PetscInt_FMT " greater than allowed, stopping\n",
-                          ts->steps, rejections));
-    }
+    if (ok && !ts->reason) PetscCall(SlipGuardRejections(ts, ++rejections));
   }
   PetscCall(TSBatheIsConstant(ts, &constant));
   if (constant && whole > 0 && ba->last.accepted && ba->last.dt == cut)

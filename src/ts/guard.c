@@ -49,6 +49,23 @@ PetscErrorCode SlipGuardStep(TS ts)
     (double)(ts->adapt ? ts->adapt->dt_min : 0));
 }
 
+/* After an attempt that a controller has rejected, so many in a row */
+PetscErrorCode SlipGuardRejections(TS ts, PetscInt rejections)
+{
+  PetscReal now;
+
+  PetscFunctionBegin;
+  if (ts->max_reject < 0 || rejections <= ts->max_reject) PetscFunctionReturn(PETSC_SUCCESS);
+  ts->reason = TS_DIVERGED_STEP_REJECTED;
+  PetscCall(SlipClockRead(ts, &now, NULL));
+  PetscCheck(!ts->errorifstepfailed, PetscObjectComm((PetscObject)ts), PETSC_ERR_NOT_CONVERGED,
+             "At time %g s %" PetscInt_FMT " attempts in a row at a step were rejected (-ts_adapt_type %s), and "
+             "-ts_max_reject is %" PetscInt_FMT ": %s",
+             (double)now, rejections, ((PetscObject)ts->adapt)->type_name, ts->max_reject,
+             TSConvergedReasons[ts->reason]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The time after the step that is taken, that of the end where only rounding is left until then. */
 PetscReal SlipTimeAfterStep(TS ts)
 {

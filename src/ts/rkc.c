@@ -9,6 +9,8 @@
 
 /* The fastest rate of a problem is found by products, from below. */
 #define RATE_MARGIN 1.05
+/* No run is that long. */
+#define MOST_STEPS 1e12
 
 typedef struct {
   SlipAttempts at;
@@ -142,9 +144,17 @@ static PetscErrorCode Begin(TS ts)
 static PetscErrorCode Limit(TS ts)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
+  PetscReal longest;
 
   PetscFunctionBegin;
-  if (rkc->rate > 0) ts->time_step = PetscMin(ts->time_step, SlipRKCLongest(rkc->max_stages) / rkc->rate);
+  if (!(rkc->rate > 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  longest = SlipRKCLongest(rkc->max_stages) / rkc->rate;
+  PetscCheck(
+    !(rkc->asked > 0) || ts->max_time >= PETSC_MAX_REAL || longest * MOST_STEPS >= ts->max_time - ts->ptime,
+    PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE,
+    "-ts_rkc_rate %g 1/s allows steps of %g s at most, of which the run of another %g s would take more than %g",
+    (double)rkc->asked, (double)longest, (double)(ts->max_time - ts->ptime), (double)MOST_STEPS);
+  ts->time_step = PetscMin(ts->time_step, longest);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -192,6 +192,15 @@ done
 for option in ts_rtol ts_adapt_safety ts_bathe_gamma snes_rtol ksp_max_it; do
   expect "\"abc\" is not a number (-$option)" "${mesh[@]}" -$option abc
 done
+for clip in abc 0.2 1,2 0.2,0.5 0.2,3,4 0.2,3x nan,2; do
+  expect "-ts_adapt_clip is \"$clip\", expected two numbers, low,high, with 0 <= low < 1" "${mesh[@]}" -ts_adapt_clip $clip
+done
+expect "-ts_adapt_dsp_pid is \"1,2,3,4\", expected one to three" "${mesh[@]}" -ts_adapt_type dsp -ts_adapt_dsp_pid 1,2,3,4
+expect "and -ts_max_reject is 0" "${mesh[@]}" -ts_adapt_type heuristic -ts_dt 5 -ts_max_reject 0
+expect "-fault_density is 1e+308, expected a number of size <= 1e60" "${mesh[@]}" -fault_density 1e308
+sticks=("${mesh[@]}" -fault_inertia no -fault_viscosity radiation -ts_type rkc)
+expect "-ts_rkc_rate is 1e+308, expected" "${sticks[@]}" -ts_rkc_rate 1e308
+expect "-ts_rkc_rate 1e+50 1/s allows steps of" "${sticks[@]}" -ts_rkc_rate 1e50
 for gamma in 0 1.5; do expect "-ts_bathe_gamma is $gamma" "${mesh[@]}" -ts_bathe_gamma $gamma; done
 expect "-ts_bathe_order is 0" "${mesh[@]}" -ts_bathe_order 0
 for option in ts_max_steps ts_max_snes_failures snes_max_it ksp_max_it; do

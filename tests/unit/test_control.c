@@ -246,6 +246,24 @@ static void methods(void **state)
 
   (void)state;
   SlipMethodSetUp(&costs);
+  assert_true(costs.step == 2 && costs.solve == 1); /* by hand: 0.25 (2 + 2) (8 + 2.2 sqrt x) */
+  AssertNear(SlipMethodSolve(&costs, 0), 8, 1e-14);
+  AssertNear(SlipMethodSolve(&costs, 4), 12.4, 1e-14);
+  SlipMethodLearn(&costs, PETSC_FALSE, 1, 0, 100); /* without an explicit step there is nothing to compare with */
+  assert_true(costs.solve == 1);
+  SlipMethodLearn(&costs, PETSC_TRUE, 1, 0.1, 6); /* a quarter of what was new: 2 + (6 - 2)/4, and solves of it */
+  AssertNear(costs.step, 3, 1e-14);
+  AssertNear(SlipMethodSolve(&costs, 4), 0.25 * 5 * 12.4, 1e-14);
+  costs.solve = 2; /* at least one step, and one more after an implicit one: 3 and 6 products against 2.5 (8 + ...) */
+  assert_true(SlipMethodIsExplicit(&costs, 1e-3, 1, PETSC_FALSE));
+  costs.solve = 0.25; /* 2.5 to 2.57 products: less than the one step, however short the way */
+  assert_false(SlipMethodIsExplicit(&costs, 1e-3, 1, PETSC_FALSE));
+  SlipMethodSetUp(&costs);
+  costs.solve = 0.25; /* no way at all takes one step as well, and a tie is explicit: 2 of 2, and of 1.6 */
+  assert_true(SlipMethodIsExplicit(&costs, 0, 1, PETSC_FALSE));
+  costs.solve = 0.2;
+  assert_false(SlipMethodIsExplicit(&costs, 0, 1, PETSC_FALSE));
+  SlipMethodSetUp(&costs);
   assert_false(SlipMethodIsExplicit(&costs, 1, 0, PETSC_FALSE)); /* there is no explicit step */
   assert_true(SlipMethodIsExplicit(&costs, 1e9, PETSC_MAX_REAL, PETSC_TRUE));
   /* a solve over x steps takes 8 + 2.2 sqrt x, steps 2 ceil(x): 13.39 against 12 at x = 6, 13.50 against 14 at 6.25 */

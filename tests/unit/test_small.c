@@ -403,6 +403,27 @@ static void test_bad_input(void **state)
   ok(PetscPopErrorHandler());
   ok(SlipConstraintCreateSmall(&Gyro, &con));
   fails(SlipConstraintSetComponents(con, 2, NULL), "have one component each, expected 1, not 2");
+  { /* integrators that know no constraint, with the solver of one that does */
+    const TSType other[] = {TSBDF, TSCN, TSBEULER};
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(other); i++) {
+      TS ts;
+      Vec w;
+
+      ok(VecCreateSeq(PETSC_COMM_SELF, Gyro.n, &w));
+      ok(VecSet(w, 1));
+      ok(TSCreate(PETSC_COMM_SELF, &ts));
+      ok(TSSetType(ts, TSBATHE));
+      ok(TSBatheSetConstraint(ts, con));
+      ok(TSSetRHSFunction(ts, NULL, TSComputeRHSFunctionLinear, NULL));
+      ok(TSSetType(ts, other[i]));
+      ok(TSSetTimeStep(ts, 0.1));
+      ok(TSSetMaxTime(ts, 1));
+      ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_STEPOVER));
+      fails(TSSolve(ts, w), "which -ts_type bathe and moreau have and no other");
+      ObjectsDestroy(&ts, &w);
+    }
+  }
   ok(SlipConstraintDestroy(&con));
 }
 

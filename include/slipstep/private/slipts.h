@@ -260,6 +260,7 @@ PETSC_INTERN PetscErrorCode SlipStepAfterFailure(TS ts, PetscReal *next_h);
 PETSC_INTERN PetscErrorCode SlipGuardConstant(TS ts, PetscReal h); /* an error where steps are constant */
 PETSC_INTERN PetscErrorCode SlipConstantRefused(TS ts, PetscReal h, SlipConstant *steps);
 PETSC_INTERN PetscReal SlipConstantAfter(TS ts, PetscReal h, PetscReal next, SlipConstant *steps);
+PETSC_INTERN PetscErrorCode SlipGuardRejections(TS ts, PetscInt rejections);
 PETSC_INTERN PetscErrorCode SlipGuardStep(TS ts); /* an error where ts->time_step is below the rounding of time */
 PETSC_INTERN PetscBool SlipStepIsLost(TS ts, PetscReal h, PetscReal *least);
 /* Collective, within a step: the run ends by an error, which is raised next, as its steps lead nowhere. Who keeps
