@@ -155,7 +155,8 @@ typedef struct {
   /* Asked by TSLAPUSTA: the shortest step that there is any use in [s]; 0: there is none */
   PetscErrorCode (*shortest)(TS ts, PetscReal *step, void *ctx);
   /* Likewise, of a step's start (t, w): does all rest, but waves are under way that may start something? Then steps are
-     the shortest, whatever a controller makes of a state that does not change */
+     four times the shortest at most, and the shortest where something starts, whatever a controller makes of a state
+     that does not change */
   PetscErrorCode (*waits)(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx);
   /* Asked by TSADAMS and TSRKC at the end t [s] of a step, after the right-hand side there: makes those components of
      the state w that no derivative goes into follow from the others */

@@ -22,9 +22,9 @@ typedef enum {
 /* So much tighter with inertia: what an event is late adds up, and twenty of them are to be within an accuracy of
    1e-2. */
 #define STOPS 5
-/* Likewise where a pore pressure starts ruptures, which the draws of injections do not have. basic at 1e-3 keeps 1e-2 in
-   45 of 48 pulses of 1.5 s to a day with ramps of 0.1 s to a day, under constant friction and slip weakening, and 1.8e-2
-   in all, by 6340 products (heuristic 43, dsp 37, pi 27); rl takes 14800 for that, by its dial at 1e-3. */
+/* Likewise where a pore pressure starts ruptures, which the draws of injections do not have. basic at 1e-3 keeps 1e-2
+   in 45 of 48 pulses of 1.5 s to a day with ramps of 0.1 s to a day, under constant friction and slip weakening, and
+   1.8e-2 in all, by 6340 products (heuristic 43, dsp 37, pi 27); rl takes 14800 for that, by its dial at 1e-3. */
 #define PULSES 3
 
 /* Kinds of runs. controller is the classical one that is the default and that rl hands over to: the cheapest at the
@@ -86,8 +86,8 @@ static PetscErrorCode ReadTolerances(MPI_Comm comm, const char prefix[], const c
 
   Input Parameters:
 + kind       - of a run: "event" (from the instability), "rupture" (from a given stress), "sequence" (loaded, or
-               healing), "sequence_inertia", "injection" (a pore pressure alone), "injection_weakening" (where friction weakens) or "smooth"
-               (rate-and-state friction under TSBATHE)
+               healing), "sequence_inertia", "injection" (a pore pressure alone), "injection_weakening" (where friction
+               weakens) or "smooth" (rate-and-state friction under TSBATHE)
 . controller - as `SlipAdaptSetController()` takes it
 - accuracy   - relative error of the run, as of -fault_accuracy, dimensionless
 

@@ -477,8 +477,8 @@ static PetscErrorCode CountDepartures(TS ts, PetscInt step, PetscReal t, Vec w, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Steps of 1 and of 27 ms from rest at 0: the spring is loaded to 4 in 0.4 s; of the slips that follow twelve begin within 10 s,
-   by Bathe's stages and by explicit steps, whether the strength falls smoothly or at once. */
+/* Steps of 1 and of 27 ms from rest at 0: the spring is loaded to 4 in 0.4 s; of the slips that follow twelve begin
+   within 10 s, by Bathe's stages and by explicit steps, whether the strength falls smoothly or at once. */
 static void test_belt(void **state)
 {
   static const char *const types[] = {TSMOREAU, TSBATHE};
