@@ -242,11 +242,11 @@ static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
   rtol = !is_explicit && fault->steps.given ? PETSC_TRUE : PETSC_FALSE;
-  if (learned && fault->loads.pressed && !is_explicit && !rank && fault->options.speaks)
+  if (learned && fault->loads.pressed && !rank && fault->options.speaks)
     PetscCall(
       SlipWarning("policies for -ts_adapt_type rl know pore pressures that rise slowly: under others errors were "
-                  "up to 50 times -%sfault_accuracy. Expected -ts_adapt_type basic, the default",
-                  prefix));
+                  "up to 50 times -%sfault_accuracy. Expected the default, -ts_adapt_type %s",
+                  prefix, is_explicit ? TSADAPTDSP : TSADAPTBASIC));
   if (learned) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(WarnOfVelocity(fault, 0, NULL));
   if (rank || !fault->options.speaks) PetscFunctionReturn(PETSC_SUCCESS);
@@ -260,22 +260,6 @@ static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
   if (why && fault->options.text[FAULT_TOLERANCES][0])
     PetscCall(SlipWarning("-%sfault_tolerances %s has no effect on the steps: %s", prefix,
                           fault->options.text[FAULT_TOLERANCES], why));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Explicit steps follow the slowest slip at a pace that radiation sets. */
-static PetscErrorCode WarnOfSlowSlip(SlipFault fault, TS ts)
-{
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (!fault->problem.any_integrator || fault->friction.law->always_slides || rank || !fault->options.speaks ||
-      !(fault->kind.sequence || fault->loads.pressed))
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipWarning("-ts_type %s skips only rest: while any cell slips, however slowly, its steps are seconds to "
-                        "minutes. For slip of days and years expected bathe",
-                        ((PetscObject)ts)->type_name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -566,7 +550,7 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
                             (double)steps->accuracy, Kinds[steps->kind].meaning));
     else
       PetscCall(WarnOfIdle(fault, ts));
-    PetscCall(WarnOfSlowSlip(fault, ts));
+    PetscCall(SlipFaultWarnOfSlowSlip(fault, ts));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFaultBeginSteps(ts, PETSC_FALSE, fault));

@@ -14,7 +14,7 @@ GRID = ("-fault_nx 4 -fault_nz 4 -fault_length_x 2e3 -fault_length_z 2e3 -fault_
 # nearly locked, at 1e-14 m/s: every controller would have grown its steps to days when the pulse comes
 CREEPS = "-fault_friction_law rate_and_state -fault_initial_traction 12e6 -fault_initial_rate 1e-14".split()
 STICKS = "-fault_friction_law exponential_slip_weakening -fault_friction_slip 0.5 -fault_initial_traction 16e6".split()
-TABLE = [(CREEPS, pair) for pair in ("adams basic", "adams rl", "adams dsp", "rk basic", "rk dsp", "rk pi", "rk heuristic", "lapusta lapusta", "lapusta basic", "bathe dsp",
+TABLE = [(CREEPS, pair) for pair in ("adams basic", "adams dsp", "rk basic", "rk dsp", "rk pi", "rk heuristic", "lapusta lapusta", "lapusta basic", "bathe dsp",
                                      "bathe basic")]
 TABLE += [(STICKS, pair) for pair in ("rkc basic", "rkc dsp", "rk basic", "adams basic", "bathe heuristic", "bathe pi", "bathe dsp")]
 
@@ -30,7 +30,10 @@ class Corners(FaultTest):
             file["pressure"].attrs["units"] = "Pa"
 
     def slip(self, *options):
-        self.fault(*GRID, *options)
+        return self.slip_of(GRID, *options)
+
+    def slip_of(self, *options):
+        self.fault(*options[0], *options[1:])
         with h5py.File(self.path("run.h5")) as file:
             return float(file["result"].attrs["mean_slip"])
 
@@ -47,6 +50,23 @@ class Corners(FaultTest):
                         with self.subTest(length=length, pair=pair):
                             got = self.slip(*law, "-ts_type", integrator, "-ts_adapt_type", controller)
                             self.assertLess(abs(got / right - 1), 0.01, f"{got} for {right}")
+
+    def test_injection(self):
+        """The pressure of a well that stops after an hour, whose corner is that stop: slips within 2 %. PETSc's explicit steps slip by 1.2 % too much
+        where they are as long as their stability allows, 11 times as much where a cell opens (16 MPa)."""
+        well = [option for option in GRID if option not in ("-fault_pore_pressure", "pulse.h5")]
+        well += "-fault_injection 900,1100 -fault_injection_diffusivity 100 -fault_injection_stop 3600 -ts_max_time 20d -fault_injection_pressure".split()
+        some = [(law, pair) for law, pair in TABLE if pair in ("adams basic", "adams dsp", "rk basic", "lapusta lapusta", "bathe dsp") and law is CREEPS]
+        some += [(STICKS, pair) for pair in ("rkc basic", "rkc dsp", "bathe heuristic", "bathe basic")]
+        for law, pressure, table in ((CREEPS, "12e6", some), (STICKS, "12e6", some), (STICKS, "16e6", [(STICKS, "rk basic")])):
+            right = self.slip_of(well + [pressure], *law, "-ts_type", "bathe", "-ts_adapt_type", "dsp", "-ts_rtol", "1e-6")
+            self.assertGreater(right, 1e-2)
+            for options, pair in table:
+                if options is law:
+                    integrator, controller = pair.split()
+                    with self.subTest(pressure=pressure, pair=pair):
+                        got = self.slip_of(well + [pressure], *law, "-ts_type", integrator, "-ts_adapt_type", controller)
+                        self.assertLess(abs(got / right - 1), 0.02, f"{got} for {right}")
 
     def test_accuracy_of_the_default(self):
         """The default steps keep -fault_accuracy where a pulse starts the slip, of which no policy knows: on 100 cells 1e-2 in 45 of 48 pulses, and
@@ -65,6 +85,10 @@ class Corners(FaultTest):
                 error = float(re.search(r"checked history error: +(\S+)", self.fault(*options))[1])
                 self.assertLess(error, 0.04, (law, ramp))
         self.assertIn("know pore pressures that rise slowly", self.fault(*options, "-ts_adapt_type", "rl"))
+        # rate and state: the policy's slips are off by up to 20 %
+        right = self.slip(*CREEPS, "-ts_adapt_type", "basic", "-ts_rtol", "1e-7")
+        self.assertLess(abs(self.slip(*CREEPS) / right - 1), 0.02)  # measured 0.012
+        self.assertIn("the default, -ts_adapt_type dsp", self.fault(*GRID, *CREEPS, "-ts_adapt_type", "rl"))
 
     def test_longest_step(self):
         """The controller's longest step holds for the first step too, which no controller has chosen."""

@@ -40,7 +40,7 @@ PETSC_ERR_ARG_UNKNOWN_TYPE = 86
 FILES = ("output", "catalogue", "checkpoint", "restart", "stations")  # what Fault.solve() writes and reads, and ts.solve() does not
 EVENT = ("onset", "end", "x", "y", "z", "cell", "area", "mean_slip", "max_slip", "direction", "moment", "magnitude", "stress_drop",
          "peak_slip_rate", "elastic_energy", "kinetic_energy", "dissipated_energy", "radiated_energy", "loading_work", "ledger", "steps",
-         "fault", "rake", "rupture_speed", "radiated_efficiency")
+         "fault", "rake", "rupture_speed", "radiated_efficiency", "goes_on", "images")
 # of several faults, a number for each
 EVENT_OF_FAULTS = ("fault_moment", "fault_area", "fault_mean_slip", "fault_stress_drop", "fault_onset", "fault_cell", "fault_dissipated_energy")
 
