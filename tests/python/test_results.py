@@ -3,10 +3,12 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
 import textwrap
+import time
 import unittest
 
 from scripts import FAULT, FaultTest
@@ -125,30 +127,87 @@ class Results(FaultTest):
             self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_interrupt(self):
-        """Ctrl-C ends a run after its step; the result has the steps until then, and the program's as well."""
+        """Ctrl-C ends a run after its step, and says so; the result has the steps until then, and the program's as well, be Python slow to pass it on."""
         for backend in ("program", "petsc"):
             done = python("-c", textwrap.dedent(f"""
-                import os, signal, threading, time, slipstep
+                import os, re, signal, sys, time, slipstep
+                from slipstep import running
+
+                class Out:
+                    sent = False
+
+                    def write(self, text):
+                        if not self.sent and re.search(", [1-9][0-9]* steps", text):
+                            self.sent = True
+                            signal.pthread_sigmask(signal.SIG_BLOCK, {{signal.SIGINT}})
+                            os.killpg(0, signal.SIGINT)  # as a terminal does
+                            time.sleep(0.3)  # after 0.1 s a signal is the second one
+                            signal.pthread_sigmask(signal.SIG_UNBLOCK, {{signal.SIGINT}})
+
+                    def flush(self):
+                        pass
+
+                os.setsid()
+                children, before = [], running._end
+                running._end = lambda child: (children.append(child), before(child))
                 fault = slipstep.Fault(nx=3, nz=3, ts_adapt_type="none", ts_dt=1e-6, ts_max_time=600, output_interval=1000)
-                threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT)).start()
-                result = fault.run(progress=False, backend={backend!r} if fault.backend == "petsc" else None)
+                sys.stdout = Out()
+                result = fault.run(backend={backend!r} if fault.backend == "petsc" else None)
                 assert not result.complete and 0 < result.series["time"][-1] < 600, result
+                assert [child.returncode for child in children] == [128 + signal.SIGINT] * len(children), children[0].returncode
                 """))
             self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertRegex(done.stderr, r"(?m)^slipstep: the run stops after the step in work; Ctrl-C again ends at once$")
+
+    def test_a_second_interrupt(self):
+        """It ends a process that computes without a look at Python's signals."""
+        run = subprocess.Popen([sys.executable, "-c", textwrap.dedent("""
+            import itertools, os, slipstep
+
+            def stress(cells):  # in C from the line that it writes on
+                return sum(itertools.chain(map(os.write, [1], [b"computes\\n"]), itertools.repeat(0)))
+
+            fault = slipstep.Fault(nx=2, nz=2, normal_stress=stress)
+            if fault.backend == "program":
+                print("none", flush=True)
+                raise SystemExit
+            fault.run(progress=False)
+            """)], env=environment(), stdout=subprocess.PIPE, text=True)
+        try:
+            if run.stdout.readline() == "none\n":
+                self.skipTest("no petsc4py")
+            sent = 0
+            while run.poll() is None and sent < 100:
+                run.send_signal(signal.SIGINT)
+                sent += 1
+                time.sleep(0.1)
+            self.assertEqual((run.poll(), sent > 1), (-signal.SIGINT, True))
+        finally:
+            run.kill()
+            run.wait()
+            run.stdout.close()
 
     def test_the_program_ends_with_its_run(self):
         """Whatever ends run() early, the program has ended before its folder is removed, be it one that does not listen."""
         deaf = self.path("deaf")
         with open(deaf, "w") as file:
-            file.write("#!/bin/sh\ntrap '' INT TERM\nwhile :; do sleep 0.05; done\n")
+            file.write("#!/bin/sh\ntrap '' INT TERM\n: > $0.listens\nwhile :; do sleep 0.05; done\n")
         os.chmod(deaf, 0o755)
         for program, raised, code in (
                 (FAULT, "ZeroDivisionError", "running._show = lambda line, path, fault: os.path.exists(path) and 1 / 0"),
-                (deaf, "KeyboardInterrupt", "[threading.Timer(t, os.kill, (os.getpid(), signal.SIGINT)).start() for t in (0.5, 1.0)]")):
+                (deaf, "KeyboardInterrupt", "threading.Thread(target=interrupts, daemon=True).start()")):
             done = python("-c", textwrap.dedent(f"""
-                import os, shutil, signal, subprocess, threading, slipstep
+                import os, shutil, signal, subprocess, threading, time, slipstep
                 from slipstep import running
-                children, removed = [], []
+                children, removed, heard = [], [], threading.Event()
+                running.say_stopping = lambda what: heard.set()
+
+                def interrupts():
+                    while not os.path.exists({deaf!r} + ".listens"):
+                        time.sleep(0.01)
+                    os.kill(os.getpid(), signal.SIGINT)
+                    heard.wait()
+                    os.kill(os.getpid(), signal.SIGINT)
 
                 class Popen(subprocess.Popen):
                     def __init__(self, *arguments, **more):

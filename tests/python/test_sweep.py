@@ -211,6 +211,18 @@ if x == 4:
             self.assertEqual((run.attempts, run.result.run["restarts"]), (2, 1) if run.number in begun else (1, 0))
             self.assertEqual(run.result.summary["mean_slip"], other.result.summary["mean_slip"])
 
+    def test_interrupted_again(self):
+        """A second Ctrl-C ends runs that do not listen; the first one says so."""
+        self.write("deaf.py", "import signal, sys, time\nsignal.signal(signal.SIGUSR1, signal.SIG_IGN)\nopen(sys.argv[1] + '/began', 'a').write('x')\nwhile True:\n    time.sleep(1)\n")
+        study = Study(self.write("deaf.toml", f'command = "{sys.executable} deaf.py {{folder}}"\ntable = ["a"]\n[vary]\nx = [1, 2]\n'))
+        driver = subprocess.Popen([*SWEEP, "deaf.toml", "--cores", "2"], cwd=self.folder.name, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.wait(lambda: self.began(study) == [1, 1], "nothing begins")
+        driver.send_signal(signal.SIGINT)
+        self.assertEqual(driver.stderr.readline(), "slipstep: all runs stop after the step in work; Ctrl-C again ends at once\n")
+        driver.send_signal(signal.SIGINT)
+        said = driver.communicate(timeout=HANG)[0]
+        self.assertEqual((driver.returncode, said.count("stopped, goes on at the next call")), (130, 2), said)
+
     def test_cores_are_shared(self):
         """As many at once as cores and ranks allow, and no run of more ranks than cores."""
         study = Study(self.own("[1, 2, 4, 5]", "ranks = 2\nlauncher = \"env RANKS={ranks}\""))

@@ -357,7 +357,7 @@ class Views(PictureTest):
             points = np.stack([s, d / 2 + bend * (s - 2000) ** 2 / 1000, d * np.sqrt(0.75)], axis=-1).reshape(-1, 3)
             number = np.arange(20).reshape(4, 5)
             a, b, c, e = (part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]))
-            mesh = {"vertices": points, "triangles": np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, e], 1)]), "x": np.zeros(24)}
+            mesh = {"vertices": points, "triangles": np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, e], 1)]), "x": np.zeros(24), "strike": np.zeros(24)}
             plane, = planes_of(SimpleNamespace(mesh=mesh, planes=[(1, np.arange(24))]))
             self.assertEqual((plane.along_label, plane.down_label, Line(plane, "strike", 1.0).where), labels)
 

@@ -20,6 +20,7 @@ import io
 import os
 import re
 import signal
+import sys
 import tempfile
 import threading
 import time
@@ -29,7 +30,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from .errors import Error, warn
-from .running import Line, Program, Runs, word
+from .running import Line, Program, Runs, say_stopping, word
 
 INT = ctypes.c_int64 if np.dtype(PETSc.IntType).itemsize == 8 else ctypes.c_int32
 REALS = ctypes.POINTER(ctypes.c_double)
@@ -193,6 +194,11 @@ def silence():
         libc.fclose(ctypes.c_void_p(nowhere))
 
 
+def kills_again():
+    """Whether a second SIGINT ends this process at once: not a notebook, which would lose all it has, nor one of several, which get signals by two ways."""
+    return "ipykernel" not in sys.modules and PETSc.COMM_WORLD.getSize() == 1 and hasattr(ctypes.CDLL(None), "sysv_signal")
+
+
 @contextlib.contextmanager
 def handled(function):
     """SIGINT calls a function meanwhile; other threads than the main one cannot have that."""
@@ -200,6 +206,10 @@ def handled(function):
         yield
         return
     before = signal.signal(signal.SIGINT, function)
+    if kills_again():  # C code may compute long, while Python calls no function
+        library = ctypes.CDLL(None)
+        library.sysv_signal.restype, library.sysv_signal.argtypes = ctypes.c_void_p, (ctypes.c_int, ctypes.c_void_p)
+        library.sysv_signal(signal.SIGINT, library.sysv_signal(signal.SIGINT, int(signal.SIG_IGN)))  # Python's own handler, now for one signal
     try:
         yield
     finally:
@@ -260,6 +270,8 @@ class Process(Program):
 
         def interrupt(number, frame):
             nonlocal interrupted
+            if not interrupted:
+                say_stopping("the run stops", kills_again())
             interrupted = True  # the monitor ends the run: petsc4py would lose an exception in some places
 
         def monitor(ts, step, at, w):
@@ -269,7 +281,7 @@ class Process(Program):
                 line.show(at, ts.getMaxTime(), step, largest_rate(ts, w))
 
         try:
-            with database_of(fault, given) as given:
+            with handled(interrupt), database_of(fault, given) as given:
                 inner = Fault(getattr(fault, "_comm_given", None), **given, **fault._arrays, **fault._functions)
                 try:
                     ts = PETSc.TS().create(getattr(fault, "_comm_given", None))
@@ -282,7 +294,7 @@ class Process(Program):
                             raise Error(f"nothing reads the option -{name}")
                     ts.setMonitor(monitor)
                     try:
-                        with handled(interrupt), silence():
+                        with silence():
                             inner.solve(ts)
                     except (KeyboardInterrupt, PETSc.Error):
                         if not interrupted:

@@ -1,5 +1,6 @@
 """Runs of a fault by the program `fault`, and what they share with those in this process (slipstep.petsc)."""
 
+import ctypes
 import functools
 import os
 import re
@@ -17,6 +18,21 @@ from .times import written
 OPTION = re.compile(r"(ts|snes|ksp|pc|mat|log|options)_")  # of names that are options of PETSc and not parameters of a fault
 REPEAT, MINUTE = 0.2, 60.0  # between two lines of progress [s], in a terminal and in a log
 PATIENCE = 5.0  # until a program that was asked to end is killed [s]
+PR_SET_PDEATHSIG = 1
+_libc = ctypes.CDLL(None)
+
+
+def follow(parent):
+    """In a new process: stop as by SIGUSR1, with a checkpoint, when its parent is killed."""
+    if hasattr(_libc, "prctl"):
+        _libc.prctl(PR_SET_PDEATHSIG, signal.SIGUSR1)
+    if os.getppid() != parent:
+        os._exit(128 + signal.SIGUSR1)
+
+
+def say_stopping(what, again=True):
+    """After a first Ctrl-C; again: whether a second one does not wait."""
+    print(f"slipstep: {what} after the step in work" + ("; Ctrl-C again ends at once" if again else ""), file=sys.stderr, flush=True)
 
 
 class Line:
@@ -157,7 +173,9 @@ class Program:
         line, interrupted = Line(progress), False
         log = os.path.join(folder, "log")
         with open(log, "w+", encoding="utf-8") as output:
-            child = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT, env={**ENVIRONMENT, **os.environ})
+            # of a session of its own: a terminal would send it Ctrl-C besides this process, and the second signal ends it at once
+            child = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT, env={**ENVIRONMENT, **os.environ}, start_new_session=True,
+                                     preexec_fn=functools.partial(follow, os.getpid()))
             try:
                 while child.poll() is None:
                     try:
@@ -165,9 +183,11 @@ class Program:
                         if progress:
                             _show(line, given["output"] + ".part", fault)
                     except KeyboardInterrupt:
+                        if interrupted:
+                            raise
                         interrupted = True
                         child.send_signal(signal.SIGINT)
-                        child.wait()
+                        say_stopping("the run stops")
             finally:  # whatever was raised, no program is left that writes to a folder which is gone
                 _end(child)
                 line.close()
@@ -253,7 +273,8 @@ class Runs:
         progress  a line that tells the simulated time, steps and largest slip rate while the run goes on
         backend   "petsc": in this process; "program": by the program fault; None: that of this object
 
-        An interrupt (Ctrl-C, or the stop button of a notebook) ends the run after its step, and the Result has what there is. Error: what the
+        An interrupt (Ctrl-C, or the stop button of a notebook) ends the run after its step, and the Result has what there is. A second Ctrl-C does not wait for the step: the
+        program is ended and KeyboardInterrupt raised, and of the backend "petsc" this process ends, unless it is a notebook's or one of several. Error: what the
         program refuses, by its own line. Warnings of the program are SlipStepWarnings, and in Result.warnings. With several processes (mpirun python) every process must call it, and the program backend cannot be used."""
         backend = backend or self.backend
         if backend not in ("petsc", "program"):

@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from ..errors import OutputError
-from ..geometry.cells import mesh_cells
+from ..geometry.cells import axis_along_strike, mesh_cells
 from ..geometry.unroll import unroll
 from ..results.fields import Fields
 from .panels import plt, wrapped
@@ -191,22 +191,18 @@ def planes_of(run):
 
 
 def flat_triangles(mesh, cells):
-    """Corners [3, N] of triangles seen across them: along the strike of their mean normal and down its dip from their highest [m]."""
+    """Corners [3, N] of triangles seen across their mean plane: along cells.axis_along_strike() and down from their highest [m]; and whether normals leave their mean by more than BENT."""
     corners = mesh["vertices"][mesh["triangles"][cells]]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
-    strike = np.array([normal[1], -normal[0], 0])
-    strike = strike / np.linalg.norm(strike) if np.linalg.norm(strike) > 1e-9 * np.linalg.norm(normal) else np.array([1.0, 0, 0])
-    down = -np.cross(normal / np.linalg.norm(normal), strike)
-    s, d = corners @ strike, corners @ down
-    return s.T, (d - d.min() + corners[..., 2].min() * (abs(normal[2]) < 1e-6 * np.linalg.norm(normal))).T
-
-
-def is_bent(mesh, cells):
-    """Whether the normals of triangles leave their mean by more than BENT."""
-    corners = mesh["vertices"][mesh["triangles"][cells]]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    mean, normal = normal.sum(axis=0), normal / np.linalg.norm(normal, axis=1)[:, None]
-    return bool((normal @ mean < np.cos(np.radians(BENT)) * np.linalg.norm(mean)).any())
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(normals, axis=1)
+    normal = np.linalg.eigh((normals / size[:, None]).T @ normals)[1][:, -1]  # of the mean plane, whichever way the corners go round
+    strike = np.radians(axis_along_strike(mesh["strike"][cells], size))
+    along, right = np.array([np.cos(strike), np.sin(strike), 0]), np.array([-np.sin(strike), np.cos(strike), 0])
+    down = np.cross(normal, along)
+    down /= np.linalg.norm(down) * (np.sign(down[2] if abs(down[2]) > 1e-9 else down @ right) or 1)
+    s, d = corners @ along, corners @ down
+    bent = bool((np.abs(normals @ normal) < np.cos(np.radians(BENT)) * size).any())
+    return s.T, (d - d.min() + corners[..., 2].min() * (abs(normal[2]) < 1e-6)).T, bent
 
 
 def _planes(run):
@@ -215,8 +211,8 @@ def _planes(run):
     if "triangles" in run.mesh:
         found = []
         for label, cells in run.planes:
-            s, d = flat_triangles(run.mesh, cells)
-            found.append(Plane(s / 1e3, d / 1e3, cells, **(names_of(run, label, cells, "") if len(run.planes) > 1 else {}), vertical=False, bent=is_bent(run.mesh, cells)))
+            s, d, bent = flat_triangles(run.mesh, cells)
+            found.append(Plane(s / 1e3, d / 1e3, cells, **(names_of(run, label, cells, "") if len(run.planes) > 1 else {}), vertical=False, bent=bent))
         return found
     found, every, mesh = [], mesh_cells(run.mesh), run.mesh
     for label, cells in run.planes:

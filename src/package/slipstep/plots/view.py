@@ -9,7 +9,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.ticker import MaxNLocator
 
-from ..geometry.cells import cells_of, corners_of, free_edges, free_sides, mesh_cells, triangles_of
+from ..geometry.cells import axis_along_strike, cells_of, corners_of, free_edges, free_sides, mesh_cells, triangles_of
 from ..results.fields import Fields, largest_event
 from ..times import written
 from .maps import Span, colour_bar, colour_map
@@ -82,7 +82,7 @@ class View:
             corners = corners_of(cells) / 1e3
         else:
             cells, corners = mesh_cells(run.mesh), triangles / 1e3
-        self.azimuth, self.elevation = viewer or ((self.strike_of(cells) + 90 + ASIDE) % 360, ABOVE)
+        self.azimuth, self.elevation = viewer or ((axis_along_strike(cells[:, 5], cells[:, 3] * cells[:, 4]) + 90 + ASIDE) % 360, ABOVE)
         self.axes = screen(self.azimuth, self.elevation)
         self.box = box_of(corners)
         self.size = np.sqrt((cells[:, 3] * cells[:, 4]).sum() / PIECES) / 1e3
@@ -94,12 +94,6 @@ class View:
         order = np.argsort(near, kind="stable")
         self.polygons, self.of = self.polygons[order], self.of[order]
         self.thick = np.concatenate([np.zeros(len(pieces)), self.thick])[order]
-
-    @staticmethod
-    def strike_of(cells):
-        """That of the mean direction across the strike, weighted by area."""
-        mean = ((cells[:, 3] * cells[:, 4]) * np.exp(1j * np.radians(cells[:, 5]))).sum()
-        return np.degrees(np.angle(mean)) if abs(mean) > 1e-6 * (cells[:, 3] * cells[:, 4]).sum() else cells[0, 5]
 
     def outline(self, corners, shape):
         """Edges that cells do not share, cut into pieces, as flat rectangles [n, 4, 3], and whether each is of an upper edge."""

@@ -6,7 +6,6 @@ checkpoint, or anew where it has none.
 """
 
 import contextlib
-import ctypes
 import os
 import re
 import shlex
@@ -19,7 +18,7 @@ import time
 
 from ..errors import Error
 from ..modules import ENVIRONMENT, find_program, program_fault
-from ..running import word
+from ..running import follow, say_stopping, word
 from .plan import filled
 from .record import Record, lock, write_whole
 
@@ -29,16 +28,6 @@ LAUNCHER = "mpirun --bind-to none -n {ranks}"  # bound, the ranks of all runs wo
 SRUN = "srun -n {ranks}"
 PAUSE = 0.02  # between two looks at the processes [s]
 SHORT = 40  # characters of a folder for sockets, whose paths may have 107
-PR_SET_PDEATHSIG = 1
-_libc = ctypes.CDLL(None)
-
-
-def follow(parent):
-    """In a new process: stop as by SIGUSR1, with a checkpoint, when the driver is killed."""
-    if hasattr(_libc, "prctl"):
-        _libc.prctl(PR_SET_PDEATHSIG, signal.SIGUSR1)
-    if os.getppid() != parent:
-        os._exit(128 + signal.SIGUSR1)
 
 
 def cores_here():
@@ -238,6 +227,8 @@ def drive(plan, folder, runs, cores, say=None):
                 waiting, busy = busy, []
             time.sleep(PAUSE)
             if stop.count > asked:
+                if active and not asked:
+                    say_stopping("all runs stop")
                 asked = stop.count
                 for process in active:
                     process.stop()
