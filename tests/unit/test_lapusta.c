@@ -225,6 +225,33 @@ static void test_ends(void **state)
   }
 }
 
+/* A step to a corner ends there, whatever rounding makes of its length */
+static void test_corner(void **state)
+{
+  const PetscReal one[] = {1, 1};
+  int beyond = 0;
+
+  (void)state;
+  p = nothing;
+  p.shortest = 0.125;
+  for (int k = 1; k < 64; k++) {
+    const PetscReal start = 0.01 * k;
+    PetscReal t;
+    Vec u;
+    TS ts;
+
+    p.corner = 0.9;
+    if (start + (p.corner - start) > p.corner) beyond++;
+    ts = Start("script", one, 1e3, 1, &u);
+    ok(TSSetTime(ts, start));
+    ok(TSStep(ts));
+    ok(TSGetTime(ts, &t));
+    assert_true(t <= p.corner && p.corner - t <= PETSC_MACHINE_EPSILON);
+    ObjectsDestroy(&ts, &u);
+  }
+  assert_in_range(beyond, 1, 63);
+}
+
 /* The state and the rates of the next step's start after one of h, and the estimate, by hand */
 static PetscReal ByHand(PetscReal t, PetscReal h, PetscReal u0, PetscReal *f, PetscReal *error)
 {
@@ -376,4 +403,4 @@ static int Register(void **state)
   return (int)TSAdaptRegister("script", CreateAdapt);
 }
 
-SLIP_TESTS_WITH(Register, NULL, test_list, test_ends, test_formulas, test_refused, test_waits)
+SLIP_TESTS_WITH(Register, NULL, test_list, test_ends, test_corner, test_formulas, test_refused, test_waits)
