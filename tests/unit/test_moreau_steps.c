@@ -7,19 +7,33 @@
 #include <petsc/private/tsimpl.h>
 #include <math.h>
 
-/* ---- a block: v' = LOAD - K u - H v - Q while it slides forwards, u' = v, s' = |v| ---- */
+/* ---- a block: v' = Load - K u - H v - Q while it slides forwards, u' = v, s' = |v| ---- */
 
 #define K 4.0
-#define H 2.0
-#define LOAD 1.5
-#define Q 0.25
+static PetscReal growth; /* of all that depends on time [1/s] */
+
+static PetscReal H(PetscReal t)
+{
+  return 2 + 0.3 * growth * t;
+}
+
+static PetscReal Q(PetscReal t)
+{
+  return 0.25 + 0.1 * growth * t;
+}
+
+static PetscReal Load(PetscReal t)
+{
+  return 1.5 + 0.4 * growth * t;
+}
+
 #define ROUND 1e-14 /* of some ten operations with numbers near 1 */
 
 static PetscErrorCode Force(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx)
 {
   PetscFunctionBeginUser;
-  (void)t, (void)ctx;
-  F[0] = LOAD - K * w[1] - H * w[0];
+  (void)ctx;
+  F[0] = Load(t) - K * w[1] - H(t) * w[0];
   F[1] = w[0];
   F[2] = fabs(w[0]);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -28,8 +42,8 @@ static PetscErrorCode Force(PetscReal t, const PetscReal w[], PetscReal F[], voi
 static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx)
 {
   PetscFunctionBeginUser;
-  (void)t, (void)ctx;
-  J[0] = -H;
+  (void)ctx;
+  J[0] = -H(t);
   J[1] = -K;
   J[3] = 1;
   J[6] = w[0] < 0 ? -1 : 1;
@@ -39,12 +53,12 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
 static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx)
 {
   PetscFunctionBeginUser;
-  (void)t, (void)w, (void)dq, (void)ctx;
-  q[0] = Q;
+  (void)w, (void)dq, (void)ctx;
+  q[0] = Q(t);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Longest stable step: omega is 2, the damping ratio 1/2 */
+/* Longest stable step at first: omega is 2, the damping ratio 1/2 */
 #define LONGEST (0.97 * 2 / (1 + PETSC_SQRT2) / 2)
 
 /* The constraint's operations, and the damping at the nodes of the last step; kicks so many from now on fail */
@@ -72,7 +86,7 @@ static PetscErrorCode Kick(SlipConstraint con, PetscReal t, PetscReal a, Vec g, 
 
 /* A controller that takes each attempt but the refused, and wants the next step */
 static struct {
-  PetscReal next;
+  PetscReal next, shorter; /* after an attempt that was taken, or not [s] */
   int refuses;
 } script;
 
@@ -86,8 +100,8 @@ static PetscErrorCode Choose(TSAdapt adapt, TS ts, PetscReal h, PetscInt *scheme
   ((TS_Bathe *)ts->data)->costs = costs; /* whatever the attempt has taken */
   *scheme = 0;
   *wlte = *wltea = *wlter = -1;
-  *next = script.next;
   *accept = script.refuses > 0 && script.refuses-- ? PETSC_FALSE : PETSC_TRUE;
+  *next = *accept ? script.next : script.shorter;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -99,12 +113,16 @@ static PetscErrorCode CreateAdapt(TSAdapt adapt)
 }
 
 static PetscInt attempts, reason;
-static PetscReal tried[8];
+static PetscReal tried[8], held; /* the reaction after the first */
 
 static PetscErrorCode Keep(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
+  Vec reaction;
+
   PetscFunctionBeginUser;
-  (void)ts, (void)w, (void)ctx;
+  (void)w, (void)ctx;
+  PetscCall(TSBatheGetReaction(ts, &reaction));
+  if (!attempts) Get(reaction, 1, &held);
   if (attempts < 8) tried[attempts] = attempt->dt;
   if (!attempts++) reason = attempt->reason;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -141,45 +159,47 @@ static TS Start(const char type[], PetscReal v, Vec *x)
   ok(TSBatheMonitorSet(ts, Keep, NULL, NULL));
   attempts = reason = 0;
   failing = script.refuses = 0;
-  script.next = 0.1;
+  growth = 0;
+  script.next = script.shorter = 0.1;
   return ts;
 }
 
 /* ---- by hand ---- */
 
 typedef struct {
-  PetscReal v, u, s;
+  PetscReal t, v, u, s;
   PetscReal p, p_before, h, h_before; /* damping of the last two inner rates, and their steps */
   PetscReal p_end, a[2], h_a;         /* dv/dt at the start of this step and of the one before, that step: 0, unknown */
   PetscReal end, error[3];            /* dv/dt at the end; estimates of v, u and s */
 } Block;
 
-static PetscReal Acceleration(PetscReal v, PetscReal u)
+static PetscReal Acceleration(const Block *b)
 {
-  return LOAD - K * u - H * v - Q;
+  return Load(b->t) - K * b->u - H(b->t) * b->v - Q(b->t);
 }
 
 static void Anew(Block *b)
 {
-  b->p = H * b->v;
+  b->p = H(b->t) * b->v;
   b->h = b->h_before = b->h_a = 0;
-  b->end = Acceleration(b->v, b->u);
+  b->end = Acceleration(b);
 }
 
 static void StepByHand(Block *b, PetscReal h)
 {
-  const PetscReal weight = SlipLagWeight(h, b->h, b->h_before, 2, 0.5), v0 = b->v,
+  const PetscReal weight = SlipLagWeight(h, b->h, b->h_before, 2, H(b->t) / 4), v0 = b->v,
                   expected = weight * b->p + (1 - weight) * b->p_before;
-  const PetscReal inner = v0 + h / 2 * (LOAD - K * b->u - expected - Q), p = H * inner;
+  const PetscReal inner = v0 + h / 2 * (Load(b->t) - K * b->u - expected - Q(b->t)), p = H(b->t + h / 2) * inner;
   PetscReal change;
 
   b->a[1] = b->a[0];
   b->a[0] = b->end;
+  b->t += h;
   b->u += h * inner;
   b->s += h * fabs(inner);
-  b->v = inner + h / 2 * (LOAD - K * b->u - 2 * p + expected - Q);
+  b->v = inner + h / 2 * (Load(b->t) - K * b->u - 2 * p + expected - Q(b->t));
   b->p_end = p + h / (h + b->h) * (p - b->p);
-  b->end = Acceleration(b->v, b->u);
+  b->end = Acceleration(b);
   change = (b->end - b->a[0]) / h;
   /* h^3/12 of the second derivative of a, or h^2/6 of the first; and the trapezoidal rule's displacement is h^3/12 of it
      away from the right one, the midpoint rule's minus half as much */
@@ -227,11 +247,11 @@ static const PetscReal lengths[] = {0.1, 0.3, 0.16, 0.08, 0.2};
 static void test_steps(void **state)
 {
   Block b = {.v = 0.1};
-  PetscReal longest;
   Vec x;
   TS ts = Start(TSMOREAU, b.v, &x);
 
   (void)state;
+  growth = 1;
   Anew(&b);
   for (int k = 0; k < 8; k++) {
     const PetscReal h = lengths[k % 5];
@@ -239,10 +259,6 @@ static void test_steps(void **state)
     if (k == 5) { /* a solution that was touched begins anew */
       ok(PetscObjectStateIncrease((PetscObject)x));
       Anew(&b);
-    }
-    if (k == 6) {
-      ok(TSBatheGetLongestStep(ts, &longest));
-      AssertNear(longest, LONGEST, ROUND);
     }
     StepByHand(&b, h);
     Step(ts, h);
@@ -253,23 +269,25 @@ static void test_steps(void **state)
   ObjectsDestroy(&ts, &x);
 }
 
-/* The longest step is taken, a longer one is cut to it */
+/* The longest step is taken, a longer one is cut to it, which is told where steps are constant */
 static void test_longest(void **state)
 {
-  Block b = {.v = 0.1};
   PetscReal t[2];
   Vec x;
-  TS ts = Start(TSMOREAU, b.v, &x);
+  TS ts = Start(TSMOREAU, 0.1, &x);
 
   (void)state;
   ok(TSBatheGetLongestStep(ts, &t[1]));
   AssertNear(t[1], LONGEST, ROUND);
+  SetAdapt(ts, TSADAPTNONE);
   Step(ts, t[1]);
   ok(TSGetTime(ts, &t[0]));
   assert_true(t[0] == t[1]);
+  assert_false(((TS_Bathe *)ts->data)->bound_told);
   Step(ts, 3);
   ok(TSGetTime(ts, &t[0]));
   assert_true(t[0] == 2 * t[1]);
+  assert_true(((TS_Bathe *)ts->data)->bound_told);
   ObjectsDestroy(&ts, &x);
 }
 
@@ -282,6 +300,7 @@ static void test_failed(void **state)
   TS ts = Start(TSMOREAU, b.v, &x);
 
   (void)state;
+  growth = 1;
   Anew(&b);
   for (int k = 0; k < 2; k++) {
     StepByHand(&b, 0.3);
@@ -293,6 +312,7 @@ static void test_failed(void **state)
   Step(ts, 0.2);
   assert_int_equal(attempts, 2);
   assert_int_equal(reason, SNES_DIVERGED_FUNCTION_DOMAIN);
+  AssertNear(held, -Q(0.6), ROUND); /* the start's */
   assert_true(tried[0] == 0.2);
   AssertNear(tried[1], 0.05, ROUND);
   AssertBlock(ts, &b);
@@ -327,7 +347,7 @@ static void test_wish(void **state)
 
   (void)state;
   for (int cut = 0; cut < 2; cut++)
-    for (int last = 0; last < 7; last++) {
+    for (int last = 0; last < 8; last++) {
       const PetscReal asked = cut ? 3 * longest : 0.5 * longest;
       PetscReal want;
 
@@ -346,12 +366,13 @@ static void test_wish(void **state)
         ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
       }
       if (last == 5) ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_STEPOVER));
+      if (last == 7) ok(TSBatheSetError(ts, TSBATHE_ERROR_NONE));
       want = 6 * longest;
       if (last == 1) want = adapt->safety * longest / 2;
       if (last == 2) want = 100;
       if (last == 3) want = 4 * longest;
       if (last == 4) want = SlipControlMatch(6 * longest, 2.5 * longest);
-      if (!cut || last == 6) want = script.next; /* the controller knows */
+      if (!cut || last >= 6) want = script.next; /* the controller knows */
       AssertNear(WishAfter(ts, asked), want, last == 1 ? 1e-9 : 1e-12);
       ok(TSGetTime(ts, &t));
       AssertNear(t, cut ? longest : asked, ROUND);
@@ -360,34 +381,33 @@ static void test_wish(void **state)
 }
 
 /* After a long implicit step that was refused 64 explicit ones that are cut do not ask for more than the controller
-   does, the 64th does; or one that ends beyond it */
+   does, the 64th does, or one that ends beyond it; the 32nd, where an implicit one was taken in between. */
 static void test_waits(void **state)
 {
   const PetscReal longest = LONGEST;
+  const struct {
+    PetscReal refused, shorter;
+    PetscInt steps[2];
+  } row[] = {{1000, 3, {64, 64}}, {20, 3, {20, 21}}, {1000, 500, {33, 33}}}; /* in longest ones, with the first */
   PetscInt n;
   Vec x;
   TS ts;
 
   (void)state;
-  for (int near = 0; near < 2; near++) {
-    const PetscReal asked = near ? 20 * longest : 1000 * longest;
+  for (int k = 0; k < 3; k++) {
+    PetscReal next;
 
     ts = Start(TSBATHE, 0.1, &x);
     ok(TSBatheSetMethod(ts, TSBATHE_METHOD_AUTO));
     ok(TSSetTolerances(ts, 1e9, NULL, 0, NULL));
     script.next = 3 * longest;
+    script.shorter = row[k].shorter * longest;
     script.refuses = 1;
-    WishAfter(ts, asked); /* the attempts: implicit, refused, and explicit */
-    assert_true(tried[0] == asked);
-    for (n = 1; n < 100; n++) {
-      PetscReal next;
-
-      ok(TSGetTimeStep(ts, &next));
-      if (next > 3.5 * longest) break;
-      WishAfter(ts, 3 * longest);
-    }
-    /* steps of the longest: the 20th ends at the end of what was refused */
-    assert_in_range(n, near ? 20 : 64, near ? 21 : 64);
+    next = WishAfter(ts, row[k].refused * longest);
+    for (n = 1; n < 100 && next < 3.5 * longest; n++) next = WishAfter(ts, 3 * longest);
+    assert_true(tried[0] == row[k].refused * longest);
+    AssertNear(tried[1], k == 2 ? 500 * longest : longest, ROUND);
+    assert_in_range(n, row[k].steps[0], row[k].steps[1]);
     ObjectsDestroy(&ts, &x);
   }
 }
