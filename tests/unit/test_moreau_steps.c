@@ -115,6 +115,17 @@ static PetscErrorCode CreateAdapt(TSAdapt adapt)
 static PetscInt attempts, reason;
 static PetscReal tried[8], held; /* the reaction after the first */
 
+static PetscReal stages[2]; /* times of the last */
+
+static PetscErrorCode BeforeStage(TS ts, PetscReal t)
+{
+  PetscFunctionBeginUser;
+  (void)ts;
+  stages[0] = stages[1];
+  stages[1] = t;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Keep(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   Vec reaction;
@@ -123,6 +134,7 @@ static PetscErrorCode Keep(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
   (void)w, (void)ctx;
   PetscCall(TSBatheGetReaction(ts, &reaction));
   if (!attempts) Get(reaction, 1, &held);
+  assert_int_equal(attempt->solves, attempt->method == TSBATHE_METHOD_EXPLICIT ? 1 : attempt->solves);
   if (attempts < 8) tried[attempts] = attempt->dt;
   if (!attempts++) reason = attempt->reason;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -157,6 +169,7 @@ static TS Start(const char type[], PetscReal v, Vec *x)
   ok(TSSetMaxTime(ts, 1e9));
   ok(TSSetSolution(ts, *x));
   ok(TSBatheMonitorSet(ts, Keep, NULL, NULL));
+  ok(TSSetPreStage(ts, BeforeStage));
   attempts = reason = 0;
   failing = script.refuses = 0;
   growth = 0;
@@ -263,6 +276,8 @@ static void test_steps(void **state)
     StepByHand(&b, h);
     Step(ts, h);
     assert_true(b.v > 0);
+    AssertNear(stages[0], b.t - h / 2, ROUND);
+    AssertNear(stages[1], b.t, ROUND);
     AssertBlock(ts, &b);
     AssertNear(damping[SLIP_NODE_START], k == 0 || k == 5 ? b.p_before : damping[SLIP_NODE_START], ROUND);
   }
