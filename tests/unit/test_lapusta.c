@@ -1,5 +1,5 @@
-/* TSLAPUSTA: the formulas of a step, its estimate and what is in between, the list of lengths of steps, ends, rests that
-   waves may end, and attempts that are refused. */
+/* TSLAPUSTA: the formulas of a step, its estimate and what is in between, the lengths of steps, ends, rests that waves
+   may end, and attempts that are refused. */
 #include "../unit.h"
 #include <petsc/private/tsimpl.h>
 #include <math.h>
@@ -322,7 +322,7 @@ static void test_formulas(void **state)
   ObjectsDestroy(&ts, &x);
 }
 
-/* What a controller refuses is taken back, but the shortest step is not refused; that which leads out of the domain ends
+/* What a controller refuses is taken back, but the shortest step is not refused; one that leads out of the domain ends
    the run */
 static void test_refused(void **state)
 {

@@ -214,7 +214,7 @@ static void StepByHand(Block *b, PetscReal h)
   b->p_end = p + h / (h + b->h) * (p - b->p);
   b->end = Acceleration(b);
   change = (b->end - b->a[0]) / h;
-  /* h^3/12 of the second derivative of a, or h^2/6 of the first; and the trapezoidal rule's displacement is h^3/12 of it
+  /* h^3/12 of the second derivative of a, or h^2/6 of the first; and the trapezoidal rule is h^3/12 of it
      away from the right one, the midpoint rule's minus half as much */
   b->error[0] =
     b->h_a > 0 ? h * h * h / 12 * (change - (b->a[0] - b->a[1]) / b->h_a) / (0.5 * (h + b->h_a)) : h * h / 6 * change;
