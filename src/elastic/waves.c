@@ -252,7 +252,6 @@ static PetscErrorCode Advance_Waves(SlipElastic el, PetscInt from, PetscInt to, 
   (void)to;
   PetscCall(SlipElasticGetData(el, &w));
   PetscCall(Transform(w, u));
-  w->m_known = w->answered = PETSC_FALSE;
   if (from < 0) {
     w->past.steady = PETSC_TRUE;
     w->next_h = 0;
@@ -266,7 +265,7 @@ static PetscErrorCode Advance_Waves(SlipElastic el, PetscInt from, PetscInt to, 
   last = w->past.slip; /* the next state has another spectrum */
   w->past.slip = w->slip;
   w->slip = last;
-  w->known = PETSC_FALSE;
+  w->known = PETSC_FALSE; /* nor what follows from it: Transform() */
   PetscCall(SlipWaveImagesAdd(w->images, t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -56,7 +56,7 @@ PetscErrorCode SlipWavesVisit(SlipElastic el, SlipState state)
   PetscFunctionBegin;
   PetscCall(SlipElasticGetData(el, &w));
   per = PerWave(w);
-  if (loading) w->known = w->m_known = w->answered = PETSC_FALSE;
+  if (loading) w->known = PETSC_FALSE;
   PetscCall(SlipStateReal(state, "next_step", 1, &w->next_h));
   PetscCall(SlipStateBool(state, "steady", &w->past.steady));
   steady = w->past.steady;

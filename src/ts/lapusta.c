@@ -154,10 +154,14 @@ static PetscReal OfList(PetscReal h, PetscReal shortest)
 static PetscErrorCode Limit(TS ts)
 {
   TS_Lapusta *la = (TS_Lapusta *)ts->data;
-  PetscReal end = la->at.corner, left;
+  const SlipProblemOps *problem;
+  PetscReal end = PETSC_MAX_REAL, left;
+  void *ctx;
 
   PetscFunctionBegin;
   if (la->constant || !(la->shortest > 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  if (problem->corner) PetscCall((*problem->corner)(ts, ts->ptime, &end, ctx)); /* which this step may not reach */
   if (ts->exact_final_time == TS_EXACTFINALTIME_MATCHSTEP) end = PetscMin(end, ts->max_time);
   if (la->waits) ts->time_step = PetscMin(ts->time_step, WAITING * la->shortest);
   left = end - ts->ptime;
