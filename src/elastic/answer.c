@@ -88,6 +88,7 @@ PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscReal theta)
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  el->theta = 0;
   PetscCall((*el->ops->stage)(el, t, theta, &el->stage, &el->coupling));
   PetscCall(SlipLogProducts(el->stage, SLIP_StageMult));
   PetscFunctionReturn(PETSC_SUCCESS);

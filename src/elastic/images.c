@@ -3,6 +3,11 @@
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipelastic.h>
 
+/* What a solve has left says K x to the rounding of forces over its theta: in a stage that is so many times longer a
+   product is made. (A fault that had begun by steps of a picosecond came to rest and slid on by steps of minutes: of
+   slip rates of a start that no solve changed K x was off by rounding over a picosecond.) */
+#define LONGER 100
+
 PetscErrorCode SlipElasticFindPair(SlipElastic el, Vec x, SlipElasticPair **pair)
 {
   unsigned int same = 0;
@@ -29,6 +34,12 @@ PetscErrorCode SlipElasticFindPair(SlipElastic el, Vec x, SlipElasticPair **pair
       *pair = &el->pair[0];
       break;
     }
+  if (*pair && (*pair)->theta > 0 && el->B) {
+    PetscReal theta;
+
+    PetscCall(MatSlipStageGetTheta(el->B, &theta));
+    if (theta > LONGER * (*pair)->theta) (*pair)->has[SLIP_ELASTIC_K] = PETSC_FALSE;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -40,7 +51,10 @@ PetscErrorCode SlipElasticFindImage(SlipElastic el, SlipElasticImage of, Vec x, 
   *image = NULL;
   if (!el->npairs) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipElasticFindPair(el, x, &pair));
-  if (pair && pair->has[of]) *image = pair->image[of];
+  if (!pair || !pair->has[of]) PetscFunctionReturn(PETSC_SUCCESS);
+  *image = pair->image[of];
+  if (of == SLIP_ELASTIC_K && pair->theta > 0)
+    el->theta = el->theta > 0 ? PetscMin(el->theta, pair->theta) : pair->theta;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -58,6 +72,7 @@ PetscErrorCode SlipElasticTakePair(SlipElastic el, Vec x, SlipElasticPair **pair
   PetscCall(VecCopy(x, taken.x));
   taken.has[SLIP_ELASTIC_K] = taken.has[SLIP_ELASTIC_H] = PETSC_FALSE;
   taken.age = 0;
+  taken.theta = 0;
   el->pair[0] = taken;
   *pair = &el->pair[0];
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -69,6 +84,7 @@ PetscErrorCode SlipElasticSetImage(SlipElasticPair *pair, SlipElasticImage of, V
   if (!pair->image[of]) PetscCall(VecDuplicate(pair->x, &pair->image[of]));
   PetscCall(VecCopy(image, pair->image[of]));
   pair->has[of] = PETSC_TRUE;
+  if (of == SLIP_ELASTIC_K) pair->theta = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -112,6 +128,8 @@ PetscErrorCode SlipElasticImagesState(SlipElastic el, SlipState state)
     PetscCall(SlipStateVec(state, name, pair->x));
     PetscCall(PetscSNPrintf(name, sizeof(name), "pair_%" PetscInt_FMT "_age", k));
     PetscCall(SlipStateInt(state, name, 1, &pair->age));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "pair_%" PetscInt_FMT "_theta", k));
+    PetscCall(SlipStateReal(state, name, 1, &pair->theta));
     for (int of = 0; of < 2; of++) {
       PetscCall(PetscSNPrintf(name, sizeof(name), flag[of], k));
       PetscCall(SlipStateBool(state, name, &pair->has[of]));

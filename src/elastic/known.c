@@ -130,8 +130,11 @@ PetscErrorCode SlipElasticKnowStage(SlipElastic el, Vec x, Vec bx)
   PetscCall(VecCopy(bx, rest));
   PetscCall(AddWeighted(el, -(el->inertia / theta + eta), x, rest));
   if (eta > 0) {
+    PetscCall(SlipElasticTakePair(el, x, &pair));
+    if (pair->has[SLIP_ELASTIC_K]) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(VecScale(rest, 1 / theta));
-    PetscCall(SlipElasticKeepImage(el, SLIP_ELASTIC_K, x, rest));
+    PetscCall(SlipElasticSetImage(pair, SLIP_ELASTIC_K, rest));
+    pair->theta = el->theta > 0 ? 1 / (1 / theta + 1 / el->theta) : theta; /* that of the first guess adds to it */
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipElasticGetWork(el, 1, &product));

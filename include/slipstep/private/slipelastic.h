@@ -14,6 +14,7 @@ typedef struct {
   Vec x, image[2];
   PetscBool has[2]; /* the images are those of x */
   PetscInt age;     /* K x is a sum of sums, so many times */
+  PetscReal theta;  /* K x is as exact as forces are to rounding, over this [s]; 0: a product, or a sum */
 } SlipElasticPair;
 /* u and v at the start, after stage 1 and at the end, what stages start from, the loading rate, and one to spare */
 enum { SLIP_ELASTIC_PAIRS = 10 };
@@ -30,6 +31,7 @@ struct _p_SlipElastic {
 
   SlipElasticPair pair[SLIP_ELASTIC_PAIRS]; /* the last asked for first */
   PetscInt npairs;
+  PetscReal theta; /* the least of those asked for in this stage [s]; 0: none */
 
   SlipElasticPast past[2]; /* the slots */
   PetscBool known;         /* they hold something */
