@@ -271,9 +271,9 @@ static PetscErrorCode ConfigureWaves(TS ts, PetscReal shortest)
 }
 
 /* Adams' formulas, their steps by the policy for cycles where it is there, which knows no loads that change: under 20
-   pulses and injections its slips were off by more than 1 % in 11, by up to 20 % where they matter, those of dsp in none
-   of these, for 1.5 times the products. Other integrators have controllers of their own. All see the error of the worst cell: a mean over the cells hides one that goes unstable, the more so the more
-   others are quiet. */
+   pulses and injections its slips were off by more than 1 % in 11, by up to 20 % where they matter, those of dsp in
+   none of these, for 1.5 times the products. Other integrators have controllers of their own. All see the error of the
+   worst cell: a mean over the cells hides one that goes unstable, the more so the more others are quiet. */
 static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
 {
   char file[PETSC_MAX_PATH_LEN];
@@ -306,22 +306,6 @@ static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts)
   PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
   PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
   PetscCall(TSSetTimeStep(ts, STICKING_FIRST_STEP * fault->operators.tstar));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Explicit steps follow the slowest slip at a pace that radiation sets. */
-PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts)
-{
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (!fault->problem.any_integrator || fault->friction.law->always_slides || rank || !fault->options.speaks ||
-      !(fault->kind.sequence || fault->loads.pressed))
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipWarning("-ts_type %s skips only rest: while any cell slips, however slowly, its steps are seconds to "
-                        "minutes. For slip of days and years expected bathe",
-                        ((PetscObject)ts)->type_name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

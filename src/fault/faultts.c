@@ -185,6 +185,8 @@ static PetscErrorCode BeforeStep(TS ts)
   if (problem->any_integrator && !((SlipFault)fault)->friction.law->always_slides)
     PetscCall(SlipFaultBeginRest((SlipFault)fault, ts));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts, &ours, TSADAMS, TSBATHE, TSMOREAU, TSRKC, TSLAPUSTA, ""));
+  if (!ours && problem->any_integrator && !((SlipFault)fault)->friction.law->always_slides)
+    PetscCall(SlipMeetRelaxation(ts));
   if (ours || problem->any_integrator) PetscCall(SlipMeetCornerBefore(ts, ours, &((SlipFault)fault)->corner_passed));
   if (ours || !problem->accept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetStepNumber(ts, &step));
@@ -393,10 +395,10 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u
   and the state are integrated, one product with K for a right-hand side, v is made that of the balance after each step.
   The type is TSADAMS, under TSADAPTRL by the policy for cycles at the accuracy 1e-3 (-fault_accuracy), TSADAPTBASIC
-  where there is no such policy, and TSADAPTDSP under a pore pressure; rtol 1e-3, where the policy sets none, means errors of 1e-3 d_c in u and 1e-3 in ln
-  theta of the worst cell (SlipAdaptSetNorm()), the first step is 0.01 of the time in which the fastest cell slips its
-  d_c. With -ts_type bathe among the options, and with inertia, it is bathe, with errors relative to d_c and the slip
-  rate.
+  where there is no such policy, and TSADAPTDSP under a pore pressure; rtol 1e-3, where the policy sets none, means
+  errors of 1e-3 d_c in u and 1e-3 in ln theta of the worst cell (SlipAdaptSetNorm()), the first step is 0.01 of the
+  time in which the fastest cell slips its d_c. With -ts_type bathe among the options, and with inertia, it is bathe,
+  with errors relative to d_c and the slip rate.
 
   Friction that sticks is an explicit problem, too, without inertia, with radiation damping and without opening, where
   the options name -ts_type rkc (TSRKC), rk or adams: the slip rate of a cell follows from its stress, 0 where friction

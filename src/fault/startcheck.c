@@ -222,3 +222,19 @@ PetscErrorCode SlipFaultStressPrint(SlipFault fault)
   PetscCall(PetscPrintf(fault->comm, "%-24s %s, effective, at the start\n", "normal stress:", text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* Explicit steps follow the slowest slip at a pace that radiation sets. */
+PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (!fault->problem.any_integrator || fault->friction.law->always_slides || rank || !fault->options.speaks ||
+      !(fault->kind.sequence || fault->loads.pressed))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipWarning("-ts_type %s skips only rest: while any cell slips, however slowly, its steps are seconds to "
+                        "minutes. For slip of days and years expected bathe",
+                        ((PetscObject)ts)->type_name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -16,8 +16,7 @@ typedef enum {
   KINDS
 } Kind;
 
-/* Of sequences, and of ruptures under a pore pressure: looser tolerances keep 1e-1 on segments, but lose events of
-   faults that hardly weaken enough. */
+/* Of sequences, and of ruptures under a pore pressure: looser ones lose events of faults that hardly weaken enough. */
 #define MARGINAL 0.01
 /* So much tighter with inertia: what an event is late adds up, and twenty of them are to be within an accuracy of
    1e-2. */
@@ -171,10 +170,8 @@ static PetscBool IsTrainedLaw(const char law[])
 /* Whether an option names a controller or tolerances, or is one of the classical controller that is the default else */
 static PetscErrorCode NamesClassical(SlipFault fault, TS ts, const char controller[], PetscBool *names)
 {
-  static const char *const common[] = {"ts_adapt_type", "ts_rtol", "ts_adapt_safety"}, *const texts[] = {
-                                                                                         "ts_adapt_pi_filter",
-                                                                                         "ts_adapt_dsp_filter",
-                                                                                         "ts_adapt_dsp_pid"};
+  static const char *const common[] = {"ts_adapt_type", "ts_rtol", "ts_adapt_safety"};
+  static const char *const texts[] = {"ts_adapt_pi_filter", "ts_adapt_dsp_filter", "ts_adapt_dsp_pid"};
   const size_t ntexts = PETSC_STATIC_ARRAY_LENGTH(texts);
   const char *name;
   char own[64];

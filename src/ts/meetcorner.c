@@ -38,15 +38,17 @@ PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner)
    relaxation times for pairs of orders 2 and 3, and to more for higher ones. */
 #define RELAXATIONS 1.5
 
-static PetscErrorCode StableStep(TS ts)
+PetscErrorCode SlipMeetRelaxation(TS ts)
 {
   const SlipProblemOps *problem;
   PetscReal rate;
+  PetscBool constant;
   void *ctx;
 
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
-  if (ts->usessnes || !problem || !problem->relaxation) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts->adapt, TSADAPTNONE, &constant));
+  if (constant || ts->usessnes || !problem || !problem->relaxation) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall((*problem->relaxation)(ts, ts->vec_sol, &rate, ctx));
   if (rate > 0) ts->time_step = PetscMin(ts->time_step, PetscMax(RELAXATIONS / rate, ts->adapt->dt_min));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -63,7 +65,6 @@ PetscErrorCode SlipMeetCornerBefore(TS ts, PetscBool ours, PetscBool *warned)
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
   if (!constant) {
-    if (!ours) PetscCall(StableStep(ts));
     if (!ours) PetscCall(SlipMeetCorner(ts, &h, &next));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -106,7 +106,7 @@ typedef struct {
 } SlipFaultSteps;
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, PetscReal *rtol);
-PETSC_INTERN PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts); /* explicit.c */
+PETSC_INTERN PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts); /* startcheck.c */
 PETSC_INTERN PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *fault);
 PETSC_INTERN PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt fallback, PetscReal accuracy, void *fault);

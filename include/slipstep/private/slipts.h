@@ -249,6 +249,7 @@ PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, Pe
 PETSC_INTERN PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner);
 /* From TSPreStep: the same before a step of a type of PETSc's own. Constant steps are warned of, once, where those of
    PETSc's types pass a corner, and where ours, which end there, are longer than from it to the next one. */
+PETSC_EXTERN PetscErrorCode SlipMeetRelaxation(TS ts); /* explicit steps of PETSc's types stay stable */
 PETSC_EXTERN PetscErrorCode SlipMeetCornerBefore(TS ts, PetscBool ours, PetscBool *warned);
 
 /* ---- guard.c ---- */
