@@ -162,7 +162,7 @@ class WavesTest(FaultTest):
         self.assertIn("Use smaller cells", said)
         whole = (*options, "-fault_output_precision", "double", "-fault_output_interval", 1000)
         self.fault(*whole, "-fault_output", "whole.h5", "-fault_catalogue", "whole_events.h5")
-        for steps in 20, 150:  # in the first event, and in the rest
+        for steps in 20, 80:  # in the first event, and in the rest
             files = "-fault_output", "part.h5", "-fault_catalogue", "part_events.h5"
             self.fault(*whole, *files, "-fault_checkpoint", "state", "-ts_max_steps", steps, code=3)
             self.fault(*whole, *files, "-fault_restart", "state")
