@@ -23,7 +23,7 @@ typedef enum {
 #define STOPS 5
 /* Likewise where a pore pressure starts ruptures, which the draws of injections do not have. basic at 1e-3 keeps 1e-2
    in 45 of 48 pulses of 1.5 s to a day with ramps of 0.1 s to a day, under constant friction and slip weakening, and
-   1.8e-2 in all, by 6340 products (heuristic 43, dsp 37, pi 27); rl takes 14800 for that, by its dial at 1e-3. */
+   1.8e-2 in all, by 6340 products (heuristic 43, dsp 37, pi 27); rl takes 14800 for that, by -ts_rtol 1e-3. */
 #define PULSES 3
 
 /* Kinds of runs. controller is the classical one that is the default and that rl hands over to: the cheapest at the
