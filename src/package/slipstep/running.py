@@ -86,7 +86,7 @@ def option_units():
         said = subprocess.run([program_fault(), "-help", "fault"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8", env={**ENVIRONMENT, **os.environ}, check=False).stdout
     except (Error, OSError):
         return {}
-    lines = (re.match(r"\s*-fault_(\w+) <.*?>:(.*)", line) for line in said.splitlines())
+    lines = (re.match(r"\s*-fault_(\w+):? <.*?>:(.*)", line) for line in said.splitlines())
     found = {line[1]: re.findall(r" \[([^\[\]]+)\]", line[2]) for line in lines if line}
     return {name: units[0] for name, units in found.items() if units}
 
