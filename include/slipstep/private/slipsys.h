@@ -51,8 +51,7 @@ PETSC_INTERN PetscErrorCode SlipHasOption(PetscOptions options, const char prefi
 PETSC_INTERN PetscBool SlipEndsWith(const char name[], const char end[]);
 
 /* ---- optiontimes.c ---- */
-#define SLIP_TIME_UNITS "s, min, h, d or y" /* for messages */
-/* Full names, without dash and with blanks between, of options that are times in s; borrowed: constant text */
+#define SLIP_TIME_UNITS "s, min, h, d or y"                 /* for messages */
 PETSC_INTERN PetscBool SlipIsTimeOption(const char name[]); /* without dash, a prefix before it or not */
 /* A time to so many digits in the unit that fits: "12.5 s", "3.2 h", "113.4 years" */
 PETSC_EXTERN void SlipTimeText(PetscReal seconds, int digits, char text[], size_t len);

@@ -249,8 +249,9 @@ PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, Pe
 PETSC_INTERN PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *corner);
 /* From TSPreStep: the same before a step of a type of PETSc's own. Constant steps are warned of, once, where those of
    PETSc's types pass a corner, and where ours, which end there, are longer than from it to the next one. */
-PETSC_EXTERN PetscErrorCode SlipMeetRelaxation(TS ts); /* explicit steps of PETSc's types stay stable */
 PETSC_EXTERN PetscErrorCode SlipMeetCornerBefore(TS ts, PetscBool ours, PetscBool *warned);
+/* From TSPreStep: makes ts->time_step, of an explicit type of PETSc's, one that lets no slip rate chatter */
+PETSC_EXTERN PetscErrorCode SlipMeetRelaxation(TS ts);
 
 /* ---- guard.c ---- */
 /* Constant steps go on as they were before one was cut to end at a corner of the loading, at end [s]. whole: that step
