@@ -367,8 +367,8 @@ static PetscErrorCode Damping(SlipConstraint con, PetscReal t, Vec w, Vec p, voi
 
 /* x with m/a (x - base) = g - q sign(x), at the states in s->w, which it changes: by Newton's method, or, where q falls
    faster with |x| than momentum grows, by its values alone. *depends: q depends on |x|; its derivative at rest need not
-   say so (q0 + q1 exp(-(x/v)^2), or a strength that drops once anything moves). *ok: left alone unless no x was found
- */
+   say so (q0 + q1 exp(-(x/v)^2), or a strength that drops once anything moves). *ok: PETSC_FALSE where no x was found,
+   else left alone. */
 static PetscErrorCode SmallKick(Small *s, PetscReal t, PetscReal a, const PetscReal g[], const PetscReal base[],
                                 PetscReal x[], PetscBool *depends, PetscBool *ok)
 {
