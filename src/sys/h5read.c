@@ -46,15 +46,17 @@ static H5T_class_t SlipH5TypeClass(hid_t type)
   return c;
 }
 
-/* Of a size that numbers have, too: a damaged type may have 0 bytes, or gigabytes that HDF5 would allocate. Closes the
-   type. */
+/* Of a size that numbers have, too: a damaged type may have 0 bytes, gigabytes that HDF5 would allocate, or bits that
+   it would look for elsewhere. Closes the type. */
 static PetscBool SlipH5IsNumber(hid_t type)
 {
-  const size_t size = H5Tget_size(type);
+  const size_t size = H5Tget_size(type), bits = H5Tget_precision(type); /* 0: an enumeration of no numbers */
   const H5T_class_t c = SlipH5TypeClass(type);
 
-  return (c == H5T_INTEGER || c == H5T_FLOAT || c == H5T_ENUM) && size && size <= SLIP_H5_MAX_NUMBER ? PETSC_TRUE
-                                                                                                     : PETSC_FALSE;
+  return (c == H5T_INTEGER || c == H5T_FLOAT || c == H5T_ENUM) && size && size <= SLIP_H5_MAX_NUMBER && bits &&
+             bits <= 8 * size
+           ? PETSC_TRUE
+           : PETSC_FALSE;
 }
 
 /* "3, 4"; "any" for a size below 0 */
@@ -313,13 +315,13 @@ static PetscErrorCode SlipH5ReadStringsOf(hid_t set, hid_t space, PetscInt n, ch
   PetscFunctionBegin;
   H5Tclose(type);
   if (variable) {
-    hsize_t total = 0; /* many entries may be one long string */
+    PetscBool whole;
     char **raw;
 
     PetscCall(PetscCalloc1(PetscMax(n, 1), &raw));
-    *err = H5Dvlen_get_buf_size(set, mem, space, &total);
-    if (total > SLIP_H5_MAX_TEXT) *err = -1;
-    if (*err >= 0) *err = H5Dread(set, mem, H5S_ALL, H5S_ALL, H5P_DEFAULT, raw);
+    PetscCall(SlipH5StringsAreWhole(set, n, SLIP_H5_MAX_TEXT, &whole)); /* many entries may be one long string */
+    *err = whole ? 0 : -1;
+    if (whole) *err = H5Dread(set, mem, H5S_ALL, H5S_ALL, H5P_DEFAULT, raw);
     for (PetscInt i = 0; i < n && *err >= 0; i++) PetscCall(PetscStrallocpy(raw[i] ? raw[i] : "", &strings[i]));
     if (*err >= 0) H5Dvlen_reclaim(mem, space, H5P_DEFAULT, raw);
     PetscCall(PetscFree(raw));
@@ -350,7 +352,8 @@ static PetscErrorCode SlipH5ReadStringsOf(hid_t set, hid_t space, PetscInt n, ch
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, holds no strings or has more than one dimension.
+  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, holds no strings or has more than one dimension;
+  PETSC_ERR_FILE_READ when the file does not have the text, as where it is damaged.
 
 .seealso: SlipH5ReadReal(), SlipH5FreeStrings()
 @*/
@@ -391,8 +394,9 @@ PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char
   H5Sclose(space);
   H5Dclose(set);
   if (err < 0) PetscCall(SlipH5FreeStrings(*n, strings));
-  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "cannot read %s in %s: damaged file?%s", path, h->name,
-             h->source);
+  PetscCheck(err >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_READ,
+             "cannot read %s in %s, expected strings of at most %d bytes together: damaged file?%s", path, h->name,
+             SLIP_H5_MAX_TEXT, h->source);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -507,14 +511,15 @@ PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], const char attr[]
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, not one string, or too long.
+  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, not one string, or too long; PETSC_ERR_FILE_READ when the file
+  does not have the text, as where it is damaged.
 
 .seealso: SlipH5ReadAttrReal()
 @*/
 PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char attr[], char value[], size_t len)
 {
   hid_t id, type, space, mem;
-  PetscBool variable, good = PETSC_FALSE;
+  PetscBool variable, good = PETSC_FALSE, whole = PETSC_TRUE;
   size_t size, length = 0;
 
   PetscFunctionBegin;
@@ -527,8 +532,11 @@ PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char att
     char *raw = NULL;
 
     mem = SlipH5StringType(type, &variable, &size);
-    if (!variable) PetscCall(PetscCalloc1(size, &raw));
-    good = H5Aread(id, mem, variable ? (void *)&raw : (void *)raw) >= 0 ? PETSC_TRUE : PETSC_FALSE;
+    if (variable)
+      PetscCall(SlipH5StringsAreWhole(id, 1, SLIP_H5_MAX_TEXT, &whole));
+    else
+      PetscCall(PetscCalloc1(size, &raw));
+    good = whole && H5Aread(id, mem, variable ? (void *)&raw : (void *)raw) >= 0 ? PETSC_TRUE : PETSC_FALSE;
     if (good) {
       length = raw ? strlen(raw) : 0;
       PetscCall(PetscStrncpy(value, raw ? raw : "", len));
@@ -540,6 +548,9 @@ PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char att
   H5Sclose(space);
   H5Tclose(type);
   H5Aclose(id);
+  PetscCheck(whole, PETSC_COMM_SELF, PETSC_ERR_FILE_READ,
+             "cannot read attribute %s of %s in %s, expected a string of at most %d bytes: damaged file?%s", attr, path,
+             h->name, SLIP_H5_MAX_TEXT, h->source);
   PetscCheck(good, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "attribute %s of %s in %s is not one string%s", attr,
              path, h->name, h->source);
   PetscCheck(length < len, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,

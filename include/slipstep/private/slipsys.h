@@ -115,6 +115,9 @@ PETSC_INTERN void SlipProductsRun(void);
 PETSC_INTERN void SlipProductsGetOf(SlipProductsUser of, SlipProducts *products);
 PETSC_INTERN SlipProducts SlipProductsSince(const SlipProducts *now, const SlipProducts *before);
 
+/* ---- h5heap.c ---- */
+PETSC_INTERN PetscErrorCode SlipH5StringsAreWhole(hid_t id, PetscInt n, PetscInt64 most, PetscBool *whole);
+
 /* ---- h5file.c ---- */
 PETSC_INTERN PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h);
 PETSC_INTERN PetscErrorCode SlipH5CheckNoInput(const char file[], const char source[]);
