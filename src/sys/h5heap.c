@@ -2,7 +2,8 @@
 
    A file has 16 bytes for each such string: its length, and a place in a heap. HDF5 1.10 trusts them: it copies what
    the heap has there to a buffer of the length that the reference says, and goes round for ever in a heap with a free
-   piece of 0 bytes. So both are looked at before HDF5 reads a string. HDF5 file format specification, III.E and IV.B. */
+   piece of 0 bytes. So both are looked at before HDF5 reads a string. HDF5 file format
+   specification, III.E and IV.B. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipsys.h>
 #include <fcntl.h>

@@ -65,6 +65,14 @@ class Convergence(SourcesTest):
         with open(self.path("b.fsp"), encoding="utf-8") as file:
             self.assertAlmostEqual((float(re.search(r"STRIKE = (\S+)", file.read())[1]) + 180) % 360, 180, delta=2 * CLOSE)
 
+    def test_side_of_trace(self):
+        """Of a trace to true north that dips by less than the turn to one side of it: directions of dip are from true north too."""
+        lon, lat = ORIGIN
+        for towards, strike in ((0.5, 0.0), (359.5, 180.0)):
+            trace = {"type": "Feature", "properties": {"dip": 50, "upper_depth": 3, "lower_depth": 9, "dip_dir": towards}, "geometry": {"type": "LineString", "coordinates": [[lon, lat - 0.05], [lon, lat + 0.05]]}}
+            model = maps.read_traces(self.put("a.geojson", json.dumps(trace)), far)
+            self.assertAlmostEqual((model.cells[0, 5] + TURN - strike + 180) % 360, 180, delta=CLOSE)
+
 
 class Places(SourcesTest):
     def test_coordinates_of_fsp(self):

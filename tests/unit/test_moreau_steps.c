@@ -427,10 +427,34 @@ static void test_waits(void **state)
   }
 }
 
+/* A reaction that was given is that of the start, whatever the method there: a later implicit step from another state
+   has its own */
+static void test_given(void **state)
+{
+  const PetscReal back[] = {-0.3, 0, 0}, stale = 100;
+  PetscReal w[2][3];
+
+  (void)state;
+  for (int given = 0; given < 2; given++) {
+    Vec x, other = State(3, back), r = State(1, &stale);
+    TS ts = Start(TSBATHE, 0.1, &x);
+
+    ok(TSBatheSetMethod(ts, TSBATHE_METHOD_EXPLICIT));
+    if (given) ok(TSBatheSetInitialReaction(ts, r));
+    Step(ts, 0.1);
+    ok(TSBatheSetMethod(ts, TSBATHE_METHOD_IMPLICIT));
+    ok(VecCopy(other, x));
+    Step(ts, 0.1);
+    Get(x, 3, w[given]);
+    ObjectsDestroy(&ts, &x, &other, &r);
+  }
+  for (int i = 0; i < 3; i++) assert_true(w[0][i] == w[1][i]);
+}
+
 static int Register(void **state)
 {
   (void)state;
   return (int)TSAdaptRegister("script", CreateAdapt);
 }
 
-SLIP_TESTS_WITH(Register, NULL, test_steps, test_longest, test_failed, test_wish, test_waits)
+SLIP_TESTS_WITH(Register, NULL, test_steps, test_longest, test_failed, test_wish, test_waits, test_given)
