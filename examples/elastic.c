@@ -13,14 +13,26 @@ static const char help[] =
   "/stress [n,6], xx yy zz xy xz yz, tension positive [Pa]; and with a receiver /traction [n,3], what its foot wall "
   "does\n"
   "to its hanging wall along the rake, across it, and normal, positive in compression [Pa]. output/surface.py draws "
-  "them.\n\n";
+  "them.\n"
+  "Attributes shear_modulus [Pa] and poisson_ratio of the input are its rock, as convert.py writes them; options come "
+  "first.\n\n";
 
 #include <slipstep.h>
 #include <sliph5.h>
 
+enum { SHEAR_MODULUS, POISSON_RATIO, NUM_ROCK };
+
+static const struct {
+  const char *attribute, *option, *help, *expected;
+  PetscReal usual, above, below;
+} Rock[NUM_ROCK] = {
+  {"shear_modulus", "-elastic_shear_modulus", "Shear modulus G [Pa]", "a number > 0 Pa", 30e9, 0, PETSC_MAX_REAL},
+  {"poisson_ratio", "-elastic_poisson_ratio", "Poisson's ratio", "a number > -1 and < 0.5", 0.25, -1, 0.5}};
+
 typedef struct {
   char input[PETSC_MAX_PATH_LEN], output[PETSC_MAX_PATH_LEN];
-  PetscReal shear_modulus, poisson_ratio, receiver[3];
+  PetscReal rock[NUM_ROCK], receiver[3];
+  const char *from[NUM_ROCK]; /* NULL: nobody has said it yet */
   PetscBool full_space, stress, traction;
 } Options;
 
@@ -32,13 +44,21 @@ typedef struct {
   PetscReal *slip, *points; /* [ncells][3], [n][3] */
 } Input;
 
+static PetscErrorCode CheckRock(MPI_Comm comm, PetscInt k, PetscReal value, const char name[])
+{
+  PetscFunctionBeginUser;
+  PetscCheck(value > Rock[k].above && value < Rock[k].below, comm, PETSC_ERR_ARG_OUTOFRANGE, "%s is %g, expected %s",
+             name, (double)value, Rock[k].expected);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ReadOptions(Options *o)
 {
   PetscInt three = 3;
   PetscBool set;
 
   PetscFunctionBeginUser;
-  *o = (Options){.shear_modulus = 30e9, .poisson_ratio = 0.25};
+  PetscCall(PetscMemzero(o, sizeof(*o)));
   PetscCall(SlipDeclareOptions("elastic_", "input output shear_modulus poisson_ratio full_space stress receiver"));
   PetscCall(SlipCheckOptionNames());
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Displacement and stress by slip", NULL);
@@ -46,12 +66,12 @@ static PetscErrorCode ReadOptions(Options *o)
                                o->input, o->input, sizeof(o->input), NULL));
   PetscCall(
     PetscOptionsString("-elastic_output", "HDF5 file to write", NULL, o->output, o->output, sizeof(o->output), NULL));
-  PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, "-elastic_shear_modulus"));
-  PetscCall(PetscOptionsReal("-elastic_shear_modulus", "Shear modulus G [Pa]", NULL, o->shear_modulus,
-                             &o->shear_modulus, NULL));
-  PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, "-elastic_poisson_ratio"));
-  PetscCall(
-    PetscOptionsReal("-elastic_poisson_ratio", "Poisson's ratio", NULL, o->poisson_ratio, &o->poisson_ratio, NULL));
+  for (PetscInt k = 0; k < NUM_ROCK; k++) {
+    PetscCall(SlipCheckFiniteOption(PETSC_COMM_WORLD, Rock[k].option));
+    PetscCall(PetscOptionsReal(Rock[k].option, Rock[k].help, NULL, Rock[k].usual, &o->rock[k], &set));
+    o->from[k] = set ? Rock[k].option : NULL;
+    if (set) PetscCall(CheckRock(PETSC_COMM_WORLD, k, o->rock[k], Rock[k].option));
+  }
   PetscCall(PetscOptionsBool("-elastic_full_space", "Leave out the free surface z = 0", NULL, o->full_space,
                              &o->full_space, NULL));
   PetscCall(PetscOptionsBool("-elastic_stress", "Write the stress", NULL, o->stress, &o->stress, NULL));
@@ -61,10 +81,6 @@ static PetscErrorCode ReadOptions(Options *o)
   o->traction = set;
   PetscCheck(!set || (three == 3 && o->receiver[1] >= 0 && o->receiver[1] <= 90), PETSC_COMM_WORLD,
              PETSC_ERR_ARG_OUTOFRANGE, "-elastic_receiver: expected strike,dip,rake in degrees, the dip in [0, 90]");
-  PetscCheck(o->shear_modulus > 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-elastic_shear_modulus is %g, expected a number > 0 Pa", (double)o->shear_modulus);
-  PetscCheck(o->poisson_ratio > -1 && o->poisson_ratio < 0.5, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
-             "-elastic_poisson_ratio is %g, expected a number > -1 and < 0.5", (double)o->poisson_ratio);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -97,8 +113,28 @@ static PetscErrorCode ReadTriangles(SlipH5 *h, Input *in)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Rank 0: what no option has said */
+static PetscErrorCode ReadRock(SlipH5 *h, Options *o)
+{
+  char name[2 * PETSC_MAX_PATH_LEN];
+  PetscBool has;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < NUM_ROCK; k++) {
+    if (o->from[k]) continue;
+    PetscCall(SlipH5HasAttribute(h, "/", Rock[k].attribute, &has));
+    o->from[k] = has ? o->input : "by default";
+    o->rock[k] = Rock[k].usual;
+    if (!has) continue;
+    PetscCall(SlipH5ReadAttrReal(h, "/", Rock[k].attribute, &o->rock[k]));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "attribute %s of / in %s", Rock[k].attribute, o->input));
+    PetscCall(CheckRock(PETSC_COMM_SELF, k, o->rock[k], name));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Rank 0 */
-static PetscErrorCode ReadFile(const Options *o, Input *in)
+static PetscErrorCode ReadFile(Options *o, Input *in)
 {
   PetscInt dims[2], want[2] = {-1, 7};
   PetscBool cells, triangles;
@@ -125,6 +161,7 @@ static PetscErrorCode ReadFile(const Options *o, Input *in)
   want[0] = -1;
   PetscCall(SlipH5ReadRealSized(&h, "/points", 2, want, "with the columns x y z", dims, &in->points));
   in->n = dims[0];
+  PetscCall(ReadRock(&h, o));
   PetscCall(SlipH5Close(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -178,18 +215,19 @@ static PetscErrorCode Compute(const Options *o, const Input *in, SlipH5 *h)
   points = in->points + 3 * first;
   PetscCall(PetscMalloc3(3 * own, &u, 6 * own, &stress, 3 * own, &traction));
   if (in->triangles)
-    PetscCall(SlipTrianglesDisplacement(o->poisson_ratio, o->full_space, in->ncells, in->triangles, in->side, in->slip,
-                                        own, points, u));
+    PetscCall(SlipTrianglesDisplacement(o->rock[POISSON_RATIO], o->full_space, in->ncells, in->triangles, in->side,
+                                        in->slip, own, points, u));
   else
-    PetscCall(SlipRectanglesDisplacement(o->poisson_ratio, o->full_space, in->ncells, cells, in->slip, own, points, u));
+    PetscCall(
+      SlipRectanglesDisplacement(o->rock[POISSON_RATIO], o->full_space, in->ncells, cells, in->slip, own, points, u));
   PetscCall(Write(h, "/displacement", "m", n, 3, u, own));
   if (o->stress || o->traction) {
     if (in->triangles)
-      PetscCall(SlipTrianglesStress(o->shear_modulus, o->poisson_ratio, o->full_space, in->ncells, in->triangles,
-                                    in->side, in->slip, own, points, stress));
+      PetscCall(SlipTrianglesStress(o->rock[SHEAR_MODULUS], o->rock[POISSON_RATIO], o->full_space, in->ncells,
+                                    in->triangles, in->side, in->slip, own, points, stress));
     else
-      PetscCall(SlipRectanglesStress(o->shear_modulus, o->poisson_ratio, o->full_space, in->ncells, cells, in->slip,
-                                     own, points, stress));
+      PetscCall(SlipRectanglesStress(o->rock[SHEAR_MODULUS], o->rock[POISSON_RATIO], o->full_space, in->ncells, cells,
+                                     in->slip, own, points, stress));
     PetscCall(Write(h, "/stress", "Pa", n, 6, stress, own));
   }
   if (o->traction) {
@@ -226,6 +264,7 @@ static PetscErrorCode Run(void)
     if (!ierr) ierr = SlipH5Create(o.output, &h);
   }
   PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
+  PetscCallMPI(MPI_Bcast(o.rock, NUM_ROCK, MPIU_REAL, 0, PETSC_COMM_WORLD));
   PetscCallMPI(MPI_Bcast(&in.ncells, 1, MPIU_INT, 0, PETSC_COMM_WORLD));
   PetscCallMPI(MPI_Bcast(&in.n, 1, MPIU_INT, 0, PETSC_COMM_WORLD));
   PetscCall(Broadcast(rank, 7 * in.ncells, &in.cells));
@@ -236,6 +275,9 @@ static PetscErrorCode Run(void)
   PetscCall(Compute(&o, &in, &h));
   if (!rank) ierr = SlipH5Close(&h);
   PetscCall(SlipErrorBcast(PETSC_COMM_WORLD, ierr));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "shear modulus %g Pa (%s), Poisson's ratio %g (%s)\n",
+                        (double)o.rock[SHEAR_MODULUS], o.from[SHEAR_MODULUS], (double)o.rock[POISSON_RATIO],
+                        o.from[POISSON_RATIO]));
   PetscCall(PetscFree(in.cells));
   PetscCall(PetscFree(in.triangles));
   PetscCall(PetscFree(in.side));

@@ -128,6 +128,30 @@ class Program(SurfaceTest):
             self.assertIn(message, found)
             self.assertEqual(found.count("\n"), 1, found)
 
+    def test_rock(self):
+        """That of the input's attributes, of the options before those, or the default, whichever is said; of Okada's solution stress is G times a function of Poisson's ratio."""
+        cells, slip, at = [[0, 0, 10, 10, 8, 0, 30]], [[1, 0, 0]], [[3, 4, 5]]
+        stress = {}
+        for shear, poisson, attributes, options in ((30e9, 0.25, {}, ()), (41e9, 0.3, {"shear_modulus": 41e9, "poisson_ratio": 0.3}, ()), (7.5, 0.3, {"shear_modulus": 41e9, "poisson_ratio": 0.3}, ("-elastic_shear_modulus", "7.5")),
+                                                    (41e9, 0.25, {"shear_modulus": 41e9}, ()), (30e9, 0.3, {"poisson_ratio": 0.1}, ("-elastic_poisson_ratio", "0.3"))):
+            self.write("in.h5", cells, slip, at)
+            with h5py.File(self.path("in.h5"), "a") as file:
+                file.attrs.update(attributes)
+            said = self.fault("-elastic_input", "in.h5", "-elastic_output", "out.h5", "-elastic_stress", *options, ranks=2, program=ELASTIC)
+            words = [option if (option := f"-elastic_{name}") in options else "in.h5" if name in attributes else "by default" for name in ("shear_modulus", "poisson_ratio")]
+            self.assertIn(f"shear modulus {shear:g} Pa ({words[0]}), Poisson's ratio {poisson:g} ({words[1]})\n", said)
+            with h5py.File(self.path("out.h5")) as file:
+                found = file["stress"][()] / shear
+            np.testing.assert_allclose(found, stress.setdefault(poisson, found), rtol=1e-13)  # roundings of one product
+        self.assertGreater(np.abs(stress[0.3] - stress[0.25]).max(), 1e-3 * np.abs(stress[0.25]).max())
+        for name, value in (("shear_modulus", -1.5), ("poisson_ratio", 0.75)):
+            self.write("in.h5", cells, slip, at)
+            with h5py.File(self.path("in.h5"), "a") as file:
+                file.attrs[name] = value
+            found = self.fault("-elastic_input", "in.h5", "-elastic_output", "none.h5", program=ELASTIC, code=1)
+            self.assertRegex(found, rf"attribute {name} of / in in.h5 is {value:g}, expected a number")
+            self.assertEqual(found.count("\n"), 1, found)
+
     def test_errors(self):
         self.write("in.h5", [[0, 0, 10, 10, 8, 0, 30]], [[1, 0, 0]], [[0, 0, 0]])
         self.write("high.h5", [[0, 0, 1, 10, 8, 0, 30]], [[1, 0, 0]], [[0, 0, 0]])

@@ -3,7 +3,6 @@
 import numpy as np
 
 from ..geometry.cells import axis_along_strike, directions
-from .model import POISSON, RIGIDITY
 
 
 def magnitude(moment):
@@ -76,8 +75,7 @@ def lines(model):
         if claims.get("moment") and model.potency > 0:
             yield "by the header", f"a rigidity of {claims['moment'] / model.potency / 1e9:.4g} GPa would give this slip its moment: --rigidity header"
         (shear, poisson), words = model.rock(), model.rigidity()[1]
-        yield "elastic", f"by {words if words.startswith('G =') else f'G = {shear / 1e9:.5g} GPa, that of {words}'}, Poisson's ratio {poisson:g}" + (
-            f": -elastic_shear_modulus {shear:.6g} -elastic_poisson_ratio {poisson:g}" if not np.allclose((shear, poisson), (RIGIDITY, POISSON), rtol=1e-6) else ", as by default")
+        yield "elastic", f"by {words if words.startswith('G =') else f'G = {shear / 1e9:.5g} GPa, that of {words}'}, Poisson's ratio {poisson:g}"
     for name, (values, unit) in sorted(model.columns.items()):
         yield name.replace("_", " "), f"{span(values, 1, 5)} {unit}"
     for name, (values, unit) in model.fields.items():
