@@ -74,6 +74,7 @@ PETSC_EXTERN PetscErrorCode SlipWarnOfUnusedOptions(void);
 /* One line on stderr, "program: warning: ...", from the process that calls it. */
 PETSC_EXTERN PetscErrorCode SlipWarning(const char format[], ...);
 PETSC_EXTERN PetscErrorCode SlipWarningsTake(char **text);
+PETSC_EXTERN PetscErrorCode SlipWarningsKeep(PetscBool keep, PetscBool say);
 /* What rank 0 did alone failed there: fail on every rank. */
 PETSC_EXTERN PetscErrorCode SlipErrorBcast(MPI_Comm comm, PetscErrorCode code);
 /* Programs: SIGTERM, SIGINT, SIGUSR1 and SIGXCPU ask for the end of the run after the step in work, a second one ends

@@ -34,14 +34,17 @@ void SlipErrorAtEnd(void (*end)(void))
   at_end = end;
 }
 
-static char warnings[8192]; /* those of this process, a line each */
+enum { LINES = 8192 };       /* bytes */
+static char warnings[LINES]; /* those of this process, a line each */
+static char kept[LINES];     /* those that nobody has seen yet */
+static PetscBool keeping = PETSC_FALSE;
 
-static void SlipError(const char format[], ...)
+static void SlipSay(const char kind[], const char format[], ...)
 {
   va_list args;
 
   va_start(args, format);
-  SlipSpeak("error", format, args);
+  SlipSpeak(kind, format, args);
   va_end(args);
 }
 
@@ -69,7 +72,7 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   if (size == 1 || !rank) {
     if (here) PetscSleep(SLIP_SPEAK_WAIT * here);
     if (!message || !message[0]) PetscErrorMessage(code, &general, NULL);
-    SlipError("%s", general ? general : message && message[0] ? message : "unknown");
+    SlipSay("error", "%s", general ? general : message && message[0] ? message : "unknown");
   } else
     PetscSleep(SLIP_ABORT_WAIT);
   if (at_end) (*at_end)();
@@ -146,10 +149,22 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A line more, cut where it must be; whether it was not */
+static PetscBool Append(char lines[LINES], const char format[], va_list args)
+{
+  const size_t n = strlen(lines), room = LINES - n - 1;
+  int length = 0;
+
+  if (room < 2) return PETSC_FALSE;
+  length = vsnprintf(lines + n, room, format, args);
+  strcat(lines, "\n");
+  return length >= 0 && (size_t)length < room ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /*@C
   SlipWarning - one line on stderr, "program: warning: message"
 
-  Not collective: every process that calls it prints.
+  Not collective: every process that calls it prints, unless SlipWarningsKeep() says otherwise.
 
   Input Parameters:
 + format - as of printf()
@@ -161,18 +176,18 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
 @*/
 PetscErrorCode SlipWarning(const char format[], ...)
 {
-  const size_t n = strlen(warnings);
   va_list args;
+  PetscBool room = keeping;
 
   PetscFunctionBegin;
   va_start(args, format);
-  SlipSpeak("warning", format, args);
+  if (keeping) room = Append(kept, format, args);
   va_end(args);
   va_start(args, format);
-  if (n + 2 < sizeof(warnings)) {
-    vsnprintf(warnings + n, sizeof(warnings) - n - 1, format, args);
-    strcat(warnings, "\n");
-  }
+  if (!room) SlipSpeak("warning", format, args);
+  va_end(args);
+  va_start(args, format);
+  (void)Append(warnings, format, args);
   va_end(args);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -218,13 +233,41 @@ PetscErrorCode SlipWarnOfUnit(const char what[], PetscReal value, const char uni
 
   Level: developer
 
-.seealso: SlipWarning()
+.seealso: SlipWarning(), SlipWarningsKeep()
 @*/
 PetscErrorCode SlipWarningsTake(char **text)
 {
   PetscFunctionBegin;
   PetscCall(PetscStrallocpy(warnings, text));
   warnings[0] = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipWarningsKeep - let warnings of this process wait, without a line on stderr, for who shows those of a run's report
+
+  Not collective.
+
+  Input Parameters:
++ keep - PETSC_FALSE: print them again
+- say  - print those that were kept, as where there is no report; else they are forgotten
+
+  Level: developer
+
+  Note: what there is no room for, 8 kB, is printed at once.
+
+.seealso: SlipWarning(), SlipWarningsTake()
+@*/
+PetscErrorCode SlipWarningsKeep(PetscBool keep, PetscBool say)
+{
+  PetscFunctionBegin;
+  keeping = PETSC_FALSE;
+  for (char *end, *line = kept; say && (end = strchr(line, '\n')); line = end + 1) {
+    *end = 0;
+    SlipSay("warning", "%s", line);
+  }
+  kept[0] = 0;
+  keeping = keep;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -125,6 +125,15 @@ class Results(FaultTest):
                     assert "nowhere.h5" in str(error) and found and "-fault_nx does nothing" in found[0], (found, error)
                 """), SLIPSTEP_FAULT=FAULT)
             self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertNotIn("warning", done.stderr)  # a second time
+        failed = python("-c", textwrap.dedent("""
+            import slipstep
+            if slipstep.Fault.backend != "petsc":
+                raise SystemExit("no petsc4py")
+            slipstep.Fault(nx=2, nz=2, output="nowhere/run.h5").run(progress=False)
+            """))
+        if "no petsc4py" not in failed.stderr:
+            self.assertRegex(failed.stderr, r"warning: 2 x 2 cells are few(.|\n)*Error: cannot create nowhere")
 
     def test_interrupt(self):
         """Ctrl-C ends a run after its step, and says so; the result has the steps until then, and the program's as well, be Python slow to pass it on."""

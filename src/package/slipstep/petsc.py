@@ -180,7 +180,7 @@ def largest_rate(ts, w):
 
 @contextlib.contextmanager
 def silence():
-    """What PETSc prints on stdout goes nowhere meanwhile, be it by C or, in notebooks, by sys.stdout; warnings and errors, on stderr, still show."""
+    """What PETSc prints on stdout goes nowhere meanwhile, be it by C or, in notebooks, by sys.stdout; errors, on stderr, still show."""
     libc = ctypes.CDLL(None)
     libc.fopen.restype = ctypes.c_void_p
     stdout = ctypes.c_void_p.in_dll(load(), "PETSC_STDOUT")
@@ -192,6 +192,18 @@ def silence():
     finally:
         stdout.value = before
         libc.fclose(ctypes.c_void_p(nowhere))
+
+
+@contextlib.contextmanager
+def keep_warnings():
+    """The first process prints no warnings meanwhile, which are in the result: unless there is none, as there was an error."""
+    call("SlipWarningsKeep", not PETSc.COMM_WORLD.getRank(), False)
+    failed = True
+    try:
+        yield
+        failed = False
+    finally:
+        call("SlipWarningsKeep", False, failed)
 
 
 def kills_again():
@@ -281,7 +293,7 @@ class Process(Program):
                 line.show(at, ts.getMaxTime(), step, largest_rate(ts, w))
 
         try:
-            with handled(interrupt), database_of(fault, given) as given:
+            with handled(interrupt), keep_warnings(), database_of(fault, given) as given:
                 inner = Fault(getattr(fault, "_comm_given", None), **given, **fault._arrays, **fault._functions)
                 try:
                     ts = PETSc.TS().create(getattr(fault, "_comm_given", None))
@@ -311,7 +323,7 @@ class Process(Program):
 
     @staticmethod
     def warn(result):
-        """The library has printed them on the standard error of C, which notebooks may not show."""
+        """Those that the library kept."""
         if not PETSc.COMM_WORLD.getRank():
             warn(*result.warnings)
 
