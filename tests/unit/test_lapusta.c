@@ -1,7 +1,6 @@
 /* TSLAPUSTA: the formulas of a step, its estimate and what is in between, the lengths of steps, ends, rests that waves
    may end, and attempts that are refused. */
-#include "../unit.h"
-#include <petsc/private/tsimpl.h>
+#include "../scriptadapt.h"
 #include <math.h>
 
 /* u' = rate u + 2 t, whose rates are those that drift follows; or 0 until 1.25 s and 1 from then on */
@@ -105,17 +104,9 @@ static PetscErrorCode Choose(TSAdapt adapt, TS ts, PetscReal h, PetscInt *scheme
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CreateAdapt(TSAdapt adapt)
-{
-  PetscFunctionBeginUser;
-  adapt->ops->choose = Choose;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A run from u0 that begins with wants[0]; PETSc's own care for the end of a run is out of the way. */
+/* A run from u0 that begins with wants[0] */
 static TS Start(const char adapt[], const PetscReal wants[], PetscReal end, PetscReal u0, Vec *u)
 {
-  TSAdapt a;
   TS ts;
 
   ok(VecCreateSeq(PETSC_COMM_SELF, 1, u));
@@ -126,15 +117,10 @@ static TS Start(const char adapt[], const PetscReal wants[], PetscReal end, Pets
   ok(TSSetRHSFunction(ts, NULL, Rates, NULL));
   ok(TSSetFunctionDomainError(ts, Inside));
   ok(TSSetSlipProblem(ts, &Ops, NULL));
-  ok(TSGetAdapt(ts, &a));
-  ok(TSAdaptSetType(a, adapt));
-  a->matchstepfac[0] = a->matchstepfac[1] = 0;
-  ok(TSSetTolerances(ts, 1, NULL, 0, NULL));
+  Configure(ts, adapt, end, *u);
   ok(TSSetTimeStep(ts, wants[0]));
-  ok(TSSetMaxTime(ts, end));
   ok(TSSetMaxSteps(ts, 1000));
   ok(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_STEPOVER));
-  ok(TSSetSolution(ts, *u));
   script.wants = wants;
   script.at = script.refuses = 0;
   p.evaluations = p.attempts = p.rollbacks = 0;
@@ -395,12 +381,6 @@ static void test_waits(void **state)
   ok(VecSum(x, &u));
   assert_true(u == 3 + 0.5 * 0.125 + 0.25);
   ObjectsDestroy(&ts, &x);
-}
-
-static int Register(void **state)
-{
-  (void)state;
-  return (int)TSAdaptRegister("script", CreateAdapt);
 }
 
 SLIP_TESTS_WITH(Register, NULL, test_list, test_ends, test_corner, test_formulas, test_refused, test_waits)

@@ -1,10 +1,10 @@
 /* Steps of TSMOREAU one by one, against the formulas as written down: kicks with lagged damping, derivative, error
    estimate, what a changed state and a failed kick make of them, checkpoints, and the choice of methods. */
+#include "../scriptadapt.h"
 #include "../smallsteps.h"
 #include <slipcore.h>
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipts.h>
-#include <petsc/private/tsimpl.h>
 #include <math.h>
 
 /* ---- a block: v' = Load - K u - H v - Q while it slides forwards, u' = v, s' = |v| ---- */
@@ -105,13 +105,6 @@ static PetscErrorCode Choose(TSAdapt adapt, TS ts, PetscReal h, PetscInt *scheme
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CreateAdapt(TSAdapt adapt)
-{
-  PetscFunctionBeginUser;
-  adapt->ops->choose = Choose;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscInt attempts, reason;
 static PetscReal tried[8], held; /* the reaction after the first */
 
@@ -146,7 +139,6 @@ static TS Start(const char type[], PetscReal v, Vec *x)
   static const PetscInt rows[] = {0};
   const SlipSmall problem = {3, mass, 1, rows, Force, Jacobian, Bound, NULL};
   const PetscReal start[] = {v, 0, 0};
-  TSAdapt adapt;
   TS_Bathe *ba;
   TS ts;
 
@@ -162,12 +154,7 @@ static TS Start(const char type[], PetscReal v, Vec *x)
   with.settle = Settle;
   ops.explicit_ops = &with;
   ba->ops = &ops;
-  ok(TSGetAdapt(ts, &adapt));
-  ok(TSAdaptSetType(adapt, "script"));
-  adapt->matchstepfac[0] = adapt->matchstepfac[1] = 0;
-  ok(TSSetTolerances(ts, 1, NULL, 0, NULL));
-  ok(TSSetMaxTime(ts, 1e9));
-  ok(TSSetSolution(ts, *x));
+  Configure(ts, "script", 1e9, *x);
   ok(TSBatheMonitorSet(ts, Keep, NULL, NULL));
   ok(TSSetPreStage(ts, BeforeStage));
   attempts = reason = 0;
@@ -449,12 +436,6 @@ static void test_given(void **state)
     ObjectsDestroy(&ts, &x, &other, &r);
   }
   for (int i = 0; i < 3; i++) assert_true(w[0][i] == w[1][i]);
-}
-
-static int Register(void **state)
-{
-  (void)state;
-  return (int)TSAdaptRegister("script", CreateAdapt);
 }
 
 SLIP_TESTS_WITH(Register, NULL, test_steps, test_longest, test_failed, test_wish, test_waits, test_given)
