@@ -319,6 +319,7 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
   asked = !strcmp(type, TSRK) || !strcmp(type, TSADAMS) || !strcmp(type, TSRKC) || !strcmp(type, TSLAPUSTA);
   *is = balanced &&
         (asked || fault->kind.waves || (fault->friction.law->always_slides && strcmp(type, TSBATHE) && !moreau));
+  if (balanced && !type[0] && !*is) PetscCall(SlipFaultExplicitIsDefault(fault, ts, is));
   if (!asked || *is) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSSetType(ts, type));
   PetscCall(SlipFaultCheckFeatures(fault, ts));
