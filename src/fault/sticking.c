@@ -16,7 +16,8 @@
 #define LANDING_FAR 1e3 /* steps of a rupture up to its end, with fewer of which it is cheaper to go on */
 enum { LANDING_SOLVES = 8, LANDING_PRODUCTS = 200 };
 
-/* Tolerances of a state: errors of u and s count against d_c or the largest displacement so far (tolerance.c), by rtol */
+/* Tolerances of a state: errors of u and s count against d_c or the largest displacement so far (tolerance.c), by
+   rtol */
 PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, PetscReal atol[])
 {
   SlipFaultBalance *b = &fault->balance;

@@ -104,11 +104,13 @@ typedef struct {
   SlipFaultTolerances tolerances; /* without accuracies: nothing has needed them yet, or the kind has none */
 } SlipFaultSteps;
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
-/* explicitsteps.c: is it one of those that explicit steps compute by default; the type, unless options name one, and its
-   tolerance; does the run follow the accuracy, by the tolerance that the fault has set */
+/* explicitsteps.c: is it one of those that explicit steps compute by default; the type, unless options name one, and
+   its tolerance; does the run follow the accuracy, by the tolerance that the fault has set */
 PETSC_INTERN PetscErrorCode SlipFaultExplicitIsDefault(SlipFault fault, TS ts, PetscBool *is);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, char type[], size_t len, PetscReal *rtol);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitFollows(SlipFault fault, TS ts, PetscBool *follows);
+/* the error that nine in ten such runs stay below, or why it is not known */
+PETSC_INTERN PetscErrorCode SlipFaultExplicitEstimate(SlipFault fault, TS ts, PetscReal *error, const char **why);
 PETSC_INTERN PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts); /* startcheck.c */
 PETSC_INTERN PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *fault);
