@@ -140,7 +140,7 @@ PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Slips of cells that do not weaken count against the largest displacement so far. */
+/* Of slips that count against the largest displacement so far */
 static PetscErrorCode FollowTolerances(SlipFault fault, TS ts)
 {
   PetscReal moved;
@@ -293,7 +293,7 @@ static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
 
 /* Friction that sticks. A cell that starts or stops is a kink of its right-hand side, which formulas of low order cross
    at the smallest loss: no step ends there, as with many cells each step would be one of a cell. */
-static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts)
+static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts, const char type[])
 {
   TSAdapt adapt;
 
@@ -301,7 +301,7 @@ static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts)
   fault->balance.moved = SLIP_FAULT_ATOL;
   fault->balance.fastest = 0;
   fault->balance.known = fault->balance.resting = PETSC_FALSE;
-  PetscCall(TSSetType(ts, TSRKC));
+  PetscCall(TSSetType(ts, type));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
   PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
@@ -313,19 +313,21 @@ static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts)
 PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
 {
   PetscReal step, shortest, rtol = EXPLICIT_RTOL;
+  char type[64] = TSRKC;
 
   PetscFunctionBegin;
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
+  PetscCall(SlipElasticGetShortestStep(fault->medium, &shortest));
+  if (shortest == 0 && !fault->friction.law->always_slides)
+    PetscCall(SlipFaultExplicitSteps(fault, ts, type, sizeof(type), &rtol));
   if (fault->friction.law->always_slides)
     PetscCall(ChooseIntegrator(fault, ts));
   else
-    PetscCall(ConfigureSticking(fault, ts));
-  PetscCall(SlipElasticGetShortestStep(fault->medium, &shortest));
+    PetscCall(ConfigureSticking(fault, ts, type));
   if (shortest > 0) PetscCall(ConfigureWaves(ts, shortest));
   PetscCall(TSSetRHSFunction(ts, NULL, RHS, fault));
   PetscCall(TSSetFunctionDomainError(ts, InDomain));
   PetscCall(TSSetPostEvaluate(ts, SlipFaultAfterStep));
-  if (!fault->friction.law->always_slides && shortest == 0) PetscCall(SlipFaultExplicitSteps(fault, ts, &rtol));
   PetscCall(SetTolerances(fault, ts, rtol));
   if (!fault->friction.law->always_slides || shortest > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultFirstStep(fault, &step));

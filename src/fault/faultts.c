@@ -298,8 +298,8 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
 }
 
 /* Friction without inertia, under radiation damping, is an explicit problem: smooth friction unless the options ask for
-   TSBATHE or TSMOREAU, friction that sticks where they ask for TSRKC, TSRK or TSADAMS. Those that are asked for in vain
-   are refused here, before somebody misses the constraint. */
+   TSBATHE or TSMOREAU, a rupture by default, and other friction that sticks where they ask for TSRKC, TSRK or TSADAMS.
+   Those that are asked for in vain are refused here, before somebody misses the constraint. */
 static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
 {
   const PetscBool balanced = !fault->kind.inertia && fault->balance.eta > 0 && !SlipFaultOpens(fault);
@@ -319,6 +319,7 @@ static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
   asked = !strcmp(type, TSRK) || !strcmp(type, TSADAMS) || !strcmp(type, TSRKC) || !strcmp(type, TSLAPUSTA);
   *is = balanced &&
         (asked || fault->kind.waves || (fault->friction.law->always_slides && strcmp(type, TSBATHE) && !moreau));
+  if (balanced && !type[0] && !*is) PetscCall(SlipFaultExplicitIsDefault(fault, ts, is));
   if (!asked || *is) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSSetType(ts, type));
   PetscCall(SlipFaultCheckFeatures(fault, ts));
@@ -400,12 +401,15 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   time in which the fastest cell slips its d_c. With -ts_type bathe among the options, and with inertia, it is bathe,
   with errors relative to d_c and the slip rate.
 
-  Friction that sticks is an explicit problem, too, without inertia, with radiation damping and without opening, where
-  the options name -ts_type rkc (TSRKC), rk or adams: the slip rate of a cell follows from its stress, 0 where friction
-  holds it. With TSRKC -fault_accuracy sets the tolerance of a rupture from a given stress; else it is 1e-2, and 1e-3
-  with the others, in errors of the worst cell over d_c or the largest displacement. Rest is skipped, as with bathe, and
-  steps end at corners of the loading; while any cell slips they are seconds to minutes, so that events of seconds win
-  by them, and slip of days or years loses.
+  Friction that sticks is an explicit problem, too, without inertia, with radiation damping and without opening: the
+  slip rate of a cell follows from its stress, 0 where friction holds it. A rupture that weakening with slip makes, from
+  a given stress that nothing changes, is one by default, by TSRKC, unless the type of the TS is TSBATHE already, or an
+  option names a type, a controller, tolerances (-fault_tolerances) or the check of -fault_check_error, or is of TSBATHE
+  alone. Other runs are where the options name -ts_type rkc, rk or adams. With TSRKC and TSADAMS -fault_accuracy sets
+  the tolerance of such a rupture; else it is 1e-2 of TSRKC, and 1e-3 of the others, in errors of the worst cell over
+  d_c or the largest displacement; in such a rupture over d_c, or a tenth of the largest displacement while that is
+  less. Rest is skipped, as with bathe, and steps end at corners of the loading; while any cell slips they are seconds
+  to minutes, so that events of seconds win by them, and slip of days or years loses.
 
   With -ts_type moreau, or of that type already, a fault with inertia takes explicit steps, with friction found cell by
   cell; without inertia that is refused.

@@ -296,44 +296,6 @@ PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-#define RKC_RTOL 1e-2 /* in other runs */
-
-/* *rtol: that of the accuracy where nobody has given one, and the type is TSRKC; else as it was */
-PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, PetscReal *rtol)
-{
-  const char *prefix;
-  char type[64] = TSRKC;
-  PetscBool named;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetOptionsPrefix(ts, &prefix));
-  PetscCall(PetscOptionsGetString(((PetscObject)ts)->options, prefix, "-ts_type", type, sizeof(type), NULL));
-  PetscCall(Names(ts, "ts_rtol", &named));
-  if (named || strcmp(type, TSRKC)) PetscFunctionReturn(PETSC_SUCCESS);
-  *rtol = RKC_RTOL;
-  if (fault->steps.kind != KIND_RUPTURE) PetscFunctionReturn(PETSC_SUCCESS);
-  fault->steps.accuracy = Accuracy(fault);
-  *rtol = fault->steps.rtol = SlipFaultTolerancesRKC(fault->steps.accuracy);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Does a run of explicit steps follow the accuracy, whose tolerance nobody has changed since? */
-static PetscErrorCode ExplicitFollows(SlipFault fault, TS ts, PetscBool *follows)
-{
-  PetscBool constant;
-  PetscReal rtol;
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
-  *follows = fault->problem.any_integrator && fault->steps.accuracy > 0 && rtol == fault->steps.rtol && !constant
-               ? PETSC_TRUE
-               : PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* A policy that is only the default gives way to a tolerance that the user has set. */
 static PetscErrorCode GiveWay(SlipFault fault, TSAdapt adapt)
 {
@@ -540,7 +502,7 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
   PetscCall(TSBatheIs(ts, &bathe));
   PetscCall(SlipFaultRefuseLearnedWaves(fault, ts));
   if (!bathe || !fault->problem.begin) {
-    PetscCall(ExplicitFollows(fault, ts, &follows));
+    PetscCall(SlipFaultExplicitFollows(fault, ts, &follows));
     if (follows)
       PetscCall(PetscPrintf(fault->comm, "%-24s -ts_type %s -ts_rtol %.3g, which keep -%sfault_accuracy %g, for %s\n",
                             "steps:", ((PetscObject)ts)->type_name, (double)steps->rtol, SlipFaultPrefix(fault),
@@ -585,7 +547,7 @@ PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run)
 
   PetscFunctionBegin;
   PetscCall(TSBatheIs(ts, &bathe));
-  PetscCall(ExplicitFollows(fault, ts, &follows));
+  PetscCall(SlipFaultExplicitFollows(fault, ts, &follows));
   if (!(bathe && fault->problem.begin) && !follows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(InCharge(ts, controller, sizeof(controller)));
   PetscCall(PetscStrcmp(controller, TSADAPTNONE, &constant));

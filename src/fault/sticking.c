@@ -16,30 +16,31 @@
 #define LANDING_FAR 1e3 /* steps of a rupture up to its end, with fewer of which it is cheaper to go on */
 enum { LANDING_SOLVES = 8, LANDING_PRODUCTS = 200 };
 
-/* Tolerances of a state: errors of u and s count as TSBATHE has them count (tolerance.c), against d_c or the largest
-   displacement so far, by rtol */
+/* Tolerances of a state: errors of u and s count against d_c or the largest displacement so far (tolerance.c), by
+   rtol */
 PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, PetscReal atol[])
 {
   SlipFaultBalance *b = &fault->balance;
   SlipFrictionCells friction;
-  PetscBool steady = PETSC_FALSE;
+  PetscBool follows = PETSC_FALSE;
   PetscReal least = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
   PetscCall(SlipFaultGetFriction(fault, 0, &friction));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscBool weakens;
-    const PetscReal wanted = rtol * SlipFaultSlipScale(fault, &friction, i, b->moved, &weakens);
+    const PetscReal scale = SlipFaultSlipScale(fault, &friction, i, b->moved, &weakens);
+    const PetscReal wanted = rtol * SlipFaultStickingScale(fault, &friction, i, b->moved, &weakens);
 
-    if (!weakens) steady = PETSC_TRUE;
-    least = PetscMin(least, wanted / rtol);
+    if (!weakens || wanted < rtol * scale) follows = PETSC_TRUE;
+    least = PetscMin(least, scale);
     for (PetscInt k = 0; k < fault->layout.components; k++) {
       atol[SlipFaultRateAt(fault, i) + k] = 1; /* it has no rate */
       atol[SlipFaultDisplacementAt(fault, i) + k] = wanted;
     }
     for (PetscInt k = 0; k < fault->layout.states; k++) atol[SlipFaultStateAt(fault, i) + k] = wanted;
   }
-  PetscCallMPI(MPI_Allreduce(&steady, &b->follows, 1, MPIU_BOOL, MPI_LOR, fault->comm));
+  PetscCallMPI(MPI_Allreduce(&follows, &b->follows, 1, MPIU_BOOL, MPI_LOR, fault->comm));
   PetscCallMPI(MPI_Allreduce(&least, &b->least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

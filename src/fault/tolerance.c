@@ -185,13 +185,34 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Does stress change with time, so that one event follows another? */
+static PetscBool IsLoaded(SlipFault fault)
+{
+  return fault->kind.sequence || fault->loads.pressed ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Share of the largest displacement against which slips count as a rupture begins */
+static const PetscReal of_displacement = 0.1;
+
+/* Likewise in explicit steps without inertia. As the only rupture of a run begins, what is wrong with its slip grows
+   with it, and makes it earlier or later: slips count against the displacement so far as long as that is of the order
+   of d_c. */
+PetscReal SlipFaultStickingScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal displacement,
+                                 PetscBool *weakens)
+{
+  const PetscReal scale = SlipFaultSlipScale(fault, friction, i, displacement, weakens);
+
+  return *weakens && !IsLoaded(fault) ? PetscMin(scale, of_displacement * displacement) : scale;
+}
+
 /*
   SlipFaultStickingErrorNorm - likewise, of an explicit step without inertia that ended in w1 at the last right-hand
   side
 
   Collective. Formulas of higher order that average no stop need no more than the first two of these errors, of slips
-  and of the rates that follow from them. By the latter a nucleation counts against itself, long before its slip does.
-  */
+  and, of faults that are loaded, of the rates that follow from them: by those a later nucleation counts against itself,
+  long before its slip does.
+*/
 PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
   const PetscReal *a, *b, *v, *k, *viscosity, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
@@ -213,7 +234,7 @@ PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscBool weakens;
-    const PetscReal scale = SlipFaultSlipScale(fault, &friction, i, displacement, &weakens);
+    const PetscReal scale = SlipFaultStickingScale(fault, &friction, i, displacement, &weakens);
     const PetscReal times = SlipFaultLargest(fault, k, i) / SlipFaultLargest(fault, viscosity, i);
     const PetscReal error = SlipLarger(SlipFaultDistance(fault, a, i), SlipFaultStateSize(fault, a, i));
     const PetscReal rate =
@@ -227,7 +248,8 @@ PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e
   PetscCall(SlipArraysRestore(5, arrays));
   PetscCall(SlipAllreduceLargest(fault->comm, 4, largest));
   wanted = of_rate * rtol * (largest[2] - rtol * largest[3]);
-  *E = SlipLarger(largest[0] / (of_slip * rtol), largest[1] / wanted);
+  *E = largest[0] / (of_slip * rtol);
+  if (IsLoaded(fault)) *E = SlipLarger(*E, largest[1] / wanted);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

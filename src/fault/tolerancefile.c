@@ -131,24 +131,3 @@ PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, const char contr
       return Interpolate(t, t->row[i].rtol, accuracy);
   return 0;
 }
-
-/* ---- TSRKC ---- */
-
-/* Of TSRKC: tolerances that keep an accuracy in 95 % of random ruptures without inertia, from a patch that exceeds its
-   strength, exponential and linear weakening: the tighter of those of 48 of 12 x 6 to 64 x 32 cells by the measure of
-   histories, which nucleations that are late decide where tolerances are loose, and of 26 of 20 x 10 to 80 x 40 cells
-   by the times at which cells break as well, which decide from 1e-2 on. */
-static const PetscReal RKCTolerances[][2] = {{1e-1, 0.1}, {3e-2, 0.045}, {1e-2, 0.011}, {3e-3, 1.5e-3}, {1e-3, 2.4e-4}};
-
-/* Powers between these, and beyond them those of the ends */
-PetscReal SlipFaultTolerancesRKC(PetscReal accuracy)
-{
-  const size_t last = PETSC_STATIC_ARRAY_LENGTH(RKCTolerances) - 2;
-  size_t k = 0;
-
-  while (k < last && accuracy < RKCTolerances[k + 1][0]) k++;
-  const PetscReal *loose = RKCTolerances[k], *tight = RKCTolerances[k + 1];
-  const PetscReal power = PetscLogReal(loose[1] / tight[1]) / PetscLogReal(loose[0] / tight[0]);
-
-  return PetscMin(1, loose[1] * PetscPowReal(accuracy / loose[0], power));
-}

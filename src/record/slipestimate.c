@@ -387,11 +387,14 @@ static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Explicit steps have estimates of each step, but nothing of how these add up. */
-static PetscErrorCode ReportExplicit(TS ts, SlipOutput run)
+/* Explicit steps have estimates of each step, but nothing of how these add up: the tolerance tells, of runs such as
+   those of its calibration. */
+static PetscErrorCode ReportExplicit(SlipFault fault, TS ts, SlipOutput run)
 {
+  const PetscReal wanted = fault->steps.accuracy;
   SlipFaultEstimate judged;
-  PetscReal rtol;
+  PetscReal rtol, error;
+  const char *why;
   char text[160];
   TSAdapt adapt;
   PetscBool slips;
@@ -406,12 +409,17 @@ static PetscErrorCode ReportExplicit(TS ts, SlipOutput run)
                             "not estimated (-ts_adapt_type %s bounds slips, no errors); a second run "
                             "with smaller cells tells",
                             TSADAPTLAPUSTA));
-  else
-    PetscCall(
-      PetscSNPrintf(text, sizeof(text),
-                    "not estimated (not calibrated for -ts_type %s); a second run with -ts_type %s -ts_rtol %.2g "
-                    "tells",
-                    ((PetscObject)ts)->type_name, ((PetscObject)ts)->type_name, (double)(rtol / 10)));
+  else {
+    PetscCall(SlipFaultExplicitEstimate(fault, ts, &error, &why));
+    if (!why) {
+      PetscCall(Verdict(run, "slip_error_estimate_met", wanted, error <= wanted ? 1 : -1,
+                        error <= wanted ? "likely met" : "perhaps not met", text, sizeof(text)));
+      PetscCall(Report(run, judged, "estimate", "estimated", error, text));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+    PetscCall(PetscSNPrintf(text, sizeof(text), "not estimated (%s); a second run with -ts_type %s -ts_rtol %.2g tells",
+                            why, ((PetscObject)ts)->type_name, (double)(rtol / 10)));
+  }
   PetscCall(Report(run, judged, "estimate", "estimated", NAN, text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -481,7 +489,7 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
   PetscCall(TSBatheIs(ts, &bathe));
   if (bathe) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
-  if (!bathe && IsOneEvent(fault) && !fault->friction.law->always_slides) PetscCall(ReportExplicit(ts, run));
+  if (!bathe && IsOneEvent(fault) && !fault->friction.law->always_slides) PetscCall(ReportExplicit(fault, ts, run));
   if (fault->options.check_error) PetscCall(ReportCheck(fault, ts, run, wanted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -207,6 +207,7 @@ static Run start(const char options[], PetscBool rupture)
     ok(SlipFaultSetString(r.fault, "initial", "traction"));
     ok(SlipFaultSetReal(r.fault, "initial_traction", 1.4e7));
     ok(SlipFaultSetBool(r.fault, "initial_unstable", PETSC_TRUE));
+    ok(PetscOptionsSetValue(NULL, "-ts_type", TSBATHE)); /* explicit steps are the default */
   }
   ok(SlipFaultSetFromOptions(r.fault));
   ok(FaultStart(r.fault, NULL, 0, 0, &r.w, &r.ts));
@@ -324,6 +325,63 @@ static void learned(void **state)
       if (i == 2 && !tolerant) assert_true(dial == 1e-3);
       end(&r);
     }
+}
+
+/* The type of TS that a rupture without inertia takes, and at which tolerance; 0: that of the fault, less than which
+   another accuracy makes it */
+static void explicit_ruptures(void **state)
+{
+  const struct {
+    const char *options, *type;
+    PetscReal rtol;
+  } rows[] = {{"", TSRKC, 0.022},
+              {"-fault_accuracy 1e-1", TSRKC, 0.3},
+              {"-fault_accuracy 3e-2", TSRKC, 0},
+              {"-fault_slip_components 2", TSRKC, 0.022},
+              {"-fault_friction_law linear_slip_weakening", TSRKC, 0.022},
+              {"-ts_type adams", TSADAMS, 0.02},
+              {"-ts_type rkc", TSRKC, 0.022},
+              {"-ts_type rkc -fault_stressing_rate 1", TSRKC, 1e-2},
+              {"-ts_type adams -fault_stressing_rate 1", TSADAMS, 1e-3},
+              {"-ts_rtol 1e-4", TSRKC, 1e-4},
+              {"-ts_adapt_type dsp", TSBATHE, 0},
+              {"-ts_bathe_gamma 0.6", TSBATHE, 0},
+              {"-fault_check_error", TSBATHE, 0},
+              {"-fault_friction_law constant", TSBATHE, 0},
+              {"-fault_friction_law rate_weakening", TSBATHE, 0},
+              {"-fault_stressing_rate 1", TSBATHE, 0},
+              {"-fault_inertia yes -fault_viscosity sqrtm", TSBATHE, 0}};
+
+  (void)state;
+  for (PetscInt i = 0; i < (PetscInt)PETSC_STATIC_ARRAY_LENGTH(rows); i++)
+    for (PetscInt named = 0; named < 2; named++) { /* a type that the program has set counts */
+      SlipFault fault;
+      PetscReal rtol;
+      TSType type;
+      TS ts;
+
+      ok(PetscOptionsClear(NULL));
+      ok(PetscOptionsInsertString(NULL, rows[i].options));
+      ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
+      ok(SlipFaultSetReal(fault, "nx", 2));
+      ok(SlipFaultSetString(fault, "initial", "traction"));
+      ok(SlipFaultSetReal(fault, "initial_traction", 1.4e7));
+      ok(SlipFaultSetBool(fault, "initial_unstable", PETSC_TRUE));
+      ok(SlipFaultSetFromOptions(fault));
+      ok(SlipFaultSetUp(fault));
+      ok(TSCreate(PETSC_COMM_SELF, &ts));
+      if (named) ok(TSSetType(ts, TSBATHE));
+      ok(SlipFaultConfigureTS(fault, ts));
+      ok(TSSetFromOptions(ts));
+      ok(TSGetType(ts, &type));
+      ok(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+      print_message("%s%s: %s, %g\n", named ? "TSSetType(), " : "", rows[i].options, type, (double)rtol);
+      assert_string_equal(type, named && !strstr(rows[i].options, "-ts_type") ? TSBATHE : rows[i].type);
+      if (!named && rows[i].rtol > 0) assert_true(PetscAbsReal(rtol - rows[i].rtol) < 1e-12);
+      if (!strcmp(rows[i].options, "-fault_accuracy 3e-2") && !named) assert_true(rtol > 0.02 && rtol < 0.3);
+      ObjectsDestroy(NULL, &ts, &fault);
+    }
+  ok(PetscOptionsClear(NULL));
 }
 
 static void without_policies(void **state)
@@ -511,5 +569,6 @@ static void refused(void **state)
   ok(SlipFaultDestroy(&fault));
 }
 
-SLIP_TESTS(events, ruptures, calibrated, limited, interpolated, beyond_the_table, precedence, learned, without_policies,
-           handed_over, named_tolerances, damaged_tolerances, words_in_values, refused)
+SLIP_TESTS(events, ruptures, calibrated, limited, interpolated, beyond_the_table, precedence, learned,
+           explicit_ruptures, without_policies, handed_over, named_tolerances, damaged_tolerances, words_in_values,
+           refused)

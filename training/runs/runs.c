@@ -138,8 +138,8 @@ static PetscErrorCode FindMethod(const RunRequest *request, const TSType of, cha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At its start. Options of its own, where a method is named: a fault without inertia is an explicit problem unless they
-   say otherwise. */
+/* At its start. Options of its own, where a method is named. Without one friction that sticks takes TSBATHE, by which
+   policies and classical controllers are compared; smooth friction is an explicit problem. */
 static PetscErrorCode Configure(const RunEpisode *e, const char method[], TS ts, Vec w, PetscOptions *options)
 {
   const PetscBool rk = method[0] >= '0' && method[0] <= '9' ? PETSC_TRUE : PETSC_FALSE;
@@ -150,7 +150,8 @@ static PetscErrorCode Configure(const RunEpisode *e, const char method[], TS ts,
     PetscCall(PetscOptionsCreate(options));
     PetscCall(PetscOptionsSetValue(*options, "-ts_type", rk ? TSRK : method));
     PetscCall(PetscObjectSetOptions((PetscObject)ts, *options));
-  }
+  } else
+    PetscCall(TSSetType(ts, TSBATHE));
   PetscCall(SlipFaultConfigureTS(e->fault, ts));
   if (method[0]) PetscCall(TSSetType(ts, rk ? TSRK : method));
   if (rk) PetscCall(TSRKSetType(ts, method));

@@ -24,7 +24,7 @@ typedef struct {
   PetscReal next;     /* the step to go on with from there [s] */
   PetscReal fastest;  /* the largest slip rate before the last step [m/s] */
   PetscReal least;    /* least of the slips against which those of the cells count [m] */
-  PetscBool follows;  /* tolerances follow the largest displacement, against which slips count that do not weaken: */
+  PetscBool follows;  /* tolerances follow the largest displacement, against which slips count: */
   PetscReal moved;    /* what that was [m] */
   Vec seen;           /* an attempt's end with its rates, which a controller observes; NULL: none has */
   PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: nobody has asked */
@@ -89,7 +89,6 @@ typedef struct {
 } SlipFaultTolerances;
 PETSC_EXTERN PetscErrorCode SlipFaultTolerancesRead(MPI_Comm comm, const char prefix[], const char file[],
                                                     const char kind[], SlipFaultTolerances *t);
-PETSC_INTERN PetscReal SlipFaultTolerancesRKC(PetscReal accuracy); /* of ruptures without inertia */
 PETSC_INTERN PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, const char controller[],
                                                PetscReal accuracy);
 
@@ -105,7 +104,13 @@ typedef struct {
   SlipFaultTolerances tolerances; /* without accuracies: nothing has needed them yet, or the kind has none */
 } SlipFaultSteps;
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
-PETSC_INTERN PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, PetscReal *rtol);
+/* explicitsteps.c: is it one of those that explicit steps compute by default; the type, unless options name one, and
+   its tolerance; does the run follow the accuracy, by the tolerance that the fault has set */
+PETSC_INTERN PetscErrorCode SlipFaultExplicitIsDefault(SlipFault fault, TS ts, PetscBool *is);
+PETSC_INTERN PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, char type[], size_t len, PetscReal *rtol);
+PETSC_INTERN PetscErrorCode SlipFaultExplicitFollows(SlipFault fault, TS ts, PetscBool *follows);
+/* the error that nine in ten such runs stay below, or why it is not known */
+PETSC_INTERN PetscErrorCode SlipFaultExplicitEstimate(SlipFault fault, TS ts, PetscReal *error, const char **why);
 PETSC_INTERN PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts); /* startcheck.c */
 PETSC_INTERN PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *fault);
@@ -201,6 +206,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscRea
 /* tolerance.c */
 PETSC_INTERN PetscReal SlipFaultSlipScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i,
                                           PetscReal displacement, PetscBool *weakens);
+PETSC_INTERN PetscReal SlipFaultStickingScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i,
+                                              PetscReal displacement, PetscBool *weakens);
 PETSC_INTERN PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1,
                                                        PetscReal *E);
 PETSC_INTERN PetscErrorCode SlipFaultLeastStiffness(SlipFault fault, PetscReal *stiffness);
