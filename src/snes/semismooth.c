@@ -299,7 +299,7 @@ static PetscErrorCode SNESSetFromOptions_Semismooth(SNES snes, SlipOptionItems P
   PetscCall(SlipCheckIntegerOption(PetscObjectComm((PetscObject)snes), ((PetscObject)snes)->options,
                                    ((PetscObject)snes)->prefix, "-snes_slip_direct_max"));
   PetscCall(PetscOptionsInt("-snes_slip_direct_max",
-                            "Sliding cells, >= 0, up to which a dense Cholesky factorisation is used (350)", "",
+                            "Sliding cells, >= 0, up to which a dense Cholesky factorisation is used (200)", "",
                             ss->direct_max, &ss->direct_max, NULL));
   PetscOptionsHeadEnd();
   PetscCall(
@@ -335,7 +335,7 @@ static PetscErrorCode SNESView_Semismooth(SNES snes, PetscViewer viewer)
   Options Database Keys:
 + -snes_rtol <1e-10>          - largest natural residual over max(omega q) + max|G(0)|, dimensionless
 . -snes_max_it <50>           - iterations before the solve has failed
-- -snes_slip_direct_max <350> - sliding cells up to which a dense Cholesky factorisation is used, 0 for never
+- -snes_slip_direct_max <200> - sliding cells up to which a dense Cholesky factorisation is used, 0 for never
 
   Level: intermediate
 
@@ -374,7 +374,7 @@ PetscErrorCode SNESCreate_Semismooth(SNES snes)
   PetscFunctionBegin;
   PetscCall(PetscNew(&ss));
   PetscCall(SNESCreate_Slip(snes, &ss->slip, SEMISMOOTH_NWORK, SLIP_SEARCH_MAX_IT));
-  ss->direct_max = 350;
+  ss->direct_max = 200;
   snes->ops->solve = SNESSolve_Semismooth;
   snes->ops->reset = SNESReset_Semismooth;
   snes->ops->setfromoptions = SNESSetFromOptions_Semismooth;
