@@ -78,6 +78,88 @@ PetscErrorCode SlipFaultStickingTraction(SlipFault fault, PetscReal t, Vec w, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* This rank's part of SlipFaultGetPowers(), r being the friction of the state, in one pass: no strength is computed of
+   cells that rest. friction: NULL, or 0 */
+PetscErrorCode SlipFaultStickingPowers(SlipFault fault, PetscReal t, Vec w, PetscReal power[3], PetscReal friction[])
+{
+  const SlipFaultMesh *mesh = &fault->mesh;
+  const PetscReal *weight = mesh->weight, *a, *vinf, eta = fault->balance.eta;
+  const PetscInt c = fault->layout.components;
+  PetscReal *value;
+  const SlipArrays arrays[] = {
+    {w, .read = &a}, {fault->operators.vinf, .read = &vinf}, {fault->cells, .write = &value}};
+  SlipFrictionCells of;
+  PetscBool at_once;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &of));
+  PetscCall(SlipArraysGet(3, arrays));
+  at_once = of.law->values && !of.known && (c == 1 || !of.law->by_rate) ? PETSC_TRUE : PETSC_FALSE;
+  if (at_once)
+    of.law->values(&of, mesh->n, fault->layout.block, a + fault->layout.state, fault->layout.block,
+                   a + fault->layout.rate, value);
+  for (PetscInt i = 0; i < mesh->n; i++) {
+    const PetscReal *v = a + SlipFaultRateAt(fault, i), speed = SlipFaultLength(fault, v);
+    PetscReal mu, ds, dv, share;
+
+    for (PetscInt k = 0; k < c; k++) {
+      const PetscReal rate = v[k] - vinf[c * i + k], force = eta * weight[i] * rate;
+
+      power[0] += rate * force;
+      power[1] += vinf[c * i + k] * force;
+    }
+    if (speed == 0) continue;
+    if (at_once)
+      mu = value[i];
+    else
+      SlipFrictionEvaluate(&of, i, a + SlipFaultStateAt(fault, i), speed, &mu, &ds, &dv);
+    share = speed * mu * (weight[i] * of.stress[i]);
+    power[2] += share;
+    if (friction) friction[SlipFaultMeshFaultOf(mesh, SlipFaultMeshRow(mesh, i))] += share;
+  }
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of cells: the slip rate to which stress and strength drive each [m/s], less than 0 of one that friction holds */
+PetscErrorCode SlipFaultStickingPush(SlipFault fault, PetscReal t, Vec w, Vec push)
+{
+  const PetscReal *weight = fault->mesh.weight, eta = fault->balance.eta;
+  const PetscInt c = fault->layout.components;
+  const PetscReal *a, *force, *vinf, *shear = NULL;
+  SlipFrictionCells friction;
+  const SlipFaultLoad *load;
+  PetscReal *b;
+  Vec u, ku;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &ku));
+  PetscCall(SlipFaultForce(fault, t, w, u, ku));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  const SlipArrays arrays[] = {
+    {w, .read = &a}, {ku, .read = &force}, {fault->operators.vinf, .read = &vinf}, {push, .write = &b}};
+
+  PetscCall(SlipArraysGet(4, arrays));
+  if (load->shear) PetscCall(VecGetArrayRead(load->shear, &shear));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal tau[2], mu, ds, dv;
+
+    b[i] = SlipFaultSpeed(fault, a, i);
+    if (b[i] > 0) continue;
+    for (PetscInt k = 0; k < c; k++)
+      tau[k] = (shear ? shear[c * i + k] : 0) - force[c * i + k] + eta * weight[i] * vinf[c * i + k];
+    SlipFrictionEvaluate(&friction, i, a + SlipFaultStateAt(fault, i), 0, &mu, &ds, &dv);
+    b[i] = (SlipFaultLength(fault, tau) / weight[i] - mu * friction.stress[i]) / eta;
+  }
+  if (load->shear) PetscCall(VecRestoreArrayRead(load->shear, &shear));
+  PetscCall(SlipArraysRestore(4, arrays));
+  PetscCall(SlipFaultRestoreWork(fault, &ku));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- the end of an event ---- */
 
 /* Zero where a cell does not slide, by its rate */
