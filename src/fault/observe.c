@@ -426,16 +426,6 @@ static PetscErrorCode GetLost(SlipFault fault, PetscReal t, Vec w, Vec rel, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode AddPowers(SlipFault fault, PetscReal power[3], PetscReal friction[])
-{
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
-  if (friction)
-    PetscCallMPI(
-      MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)fault->mesh.faults, MPIU_REAL, MPIU_SUM, fault->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Of friction that sticks. States within a step, of which nothing is known, leave what is
    known of its end. */
 static PetscErrorCode GetStickingPowers(SlipFault fault, PetscReal t, Vec w, PetscReal power[3], PetscReal friction[])
@@ -450,8 +440,7 @@ static PetscErrorCode GetStickingPowers(SlipFault fault, PetscReal t, Vec w, Pet
     PetscCall(PetscArraycpy(power, c->power, 3));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(SlipFaultStickingPowers(fault, t, w, power, friction));
-  PetscCall(AddPowers(fault, power, friction));
+  PetscCall(SlipFaultStickingPowers(fault, t, w, NULL, power, friction));
   if (!fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscArraycpy(c->power, power, 3));
   c->moment = now;
@@ -478,7 +467,6 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCall(SlipElasticRests(fault->medium, &at_once));
   if (r || !fault->problem.any_integrator || fault->friction.law->always_slides || fault->device.device)
     at_once = PETSC_FALSE;
-  if (friction) PetscCall(PetscArrayzero(friction, mesh->faults));
   if (at_once) {
     PetscCall(GetStickingPowers(fault, t, w, power, friction));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -513,6 +501,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   }
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(r ? r : q, &f));
+  if (friction) PetscCall(PetscArrayzero(friction, mesh->faults));
   for (PetscInt i = 0; i < mesh->n; i++) {
     const PetscReal *v = a + SlipFaultRateAt(fault, i);
     const PetscReal share = r ? -SlipFaultDot(fault, v, f + c * i) : SlipFaultLength(fault, v) * f[i];
@@ -522,7 +511,9 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   }
   PetscCall(VecRestoreArrayRead(r ? r : q, &f));
   PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCall(AddPowers(fault, power, friction));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
+  if (friction)
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscCall(GetLost(fault, t, w, rel, &lost));
   PetscCall(SlipFaultRestoreWork(fault, &hv));
   PetscCall(SlipFaultRestoreWork(fault, &rel));

@@ -78,46 +78,77 @@ PetscErrorCode SlipFaultStickingTraction(SlipFault fault, PetscReal t, Vec w, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* This rank's part of SlipFaultGetPowers(), r being the friction of the state, in one pass: no strength is computed of
-   cells that rest. friction: NULL, or 0 */
-PetscErrorCode SlipFaultStickingPowers(SlipFault fault, PetscReal t, Vec w, PetscReal power[3], PetscReal friction[])
+/* Of a cell that starts or stops within a step, its rate and the square of that in the middle by which Simpson's rule
+   gives its slip and what is radiated as its rate grows or falls by a straight line: rate [c], *along its way, which
+   may be negative, and *square; false: it slides, or rests, all the while. from, to: the step's ends, as states */
+static PetscBool StartsOrStops(SlipFault fault, PetscInt i, const PetscReal from[], const PetscReal to[], PetscReal dt,
+                               const PetscReal vinf[], PetscReal rate[], PetscReal *along, PetscReal *square)
+{
+  const PetscReal before = SlipFaultSpeed(fault, from, i), after = SlipFaultSpeed(fault, to, i),
+                  speed = PetscMax(before, after);
+  const PetscReal *v = (after > 0 ? to : from) + SlipFaultRateAt(fault, i);
+  const PetscInt u = SlipFaultDisplacementAt(fault, i), c = fault->layout.components;
+  PetscReal slip = 0;
+
+  if ((before > 0) == (after > 0)) return PETSC_FALSE;
+  for (PetscInt k = 0; k < c; k++) slip += v[k] / speed * (to[u + k] - from[u + k] + vinf[c * i + k] * dt);
+  *along = 1.5 * slip / dt - 0.25 * speed;
+  for (PetscInt k = 0; k < c; k++) rate[k] = v[k] / speed * *along;
+  *square = speed * (slip / dt - 0.25 * speed);
+  return PETSC_TRUE;
+}
+
+/* SlipFaultGetPowers(), r being the friction of the state, in one pass. step: the state is the middle of that, or
+   NULL */
+PetscErrorCode SlipFaultStickingPowers(SlipFault fault, PetscReal t, Vec w, const SlipFaultStickingStep *step,
+                                       PetscReal power[3], PetscReal friction[])
 {
   const SlipFaultMesh *mesh = &fault->mesh;
-  const PetscReal *weight = mesh->weight, *a, *vinf, eta = fault->balance.eta;
+  const PetscReal *weight = mesh->weight, *a, *vinf, *from = NULL, *to = NULL, eta = fault->balance.eta;
   const PetscInt c = fault->layout.components;
   PetscReal *value;
-  const SlipArrays arrays[] = {
-    {w, .read = &a}, {fault->operators.vinf, .read = &vinf}, {fault->cells, .write = &value}};
+  const SlipArrays arrays[] = {{w, .read = &a},
+                               {fault->operators.vinf, .read = &vinf},
+                               {fault->cells, .write = &value},
+                               {step ? step->from : NULL, .read = &from},
+                               {step ? step->to : NULL, .read = &to}};
   SlipFrictionCells of;
   PetscBool at_once;
 
   PetscFunctionBegin;
+  PetscCall(PetscArrayzero(power, 3));
+  if (friction) PetscCall(PetscArrayzero(friction, mesh->faults));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &of));
-  PetscCall(SlipArraysGet(3, arrays));
+  PetscCall(SlipArraysGet(step ? 5 : 3, arrays));
   at_once = of.law->values && !of.known && (c == 1 || !of.law->by_rate) ? PETSC_TRUE : PETSC_FALSE;
   if (at_once)
     of.law->values(&of, mesh->n, fault->layout.block, a + fault->layout.state, fault->layout.block,
                    a + fault->layout.rate, value);
   for (PetscInt i = 0; i < mesh->n; i++) {
-    const PetscReal *v = a + SlipFaultRateAt(fault, i), speed = SlipFaultLength(fault, v);
-    PetscReal mu, ds, dv, share;
+    const PetscReal *v = a + SlipFaultRateAt(fault, i);
+    PetscReal speed = SlipFaultLength(fault, v), square = speed * speed, along[2], mu, ds, dv, share;
 
+    if (step && StartsOrStops(fault, i, from, to, step->dt, vinf, along, &speed, &square)) v = along;
     for (PetscInt k = 0; k < c; k++) {
-      const PetscReal rate = v[k] - vinf[c * i + k], force = eta * weight[i] * rate;
+      const PetscReal loading = vinf[c * i + k];
 
-      power[0] += rate * force;
-      power[1] += vinf[c * i + k] * force;
+      power[0] += eta * weight[i] * loading * (loading - 2 * v[k]);
+      power[1] += eta * weight[i] * loading * (v[k] - loading);
     }
+    power[0] += eta * weight[i] * square;
     if (speed == 0) continue;
     if (at_once)
       mu = value[i];
     else
-      SlipFrictionEvaluate(&of, i, a + SlipFaultStateAt(fault, i), speed, &mu, &ds, &dv);
+      SlipFrictionEvaluate(&of, i, a + SlipFaultStateAt(fault, i), PetscAbsReal(speed), &mu, &ds, &dv);
     share = speed * mu * (weight[i] * of.stress[i]);
     power[2] += share;
     if (friction) friction[SlipFaultMeshFaultOf(mesh, SlipFaultMeshRow(mesh, i))] += share;
   }
-  PetscCall(SlipArraysRestore(3, arrays));
+  PetscCall(SlipArraysRestore(step ? 5 : 3, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
+  if (friction)
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_SUM, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -350,13 +350,13 @@ static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Romberg's rule from one share to another, whose powers are known, in steps by a straight line that of the trapezoid;
-   the state in their middle to middle */
+/* Romberg's rule from one share to another, whose powers are known, in steps by a straight line that of the trapezoid,
+   where friction sticks Simpson's; the state in their middle to middle */
 static PetscErrorCode Romberg(SlipFaultCatalogue cat, SlipEventStep *step, const PetscReal share[2],
                               const PetscReal *const power[2], Vec middle, PetscReal work[])
 {
   const PetscReal whole = (share[1] - share[0]) * step->dt;
-  const PetscInt n = cat->nwork;
+  const PetscInt n = cat->nwork, most = step->sticks && !step->side ? 1 : SLIP_EVENT_HALVINGS;
   PetscReal *row = cat->romberg; /* [SLIP_EVENT_HALVINGS + 1][n], of the last halving, from the trapezoidal rule on */
   PetscReal change = 1, size = 0;
   PetscInt halvings = 0;
@@ -368,7 +368,7 @@ static PetscErrorCode Romberg(SlipFaultCatalogue cat, SlipEventStep *step, const
     AddWork(cat, 1, row, work);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  for (PetscInt m = 1; m <= SLIP_EVENT_HALVINGS && change > ROMBERG_ENOUGH * size; m++) {
+  for (PetscInt m = 1; m <= most && change > ROMBERG_ENOUGH * size; m++) {
     const PetscInt parts = 1 << (m - 1);
 
     PetscCall(PetscArrayzero(cat->sum, n)); /* the trapezoidal rule of halved parts */

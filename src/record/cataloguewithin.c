@@ -3,8 +3,9 @@
    Where cells always slide rates are those of the balance of what TSInterpolate() gives for u and s: a product with K.
 
    Friction that sticks has rates that damping bounds, and known slopes of u and s at both ends: between these go
-   Hermite's cubics, whose slopes are the rates within, without any product. Only where the bound is passed are they
-   those of the balance, twice an event: a cubic does not know when the first cell starts. */
+   Hermite's cubics, whose slopes are the rates within, without any product. Steps in which the bound is passed, two an
+   event, have those of the balance: a cubic does not know when the first cell starts, nor that of a fault that slips
+   from its start the rate there is not 0. */
 #include <slipstep/private/sliprecordfiles.h>
 #include <slipstep/private/slipsys.h>
 
@@ -203,6 +204,7 @@ PetscErrorCode SlipCatalogueStateWithin(SlipFaultCatalogue cat, SlipEventStep *s
                                         PetscReal power[])
 {
   const PetscReal t = step->begin + share * step->dt;
+  const SlipFaultStickingStep ends = {cat->before, step->node[step->nodes - 1], step->dt};
   PetscReal sum[3];
   Last last;
 
@@ -212,11 +214,12 @@ PetscErrorCode SlipCatalogueStateWithin(SlipFaultCatalogue cat, SlipEventStep *s
     if (power) PetscCall(SlipCataloguePowers(cat, t, w, power));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (step->sticks && power) {
+  if (step->sticks && !step->side) {
     PetscCall(Sticking(cat, step, share, w));
     PetscCall(PutAside(cat->fault, &last));
-    PetscCall(SlipCataloguePowers(cat, t, w, power));
+    PetscCall(SlipFaultStickingPowers(cat->fault, t, w, &ends, sum, OfFaults(cat, power)));
     PetscCall(TakeBack(cat->fault, &last));
+    PetscCall(Assemble(cat, t, w, sum, power));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(step->dense ? TSInterpolate(step->ts, t, w) : Cubic(cat, step, share, w));

@@ -180,7 +180,7 @@ class CatalogueTest(FaultTest):
 
     def test_explicit_steps_of_friction_that_sticks(self):
         """A catalogue costs no product a step, only those of an event's onset, end and row. Bounds are twice what was measured; with rates of the
-        balance in the middle of steps, a product each, times of rupture were off by 8 times as much."""
+        balance in the middle of steps, a product each, times of rupture were off by 8 times as much, the balance of energies by 3 to 46 times."""
         x, z = np.meshgrid(np.arange(42) + 0.5, np.arange(21) + 0.5)
         chance = np.random.default_rng(3)
         with h5py.File(self.path("rupture_fields.h5"), "w") as file:
@@ -189,14 +189,14 @@ class CatalogueTest(FaultTest):
             file["initial_traction"] = 50e6 * np.where(np.hypot(x - 10.5, z - 12.5) < 6, 0.625, 0.56)
         exact, times, _ = self.rupture("adams", 1e-6)
         self.assertTrue((times >= 0).mean() > 0.9 and abs(exact["ledger"]) < 1e-5)
-        for kind, rtol, *bounds in (("rkc", 3e-2, 1.7e-3, 4.4e-3, 6.8e-3), ("rkc", 3e-3, 3.2e-4, 1.2e-3, 1.5e-3),
-                                    ("adams", 1e-3, 1e-4, 1.6e-4, 2e-3), ("rk", 1e-3, 2.7e-4, 1.2e-3, 3.2e-3)):
+        for kind, rtol, *bounds in (("rkc", 3e-2, 1e-4, 2.8e-3, 6.8e-3), ("rkc", 3e-3, 2.7e-5, 1.5e-4, 1.5e-3),
+                                    ("adams", 1e-3, 1.9e-5, 4e-5, 2e-3), ("rk", 1e-3, 1.4e-5, 7e-5, 3.2e-3)):
             with self.subTest(kind=kind, rtol=rtol):
                 event, broke, result = self.rupture(kind, rtol)
                 self.assertGreater(event["steps"], 100)
-                self.assertLess(result["products"] - result["products_all"], 40)
+                self.assertLess(result["products"] - result["products_all"], 45)
                 off = abs(event["ledger"]), abs(event["radiated_energy"] / exact["radiated_energy"] - 1), np.abs(broke - times)[times >= 0].mean()
-                for value, bound in zip(off, bounds):  # the last one of 8 s that the rupture takes
+                for value, bound in zip(off, bounds):  # the last one of 12 s that the rupture takes
                     self.assertLess(value, bound)
 
     def test_restart_within_an_event(self):
