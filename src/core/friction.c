@@ -65,7 +65,7 @@ static const SlipFrictionState Theta[] = {{.name = "state",
 
 const SlipFrictionLaw SlipFrictionLaws[] = {
   {"exponential_slip_weakening", ExponentialSlipWeakening, "residual + drop exp(-s/slip)", .by_rate = PETSC_FALSE,
-   .remembers = PETSC_TRUE, .reads = "residual drop slip"},
+   .remembers = PETSC_TRUE, .values = SlipExponentialWeakeningValues, .reads = "residual drop slip"},
   {"linear_slip_weakening", LinearSlipWeakening, "residual + drop max(0, 1 - s/slip)", .by_rate = PETSC_FALSE,
    .reads = "residual drop slip"},
   {"rate_weakening", RateWeakening, "residual + drop/(1 + |v|/rate)", .by_rate = PETSC_TRUE,
@@ -360,7 +360,7 @@ PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscRe
 void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
                           const PetscReal s0[], PetscInt rates, const PetscReal v[], PetscReal q[], PetscReal dq[])
 {
-  if (f->law->values && theta == 0 && !dq) {
+  if (f->law->values && !f->law->remembers && theta == 0 && !dq) {
     f->law->values(f, n, stride, s0, rates, v, q);
     for (PetscInt i = 0; i < n; i++) q[i] *= f->weight ? f->weight[i] * f->stress[i] : f->stress[i];
     return;
@@ -479,24 +479,26 @@ void SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscInt k, Pet
    balance. The strength of laws that do not depend on the rate is that of rest. Others fall with it by less than eta
    gains, so that the balance grows with v and has one root, between 0 and tau/eta: Newton's method inside of this
    bracket. */
-static PetscReal BalanceSticking(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[],
-                                 PetscReal sigma, PetscReal eta, PetscReal tau)
+static PetscReal BalanceSticking(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal eta,
+                                 PetscReal tau)
 {
-  const PetscReal load = PetscAbsReal(tau), rounding = 2 * PETSC_MACHINE_EPSILON;
+  const PetscReal load = PetscAbsReal(tau), sigma = f->stress[i], rounding = 2 * PETSC_MACHINE_EPSILON;
   PetscReal low = 0, high = load / eta, v = 0, excess, ds[SLIP_MAX_STATES], dv, g;
+  SlipFriction p;
 
-  law->eval(p, s, 0, &excess, ds, &dv);
-  g = sigma * (p->residual + excess) - load;
-  if (!(load > (1 + SLIP_FRICTION_HOLD) * sigma * (p->residual + excess))) return 0;
-  if (!law->by_rate) return (tau < 0 ? g : -g) / eta;
+  Excess(f, i, s, 0, &excess, ds, &dv);
+  g = sigma * (f->residual[i] + excess) - load;
+  if (!(load > (1 + SLIP_FRICTION_HOLD) * sigma * (f->residual[i] + excess))) return 0;
+  if (!f->law->by_rate) return (tau < 0 ? g : -g) / eta;
+  p = At(f, i);
   for (int it = 0; it < STATE_MAX_IT && high - low > rounding * high; it++) {
     PetscReal next = v - g / (sigma * dv + eta);
 
     if (!(next > low && next < high)) next = 0.5 * (low + high);
     if (PetscAbsReal(next - v) <= rounding * next) break;
     v = next;
-    law->eval(p, s, v, &excess, ds, &dv);
-    g = sigma * (p->residual + excess) + eta * v - load;
+    f->law->eval(&p, s, v, &excess, ds, &dv);
+    g = sigma * (p.residual + excess) + eta * v - load;
     *(g > 0 ? &high : &low) = v;
   }
   return tau < 0 ? -v : v;
@@ -513,12 +515,18 @@ void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], Pet
     return;
   }
   for (PetscInt i = 0; i < n; i++) {
-    const SlipFriction p = At(f, i);
     const PetscReal weight = f->weight ? f->weight[i] : 1;
 
-    v[i] = (*(f->law->always_slides ? SlipFrictionBalanceOne : BalanceSticking))(f->law, &p, s + stride * i,
-                                                                                 f->stress[i], eta, tau[i] / weight);
-    if (ds) StateRate(f->law, &p, s + stride * i, PetscAbsReal(v[i]), ds + stride * i);
+    if (!f->law->always_slides) v[i] = BalanceSticking(f, i, s + stride * i, eta, tau[i] / weight);
+    if (!f->law->nstates) { /* as StateRate() has it */
+      if (ds) ds[stride * i] = PetscAbsReal(v[i]) - s[stride * i] * (f->healing ? f->healing[i] : 0);
+    } else {
+      const SlipFriction p = At(f, i);
+
+      if (f->law->always_slides)
+        v[i] = SlipFrictionBalanceOne(f->law, &p, s + stride * i, f->stress[i], eta, tau[i] / weight);
+      if (ds) StateRate(f->law, &p, s + stride * i, PetscAbsReal(v[i]), ds + stride * i);
+    }
   }
 }
 

@@ -487,3 +487,26 @@ void SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, 
     }
   }
 }
+
+/* ---- exponential slip weakening of many cells, by the same exponential ---- */
+
+VECTOR static void WeakeningChunk(PetscInt n, const PetscReal *restrict residual, const PetscReal *restrict drop,
+                                  const PetscReal *restrict slip, const PetscReal *restrict s, PetscReal *restrict mu)
+{
+  for (PetscInt i = 0; i < n; i++) mu[i] = residual[i] + drop[i] * Exp(-s[i] / slip[i]);
+}
+
+/* A SlipFrictionValuesFn, in which the rates have no part */
+void SlipExponentialWeakeningValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
+                                    PetscInt rates, const PetscReal v[], PetscReal mu[])
+{
+  PetscReal state[CHUNK];
+
+  (void)rates, (void)v;
+  for (PetscInt start = 0; start < n; start += CHUNK) {
+    const PetscInt m = PetscMin(CHUNK, n - start);
+
+    for (PetscInt i = 0; i < m; i++) state[i] = s[stride * (start + i)];
+    WeakeningChunk(m, f->residual + start, f->drop + start, f->slip + start, state, mu + start);
+  }
+}

@@ -104,6 +104,7 @@ PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], Pets
 PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
 {
   const PetscReal *a;
+  PetscReal most = 0;
   const SlipArrays arrays[] = {{w, .read = &a}};
 
   PetscFunctionBegin;
@@ -115,10 +116,10 @@ PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
     PetscCall(SlipDeviceVecLargest(w, fault->layout.rate, fault->layout.block, largest));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  *largest = 0;
   PetscCall(VecGetArrayRead(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) *largest = SlipLarger(*largest, SlipFaultSpeed(fault, a, i));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) most = SlipLarger(most, SlipFaultSpeed(fault, a, i));
   PetscCall(VecRestoreArrayRead(w, &a));
+  *largest = most;
   PetscCall(SlipAllreduceLargest(fault->comm, 1, largest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

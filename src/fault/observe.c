@@ -19,7 +19,8 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipArraysGet(3, arrays));
-  at_once = friction.law->values && fault->layout.components == 1 ? PETSC_TRUE : PETSC_FALSE;
+  at_once =
+    friction.law->values && !friction.law->remembers && fault->layout.components == 1 ? PETSC_TRUE : PETSC_FALSE;
   if (at_once)
     friction.law->values(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state, fault->layout.block,
                          a + fault->layout.rate, values);
@@ -425,6 +426,27 @@ static PetscErrorCode GetLost(SlipFault fault, PetscReal t, Vec w, Vec rel, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of friction that sticks. States within a step, of which nothing is known, leave what is
+   known of its end. */
+static PetscErrorCode GetStickingPowers(SlipFault fault, PetscReal t, Vec w, PetscReal power[3], PetscReal friction[])
+{
+  SlipFaultPowers *c = &fault->known.powers;
+  SlipFaultMoment now;
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
+  if (same && !friction) {
+    PetscCall(PetscArraycpy(power, c->power, 3));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipFaultStickingPowers(fault, t, w, NULL, power, friction));
+  if (!fault->balance.known) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscArraycpy(c->power, power, 3));
+  c->moment = now;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
 {
   const SlipFaultMesh *mesh = &fault->mesh;
@@ -432,6 +454,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *f, *vinf, *b;
   PetscReal lost = 0;
+  PetscBool at_once;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
@@ -439,6 +462,13 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
     PetscCall(SlipFaultDevicePowers(fault, t, w, power));
     if (friction && mesh->faults == 1) friction[0] = power[2];
     if (friction && mesh->faults > 1) PetscCall(SlipFaultDeviceShares(fault, t, w, friction, NULL, NULL, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipElasticRests(fault->medium, &at_once));
+  if (r || !fault->problem.any_integrator || fault->friction.law->always_slides || fault->device.device)
+    at_once = PETSC_FALSE;
+  if (at_once) {
+    PetscCall(GetStickingPowers(fault, t, w, power, friction));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFaultGetWork(fault, &rel));

@@ -37,7 +37,7 @@ typedef struct {
 PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
-  PetscReal *d;
+  PetscReal *d, largest;
 
   PetscFunctionBegin;
   if (loads->drive) PetscFunctionReturn(PETSC_SUCCESS);
@@ -59,6 +59,8 @@ PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
     for (PetscInt k = 0; k < c; k++)
       d[c * i + k] += fault->mesh.weight[i] * fault->fields.cell[FIELD_STRESSING_RATE][i] * SlipFaultAlong(fault, i)[k];
   PetscCall(VecRestoreArray(loads->drive, &d));
+  PetscCall(SlipVecLargest(loads->drive, &largest));
+  loads->drives = largest != 0 ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -79,6 +79,119 @@ PetscErrorCode SlipFaultStickingTraction(SlipFault fault, PetscReal t, Vec w, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of a cell that starts or stops within a step, its rate and the square of that in the middle by which Simpson's rule
+   gives its slip and what is radiated as its rate grows or falls by a straight line: rate [c], *along its way, which
+   may be negative, and *square; false: it slides, or rests, all the while. from, to: the step's ends, as states */
+static PetscBool StartsOrStops(SlipFault fault, PetscInt i, const PetscReal from[], const PetscReal to[], PetscReal dt,
+                               const PetscReal vinf[], PetscReal rate[], PetscReal *along, PetscReal *square)
+{
+  const PetscReal before = SlipFaultSpeed(fault, from, i), after = SlipFaultSpeed(fault, to, i),
+                  speed = PetscMax(before, after);
+  const PetscReal *v = (after > 0 ? to : from) + SlipFaultRateAt(fault, i);
+  const PetscInt u = SlipFaultDisplacementAt(fault, i), c = fault->layout.components;
+  PetscReal slip = 0;
+
+  if ((before > 0) == (after > 0)) return PETSC_FALSE;
+  for (PetscInt k = 0; k < c; k++) slip += v[k] / speed * (to[u + k] - from[u + k] + vinf[c * i + k] * dt);
+  *along = 1.5 * slip / dt - 0.25 * speed;
+  for (PetscInt k = 0; k < c; k++) rate[k] = v[k] / speed * *along;
+  *square = speed * (slip / dt - 0.25 * speed);
+  return PETSC_TRUE;
+}
+
+/* SlipFaultGetPowers(), r being the friction of the state, in one pass. step: the state is the middle of that, or
+   NULL */
+PetscErrorCode SlipFaultStickingPowers(SlipFault fault, PetscReal t, Vec w, const SlipFaultStickingStep *step,
+                                       PetscReal power[3], PetscReal friction[])
+{
+  const SlipFaultMesh *mesh = &fault->mesh;
+  const PetscReal *weight = mesh->weight, *a, *vinf, *from = NULL, *to = NULL, eta = fault->balance.eta;
+  const PetscInt c = fault->layout.components;
+  PetscReal *value;
+  const SlipArrays arrays[] = {{w, .read = &a},
+                               {fault->operators.vinf, .read = &vinf},
+                               {fault->cells, .write = &value},
+                               {step ? step->from : NULL, .read = &from},
+                               {step ? step->to : NULL, .read = &to}};
+  SlipFrictionCells of;
+  PetscBool at_once;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(power, 3));
+  if (friction) PetscCall(PetscArrayzero(friction, mesh->faults));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &of));
+  PetscCall(SlipArraysGet(step ? 5 : 3, arrays));
+  at_once = of.law->values && !of.known && (c == 1 || !of.law->by_rate) ? PETSC_TRUE : PETSC_FALSE;
+  if (at_once)
+    of.law->values(&of, mesh->n, fault->layout.block, a + fault->layout.state, fault->layout.block,
+                   a + fault->layout.rate, value);
+  for (PetscInt i = 0; i < mesh->n; i++) {
+    const PetscReal *v = a + SlipFaultRateAt(fault, i);
+    PetscReal speed = SlipFaultLength(fault, v), square = speed * speed, along[2], mu, ds, dv, share;
+
+    if (step && StartsOrStops(fault, i, from, to, step->dt, vinf, along, &speed, &square)) v = along;
+    for (PetscInt k = 0; k < c; k++) {
+      const PetscReal loading = vinf[c * i + k];
+
+      power[0] += eta * weight[i] * loading * (loading - 2 * v[k]);
+      power[1] += eta * weight[i] * loading * (v[k] - loading);
+    }
+    power[0] += eta * weight[i] * square;
+    if (speed == 0) continue;
+    if (at_once)
+      mu = value[i];
+    else
+      SlipFrictionEvaluate(&of, i, a + SlipFaultStateAt(fault, i), PetscAbsReal(speed), &mu, &ds, &dv);
+    share = speed * mu * (weight[i] * of.stress[i]);
+    power[2] += share;
+    if (friction) friction[SlipFaultMeshFaultOf(mesh, SlipFaultMeshRow(mesh, i))] += share;
+  }
+  PetscCall(SlipArraysRestore(step ? 5 : 3, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, power, 3, MPIU_REAL, MPIU_SUM, fault->comm));
+  if (friction)
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, friction, (PetscMPIInt)mesh->faults, MPIU_REAL, MPIU_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of cells: the slip rate to which stress and strength drive each [m/s], less than 0 of one that friction holds */
+PetscErrorCode SlipFaultStickingPush(SlipFault fault, PetscReal t, Vec w, Vec push)
+{
+  const PetscReal *weight = fault->mesh.weight, eta = fault->balance.eta;
+  const PetscInt c = fault->layout.components;
+  const PetscReal *a, *force, *vinf, *shear = NULL;
+  SlipFrictionCells friction;
+  const SlipFaultLoad *load;
+  PetscReal *b;
+  Vec u, ku;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultGetWork(fault, &u));
+  PetscCall(SlipFaultGetWork(fault, &ku));
+  PetscCall(SlipFaultForce(fault, t, w, u, ku));
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
+  PetscCall(SlipFaultGetLoad(fault, t, &load));
+  const SlipArrays arrays[] = {
+    {w, .read = &a}, {ku, .read = &force}, {fault->operators.vinf, .read = &vinf}, {push, .write = &b}};
+
+  PetscCall(SlipArraysGet(4, arrays));
+  if (load->shear) PetscCall(VecGetArrayRead(load->shear, &shear));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    PetscReal tau[2], mu, ds, dv;
+
+    b[i] = SlipFaultSpeed(fault, a, i);
+    if (b[i] > 0) continue;
+    for (PetscInt k = 0; k < c; k++)
+      tau[k] = (shear ? shear[c * i + k] : 0) - force[c * i + k] + eta * weight[i] * vinf[c * i + k];
+    SlipFrictionEvaluate(&friction, i, a + SlipFaultStateAt(fault, i), 0, &mu, &ds, &dv);
+    b[i] = (SlipFaultLength(fault, tau) / weight[i] - mu * friction.stress[i]) / eta;
+  }
+  if (load->shear) PetscCall(VecRestoreArrayRead(load->shear, &shear));
+  PetscCall(SlipArraysRestore(4, arrays));
+  PetscCall(SlipFaultRestoreWork(fault, &ku));
+  PetscCall(SlipFaultRestoreWork(fault, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- the end of an event ---- */
 
 /* Zero where a cell does not slide, by its rate */

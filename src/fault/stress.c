@@ -119,6 +119,7 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   if (!fault->kind.driven) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetShear(fault, t, &shear));
   PetscCall(SlipFaultRestSetUp(fault));
+  if (!fault->kind.loaded && !fault->loads.drives && !SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));

@@ -44,7 +44,7 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
   PetscFunctionBegin;
   *e = (SlipFaultEvent){.onset = onset};
   PetscCall(OfImages(cat, onset, &e->images));
-  cat->active = PETSC_TRUE;
+  cat->active = cat->unbroken = PETSC_TRUE;
   cat->power_known = PETSC_FALSE;
   PetscCall(SlipFaultGetDisplacement(fault, w, cat->u0));
   PetscCall(SlipFaultStress(fault, onset, w, cat->stress0));
@@ -119,7 +119,7 @@ static PetscErrorCode Close(SlipFaultCatalogue cat)
 {
   PetscFunctionBegin;
   PetscCall(SlipCatalogueAdd(cat));
-  cat->active = cat->ended = cat->power_known = PETSC_FALSE;
+  cat->active = cat->ended = cat->power_known = cat->push_known = PETSC_FALSE;
   cat->last_end = cat->fault->loads.origin + cat->row[EVENT_END];
   cat->fault->run->events++;
   PetscCall(PrintEvent(cat->fault, cat->row));
@@ -175,6 +175,7 @@ static PetscErrorCode CatalogueStart(SlipFault fault, TS ts, PetscReal time, Vec
 
   PetscFunctionBegin;
   (void)ts;
+  cat->unbroken = PETSC_TRUE;
   SlipCatalogueFollowOrigin(cat);
   PetscCall(SlipCatalogueBegin(cat));
   PetscCall(SlipCatalogueFlush(cat));
@@ -367,9 +368,9 @@ static PetscErrorCode CatalogueDestroy(void **ctx)
   cat->fault->run->catalogue = NULL;
   PetscCall(SlipCatalogueClose(cat, PETSC_FALSE));
   {
-    Vec *vecs[] = {&cat->u0,     &cat->stress0,  &cat->rupture, &cat->cut,    &cat->stress,
-                   &cat->slip,   &cat->map[0],   &cat->map[1],  &cat->before, &cat->middle,
-                   &cat->within, &cat->slope[0], &cat->slope[1]};
+    Vec *vecs[] = {&cat->u0,     &cat->stress0,  &cat->rupture,  &cat->cut,    &cat->stress,
+                   &cat->slip,   &cat->map[0],   &cat->map[1],   &cat->before, &cat->middle,
+                   &cat->within, &cat->slope[0], &cat->slope[1], &cat->push};
 
     for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   }

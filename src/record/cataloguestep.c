@@ -10,7 +10,7 @@
    Where cells always slide, displacement and state are smooth within a step, and the rate, an exponential function of
    both, may grow by decades: the mean of the two ends was off by 30 % of an event. So rates are those of the balance of
    what TSInterpolate() gives for u and s, and the halves, quarters and eighths of a step are added until Romberg's rule
-   has converged: a product with K each. */
+   has converged: a product with K each, or none where friction sticks (cataloguewithin.c). */
 #include <slipstep/private/sliprecordfiles.h>
 #include <slipstep/private/slipsys.h>
 
@@ -21,37 +21,6 @@
 /* Largest logarithm of the largest rate over the bound where it is passed: of the time in which rates grow by e */
 #define CROSSING_ENOUGH 1e-4
 enum { CROSSING_MOST = 20 };
-
-/* Powers of a state [W] from sum [3], and of faults behind those, as SlipFaultGetPowers() gives them */
-static PetscErrorCode Assemble(SlipFaultCatalogue cat, PetscReal t, Vec w, const PetscReal sum[3], PetscReal power[])
-{
-  const PetscReal area = cat->fault->mesh.area;
-  PetscReal loading;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultLoadingPower(cat->fault, t, w, &loading));
-  power[WORK_RADIATED] = area * sum[0];
-  power[WORK_DISSIPATED] = area * sum[2];
-  power[WORK_LOADING] = loading - area * sum[1];
-  for (PetscInt k = FAULT_NUM_WORKS; k < cat->nwork; k++) power[k] *= area;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscReal *OfFaults(SlipFaultCatalogue cat, PetscReal power[])
-{
-  return cat->nwork > FAULT_NUM_WORKS ? power + FAULT_NUM_WORKS : NULL;
-}
-
-/* A product with H */
-static PetscErrorCode Powers(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscReal power[])
-{
-  PetscReal sum[3];
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultGetPowers(cat->fault, t, w, NULL, sum, OfFaults(cat, power)));
-  PetscCall(Assemble(cat, t, w, sum, power));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static void AddWork(SlipFaultCatalogue cat, PetscReal time, const PetscReal power[], PetscReal work[])
 {
@@ -78,6 +47,7 @@ static PetscErrorCode HasDenseOutput(TS ts, PetscBool *has)
 PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w, SlipEventStep *step)
 {
   SlipAttempt attempt;
+  PetscBool rests;
 
   PetscFunctionBegin;
   *step = (SlipEventStep){.ts = ts};
@@ -98,117 +68,13 @@ PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal tim
   step->node[1] = w;
   PetscCall(HasDenseOutput(ts, &step->dense));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSLAPUSTA, &step->straight));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- states within a step in which all cells slide ---- */
-
-/* Gives a state within the last step the slip rates of its balance; F: its rates, power [3] and friction: as of
-   SlipFaultGetPowers(), or NULL. What is known of the last right-hand side, from which the integrator goes on, stays.
-   Costs a product with K, where slip changes normal stress with Kn as well. */
-static PetscErrorCode BalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, PetscReal power[3],
-                                    PetscReal friction[])
-{
-  SlipFaultBalance *b = &fault->balance;
-  SlipFaultCoupling *c = &fault->coupling;
-  const PetscBool known = b->known, balanced = c->balanced;
-  const PetscReal time = b->time;
-  Vec *of_last[] = {&b->u, &b->rate, &b->force, &c->rise};
-  const PetscInt n = fault->kind.coupled ? 4 : 3;
-
-  PetscFunctionBegin;
-  for (PetscInt k = 0; k < n; k++) {
-    const Vec last = *of_last[k];
-
-    if (!b->aside[k]) PetscCall(VecDuplicate(last, &b->aside[k]));
-    *of_last[k] = b->aside[k];
-    b->aside[k] = last;
-  }
-  PetscCall(SlipFaultRates(fault, t, w, F));
-  PetscCall(SlipFaultPutRates(fault, w));
-  if (power) PetscCall(SlipFaultGetPowers(fault, t, w, NULL, power, friction));
-  for (PetscInt k = 0; k < n; k++) {
-    const Vec mine = *of_last[k];
-
-    *of_last[k] = b->aside[k];
-    b->aside[k] = mine;
-  }
-  b->known = known;
-  b->time = time;
-  c->balanced = balanced;
-  c->moment = (SlipFaultMoment){0};
+  PetscCall(SlipElasticRests(cat->fault->medium, &rests));
+  step->sticks = rests && !step->straight && !cat->fault->friction.law->nstates ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Share of a step before which nothing has changed */
 static const PetscReal at_once = 1e-12;
-
-/* Hermite's cubic between the ends, for integrators without a dense output: slopes are their right-hand sides, a
-   product with K each. */
-static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal share, Vec w)
-{
-  const PetscReal s = share, h = step->dt;
-
-  PetscFunctionBegin;
-  for (PetscInt k = 0; k < 2 && !step->sloped; k++) {
-    if (!cat->slope[k]) PetscCall(SlipFaultCreateState(cat->fault, &cat->slope[k]));
-    PetscCall(VecCopy(k ? step->node[step->nodes - 1] : cat->before, w));
-    PetscCall(BalanceWithin(cat->fault, step->begin + k * h, w, cat->slope[k], NULL, NULL));
-  }
-  step->sloped = PETSC_TRUE;
-  PetscCall(VecCopy(cat->before, w));
-  PetscCall(VecAXPBY(w, s * s * (3 - 2 * s), 1 - s * s * (3 - 2 * s), step->node[step->nodes - 1]));
-  PetscCall(VecAXPBYPCZ(w, h * s * (1 - s) * (1 - s), h * s * s * (s - 1), 1, cat->slope[0], cat->slope[1]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The same on a straight line. Of a cell that starts to slide its slip says when, at the rate of the step's end. */
-static PetscErrorCode Straight(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal share, Vec w)
-{
-  const Vec last = step->node[step->nodes - 1];
-  SlipFault fault = cat->fault;
-  const PetscReal *from, *to;
-  PetscReal *a;
-  const SlipArrays arrays[] = {{cat->before, .read = &from}, {last, .read = &to}};
-
-  PetscFunctionBegin;
-  PetscCall(VecCopy(cat->before, w));
-  PetscCall(VecAXPBY(w, share, 1 - share, last));
-  PetscCall(SlipArraysGet(2, arrays));
-  PetscCall(VecGetArray(w, &a));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscInt u = SlipFaultDisplacementAt(fault, i), c = fault->layout.components;
-    PetscReal slip[3];
-
-    if (SlipFaultSpeed(fault, from, i) != 0) continue;
-    for (PetscInt k = 0; k < c; k++) slip[k] = to[u + k] - from[u + k];
-    if ((1 - share) * step->dt * SlipFaultSpeed(fault, to, i) < SlipFaultLength(fault, slip) * (1 - (PetscReal)1e-9))
-      continue;
-    for (PetscInt k = 0; k < c; k++) a[SlipFaultRateAt(fault, i) + k] = 0;
-  }
-  PetscCall(VecRestoreArray(w, &a));
-  PetscCall(SlipArraysRestore(2, arrays));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The state at a share of the step, and unless NULL its powers */
-static PetscErrorCode StateWithin(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal share, Vec w,
-                                  PetscReal power[])
-{
-  const PetscReal t = step->begin + share * step->dt;
-  PetscReal sum[3];
-
-  PetscFunctionBegin;
-  if (step->straight) {
-    PetscCall(Straight(cat, step, share, w));
-    if (power) PetscCall(Powers(cat, t, w, power));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(step->dense ? TSInterpolate(step->ts, t, w) : Cubic(cat, step, share, w));
-  PetscCall(BalanceWithin(cat->fault, t, w, NULL, power ? sum : NULL, power ? OfFaults(cat, power) : NULL));
-  if (power) PetscCall(Assemble(cat, t, w, sum, power));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* ---- where the bound is passed ---- */
 
@@ -345,7 +211,7 @@ static PetscErrorCode CrossWithin(SlipFaultCatalogue cat, SlipEventStep *step)
     PetscInt side;
 
     step->cut = (x[0] * y[1] - x[1] * y[0]) / (y[1] - y[0]);
-    PetscCall(StateWithin(cat, step, step->cut, cat->cut, NULL));
+    PetscCall(SlipCatalogueStateWithin(cat, step, step->cut, cat->cut, NULL));
     PetscCall(SlipFaultLargestSpeed(cat->fault, cat->cut, &max));
     value = PetscLogReal(PetscMax(max, PETSC_SMALL * rate) / rate);
     if (PetscAbsReal(value) < CROSSING_ENOUGH) break;
@@ -374,12 +240,14 @@ PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEvent
 {
   SlipFault fault = cat->fault;
   const PetscReal rate = fault->options.value[FAULT_EVENT_RATE], begin = step->begin - cat->event.onset;
-  const PetscReal *a[SLIP_EVENT_NODES];
+  const PetscReal *a[SLIP_EVENT_NODES], *push = NULL;
   PetscReal *t;
   SlipArrays arrays[SLIP_EVENT_NODES + 1];
   const int nodes = (int)step->nodes;
+  PetscBool unbroken = PETSC_FALSE;
 
   PetscFunctionBegin;
+  if (step->sticks && !cat->unbroken) PetscFunctionReturn(PETSC_SUCCESS);
   if (SlipFaultOnDevice(fault, step->node[nodes - 1])) {
     PetscCall(SlipFaultDeviceRupture(fault, step->nodes, step->node, step->share, begin, step->dt, cat->rupture));
     PetscCall(SlipCatalogueHypocentres(cat, step->dt, step->node[nodes - 1]));
@@ -387,19 +255,38 @@ PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEvent
   }
   for (int k = 0; k < nodes; k++) arrays[k] = (SlipArrays){step->node[k], .read = &a[k]};
   arrays[nodes] = (SlipArrays){cat->rupture, .write = &t};
+  if (step->sticks && !cat->push_known) {
+    if (!cat->push) PetscCall(VecDuplicate(cat->rupture, &cat->push));
+    PetscCall(SlipFaultStickingPush(fault, step->begin, cat->before, cat->push));
+  }
   PetscCall(SlipArraysGet(nodes + 1, arrays));
+  if (step->sticks) PetscCall(VecGetArrayRead(cat->push, &push));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     int k = 0;
 
-    if (t[i] >= 0 || SlipFaultSpeed(fault, a[nodes - 1], i) <= rate) continue;
+    if (t[i] >= 0) continue;
+    if (SlipFaultSpeed(fault, a[nodes - 1], i) <= rate) {
+      unbroken = PETSC_TRUE;
+      continue;
+    }
     while (SlipFaultSpeed(fault, a[k], i) <= rate) k++;
     t[i] = 0; /* one that was above it all along when the event began has no crossing */
     if (!k) continue;
-    t[i] = step->share[k - 1] + (step->share[k] - step->share[k - 1]) *
-                                  SlipEventCrossing(EventRate(fault, a[k - 1], i), EventRate(fault, a[k], i), rate);
+    if (push && push[i] < 0) /* it started within the step */
+      t[i] = SlipEventCrossing(push[i], SlipFaultSpeed(fault, a[nodes - 1], i), rate);
+    else
+      t[i] = step->share[k - 1] + (step->share[k] - step->share[k - 1]) *
+                                    SlipEventCrossing(EventRate(fault, a[k - 1], i), EventRate(fault, a[k], i), rate);
     t[i] = PetscMax(0, begin + step->dt * t[i]);
   }
+  if (push) PetscCall(VecRestoreArrayRead(cat->push, &push));
   PetscCall(SlipArraysRestore(nodes + 1, arrays));
+  if (step->sticks) {
+    PetscCallMPI(MPI_Allreduce(&unbroken, &cat->unbroken, 1, MPIU_BOOL, MPI_LOR, fault->comm));
+    cat->push_known = cat->unbroken;
+  }
+  if (cat->push_known)
+    PetscCall(SlipFaultStickingPush(fault, step->begin + step->dt, step->node[nodes - 1], cat->push));
   PetscCall(SlipCatalogueHypocentres(cat, step->dt, step->node[nodes - 1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -440,13 +327,13 @@ static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep
 
   PetscFunctionBegin;
   for (PetscInt k = cat->power_known ? 1 : 0; k < 3; k++)
-    PetscCall(Powers(cat, step->begin + step->share[k] * step->dt, step->node[k], power[k]));
+    PetscCall(SlipCataloguePowers(cat, step->begin + step->share[k] * step->dt, step->node[k], power[k]));
   for (PetscInt k = 0; k < 3; k++) AddWork(cat, step->dt * step->weight[k], power[k], fast);
   PetscCall(AddImpacts(cat, step, fast));
   if (step->side) {
     const PetscReal part = PetscAbsReal(step->cut - step->share[step->slow]) * step->dt;
 
-    PetscCall(Powers(cat, step->begin + step->cut * step->dt, cat->cut, cat->cut_power));
+    PetscCall(SlipCataloguePowers(cat, step->begin + step->cut * step->dt, cat->cut, cat->cut_power));
     if (step->slow == 1) {
       const PetscReal sign = step->side < 0 ? 1 : -1, stage = sign * step->share[1] * step->dt;
       TSBatheFirstStage rule;
@@ -463,13 +350,13 @@ static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Romberg's rule from one share to another, whose powers are known, in steps by a straight line that of the trapezoid;
-   the state in their middle to middle */
+/* Romberg's rule from one share to another, whose powers are known, in steps by a straight line that of the trapezoid,
+   where friction sticks Simpson's; the state in their middle to middle */
 static PetscErrorCode Romberg(SlipFaultCatalogue cat, SlipEventStep *step, const PetscReal share[2],
                               const PetscReal *const power[2], Vec middle, PetscReal work[])
 {
   const PetscReal whole = (share[1] - share[0]) * step->dt;
-  const PetscInt n = cat->nwork;
+  const PetscInt n = cat->nwork, most = step->sticks && !step->side ? 1 : SLIP_EVENT_HALVINGS;
   PetscReal *row = cat->romberg; /* [SLIP_EVENT_HALVINGS + 1][n], of the last halving, from the trapezoidal rule on */
   PetscReal change = 1, size = 0;
   PetscInt halvings = 0;
@@ -477,11 +364,11 @@ static PetscErrorCode Romberg(SlipFaultCatalogue cat, SlipEventStep *step, const
   PetscFunctionBegin;
   for (PetscInt k = 0; k < n; k++) row[k] = 0.5 * whole * (power[0][k] + power[1][k]);
   if (step->straight) {
-    PetscCall(StateWithin(cat, step, 0.5 * (share[0] + share[1]), middle, NULL));
+    PetscCall(SlipCatalogueStateWithin(cat, step, 0.5 * (share[0] + share[1]), middle, NULL));
     AddWork(cat, 1, row, work);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  for (PetscInt m = 1; m <= SLIP_EVENT_HALVINGS && change > ROMBERG_ENOUGH * size; m++) {
+  for (PetscInt m = 1; m <= most && change > ROMBERG_ENOUGH * size; m++) {
     const PetscInt parts = 1 << (m - 1);
 
     PetscCall(PetscArrayzero(cat->sum, n)); /* the trapezoidal rule of halved parts */
@@ -489,7 +376,7 @@ static PetscErrorCode Romberg(SlipFaultCatalogue cat, SlipEventStep *step, const
     for (PetscInt j = 0; j < parts; j++) {
       const PetscReal at = share[0] + (share[1] - share[0]) * ((PetscReal)j + 0.5) / (PetscReal)parts;
 
-      PetscCall(StateWithin(cat, step, at, m == 1 ? middle : cat->within, cat->inner));
+      PetscCall(SlipCatalogueStateWithin(cat, step, at, m == 1 ? middle : cat->within, cat->inner));
       AddWork(cat, 0.5 * whole / (PetscReal)parts, cat->inner, cat->sum);
     }
     change = size = 0;
@@ -531,9 +418,9 @@ static PetscErrorCode IntegrateWithin(SlipFaultCatalogue cat, SlipEventStep *ste
   const PetscReal *const power[] = {cat->power, cat->cut_power, cat->next};
 
   PetscFunctionBegin;
-  if (step->side >= 0 && !cat->power_known) PetscCall(Powers(cat, step->begin, step->node[0], cat->power));
-  PetscCall(Powers(cat, step->begin + step->dt, step->node[1], cat->next));
-  if (step->side) PetscCall(Powers(cat, step->begin + step->cut * step->dt, cat->cut, cat->cut_power));
+  if (step->side >= 0 && !cat->power_known) PetscCall(SlipCataloguePowers(cat, step->begin, step->node[0], cat->power));
+  PetscCall(SlipCataloguePowers(cat, step->begin + step->dt, step->node[1], cat->next));
+  if (step->side) PetscCall(SlipCataloguePowers(cat, step->begin + step->cut * step->dt, cat->cut, cat->cut_power));
   if (step->side > 0) {
     PetscCall(Romberg(cat, step, cut, power, cat->middle, fast));
     PetscCall(Romberg(cat, step, cut + 1, power + 1, cat->middle, slow));

@@ -74,6 +74,7 @@ def cases():
     for kind in ("rkc", "adams", "rk"):
         found[f"{kind}, weakening"] = f"{RUPTURE} -ts_type {kind}"
         found[f"{kind}, weakening, vectors"] = f"{RUPTURE}{VECTORS} -ts_type {kind}"
+        found[f"{kind}, weakening, thrust"] = f"{RUPTURE}{THRUST} -ts_type {kind}"
     found["handed over"] = f"{HANDED} -fault_stations 500,500;1500,1500"
     return found
 

@@ -20,6 +20,9 @@ GRID = ("-fault_nx", "6", "-fault_nz", "5", "-ts_adapt_type", "heuristic", "-ts_
 G = 30e9
 # of stick slip: 13 events in 1e9 s
 LOADED = ("-fault_nx", "1", "-fault_nz", "1", "-fault_loading_rate", "1e-9", "-fault_initial", "rest", "-fault_friction_law", "rate_weakening")
+# no inertia, a patch that slips at once
+RUPTURE = ("-fault_nx", 42, "-fault_nz", 21, "-fault_length_x", 20000, "-fault_length_z", 10000, "-fault_inertia", "no", "-fault_viscosity", "radiation", "-fault_normal_stress", 50e6,
+           "-fault_normal_stress_gradient", 0, "-fault_friction_residual", 0.5, "-fault_initial", "traction", "-fault_initial_unstable", "-ts_max_time", 40)
 FIXED = ("onset", "end", "x", "z", "area", "mean_slip", "max_slip", "moment", "magnitude", "stress_drop", "peak_slip_rate")
 
 
@@ -163,6 +166,38 @@ class CatalogueTest(FaultTest):
         for over, under, tolerance in (("stress_drop", "mean_slip", 0.01), ("elastic_energy", "moment", 0.03), ("area", "area", 1e-12)):
             self.assertAlmostEqual(mesh[over][0] / mesh[under][0] / (grid[over][0] / grid[under][0]), 1, delta=tolerance)
         self.assertLess(abs(mesh["ledger"][0]), 5e-4)  # of second order in the steps, 2.5e-4 by those of the accuracy 1e-2
+
+    def rupture(self, kind, rtol):
+        """Event, times of rupture and /result of an explicit run of friction that sticks"""
+        self.fault(*RUPTURE, "-fault_parameters", "rupture_fields.h5", "-ts_type", kind, "-ts_rtol", rtol, "-fault_catalogue", "explicit.h5", "-fault_catalogue_maps",
+                   "-fault_output", "explicit_run.h5", "-fault_output_overwrite", "-fault_output_time_interval", 1e9)
+        catalogue = Catalogue(self.path("explicit.h5"))
+        self.assertEqual(catalogue.count, 1)
+        with h5py.File(self.path("explicit.h5")) as file, h5py.File(self.path("explicit_run.h5")) as run:
+            found = {name: values[0] for name, values in catalogue.event.items()}, file["maps/rupture_time"][0], dict(run["result"].attrs)
+        os.remove(self.path("explicit.h5"))
+        return found
+
+    def test_explicit_steps_of_friction_that_sticks(self):
+        """A catalogue costs no product a step, only those of an event's onset, end and row. Bounds are twice what was measured; with rates of the
+        balance in the middle of steps, a product each, times of rupture were off by 8 times as much, the balance of energies by 3 to 46 times."""
+        x, z = np.meshgrid(np.arange(42) + 0.5, np.arange(21) + 0.5)
+        chance = np.random.default_rng(3)
+        with h5py.File(self.path("rupture_fields.h5"), "w") as file:
+            file["friction_drop"] = 0.1 + 0.01 * chance.random((21, 42))
+            file["friction_slip"] = 0.2 + 0.02 * chance.random((21, 42))
+            file["initial_traction"] = 50e6 * np.where(np.hypot(x - 10.5, z - 12.5) < 6, 0.625, 0.56)
+        exact, times, _ = self.rupture("adams", 1e-6)
+        self.assertTrue((times >= 0).mean() > 0.9 and abs(exact["ledger"]) < 1e-5)
+        for kind, rtol, *bounds in (("rkc", 3e-2, 1e-4, 2.8e-3, 6.8e-3), ("rkc", 3e-3, 2.7e-5, 1.5e-4, 1.5e-3),
+                                    ("adams", 1e-3, 1.9e-5, 4e-5, 2e-3), ("rk", 1e-3, 1.4e-5, 7e-5, 3.2e-3)):
+            with self.subTest(kind=kind, rtol=rtol):
+                event, broke, result = self.rupture(kind, rtol)
+                self.assertGreater(event["steps"], 100)
+                self.assertLess(result["products"] - result["products_all"], 45)
+                off = abs(event["ledger"]), abs(event["radiated_energy"] / exact["radiated_energy"] - 1), np.abs(broke - times)[times >= 0].mean()
+                for value, bound in zip(off, bounds):  # the last one of 12 s that the rupture takes
+                    self.assertLess(value, bound)
 
     def test_restart_within_an_event(self):
         for ranks, other, options in ((1, 1, GRID), (1, 2, GRID)):

@@ -66,6 +66,12 @@ typedef struct {
   SlipFaultMoment moment;
 } SlipFaultLost;
 
+/* Of SlipFaultGetPowers() of friction that sticks, which the catalogue and the series ask for at the end of a step */
+typedef struct {
+  PetscReal power[3];
+  SlipFaultMoment moment;
+} SlipFaultPowers;
+
 /* stepvalues.c: each of the moment beside it */
 typedef struct {
   Vec traction;   /* static, weighted by area */
@@ -92,6 +98,7 @@ typedef struct {
   SlipFaultSums sums;
   SlipFaultMode mode;
   SlipFaultLost lost;
+  SlipFaultPowers powers;
   SlipFaultEstimates estimates;
   SlipFaultStepValues step;
   PetscReal step_limit, solve_cost; /* of the integrator, as SlipFaultNumbers has them */

@@ -26,6 +26,7 @@ typedef struct {
   PetscReal *own;
   PetscBool opened;          /* it was said that cells are without strength */
   Vec drive, hold;           /* of a fault at rest: rate of its load, K v_inf + w dT/dt [Pa/s], and H v_inf [Pa] */
+  PetscBool drives;          /* drive is not 0 everywhere */
   Vec pull;                  /* K v_inf [Pa/s]; NULL until SlipFaultRestSetUp() */
   PetscReal fastest_healing; /* largest 1/t_h [1/s] */
 } SlipFaultLoads;

@@ -197,6 +197,15 @@ PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t
                                                     Vec r); /* -q sign(v), weighted */
 /* sticking.c: explicit steps of friction whose cells stick */
 PETSC_INTERN PetscErrorCode SlipFaultStickingTraction(SlipFault fault, PetscReal t, Vec w, Vec r);
+/* Ends of a step of a length [s], as states */
+typedef struct {
+  Vec from, to;
+  PetscReal dt;
+} SlipFaultStickingStep;
+PETSC_INTERN PetscErrorCode SlipFaultStickingPowers(SlipFault fault, PetscReal t, Vec w,
+                                                    const SlipFaultStickingStep *step, PetscReal power[3],
+                                                    PetscReal friction[]);
+PETSC_INTERN PetscErrorCode SlipFaultStickingPush(SlipFault fault, PetscReal t, Vec w, Vec push);
 PETSC_INTERN PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, PetscReal atol[]);
 PETSC_INTERN PetscErrorCode SlipFaultBeginRest(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultEndRest(SlipFault fault, TS ts);

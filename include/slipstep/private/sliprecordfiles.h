@@ -63,7 +63,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, Petsc
 PETSC_EXTERN PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts); /* prints it */
 /* Shape of a field in a file, [Nz, Nx], or [n] for a mesh: number of dimensions */
 
-/* ---- catalogue.c, cataloguestep.c, cataloguerow.c, cataloguefile.c: events, a row each ---- */
+/* ---- catalogue.c, cataloguestep.c, cataloguewithin.c, cataloguerow.c, cataloguefile.c: events, a row each ---- */
 /* What is integrated over an event; of several faults what friction dissipates on each comes behind these. */
 typedef enum { WORK_RADIATED, WORK_DISSIPATED, WORK_LOADING, FAULT_NUM_WORKS } SlipFaultWorkId;
 
@@ -133,6 +133,7 @@ typedef struct {
   PetscBool straight; /* TSLAPUSTA, within whose steps slip rates are constant: states lie on a straight line */
   PetscBool dense;    /* TSInterpolate() follows the solution */
   PetscBool sloped;   /* slopes of its ends are known */
+  PetscBool sticks;   /* friction sticks without states of its own: those slopes are the rates there */
 } SlipEventStep;
 
 struct _n_SlipFaultCatalogue {
@@ -165,6 +166,9 @@ struct _n_SlipFaultCatalogue {
      over a step */
   Vec cut, middle, within, slope[2];
   PetscBool power_known; /* that of the end of the last step is */
+  PetscBool unbroken;    /* friction that sticks: cells that have not exceeded the rate in this event */
+  PetscBool push_known;  /* of the end of the last step is: */
+  Vec push;              /* SlipFaultStickingPush() of the state before; NULL: of no step as yet */
   PetscReal *power, *next, *cut_power, *inner, *sum, *fast, *slow;
   PetscReal *romberg;              /* [SLIP_EVENT_HALVINGS + 1][nwork] */
   VecScatter gather, gather_cells; /* maps, of vectors of slip and of cells, on rank 0 */
@@ -181,6 +185,12 @@ PETSC_INTERN PetscErrorCode SlipCatalogueCross(SlipFaultCatalogue cat, SlipEvent
 PETSC_INTERN PetscErrorCode SlipCatalogueIntegrate(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal fast[],
                                                    PetscReal slow[]);
 PETSC_INTERN PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEventStep *step);
+
+/* cataloguewithin.c; collective. Powers [nwork] of a state [W], a product with H; the state w at a share of the step,
+   and unless NULL its powers */
+PETSC_INTERN PetscErrorCode SlipCataloguePowers(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscReal power[]);
+PETSC_INTERN PetscErrorCode SlipCatalogueStateWithin(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal share,
+                                                     Vec w, PetscReal power[]);
 
 /* cataloguerow.c: numbers of an event. Energies of a state, elastic and kinetic [J]; the fastest cells of n groups,
    group NULL: all cells are one, max [n]: how fast those are, cell [n]: N where none is; the row of the event that
