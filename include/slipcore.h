@@ -81,9 +81,8 @@ typedef void (*SlipFrictionBalanceFn)(const SlipFrictionCells *f, const PetscRea
 /* kept [nkept n]: what balances of these cells need that no state changes; eta: radiation damping [Pa s/m] */
 typedef void (*SlipFrictionKeepFn)(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[]);
 /* mu of n cells; from one cell to the next s has the stride, and v, of either sign, the stride rates */
-typedef void SlipFrictionValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
-                                PetscInt rates, const PetscReal v[], PetscReal mu[]);
-typedef SlipFrictionValues *SlipFrictionValuesFn;
+typedef void (*SlipFrictionValuesFn)(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
+                                     PetscInt rates, const PetscReal v[], PetscReal mu[]);
 /* A row of the table of laws: functions and traits. What may be NULL or 0 says what that means. */
 typedef struct {
   const char *name;
@@ -200,7 +199,11 @@ PETSC_EXTERN void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, P
 PETSC_EXTERN void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
                                           const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
                                           PetscReal ds[]);
-PETSC_EXTERN SlipFrictionValues SlipRateAndStateValues, SlipExponentialWeakeningValues;
+PETSC_EXTERN void SlipRateAndStateValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
+                                         PetscInt rates, const PetscReal v[], PetscReal mu[]);
+PETSC_EXTERN void SlipExponentialWeakeningValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride,
+                                                 const PetscReal s[], PetscInt rates, const PetscReal v[],
+                                                 PetscReal mu[]);
 /* Share of its strength by which explicit steps have a cell exceed it before it slips: stress dies away exponentially
    when an event ends, and below the rounding of products with K it would never be still */
 #define SLIP_FRICTION_HOLD 1e-12

@@ -488,8 +488,9 @@ void SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, 
   }
 }
 
-/* ---- exponential slip weakening of many cells, by the same exponential ---- */
+/* ---- exponential slip weakening of many cells ---- */
 
+/* By the exponential of the law above: one loop without branches or calls, for vector units */
 VECTOR static void WeakeningChunk(PetscInt n, const PetscReal *restrict residual, const PetscReal *restrict drop,
                                   const PetscReal *restrict slip, const PetscReal *restrict s, PetscReal *restrict mu)
 {
