@@ -81,8 +81,8 @@ typedef void (*SlipFrictionBalanceFn)(const SlipFrictionCells *f, const PetscRea
 /* kept [nkept n]: what balances of these cells need that no state changes; eta: radiation damping [Pa s/m] */
 typedef void (*SlipFrictionKeepFn)(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[]);
 /* mu of n cells; from one cell to the next s has the stride, and v, of either sign, the stride rates */
-typedef void (*SlipFrictionValuesFn)(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
-                                     PetscInt rates, const PetscReal v[], PetscReal mu[]);
+typedef void SlipFrictionValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
+                                PetscInt rates, const PetscReal v[], PetscReal mu[]);
 /* A row of the table of laws: functions and traits. What may be NULL or 0 says what that means. */
 typedef struct {
   const char *name;
@@ -100,9 +100,9 @@ typedef struct {
   const void *ctx;                            /* handed to the functions in SlipFriction; then short cuts, for speed */
   PetscReal (*direct)(const SlipFriction *p); /* a, where mu > 10 a has dmu/dv = a/v to 1e-9; NULL: nowhere */
   SlipFrictionBalanceFn balance;              /* NULL: cell by cell, by Newton's method */
-  SlipFrictionKeepFn keep;     /* the numbers of kept, for as long as the normal stress does not change */
-  PetscInt nkept;              /* of a cell */
-  SlipFrictionValuesFn values; /* NULL: cell by cell; of laws that remember where nothing is to be remembered */
+  SlipFrictionKeepFn keep;    /* the numbers of kept, for as long as the normal stress does not change */
+  PetscInt nkept;             /* of a cell */
+  SlipFrictionValues *values; /* NULL: cell by cell; of laws that remember where nothing is to be remembered */
   /* s of n cells after h [s] at the rates v; NULL: by a formula of second order, stable at any step */
   void (*drift)(const SlipFrictionCells *, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
                 PetscReal s[]);
@@ -199,11 +199,7 @@ PETSC_EXTERN void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, P
 PETSC_EXTERN void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
                                           const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
                                           PetscReal ds[]);
-PETSC_EXTERN void SlipRateAndStateValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
-                                         PetscInt rates, const PetscReal v[], PetscReal mu[]);
-PETSC_EXTERN void SlipExponentialWeakeningValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride,
-                                                 const PetscReal s[], PetscInt rates, const PetscReal v[],
-                                                 PetscReal mu[]);
+PETSC_EXTERN SlipFrictionValues SlipRateAndStateValues, SlipExponentialWeakeningValues;
 /* Share of its strength by which explicit steps have a cell exceed it before it slips: stress dies away exponentially
    when an event ends, and below the rounding of products with K it would never be still */
 #define SLIP_FRICTION_HOLD 1e-12

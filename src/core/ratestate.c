@@ -446,7 +446,7 @@ static PetscReal ValueOfCell(const SlipFrictionCells *f, PetscInt i, PetscReal s
   return mu;
 }
 
-/* A SlipFrictionValuesFn */
+/* SlipFrictionValues */
 void SlipRateAndStateValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
                             PetscInt rates, const PetscReal v[], PetscReal mu[])
 {
@@ -497,7 +497,7 @@ VECTOR static void WeakeningChunk(PetscInt n, const PetscReal *restrict residual
   for (PetscInt i = 0; i < n; i++) mu[i] = residual[i] + drop[i] * Exp(-s[i] / slip[i]);
 }
 
-/* A SlipFrictionValuesFn, in which the rates have no part */
+/* SlipFrictionValues, in which the rates have no part */
 void SlipExponentialWeakeningValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
                                     PetscInt rates, const PetscReal v[], PetscReal mu[])
 {

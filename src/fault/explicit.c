@@ -304,6 +304,7 @@ static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts, const char type[
   PetscCall(TSSetType(ts, type));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTBASIC));
+  if (fault->kind.sequence || fault->loads.pressed) PetscCall(SlipAdamsSetCorrections(ts, 1));
   PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
   PetscCall(TSSetTimeStep(ts, STICKING_FIRST_STEP * fault->operators.tstar));
   PetscFunctionReturn(PETSC_SUCCESS);

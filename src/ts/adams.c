@@ -141,6 +141,17 @@ PetscErrorCode TSAdamsSetMaxOrder(TS ts, PetscInt order)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The default of -ts_adams_max_corrections, of a TS of this type */
+PetscErrorCode SlipAdamsSetCorrections(TS ts, PetscInt most)
+{
+  PetscBool same;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &same));
+  if (same) ((TS_Adams *)ts->data)->most = most;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- a step ---- */
 
 /* weight of the estimate of order k: what its oldest derivative changes */
@@ -474,7 +485,8 @@ static PetscErrorCode State_Adams(TS ts, SlipState s)
   Where the problem knows how fast its solution relaxes (SlipProblemOps.relaxation) and the error allows steps that are
   not stable with one correction, a step with a predictor of order 1 to 4 is corrected as often as it needs: 2 to 5
   times for 6 to 28 relaxation times at order 2. Such steps are to be 40 times as exact as the tolerance: errors between
-  events become those of the times of events. Under constant steps and rl each is corrected once.
+  events become those of the times of events. Under constant steps and rl each is corrected once, and so is each of a
+  fault whose friction sticks and whose stress changes: kinks leave errors of one sign in longer steps.
 
   References:
 . * - L. F. Shampine, M. K. Gordon, Computer Solution of Ordinary Differential Equations, Freeman, 1975.

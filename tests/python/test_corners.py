@@ -53,12 +53,12 @@ class Corners(FaultTest):
 
     def test_injection(self):
         """The pressure of a well that stops after an hour, whose corner is that stop: slips within 2 %. PETSc's explicit steps slip by 1.2 % too much
-        where they are as long as their stability allows, 11 times as much where a cell opens (16 MPa)."""
+        where they are as long as their stability allows, 11 times as much where a cell opens (16 MPa); Adams' steps of several corrections 1.12 times."""
         well = [option for option in GRID if option not in ("-fault_pore_pressure", "pulse.h5")]
         well += "-fault_injection 900,1100 -fault_injection_diffusivity 100 -fault_injection_stop 3600 -ts_max_time 20d -fault_injection_pressure".split()
         some = [(law, pair) for law, pair in TABLE if pair in ("adams basic", "adams dsp", "rk basic", "lapusta lapusta", "bathe dsp") and law is CREEPS]
         some += [(STICKS, pair) for pair in ("rkc basic", "rkc dsp", "bathe heuristic", "bathe basic")]
-        for law, pressure, table in ((CREEPS, "12e6", some), (STICKS, "12e6", some), (STICKS, "16e6", [(STICKS, "rk basic")])):
+        for law, pressure, table in ((CREEPS, "12e6", some), (STICKS, "12e6", some), (STICKS, "16e6", [(STICKS, "rk basic"), (STICKS, "adams basic")])):
             right = self.slip_of(well + [pressure], *law, "-ts_type", "bathe", "-ts_adapt_type", "dsp", "-ts_rtol", "1e-6")
             self.assertGreater(right, 1e-2)
             for options, pair in table:

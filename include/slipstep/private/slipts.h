@@ -238,6 +238,7 @@ typedef struct {
 } TS_Adams;
 PETSC_INTERN void SlipAdamsCorrector(const TS_Adams *ad, PetscReal h, PetscInt k, PetscReal weight[]);
 PETSC_INTERN PetscReal SlipAdamsPromise(TS ts, PetscReal norm, PetscInt k);
+PETSC_INTERN PetscErrorCode SlipAdamsSetCorrections(TS ts, PetscInt most);
 PETSC_INTERN void SlipAdamsCount(TS ts);
 PETSC_INTERN PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ctx);
 PETSC_INTERN PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good);
