@@ -55,31 +55,21 @@ static PetscBool IsRupture(SlipFault fault)
 /* Does an option speak to TSBATHE, to its solver, or to a controller, whose tolerances were measured with it? */
 static PetscErrorCode SpeaksToBathe(SlipFault fault, TS ts, PetscBool *speaks)
 {
-  static const char *const names[] = {"ts_adapt_type",
-                                      "ts_adapt_rl_policy",
-                                      "ts_adapt_rl_accuracy",
-                                      "ts_adapt_rl_measure",
-                                      "ts_adapt_rl_strict",
-                                      "ts_bathe_method",
-                                      "ts_bathe_gamma",
-                                      "ts_bathe_first_stage",
-                                      "ts_bathe_reaction",
-                                      "ts_bathe_stage_error",
-                                      "ts_bathe_error",
-                                      "ts_adapt_safety",
-                                      "snes_type",
-                                      "ts_adapt_pi_filter",
-                                      "ts_adapt_dsp_filter",
-                                      "ts_adapt_dsp_pid",
-                                      "snes_slip_direct_max",
-                                      "ksp_rtol"};
+  static const char *const stems[] = {"ts_bathe_", "ts_adapt_type", "ts_adapt_rl_", "ts_adapt_pi_",
+                                      "snes_",     "ksp_",          "pc_"};
   const char *prefix;
+  char *all, wanted[160];
 
   PetscFunctionBegin;
   *speaks = fault->options.text[FAULT_TOLERANCES][0] || fault->options.check_error ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(names) && !*speaks; i++)
-    PetscCall(SlipHasOption(((PetscObject)ts)->options, prefix, names[i], speaks));
+  PetscCall(PetscOptionsGetAll(((PetscObject)ts)->options, &all)); /* "-name value -name ..." */
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(stems) && !*speaks; i++) {
+    PetscCall(PetscSNPrintf(wanted, sizeof(wanted), "-%s%s", prefix ? prefix : "", stems[i]));
+    for (const char *at = all; (at = strstr(at, wanted)) && !*speaks; at++)
+      if (at == all || at[-1] == ' ') *speaks = PETSC_TRUE;
+  }
+  PetscCall(PetscFree(all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -346,6 +346,8 @@ static void explicit_ruptures(void **state)
               {"-ts_rtol 1e-4", TSRKC, 1e-4},
               {"-ts_adapt_type dsp", TSBATHE, 0},
               {"-ts_bathe_gamma 0.6", TSBATHE, 0},
+              {"-ksp_type cg", TSBATHE, 0},
+              {"-ts_adapt_clip 0.1,4 -fault_output_fields slip", TSRKC, 0.022},
               {"-fault_check_error", TSBATHE, 0},
               {"-fault_friction_law constant", TSBATHE, 0},
               {"-fault_friction_law rate_weakening", TSBATHE, 0},
