@@ -405,11 +405,11 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   slip rate of a cell follows from its stress, 0 where friction holds it. A rupture that weakening with slip makes, from
   a given stress that nothing changes, is one by default, by TSRKC, unless the type of the TS is TSBATHE already, or an
   option names a type, a controller, tolerances (-fault_tolerances) or the check of -fault_check_error, or is of
-  TSBATHE, its SNES, KSP or PC. Other runs are where the options name -ts_type rkc, rk or adams. With TSRKC and TSADAMS -fault_accuracy sets
-  the tolerance of such a rupture; else it is 1e-2 of TSRKC, and 1e-3 of the others, in errors of the worst cell over
-  d_c or the largest displacement; in such a rupture over d_c, or a tenth of the largest displacement while that is
-  less. Rest is skipped, as with bathe, and steps end at corners of the loading; while any cell slips they are seconds
-  to minutes, so that events of seconds win by them, and slip of days or years loses.
+  TSBATHE, its SNES, KSP or PC. Other runs are where the options name -ts_type rkc, rk or adams. With TSRKC and TSADAMS
+  -fault_accuracy sets the tolerance of such a rupture; else it is 1e-2 of TSRKC, and 1e-3 of the others, in errors of
+  the worst cell over d_c or the largest displacement; in such a rupture over d_c, or a tenth of the largest
+  displacement while that is less. Rest is skipped, as with bathe, and steps end at corners of the loading; while any
+  cell slips they are seconds to minutes, so that events of seconds win by them, and slip of days or years loses.
 
   With -ts_type moreau, or of that type already, a fault with inertia takes explicit steps, with friction found cell by
   cell; without inertia that is refused.
