@@ -22,7 +22,7 @@ PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, Pets
 {
   SlipFaultBalance *b = &fault->balance;
   SlipFrictionCells friction;
-  PetscBool follows = PETSC_FALSE;
+  PetscBool follows = PETSC_FALSE, steady = PETSC_FALSE;
   PetscReal least = PETSC_MAX_REAL;
 
   PetscFunctionBegin;
@@ -30,8 +30,9 @@ PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, Pets
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscBool weakens;
     const PetscReal scale = SlipFaultSlipScale(fault, &friction, i, b->moved, &weakens);
-    const PetscReal wanted = rtol * SlipFaultStickingScale(fault, &friction, i, b->moved, &weakens);
+    const PetscReal wanted = rtol * SlipFaultStickingScale(fault, scale, weakens, b->moved);
 
+    if (!weakens) steady = PETSC_TRUE;
     if (!weakens || wanted < rtol * scale) follows = PETSC_TRUE;
     least = PetscMin(least, scale);
     for (PetscInt k = 0; k < fault->layout.components; k++) {
@@ -40,6 +41,7 @@ PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, Pets
     }
     for (PetscInt k = 0; k < fault->layout.states; k++) atol[SlipFaultStateAt(fault, i) + k] = wanted;
   }
+  PetscCallMPI(MPI_Allreduce(&steady, &b->steady, 1, MPIU_BOOL, MPI_LOR, fault->comm));
   PetscCallMPI(MPI_Allreduce(&follows, &b->follows, 1, MPIU_BOOL, MPI_LOR, fault->comm));
   PetscCallMPI(MPI_Allreduce(&least, &b->least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -197,12 +197,9 @@ static const PetscReal of_displacement = 0.1;
 /* Likewise in explicit steps without inertia. As the only rupture of a run begins, what is wrong with its slip grows
    with it, and makes it earlier or later: slips count against the displacement so far as long as that is of the order
    of d_c. */
-PetscReal SlipFaultStickingScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal displacement,
-                                 PetscBool *weakens)
+PetscReal SlipFaultStickingScale(SlipFault fault, PetscReal scale, PetscBool weakens, PetscReal displacement)
 {
-  const PetscReal scale = SlipFaultSlipScale(fault, friction, i, displacement, weakens);
-
-  return *weakens && !IsLoaded(fault) ? PetscMin(scale, of_displacement * displacement) : scale;
+  return weakens && !IsLoaded(fault) ? PetscMin(scale, of_displacement * displacement) : scale;
 }
 
 /*
@@ -234,7 +231,8 @@ PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
     PetscBool weakens;
-    const PetscReal scale = SlipFaultStickingScale(fault, &friction, i, displacement, &weakens);
+    const PetscReal all = SlipFaultSlipScale(fault, &friction, i, displacement, &weakens);
+    const PetscReal scale = SlipFaultStickingScale(fault, all, weakens, displacement);
     const PetscReal times = SlipFaultLargest(fault, k, i) / SlipFaultLargest(fault, viscosity, i);
     const PetscReal error = SlipLarger(SlipFaultDistance(fault, a, i), SlipFaultStateSize(fault, a, i));
     const PetscReal rate =

@@ -25,6 +25,7 @@ typedef struct {
   PetscReal fastest;  /* the largest slip rate before the last step [m/s] */
   PetscReal least;    /* least of the slips against which those of the cells count [m] */
   PetscBool follows;  /* tolerances follow the largest displacement, against which slips count: */
+  PetscBool steady;   /* those of some cells do because these do not weaken */
   PetscReal moved;    /* what that was [m] */
   Vec seen;           /* an attempt's end with its rates, which a controller observes; NULL: none has */
   PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: nobody has asked */
@@ -215,8 +216,9 @@ PETSC_EXTERN PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscRea
 /* tolerance.c */
 PETSC_INTERN PetscReal SlipFaultSlipScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i,
                                           PetscReal displacement, PetscBool *weakens);
-PETSC_INTERN PetscReal SlipFaultStickingScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i,
-                                              PetscReal displacement, PetscBool *weakens);
+/* of that of a cell */
+PETSC_INTERN PetscReal SlipFaultStickingScale(SlipFault fault, PetscReal scale, PetscBool weakens,
+                                              PetscReal displacement);
 PETSC_INTERN PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1,
                                                        PetscReal *E);
 PETSC_INTERN PetscErrorCode SlipFaultLeastStiffness(SlipFault fault, PetscReal *stiffness);
