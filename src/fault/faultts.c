@@ -127,7 +127,7 @@ static PetscErrorCode Error_Sticking(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E,
   *E = 0;
   if (((SlipFault)ctx)->balance.resting) PetscFunctionReturn(PETSC_SUCCESS); /* which is exact */
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
-  PetscCall(SlipFaultStickingErrorNorm((SlipFault)ctx, rtol, e, w0, w1, E));
+  PetscCall(SlipFaultStickingErrorNorm((SlipFault)ctx, rtol, 0, e, w0, w1, E));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -355,6 +355,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
     problem->error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
     if (fault->kind.inertia && !fault->friction.law->by_rate) problem->stop = Stop_Fault;
   }
+  if (!is_explicit) PetscCall(SlipFaultSidesAttach(fault));
   PetscCall(PetscObjectCompose((PetscObject)ts, "SlipFault", (PetscObject)fault));
   PetscCall(TSSetSlipProblem(ts, problem, fault));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -127,38 +127,6 @@ static PetscErrorCode LoadRecord(SlipFault fault)
 
 /* ---- the point source of -fault_injection ---- */
 
-/*
-  E1(x), x > 0, the exponential integral: the series to x = 1, Lentz' continued fraction beyond (Abramowitz & Stegun
-  1964, 5.1.11 and 5.1.22).
-*/
-PetscReal SlipExponentialIntegral(PetscReal x)
-{
-  const PetscReal euler = 0.57721566490153286061;
-  PetscReal sum, term = 1, b = x + 1, c = 1e300, d = 1 / b;
-
-  if (x > 700) return 0;
-  if (x <= 1) {
-    sum = -PetscLogReal(x) - euler;
-    for (PetscInt k = 1; k < 40; k++) {
-      term *= -x / (PetscReal)k;
-      sum -= term / (PetscReal)k;
-    }
-    return sum;
-  }
-  sum = d;
-  for (PetscInt k = 1; k < 200; k++) {
-    const PetscReal a = -(PetscReal)(k * k);
-
-    b += 2;
-    d = 1 / (a * d + b);
-    c = b + a / c;
-    term = c * d;
-    sum *= term;
-    if (PetscAbsReal(term - 1) < PETSC_MACHINE_EPSILON) break;
-  }
-  return sum * PetscExpReal(-x);
-}
-
 /* p = p* [E1(r^2/(4 D t)) - E1(r^2/(4 D (t - stop)))]; a cell around the source has the pressure of its equivalent
    radius' mean, for which r is kept away from 0 */
 static void SourcePressure(const SlipFaultSource *source, PetscInt n, PetscReal t, PetscReal p[])

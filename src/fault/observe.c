@@ -293,7 +293,8 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   PetscFunctionBegin;
   (void)ts;
   *relaxation = 0;
-  if (fault->kind.inertia || !(fault->friction.law->always_slides ? b->known : fault->problem.any_integrator))
+  if (fault->kind.inertia ||
+      !(fault->friction.law->always_slides ? b->known : fault->problem.any_integrator || fault->problem.side))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultLargestEigenvalue(fault, &stiffest));
   if (!fault->friction.law->always_slides) {

@@ -359,7 +359,8 @@ static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
   const SlipFaultLoad *load;
 
   PetscFunctionBegin;
-  *r = (Rest){.fault = fault, .t = t, .held = fault->problem.any_integrator ? 1 + SLIP_FRICTION_HOLD : 1};
+  *r = (Rest){
+    .fault = fault, .t = t, .held = fault->problem.any_integrator || fault->problem.side ? 1 + SLIP_FRICTION_HOLD : 1};
   PetscCall(SlipFaultRestSetUp(fault));
   PetscCall(SlipFaultGetLoad(fault, t, &load));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &r->friction));

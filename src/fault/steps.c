@@ -348,8 +348,9 @@ static PetscErrorCode LearnsByProducts(SlipFault fault, TSAdapt adapt, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How steps are computed unless somebody says it: with inertia by fewer products where that was measured to keep the
-   accuracy, else by implicit steps, on which other policies were trained and tolerances measured. */
+/* How steps are computed unless somebody says it: explicit or implicit, as costs less, where that was measured to keep the
+   accuracy; with inertia for single events, without it where stress changes in time, under classical controllers. Else by
+   implicit steps, on which other policies were trained and tolerances measured. */
 static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
 {
   const Kind kind = (Kind)fault->steps.kind;
@@ -367,6 +368,9 @@ static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
     else if (!strcmp(controller, TSADAPTRL))
       PetscCall(LearnsByProducts(fault, adapt, &fewer));
   }
+  if (fault->problem.side && (fault->kind.sequence || fault->loads.pressed) && !fault->device.device &&
+      strcmp(controller, TSADAPTRL) && strcmp(controller, TSADAPTNONE) && strcmp(controller, TSADAPTHISTORY))
+    fewer = PETSC_TRUE;
   PetscCall(TSBatheSetDefaultMethod(ts, fewer ? TSBATHE_METHOD_AUTO : TSBATHE_METHOD_IMPLICIT));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -210,7 +210,8 @@ PetscReal SlipFaultStickingScale(SlipFault fault, PetscReal scale, PetscBool wea
   and, of faults that are loaded, of the rates that follow from them: by those a later nucleation counts against itself,
   long before its slip does.
 */
-PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1, PetscReal *E)
+PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, PetscReal theta, Vec e, Vec w0, Vec w1,
+                                          PetscReal *E)
 {
   const PetscReal *a, *b, *v, *k, *viscosity, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   PetscReal largest[4] = {0, 0, 0, -PETSC_MAX_REAL}; /* errors of slips, of rates, rate, minus the slowest of them */
@@ -233,13 +234,14 @@ PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e
     PetscBool weakens;
     const PetscReal all = SlipFaultSlipScale(fault, &friction, i, displacement, &weakens);
     const PetscReal scale = SlipFaultStickingScale(fault, all, weakens, displacement);
-    const PetscReal times = SlipFaultLargest(fault, k, i) / SlipFaultLargest(fault, viscosity, i);
+    const PetscReal stiffness = SlipFaultLargest(fault, k, i), damping = SlipFaultLargest(fault, viscosity, i);
+    const PetscReal times = stiffness / damping;
     const PetscReal error = SlipLarger(SlipFaultDistance(fault, a, i), SlipFaultStateSize(fault, a, i));
     const PetscReal rate =
       PetscMax(SlipFaultSpeed(fault, b, i), SlipFaultLength(fault, v + fault->layout.components * i));
 
     largest[0] = SlipLarger(largest[0], error / scale);
-    largest[1] = SlipLarger(largest[1], error * times);
+    largest[1] = SlipLarger(largest[1], error * (stiffness / (damping + theta * stiffness)));
     largest[2] = PetscMax(largest[2], PetscMax(rate, PetscAbsReal(vinf[i])));
     largest[3] = PetscMax(largest[3], -scale * times);
   }

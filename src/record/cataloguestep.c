@@ -58,6 +58,9 @@ PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal tim
     step->nodes = 3;
     PetscCall(TSBatheGetQuadrature(ts, step->share, step->weight, step->node));
     step->node[2] = w;
+    step->simpson = attempt.method == TSBATHE_METHOD_EXPLICIT && attempt.solves == 1 && !cat->fault->kind.inertia
+                      ? PETSC_TRUE
+                      : PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   step->begin = cat->time_before;
@@ -327,7 +330,10 @@ static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep
 
   PetscFunctionBegin;
   for (PetscInt k = cat->power_known ? 1 : 0; k < 3; k++)
-    PetscCall(SlipCataloguePowers(cat, step->begin + step->share[k] * step->dt, step->node[k], power[k]));
+    if (k == 1 && step->simpson)
+      PetscCall(SlipCatalogueMiddlePowers(cat, step, step->node[k], power[k]));
+    else
+      PetscCall(SlipCataloguePowers(cat, step->begin + step->share[k] * step->dt, step->node[k], power[k]));
   for (PetscInt k = 0; k < 3; k++) AddWork(cat, step->dt * step->weight[k], power[k], fast);
   PetscCall(AddImpacts(cat, step, fast));
   if (step->side) {

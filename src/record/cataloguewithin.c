@@ -40,6 +40,19 @@ PetscErrorCode SlipCataloguePowers(SlipFaultCatalogue cat, PetscReal t, Vec w, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The same of the middle of an explicit step without inertia. No product. */
+PetscErrorCode SlipCatalogueMiddlePowers(SlipFaultCatalogue cat, const SlipEventStep *step, Vec w, PetscReal power[])
+{
+  const SlipFaultStickingStep ends = {step->node[0], step->node[step->nodes - 1], step->dt};
+  const PetscReal t = step->begin + 0.5 * step->dt;
+  PetscReal sum[3];
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultStickingPowers(cat->fault, t, w, &ends, sum, OfFaults(cat, power)));
+  PetscCall(Assemble(cat, t, w, sum, power));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What is known of the last right-hand side, from which the integrator goes on, and of the friction of its state */
 typedef struct {
   PetscBool known, balanced;

@@ -33,6 +33,7 @@ static PetscErrorCode TSReset_Bathe(TS ts)
   PetscFunctionBegin;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
   PetscCall(TSMoreauReset(ts));
+  PetscCall(TSStabilisedReset(ts));
   ba->k0_known = ba->k2_known = PETSC_FALSE;
   ba->sol_id = 0;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -243,11 +243,12 @@ PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[
   state[1] = ba->Wm;
   state[2] = ba->Y[1];
   PetscCall(PetscArraycpy(weight, ba->c.weight, 3));
-  if (ba->last.solves == 1 && ba->last.method == TSBATHE_METHOD_EXPLICIT) { /* the midpoint rule */
+  if (ba->last.solves == 1 && ba->last.method == TSBATHE_METHOD_EXPLICIT && !ba->stabilised) { /* the midpoint rule */
     weight[0] = weight[2] = 0;
     weight[1] = 1;
   }
-  if (ba->last.solves == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ba->last.solves == 1 && !(ba->last.method == TSBATHE_METHOD_EXPLICIT && ba->stabilised))
+    PetscFunctionReturn(PETSC_SUCCESS);
   weight[1] = 1.0 / (6.0 * ba->share * (1.0 - ba->share));
   weight[2] = (2.0 - 3.0 * ba->share) / (6.0 * (1.0 - ba->share));
   weight[0] = 1.0 - weight[1] - weight[2];

@@ -42,6 +42,7 @@ PetscErrorCode TSBatheEndDerivative(TS ts, PetscReal h, Vec w0, Vec w1, Vec w2, 
   const PetscReal theta = c.theta[1] * h;
 
   PetscFunctionBegin;
+  ba->k2_sides = PETSC_FALSE;
   PetscCall(VecCopy(w2, k2));
   PetscCall(VecAXPBYPCZ(k2, -c.a1 / theta, c.a0 / theta, 1.0 / theta, w1, w0));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -178,7 +179,10 @@ PetscErrorCode TSBatheErrorNorm(TS ts, NormType type, PetscReal *norm)
   PetscFunctionBegin;
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   if (problem && problem->error) {
-    PetscCall((*problem->error)(ts, ba->E, ba->X0, ba->Y[1], norm, ctx));
+    if (ba->last.method == TSBATHE_METHOD_EXPLICIT && ba->stabilised)
+      PetscCall((*problem->side_error)(ts, ba->E, ba->X0, ba->Y[1], norm, ctx));
+    else
+      PetscCall((*problem->error)(ts, ba->E, ba->X0, ba->Y[1], norm, ctx));
     *norm = SlipBatheRoundError(*norm);
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -54,10 +54,13 @@ static PetscErrorCode TSBatheSetUpDoubling(TS ts)
 static PetscErrorCode TSBatheCounted(TS ts, PetscReal t, PetscReal h, Vec w0, Vec r0, Vec w1, Vec w2, Vec r2,
                                      PetscReal *residual, PetscBool *ok)
 {
+  const TS_Bathe *ba = (const TS_Bathe *)ts->data;
   PetscReal res = 0.0;
 
   PetscFunctionBegin;
-  if (((TS_Bathe *)ts->data)->last.method == TSBATHE_METHOD_EXPLICIT)
+  if (ba->last.method == TSBATHE_METHOD_EXPLICIT && ba->stabilised)
+    PetscCall(TSStabilisedSubstep(ts, t, h, w0, w1, w2, r2, ok));
+  else if (ba->last.method == TSBATHE_METHOD_EXPLICIT)
     PetscCall(TSMoreauSubstep(ts, t, h, w0, w1, w2, r2, ok));
   else
     PetscCall(TSBatheSubstep(ts, t, h, w0, r0, w1, w2, r2, &res, ok));
@@ -108,7 +111,9 @@ static PetscErrorCode TSBatheSingle(TS ts, PetscReal h, PetscReal *residual, Pet
   PetscCall(VecCopy(ba->Y[0], ba->Wm));
   ba->share = ba->last.method == TSBATHE_METHOD_EXPLICIT ? 0.5 : ba->c.gamma;
   if (ba->error != TSBATHE_ERROR_EMBEDDED || !ba->k0_known) PetscFunctionReturn(PETSC_SUCCESS);
-  if (ba->last.method == TSBATHE_METHOD_EXPLICIT)
+  if (ba->last.method == TSBATHE_METHOD_EXPLICIT && ba->stabilised)
+    PetscCall(TSStabilisedError(ts, h, ba->E));
+  else if (ba->last.method == TSBATHE_METHOD_EXPLICIT)
     PetscCall(TSMoreauError(ts, h, ba->E));
   else
     PetscCall(TSBatheEmbeddedError(ts, h, ba->E));
@@ -168,7 +173,10 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
   PetscFunctionBegin;
   PetscCall(PetscTime(&begin));
   ba->last = (SlipAttempt){.step = ts->steps, .time = ts->ptime, .dt = h, .error = -1.0, .method = ba->now};
-  if (ba->now == TSBATHE_METHOD_EXPLICIT && !ba->start.known) PetscCall(TSMoreauStart(ts));
+  if (ba->stabilised)
+    PetscCall(TSStabilisedStart(ts, PETSC_TRUE));
+  else if (ba->now == TSBATHE_METHOD_EXPLICIT && !ba->start.known)
+    PetscCall(TSMoreauStart(ts));
   ba->end.known = PETSC_FALSE;
   PetscCall(TSBatheWantsDoubling(ts, &doubling));
   PetscCall(SlipProductsGet(&before));
@@ -178,7 +186,9 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
     PetscCall(TSBatheSingle(ts, h, &ba->last.residual, ok));
   PetscCall(SlipProductsGet(&after));
   after = SlipProductsSince(&after, &before);
-  if (ba->method == TSBATHE_METHOD_AUTO && ba->last.solves)
+  if (ba->stabilised)
+    TSStabilisedLearn(ts, &after);
+  else if (ba->method == TSBATHE_METHOD_AUTO && ba->last.solves)
     SlipMethodLearn(&ba->costs, ba->now == TSBATHE_METHOD_EXPLICIT ? PETSC_TRUE : PETSC_FALSE, h, ba->longest,
                     (PetscReal)(after.all + after.pc) / (PetscReal)ba->last.solves);
   if (ba->now == TSBATHE_METHOD_EXPLICIT) ba->explicits++;
@@ -317,7 +327,7 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   PetscCall(VecCopy(ts->vec_sol, ba->X0));
   ba->start.known = PETSC_FALSE;
   PetscCall(TSBatheChooseMethod(ts));
-  if (ba->con && ba->now == TSBATHE_METHOD_EXPLICIT) {
+  if (ba->con && ba->now == TSBATHE_METHOD_EXPLICIT && !ba->stabilised) {
     PetscCall(TSMoreauBegin(ts, !fresh && unchanged ? PETSC_TRUE : PETSC_FALSE));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -330,6 +340,11 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
     PetscCall(VecCopy(ba->r, ba->r0));
   }
   if (ba->error != TSBATHE_ERROR_EMBEDDED) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ba->stabilised) {
+    ba->k0_known = PETSC_FALSE;
+    PetscCall(TSStabilisedStart(ts, !fresh && unchanged ? PETSC_TRUE : PETSC_FALSE));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (!fresh && unchanged && ba->k2_known) {
     PetscCall(VecCopy(ba->K2, ba->K0));
     if (ba->con) PetscCall(TSBatheDropSticking(ts, ba->X0, ba->K0));
@@ -513,6 +528,7 @@ static PetscErrorCode TSBatheRest(TS ts, const SlipProblemOps *problem, void *ct
   PetscCall(VecCopy(ba->Y[1], ts->vec_sol));
   PetscCall(SlipConstraintInitialReaction(ba->con, end, ts->vec_sol, ba->r));
   PetscCall(TSBatheStartDerivative(ts, end, ts->vec_sol, ba->r, ba->K2, &ba->k2_known));
+  ba->k2_sides = PETSC_FALSE;
   PetscCall(TSBatheAccept(ts, end));
   PetscCall(TSBatheIsConstant(ts, &constant));
   PetscCall(TSBatheSetStep(ts, constant ? ts->time_step : h));

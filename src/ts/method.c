@@ -23,6 +23,11 @@ PetscErrorCode TSBatheChooseMethod(TS ts)
     ba->now = ba->method;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(TSStabilisedIs(ts, &ba->stabilised));
+  if (ba->stabilised) {
+    PetscCall(TSStabilisedChoose(ts));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(TSBatheGetLongestStep(ts, &ba->longest));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &given, TSADAPTNONE, TSADAPTHISTORY, ""));
   ba->now = TSBATHE_METHOD_IMPLICIT;
@@ -60,7 +65,8 @@ PetscErrorCode TSBatheMethodWish(TS ts, PetscReal whole, PetscReal *next)
 
   PetscFunctionBegin;
   if (ba->now == TSBATHE_METHOD_IMPLICIT) TSBatheMethodWait(ba, first_wait);
-  if (ba->method != TSBATHE_METHOD_AUTO || ba->now != TSBATHE_METHOD_EXPLICIT || error < 0 || h < ba->longest)
+  if (ba->method != TSBATHE_METHOD_AUTO || ba->stabilised || ba->now != TSBATHE_METHOD_EXPLICIT || error < 0 ||
+      h < ba->longest)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &given, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
   if (given || (end < ba->refused && ++ba->cut < ba->wait)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -98,6 +104,7 @@ PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
   PetscCall(SlipStateReal(s, "refused", 1, &ba->refused));
   PetscCall(SlipStateInt(s, "cut", 1, &ba->cut));
   PetscCall(SlipStateInt(s, "wait", 1, &ba->wait));
+  PetscCall(TSStabilisedState(s, ts));
   PetscCall(SlipStateGroup(s, "ts"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -355,7 +355,7 @@ PetscErrorCode TSMoreauCut(TS ts, PetscReal *whole)
   PetscMPIInt rank;
 
   PetscFunctionBegin;
-  if (ba->now != TSBATHE_METHOD_EXPLICIT) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ba->now != TSBATHE_METHOD_EXPLICIT || ba->stabilised) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSMoreauSetUp(ts));
   PetscCall(TSBatheGetLongestStep(ts, &longest));
   if (ts->time_step <= longest) PetscFunctionReturn(PETSC_SUCCESS);

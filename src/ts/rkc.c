@@ -7,8 +7,6 @@
    step. Between both ends the solution is Hermite's cubic. */
 #include <slipstep/private/slipts.h>
 
-/* The fastest rate of a problem is found by products, from below. */
-#define RATE_MARGIN 1.05
 /* No run is that long. */
 #define MOST_STEPS 1e12
 
@@ -124,6 +122,42 @@ PetscErrorCode TSRKCSetMaxStages(TS ts, PetscInt stages)
 
 /* ---- a step ---- */
 
+/* y[1]: the state after a step h of s stages from start, whose right-hand side is f; y[0] and work are lost */
+PetscErrorCode SlipChebyshevStages(TS ts, SlipSideFn side, PetscReal t, PetscReal h, PetscInt s, Vec start, Vec f,
+                                   Vec y[2], Vec work)
+{
+  SlipRKCStage c[SLIP_RKC_MOST + 1];
+
+  PetscFunctionBegin;
+  SlipRKCCoefficients(s, c);
+  PetscCall(VecCopy(start, y[0]));
+  PetscCall(VecWAXPY(y[1], c[1].rate * h, f, start));
+  for (PetscInt j = 2; j <= s; j++) {
+    const Vec last = y[1], v[] = {start, last, work, f};
+    const PetscScalar a[] = {1 - c[j].one - c[j].two, c[j].one, c[j].rate * h, c[j].start * h};
+
+    PetscCall(TSPreStage(ts, t + c[j - 1].share * h));
+    PetscCall((*side)(ts, t + c[j - 1].share * h, last, work));
+    PetscCall(VecScale(y[0], c[j].two));
+    PetscCall(VecMAXPY(y[0], 4, a, (Vec *)v));
+    y[1] = y[0];
+    y[0] = last;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* e: the error of a step h between two states, by their right-hand sides */
+PetscErrorCode SlipChebyshevError(PetscReal h, Vec start, Vec end, Vec f_start, Vec f_end, Vec e)
+{
+  const Vec v[] = {start, end, f_start, f_end};
+  const PetscScalar a[] = {0.8, -0.8, 0.4 * h, 0.4 * h};
+
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(e));
+  PetscCall(VecMAXPY(e, 4, a, (Vec *)v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Begin(TS ts)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
@@ -137,7 +171,7 @@ static PetscErrorCode Begin(TS ts)
              PETSC_ERR_ARG_WRONGSTATE,
              "-ts_type " TSRKC " needs the fastest rate at which the problem relaxes: expected -ts_rkc_rate [1/s]");
   if (!(rkc->rate > 0)) PetscCall((*problem->relaxation)(ts, rkc->at.start, &rkc->rate, ctx));
-  rkc->rate *= RATE_MARGIN;
+  rkc->rate *= SLIP_RATE_MARGIN;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -165,24 +199,10 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
   TS_RKC *rkc = (TS_RKC *)ts->data;
   const PetscReal t = ts->ptime, h = ts->time_step;
   const PetscInt s = PetscMin((PetscInt)SlipRKCStages(h * rkc->rate), rkc->max_stages);
-  SlipRKCStage c[SLIP_RKC_MOST + 1];
 
   PetscFunctionBegin;
   rkc->stages = s;
-  SlipRKCCoefficients(s, c);
-  PetscCall(VecCopy(rkc->at.start, rkc->y[0]));
-  PetscCall(VecWAXPY(rkc->y[1], c[1].rate * h, rkc->at.f, rkc->at.start));
-  for (PetscInt j = 2; j <= s; j++) {
-    const Vec last = rkc->y[1], v[] = {rkc->at.start, last, rkc->work, rkc->at.f};
-    const PetscScalar a[] = {1 - c[j].one - c[j].two, c[j].one, c[j].rate * h, c[j].start * h};
-
-    PetscCall(TSPreStage(ts, t + c[j - 1].share * h));
-    PetscCall(TSComputeRHSFunction(ts, t + c[j - 1].share * h, last, rkc->work));
-    PetscCall(VecScale(rkc->y[0], c[j].two));
-    PetscCall(VecMAXPY(rkc->y[0], 4, a, (Vec *)v));
-    rkc->y[1] = rkc->y[0];
-    rkc->y[0] = last;
-  }
+  PetscCall(SlipChebyshevStages(ts, TSComputeRHSFunction, t, h, s, rkc->at.start, rkc->at.f, rkc->y, rkc->work));
   PetscCall(VecCopy(rkc->y[1], ts->vec_sol));
   PetscCall(TSPostStage(ts, t + h, 0, &ts->vec_sol));
   PetscCall(SlipGuardState(ts->vec_sol, good));
@@ -194,12 +214,9 @@ static PetscErrorCode Attempt(TS ts, PetscBool *good)
 static PetscErrorCode TSEvaluateWLTE_RKC(TS ts, NormType type, PetscInt *order, PetscReal *wlte)
 {
   TS_RKC *rkc = (TS_RKC *)ts->data;
-  const Vec v[] = {rkc->at.start, ts->vec_sol, rkc->at.f, rkc->end};
-  const PetscScalar a[] = {0.8, -0.8, 0.4 * ts->time_step, 0.4 * ts->time_step};
 
   PetscFunctionBegin;
-  PetscCall(VecZeroEntries(rkc->work));
-  PetscCall(VecMAXPY(rkc->work, 4, a, (Vec *)v));
+  PetscCall(SlipChebyshevError(ts->time_step, rkc->at.start, ts->vec_sol, rkc->at.f, rkc->end, rkc->work));
   PetscCall(SlipAttemptsError(ts, rkc->work, type, order, wlte));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

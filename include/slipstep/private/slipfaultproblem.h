@@ -190,6 +190,7 @@ PETSC_INTERN PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, V
 /* explicit.c */
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *fault);
+PETSC_INTERN PetscErrorCode SlipFaultSidesAttach(SlipFault);
 PETSC_EXTERN PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w, Vec *seen);
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step); /* where all cells slide [s] */
@@ -219,8 +220,8 @@ PETSC_INTERN PetscReal SlipFaultSlipScale(SlipFault fault, const SlipFrictionCel
 /* of that of a cell */
 PETSC_INTERN PetscReal SlipFaultStickingScale(SlipFault fault, PetscReal scale, PetscBool weakens,
                                               PetscReal displacement);
-PETSC_INTERN PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1,
-                                                       PetscReal *E);
+PETSC_INTERN PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, PetscReal theta, Vec e, Vec w0,
+                                                       Vec w1, PetscReal *E);
 PETSC_INTERN PetscErrorCode SlipFaultLeastStiffness(SlipFault fault, PetscReal *stiffness);
 PETSC_INTERN PetscErrorCode SlipFaultLargestDisplacement(SlipFault fault, Vec w, PetscReal *largest);
 PETSC_EXTERN PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio);

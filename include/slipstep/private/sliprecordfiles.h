@@ -130,6 +130,7 @@ typedef struct {
   PetscInt side;      /* of where the bound is passed, all is slower before (-1), after (1); 0: it is not */
   PetscReal cut;      /* the share at which it is */
   PetscInt slow;      /* TSBATHE: the node on its slow side */
+  PetscBool simpson;  /* explicit steps of TSBATHE without inertia */
   PetscBool straight; /* TSLAPUSTA, within whose steps slip rates are constant: states lie on a straight line */
   PetscBool dense;    /* TSInterpolate() follows the solution */
   PetscBool sloped;   /* slopes of its ends are known */
@@ -189,6 +190,8 @@ PETSC_INTERN PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, co
 /* cataloguewithin.c; collective. Powers [nwork] of a state [W], a product with H; the state w at a share of the step,
    and unless NULL its powers */
 PETSC_INTERN PetscErrorCode SlipCataloguePowers(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscReal power[]);
+PETSC_INTERN PetscErrorCode SlipCatalogueMiddlePowers(SlipFaultCatalogue, const SlipEventStep *, Vec w,
+                                                      PetscReal power[]);
 PETSC_INTERN PetscErrorCode SlipCatalogueStateWithin(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal share,
                                                      Vec w, PetscReal power[]);
 

@@ -75,6 +75,13 @@ typedef struct {
   PetscReal dt_before;    /* that step [s]; 0: K_before is not known */
   PetscBool bound_told;
 
+  /* explicit steps without inertia */
+  PetscBool stabilised;         /* the problem has them */
+  PetscBool k0_sides, k2_sides; /* K0, K2 are right-hand sides of theirs */
+  Vec cheb[3];                  /* stages, on first use */
+  PetscReal rate;               /* the fastest that the solution relaxes at [1/s] */
+  PetscReal implicit;           /* what an implicit solve costs, over a stage; 0: not known */
+
   /* TSBATHE_METHOD_AUTO */
   PetscBool method_given; /* or another is the default of a problem */
   SlipMethodCosts costs;
@@ -181,6 +188,24 @@ PETSC_INTERN void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, 
 PETSC_INTERN PetscErrorCode SlipAdamsSumDevice(TS ts, PetscBool star, PetscInt m,
                                                const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates, Vec y,
                                                SlipAdamsSums *sums);
+
+/* ---- rkc.c ---- */
+#define SLIP_RATE_MARGIN 1.05 /* the fastest rate of a problem is found by products, from below */
+typedef PetscErrorCode (*SlipSideFn)(TS ts, PetscReal t, Vec w, Vec f);
+PETSC_INTERN PetscErrorCode SlipChebyshevStages(TS ts, SlipSideFn side, PetscReal t, PetscReal h, PetscInt s, Vec start,
+                                                Vec f, Vec y[2], Vec work);
+PETSC_INTERN PetscErrorCode SlipChebyshevError(PetscReal h, Vec start, Vec end, Vec f_start, Vec f_end, Vec e);
+
+/* ---- stabilised.c: explicit steps of TSBATHE without inertia ---- */
+PETSC_INTERN PetscErrorCode TSStabilisedIs(TS, PetscBool *is);
+PETSC_INTERN PetscErrorCode TSStabilisedChoose(TS);                     /* ba->now */
+PETSC_INTERN PetscErrorCode TSStabilisedStart(TS, PetscBool unchanged); /* K0, for ba->now */
+PETSC_INTERN PetscErrorCode TSStabilisedSubstep(TS, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2,
+                                                PetscBool *ok);
+PETSC_INTERN PetscErrorCode TSStabilisedError(TS, PetscReal h, Vec e);
+PETSC_INTERN PetscErrorCode TSStabilisedReset(TS);
+PETSC_INTERN PetscErrorCode TSStabilisedState(SlipState, TS);
+PETSC_INTERN void TSStabilisedLearn(TS, const SlipProducts *spent);
 
 /* ---- attempts.c: a step of attempts from one state ---- */
 /* The first member of what a type that uses it keeps */

@@ -1,0 +1,159 @@
+/* TSBATHE's explicit steps without inertia: those of TSRKC, attempt by attempt where they cost less than a solve.
+
+   What relaxes at a rate R takes sqrt(1 + 1.54 h R) stages over a step h, each a right-hand side; an implicit solve
+   takes as many as preconditioning and friction need, whatever the step. Which is cheaper follows from counts alone, no
+   times, so that results do not depend on chance. */
+#include <slipstep/private/slipts.h>
+
+/* Processor time over that of a product by transforms, in which cells take most of it (loaded faults of 8 x 4 to
+   48 x 24 cells and injections of 24 x 24 and 48 x 48; a limit of half or twice as many stages costs at most a tenth):
+   a stage, and a Newton iteration with its solve of some cells */
+#define STAGE 3
+#define NEWTON 14
+/* Share of the last solve in what solves cost, and what they cost before the first, in stages */
+#define NEW 0.25
+#define SOLVE 12
+/* Right-hand sides beside a step's stages */
+#define STEP 2
+
+PetscErrorCode TSStabilisedIs(TS ts, PetscBool *is)
+{
+  const TS_Bathe *ba = (const TS_Bathe *)ts->data;
+  const SlipProblemOps *p;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &p, &ctx));
+  *is = ba->con && p && p->side && p->middle && p->side_error && p->reaction && p->finish && p->relaxation &&
+            ba->error == TSBATHE_ERROR_EMBEDDED
+          ? PETSC_TRUE
+          : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TSStabilisedReset(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  for (int k = 0; k < 3; k++) PetscCall(VecDestroy(&ba->cheb[k]));
+  ba->k0_sides = ba->stabilised = PETSC_FALSE;
+  ba->implicit = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TSStabilisedChoose(TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const SlipProblemOps *problem;
+  PetscReal stages;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  PetscCall((*problem->relaxation)(ts, ts->vec_sol, &ba->rate, ctx));
+  ba->rate *= SLIP_RATE_MARGIN;
+  stages = SlipRKCStages(ts->time_step * ba->rate);
+  ba->now = ba->rate > 0 && stages <= SLIP_RKC_MOST && stages + STEP <= (ba->implicit > 0 ? ba->implicit : SOLVE)
+              ? TSBATHE_METHOD_EXPLICIT
+              : TSBATHE_METHOD_IMPLICIT;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Side(TS ts, PetscReal t, Vec w, Vec f)
+{
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  PetscCall((*problem->side)(ts, t, w, f, ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* unchanged: X0 is the end of the last step, as that has left it */
+PetscErrorCode TSStabilisedStart(TS ts, PetscBool unchanged)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const PetscBool sides = ba->now == TSBATHE_METHOD_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (ba->k0_known && ba->k0_sides == sides) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!ba->k0_known && unchanged && ba->k2_known && ba->k2_sides == sides) {
+    PetscCall(VecCopy(ba->K2, ba->K0));
+    if (!sides) PetscCall(TSBatheDropSticking(ts, ba->X0, ba->K0));
+    ba->k0_known = PETSC_TRUE;
+  } else if (sides) {
+    PetscCall(Side(ts, ts->ptime, ba->X0, ba->K0));
+    ba->k0_known = PETSC_TRUE;
+  } else {
+    PetscCall(TSBatheStartDerivative(ts, ts->ptime, ba->X0, ba->r0, ba->K0, &ba->k0_known));
+  }
+  ba->k0_sides = sides;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TSStabilisedSubstep(TS ts, PetscReal t, PetscReal h, Vec w0, Vec w1, Vec w2, Vec r2, PetscBool *ok)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  const PetscInt stages = PetscMin((PetscInt)SlipRKCStages(h * ba->rate), SLIP_RKC_MOST);
+  const SlipProblemOps *problem;
+  void *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
+  for (int k = 0; k < 3; k++)
+    if (!ba->cheb[k]) PetscCall(VecDuplicate(ts->vec_sol, &ba->cheb[k]));
+  ba->last.solves++;
+  ba->stage_time = t + h;
+  if (w0 != ba->X0) PetscCall(Side(ts, t, w0, ba->K1));
+  PetscCall(SlipChebyshevStages(ts, Side, t, h, stages, w0, w0 == ba->X0 ? ba->K0 : ba->K1, ba->cheb, ba->cheb[2]));
+  PetscCall(VecCopy(ba->cheb[1], w2));
+  PetscCall(SlipGuardState(w2, ok));
+  if (!*ok) {
+    ba->last.reason = (PetscInt)SNES_DIVERGED_FUNCTION_DOMAIN;
+    PetscCall(TSSetTimeStep(ts, ts->time_step * ts->adapt->scale_solve_failed));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(Side(ts, t + h, w2, ba->K2));
+  ba->k2_sides = PETSC_TRUE;
+  PetscCall((*problem->finish)(ts, t + h, w2, ctx));
+  PetscCall((*problem->reaction)(ts, t + h, w2, r2, ctx));
+  PetscCall((*problem->middle)(ts, h, w0, w2, w0 == ba->X0 ? ba->K0 : ba->K1, ba->K2, w1, ctx));
+  PetscCall(TSPostStage(ts, ba->stage_time, 1, ba->Y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TSStabilisedError(TS ts, PetscReal h, Vec e)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+
+  PetscFunctionBegin;
+  PetscCall(SlipChebyshevError(h, ba->X0, ba->Y[1], ba->K0, ba->K2, e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void TSStabilisedLearn(TS ts, const SlipProducts *spent)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscReal solve;
+
+  if (ba->last.method == TSBATHE_METHOD_EXPLICIT || !ba->last.solves) return;
+  solve =
+    ((PetscReal)(spent->all + spent->pc) + NEWTON * (PetscReal)ba->last.newton) / (STAGE * (PetscReal)ba->last.solves);
+  ba->implicit = ba->implicit > 0 ? ba->implicit + (PetscReal)NEW * (solve - ba->implicit) : solve;
+}
+
+/* Within the group of the method */
+PetscErrorCode TSStabilisedState(SlipState s, TS ts)
+{
+  TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscBool is_explicit = ba->last.method == TSBATHE_METHOD_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateReal(s, "solve", 1, &ba->implicit));
+  PetscCall(SlipStateBool(s, "last_is_explicit", &is_explicit));
+  PetscCall(SlipStateBool(s, "derivative_is_side", &ba->k2_sides));
+  if (SlipStateIsLoading(s) && is_explicit) ba->last.method = TSBATHE_METHOD_EXPLICIT;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
