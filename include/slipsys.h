@@ -24,7 +24,7 @@ typedef struct {
   PetscInt h;           /* with H */
   PetscInt pc;          /* applications of the preconditioner that cost about as much as a product */
   PetscInt all;         /* with K or H, those that are formed at once counted once */
-  PetscReal cost, time; /* of attempts: by these and the rest of the work, and measured; processor time [s] */
+  PetscReal cost;       /* of these and of all else that was done: processor time by fixed prices [s] */
 } SlipProducts;
 PETSC_EXTERN PetscErrorCode SlipProductsGet(SlipProducts *products);
 

@@ -9,6 +9,7 @@
 */
 #include <slipstep/private/slipwavespace.h>
 #include <stdlib.h>
+#include <slipstep/private/slipwork.h>
 
 #define B SLIP_WAVE_BLOCK
 #define LEAST 1e-20 /* exponentials that count */
@@ -51,6 +52,7 @@ size_t SlipWaveMemorySize(const SlipWaveMemory *m)
 
 void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, float E[], PetscReal step[])
 {
+  SlipWorkAdd(SLIP_WORK_DECAY, (PetscReal)(m->stride * m->poles.n));
   for (PetscInt i = 0; i < m->stride; i += B) {
     for (PetscInt l = 0; l < B; l++) step[i + l] = 0;
     for (PetscInt j = 0; j < m->poles.n; j++) {
@@ -109,6 +111,7 @@ VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const f
 {
   const PetscInt poles = m->poles.n, parts = m->parts;
 
+  SlipWorkAdd(SLIP_WORK_MEMORY, (PetscReal)(m->stride * poles * parts));
   for (PetscInt i = 0; i < m->stride; i += B) {
     const float *e = E + (size_t)2 * i * poles, *x = z + (size_t)2 * i * poles * parts;
     float sum[2 * B] = {0};
@@ -127,6 +130,7 @@ VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], cons
 {
   const PetscInt poles = m->poles.n, parts = m->parts;
 
+  SlipWorkAdd(SLIP_WORK_MEMORY, 2 * (PetscReal)(m->stride * poles * parts));
   for (PetscInt i = 0; i < m->stride; i += B) {
     const float *e = E + (size_t)2 * i * poles;
     float *x = z + (size_t)2 * i * poles * parts;

@@ -2,6 +2,7 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipwork.h>
 
 /* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w: the weights. Without
    inertia the balance is that of the stage's end alone. */
@@ -190,6 +191,8 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 
   PetscFunctionBegin;
   (void)con;
+  SlipWorkAdd(SLIP_WORK_EVALUATION, 1);
+  SlipWorkAdd(SLIP_WORK_STRENGTH, (PetscReal)fault->mesh.n);
   if (SlipFaultSticksOnDevice(fault, 4, arrays)) {
     PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_BOUND, 2, numbers, 4, arrays, 0, 0, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);

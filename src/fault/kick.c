@@ -4,6 +4,7 @@
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <string.h>
+#include <slipstep/private/slipwork.h>
 
 /* Error of a product with H, of the accuracy of the run: of the history of slip it makes a half of that, or less */
 static const PetscReal share_of_accuracy = 0.02;
@@ -134,6 +135,8 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
 
   PetscFunctionBegin;
   (void)con;
+  SlipWorkAdd(SLIP_WORK_EVALUATION, 1);
+  SlipWorkAdd(SLIP_WORK_STRENGTH, (PetscReal)fault->mesh.n);
   SlipBatheSetUpBackward(&alexander);
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &kick.friction));
   if (SlipFaultOpens(fault)) {

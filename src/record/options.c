@@ -174,8 +174,9 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(SlipFaultCheckFileNames(fault)); /* viewers open theirs at once */
   PetscCall(PetscViewerDestroy(&fault->options.viewer));
-  PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",
+  PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up, and at the end where time went", "SlipFaultView",
                                &fault->options.viewer, &fault->options.format, NULL));
+  if (fault->options.viewer) SlipWorkMeasure();
   PetscCall(PetscViewerDestroy(&fault->options.stiffness_viewer));
   PetscCall(PetscOptionsViewer("-fault_stiffness_view", "Write K [Pa/m] after scaling, for example to binary:K.bin",
                                "SlipFaultSetUp", &fault->options.stiffness_viewer, &fault->options.stiffness_format,
