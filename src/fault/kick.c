@@ -135,8 +135,7 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
 
   PetscFunctionBegin;
   (void)con;
-  SlipWorkAdd(SLIP_WORK_EVALUATION, 1);
-  SlipWorkAdd(SLIP_WORK_STRENGTH, (PetscReal)fault->mesh.n);
+  SlipWorkCells(fault->mesh.n);
   SlipBatheSetUpBackward(&alexander);
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &kick.friction));
   if (SlipFaultOpens(fault)) {
@@ -198,6 +197,7 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
 
   PetscFunctionBegin;
   (void)con, (void)from;
+  SlipWorkCells(fault->mesh.n);
   if (SlipFaultSticksOnDevice(fault, 2, there)) {
     PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_DRIFT, 1, &h, 2, there));
     PetscFunctionReturn(PETSC_SUCCESS);

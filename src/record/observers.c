@@ -5,6 +5,7 @@
 #include <slipstep/private/slipsys.h>
 #include <stdlib.h>
 #include <string.h>
+#include <slipstep/private/slipwork.h>
 
 /* Ours. A new one is a file with its row, and its name here. */
 #define OBSERVERS(ROW)                                                                                                 \
@@ -100,6 +101,8 @@ static PetscErrorCode SlipFaultObserversMonitor(TS ts, PetscInt step, PetscReal 
   run->started = PETSC_TRUE;
   run->step = step;
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
+  SlipWorkAdd(SLIP_WORK_STEP, 1);
+  SlipWorkAdd(SLIP_WORK_WATCHED, (PetscReal)fault->mesh.n);
   for (PetscInt i = 0; i < run->nwatch; i++) {
     const SlipFaultObserver *row = run->watch[i].row;
 

@@ -78,9 +78,12 @@ PetscErrorCode SlipFaultViewTimes(SlipFault fault)
                                      (double)(100 * s / seconds), (double)c, (double)(100 * c / cost)));
   }
   PetscCall(PetscViewerASCIIPrintf(viewer, "  %-14s %11.4f          %11.4f\n", "all", (double)seconds, (double)cost));
-  for (int i = 0; i < SLIP_WORKS && fault->options.format == PETSC_VIEWER_ASCII_INFO_DETAIL; i++)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  work %s: %.17g\n", SlipWorkNames[i],
-                                     (double)(now.units[i] - before->units[i])));
+  for (int i = 0; i < SLIP_WORKS && fault->options.format == PETSC_VIEWER_ASCII_INFO_DETAIL; i++) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  work %s:", SlipWorkNames[i]));
+    for (int k = 0; k < SLIP_SHARES; k++)
+      PetscCall(PetscViewerASCIIPrintf(viewer, " %.17g", (double)(now.units[i][k] - before->units[i][k])));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  }
   PetscCall(PetscViewerFlush(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

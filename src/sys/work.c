@@ -50,11 +50,18 @@ static SlipShare ShareNow(SlipShare in_run)
 
 void SlipWorkAdd(SlipWork work, PetscReal units)
 {
+  const SlipShare share = ShareNow(ShareOf[work]);
   const PetscReal cost = QUANTUM * PetscFloorReal(units * WorkPrices[work] / QUANTUM + (PetscReal)0.5);
 
-  totals.units[work] += units;
-  totals.cost[ShareNow(ShareOf[work])] += cost;
+  totals.units[work][share] += units;
+  totals.cost[share] += cost;
   SlipProductsAdd((SlipProducts){.cost = cost});
+}
+
+void SlipWorkCells(PetscInt n)
+{
+  SlipWorkAdd(SLIP_WORK_EVALUATION, 1);
+  SlipWorkAdd(SLIP_WORK_STRENGTH, (PetscReal)n);
 }
 
 void SlipWorkLogged(SlipWork work, PetscLogDouble flops)

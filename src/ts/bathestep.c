@@ -344,7 +344,6 @@ static PetscErrorCode TSBatheRunMonitors(TS ts)
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
   PetscFunctionBegin;
-  SlipWorkAdd(SLIP_WORK_ATTEMPT, 1);
   SlipWorkAdd(SLIP_WORK_ITERATION, (PetscReal)(ba->last.newton + ba->last.linear));
   ba->last.products = SlipProductsRow(&ba->cost);
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));

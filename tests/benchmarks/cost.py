@@ -13,6 +13,7 @@ user and system, the least of three runs one after the other on one thread. Pric
 
 import argparse
 import os
+import pickle
 import re
 import subprocess
 import sys
@@ -35,6 +36,7 @@ PRICES = os.path.join(ROOT, "src", "sys", "workprices.h")
 SEED, CALIBRATION_SEED, CALIBRATION_COUNT = 1, 1000, 4
 REPEATS = 1
 WITHIN = 0.15
+SHARE_WEIGHT = 0.5  # of equations of shares beside those of whole runs: a clock that is read makes them longer
 
 
 def log_uniform(random, low, high):
@@ -169,12 +171,12 @@ class Build:
             return used.ru_utime + used.ru_stime, float(run["result"].attrs["cost"])
 
     def work(self, words):
-        """Units of each kind of work, and {share: (measured, cost)}"""
+        """{kind of work: units for each share of the time}, and {share: (measured, cost)}"""
         self([*words, "-fault_view", "ascii:view.txt:ascii_info_detail"])
         with open("view.txt") as out:
             text = out.read()
         shares = {name.strip(): (float(a), float(b)) for name, a, b in re.findall(r"^\s+([a-z -]+?)\s+([\d.]+) +[\d.]+ % +([\d.]+) +[\d.]+ %$", text, re.M)}
-        return {name: float(n) for name, n in re.findall(r"^\s+work (\w+): (\S+)$", text, re.M)}, shares
+        return {name: np.array(n.split(), float) for name, n in re.findall(r"^\s+work (\w+): (.*)$", text, re.M)}, shares
 
 
 def drawn(seed, count):
@@ -206,28 +208,39 @@ def compare(build, seed, count):
 
 
 def calibrate(build, keep):
-    rows, times, kinds, names = [], [], [], None
+    runs = []
     for kind, words in drawn(CALIBRATION_SEED, CALIBRATION_COUNT):
-        units, _ = build.work(words)
-        times.append(min(build(words)[0] for _ in range(REPEATS)))
-        rows.append(list(units.values()))
-        kinds.append(kind)
-        names = list(units)
-        print(f"{kind}: {times[-1]:.3f} s", file=sys.stderr, flush=True)
-    rows, times = np.array(rows), np.array(times)
+        units, shares = build.work(words)
+        time = min(build(words)[0] for _ in range(REPEATS))
+        runs.append((kind, time, np.array([measured for measured, _ in shares.values()]), np.array(list(units.values()))))
+        print(f"{kind}: {time:.3f} s", file=sys.stderr, flush=True)
     if keep:
-        np.savez(keep, rows=rows, times=times, kinds=kinds, names=names)
-    solve(rows, times, kinds, names)
+        with open(keep, "wb") as out:
+            pickle.dump((list(units), runs), out)
+    solve(list(units), runs)
 
 
-def solve(rows, times, kinds, names):
-    scale = np.maximum(rows.max(axis=0), 1)
-    prices, _ = nnls(rows / scale / times[:, None], np.ones(len(times)))
+def solve(names, runs):
+    """Prices from runs: (kind, time, time of each share with a clock that is read at each change, [work, share] units)."""
+    kinds, times, shares, units = (np.array(values) for values in zip(*runs))
+    whole = units.sum(axis=2)
+    scale = np.maximum(whole.max(axis=0), 1)
+    begin = times.min()  # about what any process takes, beside which small errors do not show
+    weight = 1 / (times - 0.8 * begin)
+    rows = [whole * weight[:, None]]
+    right = [times * weight]
+    for k in range(shares.shape[1]):
+        rows.append(SHARE_WEIGHT * units[:, :, k] * weight[:, None])
+        right.append(SHARE_WEIGHT * shares[:, k] * times / shares.sum(axis=1) * weight)
+    prices, _ = nnls(np.concatenate(rows) / scale, np.concatenate(right))
     prices /= scale
-    ratio = rows @ prices / times
+    cost = whole @ prices
+    ratio, beyond = cost / times, (cost - 0.8 * begin) / (times - 0.8 * begin)
     print(f"ratios from {ratio.min():.2f} to {ratio.max():.2f}; {np.sum(np.abs(ratio - 1) <= WITHIN)} of {len(ratio)} within {100 * WITHIN:.0f} %")
     for kind in KINDS:
-        print(kind, *(f"{t:.2f}:{r:.2f}" for k, t, r in zip(kinds, times, ratio) if k == kind))
+        print(kind, *(f"{t:.2f}:{r:.2f}/{b:.2f}" for k, t, r, b in zip(kinds, times, ratio, beyond) if k == kind))
+    for k in range(shares.shape[1]):
+        print(f"share {k}: {shares[:, k].sum():.2f} s, {(units[:, :, k] @ prices).sum():.2f} s")
     with open("/proc/cpuinfo") as info:
         machine = next((line.split(":")[1].strip() for line in info if line.startswith("model name")), "a processor")
     with open(PRICES, "w") as out:

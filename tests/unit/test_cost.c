@@ -62,8 +62,10 @@ static void flops_of_vectors_are_the_rest(void **state)
   ok(PetscLogFlops(70));
   SlipWorkLogged(SLIP_WORK_DENSE, 30);
   after = SlipWorkGet();
-  assert_true(after.units[SLIP_WORK_VECTOR] - before.units[SLIP_WORK_VECTOR] == 1040);
-  assert_true(after.units[SLIP_WORK_TRANSFORM] - before.units[SLIP_WORK_TRANSFORM] == 2000);
+  assert_true(after.units[SLIP_WORK_VECTOR][SLIP_SHARE_CELLS] - before.units[SLIP_WORK_VECTOR][SLIP_SHARE_CELLS] == 1040);
+  assert_true(after.units[SLIP_WORK_TRANSFORM][SLIP_SHARE_PRODUCTS] -
+                before.units[SLIP_WORK_TRANSFORM][SLIP_SHARE_PRODUCTS] ==
+              2000);
 }
 
 /* What is done for set-up or output is theirs, and the next run finds nothing that an error has left begun. */

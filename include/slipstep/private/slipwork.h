@@ -40,17 +40,24 @@ PETSC_INTERN const char *const SlipShareNames[SLIP_SHARES];
   ROW(EVALUATION, CELLS)     /* evaluations of friction, of any size */                                                \
   ROW(STRENGTH, CELLS)       /* cells of them */                                                                       \
   ROW(BALANCE, CELLS)        /* cells whose slip rates balance friction that always slides */                          \
+  ROW(SOURCE, CELLS)         /* cells whose pressure by a source is evaluated */                                       \
   ROW(VECTOR, CELLS)         /* flops of vectors, as PETSc counts them */                                              \
   ROW(OBSERVE, OBSERVATION)  /* observations of a policy, of any size */                                               \
   ROW(OBSERVED, OBSERVATION) /* cells of them */                                                                       \
   ROW(PIECE, OUTPUT)         /* pieces of output */                                                                    \
-  ROW(NUMBER, OUTPUT)        /* numbers that are written */
+  ROW(NUMBER, OUTPUT)        /* numbers that are written */                                                            \
+  ROW(FILE, OUTPUT)          /* files that are made */                                                                 \
+  ROW(STEP, OUTPUT)          /* steps that observers are told of */                                                    \
+  ROW(WATCHED, OUTPUT)       /* cells of them */
+/* Of the slip rate at which a cell of rate-and-state friction balances its stress, about */
+#define BALANCE_FLOPS 120.0
 #define SLIP_WORK_NAME(name, part) SLIP_WORK_##name,
 typedef enum { SLIP_WORK_LIST(SLIP_WORK_NAME) SLIP_WORKS } SlipWork;
 #undef SLIP_WORK_NAME
 PETSC_INTERN const char *const SlipWorkNames[SLIP_WORKS];
 
 PETSC_INTERN void SlipWorkAdd(SlipWork work, PetscReal units);
+PETSC_INTERN void SlipWorkCells(PetscInt n); /* friction of n cells is evaluated */
 PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops); /* logs them as well */
 PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops);          /* somebody has logged them */
 /* What was done since the last call is for the user, and of the part, of now. */
@@ -63,7 +70,7 @@ PETSC_INTERN void SlipWorkMeasure(void); /* the time of parts, from now on: a cl
 
 /* Of this process so far */
 typedef struct {
-  PetscReal units[SLIP_WORKS];
+  PetscReal units[SLIP_WORKS][SLIP_SHARES];
   PetscReal cost[SLIP_SHARES], seconds[SLIP_SHARES]; /* by prices; measured, what was before SlipWorkMeasure() in set-up;
                                                       processor time [s] */
 } SlipWorkTotals;
