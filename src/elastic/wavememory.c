@@ -25,6 +25,7 @@ PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMode mode, Pets
   PetscCall(PetscArraycpy(m->k, space->k, space->stride));
   for (PetscInt i = 0; i < space->stride; i++) m->weight[i] = 1;
   if (tolerance == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipWorkAdd(SLIP_WORK_FIT, 1);
   PetscCall(SlipWavePolesCreate(mode, ratio, tolerance, &m->poles));
   PetscCall(PetscMalloc1(2 * m->poles.n, &m->b));
   for (PetscInt j = 0; j < m->poles.n; j++) {

@@ -356,7 +356,7 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
     SlipWorkAdd(SLIP_WORK_EVALUATION, 1);
     PetscCall(SlipWorkFlops(SLIP_WORK_BALANCE, BALANCE_FLOPS * (PetscLogDouble)fault->mesh.n));
   } else
-    SlipWorkCells(fault->mesh.n);
+    SlipWorkCells(fault->mesh.n, fault->layout.components);
   if (SlipFaultOnDevice(fault, w)) {
     PetscCall(SlipFaultDeviceRates(fault, t, w, F));
     PetscCall(PetscLogEventEnd(SLIP_Cells, 0, 0, 0, 0));

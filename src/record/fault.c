@@ -137,6 +137,7 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   fault->run->time = begun ? SlipProcessorTime() : 0; /* what comes before the first is part of it */
   if (!begun) PetscCall(PetscMemzero(&fault->run->work, sizeof(fault->run->work)));
   begun = PETSC_TRUE;
+  SlipWorkPrepare();
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
   SlipWorkAdd(SLIP_WORK_RUN, 1);
   ierr = SetUp(fault);

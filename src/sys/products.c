@@ -22,7 +22,12 @@ SlipProducts SlipProductsRow(SlipProducts *last_row)
 /* Formed beside MatMult(), or inside of it as one */
 void SlipProductsAdd(SlipProducts more)
 {
-  SlipProducts *c = &counts[users[last]];
+  SlipProductsAddFor(users[last], more);
+}
+
+void SlipProductsAddFor(SlipProductsUser user, SlipProducts more)
+{
+  SlipProducts *c = &counts[user];
 
   *c = (SlipProducts){c->k + more.k, c->h + more.h, c->pc + more.pc, c->all + more.all, c->cost + more.cost};
 }

@@ -26,6 +26,7 @@ static PetscLogDouble flops_seen, flops_ours; /* of PETSc's log: at the last loo
 #define DEPTH_MOST 16
 static SlipShare begun[DEPTH_MOST];
 static PetscInt depth;
+static PetscBool preparing = PETSC_TRUE, paused; /* between runs; for a checkpoint */
 
 static PetscBool measured;
 static PetscReal clock_seen;
@@ -38,14 +39,26 @@ PetscReal SlipProcessorTime(void)
   return (PetscReal)t.tv_sec + (PetscReal)1e-9 * (PetscReal)t.tv_nsec;
 }
 
-/* In a run what is done is of this part. */
+/* In a run what is done is of this share. */
 static SlipShare ShareNow(SlipShare in_run)
 {
   const SlipProductsUser user = SlipProductsUserNow();
 
-  return user == SLIP_PRODUCTS_SETUP  ? SLIP_SHARE_SETUP
-         : user == SLIP_PRODUCTS_LOOK ? SLIP_SHARE_OUTPUT
-                                      : in_run;
+  return user == SLIP_PRODUCTS_SETUP || preparing ? SLIP_SHARE_SETUP
+         : user == SLIP_PRODUCTS_LOOK             ? SLIP_SHARE_OUTPUT
+                                                  : in_run;
+}
+
+/* Files and what else belongs to set-up or output is no attempt's, also where it is met on the way: a run that goes on
+   from a checkpoint reads others. */
+static SlipProductsUser UserOf(SlipShare share)
+{
+  const SlipProductsUser now = SlipProductsUserNow();
+
+  if (now != SLIP_PRODUCTS_RUN) return now;
+  return share == SLIP_SHARE_SETUP    ? SLIP_PRODUCTS_SETUP
+         : share == SLIP_SHARE_OUTPUT ? SLIP_PRODUCTS_LOOK
+                                      : SLIP_PRODUCTS_RUN;
 }
 
 void SlipWorkAdd(SlipWork work, PetscReal units)
@@ -53,15 +66,16 @@ void SlipWorkAdd(SlipWork work, PetscReal units)
   const SlipShare share = ShareNow(ShareOf[work]);
   const PetscReal cost = QUANTUM * PetscFloorReal(units * WorkPrices[work] / QUANTUM + (PetscReal)0.5);
 
+  if (paused) return;
   totals.units[work][share] += units;
   totals.cost[share] += cost;
-  SlipProductsAdd((SlipProducts){.cost = cost});
+  SlipProductsAddFor(UserOf(ShareOf[work]), (SlipProducts){.cost = cost});
 }
 
-void SlipWorkCells(PetscInt n)
+void SlipWorkCells(PetscInt n, PetscInt components)
 {
   SlipWorkAdd(SLIP_WORK_EVALUATION, 1);
-  SlipWorkAdd(SLIP_WORK_STRENGTH, (PetscReal)n);
+  SlipWorkAdd(SLIP_WORK_STRENGTH, (PetscReal)(n * components));
 }
 
 void SlipWorkLogged(SlipWork work, PetscLogDouble flops)
@@ -114,8 +128,21 @@ void SlipWorkEnd(void)
   if (depth > 0) depth--;
 }
 
+void SlipWorkPrepare(void)
+{
+  SlipWorkTake();
+  preparing = PETSC_TRUE;
+}
+
+void SlipWorkPause(PetscBool pause)
+{
+  SlipWorkTake();
+  paused = pause;
+}
+
 void SlipWorkReset(void)
 {
+  preparing = paused = PETSC_FALSE;
   depth = 0;
 }
 

@@ -94,6 +94,7 @@ PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);
    output and estimates of its error */
 typedef enum { SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_SETUP, SLIP_PRODUCTS_LOOK, SLIP_PRODUCTS_USERS } SlipProductsUser;
 PETSC_INTERN void SlipProductsAdd(SlipProducts more);
+PETSC_INTERN void SlipProductsAddFor(SlipProductsUser user, SlipProducts more);
 /* What the products of a run were at its last row, and those since, with what they cost; the next row begins. */
 PETSC_INTERN SlipProducts SlipProductsRow(SlipProducts *last);
 PETSC_INTERN SlipProducts SlipProductsNow(void); /* of the user of now */

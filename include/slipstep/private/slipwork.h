@@ -25,6 +25,8 @@ PETSC_INTERN const char *const SlipShareNames[SLIP_SHARES];
   ROW(TRIANGLE_PAIR, SETUP)  /* and of triangles */                                                                    \
   ROW(MATRIX, SETUP)         /* flops of products of matrices */                                                       \
   ROW(EIGEN, SETUP)          /* of eigenproblems: their rows cubed */                                                  \
+  ROW(FIT, SETUP)            /* kernels of waves */                                                                    \
+  ROW(WAVE, SETUP)           /* wavenumbers of them */                                                                 \
   ROW(PRODUCT, PRODUCTS)     /* products and applications of the preconditioner, of any size */                        \
   ROW(TRANSFORM, PRODUCTS)   /* flops of transforms */                                                                 \
   ROW(BLOCK, PRODUCTS)       /* flops of dense blocks, one per wavenumber */                                           \
@@ -45,6 +47,7 @@ PETSC_INTERN const char *const SlipShareNames[SLIP_SHARES];
   ROW(OBSERVE, OBSERVATION)  /* observations of a policy, of any size */                                               \
   ROW(OBSERVED, OBSERVATION) /* cells of them */                                                                       \
   ROW(PIECE, OUTPUT)         /* pieces of output */                                                                    \
+  ROW(COLUMN, OUTPUT)        /* columns of tables, whenever rows are written */                                        \
   ROW(NUMBER, OUTPUT)        /* numbers that are written */                                                            \
   ROW(FILE, OUTPUT)          /* files that are made */                                                                 \
   ROW(STEP, OUTPUT)          /* steps that observers are told of */                                                    \
@@ -57,15 +60,18 @@ typedef enum { SLIP_WORK_LIST(SLIP_WORK_NAME) SLIP_WORKS } SlipWork;
 PETSC_INTERN const char *const SlipWorkNames[SLIP_WORKS];
 
 PETSC_INTERN void SlipWorkAdd(SlipWork work, PetscReal units);
-PETSC_INTERN void SlipWorkCells(PetscInt n); /* friction of n cells is evaluated */
+PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components); /* friction of n cells is evaluated */
 PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops); /* logs them as well */
 PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops);          /* somebody has logged them */
+/* Checkpoints, which a clock asks for, are no work. */
+PETSC_INTERN void SlipWorkPause(PetscBool pause);
 /* What was done since the last call is for the user, and of the part, of now. */
 PETSC_INTERN void SlipWorkTake(void);
 /* Up to its end, what a run does is of this part. */
 PETSC_INTERN void SlipWorkBegin(SlipShare part);
 PETSC_INTERN void SlipWorkEnd(void);
-PETSC_INTERN void SlipWorkReset(void); /* an error has left some begun */
+PETSC_INTERN void SlipWorkPrepare(void); /* what is done from now on is set-up, */
+PETSC_INTERN void SlipWorkReset(void);   /* that of a run, whatever an error has left begun */
 PETSC_INTERN void SlipWorkMeasure(void); /* the time of parts, from now on: a clock is read at each change */
 
 /* Of this process so far */
