@@ -3,7 +3,6 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipts.h>
 #include <sliph5.h>
-#include <slipstep/private/slipwork.h>
 
 /* Decisions in a row with an observation outside the training range that hand the run over. Of 828 runs of random
    faults 3 were outside for one or two, 101 for three or more, in which the policy kept the accuracy 1e-2 in 64 % and
@@ -176,20 +175,14 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
   SlipObserver *o = &rl->observer;
   const SlipProblemOps *problem = o->problem;
   PetscReal limit, t, rest = 0;
-  PetscInt outside, cells;
+  PetscInt outside;
   PetscBool limited;
   Vec w;
 
   PetscFunctionBegin;
   if (!rl->actor && guarded) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventBegin(SLIP_Observe, adapt, ts, 0, 0));
-  SlipWorkBegin(SLIP_SHARE_OBSERVATION);
-  PetscCall(TSGetSolution(ts, &w));
-  PetscCall(VecGetLocalSize(w, &cells));
-  SlipWorkAdd(SLIP_WORK_OBSERVE, 1);
-  SlipWorkAdd(SLIP_WORK_OBSERVED, (PetscReal)cells);
   PetscCall(SlipObserve(o, rl->n, rl->seen, state_changed));
-  SlipWorkEnd();
   PetscCall(PetscLogEventEnd(SLIP_Observe, adapt, ts, 0, 0));
   for (PetscInt i = 0; i < rl->n; i++) rl->obs[i] = rl->seen[i].value;
   rl->decisions++;
@@ -199,9 +192,7 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
                "The actor of TSAdaptRLSetActor() chose a step of %g s; expected a positive number", (double)*h);
   } else {
     PetscCall(PetscLogEventBegin(SLIP_Policy, adapt, 0, 0, 0));
-    SlipWorkBegin(SLIP_SHARE_OBSERVATION);
     PetscCall(SlipPolicyChoose(rl->policy, rl->obs, o->run.tstar, o->run.max_time, h, &outside));
-    SlipWorkEnd();
     PetscCall(PetscLogEventEnd(SLIP_Policy, adapt, 0, 0, 0));
     if (rl->relative) *h *= o->last.dt;
     /* A policy trained on a few cells cannot know how little of a fine mesh may still be sliding: its attribute limits

@@ -354,7 +354,7 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(PetscLogEventBegin(SLIP_Cells, 0, 0, 0, 0));
   if (fault->friction.law->always_slides) {
     SlipWorkAdd(SLIP_WORK_EVALUATION, 1);
-    PetscCall(SlipWorkFlops(SLIP_WORK_BALANCE, BALANCE_FLOPS * (PetscLogDouble)fault->mesh.n));
+    PetscCall(SlipWorkFlops(SLIP_WORK_BALANCE, 120.0 * (PetscLogDouble)fault->mesh.n));
   } else
     SlipWorkCells(fault->mesh.n, fault->layout.components);
   if (SlipFaultOnDevice(fault, w)) {

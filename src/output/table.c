@@ -116,7 +116,6 @@ PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h)
 PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[])
 {
   PetscFunctionBegin;
-  SlipWorkAdd(SLIP_WORK_COLUMN, (PetscReal)Columns(t) / (PetscReal)t->room);
   SlipWorkAdd(SLIP_WORK_NUMBER, (PetscReal)(t->first[t->ncolumns - 1] + t->entries[t->ncolumns - 1]));
   for (PetscInt c = 0; c < t->ncolumns; c++) {
     PetscReal *column = t->value + (size_t)t->first[c] * (size_t)t->room;

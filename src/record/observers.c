@@ -101,8 +101,6 @@ static PetscErrorCode SlipFaultObserversMonitor(TS ts, PetscInt step, PetscReal 
   run->started = PETSC_TRUE;
   run->step = step;
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
-  SlipWorkAdd(SLIP_WORK_STEP, 1);
-  SlipWorkAdd(SLIP_WORK_WATCHED, (PetscReal)fault->mesh.n);
   for (PetscInt i = 0; i < run->nwatch; i++) {
     const SlipFaultObserver *row = run->watch[i].row;
 

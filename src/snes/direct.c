@@ -272,7 +272,6 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   if (!dense) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventBegin(SLIP_Direct, mask, 0, 0, 0));
   SlipWorkBegin(SLIP_SHARE_DIRECT);
-  SlipWorkAdd(SLIP_WORK_SOLVE, 1);
   SlipWorkAdd(SLIP_WORK_PACK, (PetscReal)n * (PetscReal)n);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(SlipSlidingSet(mask, &nloc, &loc, &counts, &displs, &glob));

@@ -1,7 +1,6 @@
 /* Sums of derivatives of TSADAMS and norms of its estimates, in one pass over memory: apart, a step would read each of
    up to ten derivatives four times. Loops over a chunk that stays in the nearest cache, for vector units. */
 #include <slipstep/private/slipts.h>
-#include <slipstep/private/slipsys.h>
 
 /* For the machine that the program meets, not only for the one that compiled it */
 #if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
@@ -154,9 +153,7 @@ PetscErrorCode SlipAdamsGetTolerance(TS ts, SlipAdamsInverse *kept, SlipAdamsTol
   }
   if (!same) {
     PetscCall(PetscFree(kept->inverse));
-    PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP)); /* which a run that goes on makes again */
     PetscCall(VecNorm(v[1], NORM_INFINITY, &most));
-    PetscCall(SlipProductsPop());
     PetscCall(VecGetLocalSize(v[0], &n));
     if (most == 0) {
       PetscCall(PetscMalloc1(n + 1, &kept->inverse));

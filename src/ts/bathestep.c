@@ -2,7 +2,6 @@
 #include <slipstep/private/slipts.h>
 #include <petsc/private/snesimpl.h>
 #include <petsctime.h>
-#include <slipstep/private/slipwork.h>
 
 /* An attempt that would have gone past an instability says that it comes before the attempt's end, the barrier. Steps
    go half way there, so that each of them, taken or refused, halves what is unknown. Refused in a row they are cut by
@@ -344,7 +343,6 @@ static PetscErrorCode TSBatheRunMonitors(TS ts)
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
   PetscFunctionBegin;
-  SlipWorkAdd(SLIP_WORK_ITERATION, (PetscReal)(ba->last.newton + ba->last.linear));
   ba->last.products = SlipProductsRow(&ba->cost);
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
   for (const TSBatheMonitor *m = ba->monitors; m; m = m->next) PetscCall((*m->fn)(ts, &ba->last, ts->vec_sol, m->ctx));

@@ -64,7 +64,8 @@ static void flops_of_vectors_are_the_rest(void **state)
   ok(PetscLogFlops(70));
   SlipWorkLogged(SLIP_WORK_DENSE, 30);
   after = SlipWorkGet();
-  assert_true(after.units[SLIP_WORK_VECTOR][SLIP_SHARE_CELLS] - before.units[SLIP_WORK_VECTOR][SLIP_SHARE_CELLS] == 1040);
+  assert_true(after.units[SLIP_WORK_VECTOR][SLIP_SHARE_CELLS] - before.units[SLIP_WORK_VECTOR][SLIP_SHARE_CELLS] ==
+              1040);
   assert_true(after.units[SLIP_WORK_TRANSFORM][SLIP_SHARE_PRODUCTS] -
                 before.units[SLIP_WORK_TRANSFORM][SLIP_SHARE_PRODUCTS] ==
               2000);

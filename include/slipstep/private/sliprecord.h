@@ -102,9 +102,9 @@ typedef struct _n_SlipFaultRun {
   SlipProducts before[SLIP_PRODUCTS_USERS]; /* of this process: before the run, and before the set-up */
   PetscReal prepared;                       /* what was done between them costs so much [s] */
   PetscReal time; /* processor time of this process before the run, less that of processes that it goes on from [s] */
-  SlipWorkTotals work;                      /* of this process, before the run */
-  SlipDeviceTraffic traffic;                /* of this process, before the run */
-  PetscInt events;                          /* of the run so far, as the catalogue counts them; -1: nobody does */
+  SlipWorkTotals work;       /* of this process, before the run */
+  SlipDeviceTraffic traffic; /* of this process, before the run */
+  PetscInt events;           /* of the run so far, as the catalogue counts them; -1: nobody does */
   SlipFaultRunError error;
   SlipFaultProgress progress;
 } SlipFaultRun;

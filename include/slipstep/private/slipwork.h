@@ -1,9 +1,8 @@
 /* What a run costs and where its time goes: kinds of work, which are counted where they are done. */
 #pragma once
 #include <petscsys.h>
-#include <slipstep/private/slipwork.h>
 
-/* Parts of a run. What is done for set-up or output is theirs, whatever it is. */
+/* Shares of the time of a run. What is done for set-up or output is theirs, whatever it is. */
 typedef enum {
   SLIP_SHARE_SETUP,
   SLIP_SHARE_PRODUCTS,
@@ -15,7 +14,7 @@ typedef enum {
 } SlipShare;
 PETSC_INTERN const char *const SlipShareNames[SLIP_SHARES];
 
-/* Kinds of work, each with the part of a run that it is of; src/sys/workprices.h has the price of a unit. */
+/* Kinds of work, each with its share; src/sys/workprices.h has the price of a unit. */
 #define SLIP_WORK_LIST(ROW)                                                                                            \
   ROW(RUN, SETUP)            /* runs: the process, PETSc's start and end, files that are opened and closed */          \
   ROW(READ, SETUP)           /* files that are read */                                                                 \
@@ -33,34 +32,26 @@ PETSC_INTERN const char *const SlipShareNames[SLIP_SHARES];
   ROW(DENSE, PRODUCTS)       /* flops of dense products */                                                             \
   ROW(HIERARCHY, PRODUCTS)   /* flops of hierarchical products and of low-rank parts */                                \
   ROW(MEMORY, PRODUCTS)      /* numbers that waves remember, a step */                                                 \
-  ROW(DECAY, PRODUCTS)       /* by what they fade in a step of another length */                                      \
-  ROW(SOLVE, DIRECT)         /* direct solves, of any size */                                                          \
+  ROW(DECAY, PRODUCTS)       /* by what they fade in a step of another length */                                       \
   ROW(PACK, DIRECT)          /* entries of K that they take */                                                         \
   ROW(FACTOR, DIRECT)        /* flops of their factors */                                                              \
   ROW(ATTEMPT, CELLS)        /* attempts at a step */                                                                  \
-  ROW(ITERATION, CELLS)      /* linear iterations, of any size */                                                      \
   ROW(EVALUATION, CELLS)     /* evaluations of friction, of any size */                                                \
   ROW(STRENGTH, CELLS)       /* cells of them */                                                                       \
-  ROW(BALANCE, CELLS)        /* cells whose slip rates balance friction that always slides */                          \
+  ROW(BALANCE, CELLS)        /* flops of slip rates that balance friction which always slides */                       \
   ROW(SOURCE, CELLS)         /* cells whose pressure by a source is evaluated */                                       \
   ROW(VECTOR, CELLS)         /* flops of vectors, as PETSc counts them */                                              \
-  ROW(OBSERVE, OBSERVATION)  /* observations of a policy, of any size */                                               \
-  ROW(OBSERVED, OBSERVATION) /* cells of them */                                                                       \
+  ROW(OBSERVED, OBSERVATION) /* numbers of the states */                                                               \
   ROW(PIECE, OUTPUT)         /* pieces of output */                                                                    \
-  ROW(COLUMN, OUTPUT)        /* columns of tables, whenever rows are written */                                        \
   ROW(NUMBER, OUTPUT)        /* numbers that are written */                                                            \
-  ROW(FILE, OUTPUT)          /* files that are made */                                                                 \
-  ROW(STEP, OUTPUT)          /* steps that observers are told of */                                                    \
-  ROW(WATCHED, OUTPUT)       /* cells of them */
-/* Of the slip rate at which a cell of rate-and-state friction balances its stress, about */
-#define BALANCE_FLOPS 120.0
+  ROW(FILE, OUTPUT)          /* files that are made */
 #define SLIP_WORK_NAME(name, part) SLIP_WORK_##name,
 typedef enum { SLIP_WORK_LIST(SLIP_WORK_NAME) SLIP_WORKS } SlipWork;
 #undef SLIP_WORK_NAME
 PETSC_INTERN const char *const SlipWorkNames[SLIP_WORKS];
 
 PETSC_INTERN void SlipWorkAdd(SlipWork work, PetscReal units);
-PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components); /* friction of n cells is evaluated */
+PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components);               /* friction of n cells is evaluated */
 PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops); /* logs them as well */
 PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops);          /* somebody has logged them */
 /* Checkpoints, which a clock asks for, are no work. */
@@ -77,7 +68,8 @@ PETSC_INTERN void SlipWorkMeasure(void); /* the time of parts, from now on: a cl
 /* Of this process so far */
 typedef struct {
   PetscReal units[SLIP_WORKS][SLIP_SHARES];
-  PetscReal cost[SLIP_SHARES], seconds[SLIP_SHARES]; /* by prices; measured, what was before SlipWorkMeasure() in set-up;
+  PetscReal cost[SLIP_SHARES],
+    seconds[SLIP_SHARES]; /* by prices; measured, what was before SlipWorkMeasure() in set-up;
                                                       processor time [s] */
 } SlipWorkTotals;
 PETSC_INTERN SlipWorkTotals SlipWorkGet(void);

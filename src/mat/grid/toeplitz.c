@@ -348,9 +348,9 @@ static PetscErrorCode LogFlops(SlipToeplitz p, const SlipToeplitzSymbol *symbol)
   const PetscLogDouble fields = symbol->product ? 2 : 1;
 
   PetscFunctionBegin;
-  PetscCall(SlipWorkFlops(SLIP_WORK_TRANSFORM, 5 * rows * P * PetscLog2Real(P) +
-                                                 waves * Q *
-                                                   (10 * fields * PetscLog2Real(Q) + (symbol->hankel ? 16 : 2))));
+  PetscCall(
+    SlipWorkFlops(SLIP_WORK_TRANSFORM, 5 * rows * P * PetscLog2Real(P) +
+                                         waves * Q * (10 * fields * PetscLog2Real(Q) + (symbol->hankel ? 16 : 2))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

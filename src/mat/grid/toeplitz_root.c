@@ -316,8 +316,9 @@ PetscErrorCode SlipToeplitzApplyWaves(SlipToeplitz p, const PetscReal f[], Vec x
   {
     const PetscLogDouble P = (PetscLogDouble)p->period, Q = 2 * (PetscLogDouble)p->length;
 
-    PetscCall(SlipWorkFlops(SLIP_WORK_TRANSFORM, 5 * (PetscLogDouble)p->pencil->layout.rows * P * PetscLog2Real(P) +
-                                                   10 * (PetscLogDouble)p->pencil->layout.columns * Q * PetscLog2Real(Q)));
+    PetscCall(
+      SlipWorkFlops(SLIP_WORK_TRANSFORM, 5 * (PetscLogDouble)p->pencil->layout.rows * P * PetscLog2Real(P) +
+                                           10 * (PetscLogDouble)p->pencil->layout.columns * Q * PetscLog2Real(Q)));
   }
   PetscCall(SlipToeplitzBackward(p, 1.0 / (PetscReal)((p->image ? 1 : 2) * p->length), y));
   PetscFunctionReturn(PETSC_SUCCESS);
