@@ -56,8 +56,8 @@ static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the time of this process went, at the end of a run that -fault_view was given for: the seconds of each part, and
-   what it costs by counts of work; in detail these counts. Collective. */
+/* Where the time of this process went, at the end of a run that -fault_view was given for: the seconds of each share,
+   and what it costs by counts of work; in detail these counts. Collective. */
 PetscErrorCode SlipFaultViewTimes(SlipFault fault)
 {
   const SlipWorkTotals now = SlipWorkGet(), *before = &fault->run->work;

@@ -34,7 +34,7 @@ from ruptures import draw as draw_rupture
 EXAMPLES = os.path.join(ROOT, "examples")
 PRICES = os.path.join(ROOT, "src", "sys", "workprices.h")
 SEED, CALIBRATION_SEED, CALIBRATION_COUNT = 1, 1000, 4
-REPEATS = 2
+REPEATS = 3
 WITHIN = 0.15
 SHARE_WEIGHT = 0.3  # of the equations of shares beside those of whole runs
 

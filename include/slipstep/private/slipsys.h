@@ -94,11 +94,9 @@ PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);
    output and estimates of its error */
 typedef enum { SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_SETUP, SLIP_PRODUCTS_LOOK, SLIP_PRODUCTS_USERS } SlipProductsUser;
 PETSC_INTERN void SlipProductsAdd(SlipProducts more);
-PETSC_INTERN void SlipProductsAddFor(SlipProductsUser user, SlipProducts more);
 /* What the products of a run were at its last row, and those since, with what they cost; the next row begins. */
 PETSC_INTERN SlipProducts SlipProductsRow(SlipProducts *last);
 PETSC_INTERN SlipProducts SlipProductsNow(void); /* of the user of now */
-PETSC_INTERN SlipProductsUser SlipProductsUserNow(void);
 PETSC_INTERN PetscErrorCode SlipProductsPush(SlipProductsUser user);
 PETSC_INTERN PetscErrorCode SlipProductsPop(void);
 PETSC_INTERN void SlipProductsRun(void);
