@@ -352,11 +352,9 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(
     SlipElasticForce(fault->medium, t, b->u, NULL, b->force, fault->kind.coupled ? fault->coupling.rise : NULL));
   PetscCall(PetscLogEventBegin(SLIP_Cells, 0, 0, 0, 0));
-  if (fault->friction.law->always_slides) {
-    SlipWorkAdd(SLIP_WORK_EVALUATION, 1);
-    PetscCall(SlipWorkFlops(SLIP_WORK_BALANCE, 120.0 * (PetscLogDouble)fault->mesh.n));
-  } else
-    SlipWorkCells(fault->mesh.n, fault->layout.components);
+  SlipWorkAdd(SLIP_WORK_RATE, 1);
+  SlipWorkAdd(fault->friction.law->always_slides ? SLIP_WORK_BALANCE : SLIP_WORK_STRENGTH,
+              (PetscReal)(fault->mesh.n * c));
   if (SlipFaultOnDevice(fault, w)) {
     PetscCall(SlipFaultDeviceRates(fault, t, w, F));
     PetscCall(PetscLogEventEnd(SLIP_Cells, 0, 0, 0, 0));

@@ -191,7 +191,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 
   PetscFunctionBegin;
   (void)con;
-  SlipWorkCells(fault->mesh.n, fault->layout.components);
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   if (SlipFaultSticksOnDevice(fault, 4, arrays)) {
     PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_BOUND, 2, numbers, 4, arrays, 0, 0, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -288,7 +288,7 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
 
   PetscFunctionBegin;
   (void)con;
-  SlipWorkCells(fault->mesh.n, fault->layout.components);
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   PetscCall(StageFriction(fault, &friction));
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -390,7 +390,7 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscReal *b;
 
   PetscFunctionBegin;
-  SlipWorkCells(fault->mesh.n, fault->layout.components);
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   if (fault->friction.follows)
     PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   else
@@ -508,7 +508,7 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
   const SlipArrays arrays[] = {{w, .read = &a}, {q, .write = &b}};
 
   PetscFunctionBegin;
-  SlipWorkCells(fault->mesh.n, fault->layout.components);
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
     PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_STRENGTH, 0, NULL, 2, arrays, 0, 0, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -135,7 +135,7 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
 
   PetscFunctionBegin;
   (void)con;
-  SlipWorkCells(fault->mesh.n, fault->layout.components);
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   SlipBatheSetUpBackward(&alexander);
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &kick.friction));
   if (SlipFaultOpens(fault)) {
@@ -197,7 +197,7 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
 
   PetscFunctionBegin;
   (void)con, (void)from;
-  SlipWorkCells(fault->mesh.n, fault->layout.components);
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   if (SlipFaultSticksOnDevice(fault, 2, there)) {
     PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_DRIFT, 1, &h, 2, there));
     PetscFunctionReturn(PETSC_SUCCESS);

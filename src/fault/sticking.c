@@ -120,7 +120,7 @@ PetscErrorCode SlipFaultStickingPowers(SlipFault fault, PetscReal t, Vec w, cons
   PetscBool at_once;
 
   PetscFunctionBegin;
-  SlipWorkCells(fault->mesh.n, fault->layout.components);
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   PetscCall(PetscArrayzero(power, 3));
   if (friction) PetscCall(PetscArrayzero(friction, mesh->faults));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &of));
@@ -169,7 +169,7 @@ PetscErrorCode SlipFaultStickingPush(SlipFault fault, PetscReal t, Vec w, Vec pu
   Vec u, ku;
 
   PetscFunctionBegin;
-  SlipWorkCells(fault->mesh.n, fault->layout.components);
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &ku));
   PetscCall(SlipFaultForce(fault, t, w, u, ku));

@@ -362,6 +362,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   run->file = NULL;
   PetscCall(SlipOutputFinish(&file, wall_setup, wall_solve));
   PetscCall(SlipFaultViewTimes(fault));
+  SlipProductsGetOf(SLIP_PRODUCTS_RUN, &run->before[SLIP_PRODUCTS_RUN]); /* from where the next one is prepared */
   run->complete = PETSC_TRUE;
   PetscCall(SlipFaultObserversDestroy(fault));
   PetscCall(SlipClockStop(ts));

@@ -1,5 +1,5 @@
-/* What a run costs: products with K, H and stage operators, and processor time by kinds of work, which are counted where
-   they are done, each at a fixed price. The same run costs the same to the bit, whatever else the machine does. Counts
+/* What a run costs: products with K, H and stage operators, and processor time by kinds of work, which are counted
+   where they are done, each at a fixed price. The same run costs the same to the bit, whatever else the machine does. Counts
    are those of this process; operators are collective, so that all processes count the same products.
    tests/benchmarks/cost.py finds the prices. */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime() */
@@ -80,10 +80,10 @@ void SlipWorkAdd(SlipWork work, PetscReal units)
   counts[UserOf(ShareOf[work])].cost += cost;
 }
 
-void SlipWorkCells(PetscInt n, PetscInt components)
+void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides)
 {
   SlipWorkAdd(SLIP_WORK_EVALUATION, 1);
-  SlipWorkAdd(SLIP_WORK_STRENGTH, (PetscReal)(n * components));
+  SlipWorkAdd(always_slides ? SLIP_WORK_BALANCE : SLIP_WORK_STRENGTH, (PetscReal)(n * components));
 }
 
 void SlipWorkLogged(SlipWork work, PetscLogDouble flops)
@@ -123,10 +123,10 @@ void SlipWorkTake(void)
   if (measured) TakeTime();
 }
 
-void SlipWorkBegin(SlipShare part)
+void SlipWorkBegin(SlipShare share)
 {
   if (measured) TakeTime();
-  if (depth < DEPTH_MOST) begun[depth] = part;
+  if (depth < DEPTH_MOST) begun[depth] = share;
   depth++;
 }
 

@@ -2,7 +2,6 @@
    steps that cannot be taken as they were asked for. */
 #include <slipstep/private/slipts.h>
 #include <slipsys.h>
-#include <slipstep/private/slipwork.h>
 
 /* Constant steps grow back by this factor a step: what was too long once may still be. */
 #define GROW_BACK 4
@@ -38,7 +37,6 @@ PetscErrorCode SlipGuardStep(TS ts)
   const char *adapt = ts->adapt ? ((PetscObject)ts->adapt)->type_name : NULL;
 
   PetscFunctionBegin;
-  SlipWorkAdd(SLIP_WORK_ATTEMPT, 1);
   ts->time_step = h;
   if (!SlipStepIsLost(ts, h, &least)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipRunFails(ts));

@@ -33,7 +33,7 @@ from ruptures import draw as draw_rupture
 
 EXAMPLES = os.path.join(ROOT, "examples")
 PRICES = os.path.join(ROOT, "src", "sys", "workprices.h")
-SEED, CALIBRATION_SEED, CALIBRATION_COUNT = 1, 1000, 4
+SEED, CALIBRATION_SEED, CALIBRATION_COUNT = 2, 1000, 4
 REPEATS = 3
 WITHIN = 0.15
 SHARE_WEIGHT = 0.3  # of the equations of shares beside those of whole runs
@@ -87,7 +87,7 @@ def injection(random):
 
 
 def bp5(random, *options):
-    cell = [1000, 2000, 2000, 4000][random.integers(4)]
+    cell = [1000, 2000, 4000, 4000][random.integers(4)]
     nx, nz = made("make_seas.py", "bp5", "bp5.h5", "--cell", cell).split()
     return [*file("seas_bp5"), "-fault_nx", nx, "-fault_nz", nz, "-fault_parameters", "bp5.h5", "-ts_max_time", f"{size(random, 100, 500) if cell > 1000 else 80}y", *options]
 

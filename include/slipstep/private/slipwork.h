@@ -35,42 +35,45 @@ PETSC_INTERN const char *const SlipShareNames[SLIP_SHARES];
   ROW(DECAY, PRODUCTS)       /* by what they fade in a step of another length */                                       \
   ROW(PACK, DIRECT)          /* entries of K that they take */                                                         \
   ROW(FACTOR, DIRECT)        /* flops of their factors */                                                              \
-  ROW(ATTEMPT, CELLS)        /* attempts at a step */                                                                  \
-  ROW(EVALUATION, CELLS)     /* evaluations of friction, of any size */                                                \
-  ROW(STRENGTH, CELLS)       /* cells of them */                                                                       \
-  ROW(BALANCE, CELLS)        /* flops of slip rates that balance friction which always slides */                       \
+  ROW(ATTEMPT, CELLS)        /* attempts of TSBATHE at a step */                                                       \
+  ROW(OTHER, CELLS)          /* and of our other types */                                                              \
+  ROW(RATE, CELLS)           /* right-hand sides, of any size */                                                       \
+  ROW(EVALUATION, CELLS)     /* other evaluations of friction, of any size */                                          \
+  ROW(STRENGTH, CELLS)       /* cells of both */                                                                       \
+  ROW(BALANCE, CELLS)        /* likewise of friction that always slides */                                             \
   ROW(SOURCE, CELLS)         /* cells whose pressure by a source is evaluated */                                       \
   ROW(VECTOR, CELLS)         /* flops of vectors, as PETSc counts them */                                              \
   ROW(OBSERVED, OBSERVATION) /* numbers of the states */                                                               \
   ROW(PIECE, OUTPUT)         /* pieces of output */                                                                    \
   ROW(NUMBER, OUTPUT)        /* numbers that are written */                                                            \
   ROW(FILE, OUTPUT)          /* files that are made */
-#define SLIP_WORK_NAME(name, part) SLIP_WORK_##name,
+#define SLIP_WORK_NAME(name, share) SLIP_WORK_##name,
 typedef enum { SLIP_WORK_LIST(SLIP_WORK_NAME) SLIP_WORKS } SlipWork;
 #undef SLIP_WORK_NAME
 PETSC_INTERN const char *const SlipWorkNames[SLIP_WORKS];
 
 PETSC_INTERN void SlipWorkAdd(SlipWork work, PetscReal units);
-PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components);               /* friction of n cells is evaluated */
-PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops); /* logs them as well */
-PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops);          /* somebody has logged them */
-/* Checkpoints, which a clock asks for, are no work. */
-PETSC_INTERN void SlipWorkPause(PetscBool pause);
-/* What was done since the last call is for the user, and of the part, of now. */
+PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides); /* friction is evaluated */
+PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops);            /* logs them as well */
+PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops); /* somebody has logged them */
+/* What was done since the last call is for the user, and of the share, of now. */
 PETSC_INTERN void SlipWorkTake(void);
-/* Up to its end, what a run does is of this part. */
-PETSC_INTERN void SlipWorkBegin(SlipShare part);
+/* Up to its end, what a run does is of this share. */
+PETSC_INTERN void SlipWorkBegin(SlipShare share);
 PETSC_INTERN void SlipWorkEnd(void);
-PETSC_INTERN void SlipWorkPrepare(void); /* what is done from now on is set-up, */
-PETSC_INTERN void SlipWorkReset(void);   /* that of a run, whatever an error has left begun */
-PETSC_INTERN void SlipWorkMeasure(void); /* the time of parts, from now on: a clock is read at each change */
+/* What is done from now on is set-up, or that of a run, whatever an error has left begun. */
+PETSC_INTERN void SlipWorkPrepare(void);
+PETSC_INTERN void SlipWorkReset(void);
+/* Checkpoints, which a clock asks for, and what a restart reads are no work. */
+PETSC_INTERN void SlipWorkPause(PetscBool pause);
+/* The time of shares from now on, up to now that of set-up: a clock is read at each change. */
+PETSC_INTERN void SlipWorkMeasure(void);
 
 /* Of this process so far */
 typedef struct {
   PetscReal units[SLIP_WORKS][SLIP_SHARES];
-  PetscReal cost[SLIP_SHARES],
-    seconds[SLIP_SHARES]; /* by prices; measured, what was before SlipWorkMeasure() in set-up;
-                                                      processor time [s] */
+  PetscReal cost[SLIP_SHARES];    /* by prices [s] */
+  PetscReal seconds[SLIP_SHARES]; /* processor time, if it is measured [s] */
 } SlipWorkTotals;
 PETSC_INTERN SlipWorkTotals SlipWorkGet(void);
 PETSC_INTERN PetscReal SlipProcessorTime(void); /* of this process, of all its threads [s] */
