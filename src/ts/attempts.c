@@ -92,7 +92,7 @@ PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *acc
   while (!ts->reason && !*accepted) {
     PetscCall(SlipMeetCorner(ts, &at->whole, &at->corner));
     if (ops->limit) PetscCall((*ops->limit)(ts));
-    SlipWorkAdd(SLIP_WORK_OTHER, 1);
+    SlipWorkAdd(SLIP_WORK_ATTEMPT, 1);
     PetscCall(SlipGuardStep(ts));
     PetscCall((*ops->attempt)(ts, &good));
     if (good) {

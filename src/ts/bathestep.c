@@ -2,7 +2,6 @@
 #include <slipstep/private/slipts.h>
 #include <petsc/private/snesimpl.h>
 #include <petsctime.h>
-#include <slipstep/private/slipwork.h>
 
 /* An attempt that would have gone past an instability says that it comes before the attempt's end, the barrier. Steps
    go half way there, so that each of them, taken or refused, halves what is unknown. Refused in a row they are cut by
@@ -563,7 +562,6 @@ PetscErrorCode TSStep_Bathe(TS ts)
     if (rejected) PetscCall(TSBatheChooseMethod(ts));
     PetscCall(TSMoreauCut(ts, &whole));
     cut = ts->time_step;
-    SlipWorkAdd(SLIP_WORK_ATTEMPT, 1);
     PetscCall(SlipGuardStep(ts));
     PetscCall(TSBatheAttempt(ts, &ok));
     accept = again = PETSC_FALSE;

@@ -187,7 +187,7 @@ def drawn(seed, count):
 
 
 def compare(build, seed, count):
-    print("| run | cells | processor time (s) | cost (s) | cost / time |\n|---|---|---|---|---|")
+    print("| run | cells along strike, or of a mesh | processor time (s) | cost (s) | cost / time |\n|---|---|---|---|---|")
     ratios, shares = [], {}
     for kind, words in drawn(seed, count):
         times, costs = zip(*(build(words) for _ in range(REPEATS)))

@@ -35,8 +35,7 @@ PETSC_INTERN const char *const SlipShareNames[SLIP_SHARES];
   ROW(DECAY, PRODUCTS)       /* by what they fade in a step of another length */                                       \
   ROW(PACK, DIRECT)          /* entries of K that they take */                                                         \
   ROW(FACTOR, DIRECT)        /* flops of their factors */                                                              \
-  ROW(ATTEMPT, CELLS)        /* attempts of TSBATHE at a step */                                                       \
-  ROW(OTHER, CELLS)          /* and of our other types */                                                              \
+  ROW(ATTEMPT, CELLS)        /* attempts of our integrators without stages that are solved */                          \
   ROW(RATE, CELLS)           /* right-hand sides, of any size */                                                       \
   ROW(EVALUATION, CELLS)     /* other evaluations of friction, of any size */                                          \
   ROW(STRENGTH, CELLS)       /* cells of both */                                                                       \
