@@ -1,6 +1,6 @@
 /* What a run costs: products with K, H and stage operators, and processor time by kinds of work, which are counted
-   where they are done, each at a fixed price. The same run costs the same to the bit, whatever else the machine does. Counts
-   are those of this process; operators are collective, so that all processes count the same products.
+   where they are done, each at a fixed price. The same run costs the same to the bit, whatever else the machine does.
+   Counts are those of this process; operators are collective, so that all processes count the same products.
    tests/benchmarks/cost.py finds the prices. */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime() */
 #include <slipsys.h>
