@@ -20,11 +20,11 @@ PETSC_EXTERN PetscLogStage SLIP_STAGE_SETUP, SLIP_STAGE_RUN, SLIP_STAGE_OUTPUT;
 
 /* Products with stiffness and viscosity, by which runs are compared; SlipProductsGet() says what counts. */
 typedef struct {
-  PetscInt k;           /* with K or Kn, those inside of products with H included */
-  PetscInt h;           /* with H */
-  PetscInt pc;          /* applications of the preconditioner that cost about as much as a product */
-  PetscInt all;         /* with K or H, those that are formed at once counted once */
-  PetscReal cost, time; /* of attempts: by these and the rest of the work, and measured; processor time [s] */
+  PetscInt k;     /* with K or Kn, those inside of products with H included */
+  PetscInt h;     /* with H */
+  PetscInt pc;    /* applications of the preconditioner that cost about as much as a product */
+  PetscInt all;   /* with K or H, those that are formed at once counted once */
+  PetscReal cost; /* of these and of all else that was done: processor time by fixed prices [s] */
 } SlipProducts;
 PETSC_EXTERN PetscErrorCode SlipProductsGet(SlipProducts *products);
 

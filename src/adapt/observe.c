@@ -1,5 +1,6 @@
 /* What TSADAPTRL observes: the numbers that the formulas of slipcore.h are given, and the problem's own rows. */
 #include <slipstep/private/slipadapt.h>
+#include <slipstep/private/slipwork.h>
 #include <slipstep/private/slipclock.h>
 #include <slipstep/private/slipsys.h>
 
@@ -125,9 +126,12 @@ static PetscErrorCode MeasureState(SlipObserver *o, PetscInt k)
 
 PetscErrorCode SlipObserve(SlipObserver *o, PetscInt n, SlipObserved seen[], PetscBool state_changed)
 {
-  PetscInt own = 0;
+  PetscInt own = 0, numbers;
 
   PetscFunctionBegin;
+  SlipWorkBegin(SLIP_SHARE_OBSERVATION);
+  PetscCall(VecGetLocalSize(o->ts->vec_sol, &numbers));
+  SlipWorkAdd(SLIP_WORK_OBSERVED, (PetscReal)numbers);
   o->run.converged = o->last.converged;
   o->run.error = o->last.error;
   o->run.residual = o->last.residual;
@@ -149,5 +153,6 @@ PetscErrorCode SlipObserve(SlipObserver *o, PetscInt n, SlipObserved seen[], Pet
                "Observation %s is %g at time %g s; expected a finite number", seen[i].name, (double)seen[i].value,
                (double)o->run.time);
   }
+  SlipWorkEnd();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,6 +14,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
+#include <slipstep/private/slipwork.h>
 
 static const char key[] = "SlipCheckpoint";
 
@@ -74,6 +75,7 @@ static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
   PetscBool ended = PETSC_FALSE;
 
   PetscFunctionBegin;
+  SlipWorkPause(PETSC_TRUE);
   PetscCall(SlipLogOutputBegin());
   PetscCall(PetscTime(&begin));
   PetscCall(SlipStateCreate(c->comm, c->file, &state));
@@ -87,6 +89,7 @@ static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
   c->longest_write = PetscMax(c->longest_write, c->last_write - begin);
   c->written++;
   PetscCall(SlipLogOutputEnd());
+  SlipWorkPause(PETSC_FALSE);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,6 +2,7 @@
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipmatviscosity.h>
 #include <string.h>
+#include <slipstep/private/slipwork.h>
 
 /*@
   SlipElasticForce - the stress by which the medium resists
@@ -31,7 +32,9 @@ PetscErrorCode SlipElasticForce(SlipElastic el, PetscReal t, Vec u, Vec v, Vec s
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
+  SlipWorkBegin(SLIP_SHARE_PRODUCTS);
   PetscCall((*el->ops->force)(el, t, u, v, shear, normal));
+  SlipWorkEnd();
   /* of a type that multiplies by no matrix of ours; static may know the product */
   if (u && strcmp(((PetscObject)el)->type_name, SLIPELASTICSTATIC) && SlipProductsNow().all == before.all)
     SlipProductsAdd((SlipProducts){.k = 1, .all = 1});

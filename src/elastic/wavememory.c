@@ -9,6 +9,7 @@
 */
 #include <slipstep/private/slipwavespace.h>
 #include <stdlib.h>
+#include <slipstep/private/slipwork.h>
 
 #define B SLIP_WAVE_BLOCK
 #define LEAST 1e-20 /* exponentials that count */
@@ -24,6 +25,7 @@ PetscErrorCode SlipWaveMemoryCreate(SlipWaveSpace space, SlipWaveMode mode, Pets
   PetscCall(PetscArraycpy(m->k, space->k, space->stride));
   for (PetscInt i = 0; i < space->stride; i++) m->weight[i] = 1;
   if (tolerance == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipWorkAdd(SLIP_WORK_FIT, 1);
   PetscCall(SlipWavePolesCreate(mode, ratio, tolerance, &m->poles));
   PetscCall(PetscMalloc1(2 * m->poles.n, &m->b));
   for (PetscInt j = 0; j < m->poles.n; j++) {
@@ -51,6 +53,7 @@ size_t SlipWaveMemorySize(const SlipWaveMemory *m)
 
 void SlipWaveMemoryTable(const SlipWaveMemory *m, PetscReal h, float E[], PetscReal step[])
 {
+  SlipWorkAdd(SLIP_WORK_DECAY, (PetscReal)(m->stride * m->poles.n));
   for (PetscInt i = 0; i < m->stride; i += B) {
     for (PetscInt l = 0; l < B; l++) step[i + l] = 0;
     for (PetscInt j = 0; j < m->poles.n; j++) {
@@ -109,6 +112,7 @@ VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const f
 {
   const PetscInt poles = m->poles.n, parts = m->parts;
 
+  SlipWorkAdd(SLIP_WORK_MEMORY, (PetscReal)(m->stride * poles * parts));
   for (PetscInt i = 0; i < m->stride; i += B) {
     const float *e = E + (size_t)2 * i * poles, *x = z + (size_t)2 * i * poles * parts;
     float sum[2 * B] = {0};
@@ -127,6 +131,7 @@ VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], cons
 {
   const PetscInt poles = m->poles.n, parts = m->parts;
 
+  SlipWorkAdd(SLIP_WORK_MEMORY, 2 * (PetscReal)(m->stride * poles * parts));
   for (PetscInt i = 0; i < m->stride; i += B) {
     const float *e = E + (size_t)2 * i * poles;
     float *x = z + (size_t)2 * i * poles * parts;

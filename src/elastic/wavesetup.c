@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <slipstep/private/slipwork.h>
 
 #define ALIASES 100 /* tolerance of wavenumbers that look like others, over that of these: smooth slip has hardly any */
 #define FORGOTTEN 40 /* exp(-40) is no part of a number */
@@ -146,6 +147,7 @@ PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock)
   w->cs = PetscSqrtReal(rock->shear_modulus / rock->density);
   w->cp = ratio * w->cs;
   PetscCall(SlipWaveSpaceCreate(el->K, rock, &w->space));
+  SlipWorkAdd(SLIP_WORK_WAVE, (PetscReal)w->space->stride);
   PetscCall(SlipWaveImagesCreate(w->space, rock, &w->images));
   if (rock->waves_tolerance == 0) PetscCall(SlipWaveHistoryCreate(w->space, ratio, &w->history));
   PetscCall(SetUpKernels(w, ratio, rock->waves_tolerance));

@@ -5,6 +5,7 @@
 */
 #include <slipstep/private/slipwavespace.h>
 #include <slipstep/private/slipelasticity.h>
+#include <slipstep/private/slipwork.h>
 
 static PetscErrorCode Allocate(SlipWaveSpace s)
 {
@@ -69,6 +70,18 @@ static PetscErrorCode SetUpLine(SlipWaveSpace s, PetscReal padding)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Transforms of a field one way, along strike and in depth */
+static PetscErrorCode Count(SlipWaveSpace s)
+{
+  const PetscLogDouble P = (PetscLogDouble)s->length[0], Q = (PetscLogDouble)s->length[1];
+  const PetscLogDouble rows = s->pencil ? (PetscLogDouble)s->pencil->layout.rows : 0; /* of a line: none */
+  const PetscLogDouble waves = s->pencil ? (PetscLogDouble)s->pencil->layout.columns : 0.5;
+
+  PetscFunctionBegin;
+  PetscCall(SlipWorkFlops(SLIP_WORK_TRANSFORM, 2.5 * rows * P * PetscLog2Real(P) + 5 * waves * Q * PetscLog2Real(Q)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ForwardLine(SlipWaveSpace s, const PetscReal u[], PetscReal spectrum[])
 {
   PetscMPIInt rank;
@@ -78,6 +91,7 @@ static PetscErrorCode ForwardLine(SlipWaveSpace s, const PetscReal u[], PetscRea
   PetscCall(PetscArraycpy(s->line_real, u, s->grid.nz));
   PetscCall(PetscArrayzero(s->line_real + s->grid.nz, s->length[1] + 2 - s->grid.nz));
   fftw_execute(s->plan[0][0]);
+  PetscCall(Count(s));
   for (PetscInt p = 0; p < s->parts; p++)
     for (PetscInt i = 0; i < s->n; i++)
       spectrum[p * s->stride + i] = s->line_real[s->parts * (s->starts[rank] + i) + p];
@@ -96,6 +110,7 @@ static PetscErrorCode BackwardLine(SlipWaveSpace s, const PetscReal spectrum[])
   for (PetscInt p = 0; p < s->parts; p++)
     for (PetscInt i = 0; i < waves; i++) s->line_real[s->parts * i + p] = factor * s->line_wave[p * waves + i];
   fftw_execute(s->plan[0][1]);
+  PetscCall(Count(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -201,6 +216,7 @@ static PetscErrorCode ForwardOne(SlipWaveSpace s, int c)
     PetscCall(PetscArrayzero(column + 2 * nz, 2 * (length - nz)));
   }
   if (waves) fftw_execute(s->plan[c][0]);
+  PetscCall(Count(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -210,6 +226,7 @@ static PetscErrorCode BackwardOne(SlipWaveSpace s, int c)
 
   PetscFunctionBegin;
   if (waves) fftw_execute(s->plan[c][1]);
+  PetscCall(Count(s));
   for (PetscInt k = 0; k < waves; k++)
     PetscCall(PetscArraycpy(s->pencil->by_wave + 2 * (size_t)k * nz, s->column[c] + 2 * (size_t)k * length, 2 * nz));
   PetscCall(SlipTransposedFFTBackward(s->pencil, 1 / (PetscReal)length, s->real[c]));

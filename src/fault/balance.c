@@ -11,6 +11,7 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
+#include <slipstep/private/slipwork.h>
 
 /* Slip rate over the loading rate of cells that weaken, at the default start: a stress that is 7 a sigma below the
    steady one, about what an event leaves, so that the start is forgotten before cells reach their strength */
@@ -350,9 +351,13 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(SlipFaultGetDisplacement(fault, w, b->u));
   PetscCall(
     SlipElasticForce(fault->medium, t, b->u, NULL, b->force, fault->kind.coupled ? fault->coupling.rise : NULL));
-  PetscCall(PetscLogFlops(120.0 * (PetscLogDouble)fault->mesh.n));
+  PetscCall(PetscLogEventBegin(SLIP_Cells, 0, 0, 0, 0));
+  SlipWorkAdd(SLIP_WORK_RATE, 1);
+  SlipWorkAdd(fault->friction.law->always_slides ? SLIP_WORK_BALANCE : SLIP_WORK_STRENGTH,
+              (PetscReal)(fault->mesh.n * c));
   if (SlipFaultOnDevice(fault, w)) {
     PetscCall(SlipFaultDeviceRates(fault, t, w, F));
+    PetscCall(PetscLogEventEnd(SLIP_Cells, 0, 0, 0, 0));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFaultGetLoad(fault, t, &load));
@@ -388,6 +393,7 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(VecRestoreArrayWrite(stress, &tau));
   PetscCall(SlipArraysRestore(F ? 5 : 4, arrays));
   PetscCall(SlipFaultRestoreWork(fault, &stress));
+  PetscCall(PetscLogEventEnd(SLIP_Cells, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,6 +2,7 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipwork.h>
 
 /* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w: the weights. Without
    inertia the balance is that of the stage's end alone. */
@@ -190,6 +191,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 
   PetscFunctionBegin;
   (void)con;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   if (SlipFaultSticksOnDevice(fault, 4, arrays)) {
     PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_BOUND, 2, numbers, 4, arrays, 0, 0, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -286,6 +288,7 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
 
   PetscFunctionBegin;
   (void)con;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   PetscCall(StageFriction(fault, &friction));
   PetscCall(SlipArraysGet(5, arrays));
   for (PetscInt i = 0; i < fault->mesh.n; i++) {
@@ -387,6 +390,7 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscReal *b;
 
   PetscFunctionBegin;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   if (fault->friction.follows)
     PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
   else
@@ -504,6 +508,7 @@ PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
   const SlipArrays arrays[] = {{w, .read = &a}, {q, .write = &b}};
 
   PetscFunctionBegin;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
     PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_STRENGTH, 0, NULL, 2, arrays, 0, 0, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -4,6 +4,7 @@
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <string.h>
+#include <slipstep/private/slipwork.h>
 
 /* Error of a product with H, of the accuracy of the run: of the history of slip it makes a half of that, or less */
 static const PetscReal share_of_accuracy = 0.02;
@@ -134,6 +135,7 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
 
   PetscFunctionBegin;
   (void)con;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   SlipBatheSetUpBackward(&alexander);
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &kick.friction));
   if (SlipFaultOpens(fault)) {
@@ -195,6 +197,7 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
 
   PetscFunctionBegin;
   (void)con, (void)from;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   if (SlipFaultSticksOnDevice(fault, 2, there)) {
     PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_DRIFT, 1, &h, 2, there));
     PetscFunctionReturn(PETSC_SUCCESS);

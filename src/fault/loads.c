@@ -3,6 +3,7 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
+#include <slipstep/private/slipwork.h>
 
 #define NEVER PETSC_MAX_REAL
 /* Times that differ by so little are one: a step that ends at a corner may miss it by rounding. */
@@ -133,6 +134,7 @@ static void SourcePressure(const SlipFaultSource *source, PetscInt n, PetscReal 
 {
   const PetscReal scale = source->pressure, stop = source->stop, D = source->diffusivity;
 
+  SlipWorkAdd(SLIP_WORK_SOURCE, (PetscReal)n * ((t > 0) + (stop > 0 && t > stop)));
   for (PetscInt i = 0; i < n; i++) {
     if (t > 0) p[i] += scale * SlipExponentialIntegral(source->distance2[i] / (4 * D * t));
     if (stop > 0 && t > stop) p[i] -= scale * SlipExponentialIntegral(source->distance2[i] / (4 * D * (t - stop)));

@@ -240,8 +240,8 @@ PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscReal *largest)
       a[c * i + k] = PetscSinReal(2 + (PetscReal)3.7 * (PetscReal)number);
     }
   PetscCall(VecRestoreArrayWrite(x, &a));
-  PetscCall(VecNormalize(x, NULL));
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
+  PetscCall(VecNormalize(x, NULL));
   for (PetscInt k = 0; k < POWER_PRODUCTS; k++) {
     PetscCall(SlipElasticApply(fault->medium, x, y, NULL));
     PetscCall(VecGetArray(y, &a));

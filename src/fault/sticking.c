@@ -8,6 +8,7 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
+#include <slipstep/private/slipwork.h>
 
 /* Of the end of an event: slip that may be left, over the tolerance of a step; solves with what slides, each to a share
    of its stress, and products of each at most */
@@ -119,6 +120,7 @@ PetscErrorCode SlipFaultStickingPowers(SlipFault fault, PetscReal t, Vec w, cons
   PetscBool at_once;
 
   PetscFunctionBegin;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   PetscCall(PetscArrayzero(power, 3));
   if (friction) PetscCall(PetscArrayzero(friction, mesh->faults));
   PetscCall(SlipFaultGetFrictionOf(fault, t, w, &of));
@@ -167,6 +169,7 @@ PetscErrorCode SlipFaultStickingPush(SlipFault fault, PetscReal t, Vec w, Vec pu
   Vec u, ku;
 
   PetscFunctionBegin;
+  SlipWorkCells(fault->mesh.n, fault->layout.components, fault->friction.law->always_slides);
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &ku));
   PetscCall(SlipFaultForce(fault, t, w, u, ku));

@@ -82,9 +82,9 @@ static PetscErrorCode Spend(SlipOutput out, SlipAttempt *attempt, PetscInt *spen
   attempt->wall = (PetscReal)(now - a->begin);
   *spent = out->sides ? sides - a->sides : -1;
   if (out->started)
-    SlipCostRow(&a->cost, 1 + (PetscReal)PetscMax(*spent, 0), &attempt->products);
+    attempt->products = SlipProductsRow(&a->cost);
   else
-    SlipCostStart(&a->cost);
+    (void)SlipProductsRow(&a->cost);
   a->newton = newton;
   a->linear = linear;
   a->sides = sides;

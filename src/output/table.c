@@ -1,6 +1,7 @@
 /* Tables of an output file: rows collected in memory, appended to HDF5 in blocks. */
 #include <slipstep/private/slipoutput.h>
 #include <slipcompat.h>
+#include <slipstep/private/slipwork.h>
 
 PetscErrorCode SlipTableRest(const SlipClock *clock, SlipH5 *h, const char path[], PetscInt wide, const PetscInt dims[],
                              PetscInt rows, PetscBool *has)
@@ -115,6 +116,7 @@ PetscErrorCode SlipTableFlush(SlipTable *t, SlipH5 *h)
 PetscErrorCode SlipTableAdd(SlipTable *t, SlipH5 *h, const PetscReal row[])
 {
   PetscFunctionBegin;
+  SlipWorkAdd(SLIP_WORK_NUMBER, (PetscReal)(t->first[t->ncolumns - 1] + t->entries[t->ncolumns - 1]));
   for (PetscInt c = 0; c < t->ncolumns; c++) {
     PetscReal *column = t->value + (size_t)t->first[c] * (size_t)t->room;
 

@@ -4,6 +4,7 @@
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipcheckpoint.h>
+#include <slipstep/private/slipwork.h>
 
 /* ---- the state ---- */
 
@@ -70,9 +71,11 @@ static PetscErrorCode Restart(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(source, sizeof(source), "-%sfault_restart", SlipFaultPrefix(fault)));
+  SlipWorkPause(PETSC_TRUE);
   PetscCall(SlipStateOpen(fault->comm, fault->options.text[FAULT_RESTART], source, &s));
   PetscCall(VisitFaultState(s, ts, fault));
   PetscCall(SlipStateClose(&s));
+  SlipWorkPause(PETSC_FALSE);
   if (fault->run->idle) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(RestartStep(fault, ts));
   PetscCall(SlipClockRead(ts, &time, NULL));

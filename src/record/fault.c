@@ -2,6 +2,7 @@
 #include <slipstep/private/sliprecord.h>
 #include <slipstep/private/slipfaultfeatures.h>
 #include <math.h>
+#include <slipstep/private/slipwork.h>
 
 /*@
   SlipFaultCreate - create a fault, with the parameters of the reference case "3 km" and one cell
@@ -125,13 +126,20 @@ static PetscErrorCode SetUp(SlipFault fault)
 @*/
 PetscErrorCode SlipFaultSetUp(SlipFault fault)
 {
+  static PetscBool begun = PETSC_FALSE; /* a run in this process */
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
   PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
   if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
-  SlipProductsGetOf(SLIP_PRODUCTS_SETUP, &fault->run->before[SLIP_PRODUCTS_SETUP]);
+  for (int i = 0; i < SLIP_PRODUCTS_USERS; i++) SlipProductsGetOf((SlipProductsUser)i, &fault->run->before[i]);
+  fault->run->work = SlipWorkGet();
+  fault->run->time = begun ? SlipProcessorTime() : 0; /* what comes before the first is part of it */
+  if (!begun) PetscCall(PetscMemzero(&fault->run->work, sizeof(fault->run->work)));
+  begun = PETSC_TRUE;
+  SlipWorkPrepare();
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
+  SlipWorkAdd(SLIP_WORK_RUN, 1);
   ierr = SetUp(fault);
   if (ierr) SlipProductsRun(); /* a program may go on with another fault */
   PetscCall(ierr);

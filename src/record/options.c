@@ -139,7 +139,8 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 + -fault_<name> <value>           - -help lists them with unit and default
 . -fault_progress <yes>           - print how far a run is
 . -fault_output_xdmf <yes>        - write FILE.xdmf2 beside FILE of -fault_output
-. -fault_view                     - print all of them after set-up, and the operators with their memory
+. -fault_view                     - print all of them after set-up, and the operators with their memory; at the end
+                                    where the time of the run went
 - -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
 
   Level: beginner
@@ -174,8 +175,10 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   PetscCall(SlipFaultWarnOfGrid(fault));
   PetscCall(SlipFaultCheckFileNames(fault)); /* viewers open theirs at once */
   PetscCall(PetscViewerDestroy(&fault->options.viewer));
-  PetscCall(PetscOptionsViewer("-fault_view", "Print the parameters and the operators after set-up", "SlipFaultView",
-                               &fault->options.viewer, &fault->options.format, NULL));
+  PetscCall(PetscOptionsViewer("-fault_view",
+                               "Print the parameters and the operators after set-up, and at the end where time went",
+                               "SlipFaultView", &fault->options.viewer, &fault->options.format, NULL));
+  if (fault->options.viewer) SlipWorkMeasure();
   PetscCall(PetscViewerDestroy(&fault->options.stiffness_viewer));
   PetscCall(PetscOptionsViewer("-fault_stiffness_view", "Write K [Pa/m] after scaling, for example to binary:K.bin",
                                "SlipFaultSetUp", &fault->options.stiffness_viewer, &fault->options.stiffness_format,

@@ -1,6 +1,7 @@
 /* What the output file of a run holds: its layout, the mesh, and the fields. */
 #include <slipstep/private/sliprecordfiles.h>
 #include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipwork.h>
 
 static const SlipOutputColumn SeriesColumns[] = {
   {"mean_slip_rate", "m/s", PETSC_FALSE},   {"max_slip_rate", "m/s", PETSC_FALSE},
@@ -318,6 +319,8 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
       if (rows->data != slip) rows->stride = layout->block;
     }
   }
+  SlipWorkAdd(SLIP_WORK_PIECE, (PetscReal)n);
+  SlipWorkAdd(SLIP_WORK_NUMBER, (PetscReal)n * (PetscReal)mesh->N);
   PetscCall(SlipH5AppendAll(SlipOutputFile(out->fault->run->file), n, series, 1));
   for (PetscInt f = 0; f < OUTPUT_MAX_FIELDS; f++) PetscCall(PetscFree(copy[f]));
   PetscCall(PetscFree(slip));

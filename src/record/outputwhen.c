@@ -194,6 +194,7 @@ static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
   static const SlipProductsUser users[] = {SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_LOOK};
   static const char *const names[] = {"products", "products_looking"};
   SlipProducts now, products, *before = fault->run->before;
+  PetscReal time = SlipProcessorTime() - fault->run->time;
 
   PetscFunctionBegin;
   for (int i = 0; i < 2; i++) {
@@ -202,6 +203,8 @@ static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
     PetscCall(SlipStateProducts(s, names[i], &products));
     before[users[i]] = SlipProductsSince(&now, &products);
   }
+  PetscCall(SlipStateReal(s, "processor_time", 1, &time));
+  fault->run->time = SlipProcessorTime() - time;
   PetscCall(SlipStateInt(s, "right_hand_sides", 1, &fault->balance.sides));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

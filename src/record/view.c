@@ -1,4 +1,4 @@
-/* -fault_view: the parameters of a fault, and what its operators are and take. */
+/* -fault_view: the parameters of a fault, what its operators are and take, and where the time of its run went. */
 #include <slipstep/private/sliprecord.h>
 #include <stdio.h>
 
@@ -53,6 +53,38 @@ static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
                    (double)-range[1]);
   PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s%s%s%s\n", p->name, text, p->unit, from ? " (from " : "",
                                    from ? from : "", from ? ")" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where the time of this process went, at the end of a run that -fault_view was given for: the seconds of each share,
+   and what it costs by counts of work; in detail these counts. Collective. */
+PetscErrorCode SlipFaultViewTimes(SlipFault fault)
+{
+  const SlipWorkTotals now = SlipWorkGet(), *before = &fault->run->work;
+  PetscViewer viewer = fault->options.viewer;
+  PetscReal seconds = 0, cost = 0;
+
+  PetscFunctionBegin;
+  if (!viewer) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int i = 0; i < SLIP_SHARES; i++) {
+    seconds += now.seconds[i] - before->seconds[i];
+    cost += now.cost[i] - before->cost[i];
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "where the time of the run went: processor time [s], and cost [s]\n"));
+  for (int i = 0; i < SLIP_SHARES; i++) {
+    const PetscReal s = now.seconds[i] - before->seconds[i], c = now.cost[i] - before->cost[i];
+
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  %-14s %11.4f %6.2f %% %11.4f %6.2f %%\n", SlipShareNames[i], (double)s,
+                                     (double)(100 * s / seconds), (double)c, (double)(100 * c / cost)));
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  %-14s %11.4f          %11.4f\n", "all", (double)seconds, (double)cost));
+  for (int i = 0; i < SLIP_WORKS && fault->options.format == PETSC_VIEWER_ASCII_INFO_DETAIL; i++) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  work %s:", SlipWorkNames[i]));
+    for (int k = 0; k < SLIP_SHARES; k++)
+      PetscCall(PetscViewerASCIIPrintf(viewer, " %.17g", (double)(now.units[i][k] - before->units[i][k])));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  }
+  PetscCall(PetscViewerFlush(viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

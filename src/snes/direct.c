@@ -4,6 +4,7 @@
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <petscblaslapack.h>
+#include <slipstep/private/slipwork.h>
 
 /* Rows whose square MPI and LAPACK, and integers of 32 bits, can still count */
 #define SLIP_DIRECT_MOST 46340
@@ -140,7 +141,7 @@ static PetscErrorCode SlipSolveSymmetric(PetscInt n, PetscScalar A[], PetscScala
   PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
   *pd = info == 0 ? PETSC_TRUE : PETSC_FALSE;
   if (*pd) LAPACKpotrs_("L", &nb, &one, A, &nb, b, &nb, &info);
-  PetscCall(PetscLogFlops((PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
+  PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, (PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -156,7 +157,7 @@ static PetscErrorCode SlipIsPositive(PetscInt n, const PetscScalar A[], PetscSca
   LAPACKpotrf_("U", &nb, W, &nb, &info); /* of columns: by rows it is the lower half */
   PetscCheck(info >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "potrf: argument %d is wrong", (int)-info);
   *positive = info == 0 ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(PetscLogFlops((PetscLogDouble)n * n * n / 3.0));
+  PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, (PetscLogDouble)n * n * n / 3.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -176,7 +177,7 @@ static PetscErrorCode SlipIsStable(PetscInt n, PetscScalar A[], PetscBool *stabl
   for (PetscInt i = 0; i < n; i++)
     if (!(real[i] > 0.0)) *stable = PETSC_FALSE;
   PetscCall(PetscFree3(real, imaginary, work));
-  PetscCall(PetscLogFlops(10.0 * (PetscLogDouble)n * n * n));
+  PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, 20.0 * (PetscLogDouble)n * n * n)); /* by its time, 30 times LU */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -209,7 +210,7 @@ static PetscErrorCode SlipSolveGeneral(PetscInt n, PetscScalar A[], const PetscS
   if (*pd && !positive) PetscCall(SlipIsStable(n, W, pd));
   if (*pd) LAPACKgetrs_("T", &nb, &one, A, &nb, pivot, b, &nb, &info);
   PetscCall(PetscFree2(pivot, W));
-  PetscCall(PetscLogFlops(2.0 * (PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
+  PetscCall(SlipWorkFlops(SLIP_WORK_FACTOR, 2.0 * (PetscLogDouble)n * n * n / 3.0 + 2.0 * n * n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -240,10 +241,6 @@ static PetscErrorCode SlipGatherSolve(MPI_Comm comm, PetscInt n, PetscInt nloc, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Its cost, of any mesh: in a factor's flops, with what packing n^2 entries and the steps linear in n take of it */
-static SlipMeter factored;
-#define DIRECT_PACK 60
-
 /* Solve (B + slope) dx = rhs on the rows where mask is 1; dx is 0 elsewhere. B is taken for symmetric unless it
    is known not to be (MAT_SYMMETRIC). See slipsnes.h (private). */
 PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec cross, Vec rhs, Vec dx, PetscInt max,
@@ -273,7 +270,9 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   }
   PetscCall(SlipGetDense(B, &dense, &scale, &diagonal));
   if (!dense) PetscFunctionReturn(PETSC_SUCCESS);
-  SlipMeterBegin(&factored);
+  PetscCall(PetscLogEventBegin(SLIP_Direct, mask, 0, 0, 0));
+  SlipWorkBegin(SLIP_SHARE_DIRECT);
+  SlipWorkAdd(SLIP_WORK_PACK, (PetscReal)n * (PetscReal)n);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(SlipSlidingSet(mask, &nloc, &loc, &counts, &displs, &glob));
   PetscCall(PetscMalloc6(nloc * n, &rows, nloc, &mine, nloc, &own, n * n, &A, n, &b, n, &D));
@@ -299,7 +298,8 @@ PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec c
   PetscCall(PetscFree6(rows, mine, own, A, b, D));
   PetscCall(PetscFree(glob));
   PetscCall(PetscFree3(loc, counts, displs));
-  SlipMeterEnd(&factored, (PetscReal)n * (PetscReal)n * (DIRECT_PACK + (PetscReal)n / 3));
+  SlipWorkEnd();
+  PetscCall(PetscLogEventEnd(SLIP_Direct, mask, 0, 0, 0));
   *done = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,6 +3,7 @@
 #include <slipsys.h>
 #include <stdio.h>
 #include <sys/stat.h>
+#include <slipstep/private/slipwork.h>
 
 /* Files that options have named for reading: none of them may be an output. The last ones count. */
 #define SLIP_H5_INPUTS 32
@@ -48,6 +49,7 @@ PetscErrorCode SlipH5OpenReadOption(const char prefix[], const char option[], co
   FILE *probe;
 
   PetscFunctionBegin;
+  SlipWorkAdd(SLIP_WORK_READ, 1);
   PetscCall(SlipH5Clear(prefix, option, h));
   PetscCall(PetscStrncpy(h->name, file, sizeof(h->name)));
   probe = fopen(file, "rb");

@@ -14,6 +14,7 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <slipstep/private/slipwork.h>
 
 /* Wall time between two flushes [s]: such that they take a hundredth of it, within these bounds */
 #define SLIP_H5_FLUSH_MIN 0.1
@@ -80,6 +81,7 @@ PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH
   int reason;
 
   PetscFunctionBegin;
+  SlipWorkAdd(SLIP_WORK_FILE, 1);
   PetscCall(SlipH5Claim(kind, file, h));
   PetscCall(SlipH5Enlist(h));
   access = SlipH5Access(kind->growing);

@@ -1,11 +1,12 @@
 /* Events and stages of -log_view, and products of any Mat as an event of their own, which are counted. */
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipwork.h>
 #include <petscts.h>
 
 PetscLogStage SLIP_STAGE_SETUP, SLIP_STAGE_RUN, SLIP_STAGE_OUTPUT;
 PetscLogEvent SLIP_StiffnessSetUp, SLIP_StiffnessMult, SLIP_ViscositySetUp, SLIP_ViscosityMult, SLIP_StageMult;
-PetscLogEvent SLIP_PCSetUp, SLIP_PCApply, SLIP_Cone, SLIP_Policy, SLIP_Observe, SLIP_Output;
+PetscLogEvent SLIP_PCSetUp, SLIP_PCApply, SLIP_Direct, SLIP_Cells, SLIP_Cone, SLIP_Policy, SLIP_Observe, SLIP_Output;
 
 /* One row per event; the classes are PETSc's that stand nearest, by which -log_exclude leaves events out. */
 static const struct {
@@ -18,6 +19,7 @@ static const struct {
   {"SlipBMult", &MAT_CLASSID, &SLIP_StageMult},        {"SlipPCSetUp", &PC_CLASSID, &SLIP_PCSetUp},
   {"SlipPCApply", &PC_CLASSID, &SLIP_PCApply},         {"SlipCone", &SNES_CLASSID, &SLIP_Cone},
   {"SlipPolicy", &TSADAPT_CLASSID, &SLIP_Policy},      {"SlipObserve", &TSADAPT_CLASSID, &SLIP_Observe},
+  {"SlipDirect", &SNES_CLASSID, &SLIP_Direct},         {"SlipCells", &TS_CLASSID, &SLIP_Cells},
   {"SlipOutput", &PETSC_VIEWER_CLASSID, &SLIP_Output},
 };
 
@@ -55,20 +57,25 @@ typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscLogEvent event;
   PetscBool made; /* H whose products are made of those with K */
-  SlipMeter meter;
+  PetscBool dense;
 } Product;
 
 static PetscErrorCode LoggedMult(Mat A, Vec x, Vec y)
 {
   const SlipProducts before = SlipProductsNow();
   Product *product;
+  PetscLogDouble begin, end;
 
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)A, "SlipProduct", &product));
   PetscCall(PetscLogEventBegin(product->event, A, x, y, 0));
-  SlipMeterBegin(&product->meter);
+  SlipWorkBegin(SLIP_SHARE_PRODUCTS);
+  SlipWorkAdd(SLIP_WORK_PRODUCT, 1);
+  PetscCall(PetscGetFlops(&begin));
   PetscCall((*product->mult)(A, x, y));
-  SlipMeterEnd(&product->meter, product->made ? 1 + (PetscReal)(SlipProductsNow().k - before.k) : 1);
+  PetscCall(PetscGetFlops(&end));
+  if (product->dense) SlipWorkLogged(SLIP_WORK_DENSE, end - begin);
+  SlipWorkEnd();
   PetscCall(PetscLogEventEnd(product->event, A, x, y, 0));
   if (product->event == SLIP_ViscosityMult)
     SlipProductsAdd((SlipProducts){.h = 1, .all = product->made ? 0 : 1});
@@ -97,6 +104,7 @@ PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
   product->mult = (PetscErrorCode(*)(Mat, Vec, Vec))mult;
   product->event = event;
   PetscCall(PetscStrcmp(type, "sliplanczos", &product->made));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)A, &product->dense, MATSEQDENSE, MATMPIDENSE, ""));
   PetscCall(SlipObjectComposeData((PetscObject)A, "SlipProduct", product, SlipContainerDestroyDefault));
   PetscCall(MatSetOperation(A, MATOP_MULT, SlipMatShellFn(LoggedMult)));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -139,6 +147,7 @@ PetscErrorCode SlipLogOutputBegin(void)
   PetscCall(PetscLogStagePush(SLIP_STAGE_OUTPUT));
   PetscCall(PetscLogEventBegin(SLIP_Output, 0, 0, 0, 0));
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
+  SlipWorkAdd(SLIP_WORK_PIECE, 1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

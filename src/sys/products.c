@@ -1,12 +1,13 @@
-/* What a run costs: how many products with K, H and stage operators there were, and what they take.
-
-   Counts are plain integers of this process; operators are collective, so that all processes count the same. A kind of
-   work costs what some of its calls did, measured where they happen, with what lies in the caches then: that tells the
-   processor time without reading a clock twice in every product, of which a small one takes a few microseconds. */
+/* What a run costs: products with K, H and stage operators, and processor time by kinds of work, which are counted
+   where they are done, each at a fixed price. The same run costs the same to the bit, whatever else the machine does.
+   Counts are those of this process; operators are collective, so that all processes count the same products.
+   tests/benchmarks/cost.py finds the prices. */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime() */
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipwork.h>
 #include <time.h>
+#include "workprices.h"
 
 /* For whom they are made, the last of users now */
 #define USERS_MOST 32
@@ -14,19 +15,31 @@ static SlipProducts counts[SLIP_PRODUCTS_USERS];
 static SlipProductsUser users[USERS_MOST];
 static PetscInt last;
 
-/* Processor time of each user, when the last one took over, and what their work costs by meters [s] */
-static PetscReal taken[SLIP_PRODUCTS_USERS], begun, metered[SLIP_PRODUCTS_USERS];
+const char *const SlipShareNames[] = {"set-up", "products", "direct solves", "cells", "observation", "output"};
 
-/* Meters that run now, one inside of the other */
-#define METERS_MOST 16
-static struct {
-  PetscBool timed;
-  PetscReal begin, inner; /* [s] */
-} meter[METERS_MOST];
-static PetscInt running;
+/* Costs are multiples of this [s], of which sums and differences have no rounding: attempts add up to the run, and a
+   run that goes on costs what it would have cost at once. */
+#define QUANTUM (1.0 / (1 << 30))
 
-/* Processor time of this process, of all its threads [s] */
-static PetscReal Clock(void)
+#define WORK_NAME(name, share) #name,
+const char *const SlipWorkNames[] = {SLIP_WORK_LIST(WORK_NAME)};
+
+#define SHARE_OF(name, share) SLIP_SHARE_##share,
+static const SlipShare ShareOf[] = {SLIP_WORK_LIST(SHARE_OF)};
+
+static SlipWorkTotals totals;
+static PetscLogDouble flops_seen, flops_ours; /* of PETSc's log: at the last look, and those since that have a kind */
+
+/* Shares that are begun, one inside of the other */
+#define DEPTH_MOST 16
+static SlipShare begun[DEPTH_MOST];
+static PetscInt depth;
+static PetscBool preparing = PETSC_TRUE, paused; /* between runs; for a checkpoint */
+
+static PetscBool measured;
+static PetscReal clock_seen;
+
+PetscReal SlipProcessorTime(void)
 {
   struct timespec t;
 
@@ -34,75 +47,136 @@ static PetscReal Clock(void)
   return (PetscReal)t.tv_sec + (PetscReal)1e-9 * (PetscReal)t.tv_nsec;
 }
 
-/* The time since the last change of users is that of the last one */
+/* In a run what is done is of this share. */
+static SlipShare ShareNow(SlipShare in_run)
+{
+  const SlipProductsUser user = users[last];
+
+  return user == SLIP_PRODUCTS_SETUP || preparing ? SLIP_SHARE_SETUP
+         : user == SLIP_PRODUCTS_LOOK             ? SLIP_SHARE_OUTPUT
+                                                  : in_run;
+}
+
+/* Files and what else belongs to set-up or output is no attempt's, also where it is met on the way: a run that goes on
+   from a checkpoint reads others. */
+static SlipProductsUser UserOf(SlipShare share)
+{
+  const SlipProductsUser now = users[last];
+
+  if (now != SLIP_PRODUCTS_RUN) return now;
+  return share == SLIP_SHARE_SETUP    ? SLIP_PRODUCTS_SETUP
+         : share == SLIP_SHARE_OUTPUT ? SLIP_PRODUCTS_LOOK
+                                      : SLIP_PRODUCTS_RUN;
+}
+
+void SlipWorkAdd(SlipWork work, PetscReal units)
+{
+  const SlipShare share = ShareNow(ShareOf[work]);
+  const PetscReal cost = QUANTUM * PetscFloorReal(units * WorkPrices[work] / QUANTUM + (PetscReal)0.5);
+
+  if (paused) return;
+  totals.units[work][share] += units;
+  totals.cost[share] += cost;
+  counts[UserOf(ShareOf[work])].cost += cost;
+}
+
+void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides)
+{
+  SlipWorkAdd(SLIP_WORK_EVALUATION, 1);
+  SlipWorkAdd(always_slides ? SLIP_WORK_BALANCE : SLIP_WORK_STRENGTH, (PetscReal)(n * components));
+}
+
+void SlipWorkLogged(SlipWork work, PetscLogDouble flops)
+{
+  flops_ours += flops;
+  SlipWorkAdd(work, (PetscReal)flops);
+}
+
+/* Whole ones, as their sums have no rounding then. */
+PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops)
+{
+  const PetscLogDouble whole = PetscFloorReal(flops);
+
+  PetscFunctionBegin;
+  PetscCall(PetscLogFlops(whole));
+  SlipWorkLogged(work, whole);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static void TakeTime(void)
 {
-  const PetscReal now = Clock();
+  const PetscReal now = SlipProcessorTime();
+  const PetscInt last = PetscMin(depth, DEPTH_MOST) - 1;
 
-  taken[users[last]] += now - begun;
-  begun = now;
+  totals.seconds[ShareNow(last < 0 ? SLIP_SHARE_CELLS : begun[last])] += now - clock_seen;
+  clock_seen = now;
 }
 
-/* Of calls one after the other those that are measured: all at first, but for the very first, which prepares what
-   others find; then one in 16 by a hash, so that no rhythm of the work is met again and again */
-static PetscBool IsSample(PetscInt64 call)
+void SlipWorkTake(void)
 {
-  return call > 1 && (call < 10 || ((uint32_t)call * UINT32_C(2654435761)) >> 28 == 0) ? PETSC_TRUE : PETSC_FALSE;
+  PetscLogDouble flops = 0;
+
+  (void)PetscGetFlops(&flops);
+  if (flops - flops_seen > flops_ours) SlipWorkAdd(SLIP_WORK_VECTOR, (PetscReal)(flops - flops_seen - flops_ours));
+  flops_seen = flops;
+  flops_ours = 0;
+  if (measured) TakeTime();
 }
 
-void SlipMeterBegin(SlipMeter *m)
+void SlipWorkBegin(SlipShare share)
 {
-  PetscBool timed;
-
-  m->calls++;
-  if (running >= METERS_MOST) running = 0; /* an error has left them */
-  timed = IsSample(m->calls) || (running > 0 && meter[running - 1].timed) ? PETSC_TRUE : PETSC_FALSE;
-  meter[running].timed = timed;
-  meter[running].inner = 0;
-  meter[running++].begin = timed ? Clock() : 0;
+  if (measured) TakeTime();
+  if (depth < DEPTH_MOST) begun[depth] = share;
+  depth++;
 }
 
-/* units: how much work it was; that of meters inside is not its own */
-void SlipMeterEnd(SlipMeter *m, PetscReal units)
+void SlipWorkEnd(void)
 {
-  if (running > 0 && meter[--running].timed) {
-    const PetscReal all = Clock() - meter[running].begin;
-
-    m->seconds += all - meter[running].inner;
-    m->units += units;
-    if (running > 0) meter[running - 1].inner += all;
-  }
-  if (m->units > 0) metered[users[last]] += units * m->seconds / m->units;
+  if (measured) TakeTime();
+  if (depth > 0) depth--;
 }
 
-void SlipCostStart(SlipCost *c)
+void SlipWorkPrepare(void)
 {
-  TakeTime();
-  c->last = counts[SLIP_PRODUCTS_RUN];
-  c->taken = taken[SLIP_PRODUCTS_RUN];
-  c->metered = metered[SLIP_PRODUCTS_RUN];
+  SlipWorkTake();
+  preparing = PETSC_TRUE;
 }
 
-/* Of the run since the last row, or since SlipCostStart(). units: how much there was to do beside what meters see, at
-   the price of some rows. The first row also prepares what others find, and costs what it took. */
-void SlipCostRow(SlipCost *c, PetscReal units, SlipProducts *since)
+void SlipWorkPause(PetscBool pause)
 {
-  const SlipProducts before = c->last;
-  const PetscReal before_taken = c->taken, before_metered = c->metered;
+  SlipWorkTake();
+  paused = pause;
+}
 
-  SlipCostStart(c);
-  *since = SlipProductsSince(&c->last, &before);
-  since->time = c->taken - before_taken;
-  c->rows++;
-  if (IsSample(c->rows)) {
-    c->seconds += since->time - (c->metered - before_metered);
-    c->units += units;
-  }
-  since->cost = c->metered - before_metered + (c->units > 0 ? units * PetscMax(c->seconds, 0) / c->units : 0);
-  if (c->rows == 1) since->cost = since->time;
-  counts[SLIP_PRODUCTS_RUN].cost += since->cost;
-  counts[SLIP_PRODUCTS_RUN].time += since->time;
-  c->last = counts[SLIP_PRODUCTS_RUN];
+void SlipWorkReset(void)
+{
+  preparing = paused = PETSC_FALSE;
+  depth = 0;
+}
+
+void SlipWorkMeasure(void)
+{
+  if (measured) return;
+  measured = PETSC_TRUE;
+  clock_seen = SlipProcessorTime();
+  totals.seconds[SLIP_SHARE_SETUP] += clock_seen;
+}
+
+SlipWorkTotals SlipWorkGet(void)
+{
+  SlipWorkTake();
+  return totals;
+}
+
+/* ---- products, and for whom they are made ---- */
+
+SlipProducts SlipProductsRow(SlipProducts *last_row)
+{
+  const SlipProducts before = *last_row;
+
+  SlipWorkTake();
+  *last_row = counts[SLIP_PRODUCTS_RUN];
+  return SlipProductsSince(last_row, &before);
 }
 
 /* Formed beside MatMult(), or inside of it as one */
@@ -110,7 +184,7 @@ void SlipProductsAdd(SlipProducts more)
 {
   SlipProducts *c = &counts[users[last]];
 
-  *c = (SlipProducts){c->k + more.k, c->h + more.h, c->pc + more.pc, c->all + more.all, c->cost, c->time};
+  *c = (SlipProducts){c->k + more.k, c->h + more.h, c->pc + more.pc, c->all + more.all, c->cost};
 }
 
 SlipProducts SlipProductsNow(void)
@@ -120,8 +194,8 @@ SlipProducts SlipProductsNow(void)
 
 SlipProducts SlipProductsSince(const SlipProducts *now, const SlipProducts *before)
 {
-  return (SlipProducts){now->k - before->k,     now->h - before->h,       now->pc - before->pc,
-                        now->all - before->all, now->cost - before->cost, now->time - before->time};
+  return (SlipProducts){now->k - before->k, now->h - before->h, now->pc - before->pc, now->all - before->all,
+                        now->cost - before->cost};
 }
 
 /* Those that follow are made for this user, until it is popped. */
@@ -130,7 +204,7 @@ PetscErrorCode SlipProductsPush(SlipProductsUser user)
   PetscFunctionBegin;
   PetscCheck(last + 1 < USERS_MOST, PETSC_COMM_SELF, PETSC_ERR_PLIB, "products are made for %d users at once",
              USERS_MOST);
-  TakeTime();
+  SlipWorkTake();
   users[++last] = user;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -139,7 +213,7 @@ PetscErrorCode SlipProductsPop(void)
 {
   PetscFunctionBegin;
   PetscCheck(last > 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "products are made for nobody else");
-  TakeTime();
+  SlipWorkTake();
   last--;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -147,12 +221,14 @@ PetscErrorCode SlipProductsPop(void)
 /* A run begins, or nothing does, whatever an error has left. */
 void SlipProductsRun(void)
 {
-  TakeTime();
-  last = running = 0;
+  SlipWorkTake();
+  last = 0;
+  SlipWorkReset();
 }
 
 void SlipProductsGetOf(SlipProductsUser of, SlipProducts *products)
 {
+  SlipWorkTake();
   *products = counts[of];
 }
 
@@ -174,9 +250,9 @@ void SlipProductsGetOf(SlipProductsUser of, SlipProducts *products)
   them, a product with both at once counted once. Solves with the rows of a few cells have none. What a medium of your
   own does in a call of its force counts as one product with K unless it multiplies by matrices of slipmat.h.
 
-  `time` is the processor time of this process for attempts of runs, without output and estimates, and `cost` what they
-  cost by these products, factorisations of a few cells' rows and the rest of the work, each at the price of some that
-  were measured. They are known after each attempt of TSBATHE, and after those of others that have an output.
+  `cost` is the processor time [s] of what was done, without set-up, output and estimates: kinds of work that are
+  counted, each at a fixed price. The same run costs the same to the bit, on any machine and whatever else that does.
+  On a device it is what the processor would have taken for the same products.
 
 .seealso: SlipAttempt, TSBatheGetLastAttempt()
 @*/

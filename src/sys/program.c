@@ -235,6 +235,8 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
                  "reads options from a file, -version prints the version.\n\n%s",
                  file, file, file, help);
   (void)sigaction(SIGPIPE, NULL, &pipes);
+  /* Open MPI's hwloc would load the drivers of OpenCL, which takes a third of the start and changes what signals do. */
+  (void)setenv("HWLOC_COMPONENTS", "-opencl", 0);
   PetscCall(PetscInitialize(argc, argv, NULL, text));
   SlipProgramLimitBLAS();
   (void)sigaction(SIGPIPE, &pipes, NULL); /* where output is not read to its end, as by head, a program ends quietly */

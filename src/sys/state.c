@@ -170,14 +170,13 @@ PetscErrorCode SlipStateInt(SlipState s, const char name[], PetscInt n, PetscInt
 PetscErrorCode SlipStateProducts(SlipState s, const char name[], SlipProducts *p)
 {
   PetscInt x[] = {p->k, p->h, p->pc, p->all};
-  PetscReal seconds[] = {p->cost, p->time};
   char of[64];
 
   PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(of, sizeof(of), "%s_time", name));
+  PetscCall(PetscSNPrintf(of, sizeof(of), "%s_cost", name));
   PetscCall(SlipStateInt(s, name, PETSC_STATIC_ARRAY_LENGTH(x), x));
-  PetscCall(SlipStateReal(s, of, 2, seconds));
-  *p = (SlipProducts){x[0], x[1], x[2], x[3], seconds[0], seconds[1]};
+  PetscCall(SlipStateReal(s, of, 1, &p->cost));
+  *p = (SlipProducts){x[0], x[1], x[2], x[3], p->cost};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,7 @@
 /* A step of TSADAMS, TSRKC and TSLAPUSTA: attempts from one state, each of which the controller accepts, or it is taken
    back and the next one is shorter, until one is accepted or the run ends. Types say what an attempt is. */
 #include <slipstep/private/slipts.h>
+#include <slipstep/private/slipwork.h>
 
 /* SLIP_STATE_METHOD of types whose steps begin with the rates that the last one ended with: what a checkpoint needs
    beside time, step and state */
@@ -91,6 +92,7 @@ PetscErrorCode SlipAttemptsStep(TS ts, const SlipAttemptOps *ops, PetscBool *acc
   while (!ts->reason && !*accepted) {
     PetscCall(SlipMeetCorner(ts, &at->whole, &at->corner));
     if (ops->limit) PetscCall((*ops->limit)(ts));
+    SlipWorkAdd(SLIP_WORK_ATTEMPT, 1);
     PetscCall(SlipGuardStep(ts));
     PetscCall((*ops->attempt)(ts, &good));
     if (good) {

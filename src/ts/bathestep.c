@@ -156,7 +156,7 @@ static PetscErrorCode TSBatheProducts(TS ts)
 
   PetscFunctionBegin;
   PetscCall(SlipProductsGet(&now));
-  ba->last.products = SlipProductsSince(&now, &ba->cost.last);
+  ba->last.products = SlipProductsSince(&now, &ba->cost);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -294,8 +294,7 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   ba->barrier = no_barrier;
   ba->error_share = 0;
   ba->last = (SlipAttempt){.time = ts->ptime, .error = -1.0};
-  ba->cost = (SlipCost){0};
-  SlipCostStart(&ba->cost);
+  (void)SlipProductsRow(&ba->cost);
   PetscCall(TSGetSlipProblem(ts, &problem, &ctx));
   if (problem && problem->begin) PetscCall((*problem->begin)(ts, PETSC_FALSE, ctx));
   PetscCall(PetscObjectQueryFunction((PetscObject)ts->adapt, "TSAdaptChooseFirst_C", &f));
@@ -354,17 +353,12 @@ static PetscErrorCode TSBatheBeginStep(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Work beside products, on all cells: of an attempt, of a linear iteration, which is one as well, and of a Newton
-   iteration, which evaluates friction and the cone */
-#define NEWTON_UNITS 3
-
 static PetscErrorCode TSBatheRunMonitors(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
   PetscFunctionBegin;
-  SlipCostRow(&ba->cost, 1 + NEWTON_UNITS * (PetscReal)ba->last.newton + (PetscReal)ba->last.linear,
-              &ba->last.products);
+  ba->last.products = SlipProductsRow(&ba->cost);
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
   for (const TSBatheMonitor *m = ba->monitors; m; m = m->next) PetscCall((*m->fn)(ts, &ba->last, ts->vec_sol, m->ctx));
   PetscCall(SlipProductsPop());

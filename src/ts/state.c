@@ -151,7 +151,7 @@ PetscErrorCode SlipStateTS(SlipState s, TS ts)
   PetscCall(TSBatheMethodState(s, ts));
   PetscCall(SlipStateBool(s, "unchanged", &unchanged)); /* by others since the last step */
   if (!SlipStateIsLoading(s)) PetscFunctionReturn(PETSC_SUCCESS);
-  SlipCostStart(&ba->cost);
+  (void)SlipProductsRow(&ba->cost);
   ba->r_given = PETSC_FALSE;
   ts->steprollback = PETSC_FALSE;
   PetscCall(PetscObjectStateGet((PetscObject)ts->vec_sol, &state));

@@ -25,7 +25,7 @@ typedef struct {
   Family *family; /* NULL: the problem's own draws */
   PetscInt seed, stream, first, cases;
   PetscReal most; /* solves of a classical run beyond which none is tighter, over the policy's most */
-  PetscBool products;
+  PetscBool cost;
   char policy[PETSC_MAX_PATH_LEN], controllers[256];
 } Options;
 
@@ -56,16 +56,15 @@ static PetscErrorCode ReadOptions(Options *o)
                                "Classical types, filters of pi and dsp, and methods (adams/pi, 5dp/basic), with commas "
                                "between",
                                NULL, o->controllers, o->controllers, sizeof(o->controllers), NULL));
-  PetscCall(PetscOptionsBool("-products",
-                             "Runs are weighed by their products with K, H and the preconditioner, not by their solves "
-                             "(rupture, injection, sequence)",
-                             NULL, o->products, &o->products, NULL));
+  PetscCall(PetscOptionsBool("-cost",
+                             "Runs are weighed by their cost [us], not by their solves (rupture, injection, sequence)",
+                             NULL, o->cost, &o->cost, NULL));
   PetscCall(FamilyOption(PetscOptionsObject, &o->family));
   PetscOptionsEnd();
   for (PetscInt i = 0; ProblemTable[i]; i++)
     if (!strcmp(ProblemTable[i]->name, names[k])) o->problem = ProblemTable[i];
-  PetscCheck(!o->products || o->problem->cma->runs, PETSC_COMM_SELF, PETSC_ERR_SUP,
-             "-products: the problem %s counts none, expected one of rupture, injection and sequence", names[k]);
+  PetscCheck(!o->cost || o->problem->cma->runs, PETSC_COMM_SELF, PETSC_ERR_SUP,
+             "-cost: the problem %s counts none, expected one of rupture, injection and sequence", names[k]);
   PetscCall(CMACheckFamily(o->problem, o->family));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -114,7 +113,7 @@ static void RatioAdd(Ratio *r, PetscInt best, PetscInt solves)
 
 static const char *Counted(const Ladder *l)
 {
-  return l->products ? "products" : "solves";
+  return l->work ? "us" : "solves";
 }
 
 static PetscErrorCode PolicyTable(const Ladder *l, const LadderRun run[])
@@ -274,7 +273,7 @@ static PetscErrorCode Run(void)
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (only_help) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(LadderCreate(o.problem, o.family, o.seed, o.stream, o.first, o.cases, o.controllers, &l));
-  l.products = o.products;
+  l.work = o.cost;
   PetscCall(PetscCalloc1(DIALS * l.n, &run));
   if (o.policy[0]) PetscCall(RunPolicy(&o, &l, run));
   PetscCall(PetscPrintf(PETSC_COMM_SELF,

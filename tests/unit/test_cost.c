@@ -1,78 +1,129 @@
-/* What attempts cost by the prices of some calls (src/sys/products.c), against work whose processor time is known. */
+/* What work costs (src/sys/products.c): for whom it is, sums without rounding, and what PETSc's log counts. */
+#define _POSIX_C_SOURCE 200809L /* of products.c */
 #include "../../src/sys/products.c"
 #include "unit.h"
 
-/* Work of so much processor time [s], whatever else the machine does */
-static void Work(PetscReal seconds)
+static PetscReal CostOf(SlipProductsUser user)
 {
-  struct timespec begin, now;
+  SlipProducts p;
 
-  assert_int_equal(clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &begin), 0);
-  do assert_int_equal(clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now), 0);
-  while ((PetscReal)(now.tv_sec - begin.tv_sec) + 1e-9 * (PetscReal)(now.tv_nsec - begin.tv_nsec) < seconds);
+  SlipProductsGetOf(user, &p);
+  return p.cost;
 }
 
-/* Attempts cost what was done in them, by the prices of some calls: two kinds of work of which one is part of the
-   other and has units, and the rest of an attempt, in turn much of one and much of the other. A tenth is for reading
-   clocks. */
-static void cost_is_what_was_done(void **state)
+/* Rows add up to the run to the bit, in whatever order work is done, and each is its work at the prices, to the quantum
+   of each piece. */
+static void rows_add_up(void **state)
 {
-  const PetscReal outer_price = 4e-5, inner_price = 2e-5, rest_price = 6e-5; /* [s] a unit */
-  SlipMeter outer = {0}, inner = {0};
-  SlipCost cost = {.rows = 0};
-  SlipProducts row;
-  PetscReal sum[2] = {0, 0}, expected[2] = {0, 0};
+  SlipWorkTotals before;
+  SlipProducts last = {0};
+  PetscReal sum = 0, expected = 0, begin;
 
   (void)state;
   SlipProductsRun();
-  SlipCostStart(&cost);
-  for (int i = 0; i < 300; i++) {
-    const int calls = i % 2 ? 5 : 1, units = 1 + i % 3, rest = i % 2 ? 1 : 4;
+  before = SlipWorkGet();
+  (void)SlipProductsRow(&last);
+  begin = CostOf(SLIP_PRODUCTS_RUN);
+  for (int i = 0; i < 1000; i++) {
+    PetscReal row = 0, cost;
 
-    for (int k = 0; k < calls; k++) {
-      SlipMeterBegin(&outer);
-      Work(outer_price);
-      SlipMeterBegin(&inner);
-      Work(inner_price * units);
-      SlipMeterEnd(&inner, units);
-      SlipMeterEnd(&outer, 1);
+    for (int k = 0; k < 5; k++) {
+      const SlipWork work = (SlipWork)(SLIP_WORK_PRODUCT + (7 * i + 3 * k) % (SLIP_WORK_PIECE - SLIP_WORK_PRODUCT));
+      const PetscReal units = 1 + (i * (k + 1)) % 97;
+
+      SlipWorkAdd(work, units);
+      row += units * WorkPrices[work];
     }
-    Work(rest_price * rest);
-    SlipCostRow(&cost, rest, &row);
-    if (i < 20) continue; /* the first calls prepare others, and have no price */
-    sum[i % 2] += row.cost;
-    expected[i % 2] += calls * (outer_price + inner_price * units) + rest_price * rest;
+    cost = SlipProductsRow(&last).cost;
+    assert_true(PetscAbsReal(cost - row) <= 5 * QUANTUM / 2 + 1e-15 * row);
+    sum += cost;
+    expected += row;
   }
-  for (int odd = 0; odd < 2; odd++) {
-    printf("%g s of %g s\n", sum[odd], expected[odd]);
-    AssertNear(sum[odd] / expected[odd], 1, 0.1);
+  assert_true(sum == CostOf(SLIP_PRODUCTS_RUN) - begin);
+  AssertNear(sum / expected, 1, 1e-4);
+  {
+    const SlipWorkTotals after = SlipWorkGet();
+    PetscReal shares = 0;
+
+    for (int i = 0; i < SLIP_SHARES; i++) shares += after.cost[i] - before.cost[i];
+    AssertNear(shares / sum, 1, 1e-12);
   }
 }
 
-/* Meters that an error has left running are gone when the next run begins, and so is for whom products were made. */
+/* Flops of vectors are those that PETSc logs beside the ones of a kind of their own. */
+static void flops_of_vectors_are_the_rest(void **state)
+{
+  SlipWorkTotals before, after;
+
+  (void)state;
+  SlipProductsRun();
+  before = SlipWorkGet();
+  ok(PetscLogFlops(1000));
+  ok(SlipWorkFlops(SLIP_WORK_TRANSFORM, 2000.7));
+  ok(PetscLogFlops(70));
+  SlipWorkLogged(SLIP_WORK_DENSE, 30);
+  after = SlipWorkGet();
+  assert_true(after.units[SLIP_WORK_VECTOR][SLIP_SHARE_CELLS] - before.units[SLIP_WORK_VECTOR][SLIP_SHARE_CELLS] ==
+              1040);
+  assert_true(after.units[SLIP_WORK_TRANSFORM][SLIP_SHARE_PRODUCTS] -
+                before.units[SLIP_WORK_TRANSFORM][SLIP_SHARE_PRODUCTS] ==
+              2000);
+}
+
+/* What is done for set-up or output is theirs, and the next run finds nothing that an error has left begun. */
 static void errors_leave_nothing(void **state)
 {
-  SlipMeter outer = {0}, inner = {0};
-  SlipProducts before, after;
+  SlipWorkTotals begin, end;
+  PetscReal run;
 
   (void)state;
   for (int i = 0; i < 20; i++) {
     SlipProductsRun();
     ok(SlipProductsPush(SLIP_PRODUCTS_LOOK));
     ok(SlipProductsPush(SLIP_PRODUCTS_SETUP));
-    SlipMeterBegin(&outer); /* and an error */
+    for (int k = 0; k < 5; k++) SlipWorkBegin(SLIP_SHARE_PRODUCTS); /* and an error */
   }
+  begin = SlipWorkGet();
+  SlipWorkAdd(SLIP_WORK_RUN, 1);
+  SlipWorkAdd(SLIP_WORK_VECTOR, 1e6);
+  end = SlipWorkGet();
+  AssertNear((end.cost[SLIP_SHARE_SETUP] - begin.cost[SLIP_SHARE_SETUP]) /
+               (WorkPrices[SLIP_WORK_RUN] + 1e6 * WorkPrices[SLIP_WORK_VECTOR]),
+             1, 1e-6);
+  assert_true(end.cost[SLIP_SHARE_CELLS] == begin.cost[SLIP_SHARE_CELLS]);
   SlipProductsRun();
-  SlipProductsGetOf(SLIP_PRODUCTS_RUN, &before);
-  for (int i = 0; i < 9; i++) {
-    SlipMeterBegin(&inner);
-    Work(1e-3);
-    SlipMeterEnd(&inner, 1);
-    SlipProductsAdd((SlipProducts){.k = 1});
-  }
-  SlipProductsGetOf(SLIP_PRODUCTS_RUN, &after);
-  assert_true(after.k - before.k == 9 && running == 0 && last == 0);
-  AssertNear(inner.seconds / inner.units, 1e-3, 1e-4); /* interrupts take some 1e-5 s */
+  assert_true(depth == 0 && last == 0);
+  run = CostOf(SLIP_PRODUCTS_RUN);
+  SlipWorkAdd(SLIP_WORK_VECTOR, 1e6);
+  SlipWorkAdd(SLIP_WORK_READ, 1); /* no attempt's, wherever it is met */
+  SlipWorkAdd(SLIP_WORK_NUMBER, 1e6);
+  AssertNear((CostOf(SLIP_PRODUCTS_RUN) - run) / (1e6 * WorkPrices[SLIP_WORK_VECTOR]), 1, 1e-4);
 }
 
-SLIP_TESTS(cost_is_what_was_done, errors_leave_nothing)
+/* Of what is measured each share has what was done in it, to the clock's own time, and all of them the whole. */
+static void shares_are_measured(void **state)
+{
+  SlipWorkTotals before, after;
+  PetscReal begin, sum = 0;
+
+  (void)state;
+  SlipProductsRun();
+  SlipWorkMeasure();
+  before = SlipWorkGet();
+  begin = clock_seen;
+  for (int i = 0; i < 20; i++) {
+    SlipWorkBegin(SLIP_SHARE_PRODUCTS);
+    for (const PetscReal to = SlipProcessorTime() + 2e-3; SlipProcessorTime() < to;) continue;
+    SlipWorkBegin(SLIP_SHARE_DIRECT);
+    for (const PetscReal to = SlipProcessorTime() + 1e-3; SlipProcessorTime() < to;) continue;
+    SlipWorkEnd();
+    SlipWorkEnd();
+  }
+  after = SlipWorkGet();
+  for (int i = 0; i < SLIP_SHARES; i++) sum += after.seconds[i] - before.seconds[i];
+  AssertNear(sum / (clock_seen - begin), 1, 1e-9);
+  AssertNear(after.seconds[SLIP_SHARE_PRODUCTS] - before.seconds[SLIP_SHARE_PRODUCTS], 40e-3, 4e-3);
+  AssertNear(after.seconds[SLIP_SHARE_DIRECT] - before.seconds[SLIP_SHARE_DIRECT], 20e-3, 2e-3);
+}
+
+SLIP_TESTS(rows_add_up, flops_of_vectors_are_the_rest, errors_leave_nothing, shares_are_measured)

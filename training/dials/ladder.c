@@ -46,7 +46,7 @@ PetscErrorCode LadderDestroy(Ladder *l)
 
 PetscInt LadderCost(const Ladder *l, const EpisodeResult *r)
 {
-  return PetscMax(l->products ? (PetscInt)PetscCeilReal(r->products) : r->solves, 1);
+  return PetscMax(l->work ? (PetscInt)PetscCeilReal(r->work) : r->solves, 1);
 }
 
 PetscErrorCode LadderRunOnce(Ladder *l, PetscInt episode, const char controller[], PetscReal rtol, LadderRun *run)

@@ -11,7 +11,7 @@ enum {
   LADDER_MAX_CONTROLLERS = 16
 };
 
-/* A run; solves, or products if the ladder counts these, 0: it was not done, as those at looser tolerances were exact
+/* A run; solves, or work [us] if the ladder counts this, 0: it was not done, as those at looser tolerances were exact
    enough, or too expensive */
 typedef struct {
   PetscInt solves;
@@ -21,7 +21,7 @@ typedef struct {
 typedef struct {
   const CMAProblem *cma;
   CMAOptions o;
-  PetscBool products; /* cost is counted by them */
+  PetscBool work; /* cost is counted by it, not by solves */
   PetscInt n;
   void **episode; /* [n] */
   PetscInt ncontrollers;
@@ -40,7 +40,7 @@ PETSC_INTERN PetscErrorCode LadderClimb(Ladder *ladder, PetscInt episode, PetscI
                                         PetscInt most, PetscBool *cut);
 /* rtol of a rung, the loosest first */
 PETSC_INTERN PetscReal LadderTolerance(PetscInt rung);
-/* The cost of a run, in solves or products */
+/* The cost of a run, in solves or work [us] */
 PETSC_INTERN PetscInt LadderCost(const Ladder *ladder, const EpisodeResult *r);
 /* A run at any tolerance, its error as above */
 PETSC_INTERN PetscErrorCode LadderRunOnce(Ladder *ladder, PetscInt episode, const char controller[], PetscReal rtol,

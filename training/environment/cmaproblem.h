@@ -56,7 +56,7 @@ typedef struct {
   PetscReal done;                    /* share of the duration that was reached: 1 when finished */
   PetscReal cost;                    /* what CMA-ES minimises the mean of */
   PetscReal usual;                   /* solves of a usual controller, where that is known */
-  PetscReal products;                /* with K, H and the preconditioner, where these are counted */
+  PetscReal work;                    /* SlipProducts.cost [us], where it is counted */
 } EpisodeResult;
 
 /* Means over a validation. */

@@ -136,8 +136,8 @@ static PetscErrorCode Solve(TS ts, Vec w, Recorder *rec, Times *times)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &times->cpu, 1, MPIU_REAL, MPIU_SUM, comm));
   if (!rec) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipProductsGet(&now));
-  rec->r->products = (SlipProducts){now.k - before.k,     now.h - before.h,       now.pc - before.pc,
-                                    now.all - before.all, now.cost - before.cost, now.time - before.time};
+  rec->r->products = (SlipProducts){now.k - before.k, now.h - before.h, now.pc - before.pc, now.all - before.all,
+                                    now.cost - before.cost};
   PetscCall(
     TSBatheGetTotals(ts, &rec->r->attempts, &rec->r->accepted, &rec->r->solves, &rec->r->newton, &rec->r->linear));
   PetscCall(TSGetTime(ts, &time));

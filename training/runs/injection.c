@@ -40,7 +40,7 @@ static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
   for (PetscInt i = 0; i < e->n; i++) most = PetscMax(most, r.slip[i]);
   for (PetscInt i = 0; i < e->n; i++) begun += r.slip[i] > BEGUN * most ? 1 : 0;
   e->usual = r.solves;
-  e->products = r.products;
+  e->work = r.work;
   *good = r.good && most > 0 && begun >= FEWEST_BEGUN && (PetscReal)begun >= LEAST_BEGUN * (PetscReal)e->n
             ? PETSC_TRUE
             : PETSC_FALSE;
@@ -68,7 +68,7 @@ const RunKind RunInjection = {.size = sizeof(RunEpisode),
                               .expected =
                                 "slips: expected one of which a tenth of the cells, and three of them, slip a "
                                 "hundredth of the most",
-                              .products = PETSC_TRUE,
+                              .work = PETSC_TRUE,
                               .lost = 6,
                               .free = 0.8,
                               .steep = 2,

@@ -204,7 +204,7 @@ static PetscErrorCode Integrate(const RunRequest *request, TS ts, Vec w, Under *
   PetscCall(SlipProductsGet(&before));
   PetscCall(RunSolve(ts, w, &r->good));
   PetscCall(SlipProductsGet(&after));
-  r->products = PetscMax(1, (PetscReal)(after.all - before.all + after.pc - before.pc));
+  r->work = PetscMax(1, (PetscReal)1e6 * (after.cost - before.cost));
   PetscCall(Count(ts, r));
   PetscCall(TSGetTime(ts, &t));
   PetscCall(TSGetConvergedReason(ts, &reason));
@@ -296,7 +296,7 @@ PetscErrorCode RunEpisodeRun(RunEpisode *e, SlipPolicy policy, TSAdaptType type,
                             .attempts = r.attempts,
                             .failures = r.rejected,
                             .usual = (PetscReal)e->usual,
-                            .products = r.products,
+                            .work = r.work,
                             .error = -1};
   for (PetscInt i = 0; i < SLIP_NUM_ERRORS; i++) result->errors[i] = 1;
   if (r.good) PetscCall((*kind->compare)(e, &r, result->errors, &result->error));
@@ -411,7 +411,7 @@ PetscErrorCode RunsRun(void *episode, SlipPolicy policy, PetscReal accuracy, Epi
   r->cost = kind->lost;
   if (r->done == 1)
     r->cost =
-      PetscLogReal(kind->products ? r->products / e->products : (PetscReal)r->solves / r->usual) +
+      PetscLogReal(kind->work ? r->work / e->work : (PetscReal)r->solves / r->usual) +
       kind->steep * PetscLogReal(PetscClipInterval(r->error / (kind->free * accuracy), (PetscReal)1, kind->worst));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -18,7 +18,7 @@ typedef struct {
   PetscReal begin[RUN_EVENTS];         /* of the events: the first cell becomes fast, */
   PetscReal over[RUN_EVENTS];          /* and the last one slow [s] */
   PetscInt solves, attempts, rejected; /* steps at rest take no solve */
-  PetscReal products;                  /* with K, H and the preconditioner */
+  PetscReal work;                      /* SlipProducts.cost [us], at least 1 */
   PetscBool good;                      /* it ended where it was to */
 } RunResult;
 
@@ -37,7 +37,7 @@ typedef struct {
   PetscReal margin;      /* drawn: its duration over the time in which it fades */
   PetscReal span;        /* what errors of times are measured by [s] */
   PetscInt usual, most;  /* solves of the usual controller; steps of a run that is worth ending */
-  PetscReal products;    /* of the usual controller */
+  PetscReal work;        /* of the usual controller */
   RunResult reference;
 } RunEpisode;
 
@@ -83,7 +83,7 @@ struct _RunKind {
   PetscErrorCode (*compare)(const RunEpisode *e, const RunResult *r, PetscReal errors[], PetscReal *error);
   PetscInt most;        /* steps of classical controllers; 0: the episode's */
   const char *expected; /* of a family: what its faults shall do */
-  PetscBool products;   /* a run costs its products, not its solves: e->products is set */
+  PetscBool work;       /* a run costs its work, not its solves: e->work is set */
   PetscReal lost;       /* cost of a run that did not end */
   PetscReal free;       /* errors up to this share of the dial cost nothing, */
   PetscReal steep;      /* larger ones this power of them, */
@@ -115,7 +115,7 @@ PETSC_INTERN PetscReal RunPassedError(const RunEpisode *e, const RunResult *r, P
 /* The functions of a problem's row */
 PETSC_INTERN PetscErrorCode RunsCreate(const CMAOptions *o, uint64_t seed, PetscInt side, void **episode);
 PETSC_INTERN PetscErrorCode RunsDestroy(void **episode);
-/* The cost: logarithm of the solves or products over the usual ones, and of what the error is beyond the dial */
+/* The cost: logarithm of the solves or work over the usual ones, and of what the error is beyond the dial */
 PETSC_INTERN PetscErrorCode RunsRun(void *episode, SlipPolicy policy, PetscReal accuracy, EpisodeResult *r);
 PETSC_INTERN PetscErrorCode RunsClassical(void *episode, TSAdaptType type, PetscReal rtol, EpisodeResult *r);
 PETSC_INTERN PetscErrorCode RunsSay(const CMAScore *score, char text[], size_t len);

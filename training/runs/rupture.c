@@ -152,7 +152,7 @@ static PetscErrorCode Judge(RunEpisode *e, PetscBool *good)
   for (PetscInt i = 0; i < e->n; i++) broken += r.passed[i] >= 0 ? 1 : 0;
   e->end = RunNodes(&r)[r.course.n - 1].time * e->margin;
   e->usual = r.solves;
-  e->products = r.products;
+  e->work = r.work;
   *good = (r.good || r.course.n > COARSE_STEPS) && (PetscReal)broken >= LEAST_BROKEN * (PetscReal)e->n ? PETSC_TRUE
                                                                                                        : PETSC_FALSE;
   PetscCall(RunResultDestroy(&r));
@@ -173,7 +173,7 @@ const RunKind RunRupture = {.size = sizeof(RunEpisode),
                             .expected =
                               "ruptures: expected one whose slip passes friction_slip in a tenth of the cells, "
                               "and then fades within 400 T*",
-                            .products = PETSC_TRUE,
+                            .work = PETSC_TRUE,
                             .lost = 6,
                             .free = 0.8,
                             .steep = 2,

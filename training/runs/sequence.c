@@ -283,7 +283,7 @@ static PetscErrorCode ChooseStart(const Survey *s, SequenceEpisode *segment)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Two references that agree, and the usual solves and products */
+/* Two references that agree, and the usual solves and work */
 static PetscErrorCode JudgeSegment(SequenceEpisode *segment, PetscBool *good)
 {
   RunEpisode *e = &segment->base;
@@ -308,7 +308,7 @@ static PetscErrorCode JudgeSegment(SequenceEpisode *segment, PetscBool *good)
   request.setting = (PetscReal)USUAL_RTOL;
   PetscCall(RunIntegrate(e, &request, &r));
   e->usual = r.solves;
-  e->products = r.products;
+  e->work = r.work;
   PetscCall(RunResultDestroy(&r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -357,7 +357,7 @@ const RunKind RunSequence = {.size = sizeof(SequenceEpisode),
                              .compare = Compare,
                              .expected = "has an event to learn from: expected one that is loaded until its cells slip "
                                          "faster than 2 mm/s, and then rests",
-                             .products = PETSC_TRUE,
+                             .work = PETSC_TRUE,
                              .lost = 2,
                              .free = 0.7,
                              .steep = 1,

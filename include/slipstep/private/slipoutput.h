@@ -67,7 +67,7 @@ typedef struct {
   PetscReal time, origin;  /* at the end of the last step, and what it counts from [s] */
   PetscInt newton, linear; /* of the TS, at the last row */
   PetscInt sides;          /* right-hand sides, likewise */
-  SlipCost cost;           /* likewise */
+  SlipProducts cost;       /* likewise */
   PetscLogDouble begin;    /* when that was, or when the step began [s] */
 } SlipOutputAttempts;
 

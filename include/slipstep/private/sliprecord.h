@@ -6,6 +6,7 @@
 #include <slipoutput.h>
 #include <slipts.h>
 #include <slipstep/private/slipstate.h>
+#include <slipstep/private/slipwork.h>
 
 typedef struct _n_SlipFaultCatalogue *SlipFaultCatalogue;
 
@@ -99,8 +100,11 @@ typedef struct _n_SlipFaultRun {
   PetscReal entry_time;         /* of the newest [s] */
   SlipFaultCatalogue catalogue; /* borrowed, for SlipFaultGetEvents(); NULL: none */
   SlipProducts before[SLIP_PRODUCTS_USERS]; /* of this process: before the run, and before the set-up */
-  SlipDeviceTraffic traffic;                /* of this process, before the run */
-  PetscInt events;                          /* of the run so far, as the catalogue counts them; -1: nobody does */
+  PetscReal prepared;                       /* what was done between them costs so much [s] */
+  PetscReal time; /* processor time of this process before the run, less that of processes that it goes on from [s] */
+  SlipWorkTotals work;       /* of this process, before the run */
+  SlipDeviceTraffic traffic; /* of this process, before the run */
+  PetscInt events;           /* of the run so far, as the catalogue counts them; -1: nobody does */
   SlipFaultRunError error;
   SlipFaultProgress progress;
 } SlipFaultRun;
@@ -121,6 +125,8 @@ PETSC_EXTERN void SlipFaultProgressSee(SlipFaultProgress *p, PetscLogDouble now,
                                        PetscReal bound);
 PETSC_EXTERN PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBool driven, PetscLogDouble now,
                                              PetscReal time, PetscReal end);
+
+PETSC_INTERN PetscErrorCode SlipFaultViewTimes(SlipFault fault); /* view.c */
 
 /* Observers: a row of the table in observers.c each, over a context of its own that no other file knows */
 /* samerun.c: the first part; an error where the checkpoint is of another run */

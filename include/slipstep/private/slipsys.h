@@ -73,6 +73,8 @@ PETSC_INTERN PetscLogEvent SLIP_StiffnessSetUp, SLIP_StiffnessMult; /* K */
 PETSC_INTERN PetscLogEvent SLIP_ViscositySetUp, SLIP_ViscosityMult; /* H */
 PETSC_INTERN PetscLogEvent SLIP_StageMult;                          /* B */
 PETSC_INTERN PetscLogEvent SLIP_PCSetUp, SLIP_PCApply;
+PETSC_INTERN PetscLogEvent SLIP_Direct;  /* solves of a few cells' rows */
+PETSC_INTERN PetscLogEvent SLIP_Cells;   /* slip rates of all cells: friction in balance, kicks */
 PETSC_INTERN PetscLogEvent SLIP_Cone;    /* bound, natural map, projection */
 PETSC_INTERN PetscLogEvent SLIP_Policy;  /* forward pass */
 PETSC_INTERN PetscLogEvent SLIP_Observe; /* what the policy sees */
@@ -92,22 +94,8 @@ PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);
    output and estimates of its error */
 typedef enum { SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_SETUP, SLIP_PRODUCTS_LOOK, SLIP_PRODUCTS_USERS } SlipProductsUser;
 PETSC_INTERN void SlipProductsAdd(SlipProducts more);
-/* A kind of work of which some calls are measured */
-typedef struct {
-  PetscInt64 calls;
-  PetscReal units, seconds; /* measured */
-} SlipMeter;
-PETSC_INTERN void SlipMeterBegin(SlipMeter *m);
-PETSC_INTERN void SlipMeterEnd(SlipMeter *m, PetscReal units);
-/* Of a run, attempt by attempt */
-typedef struct {
-  SlipProducts last;        /* of the process, at the last row */
-  PetscReal taken, metered; /* likewise: processor time, and by meters [s] */
-  PetscInt rows;
-  PetscReal units, seconds; /* beside what meters see, of the rows that were measured */
-} SlipCost;
-PETSC_INTERN void SlipCostStart(SlipCost *c);
-PETSC_INTERN void SlipCostRow(SlipCost *c, PetscReal units, SlipProducts *since);
+/* What the products of a run were at its last row, and those since, with what they cost; the next row begins. */
+PETSC_INTERN SlipProducts SlipProductsRow(SlipProducts *last);
 PETSC_INTERN SlipProducts SlipProductsNow(void); /* of the user of now */
 PETSC_INTERN PetscErrorCode SlipProductsPush(SlipProductsUser user);
 PETSC_INTERN PetscErrorCode SlipProductsPop(void);

@@ -116,7 +116,7 @@ typedef struct {
   PetscReal barrier; /* where an attempt ended that would have gone past an instability [s] */
   PetscInt towards;  /* steps in a row that were cut because of it */
   PetscInt attempts, accepted, solves, newton, linear; /* totals since TSSolve() began */
-  SlipCost cost;                                       /* of attempts, up to when the monitors were told of the last */
+  SlipProducts cost;                                   /* of the run, when the monitors were told of the last attempt */
   TSBatheMonitor *monitors;
 } TS_Bathe;
 

@@ -4,6 +4,7 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
+#include <slipstep/private/slipwork.h>
 
 int SlipCellKeyCompare(const void *a, const void *b)
 {
@@ -124,6 +125,10 @@ void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const 
   const PetscInt c = t->components, rows = unit == 0 ? 1 : c, size = (c + t->normals) * c;
   const size_t all = (size_t)m * n;
 
+  SlipWorkAdd(cells->vertices ? SLIP_WORK_TRIANGLE_PAIR
+              : size > 1      ? SLIP_WORK_DIPPING_PAIR
+                              : SLIP_WORK_PAIR,
+              (PetscReal)all);
   if (cells->kernel.average || !t->centres) {
     EntriesSingly(cells, unit, m, row, n, column, lda, a);
     return;

@@ -3,6 +3,7 @@
 #include <slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
+#include <slipstep/private/slipwork.h>
 
 /* Rows are exchanged in pieces of at most this many entries: MPI counts are int. */
 #define SLIP_CHUNK 100000000
@@ -103,6 +104,7 @@ PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal eigenvalues[]
   PetscCall(PetscMalloc2(lwork, &work, liwork, &iwork));
   SLIP_dsyevd("V", "U", &bn, A, &bn, eigenvalues, work, &lwork, iwork, &liwork, &binfo);
   PetscCall(PetscFree2(work, iwork));
+  SlipWorkAdd(SLIP_WORK_EIGEN, (PetscReal)n * (PetscReal)n * (PetscReal)n);
   *info = binfo;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

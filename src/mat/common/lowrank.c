@@ -6,6 +6,7 @@
 #include <slipblas.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatcommon.h>
+#include <slipstep/private/slipwork.h>
 
 /* A small linear congruential generator (Knuth's MMIX constants), uniform in (-1, 1). */
 void SlipRandomFill(size_t count, PetscReal a[], uint64_t *state)
@@ -161,7 +162,7 @@ PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, PetscReal cutoff,
   for (PetscInt k = 0; k < rank; k++) m->t[k] *= m->lambda[k];
   TallGemv("N", m->n, head, m->W, m->t, y);
   if (rank > head) TailBackward(m, rank - head, y);
-  PetscCall(PetscLogFlops(4.0 * (PetscLogDouble)m->n * (PetscLogDouble)rank));
+  PetscCall(SlipWorkFlops(SLIP_WORK_HIERARCHY, 4.0 * (PetscLogDouble)m->n * (PetscLogDouble)rank));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

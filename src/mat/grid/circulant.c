@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipwork.h>
 
 struct _n_SlipCirculant {
   SlipGrid grid;
@@ -269,16 +270,16 @@ PetscErrorCode SlipCirculantFormBlocks(SlipCirculant s, const PetscReal f[], Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Flops of the transforms of a field along strike, forth and back, and of reads passes over all blocks with a
-   complex vector each: counted as for radix-2 transforms, 2.5 P log2 P each. */
-static PetscErrorCode LogFlops(SlipCirculant s, PetscInt reads)
+/* Flops of the transforms of a field along strike, forth and back, counted as for radix-2 ones, 2.5 P log2 P each, and
+   of a pass over all blocks with a complex vector, which is of this kind */
+static PetscErrorCode LogFlops(SlipCirculant s, SlipWork work)
 {
   const PetscLogDouble nz = (PetscLogDouble)s->grid.nz, P = (PetscLogDouble)s->period;
   const PetscLogDouble rows = (PetscLogDouble)s->pencil->layout.rows;
 
   PetscFunctionBegin;
-  PetscCall(
-    PetscLogFlops(5 * rows * P * PetscLog2Real(P) + 4 * (PetscLogDouble)reads * (PetscLogDouble)s->nk * nz * nz));
+  PetscCall(SlipWorkFlops(SLIP_WORK_TRANSFORM, 5 * rows * P * PetscLog2Real(P)));
+  PetscCall(SlipWorkFlops(work, 4 * (PetscLogDouble)s->nk * nz * nz));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -289,7 +290,7 @@ static PetscErrorCode ApplyBlocks(SlipCirculant s, PetscReal scale, PetscBool ha
   const PetscInt nz = s->grid.nz;
 
   PetscFunctionBegin;
-  PetscCall(LogFlops(s, 1));
+  PetscCall(LogFlops(s, SLIP_WORK_BLOCK));
   PetscCall(SlipTransposedFFTForward(s->pencil, x));
   for (PetscInt k = 0; k < s->nk; k++)
     SlipSymmetricProduct(nz, half, blocks + (size_t)k * size, s->pencil->by_wave + (size_t)k * 2 * nz, s->column);
@@ -366,7 +367,7 @@ PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal scale, const Pe
     PetscCall(SlipTransposedFFTBackward(s->pencil, scale, Y + (size_t)b * N));
   }
   PetscCall(PetscFree2(f, g));
-  for (PetscInt b = 0; b < count; b++) PetscCall(LogFlops(s, 1));
+  for (PetscInt b = 0; b < count; b++) PetscCall(LogFlops(s, SLIP_WORK_MATRIX));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

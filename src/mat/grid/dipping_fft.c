@@ -11,6 +11,7 @@
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipwork.h>
 
 #define TYPE "slipdippingfft"
 
@@ -28,7 +29,6 @@ typedef struct {
   PetscReal *normal_waves; /* [local wavenumbers][nz] complex */
   PetscReal *column;       /* of one wavenumber */
   PetscReal *field, *y;    /* [rows of cells], y [n] of each where slip is a vector */
-  SlipMeter both;          /* products with K and Kn at once */
   SlipBlocksDevice device; /* NULL: not in use */
 } Engine;
 
@@ -197,8 +197,8 @@ static PetscErrorCode LogFlops(const Engine *e, PetscBool shear, PetscBool norma
   const PetscLogDouble n = (PetscLogDouble)e->n, transforms = n * (shear ? 2 : 1) + (normal ? 1 : 0);
 
   PetscFunctionBegin;
-  PetscCall(PetscLogFlops(2.5 * transforms * rows * P * PetscLog2Real(P) +
-                          4 * nk * nz * nz * n * ((shear ? n : 0) + (normal ? 1 : 0))));
+  PetscCall(SlipWorkFlops(SLIP_WORK_TRANSFORM, 2.5 * transforms * rows * P * PetscLog2Real(P)));
+  PetscCall(SlipWorkFlops(SLIP_WORK_BLOCK, 4 * nk * nz * nz * n * ((shear ? n : 0) + (normal ? 1 : 0))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -270,7 +270,8 @@ static PetscErrorCode DippingMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscLogEventBegin(SLIP_StiffnessMult, K, u, f, n));
-  SlipMeterBegin(&kn->engine->both);
+  SlipWorkBegin(SLIP_SHARE_PRODUCTS);
+  SlipWorkAdd(SLIP_WORK_PRODUCT, 2);
   if (k->used && kn->used && SlipDeviceVecIs(u) && SlipDeviceVecIs(f) && SlipDeviceVecIs(n)) {
     PetscCall(SlipBlocksDeviceForward(kn->engine->device, u));
     PetscCall(SlipBlocksDeviceShear(kn->engine->device, k->scale, f));
@@ -283,7 +284,7 @@ static PetscErrorCode DippingMultBoth(Mat K, Mat Kn, Vec u, Vec f, Vec n)
   }
   PetscCall(LogFlops(kn->engine, PETSC_TRUE, PETSC_TRUE));
   PetscCall(PetscLogEventEnd(SLIP_StiffnessMult, K, u, f, n));
-  SlipMeterEnd(&kn->engine->both, 1);
+  SlipWorkEnd();
   SlipProductsAdd((SlipProducts){.k = 2, .all = 2});
   PetscFunctionReturn(PETSC_SUCCESS);
 }

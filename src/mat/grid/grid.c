@@ -2,6 +2,7 @@
 #include <slipmat.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipwork.h>
 
 PetscErrorCode SlipGridCheck(MPI_Comm comm, const SlipGrid *g)
 {
@@ -69,6 +70,7 @@ PetscReal SlipGridEntry(const SlipGrid *g, PetscInt d, PetscInt iz, PetscInt jz)
            source = {.rectangle = {0, 0, zj, a, b, 0, 90}, .rake = 0};
   PetscReal entry[SLIP_KERNEL_BLOCK], other[SLIP_KERNEL_BLOCK]; /* of which the first is shear stress */
 
+  SlipWorkAdd(SLIP_WORK_KERNEL, 1);
   if (even || (k->average && k->type->surface)) {
     PetscReal part[2] = {0, 0};
 

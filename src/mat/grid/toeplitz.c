@@ -16,6 +16,7 @@
 #include <stdlib.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipwork.h>
 
 /* The three kernels at every distance along strike for depth index r (z - z' = r b, s = 2 top + (r + 1) b), [nk][3]. */
 static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[])
@@ -25,6 +26,7 @@ static void KernelRow(const SlipGrid *g, PetscInt r, PetscInt nk, PetscReal row[
   const PetscReal s = 2 * g->depth_top + (PetscReal)(r + 1) * b;
   const PetscBool even = SlipKernelIs(kernel, SLIP_EVEN_DEPTH);
 
+  SlipWorkAdd(SLIP_WORK_KERNEL, (PetscReal)nk);
   for (PetscInt d = 0; d < nk; d++) {
     const PetscReal dx = (PetscReal)d * a;
 
@@ -346,8 +348,9 @@ static PetscErrorCode LogFlops(SlipToeplitz p, const SlipToeplitzSymbol *symbol)
   const PetscLogDouble fields = symbol->product ? 2 : 1;
 
   PetscFunctionBegin;
-  PetscCall(PetscLogFlops(5 * rows * P * PetscLog2Real(P) +
-                          waves * Q * (10 * fields * PetscLog2Real(Q) + (symbol->hankel ? 16 : 2))));
+  PetscCall(
+    SlipWorkFlops(SLIP_WORK_TRANSFORM, 5 * rows * P * PetscLog2Real(P) +
+                                         waves * Q * (10 * fields * PetscLog2Real(Q) + (symbol->hankel ? 16 : 2))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

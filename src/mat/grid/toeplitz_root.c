@@ -14,6 +14,7 @@
 #include <slipmat.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatgrid.h>
+#include <slipstep/private/slipwork.h>
 
 /* Cells between the fault and its image, as a share of its depth, beyond which the image is left out. */
 #define SLIP_IMAGE_GAP 0.5
@@ -311,6 +312,13 @@ PetscErrorCode SlipToeplitzApplyWaves(SlipToeplitz p, const PetscReal f[], Vec x
     MultiplyWave(p, f + (size_t)k * (p->length + 1));
     fftw_execute(p->wave[1]);
     StoreWave(p, field);
+  }
+  {
+    const PetscLogDouble P = (PetscLogDouble)p->period, Q = 2 * (PetscLogDouble)p->length;
+
+    PetscCall(
+      SlipWorkFlops(SLIP_WORK_TRANSFORM, 5 * (PetscLogDouble)p->pencil->layout.rows * P * PetscLog2Real(P) +
+                                           10 * (PetscLogDouble)p->pencil->layout.columns * Q * PetscLog2Real(Q)));
   }
   PetscCall(SlipToeplitzBackward(p, 1.0 / (PetscReal)((p->image ? 1 : 2) * p->length), y));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -16,6 +16,7 @@
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatgrid.h>
 #include <slipstep/private/slipmathmatrix.h>
+#include <slipstep/private/slipwork.h>
 
 #define HMAT_LEAF 48 /* cells in a leaf of the cluster tree */
 /* Low rank where the smaller diameter is at most this many distances; of dipping cells, whose entries take ten times as
@@ -177,7 +178,7 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
   PetscCall(MatShellGetContext(S, &h));
   if (h->device && SlipDeviceVecIs(x) && SlipDeviceVecIs(y)) {
     PetscCall(SlipHDeviceApply(h->device, h->scale, x, y));
-    PetscCall(PetscLogFlops(h->flops));
+    PetscCall(SlipWorkFlops(SLIP_WORK_HIERARCHY, h->flops));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipGatherGet(&h->gather, x, &px));
@@ -186,7 +187,7 @@ static PetscErrorCode HMatMult(Mat S, Vec x, Vec y)
   PetscCall(SlipGatherRestore(&h->gather, x, &px));
   PetscCall(PetscArrayzero(h->y, h->rows * h->N + SLIP_HBLOCK_PAD));
   SlipHBlocksApply(h->nblocks, h->block, h->whole, h->x, h->y, h->t);
-  PetscCall(PetscLogFlops(h->flops));
+  PetscCall(SlipWorkFlops(SLIP_WORK_HIERARCHY, h->flops));
   for (PetscInt i = 0; i < h->N; i++)
     for (PetscInt c = 0; c < h->rows; c++) h->z[h->rows * h->row[i] + c] = h->scale * h->y[h->rows * i + c];
   PetscCall(SlipGatherSum(&h->gather, h->z, y));

@@ -19,6 +19,7 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatstage.h>
 #include <math.h>
+#include <slipstep/private/slipwork.h>
 
 typedef struct {
   Mat B;           /* borrowed from the solver's matrix at set-up; that matrix itself when it has no parts */
@@ -30,7 +31,6 @@ typedef struct {
   Mat sized;         /* matrix that the vectors and f were sized for; referenced */
   Vec work, inverse; /* masked residual; inverse diagonal */
   Vec beside;        /* entries of the inverse beside its diagonal, one a cell */
-  SlipMeter setup, apply;
 } PCSlipStage;
 
 /* The largest share of the operator's symbol that weakening may take away: keeps P positive and bounded. */
@@ -220,7 +220,8 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(SLIP_PCSetUp, pc, 0, 0, 0));
   PetscCall(SlipObjectQueryData((PetscObject)pc, "PCSlipStage", &c));
-  SlipMeterBegin(&c->setup);
+  SlipWorkBegin(SLIP_SHARE_PRODUCTS);
+  SlipWorkAdd(SLIP_WORK_PRODUCT, 1);
   PetscCall(PCGetOperators(pc, NULL, &J));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipStageOperator", (PetscObject *)&c->B));
   PetscCall(PetscObjectQuery((PetscObject)J, "SlipMask", (PetscObject *)&c->mask));
@@ -249,7 +250,7 @@ static PetscErrorCode PCSetUp_SlipStage(PC pc)
     PetscCall(SetUpBlocks(c));
   else
     PetscCall(SetUpDiagonal(c));
-  SlipMeterEnd(&c->setup, 1);
+  SlipWorkEnd();
   PetscCall(PetscLogEventEnd(SLIP_PCSetUp, pc, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -289,7 +290,8 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
   PetscFunctionBegin;
   PetscCall(SlipObjectQueryData((PetscObject)pc, "PCSlipStage", &c));
   PetscCall(PetscLogEventBegin(SLIP_PCApply, pc, r, z, 0));
-  SlipMeterBegin(&c->apply);
+  SlipWorkBegin(SLIP_SHARE_PRODUCTS);
+  SlipWorkAdd(SLIP_WORK_PRODUCT, 1);
   if (c->mask)
     PetscCall(VecPointwiseMult(c->work, c->mask, r));
   else
@@ -316,7 +318,7 @@ static PetscErrorCode PCApply_SlipStage(PC pc, Vec r, Vec z)
     PetscCall(SlipArraysRestore(4, arrays));
   } else
     PetscCall(VecCopy(c->work, z));
-  SlipMeterEnd(&c->apply, 1);
+  SlipWorkEnd();
   PetscCall(PetscLogEventEnd(SLIP_PCApply, pc, r, z, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -16,6 +16,7 @@
 #include <petscblaslapack.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
+#include <slipstep/private/slipwork.h>
 
 #define FILTERS 4
 #define PROBES 4
@@ -46,6 +47,7 @@ static PetscErrorCode Gemm(const char *transA, PetscInt rows, PetscInt columns, 
 
   PetscFunctionBegin;
   if (!rows || !columns) PetscFunctionReturn(PETSC_SUCCESS);
+  SlipWorkAdd(SLIP_WORK_MATRIX, 2 * (PetscReal)rows * (PetscReal)columns * (PetscReal)inner);
   PetscCallBLAS("BLASgemm", BLASgemm_(transA, "N", &m, &n, &k, &alpha, A, &la, B, &lb, &beta, C, &lc));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
