@@ -63,7 +63,7 @@ static PetscErrorCode Name_Fault(TS ts, const char **name, void *ctx)
   PetscFunctionBegin;
   PetscCall(TSBatheIs(ts, &bathe));
   if (bathe) PetscCall(TSBatheGetMethod(ts, &method));
-  *name = fault->problem.any_integrator && fault->friction.law->always_slides ? "cycles" : fault->steps.policy;
+  *name = fault->problem.any_integrator && fault->friction.law->always_slides ? "ode" : fault->steps.policy;
   if (method != TSBATHE_METHOD_IMPLICIT && !strcmp(*name, "fault")) *name = "fault_products";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
