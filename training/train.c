@@ -7,7 +7,7 @@ static const char help[] =
   "the accuracy that it keeps, for -fault_tolerances)\n"
   "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_algorithm cmaes -train_problem ode -train_output ode.h5   (the general policy, for any TS)\n"
-  "  train -train_algorithm cmaes -train_problem cycles -train_output cycles.h5   (cycles of rate-and-state faults)\n"
+  "  train -train_algorithm cmaes -train_problem cycles -train_output mine.h5     (cycles of rate-and-state faults)\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
   "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-cell faults)\n"
   "  mpirun -n 2 train -train_alpha 1,2,4 -train_seed 1,2 -train_output policy.h5    (six trainings, two at a time)\n"

@@ -3,10 +3,8 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipts.h>
 #include <slipadapt.h>
-#include <slippolicy.h>
 
-#define EXPLICIT_RTOL 1e-3       /* default tolerance, of the worst cell */
-#define EXPLICIT_ACCURACY 1e-3   /* default dial of the policy for cycles, in recurrences */
+#define EXPLICIT_RTOL 1e-3       /* under waves, of the worst cell */
 #define FIRST_STEP 0.01          /* over the time in which the fastest cell slips its d_c */
 #define STICKING_FIRST_STEP 0.01 /* over T* */
 #define EXPLICIT_FARTHEST 1e6    /* from where loading would have a cell be [m] */
@@ -274,27 +272,6 @@ static PetscErrorCode ConfigureWaves(TS ts, PetscReal shortest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adams' formulas, their steps by the policy for cycles where it is there, which knows no loads that change: under 20
-   pulses and injections its slips were off by more than 1 % in 11, by up to 20 % where they matter, those of dsp in
-   none of these, for 1.5 times the products. Other integrators have controllers of their own. All see the error of the
-   worst cell: a mean over the cells hides one that goes unstable, the more so the more others are quiet. */
-static PetscErrorCode ChooseIntegrator(SlipFault fault, TS ts)
-{
-  char file[PETSC_MAX_PATH_LEN];
-  const PetscReal given = fault->options.value[FAULT_ACCURACY];
-  PetscBool found;
-  TSAdapt adapt;
-
-  PetscFunctionBegin;
-  PetscCall(SlipPolicyFindDefault(fault->comm, "cycles", file, sizeof(file), &found));
-  PetscCall(TSSetType(ts, TSADAMS));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptSetType(adapt, fault->loads.pressed ? TSADAPTDSP : found ? TSADAPTRL : TSADAPTBASIC));
-  PetscCall(TSAdaptRLSetAccuracy(adapt, PetscIsNanReal(given) ? (PetscReal)EXPLICIT_ACCURACY : given));
-  PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Friction that sticks. A cell that starts or stops is a kink of its right-hand side, which formulas of low order cross
    at the smallest loss: no step ends there, as with many cells each step would be one of a cell. */
 static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts, const char type[])
@@ -326,7 +303,7 @@ PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
   if (shortest == 0 && !fault->friction.law->always_slides)
     PetscCall(SlipFaultExplicitSteps(fault, ts, type, sizeof(type), &rtol));
   if (fault->friction.law->always_slides)
-    PetscCall(ChooseIntegrator(fault, ts));
+    PetscCall(SlipFaultCycleSteps(fault, ts, &rtol));
   else
     PetscCall(ConfigureSticking(fault, ts, type));
   if (shortest > 0) PetscCall(ConfigureWaves(ts, shortest));

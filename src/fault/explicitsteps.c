@@ -30,8 +30,7 @@ static const Row ErrorOfAdams[TOLERANCES] = {{0.3, 7.1e-2},  {0.1, 2.7e-2},  {0.
 static const Row ErrorOfRKC[TOLERANCES] = {{0.3, 5.1e-2},  {0.1, 2.8e-2},  {0.03, 9.9e-3},
                                            {0.01, 4.0e-3}, {3e-3, 1.7e-3}, {1e-3, 8.3e-4}};
 
-/* Powers between the rows, which fall, and beyond them those of the ends */
-static PetscReal Between(PetscInt rows, const Row row[], PetscReal x)
+PetscReal SlipFaultBetween(PetscInt rows, const PetscReal row[][2], PetscReal x)
 {
   PetscInt k = 0;
 
@@ -105,7 +104,7 @@ PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, char type[], size_
   PetscCall(SlipHasOption(((PetscObject)ts)->options, prefix, "ts_rtol", &given));
   if (given || !IsRupture(fault) || !(adams || rkc)) PetscFunctionReturn(PETSC_SUCCESS);
   fault->steps.accuracy = accuracy;
-  *rtol = fault->steps.rtol = PetscMin(1, Between(ACCURACIES, adams ? OfAdams : OfRKC, accuracy));
+  *rtol = fault->steps.rtol = PetscMin(1, SlipFaultBetween(ACCURACIES, adams ? OfAdams : OfRKC, accuracy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -153,6 +152,6 @@ PetscErrorCode SlipFaultExplicitEstimate(SlipFault fault, TS ts, PetscReal *erro
   else if (speed * t > (PetscReal)0.1 * displacement)
     *why = "the fault still slides";
   if (*why) PetscFunctionReturn(PETSC_SUCCESS);
-  *error = Between(TOLERANCES, adams ? ErrorOfAdams : ErrorOfRKC, rtol);
+  *error = SlipFaultBetween(TOLERANCES, adams ? ErrorOfAdams : ErrorOfRKC, rtol);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

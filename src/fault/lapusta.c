@@ -64,7 +64,7 @@ static PetscReal Share(PetscReal A, PetscReal weakening, PetscReal stiffness)
   return PetscMin(1 - weakening / stiffness, (PetscReal)MOST_SLIP);
 }
 
-/* The policy for cycles was trained without waves: with them its dial moves events by years, to and fro. */
+/* No policy was trained with waves: the dial of one for cycles without them moved events by years, to and fro. */
 PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts)
 {
   PetscReal shortest;

@@ -47,12 +47,12 @@ static const struct {
                      MARGINAL, 1},
   [KIND_HEAVY] = {"sequence_inertia", "a fault with inertia that is loaded or heals", "fault", NULL, "dsp", "dsp",
                   "sequence", 0, 1e-4, MARGINAL, STOPS},
-  [KIND_INJECTION] = {"injection", "a fault under a pore pressure", "injection", NULL, "basic", "basic", "injection", 0,
+  [KIND_INJECTION] = {"injection", "a fault under a pore pressure", "fault", NULL, "basic", "basic", "injection", 0,
                       1e-3, PETSC_MAX_REAL, 1},
-  [KIND_TRIGGERED] = {"injection_weakening", "a fault that weakens under a pore pressure", "injection", NULL, "basic",
+  [KIND_TRIGGERED] = {"injection_weakening", "a fault that weakens under a pore pressure", "fault", NULL, "basic",
                       "basic", "injection", 0, 1e-3, MARGINAL, PULSES},
-  [KIND_SMOOTH] = {"smooth", "rate-and-state friction under bathe", "fault", NULL, "heuristic", "heuristic", NULL, 0,
-                   1e-3, PETSC_MAX_REAL, 1},
+  [KIND_SMOOTH] = {"smooth", "rate-and-state friction", "fault", NULL, "heuristic", "heuristic", NULL, 0, 1e-3,
+                   PETSC_MAX_REAL, 1},
 };
 #define FINE 3e-3
 /* Damping ratio up to which fault_products was trained. Beyond it explicit steps are stable over so short a time that
@@ -249,7 +249,7 @@ static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
   if (rank || !fault->options.speaks) PetscFunctionReturn(PETSC_SUCCESS);
   why = constant      ? "they are constant (-ts_adapt_type none)"
         : rtol        ? "-ts_rtol has their tolerance"
-        : is_explicit ? "give -ts_rtol, which sets the tolerance of explicit steps without a policy"
+        : is_explicit ? "give -ts_rtol, which sets the tolerance of explicit steps"
                       : NULL;
   if (why && !PetscIsNanReal(fault->options.value[FAULT_ACCURACY]))
     PetscCall(SlipWarning("-%sfault_accuracy has no effect on the steps: %s", prefix, why));

@@ -401,6 +401,7 @@ static PetscErrorCode ReportExplicit(SlipFault fault, TS ts, SlipOutput run)
 
   PetscFunctionBegin;
   PetscCall(Judged(ts, &judged));
+  if (fault->friction.law->always_slides) judged = ESTIMATE_TIME; /* of events, over the recurrence */
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTLAPUSTA, &slips));
@@ -410,7 +411,8 @@ static PetscErrorCode ReportExplicit(SlipFault fault, TS ts, SlipOutput run)
                             "with smaller cells tells",
                             TSADAPTLAPUSTA));
   else {
-    PetscCall(SlipFaultExplicitEstimate(fault, ts, &error, &why));
+    PetscCall(
+      (fault->friction.law->always_slides ? SlipFaultCycleError : SlipFaultExplicitEstimate)(fault, ts, &error, &why));
     if (!why) {
       PetscCall(Verdict(run, "slip_error_estimate_met", wanted, error <= wanted ? 1 : -1,
                         error <= wanted ? "likely met" : "perhaps not met", text, sizeof(text)));
@@ -489,7 +491,7 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
   if (wanted > 0) PetscCall(SlipOutputAddResult(run, "accuracy_requested", NULL, NULL, wanted));
   PetscCall(TSBatheIs(ts, &bathe));
   if (bathe) PetscCall(ReportEstimates(fault, ts, run, mean_slip, wanted));
-  if (!bathe && IsOneEvent(fault) && !fault->friction.law->always_slides) PetscCall(ReportExplicit(fault, ts, run));
+  if (!bathe && (IsOneEvent(fault) || fault->friction.law->always_slides)) PetscCall(ReportExplicit(fault, ts, run));
   if (fault->options.check_error) PetscCall(ReportCheck(fault, ts, run, wanted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -147,7 +147,7 @@ class Benchmark(scripts.ScriptTest):
 
     def test_policy_of_another_problem(self):
         """dials runs whatever policy is named. Of a rupture's or an injection's, the library itself would refuse the first step of a sequence."""
-        policy = os.path.join(scripts.SOURCE, "training", "policies", "injection.h5")
+        policy = os.path.join(scripts.SOURCE, "training", "policies", "rupture.h5")
         done = subprocess.run([os.path.join(self.build, "tests", "dials"), "-problem", "sequence", "-policy", policy, "-cases", "1", "-first", "3",
                                "-controllers", "dsp", "-most_solves", "1"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -1,5 +1,5 @@
-/* What the policy for cycles rests on: how fast stress relaxes, how long stable steps of TSADAMS are, that it is found
-   and how large its errors are, the norm of the error, and that what controllers observe is of the state that they
+/* What steps of cycles rest on: how fast stress relaxes, how long stable steps of TSADAMS are, the default and how
+   large its errors are, the norm of the error, and that what controllers observe is of the state that they
    judge. */
 #include "policies.h"
 #include "faultstart.h"
@@ -151,112 +151,72 @@ static void stability(void **state)
   assert_true(fabs(log2(error[0] / error[1]) - 2) < 0.1); /* the next term is smaller by h */
 }
 
-/* ---- the policy ---- */
+/* ---- the default ---- */
 
-/* The policy that is there for the problem cycles on faults that it has not seen: fewer products than basic takes at
-   its usual tolerance, errors of the size of the dial. Seeds of the training lie elsewhere. Errors are 0.54, 0.91, 2.87
-   and 1.16 times the dial. While controllers saw the mean over the cells each had to be below twice the dial, which no
-   longer holds: the tolerance that suits BP5 under the worst cell is too loose on such small faults. The bound, twice
-   the dial in the root mean square, is a guard against worse (it is 1.63) until the dial is calibrated anew, and no
-   promise. */
-static void size_of_errors(void **state)
+/* The tolerance and controller that a fault takes for an accuracy, on draws that no table was measured with: 95 % of
+   runs keep it, so that two of four miss it in one of seventy such tests. */
+static void keeps_accuracy(void **state)
 {
-  char file[PETSC_MAX_PATH_LEN];
-  PetscBool found;
-  SlipPolicy p;
-  double sum = 0;
+  PetscInt missed = 0;
 
   (void)state;
-  ok(SlipPolicyFindDefault(PETSC_COMM_SELF, "cycles", file, sizeof(file), &found));
-  assert_true(found);
-  ok(SlipPolicyCreate(PETSC_COMM_SELF, &p));
-  ok(SlipPolicyLoad(p, file));
   for (uint64_t seed = 1; seed < 3; seed++) {
-    const PetscReal dial[] = {1e-3, 3e-4};
+    const PetscReal accuracy[] = {1e-2, 3e-3};
     RunEpisode *e;
     EpisodeResult r;
+    PetscReal rtol;
+    TS ts;
 
     ok(RunEpisodeCreate(&RunCycles, NULL, 1, seed, &e));
     for (int k = 0; k < 2; k++) {
-      ok(RunEpisodeRun(e, p, NULL, dial[k], &r));
+      ok(SlipFaultSetReal(e->fault, "accuracy", accuracy[k]));
+      ok(TSCreate(PETSC_COMM_SELF, &ts));
+      ok(SlipFaultConfigureTS(e->fault, ts));
+      ok(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+      ok(TSDestroy(&ts));
+      ok(RunEpisodeRun(e, NULL, TSADAPTDSP, rtol, &r));
       assert_true(r.done == 1);
-      assert_true(r.solves < e->usual);
-      sum += PetscSqr((double)(r.error / dial[k])) / 4;
+      missed += r.error > accuracy[k] ? 1 : 0;
     }
     ok(RunEpisodeDestroy(&e));
   }
-  if (sqrt(sum) > 2) fail_msg("errors are %g of the dial", sqrt(sum));
-  ok(SlipPolicyDestroy(&p));
+  if (missed > 1) fail_msg("%d of 4 runs miss the accuracy", (int)missed);
 }
 
-/* -ts_adapt_type rl finds it, with adams and with rk, and takes the tolerance from the dial unless -ts_rtol is
-   given. */
-static void is_found(void **state)
-{
-  const char *const types[] = {TSADAMS, TSRK};
-
-  (void)state;
-  for (int k = 0; k < 4; k++) {
-    SlipFault fault = fault_of(1e-6);
-    const char *name;
-    PetscReal rtol;
-    SlipPolicy p;
-    TSAdapt adapt;
-    Vec w;
-    TS ts;
-
-    if (k > 1) ok(PetscOptionsSetValue(NULL, "-ts_rtol", "3e-5"));
-    ok(FaultStart(fault, NULL, 0, 0, &w, &ts));
-    ok(TSSetType(ts, types[k % 2]));
-    ok(TSGetAdapt(ts, &adapt));
-    ok(TSAdaptSetType(adapt, TSADAPTRL));
-    ok(TSAdaptRLSetAccuracy(adapt, 1e-3));
-    ok(TSSetMaxTime(ts, 1e7));
-    ok(TSSetFromOptions(ts));
-    ok(TSSolve(ts, w));
-    ok(TSAdaptRLGetPolicy(adapt, &p));
-    ok(SlipPolicyGetAttribute(p, "problem", &name));
-    assert_string_equal(name, "cycles");
-    ok(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
-    if (k > 1) {
-      assert_true(rtol == (PetscReal)3e-5);
-    } else {
-      PetscReal factor, power;
-      PetscBool has;
-
-      ok(SlipPolicyGetNumber(p, SLIP_POLICY_RTOL_FACTOR, &factor, &has));
-      assert_true(has);
-      ok(SlipPolicyGetNumber(p, SLIP_POLICY_RTOL_POWER, &power, &has));
-      assert_true(fabs(rtol / (factor * pow(1e-3, power)) - 1) < 1e-12);
-    }
-    ObjectsDestroy(&ts, &w, &fault);
-    ok(PetscOptionsClearValue(NULL, "-ts_rtol"));
-  }
-}
-
-/* The default of the law, and that options which choose another controller find PETSc's safety factors, not rl's */
+/* Type, controller and tolerance; what an option or the load names is not what was measured. Options which choose
+   another controller find PETSc's safety factors, not those of dsp. */
 static void is_default(void **state)
 {
-  SlipFault fault = fault_of(1e-6);
-  PetscReal safety, reject, accuracy;
+  const struct {
+    const char *option, *value;
+    PetscReal rtol;
+  } cases[] = {{NULL, NULL, 4e-3}, {NULL, NULL, 3e-5}, {"-ts_type", "rk", 1e-3}, {"-ts_adapt_type", "pi", 1e-3}};
+  PetscReal safety, reject, rtol;
+  SlipFault fault;
   PetscBool is;
   TSAdapt adapt;
   TS ts;
 
   (void)state;
-  ok(TSCreate(PETSC_COMM_SELF, &ts));
-  ok(SlipFaultConfigureTS(fault, ts));
-  ok(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &is));
-  assert_true(is);
-  ok(TSGetAdapt(ts, &adapt));
-  ok(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &is));
-  assert_true(is);
-  ok(TSAdaptRLGetAccuracy(adapt, &accuracy));
-  assert_true(accuracy == (PetscReal)1e-3);
-  ok(TSAdaptSetType(adapt, TSADAPTBASIC));
-  ok(TSAdaptGetSafety(adapt, &safety, &reject));
-  assert_true(safety == (PetscReal)0.9 && reject == (PetscReal)0.5);
-  ObjectsDestroy(&ts, &fault);
+  for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(cases); k++) {
+    fault = fault_of(1e-6);
+    if (k == 1) ok(SlipFaultSetReal(fault, "accuracy", 1e-3));
+    if (k > 1) ok(PetscOptionsSetValue(NULL, cases[k].option, cases[k].value));
+    ok(TSCreate(PETSC_COMM_SELF, &ts));
+    ok(SlipFaultConfigureTS(fault, ts));
+    ok(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+    if (fabs(rtol / cases[k].rtol - 1) > 1e-12) fail_msg("case %d: -ts_rtol %g", (int)k, (double)rtol);
+    ok(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &is));
+    assert_true(is);
+    ok(TSGetAdapt(ts, &adapt));
+    ok(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTDSP, &is));
+    assert_true(is);
+    ok(TSAdaptSetType(adapt, TSADAPTBASIC));
+    ok(TSAdaptGetSafety(adapt, &safety, &reject));
+    assert_true(safety == (PetscReal)0.9 && reject == (PetscReal)0.5);
+    ObjectsDestroy(&ts, &fault);
+    if (k > 1) ok(PetscOptionsClearValue(NULL, cases[k].option));
+  }
 }
 
 /* ---- the norm of the error ---- */
@@ -321,7 +281,7 @@ static void quiet_cells(void **state)
 {
   const struct {
     const char *type, *adapt;
-  } runs[] = {{TSADAMS, TSADAPTRL}, {TSADAMS, TSADAPTBASIC}, {TSRK, TSADAPTBASIC}};
+  } runs[] = {{TSADAMS, TSADAPTDSP}, {TSADAMS, TSADAPTBASIC}, {TSRK, TSADAPTBASIC}};
 
   (void)state;
   for (int k = 0; k < 3; k++) {
@@ -434,5 +394,4 @@ static void sums_are_of_the_load(void **state)
   ObjectsDestroy(&ts, &w, &F, &fault);
 }
 
-SLIP_TESTS(relaxation, stability, size_of_errors, is_found, is_default, quiet_cells, sums_are_of_now,
-           sums_are_of_the_load)
+SLIP_TESTS(relaxation, stability, keeps_accuracy, is_default, quiet_cells, sums_are_of_now, sums_are_of_the_load)

@@ -1,6 +1,7 @@
 /* Cycles of events of small rate-and-state faults, by explicit steps (train -train_algorithm cmaes -train_problem
-   cycles): the problem of training/policies/cycles.h5. A network of three units begins as the smaller of what the error
-   estimate and the stability of explicit steps allow. */
+   cycles): the tolerances of src/fault/cyclesteps.c are measured on them (dials -problem cycles). The network of a
+   policy for them, of three units, begins as the smaller of what the error estimate and the stability of explicit steps
+   allow. */
 #include "runs.h"
 #include <slipcompat.h>
 

@@ -1,5 +1,5 @@
 /* Small faults that slip under a pore pressure alone (train -train_algorithm cmaes -train_problem injection): the
-   problem of training/policies/injection.h5, whose network begins as the elementary controller. */
+   problem by which tolerances of injections are measured. Its network begins as the elementary controller. */
 #include "ratiopolicy.h"
 #include "runs.h"
 #include <slipcompat.h>

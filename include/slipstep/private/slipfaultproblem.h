@@ -110,8 +110,13 @@ PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitIsDefault(SlipFault fault, TS ts, PetscBool *is);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, char type[], size_t len, PetscReal *rtol);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitFollows(SlipFault fault, TS ts, PetscBool *follows);
+/* powers between rows of two numbers, the first of which falls, and beyond them those of the ends */
+PETSC_INTERN PetscReal SlipFaultBetween(PetscInt rows, const PetscReal row[][2], PetscReal x);
 /* the error that nine in ten such runs stay below, or why it is not known */
 PETSC_INTERN PetscErrorCode SlipFaultExplicitEstimate(SlipFault fault, TS ts, PetscReal *error, const char **why);
+/* cyclesteps.c: the same of friction whose cells always slide */
+PETSC_INTERN PetscErrorCode SlipFaultCycleSteps(SlipFault fault, TS ts, PetscReal *rtol);
+PETSC_INTERN PetscErrorCode SlipFaultCycleError(SlipFault fault, TS ts, PetscReal *error, const char **why);
 PETSC_INTERN PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts); /* startcheck.c */
 PETSC_INTERN PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts);
 PETSC_INTERN PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *fault);

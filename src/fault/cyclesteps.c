@@ -1,0 +1,99 @@
+/* Cycles of friction whose cells always slide, by TSADAMS: controller, tolerance, and what error a tolerance leaves in
+   the times of events, over the recurrence. Numbers are of 100 drawn faults, nearly all lines of 32 and 48 cells
+   (tests/benchmarks/dials.c, -problem cycles), and of planes of 128 to 648 cells (tests/benchmarks/cycles.md). */
+#include <slipadapt.h>
+#include <slipstep/private/slipfault.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipts.h>
+
+#define OTHERS_RTOL 1e-3 /* of other types and controllers, and of other runs */
+
+/* Tolerances that keep the times of the events of a cycle within an accuracy, over the recurrence, in 95 % of drawn
+   faults, and the error that 95 % have at a tolerance: of lines, and of planes, whose errors are a tenth */
+enum { LINE, PLANE, SHAPES, ACCURACIES = 4, TOLERANCES = 6 };
+static const PetscReal Tolerance[SHAPES][ACCURACIES][2] = {{{1e-1, 3e-2}, {1e-2, 4e-3}, {3e-3, 4e-4}, {1e-3, 3e-5}},
+                                                           {{1e-1, 3e-2}, {1e-2, 2e-2}, {3e-3, 3e-3}, {1e-3, 3e-4}}};
+static const PetscReal Error[SHAPES][TOLERANCES][2] = {
+  {{3e-2, 2.3e-2}, {1e-2, 1.5e-2}, {3e-3, 7e-3}, {1e-3, 3e-3}, {1e-4, 1.5e-3}, {3e-5, 7e-4}},
+  {{3e-2, 9e-3}, {1e-2, 5e-3}, {3e-3, 1.8e-3}, {1e-3, 1.4e-3}, {1e-4, 3e-4}, {3e-5, 1e-4}}};
+/* Cells in a cohesive zone from which a plane is one of those */
+#define CELLS_OF_PLANE 2
+
+static PetscBool IsCycle(SlipFault fault)
+{
+  return fault->kind.sequence && !fault->loads.pressed && !fault->kind.waves ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscInt ShapeOf(SlipFault fault)
+{
+  const PetscBool row =
+    !fault->options.text[FAULT_MESH][0] && PetscMin(fault->options.value[FAULT_NX], fault->options.value[FAULT_NZ]) == 1
+      ? PETSC_TRUE
+      : PETSC_FALSE;
+
+  return row || !(fault->resolution.least >= CELLS_OF_PLANE) ? LINE : PLANE;
+}
+
+/* Is the type, or the controller, one that an option names otherwise? */
+static PetscErrorCode NamesOther(TS ts, const char option[], const char ours[], PetscBool *other)
+{
+  const char *prefix;
+  char name[64] = "";
+  PetscBool same = PETSC_TRUE, given;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetOptionsPrefix(ts, &prefix));
+  PetscCall(PetscOptionsGetString(((PetscObject)ts)->options, prefix, option, name, sizeof(name), &given));
+  if (given) PetscCall(PetscStrcmp(name, ours, &same));
+  if (!same) *other = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* All types see the error of the worst cell: a mean over the cells hides one that goes unstable, the more so the more
+   others are quiet. */
+PetscErrorCode SlipFaultCycleSteps(SlipFault fault, TS ts, PetscReal *rtol)
+{
+  const PetscReal asked = fault->options.value[FAULT_ACCURACY],
+                  accuracy = PetscIsNanReal(asked) ? (PetscReal)SLIP_FAULT_ACCURACY : asked;
+  const char *prefix;
+  PetscBool other;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  PetscCall(TSSetType(ts, TSADAMS));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(SlipAdaptSetController(adapt, TSADAPTDSP));
+  PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
+  PetscCall(TSGetOptionsPrefix(ts, &prefix));
+  PetscCall(SlipHasOption(((PetscObject)ts)->options, prefix, "ts_rtol", &other));
+  PetscCall(NamesOther(ts, "-ts_type", TSADAMS, &other));
+  PetscCall(NamesOther(ts, "-ts_adapt_type", TSADAPTDSP, &other));
+  *rtol = OTHERS_RTOL;
+  if (other || !IsCycle(fault)) PetscFunctionReturn(PETSC_SUCCESS);
+  fault->steps.accuracy = accuracy;
+  *rtol = fault->steps.rtol = PetscMin(1, SlipFaultBetween(ACCURACIES, Tolerance[ShapeOf(fault)], accuracy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultCycleError(SlipFault fault, TS ts, PetscReal *error, const char **why)
+{
+  PetscBool adams, dsp;
+  PetscReal rtol;
+  TSAdapt adapt;
+
+  PetscFunctionBegin;
+  *error = 0;
+  *why = NULL;
+  PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTDSP, &dsp));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &adams));
+  if (!adams)
+    *why = "not calibrated for such steps";
+  else if (!dsp)
+    *why = "not calibrated for this controller";
+  else if (!IsCycle(fault))
+    *why = fault->loads.pressed ? "not calibrated under a pore pressure" : "not calibrated without loading";
+  if (!*why) *error = SlipFaultBetween(TOLERANCES, Error[ShapeOf(fault)], rtol);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
