@@ -75,9 +75,9 @@ typedef struct {
 /* The friction of many cells, below */
 typedef struct _n_SlipFrictionCells SlipFrictionCells;
 /* SlipFrictionBalance() of many cells at once; kept: numbers of SlipFrictionKeep(), or NULL */
-typedef void (*SlipFrictionBalanceFn)(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
-                                      const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
-                                      PetscReal ds[]);
+typedef void SlipFrictionBalanceFn(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
+                                   const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
+                                   PetscReal ds[]);
 /* kept [nkept n]: what balances of these cells need that no state changes; eta: radiation damping [Pa s/m] */
 typedef void (*SlipFrictionKeepFn)(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[]);
 /* mu of n cells; from one cell to the next s has the stride, and v, of either sign, the stride rates */
@@ -99,7 +99,7 @@ typedef struct {
   const SlipParameter *own;                   /* parameters that it brings, the last row with a NULL name; NULL: none */
   const void *ctx;                            /* handed to the functions in SlipFriction; then short cuts, for speed */
   PetscReal (*direct)(const SlipFriction *p); /* a, where mu > 10 a has dmu/dv = a/v to 1e-9; NULL: nowhere */
-  SlipFrictionBalanceFn balance;              /* NULL: cell by cell, by Newton's method */
+  SlipFrictionBalanceFn *balance;             /* NULL: cell by cell, by Newton's method */
   SlipFrictionKeepFn keep;    /* the numbers of kept, for as long as the normal stress does not change */
   PetscInt nkept;             /* of a cell */
   SlipFrictionValues *values; /* NULL: cell by cell; of laws that remember where nothing is to be remembered */
@@ -196,16 +196,15 @@ PETSC_EXTERN PetscReal SlipRateAndStateOfTheta(const SlipFriction *p, PetscReal 
 PETSC_EXTERN PetscReal SlipRateAndStateDirect(const SlipFriction *p);
 enum { SLIP_RATE_AND_STATE_KEPT = 4 };
 PETSC_EXTERN void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[]);
-PETSC_EXTERN void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
-                                          const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
-                                          PetscReal ds[]);
+PETSC_EXTERN SlipFrictionBalanceFn SlipRateAndStateBalance, SlipExponentialWeakeningBalance, SlipFrictionBalance;
 PETSC_EXTERN SlipFrictionValues SlipRateAndStateValues, SlipExponentialWeakeningValues;
 /* Share of its strength by which explicit steps have a cell exceed it before it slips: stress dies away exponentially
    when an event ends, and below the rounding of products with K it would never be still */
 #define SLIP_FRICTION_HOLD 1e-12
-PETSC_EXTERN void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
-                                      const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
-                                      PetscReal ds[]);
+/* SlipFrictionStrength() of exponential slip weakening, theta > 0, for vector units */
+PETSC_EXTERN void SlipExponentialWeakeningStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta,
+                                                   PetscInt stride, const PetscReal s0[], PetscInt rates,
+                                                   const PetscReal v[], PetscReal q[], PetscReal dq[]);
 
 /* ---- adams.c ---- */
 enum { SLIP_ADAMS_NODES = 10, SLIP_ADAMS_CORRECTIONS = 7 };

@@ -164,10 +164,10 @@ typedef struct {
   /* Likewise, and after it: the fastest rate at which the solution relaxes at the state w [1/s], which bounds stable
      steps under controllers that observe no such thing; 0: not known */
   PetscErrorCode (*relaxation)(TS ts, Vec w, PetscReal *rate, void *ctx);
-  /* Asked by TSBATHE, which goes from t [s] by explicit steps as well as by solves where there are all of these four,
-     finish() and relaxation(): f = dw/dt of the state w, with 0 where no derivative goes into; the state w1 in the middle
-     of a step h [s] from w0 to w2, whose right-hand sides are f0 and f2; the norm of the error e of such a step, as
-     error() is of the others; and the reaction of a state w of finish() */
+  /* Asked by TSBATHE, which goes by explicit steps as well as by solves where there are all of these four, finish() and
+     relaxation(), whose rate 0 means solves: f = dw/dt of the state w at t [s], 0 where no derivative goes into; the
+     state w1 in the middle of a step h [s] from w0 to w2, whose right-hand sides are f0 and f2; the norm of the error e
+     of such a step, as error() is of the others; and the reaction of a state w that finish() has completed */
   PetscErrorCode (*side)(TS ts, PetscReal t, Vec w, Vec f, void *ctx);
   PetscErrorCode (*middle)(TS ts, PetscReal h, Vec w0, Vec w2, Vec f0, Vec f2, Vec w1, void *ctx);
   PetscErrorCode (*side_error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);

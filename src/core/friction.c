@@ -65,7 +65,8 @@ static const SlipFrictionState Theta[] = {{.name = "state",
 
 const SlipFrictionLaw SlipFrictionLaws[] = {
   {"exponential_slip_weakening", ExponentialSlipWeakening, "residual + drop exp(-s/slip)", .by_rate = PETSC_FALSE,
-   .remembers = PETSC_TRUE, .values = SlipExponentialWeakeningValues, .reads = "residual drop slip"},
+   .remembers = PETSC_TRUE, .values = SlipExponentialWeakeningValues, .balance = SlipExponentialWeakeningBalance,
+   .reads = "residual drop slip"},
   {"linear_slip_weakening", LinearSlipWeakening, "residual + drop max(0, 1 - s/slip)", .by_rate = PETSC_FALSE,
    .reads = "residual drop slip"},
   {"rate_weakening", RateWeakening, "residual + drop/(1 + |v|/rate)", .by_rate = PETSC_TRUE,
@@ -254,7 +255,6 @@ static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
                         .ctx = f->law->ctx};
 }
 
-/* States of which nothing has slipped yet */
 static const PetscReal unslipped[SLIP_MAX_STATES] = {0};
 
 /* What mu of cell i exceeds its residual by, or mu where cells always slide. Of a step's end it is asked for six times,
@@ -355,22 +355,6 @@ PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscRe
   return mu;
 }
 
-/* The same of exponential slip weakening, for vector units: q holds the states, then mu */
-static void WeakeningStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
-                              const PetscReal s0[], PetscInt rates, const PetscReal v[], PetscReal q[], PetscReal dq[])
-{
-  for (PetscInt i = 0; i < n; i++)
-    q[i] = (s0[stride * i] + theta * PetscAbsReal(v[rates * i])) / (1 + (f->healing ? theta * f->healing[i] : 0));
-  f->law->values(f, n, 1, q, rates, v, q);
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal sigma = f->weight ? f->weight[i] * f->stress[i] : f->stress[i];
-
-    if (dq)
-      dq[i] = -sigma * (q[i] - f->residual[i]) / f->slip[i] * theta / (1 + (f->healing ? theta * f->healing[i] : 0));
-    q[i] *= sigma;
-  }
-}
-
 /* q = mu sigma w [Pa] at the end of a stage (theta 0: of the states s0), and, unless dq is NULL, dq/d|v|. From one
    cell to the next s0 has the stride, and v the stride rates: the numbers of a cell in states (v, u, s) of a fault. */
 void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
@@ -382,7 +366,7 @@ void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal thet
     return;
   }
   if (f->law->eval == ExponentialSlipWeakening && theta > 0) {
-    WeakeningStrength(f, n, theta, stride, s0, rates, v, q, dq);
+    SlipExponentialWeakeningStrength(f, n, theta, stride, s0, rates, v, q, dq);
     return;
   }
   for (PetscInt i = 0; i < n; i++) {
@@ -524,21 +508,6 @@ static PetscReal BalanceSticking(const SlipFrictionCells *f, PetscInt i, const P
   return tau < 0 ? -v : v;
 }
 
-/* The same of cells whose strength depends on the state alone, found at once: v holds mu first */
-static void BalanceByStrength(const SlipFrictionCells *f, PetscInt n, PetscReal eta, const PetscReal tau[],
-                              PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
-{
-  f->law->values(f, n, stride, s, 1, NULL, v);
-  for (PetscInt i = 0; i < n; i++) {
-    const PetscReal load = f->weight ? tau[i] / f->weight[i] : tau[i], strength = f->stress[i] * v[i];
-    const PetscReal excess = PetscAbsReal(load) - strength;
-    const PetscReal speed = excess > SLIP_FRICTION_HOLD * strength ? excess / eta : 0;
-
-    v[i] = load < 0 ? -speed : speed;
-    if (ds) ds[stride * i] = speed - s[stride * i] * (f->healing ? f->healing[i] : 0);
-  }
-}
-
 /* The slip rates v [n] at which friction and radiation damping balance the traction: w sigma mu(s, |v|) sign(v) + w eta
    v = tau [Pa], w the weights, 0 where friction holds it; and, unless ds is NULL, the rates of the state; s and ds have
    the stride. kept [nkept n]: what the law's function keep made of f and eta, or NULL */
@@ -549,23 +518,17 @@ void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], Pet
     f->law->balance(f, kept, n, eta, tau, stride, s, v, ds);
     return;
   }
-  if (f->law->values && !f->law->always_slides && !f->law->by_rate && !f->law->nstates) {
-    BalanceByStrength(f, n, eta, tau, stride, s, v, ds);
-    return;
-  }
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal weight = f->weight ? f->weight[i] : 1;
 
     if (!f->law->always_slides) v[i] = BalanceSticking(f, i, s + stride * i, eta, tau[i] / weight);
-    if (!f->law->nstates) { /* as StateRate() has it */
-      if (ds) ds[stride * i] = PetscAbsReal(v[i]) - s[stride * i] * (f->healing ? f->healing[i] : 0);
-    } else {
-      const SlipFriction p = At(f, i);
-
-      if (f->law->always_slides)
-        v[i] = SlipFrictionBalanceOne(f->law, &p, s + stride * i, f->stress[i], eta, tau[i] / weight);
-      if (ds) StateRate(f->law, &p, s + stride * i, PetscAbsReal(v[i]), ds + stride * i);
-    }
+    if (ds && !f->law->nstates) /* as StateRate() has it */
+      ds[stride * i] = PetscAbsReal(v[i]) - s[stride * i] * (f->healing ? f->healing[i] : 0);
+    if (!f->law->nstates) continue;
+    const SlipFriction p = At(f, i);
+    if (f->law->always_slides)
+      v[i] = SlipFrictionBalanceOne(f->law, &p, s + stride * i, f->stress[i], eta, tau[i] / weight);
+    if (ds) StateRate(f->law, &p, s + stride * i, PetscAbsReal(v[i]), ds + stride * i);
   }
 }
 

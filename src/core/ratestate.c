@@ -511,3 +511,37 @@ void SlipExponentialWeakeningValues(const SlipFrictionCells *f, PetscInt n, Pets
     WeakeningChunk(m, f->residual + start, f->drop + start, f->slip + start, state, mu + start);
   }
 }
+
+/* q holds the states, then mu */
+void SlipExponentialWeakeningStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
+                                      const PetscReal s0[], PetscInt rates, const PetscReal v[], PetscReal q[],
+                                      PetscReal dq[])
+{
+  for (PetscInt i = 0; i < n; i++)
+    q[i] = (s0[stride * i] + theta * PetscAbsReal(v[rates * i])) / (1 + (f->healing ? theta * f->healing[i] : 0));
+  SlipExponentialWeakeningValues(f, n, 1, q, rates, v, q);
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal sigma = f->weight ? f->weight[i] * f->stress[i] : f->stress[i];
+
+    if (dq)
+      dq[i] = -sigma * (q[i] - f->residual[i]) / f->slip[i] * theta / (1 + (f->healing ? theta * f->healing[i] : 0));
+    q[i] *= sigma;
+  }
+}
+
+/* SlipFrictionBalanceFn of cells that stick; v holds mu first */
+void SlipExponentialWeakeningBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
+                                     const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
+                                     PetscReal ds[])
+{
+  (void)kept;
+  SlipExponentialWeakeningValues(f, n, stride, s, 1, NULL, v);
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal load = f->weight ? tau[i] / f->weight[i] : tau[i], strength = f->stress[i] * v[i];
+    const PetscReal excess = PetscAbsReal(load) - strength;
+    const PetscReal speed = excess > SLIP_FRICTION_HOLD * strength ? excess / eta : 0;
+
+    v[i] = load < 0 ? -speed : speed;
+    if (ds) ds[stride * i] = speed - s[stride * i] * (f->healing ? f->healing[i] : 0);
+  }
+}

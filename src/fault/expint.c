@@ -1,6 +1,6 @@
-/* The exponential integral E1(x) = integral_x^inf e^-t/t dt, x > 0, of cells by the thousand at each stage of a step: to
-   1 by its power series, beyond by polynomials for x e^x E1(x) in 1/x, which is smooth from 0 to 1, made once of a
-   continued fraction. */
+/* The exponential integral E1(x), of e^-t/t from x > 0 on, which each stage of a step asks for in thousands of cells:
+   to 1 by its power series, beyond by polynomials for x e^x E1(x) in 1/x, which is smooth from 0 to 1, made once of
+   Lentz' continued fraction (Abramowitz & Stegun 1964, 5.1.11 and 5.1.22). */
 #include <slipcompat.h>
 #include <slipstep/private/slipfault.h>
 

@@ -348,9 +348,9 @@ static PetscErrorCode LearnsByProducts(SlipFault fault, TSAdapt adapt, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How steps are computed unless somebody says it: explicit or implicit, as costs less, where that was measured to keep the
-   accuracy; with inertia for single events, without it where stress changes in time, under classical controllers. Else by
-   implicit steps, on which other policies were trained and tolerances measured. */
+/* How steps are computed unless somebody says it: explicit or implicit, as costs less, where that was measured to keep
+   the accuracy; with inertia for single events, without it where stress changes in time, under classical controllers.
+   Else by implicit steps, on which other policies were trained and tolerances measured. */
 static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
 {
   const Kind kind = (Kind)fault->steps.kind;

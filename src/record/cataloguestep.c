@@ -178,7 +178,7 @@ static PetscErrorCode CrossNodes(SlipFaultCatalogue cat, SlipEventStep *step)
   PetscFunctionBegin;
   PetscCall(TSBatheGetFirstStage(step->ts, &rule));
   for (PetscInt k = 0; k < 3; k++) PetscCall(SlipFaultLargestSpeed(cat->fault, step->node[k], &max[k]));
-  crude = rule == TSBATHE_STAGE_BACKWARD && (!onset || max[0] > 0) ? PETSC_TRUE : PETSC_FALSE;
+  crude = rule == TSBATHE_STAGE_BACKWARD && !step->simpson && (!onset || max[0] > 0) ? PETSC_TRUE : PETSC_FALSE;
   if (crude)
     fast = onset ? 2 : 0;
   else if (max[1] <= rate) {
@@ -342,12 +342,14 @@ static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep
     PetscCall(SlipCataloguePowers(cat, step->begin + step->cut * step->dt, cat->cut, cat->cut_power));
     if (step->slow == 1) {
       const PetscReal sign = step->side < 0 ? 1 : -1, stage = sign * step->share[1] * step->dt;
+      PetscReal backward; /* share of the stage's state in its rule */
       TSBatheFirstStage rule;
 
       PetscCall(TSBatheGetFirstStage(step->ts, &rule));
       if (step->side > 0) AddWork(cat, 1, fast, slow);
-      AddWork(cat, rule == TSBATHE_STAGE_BACKWARD ? 0 : 0.5 * stage, power[0], slow);
-      AddWork(cat, rule == TSBATHE_STAGE_BACKWARD ? stage : 0.5 * stage, power[1], slow);
+      backward = rule == TSBATHE_STAGE_BACKWARD && !step->simpson ? 1 : 0.5;
+      AddWork(cat, (1 - backward) * stage, power[0], slow);
+      AddWork(cat, backward * stage, power[1], slow);
     }
     AddWork(cat, 0.5 * part, power[step->slow], slow);
     AddWork(cat, 0.5 * part, cat->cut_power, slow);

@@ -206,6 +206,8 @@ PetscErrorCode TSBatheKeepErrorShare(TS ts)
   PetscFunctionBegin;
   ba->error_share = 0;
   if (!ba->con || ba->last.error < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (ba->stabilised && ba->last.method == TSBATHE_METHOD_EXPLICIT) /* which has no error of rates of their own */
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall((*ba->ops->reduce)(ba->con, ba->E, ba->x, ba->ctx));
   PetscCall(VecNorm(ba->x, NORM_2, &error));
   PetscCall(VecWAXPY(ba->K1, -1.0, ba->X0, ba->Y[1]));

@@ -15,8 +15,6 @@ static const PetscReal at_barrier = 1e-2, no_barrier = PETSC_MAX_REAL;
    near is near enough; attempts at it */
 static const PetscReal beyond_stop = 1e-3, near_stop = 1e-2;
 enum { max_stop_tries = 4 };
-/* Of a stage's first residual: less of it says that the solver was on its way */
-static const PetscReal floor_share = 1e-3;
 
 /* Does the attempt run step doubling? Not when the controller has no use for an error and nobody asked for it
    explicitly */
@@ -187,7 +185,7 @@ static PetscErrorCode TSBatheAttempt(TS ts, PetscBool *ok)
   PetscCall(SlipProductsGet(&after));
   after = SlipProductsSince(&after, &before);
   if (ba->stabilised)
-    TSStabilisedLearn(ts, &after);
+    TSStabilisedLearn(ts);
   else if (ba->method == TSBATHE_METHOD_AUTO && ba->last.solves)
     SlipMethodLearn(&ba->costs, ba->now == TSBATHE_METHOD_EXPLICIT ? PETSC_TRUE : PETSC_FALSE, h, ba->longest,
                     (PetscReal)(after.all + after.pc) / (PetscReal)ba->last.solves);
@@ -362,54 +360,6 @@ static PetscErrorCode TSBatheRunMonitors(TS ts)
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_LOOK));
   for (const TSBatheMonitor *m = ba->monitors; m; m = m->next) PetscCall((*m->fn)(ts, &ba->last, ts->vec_sol, m->ctx));
   PetscCall(SlipProductsPop());
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Where the last solve was worst: cell of the constraint, or entry of the SNES residual */
-static PetscErrorCode TSBatheWorst(TS ts, PetscInt *index, PetscReal *residual)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  Vec f, a;
-
-  PetscFunctionBegin;
-  if (ba->con) {
-    PetscCall(SNESSlipGetWorstCell(ts->snes, index, residual));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(SNESGetFunction(ts->snes, &f, NULL, NULL));
-  PetscCall(VecDuplicate(f, &a));
-  PetscCall(VecCopy(f, a));
-  PetscCall(VecAbs(a));
-  PetscCall(VecMax(a, index, residual));
-  PetscCall(VecDestroy(&a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Shorter steps make a solve converge unless its residual stands where rounding, differences or an approximate Jacobian
-   leave it. That is so where it is small and a first repetition, of a shorter step, has not halved it. */
-static PetscErrorCode TSBatheTellFloor(TS ts)
-{
-  TS_Bathe *ba = (TS_Bathe *)ts->data;
-  const char *prefix = ((PetscObject)ts->snes)->prefix ? ((PetscObject)ts->snes)->prefix : "";
-  PetscReal norm, first;
-  PetscMPIInt rank;
-
-  PetscFunctionBegin;
-  if (ba->con || ba->floor_told || ba->failures > 2) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SNESGetFunctionNorm(ts->snes, &norm));
-  first = ts->snes->rtol > 0 ? ts->snes->ttol / ts->snes->rtol : PETSC_MAX_REAL;
-  if (ba->failures == 1) ba->stagnated = norm < floor_share * first ? norm : 0;
-  if (ba->failures == 1 || !(ba->stagnated > 0) || norm < 0.5 * ba->stagnated) PetscFunctionReturn(PETSC_SUCCESS);
-  ba->floor_told = PETSC_TRUE;
-  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)ts), &rank));
-  if (!rank)
-    PetscCall(SlipWarning(
-      "at time %.6g s a stage ended as %s with the residual %.3g, and with %.3g at a shorter step: shorter steps do "
-      "not "
-      "help there. -%ssnes_rtol and -%ssnes_atol say what is small enough, -%ssnes_test_jacobian whether the Jacobian "
-      "fits",
-      (double)ts->ptime, SNESConvergedReasons[ba->last.reason], (double)ba->stagnated, (double)norm, prefix, prefix,
-      prefix));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -153,6 +153,9 @@ PETSC_INTERN PetscErrorCode TSBatheDoublingError(TS, Vec e);
 PETSC_INTERN PetscErrorCode TSBatheErrorNorm(TS, NormType, PetscReal *norm);
 PETSC_INTERN PetscErrorCode TSBatheKeepErrorShare(TS);
 PETSC_INTERN PetscReal TSBatheStageShare(TS, PetscReal h); /* SlipStage.share of a step h */
+/* batheattempt.c */
+PETSC_INTERN PetscErrorCode TSBatheWorst(TS, PetscInt *index, PetscReal *residual);
+PETSC_INTERN PetscErrorCode TSBatheTellFloor(TS);
 PETSC_INTERN PetscErrorCode TSStep_Bathe(TS);
 PETSC_INTERN PetscErrorCode TSRollBack_Bathe(TS);
 PETSC_INTERN PetscErrorCode SNESTSFormFunction_Bathe(SNES, Vec, Vec, TS);
@@ -205,7 +208,7 @@ PETSC_INTERN PetscErrorCode TSStabilisedSubstep(TS, PetscReal t, PetscReal h, Ve
 PETSC_INTERN PetscErrorCode TSStabilisedError(TS, PetscReal h, Vec e);
 PETSC_INTERN PetscErrorCode TSStabilisedReset(TS);
 PETSC_INTERN PetscErrorCode TSStabilisedState(SlipState, TS);
-PETSC_INTERN void TSStabilisedLearn(TS, const SlipProducts *spent);
+PETSC_INTERN void TSStabilisedLearn(TS);
 
 /* ---- attempts.c: a step of attempts from one state ---- */
 /* The first member of what a type that uses it keeps */
