@@ -34,10 +34,11 @@ void SlipRateAndState(const SlipFriction *p, const PetscReal s[], PetscReal v, P
   PetscReal x, small, share;
 
   *mu = *dmu_ds = 0;
-  *dmu_dv = p->a * PetscMin(PetscExpReal(PetscMin((p->reference + p->b * (*s - p->shift)) / p->a, 700)) /
+  *dmu_dv = p->a * PetscMin(PetscExpReal(PetscMin((p->reference + p->b * (*s - p->shift)) / p->a, 660)) /
                               (2 * p->reference_rate),
                             1e300);
   if (v <= 0) return;
+  v = PetscMax(v, 1e-300); /* of steps that are refused, without a logarithm of 0 */
   x = Argument(p, *s, v);
   small = PetscExpReal(-PetscAbsReal(x));
   /* asinh(e^x) = x + ln(1 + sqrt(1 + e^-2x)) */

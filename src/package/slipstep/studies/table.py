@@ -138,7 +138,7 @@ OF_RESULT = {**dict.fromkeys(("accepted", "rejected", "solves", "explicit_attemp
                               "products_all", "products_k_setup", "products_h_setup", "device_puts", "device_fetches", "device_numbers", "policy_decisions", "policy_outside_range", "policy_halvings",
                               "policy_steps", "heir_steps", "check_solves", "rtol", "accuracy", "accuracy_requested", "least_resolution", "cells_fail_alone", "cells_without_stress",
                               "magnitude_so_far"), "1"),
-             **dict.fromkeys(("cost", "processor_time", "wall_time_setup", "wall_time_solve", "policy_handover_time"), "s"), "mean_slip": "m", "largest_opening": "m", "max_slip_rate": "m/s",
+             **dict.fromkeys(("cost", "cost_setup", "cost_output", "processor_time", "wall_time_setup", "wall_time_solve", "policy_handover_time"), "s"), "mean_slip": "m", "largest_opening": "m", "max_slip_rate": "m/s",
              "least_normal_stress": "Pa", "largest_frequency": "rad/s"}
 ERRORS = r"\w+_error(_\w+)?|check_error_\w+"  # and those of their errors
 RESERVED = ("run", "status", "folder", "error")  # columns of each table
