@@ -168,7 +168,7 @@ mpirun --oversubscribe -n 2 "${file[@]}" -fault_stiffness_file same.h5 -fault_re
   fail "a copy of the stiffness file on 2 ranks: $(cat err.txt)"
 refuses "file.state" "stiffness is of 4 x 4 entries" -- "${file[@]}" -fault_stiffness_file twice.h5 -fault_restart file.state
 refuses "file.state" "stiffness is no entries" -- "${file[@]}" -fault_restart file.state
-refuses "older.state" "another format than 9" -- "${run[@]}" -fault_restart older.state
+refuses "older.state" "another format than 10" -- "${run[@]}" -fault_restart older.state
 
 # ---- one name for two files, links and what the run makes of names included: refused before anything is written ----
 ln -s grid.state soft.state
