@@ -53,7 +53,8 @@ PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipCirculant strike, const Pet
                                                  PetscReal *error, SlipLowRank *m);
 
 PETSC_INTERN PetscErrorCode SlipLanczosGetRecycled(Mat H, SlipRecycled **known); /* lanczos.c; NULL for other types */
-PETSC_INTERN PetscErrorCode SlipLanczosFactorise(Mat H, PetscReal tolerance, PetscReal set_up);
+typedef PetscErrorCode (*SlipRootFn)(Mat K, PetscReal factor, PetscReal tolerance, Mat *H);
+PETSC_INTERN PetscErrorCode SlipLanczosFactorise(Mat H, SlipRootFn create, PetscReal tolerance, PetscReal set_up);
 PETSC_INTERN PetscErrorCode SlipLanczosGetNow(Mat H, Mat *now);
 
 /* ---- types of stiffness and viscosity that are not MATDENSE ---- */

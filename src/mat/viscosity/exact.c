@@ -176,6 +176,6 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
   }
   PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
   set_up = cells * (PetscReal)g->nz * ((PetscReal)g->nz * SLIP_SQRT_EACH + SLIP_SQRT_ROW);
-  if (sketch) PetscCall(SlipLanczosFactorise(*H, tolerance, set_up));
+  if (sketch) PetscCall(SlipLanczosFactorise(*H, SlipViscosityCreate_Sketch, tolerance, set_up));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

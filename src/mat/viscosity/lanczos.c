@@ -50,6 +50,7 @@ typedef struct {
   PetscReal set_up;                          /* processor time of the set-up of a factorised root, or 0 for none [s] */
   PetscReal spent;                           /* on products so far, by their work, on the slowest process [s] */
   PetscReal factor_tolerance;                /* of the factorised root */
+  SlipRootFn create;                         /* makes it */
   Mat factorised;                            /* NULL up to then */
   PetscErrorCode (*multiply)(Mat, Vec, Vec); /* its product, not logged */
 } Lanczos;
@@ -229,7 +230,7 @@ static PetscErrorCode Factorise(Lanczos *l)
   l->increment.noise = 0;
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
   PetscCall(PetscLogEventBegin(SLIP_ViscositySetUp, l->S, 0, 0, 0));
-  PetscCall(SlipViscosityCreate_Sketch(l->S, l->factor, l->factor_tolerance, &l->factorised));
+  PetscCall((*l->create)(l->S, l->factor, l->factor_tolerance, &l->factorised));
   PetscCall(SlipViscosityComposeFactor(l->factorised, l->factor));
   PetscCall(PetscLogEventEnd(SLIP_ViscositySetUp, l->S, 0, 0, 0));
   PetscCall(SlipProductsPop());
@@ -498,14 +499,15 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* H of SlipViscosityCreate_Lanczos() has a factorised root made, to the tolerance, once products took more than set_up
+/* H of SlipViscosityCreate_Lanczos() has a factorised root created, to the tolerance, once products took more than set_up
    [s]. */
-PetscErrorCode SlipLanczosFactorise(Mat H, PetscReal tolerance, PetscReal set_up)
+PetscErrorCode SlipLanczosFactorise(Mat H, SlipRootFn create, PetscReal tolerance, PetscReal set_up)
 {
   Lanczos *l;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(H, &l));
+  l->create = create;
   l->factor_tolerance = tolerance;
   l->set_up = set_up;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,7 @@
 /* How exact products with a viscosity are that Lanczos' method applies; other types have no such method. */
 #include <petsc/private/petscimpl.h> /* PetscTryMethod() */
 #include <slipmat.h>
+#include <slipcompat.h>
 
 /*@
   MatSlipViscosityAllow - the error that the next products with a viscosity may have
