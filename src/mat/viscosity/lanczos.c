@@ -499,8 +499,8 @@ PetscErrorCode SlipViscosityCreate_Lanczos(Mat S, PetscReal factor, Mat *H)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* H of SlipViscosityCreate_Lanczos() has a factorised root created, to the tolerance, once products took more than set_up
-   [s]. */
+/* H of SlipViscosityCreate_Lanczos() has a factorised root created, to the tolerance, once products took more than
+   set_up [s]. */
 PetscErrorCode SlipLanczosFactorise(Mat H, SlipRootFn create, PetscReal tolerance, PetscReal set_up)
 {
   Lanczos *l;
