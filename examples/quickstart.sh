@@ -13,7 +13,7 @@ figure=output/quickstart.png
 simulate() {
   local name=$1
   shift
-  set -- mpirun -n 2 build/bin/fault -options_file examples/fault_3km.opts "$@" \
+  set -- mpirun -n 2 build/bin/fault -options_file examples/fault_3km.opts -mat_slipsqrtm_setup sketch "$@" \
     -fault_output "output/quickstart_$name.h5" -fault_output_fields slip_rate
   printf '\n\n== %s ==\n%s\n\n' "$name" "$*"
   "$@"

@@ -42,6 +42,8 @@ RUPTURE = WEAKENING.replace(f"-fault_healing_time {YEAR}", "-fault_healing_time 
     f"-ts_max_time {10 * YEAR}", "-ts_max_time 2e4").replace("weakening.h5", "rupture.h5")
 # A single event under inertia
 INERTIA = f"-fault_nx {NX} -fault_nz {NZ} -ts_max_time 8"
+# The same of more cells, whose root is factorised after some products
+ROOTS = "-fault_nx 12 -fault_nz 8 -fault_operator fft -ts_rtol 1e-5 -ts_max_time 12 -fault_stations 500,500;1500,1500"
 # The same on a dipping plane, whose normal stress slip changes
 THRUST = " -fault_dip 35 -fault_rake 90 -fault_stations 1500,1500;6500,2000"
 # The same with slip as a vector, along strike and up dip
@@ -75,11 +77,14 @@ def cases():
         found[f"{kind}, weakening"] = f"{RUPTURE} -ts_type {kind}"
         found[f"{kind}, weakening, vectors"] = f"{RUPTURE}{VECTORS} -ts_type {kind}"
         found[f"{kind}, weakening, thrust"] = f"{RUPTURE}{THRUST} -ts_type {kind}"
+    for controller in CONTROLLERS: # the exact root by Lanczos' method, and factorised on the way
+        found[f"one event, roots, {controller}"] = f"{ROOTS} -ts_adapt_type {controller}"
+    found["one event, roots, explicit"] = f"{ROOTS} -ts_bathe_method explicit -ts_adapt_type none -ts_dt 0.02"
     found["handed over"] = f"{HANDED} -fault_stations 500,500;1500,1500"
     return found
 
 
-QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp", "auto, one event, pi", "moreau, one event, rl", "rkc, weakening", "rkc, weakening, vectors", "rk, weakening, vectors")
+QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp", "auto, one event, pi", "moreau, one event, rl", "one event, roots, rl", "one event, roots, explicit", "rkc, weakening", "rkc, weakening, vectors", "rk, weakening, vectors")
 
 
 def write_fields():

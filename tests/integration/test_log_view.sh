@@ -7,8 +7,8 @@ fault=$SLIPSTEP_BUILD/bin/fault
 policy=(-ts_adapt_type rl -ts_adapt_rl_policy "$SLIPSTEP_SOURCE/training/policies/fault.h5" -ts_adapt_rl_strict)
 run() { "$@" >log 2>&1 || { cat log; exit 1; }; }
 
-run "$fault" -fault_nx 20 -fault_nz 20 "${policy[@]}" -fault_output fft.h5 -log_view :fft.log
-run mpirun --oversubscribe -n 2 "$fault" -fault_nx 20 -fault_nz 20 "${policy[@]}" -fault_output two.h5 -log_view :two.log
+run "$fault" -fault_nx 20 -fault_nz 20 -mat_slipsqrtm_setup sketch "${policy[@]}" -fault_output fft.h5 -log_view :fft.log
+run mpirun --oversubscribe -n 2 "$fault" -fault_nx 20 -fault_nz 20 -mat_slipsqrtm_setup sketch "${policy[@]}" -fault_output two.h5 -log_view :two.log
 run "$fault" -fault_nx 8 -fault_nz 8 "${policy[@]}" -fault_output dense.h5 -log_view :dense.log
 run "$fault" -fault_nx 8 -fault_nz 8 -fault_operator hmat -fault_viscosity lanczos -ts_max_time 4 -ts_bathe_method implicit -fault_output hmat.h5 \
   -log_view :hmat.log

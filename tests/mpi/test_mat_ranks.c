@@ -277,6 +277,7 @@ int main(int argc, char **argv)
 
   if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
   if (SlipStepInitializePackage()) return 1;
+  if (PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch")) return 1; /* Lanczos' method: "lanczos", below */
   failed = cmocka_run_group_tests_name("every rank multiplies small fields whole", tests, NULL, NULL);
   if (PetscOptionsSetValue(NULL, "-mat_slip_share", "true")) return 1;
   failed += cmocka_run_group_tests_name("ranks share rows and wavenumbers", tests, NULL, NULL);

@@ -67,6 +67,7 @@ static void test_viscosity_squares_to_stiffness(void **state)
   const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column, &Average};
 
   (void)state;
+  ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++)
     for (int t = 0; t < 2; t++) {
       Mat K, H;
@@ -77,6 +78,7 @@ static void test_viscosity_squares_to_stiffness(void **state)
       assert_true(SquareError(K, H) < 1e-10); /* what the truncated root promises; rounding is 1e-14 */
       ObjectsDestroy(&H, &K);
     }
+  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
 }
 
 /* ||A - B|| / ||B||, Frobenius, through conversion to dense. */
@@ -161,6 +163,7 @@ static void test_fft_is_dense(void **state)
   const SlipGrid *const grids[] = {&Even, &Odd, &Line, &Column};
 
   (void)state;
+  ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
   for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(grids); k++) {
     Mat K[2], H[2], B[2];
 
@@ -182,6 +185,7 @@ static void test_fft_is_dense(void **state)
       ObjectsDestroy(&K[t], &H[t], &B[t]);
     }
   }
+  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
 }
 
 /* Transforms in depth, forced at small sizes and by default at a deep one. 1e-12: rounding of transforms of a few

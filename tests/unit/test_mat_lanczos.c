@@ -147,6 +147,57 @@ static void test_loose_products(void **state)
   ObjectsDestroy(&x, &y, &B, &K, &H, &exact);
 }
 
+/* By default Lanczos' method comes first, and a factorised root once it has taken as much work as the set-up of that,
+   0.02 s on this grid, a hundred of products of 10 to 30 with K or so. From the next theta on the stage is formed with
+   it: exact Jacobians, as -mat_slipsqrtm_setup sketch has. The diagonal is that of before. */
+static void test_a_factorised_root_comes_once_it_pays(void **state)
+{
+  Mat K, H, B, A, exact, lanczos;
+  SlipProducts before, after;
+  PetscReal norm;
+  PetscInt n;
+  Vec x, y, z;
+
+  (void)state;
+  Create(PETSC_FALSE, &lanczos, &exact);
+  ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K));
+  ok(MatCreateSlipViscosity(K, MASS, ZETA, "sqrtm", &H));
+  ok(MatCreateSlipStage(K, H, MASS, &B));
+  ok(MatSlipStageSetTheta(B, 0.5));
+  ok(MatCreateVecs(exact, &x, &y));
+  ok(VecDuplicate(x, &z));
+  for (n = 0; n < 2000; n++) {
+    ok(MatSlipStageGetApproximation(B, &A));
+    if (A == B) break;
+    for (PetscInt i = 0; i < N; i++)
+      ok(VecSetValue(x, i, PetscSinReal((37.0 + (PetscReal)n) * (PetscReal)(i * i)), INSERT_VALUES));
+    ok(VecAssemblyBegin(x));
+    ok(VecAssemblyEnd(x));
+    if (n < 10) assert_true(Error(H, exact, x) < 3e-8);
+    ok(MatMult(H, x, y));
+    ok(MatSlipStageSetTheta(B, 0.5));
+  }
+  printf("factorised after %d products\n", (int)n);
+  assert_in_range(n, 50, 500);
+  ok(SlipProductsGet(&before));
+  ok(MatMult(H, x, y));
+  ok(SlipProductsGet(&after));
+  assert_int_equal(after.k - before.k, 0);
+  assert_int_equal(after.h - before.h, 1);
+  assert_int_equal(after.all - before.all, 1);
+  /* 1e-10 of the norm, where the product is a tenth of that or more */
+  assert_true(Error(H, exact, x) < 1e-9);
+  ok(MatMult(B, x, y));
+  ok(SlipProductsGet(&before));
+  assert_int_equal(before.h - after.h, 3); /* two were those of Error() */
+  ok(MatMult(K, x, z));
+  ok(VecAXPBY(z, MASS / 0.5, 0.5, x)); /* mass / theta x + theta K x */
+  ok(MatMultAdd(exact, x, z, z));
+  ok(VecNorm(z, NORM_2, &norm));
+  AssertVecNear(y, z, NORM_2, 1e-9 * norm);
+  ObjectsDestroy(&x, &y, &z, &B, &H, &K, &exact, &lanczos);
+}
+
 /* Two stiffnesses with prefixes of their own, one plain: each viscosity and stage reads its own options; a setter
    counts unless the option is read again. What was given up is refused by name. */
 static void test_options_have_one_owner(void **state)
@@ -160,7 +211,9 @@ static void test_options_have_one_owner(void **state)
   (void)state;
   ok(PetscOptionsSetValue(NULL, "-one_mat_slipsqrtm_setup", "lanczos"));
   ok(PetscOptionsSetValue(NULL, "-one_mat_slipsqrtm_tolerance", "1e-3"));
+  ok(PetscOptionsSetValue(NULL, "-two_mat_slipsqrtm_setup", "sketch"));
   ok(PetscOptionsSetValue(NULL, "-two_mat_slipstage_jacobian", "approximate"));
+  ok(PetscOptionsSetValue(NULL, "-mat_slipsqrtm_setup", "sketch"));
   for (int k = 0; k < 3; k++) {
     ok(MatCreateSlipStiffness(PETSC_COMM_SELF, &Grid, "fft", &K[k]));
     ok(MatSetOptionsPrefix(K[k], prefixes[k]));
@@ -193,6 +246,7 @@ static void test_options_have_one_owner(void **state)
   ok(PetscOptionsClearValue(NULL, "-one_mat_slipsqrtm_tolerance"));
   ok(PetscOptionsClearValue(NULL, "-two_mat_slipsqrtm_setup"));
   ok(PetscOptionsClearValue(NULL, "-two_mat_slipstage_jacobian"));
+  ok(PetscOptionsClearValue(NULL, "-mat_slipsqrtm_setup"));
   for (int k = 0; k < 3; k++) {
     ObjectsDestroy(&B[k], &H[k], &K[k]);
   }
@@ -283,4 +337,4 @@ static void test_allowed_error(void **state)
 }
 
 SLIP_TESTS(test_tolerance, test_few_digits_are_forgotten, test_loose_products, test_allowed_error,
-           test_options_have_one_owner, test_stiffness_options)
+           test_a_factorised_root_comes_once_it_pays, test_options_have_one_owner, test_stiffness_options)

@@ -27,7 +27,8 @@ PETSC_INTERN PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *kn
 PETSC_INTERN PetscErrorCode PCCreate_SlipStage(PC pc);
 
 typedef struct {
-  Mat K, H;           /* stiffness and viscosity, referenced */
+  Mat K, H;           /* stiffness, referenced, and viscosity as it is applied now */
+  Mat given;          /* viscosity, referenced: H, or what H is the factorised root of */
   PetscReal mass;     /* [kg/m^2] */
   Vec weights;        /* of the rows of K and H, borrowed from K; NULL when all are 1 */
   PetscReal theta;    /* [s] */

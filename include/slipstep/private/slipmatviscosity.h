@@ -53,12 +53,17 @@ PETSC_INTERN PetscErrorCode SlipSketchCorrection(SlipCirculant strike, const Pet
                                                  PetscReal *error, SlipLowRank *m);
 
 PETSC_INTERN PetscErrorCode SlipLanczosGetRecycled(Mat H, SlipRecycled **known); /* lanczos.c; NULL for other types */
+typedef PetscErrorCode (*SlipRootFn)(Mat K, PetscReal factor, PetscReal tolerance, Mat *H);
+PETSC_INTERN PetscErrorCode SlipLanczosFactorise(Mat H, SlipRootFn create, PetscReal tolerance, PetscReal set_up);
+PETSC_INTERN PetscErrorCode SlipLanczosGetNow(Mat H, Mat *now);
 
 /* ---- types of stiffness and viscosity that are not MATDENSE ---- */
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Plane(Mat K, PetscReal factor, Mat *H);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *H);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_Spectral(Mat K, PetscReal factor, Mat *H);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H);
+PETSC_INTERN PetscErrorCode SlipViscosityCreate_Sketch(Mat K, PetscReal factor, PetscReal tolerance, Mat *H);
+PETSC_INTERN PetscErrorCode SlipSpectralState(Mat H, SlipState s); /* for checkpoints */
 /* The two parts of a "slipspectral" viscosity, for the stage operator. */
 PETSC_INTERN PetscErrorCode SlipSpectralGetBlocks(Mat H, SlipCirculant *strike, const PetscReal **blocks);
 PETSC_INTERN PetscErrorCode SlipSpectralAddCorrection(Mat H, PetscReal cutoff, const PetscReal x[], PetscReal y[]);

@@ -72,7 +72,8 @@ static const struct {
 
   Options Database Keys:
 + -mat_slipsqrtm_setup <auto>     - exact root on a uniform grid: sketch (a low-rank part is set up), lanczos (no
-                                    set-up), or auto (sketch up to 2500 cells)
+                                    set-up), or auto (lanczos, and up to 10000 cells
+                                    sketch once that took as much work as its set-up)
 . -mat_slipsqrtm_tolerance        - relative error of its products: 1e-10 by sketch, 1e-8 by lanczos
 - -mat_slipspectral_type <auto>   - spectral: blocks, lanczos, or by size
 

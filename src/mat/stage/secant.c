@@ -317,6 +317,7 @@ PetscErrorCode SlipSecantAdd(SlipSecant c, Vec x, Vec y)
 PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipState s)
 {
   const PetscBool loading = SlipStateIsLoading(s);
+  PetscReal theta;
   char name[32];
 
   PetscFunctionBegin;
@@ -346,7 +347,11 @@ PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *known, SlipStat
     c->seen[c->nseen] = id;
     c->state[c->nseen++] = state;
   }
-  if (loading) c->formed = 0;
-  if (loading) c->theta = 0;
+  theta = c->theta;
+  PetscCall(SlipStateReal(s, "secant_theta", 1, &theta));
+  if (!loading) PetscFunctionReturn(PETSC_SUCCESS);
+  c->formed = 0;
+  c->theta = theta;
+  if (c->n && theta > 0) PetscCall(Form(c, theta)); /* no work of the next step, which an unbroken run does not have */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -67,7 +67,7 @@ static PetscErrorCode StageDestroy(Mat B)
   PetscCall(MatShellGetContext(B, &s));
   PetscCall(StageReset(s));
   PetscCall(MatDestroy(&s->K));
-  PetscCall(MatDestroy(&s->H));
+  PetscCall(MatDestroy(&s->given));
   PetscCall(MatDestroy(&s->assembled));
   PetscCall(MatDestroy(&s->entries));
   PetscCall(VecDestroy(&s->diagonal));
@@ -187,6 +187,30 @@ static PetscErrorCode StageSetUp(Mat B, SlipStageContext *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Tells solvers that B has changed. */
+static PetscErrorCode StageChanged(Mat B)
+{
+  PetscFunctionBegin;
+  PetscCall(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Has the viscosity got a factorised root since, products are formed with that, between solves. */
+static PetscErrorCode StageRenew(Mat B, SlipStageContext *s)
+{
+  Mat now;
+
+  PetscFunctionBegin;
+  if (!s->given) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipLanczosGetNow(s->given, &now));
+  if (now == s->H) PetscFunctionReturn(PETSC_SUCCESS);
+  s->H = now;
+  PetscCall(StageSetUp(B, s));
+  PetscCall(StageChanged(B));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* For checkpoints, after the viscosity: what an approximation has learnt of it. */
 static PetscErrorCode StageState(Mat B, SlipState s)
 {
@@ -195,6 +219,7 @@ static PetscErrorCode StageState(Mat B, SlipState s)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(B, &stage));
+  PetscCall(StageRenew(B, stage));
   if (stage->approximation) PetscCall(MatShellGetContext(stage->approximation, &a));
   if (!a || !a->correction) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipLanczosGetRecycled(stage->H, &known));
@@ -219,7 +244,7 @@ static PetscErrorCode StageCreate(Mat K, Mat H, PetscReal mass, PetscReal mean, 
   PetscCall(PetscObjectReference((PetscObject)K));
   if (H) PetscCall(PetscObjectReference((PetscObject)H));
   s->K = K;
-  s->H = H;
+  s->given = s->H = H;
   s->mass = mass;
   s->mean = mean;
   PetscCall(MatSlipGetWeights(K, &s->weights));
@@ -327,15 +352,6 @@ static PetscErrorCode StageContext(Mat B, SlipStageContext **s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells solvers that B has changed. */
-static PetscErrorCode StageChanged(Mat B)
-{
-  PetscFunctionBegin;
-  PetscCall(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*@C
   MatSlipStageSetJacobian - choose what MatSlipStageGetApproximation() gives for Newton matrices
 
@@ -430,6 +446,7 @@ PetscErrorCode MatSlipStageSetTheta(Mat B, PetscReal theta)
   PetscCall(StageContext(B, &s));
   PetscCheck(theta > 0 && PetscIsNormalReal(theta), PetscObjectComm((PetscObject)B), PETSC_ERR_ARG_OUTOFRANGE,
              "theta must be positive and finite, not %g s", (double)theta);
+  PetscCall(StageRenew(B, s));
   if (s->theta != theta) {
     s->theta = theta;
     PetscCall(StageChanged(B));

@@ -2,19 +2,18 @@
   The exact root on a uniform grid: what the root per wavenumber misses, for each mirror parity, as a low-rank part
   found by sketches (sketch.c) once, or no set-up and Lanczos' method in each product (lanczos.c).
 
-  Which is cheaper depends on the number of solves. Set-up and solve in s on one rank, sketch against Lanczos:
-
-               13 solves (a policy)         100 to 1000 solves (heuristic)
-     32 x 32   0.26 against 0.18            0.45 against 0.70
-     50 x 50   0.65 against 0.39            2.0  against 2.4
-     64 x 64   1.5  against 0.6             4.9  against 4.9
-   100 x 100   6.2  against 1.5             30   against 31
+  Which is cheaper depends on the number of products, which nobody knows at the start of a run. So Lanczos' method comes
+  first, and the low-rank part once that has taken as long as its set-up.
 */
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
-/* Up to this many cells sketches are the choice: a run of many solves gains from them, and one of few loses little. */
-#define SLIP_SQRT_SKETCH_MAX 2500
+/* Up to this many cells sketches are made on the way: their low-rank part takes 67 MB there, and the set-up 0.5 GB. */
+#define SLIP_SQRT_SKETCH_MAX 10000
+/* Processor time of the set-up of sketches is about N nz (nz EACH + ROW) [s], from 0.019 s at 20 x 20 over 0.37 s at
+   50 x 50 to 4.4 s at 100 x 100 cells of a core of an AMD EPYC: within 1.3 of the clock from 400 to 10,000 cells. */
+#define SLIP_SQRT_EACH 4e-8
+#define SLIP_SQRT_ROW 1.6e-6
 /* Terms below this share of the norm are kept in single precision, whose rounding, 3e-13 of the norm, depends on how
    the rows are spread over ranks. */
 #define SLIP_SQRT_SINGLE 4e-6
@@ -109,44 +108,16 @@ static PetscErrorCode KeepRows(SlipSpectral *c, PetscInt width, SlipLowRank *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The exact root: spectral plus low rank, or Lanczos' method; options with K's prefix. */
-PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H)
+/* Spectral plus low rank, to a tolerance relative to the norm. */
+PetscErrorCode SlipViscosityCreate_Sketch(Mat K, PetscReal factor, PetscReal tolerance, Mat *H)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)K);
-  const char *const choices[] = {"auto", "sketch", "lanczos"};
-  const char *prefix;
-  char setup[64] = "auto";
-  PetscReal tolerance = SLIP_SQRT_TOL, norm = 0, scale;
-  SlipSpectral *c;
   const SlipGrid *g;
-  VecType vectors;
-  PetscInt choice;
-  PetscBool known, device;
+  PetscReal norm = 0, scale;
+  SlipSpectral *c;
 
   PetscFunctionBegin;
   PetscCall(SlipGridOf(K, &g));
-  PetscCall(MatGetOptionsPrefix(K, &prefix));
-  PetscOptionsBegin(comm, prefix, "Viscosity by the exact matrix square root", "Mat");
-  PetscCall(PetscOptionsString("-mat_slipsqrtm_setup",
-                               "Low-rank part by random sketches (sketch), none and Lanczos' method in each product "
-                               "(lanczos), or by size (auto: sketch up to 2500 cells)",
-                               "MatCreateSlipViscosity", setup, setup, sizeof(setup), NULL));
-  PetscCall(PetscOptionsReal("-mat_slipsqrtm_tolerance",
-                             "Error of a product over the norm of the viscosity (sketch, 1e-10) or over the product "
-                             "(lanczos, 1e-8)",
-                             "MatCreateSlipViscosity", tolerance, &tolerance, NULL));
-  PetscOptionsEnd();
-  PetscCall(PetscEListFind(3, choices, setup, &choice, &known));
-  PetscCheck(known, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
-             "-%smat_slipsqrtm_setup is \"%s\", expected auto, sketch or lanczos", prefix ? prefix : "", setup);
-  PetscCall(MatGetVecType(K, &vectors));
-  PetscCall(PetscStrcmp(vectors, VECSLIPOPENCL, &device)); /* low-rank parts are not there */
-  if (choice == 2 || (choice == 0 && (device || g->nx * g->nz > SLIP_SQRT_SKETCH_MAX))) {
-    PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCheck(tolerance >= 1e-12 && tolerance < 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-%smat_slipsqrtm_tolerance must lie in [1e-12, 1), not %g", prefix ? prefix : "", (double)tolerance);
   PetscCall(SlipViscosityCreate_SpectralBlocks(K, factor, H));
   if (factor == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatShellGetContext(*H, &c));
@@ -160,5 +131,51 @@ PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H
     PetscCall(KeepRows(c, SlipMirrorWidth(g->nx, parity), &c->correction[parity]));
     PetscCall(SlipLowRankDemote(&c->correction[parity], SLIP_SQRT_SINGLE * norm));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The exact root: spectral plus low rank, or Lanczos' method; options with K's prefix. */
+PetscErrorCode SlipViscosityCreate_SpectralExact(Mat K, PetscReal factor, Mat *H)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)K);
+  const char *const choices[] = {"auto", "sketch", "lanczos"};
+  const char *prefix;
+  char setup[64] = "auto";
+  PetscReal tolerance = SLIP_SQRT_TOL, cells, set_up;
+  const SlipGrid *g;
+  VecType vectors;
+  PetscInt choice;
+  PetscBool known, device, sketch;
+
+  PetscFunctionBegin;
+  PetscCall(SlipGridOf(K, &g));
+  cells = (PetscReal)(g->nx * g->nz);
+  PetscCall(MatGetOptionsPrefix(K, &prefix));
+  PetscOptionsBegin(comm, prefix, "Viscosity by the exact matrix square root", "Mat");
+  PetscCall(PetscOptionsString("-mat_slipsqrtm_setup",
+                               "Low-rank part by random sketches (sketch), none and Lanczos' method in each product "
+                               "(lanczos), or that first and sketches once it has taken as long as their set-up "
+                               "(auto, up to 10000 cells)",
+                               "MatCreateSlipViscosity", setup, setup, sizeof(setup), NULL));
+  PetscCall(PetscOptionsReal("-mat_slipsqrtm_tolerance",
+                             "Error of a product over the norm of the viscosity (sketch, 1e-10) or over the product "
+                             "(lanczos, 1e-8)",
+                             "MatCreateSlipViscosity", tolerance, &tolerance, NULL));
+  PetscOptionsEnd();
+  PetscCall(PetscEListFind(3, choices, setup, &choice, &known));
+  PetscCheck(known, comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+             "-%smat_slipsqrtm_setup is \"%s\", expected auto, sketch or lanczos", prefix ? prefix : "", setup);
+  PetscCall(MatGetVecType(K, &vectors));
+  PetscCall(PetscStrcmp(vectors, VECSLIPOPENCL, &device)); /* low-rank parts are not there */
+  sketch = (PetscBool)(choice == 1 || (choice == 0 && !device && factor > 0 && cells <= SLIP_SQRT_SKETCH_MAX));
+  PetscCheck(!sketch || (tolerance >= 1e-12 && tolerance < 1), comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-%smat_slipsqrtm_tolerance must lie in [1e-12, 1), not %g", prefix ? prefix : "", (double)tolerance);
+  if (choice == 1) {
+    PetscCall(SlipViscosityCreate_Sketch(K, factor, tolerance, H));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipViscosityCreate_Lanczos(K, factor, H));
+  set_up = cells * (PetscReal)g->nz * ((PetscReal)g->nz * SLIP_SQRT_EACH + SLIP_SQRT_ROW);
+  if (sketch) PetscCall(SlipLanczosFactorise(*H, SlipViscosityCreate_Sketch, tolerance, set_up));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

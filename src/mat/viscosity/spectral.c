@@ -243,7 +243,7 @@ PetscErrorCode SlipSpectralNorm(MPI_Comm comm, SlipSpectral *c, PetscReal factor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SpectralState(Mat H, SlipState s)
+PetscErrorCode SlipSpectralState(Mat H, SlipState s)
 {
   SlipSpectral *c;
 
@@ -261,7 +261,7 @@ PetscErrorCode SlipViscosityCreate_SpectralBlocks(Mat K, PetscReal factor, Mat *
                             .info = SpectralGetInfo,
                             .view = SpectralView,
                             .destroy = SpectralDestroy,
-                            .state = SpectralState};
+                            .state = SlipSpectralState};
   SlipSpectral *c;
   PetscReal scale;
   PetscInt N;
