@@ -140,6 +140,9 @@ PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
   steps do not exist, and where constant or given steps are longer than is stable, all steps are implicit. The method of
   an attempt is in `SlipAttempt`.
 
+  Of a problem without inertia (`side` of SlipProblemOps) explicit steps are those of TSRKC, as long as the controller
+  wants them, taken where their stages cost less than the iterations of solves do in a moving mean.
+
   Errors: PETSC_ERR_SUP at the next attempt, for an explicit method and a constraint without explicit_ops
 
 .seealso: TSBatheGetMethod(), TSMOREAU, TSBATHE
