@@ -1,5 +1,5 @@
-/* What TSBATHE says of its attempts: the record of the last one, totals, monitors, and estimates for those who estimate
-   errors of whole runs. */
+/* What TSBATHE says of its attempts: the record of the last one, totals, monitors, why one failed, and estimates for
+   those who estimate errors of whole runs. */
 #include <slipstep/private/slipts.h>
 #include <petsc/private/snesimpl.h>
 

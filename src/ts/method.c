@@ -49,6 +49,7 @@ void TSBatheMethodBegin(TS ts)
   TS_Bathe *ba = (TS_Bathe *)ts->data;
 
   SlipMethodSetUp(&ba->costs);
+  ba->implicit = 0;
   ba->refused = PETSC_MIN_REAL;
   TSBatheMethodWait(ba, first_wait);
 }
