@@ -314,9 +314,10 @@ static Smooth RunSmooth(const char type[], const char pair[], PetscReal toleranc
 }
 
 /* Residuals of all events, in brackets with trapezoids between the ends of steps: 1.0e-3 (2.2e-2) of Adams' formulas,
-   3.1e-3 (5.5e-2) of the pair 5dp, 4.1e-4 (4.9e-3) of 3bs, which has no dense output, 4.3e-2 (0.32) of the policy,
-   whose steps may be as far off themselves. Heat and duration of the first event are off by 3e-4 to 6e-4 and by up to
-   7e-4 (1e-2) from a run with a thousandth of the tolerance, with the policy by 6e-3 (0.35) and 1.3e-2 (0.3). */
+   3.1e-3 (5.5e-2) of the pair 5dp, 4.1e-4 (4.9e-3) of 3bs, which has no dense output. By default, dsp, which accepts
+   steps with errors of some tolerances, it is 0.59 of one small event, and 5e-3 by basic at the same
+   tolerance. Heat and duration of the first event are off by 3e-4 to 6e-4 and by up to 7e-4 (1e-2) from a run with a
+   thousandth of the tolerance, by default by 4e-3 and 1.9e-2. */
 static void smooth(void **state)
 {
   static const struct {
@@ -325,7 +326,7 @@ static void smooth(void **state)
   } cases[] = {{NULL, NULL, 1e-3, 2e-3, 2e-3},
                {TSRK, TSRK5DP, 1e-3, 7e-3, 2e-3},
                {TSRK, TSRK3BS, 1e-3, 1e-3, 2e-3},
-               {NULL, NULL, 0, 6e-2, 3e-2}};
+               {NULL, NULL, 0, 0.7, 3e-2}};
   const Smooth fine = RunSmooth(NULL, NULL, 1e-6);
 
   (void)state;
