@@ -49,25 +49,27 @@ static PetscErrorCode NamesOther(TS ts, const char option[], const char ours[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All types see the error of the worst cell: a mean over the cells hides one that goes unstable, the more so the more
-   others are quiet. */
+/* dsp takes 0.76 of the products on lines at equal errors of times, but accepts steps with errors of ten tolerances and
+   more, whose slip rates may pass those of events: a small one may be two such steps. Under a pore pressure it is what
+   was measured. All types see the error of the worst cell: a mean over the cells hides one that goes unstable, the more
+   so the more others are quiet. */
 PetscErrorCode SlipFaultCycleSteps(SlipFault fault, TS ts, PetscReal *rtol)
 {
   const PetscReal asked = fault->options.value[FAULT_ACCURACY],
                   accuracy = PetscIsNanReal(asked) ? (PetscReal)SLIP_FAULT_ACCURACY : asked;
-  const char *prefix;
+  const char *prefix, *ours = fault->loads.pressed ? TSADAPTDSP : TSADAPTBASIC;
   PetscBool other;
   TSAdapt adapt;
 
   PetscFunctionBegin;
   PetscCall(TSSetType(ts, TSADAMS));
   PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(SlipAdaptSetController(adapt, TSADAPTDSP));
+  PetscCall(SlipAdaptSetController(adapt, ours));
   PetscCall(SlipAdaptSetNorm(adapt, NORM_INFINITY));
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
   PetscCall(SlipHasOption(((PetscObject)ts)->options, prefix, "ts_rtol", &other));
   PetscCall(NamesOther(ts, "-ts_type", TSADAMS, &other));
-  PetscCall(NamesOther(ts, "-ts_adapt_type", TSADAPTDSP, &other));
+  PetscCall(NamesOther(ts, "-ts_adapt_type", ours, &other));
   *rtol = OTHERS_RTOL;
   if (other || !IsCycle(fault)) PetscFunctionReturn(PETSC_SUCCESS);
   fault->steps.accuracy = accuracy;
@@ -77,7 +79,7 @@ PetscErrorCode SlipFaultCycleSteps(SlipFault fault, TS ts, PetscReal *rtol)
 
 PetscErrorCode SlipFaultCycleError(SlipFault fault, TS ts, PetscReal *error, const char **why)
 {
-  PetscBool adams, dsp;
+  PetscBool adams, basic;
   PetscReal rtol;
   TSAdapt adapt;
 
@@ -86,11 +88,11 @@ PetscErrorCode SlipFaultCycleError(SlipFault fault, TS ts, PetscReal *error, con
   *why = NULL;
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTDSP, &dsp));
+  PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTBASIC, &basic));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &adams));
   if (!adams)
     *why = "not calibrated for such steps";
-  else if (!dsp)
+  else if (!basic)
     *why = "not calibrated for this controller";
   else if (!IsCycle(fault))
     *why = fault->loads.pressed ? "not calibrated under a pore pressure" : "not calibrated without loading";

@@ -175,7 +175,7 @@ class SurfaceStations(FaultTest):
         turned = ";".join(f"{x!r},{y!r}" for x, y in (turn[:2, :2] @ np.transpose(POINTS)).T.tolist())
 
         def displacements(name, *options, points=TEXT, ranks=1):
-            self.fault(*CREEP, "-fault_output", name, "-fault_surface_stations", points, *options, ranks=ranks)
+            self.fault(*CREEP, "-ts_rtol", "1e-7", "-fault_output", name, "-fault_surface_stations", points, *options, ranks=ranks)  # steps that accuracy bounds
             with h5py.File(self.path(name)) as file:
                 return np.array([[file[f"surface/{k}/{what}"][-1] for what in ("displacement", "velocity")] for k in range(len(POINTS))])
 

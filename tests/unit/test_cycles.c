@@ -174,7 +174,7 @@ static void keeps_accuracy(void **state)
       ok(SlipFaultConfigureTS(e->fault, ts));
       ok(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
       ok(TSDestroy(&ts));
-      ok(RunEpisodeRun(e, NULL, TSADAPTDSP, rtol, &r));
+      ok(RunEpisodeRun(e, NULL, TSADAPTBASIC, rtol, &r));
       assert_true(r.done == 1);
       missed += r.error > accuracy[k] ? 1 : 0;
     }
@@ -209,7 +209,7 @@ static void is_default(void **state)
     ok(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &is));
     assert_true(is);
     ok(TSGetAdapt(ts, &adapt));
-    ok(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTDSP, &is));
+    ok(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTBASIC, &is));
     assert_true(is);
     ok(TSAdaptSetType(adapt, TSADAPTBASIC));
     ok(TSAdaptGetSafety(adapt, &safety, &reject));
