@@ -91,7 +91,7 @@ static PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, Pet
                                           PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
 {
   const SlipAdaptByError *ctx = (const SlipAdaptByError *)adapt->data;
-  PetscReal E, q = 1;
+  PetscReal E, q = 1, longest;
 
   PetscFunctionBegin;
   PetscCall(SlipAdaptEvaluateError(adapt, ts, &q, &E));
@@ -102,7 +102,8 @@ static PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, Pet
   *next_h = h;
   *next_h = (*ctx->next)(adapt, ts, h, E, q, accept);
   if (E < 0) PetscFunctionReturn(PETSC_SUCCESS);
-  *next_h = PetscClipInterval(*next_h, h * adapt->clip[0], h * adapt->clip[1]);
+  longest = adapt->clip[1] < PETSC_MAX_REAL / PetscMax(h, 1) ? h * adapt->clip[1] : PETSC_MAX_REAL;
+  *next_h = PetscClipInterval(*next_h, h * adapt->clip[0], longest);
   if (*accept)
     *next_h = PetscClipInterval(*next_h, adapt->dt_min, adapt->dt_max);
   else

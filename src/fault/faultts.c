@@ -396,7 +396,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 
   With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u
   and the state are integrated, one product with K for a right-hand side, v is made that of the balance after each
-  step. The type is TSADAMS, under TSADAPTBASIC, with a pore pressure under TSADAPTDSP. Under loading rtol is that which
+  step. The type is TSADAMS, under TSADAPTPI, with a pore pressure under TSADAPTDSP. Under loading rtol is that which
   keeps -fault_accuracy, 1e-2 by default, in the times of events, over the recurrence, in 95 % of drawn faults; it is
   1e-3 under a pore pressure, with waves, and where an option names another type or controller. That means errors of
   1e-3 d_c in u and

@@ -174,7 +174,7 @@ static void keeps_accuracy(void **state)
       ok(SlipFaultConfigureTS(e->fault, ts));
       ok(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
       ok(TSDestroy(&ts));
-      ok(RunEpisodeRun(e, NULL, TSADAPTBASIC, rtol, &r));
+      ok(RunEpisodeRun(e, NULL, TSADAPTPI, rtol, &r));
       assert_true(r.done == 1);
       missed += r.error > accuracy[k] ? 1 : 0;
     }
@@ -190,7 +190,7 @@ static void is_default(void **state)
   const struct {
     const char *option, *value;
     PetscReal rtol;
-  } cases[] = {{NULL, NULL, 4e-3}, {NULL, NULL, 3e-5}, {"-ts_type", "rk", 1e-3}, {"-ts_adapt_type", "pi", 1e-3}};
+  } cases[] = {{NULL, NULL, 4e-3}, {NULL, NULL, 3e-5}, {"-ts_type", "rk", 1e-3}, {"-ts_adapt_type", "basic", 1e-3}};
   PetscReal safety, reject, rtol;
   SlipFault fault;
   PetscBool is;
@@ -209,7 +209,7 @@ static void is_default(void **state)
     ok(PetscObjectTypeCompare((PetscObject)ts, TSADAMS, &is));
     assert_true(is);
     ok(TSGetAdapt(ts, &adapt));
-    ok(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTBASIC, &is));
+    ok(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTPI, &is));
     assert_true(is);
     ok(TSAdaptSetType(adapt, TSADAPTBASIC));
     ok(TSAdaptGetSafety(adapt, &safety, &reject));
