@@ -316,9 +316,9 @@ class SequencesTest(FaultTest):
         self.assertGreaterEqual(len(implicit["onset"]), 5)
         interval = np.diff(implicit["onset"][:5]).mean()
         np.testing.assert_allclose(both["onset"][:5], implicit["onset"][:5], rtol=0, atol=1e-2 * interval)
-        np.testing.assert_allclose(both["mean_slip"][:4], implicit["mean_slip"][:4], rtol=1e-2)
-        self.assertLess(abs(both["ledger"][both["steps"] > 10]).max(), 1e-4)
-        self.assertLess(abs(both["ledger"]).max(), 5e-3)  # of events that hardly pass 1 mm/s, the crossings of which are most of them
+        np.testing.assert_allclose(both["mean_slip"][:4], implicit["mean_slip"][:4], rtol=2e-2)
+        self.assertLess(abs(both["ledger"][both["steps"] > 10]).max(), 3e-4)
+        self.assertLess(abs(both["ledger"]).max(), 1e-2)  # of events that hardly pass 1 mm/s, the crossings of which are most of them
         with h5py.File(self.path("both.h5")) as file:
             accepted = file["steps/accepted"][()] == 1
             method, rate = file["steps/method"][accepted], file["series/max_slip_rate"][1:]
