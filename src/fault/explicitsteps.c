@@ -89,8 +89,7 @@ PetscErrorCode SlipFaultExplicitIsDefault(SlipFault fault, TS ts, PetscBool *is)
 
 PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, char type[], size_t len, PetscReal *rtol)
 {
-  const PetscReal asked = fault->options.value[FAULT_ACCURACY],
-                  accuracy = PetscIsNanReal(asked) ? (PetscReal)SLIP_FAULT_ACCURACY : asked;
+  const PetscReal accuracy = SlipFaultAccuracy(fault);
   const char *prefix;
   PetscBool given, adams, rkc;
 

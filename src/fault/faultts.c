@@ -399,10 +399,9 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   step. The type is TSADAMS, under TSADAPTPI, with a pore pressure under TSADAPTDSP. Under loading rtol is that which
   keeps -fault_accuracy, 1e-2 by default, in the times of events, over the recurrence, in 95 % of drawn faults; it is
   1e-3 under a pore pressure, with waves, and where an option names another type or controller. That means errors of
-  1e-3 d_c in u and
-  1e-3 in ln theta of the worst cell (SlipAdaptSetNorm()); the first step is 0.01 of the time in which the fastest
-  cell slips its d_c. With -ts_type bathe among the options, and with inertia, it is bathe, with errors relative to
-  d_c and the slip rate.
+  1e-3 d_c in u and 1e-3 in ln theta of the worst cell (SlipAdaptSetNorm()); the first step is 0.01 of the time in
+  which the fastest cell slips its d_c. With -ts_type bathe among the options, and with inertia, it is bathe, with
+  errors relative to d_c and the slip rate.
 
   Friction that sticks is an explicit problem, too, without inertia, with radiation damping and without opening: the
   slip rate of a cell follows from its stress, 0 where friction holds it. A rupture that weakening with slip makes, from
@@ -413,6 +412,8 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   the worst cell over d_c or the largest displacement; in such a rupture over d_c, or a tenth of the largest
   displacement while that is less. Rest is skipped, as with bathe, and steps end at corners of the loading; while any
   cell slips they are seconds to minutes, so that events of seconds win by them, and slip of days or years loses.
+  Where stress changes in time, classical controllers of TSBATHE therefore take these steps or implicit ones, as costs
+  less (-ts_bathe_method auto, the default there).
 
   With -ts_type moreau, or of that type already, a fault with inertia takes explicit steps, with friction found cell by
   cell; without inertia that is refused.

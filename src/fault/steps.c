@@ -118,13 +118,6 @@ PetscErrorCode SlipFaultFindTolerance(const char kind[], const char controller[]
 
 /* ---- a run ---- */
 
-static PetscReal Accuracy(SlipFault fault)
-{
-  const PetscReal given = fault->options.value[FAULT_ACCURACY];
-
-  return PetscIsNanReal(given) ? (PetscReal)SLIP_FAULT_ACCURACY : given;
-}
-
 static Kind KindOf(SlipFault fault)
 {
   return fault->friction.law->always_slides ? KIND_SMOOTH
@@ -141,7 +134,8 @@ void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
   if (kind != fault->steps.kind) fault->steps.tolerances.controllers = 0;
   /* What was read stays, as a fault may run many times. */
   fault->steps = (SlipFaultSteps){.kind = kind, .policy = Kinds[kind].policy, .tolerances = fault->steps.tolerances};
-  fault->problem.controller = is_explicit ? NULL : ControllerAt(kind, Accuracy(fault)); /* NULL: the integrator's */
+  fault->problem.controller =
+    is_explicit ? NULL : ControllerAt(kind, SlipFaultAccuracy(fault)); /* NULL: the integrator's */
 }
 
 /* Whether an option of the TS is given, before it was read */
@@ -193,7 +187,7 @@ static PetscErrorCode IsLearned(SlipFault fault, TS ts, PetscBool *learned)
   PetscBool named;
 
   PetscFunctionBegin;
-  *learned = Kinds[kind].learned > 0 && Accuracy(fault) >= Kinds[kind].learned ? PETSC_TRUE : PETSC_FALSE;
+  *learned = Kinds[kind].learned > 0 && SlipFaultAccuracy(fault) >= Kinds[kind].learned ? PETSC_TRUE : PETSC_FALSE;
   if (kind == KIND_EVENT && fault->kind.driven) *learned = PETSC_FALSE; /* without inertia */
   if (SlipFaultOpens(fault)) *learned = PETSC_FALSE; /* the policies lose its dial on half of such faults, pi on none */
   if (!IsTrainedLaw(fault->friction.law->name)) *learned = PETSC_FALSE;
@@ -292,7 +286,7 @@ PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
   PetscCall(IsLearned(fault, ts, &fault->steps.learned));
   if (fault->steps.learned) PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
   PetscCall(Names(ts, "ts_rtol", &named));
-  if (!named) PetscCall(Set(fault, ts, type, Accuracy(fault)));
+  if (!named) PetscCall(Set(fault, ts, type, SlipFaultAccuracy(fault)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -363,8 +357,9 @@ static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
   if (!stages && Kinds[kind].by_products && fault->kind.inertia && !(kind == KIND_EVENT && fault->kind.driven) &&
       fault->options.value[FAULT_DAMPING_RATIO] <= MOST_DAMPED) {
     if (SlipFaultOpens(fault))
-      fewer =
-        !strcmp(controller, "pi") && !fault->steps.given && Accuracy(fault) >= OPENING_LEAST ? PETSC_TRUE : PETSC_FALSE;
+      fewer = !strcmp(controller, "pi") && !fault->steps.given && SlipFaultAccuracy(fault) >= OPENING_LEAST
+                ? PETSC_TRUE
+                : PETSC_FALSE;
     else if (!strcmp(controller, TSADAPTRL))
       PetscCall(LearnsByProducts(fault, adapt, &fewer));
   }
@@ -407,13 +402,13 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
   steps->accuracy = 0;
   PetscCall(TSGetAdapt(ts, &adapt));
   if (steps->given && steps->learned) PetscCall(GiveWay(fault, adapt));
-  PetscCall(TSAdaptRLSetDefaultAccuracy(adapt, Accuracy(fault)));
+  PetscCall(TSAdaptRLSetDefaultAccuracy(adapt, SlipFaultAccuracy(fault)));
   PetscCall(ChooseMethod(fault, ts, adapt));
   PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
   if (dial > 0) fault->problem.controller = ControllerAt(steps->kind, dial); /* that rl hands over to */
   if (steps->given) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
-  PetscCall(Set(fault, ts, controller, Accuracy(fault)));
+  PetscCall(Set(fault, ts, controller, SlipFaultAccuracy(fault)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -338,9 +338,8 @@ PetscErrorCode TSBatheTellFloor(TS ts)
   if (!rank)
     PetscCall(SlipWarning(
       "at time %.6g s a stage ended as %s with the residual %.3g, and with %.3g at a shorter step: shorter steps do "
-      "not "
-      "help there. -%ssnes_rtol and -%ssnes_atol say what is small enough, -%ssnes_test_jacobian whether the Jacobian "
-      "fits",
+      "not help there. -%ssnes_rtol and -%ssnes_atol say what is small enough, -%ssnes_test_jacobian whether the "
+      "Jacobian fits",
       (double)ts->ptime, SNESConvergedReasons[ba->last.reason], (double)ba->stagnated, (double)norm, prefix, prefix,
       prefix));
   PetscFunctionReturn(PETSC_SUCCESS);

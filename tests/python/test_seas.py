@@ -224,11 +224,11 @@ class SeasTest(PictureTest):
             np.testing.assert_allclose(slip, turned, rtol=0, atol=1e-9 * slip.max())
 
     def test_bp1(self):
-        """78.2 years, of other codes, to half a per cent."""
+        """78.2 years, of other codes: cells of 200 m take 0.42 % off, with steps of -ts_rtol 1e-5, and the default's steps at most a fifth of what they promise."""
         run, events, said = self.run_benchmark("bp1", 200, 600)
         self.assertIn("Files: 13 in ", said)
         self.look(self.path("run_seas.png"))
-        self.assertAlmostEqual(seas.recurrence(events) / 78.2, 1, delta=0.005)
+        self.assertAlmostEqual(seas.recurrence(events) / 78.2, 1 - 0.0042, delta=0.002)
         self.assertEqual(len(seas.cycles(events)), len(events))  # the first rupture pauses, and is one row
         for k, z in enumerate((0, 25, 50, 75, 100, 125, 150, 175, 200, 250, 300, 350)):
             head, names, rows = self.file(f"fltst_dp{z:03d}")

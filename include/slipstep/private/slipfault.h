@@ -145,6 +145,14 @@ struct _p_SlipFault {
   Vec cells; /* of cells: work within a function, and for its layout */
 };
 
+/* That the run is to have */
+static inline PetscReal SlipFaultAccuracy(SlipFault fault)
+{
+  const PetscReal given = fault->options.value[FAULT_ACCURACY];
+
+  return PetscIsNanReal(given) ? (PetscReal)SLIP_FAULT_ACCURACY : given;
+}
+
 /* Entries of cell i of this rank in a state */
 static inline PetscInt SlipFaultRateAt(SlipFault fault, PetscInt i)
 {

@@ -229,7 +229,7 @@ def drive(plan, folder, runs, cores, say=None):
             if stop.count > asked:
                 if active and not asked:
                     say_stopping("all runs stop")
-                asked = stop.count
+                asked += 1  # one at a time: a second signal may come while the first is told
                 for process in active:
                     process.stop()
             for process in list(active):
