@@ -115,7 +115,7 @@ static inline PetscErrorCode ConfigureTS(Oscillator *o, TS ts)
     .n = 2, .mass = mass, .nrows = 1, .rows = rows, .force = Force, .jacobian = Jacobian, .bound = Bound, .ctx = o};
 
   PetscFunctionBeginUser;
-  PetscCall(SlipSmallConfigureTS(&problem, ts)); /* type bathe, the constraint, the controller heuristic */
+  PetscCall(SlipSmallConfigureTS(&problem, ts)); /* type bathe, the constraint, the controller dsp */
   PetscCall(TSSetMaxTime(ts, 5));
   PetscCall(TSSetTimeStep(ts, 1e-3));
   PetscCall(TSSetTolerances(ts, 1e-6, NULL, 1e-4, NULL));

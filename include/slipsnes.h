@@ -52,6 +52,7 @@ typedef struct {
   PetscErrorCode (*frequency)(SlipConstraint, PetscReal t, Vec w, PetscReal *omega, PetscReal *ratio, void *ctx);
   /* is p of the state exactly 0, which spares what rests a product? NULL: it may not be */
   PetscErrorCode (*undamped)(SlipConstraint, PetscReal t, Vec w, PetscBool *undamped, void *ctx);
+  PetscBool by_default; /* under controllers that obey an error, TSBATHE takes explicit steps where they cost less */
 } SlipExplicitOps;
 
 /* What a problem supplies, for reduced vectors with one number a cell; SlipConstraintSetComponents() says what is

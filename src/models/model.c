@@ -217,9 +217,10 @@ static const SlipProblemOps ModelProblem = {
 - ts    - the TS, of one process; the model becomes its application context
 
   Notes:
-  Sets the type bathe, the final time, the first step, the study's tolerances, the controller heuristic and its steps'
-  limits: from 1e-9 s. The study's least step of 1e-5 s is for its policies, whose files hold their own bounds: across
-  an event an error estimate falls as slowly as the step, and controllers that obey it need less for some starts.
+  Sets the type bathe with implicit steps, the final time, the first step, the study's tolerances, the controller
+  heuristic and its steps' limits: from 1e-9 s. The study's least step of 1e-5 s is for its policies, whose files hold
+  their own bounds: across an event an error estimate falls as slowly as the step, and controllers that obey it need
+  less for some starts.
 
   Level: beginner
 
@@ -237,9 +238,12 @@ PetscErrorCode SlipModelConfigureTS(SlipModel model, TS ts)
                              .bound = Bound,
                              .ctx = model};
   TSAdapt adapt;
+  PetscBool bathe;
 
   PetscFunctionBegin;
   PetscCall(SlipSmallConfigureTS(&problem, ts));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
+  if (bathe) PetscCall(TSBatheSetMethod(ts, TSBATHE_METHOD_IMPLICIT)); /* of the study */
   PetscCall(TSSetMaxTime(ts, model->max_time));
   PetscCall(TSSetTimeStep(ts, model->dt));
   PetscCall(TSSetTolerances(ts, model->atol, NULL, model->rtol, NULL));

@@ -28,6 +28,7 @@ typedef struct {
   PetscReal *D, *rhs;           /* free block of A / theta - dF/dw, and right-hand sides, column-major */
   PetscBLASInt *pivot;          /* [nrest] */
   Mat B;
+  PetscReal *fastest; /* [n n + 2] of the last call of Frequency(): dF/dw, and what it found; NULL before */
 } Small;
 
 static PetscErrorCode SmallDestroy(SlipContainerArg arg)
@@ -39,6 +40,7 @@ static PetscErrorCode SmallDestroy(SlipContainerArg arg)
   PetscCall(PetscFree4(s->base, s->load, s->x, s->w));
   PetscCall(PetscFree2(s->start, s->rates));
   PetscCall(PetscFree5(s->F, s->J, s->D, s->rhs, s->pivot));
+  PetscCall(PetscFree(s->fastest));
   PetscCall(MatDestroy(&s->B));
   PetscCall(PetscFree(s));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -451,23 +453,14 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* By the eigenvalues of A^-1 dF/dw at the state: the largest, and the fastest decay over it */
-static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscReal *omega, PetscReal *ratio, void *ctx)
+/* Of A^-1 dF/dw in s->J: the eigenvalue of the largest size, and the fastest decay over that */
+static PetscErrorCode SmallEigenvalues(Small *s, PetscReal *omega, PetscReal *ratio)
 {
-  Small *s = (Small *)ctx;
-  const PetscReal *a;
   PetscReal *re, *im, *work, none;
   PetscBLASInt n, size, one = 1, info;
 
   PetscFunctionBegin;
-  (void)con;
   *omega = *ratio = 0;
-  s->known = PETSC_FALSE;
-  s->t = t;
-  PetscCall(VecGetArrayRead(w, &a));
-  PetscCall(PetscArraycpy(s->w, a, s->p.n));
-  PetscCall(VecRestoreArrayRead(w, &a));
-  PetscCall(SmallJacobian(s));
   for (PetscInt i = 0; i < s->p.n; i++)
     for (PetscInt j = 0; j < s->p.n; j++) s->J[i * s->p.n + j] /= s->mass[i];
   PetscCall(PetscBLASIntCast(s->p.n, &n));
@@ -483,7 +476,35 @@ static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const SlipExplicitOps SmallExplicitOps = {Drive, Damping, Kick, Drift, NULL, Frequency, NULL};
+/* Eigenvalues cost more than a step does, and forces are often linear: those of the last call are kept while dF/dw is
+   the same. */
+static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscReal *omega, PetscReal *ratio, void *ctx)
+{
+  Small *s = (Small *)ctx;
+  const PetscInt entries = s->p.n * s->p.n;
+  PetscBool same = s->fastest ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  (void)con;
+  s->known = PETSC_FALSE;
+  s->t = t;
+  PetscCall(VecGetArrayRead(w, &a));
+  PetscCall(PetscArraycpy(s->w, a, s->p.n));
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCall(SmallJacobian(s));
+  if (!s->fastest) PetscCall(PetscMalloc1(entries + 2, &s->fastest));
+  if (same) PetscCall(PetscArraycmp(s->J, s->fastest, entries, &same));
+  if (!same) {
+    PetscCall(PetscArraycpy(s->fastest, s->J, entries));
+    PetscCall(SmallEigenvalues(s, &s->fastest[entries], &s->fastest[entries + 1]));
+  }
+  *omega = s->fastest[entries];
+  *ratio = s->fastest[entries + 1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const SlipExplicitOps SmallExplicitOps = {Drive, Damping, Kick, Drift, NULL, Frequency, NULL, PETSC_TRUE};
 
 static PetscErrorCode SmallCheck(const SlipSmall *p)
 {

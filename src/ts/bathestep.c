@@ -287,7 +287,7 @@ static PetscErrorCode TSBatheBeginRun(TS ts)
   PetscFunctionBegin;
   ba->attempts = ba->accepted = ba->solves = ba->newton = ba->linear = ba->failures = ba->towards = 0;
   ba->explicits = 0;
-  TSBatheMethodBegin(ts);
+  PetscCall(TSBatheMethodBegin(ts));
   ba->constant = (SlipConstant){.asked = 0};
   ba->barrier = no_barrier;
   ba->error_share = 0;

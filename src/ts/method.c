@@ -44,14 +44,21 @@ static void TSBatheMethodWait(TS_Bathe *ba, PetscInt wait)
   ba->wait = PetscMin(wait, last_wait);
 }
 
-void TSBatheMethodBegin(TS ts)
+PetscErrorCode TSBatheMethodBegin(TS ts)
 {
   TS_Bathe *ba = (TS_Bathe *)ts->data;
+  PetscBool other;
 
+  PetscFunctionBegin;
+  if (!ba->method_given && ba->con && ba->ops->explicit_ops && ba->ops->explicit_ops->by_default) {
+    PetscCall(PetscObjectTypeCompareAny((PetscObject)ts->adapt, &other, TSADAPTNONE, TSADAPTHISTORY, "rl", ""));
+    ba->method = other ? TSBATHE_METHOD_IMPLICIT : TSBATHE_METHOD_AUTO;
+  }
   SlipMethodSetUp(&ba->costs);
   ba->implicit = 0;
   ba->refused = PETSC_MIN_REAL;
   TSBatheMethodWait(ba, first_wait);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* *next, the controller's after a step that was taken, to what it would be had the step not been cut. whole: before it
@@ -121,7 +128,7 @@ PetscErrorCode TSBatheMethodState(SlipState s, TS ts)
 + ts     - of type TSBATHE or TSMOREAU, ignored otherwise
 - method - TSBATHE_METHOD_IMPLICIT, the default of TSBATHE, TSBATHE_METHOD_EXPLICIT, that of TSMOREAU, or
            TSBATHE_METHOD_AUTO, by which each step is of the method that goes as far for fewer products, and which is
-           the default of faults where SlipFaultConfigureTS() says so
+           the default of faults and small systems where SlipFaultConfigureTS() and SlipSmallConfigureTS() say so
 
   Options Database Key:
 . -ts_bathe_method <implicit,explicit,auto> - the same, of TSBATHE

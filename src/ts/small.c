@@ -15,11 +15,11 @@
 
   Notes:
   Sets the type bathe, unless ts is of type moreau, with the constraint of SlipConstraintCreateSmall(), the controller
-  heuristic unless another is
-  chosen, exact final time matchstep, unlimited steps, rejections and failed solves. Tolerances, step and final time are
-  those of TSSetTolerances(), TSSetTimeStep(), TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if
-  policies are to
-  observe more than the table of observations knows of every problem.
+  dsp unless another is chosen, exact final time matchstep, unlimited steps, rejections and failed solves. Each step is
+  explicit or implicit, as it costs less (TSBATHE_METHOD_AUTO); constant steps and those of a policy are implicit, unless
+  TSBatheSetMethod() or its option says otherwise. Tolerances, step and final time are those of TSSetTolerances(),
+  TSSetTimeStep(), TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if policies are to observe more
+  than the table of observations knows of every problem.
 
   Level: beginner
 
@@ -45,7 +45,7 @@ PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts)
   if (!ours) PetscCall(TSSetType(ts, TSBATHE)); /* which -ts_type may make TSMOREAU later */
   PetscCall(TSBatheSetConstraint(ts, con));
   PetscCall(SlipConstraintDestroy(&con));
-  ts->default_adapt_type = "heuristic"; /* TSADAPTHEURISTIC, of a layer above; constant steps are of little use here */
+  ts->default_adapt_type = TSADAPTDSP; /* constant steps are of little use here */
   PetscCall(TSSetMaxSteps(ts, PETSC_MAX_INT));
   PetscCall(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
   PetscFunctionReturn(PETSC_SUCCESS);

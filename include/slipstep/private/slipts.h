@@ -141,7 +141,7 @@ PETSC_INTERN PetscErrorCode TSMoreauCut(TS, PetscReal *whole); /* ts->time_step,
 /* method.c: ba->now, for a step of ts->time_step */
 PETSC_INTERN PetscErrorCode TSBatheChooseMethod(TS);
 PETSC_INTERN PetscErrorCode TSBatheMethodWish(TS, PetscReal whole, PetscReal *next);
-PETSC_INTERN void TSBatheMethodBegin(TS);
+PETSC_INTERN PetscErrorCode TSBatheMethodBegin(TS);
 PETSC_INTERN void TSBatheMethodRefused(TS);
 PETSC_INTERN PetscErrorCode TSBatheMethodState(SlipState, TS);
 PETSC_INTERN PetscErrorCode TSCreate_Moreau(TS);
