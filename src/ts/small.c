@@ -16,10 +16,10 @@
   Notes:
   Sets the type bathe, unless ts is of type moreau, with the constraint of SlipConstraintCreateSmall(), the controller
   dsp unless another is chosen, exact final time matchstep, unlimited steps, rejections and failed solves. Each step is
-  explicit or implicit, as it costs less (TSBATHE_METHOD_AUTO); constant steps and those of a policy are implicit, unless
-  TSBatheSetMethod() or its option says otherwise. Tolerances, step and final time are those of TSSetTolerances(),
-  TSSetTimeStep(), TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if policies are to observe more
-  than the table of observations knows of every problem.
+  explicit or implicit, as it costs less (TSBATHE_METHOD_AUTO); constant steps and those of a policy are implicit,
+  unless TSBatheSetMethod() or its option says otherwise. Tolerances, step and final time are those of
+  TSSetTolerances(), TSSetTimeStep(), TSSetMaxTime() and TSAdaptSetStepLimits(). Call TSSetSlipProblem() if policies are
+  to observe more than the table of observations knows of every problem.
 
   Level: beginner
 
