@@ -80,15 +80,20 @@ def products(run):
     return (f"{known[0]:.0f}" if known else "-") + (f" + {preconditioner:.0f}" if preconditioner else "")
 
 
+def cost(run):
+    """Modelled processor time of the whole run [s]; older files do not know it."""
+    return f"{run.result['cost']:.3f}" if "cost" in run.result else "-"
+
+
 def table(runs, reference):
     """The comparison as lines of text."""
-    heads = ["controller", "accepted", "rejected", "Bathe solves", "products", "wall time (s)", "final mean slip (m)", "error (%)", "largest over time (%)", "half of it at (s)"]
-    rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]), products(run),
+    heads = ["controller", "accepted", "rejected", "Bathe solves", "products", "cost (s)", "wall time (s)", "final mean slip (m)", "error (%)", "largest over time (%)", "half of it at (s)"]
+    rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]), products(run), cost(run),
              f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
              *((f"{100 * slip_error(run, reference):+.2f}", f"{100 * history_error(run, reference):.2f}") if reference and run.complete else ("-", "-")), f"{half_slip_time(run):.2f}"] for label, run in runs]
     if reference:
         rows.append(["reference", str(reference.result["accepted"]), str(reference.result["rejected"]),
-                     str(reference.result["solves"]), products(reference), "-", f"{reference.result['mean_slip']:.5f}", "", "", f"{half_slip_time(reference):.2f}"])
+                     str(reference.result["solves"]), products(reference), cost(reference), "-", f"{reference.result['mean_slip']:.5f}", "", "", f"{half_slip_time(reference):.2f}"])
     widths = [max(len(row[i]) for row in [heads] + rows) for i in range(len(heads))]
     line = lambda row: "  ".join(c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths))).rstrip()
     return [line(heads), "  ".join("-" * w for w in widths)] + [line(row) for row in rows]
