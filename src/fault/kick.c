@@ -311,4 +311,5 @@ static PetscErrorCode Frequency(SlipConstraint con, PetscReal t, Vec w, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-const SlipExplicitOps SlipFaultExplicitOps = {Drive, Damping, KickCells, Drift, Settle, Frequency, Undamped};
+const SlipExplicitOps SlipFaultExplicitOps = {Drive,  Damping,   KickCells, Drift,
+                                              Settle, Frequency, Undamped,  PETSC_FALSE};

@@ -119,15 +119,37 @@ static PetscReal Interpolate(const SlipFaultTolerances *t, const PetscReal rtol[
   return share > 1 ? -found : found;
 }
 
-/* 0: there is no such controller. Without its filter a type counts as it is by default. */
-PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, const char controller[], PetscReal accuracy)
+/* Without its filter a type counts as it is by default. -1: there is no such controller. */
+static PetscInt RowOf(const SlipFaultTolerances *t, const char controller[])
 {
   const size_t type = strcspn(controller, ":");
 
   for (PetscInt i = 0; i < t->controllers; i++)
-    if (!strcmp(t->row[i].controller, controller)) return Interpolate(t, t->row[i].rtol, accuracy);
+    if (!strcmp(t->row[i].controller, controller)) return i;
   for (PetscInt i = 0; i < t->controllers; i++)
-    if (strlen(t->row[i].controller) == type && !strncmp(t->row[i].controller, controller, type))
-      return Interpolate(t, t->row[i].rtol, accuracy);
-  return 0;
+    if (strlen(t->row[i].controller) == type && !strncmp(t->row[i].controller, controller, type)) return i;
+  return -1;
+}
+
+/* 0: there is no such controller */
+PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, const char controller[], PetscReal accuracy)
+{
+  const PetscInt row = RowOf(t, controller);
+
+  return row < 0 ? 0 : Interpolate(t, t->row[row].rtol, accuracy);
+}
+
+/* The other way round: the accuracy that is kept at a tolerance, the finest of the file at a tighter one; 0: none is
+   known to be. */
+PetscReal SlipFaultTolerancesAccuracy(const SlipFaultTolerances *t, const char controller[], PetscReal rtol)
+{
+  const PetscInt row = RowOf(t, controller);
+  const PetscReal *kept = row < 0 ? NULL : t->row[row].rtol;
+  PetscInt k = 0;
+
+  if (row < 0 || rtol <= 0 || rtol > kept[0] * (1 + PETSC_SMALL)) return 0;
+  while (k + 1 < t->accuracies && kept[k + 1] > 0 && rtol <= kept[k + 1] * (1 + PETSC_SMALL)) k++;
+  if (k + 1 == t->accuracies || kept[k + 1] <= 0) return t->accuracy[k];
+  return t->accuracy[k] * PetscPowReal(t->accuracy[k + 1] / t->accuracy[k],
+                                       PetscLogReal(rtol / kept[k]) / PetscLogReal(kept[k + 1] / kept[k]));
 }

@@ -184,13 +184,30 @@ class Verdict(Runs):
             self.assertIn(f"(wanted {dial:g}: likely met)", run["text"])
             self.assertLess(abs(run["mean_slip"] / fine - 1), dial)
 
+    def test_by_tolerance(self):
+        """Sequences and injections have the accuracy of which their tolerance is that of the calibration: the one asked for, and others by -ts_rtol."""
+        loaded = ["-fault_nx", "2", "-fault_nz", "2", "-fault_loading_rate", "1e-2", "-ts_max_time", "5", "-fault_inertia", "no", "-fault_viscosity", "radiation"]
+        injected = ["-options_file", os.path.join(SOURCE, "examples", "injection.opts"), "-fault_nx", "8", "-fault_nz", "8", "-fault_initial_traction", "22e6"]
+        for options, verdict in ((loaded, "likely met in each event"), (injected, "likely met")):
+            for accuracy in (1e-2, 5e-3):
+                run = self.run_fault(*options, "-fault_accuracy", repr(accuracy))
+                self.assertIn(f"estimated history error: {accuracy:g} (wanted {accuracy:g}: {verdict})", run["text"])
+                self.assertEqual(run["slip_error_estimate_met"], 1)
+            last = 0
+            for rtol in (1e-4, 2e-4, 4e-4):
+                run = self.run_fault(*options, "-ts_rtol", repr(rtol))
+                self.assertNotIn("likely", run["text"])
+                self.assertGreater(run["history_error_estimate"], last)
+                last = run["history_error_estimate"]
+
     def test_unknown(self):
         """What was not calibrated is said to be unknown, with the reason."""
         for options, why in ((["-ts_max_time", "5"], "the fault still slides"), (["-fault_friction_law", "linear_slip_weakening"], "not calibrated for this friction law"),
                              (["-ts_bathe_error", "none", "-ts_adapt_type", "none", "-ts_dt", "0.3"], "its steps have no error estimates"),
                              (["-ts_bathe_reaction", "implicit"], "not calibrated for this integrator"),
                              (["-fault_inertia", "no", "-fault_viscosity", "radiation"], "not calibrated without inertia"),
-                             (["-fault_loading_rate", "1e-2", "-ts_max_time", "5"], "events follow each other"),
+                             (["-fault_loading_rate", "1e-2", "-ts_max_time", "5", "-ts_adapt_type", "none", "-ts_dt", "0.1"], "events follow each other"),
+                             (["-fault_loading_rate", "1e-2", "-ts_max_time", "5", "-ts_rtol", "1"], "events follow each other"),
                              (["-fault_stiffness_scaling", "none", "-fault_slip_components", "2", "-fault_opening", "yes", "-fault_initial", "traction",
                                "-fault_initial_traction", "20e6", "-fault_initial_unstable", "-fault_inertia", "yes", "-ts_bathe_method", "implicit"],
                               "not calibrated for implicit steps of cells that may open"),

@@ -92,6 +92,8 @@ PETSC_EXTERN PetscErrorCode SlipFaultTolerancesRead(MPI_Comm comm, const char pr
                                                     const char kind[], SlipFaultTolerances *t);
 PETSC_INTERN PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, const char controller[],
                                                PetscReal accuracy);
+PETSC_INTERN PetscReal SlipFaultTolerancesAccuracy(const SlipFaultTolerances *t, const char controller[],
+                                                   PetscReal rtol);
 
 /* steps.c: what controllers go by */
 typedef struct {
@@ -113,6 +115,7 @@ PETSC_INTERN PetscErrorCode SlipFaultExplicitFollows(SlipFault fault, TS ts, Pet
 /* powers between rows of two numbers, the first of which falls, and beyond them those of the ends */
 PETSC_INTERN PetscReal SlipFaultBetween(PetscInt rows, const PetscReal row[][2], PetscReal x);
 /* the error that nine in ten such runs stay below, or why it is not known */
+PETSC_INTERN PetscErrorCode SlipFaultToleranceError(SlipFault fault, TS ts, PetscReal *error);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitEstimate(SlipFault fault, TS ts, PetscReal *error, const char **why);
 /* cyclesteps.c: the same of friction whose cells always slide */
 PETSC_INTERN PetscErrorCode SlipFaultCycleSteps(SlipFault fault, TS ts, PetscReal *rtol);
