@@ -231,11 +231,15 @@ static PetscErrorCode KeepForce(SlipFault fault, PetscReal t, Vec w)
 
   PetscFunctionBegin;
   if (!s->force) PetscCall(VecDuplicate(fault->critical.uc, &s->force));
+  if (fault->kind.coupled && !s->rise) PetscCall(VecDuplicate(fault->cells, &s->rise));
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(SlipFaultDisplacementUnchanged(fault, t, u, &s->forced));
   PetscCall(SlipFaultRestoreWork(fault, &u));
-  if (s->forced) PetscCall(VecCopy(fault->balance.force, s->force));
+  if (fault->kind.coupled && !fault->coupling.balanced) s->forced = PETSC_FALSE;
+  if (!s->forced) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecCopy(fault->balance.force, s->force));
+  if (fault->kind.coupled) PetscCall(VecCopy(fault->coupling.rise, s->rise));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -269,9 +273,10 @@ static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x, the inner rate of the explicit step that led to the state w of t, and K x [n], which the change of the force over
-   the step is: *found tells whether there was one, and whether anything moved in it. Collective. */
-PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, PetscBool *found)
+/* x, the inner rate of the explicit step that led to the state w of t, K x [n], which the change of the force over the
+   step is, and Kn x, that of the normal stress, unless nx is NULL: *found tells whether there was one, and whether
+   anything moved in it. Collective. */
+PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, Vec nx, PetscBool *found)
 {
   const SlipFaultSettled *s = &fault->settled;
   const PetscReal *time = s->time;
@@ -281,7 +286,8 @@ PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Ve
   PetscFunctionBegin;
   *found = PETSC_FALSE;
   PetscCall(SlipElasticRests(fault->medium, &rests));
-  if (!rests || fault->kind.coupled || fault->kind.loaded || !s->forced) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!rests || fault->kind.loaded || !s->forced) PetscFunctionReturn(PETSC_SUCCESS);
+  if (SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS); /* what closes moves by less than its rate says */
   for (int node = 0; node < SLIP_NUM_NODES; node++)
     if (!s->known[node]) PetscFunctionReturn(PETSC_SUCCESS);
   h = time[SLIP_NODE_END] - time[SLIP_NODE_START]; /* not of two steps, of which the second is half of a doubled one */
@@ -290,12 +296,14 @@ PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Ve
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetDisplacement(fault, w, x));
   PetscCall(SlipFaultDisplacementUnchanged(fault, t, x, &same));
-  if (!same) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!same || (nx && !fault->coupling.balanced)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecCopy(s->rate[SLIP_NODE_INSIDE], x));
   PetscCall(SlipVecLargest(x, &largest));
   if (largest == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecWAXPY(kx, -1, s->force, fault->balance.force));
   PetscCall(VecScale(kx, 1 / h));
+  if (nx) PetscCall(VecWAXPY(nx, -1, s->rise, fault->coupling.rise));
+  if (nx) PetscCall(VecScale(nx, 1 / h));
   *found = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

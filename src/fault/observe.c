@@ -153,7 +153,7 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
   SlipFaultMode *c = &fault->known.mode;
   SlipFaultMoment now;
   PetscBool same, found = PETSC_FALSE;
-  Vec x, kx;
+  Vec x, kx, nx = fault->kind.coupled ? fault->cells : NULL;
 
   PetscFunctionBegin;
   *mode = c;
@@ -161,13 +161,12 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
   if (same) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetWork(fault, &x));
   PetscCall(SlipFaultGetWork(fault, &kx));
-  if (moves) PetscCall(SlipFaultInnerRate(fault, t, w, x, kx, &found));
+  if (moves) PetscCall(SlipFaultInnerRate(fault, t, w, x, kx, nx, &found));
   if (!found && moves) PetscCall(SlipFaultGetRate(fault, w, x));
   if (!found && !moves) PetscCall(VecCopy(fault->critical.uc, x));
-  if (!found) PetscCall(SlipElasticApply(fault->medium, x, kx, NULL));
+  if (!found) PetscCall(SlipElasticApply(fault->medium, x, kx, nx));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
-  if (fault->kind.coupled) PetscCall(SlipElasticApply(fault->medium, x, NULL, fault->cells));
-  PetscCall(AddMode(fault, t, w, x, kx, fault->kind.coupled ? fault->cells : NULL, c->sum));
+  PetscCall(AddMode(fault, t, w, x, kx, nx, c->sum));
   PetscCall(SlipFaultRestoreWork(fault, &kx));
   PetscCall(SlipFaultRestoreWork(fault, &x));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_MODE, MPIU_REAL, MPIU_SUM, fault->comm));

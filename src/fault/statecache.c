@@ -77,6 +77,7 @@ PetscErrorCode SlipFaultSettledDestroy(SlipFault fault)
     fault->settled.known[node] = PETSC_FALSE;
   }
   PetscCall(VecDestroy(&fault->settled.force));
+  PetscCall(VecDestroy(&fault->settled.rise));
   fault->settled.forced = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -482,9 +482,9 @@ static void test_3km(void **state)
   assert_int_equal(Products("SlipHMult") - fine.n, coarse.n + 1);
 }
 
-/* What moves is observed without a product of its own: the change of the force over the step is that of its inner rate.
-   test_episodes.c compares values with those of dense matrices. */
-static void test_observed(void **state)
+/* What moves is observed without a product of its own: the change of the force over the step is that of its inner rate,
+   and on a thrust that of the normal stress. test_episodes.c compares values with those of dense matrices. */
+static void Observed(PetscReal dip)
 {
   SlipPolicy policy = PolicyOfOne("log_growth_time", 0, -0.9, 1); /* steps that hardly differ */
   PetscInt before, steps, k;
@@ -494,24 +494,31 @@ static void test_observed(void **state)
   TS ts;
   Vec w;
 
-  (void)state;
   ok(PetscLogDefaultBegin());
   ok(SlipFaultCreate(PETSC_COMM_SELF, &fault));
-  ok(FaultSetReals(fault, {"nx", 6}, {"nz", 5}));
+  ok(FaultSetReals(fault, {"nx", 6}, {"nz", 5}, {"dip", dip}, {"rake", dip < 90 ? 90 : 0}));
   ok(FaultStart(fault, TSADAPTRL, 0.01, 1, &w, &ts));
   ok(TSSetType(ts, TSMOREAU));
   ok(TSSetSolution(ts, w));
   ok(TSGetAdapt(ts, &adapt));
   ok(TSAdaptRLSetPolicy(adapt, policy));
   ok(TSBatheGetLongestStep(ts, &longest)); /* its products */
-  before = Products("SlipKMult");
+  before = Products("SlipKMult") + Products("SlipKnMult");
   ok(TSSolve(ts, w));
   ok(TSGetStepNumber(ts, &steps));
-  k = Products("SlipKMult") - before;
-  print_message("%d steps: %d products with K\n", (int)steps, (int)k);
+  k = Products("SlipKMult") + Products("SlipKnMult") - before;
+  print_message("dip %g, %d steps: %d products with K and Kn\n", (double)dip, (int)steps, (int)k);
   assert_true(steps > 20);
-  assert_in_range(k, steps, steps + 4); /* the start, its displacement, and that of the instability */
+  /* one a step; and the start, its displacement, and that of the instability */
+  assert_in_range(k, dip < 90 ? 2 * steps : steps, dip < 90 ? 2 * steps + 8 : steps + 4);
   ObjectsDestroy(&ts, &w, &fault, &policy);
+}
+
+static void test_observed(void **state)
+{
+  (void)state;
+  Observed(90);
+  Observed(40);
 }
 
 /* ---- what cannot be ---- */

@@ -74,6 +74,7 @@ typedef struct {
   PetscBool known[SLIP_NUM_NODES], forced;
   PetscReal time[SLIP_NUM_NODES];                    /* [s] */
   Vec force;                                         /* [Pa], weighted by area; known where forced */
+  Vec rise;                                          /* Kn u of it, where slip changes normal stress [Pa] */
   Vec rate[SLIP_NUM_NODES], damping[SLIP_NUM_NODES]; /* [m/s], [Pa]; NULL before the first such step */
 } SlipFaultSettled;
 
