@@ -1,4 +1,5 @@
-/* Everything that depends on PETSc's version. Built against 3.18; breaks up to 3.25 are met here. */
+/* Everything that depends on the version of PETSc, or on the compiler. Built against PETSc 3.18; breaks up to 3.25 are
+   met here. */
 #pragma once
 #include <petscconf.h>
 #include <petscversion.h>
@@ -94,4 +95,20 @@ typedef PetscCtxRt SlipContainerArg;
   #define SlipContainerArgPointer(arg) (*(void **)(arg))
   #define SlipContainerSetDestroy(c, f) PetscContainerSetCtxDestroy(c, f)
   #define SlipContainerDestroyDefault PetscCtxDestroyDefault
+#endif
+
+/* Loops for vector units: of functions so marked there is a version for each kind of processor, and a run takes that of
+   the machine that it meets, not only of the one that compiled it. */
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
+  !defined(__SANITIZE_ADDRESS__)
+  #define SLIP_VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
+#else
+  #define SLIP_VECTOR
+#endif
+
+/* Of a function that these call, with constants that choose its loop */
+#if defined(__GNUC__)
+  #define SLIP_VECTOR_PART static inline __attribute__((always_inline))
+#else
+  #define SLIP_VECTOR_PART static inline
 #endif

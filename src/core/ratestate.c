@@ -175,18 +175,19 @@ static inline double Exp(double x)
   k.x = x * 1.44269504088896340736 + ROUNDER;
   r = x - (k.x - ROUNDER) * LN2_HIGH - (k.x - ROUNDER) * LN2_LOW;
   /* Taylor's series: |r| <= ln 2/2, so that the term left out is below 1e-17 */
-  sum = 1 + r * (1.0 / 13);
-  sum = 1 + r * (1.0 / 12) * sum;
-  sum = 1 + r * (1.0 / 11) * sum;
-  sum = 1 + r * (1.0 / 10) * sum;
-  sum = 1 + r * (1.0 / 9) * sum;
-  sum = 1 + r * (1.0 / 8) * sum;
-  sum = 1 + r * (1.0 / 7) * sum;
-  sum = 1 + r * (1.0 / 6) * sum;
-  sum = 1 + r * (1.0 / 5) * sum;
-  sum = 1 + r * (1.0 / 4) * sum;
-  sum = 1 + r * (1.0 / 3) * sum;
-  sum = 1 + r * (1.0 / 2) * sum;
+  sum = 1.0 / 6227020800;
+  sum = 1.0 / 479001600 + r * sum;
+  sum = 1.0 / 39916800 + r * sum;
+  sum = 1.0 / 3628800 + r * sum;
+  sum = 1.0 / 362880 + r * sum;
+  sum = 1.0 / 40320 + r * sum;
+  sum = 1.0 / 5040 + r * sum;
+  sum = 1.0 / 720 + r * sum;
+  sum = 1.0 / 120 + r * sum;
+  sum = 1.0 / 24 + r * sum;
+  sum = 1.0 / 6 + r * sum;
+  sum = 1.0 / 2 + r * sum;
+  sum = 1 + r * sum;
   sum = 1 + r * sum;
   scale.bits = (k.bits + 1023) << 52;
   return sum * scale.x;
@@ -269,6 +270,8 @@ static inline double LambertOfExp(double L, double *inverse)
 /* Where the closed form below stands: y is large enough, and ln V in the range of numbers */
 #define SINH_IS_EXP 10.0
 #define LEAST_LOG (-700.0)
+/* L of slow cells: slip rates below 1.5e-3 a sigma/eta */
+#define MOST_SLOW (-6.5)
 
 /* Of the balance of a cell: ln(eta V0/(a sigma)) - f0/a, b/a, 1/(a sigma w) [1/Pa], a sigma/eta [m/s] */
 typedef struct {
@@ -282,46 +285,75 @@ static Constants ConstantsAt(PetscReal kept[], PetscInt n, PetscInt i)
 }
 
 /* Cells at a time: their numbers stay in the nearest cache, one after another, whatever the stride of the state is. */
-enum { CHUNK = 256 };
-
-/* For the machine that the program meets, not only for the one that compiled it */
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
-  !defined(__SANITIZE_ADDRESS__)
-  #define VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
-#else
-  #define VECTOR
-#endif
+enum { CHUNK = 256, AT_ONCE = 32 };
 
 /*
   With y = mu/a the balance is  a sigma y + eta 2 V0 e^-Q sinh y = tau,  Q = (f0 + b psi)/a. Where sinh is e^y/2 it is w
   + ln w = L in w = eta V/(a sigma), L = tau/(a sigma) - Q + ln(eta V0/(a sigma)). One step of Newton's method adds the
   other half of sinh: what is left is of the order of e^-4y, below rounding from y = 10 on. The few cells below that are
-  solved one by one. One loop over cells without branches or calls, for vector units.
+  solved one by one. Loops over cells without branches or calls, for vector units.
 */
-VECTOR static void BalanceChunk(PetscInt n, const Constants *c, const PetscReal *restrict tau,
-                                const PetscReal *restrict s, PetscReal *restrict v)
+SLIP_VECTOR static void BalanceFast(PetscInt n, const PetscReal *restrict scale, const PetscReal *restrict load,
+                                    const PetscReal *restrict L, PetscReal *restrict v)
 {
-  const PetscReal *restrict offset = c->offset, *restrict slope = c->slope, *restrict inverse = c->inverse;
-  const PetscReal *restrict scale = c->scale;
-
   for (PetscInt i = 0; i < n; i++) {
-    const PetscReal load = PetscAbsReal(tau[i]) * inverse[i], L = load + offset[i] - slope[i] * s[i];
-    /* of the cells marked below too these are numbers, or -fp_trap ends a run for what nobody uses */
     PetscReal inverse_w;
-    const PetscReal w = LambertOfExp(L > LEAST_LOG ? L : LEAST_LOG, &inverse_w), y = load - w;
+    const PetscReal w = LambertOfExp(L[i] > MOST_SLOW ? L[i] : MOST_SLOW, &inverse_w), y = load[i] - w;
     const PetscReal tail = RoughExp(y > SINH_IS_EXP ? -2 * y : -2 * SINH_IS_EXP);
     const PetscReal V = w * scale[i] * (1 + w * tail * inverse_w) * (1 - tail);
-    const PetscReal signed_V = tau[i] < 0 ? -V : V;
 
     /* a number that no balance has marks the others */
-    v[i] = (y > SINH_IS_EXP) & (L > LEAST_LOG) & (scale[i] > 0) ? signed_V : PETSC_MAX_REAL;
+    v[i] = (y > SINH_IS_EXP) & (scale[i] > 0) ? V : PETSC_MAX_REAL;
   }
 }
 
+/* The same where L is at most MOST_SLOW, by the series of w in e^L, which is as exact there and spares four divisions
+   and four logarithms: of most cells between events. Others keep the rate that they have. */
+SLIP_VECTOR static void BalanceSlow(PetscInt n, const PetscReal *restrict scale, const PetscReal *restrict load,
+                                    const PetscReal *restrict L, PetscReal *restrict v)
+{
+  for (PetscInt i = 0; i < n; i++) {
+    /* of the cells marked below too these are numbers, or -fp_trap ends a run for what nobody uses */
+    const PetscReal least = L[i] > LEAST_LOG ? L[i] : LEAST_LOG, x = Exp(least < MOST_SLOW ? least : MOST_SLOW);
+    const PetscReal w =
+      x * (1 - x * (1 - x * (1.5 - x * (8.0 / 3 - x * (125.0 / 24 - x * (10.8 - x * (16807.0 / 720)))))));
+    const PetscReal y = load[i] - w, tail = RoughExp(y > SINH_IS_EXP ? -2 * y : -2 * SINH_IS_EXP);
+    const PetscReal V = w * scale[i] * (1 + w * tail) * (1 - tail);
+    const PetscReal slow = (y > SINH_IS_EXP) & (L[i] > LEAST_LOG) & (scale[i] > 0) ? V : PETSC_MAX_REAL;
+
+    v[i] = L[i] <= MOST_SLOW ? slow : v[i];
+  }
+}
+
+/* load and L of cells, and how many have L beyond MOST_SLOW */
+SLIP_VECTOR static PetscInt Loads(PetscInt n, const Constants *c, const PetscReal *restrict tau,
+                                  const PetscReal *restrict s, PetscReal *restrict load, PetscReal *restrict L)
+{
+  const PetscReal *restrict offset = c->offset, *restrict slope = c->slope, *restrict inverse = c->inverse;
+  PetscInt fast = 0;
+
+  for (PetscInt i = 0; i < n; i++) {
+    load[i] = PetscAbsReal(tau[i]) * inverse[i];
+    L[i] = load[i] + offset[i] - slope[i] * s[i];
+    fast += L[i] > MOST_SLOW;
+  }
+  return fast;
+}
+
+static void BalanceSome(PetscInt n, const Constants *c, const PetscReal tau[], const PetscReal s[], PetscReal v[])
+{
+  PetscReal load[AT_ONCE], L[AT_ONCE];
+  const PetscInt fast = Loads(n, c, tau, s, load, L);
+
+  if (fast) BalanceFast(n, c->scale, load, L, v);
+  if (fast < n) BalanceSlow(n, c->scale, load, L, v);
+  for (PetscInt i = 0; i < n; i++) v[i] = tau[i] < 0 && v[i] != PETSC_MAX_REAL ? -v[i] : v[i];
+}
+
 /* Of SlipRateAndStateKeep(), but for the weights */
-VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, const PetscReal *restrict a,
-                                  const PetscReal *restrict b, const PetscReal *restrict f0,
-                                  const PetscReal *restrict stress, const Constants *c)
+SLIP_VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, const PetscReal *restrict a,
+                                       const PetscReal *restrict b, const PetscReal *restrict f0,
+                                       const PetscReal *restrict stress, const Constants *c)
 {
   PetscReal *restrict offset = c->offset, *restrict slope = c->slope, *restrict inverse = c->inverse;
   PetscReal *restrict scale = c->scale;
@@ -337,8 +369,8 @@ VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, const
 }
 
 /* dpsi/dt of the aging law */
-VECTOR static void AgingChunk(PetscInt n, PetscReal V0, const PetscReal *restrict slip, const PetscReal *restrict s,
-                              const PetscReal *restrict v, PetscReal *restrict ds)
+SLIP_VECTOR static void AgingChunk(PetscInt n, PetscReal V0, const PetscReal *restrict slip,
+                                   const PetscReal *restrict s, const PetscReal *restrict v, PetscReal *restrict ds)
 {
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal age = -s[i];
@@ -348,8 +380,8 @@ VECTOR static void AgingChunk(PetscInt n, PetscReal V0, const PetscReal *restric
 }
 
 /* dpsi/dt of the slip law */
-VECTOR static void SlipChunk(PetscInt n, PetscReal V0, const PetscReal *restrict slip, const PetscReal *restrict s,
-                             const PetscReal *restrict v, PetscReal *restrict ds)
+SLIP_VECTOR static void SlipChunk(PetscInt n, PetscReal V0, const PetscReal *restrict slip, const PetscReal *restrict s,
+                                  const PetscReal *restrict v, PetscReal *restrict ds)
 {
   const PetscReal inverse = 1 / V0;
 
@@ -408,7 +440,11 @@ void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[],
       SlipRateAndStateKeep(&part, m, eta, here);
     }
     StatesOf(f, start, m, stride, s, state);
-    BalanceChunk(m, &c, tau + start, state, v + start);
+    for (PetscInt i = 0; i < m; i += AT_ONCE) {
+      const Constants some = {c.offset + i, c.slope + i, c.inverse + i, c.scale + i};
+
+      BalanceSome(PetscMin(AT_ONCE, m - i), &some, tau + start + i, state + i, v + start + i);
+    }
     for (PetscInt i = start; i < start + m; i++)
       if (v[i] == PETSC_MAX_REAL) v[i] = BalanceCell(f, i, eta, tau[i], state[i - start]);
     if (!ds) continue;
@@ -421,9 +457,9 @@ void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[],
 
 /* mu of rates v > 0 where exp(x), the argument of asinh, is large: a (x + ln 2 + exp(-2 x)/4), to 1e-17 of x from
    x = SINH_IS_EXP on. What no friction is marks the others. */
-VECTOR static void ValuesChunk(PetscInt n, PetscReal V0, const PetscReal *restrict a, const PetscReal *restrict b,
-                               const PetscReal *restrict f0, const PetscReal *restrict s, const PetscReal *restrict v,
-                               PetscReal *restrict mu)
+SLIP_VECTOR static void ValuesChunk(PetscInt n, PetscReal V0, const PetscReal *restrict a, const PetscReal *restrict b,
+                                    const PetscReal *restrict f0, const PetscReal *restrict s,
+                                    const PetscReal *restrict v, PetscReal *restrict mu)
 {
   const PetscReal inverse = 0.5 / V0;
 
@@ -492,8 +528,9 @@ void SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, 
 /* ---- exponential slip weakening of many cells ---- */
 
 /* By the exponential of the law above: one loop without branches or calls, for vector units */
-VECTOR static void WeakeningChunk(PetscInt n, const PetscReal *restrict residual, const PetscReal *restrict drop,
-                                  const PetscReal *restrict slip, const PetscReal *restrict s, PetscReal *restrict mu)
+SLIP_VECTOR static void WeakeningChunk(PetscInt n, const PetscReal *restrict residual, const PetscReal *restrict drop,
+                                       const PetscReal *restrict slip, const PetscReal *restrict s,
+                                       PetscReal *restrict mu)
 {
   for (PetscInt i = 0; i < n; i++) mu[i] = residual[i] + drop[i] * Exp(-s[i] / slip[i]);
 }

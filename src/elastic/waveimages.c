@@ -267,8 +267,8 @@ static PetscInt Cells(SlipWaveSpace s, PetscInt *first)
 }
 
 /* Of a row of cells, in which slip is u[], the same along strike and down dip */
-VECTOR static void SlipWaveImagesRow(SlipWaveSpace s, const PetscReal at[], const PetscReal u[], PetscInt first,
-                                     PetscReal row[])
+SLIP_VECTOR static void SlipWaveImagesRow(SlipWaveSpace s, const PetscReal at[], const PetscReal u[], PetscInt first,
+                                          PetscReal row[])
 {
   for (PetscInt i = 0; i < s->grid.nx; i++)
     for (int d = 0; d < 2; d++) {

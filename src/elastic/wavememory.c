@@ -108,7 +108,7 @@ static inline __attribute__((always_inline)) void AdvanceBlock(PetscInt parts, P
   }
 }
 
-VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const float z[], PetscReal next[])
+SLIP_VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const float z[], PetscReal next[])
 {
   const PetscInt poles = m->poles.n, parts = m->parts;
 
@@ -126,8 +126,8 @@ VECTOR void SlipWaveMemoryNext(const SlipWaveMemory *m, const float E[], const f
   }
 }
 
-VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[], float z[],
-                                  PetscReal now[], PetscReal next[])
+SLIP_VECTOR void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[], const PetscReal V[], float z[],
+                                       PetscReal now[], PetscReal next[])
 {
   const PetscInt poles = m->poles.n, parts = m->parts;
 

@@ -76,7 +76,7 @@ static PetscErrorCode Transform(SlipWaves *w, Vec u)
 }
 
 /* rate: of the way from the step's start to that of which `slip` is the spectrum, in h */
-VECTOR static void SlipWavesRate(SlipWaves *w, PetscReal h)
+SLIP_VECTOR static void SlipWavesRate(SlipWaves *w, PetscReal h)
 {
   const PetscReal inverse = 1 / h;
   const size_t n = SlipWavesNumbers(w);
@@ -86,7 +86,7 @@ VECTOR static void SlipWavesRate(SlipWaves *w, PetscReal h)
 
 /* w->m: the sum of all kernels, by their weights, of sums [kernels][parts][stride], and with table != NULL of what slip
    adds on its way from the step's start in h */
-VECTOR static void SlipWavesSum(SlipWaves *w, const PetscReal sums[], const SlipWaveTable *table, PetscReal h)
+SLIP_VECTOR static void SlipWavesSum(SlipWaves *w, const PetscReal sums[], const SlipWaveTable *table, PetscReal h)
 {
   const PetscInt stride = w->space->stride;
   const PetscReal inverse = table ? 1 / h : 0;
@@ -154,7 +154,7 @@ static PetscBool IsSteady(const SlipWaves *w, PetscReal h)
 /* ---- the operations ---- */
 
 /* stress: of `slip`, with m */
-VECTOR static void SlipWavesResist(SlipWaves *w)
+SLIP_VECTOR static void SlipWavesResist(SlipWaves *w)
 {
   for (PetscInt m = 0; m < w->space->modes; m++)
     for (PetscInt p = 0; p < w->space->parts; p++) {
@@ -271,7 +271,7 @@ static PetscErrorCode Advance_Waves(SlipElastic el, PetscInt from, PetscInt to, 
 }
 
 /* Of the fields of two spectra, over the waves of this process */
-VECTOR static PetscReal SlipWavesProduct(const SlipWaves *w, const PetscReal x[], const PetscReal y[])
+SLIP_VECTOR static PetscReal SlipWavesProduct(const SlipWaves *w, const PetscReal x[], const PetscReal y[])
 {
   const PetscInt stride = w->space->stride;
   PetscReal lane[SLIP_WAVE_BLOCK] = {0}, sum = 0;

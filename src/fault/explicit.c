@@ -62,12 +62,14 @@ static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How many of n numbers, so far apart, are not within a bound */
-static PetscInt Outside(PetscInt n, PetscInt apart, const PetscReal a[], PetscReal bound)
+enum { BOUNDED = 64 };
+
+/* How many of n numbers are not within their bounds, where these are positive */
+SLIP_VECTOR static PetscInt Outside(PetscInt n, const PetscReal *restrict a, const PetscReal *restrict bound)
 {
   PetscInt outside = 0;
 
-  for (PetscInt i = 0; i < n; i++) outside += !(PetscAbsReal(a[apart * i]) < bound);
+  for (PetscInt i = 0; i < n; i++) outside += !(PetscAbsReal(a[i]) < bound[i]) & (bound[i] > 0);
   return outside;
 }
 
@@ -76,7 +78,7 @@ static PetscInt Outside(PetscInt n, PetscInt apart, const PetscReal a[], PetscRe
    before it is added. The new state of pairs whose last stage is the step's end is a stage as well. */
 static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
 {
-  PetscReal bound[SLIP_MAX_STATES];
+  PetscReal bound[BOUNDED * (2 * 3 + SLIP_MAX_STATES)] = {0};
   PetscBool good;
   const PetscReal *a;
   PetscInt states, n, block, c, outside = 0;
@@ -89,18 +91,19 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
   n = fault->mesh.n;
   block = fault->layout.block;
   c = fault->layout.components;
+  for (PetscInt k = 0; k < c; k++) bound[fault->layout.displacement + k] = EXPLICIT_FARTHEST;
   for (PetscInt k = 0; k < states; k++) {
     const PetscReal largest = fault->friction.law->states[k].largest;
 
-    bound[k] = largest > 0 ? largest : PETSC_MAX_REAL;
+    bound[fault->layout.state + k] = largest > 0 ? largest : PETSC_MAX_REAL;
   }
   if (SlipFaultOnDevice(fault, w))
-    PetscCall(SlipFaultDeviceOutside(fault, w, EXPLICIT_FARTHEST, bound[0], &outside));
+    PetscCall(SlipFaultDeviceOutside(fault, w, EXPLICIT_FARTHEST, bound[fault->layout.state], &outside));
   else {
+    for (PetscInt i = block; i < BOUNDED * block; i++) bound[i] = bound[i - block];
     PetscCall(VecGetArrayRead(w, &a));
-    for (PetscInt k = 0; k < c; k++)
-      outside += Outside(n, block, a + fault->layout.displacement + k, EXPLICIT_FARTHEST);
-    for (PetscInt k = 0; k < states; k++) outside += Outside(n, block, a + fault->layout.state + k, bound[k]);
+    for (PetscInt i = 0; i < n; i += BOUNDED)
+      outside += Outside(PetscMin(BOUNDED, n - i) * block, a + i * block, bound);
     PetscCall(VecRestoreArrayRead(w, &a));
   }
   good = outside == 0 ? PETSC_TRUE : PETSC_FALSE;

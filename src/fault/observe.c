@@ -3,116 +3,8 @@
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 #include <petsc/private/petscimpl.h> /* PetscObjectStateGet() */
+#include <petscblaslapack.h>
 #include <slipcompat.h>
-
-/* This rank's part of the sums, weighted by area; ku = K u is weighted already. */
-static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku, PetscReal sum[], PetscReal *max_v)
-{
-  SlipFrictionCells friction;
-  const SlipFaultLoad *load;
-  const PetscReal *a, *f;
-  PetscReal *values;
-  const SlipArrays arrays[] = {{w, .read = &a}, {ku, .read = &f}, {fault->cells, .write = &values}};
-  PetscBool at_once;
-
-  PetscFunctionBegin;
-  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
-  PetscCall(SlipFaultGetLoad(fault, t, &load));
-  PetscCall(SlipArraysGet(3, arrays));
-  at_once =
-    friction.law->values && !friction.law->remembers && fault->layout.components == 1 ? PETSC_TRUE : PETSC_FALSE;
-  if (at_once)
-    friction.law->values(&friction, fault->mesh.n, fault->layout.block, a + fault->layout.state, fault->layout.block,
-                         a + fault->layout.rate, values);
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    const PetscReal *v = a + SlipFaultRateAt(fault, i), *u = a + SlipFaultDisplacementAt(fault, i),
-                    *force = f + fault->layout.components * i, *along = SlipFaultAlong(fault, i);
-    const PetscReal *s = a + SlipFaultStateAt(fault, i), speed = SlipFaultLength(fault, v),
-                    weight = fault->mesh.weight[i];
-    const PetscReal weak = SlipFrictionWeakest(&friction, i);
-    PetscReal mu, ds, dv, q;
-
-    if (at_once)
-      mu = values[i];
-    else
-      SlipFrictionEvaluate(&friction, i, s, speed, &mu, &ds, &dv);
-    sum[SUM_V] += weight * SlipFaultDot(fault, v, along);
-    sum[SUM_ABS_V] += weight * speed;
-    sum[SUM_V2] += weight * (SlipFaultDot(fault, v, v) + PetscSqr(SlipFaultAcross(fault, v)));
-    sum[SUM_U] += weight * SlipFaultDot(fault, u, along);
-    sum[SUM_S] += weight * *s;
-    sum[SUM_SLIDING] += speed != 0 ? weight : 0;
-    sum[SUM_U_KU] += SlipFaultDot(fault, u, force) + SlipFaultAcross(fault, u) * SlipFaultAcross(fault, force);
-    sum[SUM_V_KU] += SlipFaultDot(fault, v, force) + SlipFaultAcross(fault, v) * SlipFaultAcross(fault, force);
-    sum[SUM_VINF_KU] += fault->fields.cell[FIELD_LOADING_RATE][i] * SlipFaultDot(fault, along, force);
-    sum[SUM_VINF] += weight * fault->fields.cell[FIELD_LOADING_RATE][i];
-    if (fault->loads.shears) {
-      const PetscReal rate = fault->fields.cell[FIELD_STRESSING_RATE][i];
-      const PetscReal shear = fault->fields.cell[FIELD_INITIAL_TRACTION][i] + (fault->loads.origin + t) * rate;
-
-      sum[SUM_U_T] += weight * SlipFaultDot(fault, u, along) * shear;
-      sum[SUM_LOADING_T] +=
-        weight * (fault->fields.cell[FIELD_LOADING_RATE][i] * shear - SlipFaultDot(fault, u, along) * rate);
-    }
-    if (SlipFaultOpens(fault)) { /* pressed together by what does not change, and pushed apart by the pressure */
-      const PetscReal normal = fault->loads.normal[i];
-
-      sum[SUM_U_T] -= weight * SlipFaultAcross(fault, u) * normal;
-      sum[SUM_LOADING_T] += weight * SlipFaultAcross(fault, v) * (normal - load->bare[i]);
-    }
-    sum[SUM_WEAKENING] += (mu - weak) * (weight * friction.stress[i]);
-    q = mu * (weight * friction.stress[i]);
-    sum[SUM_STRENGTH] += q;
-    sum[SUM_PUSH] +=
-      fault->layout.components == 1
-        ? SlipConePush(*v, *force, q)
-        : SlipConePush(speed, speed > 0 ? SlipFaultDot(fault, v, force) / speed : SlipFaultLength(fault, force), q);
-    *max_v = PetscMax(*max_v, speed);
-  }
-  PetscCall(SlipArraysRestore(3, arrays));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The sums of the state w of time t, computed (one product with K, two reductions) only when either has changed. */
-PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums)
-{
-  SlipFaultSums *c = &fault->known.sums;
-  SlipFaultMoment now;
-  PetscReal stored, result[FAULT_NUM_SUMS + 1];
-  const PetscReal *unused;
-  PetscBool same;
-  Vec u, force;
-
-  PetscFunctionBegin;
-  *sums = c;
-  PetscCall(SlipFaultStateUnchanged(fault, t, w, &c->moment, &now, &same));
-  if (same) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultGetWork(fault, &u));
-  PetscCall(SlipFaultGetWork(fault, &force));
-  PetscCall(SlipFaultForce(fault, t, w, u, force));
-  PetscCall(SlipElasticGetEnergy(fault->medium, t, u, &stored));
-  const SlipArrays arrays[] = {{w, .read = &unused}, {force, .read = &unused}};
-  const PetscReal numbers[] = {fault->loads.shears ? 1 : 0, fault->loads.origin + t};
-
-  PetscCall(PetscArrayzero(c->sum, FAULT_NUM_SUMS));
-  c->max_v = 0;
-  if (SlipFaultOnDevice(fault, w) && SlipDeviceVecIs(force))
-    PetscCall(SlipFaultDeviceSums(fault, t, w, force, c->sum, &c->max_v));
-  else if (SlipFaultSticksOnDevice(fault, 2, arrays)) {
-    PetscCall(SlipFaultStickFriction(fault, KERNEL_STICK_SUMS, 2, numbers, 2, arrays, FAULT_NUM_SUMS + 1,
-                                     FAULT_NUM_SUMS, result));
-    PetscCall(PetscArraycpy(c->sum, result, FAULT_NUM_SUMS));
-    c->max_v = result[FAULT_NUM_SUMS];
-  } else
-    PetscCall(SlipFaultAddUp(fault, t, w, force, c->sum, &c->max_v));
-  PetscCall(SlipFaultRestoreWork(fault, &force));
-  PetscCall(SlipFaultRestoreWork(fault, &u));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, c->sum, FAULT_NUM_SUMS, MPIU_REAL, MPIU_SUM, fault->comm));
-  c->sum[SUM_U_KU] += 2 * stored;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &c->max_v, 1, MPIU_REAL, MPIU_MAX, fault->comm));
-  c->moment = now;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* x: displacements or rates [n], kx = K x, nx = Kn x or NULL, w: the state in which they weaken the strength. What they
    take from the strength by its normal stress acts as stiffness does. */
@@ -276,6 +168,28 @@ static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *fric
   return 1 / (eta + friction->stress[i] * dv);
 }
 
+enum { COMPLIANCES = 64 };
+
+/* Of so many cells of one component whose short cut holds, into the largest so far in each place; returns how many it
+   does not hold for */
+SLIP_VECTOR static PetscInt Compliances(PetscInt n, PetscReal eta, const PetscReal *restrict v,
+                                        const PetscReal *restrict load, const PetscReal *restrict force,
+                                        const PetscReal *restrict weight, const PetscReal *restrict vinf,
+                                        const PetscReal *restrict direct, PetscReal *restrict largest)
+{
+  PetscInt others = 0;
+
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal rate = PetscAbsReal(v[i]), tau = (load[i] - force[i]) / weight[i] + eta * vinf[i];
+    const PetscReal holds = PetscAbsReal(tau) - eta * rate > 10 * direct[i] ? 1 : 0;
+    const PetscReal compliance = holds * rate / (eta * rate + direct[i]);
+
+    largest[i] = compliance > largest[i] ? compliance : largest[i];
+    others += holds == 0;
+  }
+  return others;
+}
+
 /* SlipProblemOps.relaxation, of the rates that the last right-hand side found, as those in w are of the step's start
    while it is judged; 0 where rates follow from momentum. Of friction that sticks, what sliding cells relax at. */
 PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ctx)
@@ -285,7 +199,7 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   SlipFrictionCells friction;
   const PetscReal *a, *v, *force, *load, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
   const PetscInt c = fault->layout.components;
-  PetscReal most = 0, stiffest;
+  PetscReal most = 0, stiffest, largest[COMPLIANCES] = {0};
   const SlipFaultLoad *of_now;
   const SlipArrays arrays[] = {{w, .read = &a}, {b->rate, .read = &v}, {b->force, .read = &force}};
 
@@ -312,22 +226,18 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
     PetscCall(SlipFaultGetFrictionOf(fault, b->time, w, &friction));
   PetscCall(SlipArraysGet(3, arrays));
   PetscCall(VecGetArrayRead(of_now->shear, &load));
-  for (PetscInt i = 0; i < fault->mesh.n; i++) {
-    if (b->creeps && b->creeps[i]) continue;
-    if (b->direct && c == 1) { /* most cells of most runs: without calls */
-      const PetscReal rate = PetscAbsReal(v[i]);
-      const PetscReal tau = (load[i] - force[i]) / fault->mesh.weight[i] + b->eta * vinf[i];
+  for (PetscInt i = 0; i < fault->mesh.n; i += COMPLIANCES) {
+    const PetscInt n = PetscMin(COMPLIANCES, fault->mesh.n - i);
 
-      if (PetscAbsReal(tau) - b->eta * rate > 10 * b->direct[i]) {
-        const PetscReal compliance = rate / (b->eta * rate + b->direct[i]);
-
-        most = compliance > most ? compliance : most;
-        continue;
-      }
-    }
-    most = PetscMax(
-      most, Compliance(fault, &friction, i, a + SlipFaultStateAt(fault, i), v + c * i, load + c * i, force + c * i));
+    if (b->direct && c == 1 && !b->creeps &&
+        !Compliances(n, b->eta, v + i, load + i, force + i, fault->mesh.weight + i, vinf + i, b->direct + i, largest))
+      continue;
+    for (PetscInt k = i; k < i + n; k++)
+      if (!b->creeps || !b->creeps[k])
+        most = PetscMax(most, Compliance(fault, &friction, k, a + SlipFaultStateAt(fault, k), v + c * k, load + c * k,
+                                         force + c * k));
   }
+  for (PetscInt k = 0; k < COMPLIANCES; k++) most = PetscMax(most, largest[k]);
   PetscCall(VecRestoreArrayRead(of_now->shear, &load));
   PetscCall(SlipArraysRestore(3, arrays));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, fault->comm));
@@ -447,6 +357,24 @@ static PetscErrorCode GetStickingPowers(SlipFault fault, PetscReal t, Vec w, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* sum += sign times this rank's part of x . y, by many numbers at a time */
+static PetscErrorCode AddProducts(Vec x, Vec y, PetscReal sign, PetscReal *sum)
+{
+  const PetscReal *a, *b;
+  const SlipArrays arrays[] = {{x, .read = &a}, {y, .read = &b}};
+  const PetscBLASInt one = 1;
+  PetscBLASInt n;
+  PetscInt size;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(x, &size));
+  PetscCall(PetscBLASIntCast(size, &n));
+  PetscCall(SlipArraysGet(2, arrays));
+  *sum += sign * BLASdot_(&n, a, &one, b, &one);
+  PetscCall(SlipArraysRestore(2, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, PetscReal power[3], PetscReal friction[])
 {
   const SlipFaultMesh *mesh = &fault->mesh;
@@ -454,7 +382,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   const PetscInt c = fault->layout.components;
   const PetscReal *a, *f, *vinf, *b;
   PetscReal lost = 0;
-  PetscBool at_once;
+  PetscBool at_once, along;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
@@ -474,6 +402,8 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
   PetscCall(SlipFaultGetWork(fault, &rel));
   PetscCall(SlipFaultGetWork(fault, &hv));
   PetscCall(SlipFaultGetRate(fault, w, rel));
+  along = r && c == 1 && !friction && !fault->device.device ? PETSC_TRUE : PETSC_FALSE;
+  if (along) PetscCall(AddProducts(rel, r, -1, &power[2]));
   PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
   PetscCall(SlipFaultDamping(fault, t, rel, hv));
   const SlipArrays there[] = {{w, .read = &a}, {rel, .read = &b}, {hv, .read = &f}, {r, .read = &vinf}};
@@ -489,20 +419,12 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!r) PetscCall(SlipFaultStrength(fault, t, w, q));
-  {
-    const SlipArrays arrays[] = {{rel, .read = &b}, {hv, .read = &f}, {fault->operators.vinf, .read = &vinf}};
-
-    PetscCall(SlipArraysGet(3, arrays));
-    for (PetscInt i = 0; i < c * fault->mesh.n; i++) {
-      power[0] += b[i] * f[i];
-      power[1] += vinf[i] * f[i];
-    }
-    PetscCall(SlipArraysRestore(3, arrays));
-  }
+  PetscCall(AddProducts(rel, hv, 1, &power[0]));
+  PetscCall(AddProducts(fault->operators.vinf, hv, 1, &power[1]));
   PetscCall(VecGetArrayRead(w, &a));
   PetscCall(VecGetArrayRead(r ? r : q, &f));
   if (friction) PetscCall(PetscArrayzero(friction, mesh->faults));
-  for (PetscInt i = 0; i < mesh->n; i++) {
+  for (PetscInt i = 0; i < mesh->n && !along; i++) {
     const PetscReal *v = a + SlipFaultRateAt(fault, i);
     const PetscReal share = r ? -SlipFaultDot(fault, v, f + c * i) : SlipFaultLength(fault, v) * f[i];
 

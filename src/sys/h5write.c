@@ -326,11 +326,12 @@ static PetscErrorCode SlipH5OpenSeries(SlipH5 *h, const char path[], hid_t *set,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows behind those that are there */
+/* Rows behind those that are there. Numbers that are apart are put together first: HDF5 would pick them one by one. */
 static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t rows, const SlipH5Rows *series)
 {
-  const hsize_t stride = (hsize_t)series->stride;
-  hsize_t start[SLIP_H5_MAX_DIM] = {0}, count[SLIP_H5_MAX_DIM], n = rows, zero = 0, extent;
+  const size_t stride = (size_t)series->stride;
+  hsize_t start[SLIP_H5_MAX_DIM] = {0}, count[SLIP_H5_MAX_DIM], n = rows;
+  double *together = NULL;
   hid_t space, mem;
   herr_t err;
 
@@ -339,14 +340,18 @@ static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t row
   count[0] = rows;
   start[0] = shape[0];
   shape[0] += rows;
-  if (H5Dset_extent(set, shape) < 0) return -1;
-  extent = (n - 1) * stride + 1;
+  if (stride != 1 && !(together = malloc((size_t)n * sizeof(*together)))) return -1;
+  for (size_t i = 0; i < (size_t)n && together; i++) together[i] = series->data[stride * i];
+  if (H5Dset_extent(set, shape) < 0) {
+    free(together);
+    return -1;
+  }
   space = H5Dget_space(set);
-  mem = H5Screate_simple(1, &extent, NULL);
+  mem = H5Screate_simple(1, &n, NULL);
   err = H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL);
-  if (err >= 0) err = H5Sselect_hyperslab(mem, H5S_SELECT_SET, &zero, &stride, &n, NULL);
-  if (err >= 0) err = H5Dwrite(set, H5T_NATIVE_DOUBLE, mem, space, H5P_DEFAULT, series->data);
+  if (err >= 0) err = H5Dwrite(set, H5T_NATIVE_DOUBLE, mem, space, H5P_DEFAULT, together ? together : series->data);
   if (H5Sclose(mem) < 0 || H5Sclose(space) < 0) err = -1;
+  free(together);
   return err;
 }
 
@@ -371,40 +376,48 @@ static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t row
 @*/
 PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[], PetscInt rows)
 {
-  hsize_t shape[SLIP_H5_MAX_DIM], chunk[SLIP_H5_MAX_DIM], row = 0;
+  struct {
+    hid_t set;
+    int rank;
+    hsize_t shape[SLIP_H5_MAX_DIM];
+  } * open;
+  hsize_t chunk[SLIP_H5_MAX_DIM], row;
   PetscInt64 room = 0;
-  hid_t set;
-  herr_t err;
-  int rank, reason;
+  PetscInt i, last;
+  herr_t err = 0;
+  int reason;
 
   PetscFunctionBegin;
-  if (rows <= 0) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt i = 0; i < n; i++) {
-    hsize_t bytes = sizeof(PetscReal), chunks, parts = 1;
+  if (rows <= 0 || n <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(n, &open));
+  for (i = 0; i < n; i++) {
+    hsize_t *shape = open[i].shape, bytes = sizeof(PetscReal), chunks, parts = 1;
 
-    PetscCall(SlipH5OpenSeries(h, series[i].path, &set, &rank, shape, chunk));
-    H5Dclose(set);
-    for (int d = 0; d < rank; d++) bytes *= chunk[d];
-    for (int d = 1; d < rank; d++) parts *= (shape[d] + chunk[d] - 1) / chunk[d];
+    PetscCall(SlipH5OpenSeries(h, series[i].path, &open[i].set, &open[i].rank, shape, chunk));
+    for (int d = 0; d < open[i].rank; d++) bytes *= chunk[d];
+    for (int d = 1; d < open[i].rank; d++) parts *= (shape[d] + chunk[d] - 1) / chunk[d];
     chunks = (shape[0] + (hsize_t)rows + chunk[0] - 1) / chunk[0] - (shape[0] + chunk[0] - 1) / chunk[0];
     /* and for the index, whose blocks grow as the square root of the number of chunks; what is compressed never takes
        more, as HDF5 leaves chunks alone that it would make larger */
     if (chunks)
       room += (PetscInt64)(chunks * parts * (bytes + 64)) + 512 +
               64 * (PetscInt64)PetscSqrtReal((PetscReal)(parts * (shape[0] / chunk[0])));
-    if (!i) row = shape[0];
   }
+  last = 0;
+  row = open[0].shape[0];
   reason = SlipH5MakeRoom(h, room);
-  if (reason)
-    PetscCall(SlipH5WriteFailed(h, reason, "row %llu of %s to %s", (unsigned long long)row, series[0].path, h->name));
-  for (PetscInt i = 0; i < n; i++) {
-    PetscCall(SlipH5OpenSeries(h, series[i].path, &set, &rank, shape, chunk));
-    row = shape[0];
-    err = SlipH5AppendRows(set, rank, shape, (hsize_t)rows, &series[i]);
-    if (H5Dclose(set) < 0) err = -1;
-    if (err < 0 || h->failed)
-      PetscCall(SlipH5WriteFailed(h, 0, "row %llu of %s to %s", (unsigned long long)row, series[i].path, h->name));
+  for (i = 0; i < n; i++) { /* none is left open by a failure */
+    if (!reason && err >= 0 && !h->failed) {
+      last = i;
+      row = open[i].shape[0];
+      err = SlipH5AppendRows(open[i].set, open[i].rank, open[i].shape, (hsize_t)rows, &series[i]);
+    }
+    if (H5Dclose(open[i].set) < 0) err = -1;
   }
+  PetscCall(PetscFree(open));
+  if (reason || err < 0 || h->failed)
+    PetscCall(
+      SlipH5WriteFailed(h, reason, "row %llu of %s to %s", (unsigned long long)row, series[last].path, h->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

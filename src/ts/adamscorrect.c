@@ -10,6 +10,10 @@
 /* A step beyond STABLE is to be this much more exact than the tolerance: errors of quiet times add up to those of the
    times of events, and steps that stability limits are that exact. */
 #define EXACT 40
+/* Two corrections pay from a step 1.5 times as long on, which a controller at the bound may not ask for: pi asks for
+   1.2. So many times the step that it asks for are looked at, as far as they are EXACT: with cells of 500 m 0.78 of the
+   products of BP5 at the same error. */
+#define LEAP 2
 /* A rate that has grown since the step before grows by no more within the next one. */
 #define MOST_GROWTH 2
 
@@ -99,7 +103,7 @@ void SlipAdamsCount(TS ts)
 PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ctx)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;
-  PetscReal rate, hr;
+  PetscReal rate, hr, longest;
   PetscBool left;
   PetscInt cost;
 
@@ -110,9 +114,12 @@ PetscErrorCode SlipAdamsBoundStep(TS ts, const SlipProblemOps *problem, void *ct
   ad->rates[1] = ad->rates[0];
   ad->rates[0] = rate;
   if (!(rate > 0)) PetscFunctionReturn(PETSC_SUCCESS);
-  hr = PetscMin(ts->time_step * rate, Exact(ad->order, ad->estimated ? ad->norm : 1, ad->at.h * rate));
+  longest = PetscMin(LEAP * ts->time_step, ts->adapt->dt_max);
+  if (ts->time_step * rate <= STABLE || longest < ts->time_step || ts->ptime + longest >= ts->max_time)
+    longest = ts->time_step;
+  hr = PetscMin(longest * rate, Exact(ad->order, ad->estimated ? ad->norm : 1, ad->at.h * rate));
   hr = Bound(ad, ad->order, Gamma(ad, ts->time_step, ad->order), hr, &cost);
-  ts->time_step = PetscMin(ts->time_step, hr / rate);
+  ts->time_step = PetscMin(longest, hr / rate);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,40 +2,44 @@
    up to ten derivatives four times. Loops over a chunk that stays in the nearest cache, for vector units. */
 #include <slipstep/private/slipts.h>
 
-/* For the machine that the program meets, not only for the one that compiled it */
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
-  !defined(__SANITIZE_ADDRESS__)
-  #define VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
-#else
-  #define VECTOR
-#endif
-
 enum { CHUNK = 256, AT_ONCE = 4 };
 
-/* y += the sum of four derivatives times w[0][], and e[k] that times w[k + 1][] */
-VECTOR static void AddFour(PetscInt n, const PetscReal *restrict a, const PetscReal *restrict b,
-                           const PetscReal *restrict c, const PetscReal *restrict d, const PetscReal w[][AT_ONCE],
-                           PetscReal *restrict y, PetscReal *restrict e, PetscReal *restrict f, PetscReal *restrict g)
+/* y = start, if first, or y + the sum of four derivatives times w[0][]; and of so many estimates e, f and g are that
+   times w[1][] and so on, added to what they are unless it is the first. Of constants: a loop for each. */
+SLIP_VECTOR_PART void Four(PetscInt n, int first, int estimates, const PetscReal *restrict a,
+                           const PetscReal *restrict b, const PetscReal *restrict c, const PetscReal *restrict d,
+                           const PetscReal w[][AT_ONCE], const PetscReal *restrict start, PetscReal *restrict y,
+                           PetscReal *restrict e, PetscReal *restrict f, PetscReal *restrict g)
 {
   for (PetscInt i = 0; i < n; i++) {
-    y[i] += w[0][0] * a[i] + w[0][1] * b[i] + w[0][2] * c[i] + w[0][3] * d[i];
-    e[i] += w[1][0] * a[i] + w[1][1] * b[i] + w[1][2] * c[i] + w[1][3] * d[i];
-    f[i] += w[2][0] * a[i] + w[2][1] * b[i] + w[2][2] * c[i] + w[2][3] * d[i];
-    g[i] += w[3][0] * a[i] + w[3][1] * b[i] + w[3][2] * c[i] + w[3][3] * d[i];
+    y[i] = (first ? start[i] : y[i]) + (w[0][0] * a[i] + w[0][1] * b[i] + w[0][2] * c[i] + w[0][3] * d[i]);
+    if (estimates < 2) continue;
+    e[i] = (first ? 0 : e[i]) + (w[1][0] * a[i] + w[1][1] * b[i] + w[1][2] * c[i] + w[1][3] * d[i]);
+    f[i] = (first ? 0 : f[i]) + (w[2][0] * a[i] + w[2][1] * b[i] + w[2][2] * c[i] + w[2][3] * d[i]);
+    if (estimates < 3) continue;
+    g[i] = (first ? 0 : g[i]) + (w[3][0] * a[i] + w[3][1] * b[i] + w[3][2] * c[i] + w[3][3] * d[i]);
   }
 }
 
-VECTOR static void AddFourAlone(PetscInt n, const PetscReal *restrict a, const PetscReal *restrict b,
-                                const PetscReal *restrict c, const PetscReal *restrict d, const PetscReal w[][AT_ONCE],
-                                PetscReal *restrict y)
-{
-  for (PetscInt i = 0; i < n; i++) y[i] += w[0][0] * a[i] + w[0][1] * b[i] + w[0][2] * c[i] + w[0][3] * d[i];
-}
+#define FOUR(name, first, estimates)                                                                                   \
+  SLIP_VECTOR static void name(PetscInt n, const PetscReal *restrict a, const PetscReal *restrict b,                   \
+                               const PetscReal *restrict c, const PetscReal *restrict d, const PetscReal w[][AT_ONCE], \
+                               const PetscReal *restrict start, PetscReal *restrict y, PetscReal *restrict e,          \
+                               PetscReal *restrict f, PetscReal *restrict g)                                           \
+  {                                                                                                                    \
+    Four(n, first, estimates, a, b, c, d, w, start, y, e, f, g);                                                       \
+  }
+FOUR(FirstAlone, 1, 0)
+FOUR(AddAlone, 0, 0)
+FOUR(FirstOfTwo, 1, 2)
+FOUR(AddTwo, 0, 2)
+FOUR(FirstOfThree, 1, 3)
+FOUR(AddThree, 0, 3)
 
 /* The estimate e over its tolerance in each entry, 0 where that is 0; PETSc's: absolute and that share of the larger
    one of y and y + e. The number of entries where it is not 0. */
-VECTOR static PetscInt Weigh(PetscInt n, const PetscReal *restrict absolute, const PetscReal *restrict relative,
-                             const PetscReal *restrict y, PetscReal *restrict e)
+SLIP_VECTOR static PetscInt Weigh(PetscInt n, const PetscReal *restrict absolute, const PetscReal *restrict relative,
+                                  const PetscReal *restrict y, PetscReal *restrict e)
 {
   PetscInt count = 0;
 
@@ -49,23 +53,26 @@ VECTOR static PetscInt Weigh(PetscInt n, const PetscReal *restrict absolute, con
   return count;
 }
 
-/* The same where tolerances do not depend on y: inverse has theirs */
-VECTOR static void WeighFixed(PetscInt n, const PetscReal *restrict inverse, PetscReal *restrict e)
+/* Largest |x| and sum of squares of each place of the chunks so far, of x times inverse unless that is NULL, which has
+   tolerances that do not depend on y; what is no number stays in the sum */
+SLIP_VECTOR static void Gather(PetscInt n, const PetscReal *restrict x, const PetscReal *restrict inverse,
+                               PetscReal *restrict most, PetscReal *restrict squares)
 {
-  for (PetscInt i = 0; i < n; i++) e[i] = PetscAbsReal(e[i]) * inverse[i];
+  if (inverse)
+    for (PetscInt i = 0; i < n; i++) {
+      const PetscReal size = PetscAbsReal(x[i]) * inverse[i];
+
+      most[i] = size > most[i] ? size : most[i];
+      squares[i] += size * size;
+    }
+  else
+    for (PetscInt i = 0; i < n; i++) {
+      most[i] = x[i] > most[i] ? x[i] : most[i];
+      squares[i] += x[i] * x[i];
+    }
 }
 
-/* Largest x >= 0 and sum of squares of each place of the chunks so far; what is no number stays in the sum */
-VECTOR static void Gather(PetscInt n, const PetscReal *restrict x, PetscReal *restrict most,
-                          PetscReal *restrict squares)
-{
-  for (PetscInt i = 0; i < n; i++) {
-    most[i] = x[i] > most[i] ? x[i] : most[i];
-    squares[i] += x[i] * x[i];
-  }
-}
-
-VECTOR static void AddNumbers(PetscInt n, const PetscReal *restrict x, PetscReal *restrict sum)
+SLIP_VECTOR static void AddNumbers(PetscInt n, const PetscReal *restrict x, PetscReal *restrict sum)
 {
   for (PetscInt i = 0; i < n; i++) sum[i] += x[i];
 }
@@ -86,15 +93,15 @@ void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, const PetscRe
                   const PetscReal weight[][SLIP_ADAMS_NODES], PetscInt estimates, const SlipAdamsTolerance *tolerance,
                   PetscReal y[], SlipAdamsSums *sums)
 {
+  void (*const add[3][2])(PetscInt, const PetscReal *, const PetscReal *, const PetscReal *, const PetscReal *,
+                          const PetscReal[][AT_ONCE], const PetscReal *, PetscReal *, PetscReal *, PetscReal *,
+                          PetscReal *) = {{FirstAlone, AddAlone}, {FirstOfTwo, AddTwo}, {FirstOfThree, AddThree}};
   PetscReal e[3][CHUNK], room[2][CHUNK], all[CHUNK] = {0}, most[3][CHUNK] = {{0}}, squares[3][CHUNK] = {{0}};
 
   *sums = (SlipAdamsSums){.finite = PETSC_TRUE};
   for (PetscInt i = 0; i < n; i += CHUNK) {
     const PetscInt here = PetscMin(CHUNK, n - i);
 
-    for (PetscInt k = 0; k < here; k++) y[i + k] = start[i + k];
-    for (PetscInt k = 0; k < 3 && estimates; k++)
-      for (PetscInt j = 0; j < here; j++) e[k][j] = 0;
     for (PetscInt j = 0; j < m; j += AT_ONCE) {
       const PetscReal *r[AT_ONCE];
       PetscReal w[4][AT_ONCE] = {{0}};
@@ -103,19 +110,15 @@ void SlipAdamsSum(PetscInt n, const PetscReal start[], PetscInt m, const PetscRe
         r[l] = rate[PetscMin(j + l, m - 1)] + i; /* beyond the last one with the weight 0 */
         for (PetscInt k = 0; k < estimates + 1 && j + l < m; k++) w[k][l] = weight[k][j + l];
       }
-      if (estimates)
-        AddFour(here, r[0], r[1], r[2], r[3], (const PetscReal(*)[AT_ONCE])w, y + i, e[0], e[1], e[2]);
-      else
-        AddFourAlone(here, r[0], r[1], r[2], r[3], (const PetscReal(*)[AT_ONCE])w, y + i);
+      (*add[estimates ? estimates - 1 : 0][j > 0])(here, r[0], r[1], r[2], r[3], (const PetscReal(*)[AT_ONCE])w,
+                                                   start + i, y + i, e[0], e[1], e[2]);
     }
     AddNumbers(here, y + i, all);
     for (PetscInt k = 0; k < estimates; k++) {
-      if (tolerance->inverse)
-        WeighFixed(here, tolerance->inverse + i, e[k]);
-      else
+      if (!tolerance->inverse)
         sums->count[k] += Weigh(here, Tolerance(tolerance->absolutes, tolerance->absolute, i, here, room[0]),
                                 Tolerance(tolerance->relatives, tolerance->relative, i, here, room[1]), y + i, e[k]);
-      Gather(here, e[k], most[k], squares[k]);
+      Gather(here, e[k], tolerance->inverse ? tolerance->inverse + i : NULL, most[k], squares[k]);
     }
   }
   for (PetscInt i = 0; i < CHUNK; i++) {

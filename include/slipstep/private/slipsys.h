@@ -27,7 +27,7 @@ PETSC_INTERN PetscErrorCode SlipArraysRestore(PetscInt n, const SlipArrays list[
 /* The larger of both; NaN where one is */
 static inline PetscReal SlipLarger(PetscReal a, PetscReal b)
 {
-  return b > a || PetscIsNanReal(b) ? b : a;
+  return b > a || b != b ? b : a; /* without a call */
 }
 PETSC_EXTERN PetscErrorCode SlipAllreduceLargest(MPI_Comm comm, PetscInt n, PetscReal x[]);
 PETSC_EXTERN PetscErrorCode SlipVecLargest(Vec x, PetscReal *largest);

@@ -5,14 +5,6 @@
 #include <slipstep/private/slipelastic.h>
 #include <slipstep/private/slipmatgrid.h>
 
-/* For the machine that the program meets, not only for the one that compiled it */
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
-  !defined(__SANITIZE_ADDRESS__)
-  #define VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
-#else
-  #define VECTOR
-#endif
-
 /* ---- wavespace.c ---- */
 
 /* A spectrum is [modes][parts][stride] numbers, of which the first n count: waves of this process */

@@ -16,14 +16,6 @@ PetscErrorCode SlipAllocateLines(size_t count, PetscReal **a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For the machine that the program meets, not only for the one that compiled it */
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
-  !defined(__SANITIZE_ADDRESS__)
-  #define VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
-#else
-  #define VECTOR
-#endif
-
 /* Four numbers, wherever they lie: as many as AVX2's registers take. Vectors of eight are kept in memory there, and
    products with blocks in fast memory take 2.5 times as long (measured). */
 typedef double Four __attribute__((vector_size(32), aligned(8), may_alias));
@@ -116,7 +108,8 @@ static inline __attribute__((always_inline)) void OneColumn(PetscInt n, PetscInt
 
 /* f = A f for n complex numbers f, A [n][n] real and symmetric or half of it; column [4][n] is room for real and
    imaginary parts. Half of A is read, once: blocks of many wavenumbers do not fit into fast memory otherwise. */
-VECTOR static void SymmetricProduct(PetscInt n, PetscBool half, const PetscReal A[], PetscReal f[], PetscReal column[])
+SLIP_VECTOR static void SymmetricProduct(PetscInt n, PetscBool half, const PetscReal A[], PetscReal f[],
+                                         PetscReal column[])
 {
   const PetscInt most = n - n % 8;
   PetscReal *x = column, *x2 = x + n, *y = x2 + n, *y2 = y + n;
@@ -184,8 +177,8 @@ static inline __attribute__((always_inline)) void Columns(PetscInt m, PetscInt n
 
 /* g = A f for n complex numbers f and m g, A [n][m] real, one column after the other; column [2][m + n] is room for
    parts. */
-VECTOR static void GeneralProduct(PetscInt m, PetscInt n, const PetscReal A[], const PetscReal f[], PetscReal g[],
-                                  PetscReal column[])
+SLIP_VECTOR static void GeneralProduct(PetscInt m, PetscInt n, const PetscReal A[], const PetscReal f[], PetscReal g[],
+                                       PetscReal column[])
 {
   PetscReal *x = column, *y = x + 2 * n;
   PetscInt j = 0;

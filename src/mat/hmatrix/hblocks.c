@@ -13,14 +13,6 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipmathmatrix.h>
 
-/* For the machine that the program meets, not only for the one that compiled it */
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
-  !defined(__SANITIZE_ADDRESS__)
-  #define VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
-#else
-  #define VECTOR
-#endif
-
 /* Columns begin at multiples of so many rows, with zeros below the last row. */
 #define PAD SLIP_HBLOCK_PAD
 
@@ -152,8 +144,8 @@ static inline __attribute__((always_inline)) void ApplyFull(PetscBool single, co
   x and y are in the order of the blocks' rows and columns, with SLIP_HBLOCK_PAD numbers behind the last one, zeros in
   x; t has room for SlipHBlockWork() of each block
 */
-VECTOR void SlipHBlocksApply(PetscInt nblocks, const SlipHBlock block[], PetscBool whole, const PetscReal x[],
-                             PetscReal y[], PetscReal t[])
+SLIP_VECTOR void SlipHBlocksApply(PetscInt nblocks, const SlipHBlock block[], PetscBool whole, const PetscReal x[],
+                                  PetscReal y[], PetscReal t[])
 {
   for (PetscInt b = 0; b < nblocks; b++) {
     const SlipHBlock *k = &block[b];
