@@ -302,8 +302,8 @@ SLIP_VECTOR static void BalanceFast(PetscInt n, const PetscReal *restrict scale,
     const PetscReal tail = RoughExp(y > SINH_IS_EXP ? -2 * y : -2 * SINH_IS_EXP);
     const PetscReal V = w * scale[i] * (1 + w * tail * inverse_w) * (1 - tail);
 
-    /* a number that no balance has marks the others */
-    v[i] = (y > SINH_IS_EXP) & (scale[i] > 0) ? V : PETSC_MAX_REAL;
+    /* a number that no balance has marks the others, and those of the loop below */
+    v[i] = (y > SINH_IS_EXP) & (L[i] > MOST_SLOW) & (scale[i] > 0) ? V : PETSC_MAX_REAL;
   }
 }
 
@@ -335,7 +335,7 @@ SLIP_VECTOR static PetscInt Loads(PetscInt n, const Constants *c, const PetscRea
   for (PetscInt i = 0; i < n; i++) {
     load[i] = PetscAbsReal(tau[i]) * inverse[i];
     L[i] = load[i] + offset[i] - slope[i] * s[i];
-    fast += L[i] > MOST_SLOW;
+    fast += !(L[i] <= MOST_SLOW); /* also what is no number */
   }
   return fast;
 }

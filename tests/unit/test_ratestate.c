@@ -163,6 +163,7 @@ static void extremes(void **state)
 {
   const PetscReal a[] = {0.01, 0.01, 0.01, 0.01}, f0[] = {0.6, 0.6, 0.6, 0.6}, slip[] = {1, 1, 1, 1};
   const PetscReal sigma[] = {0, 1e7, 0, 1e7}, tau[] = {ETA, 0, -2 * ETA, 6e6}, s[] = {0, 0, 0, 0};
+  const PetscReal none[] = {NAN, NAN, 0, 0}, pushed[] = {6e6, 6e6, 6e6, NAN}, pressed[] = {1e7, 1e7, 1e7, 1e7};
   SlipFrictionCells f = Cells(a, a, f0, slip);
   PetscReal v[4];
 
@@ -172,6 +173,10 @@ static void extremes(void **state)
   assert_true(fabs(v[0] - 1) < 4 * EPS && v[1] == 0 && fabs(v[2] + 2) < 8 * EPS);
   /* f0 at the rate V0: the friction of 6e6 Pa less eta V0 */
   assert_true(fabs(v[3] / 1e-6 - 1) < 1e-4 && v[3] < 1e-6);
+  f.stress = pressed; /* of what is no number no rate is one, whatever v was */
+  v[0] = v[1] = v[2] = v[3] = 1;
+  SlipFrictionBalance(&f, NULL, 4, ETA, pushed, 1, none, v, NULL);
+  assert_true(isnan(v[0]) && isnan(v[1]) && v[2] > 0 && isnan(v[3]));
 }
 
 /* An implicit stage of the state, and its derivative by differences */
