@@ -43,6 +43,27 @@ static void test_dense_entries(void **state)
   ok(MatDestroy(&K));
 }
 
+/* Entries of "fft" by a product for each depth are those of "dense", also after MatScale(). */
+static void test_entries_of_fft(void **state)
+{
+  const SlipGrid *grids[] = {&Even, &Odd, &Line, &Average, &AverageDeep, &AverageFull, &Column};
+  PetscReal norm, error;
+  Mat K, dense;
+
+  (void)state;
+  for (size_t i = 0; i < sizeof(grids) / sizeof(*grids); i++) {
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, grids[i], "dense", &dense));
+    ok(MatCreateSlipStiffness(PETSC_COMM_SELF, grids[i], "fft", &K));
+    ok(MatScale(K, 2));
+    ok(MatConvert(K, MATDENSE, MAT_INPLACE_MATRIX, &K));
+    ok(MatNorm(dense, NORM_FROBENIUS, &norm));
+    ok(MatAXPY(K, -2, dense, SAME_NONZERO_PATTERN));
+    ok(MatNorm(K, NORM_FROBENIUS, &error));
+    assert_true(error < 1e-13 * norm); /* rounding of transforms */
+    ObjectsDestroy(&K, &dense);
+  }
+}
+
 /* ||H H / mass - 4 zeta^2 K|| / ||4 zeta^2 K||, Frobenius. */
 static PetscReal SquareError(Mat K, Mat H)
 {
@@ -510,7 +531,7 @@ static void test_bad_grids(void **state)
   AssertGridRefused(g, "dense", "Shear modulus");
 }
 
-SLIP_TESTS(test_dense_entries, test_average_on_grids, test_viscosity_squares_to_stiffness, test_fft_is_dense,
-           test_transform_is_dense, test_transforms_of_all_lengths_are_dense, test_sketched_root, test_root_tolerance,
-           test_viscosity_by_denman_beavers, test_other_viscosities, test_auto, test_zero_damping,
+SLIP_TESTS(test_dense_entries, test_entries_of_fft, test_average_on_grids, test_viscosity_squares_to_stiffness,
+           test_fft_is_dense, test_transform_is_dense, test_transforms_of_all_lengths_are_dense, test_sketched_root,
+           test_root_tolerance, test_viscosity_by_denman_beavers, test_other_viscosities, test_auto, test_zero_damping,
            test_stage_is_the_sum, test_radiation, test_entries, test_bad_grids)

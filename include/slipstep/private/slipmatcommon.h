@@ -14,6 +14,7 @@ PETSC_INTERN PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal 
 PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *smallest, PetscInt *info);
 
 /* ---- shell.c ---- */
+PETSC_INTERN PetscErrorCode SlipShellReplace(Mat A, Mat dense, MatReuse reuse, Mat *D);
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
 /* What a matrix-free matrix does; diagonal, scale, info, view, state, for checkpoints, and device may be NULL. device
    tells what products on the device need there [bytes], and puts it there if it is to be used. */

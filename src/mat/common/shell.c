@@ -6,6 +6,20 @@
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipmatcommon.h>
 
+/* The end of a conversion of A: dense, which is given away, becomes what MatConvert() was asked for. */
+PetscErrorCode SlipShellReplace(Mat A, Mat dense, MatReuse reuse, Mat *D)
+{
+  PetscFunctionBegin;
+  if (reuse == MAT_INPLACE_MATRIX)
+    PetscCall(MatHeaderReplace(A, &dense));
+  else if (reuse == MAT_REUSE_MATRIX) {
+    PetscCall(MatCopy(dense, *D, SAME_NONZERO_PATTERN));
+    PetscCall(MatDestroy(&dense));
+  } else
+    *D = dense;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* N products; for checking and for small sizes. */
 static PetscErrorCode ShellToDense(Mat A, MatType type, MatReuse reuse, Mat *D)
 {
@@ -14,13 +28,7 @@ static PetscErrorCode ShellToDense(Mat A, MatType type, MatReuse reuse, Mat *D)
   PetscFunctionBegin;
   (void)type;
   PetscCall(MatComputeOperator(A, MATDENSE, &dense));
-  if (reuse == MAT_INPLACE_MATRIX)
-    PetscCall(MatHeaderReplace(A, &dense));
-  else if (reuse == MAT_REUSE_MATRIX) {
-    PetscCall(MatCopy(dense, *D, SAME_NONZERO_PATTERN));
-    PetscCall(MatDestroy(&dense));
-  } else
-    *D = dense;
+  PetscCall(SlipShellReplace(A, dense, reuse, D));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -166,6 +166,75 @@ static PetscErrorCode FFTScale(Mat K, PetscScalar a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Entries of all cells, by a product for each depth in place of one for each cell: those of two cells depend on their
+   depths and on how far they are apart along strike, so that the columns of the first cell of each depth have all. */
+static PetscErrorCode FFTEntries(Mat K, Mat dense)
+{
+  FFTContext *c;
+  PetscInt nx, lda;
+  VecScatter scatter;
+  Vec x, y, all;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(K, &c));
+  nx = c->grid.nx;
+  PetscCall(MatCreateVecs(K, &x, &y));
+  PetscCall(VecScatterCreateToAll(y, &scatter, &all));
+  PetscCall(MatDenseGetLDA(dense, &lda));
+  PetscCall(MatDenseGetArrayWrite(dense, &a));
+  for (PetscInt jz = 0; jz < c->grid.nz; jz++) {
+    const PetscInt first = jz * nx;
+    const PetscReal *column;
+
+    PetscCall(VecZeroEntries(x));
+    if (first >= c->start && first < c->end) PetscCall(VecSetValue(x, first, 1, INSERT_VALUES));
+    PetscCall(VecAssemblyBegin(x));
+    PetscCall(VecAssemblyEnd(x));
+    PetscCall(MatMult(K, x, y));
+    PetscCall(VecScatterBegin(scatter, y, all, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(scatter, y, all, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecGetArrayRead(all, &column));
+    for (PetscInt jx = 0; jx < nx; jx++) {
+      PetscReal *entry = a + (size_t)(first + jx) * lda;
+
+      for (PetscInt row = c->start / nx * nx; row < c->end; row += nx) { /* all cells of a depth */
+        for (PetscInt i = PetscMax(row, c->start); i < PetscMin(row + jx, c->end); i++)
+          entry[i - c->start] = column[row + jx - (i - row)];
+        for (PetscInt i = PetscMax(row + jx, c->start); i < PetscMin(row + nx, c->end); i++)
+          entry[i - c->start] = column[i - jx];
+      }
+      if (c->border && first + jx >= c->start && first + jx < c->end)
+        entry[first + jx - c->start] += c->scale * (SlipGridBorder(&c->grid, jx, jz) - SlipGridBorder(&c->grid, 0, jz));
+    }
+    PetscCall(VecRestoreArrayRead(all, &column));
+  }
+  PetscCall(MatDenseRestoreArrayWrite(dense, &a));
+  PetscCall(MatAssemblyBegin(dense, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(dense, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatSetOption(dense, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(VecScatterDestroy(&scatter));
+  PetscCall(VecDestroy(&all));
+  PetscCall(VecDestroy(&x));
+  PetscCall(VecDestroy(&y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode FFTToDense(Mat K, MatType type, MatReuse reuse, Mat *D)
+{
+  PetscInt n, N;
+  Mat dense;
+
+  PetscFunctionBegin;
+  (void)type;
+  PetscCall(MatGetSize(K, &N, NULL));
+  PetscCall(MatGetLocalSize(K, &n, NULL));
+  PetscCall(MatCreateDense(PetscObjectComm((PetscObject)K), n, n, N, N, NULL, &dense));
+  PetscCall(FFTEntries(K, dense));
+  PetscCall(SlipShellReplace(K, dense, reuse, D));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What a product takes, unless products are on the device; collective, as what they need is made by then */
 static PetscErrorCode FFTGetInfo(Mat K, MatInfoType flag, MatInfo *info)
 {
@@ -251,6 +320,7 @@ PetscErrorCode SlipStiffnessCreate_FFT(MPI_Comm comm, const SlipGrid *grid, Mat 
   c->grid = *grid;
   PetscCall(SlipShellCreate(comm, PETSC_DECIDE, N, "slipfft", &ops, c, K));
   PetscCall(PetscObjectComposeFunction((PetscObject)*K, "MatSlipStiffnessSetDepth_C", FFTSetDepth));
+  PetscCall(PetscObjectComposeFunction((PetscObject)*K, "MatConvert_slipfft_dense_C", FFTToDense));
   PetscCall(MatGetOwnershipRange(*K, &c->start, &c->end));
   if (grid->kernel.average == SLIP_AVERAGE_WHOLE) PetscCall(CreateBorder(*K, c));
   PetscFunctionReturn(PETSC_SUCCESS);
