@@ -231,7 +231,7 @@ static PetscErrorCode KeepForce(SlipFault fault, PetscReal t, Vec w)
 
   PetscFunctionBegin;
   if (!s->force) PetscCall(VecDuplicate(fault->critical.uc, &s->force));
-  if (fault->kind.coupled && !s->rise) PetscCall(VecDuplicate(fault->cells, &s->rise));
+  if (fault->kind.coupled && !s->rise) PetscCall(VecDuplicate(fault->coupling.rise, &s->rise));
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(SlipFaultDisplacementUnchanged(fault, t, u, &s->forced));
@@ -288,6 +288,7 @@ PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Ve
   PetscCall(SlipElasticRests(fault->medium, &rests));
   if (!rests || fault->kind.loaded || !s->forced) PetscFunctionReturn(PETSC_SUCCESS);
   if (SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS); /* what closes moves by less than its rate says */
+  if (nx && fault->device.device) PetscFunctionReturn(PETSC_SUCCESS);
   for (int node = 0; node < SLIP_NUM_NODES; node++)
     if (!s->known[node]) PetscFunctionReturn(PETSC_SUCCESS);
   h = time[SLIP_NODE_END] - time[SLIP_NODE_START]; /* not of two steps, of which the second is half of a doubled one */

@@ -56,7 +56,11 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
   if (moves) PetscCall(SlipFaultInnerRate(fault, t, w, x, kx, nx, &found));
   if (!found && moves) PetscCall(SlipFaultGetRate(fault, w, x));
   if (!found && !moves) PetscCall(VecCopy(fault->critical.uc, x));
-  if (!found) PetscCall(SlipElasticApply(fault->medium, x, kx, nx));
+  if (!found && fault->device.device && nx) { /* which the cells' numbers are not on */
+    PetscCall(SlipElasticApply(fault->medium, x, kx, NULL));
+    PetscCall(SlipElasticApply(fault->medium, x, NULL, nx));
+  } else if (!found)
+    PetscCall(SlipElasticApply(fault->medium, x, kx, nx));
   PetscCall(PetscArrayzero(c->sum, FAULT_NUM_MODE));
   PetscCall(AddMode(fault, t, w, x, kx, nx, c->sum));
   PetscCall(SlipFaultRestoreWork(fault, &kx));

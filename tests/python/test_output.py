@@ -146,7 +146,7 @@ class OutputTest(ScriptTest):
         # The same sum times 1.02: exact up to rounding of 1000 additions.
         self.assertAlmostEqual(slip_error(run, reference), 0.02, delta=1e-12)
         text = "\n".join(table([("rl", run)], reference))
-        self.assertRegex(text, r"rl +1000 +2 +1002 +- +1\.25 +[0-9.]+ +\+2\.00")
+        self.assertRegex(text, r"rl +1000 +2 +1002 +- +- +1\.25 +[0-9.]+ +\+2\.00")
 
     def test_compare_writes_table_and_figure(self):
         write_run(self.path("fine.h5"), 1000)
