@@ -266,20 +266,23 @@ static PetscErrorCode ReadOwnTolerances(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a run in which events follow each other or fluid is injected, for which no estimate of its own steps is known: the
-   accuracy that its controller kept at this tolerance in 97 % of the faults of the calibration. 0: unknown */
+/* Events follow each other, or fluid is injected: no estimate of the steps themselves is known. */
+static PetscBool HasToleranceError(SlipFault fault)
+{
+  return (PetscBool)(fault->steps.kind >= KIND_SEQUENCE && fault->steps.kind <= KIND_TRIGGERED);
+}
+
+/* Of such runs: the accuracy that the controller kept at this tolerance in 97 % of the faults of the calibration.
+   0: unknown, as where no file was read at the start */
 PetscErrorCode SlipFaultToleranceError(SlipFault fault, TS ts, PetscReal *error)
 {
-  const PetscInt kind = fault->steps.kind;
   char controller[64];
   PetscReal rtol;
   TSAdapt adapt;
 
   PetscFunctionBegin;
   *error = 0;
-  if (!(kind == KIND_SEQUENCE || kind == KIND_HEAVY || kind == KIND_INJECTION || kind == KIND_TRIGGERED))
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(ReadOwnTolerances(fault));
+  if (!HasToleranceError(fault)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
@@ -304,8 +307,8 @@ static PetscErrorCode Set(SlipFault fault, TS ts, const char controller[], Petsc
 PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
 {
   const char *controller = fault->problem.controller;
-  char type[64];
-  PetscBool named;
+  char type[64], file[PETSC_MAX_PATH_LEN];
+  PetscBool named, found;
   TSAdapt adapt;
 
   PetscFunctionBegin;
@@ -317,7 +320,12 @@ PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
   PetscCall(IsLearned(fault, ts, &fault->steps.learned));
   if (fault->steps.learned) PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
   PetscCall(Names(ts, "ts_rtol", &named));
-  if (!named) PetscCall(Set(fault, ts, type, SlipFaultAccuracy(fault)));
+  if (!named)
+    PetscCall(Set(fault, ts, type, SlipFaultAccuracy(fault)));
+  else if (HasToleranceError(fault) && !fault->options.text[FAULT_TOLERANCES][0]) { /* a tolerance needs no file */
+    PetscCall(SlipPolicyFindDefault(fault->comm, "tolerances", file, sizeof(file), &found));
+    if (found) PetscCall(ReadOwnTolerances(fault));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 from scripts import FAULT, SOURCE
 
@@ -199,6 +200,8 @@ class Verdict(Runs):
                 self.assertNotIn("likely", run["text"])
                 self.assertGreater(run["history_error_estimate"], last)
                 last = run["history_error_estimate"]
+            with mock.patch.dict(ALONE, SLIPSTEP_POLICY_DIR=tempfile.gettempdir()):  # -ts_rtol needs no file, at the end neither
+                self.assertIn("not estimated (", self.run_fault(*options, "-ts_rtol", "1e-4")["text"])
 
     def test_unknown(self):
         """What was not calibrated is said to be unknown, with the reason."""
