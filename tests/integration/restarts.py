@@ -84,7 +84,7 @@ def cases():
     return found
 
 
-QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp", "auto, one event, pi", "moreau, one event, rl", "one event, roots, explicit", "rkc, weakening", "rkc, weakening, vectors", "rk, weakening, vectors")
+QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp", "auto, one event, pi", "moreau, one event, rl", "rkc, weakening", "rkc, weakening, vectors", "rk, weakening, vectors")
 
 
 def write_fields():
