@@ -1,0 +1,82 @@
+/* The norm of the error of TSADAMS' steps is PETSc's, whatever tolerances are given. */
+#include "../lotka.h"
+#include "../unit.h"
+#include <slipcore.h>
+#include <petsc/private/tsimpl.h>
+
+static PetscReal norm_error; /* the largest difference to PETSc's */
+
+/* Of the first step, of order 1: its estimate is h (f - f*)/2, f* at y + h f. Norms to the rounding of y + e, which
+   PETSc takes e back from. */
+static PetscErrorCode ChooseByNorms(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
+                                    PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
+{
+  const NormType types[] = {NORM_INFINITY, NORM_2, NORM_INFINITY};
+  PetscReal norm, absolute, relative, ours;
+  Vec y, f, star;
+
+  PetscFunctionBeginUser;
+  (void)adapt;
+  *accept = PETSC_TRUE;
+  *next_h = h;
+  *next_sc = 0;
+  *wlte = *wltea = *wlter = -1;
+  if (ts->steps) PetscFunctionReturn(0);
+  PetscCall(VecDuplicate(ts->vec_sol, &y));
+  PetscCall(VecDuplicate(y, &f));
+  PetscCall(VecDuplicate(y, &star));
+  PetscCall(VecSetValues(y, 2, (const PetscInt[]){0, 1}, (const PetscScalar[]){2, 0.5}, INSERT_VALUES));
+  PetscCall(Rate(ts, 0, y, f, NULL));
+  PetscCall(VecAXPY(y, h, f));
+  PetscCall(Rate(ts, h, y, star, NULL));
+  PetscCall(VecAXPY(star, -1, f));
+  PetscCall(VecWAXPY(y, -h / 2, star, ts->vec_sol));
+  for (int k = 0; k < 3; k++) {
+    PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, y, types[k], &norm, &absolute, &relative));
+    PetscCall(TSEvaluateWLTE(ts, types[k], NULL, &ours));
+    norm_error = PetscMax(norm_error, PetscAbsReal(ours / norm - 1));
+  }
+  PetscCall(VecDestroy(&y));
+  PetscCall(VecDestroy(&f));
+  PetscCall(VecDestroy(&star));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode CreateByNorms(TSAdapt adapt)
+{
+  PetscFunctionBeginUser;
+  adapt->ops->choose = ChooseByNorms;
+  PetscFunctionReturn(0);
+}
+
+/* Numbers and vectors of tolerances, with and without relative ones, and an entry without any */
+static void norms(void **state)
+{
+  const PetscScalar absolute[][2] = {{1e-6, 3e-5}, {1e-6, 3e-5}, {1e-6, 0}};
+  const PetscScalar relative[][2] = {{0, 0}, {1e-3, 1e-5}, {0, 0}};
+
+  (void)state;
+  ok(TSAdaptRegister("norms", CreateByNorms));
+  for (int k = -1; k < 3; k++) {
+    Vec u, tolerance[2] = {NULL, NULL};
+    TSAdapt adapt;
+    TS ts;
+
+    Make(&ts, &u, TSADAMS, 1e-2);
+    ok(TSSetMaxSteps(ts, 1));
+    for (int i = 0; i < 2 && k >= 0; i++) {
+      ok(VecDuplicate(u, &tolerance[i]));
+      ok(VecSetValues(tolerance[i], 2, (const PetscInt[]){0, 1}, i ? relative[k] : absolute[k], INSERT_VALUES));
+    }
+    ok(TSSetTolerances(ts, 1e-5, tolerance[0], 1e-4, tolerance[1]));
+    ok(TSGetAdapt(ts, &adapt));
+    ok(TSAdaptSetType(adapt, "norms"));
+    norm_error = -1;
+    ok(TSSolve(ts, u));
+    AssertNear(norm_error, 0, 1e-9); /* e is 1e-5 of y */
+    ObjectsDestroy(&ts, &u);
+    for (int i = 0; i < 2; i++) ok(VecDestroy(&tolerance[i]));
+  }
+}
+
+SLIP_TESTS(norms)
