@@ -40,7 +40,7 @@ PARTS = {
                     ["src/physics.md", "src/numerics.md", "src/accuracy.md", "src/geometry.md", "training/learned_steps.md"]),
     "reference": ("Reference", "You know what you look for: options, files, functions. Made from the programs and the sources.", ["output/README.md", "training/policy_file.md"]),
     "development": ("Development", "You change SlipStep, or want to know how its numbers came about.",
-                    ["CONTRIBUTING.md", "src/README.md", "tests/benchmarks/README.md", "tests/benchmarks/cycles.md", "tests/benchmarks/waves.md", "tests/benchmarks/numerics.md", "output/RESULTS.md", "training/README.md", "training/trials.md", "training/policies/README.md", "CHANGELOG.md"]),
+                    ["CONTRIBUTING.md", "src/README.md", "src/recipes.md", "tests/benchmarks/README.md", "tests/benchmarks/cycles.md", "tests/benchmarks/waves.md", "tests/benchmarks/numerics.md", "output/RESULTS.md", "training/README.md", "training/trials.md", "training/policies/README.md", "CHANGELOG.md"]),
 }
 NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "benchmarks", "output/RESULTS.md": "results",
          "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog"}

@@ -141,6 +141,16 @@ class Links(ScriptTest):
                     found.append(f"{function}() is not defined in src/{file}")
         self.assertEqual(found, [])
 
+    def test_the_workflow_runs_the_commands_of_the_front_page(self):
+        """In containers of the systems that tests/setup.sh installs on."""
+        workflow = read(os.path.join(SOURCE, ".github", "workflows", "ci.yml"))
+        commands = re.findall(r"^ +run: (\S+\.sh)$", workflow, re.M)
+        self.assertEqual(commands, re.findall(r"^(\S+\.sh) +#", read(os.path.join(SOURCE, "README.md")), re.M))
+        self.assertTrue(all(os.access(os.path.join(SOURCE, command), os.X_OK) for command in commands), commands)
+        systems = re.search(r'SLIPSTEP_SYSTEMS="([^"]*)"', read(os.path.join(SOURCE, "tests", "setup.sh")))[1]
+        images = re.findall(r'"([\w:.]+)"', re.search(r"^ +system: (\[.*\])$", workflow, re.M)[1])
+        self.assertEqual([image.replace(":", " ") for image in images], systems.split(", "))
+
     def test_the_front_page_is_short(self):
         self.assertLessEqual(read(os.path.join(SOURCE, "README.md")).count("\n"), 150)
 
