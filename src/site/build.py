@@ -40,9 +40,9 @@ PARTS = {
                     ["src/physics.md", "src/numerics.md", "src/accuracy.md", "src/geometry.md", "training/learned_steps.md"]),
     "reference": ("Reference", "You know what you look for: options, files, functions. Made from the programs and the sources.", ["output/README.md", "training/policy_file.md"]),
     "development": ("Development", "You change SlipStep, or want to know how its numbers came about.",
-                    ["CONTRIBUTING.md", "src/README.md", "src/recipes.md", "tests/benchmarks/README.md", "tests/benchmarks/cycles.md", "tests/benchmarks/waves.md", "tests/benchmarks/numerics.md", "output/RESULTS.md", "training/README.md", "training/trials.md", "training/policies/README.md", "CHANGELOG.md"]),
+                    ["CONTRIBUTING.md", "src/README.md", "src/recipes.md", "tests/benchmarks/README.md", "output/RESULTS.md", "training/README.md", "training/trials.md", "training/policies/README.md", "CHANGELOG.md"]),
 }
-NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "benchmarks", "output/RESULTS.md": "results",
+NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "measured", "output/RESULTS.md": "results",
          "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog"}
 # programs in Python that users start, whose --help the reference shows: those of output/ but for the study's, and these
 SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/study/import_sb3.py"]
