@@ -34,15 +34,14 @@ PARTS = {
                   ["examples/tutorials/first_run.md", "examples/tutorials/my_fault.md", "examples/tutorials/century.md", "examples/tutorials/own_cycles.md", "examples/tutorials/benchmark.md",
                    "examples/tutorials/my_policy.md", "examples/tutorials/my_model.md"]),
     "howto": ("How-to", "You have a task: which options and files does it take? One page each.",
-              ["examples/howto/install.md", "examples/howto/options.md", "examples/howto/accuracy.md", "examples/howto/python.md", "examples/howto/*.md", "output/howto/*.md",
-               "training/howto/*.md", "examples/README.md"]),
+              ["examples/README.md", "examples/howto/*.md", "output/howto/*.md", "training/howto/*.md"]),
     "explanation": ("Explanation", "You want to know why: which equations are solved, how, how accurately, and what do learned steps do?",
                     ["src/physics.md", "src/numerics.md", "src/accuracy.md", "src/geometry.md", "training/learned_steps.md"]),
     "reference": ("Reference", "You know what you look for: options, files, functions. Made from the programs and the sources.", ["output/README.md", "training/policy_file.md"]),
     "development": ("Development", "You change SlipStep, or want to know how its numbers came about.",
                     ["CONTRIBUTING.md", "src/README.md", "src/recipes.md", "tests/benchmarks/README.md", "output/RESULTS.md", "training/README.md", "training/trials.md", "training/policies/README.md", "CHANGELOG.md"]),
 }
-NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "measured", "output/RESULTS.md": "results",
+NAMES = {"output/README.md": "files", "examples/README.md": "index", "src/README.md": "map", "tests/benchmarks/README.md": "measured", "output/RESULTS.md": "results",
          "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog"}
 # programs in Python that users start, whose --help the reference shows: those of output/ but for the study's, and these
 SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/study/import_sb3.py"]
@@ -104,11 +103,25 @@ class Site:
             out.append(line)
         return "".join(out)
 
+    def groups(self, page, text):
+        """The text with a table of contents in each section: a page belongs to the first one that links to it."""
+        folder, seen = os.path.dirname(page), {page}
+        head, *sections = re.split(r"(?m)^(?=## )", text)
+        for number, section in enumerate(sections):
+            links = [os.path.normpath(os.path.join(folder, link)) for link in re.findall(r"\]\(([^)#\s]+)\.md[^)]*\)", section)]
+            entries = [link for link in dict.fromkeys(links) if link.startswith(folder + "/") and link not in seen]
+            if entries and not section.startswith("## Gallery"):
+                seen.update(entries)
+                sections[number] = section.rstrip("\n") + "\n\n```{toctree}\n:hidden:\n\n" + "".join(f"/{entry}\n" for entry in entries) + "```\n\n"
+        return head + "".join(sections)
+
     def copy_pages(self):
         for source, page in self.known.items():
             text = self.convert(source, page)
             if page == "index":
                 text += "\n```{toctree}\n:hidden:\n:maxdepth: 2\n\n" + "".join(f"{part}/index\n" for part in PARTS) + "```\n"
+            elif page.endswith("/index"):
+                text = self.groups(page, text)
             self.write(page, text)
         for full, asset in self.assets.items():
             os.makedirs(os.path.join(self.source, "_assets"), exist_ok=True)
@@ -116,6 +129,8 @@ class Site:
 
     def write_indices(self):
         for part, (title, question, _) in PARTS.items():
+            if f"{part}/index" in self.known.values():  # has a page of its own
+                continue
             entries = [page.split("/", 1)[1] for page in self.known.values() if page.startswith(part + "/")]
             if part == "reference":
                 entries = ["options", "features", "scripts", *entries, "functions", "python"]
