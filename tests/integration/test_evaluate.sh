@@ -86,6 +86,7 @@ cp "$trained/fault_tqc_alpha128.h5" named/p.h5
 grep -q "h.h5: 2 cells were made with other files of their policies' names and are made anew" h.txt || fail "no word of a replaced policy"
 grep -q "2 cells of this matrix, 0 were there, 0 failed, 0 left" h.txt || fail "a replaced policy: $(tail -1 h.txt)"
 cp "$source/output/RESULTS.md" page.md
+printf '\n<!-- table contents -->\n<!-- end contents -->\n' >>page.md
 "$SLIPSTEP_PYTHON" "$source/output/results_table.py" h.h5 --page page.md >h.txt 2>&1 || fail "tables of a replaced policy: $(cat h.txt)"
 grep -q "h.h5 has 2 cells of another file of the policy p, which are left out" h.txt || fail "no warning of mixed cells: $(cat h.txt)"
 grep -q "^| fault 3km 3x3 | 2 |" page.md || fail "mixes cells of two policies: $(grep "3km 3x3" page.md)"
