@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What stress that waves bring from one plane to others would need as hierarchical matrices in retarded time; the table is in examples/howto/waves.md.
+"""What stress that waves bring from one plane to others would need as hierarchical matrices in retarded time; what came out is in tests/benchmarks/README.md, Waves.
 
     wave_networks.py [--planes 10] [--cells 100] [--size 200] [--gap 3000]
 

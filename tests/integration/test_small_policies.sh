@@ -4,7 +4,7 @@
 # at any of four positions of the dial. The circuit's reference takes 100,000 constant steps. Where V1 crosses zero they are of first
 # order, and 1,000 have an error of 1e-3 from that, so they are off by some 1e-5, a twentieth of the smallest error here.
 #
-# Both errors count, that at the ends of steps and that of the states linear between them. The policies' README has the arithmetic:
+# Both errors count, that at the ends of steps and that of the states linear between them. The bounds:
 # - Circuit: error times solves squared is 842 for constant steps and 295 for the best steps of all, to leading order. A policy that
 #   takes at most a fifth more solves than the best has 1.2^2 295 = 425.
 # - Sliding mode: the largest step forces 40 solves, of which 8 are for the slide. At 1e-1 a policy may take a tenth more. At 1e-3,
