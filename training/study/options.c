@@ -56,7 +56,7 @@ static PetscErrorCode ParseEnvironment(EnvOptions *e, SlipOptionItems PetscOptio
   PetscBool set;
 
   PetscFunctionBegin;
-  PetscCall(ProblemOption(PetscOptionsObject, PETSC_FALSE, &e->problem));
+  PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_STEPS, &e->problem));
   PetscCall(FamilyOption(PetscOptionsObject, &family));
   PetscCall(FamilyCheck(family, e->problem == &ProblemDial ? PETSC_TRUE : PETSC_FALSE, e->problem->name));
   e->family = family;
