@@ -1,5 +1,5 @@
 /* Cycles of events of small rate-and-state faults, by explicit steps (dials -problem cycles). The tolerances of
-   src/fault/cyclesteps.c are tested on them. */
+   src/fault/steps/cyclesteps.c are tested on them. */
 #include "runs.h"
 #include <slipcompat.h>
 
