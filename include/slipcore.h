@@ -167,7 +167,7 @@ typedef struct {
 } SlipFrictionStageCell;
 PETSC_EXTERN PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c,
                                              PetscReal load, PetscReal guess, PetscBool *stable);
-/* kick.c: a cell, and its states, in an explicit step */
+/* kickrule.c: a cell, and its states, in an explicit step */
 PETSC_EXTERN PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c,
                                         PetscReal load, PetscReal guess, PetscBool *ok);
 PETSC_EXTERN void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
@@ -206,7 +206,7 @@ PETSC_EXTERN void SlipExponentialWeakeningStrength(const SlipFrictionCells *f, P
                                                    PetscInt stride, const PetscReal s0[], PetscInt rates,
                                                    const PetscReal v[], PetscReal q[], PetscReal dq[]);
 
-/* ---- adams.c ---- */
+/* ---- adamsweights.c ---- */
 enum { SLIP_ADAMS_NODES = 10, SLIP_ADAMS_CORRECTIONS = 7 };
 PETSC_EXTERN void SlipAdamsWeights(PetscInt n, const PetscReal node[], PetscReal weight[]);
 PETSC_EXTERN PetscReal SlipAdamsReach(PetscInt k, PetscInt m);
@@ -217,7 +217,7 @@ PETSC_EXTERN const PetscReal (*SlipAdamsFactors(PetscInt k, PetscInt m))[2];
 PETSC_EXTERN PetscReal SlipLagLimit(PetscReal zeta, PetscReal weight);
 PETSC_EXTERN PetscReal SlipLagWeight(PetscReal h, PetscReal h1, PetscReal h2, PetscReal omega, PetscReal zeta);
 
-/* ---- rkc.c ---- */
+/* ---- rkcweights.c ---- */
 enum { SLIP_RKC_MOST = 200 };
 typedef struct {
   PetscReal one, two;    /* weights of the stage before and of the one before that */
@@ -390,7 +390,7 @@ static inline PetscBool SlipSearchPolished(PetscReal last, PetscReal norm, Petsc
   return norm > 0.5 * last || step <= 1e-11 * size ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* ---- bathe.c: numbers of the composite step ---- */
+/* ---- batheweights.c: numbers of the composite step ---- */
 /* The split gamma is in (0, 1); A dw/dt = F_s + r. A stage from base is A (w - base) = theta h (F_s(w) + ...). */
 typedef struct {
   PetscReal gamma; /* share of the step that stage 1 ends at */
@@ -411,7 +411,7 @@ PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
 PETSC_EXTERN void SlipBatheSetUpBackward(SlipBathe *c);
 PETSC_EXTERN PetscReal SlipBatheRoundError(PetscReal error); /* an estimate, to the digits that mean something */
 
-/* ---- method.c: explicit or implicit steps, by moving means of what attempts took ---- */
+/* ---- methodcosts.c: explicit or implicit steps, by moving means of what attempts took ---- */
 typedef struct {
   PetscReal step;  /* products of an explicit step */
   PetscReal solve; /* of an implicit solve, over those that SlipMethodSolve() has for it where this is 1 */

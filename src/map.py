@@ -35,17 +35,28 @@ ORDER = [
     ("ts", "the integrators", 10, (.02, .25)),
     ("policy", "networks in files", 9, (.63, .96)),
     ("adapt", "step-size controllers, observations", 10, (.63, .96)),
-    ("output", "what a run leaves behind", 11, (.63, .96)),
-    ("checkpoint", "saving and stopping of runs", 12, (.02, .25)),
     ("models", "circuit, sliding mode", 11, (.02, .25)),
     ("mesh", "cells of a fault", 11, (.28, .42)),
-    ("fault", "friction, loads and balance as a TS problem", 12, (.28, .98)),
-    ("record", "a fault's life, its options and all that a run leaves behind", 13, (.02, .98)),
-    ("package", "has every room register its types", 14, (0, 1)),
+    ("run/output", "the output of any run", 11, (.63, .96)),
+    ("fault/setup", "parameters, features, names", 12, (.28, .62)),
+    ("fault/loads", "loads, friction of the cells", 13, (.28, .62)),
+    ("fault/state", "layout, what is known of a state", 14, (.28, .62)),
+    ("fault/medium", "cells' fields, K and H", 15, (.68, .98)),
+    ("fault/stage", "constraint, balance, kicks", 16, (.28, .62)),
+    ("fault/observe", "sums over the cells", 17, (.28, .62)),
+    ("fault/steps", "the TS of a fault", 18, (.42, .64)),
+    ("run/file", "output, fields, ParaView", 19, (.02, .3)),
+    ("run/catalogue", "events", 20, (.02, .3)),
+    ("run/stations", "points of fault and ground", 20, (.28, .54)),
+    ("run/watch", "progress, warnings, errors", 20, (.58, .88)),
+    ("run", "a fault's life, options, observers", 21, (.02, .98)),
+    ("run/checkpoint", "saving and stopping", 22, (.02, .98)),
+    ("package", "has every room register its types", 23, (0, 1)),
 ]
 ROOMS = [room for room, *_ in ORDER]
 # Headers that are not named after their room; the others are slip<room>.h, without slashes, and slipfault<part>.h.
-HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipclock.h": "ts", "slipstate.h": "sys", "slipwork.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys", "slipdipping.h": "elasticity", "sliptriangle.h": "elasticity", "slipgmsh.h": "mesh", "sliplanes.h": "mat/grid", "slipwaves.h": "elasticity", "slipwavespace.h": "elastic", "slipdeviceopencl.h": "device"}
+HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipclock.h": "ts", "slipstate.h": "sys", "slipwork.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys", "slipdipping.h": "elasticity", "sliptriangle.h": "elasticity", "slipgmsh.h": "mesh", "sliplanes.h": "mat/grid", "slipwaves.h": "elasticity", "slipwavespace.h": "elastic", "slipdeviceopencl.h": "device",
+           "slipoutput.h": "run/output", "sliprunsaving.h": "run/checkpoint", "sliprun.h": "run/file", "sliprunfiles.h": "run/file", "slipfaultloads.h": "fault/setup"}
 EVERYWHERE = ("core", "sys", "package")  # bars in the picture, without arrows: all rooms may use the first two
 
 
@@ -63,7 +74,7 @@ def header_room(name):
     """The room of one of our headers, None for those of others."""
     base = os.path.basename(name)
     rooms = {"slip" + room.replace("/", "") + ".h": room for room in ROOMS}
-    return HEADERS.get(base) or rooms.get(base) or next((room for room in ("fault", "record") if base.startswith("slip" + room)), None)
+    return HEADERS.get(base) or rooms.get(base) or ("fault/setup" if base.startswith("slipfault") else None)
 
 
 class Sources:

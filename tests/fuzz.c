@@ -11,7 +11,7 @@
 #include <slipstep.h>
 #include <sliph5.h>
 #include <slipstep/private/slippolicy.h>
-#include <slipstep/private/sliprecord.h>
+#include <slipstep/private/sliprun.h>
 #include <slipstep/private/slipsys.h>
 #include <execinfo.h>
 #include <poll.h>

@@ -1,13 +1,10 @@
 static const char help[] =
   "Trains a policy that chooses step sizes, by truncated quantile critics (TQC), TD3 or CMA-ES.\n"
   "  mpirun -n 2 train -train_algorithm cmaes -train_output policy.h5   (with an accuracy dial: the default policy)\n"
-  "  train -train_algorithm steps -fault_nx 4 -fault_nz 4 -train_output bound.h5   (the best steps that there are)\n"
-  "  mpirun -n 2 train -train_algorithm filter   (a classical controller, tuned: options of -ts_adapt_type pi)\n"
   "  train -train_algorithm tolerances -train_problem rupture -train_output mine.h5   (-ts_rtol of each controller by "
   "the accuracy that it keeps, for -fault_tolerances)\n"
   "  train -train_problem circuit -train_reward accuracy -train_random -train_output policy.h5\n"
   "  train -train_algorithm cmaes -train_problem ode -train_output ode.h5   (the general policy, for any TS)\n"
-  "  train -train_algorithm cmaes -train_problem cycles -train_output mine.h5     (cycles of rate-and-state faults)\n"
   "  train -train_steps 20000 -train_output policy.h5 -train_log curve.h5\n"
   "  train -train_reward accuracy -train_random -train_output policy.h5      (random one-cell faults)\n"
   "  mpirun -n 2 train -train_alpha 1,2,4 -train_seed 1,2 -train_output policy.h5    (six trainings, two at a time)\n"
@@ -20,20 +17,18 @@ static const char help[] =
 #include "dials/tolerances.h"
 #include "study/sweep.h"
 #include "problems/problems.h"
-#include "steps/steps.h"
-#include "tuning/filter.h"
 #include <slipcompat.h>
 
 /* What -train_ options there are, of all algorithms; test_options.py holds the list to the sources */
 static const char names[] =
   "algorithm alpha atol batch batch_meshes batch_singles buffer calibrate calibration checkpoint "
   "checkpoint_interval continuation_step controllers cost critic_network critics diagonal dial_high dial_low "
-  "discount draw drop drop_quantiles dt_max dt_min episodes evaluate_episodes evaluate_interval family generations "
+  "discount drop drop_quantiles dt_max dt_min episodes evaluate_episodes evaluate_interval family generations "
   "hidden late_generations late_meshes late_singles layers learning_rate learning_starts log log_overwrite "
   "max_attempts mesh_side meshes minutes move "
   "moving_dt_max network noise noise_sigma observations output policy_delay polyak population "
-  "problem progress quantiles random restarts resume reward rtol seed sigma singles smoothing smoothing_clip "
-  "start steps steps_least steps_most steps_stride transfer validation validation_interval within";
+  "problem progress quantiles random resume reward rtol seed sigma singles smoothing smoothing_clip "
+  "start steps transfer validation validation_interval within";
 
 static PetscErrorCode TrainCMA(MPI_Comm comm, PetscInt *failed)
 {
@@ -49,8 +44,6 @@ static const struct {
 } Trainers[] = {{"tqc", "truncated quantile critics", SweepTrain},
                 {"td3", "TD3", SweepTrain},
                 {"cmaes", "CMA-ES, with an accuracy dial", TrainCMA},
-                {"filter", "a classical controller, tuned", FilterTune},
-                {"steps", "the best steps that there are", StepsRun},
                 {"tolerances", "of classical controllers, by the accuracy that they keep", TolerancesRun}};
 enum { TRAINERS = PETSC_STATIC_ARRAY_LENGTH(Trainers) };
 

@@ -236,7 +236,7 @@ static PetscErrorCode SlipState_PI(TSAdapt adapt, SlipState s)
   Level: beginner
 
   Note:
-  fault_history was tuned on random faults (train -train_algorithm filter) for the fewest solves at an error a of the
+  fault_history was tuned on random faults by CMA-ES for the fewest solves at an error a of the
   whole course of slip, with -ts_rtol 0.888 a^1.5: 0.028 for a = 1e-1, 0.00088 for 1e-2. It has limits of the ratio of
   its own, 0.1642 and 18.62.
 

@@ -27,7 +27,7 @@ const SlipFilter SlipFilters[] = {
   {"H211PI", 6, 6, 0, USUAL},
   {"H211b2", 2, 2, 0.5, USUAL},
   {"H211b4", 4, 4, 0.25, USUAL},
-  /* train -train_algorithm filter */
+  /* tuned by CMA-ES on random faults, 96 single cells and 32 meshes */
   {"fault_history", 0.6373, -8.001, -0.09116, 0.1642, 18.62},
 };
 

@@ -4,7 +4,7 @@
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipmatcells.h>
 
-/* What of an angle is rounding, as a share of the circle: planes.c has the same of strikes and dips. */
+/* What of an angle is rounding, as a share of the circle: planefaults.c has the same of strikes and dips. */
 #define ANGLE_ROUNDING 1e-9
 
 /* What rank 0 has read, on every rank: vertices, corners and labels */

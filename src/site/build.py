@@ -157,7 +157,7 @@ class Site:
         return seen
 
     def write_features(self):
-        """What goes with what: the table of src/fault/features.c, as fault prints it."""
+        """What goes with what: the table of src/fault/setup/features.c, as fault prints it."""
         done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-fault_features"], capture_output=True, text=True, check=True, env={**os.environ, "OMPI_MCA_ess_singleton_isolated": "1"})
         *rules, rest = done.stdout.strip().split("\n")
         lines = ["# What goes with what", "", "Printed by `fault -fault_features`. What does not go together is refused before anything is computed, by the sentence of its row; all else does, and a test runs every "

@@ -15,7 +15,7 @@ typedef struct {
 } SlipNames;
 
 /* Options that the library reads, but for those of faults, which declare theirs from their tables, and for the numbers
-   of options.c. test_options.py holds the list to the sources. */
+   of solveroptions.c. test_options.py holds the list to the sources. */
 static const SlipNames SlipLibrary[] = {
   {"slip_", "traceback"},
   {"slipstep_", "version"},
@@ -40,7 +40,8 @@ static const struct {
 static SlipNames SlipDeclared[SLIP_MAX_DECLARED];
 static int SlipNumDeclared;
 
-/* Options of PETSc's that runs of ours read, beside the numbers of options.c: what a mistyped one was meant to be. */
+/* Options of PETSc's that runs of ours read, beside the numbers of solveroptions.c: what a mistyped one was meant to
+   be. */
 static const SlipNames SlipPetsc[] = {
   {"ts_", "type exact_final_time monitor monitor_cancel view rk_type error_if_step_fails save_trajectory"},
   {"ts_adapt_", "type always_accept clip monitor wnormtype dsp_filter dsp_pid"},

@@ -1,6 +1,6 @@
 /* Steps of TSADAMS that are corrected more than once, where stability and not the error limits them: m corrections are
    stable over some 0.8 ((m + 1)^2 - 1) relaxation times with a predictor of order 2, two thirds of that with one of
-   order 3, for m + 1 right-hand sides, and have the order and the derivatives of one (src/core/adams.c). */
+   order 3, for m + 1 right-hand sides, and have the order and the derivatives of one (src/core/adamsweights.c). */
 #include <slipstep/private/slipts.h>
 
 /* Steps with one correction are stable to some three relaxation times, of the order that errors near there lead to. */
@@ -136,7 +136,7 @@ static PetscErrorCode Relax(TS ts, PetscReal t, Vec extrapolated, PetscReal weig
 }
 
 /* y = the corrected state from the predicted one, with its derivative in ad->star, at first that of the predicted one.
-   Factor by factor of src/core/adams.c; one of degree 2, 1 - a x + b x^2, goes by way of a state between. */
+   Factor by factor of src/core/adamsweights.c; one of degree 2, 1 - a x + b x^2, goes by way of a state between. */
 PetscErrorCode SlipAdamsCorrectMore(TS ts, Vec predicted, Vec y, PetscBool *good)
 {
   TS_Adams *ad = (TS_Adams *)ts->data;

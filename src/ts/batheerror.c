@@ -1,5 +1,5 @@
 /* TSBATHE's error estimates and the stage derivatives that they are made of; the embedded one's weights are in
-   src/core/bathe.c. */
+   src/core/batheweights.c. */
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipts.h>
 

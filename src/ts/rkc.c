@@ -1,5 +1,5 @@
 /* TSRKC as a PETSc TS type: explicit steps of second order whose stages are as many as stability needs, by the formulas
-   of Runge, Kutta and Chebyshev (src/core/rkc.c). Stages squared, not stages, are proportional to the longest stable
+   of Runge, Kutta and Chebyshev (rkcweights.c). Stages squared, not stages, are proportional to the longest stable
    step, on the negative real axis: a right-hand side that relaxes at rates from slow to fast, as slip without inertia
    does, the faster the smaller the cells, takes steps as its accuracy wants them.
 

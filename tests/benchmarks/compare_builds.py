@@ -238,15 +238,7 @@ train cmaes, 2 ranks: 2 train {CMAES} -train_seed 1
 train cmaes, circuit: train {CMAES} -train_problem circuit -train_dial_low 1e-2
 train cmaes, sliding mode: train {CMAES} -train_problem sliding_mode -train_dial_low 1e-2
 train ode: train {ODE} -train_problem ode -train_validation 4
-train cycles: train -train_algorithm cmaes -train_problem cycles -train_generations 2 -train_population 4 \
-  -train_episodes 2 -train_batch 1 -train_validation 1 -train_validation_interval 2
-train injection: train {RUNS} -train_problem injection
-train sequence: train {RUNS} -train_problem sequence
 train family of ruptures: train {RUNS} -train_family EXAMPLES/family_rupture.opts
-train steps: train -train_algorithm steps -fault_nx 2 -fault_nz 1 -train_steps_least 6 -train_steps_most 7 \
-  -train_generations 20 -train_restarts 2 -train_seed 3
-train filter: train -train_algorithm filter -train_singles 6 -train_meshes 2 -train_mesh_side 2 -train_validation 3 \
-  -train_population 5 -train_generations 4 -train_validation_interval 2
 evaluate: evaluate -evaluate_quick -evaluate_problems fault,sliding_mode,circuit -evaluate_reference_steps 200 \
   -evaluate_policies POLICIES/fault.h5,POLICIES/circuit.h5
 """

@@ -129,6 +129,12 @@ class Layers(ScriptTest):
         self.assertEqual(set(sources.files.values()) - set(rooms.ROOMS), set())
         self.assertEqual(len(rooms.ROOMS), len(set(rooms.ROOMS)))
 
+    def test_every_file_has_a_name_of_its_own(self):
+        """A stack trace and an editor's list say the name alone. PETSc's custom is a register.c for each class."""
+        names = collections.Counter(os.path.basename(path) for top in ("src", "training")
+                                    for path in glob.glob(os.path.join(SOURCE, top, "**", "*.c"), recursive=True))
+        self.assertEqual([name for name, n in names.items() if n > 1 and name != "register.c"], [])
+
     def test_nobody_calls_upward(self):
         calls, _ = symbols(*LIBRARY)
         self.assertGreater(len(calls), 100)  # the tables were read

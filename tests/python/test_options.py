@@ -30,9 +30,9 @@ def declared(code):
             prefix = re.search(r'SlipDeclareOptions\("(\w+)", names\)', content)[1]
             pairs.append((prefix, text(re.search(r"char names\[\] =\s*" + TEXT, content)[1])))
         pairs += [(m[1], m[2]) for m in re.finditer(r'Program program = \{\s*"\w+",\s*help,\s*"(\w+)",\s*"([^"]*)"', content)]
-    pairs.append(("fault_", text(re.search(r"PetscStrncpy\(\s*names,\s*" + TEXT, code["src/fault/optionnames.c"])[1])))
+    pairs.append(("fault_", text(re.search(r"PetscStrncpy\(\s*names,\s*" + TEXT, code["src/fault/setup/faultnames.c"])[1])))
     pairs.append(("fault_", " ".join(fault_table(code))))
-    numbers = re.findall(r'\{"-(\w+)"', code["src/sys/options.c"])
+    numbers = re.findall(r'\{"-(\w+)"', code["src/sys/solveroptions.c"])
     found |= {name for name in numbers if any(name.startswith(prefix) for prefix in re.findall(r'\{"(\w+)",', table))}
     for prefix, names in pairs:
         found |= {prefix + name for name in names.split()}
@@ -40,7 +40,7 @@ def declared(code):
 
 
 def fault_table(code):
-    return re.findall(r'(?:\[FAULT_\w+\]\s*=\s*\{|^  \{)"(\w+)"', code["src/fault/parameters.c"], re.M)  # numbers, choices; switches
+    return re.findall(r'(?:\[FAULT_\w+\]\s*=\s*\{|^  \{)"(\w+)"', code["src/fault/setup/parameters.c"], re.M)  # numbers, choices; switches
 
 
 def read(code):
@@ -81,7 +81,7 @@ class Options(ScriptTest):
         call = re.compile(r'PetscOptions(?:Bool|EList|Enum|FList|Int|IntArray|Real|RealArray|String|Viewer)\(\s*"-(\w+)"')
         names = {name for content in self.code.values() for name in call.findall(content)}
         self.assertGreater(len(names), 50)
-        petsc = set(re.findall(r'\{"-(\w+)"', self.code["src/sys/options.c"])) - declared(self.code)
+        petsc = set(re.findall(r'\{"-(\w+)"', self.code["src/sys/solveroptions.c"])) - declared(self.code)
         self.assertEqual(sorted(name for name in names - petsc if not name.startswith(OURS)), [])
 
     def test_every_list_is_found(self):

@@ -2,7 +2,7 @@
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipelastic.h>
-#include <slipstep/private/sliprecordfiles.h>
+#include <slipstep/private/sliprunfiles.h>
 #include <math.h>
 #include "tempdir.h"
 

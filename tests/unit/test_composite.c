@@ -1,4 +1,4 @@
-/* Numbers of the composite step (src/core/bathe.c) against what defines them: the orders of the formulas. */
+/* Numbers of the composite step (src/core/batheweights.c) against what defines them: the orders of the formulas. */
 #include "unit.h"
 #include <slipcore.h>
 #include <math.h>

@@ -1,6 +1,6 @@
-/* What work costs (src/sys/products.c): for whom it is, sums without rounding, and what PETSc's log counts. */
-#define _POSIX_C_SOURCE 200809L /* of products.c */
-#include "../../src/sys/products.c"
+/* What work costs (src/sys/workcounts.c): for whom it is, sums without rounding, and what PETSc's log counts. */
+#define _POSIX_C_SOURCE 200809L /* of workcounts.c */
+#include "../../src/sys/workcounts.c"
 #include "unit.h"
 
 static PetscReal CostOf(SlipProductsUser user)

@@ -1,6 +1,6 @@
-/* Every pair of features of a fault and of its runs (src/fault/features.c) on twelve cells: what the table allows runs
-   to its end, stays finite and keeps its energy, and what it does not is refused with the sentence of its rule, as is
-   what lacks something that it needs. Argument -pairs: prints what became of each. */
+/* Every pair of features of a fault and of its runs (src/fault/setup/features.c) on twelve cells: what the table allows
+   runs to its end, stays finite and keeps its energy, and what it does not is refused with the sentence of its rule, as
+   is what lacks something that it needs. Argument -pairs: prints what became of each. */
 #define _POSIX_C_SOURCE 200809L /* dup2(), fdopen() */
 #include "unit.h"
 #include "tempdir.h"
@@ -11,7 +11,8 @@
 #include <math.h>
 
 enum { NX = 4, NZ = 3, N = NX * NZ };
-/* of an event, from which on a run is warned (src/record/catalogue.c): errors of the powers' quadrature over steps */
+/* of an event, from which on a run is warned (src/run/catalogue/catalogue.c): errors of the powers' quadrature over
+   steps */
 #define RESIDUAL 0.035
 
 /* How each is switched on; beside: what gives a run something to do with it, which any other feature may change;

@@ -1,6 +1,6 @@
 /* Lines of progress: when they are due, and how long a run will take. */
 #include "unit.h"
-#include <slipstep/private/sliprecord.h>
+#include <slipstep/private/sliprun.h>
 #include <math.h>
 
 /* elapsed and since [s]; before the first line they are the same */

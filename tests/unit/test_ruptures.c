@@ -68,31 +68,6 @@ static void broken(void **state)
   ok(RunEpisodeDestroy(&e));
 }
 
-/* Steps that are given: those of the reference give its course again, but for the rounding of times that are summed up;
-   a step to the end alone, whose two stages cannot follow a rupture, is off by more than a tenth; and half as many
-   steps are worse. */
-static void stepped(void **state)
-{
-  RunEpisode *e = created(LARGE);
-  PetscReal all, half, one;
-  PetscInt n;
-  double *dt;
-
-  (void)state;
-  n = e->reference.course.n - 1;
-  ok(PetscMalloc1(n, &dt));
-  for (PetscInt i = 0; i < n; i++)
-    dt[i] = (double)(e->reference.course.data[3 * (i + 1)] - e->reference.course.data[3 * i]);
-  ok(RuptureRunSteps(e, n - 1, dt, &all));
-  for (PetscInt i = 0; i < n / 2; i++) dt[i] = dt[2 * i] + dt[2 * i + 1];
-  ok(RuptureRunSteps(e, n / 2 - 1, dt, &half));
-  ok(RuptureRunSteps(e, 0, dt, &one));
-  if (!(all >= 0 && all < 1e-8 && half > 1e-6 && half < 1e-2 && (one < 0 || one > 0.1)))
-    fail_msg("%g, %g, %g", (double)all, (double)half, (double)one);
-  ok(PetscFree(dt));
-  ok(RunEpisodeDestroy(&e));
-}
-
 /* ---- of a family ---- */
 
 static void read_family(const char lines[], Family *family)
@@ -262,4 +237,4 @@ static void named(void **state)
   ok(SlipPolicyDestroy(&expected));
 }
 
-SLIP_TESTS(measured, broken, stepped, stressed, varied, shipped, named)
+SLIP_TESTS(measured, broken, stressed, varied, shipped, named)

@@ -1,7 +1,7 @@
 /* What a step may err by, and where it ends for what stops within it, from formulas of one cell and of parabolas. */
 #include "unit.h"
 #include "faultstart.h"
-#include <slipstep/private/sliprecord.h>
+#include <slipstep/private/sliprun.h>
 #include <math.h>
 #include "tempdir.h"
 

@@ -121,10 +121,15 @@ PetscErrorCode CMAOptionsSet(MPI_Comm comm, const Problem *problem, CMAOptions *
     PetscBool given;
 
     PetscCall(FamilyOption(PetscOptionsObject, &family));
-    PetscCall(ProblemOption(PetscOptionsObject, PETSC_TRUE, &o->problem));
+    PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_BY_RUNS, &o->problem));
     PetscCall(PetscOptionsHasName(NULL, NULL, "-train_problem", &given));
     for (PetscInt k = 0; family && !given && ProblemTable[k]; ++k)
       if (!strcmp(family->problem, ProblemTable[k]->name)) o->problem = ProblemTable[k];
+    PetscCheck(
+      o->problem->cma->setup, comm, PETSC_ERR_SUP,
+      "-train_family %s: no policy of the problem %s is trained, as none won; expected ruptures or events from "
+      "rest, or -train_algorithm tolerances",
+      family->file, o->problem->name);
     PetscCall(CMACheckFamily(o->problem, family));
     o->family = family;
   }

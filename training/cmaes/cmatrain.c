@@ -103,7 +103,7 @@ static PetscErrorCode Choose(CMATrainer *t, Random *random, PetscInt first, Pets
 
     deck[i] = deck[j];
     deck[j] = swap;
-    b->dial[b->n] = t->cma->dial == CMA_DIAL_DRAWN ? (PetscReal)RandomLog(random, t->o.low, t->o.high) : 1;
+    b->dial[b->n] = 1;
     b->episode[b->n++] = deck[i];
   }
   PetscCall(PetscFree(deck));

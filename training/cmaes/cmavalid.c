@@ -17,10 +17,7 @@ static PetscErrorCode ValidationRun(const CMATrainer *t, const CMASet *set, Slip
   EpisodeResult r;
 
   PetscFunctionBegin;
-  if (t->cma->judged)
-    dial = t->cma->judged[k % dials];
-  else if (t->cma->dial != CMA_DIAL_NONE)
-    dial = t->o.low * PetscPowReal(t->o.high / t->o.low, x);
+  if (t->cma->dial != CMA_DIAL_NONE) dial = t->o.low * PetscPowReal(t->o.high / t->o.low, x);
   PetscCall((*t->cma->run)(set->episode[k / dials], policy, dial, &r));
   row[COST] = r.cost;
   row[SOLVES] = PetscLogReal((PetscReal)r.solves);

@@ -21,7 +21,7 @@ PetscErrorCode LadderCreate(const Problem *problem, void *family, PetscInt seed,
   PetscCheck(problem->cma->classical, PETSC_COMM_SELF, PETSC_ERR_SUP,
              "-train_problem %s has no runs under classical controllers", problem->name);
   *l = (Ladder){.cma = problem->cma, .n = n, .o = {.problem = problem, .family = family}};
-  PetscCall((*l->cma->setup)(&l->o));
+  if (l->cma->setup) PetscCall((*l->cma->setup)(&l->o));
   PetscCall(PetscStrToArray(controllers, ',', &l->ncontrollers, &names));
   PetscCheck(l->ncontrollers >= 1 && l->ncontrollers <= LADDER_MAX_CONTROLLERS, PETSC_COMM_SELF,
              PETSC_ERR_ARG_OUTOFRANGE, "controllers %s: expected 1 to %d", controllers, LADDER_MAX_CONTROLLERS);

@@ -38,7 +38,7 @@ static PetscErrorCode OptionsSet(MPI_Comm comm, Options *o)
   *o = (Options){.n = 64, .within = (PetscReal)0.97, .controllers = DIAL_CONTROLLERS};
   PetscOptionsBegin(comm, NULL, "Tolerances of classical controllers by the accuracy that they keep", "train");
   PetscCall(FamilyOption(PetscOptionsObject, &o->family));
-  PetscCall(ProblemOption(PetscOptionsObject, PETSC_TRUE, &o->problem));
+  PetscCall(ProblemOption(PetscOptionsObject, PROBLEM_CLASSICAL, &o->problem));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-train_problem", &given));
   for (PetscInt k = 0; o->family && !given && ProblemTable[k]; ++k)
     if (!strcmp(o->family->problem, ProblemTable[k]->name)) o->problem = ProblemTable[k];

@@ -11,8 +11,7 @@ enum {
   CMA_KINDS = 2  /* single cells and meshes; other problems have the first only */
 };
 
-typedef struct _RatioNetwork RatioNetwork; /* runs/ratiopolicy.h */
-typedef struct _RunKind RunKind;           /* runs/runs.h */
+typedef struct _RunKind RunKind; /* runs/runs.h */
 
 /* The -train_ options of -train_algorithm cmaes */
 typedef struct {
@@ -72,9 +71,8 @@ typedef struct {
 typedef void (*EpisodeWatchFn)(PetscInt n, const PetscReal obs[], void *ctx);
 
 typedef enum {
-  CMA_DIAL_NONE,   /* runs have no accuracy that is wanted */
-  CMA_DIAL_SPREAD, /* a generation's positions are spread evenly over the range, and validation's too; calibrated */
-  CMA_DIAL_DRAWN   /* each is drawn with its episode */
+  CMA_DIAL_NONE,  /* runs have no accuracy that is wanted */
+  CMA_DIAL_SPREAD /* a generation's positions are spread evenly over the range, and validation's too; calibrated */
 } CMADial;
 
 struct _CMAProblem {
@@ -83,14 +81,12 @@ struct _CMAProblem {
   PetscInt stream; /* the first of four: training, validation, generations, calibration */
   PetscInt first;  /* number of the first generation in its stream */
   CMADial dial;
-  const PetscReal *judged; /* positions of the dial in validations [CMA_DIALS]; NULL: spread */
-  PetscBool kinds;         /* single cells and meshes; options speak of these */
-  PetscBool start_counts;  /* the start is validated as well */
-  const char *measure;     /* what the dial bounds, for the policy's attribute; NULL: not said */
-  /* What the functions of these headers go by; NULL: the row has others */
-  const RatioNetwork *network;
-  const RunKind *runs;
-  /* Observations, defaults of all numbers, activation. */
+  PetscBool kinds;        /* single cells and meshes; options speak of these */
+  PetscBool start_counts; /* the start is validated as well */
+  const char *measure;    /* what the dial bounds, for the policy's attribute; NULL: not said */
+  const RunKind *runs;    /* of runs of the library; NULL: others */
+  /* Observations, defaults of all numbers, activation. NULL: no policy of the problem is trained, it is for classical
+     controllers */
   PetscErrorCode (*setup)(CMAOptions *o);
   void (*start)(const CMAOptions *o, double w[]); /* the first mean, w 0 on entry [CMACount()] */
   /* The action and attributes of a policy whose network is made. */
@@ -111,10 +107,10 @@ struct _CMAProblem {
 /* Names that end with NULL, and the scaling that brings them to order one */
 PETSC_INTERN PetscErrorCode CMAObservationsSet(CMAOptions *o, const char *const names[]);
 /* An observation, scaled and shifted to order one; start: by how much it moves the logarithm of the ratio of steps at
-   the start. stable: of a second bound of that ratio, where there is one */
+   the start */
 typedef struct {
   const char *name;
-  double scale, offset, start, stable;
+  double scale, offset, start;
 } CMARow;
 PETSC_INTERN PetscErrorCode CMARowsSet(CMAOptions *o, PetscInt n, const CMARow row[]);
 PETSC_INTERN PetscInt CMACount(const CMAOptions *o); /* weights, and what is trained besides */

@@ -237,7 +237,7 @@ static PetscErrorCode CheckKind(Family *family)
   for (PetscInt k = 0; law && k < law->nchoices && family->stress; ++k)
     PetscCheck(strcmp(law->choice[k], "rate_and_state"), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
                "line %" PetscInt_FMT ": -fault_friction_law: rate_and_state has no ruptures from a given stress here, "
-               "expected another law (its cycles have -train_problem cycles)",
+               "expected another law (cycles keep -fault_accuracy without a policy)",
                law->number);
   PetscCheck(family->problem, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
              "line %" PetscInt_FMT
@@ -362,7 +362,7 @@ PetscErrorCode FamilyCheck(const Family *family, PetscBool draws, const char pro
              "-train_family is for faults with an accuracy dial: expected -train_algorithm cmaes, or -train_problem "
              "fault_dial");
   PetscCheck(!family || !strcmp(family->problem, problem), PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG,
-             "-train_family %s describes %s, expected -train_algorithm cmaes and -train_problem %s, or none",
-             family->file, Describes(family), family->problem);
+             "-train_family %s describes %s, expected -train_problem %s, or none", family->file, Describes(family),
+             family->problem);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

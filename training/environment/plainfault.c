@@ -348,27 +348,6 @@ PetscBool PlainFaultAttempt(PlainFault *p, double h)
   return PETSC_TRUE;
 }
 
-/* TSBatheEmbeddedError() and TSBatheErrorNorm() */
-double PlainFaultError(const PlainFault *p, double h, const PetscReal atol[], double rtol)
-{
-  const PetscInt n = p->n;
-  const SlipBathe c = p->bathe;
-  const double *start[] = {p->v, p->u, p->s}, *end[] = {p->v2, p->u2, p->s2};
-  double sum = 0;
-
-  for (PetscInt i = 0; i < n; ++i)
-    for (PetscInt k = 0; k < 3; ++k) {
-      const double w0 = start[k][i], w1 = p->w1[k * n + i], w2 = end[k][i];
-      const double k0 = k == 0 ? p->k0[i] : k == 1 ? p->v[i] : fabs(p->v[i]); /* slip laws: ds/dt = |v| */
-      const double k1 = (w1 - w0) / (c.theta[0] * h) - k0, k2 = SlipBatheEndRate(&c, c.theta[1] * h, w0, w1, w2);
-      const double e = k == 0 && w2 == 0 ? 0 : h * (c.error[0] * k0 + c.error[1] * k1 + c.error[2] * k2);
-      const double scaled = e / (atol[3 * i + k] + rtol * PetscMax(fabs(w2), fabs(w2 - e)));
-
-      sum += scaled * scaled;
-    }
-  return SlipBatheRoundError(sqrt(sum / (3 * (double)n)));
-}
-
 double PlainFaultStrength(const PlainFault *p, PetscInt i)
 {
   PetscReal mu, ds, dv;

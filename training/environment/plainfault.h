@@ -45,9 +45,6 @@ PETSC_INTERN PetscBool PlainFaultAttempt(PlainFault *p, double h);
    PlainFaultLimit() [s] */
 PETSC_INTERN PetscBool PlainFaultKick(PlainFault *p, double h);
 PETSC_INTERN double PlainFaultLimit(const PlainFault *p);
-/* The embedded error estimate of that step before it is accepted, as the library's controllers see it: relative to atol
-   [3 n], in the order v, u, s of each cell, and rtol. */
-PETSC_INTERN double PlainFaultError(const PlainFault *p, double h, const PetscReal atol[], double rtol);
 PETSC_INTERN void PlainFaultAccept(PlainFault *p);
 /* Strength of cell i in the state, and what all weakening would still take from it [Pa] */
 PETSC_INTERN double PlainFaultStrength(const PlainFault *p, PetscInt i);

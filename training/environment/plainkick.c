@@ -1,4 +1,5 @@
-/* See plainfault.h: the explicit step of src/ts/moreau.c and src/fault/kick.c, with entries in place of products. */
+/* See plainfault.h: the explicit step of src/ts/moreau.c and src/fault/stage/explicitkick.c, with entries in place of
+   products. */
 #include "plainfault.h"
 #include <slipcompat.h>
 #include <math.h>

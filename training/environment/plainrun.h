@@ -1,5 +1,5 @@
 /* Runs of a plain fault: under a policy what TSSolve() with TSADAPTRL does, and what the library's observations would
-   say; under a digital filter what it does with TSADAPTPI. */
+   say. */
 #pragma once
 #include "plainfault.h"
 #include "plainpolicy.h"
@@ -18,7 +18,3 @@ typedef PetscErrorCode (*PlainWatchFn)(const PlainFault *p, double time, void *c
 PETSC_INTERN PetscErrorCode PlainRun(PlainFault *p, PlainPolicy *policy, PetscReal accuracy, PetscReal tmax,
                                      const SlipMethodCosts *costs, PetscInt max_steps, PlainWatchFn fn, void *ctx,
                                      PlainTotals *totals);
-/* atol [3 n] of v, u, s of each cell; dt: first step [s]. Ends likewise. */
-PETSC_INTERN PetscErrorCode PlainRunFilter(PlainFault *p, const SlipFilter *filter, const PetscReal atol[],
-                                           PetscReal rtol, PetscReal dt, PetscReal tmax, PetscInt max_steps,
-                                           PlainWatchFn fn, void *ctx, PlainTotals *totals);

@@ -26,7 +26,7 @@ PETSC_INTERN void OdeDraw(Random *random, PetscInt kind, Ode *ode);
 typedef enum {
   ODE_BS32,  /* Bogacki and Shampine (1989) */
   ODE_DP54,  /* Dormand and Prince (1980) */
-  ODE_BATHE, /* the composite step of src/core/bathe.c, with Newton's method */
+  ODE_BATHE, /* the composite step of src/core/batheweights.c, with Newton's method */
   ODE_PAIRS
 } OdePair;
 

@@ -9,10 +9,10 @@
 
 /* What is observed, its scaling for the network, and the filter at the start: a PI controller whose exponents are those
    of Hairer and Wanner (II, p. 31), 0.7 and -0.4 times q: 0.3 of the error's step and 0.4 of its change. */
-static const CMARow Rows[] = {{"log_error_step", 3, 0, 0.3, 0}, {"change_log_error_step", 3, 0, 0.4, 0},
-                              {"log_step_ratio", 3, 0, 0, 0},   {"change_log_step_ratio", 3, 0, 0, 0},
-                              {"rejected", 1, 0, -0.1, 0},      {"rejections", 3, 0, 0, 0},
-                              {"order", 0.25, 0, 0, 0}};
+static const CMARow Rows[] = {{"log_error_step", 3, 0, 0.3}, {"change_log_error_step", 3, 0, 0.4},
+                              {"log_step_ratio", 3, 0, 0},   {"change_log_step_ratio", 3, 0, 0},
+                              {"rejected", 1, 0, -0.1},      {"rejections", 3, 0, 0},
+                              {"order", 0.25, 0, 0}};
 enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows) };
 #define FILTER_BIAS (-0.03) /* log10 of the safety factor */
 

@@ -321,25 +321,6 @@ PetscErrorCode EpisodeCreateProducts(const Family *family, uint64_t seed, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **episode)
-{
-  Episode *e;
-
-  PetscFunctionBegin;
-  PetscCall(New(&e));
-  PetscCall(PetscObjectReference((PetscObject)fault));
-  e->fault = fault;
-  e->tmax = tmax;
-  PetscCall(SetUp(e));
-  PetscCheck(e->plain.known.critical_stiffness > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "The fault has no strength to lose: nothing would slip");
-  PetscCall(Reference(e, tmax));
-  PetscCheck(e->slip > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "Nothing slips in the %g s of -ts_max_time",
-             (double)tmax);
-  *episode = e;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode EpisodeDestroy(void **episode)
 {
   Episode *e = (Episode *)*episode;
@@ -492,48 +473,6 @@ PetscErrorCode EpisodeRunClassical(void *episode, TSAdaptType type, PetscReal rt
   PetscCall(TSGetAdapt(e->ts, &adapt));
   PetscCall(TSAdaptSetType(adapt, TSADAPTRL));
   PetscCall(TSAdaptRLSetStrict(adapt, PETSC_TRUE));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode EpisodeRunFilter(Episode *e, const SlipFilter *filter, PetscReal rtol, EpisodeResult *result)
-{
-  PlainTotals totals;
-  const PetscScalar *a;
-  PetscReal atol[3 * EPISODE_MAX_CELLS];
-  Vec vatol;
-
-  PetscFunctionBegin;
-  PetscCall(TSGetTolerances(e->ts, NULL, &vatol, NULL, NULL));
-  PetscCall(VecGetArrayRead(vatol, &a));
-  for (PetscInt i = 0; i < 3 * e->plain.n; ++i) atol[i] = PetscRealPart(a[i]);
-  PetscCall(VecRestoreArrayRead(vatol, &a));
-  PetscCall(Forget(e));
-  PlainFaultSetState(&e->plain, e->plain_start);
-  PetscCall(PlainRunFilter(&e->plain, filter, atol, rtol, FIRST_STEP * e->tstar, e->tmax, EPISODE_MAX_STEPS,
-                           MeasurePlain, e, &totals));
-  EpisodeConclude(e, totals.attempts, totals.accepted, result);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode EpisodeRunSteps(Episode *e, PetscInt n, const double dt[], EpisodeResult *result)
-{
-  PlainFault *p = &e->plain;
-  PetscInt attempts = 0, accepted = 0;
-  PetscReal t = 0;
-
-  PetscFunctionBegin;
-  PetscCall(Forget(e));
-  PlainFaultSetState(p, e->plain_start);
-  for (; attempts <= n && t < e->tmax; ++attempts) {
-    const PetscReal left = e->tmax - t, h = attempts < n ? PetscMin(dt[attempts], left) : left;
-
-    if (!PlainFaultAttempt(p, h)) break;
-    PlainFaultAccept(p);
-    ++accepted;
-    t = h < left ? t + h : e->tmax;
-    PetscCall(MeasurePlain(p, t, e));
-  }
-  EpisodeConclude(e, attempts, accepted, result);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

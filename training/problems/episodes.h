@@ -78,11 +78,6 @@ PETSC_INTERN PetscErrorCode EpisodeCreate(const Family *family, uint64_t seed, P
 /* Of these, and what its steps cost */
 PETSC_INTERN PetscErrorCode EpisodeCreateProducts(const Family *family, uint64_t seed, PetscInt side,
                                                   Episode **episode);
-/* A given fault on one process, parameters set but not set up, until tmax [s]; without a TS: for EpisodeRunSteps(). Of
-   up to EPISODE_MAX_CELLS cells, as it is dense. */
-PETSC_INTERN PetscErrorCode EpisodeCreateFault(SlipFault fault, PetscReal tmax, Episode **episode);
-/* Steps dt [n] [s] without objects, and one to the end; a step that fails ends the run. */
-PETSC_INTERN PetscErrorCode EpisodeRunSteps(Episode *e, PetscInt n, const double dt[], EpisodeResult *result);
 PETSC_INTERN PetscErrorCode EpisodeDestroy(void **episode); /* Episode * */
 /* Without objects when that knows what the policy observes, else by the library; the latter always with
    EpisodeRunLibrary(). */
@@ -95,9 +90,6 @@ PETSC_INTERN PetscErrorCode EpisodeRunLibrary(Episode *e, SlipPolicy policy, Pet
 /* The latter without its result: what the TS took; a user's problem too */
 PETSC_INTERN PetscErrorCode EpisodeSolve(Episode *e, SlipPolicy policy, PetscReal accuracy, PetscInt *accepted,
                                          PetscInt *solves);
-/* Under a digital filter, with the fault's tolerances but for rtol; drawn faults only. */
-PETSC_INTERN PetscErrorCode EpisodeRunFilter(Episode *e, const SlipFilter *filter, PetscReal rtol,
-                                             EpisodeResult *result);
 /* By the library under a classical controller in place of a policy, see CMAProblem */
 PETSC_INTERN PetscErrorCode EpisodeRunClassical(void *episode, TSAdaptType type, PetscReal rtol, EpisodeResult *result);
 /* By the library, with an observer of every observation vector of the policy; a user's problem too */

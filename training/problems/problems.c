@@ -3,11 +3,21 @@
 #include "common/options.h"
 #include <slipcompat.h>
 
-const Problem *const ProblemTable[] = {&ProblemFault,    &ProblemDial,      &ProblemProducts, &ProblemSlidingMode,
-                                       &ProblemCircuit,  &ProblemOde,       &ProblemCycles,   &ProblemRupture,
-                                       &ProblemSequence, &ProblemInjection, &ProblemSmooth,   NULL};
+const Problem *const ProblemTable[] = {
+  &ProblemFault, &ProblemDial,   &ProblemProducts, &ProblemSlidingMode, &ProblemCircuit,
+  &ProblemOde,   &ProblemCycles, &ProblemRupture,  &ProblemSequence,    &ProblemInjection,
+  NULL};
 
-PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, PetscBool by_cma, const Problem **row)
+static PetscBool Fits(const Problem *p, ProblemUse use)
+{
+  const PetscBool fits[] = {[PROBLEM_BY_STEPS] = p->create ? PETSC_TRUE : PETSC_FALSE,
+                            [PROBLEM_BY_RUNS] = p->cma && p->cma->setup ? PETSC_TRUE : PETSC_FALSE,
+                            [PROBLEM_CLASSICAL] = p->cma && p->cma->classical ? PETSC_TRUE : PETSC_FALSE};
+
+  return fits[use];
+}
+
+PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, ProblemUse use, const Problem **row)
 {
   const char *names[PETSC_STATIC_ARRAY_LENGTH(ProblemTable)] = {NULL};
   const Problem *rows[PETSC_STATIC_ARRAY_LENGTH(ProblemTable)];
@@ -16,7 +26,7 @@ PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, PetscBool by_cm
 
   PetscFunctionBegin;
   for (PetscInt i = 0; ProblemTable[i]; ++i) {
-    if (by_cma ? !ProblemTable[i]->cma : !ProblemTable[i]->create) continue;
+    if (!Fits(ProblemTable[i], use)) continue;
     PetscCall(
       TextAdd(text, sizeof(text), "%s%s, %s", n ? "; " : ": ", ProblemTable[i]->name, ProblemTable[i]->meaning));
     rows[n] = ProblemTable[i];

@@ -8,11 +8,15 @@
 
 PETSC_INTERN const Problem *const ProblemTable[]; /* ends with NULL */
 PETSC_INTERN const Problem ProblemFault, ProblemDial, ProblemProducts, ProblemSlidingMode, ProblemCircuit;
-PETSC_INTERN const Problem ProblemOde, ProblemCycles, ProblemRupture, ProblemSequence, ProblemInjection,
-  ProblemSmooth; /* wings of their own */
+PETSC_INTERN const Problem ProblemOde, ProblemCycles, ProblemRupture, ProblemSequence,
+  ProblemInjection; /* wings of their own */
 PETSC_INTERN const CMAProblem CMAFault, CMASmall, CMAUser;
 PETSC_INTERN const Evaluation EvaluationFault, EvaluationSlidingMode, EvaluationCircuit;
-/* -train_problem between PetscOptionsBegin() and PetscOptionsEnd(): of those for -train_algorithm cmaes, or of those
-   that go step by step */
-PETSC_INTERN PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, PetscBool by_cma, const Problem **row);
+typedef enum {
+  PROBLEM_BY_STEPS, /* a policy is trained step by step */
+  PROBLEM_BY_RUNS,  /* a policy is trained by whole runs, -train_algorithm cmaes */
+  PROBLEM_CLASSICAL /* runs under classical controllers */
+} ProblemUse;
+/* -train_problem between PetscOptionsBegin() and PetscOptionsEnd(): of the problems that can be used so */
+PETSC_INTERN PetscErrorCode ProblemOption(SlipOptionItems PetscOptionsObject, ProblemUse use, const Problem **row);
 PETSC_INTERN PetscErrorCode ProblemDescribeDraws(char text[], size_t len); /* all rows of the table */

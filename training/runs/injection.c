@@ -1,6 +1,5 @@
-/* Small faults that slip under a pore pressure alone (train -train_algorithm cmaes -train_problem injection): the
-   problem by which tolerances of injections are measured. Its network begins as the elementary controller. */
-#include "ratiopolicy.h"
+/* Small faults that slip under a pore pressure alone (train -train_algorithm tolerances
+   -train_problem injection): the problem by which tolerances of injections are measured. */
 #include "runs.h"
 #include <slipcompat.h>
 
@@ -69,46 +68,12 @@ const RunKind RunInjection = {.size = sizeof(RunEpisode),
                                 "slips: expected one of which a tenth of the cells, and three of them, slip a "
                                 "hundredth of the most",
                               .work = PETSC_TRUE,
-                              .lost = 6,
-                              .free = 0.8,
-                              .steep = 2,
                               .worst = 50};
 
-/* ---- the problem for CMA-ES ---- */
+/* ---- the problem: no policy of it is trained ---- */
 
-static const CMARow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0, 0}, {"log_error_step", 1, 0, 1, 0},
-                              {"log_step_ratio", 1, 0, 0, 0},       {"rejected", 1, 0, 0, 0},
-                              {"sliding_fraction", 1, 0, 0, 0},     {"change_sliding_fraction", 2, 0, 0, 0},
-                              {"time_fraction", 2, -1, 0, 0},       {"log_step_share", 0.5, 1, 0, 0},
-                              {"log_step_past", 0.5, 0.5, 0, 0},    {"log_velocity", 0.2, 1, 0, 0},
-                              {"change_log_velocity", 1, 0, 0, 0}};
-static const CMAOptions Defaults = {.nsingle = 40,
-                                    .batch_single = 16,
-                                    .validation = 8,
-                                    .calibration = 24,
-                                    .diagonal = 10,
-                                    .generations = 139,
-                                    .sigma = 0.1};
-static const RatioNetwork Network = {.defaults = &Defaults,
-                                     .rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
-                                     .units = 8,
-                                     .row = Rows,
-                                     .bias = RATIO_SAFETY,
-                                     .dial = {2e-3, 1e-1},
-                                     .unit = 1e-2,
-                                     .rtol = 0.1,
-                                     .power = 0.6};
-
-static const CMAProblem CMAInjections = {RUNS,
-                                         RATIO_FUNCTIONS,
-                                         .episodes = "faults",
-                                         .stream = 15,
-                                         .dial = CMA_DIAL_SPREAD,
-                                         .create = RunsCreate,
-                                         .network = &Network,
-                                         .runs = &RunInjection,
-                                         .classical = RunsClassical,
-                                         .say = RunsSay};
+static const CMAProblem CMAInjections = {RUNS, .stream = 15, .runs = &RunInjection, .create = RunsCreate,
+                                         .classical = RunsClassical};
 
 const Problem ProblemInjection = {
   .name = "injection", .meaning = "small faults that slip under a pore pressure", .cma = &CMAInjections};

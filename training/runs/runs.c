@@ -72,7 +72,6 @@ typedef struct {
 
 static PetscErrorCode Follow(TS ts, PetscInt step, PetscReal t, Vec w, Under *under)
 {
-  const RunRequest *q = under->request;
   RunWatch *watch = &under->watch;
   const RunKind *kind = watch->e->kind;
   const PetscReal *a;
@@ -90,11 +89,6 @@ static PetscErrorCode Follow(TS ts, PetscInt step, PetscReal t, Vec w, Under *un
   PetscCall(VecRestoreArrayRead(w, &a));
   watch->last = t;
   watch->rate = rate;
-  if (q->steps && t < q->end) {
-    const PetscReal left = q->end - t, h = step < q->nsteps ? (PetscReal)q->steps[step] : left;
-
-    PetscCall(TSSetTimeStep(ts, PetscMin(h, left)));
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -363,23 +357,6 @@ PetscErrorCode RunEpisodeCreate(const RunKind *kind, const Family *family, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode RunEpisodeOfFault(const RunKind *kind, SlipFault fault, PetscReal end, RunEpisode **e)
-{
-  Vec w;
-
-  PetscFunctionBegin;
-  PetscCall(PetscCalloc(kind->size, e));
-  (*e)->kind = kind;
-  (*e)->fault = fault;
-  (*e)->end = end;
-  PetscCall(SlipFaultReference(fault));
-  PetscCall(SlipFaultCreateState(fault, &w));
-  PetscCall(VecGetSize(w, &(*e)->n));
-  PetscCall(VecDestroy(&w));
-  (*e)->n /= 3;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode RunEpisodeDestroy(RunEpisode **e)
 {
   PetscFunctionBegin;
@@ -409,7 +386,7 @@ PetscErrorCode RunsRun(void *episode, SlipPolicy policy, PetscReal accuracy, Epi
   PetscFunctionBegin;
   PetscCall(RunEpisodeRun(e, policy, NULL, accuracy, r));
   r->cost = kind->lost;
-  if (r->done == 1)
+  if (r->done == 1 && kind->lost > 0)
     r->cost =
       PetscLogReal(kind->work ? r->work / e->work : (PetscReal)r->solves / r->usual) +
       kind->steep * PetscLogReal(PetscClipInterval(r->error / (kind->free * accuracy), (PetscReal)1, kind->worst));

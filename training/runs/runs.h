@@ -60,8 +60,6 @@ typedef struct {
   PetscReal end;   /* [s] */
   PetscInt most;   /* accepted steps */
   PetscInt events; /* after which it ends; 0: never */
-  PetscInt nsteps; /* steps [nsteps] [s], then one to the end; NULL: the controller's */
-  const double *steps;
 } RunRequest;
 
 struct _RunKind {
@@ -84,20 +82,18 @@ struct _RunKind {
   PetscInt most;        /* steps of classical controllers; 0: the episode's */
   const char *expected; /* of a family: what its faults shall do */
   PetscBool work;       /* a run costs its work, not its solves: e->work is set */
-  PetscReal lost;       /* cost of a run that did not end */
+  PetscReal lost;       /* cost of a run that did not end; 0: no policy of the kind is trained, and no run has a cost */
   PetscReal free;       /* errors up to this share of the dial cost nothing, */
   PetscReal steep;      /* larger ones this power of them, */
   PetscReal worst;      /* up to so many times that; the error of a run that did not end */
 };
 
-PETSC_INTERN const RunKind RunRupture, RunInjection, RunSequence, RunSmooth, RunCycles;
+PETSC_INTERN const RunKind RunRupture, RunInjection, RunSequence, RunCycles;
 
 /* ---- runs.c ---- */
 /* Of a seed: draws are repeated until one is good */
 PETSC_INTERN PetscErrorCode RunEpisodeCreate(const RunKind *kind, const Family *family, PetscInt larger, uint64_t seed,
                                              RunEpisode **e);
-/* Of a fault that is set up: its reference, set by the caller, is missing */
-PETSC_INTERN PetscErrorCode RunEpisodeOfFault(const RunKind *kind, SlipFault fault, PetscReal end, RunEpisode **e);
 PETSC_INTERN PetscErrorCode RunEpisodeDestroy(RunEpisode **e);
 PETSC_INTERN PetscErrorCode RunIntegrate(RunEpisode *e, const RunRequest *request, RunResult *r);
 PETSC_INTERN PetscErrorCode RunResultDestroy(RunResult *r);
@@ -160,9 +156,5 @@ PETSC_INTERN PetscErrorCode InjectionDraw(RunEpisode *e, Random *random);
 PETSC_INTERN PetscErrorCode RunDrawOfFamily(RunEpisode *e, Random *random);
 /* ---- rupture.c ---- */
 #define RUN_RUPTURE_RTOL 1e-5 /* of the reference, by pi */
-/* Of a fault that is set up, until end [s] */
-PETSC_INTERN PetscErrorCode RuptureOfFault(SlipFault fault, PetscReal end, RunEpisode **e);
-/* Steps dt [n] [s] and one to the end. error: negative where a step fails */
-PETSC_INTERN PetscErrorCode RuptureRunSteps(RunEpisode *e, PetscInt n, const double dt[], PetscReal *error);
 /* ---- cyclesdraw.c: of rate and state, not set up ---- */
 PETSC_INTERN PetscErrorCode CyclesDraw(RunEpisode *e, Random *random, PetscReal *side); /* the longer one [m] */

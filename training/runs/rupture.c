@@ -1,6 +1,5 @@
 /* Ruptures of small faults from a given stress, which begin in a patch (train -train_algorithm cmaes -train_problem
    rupture): the problem of training/policies/rupture.h5, whose network begins as a digital filter. */
-#include "ratiopolicy.h"
 #include "runs.h"
 #include "common/files.h"
 #include <slipcompat.h>
@@ -179,39 +178,8 @@ const RunKind RunRupture = {.size = sizeof(RunEpisode),
                             .steep = 2,
                             .worst = 50};
 
-PetscErrorCode RuptureRunSteps(RunEpisode *e, PetscInt n, const double dt[], PetscReal *error)
-{
-  const RunRequest given = {NULL,          TSADAPTNONE, RUN_RUPTURE_RTOL, .end = e->end,
-                            .most = n + 1, .nsteps = n, .steps = dt};
-  PetscReal errors[SLIP_NUM_ERRORS];
-  RunResult r;
-
-  PetscFunctionBegin;
-  PetscCall(RunIntegrate(e, &given, &r));
-  *error = -1;
-  if (r.good && !r.rejected) PetscCall(Compare(e, &r, errors, error));
-  PetscCall(RunResultDestroy(&r));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode RuptureOfFault(SlipFault fault, PetscReal end, RunEpisode **episode)
-{
-  RunEpisode *e;
-
-  PetscFunctionBegin;
-  PetscCall(RunEpisodeOfFault(&RunRupture, fault, end, episode));
-  e = *episode;
-  PetscCall(SetLevel(e));
-  PetscCall(SetReference(e));
-  PetscCheck(e->reference.good, PETSC_COMM_SELF, PETSC_ERR_NOT_CONVERGED,
-             "The reference, pi at the tolerance %g, does not reach the %g s of -ts_max_time in %d attempts",
-             RUN_RUPTURE_RTOL, (double)end, MOST_ATTEMPTS);
-  PetscCheck(RunNodes(&e->reference)[e->reference.course.n - 1].slip > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "Nothing slips in the %g s of -ts_max_time", (double)end);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- the problem for CMA-ES ---- */
+/* ---- the problem for CMA-ES: a network whose step is a ratio to the last one, with a tolerance and a first step that
+   follow the dial ---- */
 
 /* The unit that is PI42, h_new = h E_n^(-0.6 q) E_(n-1)^(0.2 q), about estimates of 0.2: few attempts are rejected for
    E > 1 */
@@ -228,54 +196,93 @@ PetscErrorCode RuptureOfFault(SlipFault fault, PetscReal end, RunEpisode **episo
 #define LITTLE 2     /* d_c: where the broken cells slip less in the mean, */
 #define KEPT 0.5     /* this share of the faults is kept */
 
-static const CMARow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0, 0},
-                              {"log_error_step", 1, 0, PROPORTIONAL, 0},
-                              {"log_step_ratio", 1, 0, 0, 0},
-                              {"rejected", 1, 0, 0, 0},
-                              {"sliding_fraction", 1, 0, 0, 0},
-                              {"change_sliding_fraction", 2, 0, 0, 0},
-                              {"log_step", 0.3, 0.3, 0, 0},
-                              {"log_velocity", 0.3, 0, 0, 0},
-                              {"change_log_velocity", 1, 0, 0, 0},
-                              {"log_peak_ratio", 1, -0.5, 0, 0},
-                              {"growth", 0.3, 0, 0, 0},
-                              {"weakening", 1, -0.5, 0, 0},
-                              {"change_log_error_step", 1, 0, CHANGE, 0}};
-static const CMAOptions Defaults = {.more = 4, /* the first step besides the tolerance */
-                                    .nsingle = 56,
-                                    .batch_single = 12,
-                                    .validation = 8,
-                                    .calibration = 24,
-                                    .diagonal = 40,
-                                    .generations = 140,
-                                    .sigma = 0.1};
-static const RatioNetwork Network = {.defaults = &Defaults,
-                                     .rows = PETSC_STATIC_ARRAY_LENGTH(Rows),
-                                     .units = 4,
-                                     .row = Rows,
-                                     .bias = TARGET,
-                                     .dial = {2e-3, 1e-1},
-                                     .unit = 1e-2,
-                                     .rtol = RTOL_START,
-                                     .power = RTOL_POWER};
+static const CMARow Rows[] = {{SLIP_OBSERVES_ACCURACY, 1, 2, 0},
+                              {"log_error_step", 1, 0, PROPORTIONAL},
+                              {"log_step_ratio", 1, 0, 0},
+                              {"rejected", 1, 0, 0},
+                              {"sliding_fraction", 1, 0, 0},
+                              {"change_sliding_fraction", 2, 0, 0},
+                              {"log_step", 0.3, 0.3, 0},
+                              {"log_velocity", 0.3, 0, 0},
+                              {"change_log_velocity", 1, 0, 0},
+                              {"log_peak_ratio", 1, -0.5, 0},
+                              {"growth", 0.3, 0, 0},
+                              {"weakening", 1, -0.5, 0},
+                              {"change_log_error_step", 1, 0, CHANGE}};
+enum {
+  ROWS = PETSC_STATIC_ARRAY_LENGTH(Rows),
+  UNITS = 4,
+  NUMBERS = 4
+};                                             /* those: of the tolerance, of the first step */
+static const PetscReal Dial[2] = {2e-3, 1e-1}; /* of the training, and of the file */
+#define UNIT 1e-2                              /* the dial at which the numbers are said */
+#define LINEAR 0.4                             /* slope of the unit that is the controller at the start */
+#define DRAWN 0.3                              /* standard deviation of the other units' weights */
 
+static PetscErrorCode SetUp(CMAOptions *o)
+{
+  PetscFunctionBegin;
+  *o = (CMAOptions){.problem = o->problem,
+                    .family = o->family,
+                    .hidden = UNITS,
+                    .layers = 1,
+                    .activation = SLIP_ACTIVATION_TANH,
+                    .more = NUMBERS,
+                    .nsingle = 56,
+                    .batch_single = 12,
+                    .validation = 8,
+                    .calibration = 24,
+                    .side = 2, /* there are no meshes, and no generations that are late, but options of these */
+                    .late_single = 1,
+                    .diagonal = 40,
+                    .generations = 140,
+                    .interval = 5,
+                    .sigma = 0.1,
+                    .within = (PetscReal)0.95,
+                    .low = Dial[0],
+                    .high = Dial[1]};
+  PetscCall(CMARowsSet(o, ROWS, Rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* PI42 in one unit; weights of the others are drawn, and nothing reads them */
 static void Start(const CMAOptions *o, double w[])
 {
-  RatioStart(o, w);
-  CMARatioStart(FIRST_START, FIRST_POWER, w + RatioNumbers(o) + 2);
+  const PetscInt n = o->nobs, units = o->hidden;
+  double *bias = w + n * units, *out = bias + units, *number = w + CMACount(o) - NUMBERS;
+  Random random;
+
+  RandomSeed(&random, (uint64_t)o->seed);
+  for (PetscInt i = 0; i < (n + 1) * units; ++i) w[i] = DRAWN * RandomNormal(&random);
+  for (PetscInt i = 0; i < n; ++i) w[i] = 0;
+  for (PetscInt i = 0; i < ROWS; ++i) {
+    const PetscInt k = CMAFind(o, Rows[i].name); /* -train_observations may have others */
+
+    if (k >= 0) w[k] = LINEAR * Rows[i].start;
+  }
+  bias[0] = LINEAR * TARGET;
+  out[0] = 1 / LINEAR;
+  CMARatioStart(RTOL_START, RTOL_POWER, number);
+  CMARatioStart(FIRST_START, FIRST_POWER, number + 2);
 }
 
 static PetscErrorCode Policy(const CMAOptions *o, const double w[], SlipPolicy policy)
 {
+  const double *number = w + CMACount(o) - NUMBERS;
+
   PetscFunctionBegin;
-  PetscCall(RatioPolicy(o, w, policy));
-  PetscCall(CMADialNumberSet(w + RatioNumbers(o) + 2, Network.unit, SLIP_POLICY_FIRST_STEP_FACTOR,
-                             SLIP_POLICY_FIRST_STEP_POWER, policy));
+  PetscCall(CMARatioPolicy(o, number, UNIT, Dial, policy));
+  PetscCall(CMADialNumberSet(number + 2, UNIT, SLIP_POLICY_FIRST_STEP_FACTOR, SLIP_POLICY_FIRST_STEP_POWER, policy));
   PetscCall(PolicySetNumber(policy, SLIP_POLICY_HOLD, "%.6g", 0));
   PetscCall(PolicySetNumber(policy, SLIP_POLICY_CEILING, "%.6g", CEILING));
   /* as of the file: by it runs with inertia take explicit steps */
   PetscCall(SlipPolicySetAttribute(policy, "problem", o->problem->name));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void Range(const CMAOptions *o, PetscReal low[], PetscReal high[])
+{
+  CMADialRange(o, Dial, low, high);
 }
 
 /* Mean over the cells that break of their final slip [d_c] */
@@ -322,12 +329,11 @@ static const CMAProblem CMARuptures = {RUNS,
                                        .episodes = "faults",
                                        .stream = 7,
                                        .dial = CMA_DIAL_SPREAD,
-                                       .network = &Network,
                                        .runs = &RunRupture,
-                                       .setup = RatioSetUp,
+                                       .setup = SetUp,
                                        .start = Start,
                                        .policy = Policy,
-                                       .range = RatioRange,
+                                       .range = Range,
                                        .create = Create,
                                        .classical = RunsClassical,
                                        .say = RunsSay};

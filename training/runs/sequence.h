@@ -1,5 +1,5 @@
 /* Segments of sequences of events of small faults: runs from some state through the next event (train -train_algorithm
-   cmaes -train_problem sequence). */
+   tolerances -train_problem sequence). */
 #pragma once
 #include "runs.h"
 

@@ -68,7 +68,7 @@ typedef struct {
   void (*policy)(void *learner, DenseShape *layers, PetscBool *clamp);
 } Learner;
 
-PETSC_INTERN const Learner LearnerTQC, LearnerTD3; /* rows of Learners[] in options.c */
+PETSC_INTERN const Learner LearnerTQC, LearnerTD3; /* rows of Learners[] in studyoptions.c */
 
 /* Widths between first and last: DenseShape of a network with the given hidden layers. out 0: hidden layers only. */
 PETSC_INTERN void LearnerShape(PetscInt nets, PetscInt in, PetscInt hidden, const PetscInt width[], PetscInt out,

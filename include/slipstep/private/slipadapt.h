@@ -40,7 +40,7 @@ PETSC_INTERN PetscErrorCode SlipAdaptFailureOption(TSAdapt adapt, SlipOptionItem
 typedef PetscErrorCode (*SlipAdaptWatchFn)(TS ts, const SlipAttempt *attempt);
 PETSC_INTERN PetscErrorCode SlipAdaptWatch(TS ts, SlipAdaptWatchFn told);
 
-/* ---- observe.c ---- */
+/* ---- observations.c ---- */
 typedef struct {
   TS ts;
   const SlipProblemOps *problem; /* NULL: the TS integrates something that tells nothing of itself */
@@ -149,6 +149,6 @@ static inline PetscErrorCode TSAdaptRLContext_Private(TSAdapt adapt, TSAdapt_RL 
 
 PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /* the default one when there is none */
 
-/* ---- state.c: for checkpoints ---- */
+/* ---- adaptstate.c: for checkpoints ---- */
 PETSC_INTERN PetscErrorCode SlipStateController(SlipState s, const char name[], TSAdapt adapt);
 PETSC_INTERN PetscErrorCode SlipStateAdapt(SlipState s, TS ts);

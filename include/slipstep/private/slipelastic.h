@@ -56,5 +56,5 @@ PETSC_INTERN PetscErrorCode SlipElasticImagesState(SlipElastic el, SlipState sta
 PETSC_INTERN const SlipElasticOps SlipElasticStatic;
 /* waves.c */
 PETSC_INTERN PetscErrorCode SlipElasticCreate_Waves(SlipElastic el);
-/* elastic.c */
+/* medium.c */
 PETSC_INTERN PetscErrorCode SlipElasticGetWork(SlipElastic el, PetscInt n, Vec *work); /* n is 0 or 1 */

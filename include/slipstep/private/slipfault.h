@@ -1,5 +1,5 @@
 /* Inside the fault: the parts that it wires, each with a header of its own. What a run leaves behind is in
-   sliprecordfiles.h. */
+   sliprunfiles.h. */
 #pragma once
 #include <petsc/private/petscimpl.h>
 #include <slipfault.h>
@@ -9,8 +9,7 @@
 #include <slipoutput.h>
 #include <sliph5.h>
 #include <slipcompat.h>
-#include <slipstep/private/slipoutput.h>
-#include <slipstep/private/slipcheckpoint.h>
+#include <slipstep/private/sliprunoutput.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfaultknown.h>
 #include <slipstep/private/slipfaultloads.h>
@@ -60,7 +59,7 @@ typedef struct {
   PetscViewerFormat stiffness_format;
 } SlipFaultOptions;
 
-/* cells.c: parameters cell by cell */
+/* cellparameters.c: parameters cell by cell */
 typedef struct {
   PetscReal *given[FAULT_MAX_FIELDS]; /* of SlipFaultSetField(): all cells, [nx nz]; NULL: the scalar parameter */
   PetscInt ngiven[FAULT_MAX_FIELDS];
@@ -284,7 +283,7 @@ PETSC_INTERN PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal 
 PETSC_EXTERN PetscErrorCode SlipFaultGetWork(SlipFault fault, Vec *x); /* a vector of slip, of any content */
 PETSC_EXTERN PetscErrorCode SlipFaultRestoreWork(SlipFault fault, Vec *x);
 PETSC_EXTERN PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest);
-PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* filenames.c */
+PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* runfiles.c */
 /* points.c. Collective: the points [n][3] of a list or file, freed with PetscFree(): axes are two letters, with a third
    coordinate, which may be given between them, in the middle, NaN where it is not */
 PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, const char axes[2], PetscBool three,
@@ -321,4 +320,4 @@ PETSC_EXTERN PetscErrorCode SlipFaultResolutionWarn(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultWarn(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault);          /* idle.c; on rank 0 */
 PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law reads it */
-PETSC_INTERN PetscErrorCode SlipFaultFollowSetUp(SlipFault fault);         /* friction.c */
+PETSC_INTERN PetscErrorCode SlipFaultFollowSetUp(SlipFault fault);         /* cellfriction.c */

@@ -92,7 +92,7 @@ typedef struct {
   SlipFaultMoment moment;
 } SlipFaultCoupling;
 
-/* observe.c: what is known of the state asked about last */
+/* faultobserve.c: what is known of the state asked about last */
 typedef struct {
   SlipFaultLoad load; /* that of the time asked about last */
   SlipFaultSums sums;
@@ -104,7 +104,7 @@ typedef struct {
   PetscReal step_limit, solve_cost; /* of the integrator, as SlipFaultNumbers has them */
 } SlipFaultKnown;
 
-/* observe.c. Is what is known of a moment that of the state w of now, with the load of time t? */
+/* faultobserve.c. Is what is known of a moment that of the state w of now, with the load of time t? */
 PETSC_EXTERN PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
                                                     SlipFaultMoment *now, PetscBool *same);
 /* The fastest relaxation of stress by a cell's own slip [1/s], of the rates of the last right-hand side; 0: of no
@@ -120,7 +120,8 @@ PETSC_INTERN PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscRea
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
                                              PetscReal value[]);
-/* kick.c: of the explicit step that led to w: its inner rate and K times that; found: there was one, and it moved */
+/* explicitkick.c: of the explicit step that led to w: its inner rate and K times that; found: there was one, and it
+   moved */
 PETSC_INTERN PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, Vec nx,
                                                PetscBool *found);
 PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);

@@ -26,7 +26,7 @@ typedef struct {
   PetscReal inertia;     /* uc M uc [kg], likewise, over the mean area */
 } SlipFaultCritical;
 
-/* stiffness.c: K of the mesh or of a file, its scaling, H and B */
+/* operators.c: K of the mesh or of a file, its scaling, H and B */
 PETSC_EXTERN PetscErrorCode SlipFaultMediumCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultStiffnessSetUp(SlipFault fault);
 /* critical.c: uc, and what observables are measured in; x = K^-1 b from the guess x */

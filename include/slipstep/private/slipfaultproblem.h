@@ -34,7 +34,7 @@ typedef struct {
   PetscReal *kept;    /* what the law keeps of each cell; NULL where the normal stress changes */
 } SlipFaultBalance;
 
-/* device.c: where a step is computed, -fault_device */
+/* faultdevice.c: where a step is computed, -fault_device */
 typedef struct {
   struct _n_SlipDevice *device;                  /* NULL: by the processor */
   PetscReal bytes;                               /* that the fault and its integrator take there at most */
@@ -60,7 +60,7 @@ typedef struct {
   PetscReal *values;            /* of the cells: state, strength, normal stress where it changes [m][] */
 } SlipFaultDeviceLook;
 
-/* constraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
+/* faultconstraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
 typedef struct {
   SlipConstraint con;
   PetscReal time, theta; /* [s] */
@@ -68,8 +68,8 @@ typedef struct {
   Vec c, u0, s0;
 } SlipFaultStage;
 
-/* kick.c: slip rates relative to the far field of the nodes of the last explicit step, and their damping; the elastic
-   force at its start */
+/* explicitkick.c: slip rates relative to the far field of the nodes of the last explicit step, and their damping; the
+   elastic force at its start */
 typedef struct {
   PetscBool known[SLIP_NUM_NODES], forced;
   PetscReal time[SLIP_NUM_NODES];                    /* [s] */
@@ -130,7 +130,7 @@ PETSC_INTERN PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOut
 PETSC_INTERN PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative);
 /* corners.c */
 PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *fault);
-/* constraint.c */
+/* faultconstraint.c */
 PETSC_INTERN PetscErrorCode SlipFaultKnowStart(SlipFault fault, const SlipStage *stage); /* constraintknown.c */
 PETSC_INTERN PetscErrorCode SlipFaultKnowEnd(SlipFault fault, Vec g, Vec x, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
@@ -139,7 +139,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, 
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F);
 PETSC_EXTERN PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q);
-/* kick.c */
+/* explicitkick.c */
 PETSC_INTERN const SlipExplicitOps SlipFaultExplicitOps;
 /* statecache.c */
 PETSC_INTERN PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec u, PetscBool *same);
@@ -159,7 +159,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
 PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
-/* device.c: of states that are there, SlipFaultOnDevice() */
+/* faultdevice.c: of states that are there, SlipFaultOnDevice() */
 PETSC_INTERN PetscErrorCode SlipFaultDeviceChoose(SlipFault fault); /* devicechoice.c */
 PETSC_INTERN PetscErrorCode SlipFaultDeviceRoom(SlipFault fault, PetscBool *room);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault);

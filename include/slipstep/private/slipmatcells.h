@@ -3,7 +3,7 @@
 #include <slipcells.h>
 #include <slipstep/private/slipmatcommon.h>
 
-/* ---- cells.c ---- */
+/* ---- irregular.c ---- */
 /* S_ij of MatCreateSlipCellStiffness(), or with unit 0 what slip does to normal stress; unit is otherwise 1 / (2
    mean(A)). */
 PETSC_INTERN void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,

@@ -35,7 +35,7 @@ PETSC_INTERN PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, Pet
                                                   const char type[], const SlipShellOps *ops, void *ctx, Mat *A);
 PETSC_INTERN PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const SlipShellOps *ops, void *ctx,
                                                 Mat *A); /* rows and ranks of K's */
-/* device.c: products on the device */
+/* matdevice.c: products on the device */
 #define SLIP_DEVICE_METHOD "SlipMatDevice_C"
 PETSC_EXTERN PetscErrorCode SlipMatUseDevice(Mat A);
 PETSC_EXTERN PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes);

@@ -5,7 +5,7 @@
 #include <slipstep/private/slipmatcommon.h>
 #include <fftw3.h>
 
-/* ---- grid.c: the uniform grid behind a stiffness, if it has one ---- */
+/* ---- gridvalues.c: the uniform grid behind a stiffness, if it has one ---- */
 PETSC_INTERN PetscErrorCode SlipGridCheck(MPI_Comm comm, const SlipGrid *grid);
 PETSC_INTERN PetscErrorCode SlipGridCompose(Mat K, const SlipGrid *grid);
 PETSC_INTERN PetscErrorCode SlipGridOf(Mat K,

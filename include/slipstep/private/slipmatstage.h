@@ -2,7 +2,7 @@
 #pragma once
 #include <slipstep/private/slipmatviscosity.h>
 
-/* ---- stage.c: what the stage operator is made of ---- */
+/* ---- stageoperator.c: what the stage operator is made of ---- */
 typedef struct {
   Mat K, H;            /* borrowed */
   PetscReal mass;      /* [kg/m^2] */

@@ -7,7 +7,7 @@
 /* Bytes up to which viscosities may be kept as blocks; beyond, Lanczos' method needs none. */
 #define SLIP_MEMORY_MAX 2e9
 
-/* ---- dense.c ---- */
+/* ---- denseroot.c ---- */
 /* Square roots of the weights of S's rows, and their inverses; both NULL without weights. */
 PETSC_INTERN PetscErrorCode SlipRootWeights(Mat S, Vec *root, Vec *inverse);
 PETSC_INTERN PetscErrorCode SlipViscosityCreate_DenseRoot(Mat S, PetscReal factor, Mat *H);

@@ -129,9 +129,9 @@ static inline PetscInt SlipFaultMeshRowOf(const SlipFaultMesh *mesh, PetscInt e)
   return mesh->order ? mesh->order[e] : e;
 }
 
-/* cells.c: directions of a cell of this strike and dip [deg] */
+/* directions.c: directions of a cell of this strike and dip [deg] */
 PETSC_INTERN void SlipFaultCellDirections(PetscReal strike, PetscReal dip, SlipFaultCell *cell);
-PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshGrid; /* grid.c: the uniform grid of the options */
+PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshGrid; /* gridmesh.c: the uniform grid of the options */
 PETSC_INTERN const SlipFaultMeshKind SlipFaultMeshList; /* list.c: the cells of -fault_mesh */
 PETSC_INTERN PetscErrorCode SlipFaultCellsCreate(const SlipKernel *kernel, PetscInt n, PetscInt columns,
                                                  SlipCells *cells, PetscReal *column[]);
@@ -155,22 +155,22 @@ PETSC_INTERN PetscErrorCode SlipFaultMeshReadGmsh(const char name[], const char 
 /* units.c: unit, frame: something says what they are */
 PETSC_INTERN PetscErrorCode SlipFaultMeshCheckUnit(const char prefix[], const char source[], PetscBool unit,
                                                    PetscBool frame, const SlipFaultMeshFile *file);
-/* rectangles.c: rows in place of the corners of rectangles, which others are refused as; surface.c, orient.c: what is
-   wrong with triangles, one by one and beside each other, is refused; vertices in one place become one, and corners go
-   around the normals into the hanging wall. source: what messages begin with */
+/* rectangles.c: rows in place of the corners of rectangles, which others are refused as; trianglecheck.c, orient.c:
+   what is wrong with triangles, one by one and beside each other, is refused; vertices in one place become one, and
+   corners go around the normals into the hanging wall. source: what messages begin with */
 PETSC_INTERN PetscErrorCode SlipFaultMeshRectangles(const char source[], SlipFaultMeshFile *file);
 PETSC_INTERN PetscErrorCode SlipFaultMeshUseVertices(const char source[], SlipFaultMeshFile *file);
 PETSC_INTERN PetscErrorCode SlipFaultTrianglesCheck(const char source[], PetscBool full_space, SlipFaultMeshFile *file);
 PETSC_INTERN PetscErrorCode SlipFaultTrianglesOrient(const char source[], SlipFaultMeshFile *file);
 
-/* Items to group by several keys, one after the other: planes.c */
+/* Items to group by several keys, one after the other: planefaults.c */
 typedef struct {
   PetscReal key;
   PetscInt group, cell; /* of those whose keys so far agree; which it is */
 } SlipFaultItem;
 PETSC_INTERN void SlipFaultSplit(PetscInt n, SlipFaultItem item[], PetscReal rounding);
 
-PETSC_INTERN PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh); /* planes.c */
+PETSC_INTERN PetscErrorCode SlipFaultMeshPlanes(SlipFaultMesh *mesh); /* planefaults.c */
 /* faults.c; collective */
 PETSC_INTERN PetscErrorCode SlipFaultMeshFaults(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o);
 

@@ -22,7 +22,7 @@ PETSC_INTERN PetscErrorCode SlipStateCheckCreate(MPI_Comm comm, const char prefi
    file */
 PETSC_INTERN PetscErrorCode SlipStateCells(SlipState state, PetscInt cells, const PetscInt order[]);
 
-/* ---- state.c: visiting; numbers and vectors in slipsys.h ---- */
+/* ---- statevisit.c: visiting; numbers and vectors in slipsys.h ---- */
 PETSC_INTERN PetscErrorCode SlipStateGroup(SlipState state, const char name[]); /* what follows belongs to it */
 /* *has: the file has, or is to have, such a group */
 PETSC_INTERN PetscErrorCode SlipStateHas(SlipState state, const char group[], PetscBool *has);
@@ -38,7 +38,7 @@ PETSC_INTERN PetscErrorCode SlipStateSame(SlipState state, const char name[], co
 /* What the object remembers, if it does, in a group of that name with its type. */
 PETSC_INTERN PetscErrorCode SlipStateObject(SlipState state, const char name[], PetscObject object);
 
-/* Inside state.c and statefile.c */
+/* Inside statevisit.c and statefile.c */
 #include <sliph5.h>
 struct _n_SlipState {
   MPI_Comm comm;

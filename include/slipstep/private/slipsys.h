@@ -39,7 +39,7 @@ PETSC_INTERN PetscErrorCode SlipObjectComposeData(PetscObject obj, const char na
 /* data: address of a pointer, borrowed; NULL when there is nothing of that name */
 PETSC_INTERN PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name[], void *data);
 
-/* ---- options.c ---- */
+/* ---- solveroptions.c ---- */
 PETSC_INTERN const char *
 SlipNumberOption(size_t i); /* name of the i-th number of PETSc's solvers, NULL after the last */
 
@@ -89,7 +89,7 @@ PETSC_INTERN PetscErrorCode SlipLogsProducts(Mat A, PetscBool *counted);
 PETSC_INTERN PetscErrorCode SlipLogOutputBegin(void);
 PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);
 
-/* ---- products.c ---- */
+/* ---- workcounts.c ---- */
 /* For whom products are made: the run, what is done once and again where a run goes on, and what only looks at a run:
    output and estimates of its error */
 typedef enum { SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_SETUP, SLIP_PRODUCTS_LOOK, SLIP_PRODUCTS_USERS } SlipProductsUser;
@@ -117,7 +117,7 @@ PETSC_INTERN PetscErrorCode SlipH5Refuse(const SlipH5 *h, const char file[], int
 PETSC_INTERN PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], SlipH5 *h);
 /* Of the longest series of an open file but for those of SlipH5Kind.start */
 PETSC_INTERN hsize_t SlipH5MostRows(hid_t id, int first);
-/* ---- filenames.c ---- */
+/* ---- usedfiles.c ---- */
 #define SLIP_FILE_ENDINGS 8
 typedef struct {
   char option[96];               /* that names it, with its dash */

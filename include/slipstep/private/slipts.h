@@ -138,7 +138,7 @@ PETSC_INTERN PetscErrorCode TSMoreauError(TS, PetscReal h, Vec e);
 PETSC_INTERN PetscErrorCode TSMoreauReset(TS);
 PETSC_INTERN PetscErrorCode TSMoreauState(SlipState, TS);
 PETSC_INTERN PetscErrorCode TSMoreauCut(TS, PetscReal *whole); /* ts->time_step, to what is stable */
-/* method.c: ba->now, for a step of ts->time_step */
+/* bathemethod.c: ba->now, for a step of ts->time_step */
 PETSC_INTERN PetscErrorCode TSBatheChooseMethod(TS);
 PETSC_INTERN PetscErrorCode TSBatheMethodWish(TS, PetscReal whole, PetscReal *next);
 PETSC_INTERN PetscErrorCode TSBatheMethodBegin(TS);
@@ -210,7 +210,7 @@ PETSC_INTERN PetscErrorCode TSStabilisedReset(TS);
 PETSC_INTERN PetscErrorCode TSStabilisedState(SlipState, TS);
 PETSC_INTERN void TSStabilisedLearn(TS);
 
-/* ---- attempts.c: a step of attempts from one state ---- */
+/* ---- explicitattempts.c: a step of attempts from one state ---- */
 /* The first member of what a type that uses it keeps */
 typedef struct {
   Vec start;           /* state at the start of the step */
@@ -301,7 +301,7 @@ PETSC_INTERN PetscBool SlipStepIsLost(TS ts, PetscReal h, PetscReal *least);
 PETSC_INTERN PetscErrorCode SlipRunFails(TS ts);
 PETSC_INTERN PetscErrorCode SlipGuardState(Vec w, PetscBool *good); /* all of it are numbers; collective */
 
-/* ---- state.c: for checkpoints ---- */
+/* ---- bathestate.c: for checkpoints ---- */
 PETSC_INTERN PetscErrorCode SlipStateTS(SlipState, TS);
 PETSC_INTERN PetscErrorCode SlipStateAttempt(SlipState, SlipAttempt *);
 /* problem.c: what remembers is told of its history, as SlipProblemOps says */

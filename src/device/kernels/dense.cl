@@ -1,4 +1,4 @@
-// Products with a dense matrix [n][m], whose column is m numbers one after the other, as in src/mat/common/device.c
+// Products with a dense matrix [n][m], whose column is m numbers one after the other, as in src/mat/common/matdevice.c
 
 // Of each row the sums over so many groups of columns, one beside the other
 __kernel void dense_parts(int m, int n, int groups, __global const double *A, __global const double *x, __global double *parts)

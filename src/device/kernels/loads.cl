@@ -1,4 +1,4 @@
-// What loads a fault of rate and state, where it changes, as src/fault/loads.c and coupling.c have it
+// What loads a fault of rate and state, where it changes, as src/fault/loads/loads.c and coupling.c have it
 
 // The exponential integral E1(x), x > 0: SlipExponentialIntegral()
 static double exponential_integral(double x)

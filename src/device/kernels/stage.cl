@@ -295,7 +295,7 @@ __kernel void stick_mass(int n, double mass, __global double *k)
   if (i < n) k[3 * i] = mass != 0 ? k[3 * i] / mass : 0;
 }
 
-// As SlipKickConstant() of src/core/kick.c
+// As SlipKickConstant() of src/core/kickrule.c
 static double kick(double mass, double eta, double a, double g, double q, double v)
 {
   double end = 0;
@@ -405,7 +405,7 @@ __kernel void stick_estimates(int n, double estimates, double derivatives, __glo
   fold(2, 2, mine, all, room);
 }
 
-// What a step's error does to the balance, and the slip that is left, in the order of src/record/slipestimate.c
+// What a step's error does to the balance, and the slip that is left, in the order of src/run/watch/slipestimate.c
 __kernel void stick_step(int n, double law, double mass, __global const double *w, __global const double *e, __global const double *ku,
                          __global const double *cells, __global double *room)
 {
@@ -425,7 +425,7 @@ __kernel void stick_step(int n, double law, double mass, __global const double *
   fold(4, 4, mine, all, room);
 }
 
-// In the order of src/record/courseestimate.c
+// In the order of src/run/watch/courseestimate.c
 __kernel void stick_timing(int n, double mass, __global const double *w, __global const double *e, __global const double *d, __global double *room)
 {
   __local double all[ITEMS];

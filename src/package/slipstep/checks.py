@@ -1,4 +1,4 @@
-"""Numbers that no fault has, as in other units: one set for all of the package, with the words of the program `fault` (src/record/warn.c), and by that itself where it is there."""
+"""Numbers that no fault has, as in other units: one set for all of the package, with the words of the program `fault` (src/run/watch/warn.c), and by that itself where it is there."""
 
 import math
 import os

@@ -1,0 +1,108 @@
+/* What a cell does in an explicit step (TSMOREAU): its rate in a kick, in which its own balance is all that counts, and
+   its states in a drift, in which its rate stays. */
+#include <slipcompat.h>
+#include <slipcore.h>
+#include <math.h>
+
+enum { MAX_IT = 100 };
+#define ENOUGH 1e-14 /* last change of the rate, relative */
+
+/* Of a kick with a cell's own damping, M dv/dt = g - eta v: v becomes left v + a/M mean g, x = eta a/M, exactly.
+   Returns mean. */
+PetscReal SlipKickDamping(PetscReal x, PetscReal *left)
+{
+  *left = PetscExpReal(-x);
+  return x > 0 ? -(PetscReal)expm1((double)-x) / x : 1;
+}
+
+/* v after a of M dv/dt = g - eta v + r, r in -q Sign(v), with g and q as they are: exactly, also where it comes to rest
+   and goes the other way. The projection of M v + a g on the cone, which is the same elsewhere, holds what turns round
+   until the next kick, or has the friction of the end from the start on: an error of the first order in each turn. */
+PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal g, PetscReal q, PetscReal v)
+{
+  const PetscReal sign = v > 0 || (v == 0 && g > 0) ? 1 : -1, push = sign * g - q, speed = PetscAbsReal(v);
+  PetscReal left, end, turn = 0;
+
+  end = a / mass * push * SlipKickDamping(eta * a / mass, &left);
+  end += left * speed;
+  if (end > 0 || PetscIsInfOrNanReal(end)) return sign * end;
+  if (v == 0 || push > -2 * q) return 0; /* at rest it is held */
+  turn = eta > 0 ? mass / eta * (PetscReal)log1p((double)(eta * speed / -push)) : mass * speed / -push;
+  return SlipKickConstant(mass, eta, PetscMax(a - turn, 0), g, q, 0);
+}
+
+/*
+  SlipFrictionKick - the speed v of cell i with D v + omega w sigma mu(s, v) = load, 0 where friction holds it
+
+  load >= 0; s are the states of c, with theta 0. Of a law that depends on the rate by Newton's method in a bracket,
+  from guess, the rate before; *ok becomes false where friction falls with the rate faster than D v grows, so that there
+  may be several.
+*/
+PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
+                           PetscReal guess, PetscBool *ok)
+{
+  const PetscReal strength = c->omega * (f->weight ? f->weight[i] : 1) * f->stress[i];
+  PetscReal mu, ds[SLIP_MAX_STATES], dv, none[SLIP_MAX_STATES], low = 0, high = load / c->diagonal, v;
+
+  if (f->law->always_slides) {
+    PetscBool stable;
+
+    v = PetscAbsReal(SlipFrictionStageRate(f, i, c, load, guess, &stable));
+    if (!stable) *ok = PETSC_FALSE;
+    return v;
+  }
+  SlipFrictionStage(f, i, 0, c->s0, 0, &mu, ds, &dv, none);
+  if (load <= strength * mu) return 0;
+  if (!f->law->by_rate) return (load - strength * mu) / c->diagonal;
+  v = PetscClipInterval(guess, low, high);
+  for (int it = 0; it < MAX_IT; it++) {
+    PetscReal g, slope, next;
+
+    SlipFrictionStage(f, i, 0, c->s0, v, &mu, ds, &dv, none);
+    g = c->diagonal * v + strength * mu - load;
+    slope = c->diagonal + strength * dv;
+    if (g > 0)
+      high = v;
+    else
+      low = v;
+    next = slope > 0 ? v - g / slope : low;
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    if (PetscAbsReal(next - v) <= ENOUGH * v || !(high > low)) {
+      if (!(slope > 0)) *ok = PETSC_FALSE;
+      break;
+    }
+    v = next;
+  }
+  return v;
+}
+
+/* The states after h [s] at the rates v [n], in place; from one cell to the next s has the stride; work [n states].
+   Alexander's second formula, of second order and L-stable (batheweights.c), by which slip is v h to the last bits, and
+   what does not change stays as it is. */
+void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
+                            PetscReal s[], PetscReal work[])
+{
+  const PetscInt states = SlipFrictionStates(f->law);
+  SlipBathe c;
+
+  if (f->law->drift) {
+    f->law->drift(f, n, h, v, stride, s);
+    return;
+  }
+  SlipBatheSetUpBackward(&c);
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt k = 0; k < states; k++) work[states * i + k] = s[stride * i + k];
+  if (!f->law->nstates && !f->healing) {
+    SlipFrictionStateAdvance(f, n, h, work, v, stride, s);
+    return;
+  }
+  SlipFrictionStateAdvance(f, n, c.theta[0] * h, work, v, stride, s);
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt k = 0; k < states; k++) {
+      PetscReal *base = work + states * i + k;
+      const PetscReal inner = s[stride * i + k];
+
+      *base = inner + c.a0 * (inner - *base);
+    }
+  SlipFrictionStateAdvance(f, n, c.theta[1] * h, work, v, stride, s);
+}

@@ -1,0 +1,393 @@
+/* -fault_catalogue: events of a run, from the first cell whose slip rate exceeds -fault_event_rate to the last that
+   does, until all are much slower: what passes the bound again before that is the same event.
+
+   The rates at the ends of accepted steps say which steps belong to an event; onset and end are where they pass the
+   bound within the first and the last of these. What is integrated over a step, and where cells pass the bound in it,
+   is in cataloguestep.c. Between events a step costs one reduction. Products with K are needed at the onset and the
+   end, and where cells always slide for states within steps. */
+#include <slipstep/private/sliprunfiles.h>
+#include <slipstep/private/slipsys.h>
+#include <math.h>
+#include <stdio.h>
+
+/* An event is over when all rates have fallen below the bound over this: until then it may go on. Rates that creep up
+   to the bound pass it to and fro, in the minute before an event of SEAS BP5 by less than a factor of 2; a decade is
+   more than that, and little of the nine by which rates fall after an event. */
+#define EVENT_OVER 10
+/* From this share of the energies on what is left of their balance is told of: a moment that is off by as much changes
+   the magnitude by 0.01, 2/3 of log10(1.035), the last digit that is printed. Steps that follow an event leave less
+   than 0.004. */
+#define LARGE_RESIDUAL 0.035
+
+/* ---- an event ---- */
+
+/* May waves of images of the events before, some of which may have begun within those of others, be under way? */
+static PetscErrorCode OfImages(SlipFaultCatalogue cat, PetscReal onset, PetscBool *images)
+{
+  const PetscReal time = cat->fault->loads.origin + onset;
+  PetscReal first, last;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticGetImages(cat->fault->medium, &first, &last));
+  if (!cat->fault->run->events || time > cat->last_end + last) cat->slip_since = time;
+  *images = time > cat->slip_since + first ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* w: state at the onset, in which the fastest cell is the first */
+static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
+{
+  SlipFault fault = cat->fault;
+  SlipFaultEvent *e = &cat->event;
+  PetscReal max;
+
+  PetscFunctionBegin;
+  *e = (SlipFaultEvent){.onset = onset};
+  PetscCall(OfImages(cat, onset, &e->images));
+  cat->active = cat->unbroken = PETSC_TRUE;
+  cat->power_known = PETSC_FALSE;
+  PetscCall(SlipFaultGetDisplacement(fault, w, cat->u0));
+  PetscCall(SlipFaultStress(fault, onset, w, cat->stress0));
+  PetscCall(SlipCatalogueEnergies(fault, onset, w, &e->elastic, &e->kinetic));
+  PetscCall(VecSet(cat->rupture, -1));
+  PetscCall(PetscArrayzero(cat->work, cat->nwork));
+  for (PetscInt k = 0; k < fault->mesh.faults && cat->hypocentre; k++) cat->hypocentre[k] = -1;
+  PetscCall(SlipFaultLargestSpeed(fault, w, &max));
+  PetscCall(SlipCatalogueFastest(fault, w, 1, NULL, &max, &e->cell));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first step of an event, in which the rate is passed */
+static PetscErrorCode Onset(SlipFaultCatalogue cat, SlipEventStep *step)
+{
+  SlipFaultEvent *e = &cat->event;
+
+  PetscFunctionBegin;
+  PetscCall(SlipCatalogueCross(cat, step, PETSC_TRUE));
+  PetscCall(BeginEvent(cat, step->begin + step->cut * step->dt, cat->cut));
+  e->time[1] = step->begin;
+  PetscCall(SlipFaultLargestSpeed(cat->fault, step->node[0], &e->rate[1]));
+  if (e->rate[1] == 0) PetscCall(SlipCatalogueFirstToSlip(cat, step->begin, step->node[0], &e->cell));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The largest slip rate, which is max at the end of the step */
+static void FollowPeak(SlipFaultEvent *e, const SlipEventStep *step, PetscReal max)
+{
+  const PetscReal time[] = {e->time[0], e->time[1], step->begin + step->dt}, rate[] = {e->rate[0], e->rate[1], max};
+
+  e->peak = PetscMax(e->peak, e->steps ? SlipEventPeak(time, rate) : max);
+  for (int k = 0; k < 2; k++) {
+    e->time[k] = time[k + 1];
+    e->rate[k] = rate[k + 1];
+  }
+  e->steps++;
+}
+
+/* What is left of the balance of energies over the larger of the two terms that it is left of: an event of a fault that
+   loading moves may release next to nothing */
+static PetscReal Residual(PetscReal ledger, PetscReal elastic, PetscReal dissipated)
+{
+  const PetscReal size = PetscMax(PetscAbsReal(elastic), PetscAbsReal(dissipated));
+
+  return size > 0 ? PetscAbsReal(ledger * elastic) / size : 0;
+}
+
+static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
+{
+  const PetscReal residual = Residual(row[EVENT_LEDGER], row[EVENT_ELASTIC_ENERGY], row[EVENT_DISSIPATED_ENERGY]);
+  char when[32], lasted[32], where[32] = "", across[32] = "", off[48] = "", line[256];
+
+  PetscFunctionBegin;
+  SlipTimeText(fault->loads.origin + row[EVENT_ONSET], 7, when, sizeof(when));
+  SlipTimeText(row[EVENT_END] - row[EVENT_ONSET], 4, lasted, sizeof(lasted));
+  if (fault->mesh.faults > 1) (void)snprintf(where, sizeof(where), "fault %lld  ", (long long)row[EVENT_FAULT]);
+  if (row[EVENT_Y] != 0) (void)snprintf(across, sizeof(across), "  y %.4g km", (double)row[EVENT_Y] / 1e3);
+  if (!(residual < LARGE_RESIDUAL))
+    (void)snprintf(off, sizeof(off), "  energy residual %.2g %%", (double)residual * 100);
+  (void)snprintf(line, sizeof(line),
+                 "event %lld  t %s  Mw %.2f  %sx %.4g km%s  z %.4g km  slip %.3g m  drop %.3g MPa  %s%s%s\n",
+                 (long long)fault->run->events, when, (double)row[EVENT_MAGNITUDE], where, (double)row[EVENT_X] / 1e3,
+                 across, (double)row[EVENT_Z] / 1e3, (double)row[EVENT_MEAN_SLIP], (double)row[EVENT_STRESS_DROP] / 1e6,
+                 lasted, off, row[EVENT_IMAGES] != 0 ? "  images?" : "");
+  PetscCall(PetscPrintf(fault->comm, "%s", line));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The event is over */
+static PetscErrorCode Close(SlipFaultCatalogue cat)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipCatalogueAdd(cat));
+  cat->active = cat->ended = cat->power_known = cat->push_known = PETSC_FALSE;
+  cat->last_end = cat->fault->loads.origin + cat->row[EVENT_END];
+  cat->fault->run->events++;
+  PetscCall(PrintEvent(cat->fault, cat->row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A step that ended in w. One in which the rate is passed downwards leaves the event's row, should the event not go
+   on. */
+static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w)
+{
+  SlipFault fault = cat->fault;
+  const PetscReal rate = fault->options.value[FAULT_EVENT_RATE];
+  PetscReal max;
+  PetscBool ends;
+  SlipEventStep step;
+
+  PetscFunctionBegin;
+  PetscCall(SlipFaultStepRate(fault, time, w, &max));
+  if (!cat->active && max <= rate) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipCatalogueGetStep(cat, ts, time, w, &step));
+  if (!cat->active) PetscCall(Onset(cat, &step));
+  ends = max <= rate && !cat->ended ? PETSC_TRUE : PETSC_FALSE;
+  if (ends) PetscCall(SlipCatalogueCross(cat, &step, PETSC_FALSE));
+  PetscCall(SlipCatalogueIntegrate(cat, &step, cat->fast, cat->slow));
+  PetscCall(SlipCatalogueMarkRuptured(cat, &step));
+  FollowPeak(&cat->event, &step, max);
+  for (PetscInt k = 0; k < cat->nwork; k++) cat->work[k] += cat->fast[k];
+  if (ends) {
+    PetscCall(SlipCatalogueFillRow(cat, step.begin + step.cut * step.dt, cat->cut));
+    for (PetscInt k = 0; k < cat->nwork; k++) cat->work[k] += cat->slow[k];
+  }
+  cat->ended = max <= rate ? PETSC_TRUE : PETSC_FALSE;
+  if (cat->ended && max <= rate / EVENT_OVER) PetscCall(Close(cat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- a run ---- */
+
+static PetscErrorCode Remember(SlipFaultCatalogue cat, PetscReal time, Vec w)
+{
+  PetscFunctionBegin;
+  if (!cat->before) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecCopy(w, cat->before));
+  cat->time_before = time;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What TSSolve() starts from may be within an event. */
+static PetscErrorCode CatalogueStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
+{
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
+  PetscReal max;
+
+  PetscFunctionBegin;
+  (void)ts;
+  cat->unbroken = PETSC_TRUE;
+  SlipCatalogueFollowOrigin(cat);
+  PetscCall(SlipCatalogueBegin(cat));
+  PetscCall(SlipCatalogueFlush(cat));
+  PetscCall(SlipFaultStepRate(fault, time, w, &max));
+  if (!cat->active && max > fault->options.value[FAULT_EVENT_RATE]) {
+    PetscCall(BeginEvent(cat, time, w));
+    PetscCall(SlipCatalogueMarkRuptured(cat, &(SlipEventStep){.begin = time, .nodes = 1, .node = {w}}));
+    cat->event.peak = max;
+    cat->event.time[1] = time;
+    cat->event.rate[1] = max;
+  }
+  PetscCall(Remember(cat, time, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CatalogueStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
+
+  PetscFunctionBegin;
+  (void)fault;
+  (void)step;
+  SlipCatalogueFollowOrigin(cat);
+  PetscCall(SlipCatalogueFlush(cat));
+  PetscCall(Follow(cat, ts, time, w));
+  PetscCall(Remember(cat, time, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
+{
+  const char *prefix = SlipFaultPrefix(fault), *file = fault->options.text[FAULT_CATALOGUE];
+  SlipFaultCatalogue cat;
+  PetscBool same, bathe;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  fault->run->events = file[0] ? 0 : -1;
+  *wanted = file[0] ? PETSC_TRUE : PETSC_FALSE;
+  if (!*wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TSBatheIs(ts, &bathe));
+  PetscCall(PetscStrcmp(file, fault->options.text[FAULT_OUTPUT], &same));
+  PetscCheck(!same, fault->comm, PETSC_ERR_FILE_OPEN,
+             "-%sfault_catalogue and -%sfault_output are both %s, expected two files", prefix, prefix, file);
+  PetscCall(PetscNew(&cat));
+  *ctx = fault->run->catalogue = cat;
+  cat->fault = fault;
+  cat->origin = fault->loads.origin;
+  PetscCall(SlipClockGet(ts, &cat->table.clock));
+  cat->maps = fault->options.catalogue_maps;
+  cat->file.id = -1;
+  cat->kind = (SlipH5Kind){.prefix = prefix,
+                           .option = "fault_catalogue",
+                           .restart = "fault_restart",
+                           .discard = "fault_output_overwrite",
+                           .growing = PETSC_TRUE,
+                           .overwrite = fault->options.output_overwrite};
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &cat->rank));
+  if (!cat->rank) {
+    const SlipH5Kind name = {.prefix = prefix, .option = "fault_catalogue"};
+
+    ierr = SlipH5CheckCreateKind(&name, file);
+  }
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  {
+    Vec *vecs[] = {&cat->u0, &cat->stress0, &cat->stress, &cat->slip};
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDuplicate(fault->critical.uc, vecs[i]));
+    PetscCall(SlipFaultDeviceCellVector(fault, &cat->rupture));
+  }
+  {
+    const PetscInt several = fault->mesh.faults > 1 ? fault->mesh.faults : 0;
+
+    cat->nrow = EVENT_NUM_COLUMNS + (EVENT_ALL_COLUMNS - EVENT_NUM_COLUMNS) * several;
+    cat->nwork = FAULT_NUM_WORKS + several;
+    PetscCall(PetscCalloc5(cat->nrow, &cat->row, cat->nwork, &cat->work, cat->nwork, &cat->power, cat->nwork,
+                           &cat->cut_power, cat->nwork, &cat->next));
+    PetscCall(PetscCalloc5(cat->nwork, &cat->inner, cat->nwork, &cat->sum, cat->nwork, &cat->fast, cat->nwork,
+                           &cat->slow, (SLIP_EVENT_HALVINGS + 1) * cat->nwork, &cat->romberg));
+    if (several) PetscCall(PetscMalloc1(several, &cat->hypocentre));
+  }
+  PetscCall(SlipFaultCreateState(fault, &cat->cut));
+  for (int k = 0; k < 3 && !bathe; k++)
+    PetscCall(SlipFaultCreateState(fault, (Vec *[]){&cat->before, &cat->middle, &cat->within}[k]));
+  if (cat->maps) PetscCall(SlipFaultGatherCreate(&fault->mesh, cat->slip, &cat->gather, &cat->map[0]));
+  if (cat->maps) PetscCall(SlipFaultGatherCreate(&fault->mesh, cat->rupture, &cat->gather_cells, &cat->map[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* An event that goes on at the end of the run has a row of what there is of it, which a restart takes out. */
+static PetscErrorCode GoesOn(SlipFaultCatalogue cat, TS ts, SlipOutput run)
+{
+  char when[32], text[160];
+  PetscReal t;
+  Vec w;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts, &t));
+  PetscCall(TSGetSolution(ts, &w));
+  PetscCall(SlipCatalogueFillRow(cat, t, w));
+  cat->row[EVENT_GOES_ON] = 1;
+  PetscCall(SlipCatalogueAdd(cat));
+  SlipTimeText(cat->origin + cat->event.onset, 7, when, sizeof(when));
+  PetscCall(PetscSNPrintf(text, sizeof(text),
+                          "M %.2f so far, since t %s: the last row, of this much; a later -ts_max_time continues it",
+                          (double)cat->row[EVENT_MAGNITUDE], when));
+  PetscCall(SlipOutputAddResult(run, "event", "event that goes on", text, (PetscReal)NAN));
+  PetscCall(SlipOutputAddResult(run, "magnitude_so_far", NULL, NULL, cat->row[EVENT_MAGNITUDE]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WarnOfResiduals(SlipFaultCatalogue cat)
+{
+  PetscReal *ledger, *elastic, *dissipated, shortest, most = 0;
+  PetscInt n, rows, large = 0, event = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipElasticGetShortestStep(cat->fault->medium, &shortest));
+  PetscCall(SlipCatalogueReadColumn(cat, EVENT_LEDGER, &rows, &ledger));
+  PetscCall(SlipCatalogueReadColumn(cat, EVENT_ELASTIC_ENERGY, &rows, &elastic));
+  PetscCall(SlipCatalogueReadColumn(cat, EVENT_DISSIPATED_ENERGY, &rows, &dissipated));
+  n = PetscMin(rows, cat->fault->run->events); /* those that are over */
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscReal residual = Residual(ledger[k], elastic[k], dissipated[k]);
+
+    if (residual < LARGE_RESIDUAL) continue;
+    large++;
+    if (!(residual > most)) continue;
+    most = residual;
+    event = k + 1;
+  }
+  if (large)
+    PetscCall(SlipWarning("%" PetscInt_FMT " of %" PetscInt_FMT
+                          " events have an energy residual of more than %g %%, at most %.2g %% (event %" PetscInt_FMT
+                          "): their steps are too long for moments and energies. Use %s",
+                          large, n, 100 * LARGE_RESIDUAL, (double)most * 100, event,
+                          shortest > 0  ? "smaller cells (-fault_nx, -fault_nz), whose steps are shorter"
+                          : cat->before ? "-ts_adapt_type basic, or a smaller -ts_rtol with it"
+                                        : "a smaller -fault_accuracy or -ts_rtol"));
+  PetscCall(PetscFree(ledger));
+  PetscCall(PetscFree(elastic));
+  PetscCall(PetscFree(dissipated));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WarnOfImages(SlipFaultCatalogue cat)
+{
+  PetscReal *images;
+  PetscInt n, some = 0, event = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SlipCatalogueReadColumn(cat, EVENT_IMAGES, &n, &images));
+  for (PetscInt k = n - 1; k >= 0; k--) {
+    if (images[k] == 0) continue;
+    some++;
+    event = k + 1;
+  }
+  PetscCall(PetscFree(images));
+  if (some)
+    PetscCall(SlipWarning("%" PetscInt_FMT " of %" PetscInt_FMT " events (the first is event %" PetscInt_FMT
+                          ") began when waves of periodic images of earlier ones may have been there, and may be of "
+                          "these: /images of the catalogue is 1. Compare a run with a larger -%sfault_waves_padding",
+                          some, n, event, SlipFaultPrefix(cat->fault)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The file is complete, and the summary says how many events there were. */
+static PetscErrorCode CatalogueFinish(SlipFault fault, TS ts, SlipOutput run, void *ctx)
+{
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(SlipCatalogueBegin(cat));
+  if (cat->active && cat->ended) PetscCall(Close(cat));
+  PetscCall(SlipOutputAddResult(run, "events", "events", NULL, (PetscReal)fault->run->events));
+  if (cat->active) PetscCall(GoesOn(cat, ts, run));
+  if (!cat->rank && fault->options.speaks) ierr = WarnOfResiduals(cat);
+  if (!cat->rank && fault->options.speaks && !ierr) ierr = WarnOfImages(cat);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(SlipCatalogueClose(cat, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CatalogueDestroy(void **ctx)
+{
+  SlipFaultCatalogue cat = (SlipFaultCatalogue)*ctx;
+
+  PetscFunctionBegin;
+  cat->fault->run->catalogue = NULL;
+  PetscCall(SlipCatalogueClose(cat, PETSC_FALSE));
+  {
+    Vec *vecs[] = {&cat->u0,     &cat->stress0,  &cat->rupture,  &cat->cut,    &cat->stress,
+                   &cat->slip,   &cat->map[0],   &cat->map[1],   &cat->before, &cat->middle,
+                   &cat->within, &cat->slope[0], &cat->slope[1], &cat->push};
+
+    for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(vecs); i++) PetscCall(VecDestroy(vecs[i]));
+  }
+  PetscCall(VecScatterDestroy(&cat->gather));
+  PetscCall(VecScatterDestroy(&cat->gather_cells));
+  PetscCall(SlipTableDestroy(&cat->table));
+  PetscCall(PetscFree5(cat->row, cat->work, cat->power, cat->cut_power, cat->next));
+  PetscCall(PetscFree5(cat->inner, cat->sum, cat->fast, cat->slow, cat->romberg));
+  PetscCall(PetscFree(cat->hypocentre));
+  PetscCall(PetscFree(*ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const SlipFaultObserver SlipFaultCatalogueObserver = {.name = "catalogue",
+                                                      .create = CatalogueCreate,
+                                                      .start = CatalogueStart,
+                                                      .step = CatalogueStep,
+                                                      .visit = SlipCatalogueVisit,
+                                                      .finish = CatalogueFinish,
+                                                      .destroy = CatalogueDestroy};

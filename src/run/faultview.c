@@ -1,0 +1,162 @@
+/* -fault_view: the parameters of a fault, what its operators are and take, and where the time of its run went. */
+#include <slipstep/private/sliprun.h>
+#include <stdio.h>
+
+static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
+{
+  PetscInt least = fault->mesh.n, most = fault->mesh.n;
+  PetscMPIInt size;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(fault->comm, &size));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_INT, MPI_MIN, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_INT, MPI_MAX, fault->comm));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer, "cells: %" PetscInt_FMT " on %d ranks, %" PetscInt_FMT " to %" PetscInt_FMT " on each\n", fault->mesh.N,
+    (int)size, least, most));
+  PetscCall(SlipElasticView(fault->medium, fault->operators.tstar, viewer));
+  if (fault->device.device) {
+    char text[512];
+
+    PetscCall(SlipDeviceText(fault->device.device, text, sizeof(text)));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "device: %s, of which the fault and its integrator take up to %.3g MB%s\n",
+                                     text, 1e-6 * (double)fault->device.bytes,
+                                     fault->device.automatic ? ", by -fault_device auto" : ""));
+  } else if (fault->device.automatic)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "device: none by -%sfault_device auto, as %s\n", SlipFaultPrefix(fault),
+                                     fault->device.why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a run uses of a parameter: least, mean (by area) and largest of all cells, and where they come from when this is
+   not the scalar of its name. */
+static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
+{
+  const SlipParameter *p = SlipFaultFieldRow(f);
+  const char *from = fault->fields.source[f];
+  PetscReal range[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, sums[2] = {0, 0}; /* least, and least of the negative */
+  char text[128];
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    range[0] = PetscMin(range[0], fault->fields.cell[f][i]);
+    range[1] = PetscMin(range[1], -fault->fields.cell[f][i]);
+    sums[0] += fault->mesh.weight[i] * fault->fields.cell[f][i];
+    sums[1] += fault->mesh.weight[i];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, range, 2, MPIU_REAL, MPIU_MIN, fault->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, fault->comm));
+  if (range[0] == -range[1])
+    (void)snprintf(text, sizeof(text), "%g", (double)range[0]);
+  else
+    (void)snprintf(text, sizeof(text), "least %g, mean %g, largest %g", (double)range[0], (double)(sums[0] / sums[1]),
+                   (double)-range[1]);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s%s%s%s\n", p->name, text, p->unit, from ? " (from " : "",
+                                   from ? from : "", from ? ")" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where the time of this process went, at the end of a run that -fault_view was given for: the seconds of each share,
+   and what it costs by counts of work; in detail these counts. Collective. */
+PetscErrorCode SlipFaultViewTimes(SlipFault fault)
+{
+  const SlipWorkTotals now = SlipWorkGet(), *before = &fault->run->work;
+  PetscViewer viewer = fault->options.viewer;
+  PetscReal seconds = 0, cost = 0;
+
+  PetscFunctionBegin;
+  if (!viewer) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int i = 0; i < SLIP_SHARES; i++) {
+    seconds += now.seconds[i] - before->seconds[i];
+    cost += now.cost[i] - before->cost[i];
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "where the time of the run went: processor time [s], and cost [s]\n"));
+  for (int i = 0; i < SLIP_SHARES; i++) {
+    const PetscReal s = now.seconds[i] - before->seconds[i], c = now.cost[i] - before->cost[i];
+
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  %-14s %11.4f %6.2f %% %11.4f %6.2f %%\n", SlipShareNames[i], (double)s,
+                                     (double)(100 * s / seconds), (double)c, (double)(100 * c / cost)));
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  %-14s %11.4f          %11.4f\n", "all", (double)seconds, (double)cost));
+  for (int i = 0; i < SLIP_WORKS && fault->options.format == PETSC_VIEWER_ASCII_INFO_DETAIL; i++) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  work %s:", SlipWorkNames[i]));
+    for (int k = 0; k < SLIP_SHARES; k++)
+      PetscCall(PetscViewerASCIIPrintf(viewer, " %.17g", (double)(now.units[i][k] - before->units[i][k])));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  }
+  PetscCall(PetscViewerFlush(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultView - print the fault's parameters with their units; after SlipFaultSetUp() those that are used, cell by
+  cell
+                  the least, mean and largest, and its operators as well
+
+  Collective.
+
+  Input Parameters:
++ fault  - the fault
+- viewer - an ASCII viewer, NULL for standard output
+
+  Notes:
+  After SlipFaultSetUp() also whether there is inertia, and how many cells a cohesive zone has.
+
+  Of K, H, the stage operator B and its preconditioner: the type and why it was chosen, the memory on the rank that has
+  the most and in all, the compression against a dense matrix, ranks of low-rank blocks.
+
+  Level: intermediate
+
+  Errors: PETSC_ERR_SUP for a viewer that writes no text
+
+.seealso: SlipFaultSetFromOptions(), MatSlipGetMemory()
+@*/
+PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer)
+{
+  const SlipParameter *p;
+  PetscBool ascii;
+  char number[32];
+  PetscReal value;
+
+  PetscFunctionBegin;
+  PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, 1);
+  if (!viewer) PetscCall(PetscViewerASCIIGetStdout(fault->comm, &viewer));
+  PetscValidHeaderSpecific(viewer, PETSC_VIEWER_CLASSID, 2);
+  PetscCheckSameComm(fault, 1, viewer, 2);
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  PetscCheck(ascii, fault->comm, PETSC_ERR_SUP, "-%sfault_view writes text: expected an ASCII viewer",
+             SlipFaultPrefix(fault));
+  PetscCall(PetscObjectPrintClassNamePrefixType((PetscObject)fault, viewer));
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  for (PetscInt i = 0; (p = SlipFaultRealRow(i)); i++) {
+    const PetscInt field = SlipFaultFieldOf(i);
+
+    if (fault->setup && field >= 0 && !SlipFaultHasField(fault, field)) continue;
+    if (fault->setup && field >= 0) {
+      PetscCall(ViewField(fault, field, viewer));
+      continue;
+    }
+    if (fault->setup && i == FAULT_NORMAL_STRESS_GRADIENT) continue; /* part of the normal stress, or replaced */
+    PetscCall(SlipFaultGetReal(fault, p->name, &value));
+    (void)snprintf(number, sizeof(number), "%g", (double)value);
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s %s\n", p->name, number, p->unit));
+  }
+  for (PetscInt i = 0; i < FAULT_NUM_STRINGS; i++)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s: %s\n", SlipFaultStrings[i].name,
+                                     fault->options.text[i][0] ? SlipFaultGetText(fault, i) : "(none)"));
+  if (fault->setup) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "time scale T*: %g s\n", (double)fault->operators.tstar));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "stiffness was multiplied by %.6g\n", (double)fault->operators.scaling));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "inertia: %s\n", fault->kind.inertia ? "yes" : "no"));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "friction: %s\n", fault->friction.law->formula));
+    if (fault->resolution.known) {
+      char text[256];
+
+      PetscCall(SlipFaultResolutionText(fault, text, sizeof(text)));
+      PetscCall(PetscViewerASCIIPrintf(viewer, "resolution: %s\n", text));
+    }
+    PetscCall(ViewOperators(fault, viewer));
+  }
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

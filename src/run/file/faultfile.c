@@ -1,0 +1,575 @@
+/* What the output file of a run holds: its layout, the mesh, and the fields. */
+#include <slipstep/private/sliprunfiles.h>
+#include <slipstep/private/slipsys.h>
+#include <slipstep/private/slipwork.h>
+
+static const SlipOutputColumn SeriesColumns[] = {
+  {"mean_slip_rate", "m/s", PETSC_FALSE},   {"max_slip_rate", "m/s", PETSC_FALSE},
+  {"mean_slip", "m", PETSC_FALSE},          {"mean_displacement", "m", PETSC_FALSE},
+  {"sliding_fraction", "1", PETSC_FALSE},   {"kinetic_energy", "J/m^2", PETSC_FALSE},
+  {"elastic_energy", "J/m^2", PETSC_FALSE}, {"viscous_power", "W/m^2", PETSC_FALSE},
+  {"friction_power", "W/m^2", PETSC_FALSE}, {"loading_power", "W/m^2", PETSC_FALSE},
+  {"moment_rate", "N m/s", PETSC_FALSE},    {"moment", "N m", PETSC_FALSE},
+};
+enum {
+  SERIES_MOMENT = PETSC_STATIC_ARRAY_LENGTH(SeriesColumns) - 1, /* the last two have a number for each fault */
+  SERIES_MOMENT_RATE = SERIES_MOMENT - 1
+};
+
+static const struct {
+  const char *name, *unit;
+  PetscBool vector; /* as many numbers a cell as slip has components */
+} OutputFields[OUTPUT_NUM_FIELDS] = {
+  [OUTPUT_SLIP_RATE] = {"slip_rate", "m/s", PETSC_TRUE},
+  [OUTPUT_DISPLACEMENT] = {"displacement", "m", PETSC_TRUE},
+  [OUTPUT_SLIP] = {"slip", "m", PETSC_TRUE},
+  [OUTPUT_TRACTION] = {"traction", "Pa", PETSC_TRUE},
+  [OUTPUT_STATE] = {NULL, NULL, PETSC_FALSE}, /* as the law calls it */
+  [OUTPUT_PORE_PRESSURE] = {"pore_pressure", "Pa", PETSC_FALSE},
+  [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", PETSC_FALSE},
+  [OUTPUT_OPENING] = {"opening", "m", PETSC_FALSE},
+};
+
+PetscInt SlipFaultOutputCount(SlipFault fault)
+{
+  return OUTPUT_NUM_FIELDS + fault->layout.states - 1;
+}
+
+/* Which state of friction a field is, -1: none */
+static PetscInt StateOf(PetscInt f)
+{
+  return f == OUTPUT_STATE ? 0 : f < OUTPUT_NUM_FIELDS ? -1 : f - OUTPUT_NUM_FIELDS + 1;
+}
+
+/* Name of a field of /fields */
+const char *SlipFaultOutputField(SlipFault fault, PetscInt f)
+{
+  return StateOf(f) < 0 ? OutputFields[f].name : SlipFrictionStateName(fault->friction.law, StateOf(f));
+}
+
+/* Numbers of a field for each cell */
+PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f)
+{
+  return StateOf(f) < 0 && OutputFields[f].vector ? fault->layout.plane : 1;
+}
+
+/* G times the sums of area times slip rate, along the rake, [N m/s] of each fault, and of area times slip since the
+   start, which the integrator forms of the rates within steps, [N m]. One fault has its sums already; several cost a
+   reduction. */
+static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rate[], PetscReal moment[])
+{
+  const PetscInt n = fault->mesh.faults, c = fault->layout.components;
+  const PetscReal unit = fault->options.value[FAULT_SHEAR_MODULUS] * fault->mesh.area,
+                  start = fault->critical.start_share;
+  const SlipFaultSums *sums;
+  const PetscReal *a, *uc, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
+  const SlipArrays arrays[] = {{w, .read = &a}, {fault->critical.uc, .read = &uc}};
+
+  PetscFunctionBegin;
+  if (n == 1) {
+    PetscCall(SlipFaultGetSums(fault, t, w, &sums));
+    t += fault->loads.origin;
+    rate[0] = sums->sum[SUM_V];
+    moment[0] = sums->sum[SUM_U] + t * sums->sum[SUM_VINF] - start * fault->critical.mean_uc * (PetscReal)fault->mesh.N;
+  } else if (SlipFaultOnDevice(fault, w)) { /* from no critical start */
+    PetscReal *loading;
+
+    PetscCall(PetscMalloc1(n, &loading));
+    PetscCall(SlipFaultDeviceShares(fault, t, w, NULL, rate, moment, loading));
+    for (PetscInt k = 0; k < n; k++) moment[k] += (fault->loads.origin + t) * loading[k];
+    PetscCall(PetscFree(loading));
+  } else {
+    t += fault->loads.origin;
+    PetscCall(PetscArrayzero(rate, n));
+    PetscCall(PetscArrayzero(moment, n));
+    PetscCall(SlipArraysGet(2, arrays));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      const PetscInt k = SlipFaultMeshFaultOf(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i));
+      const PetscReal weight = fault->mesh.weight[i], *along = SlipFaultAlong(fault, i);
+
+      rate[k] += weight * SlipFaultDot(fault, a + SlipFaultRateAt(fault, i), along);
+      moment[k] += weight * (SlipFaultDot(fault, a + SlipFaultDisplacementAt(fault, i), along) + t * vinf[i] -
+                             start * SlipFaultDot(fault, uc + c * i, along));
+    }
+    PetscCall(SlipArraysRestore(2, arrays));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, rate, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moment, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, fault->comm));
+  }
+  for (PetscInt k = 0; k < n; k++) {
+    rate[k] *= unit;
+    moment[k] *= unit;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultOutputSeries(TS ts, PetscReal t, Vec w, Vec r, PetscReal row[], void *ctx)
+{
+  SlipFault fault = (SlipFault)ctx;
+  SlipFaultObservables o;
+
+  PetscFunctionBegin;
+  (void)ts;
+  if (!r && fault->friction.law->always_slides && !SlipFaultOnDevice(fault, w))
+    PetscCall(SlipFaultStepTraction(fault, t, w, &r));
+  PetscCall(SlipFaultGetObservables(fault, t, w, r, &o));
+  {
+    const PetscReal values[] = {o.mean_slip_rate,   o.max_slip_rate, o.mean_slip, o.mean_displacement,
+                                o.sliding_fraction, o.kinetic,       o.elastic,   o.viscous_power,
+                                o.friction_power,   o.loading_power};
+
+    PetscCall(PetscArraycpy(row, values, SERIES_MOMENT_RATE));
+    row += SERIES_MOMENT_RATE;
+    PetscCall(Moments(fault, t, w, row, row + fault->mesh.faults));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SlipFaultOutputSides(void *ctx, PetscInt *n)
+{
+  PetscFunctionBegin;
+  *n = ((SlipFault)ctx)->balance.sides;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The states of the fault's law, with commas between */
+static PetscErrorCode StateNames(SlipFault fault, char names[], size_t len)
+{
+  PetscFunctionBegin;
+  names[0] = '\0';
+  for (PetscInt k = 0; k < fault->layout.states; k++) {
+    if (k) PetscCall(PetscStrlcat(names, ", ", len));
+    PetscCall(PetscStrlcat(names, SlipFrictionStateName(fault->friction.law, k), len));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: which fields -fault_output_fields names, and the output of the run. */
+PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
+{
+  SlipFault fault = out->fault;
+  char **names, states[SLIP_MAX_STATES * FAULT_MAX_NAME];
+  int n;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrToArray(fault->options.text[FAULT_OUTPUT_FIELDS], ',', &n, &names));
+  for (int i = 0; i < n; i++) {
+    PetscBool same = PETSC_FALSE;
+
+    for (PetscInt f = 0; f < SlipFaultOutputCount(fault) && !same; f++) {
+      PetscCall(PetscStrcmp(names[i], SlipFaultOutputField(fault, f), &same));
+      if (same) out->wanted[f] = PETSC_TRUE;
+    }
+    if (!same) PetscCall(StateNames(fault, states, sizeof(states)));
+    PetscCheck(
+      same, fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE,
+      "-%sfault_output_fields has \"%s\", expected slip_rate, slip, displacement, traction, %s, pore_pressure, "
+      "normal_stress or opening",
+      SlipFaultPrefix(fault), names[i], states);
+  }
+  if (SlipFaultOpens(fault))
+    out->wanted[OUTPUT_OPENING] = PETSC_TRUE; /* without which slip_rate and the others mislead */
+  PetscCall(PetscStrToArrayDestroy(n, names));
+  PetscCall(SlipOutputCreate(ts, fault->options.text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns),
+                             SeriesColumns, SlipFaultOutputSeries, fault, &fault->run->file));
+  PetscCall(
+    SlipOutputSetOption(fault->run->file, SlipFaultPrefix(fault), "fault_output", fault->options.output_overwrite));
+  fault->run->file->kind.restart = "fault_restart";
+  fault->run->file->sides = SlipFaultOutputSides;
+  fault->run->file->entries[1 + SERIES_MOMENT_RATE] = fault->run->file->entries[1 + SERIES_MOMENT] = fault->mesh.faults;
+  fault->run->file->moving_only = PETSC_TRUE; /* for friction_power: a product with K less for each row */
+  PetscCall(SlipOutputAddRun(fault->run->file, "stiffness_scaling_factor", fault->operators.scaling));
+  PetscCall(SlipOutputAddRun(fault->run->file, "time_scale", fault->operators.tstar));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The values of a vector of cells, gathered, as the dataset /mesh/name. Collective. */
+static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[], const char unit[], Vec x)
+{
+  SlipFault fault = out->fault;
+  const PetscReal *a;
+  const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
+  char path[64];
+  PetscErrorCode ierr = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(VecScatterBegin(out->gather_c, x, out->c0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_c, x, out->c0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", name));
+  PetscCall(VecGetArrayRead(out->c0, &a));
+  if (!out->rank)
+    ierr = SlipH5WriteReal(SlipOutputFile(out->fault->run->file), path, ndim, dims, a, unit[0] ? unit : "1");
+  PetscCall(VecRestoreArrayRead(out->c0, &a));
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: slip [N], or [N][2], of a fault that heals, whose state s is none, or of two components, from the gathered
+   state; NULL for others. Free it. */
+static PetscErrorCode SlipOfDisplacement(SlipFaultOutput out, PetscReal time, const PetscReal w[], PetscReal **slip)
+{
+  const PetscInt c = out->fault->layout.components, plane = out->fault->layout.plane;
+  const PetscReal *u, *v;
+
+  PetscFunctionBegin;
+  *slip = NULL;
+  if (!out->start0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(plane * out->fault->mesh.N, slip));
+  PetscCall(VecGetArrayRead(out->start0, &u));
+  PetscCall(VecGetArrayRead(out->vinf0, &v));
+  for (PetscInt e = 0; e < out->fault->mesh.N; e++)
+    for (PetscInt k = 0; k < plane; k++)
+      (*slip)[plane * e + k] = w[SlipFaultDisplacementAt(out->fault, e) + k] - u[c * e + k] + time * v[c * e + k];
+  PetscCall(VecRestoreArrayRead(out->vinf0, &v));
+  PetscCall(VecRestoreArrayRead(out->start0, &u));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Numbers from an offset in the block of each cell on, as many as slip has components; those of one component stay
+   where they are, others are copied */
+static PetscErrorCode TakeVector(SlipFault fault, const PetscReal w[], PetscInt block, PetscInt offset,
+                                 PetscReal **copy, SlipH5Rows *rows)
+{
+  const PetscInt c = fault->layout.plane, N = fault->mesh.N;
+
+  PetscFunctionBegin;
+  *copy = NULL;
+  rows->data = w + offset;
+  rows->stride = block;
+  if (c == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(c * N + 1, copy));
+  for (PetscInt e = 0; e < N; e++)
+    for (PetscInt k = 0; k < c; k++) (*copy)[c * e + k] = w[block * e + offset + k];
+  rows->data = *copy;
+  rows->stride = 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: what the slip of a fault that heals is relative to */
+static PetscErrorCode GatherStart(SlipFaultOutput out)
+{
+  SlipFault fault = out->fault;
+
+  PetscFunctionBegin;
+  if (!(fault->kind.heals || fault->friction.law->nstates || fault->layout.components > 1) || out->start0)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(out->r0, &out->start0));
+  PetscCall(VecDuplicate(out->r0, &out->vinf0));
+  PetscCall(VecScatterBegin(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_r, fault->critical.uc, out->start0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScale(out->start0, fault->critical.start_share));
+  PetscCall(VecScatterBegin(out->gather_r, fault->operators.vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_r, fault->operators.vinf, out->vinf0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: one entry of every field wanted, from the gathered state and reaction; the reaction is weighted by area. */
+static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
+{
+  const SlipFaultMesh *mesh = &out->fault->mesh;
+  const SlipFaultLayout *layout = &out->fault->layout;
+  const PetscReal *w;
+  const PetscReal *p, *normal;
+  PetscReal *r, *slip, *copy[OUTPUT_MAX_FIELDS] = {NULL};
+  char path[OUTPUT_MAX_FIELDS][64];
+  PetscReal rest, now = SlipTwoSum(out->fault->loads.origin, time, &rest);
+  SlipH5Rows series[2 + OUTPUT_MAX_FIELDS] = {{"/fields/time", &now, 1}, {"/fields/time_rest", &rest, 1}};
+  PetscInt n = out->rests ? 2 : 1;
+  const SlipArrays arrays[] = {
+    {out->w0, .read = &w}, {out->r0, .write = &r}, {out->p0, .read = &p}, {out->n0, .read = &normal}};
+
+  PetscFunctionBegin;
+  PetscCall(SlipArraysGet(4, arrays));
+  for (PetscInt e = 0; e < mesh->N && mesh->unit > 0; e++) {
+    SlipFaultCell cell;
+
+    mesh->kind->cell(mesh, e, &cell);
+    for (PetscInt k = layout->components * e; k < layout->components * (e + 1); k++)
+      r[k] /= mesh->unit * cell.size[0] * cell.size[1];
+  }
+  PetscCall(SlipOfDisplacement(out, now, w, &slip));
+  for (PetscInt f = 0; f < SlipFaultOutputCount(out->fault); f++) {
+    SlipH5Rows *rows = &series[n];
+
+    if (!out->wanted[f]) continue;
+    n++;
+    PetscCall(PetscSNPrintf(path[f], sizeof(path[f]), "/fields/%s", SlipFaultOutputField(out->fault, f)));
+    *rows = (SlipH5Rows){path[f], NULL, 1};
+    switch (f) {
+    case OUTPUT_TRACTION:
+      PetscCall(TakeVector(out->fault, r, layout->components, 0, &copy[f], rows));
+      break;
+    case OUTPUT_OPENING:
+      rows->data = w + layout->displacement + layout->plane;
+      rows->stride = layout->block;
+      break;
+    case OUTPUT_PORE_PRESSURE:
+      rows->data = p;
+      break;
+    case OUTPUT_NORMAL_STRESS:
+      rows->data = normal;
+      break;
+    case OUTPUT_SLIP_RATE:
+      PetscCall(TakeVector(out->fault, w, layout->block, layout->rate, &copy[f], rows));
+      break;
+    case OUTPUT_DISPLACEMENT:
+      PetscCall(TakeVector(out->fault, w, layout->block, layout->displacement, &copy[f], rows));
+      break;
+    default: /* the state, which is the slip of most faults */
+      rows->data = f == OUTPUT_SLIP && out->start0 ? slip : w + layout->state + PetscMax(StateOf(f), 0);
+      if (rows->data != slip) rows->stride = layout->block;
+    }
+  }
+  SlipWorkAdd(SLIP_WORK_PIECE, (PetscReal)n);
+  SlipWorkAdd(SLIP_WORK_NUMBER, (PetscReal)n * (PetscReal)mesh->N);
+  PetscCall(SlipH5AppendAll(SlipOutputFile(out->fault->run->file), n, series, 1));
+  for (PetscInt f = 0; f < OUTPUT_MAX_FIELDS; f++) PetscCall(PetscFree(copy[f]));
+  PetscCall(PetscFree(slip));
+  PetscCall(SlipArraysRestore(4, arrays));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode FieldStorage(SlipFault fault, SlipH5Storage *storage)
+{
+  PetscFunctionBegin;
+  *storage = (SlipH5Storage){.deflate = (PetscInt)fault->options.value[FAULT_OUTPUT_COMPRESSION]};
+  PetscCall(PetscStrcmp(fault->options.text[FAULT_OUTPUT_PRECISION], "single", &storage->single));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: the fields of an earlier run, cut; they go on as they are stored */
+static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
+{
+  SlipH5 *h = SlipOutputFile(out->fault->run->file);
+  const char *prefix = SlipFaultPrefix(out->fault);
+  SlipH5Storage storage, stored;
+  PetscInt found, axes, wanted = 1;
+  char path[64];
+
+  PetscFunctionBegin;
+  PetscCall(FieldStorage(out->fault, &storage));
+  PetscCall(SlipH5SetRows(h, "/fields/time", out->fault->run->entries));
+  PetscCall(SlipTableRest(out->fault->run->file->clock, h, "/fields/time_rest", 0, NULL, out->fault->run->entries,
+                          &out->rests));
+  if (out->rests) wanted++;
+  for (PetscInt f = 0; f < SlipFaultOutputCount(out->fault); f++) {
+    if (!out->wanted[f]) continue;
+    wanted++;
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", SlipFaultOutputField(out->fault, f)));
+    PetscCall(SlipH5SetRows(h, path, out->fault->run->entries));
+    PetscCall(SlipH5GetStorage(h, path, &stored));
+    PetscCheck(stored.single == storage.single && stored.deflate == storage.deflate, PETSC_COMM_SELF,
+               PETSC_ERR_FILE_UNEXPECTED,
+               "%s in %s is stored otherwise: expected -%sfault_output_precision %s -%sfault_output_compression "
+               "%" PetscInt_FMT ", or another -%sfault_output",
+               path, h->target, prefix, stored.single ? "single" : "double", prefix, stored.deflate, prefix);
+  }
+  PetscCall(SlipH5CountMembers(h, "/fields", &found));
+  PetscCall(SlipH5CountAxes(h, "/fields", &axes));
+  PetscCheck(found - axes == wanted, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "/fields in %s has other datasets than the %" PetscInt_FMT " that -%sfault_output_fields names", h->target,
+             wanted - 1, prefix);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One number for all cells that says what is computed, and not how it is written */
+static PetscBool IsScalar(SlipFault fault, PetscInt id)
+{
+  return SlipFaultFieldOf(id) < 0 && id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.ndim == 1 && id < MESH_REALS)
+           ? PETSC_TRUE
+           : PETSC_FALSE;
+}
+
+/* Rank 0: /parameters, what the run has of the fault besides fields */
+static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5Group(h, "/parameters"));
+  for (PetscInt id = 0; id < FAULT_NUM_REALS; id++) {
+    PetscReal value;
+
+    if (!IsScalar(fault, id)) continue;
+    PetscCall(SlipFaultGetReal(fault, SlipFaultReals[id].name, &value));
+    PetscCall(SlipH5WriteAttrReal(h, "/parameters", SlipFaultReals[id].name, value));
+  }
+  for (PetscInt id = 0; id <= FAULT_STIFFNESS_SCALING; id++)
+    if (SlipFaultStrings[id].choices || id == FAULT_FRICTION_LAW)
+      PetscCall(SlipH5WriteAttrString(h, "/parameters", SlipFaultStrings[id].name, SlipFaultGetText(fault, id)));
+  PetscCall(SlipH5WriteAttrInt(h, "/parameters", "inertia", fault->kind.inertia));
+  PetscCall(SlipH5WriteAttrInt(h, "/parameters", "opening", SlipFaultOpens(fault)));
+  PetscCall(SlipH5WriteAttrReal(h, "/parameters", "area", fault->mesh.area * (PetscReal)fault->mesh.N));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: series of the fields, and the axes or cells */
+static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
+{
+  SlipFault fault = out->fault;
+  SlipH5 *h = SlipOutputFile(out->fault->run->file);
+  const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
+  const PetscInt all[] = {dims[0], ndim == 2 ? dims[1] : fault->layout.plane, fault->layout.plane};
+  SlipH5Storage storage;
+  char path[64];
+
+  PetscFunctionBegin;
+  PetscCall(FieldStorage(fault, &storage));
+  PetscCall(WriteParameters(fault, h));
+  PetscCall(SlipH5WriteAttrInts(h, "/series/moment_rate", "faults", fault->mesh.faults, fault->mesh.labels));
+  PetscCall(SlipH5WriteAttrInts(h, "/series/moment", "faults", fault->mesh.faults, fault->mesh.labels));
+  PetscCall(SlipH5CreateSeries(h, "/fields/time", 0, NULL, PETSC_FALSE, "s"));
+  PetscCall(SlipTableRest(fault->run->file->clock, h, "/fields/time_rest", 0, NULL, -1, &out->rests));
+  for (PetscInt f = 0; f < SlipFaultOutputCount(fault); f++) {
+    if (!out->wanted[f]) continue;
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/fields/%s", SlipFaultOutputField(fault, f)));
+    PetscCall(SlipH5CreateStoredSeries(
+      h, path, SlipFaultOutputComponents(fault, f) > 1 ? ndim + 1 : ndim, all, &storage,
+      StateOf(f) < 0 ? OutputFields[f].unit : SlipFrictionStateUnit(fault->friction.law, StateOf(f))));
+  }
+  PetscCall(fault->mesh.kind->write(&fault->mesh, h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: names of the dimensions of /mesh, and of a group whose datasets have rows and a number for each cell; both
+   have the axes */
+PetscErrorCode SlipFaultNameDimensions(SlipFault fault, SlipH5 *h, const char group[], const char row[])
+{
+  static const char *const grid[] = {"z", "x"}, *const list[] = {"cell", "vertex"};
+  const PetscBool two = fault->mesh.ndim == 2 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt sizes[] = {fault->mesh.N, fault->mesh.npoints};
+  SlipH5Axes axes = {.n = 2, .axis = two ? grid : list};
+  char path[64], name[64];
+  PetscBool triangles;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(h, "/mesh/vertices", &triangles));
+  if (!two && !triangles) axes.n = 1;
+  for (PetscInt i = 0; i < axes.n && !two; i++) {
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", list[i]));
+    PetscCall(SlipH5MakeDimension(h, path, sizes[i]));
+  }
+  PetscCall(SlipH5NameDimensions(h, "/mesh", &axes));
+  if (!group) PetscFunctionReturn(PETSC_SUCCESS);
+  axes.row = row;
+  axes.n = fault->mesh.ndim;
+  for (PetscInt i = 0; i < axes.n; i++) {
+    PetscCall(PetscSNPrintf(path, sizeof(path), "/mesh/%s", axes.axis[i]));
+    PetscCall(PetscSNPrintf(name, sizeof(name), "%s/%s", group, axes.axis[i]));
+    PetscCall(SlipH5Link(h, path, name));
+  }
+  PetscCall(SlipH5NameDimensions(h, group, &axes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: what the file of a fault has besides that of any run */
+PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
+{
+  SlipFaultOutput out = (SlipFaultOutput)ctx;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  const SlipParameter *p;
+  PetscReal *a;
+  Vec x;
+
+  PetscFunctionBegin;
+  (void)run;
+  if (!out->rank) ierr = out->resumed ? SlipFaultOutputCut(out) : SlipFaultOutputCreateFields(out);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  if (out->resumed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(fault->cells, &x));
+  for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++) {
+    if (!SlipFaultHasField(fault, f)) continue;
+    PetscCall(VecGetArrayWrite(x, &a));
+    PetscCall(PetscArraycpy(a, fault->fields.cell[f], fault->mesh.n));
+    PetscCall(VecRestoreArrayWrite(x, &a));
+    PetscCall(SlipFaultOutputCells(out, p->name, p->unit, x));
+  }
+  if (fault->critical.known) { /* along the rake */
+    const PetscReal *uc;
+
+    PetscCall(VecGetArrayRead(fault->critical.uc, &uc));
+    PetscCall(VecGetArrayWrite(x, &a));
+    for (PetscInt i = 0; i < fault->mesh.n; i++)
+      a[i] = SlipFaultDot(fault, uc + fault->layout.components * i, SlipFaultAlong(fault, i));
+    PetscCall(VecRestoreArrayWrite(x, &a));
+    PetscCall(VecRestoreArrayRead(fault->critical.uc, &uc));
+    PetscCall(SlipFaultOutputCells(out, "critical_displacement", "m", x));
+  }
+  PetscCall(VecDestroy(&x));
+  if (!out->rank) ierr = SlipFaultNameDimensions(fault, SlipOutputFile(run), "/fields", "time");
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the state with what outputs call those of friction: w itself, or a copy */
+static PetscErrorCode ShowState(SlipFaultOutput out, PetscReal t, Vec w, Vec *shown)
+{
+  SlipFault fault = out->fault;
+  SlipFrictionCells friction;
+  PetscBool any = PETSC_FALSE;
+  PetscReal *a;
+
+  PetscFunctionBegin;
+  *shown = w;
+  for (PetscInt f = 0; f < SlipFaultOutputCount(fault); f++)
+    if (out->wanted[f] && StateOf(f) >= 0) any = PETSC_TRUE;
+  if (!any || !fault->friction.law->nstates) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultGetFrictionOf(fault, t, w, &friction));
+  if (!out->shown) PetscCall(VecDuplicate(w, &out->shown));
+  PetscCall(VecCopy(w, out->shown));
+  PetscCall(VecGetArray(out->shown, &a));
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    for (PetscInt k = 0, at = SlipFaultStateAt(fault, i); k < fault->layout.states; k++)
+      a[at + k] = SlipFrictionShown(&friction, i, k, a[at + k]);
+  PetscCall(VecRestoreArray(out->shown, &a));
+  *shown = out->shown;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: the pore pressure of a time (w: NULL), or the effective normal stress of a state, gathered in *x0 */
+static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, Vec *x0)
+{
+  SlipFault fault = out->fault;
+  SlipFrictionCells friction;
+  PetscReal *x;
+
+  PetscFunctionBegin;
+  if (!out->numbers) PetscCall(VecDuplicate(fault->cells, &out->numbers));
+  if (!*x0) PetscCall(VecDuplicate(out->c0, x0));
+  if (w) PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+  PetscCall(VecGetArrayWrite(out->numbers, &x));
+  if (w)
+    PetscCall(PetscArraycpy(x, friction.stress, fault->mesh.n));
+  else
+    PetscCall(SlipLoadsPressure(&fault->loads, time, x));
+  PetscCall(VecRestoreArrayWrite(out->numbers, &x));
+  PetscCall(VecScatterBegin(out->gather_c, out->numbers, *x0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_c, out->numbers, *x0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: an entry of /fields */
+PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
+{
+  SlipFault fault = out->fault;
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  Vec shown, traction;
+
+  PetscFunctionBegin;
+  PetscCall(SlipLogOutputBegin());
+  PetscCall(SlipOutputBegin(fault->run->file));
+  PetscCall(GatherStart(out));
+  PetscCall(ShowState(out, time, w, &shown));
+  PetscCall(VecScatterBegin(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(out->gather_w, shown, out->w0, INSERT_VALUES, SCATTER_FORWARD));
+  if (out->wanted[OUTPUT_TRACTION]) {
+    PetscCall(SlipFaultStepTraction(fault, time, w, &traction));
+    PetscCall(VecScatterBegin(out->gather_r, traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(out->gather_r, traction, out->r0, INSERT_VALUES, SCATTER_FORWARD));
+  }
+  if (out->wanted[OUTPUT_PORE_PRESSURE]) PetscCall(GatherNumbers(out, time, NULL, &out->p0));
+  if (out->wanted[OUTPUT_NORMAL_STRESS]) PetscCall(GatherNumbers(out, time, w, &out->n0));
+  if (!out->rank) ierr = SlipFaultOutputWriteFields(out, time);
+  fault->run->entries++;
+  fault->run->entry_time = fault->loads.origin + time;
+  PetscCall(SlipLogOutputEnd());
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,212 @@
+/* The names of all files that a fault's run reads and writes, before one is opened. */
+#include <slipstep/private/sliprun.h>
+#include <string.h>
+
+/* A run goes on from the checkpoint that it writes. */
+#define FAMILY_STATE 1
+
+/* Temporary files are made under locks beside the file (h5claim.c), the checkpoint before stays (statefile.c). */
+#define GROWING "", ".part", ".part.new"
+
+/* Options that are no strings of the fault: of viewers, TYPE:FILE[:FORMAT], and of others that it only looks at, once
+   it was said which options nobody has read */
+#define A_VIEWER FAULT_NUM_STRINGS
+#define ANOTHER (FAULT_NUM_STRINGS + 1)
+
+/* Options of files, and endings of files that the run makes of a name */
+static const struct {
+  const char *option;
+  PetscInt id;
+  PetscBool written;
+  PetscInt family;
+  const char *endings[SLIP_FILE_ENDINGS + 1];
+} SlipFaultFiles[] = {
+  {"fault_mesh", FAULT_MESH, PETSC_FALSE, 0, {""}},
+  {"fault_parameters", FAULT_PARAMETERS, PETSC_FALSE, 0, {""}},
+  {"fault_stiffness_file", FAULT_STIFFNESS_FILE, PETSC_FALSE, 0, {""}},
+  {"fault_pore_pressure", FAULT_PORE_PRESSURE, PETSC_FALSE, 0, {""}},
+  {"fault_stations", FAULT_STATIONS, PETSC_FALSE, 0, {""}}, /* or a list, which names no file */
+  {"fault_surface_stations", FAULT_SURFACE_STATIONS, PETSC_FALSE, 0, {""}},
+  {"fault_tolerances", FAULT_TOLERANCES, PETSC_FALSE, 0, {""}},
+  {"fault_estimates", FAULT_ESTIMATES, PETSC_FALSE, 0, {""}},
+  {"ts_adapt_rl_policy", ANOTHER, PETSC_FALSE, 0, {""}},
+  {"fault_stop_file", FAULT_STOP_FILE, PETSC_FALSE, 0, {""}},
+  {"fault_restart", FAULT_RESTART, PETSC_FALSE, FAMILY_STATE, {"", ".previous"}},
+  {"fault_output", FAULT_OUTPUT, PETSC_TRUE, 0, {GROWING, ".xdmf2", ".part.xdmf2"}},
+  {"fault_catalogue", FAULT_CATALOGUE, PETSC_TRUE, 0, {GROWING}},
+  {"fault_checkpoint", FAULT_CHECKPOINT, PETSC_TRUE, FAMILY_STATE, {"", ".previous", ".part.new"}},
+  {"fault_stiffness_view", A_VIEWER, PETSC_TRUE, 0, {""}},
+  {"fault_view", A_VIEWER, PETSC_TRUE, 0, {""}},
+  {"log_view", A_VIEWER, PETSC_TRUE, 0, {""}},
+};
+enum { NUM_FILES = PETSC_STATIC_ARRAY_LENGTH(SlipFaultFiles) };
+
+/* The file of a viewer, TYPE:FILE[:FORMAT], if it has one */
+static PetscErrorCode ViewedFile(char value[], char file[PETSC_MAX_PATH_LEN])
+{
+  char *begin = strchr(value, ':'), *end;
+
+  PetscFunctionBegin;
+  file[0] = '\0';
+  if (!begin) PetscFunctionReturn(PETSC_SUCCESS);
+  end = strchr(begin + 1, ':');
+  if (end) *end = '\0';
+  PetscCall(PetscStrncpy(file, begin + 1, PETSC_MAX_PATH_LEN));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The file of an option that is no string of the fault, if it has one */
+static PetscErrorCode FileOf(SlipFault fault, const char option[], PetscBool viewer, char file[PETSC_MAX_PATH_LEN])
+{
+  char value[PETSC_MAX_PATH_LEN] = "", name[96];
+
+  PetscFunctionBegin;
+  file[0] = '\0';
+  PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", option));
+  PetscCall(PetscOptionsGetString(((PetscObject)fault)->options,
+                                  strncmp(option, "fault_", 6) ? NULL : ((PetscObject)fault)->prefix, name, value,
+                                  sizeof(value), NULL));
+  if (viewer)
+    PetscCall(ViewedFile(value, file));
+  else
+    PetscCall(PetscStrncpy(file, value, PETSC_MAX_PATH_LEN));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective: PETSC_ERR_FILE_OPEN when two options name one file that one of them writes */
+PetscErrorCode SlipFaultCheckFileNames(SlipFault fault)
+{
+  SlipNamedFile *file;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(NUM_FILES, &file));
+  for (PetscInt i = 0; i < (PetscInt)NUM_FILES; i++) {
+    const char *option = SlipFaultFiles[i].option;
+    char *dataset = NULL;
+
+    PetscCall(PetscSNPrintf(file[i].option, sizeof(file[i].option), "-%s%s",
+                            strncmp(option, "fault_", 6) ? "" : SlipFaultPrefix(fault), option));
+    if (SlipFaultFiles[i].id < FAULT_NUM_STRINGS)
+      PetscCall(PetscStrncpy(file[i].name, fault->options.text[SlipFaultFiles[i].id], sizeof(file[i].name)));
+    else if (SlipFaultFiles[i].id == A_VIEWER || fault->setup)
+      PetscCall(FileOf(fault, option, SlipFaultFiles[i].id == A_VIEWER ? PETSC_TRUE : PETSC_FALSE, file[i].name));
+    if (SlipFaultFiles[i].id == FAULT_STIFFNESS_FILE) dataset = strstr(file[i].name, ":/");
+    if (dataset) *dataset = '\0';
+    file[i].written = SlipFaultFiles[i].written;
+    file[i].family = SlipFaultFiles[i].family;
+    for (PetscInt e = 0; e < SLIP_FILE_ENDINGS; e++) file[i].endings[e] = SlipFaultFiles[i].endings[e];
+  }
+  PetscCall(SlipFilesCheckNames(fault->comm, NUM_FILES, file));
+  PetscCall(PetscFree(file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The file that an option of a run in a sweep writes, if it does; a view may be added to a file */
+static PetscErrorCode FileOfRun(PetscOptions options, PetscInt row, char file[PETSC_MAX_PATH_LEN])
+{
+  char name[96], value[PETSC_MAX_PATH_LEN] = "", *append;
+
+  PetscFunctionBegin;
+  file[0] = '\0';
+  if (!SlipFaultFiles[row].written || strncmp(SlipFaultFiles[row].option, "fault_", 6))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", SlipFaultFiles[row].option));
+  PetscCall(PetscOptionsGetString(options, NULL, name, value, sizeof(value), NULL));
+  append = strstr(value, ":append");
+  if (SlipFaultFiles[row].id != A_VIEWER)
+    PetscCall(PetscStrncpy(file, value, PETSC_MAX_PATH_LEN));
+  else if (!append)
+    PetscCall(ViewedFile(value, file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Which runs may write the same files as run k: the run itself, or the one before whose checkpoint it goes on from and
+   whose files it continues */
+static PetscErrorCode FamilyOfRun(PetscInt k, const PetscOptions options[], PetscInt family[])
+{
+  char restart[PETSC_MAX_PATH_LEN] = "", checkpoint[PETSC_MAX_PATH_LEN];
+  PetscBool same;
+
+  PetscFunctionBegin;
+  family[k] = k + 1;
+  PetscCall(PetscOptionsGetString(options[k], NULL, "-fault_restart", restart, sizeof(restart), NULL));
+  for (PetscInt j = 0; j < k && restart[0]; j++) {
+    checkpoint[0] = '\0';
+    PetscCall(PetscOptionsGetString(options[j], NULL, "-fault_checkpoint", checkpoint, sizeof(checkpoint), NULL));
+    PetscCall(PetscStrcmp(restart, checkpoint, &same));
+    if (same) family[k] = family[j];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*@C
+  SlipFaultCheckSweepFiles - refuse runs of which one would write over a file of another one
+
+  Collective; before the first run of a sweep
+
+  Input Parameters:
++ comm    - the processes
+. n       - number of runs
+. options - [n] the options of each, as -fault_output, -fault_catalogue, -fault_checkpoint and viewers of files
+- line    - [n] number of the line that each comes from, for the message
+
+  Level: advanced
+
+  Note:
+  A run that goes on (-fault_restart) from the checkpoint of one before may continue its files.
+
+  Errors: PETSC_ERR_FILE_OPEN, with both lines, when two runs write one file; links and what runs make of names are
+  included
+
+.seealso: SlipFaultSetFromOptions(), SlipFaultOutputStart()
+@*/
+PetscErrorCode SlipFaultCheckSweepFiles(MPI_Comm comm, PetscInt n, const PetscOptions options[], const PetscInt line[])
+{
+  SlipNamedFile *file;
+  PetscInt m = 0, *family;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(n * NUM_FILES, &file));
+  PetscCall(PetscMalloc1(n, &family));
+  for (PetscInt k = 0; k < n; k++) {
+    PetscCall(FamilyOfRun(k, options, family));
+    for (PetscInt i = 0; i < (PetscInt)NUM_FILES; i++) {
+      PetscCall(FileOfRun(options[k], i, file[m].name));
+      if (!file[m].name[0]) continue;
+      PetscCall(PetscSNPrintf(file[m].option, sizeof(file[m].option), "line %" PetscInt_FMT " of -fault_sweep: -%s",
+                              line[k], SlipFaultFiles[i].option));
+      file[m].written = PETSC_TRUE;
+      file[m].family = family[k];
+      for (PetscInt e = 0; e < SLIP_FILE_ENDINGS; e++) file[m].endings[e] = SlipFaultFiles[i].endings[e];
+      m++;
+    }
+  }
+  PetscCall(SlipFilesCheckNames(comm, m, file));
+  PetscCall(PetscFree(family));
+  PetscCall(PetscFree(file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultFindEarlier(SlipFault fault, const char file[], const char what[], PetscBool say,
+                                    char found[PETSC_MAX_PATH_LEN + 8])
+{
+  char target[PETSC_MAX_PATH_LEN] = "", part[PETSC_MAX_PATH_LEN + 8];
+  PetscBool exists[2] = {PETSC_FALSE, PETSC_FALSE};
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  if (!rank) ierr = SlipH5Follow(file, "", target);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  PetscCall(PetscSNPrintf(part, sizeof(part), "%s.part", target));
+  if (!rank) {
+    PetscCall(PetscTestFile(part, 'r', &exists[0]));
+    PetscCall(PetscTestFile(file, 'r', &exists[1]));
+  }
+  PetscCallMPI(MPI_Bcast(exists, 2, MPIU_BOOL, 0, fault->comm));
+  PetscCall(PetscStrncpy(found, exists[0] ? part : exists[1] ? file : "", PETSC_MAX_PATH_LEN + 8));
+  if (!found[0] && say)
+    PetscCall(PetscPrintf(fault->comm, "Neither %s nor %s is there: the %s begins here\n", part, file, what));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,430 @@
+/* -fault_stations: points of the fault whose cells are recorded at the start and every accepted step, in the groups
+   /stations/0, /stations/1, ... of the output. Their rows are those of /series, so that a checkpoint's count of the one
+   is that of the other. */
+#include <slipstep/private/sliprun.h>
+#include <stdio.h>
+
+/* A point may be outside of a cell by this part of its size: coordinates of edges are rounded. Where y is given it may
+   be so far off the plane: who writes metres, or decimetres, seldom meets one that dips. */
+#define STATION_EDGE 1e-9
+#define STATION_OFF 1e-2
+#define STATION_OFF_TRIANGLE 0.1 /* of triangles, which are near to a curved surface only */
+
+static const SlipOutputColumn Columns[] = {
+  {"time", "s", PETSC_FALSE},      {"slip", "m", PETSC_FALSE},  {"slip_rate", "m/s", PETSC_FALSE},
+  {"traction", "Pa", PETSC_FALSE}, {"state", "m", PETSC_FALSE}, {"normal_stress", "Pa", PETSC_FALSE},
+  {"opening", "m", PETSC_FALSE},
+};
+/* The normal stress where slip changes it only, the opening where cells open; slip, its rate and traction have a
+   number for each component of slip. In place of the state there are those of the law. */
+enum {
+  STATION_SLIP = 1,
+  STATION_RATE,
+  STATION_TRACTION,
+  STATION_STATE,
+  STATION_NORMAL,
+  STATION_OPENING,
+  STATION_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns)
+};
+
+typedef struct {
+  PetscReal x, z;      /* asked for [m] */
+  PetscReal centre[3]; /* x, y, z of the cell's centre [m] */
+  PetscInt cell;       /* in the order of the file or grid */
+  PetscInt local;      /* number among this rank's cells, -1: of another rank */
+  PetscReal u0[2];     /* displacement at the start [m] */
+} Station;
+
+typedef struct {
+  PetscInt n;
+  Station *station;
+  PetscBool known;          /* a checkpoint says where they began */
+  PetscReal start;          /* time of the start [s] */
+  PetscInt columns;         /* of their tables */
+  PetscInt numbers;         /* of a row */
+  PetscReal *row;           /* [numbers n] */
+  SlipFaultDeviceLook look; /* their numbers on the device; m 0: they are not asked for there */
+  PetscReal *stress;        /* [cells] room for normal stresses that come from there */
+  SlipOutput output;        /* which has their tables, from this one on; NULL: none, there are no stations */
+  PetscInt table;
+  SlipFault fault;
+} Stations;
+
+/* ---- where they are ---- */
+
+/* How far the point is from a cell's centre [3] along its strike, along its dip and off its plane; of a point without y
+   x is the distance along the strike from the origin, and the depth says where along the dip. at [3]: the point on the
+   plane */
+static void Offsets(const SlipFaultCell *cell, const Station *s, const PetscReal *y, PetscReal off[3], PetscReal at[3])
+{
+  const PetscReal *strike = cell->direction[0], *dip = cell->direction[1], *normal = cell->direction[2];
+  const PetscReal d[3] = {s->x - cell->centre[0], y ? *y - cell->centre[1] : 0, s->z - cell->centre[2]};
+
+  off[0] = y ? d[0] * strike[0] + d[1] * strike[1] : s->x - (cell->centre[0] * strike[0] + cell->centre[1] * strike[1]);
+  off[1] = y ? d[0] * dip[0] + d[1] * dip[1] + d[2] * dip[2] : d[2] / dip[2];
+  off[2] = y ? PetscAbsReal(d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]) : 0;
+  for (PetscInt k = 0; k < 3; k++) at[k] = cell->centre[k] + off[0] * strike[k] + off[1] * dip[k];
+}
+
+/* Does a cell contain the point of its plane that is off its centre by this much? */
+static PetscBool Contains(const SlipFaultCell *cell, const PetscReal off[2], PetscReal size)
+{
+  PetscReal p[3][2];
+  int left = 0;
+
+  if (!cell->vertices)
+    return PetscAbsReal(off[0]) <= (0.5 + STATION_EDGE) * cell->size[0] &&
+               PetscAbsReal(off[1]) <= (0.5 + STATION_EDGE) * cell->size[1]
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+  for (int k = 0; k < 3; k++)
+    for (int j = 0; j < 2; j++) {
+      p[k][j] = 0;
+      for (int i = 0; i < 3; i++) p[k][j] += (cell->vertices[3 * k + i] - cell->centre[i]) * cell->direction[j][i];
+    }
+  for (int k = 0; k < 3; k++) { /* on the side of the centre, or on the edge */
+    const PetscReal *a = p[k], *b = p[(k + 1) % 3], e[2] = {b[0] - a[0], b[1] - a[1]};
+    const PetscReal inner = e[1] * a[0] - e[0] * a[1], own = e[0] * (off[1] - a[1]) - e[1] * (off[0] - a[0]);
+
+    left += own * PetscSign(inner) >= -STATION_EDGE * size * PetscSqrtReal(e[0] * e[0] + e[1] * e[1]) ? 1 : 0;
+  }
+  return left == 3 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The cell that contains the point, of several the first one of the nearest plane, or else the nearest one: inside says
+   which. y: NULL when it was not given. several: cells of several planes contain it, in different places */
+static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, PetscBool *inside, PetscBool *several)
+{
+  PetscReal least = PETSC_MAX_REAL, found[3] = {0, 0, 0};
+  SlipFaultCell cell;
+
+  PetscFunctionBegin;
+  *inside = *several = PETSC_FALSE;
+  for (PetscInt e = 0; e < fault->mesh.N; e++) {
+    PetscReal off[3], at[3], distance, size;
+    PetscBool in, nearer;
+
+    fault->mesh.kind->cell(&fault->mesh, e, &cell);
+    Offsets(&cell, s, y, off, at);
+    size = PetscMin(cell.size[0], cell.size[1]);
+    in = Contains(&cell, off, size) && off[2] <= (cell.vertices ? STATION_OFF_TRIANGLE : STATION_OFF) * size
+           ? PETSC_TRUE
+           : PETSC_FALSE;
+    distance = in ? off[2] : PetscSqrtReal(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]);
+    nearer = distance < least - (in ? STATION_EDGE * size : 0) ? PETSC_TRUE : PETSC_FALSE;
+    if (*inside && in && !y) {
+      const PetscReal apart[3] = {at[0] - found[0], at[1] - found[1], at[2] - found[2]};
+
+      if (apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2] > PetscSqr(STATION_OFF * size))
+        *several = PETSC_TRUE;
+    }
+    if (in == *inside ? !nearer : !in) continue;
+    *inside = in;
+    least = distance;
+    s->cell = e;
+    PetscCall(PetscArraycpy(found, at, 3));
+    PetscCall(PetscArraycpy(s->centre, cell.centre, 3));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* This rank's number of the cell */
+static void FindLocal(SlipFault fault, Station *s)
+{
+  s->local = -1;
+  for (PetscInt i = 0; i < fault->mesh.n; i++)
+    if (SlipFaultMeshRow(&fault->mesh, i) == s->cell) s->local = i;
+}
+
+/* The cell of a point [3], x, y or NaN, z */
+static PetscErrorCode PlaceStation(SlipFault fault, const PetscReal point[3], Station *s)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  const PetscBool three = PetscIsNanReal(point[1]) ? PETSC_FALSE : PETSC_TRUE;
+  PetscBool inside, several;
+  char across[32] = "", text[96];
+
+  PetscFunctionBegin;
+  s->x = point[0];
+  s->z = point[2];
+  if (three) (void)snprintf(across, sizeof(across), "%.10g,", (double)point[1]);
+  (void)snprintf(text, sizeof(text), "%.10g,%s%.10g", (double)point[0], across, (double)point[2]);
+  PetscCall(FindCell(fault, three ? &point[1] : NULL, s, &inside, &several));
+  PetscCheck(inside, fault->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "-%sfault_stations has the point %s outside the fault, expected points in its cells; the centre of the "
+             "nearest is at x = %g, y = %g, z = %g m",
+             prefix, text, (double)s->centre[0], (double)s->centre[1], (double)s->centre[2]);
+  PetscCheck(!several, fault->comm, PETSC_ERR_ARG_INCOMP,
+             "-%sfault_stations has the point %s, which several planes have: expected x,y,z", prefix, text);
+  FindLocal(fault, s);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
+{
+  const char *text = fault->options.text[FAULT_STATIONS];
+  Stations *list;
+  PetscReal *point;
+  PetscInt n;
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)wanted; /* also without stations, as checkpoints say so */
+  PetscCall(PetscNew(&list));
+  *ctx = list;
+  list->fault = fault;
+  if (!text[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipFaultReadPoints(fault, FAULT_STATIONS, "xz", PETSC_TRUE, &n, &point));
+  list->n = n;
+  list->columns = SlipFaultOpens(fault) ? STATION_COLUMNS : fault->kind.coupled ? STATION_OPENING : STATION_NORMAL;
+  list->columns += fault->layout.states - 1;
+  list->numbers = list->columns + 3 * (fault->layout.plane - 1);
+  PetscCall(PetscCalloc2(n, &list->station, list->numbers * n, &list->row));
+  for (PetscInt k = 0; k < n; k++) PetscCall(PlaceStation(fault, point + 3 * k, &list->station[k]));
+  PetscCall(PetscFree(point));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StationsDestroy(void **ctx)
+{
+  Stations *list = (Stations *)*ctx;
+
+  PetscFunctionBegin;
+  PetscCall(PetscFree2(list->station, list->row));
+  PetscCall(PetscFree(list->stress));
+  PetscCall(SlipFaultDeviceLookDestroy(list->fault, &list->look));
+  PetscCall(PetscFree(*ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- their groups ---- */
+
+static PetscErrorCode WritePlace(SlipFault fault, SlipH5 *h, const char group[], const Station *s)
+{
+  PetscFunctionBegin;
+  PetscCall(SlipH5WriteAttrReal(h, group, "x", s->x));
+  PetscCall(SlipH5WriteAttrReal(h, group, "z", s->z));
+  PetscCall(SlipH5WriteAttrInt(h, group, "cell", s->cell));
+  PetscCall(SlipH5WriteAttrReal(h, group, "cell_x", s->centre[0]));
+  if (fault->mesh.ndim == 1) PetscCall(SlipH5WriteAttrReal(h, group, "cell_y", s->centre[1]));
+  PetscCall(SlipH5WriteAttrReal(h, group, "cell_z", s->centre[2]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0: a file that goes on has the same stations. */
+static PetscErrorCode CheckPlaces(SlipFault fault, SlipH5 *h, const Stations *list)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+  PetscInt n = 0, cell = -1;
+  char group[64];
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(SlipH5Has(h, "/stations", &has));
+  if (has) PetscCall(SlipH5CountMembers(h, "/stations", &n));
+  PetscCheck(n == list->n, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+             "%s has %" PetscInt_FMT " stations, but -%sfault_stations %" PetscInt_FMT
+             ": expected the same ones, or another -%sfault_output",
+             h->target, n, prefix, list->n, prefix);
+  for (PetscInt k = 0; k < n; k++) {
+    PetscCall(PetscSNPrintf(group, sizeof(group), "/stations/%" PetscInt_FMT, k));
+    PetscCall(SlipH5ReadAttrInt(h, group, "cell", &cell));
+    PetscCheck(cell == list->station[k].cell, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED,
+               "%s has station %" PetscInt_FMT " in cell %" PetscInt_FMT ", -%sfault_stations in cell %" PetscInt_FMT
+               ": expected the same ones, or another -%sfault_output",
+               h->target, k, cell, prefix, list->station[k].cell, prefix);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The groups with their tables, or those of an earlier run, cut as /series is */
+static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *ctx)
+{
+  Stations *list = (Stations *)ctx;
+  SlipH5 *h = SlipOutputFile(output);
+  const PetscInt c = fault->layout.plane, states = fault->layout.states,
+                 entries[STATION_COLUMNS + SLIP_MAX_STATES] = {0, c, c, c}; /* a number of the others */
+  SlipOutputColumn columns[STATION_COLUMNS + SLIP_MAX_STATES];
+  PetscErrorCode ierr = PETSC_SUCCESS;
+  char group[64];
+
+  PetscFunctionBegin;
+  list->output = output;
+  PetscCall(PetscArraycpy(columns, Columns, STATION_STATE));
+  for (PetscInt k = 0; k < states; k++)
+    columns[STATION_STATE + k] = (SlipOutputColumn){SlipFrictionStateName(fault->friction.law, k),
+                                                    SlipFrictionStateUnit(fault->friction.law, k), PETSC_FALSE};
+  PetscCall(
+    PetscArraycpy(columns + STATION_STATE + states, Columns + STATION_NORMAL, STATION_COLUMNS - STATION_NORMAL));
+  if (h && output->resumed) ierr = CheckPlaces(fault, h, list);
+  PetscCall(SlipErrorBcast(fault->comm, ierr));
+  for (PetscInt k = 0; k < list->n; k++) {
+    PetscInt table;
+
+    PetscCall(PetscSNPrintf(group, sizeof(group), "/stations/%" PetscInt_FMT, k));
+    PetscCall(SlipOutputAddTable(output, group, list->columns, columns, c == 1 ? NULL : entries, &table));
+    if (!k) list->table = table;
+    if (h && !output->resumed) ierr = WritePlace(fault, h, group, &list->station[k]);
+    PetscCall(SlipErrorBcast(fault->comm, ierr));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- their rows ---- */
+
+/* What slip counts from */
+static PetscErrorCode StationsBegin(SlipFault fault, PetscReal time, Vec w, Stations *list)
+{
+  const PetscInt c = fault->layout.plane;
+  const PetscReal *a;
+
+  PetscFunctionBegin;
+  list->start = fault->loads.origin + time;
+  PetscCall(PetscArrayzero(list->row, c * list->n));
+  PetscCall(VecGetArrayRead(w, &a));
+  for (PetscInt k = 0; k < list->n; k++)
+    for (PetscInt j = 0; j < c && list->station[k].local >= 0; j++)
+      list->row[c * k + j] = a[SlipFaultDisplacementAt(fault, list->station[k].local) + j];
+  PetscCall(VecRestoreArrayRead(w, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, list->row, (PetscMPIInt)(c * list->n), MPIU_REAL, MPIU_SUM, fault->comm));
+  for (PetscInt k = 0; k < list->n; k++)
+    for (PetscInt j = 0; j < c; j++) list->station[k].u0[j] = list->row[c * k + j];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of each station the numbers of its state, traction, and the friction of the cells by which the state is shown: from
+   the device, where a few numbers of the cells are all that is asked for */
+static PetscErrorCode Look(SlipFault fault, PetscReal time, Vec w, Stations *list, SlipFrictionCells *friction)
+{
+  const PetscInt width = fault->layout.block + 2;
+  PetscInt *cell;
+
+  PetscFunctionBegin;
+  if (!list->look.m) {
+    PetscCall(PetscMalloc1(list->n, &cell));
+    for (PetscInt k = 0; k < list->n; k++) cell[k] = list->station[k].local;
+    PetscCall(SlipFaultDeviceLookCreate(fault, list->n, cell, &list->look));
+    PetscCall(PetscFree(cell));
+    PetscCall(PetscMalloc1(fault->mesh.n, &list->stress));
+    PetscCall(PetscArraycpy(list->stress, fault->loads.normal, fault->mesh.n));
+  }
+  PetscCall(SlipFaultDeviceLookAt(fault, time, w, &list->look));
+  for (PetscInt k = 0; k < list->n && (fault->kind.coupled || fault->loads.pressed); k++)
+    list->stress[list->station[k].local] = list->look.values[width * (k + 1) - 1];
+  *friction = SlipFaultCellFriction(fault, list->stress);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The traction of station k from there [Pa], along component j */
+static PetscReal LookTraction(SlipFault fault, const Stations *list, PetscInt k, PetscInt j)
+{
+  const PetscInt block = fault->layout.block;
+  const PetscReal *v = list->look.values + (block + 2) * k, strength = v[block];
+  const PetscReal speed = SlipFaultLength(fault, v);
+
+  if (fault->layout.components == 1) return v[0] > 0 ? -strength : strength;
+  return speed > 0 ? -strength * (v[j] / speed) : 0;
+}
+
+/* Slip is what du/dt = v - v_inf makes of it, signed. */
+static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
+{
+  Stations *list = (Stations *)ctx;
+  const PetscInt c = fault->layout.plane;
+  const PetscReal *a = NULL, *r = NULL, *vinf = fault->fields.cell[FIELD_LOADING_RATE];
+  const PetscBool there = SlipFaultOnDevice(fault, w);
+  SlipFrictionCells friction;
+  PetscMPIInt rank;
+  const PetscReal since = fault->loads.origin + time - list->start;
+  Vec traction = NULL;
+
+  PetscFunctionBegin;
+  (void)ts;
+  (void)step;
+  if (!list->n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SlipLogOutputBegin());
+  PetscCall(PetscArrayzero(list->row, list->numbers * list->n));
+  if (there)
+    PetscCall(Look(fault, time, w, list, &friction));
+  else {
+    PetscCall(SlipFaultStepTraction(fault, time, w, &traction));
+    PetscCall(SlipFaultGetFrictionOf(fault, time, w, &friction));
+    PetscCall(VecGetArrayRead(w, &a));
+    PetscCall(VecGetArrayRead(traction, &r));
+  }
+  for (PetscInt k = 0; k < list->n; k++) {
+    const Station *s = &list->station[k];
+    const PetscInt i = s->local;
+    const PetscReal *state = there ? list->look.values + (fault->layout.block + 2) * k : NULL;
+    PetscReal *row = list->row + list->numbers * k;
+
+    if (i < 0) continue;
+    if (!there) state = a + fault->layout.block * i;
+    *row++ = time;
+    for (PetscInt j = 0; j < c; j++, row++) {
+      row[0] = state[fault->layout.displacement + j] - s->u0[j] + vinf[i] * SlipFaultAlong(fault, i)[j] * since;
+      row[c] = state[fault->layout.rate + j];
+      row[2 * c] =
+        there ? LookTraction(fault, list, k, j) : r[fault->layout.components * i + j] / fault->mesh.weight[i];
+    }
+    row += 2 * c;
+    for (PetscInt j = 0; j < fault->layout.states; j++)
+      *row++ = SlipFrictionShown(&friction, i, j, state[fault->layout.state + j]);
+    if (fault->kind.coupled) *row++ = friction.stress[i];
+    if (SlipFaultOpens(fault)) *row = SlipFaultAcross(fault, state + fault->layout.displacement);
+  }
+  if (!there) {
+    PetscCall(VecRestoreArrayRead(traction, &r));
+    PetscCall(VecRestoreArrayRead(w, &a));
+  }
+  PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
+  PetscCallMPI(MPI_Reduce(rank ? list->row : MPI_IN_PLACE, list->row, (PetscMPIInt)(list->numbers * list->n), MPIU_REAL,
+                          MPIU_SUM, 0, fault->comm));
+  PetscCall(SlipOutputAddRows(list->output, list->table, list->n, list->row));
+  PetscCall(SlipLogOutputEnd());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A checkpoint may have said what slip counts from, and the file may have the row of the start. */
+static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
+{
+  Stations *list = (Stations *)ctx;
+
+  PetscFunctionBegin;
+  if (!list->output) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!list->output->resumed || !list->known) PetscCall(StationsBegin(fault, time, w, list));
+  if (!list->output->start_known) PetscCall(StationsStep(fault, ts, 0, time, w, list));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where they began. Those that the run of before did not have begin where this one goes on. */
+static PetscErrorCode StationsVisit(SlipFault fault, SlipState s, void *ctx)
+{
+  Stations *list = (Stations *)ctx;
+  PetscInt stations = list->n;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateGroup(s, "output"));
+  PetscCall(SlipStateInt(s, "stations", 1, &stations));
+  for (PetscInt k = 0; k < list->n && stations == list->n; k++) {
+    char name[64];
+    PetscInt cell = list->station[k].cell;
+
+    PetscCall(PetscSNPrintf(name, sizeof(name), "station_%" PetscInt_FMT "_cell", k));
+    PetscCall(SlipStateInt(s, name, 1, &cell));
+    if (cell != list->station[k].cell) stations = -1;
+    PetscCall(PetscSNPrintf(name, sizeof(name), "station_%" PetscInt_FMT "_displacement", k));
+    PetscCall(SlipStateReal(s, name, fault->layout.plane, list->station[k].u0));
+  }
+  PetscCall(SlipStateReal(s, "station_start", 1, &list->start));
+  if (SlipStateIsLoading(s)) list->known = stations == list->n ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const SlipFaultObserver SlipFaultStationsObserver = {.name = "stations",
+                                                     .create = StationsCreate,
+                                                     .layout = StationsLayout,
+                                                     .start = StationsStart,
+                                                     .step = StationsStep,
+                                                     .visit = StationsVisit,
+                                                     .destroy = StationsDestroy};

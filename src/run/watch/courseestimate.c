@@ -1,0 +1,160 @@
+/* The course of a run, mean slip over time, and an estimate of how far local errors shift it.
+
+   With v, a = dv/dt and s of the exact run, a local error (e_v, e_s) of the state is, for one cell, a step of e_s/v
+   along the trajectory, and at equal slip a change of the kinetic energy by M (v e_v - a e_s). Along the slip that
+   change decays as exp(-H/M t), as the energy of slipestimate.c does, and by it the run gains
+       d(early)/dt = (change of M v^2/2) / (M v^2)
+   on the exact one. Sums over the cells take the place of one cell's numbers. In exponential growth the integrand falls
+   as fast as v^2 grows, so that what happened while v was small has done all of its harm when the slip is largest: the
+   shift of the event is what was gained until then. Later v falls, the linear formula grows without bounds, and what is
+   left to err about is the final slip.
+
+   Between the ends of a step the course is a cubic. A quintic, which knows the accelerations too, differs from it in
+   the middle by h (v0 - v1)/32 + h^2 (a0 + a1)/64. */
+#include <slipstep/private/sliprun.h>
+
+enum {
+  SUM_RATE,   /* of |v| [m/s] */
+  SUM_SLIPS,  /* of s [m] */
+  SUM_ALONG,  /* of e_s [m] */
+  SUM_EXCESS, /* M (v e_v - a e_s) [J/m^2] */
+  SUM_VIGOUR, /* M v^2 [J/m^2] */
+  SUM_GROWTH, /* of d|v|/dt [m/s^2] */
+  TIMING_SUMS
+};
+
+/* ---- the course ---- */
+
+/* A node at a time; later ones were of attempts that did not become steps. */
+PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, PetscReal time, Vec w)
+{
+  PetscReal sum[TIMING_SUMS] = {0};
+  const PetscReal *a, *slip;
+  const SlipArrays arrays[] = {{w, .read = &a}, {fault->cells, .read = &slip}};
+
+  PetscFunctionBegin;
+  if (SlipFaultSticksOnDevice(fault, 1, arrays)) {
+    const SlipArrays thrice[] = {arrays[0], arrays[0], arrays[0]};
+
+    PetscCall(SlipDeviceArraysRun(KERNEL_STICK_TIMING, fault->mesh.n, 1, &fault->operators.mass, 3, thrice, TIMING_SUMS,
+                                  TIMING_SUMS, sum));
+  } else {
+    PetscCall(SlipFaultGetSlip(fault, time, w, fault->cells));
+    PetscCall(SlipArraysGet(2, arrays));
+    for (PetscInt i = 0; i < fault->mesh.n; i++) {
+      sum[SUM_RATE] += fault->mesh.weight[i] * SlipFaultSpeed(fault, a, i);
+      sum[SUM_SLIPS] += fault->mesh.weight[i] * slip[i];
+    }
+    PetscCall(SlipArraysRestore(2, arrays));
+  }
+  time += fault->loads.origin;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, fault->comm));
+  while (course->n && course->node[course->n - 1].time >= time) course->n--;
+  if (course->n == course->size) {
+    course->size = PetscMax(64, 2 * course->size);
+    PetscCall(PetscRealloc((size_t)course->size * sizeof(*course->node), &course->node));
+  }
+  course->node[course->n++] =
+    (SlipCourseNode){.time = time, .slip = sum[SUM_SLIPS] / fault->mesh.N, .rate = sum[SUM_RATE] / fault->mesh.N};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* For checkpoints, in the group of the estimate */
+PetscErrorCode SlipFaultCourseState(SlipFault fault, SlipState s)
+{
+  SlipFaultCourse *course = &fault->run->error.course;
+  SlipFaultTiming *timing = &fault->run->error.timing;
+
+  PetscFunctionBegin;
+  PetscCall(SlipStateReal(s, "excess", 2, timing->excess));
+  PetscCall(SlipStateReal(s, "vigour", 1, &timing->vigour));
+  PetscCall(SlipStateReal(s, "early", 2, timing->early));
+  PetscCall(SlipStateReal(s, "largest_rate", 1, &timing->rate));
+  PetscCall(SlipStateReal(s, "shift", 2, timing->shift));
+  PetscCall(SlipStateReal(s, "acceleration", 1, &timing->acceleration));
+  PetscCall(SlipStateReal(s, "bend", 1, &timing->bend));
+  PetscCall(SlipStateCount(s, "nodes", PETSC_MAX_INT / 3, &course->n));
+  if (course->n > course->size) {
+    PetscCall(PetscRealloc((size_t)course->n * sizeof(*course->node), &course->node));
+    course->size = course->n;
+  }
+  if (course->n) PetscCall(SlipStateReal(s, "course", 3 * course->n, &course->node->time));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the estimate ---- */
+
+/* Of the state w after a step, its error e and its derivative d; a cell that has just stopped has none. */
+static PetscErrorCode TimingSums(SlipFault fault, Vec w, Vec e, Vec d, PetscReal sum[TIMING_SUMS])
+{
+  const PetscReal *a, *b, *c;
+  const SlipArrays arrays[] = {{w, .read = &a}, {e, .read = &b}, {d, .read = &c}};
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(sum, TIMING_SUMS));
+  if (SlipFaultSticksOnDevice(fault, 3, arrays)) {
+    PetscCall(SlipDeviceArraysRun(KERNEL_STICK_TIMING, fault->mesh.n, 1, &fault->operators.mass, 3, arrays, TIMING_SUMS,
+                                  TIMING_SUMS, sum));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SlipArraysGet(3, arrays));
+  for (PetscInt i = 0; i < fault->mesh.n; i++) {
+    const PetscInt at = SlipFaultRateAt(fault, i);
+    const PetscReal v = SlipFaultSpeed(fault, a, i), weight = fault->mesh.weight[i],
+                    inertia = fault->operators.mass * weight;
+    const PetscReal acceleration = SlipFaultAlongSlip(fault, a + at, c + at);
+
+    sum[SUM_RATE] += weight * v;
+    sum[SUM_SLIPS] += weight * a[SlipFaultStateAt(fault, i)];
+    sum[SUM_ALONG] += weight * b[SlipFaultStateAt(fault, i)];
+    sum[SUM_EXCESS] += inertia * (SlipFaultDot(fault, a + at, b + at) - acceleration * b[SlipFaultStateAt(fault, i)]);
+    sum[SUM_VIGOUR] += inertia * v * v;
+    sum[SUM_GROWTH] += weight * acceleration;
+  }
+  PetscCall(SlipArraysRestore(3, arrays));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, TIMING_SUMS, MPIU_REAL, MPI_SUM, fault->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Mean of 1/x over a step in which x goes exponentially from one value to another */
+static PetscReal MeanInverse(PetscReal x0, PetscReal x1)
+{
+  const PetscReal growth = PetscLogReal(x1 / x0);
+
+  return PetscAbsReal(growth) < 1e-6 ? 1 / x1 : (1 / x0 - 1 / x1) / growth;
+}
+
+/* After an accepted step with a local error e, which is to be multiplied by scale */
+PetscErrorCode SlipFaultTimingStep(SlipFault fault, TS ts, const SlipAttempt *attempt, Vec w, Vec e, PetscReal scale)
+{
+  SlipFaultRunError *est = &fault->run->error;
+  SlipFaultTiming *timing = &est->timing;
+  const PetscReal h = attempt->dt, decay = PetscExpReal(-est->decay * h);
+  const SlipCourseNode *last = est->course.n ? &est->course.node[est->course.n - 1] : NULL;
+  PetscReal sum[TIMING_SUMS], growth;
+  Vec d;
+
+  PetscFunctionBegin;
+  PetscCall(TSBatheGetEstimates(ts, NULL, NULL, &d));
+  if (!d || !last) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TimingSums(fault, w, e, d, sum));
+  growth = sum[SUM_GROWTH] / fault->mesh.N;
+  timing->bend = PetscMax(timing->bend, PetscAbsReal(h * (last->rate - sum[SUM_RATE] / fault->mesh.N) / 32 +
+                                                     h * h * (timing->acceleration + growth) / 64));
+  timing->acceleration = growth;
+  for (PetscInt k = 0; k < 2; k++) {
+    const PetscReal along = scale * sum[SUM_ALONG], excess = scale * sum[SUM_EXCESS];
+
+    if (timing->vigour > 0 && sum[SUM_VIGOUR] > 0)
+      timing->early[k] += timing->excess[k] * h * (1 + decay) / 2 * MeanInverse(timing->vigour, sum[SUM_VIGOUR]);
+    if (sum[SUM_RATE] > 0) timing->early[k] += (k ? PetscAbsReal(along) : along) / sum[SUM_RATE];
+    timing->excess[k] = timing->excess[k] * decay + (k ? PetscAbsReal(excess) : excess);
+  }
+  timing->vigour = sum[SUM_VIGOUR];
+  if (sum[SUM_RATE] > timing->rate) {
+    timing->rate = sum[SUM_RATE];
+    timing->shift[0] = timing->early[0];
+    timing->shift[1] = timing->early[1];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

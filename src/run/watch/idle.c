@@ -1,0 +1,195 @@
+/* Options that were given and change nothing of a run, because another choice leaves what they set out: named before
+   it, one line each. Only a fault whose options were read speaks, and rank 0 for all. What belongs to steps is in
+   adapt/rlidle.c. */
+#include <slipstep/private/sliprun.h>
+#include <slipsys.h>
+#include <string.h>
+
+/* ---- what leaves something out ---- */
+
+static PetscBool Is(const char choice[], const char name[])
+{
+  return strcmp(choice, name) ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool NotCritical(SlipFault fault)
+{
+  return Is(fault->kind.initial, "critical") ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool NotFromTraction(SlipFault fault)
+{
+  return Is(fault->kind.initial, "traction") ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool NoState(SlipFault fault)
+{
+  return fault->friction.law->always_slides ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* The state heals by its own law. With inertia the steps of a fault that heals are others. */
+static PetscBool OwnHealing(SlipFault fault)
+{
+  return fault->friction.law->nstates && !fault->kind.inertia ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* H does not grow with the square root of K */
+static PetscBool NoRoot(SlipFault fault)
+{
+  return Is(fault->kind.viscosity, "radiation") || Is(fault->kind.viscosity, "none") ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscBool NoLanczos(SlipFault fault)
+{
+  return Is(fault->kind.viscosity, "lanczos") ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* By what the matrices have become, as -fault_operator auto may choose it */
+static PetscBool NoHierarchy(SlipFault fault)
+{
+  PetscBool is[2] = {PETSC_FALSE, PETSC_FALSE};
+  Mat matrix[2] = {NULL, NULL};
+
+  PetscCallAbort(PETSC_COMM_SELF, SlipElasticGetMatrices(fault->medium, &matrix[0], &matrix[1], NULL));
+  for (int k = 0; k < 2; k++)
+    if (matrix[k]) PetscCallAbort(PETSC_COMM_SELF, PetscObjectTypeCompare((PetscObject)matrix[k], "sliphmat", &is[k]));
+  return is[0] || is[1] ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool NoInjection(SlipFault fault)
+{
+  return fault->options.text[FAULT_INJECTION][0] ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool NoOutput(SlipFault fault)
+{
+  return fault->options.text[FAULT_OUTPUT][0] ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool NoSurface(SlipFault fault)
+{
+  return fault->options.text[FAULT_SURFACE_STATIONS][0] ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool NoCatalogue(SlipFault fault)
+{
+  return fault->options.text[FAULT_CATALOGUE][0] ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool NoFiles(SlipFault fault)
+{
+  return NoOutput(fault) && NoCatalogue(fault) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscBool NoCheckpoint(SlipFault fault)
+{
+  return fault->options.text[FAULT_CHECKPOINT][0] ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool NoRestart(SlipFault fault)
+{
+  return fault->options.text[FAULT_RESTART][0] ? PETSC_FALSE : PETSC_TRUE;
+}
+
+static PetscBool KFromFile(SlipFault fault)
+{
+  return fault->options.text[FAULT_STIFFNESS_FILE][0] ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static const struct {
+  const char *names; /* with blanks between */
+  PetscBool (*idle)(SlipFault);
+  const char *why;
+} Rows[] = {
+  {"initial_perturbation", NotCritical, "it is for -fault_initial critical"},
+  {"initial_unstable", NotFromTraction, "it is for -fault_initial traction"},
+  {"state_law initial_rate initial_state", NoState, "it is for -fault_friction_law rate_and_state"},
+  {"healing_time", OwnHealing, "the state of this -fault_friction_law evolves by a law of its own"},
+  {"damping_ratio", NoRoot, "it is for -fault_viscosity sqrtm, spectral and lanczos"},
+  {"krylov_tolerance", NoLanczos, "it is for -fault_viscosity lanczos"},
+  {"hmat_tolerance", NoHierarchy, "there is no hierarchical matrix (-fault_operator hmat)"},
+  {"kernel stiffness_average", KFromFile, "-fault_stiffness_file has the stiffness"},
+  {"injection_pressure injection_diffusivity injection_stop", NoInjection, "there is no -fault_injection"},
+  {"output_fields output_interval output_slip_interval output_time_interval output_rate_change output_size "
+   "output_compression output_precision output_xdmf stations surface_stations",
+   NoOutput, "there is no -fault_output"},
+  {"surface_motion", NoSurface, "there are no -fault_surface_stations"},
+  {"catalogue_maps event_rate", NoCatalogue, "there is no -fault_catalogue"},
+  {"output_overwrite", NoFiles, "there is neither -fault_output nor -fault_catalogue"},
+  {"checkpoint_interval", NoCheckpoint, "there is no -fault_checkpoint"},
+  {"restart_dt", NoRestart, "there is no -fault_restart"},
+};
+
+/* ---- what is said of it ---- */
+
+static PetscErrorCode Given(SlipFault fault, const char name[], PetscBool *given)
+{
+  char option[64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(option, sizeof(option), "-fault_%s", name));
+  PetscCall(PetscOptionsHasName(((PetscObject)fault)->options, ((PetscObject)fault)->prefix, option, given));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The numbers of friction that the law does not read; of a law of the user's nobody knows which. Zero disables. */
+static PetscErrorCode WarnOfFriction(SlipFault fault)
+{
+  const SlipFrictionLaw *law = fault->friction.law;
+  const char *prefix = SlipFaultPrefix(fault);
+
+  PetscFunctionBegin;
+  for (PetscInt id = FAULT_FRICTION_RESIDUAL; id <= FAULT_FRICTION_REFERENCE_RATE && law->reads; id++) {
+    const char *reads = law->reads;
+    PetscBool given, read = PETSC_FALSE;
+    char name[SLIP_NAME_LENGTH];
+
+    while (SlipNextName("friction_", &reads, name))
+      if (!strcmp(name, SlipFaultReals[id].name)) read = PETSC_TRUE;
+    PetscCall(Given(fault, SlipFaultReals[id].name, &given));
+    if (given && !read)
+      PetscCall(SlipWarning("-%sfault_%s has no effect: the law %s does not read it (-%sfault_friction_law)", prefix,
+                            SlipFaultReals[id].name, law->name, prefix));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Fields override numbers, but for the gradient, which warn.c knows. */
+static PetscErrorCode WarnOfFields(SlipFault fault)
+{
+  const SlipParameter *p;
+
+  PetscFunctionBegin;
+  for (PetscInt id = 0; (p = SlipFaultRealRow(id)); id++) {
+    const PetscInt field = SlipFaultFieldOf(id);
+    PetscBool given;
+
+    if (field < 0 || !fault->fields.source[field]) continue;
+    PetscCall(Given(fault, p->name, &given));
+    if (given)
+      PetscCall(SlipWarning("-%sfault_%s has no effect: %s: /%s has the values of all cells", SlipFaultPrefix(fault),
+                            p->name, fault->fields.source[field], p->name));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault)
+{
+  const char *prefix = SlipFaultPrefix(fault);
+
+  PetscFunctionBegin;
+  PetscCall(WarnOfFriction(fault));
+  PetscCall(WarnOfFields(fault));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(Rows); i++) {
+    const char *names = Rows[i].names;
+    char name[SLIP_NAME_LENGTH];
+
+    while ((*Rows[i].idle)(fault) && SlipNextName("", &names, name)) {
+      PetscBool given;
+
+      PetscCall(Given(fault, name, &given));
+      if (given) PetscCall(SlipWarning("-%sfault_%s has no effect: %s", prefix, name, Rows[i].why));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
