@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""The site: it is built without a warning, its links and pictures are there, each option has one row, and code blocks of pages parse and
-name what exists. A browser, where one is installed, opens it and the report of a run as a phone does."""
+"""The site: it is built without a warning, its links and pictures are there, each option has one row, and code blocks
+of pages parse and name what exists. A browser, where one is installed, opens it and the report of a run as a phone
+does."""
 
 import glob
 import html
@@ -15,7 +16,8 @@ import unittest
 from browser import BROWSER, complaints
 from scripts import BUILD, SOURCE, FaultTest
 
-LACKING = [package for module, package in (("sphinx", "python3-sphinx"), ("myst_parser", "python3-myst-parser"), ("sphinx_rtd_theme", "python3-sphinx-rtd-theme"))
+LACKING = [package for module, package in (("sphinx", "python3-sphinx"), ("myst_parser", "python3-myst-parser"),
+                                           ("sphinx_rtd_theme", "python3-sphinx-rtd-theme"))
            if not importlib.util.find_spec(module)]
 
 
@@ -25,7 +27,8 @@ class Site(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.folder.cleanup)
-        done = subprocess.run([sys.executable, os.path.join(SOURCE, "src", "site", "build.py"), "--build", BUILD, "--output", cls.folder.name], capture_output=True, text=True)
+        done = subprocess.run([sys.executable, os.path.join(SOURCE, "src", "site", "build.py"), "--build", BUILD,
+                               "--output", cls.folder.name], capture_output=True, text=True)
         if done.returncode:
             raise AssertionError(done.stdout + done.stderr)
 
@@ -42,32 +45,38 @@ class Site(unittest.TestCase):
                     continue
                 target, _, part = link.split("?")[0].partition("#")
                 full = os.path.normpath(os.path.join(os.path.dirname(path), target)) if target else path
-                if not os.path.exists(full) or part and full in ids and part not in ids[full] and os.path.basename(path) not in ("search.html", "genindex.html"):
+                if (not os.path.exists(full) or part and full in ids and part not in ids[full]
+                    and os.path.basename(path) not in ("search.html", "genindex.html")):
                     missing.append(f"{os.path.relpath(path, root)}: {link}")
         self.assertEqual(sorted(set(missing)), [])
-        outside = {link for text in pages.values() for link in re.findall(r'<(?:script|link|img)[^>]*(?:src|href)="(https?:[^"]+)"', text)}
+        outside = {link for text in pages.values()
+                   for link in re.findall(r'<(?:script|link|img)[^>]*(?:src|href)="(https?:[^"]+)"', text)}
         self.assertEqual(outside, set(), "the site needs the network")
         features = self.read(os.path.join(self.folder.name, "source", "reference", "features.md"))
         self.assertRegex(features, r"(?m)^\| -fault\\_opening yes \| only with \| -fault\\_slip\\_components 2 \|")
         options = self.read(os.path.join(self.folder.name, "source", "reference", "options.md"))
         rows = re.findall(r"(?m)^\| `(-\w+)` \|", options)
         self.assertEqual(sorted(rows), sorted(set(rows)))
-        self.assertTrue({"-fault_nx", "-ts_bathe_error", "-train_output", "-evaluate_quick", "-circuit_output"} <= set(rows), rows)
+        self.assertTrue({"-fault_nx", "-ts_bathe_error", "-train_output", "-evaluate_quick",
+                         "-circuit_output"} <= set(rows), rows)
 
     @unittest.skipUnless(BROWSER, "no browser is installed (Debian's chromium)")
     def test_on_a_phone(self):
         root = os.path.join(self.folder.name, "html")
-        pages = sorted(os.path.relpath(path, root) for path in glob.glob(os.path.join(root, "**", "*.html"), recursive=True))
+        pages = sorted(os.path.relpath(path, root)
+                       for path in glob.glob(os.path.join(root, "**", "*.html"), recursive=True))
         self.assertEqual(complaints(root, pages), [])
 
     def test_how_to_has_groups(self):
         """Each page of the how-to is in a section of its index."""
         index = self.read(os.path.join(self.folder.name, "source", "howto", "index.md"))
         trees = re.findall(r"(?ms)^## ([^\n]+)\n(?:(?!^## ).)*?^```\{toctree\}\n:hidden:\n\n(.*?)^```", index)
-        self.assertEqual([title for title, _ in trees], ["Start", "Faults and meshes", "Physics", "Running", "Results", "Own code", "Policies"])
+        self.assertEqual([title for title, _ in trees],
+                         ["Start", "Faults and meshes", "Physics", "Running", "Results", "Own code", "Policies"])
         entries = [entry for _, tree in trees for entry in tree.split()]
         pages = glob.glob(os.path.join(self.folder.name, "source", "howto", "*.md"))
-        self.assertEqual(sorted(entries), sorted("/howto/" + os.path.basename(page)[:-len(".md")] for page in pages if not page.endswith("index.md")))
+        names = {os.path.basename(page)[:-len(".md")] for page in pages} - {"index"}
+        self.assertEqual(sorted(entries), sorted("/howto/" + name for name in names))
 
     @staticmethod
     def read(path):
@@ -79,13 +88,16 @@ class Pages(unittest.TestCase):
     def test_code_blocks(self):
         """Those of the shell are its language, and scripts and programs that they call are there."""
         wrong = []
-        pages = [path for path in glob.glob(os.path.join(SOURCE, "**", "*.md"), recursive=True) if not os.path.relpath(path, SOURCE).startswith("build")]
+        pages = [path for path in glob.glob(os.path.join(SOURCE, "**", "*.md"), recursive=True)
+                 if not os.path.relpath(path, SOURCE).startswith("build")]
         for path in pages:
             for block in re.findall(r"(?ms)^ *```sh\n(.*?)^ *```", Site.read(path)):
                 where = os.path.relpath(path, SOURCE)
                 if subprocess.run(["bash", "-n"], input=block, capture_output=True, text=True).returncode:
                     wrong.append(f"{where}: not of the shell: {block[:60]}")
-                for word in re.findall(r"(?<![\w/.~-])((?:examples|output|training|tests|src)/[\w./-]+\.(?:py|sh|opts)|build/bin/\w+)", block):
+                for word in re.findall(
+                    r"(?<![\w/.~-])((?:examples|output|training|tests|src)/[\w./-]+\.(?:py|sh|opts)|build/bin/\w+)",
+                    block):
                     full = os.path.join(BUILD, word[6:]) if word.startswith("build/") else os.path.join(SOURCE, word)
                     if not os.path.exists(full):
                         wrong.append(f"{where}: {word}")
@@ -96,7 +108,8 @@ class Pages(unittest.TestCase):
 class Browser(FaultTest):
     def test_what_is_wrong_is_found(self):
         pages = {"good.html": '<a href="bad.html">there</a>',
-                 "bad.html": '<img src="none.png"><a href="none.html">gone</a><div style="width: 700px">wide</div><script>console.log("said")</script>'}
+                 "bad.html": '<img src="none.png"><a href="none.html">gone</a><div style="width: 700px">wide</div>'
+                             '<script>console.log("said")</script>'}
         for name, text in pages.items():
             with open(self.path(name), "w", encoding="utf-8") as file:
                 file.write("<!doctype html><title>page</title><body>" + text)
@@ -107,7 +120,8 @@ class Browser(FaultTest):
 
     def test_report_on_a_phone(self):
         self.fault("-fault_nx", 8, "-fault_nz", 8, "-fault_output", "run.h5", "-fault_catalogue", "events.h5")
-        done = subprocess.run([sys.executable, os.path.join(BUILD, "bin", "slipstep"), "report", "run.h5", "--catalogue", "events.h5", "-o", "report.html"],
+        done = subprocess.run([sys.executable, os.path.join(BUILD, "bin", "slipstep"), "report", "run.h5",
+                               "--catalogue", "events.h5", "-o", "report.html"],
                               cwd=self.folder.name, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(complaints(self.folder.name, ["report.html"]), [])
