@@ -255,8 +255,8 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
 /* ---- the mesh ---- */
 
 /* Cells across a fault up to which `centre` is known to be off by a fifth and more where the whole fault slides: the
-   final slip of the 3 km fault by 22.5 % on 20 x 20 cells, 50.2 % on 10 x 10 (README.md, "What a mesh of n cells is
-   worth") */
+   final slip of the 3 km fault by 22.5 % on 20 x 20 cells, 50.2 % on 10 x 10 (src/accuracy.md, "What a mesh of n cells
+   is worth") */
 #define FEW_CELLS 20
 
 /* A fault that starts at its instability, and is not loaded, slides as a whole, up to its edges. Planes that dip, and
