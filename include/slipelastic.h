@@ -41,17 +41,16 @@ typedef struct {
 /* What the rock is like */
 typedef struct {
   PetscReal shear_modulus, poisson_ratio, density; /* [Pa], [1], [kg/m^3] */
-  PetscReal mass;        /* rho Ly, of M and of the square root H = 2 zeta (M K)^(1/2) [kg/m^2] */
-  PetscBool inertia;     /* M is in the balance */
-  const char *viscosity; /* "radiation" or a type of MatCreateSlipViscosity() */
-  PetscReal zeta;        /* damping ratio; 0: no viscosity, unless that is "radiation" */
-  PetscReal impedance;   /* of radiation, G/(2 cs) [Pa s/m] */
-  PetscReal across;      /* of what opens cells, rho cp/2 [Pa s/m]; 0: cells do not open */
-  PetscReal tolerance;   /* relative, of products with a viscosity by Lanczos' method */
-  PetscReal waves_tolerance,
-    waves_padding;             /* of the type waves: of its kernels, 0: exact, and the period over the length */
-  PetscInt components;         /* of slip in each cell */
-  const SlipElasticGrid *grid; /* NULL: the cells are no grid; borrowed, during setup */
+  PetscReal mass;                           /* rho Ly, of M and of the square root H = 2 zeta (M K)^(1/2) [kg/m^2] */
+  PetscBool inertia;                        /* M is in the balance */
+  const char *viscosity;                    /* "radiation" or a type of MatCreateSlipViscosity() */
+  PetscReal zeta;                           /* damping ratio; 0: no viscosity, unless that is "radiation" */
+  PetscReal impedance;                      /* of radiation, G/(2 cs) [Pa s/m] */
+  PetscReal across;                         /* of what opens cells, rho cp/2 [Pa s/m]; 0: cells do not open */
+  PetscReal tolerance;                      /* relative, of products with a viscosity by Lanczos' method */
+  PetscReal waves_tolerance, waves_padding; /* of the type waves: of its kernels, and the period over the length */
+  PetscInt components;                      /* of slip in each cell */
+  const SlipElasticGrid *grid;              /* NULL: the cells are no grid; borrowed, during setup */
   const PetscInt *order; /* [cells] a number of each that no distribution changes; NULL: its row; borrowed likewise */
   Vec along;             /* stress of 1 Pa along the rake of each cell, in rows of stress; borrowed, during setup */
 } SlipElasticRock;

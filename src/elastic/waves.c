@@ -7,7 +7,7 @@
   farther ones are in a factor of theirs by which steady slip meets no damping.
 
   W is a sum of decaying exponentials (wave_poles.c), so that a step of any length at constant rates is one product for
-  each of them: no history, no window. With a tolerance of 0 the rates of all steps are kept instead (wavehistory.c).
+  each of them: no history, no window.
   While steps are longer than all that is remembered m is eta V, and nothing else is computed. The state (u, t) follows
   from the step's start by going from its displacement to u at a constant rate. What is remembered goes on in its place:
   steps have no parts, which would need it twice.
@@ -39,10 +39,7 @@ static PetscErrorCode TableOf(SlipWaves *w, PetscReal h, SlipWaveTable **table)
       PetscCall(SlipWavesAllocate((size_t)2 * w->memory[m].poles.n * w->space->stride, &oldest->E[m]));
       PetscCall(SlipAllocate((size_t)w->space->stride, &oldest->step[m]));
     }
-    if (w->history)
-      SlipWaveHistoryStep(w->history, &w->memory[m], h, oldest->step[m]);
-    else
-      SlipWaveMemoryTable(&w->memory[m], h, oldest->E[m], oldest->step[m]);
+    SlipWaveMemoryTable(&w->memory[m], h, oldest->E[m], oldest->step[m]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -107,15 +104,12 @@ SLIP_VECTOR static void SlipWavesSum(SlipWaves *w, const PetscReal sums[], const
     }
 }
 
-/* w->next: the sums of all kernels h after the step's start, without slip; h > 0 unless there is a history */
+/* w->next: the sums of all kernels h after the step's start, without slip; h > 0 */
 static void Next(SlipWaves *w, PetscReal h, const SlipWaveTable *table)
 {
-  if (w->next_h == h && h > 0) return;
+  if (w->next_h == h) return;
   for (PetscInt k = 0; k < w->kernels; k++)
-    if (w->history)
-      SlipWaveHistorySum(w->history, &w->memory[k], h, SlipWavesPart(w, w->next, k));
-    else
-      SlipWaveMemoryNext(&w->memory[k], table->E[k], w->past.z[k], SlipWavesPart(w, w->next, k));
+    SlipWaveMemoryNext(&w->memory[k], table->E[k], w->past.z[k], SlipWavesPart(w, w->next, k));
   w->next_h = h;
 }
 
@@ -129,8 +123,7 @@ static PetscErrorCode MemoryAfter(SlipWaves *w, PetscReal h)
   w->m_known = PETSC_TRUE;
   w->m_h = h;
   if (!(h > 0)) {
-    if (w->history) Next(w, 0, NULL);
-    SlipWavesSum(w, w->history ? w->next : w->past.now, NULL, h);
+    SlipWavesSum(w, w->past.now, NULL, h);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (h >= w->longest) {
@@ -138,7 +131,7 @@ static PetscErrorCode MemoryAfter(SlipWaves *w, PetscReal h)
     PetscCall(PetscArraycpy(w->m, w->rate, SlipWavesNumbers(w)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (!w->history) PetscCall(SlipWavesBegin(w));
+  PetscCall(SlipWavesBegin(w));
   PetscCall(TableOf(w, h, &table));
   Next(w, h, table);
   SlipWavesSum(w, w->next, table, h);
@@ -223,10 +216,7 @@ static PetscErrorCode AddStep(SlipWaves *w, PetscReal h)
   if (!(h > 0)) PetscFunctionReturn(PETSC_SUCCESS);
   SlipWavesRate(w, h);
   w->next_h = 0;
-  if (w->history) {
-    PetscCall(SlipWaveHistoryAdd(w->history, h, w->longest, w->rate));
-    past->steady = h >= w->longest ? PETSC_TRUE : PETSC_FALSE;
-  } else if (h >= w->longest) {
+  if (h >= w->longest) {
     for (PetscInt m = 0; m < w->kernels; m++)
       PetscCall(PetscArraycpy(SlipWavesPart(w, past->now, m), SlipWavesPart(w, w->rate, w->memory[m].field),
                               w->space->parts * w->space->stride));
@@ -255,7 +245,6 @@ static PetscErrorCode Advance_Waves(SlipElastic el, PetscInt from, PetscInt to, 
   if (from < 0) {
     w->past.steady = PETSC_TRUE;
     w->next_h = 0;
-    if (w->history) w->history->steps = 0;
     PetscCall(PetscArrayzero(w->past.now, SlipWavesSums(w)));
     PetscCall(SlipWaveImagesStart(w->images));
   } else {

@@ -59,9 +59,6 @@ static PetscErrorCode Check(SlipElastic el, const SlipElasticRock *rock)
     "-%sfault_medium waves: expected radiation damping, and neither inertia, opening, nor slip that changes normal "
     "stress",
     prefix);
-  PetscCheck(rock->waves_tolerance == 0 || rock->waves_tolerance >= SLIP_WAVE_FINEST, comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "-%sfault_waves_tolerance is %g, expected 0, or at least %g", prefix, (double)rock->waves_tolerance,
-             SLIP_WAVE_FINEST);
   if (g->nx == 1) {
     const PetscReal depth = g->size[1] * (PetscReal)g->nz;
 
@@ -95,7 +92,7 @@ static PetscErrorCode Longest(SlipWaves *w)
   for (PetscInt i = 0; i < w->space->n; i++)
     if (w->space->k[i] > 0) k = PetscMin(k, w->space->k[i]);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &k, 1, MPIU_REAL, MPIU_MIN, w->space->comm));
-  w->longest = w->history ? SlipWaveHistoryLongest(k, w->cs) : FORGOTTEN / (slowest * k * w->cs);
+  w->longest = FORGOTTEN / (slowest * k * w->cs);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -149,7 +146,6 @@ PetscErrorCode SlipWavesSetUp(SlipElastic el, const SlipElasticRock *rock)
   PetscCall(SlipWaveSpaceCreate(el->K, rock, &w->space));
   SlipWorkAdd(SLIP_WORK_WAVE, (PetscReal)w->space->stride);
   PetscCall(SlipWaveImagesCreate(w->space, rock, &w->images));
-  if (rock->waves_tolerance == 0) PetscCall(SlipWaveHistoryCreate(w->space, ratio, &w->history));
   PetscCall(SetUpKernels(w, ratio, rock->waves_tolerance));
   w->past.steady = PETSC_TRUE;
   PetscCall(SlipAllocate(SlipWavesSums(w), &w->past.now));
@@ -200,18 +196,14 @@ PetscErrorCode SlipWavesView(SlipElastic el, PetscViewer viewer)
   for (PetscInt m = 0; m < w->kernels; m++)
     bytes += (PetscReal)sizeof(float) *
              (PetscReal)(SlipWaveMemorySize(&w->memory[m]) + (size_t)2 * w->memory[m].poles.n * w->space->stride);
-  if (w->history) bytes = (PetscReal)(sizeof(PetscReal) * SlipWavesNumbers(w));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bytes, 1, MPIU_REAL, MPIU_SUM, w->space->comm));
   PetscCall(PetscViewerASCIIPrintf(
-    viewer, "waves: %s, period %" PetscInt_FMT " x %" PetscInt_FMT " cells, shortest step %.3g s, memory %.3g MB%s\n",
+    viewer, "waves: %s, period %" PetscInt_FMT " x %" PetscInt_FMT " cells, shortest step %.3g s, memory %.3g MB\n",
     w->space->line ? (w->space->mirror ? "antiplane line up to the ground" : "antiplane line in a full space")
                    : "plane in a full space",
-    w->space->length[0], w->space->length[1], (double)w->least, (double)bytes / 1e6,
-    w->history ? " for each step" : ""));
+    w->space->length[0], w->space->length[1], (double)w->least, (double)bytes / 1e6));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  waves of periodic images come %.3g s after slip\n", (double)first));
-  if (w->history)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  the rates of all steps, which last for %.3g s\n", (double)w->longest));
-  for (PetscInt m = 0; m < w->space->modes && !w->history; m++)
+  for (PetscInt m = 0; m < w->space->modes; m++)
     PetscCall(PetscViewerASCIIPrintf(viewer, "  mode %s: %" PetscInt_FMT " exponentials, error %.1e\n",
                                      w->memory[m].mode == SLIP_WAVE_INPLANE ? "II" : "III", w->memory[m].poles.n,
                                      (double)w->memory[m].poles.error));
@@ -239,7 +231,6 @@ PetscErrorCode SlipWavesDestroy(SlipElastic el)
   fftw_free(w->m);
   PetscCall(PetscFree(w->stiffness));
   for (PetscInt m = 0; m < w->kernels; m++) PetscCall(SlipWaveMemoryDestroy(&w->memory[m]));
-  PetscCall(SlipWaveHistoryDestroy(&w->history));
   PetscCall(SlipWaveImagesDestroy(&w->images));
   PetscCall(SlipWaveSpaceDestroy(&w->space));
   PetscCall(VecDestroy(&w->last));

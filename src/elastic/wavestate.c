@@ -60,7 +60,7 @@ PetscErrorCode SlipWavesVisit(SlipElastic el, SlipState state)
   PetscCall(SlipStateReal(state, "next_step", 1, &w->next_h));
   PetscCall(SlipStateBool(state, "steady", &w->past.steady));
   steady = w->past.steady;
-  if (!w->history) PetscCall(SlipWavesBegin(w)); /* steady slip is written as what it leaves, too */
+  PetscCall(SlipWavesBegin(w)); /* steady slip is written as what it leaves, too */
   w->past.steady = steady;
   PetscCall(VecCreateMPI(w->space->comm, per * w->space->n, PETSC_DETERMINE, &x));
   PetscCall(VecGetArray(x, &a));
@@ -71,7 +71,6 @@ PetscErrorCode SlipWavesVisit(SlipElastic el, SlipState state)
   for (PetscInt i = 0; i < w->space->n && loading; i++) Exchange(w, i, loading, a + i * per);
   PetscCall(VecRestoreArray(x, &a));
   PetscCall(VecDestroy(&x));
-  if (w->history) PetscCall(SlipWaveHistoryVisit(w->history, w->space, state));
   PetscCall(SlipWaveImagesVisit(w->images, state));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

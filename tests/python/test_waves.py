@@ -33,21 +33,15 @@ class WavesTest(FaultTest):
             return file["fields/time"][-1], file["fields/slip"][-1]
 
     def test_restart_in_the_rupture(self):
-        """To the bit: the memory is in the checkpoint, exponentials or, with a tolerance of 0, the rates of all steps, with which slip is the same but for the
-        error of the exponentials, 1e-6 of the largest, and of single precision."""
+        """To the bit: the memory is in the checkpoint."""
         options = "-fault_output_precision", "double", "-fault_output_time_interval", WHOLE, "-ts_max_time", 1.5, "-fault_output"
-        ends = []
-        for tolerance in 1e-6, 0:
-            exact = "-fault_waves_tolerance", tolerance, *options
-            self.tpv3(500, *exact, "whole.h5")
-            self.tpv3(500, *exact, "part.h5", "-ts_max_steps", 20, "-fault_checkpoint", "state.h5", code=3)
-            self.tpv3(500, *exact, "part.h5", "-fault_restart", "state.h5")
-            (time, slip), (same, again) = self.last("whole.h5"), self.last("part.h5")
-            self.assertEqual(time, same)
-            self.assertGreater(slip.max(), 0.5)
-            np.testing.assert_array_equal(slip, again)
-            ends.append(slip)
-        self.assertLess(np.abs(ends[0] - ends[1]).max(), 2e-6 * ends[1].max())
+        self.tpv3(500, *options, "whole.h5")
+        self.tpv3(500, *options, "part.h5", "-ts_max_steps", 20, "-fault_checkpoint", "state.h5", code=3)
+        self.tpv3(500, *options, "part.h5", "-fault_restart", "state.h5")
+        (time, slip), (same, again) = self.last("whole.h5"), self.last("part.h5")
+        self.assertEqual(time, same)
+        self.assertGreater(slip.max(), 0.5)
+        np.testing.assert_array_equal(slip, again)
 
     def test_ranks(self):
         """To rounding: nothing is added up over ranks but what transforms and moments of rows are. A field that did not stay real would mix rows of cells by pairs,
@@ -178,7 +172,7 @@ class WavesTest(FaultTest):
                                  (("-ts_adapt_type", "rl"), "expected lapusta, basic, dsp, pi, heuristic or none"),
                                  (("-fault_inertia", "yes", "-fault_viscosity", "radiation"), "expected -fault_inertia no"),
                                  (("-fault_opening", "yes"), "expected -fault_opening no"),
-                                 (("-fault_waves_tolerance", 1e-9), "-fault_waves_tolerance is 1e-09, expected 0, or at least 1e-08")):
+                                 (("-fault_waves_tolerance", 1e-9), "-fault_waves_tolerance is 1e-09, expected a number >= 1e-08")):
             said = self.tpv3(1500, *options, code=1)
             errors = [line for line in said.splitlines() if "error" in line]
             self.assertEqual(len(errors), 1, said)

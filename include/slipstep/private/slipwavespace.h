@@ -61,26 +61,6 @@ PETSC_INTERN void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[]
                                         PetscReal now[], PetscReal next[]);
 PETSC_INTERN void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], float z[]);
 
-/* ---- wavehistory.c: the rates of all steps, in place of exponentials ---- */
-typedef struct _n_SlipWaveHistory *SlipWaveHistory;
-struct _n_SlipWaveHistory {
-  size_t numbers;      /* of a spectrum */
-  PetscInt steps;      /* that are kept */
-  PetscInt size;       /* steps that there is room for */
-  PetscReal *end;      /* [size] of each step, from where the first began [s] */
-  PetscReal *rate;     /* [size][numbers] */
-  PetscReal *table[2]; /* by mode */
-};
-PETSC_INTERN PetscErrorCode SlipWaveHistoryCreate(SlipWaveSpace space, PetscReal ratio, SlipWaveHistory *history);
-PETSC_INTERN PetscErrorCode SlipWaveHistoryDestroy(SlipWaveHistory *history);
-PETSC_INTERN PetscReal SlipWaveHistoryLongest(PetscReal k, PetscReal cs);
-PETSC_INTERN PetscErrorCode SlipWaveHistoryReserve(SlipWaveHistory history, PetscInt n);
-PETSC_INTERN PetscErrorCode SlipWaveHistoryAdd(SlipWaveHistory history, PetscReal h, PetscReal longest,
-                                               const PetscReal rate[]);
-PETSC_INTERN void SlipWaveHistorySum(SlipWaveHistory history, const SlipWaveMemory *m, PetscReal h, PetscReal sum[]);
-PETSC_INTERN void SlipWaveHistoryStep(SlipWaveHistory history, const SlipWaveMemory *m, PetscReal h, PetscReal step[]);
-PETSC_INTERN PetscErrorCode SlipWaveHistoryVisit(SlipWaveHistory history, SlipWaveSpace space, SlipState state);
-
 /* ---- waveimages.c: the fault's periodic images, whose static stress is taken away once their waves have come ---- */
 typedef struct _n_SlipWaveImages *SlipWaveImages;
 PETSC_INTERN PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *rock,
@@ -122,7 +102,6 @@ typedef struct {
 typedef struct {
   SlipWaveSpace space;
   SlipWaveImages images;
-  SlipWaveHistory history; /* NULL: exponentials remember */
   PetscInt kernels;
   SlipWaveMemory memory[SLIP_WAVE_KERNELS];
   PetscReal *stiffness;              /* [modes][stride] of the periodic K [Pa/m] */

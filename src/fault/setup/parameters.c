@@ -129,10 +129,8 @@ const SlipParameter SlipFaultReals[FAULT_NUM_REALS] = {
                             "Relative error of the low-rank blocks of -fault_operator hmat", PROBLEM},
   [FAULT_KRYLOV_TOLERANCE] = {"krylov_tolerance", 1e-8, "", 0, 1, OPEN, REAL,
                               "Relative error of products with the viscosity of -fault_viscosity lanczos", STEPS},
-  [FAULT_WAVES_TOLERANCE] = {"waves_tolerance", 1e-6, "", 0, (PetscReal)0.1, SHUT, REAL,
-                             "Largest error of the kernels of -fault_medium waves as sums of exponentials, at least "
-                             "1e-8; 0: the rates of all steps instead, which is slow and takes much memory",
-                             PROBLEM},
+  [FAULT_WAVES_TOLERANCE] = {"waves_tolerance", 1e-6, "", 1e-8, (PetscReal)0.1, SHUT, REAL,
+                             "Largest error of the kernels of -fault_medium waves as sums of exponentials", PROBLEM},
   [FAULT_WAVES_PADDING] = {"waves_padding", (PetscReal)2.2, "", (PetscReal)1.5, 16, SHUT, REAL,
                            "Length of the transforms of -fault_medium waves over that of a line; of planes the square "
                            "root of their area over the fault's, images equally far away on all sides",
