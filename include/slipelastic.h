@@ -113,9 +113,9 @@ PETSC_EXTERN PetscErrorCode SlipElasticStage(SlipElastic el, PetscReal t, PetscR
 PETSC_EXTERN PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C);
 PETSC_EXTERN PetscErrorCode SlipElasticApplyStage(SlipElastic el, Vec x, Vec y);
 PETSC_EXTERN PetscErrorCode SlipElasticForget(SlipElastic el);
-PETSC_EXTERN PetscErrorCode SlipElasticKnow(SlipElastic el, Vec x, Vec kx);
-PETSC_EXTERN PetscErrorCode SlipElasticKnowStage(SlipElastic el, Vec x, Vec bx);
-PETSC_EXTERN PetscErrorCode SlipElasticKnowSum(SlipElastic el, Vec y, PetscInt n, const PetscReal a[], const Vec x[]);
+PETSC_EXTERN PetscErrorCode SlipElasticStore(SlipElastic el, Vec x, Vec kx);
+PETSC_EXTERN PetscErrorCode SlipElasticStoreStage(SlipElastic el, Vec x, Vec bx);
+PETSC_EXTERN PetscErrorCode SlipElasticStoreSum(SlipElastic el, Vec y, PetscInt n, const PetscReal a[], const Vec x[]);
 PETSC_EXTERN PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear,
                                              Vec normal);                   /* K x, Kn x: of slow slip */
 PETSC_EXTERN PetscErrorCode SlipElasticSolve(SlipElastic el, Vec b, Vec x); /* K x = b */

@@ -90,7 +90,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w,
 
 /* -fault_catalogue: a row an event in a file of its own: /onset, /end, /x, /y, /z, /cell, /area, /mean_slip, /max_slip,
    /direction, /moment, /magnitude, /stress_drop, /peak_slip_rate, /elastic_energy, /kinetic_energy, /dissipated_energy,
-   /radiated_energy, /loading_work, /ledger, /steps, /fault, /rake, /rupture_speed, /radiated_efficiency, /goes_on,
+   /radiated_energy, /loading_work, /energy_residual, /steps, /fault, /rake, /rupture_speed, /radiated_efficiency, /goes_on,
    /images [event], of several faults /fault_moment and its like [event, faults], /mesh (centres), and /maps/slip,
    /maps/rupture_time as [event, Nz, Nx], or [event, N] of a mesh; output/README.md says what they are.
    SlipFaultOutputStart() and SlipFaultOutputFinish() begin and end it. -fault_output: attaches monitors that write the

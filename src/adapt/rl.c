@@ -28,8 +28,8 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   PetscCall(SlipClockRead(ts, &rl->handover_time, NULL));
   rl->handover_step = ts->steps;
   PetscCall(TSAdaptRLFallbackCreate_Private(adapt, ts));
-  if (rl->told) PetscFunctionReturn(PETSC_SUCCESS);
-  rl->told = PETSC_TRUE;
+  if (rl->printed) PetscFunctionReturn(PETSC_SUCCESS);
+  rl->printed = PETSC_TRUE;
   PetscCall(PetscPrintf(PetscObjectComm((PetscObject)adapt),
                         "At time %g s rl hands the run over to %s with -ts_rtol %.3g, because %s (-ts_adapt_rl_strict "
                         "keeps the policy)\n",
@@ -453,7 +453,7 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscCall(SlipStateBool(s, "handed_over", &rl->handed));
   PetscCall(SlipStateReal(s, "handover_time", 1, &rl->handover_time));
   PetscCall(SlipStateInt(s, "handover_step", 1, &rl->handover_step));
-  PetscCall(SlipStateBool(s, "told", &rl->told));
+  PetscCall(SlipStateBool(s, "told", &rl->printed));
   PetscCall(SlipStateInt(s, "outside_in_a_row", 1, &rl->outside_run));
   if (rl->handed && !rl->fallback) PetscCall(TSAdaptRLFallbackCreate_Private(adapt, rl->observer.ts));
   if (rl->handed) {

@@ -143,7 +143,7 @@ PetscErrorCode SlipElasticGetStage(SlipElastic el, Mat *B, Mat *C)
   Note:
   In implicit steps products are remembered, and the same x again costs none.
 
-.seealso: SlipElasticForce(), SlipElasticSolve(), SlipElasticKnowSum()
+.seealso: SlipElasticForce(), SlipElasticSolve(), SlipElasticStoreSum()
 @*/
 PetscErrorCode SlipElasticApply(SlipElastic el, Vec x, Vec shear, Vec normal)
 {

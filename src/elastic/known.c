@@ -7,7 +7,7 @@
 enum { oldest = 100 };
 
 /*@C
-  SlipElasticKnowSum - tell a medium that a slip is the sum of others
+  SlipElasticStoreSum - tell a medium that a slip is the sum of others
 
   Collective; after SlipElasticStage()
 
@@ -24,9 +24,9 @@ enum { oldest = 100 };
   Where the products of K with the terms are known, or all but one, which is then made, that with y is known too, and
   SlipElasticApply() finds it. Of three slips, say, one product is made where the others have been found by stages.
 
-.seealso: SlipElasticKnowStage(), SlipElasticApply()
+.seealso: SlipElasticStoreStage(), SlipElasticApply()
 @*/
-PetscErrorCode SlipElasticKnowSum(SlipElastic el, Vec y, PetscInt n, const PetscReal a[], const Vec x[])
+PetscErrorCode SlipElasticStoreSum(SlipElastic el, Vec y, PetscInt n, const PetscReal a[], const Vec x[])
 {
   SlipElasticPair *pair;
   PetscInt missing = 0, last = 0, age = 0;
@@ -60,7 +60,7 @@ PetscErrorCode SlipElasticKnowSum(SlipElastic el, Vec y, PetscInt n, const Petsc
 }
 
 /*@
-  SlipElasticKnow - tell a medium what its stiffness makes of a slip, that asking for it again takes no product
+  SlipElasticStore - tell a medium what its stiffness makes of a slip, that asking for it again takes no product
 
   Collective
 
@@ -71,9 +71,9 @@ PetscErrorCode SlipElasticKnowSum(SlipElastic el, Vec y, PetscInt n, const Petsc
 
   Level: developer
 
-.seealso: SlipElasticKnowSum(), SlipElasticApply()
+.seealso: SlipElasticStoreSum(), SlipElasticApply()
 @*/
-PetscErrorCode SlipElasticKnow(SlipElastic el, Vec x, Vec kx)
+PetscErrorCode SlipElasticStore(SlipElastic el, Vec x, Vec kx)
 {
   PetscFunctionBegin;
   PetscValidHeaderSpecific(el, SLIP_ELASTIC_CLASSID, 1);
@@ -99,7 +99,7 @@ static PetscErrorCode AddWeighted(SlipElastic el, PetscReal a, Vec x, Vec y)
 }
 
 /*@
-  SlipElasticKnowStage - tell a medium what its stage operator has made of a slip rate
+  SlipElasticStoreStage - tell a medium what its stage operator has made of a slip rate
 
   Collective; after SlipElasticStage()
 
@@ -113,9 +113,9 @@ static PetscErrorCode AddWeighted(SlipElastic el, PetscReal a, Vec x, Vec y)
   Note:
   K x and H x are known then, with radiation for the damping without a product, else with one of K.
 
-.seealso: SlipElasticApplyStage(), SlipElasticKnowSum()
+.seealso: SlipElasticApplyStage(), SlipElasticStoreSum()
 @*/
-PetscErrorCode SlipElasticKnowStage(SlipElastic el, Vec x, Vec bx)
+PetscErrorCode SlipElasticStoreStage(SlipElastic el, Vec x, Vec bx)
 {
   SlipElasticPair *pair;
   PetscReal theta, eta;
@@ -159,7 +159,7 @@ PetscErrorCode SlipElasticKnowStage(SlipElastic el, Vec x, Vec bx)
 
   Level: developer
 
-.seealso: SlipElasticStage(), SlipElasticKnowStage()
+.seealso: SlipElasticStage(), SlipElasticStoreStage()
 @*/
 PetscErrorCode SlipElasticApplyStage(SlipElastic el, Vec x, Vec y)
 {
@@ -199,7 +199,7 @@ PetscErrorCode SlipElasticApplyStage(SlipElastic el, Vec x, Vec y)
   Note:
   A run begins so, as its last digits are to be those of the same run before.
 
-.seealso: SlipElasticKnowStage()
+.seealso: SlipElasticStoreStage()
 @*/
 PetscErrorCode SlipElasticForget(SlipElastic el)
 {

@@ -169,7 +169,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   for (PetscInt id = 0; SlipFaultRealRow(id); id++) PetscCall(SlipFaultRealFromOptions(fault, id, PetscOptionsObject));
   for (PetscInt id = 0; id < FAULT_NUM_STRINGS; id++)
     PetscCall(SlipFaultStringFromOptions(fault, id, PetscOptionsObject));
-  fault->options.speaks = fault->options.output_xdmf = fault->options.progress = PETSC_TRUE;
+  fault->options.reports = fault->options.output_xdmf = fault->options.progress = PETSC_TRUE;
   for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++)
     PetscCall(SlipFaultSwitchFromOptions(fault, &SlipFaultSwitches[i], PetscOptionsObject));
   PetscCall(SlipFaultWarnOfGrid(fault));

@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #define STATE_FORMAT "slipstep-checkpoint"
-#define STATE_VERSION 10
+#define STATE_VERSION 11
 #define STATE_BLOCK 512    /* bytes before those of HDF5, which wants a power of two from 512 on */
 #define STATE_WORDS 131072 /* words that are hashed at a time */
 #define STATE_PREVIOUS ".previous"

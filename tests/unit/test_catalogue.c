@@ -1,4 +1,4 @@
-/* The catalogue of events: its formulas by hand, the integrator's quadrature, the ledger of energy. */
+/* The catalogue of events: its formulas by hand, the integrator's quadrature, the energy residual. */
 #include "unit.h"
 #include "faultstart.h"
 #include <slipstep/private/slipelastic.h>
@@ -86,7 +86,7 @@ static void quadrature(void **state)
   assert_true(coarse < 1e-6 && fine < coarse / 6); /* the local error of a method of second order goes by 8 */
 }
 
-/* ---- the ledger ---- */
+/* ---- the energy residual ---- */
 
 typedef struct {
   PetscReal row[EVENT_NUM_COLUMNS];
@@ -105,13 +105,13 @@ static PetscReal Read(SlipH5 *h, const char name[], PetscInt *n)
   return value;
 }
 
-/* A fault that the ledger is kept of, its thrust dipping gently and breaking the surface, so that slip changes its
+/* A fault whose energies are added up, its thrust dipping gently and breaking the surface, so that slip changes its
    normal stress */
 typedef struct {
   PetscReal loading; /* [m/s] */
   PetscReal rate;    /* of events [m/s] */
   PetscReal time;    /* of the run [s] */
-  PetscReal most;    /* of the ledger with 150 steps */
+  PetscReal most;    /* energy residual with 150 steps */
   PetscReal end;     /* error of the end with 150 steps [s] */
   PetscBool thrust;
 } Case;
@@ -142,7 +142,7 @@ static Outcome Run(const char law[], Case c, PetscInt steps)
                  {EVENT_ELASTIC_ENERGY, "/elastic_energy"},
                  {EVENT_RADIATED_ENERGY, "/radiated_energy"},
                  {EVENT_LOADING_WORK, "/loading_work"},
-                 {EVENT_LEDGER, "/ledger"}};
+                 {EVENT_ENERGY_RESIDUAL, "/energy_residual"}};
   char folder[TEMPDIR_LENGTH], file[TEMPDIR_LENGTH + 16];
   Outcome out;
   SlipFault fault;
@@ -195,7 +195,7 @@ static Outcome Run(const char law[], Case c, PetscInt steps)
    the longest steps. The thrust, whose normal stress slip changes while that does no work, starts with a force that
    nothing balances: 3.1e-5 and 4.7e-7, the same 64. Its last cells stop within a fifth of the longest steps, 1.4e-2
    s. */
-static void ledger(void **state)
+static void energy_residual(void **state)
 {
   static const Case cases[] = {{0, 1e-3, 30, 4e-6, 1.2e-2, PETSC_FALSE},
                                {1e-3, 4e-3, 30, 4e-6, 8e-3, PETSC_FALSE},
@@ -207,14 +207,15 @@ static void ledger(void **state)
     const Outcome middle = Run("exponential_slip_weakening", cases[c], 600);
     const Outcome fine = Run("exponential_slip_weakening", cases[c], 1200);
 
-    print_message("ledger %g %g, slip %g %g, peak %g\n", (double)coarse.row[EVENT_LEDGER],
-                  (double)fine.row[EVENT_LEDGER], (double)(coarse.row[EVENT_MEAN_SLIP] / fine.row[EVENT_MEAN_SLIP] - 1),
+    print_message("energy residual %g %g, slip %g %g, peak %g\n", (double)coarse.row[EVENT_ENERGY_RESIDUAL],
+                  (double)fine.row[EVENT_ENERGY_RESIDUAL],
+                  (double)(coarse.row[EVENT_MEAN_SLIP] / fine.row[EVENT_MEAN_SLIP] - 1),
                   (double)(middle.row[EVENT_MEAN_SLIP] / fine.row[EVENT_MEAN_SLIP] - 1),
                   (double)(coarse.row[EVENT_PEAK_SLIP_RATE] / fine.row[EVENT_PEAK_SLIP_RATE] - 1));
     assert_int_equal(1, coarse.events);
     assert_int_equal(1, fine.events);
-    assert_true(fabs(coarse.row[EVENT_LEDGER]) < cases[c].most);
-    assert_true(32 * fabs(fine.row[EVENT_LEDGER]) < fabs(coarse.row[EVENT_LEDGER]));
+    assert_true(fabs(coarse.row[EVENT_ENERGY_RESIDUAL]) < cases[c].most);
+    assert_true(32 * fabs(fine.row[EVENT_ENERGY_RESIDUAL]) < fabs(coarse.row[EVENT_ENERGY_RESIDUAL]));
     assert_true((cases[c].loading != 0) ==
                 (fabs(fine.row[EVENT_LOADING_WORK] / fine.row[EVENT_ELASTIC_ENERGY]) > 0.05));
     assert_true(fine.row[EVENT_RADIATED_ENERGY] > 0 && fine.row[EVENT_ELASTIC_ENERGY] < 0);
@@ -248,7 +249,7 @@ static void whole_run(void **state)
 /* ---- cells that always slide ---- */
 
 typedef struct {
-  PetscReal moment, dissipated, radiated, duration, ledger; /* of the first event; the largest ledger of all */
+  PetscReal moment, dissipated, radiated, duration, residual; /* of the first event; the largest residual of all */
   PetscInt cell;
 } Smooth;
 
@@ -291,9 +292,9 @@ static Smooth RunSmooth(const char type[], const char pair[], PetscReal toleranc
   ok(TSSolve(ts, w));
   ok(SlipFaultOutputFinish(fault, ts, 0, 0));
   ok(SlipH5OpenRead(file, &h));
-  ok(SlipH5ReadReal(&h, "/ledger", 1, &n, &x));
+  ok(SlipH5ReadReal(&h, "/energy_residual", 1, &n, &x));
   assert_true(n >= 2);
-  for (PetscInt k = 0; k < n; k++) out.ledger = PetscMax(out.ledger, fabs(x[k]));
+  for (PetscInt k = 0; k < n; k++) out.residual = PetscMax(out.residual, fabs(x[k]));
   ok(PetscFree(x));
 #define FIRST(name, value)                                                                                             \
   ok(SlipH5ReadReal(&h, name, 1, &first, &x));                                                                         \
@@ -321,7 +322,7 @@ static void smooth(void **state)
 {
   static const struct {
     const char *type, *pair;
-    PetscReal tolerance, ledger, event;
+    PetscReal tolerance, residual, event;
   } cases[] = {{NULL, NULL, 1e-3, 2e-3, 2e-3},
                {TSRK, TSRK5DP, 1e-3, 7e-3, 2e-3},
                {TSRK, TSRK3BS, 1e-3, 1e-3, 2e-3},
@@ -329,19 +330,19 @@ static void smooth(void **state)
   const Smooth fine = RunSmooth(NULL, NULL, 1e-6);
 
   (void)state;
-  assert_true(fine.ledger < 1e-4);
+  assert_true(fine.residual < 1e-4);
   for (size_t c = 0; c < PETSC_STATIC_ARRAY_LENGTH(cases); c++) {
     const Smooth found = RunSmooth(cases[c].type, cases[c].pair, cases[c].tolerance);
     const PetscReal worst =
       PetscMax(fabs(found.dissipated / fine.dissipated - 1), fabs(found.duration / fine.duration - 1));
 
-    print_message("residual %g, moment %g, heat %g, radiated %g, duration %g\n", (double)found.ledger,
+    print_message("residual %g, moment %g, heat %g, radiated %g, duration %g\n", (double)found.residual,
                   (double)(found.moment / fine.moment - 1), (double)(found.dissipated / fine.dissipated - 1),
                   (double)(found.radiated / fine.radiated - 1), (double)(found.duration / fine.duration - 1));
-    assert_true(found.ledger < cases[c].ledger);
+    assert_true(found.residual < cases[c].residual);
     assert_true(worst < cases[c].event);
     assert_int_equal(fine.cell, found.cell);
   }
 }
 
-SLIP_TESTS(formulas, quadrature, ledger, whole_run, smooth)
+SLIP_TESTS(formulas, quadrature, energy_residual, whole_run, smooth)

@@ -217,20 +217,20 @@ typedef struct {
 
 static PetscErrorCode Energies(Outcome *out)
 {
-  PetscReal *ledger, *elastic, *heat;
+  PetscReal *left, *elastic, *heat;
   SlipH5 h;
 
   PetscFunctionBegin;
   PetscCall(SlipH5OpenRead("events.h5", &h));
-  PetscCall(SlipH5ReadReal(&h, "/ledger", 1, &out->events, &ledger));
+  PetscCall(SlipH5ReadReal(&h, "/energy_residual", 1, &out->events, &left));
   PetscCall(SlipH5ReadReal(&h, "/elastic_energy", 1, &out->events, &elastic));
   PetscCall(SlipH5ReadReal(&h, "/dissipated_energy", 1, &out->events, &heat));
   for (PetscInt k = 0; k < out->events; k++) {
-    const PetscReal one = fabs(ledger[k] * elastic[k]) / PetscMax(fabs(elastic[k]), fabs(heat[k]));
+    const PetscReal one = fabs(left[k] * elastic[k]) / PetscMax(fabs(elastic[k]), fabs(heat[k]));
 
     if (!(one <= out->residual)) out->residual = one;
   }
-  PetscCall(PetscFree(ledger));
+  PetscCall(PetscFree(left));
   PetscCall(PetscFree(elastic));
   PetscCall(PetscFree(heat));
   PetscCall(SlipH5Close(&h));

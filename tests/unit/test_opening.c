@@ -1,4 +1,4 @@
-/* Faults that open: a pressurised penny crack, a cell that opens and closes, the ledger of energy, and what is
+/* Faults that open: a pressurised penny crack, a cell that opens and closes, the balance of energy, and what is
    refused. */
 #include "unit.h"
 #include "faultstart.h"
@@ -264,11 +264,11 @@ typedef struct {
   PetscReal widest;        /* largest opening [m] */
   PetscInt opened, closed; /* cells that did so, of steps that saw it */
   PetscReal *open;
-} Ledger;
+} Energies;
 
 static PetscErrorCode Book(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
-  Ledger *l = (Ledger *)ctx;
+  Energies *l = (Energies *)ctx;
   SlipFaultObservables o;
   PetscReal power, *open;
   PetscInt N;
@@ -306,7 +306,7 @@ static PetscErrorCode Book(TS ts, PetscInt step, PetscReal time, Vec w, void *ct
    shut: what is stored changes by what loading supplies less what friction and viscosity take. Powers have kinks where
    a cell starts or opens, and jump where it closes, of which the trapezoidal rule leaves the step over the 0.2 s in
    which a cell relaxes, of a cell's share: a twentieth. */
-static void ledger_of_energy(void **state)
+static void balance_of_energy(void **state)
 {
   enum { nx = 8, nz = 6 };
   PetscReal share[nx * nz], off, last = 1;
@@ -317,7 +317,7 @@ static void ledger_of_energy(void **state)
   for (PetscInt steps = 100; steps <= 1600; steps *= 4) {
     Course course = {.share = share, .rise = 1, .hold = 0.5, .most = 2.5e6};
     SlipFault fault = Cells(nx, nz, 500, &course);
-    Ledger ledger = {.fault = fault};
+    Energies sums = {.fault = fault};
     Vec w;
     TS ts;
 
@@ -325,15 +325,15 @@ static void ledger_of_energy(void **state)
       FaultSetReals(fault, {"dip", 30}, {"rake", 60}, {"initial_traction", 0.3e6}, {"strike", 20}, {"depth_top", 300}));
     ok(SlipFaultSetString(fault, "kernel", "half_space"));
     ok(FaultStart(fault, TSADAPTNONE, 3.5 / (PetscReal)steps, 3.5, &w, &ts));
-    ok(TSMonitorSet(ts, Book, &ledger, NULL));
+    ok(TSMonitorSet(ts, Book, &sums, NULL));
     ok(TSSolve(ts, w));
-    off = PetscAbsReal(ledger.energy - ledger.start - ledger.work) / ledger.most;
+    off = PetscAbsReal(sums.energy - sums.start - sums.work) / sums.most;
     printf("%d steps: off by %g of what was stored; %d cells opened, %d closed, %g m at most\n", (int)steps,
-           (double)off, (int)ledger.opened, (int)ledger.closed, (double)ledger.widest);
-    assert_true(ledger.opened > 20 && ledger.closed == ledger.opened && ledger.widest > 0.05);
+           (double)off, (int)sums.opened, (int)sums.closed, (double)sums.widest);
+    assert_true(sums.opened > 20 && sums.closed == sums.opened && sums.widest > 0.05);
     assert_true(off < 0.05 * 3.5 / (PetscReal)steps / 0.2 && off < last / 2);
     last = off;
-    ok(PetscFree(ledger.open));
+    ok(PetscFree(sums.open));
     ok(SlipFaultDestroy(&fault));
     ObjectsDestroy(&w, &ts);
   }
@@ -405,4 +405,4 @@ static void falls_shut(void **state)
   }
 }
 
-SLIP_TESTS(penny_crack, opens_and_closes, falls_shut, rest_ends_where_pressure_meets_the_stress, ledger_of_energy)
+SLIP_TESTS(penny_crack, opens_and_closes, falls_shut, rest_ends_where_pressure_meets_the_stress, balance_of_energy)

@@ -121,7 +121,7 @@ static void sums_are_known(void **state)
   ok(VecCopy(x, sum));
   ok(VecAXPBY(sum, factor[1], factor[0], y));
   ok(MatMult(K, sum, expected));
-  ok(SlipElasticKnowSum(fault->medium, sum, 2, factor, (const Vec[]){x, y}));
+  ok(SlipElasticStoreSum(fault->medium, sum, 2, factor, (const Vec[]){x, y}));
   before = Products(PETSC_TRUE);
   ok(VecCopy(sum, x));
   ok(SlipElasticApply(fault->medium, x, image, NULL));

@@ -90,7 +90,7 @@ typedef struct {
   PetscReal handover_time; /* since then [s] */
   PetscInt handover_step;  /* accepted steps until then */
   PetscInt outside_run;    /* decisions in a row with an observation outside the training range */
-  PetscBool told;          /* the line of message was printed */
+  PetscBool printed;       /* the line of message */
   PetscBool told_rtol;     /* and that of a tolerance that the policy was not trained with */
   /* guard rails */
   PetscInt paced;              /* decisions since the one at pace_time */

@@ -52,7 +52,7 @@ typedef struct {
   PetscBool output_xdmf;           /* -fault_output_xdmf */
   PetscBool interval_given;        /* output_interval was set */
   PetscBool catalogue_maps;        /* -fault_catalogue_maps */
-  PetscBool speaks;                /* its options were read: it warns, and prints what it found */
+  PetscBool reports;               /* its options were read: it warns, and prints what it found */
   PetscViewer viewer;              /* -fault_view */
   PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */

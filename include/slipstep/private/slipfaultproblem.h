@@ -131,8 +131,8 @@ PETSC_INTERN PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscRea
 /* corners.c */
 PETSC_EXTERN PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *fault);
 /* faultconstraint.c */
-PETSC_INTERN PetscErrorCode SlipFaultKnowStart(SlipFault fault, const SlipStage *stage); /* constraintknown.c */
-PETSC_INTERN PetscErrorCode SlipFaultKnowEnd(SlipFault fault, Vec g, Vec x, Vec w);
+PETSC_INTERN PetscErrorCode SlipFaultStoreStart(SlipFault fault, const SlipStage *stage); /* constraintknown.c */
+PETSC_INTERN PetscErrorCode SlipFaultStoreEnd(SlipFault fault, Vec g, Vec x, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintCreate(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage);
 PETSC_EXTERN PetscErrorCode SlipFaultConstraintResidual(SlipFault fault, Vec x, Vec g);

@@ -133,7 +133,7 @@ static PetscErrorCode SayIt(SlipFault fault, const PetscReal above[], const char
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsHasHelp(NULL, &help));
-  if (help || !fault->options.speaks || fault->options.text[FAULT_RESTART][0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (help || !fault->options.reports || fault->options.text[FAULT_RESTART][0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(PetscMalloc1(fault->mesh.N, &all));
   PetscCall(SlipFaultGatherAll(&fault->mesh, above, all));
@@ -230,7 +230,7 @@ PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts)
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (!fault->problem.any_integrator || fault->friction.law->always_slides || rank || !fault->options.speaks ||
+  if (!fault->problem.any_integrator || fault->friction.law->always_slides || rank || !fault->options.reports ||
       !(fault->kind.sequence || fault->loads.pressed))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipWarning("-ts_type %s skips only rest: while any cell slips, however slowly, its steps are seconds to "

@@ -3,7 +3,7 @@
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
 
-/* Of a fault that is loaded or heals nothing is known of a step's end, SlipFaultKnowEnd(), but the last product of
+/* Of a fault that is loaded or heals nothing is known of a step's end, SlipFaultStoreEnd(), but the last product of
    its solve. What output has asked for must not change the rounding of the next step: its stages begin with sums
    always, for which the products with the start, w, and with the loading are here. */
 static PetscErrorCode KnowWhole(SlipFault fault, Vec w)
@@ -12,7 +12,7 @@ static PetscErrorCode KnowWhole(SlipFault fault, Vec w)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultRestSetUp(fault));
-  if (fault->kind.loaded) PetscCall(SlipElasticKnow(fault->medium, fault->operators.vinf, fault->loads.pull));
+  if (fault->kind.loaded) PetscCall(SlipElasticStore(fault->medium, fault->operators.vinf, fault->loads.pull));
   PetscCall(SlipFaultGetWork(fault, &u));
   PetscCall(SlipFaultGetWork(fault, &product));
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
@@ -24,7 +24,7 @@ static PetscErrorCode KnowWhole(SlipFault fault, Vec w)
 
 /* K u0 is known where those of the states are that the stage starts from: u0 = base_u + theta (ex_u - v_inf), of slips
    and slip rates of those. */
-PetscErrorCode SlipFaultKnowStart(SlipFault fault, const SlipStage *stage)
+PetscErrorCode SlipFaultStoreStart(SlipFault fault, const SlipStage *stage)
 {
   const PetscBool explicit_part = stage->explicit_part ? PETSC_TRUE : PETSC_FALSE;
   PetscInt n = 0;
@@ -49,7 +49,7 @@ PetscErrorCode SlipFaultKnowStart(SlipFault fault, const SlipStage *stage)
     x[n] = fault->operators.vinf;
     factor[n++] = explicit_part ? -2 * stage->theta : -stage->theta;
   }
-  PetscCall(SlipElasticKnowSum(fault->medium, fault->stage.u0, n, factor, x));
+  PetscCall(SlipElasticStoreSum(fault->medium, fault->stage.u0, n, factor, x));
   for (int k = 2; k >= 0; k--) PetscCall(SlipFaultRestoreWork(fault, &work[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -58,7 +58,7 @@ PetscErrorCode SlipFaultKnowStart(SlipFault fault, const SlipStage *stage)
    known of a step's end, so that its next one starts from products of its own: displacements of years lie behind the
    stress at which slip begins, and with rounding that adds up from step to step one block had 113 events in place of
    20. */
-PetscErrorCode SlipFaultKnowEnd(SlipFault fault, Vec g, Vec x, Vec w)
+PetscErrorCode SlipFaultStoreEnd(SlipFault fault, Vec g, Vec x, Vec w)
 {
   const PetscReal factor[] = {1, fault->stage.theta};
   const Vec of[] = {fault->stage.u0, x};
@@ -68,9 +68,9 @@ PetscErrorCode SlipFaultKnowEnd(SlipFault fault, Vec g, Vec x, Vec w)
   if (fault->kind.sequence && fault->stage.last) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipFaultGetWork(fault, &work));
   PetscCall(VecWAXPY(work, 1, g, fault->stage.c));
-  PetscCall(SlipElasticKnowStage(fault->medium, x, work));
+  PetscCall(SlipElasticStoreStage(fault->medium, x, work));
   PetscCall(SlipFaultGetDisplacement(fault, w, work));
-  PetscCall(SlipElasticKnowSum(fault->medium, work, 2, factor, of));
+  PetscCall(SlipElasticStoreSum(fault->medium, work, 2, factor, of));
   PetscCall(SlipFaultRestoreWork(fault, &work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -92,7 +92,7 @@ PetscErrorCode SlipFaultConstraintStage(SlipFault fault, const SlipStage *stage)
   fault->stage.last = stage->nfrom > 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(SlipElasticStage(fault->medium, stage->t, stage->theta));
   PetscCall(SlipFaultEliminate(fault, stage));
-  PetscCall(SlipFaultKnowStart(fault, stage));
+  PetscCall(SlipFaultStoreStart(fault, stage));
   PetscCall(SlipFaultGetWork(fault, &force));
   PetscCall(SlipElasticForce(fault->medium, stage->t, fault->stage.u0, NULL, force, NULL));
   PetscCall(VecAXPY(fault->stage.c, -1, force));
@@ -376,7 +376,7 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
 
   PetscFunctionBegin;
   PetscCall(SlipFaultConstraintLift(fault, x, w));
-  if (con->balanced && !SlipFaultOpens(fault)) PetscCall(SlipFaultKnowEnd(fault, con->g, x, w));
+  if (con->balanced && !SlipFaultOpens(fault)) PetscCall(SlipFaultStoreEnd(fault, con->g, x, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -53,7 +53,7 @@ static PetscBool IsRupture(SlipFault fault)
 }
 
 /* Does an option speak to TSBATHE, to its solver, or to a controller, whose tolerances were measured with it? */
-static PetscErrorCode SpeaksToBathe(SlipFault fault, TS ts, PetscBool *speaks)
+static PetscErrorCode NamesOptionOfBathe(SlipFault fault, TS ts, PetscBool *named)
 {
   static const char *const stems[] = {"ts_bathe_", "ts_adapt_type", "ts_adapt_rl_", "ts_adapt_pi_",
                                       "snes_",     "ksp_",          "pc_"};
@@ -61,13 +61,13 @@ static PetscErrorCode SpeaksToBathe(SlipFault fault, TS ts, PetscBool *speaks)
   char *all, wanted[160];
 
   PetscFunctionBegin;
-  *speaks = fault->options.text[FAULT_TOLERANCES][0] || fault->options.check_error ? PETSC_TRUE : PETSC_FALSE;
+  *named = fault->options.text[FAULT_TOLERANCES][0] || fault->options.check_error ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
   PetscCall(PetscOptionsGetAll(((PetscObject)ts)->options, &all)); /* "-name value -name ..." */
-  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(stems) && !*speaks; i++) {
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(stems) && !*named; i++) {
     PetscCall(PetscSNPrintf(wanted, sizeof(wanted), "-%s%s", prefix ? prefix : "", stems[i]));
-    for (const char *at = all; (at = strstr(at, wanted)) && !*speaks; at++)
-      if (at == all || at[-1] == ' ') *speaks = PETSC_TRUE;
+    for (const char *at = all; (at = strstr(at, wanted)) && !*named; at++)
+      if (at == all || at[-1] == ' ') *named = PETSC_TRUE;
   }
   PetscCall(PetscFree(all));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -76,14 +76,14 @@ static PetscErrorCode SpeaksToBathe(SlipFault fault, TS ts, PetscBool *speaks)
 /* of a fault whose balance is explicit, of a TS whose type nobody has named */
 PetscErrorCode SlipFaultExplicitIsDefault(SlipFault fault, TS ts, PetscBool *is)
 {
-  PetscBool speaks, bathe;
+  PetscBool named, bathe;
 
   PetscFunctionBegin;
   *is = IsRupture(fault);
   if (!*is) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SpeaksToBathe(fault, ts, &speaks));
+  PetscCall(NamesOptionOfBathe(fault, ts, &named));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (speaks || bathe) *is = PETSC_FALSE;
+  if (named || bathe) *is = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -209,7 +209,7 @@ static PetscErrorCode WarnOfVelocity(SlipFault fault, PetscInt n, const char *co
   for (PetscInt i = 0; i < n && !seen; i++) PetscCall(PetscStrcmp(names[i], "velocity", &seen));
   PetscCall(
     PetscOptionsHasName(((PetscObject)fault)->options, ((PetscObject)fault)->prefix, "-fault_velocity_scale", &given));
-  if (given && !seen && !rank && fault->options.speaks)
+  if (given && !seen && !rank && fault->options.reports)
     PetscCall(
       SlipWarning("-%sfault_velocity_scale has no effect: it is for -ts_adapt_type rl with a policy that observes "
                   "velocity",
@@ -233,14 +233,14 @@ static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
   rtol = !is_explicit && fault->steps.given ? PETSC_TRUE : PETSC_FALSE;
-  if (learned && fault->loads.pressed && !rank && fault->options.speaks)
+  if (learned && fault->loads.pressed && !rank && fault->options.reports)
     PetscCall(
       SlipWarning("policies for -ts_adapt_type rl know pore pressures that rise slowly: under others errors were "
                   "up to 50 times -%sfault_accuracy. Expected the default, -ts_adapt_type %s",
                   prefix, is_explicit ? TSADAPTDSP : TSADAPTBASIC));
   if (learned) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(WarnOfVelocity(fault, 0, NULL));
-  if (rank || !fault->options.speaks) PetscFunctionReturn(PETSC_SUCCESS);
+  if (rank || !fault->options.reports) PetscFunctionReturn(PETSC_SUCCESS);
   why = constant      ? "they are constant (-ts_adapt_type none)"
         : rtol        ? "-ts_rtol has their tolerance"
         : is_explicit ? "give -ts_rtol, which sets the tolerance of explicit steps"

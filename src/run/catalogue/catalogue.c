@@ -86,16 +86,17 @@ static void FollowPeak(SlipFaultEvent *e, const SlipEventStep *step, PetscReal m
 
 /* What is left of the balance of energies over the larger of the two terms that it is left of: an event of a fault that
    loading moves may release next to nothing */
-static PetscReal Residual(PetscReal ledger, PetscReal elastic, PetscReal dissipated)
+static PetscReal Residual(PetscReal left, PetscReal elastic, PetscReal dissipated)
 {
   const PetscReal size = PetscMax(PetscAbsReal(elastic), PetscAbsReal(dissipated));
 
-  return size > 0 ? PetscAbsReal(ledger * elastic) / size : 0;
+  return size > 0 ? PetscAbsReal(left * elastic) / size : 0;
 }
 
 static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
 {
-  const PetscReal residual = Residual(row[EVENT_LEDGER], row[EVENT_ELASTIC_ENERGY], row[EVENT_DISSIPATED_ENERGY]);
+  const PetscReal residual =
+    Residual(row[EVENT_ENERGY_RESIDUAL], row[EVENT_ELASTIC_ENERGY], row[EVENT_DISSIPATED_ENERGY]);
   char when[32], lasted[32], where[32] = "", across[32] = "", off[48] = "", line[256];
 
   PetscFunctionBegin;
@@ -289,17 +290,17 @@ static PetscErrorCode GoesOn(SlipFaultCatalogue cat, TS ts, SlipOutput run)
 
 static PetscErrorCode WarnOfResiduals(SlipFaultCatalogue cat)
 {
-  PetscReal *ledger, *elastic, *dissipated, shortest, most = 0;
+  PetscReal *left, *elastic, *dissipated, shortest, most = 0;
   PetscInt n, rows, large = 0, event = 0;
 
   PetscFunctionBegin;
   PetscCall(SlipElasticGetShortestStep(cat->fault->medium, &shortest));
-  PetscCall(SlipCatalogueReadColumn(cat, EVENT_LEDGER, &rows, &ledger));
+  PetscCall(SlipCatalogueReadColumn(cat, EVENT_ENERGY_RESIDUAL, &rows, &left));
   PetscCall(SlipCatalogueReadColumn(cat, EVENT_ELASTIC_ENERGY, &rows, &elastic));
   PetscCall(SlipCatalogueReadColumn(cat, EVENT_DISSIPATED_ENERGY, &rows, &dissipated));
   n = PetscMin(rows, cat->fault->run->events); /* those that are over */
   for (PetscInt k = 0; k < n; k++) {
-    const PetscReal residual = Residual(ledger[k], elastic[k], dissipated[k]);
+    const PetscReal residual = Residual(left[k], elastic[k], dissipated[k]);
 
     if (residual < LARGE_RESIDUAL) continue;
     large++;
@@ -315,7 +316,7 @@ static PetscErrorCode WarnOfResiduals(SlipFaultCatalogue cat)
                           shortest > 0  ? "smaller cells (-fault_nx, -fault_nz), whose steps are shorter"
                           : cat->before ? "-ts_adapt_type basic, or a smaller -ts_rtol with it"
                                         : "a smaller -fault_accuracy or -ts_rtol"));
-  PetscCall(PetscFree(ledger));
+  PetscCall(PetscFree(left));
   PetscCall(PetscFree(elastic));
   PetscCall(PetscFree(dissipated));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -353,8 +354,8 @@ static PetscErrorCode CatalogueFinish(SlipFault fault, TS ts, SlipOutput run, vo
   if (cat->active && cat->ended) PetscCall(Close(cat));
   PetscCall(SlipOutputAddResult(run, "events", "events", NULL, (PetscReal)fault->run->events));
   if (cat->active) PetscCall(GoesOn(cat, ts, run));
-  if (!cat->rank && fault->options.speaks) ierr = WarnOfResiduals(cat);
-  if (!cat->rank && fault->options.speaks && !ierr) ierr = WarnOfImages(cat);
+  if (!cat->rank && fault->options.reports) ierr = WarnOfResiduals(cat);
+  if (!cat->rank && fault->options.reports && !ierr) ierr = WarnOfImages(cat);
   PetscCall(SlipErrorBcast(fault->comm, ierr));
   PetscCall(SlipCatalogueClose(cat, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -382,9 +382,9 @@ PetscErrorCode SlipCatalogueFillRow(SlipFaultCatalogue cat, PetscReal end, Vec w
   row[EVENT_DISSIPATED_ENERGY] = work[WORK_DISSIPATED];
   row[EVENT_RADIATED_ENERGY] = work[WORK_RADIATED];
   row[EVENT_LOADING_WORK] = work[WORK_LOADING];
-  row[EVENT_LEDGER] = (row[EVENT_ELASTIC_ENERGY] + row[EVENT_KINETIC_ENERGY] + work[WORK_DISSIPATED] +
-                       work[WORK_RADIATED] - work[WORK_LOADING]) /
-                      PetscAbsReal(row[EVENT_ELASTIC_ENERGY]);
+  row[EVENT_ENERGY_RESIDUAL] = (row[EVENT_ELASTIC_ENERGY] + row[EVENT_KINETIC_ENERGY] + work[WORK_DISSIPATED] +
+                                work[WORK_RADIATED] - work[WORK_LOADING]) /
+                               PetscAbsReal(row[EVENT_ELASTIC_ENERGY]);
   row[EVENT_STEPS] = (PetscReal)e->steps;
   row[EVENT_FAULT] = (PetscReal)fault->mesh.labels[SlipFaultMeshFaultOf(&fault->mesh, e->cell)];
   row[EVENT_RAKE] = Rake(sum[SUM_ALONG], sum[SUM_UP]);

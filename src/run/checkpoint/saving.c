@@ -95,7 +95,7 @@ static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
 
 /* What this process wants: the signal that it caught, or that time is over on rank 0; and on rank 0 a checkpoint, the
    number of steps that need no agreement, and the end where the file is there that asks for it. */
-static PetscErrorCode SlipCheckpointWishes(SlipCheckpoint *c, int wish[4])
+static PetscErrorCode SlipCheckpointRequests(SlipCheckpoint *c, int wish[4])
 {
   PetscLogDouble now, begun;
   PetscReal spent;
@@ -130,7 +130,7 @@ static PetscErrorCode SlipCheckpointAfterStep(TS ts)
   PetscCall(PetscTime(&now));
   c->longest_step = PetscMax(c->longest_step, now - c->last_step);
   if (c->wait-- > 0 || ts->reason) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipCheckpointWishes(c, wish));
+  PetscCall(SlipCheckpointRequests(c, wish));
   all[0] = PetscMax(wish[0], 0); /* a signal goes before a limit */
   all[1] = PetscMax(-wish[0], 0);
   all[2] = wish[1];

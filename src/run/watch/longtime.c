@@ -41,7 +41,7 @@ PetscErrorCode SlipFaultClockStart(SlipFault fault, TS ts)
   PetscCall(SlipClockStart(ts, what ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(SlipClockRead(ts, NULL, &end));
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
-  if (!what || rank || !fault->options.speaks || end <= SLIP_CLOCK_LIMIT || end >= PETSC_MAX_REAL)
+  if (!what || rank || !fault->options.reports || end <= SLIP_CLOCK_LIMIT || end >= PETSC_MAX_REAL)
     PetscFunctionReturn(PETSC_SUCCESS);
   SlipTimeText((PetscReal)SLIP_CLOCK_LIMIT, 4, limit, sizeof(limit));
   SlipTimeText(end, 4, last, sizeof(last));

@@ -340,7 +340,7 @@ PetscErrorCode SlipFaultWarn(SlipFault fault)
 
   PetscFunctionBegin;
   PetscCall(PetscOptionsHasHelp(NULL, &help));
-  if (!fault->options.speaks || help) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!fault->options.reports || help) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(fault->comm, &rank));
   PetscCall(WarnOfUnits(fault, rank));
   PetscCall(WarnOfOtherLaws(fault, rank));
