@@ -20,5 +20,5 @@ for kind in bend branch; do
   fi
   "$SLIPSTEP_BUILD/bin/fault" -options_file examples/bends.opts -fault_mesh "$mesh" -fault_parameters "${name}_${kind}_fields.h5" \
     -fault_output "${name}_${kind}.h5" -fault_catalogue "${name}_${kind}_events.h5" -fault_output_overwrite "$@"
-  "$SLIPSTEP_PYTHON" output/plot_run.py "${name}_${kind}.h5" --kind view --field slip --time 8 16 120 --from 235 35 --figure "${name}_${kind}.png"
+  slipstep plot-run "${name}_${kind}.h5" --kind view --field slip --time 8 16 120 --from 235 35 --figure "${name}_${kind}.png"
 done

@@ -37,7 +37,8 @@ def of_petsc(program, name, version):
 
 
 def of_python(program, name, version):
-    text = subprocess.run([sys.executable, program, "--help"], capture_output=True, text=True, check=True).stdout
+    words = [name.removeprefix("slipstep-")] if os.path.basename(program) == "program.py" and name != "slipstep" else []  # slipstep NAME
+    text = subprocess.run([sys.executable, program, *words, "--help"], capture_output=True, text=True, check=True).stdout
     text = text.replace(os.path.basename(program), name)
     usage, _, rest = text.partition("\n\n")
     summary, _, rest = rest.partition("\n\n")

@@ -44,9 +44,9 @@ PARTS = {
 }
 NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "benchmarks", "output/RESULTS.md": "results",
          "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog"}
-# programs in Python that users start, whose --help the reference shows: those of output/ but for the study's, and these
+# scripts that users start, whose --help the reference shows as it does that of programs, but for the study's
 SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/study/import_sb3.py"]
-STUDY = ("plot_study", "results_table")
+STUDY = ("plot-study", "results-table")
 # what the reference shows of the package
 MODULES = ("", "running", "fields", "wells", "results", "results.result", "results.run", "results.catalogue", "results.events", "results.fields", "geometry.surface", "studies.study", "studies.plan", "numbers.report", "numbers.source", "numbers.rupture", "numbers.stress", "numbers.cycle", "results.magnitudes", "errors", "petsc")
 PROGRAMS = {"fault": "The fault", "sliding_mode": "The sliding mode", "circuit": "The circuit", "oscillator": "The oscillator", "train": "Training", "evaluate": "Evaluation of controllers"}
@@ -154,11 +154,11 @@ class Site:
     def write_scripts(self):
         """What each script prints on --help."""
         lines = ["# Scripts", "", "What the scripts in Python print on `--help`.", ""]
-        programs = [os.path.splitext(os.path.basename(path))[0] for path in sorted(glob.glob(os.path.join(PACKAGE, "programs", "[a-z]*.py")))]
-        for script in [f"output/{name}.py" for name in programs if name not in STUDY] + SCRIPTS:
-            words = [script] if os.path.exists(os.path.join(SOURCE, script)) else ["src/package/program.py", os.path.basename(script)[:-len(".py")]]  # without a file of its own
+        programs = [os.path.basename(path)[:-len(".py")].replace("_", "-") for path in sorted(glob.glob(os.path.join(PACKAGE, "programs", "[a-z]*.py")))]
+        programs = [name for name in programs if name not in STUDY]
+        for title, words in [(f"slipstep {name}", ["src/package/program.py", name]) for name in programs] + [(script, [script]) for script in SCRIPTS]:
             done = subprocess.run([sys.executable, os.path.join(SOURCE, words[0]), *words[1:], "--help"], capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "140"})
-            lines += [f"## `{script if len(words) == 1 else f'slipstep {words[1]}'}`", "", "```text", done.stdout.strip(), "```", ""]
+            lines += [f"## `{title}`", "", "```text", done.stdout.strip(), "```", ""]
         self.write("reference/scripts", "\n".join(lines))
 
     def write_functions(self):

@@ -8,7 +8,7 @@ import sys
 import time
 import unittest
 
-from scripts import FAULT, OUTPUT, SOURCE, FaultTest
+from scripts import FAULT, SOURCE, FaultTest
 
 import h5py
 import numpy as np
@@ -212,7 +212,7 @@ class CatalogueTest(FaultTest):
             # its map has the slip of its row, its moment is the sum of that
             self.assertAlmostEqual(np.abs(cut.map("slip")).max(), cut.event["max_slip"][0], delta=1e-6 * cut.event["max_slip"][0])
             self.assertEqual(np.isfinite(cut.map("rupture_time")).sum() * 500 * 600, cut.event["area"][0])
-            table = self.script("catalogue_csv.py", self.path("cut.h5"))
+            table = self.script("catalogue-csv", self.path("cut.h5"))
             self.assertEqual((table.returncode, len(table.stdout.splitlines())), (0, 2))  # the names of the columns, and its row
             self.assertIn(f"the last event, M {found[1]} so far, goes on at the end of the run", table.stderr)
             self.fault(*options, *events, "cut.h5", "-fault_restart", "state.h5", ranks=other)
@@ -304,10 +304,9 @@ class CatalogueTest(FaultTest):
 
     def test_csv(self):
         self.fault(*LOADED, "-ts_max_time", "2e9", "-fault_catalogue", "events.h5")
-        script = os.path.join(OUTPUT, "catalogue_csv.py")
-        done = subprocess.run([sys.executable, script, self.path("events.h5"), self.path("events.csv")], capture_output=True, text=True)
+        done = self.script("catalogue-csv", self.path("events.h5"), self.path("events.csv"))
         self.assertEqual((done.returncode, done.stdout.split(", ")[0], done.stderr), (0, f"Table: {self.path('events.csv')}", ""))
-        shown = subprocess.run([sys.executable, script, self.path("events.h5")], capture_output=True, text=True)
+        shown = self.script("catalogue-csv", self.path("events.h5"))
         with open(self.path("events.csv"), encoding="utf-8") as file:
             text = file.read()
         self.assertEqual(shown.stdout, text)
@@ -319,7 +318,7 @@ class CatalogueTest(FaultTest):
             np.testing.assert_array_equal([float(row[name if unit == "1" else f"{name} [{unit}]"]) for row in rows], values)
         for wrong, message in ((self.path("missing.h5"), "no such file"), (self.path("events.csv"), "not a complete HDF5 file"),
                                (os.path.join(SOURCE, "training/policies/fault.h5"), "no catalogue of events")):
-            done = subprocess.run([sys.executable, script, wrong], capture_output=True, text=True)
+            done = self.script("catalogue-csv", wrong)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
             self.assertIn(message, done.stderr)
 

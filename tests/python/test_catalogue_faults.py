@@ -2,11 +2,10 @@
 
 import csv
 import os
-import subprocess
 import sys
 import unittest
 
-from scripts import OUTPUT, SOURCE, FaultTest
+from scripts import SOURCE, FaultTest
 
 import h5py
 import numpy as np
@@ -185,8 +184,7 @@ class Faults(FaultTest):
             catalogue.of_fault("moment", 5)
         with self.assertRaisesRegex(OutputError, "no dataset /fault_rake; it has area, "):
             catalogue.of_fault("rake", 7)
-        command = [sys.executable, os.path.join(OUTPUT, "catalogue_csv.py"), self.path("events.h5")]
-        rows = list(csv.DictReader(subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()))
+        rows = list(csv.DictReader(self.script("catalogue-csv", self.path("events.h5")).stdout.splitlines()))
         self.assertEqual([int(row["fault"]) for row in rows], catalogue.event["fault"].tolist())
         self.assertEqual([float(row["rake [degrees]"]) for row in rows], catalogue.event["rake"].tolist())
         for label in LABELS:
@@ -199,7 +197,9 @@ class Faults(FaultTest):
                 del file[name]
         older = Catalogue(self.path("events.h5"))
         self.assertEqual(older.faults.tolist(), [-3, 7])
-        self.assertNotIn("fault", subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+        done = self.script("catalogue-csv", self.path("events.h5"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("fault", done.stdout)
 
 
 if __name__ == "__main__":

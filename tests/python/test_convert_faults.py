@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""output/convert.py: faults of HBI, interact, Quake-DFN and PyQuake3D. Small files of each become the cells that they describe, in the order of their parameters, and a run takes
+"""slipstep convert: faults of HBI, interact, Quake-DFN and PyQuake3D. Small files of each become the cells that they describe, in the order of their parameters, and a run takes
 them; others are refused by one line that names the line."""
 
 import unittest

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""output/convert.py: signs, factors and limits of the readers and writers of other programs, each by a value that is known from elsewhere."""
+"""slipstep convert: signs, factors and limits of the readers and writers of other programs, each by a value that is known from elsewhere."""
 
 import json
 import re

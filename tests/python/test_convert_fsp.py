@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
-"""output/convert.py: slip models of SRCMOD in and out. Files of known cells become those cells; files go there and back with the same digits; others are refused by one line
+"""slipstep convert: slip models of SRCMOD in and out. Files of known cells become those cells; files go there and back with the same digits; others are refused by one line
 that names the line, and nothing is written."""
 
 import os
 import re
-import subprocess
 import sys
 import unittest
 from types import SimpleNamespace
@@ -254,7 +253,7 @@ class BackAndForth(FspTest):
         np.testing.assert_array_equal(back.slip, np.round(0.1 + 0.03 * np.arange(12), 4))
 
     def test_rock(self):
-        """The moment, the file, surface.py, --stress and elastic have one rigidity, which is said: that of layers, that of --rigidity, that of cells' moments, or where nothing says it the default of elastic."""
+        """The moment, the file, slipstep surface, --stress and elastic have one rigidity, which is said: that of layers, that of --rigidity, that of cells' moments, or where nothing says it the default of elastic."""
         slip, rigidity = 0.1 + 0.03 * np.arange(12), np.where(np.repeat([3.5, 6.5, 9.5], 4) < 4, 22.5e9, 33.075e9)
         text = single(strike=10.0, dip=90.0)[0]
         plain = text.replace("No. of layers = 2", "No. of layers = 0").replace("%  0.00     5.00     3.00     2.50\n%  4.00     6.00     3.50     2.70\n", "")
@@ -371,7 +370,7 @@ class Refused(FspTest):
         self.refused("convert", "expected a longitude from -360 to 360", model, "--origin", "12", "95")
 
     def test_script(self):
-        done = subprocess.run([sys.executable, os.path.join(os.path.dirname(__file__), "..", "..", "output", "convert.py"), "--help"], capture_output=True, text=True)
+        done = self.script("convert", "--help")
         self.assertIn("--receivers", done.stdout)
 
 

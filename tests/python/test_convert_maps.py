@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""output/convert.py: faults of databases and meshes. Traces with dip and depths become rectangles, grids of depths triangles, the meshes that SlipStep writes receivers; of other files the message
+"""slipstep convert: faults of databases and meshes. Traces with dip and depths become rectangles, grids of depths triangles, the meshes that SlipStep writes receivers; of other files the message
 says what they are."""
 
 import json

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""output/convert.py: finite faults of the USGS, SRF, files of Coulomb, and slip of runs. Files of known cells become those cells, whatever their forms; runs become files whose slip and
+"""slipstep convert: finite faults of the USGS, SRF, files of Coulomb, and slip of runs. Files of known cells become those cells, whatever their forms; runs become files whose slip and
 moment are the run's; others are refused by one line that names the line."""
 
 import os

@@ -1,14 +1,13 @@
-"""Films of a run by plot_run.py --film, on a synthetic century."""
+"""Films of a run by slipstep plot-run --film, on a synthetic century."""
 
 import os
 import re
 import shutil
 import subprocess
-import sys
 import unittest
 from unittest import mock
 
-from scripts import OUTPUT, PictureTest
+from scripts import PictureTest
 
 import century
 import h5py
@@ -92,10 +91,9 @@ class Films(PictureTest):
 
     def test_mp4_without_ffmpeg(self):
         run = century.write_run(self.path("run.h5"), shape=(5, 9), step=2.0)
-        done = subprocess.run([sys.executable, os.path.join(OUTPUT, "plot_run.py"), run, "--film", self.path("film.mp4")], capture_output=True,
-                              text=True, env=dict(os.environ, PATH=self.folder.name))
+        done = self.script("plot-run", run, "--film", self.path("film.mp4"), env=dict(os.environ, PATH=self.folder.name))
         self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stderr, r"^plot_run.py: --film is .*film.mp4, but there is no program ffmpeg .*\.gif needs none\n$")
+        self.assertRegex(done.stderr, r"^slipstep plot-run: --film is .*film.mp4, but there is no program ffmpeg .*\.gif needs none\n$")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import unittest
 
-from scripts import BUILD, SOURCE, ScriptTest
+from scripts import BUILD, PROGRAM, SOURCE, ScriptTest
 
 import h5py
 import numpy as np
@@ -67,7 +67,7 @@ class Mesh(ScriptTest):
         planes = Run(output).planes
         self.assertEqual([y for y, _ in planes], [0, 800])
         np.testing.assert_array_equal(np.concatenate([cells for _, cells in planes]), np.arange(len(rows)))
-        subprocess.run([sys.executable, os.path.join(SOURCE, "output/plot_run.py"), output, "--figure", figure], check=True,
+        subprocess.run([sys.executable, PROGRAM, "plot-run", output, "--figure", figure], check=True,
                        stdout=subprocess.DEVNULL)
         self.assertGreater(os.path.getsize(figure), 10000)
 

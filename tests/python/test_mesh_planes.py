@@ -106,7 +106,7 @@ class Run(FaultTest):
         np.testing.assert_allclose((first.z.min(), first.z.max()), (0, 1.2), atol=1e-12)
         np.testing.assert_allclose(first.centre(0), (0.25, 0.2), rtol=1e-12)
         self.assertIsNone(first.centre(12))
-        done = self.script("plot_run.py", self.path("run.h5"), "--figure", self.path("run.png"))
+        done = self.script("plot-run", self.path("run.h5"), "--figure", self.path("run.png"))
         self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_an_injection_is_on_the_plane(self):

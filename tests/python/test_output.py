@@ -153,7 +153,7 @@ class OutputTest(ScriptTest):
         write_run(self.path("rl.h5"), 20, slip_scale=1.01, rejected=(2,))
         write_run(self.path("heuristic.h5"), 45)
         png = self.path("figure.png")
-        done = self.script("compare.py", "--reference", self.path("fine.h5"), "--figure", png, f"rl={self.path('rl.h5')}",
+        done = self.script("compare", "--reference", self.path("fine.h5"), "--figure", png, f"rl={self.path('rl.h5')}",
                            f"heuristic={self.path('heuristic.h5')}")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stdout, r"(?m)^rl .*\n^heuristic .*\n^reference ")
@@ -164,14 +164,14 @@ class OutputTest(ScriptTest):
         run = write_run(self.path("rl.h5"), 20)
         for name, change in (("mesh.h5", {"nx": 8}), ("end.h5", {"end": 50.0})):
             write_run(self.path(name), 100, **change)
-            done = self.script("compare.py", "--reference", self.path(name), f"rl={run}")
+            done = self.script("compare", "--reference", self.path(name), f"rl={run}")
             self.assertEqual(done.returncode, 1)
             self.assertIn(name, done.stderr)
             self.assertNotIn("Traceback", done.stderr)
 
     def test_compact_keeps_results_and_the_last_row(self):
         whole = Run(write_run(self.path("whole.h5"), 1003))
-        done = self.script("compact.py", self.path("whole.h5"), self.path("small.h5"), "--rows", "100")
+        done = self.script("compact", self.path("whole.h5"), self.path("small.h5"), "--rows", "100")
         self.assertEqual(done.returncode, 0, done.stderr)
         small = Run(self.path("small.h5"))
         self.assertEqual(small.result, whole.result)
@@ -183,21 +183,21 @@ class OutputTest(ScriptTest):
     def test_what_cannot_be_written_is_refused_by_name(self):
         run = write_run(self.path("a.h5"), 40)
         before = os.path.getsize(run)
-        for script, arguments, message in (("compact.py", (run, run), "a.h5 is the file itself"),
-                                           ("compact.py", (run, self.path("no/b.h5")), "no/b.h5"),
-                                           ("compare.py", (run, "--figure", self.path("no/c.png")), "no/c.png"),
-                                           ("plot_run.py", (run, "--figure", self.path("no/d.png")), "no/d.png")):
+        for script, arguments, message in (("compact", (run, run), "a.h5 is the file itself"),
+                                           ("compact", (run, self.path("no/b.h5")), "no/b.h5"),
+                                           ("compare", (run, "--figure", self.path("no/c.png")), "no/c.png"),
+                                           ("plot-run", (run, "--figure", self.path("no/d.png")), "no/d.png")):
             done = self.script(script, *arguments)
             self.assertEqual(done.returncode, 1)
-            self.assertRegex(done.stderr, f"^{script}: .*{message}")
+            self.assertRegex(done.stderr, f"^slipstep {script}: .*{message}")
             self.assertNotIn("Traceback", done.stderr)
         self.assertEqual(os.path.getsize(run), before)
-        self.assertEqual(self.script("compact.py", run, self.path("b.h5"), "--rows", "0").returncode, 2)
+        self.assertEqual(self.script("compact", run, self.path("b.h5"), "--rows", "0").returncode, 2)
 
     def test_plot_run_with_and_without_fields(self):
         for name, fields in (("with.h5", True), ("without.h5", False)):
             write_run(self.path(name), 40, fields=fields)
-            done = self.script("plot_run.py", self.path(name))
+            done = self.script("plot-run", self.path(name))
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertTrue(os.path.getsize(self.path(name).replace(".h5", ".png")) > 10000)
 

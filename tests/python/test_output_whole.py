@@ -10,7 +10,7 @@ import sys
 import tempfile
 import time
 
-from scripts import FAULT, OUTPUT
+from scripts import FAULT, PROGRAM
 
 import h5py
 import numpy as np
@@ -74,7 +74,7 @@ def killed(folder, *more):
 
 
 def read_by_scripts(folder):
-    """plot_run.py and compare.py take an unfinished file and say that it is; a new run refuses to overwrite it."""
+    """plot-run and compare take an unfinished file and say that it is; a new run refuses to overwrite it."""
     clean(folder)
     endless = ["-fault_output", "run.h5", "-ts_max_time", str(10000 * STEPS * STEP), "-ts_max_steps", str(10000 * STEPS)]
     run = subprocess.Popen(RUN + endless, cwd=folder, stdout=subprocess.DEVNULL)
@@ -88,11 +88,11 @@ def read_by_scripts(folder):
     run.kill()
     run.wait()
     rows = check_rows(os.path.join(folder, "run.h5.part"), 0)
-    for command in (["plot_run.py", "run.h5.part"], ["compare.py", "run.h5.part", "--figure", "c.png"]):
-        done = subprocess.run([sys.executable, os.path.join(OUTPUT, command[0])] + command[1:], cwd=folder, capture_output=True, text=True)
+    for command in (["plot-run", "run.h5.part"], ["compare", "run.h5.part", "--figure", "c.png"]):
+        done = subprocess.run([sys.executable, PROGRAM, *command], cwd=folder, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
-        assert f"{command[0]}: run.h5.part is unfinished: complete = 0" in done.stderr and done.stderr.count("\n") == 1, done.stderr
-    done = subprocess.run([sys.executable, os.path.join(OUTPUT, "plot_run.py"), "run.h5"], cwd=folder, capture_output=True, text=True)
+        assert f"slipstep {command[0]}: run.h5.part is unfinished: complete = 0" in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    done = subprocess.run([sys.executable, PROGRAM, "plot-run", "run.h5"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 1 and "run.h5.part is there, of a run that has not ended" in done.stderr, done.stderr
     done = subprocess.run(RUN[:-1] + ["-fault_output", "run.h5"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 1 and "rows of an unfinished run: continue it with -fault_restart CHECKPOINT" in done.stderr

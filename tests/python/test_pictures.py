@@ -1,4 +1,4 @@
-"""Pictures and films of a run by plot_run.py, on a synthetic century of circular ruptures and on irregular cells."""
+"""Pictures and films of a run by slipstep plot-run, on a synthetic century of circular ruptures and on irregular cells."""
 
 import unittest
 from types import SimpleNamespace

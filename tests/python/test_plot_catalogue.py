@@ -1,4 +1,4 @@
-"""Pictures of a catalogue by plot_catalogue.py, on synthetic ones in the format of -fault_catalogue."""
+"""Pictures of a catalogue by slipstep plot-catalogue, on synthetic ones in the format of -fault_catalogue."""
 
 import unittest
 
@@ -35,7 +35,7 @@ class Reading(PictureTest):
         self.assertEqual((len(events), len(events["magnitude"])), (3, 3))
         code, _, err = self.main("plot_catalogue", path, "--event", "3")
         self.assertEqual(code, 0)
-        self.assertRegex(err, r"^plot_catalogue.py: .*c.h5 is unfinished: complete = 0, its last event is at 3 s\n$")
+        self.assertRegex(err, r"^slipstep plot-catalogue: .*c.h5 is unfinished: complete = 0, its last event is at 3 s\n$")
 
     def test_bad_files(self):
         none = {name: (values[:0], unit) for name, (values, unit) in century.columns().items()}
@@ -245,7 +245,7 @@ class Pictures(PictureTest):
         run = century.write_run(self.path("run.h5"), cells=century.graded(), step=2.0)
         code, _, err = self.main("plot_catalogue", events, run, "--along", "depth", "--at", "3", "--every", "10y", "--every-event", "0.5")
         self.assertEqual(code, 0, err)
-        self.assertRegex(err, r"^plot_catalogue.py: .*run.h5 has too few rows of /fields in \d+ events for a line every 0.5 s: .* "
+        self.assertRegex(err, r"^slipstep plot-catalogue: .*run.h5 has too few rows of /fields in \d+ events for a line every 0.5 s: .* "
                          r"-fault_output_interval or -fault_output_slip_interval\n$")
         self.look(self.path("c.png"))
 

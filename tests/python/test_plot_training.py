@@ -38,7 +38,7 @@ class PlotTraining(ScriptTest):
 
     def test_figure(self):
         logs = [write_log(self.path("a.h5")), write_log(self.path("b.h5"), seed=2), write_log(self.path("c.h5"), evaluations=0)]
-        done = self.script("plot_training.py", *logs, "--figure", self.path("curves.png"))
+        done = self.script("plot-training", *logs, "--figure", self.path("curves.png"))
         self.assertEqual(done.returncode, 0, done.stderr)
         with open(self.path("curves.png"), "rb") as file:
             self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
@@ -50,13 +50,13 @@ class PlotTraining(ScriptTest):
         pair = [write_log(self.path("fault.h5")), write_log(self.path("circuit.h5"), problem="circuit")]
         with self.assertRaisesRegex(OutputError, "circuit.h5 is of problem circuit"):
             read_logs(pair)
-        done = self.script("plot_training.py", self.path("none.h5"))
+        done = self.script("plot-training", self.path("none.h5"))
         self.assertEqual(done.returncode, 1)
-        self.assertIn("plot_training.py", done.stderr)
+        self.assertIn("slipstep plot-training", done.stderr)
         self.assertIn("none.h5", done.stderr)
         self.assertEqual(len(done.stderr.splitlines()), 1)
-        done = self.script("plot_training.py", pair[0], "--figure", self.path("no/such.png"))
-        self.assertRegex(done.stderr, "^plot_training.py: .*no/such.png'\n$")
+        done = self.script("plot-training", pair[0], "--figure", self.path("no/such.png"))
+        self.assertRegex(done.stderr, "^slipstep plot-training: .*no/such.png'\n$")
 
 
 if __name__ == "__main__":

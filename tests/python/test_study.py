@@ -2,12 +2,10 @@
 
 import os
 import re
-import subprocess
-import sys
 import tempfile
 import unittest
 
-from scripts import OUTPUT, ScriptTest
+from scripts import SOURCE, ScriptTest
 
 import h5py
 import numpy as np
@@ -106,9 +104,9 @@ class StudyTest(ScriptTest):
         self.assertEqual([cell.treatment for cell in study.select(policy="p_alpha_2")], [("embedded", "trapezoidal")])
         self.assertEqual(len(study.select(policy="p_alpha_2@0.1")), 1)
         self.assertEqual(len(study.select(policy="p_alpha_1")), 2)
-        done = self.script("plot_study.py", path, "--figures", self.path("figures"), "--only", "steps")
+        done = self.script("plot-study", path, "--figures", self.path("figures"), "--only", "steps")
         self.assertEqual(done.returncode, 0)
-        self.assertRegex(done.stderr, "^plot_study.py: warning: .*s.h5 has 1 cells of another file of the policy p_alpha_2")
+        self.assertRegex(done.stderr, "^slipstep plot-study: warning: .*s.h5 has 1 cells of another file of the policy p_alpha_2")
 
     def test_crowded_panels_show_one_of_a_kind(self):
         path = write_study(self.path("s.h5"))
@@ -187,31 +185,31 @@ class StudyTest(ScriptTest):
             self.assertEqual(number(value, 2), text)
 
     def test_all_figures_of_a_study_with_gaps(self):
-        done = self.script("plot_study.py", write_study(self.path("s.h5")), "--figures", self.path("figures"))
+        done = self.script("plot-study", write_study(self.path("s.h5")), "--figures", self.path("figures"))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(len(os.listdir(self.path("figures"))), 11)
 
     def test_an_empty_study_has_empty_figures_and_tables(self):
         with h5py.File(self.path("e.h5"), "w") as file:
             file.attrs["format"] = "slipstep-evaluation"
-        done = self.script("plot_study.py", self.path("e.h5"), "--figures", self.path("figures"))
+        done = self.script("plot-study", self.path("e.h5"), "--figures", self.path("figures"))
         self.assertEqual(done.returncode, 0, done.stderr)
-        with open(os.path.join(OUTPUT, "RESULTS.md"), encoding="utf-8") as source, open(self.path("page.md"), "w", encoding="utf-8") as page:
+        with open(os.path.join(SOURCE, "output", "RESULTS.md"), encoding="utf-8") as source, open(self.path("page.md"), "w", encoding="utf-8") as page:
             page.write(source.read())
-        done = self.script("results_table.py", self.path("e.h5"), "--page", self.path("page.md"))
+        done = self.script("results-table", self.path("e.h5"), "--page", self.path("page.md"))
         self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_other_files_are_refused(self):
         with h5py.File(self.path("other.h5"), "w") as file:
             file.attrs["format"] = "slipstep-policy"
-        for script, name in (("plot_study.py", "other.h5"), ("results_table.py", "other.h5"), ("plot_study.py", "missing.h5")):
+        for script, name in (("plot-study", "other.h5"), ("results-table", "other.h5"), ("plot-study", "missing.h5")):
             done = self.script(script, self.path(name))
             self.assertEqual(done.returncode, 1)
-            self.assertRegex(done.stderr, f"^{script}: .*{name}: (not a file of evaluate|no such file)")
+            self.assertRegex(done.stderr, f"^slipstep {script}: .*{name}: (not a file of evaluate|no such file)")
             self.assertNotIn("Traceback", done.stderr)
-        done = self.script("plot_study.py", write_study(self.path("s.h5")), "--figures", self.path("s.h5"))
-        self.assertRegex(done.stderr, "^plot_study.py: .*s.h5'\n$")  # a file, not a folder
-        done = self.script("plot_study.py", self.path("s.h5"), "--only", "nonsense")
+        done = self.script("plot-study", write_study(self.path("s.h5")), "--figures", self.path("s.h5"))
+        self.assertRegex(done.stderr, "^slipstep plot-study: .*s.h5'\n$")  # a file, not a folder
+        done = self.script("plot-study", self.path("s.h5"), "--only", "nonsense")
         self.assertEqual(done.returncode, 2)
         self.assertIn("unknown figure nonsense", done.stderr)
 
@@ -235,9 +233,9 @@ class SmallRunTest(ScriptTest):
             self.assertEqual(run.columns, {"V1": "V", "reaction": "A"})
             with self.assertRaisesRegex(OutputError, "not the output of a fault"):
                 run.require_fault("a map")
-            done = subprocess.run([sys.executable, os.path.join(OUTPUT, "plot_run.py"), path], capture_output=True, text=True)
+            done = self.script("plot-run", path)
             self.assertEqual(done.returncode, 0, done.stderr)
-            done = subprocess.run([sys.executable, os.path.join(OUTPUT, "compare.py"), path], capture_output=True, text=True)
+            done = self.script("compare", path)
             self.assertIn("not the output of a fault", done.stderr)
 
 

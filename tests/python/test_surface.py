@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Displacement and stress by the program elastic, against published numbers; and maps of them by surface.py, against what a run records at
+"""Displacement and stress by the program elastic, against published numbers; and maps of them by slipstep surface, against what a run records at
 its own points of the ground."""
 
 import csv
@@ -328,7 +328,7 @@ class Maps(SurfaceTest):
         from slipstep.programs import surface
         for options, suffix in (((), ""), (("--look", "257", "39"), "_look"), (("--look", "257", "39", "--points", "1,2"), "_look_points"), (("--event", "3"), "_event_3"),
                                 (("--event", "largest", "--receiver", "0", "90", "0"), "_receiver")):
-            with unittest.mock.patch.object(sys, "argv", ["surface.py", "run.h5", *options]):
+            with unittest.mock.patch.object(sys, "argv", ["slipstep surface", "run.h5", *options]):
                 self.assertEqual(surface.suffix_of(surface.arguments()), suffix)
 
     def test_look(self):

@@ -15,14 +15,14 @@ import time
 import unittest
 from unittest import mock
 
-from scripts import BUILD, SOURCE, ScriptTest
+from scripts import BUILD, PROGRAM, SOURCE, ScriptTest
 
 from slipstep import Error
 from slipstep.studies import Study
 from slipstep.studies import plan, slurm, table
 from slipstep.studies.record import lock
 
-SWEEP = [sys.executable, os.path.join(SOURCE, "output", "sweep.py")]
+SWEEP = [sys.executable, PROGRAM, "sweep"]
 HANG = 300  # ends what hangs [s]
 # a program of one's own: it waits while the file GATE is there, fails for x = 3, and counts how often it began
 OWN = """import json, os, sys, time
@@ -162,7 +162,7 @@ if x == 4:
         try:
             self.wait(lambda: sum(self.began(study)) == 2, "nothing begins")
             for more in ((), ("--task", "4")):
-                self.assertRegex(self.sweep("own.toml", *more, code=1), r"sweep.py: own.toml: another driver or a job array is at work in \S+own.runs")
+                self.assertRegex(self.sweep("own.toml", *more, code=1), r"slipstep sweep: own.toml: another driver or a job array is at work in \S+own.runs")
         finally:
             driver.kill()
             driver.wait()

@@ -264,7 +264,7 @@ class Run(FaultTest):
         np.testing.assert_allclose((np.ptp(second.x), np.ptp(second.z), second.z.min()), (1.0, 0.8, 0.5), atol=2e-9)
         areas = 0.5 * np.abs((first.x[1] - first.x[0]) * (first.z[2] - first.z[0]) - (first.x[2] - first.x[0]) * (first.z[1] - first.z[0]))
         np.testing.assert_allclose(areas, 0.1, rtol=1e-9)
-        done = self.script("plot_run.py", self.path("out.h5"), "--figure", self.path("run.png"))
+        done = self.script("plot-run", self.path("out.h5"), "--figure", self.path("run.png"))
         self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_whole_is_refused(self):

@@ -39,8 +39,6 @@ def run(page):
             os.symlink(os.path.join(SOURCE, name), os.path.join(folder, name))
         os.symlink(BUILD, os.path.join(folder, "build"))
         os.mkdir(os.path.join(folder, "output"))
-        for script in glob.glob(os.path.join(SOURCE, "output", "*.py")):
-            os.symlink(script, os.path.join(folder, "output", os.path.basename(script)))
         bin = os.path.join(folder, "bin")
         os.mkdir(bin)
         os.symlink(os.environ.get("SLIPSTEP_PYTHON", "/usr/bin/python3"), os.path.join(bin, "python3"))

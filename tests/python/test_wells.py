@@ -167,7 +167,7 @@ class Wells(FaultTest, PictureTest):
             with self.subTest(message):
                 code, out, err = self.main("wells", self.csv(text), self.path("p.h5"), *more, "--", *GRID)
                 self.assertEqual((code, err.count("\n")), (0, 1), err)
-                self.assertRegex(err, f"^wells.py: warning: .*{message}")
+                self.assertRegex(err, f"^slipstep wells: warning: .*{message}")
                 self.assertIn("Pressure: ", out)
         os.remove(self.path("p.h5"))
         self.refused("wells", r"the well A is at z = -2900 m, above the ground: expected a depth, as those of the cells, 2150 to 3650 m", self.csv("well,x,z,days,L/s\nA,1200,-2900,1,2\nA,1200,-2900,2,0\n"),

@@ -119,7 +119,7 @@ class Model:
         return np.full(len(self.cells), value), f"G = {value / 1e9:g} GPa{'' if 'shear_modulus' in self.options else ', which the file does not say'}"
 
     def rock(self):
-        """The shear modulus [Pa] by which all of the slip has the moment of its cells' rigidities, and Poisson's ratio: those of --stress, surface.py and elastic."""
+        """The shear modulus [Pa] by which all of the slip has the moment of its cells' rigidities, and Poisson's ratio: those of --stress, slipstep surface and elastic."""
         weight = self.area * np.abs(self.slip) if self.slip is not None and self.potency > 0 else self.area
         return float(np.average(self.rigidity()[0], weights=weight)), self.options.get("poisson_ratio", POISSON)
 

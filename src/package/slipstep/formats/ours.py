@@ -90,7 +90,7 @@ def read(path):
             if "origin" in file.attrs:
                 model.projection = Projection(tuple(file.attrs["origin"]), plain(file.attrs["projection"]))
         except KeyError as error:
-            raise FormatError(f"{path}: {error.args[0]}, expected a file that convert.py wrote") from None
+            raise FormatError(f"{path}: {error.args[0]}, expected a file that slipstep convert wrote") from None
     return model
 
 

@@ -48,7 +48,7 @@ def kind_of(path):
 
 
 def of_hdf5(path):
-    """The kind of an HDF5 file that convert.py did not write; None: a run or a catalogue."""
+    """The kind of an HDF5 file that slipstep convert did not write; None: a run or a catalogue."""
     with h5py.File(path) as file:
         return "mesh" if "cells" in file or "triangles" in file else "depths" if maps.is_grid(file) else None
 

@@ -136,7 +136,7 @@ def slip_of_event(catalogue, number):
 
 
 def slip_of_input(path):
-    """Slip on rectangles or triangles in a file that `elastic` reads, as convert.py writes them; the rock is that of the attributes shear_modulus [Pa] and
+    """Slip on rectangles or triangles in a file that `elastic` reads, as slipstep convert writes them; the rock is that of the attributes shear_modulus [Pa] and
     poisson_ratio, by default that of `elastic`."""
     with h5py.File(path) as file:
         try:

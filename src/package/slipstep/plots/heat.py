@@ -1,4 +1,4 @@
-"""Heat maps over policies and meshes for plot_study.py."""
+"""Heat maps over policies and meshes for slipstep plot-study."""
 
 import numpy as np
 from matplotlib.colors import LogNorm

@@ -1,8 +1,8 @@
 """The catalogue of a run as CSV: a line of names with units, then a line an event, numbers to their last bit. What has a number
 for each of several faults is a column for each label: "fault_moment 7 [N m]".
 
-    output/catalogue_csv.py EVENTS.h5 [OUT.csv]
-    output/catalogue_csv.py EVENTS.h5 [OUT.csv] --csep --origin 13.3 42.5 [--start 2000-01-01]    the columns that pyCSEP reads
+    slipstep catalogue-csv EVENTS.h5 [OUT.csv]
+    slipstep catalogue-csv EVENTS.h5 [OUT.csv] --csep --origin 13.3 42.5 [--start 2000-01-01]    the columns that pyCSEP reads
 
 Without OUT.csv it goes to standard output. A catalogue that is still written, EVENTS.h5.part, is read up to its last whole row.
 """

@@ -1,6 +1,6 @@
 """The catalogue of a run as QuakeML 1.2: an event each with its origin, moment magnitude, scalar moment, and the plane and rake of its slip.
 
-    output/catalogue_quakeml.py EVENTS.h5 OUT.xml --origin 13.3 42.5 [--start 2000-01-01]
+    slipstep catalogue-quakeml EVENTS.h5 OUT.xml --origin 13.3 42.5 [--start 2000-01-01]
 
 ObsPy and other programs of seismology read it. Angles are those of the cell where the event began. A catalogue that is still written,
 EVENTS.h5.part, is read up to its last whole row.

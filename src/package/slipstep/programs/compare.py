@@ -1,6 +1,6 @@
 """Compare runs of one fault under different controllers: a table, and a figure.
 
-    output/compare.py --reference FINE.h5 --figure OUT.png rl=output/rl.h5 heuristic=output/heuristic.h5
+    slipstep compare --reference FINE.h5 --figure OUT.png rl=output/rl.h5 heuristic=output/heuristic.h5
 
 Each run is LABEL=FILE or FILE. Errors are those of the final mean slip and of the mean slip at any time, over the final
 one. The slip-rate map is that of the first run. The reference is such an output file too, of a run with much smaller steps on the same mesh.
@@ -36,7 +36,7 @@ def load(argument):
     """(label, Run) of LABEL=FILE; the label of a bare file is its name."""
     label, equals, path = argument.partition("=")
     run = Run(path if equals else argument)
-    run.require_fault("compare.py")
+    run.require_fault("a comparison")
     run.warn()
     return (label if equals else os.path.splitext(os.path.basename(argument))[0]) + ("" if run.complete else " (unfinished)"), run
 

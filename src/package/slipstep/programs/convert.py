@@ -1,9 +1,9 @@
 """Slip models and patches of faults of other programs to files for fault and elastic, and back; it says what it understood.
 
-    output/convert.py s1992LANDER01COHE.fsp                                  # only says it
-    output/convert.py s1992LANDER01COHE.fsp slip.h5 [--figure slip.png]      # cells and slip, for elastic, -fault_mesh and surface.py
-    output/convert.py slip.h5 back.fsp                                       # and back
-    output/convert.py model.fsp --receivers faults.h5 --stress change.h5     # what its slip does to other faults
+    slipstep convert s1992LANDER01COHE.fsp                                  # only says it
+    slipstep convert s1992LANDER01COHE.fsp slip.h5 [--figure slip.png]      # cells and slip, for elastic, -fault_mesh and slipstep surface
+    slipstep convert slip.h5 back.fsp                                       # and back
+    slipstep convert model.fsp --receivers faults.h5 --stress change.h5     # what its slip does to other faults
 
 IN: .fsp of SRCMOD and the USGS, .param of the USGS, .srf, .inp of Coulomb, .in of HBI and of interact (geom.in), Input_BulkFaultGeometry.txt of
 Quake-DFN, parameter.txt of PyQuake3D, .geojson of traces with dip and depths, .xyz and .grd of depths, meshes (.msh, .ts, .stl, .obj, .h5), .h5 of this program,

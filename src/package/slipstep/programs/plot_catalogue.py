@@ -1,10 +1,10 @@
 """Plot a catalogue of events: magnitude against time, magnitude and frequency, where they were; with the run that had them,
 cumulative slip along a line. Or one event: its slip and when each cell broke.
 
-    output/plot_catalogue.py CATALOGUE.h5 [RUN.h5] [--figure OUT.png]
-    output/plot_catalogue.py CATALOGUE.h5 RUN.h5 --along depth --at 10 --every 5y --every-event 1
-    output/plot_catalogue.py CATALOGUE.h5 --event 3          or --event largest
-    output/plot_catalogue.py CATALOGUE.h5 --event 3 --view --from 120 30
+    slipstep plot-catalogue CATALOGUE.h5 [RUN.h5] [--figure OUT.png]
+    slipstep plot-catalogue CATALOGUE.h5 RUN.h5 --along depth --at 10 --every 5y --every-event 1
+    slipstep plot-catalogue CATALOGUE.h5 --event 3          or --event largest
+    slipstep plot-catalogue CATALOGUE.h5 --event 3 --view --from 120 30
 """
 
 import argparse

@@ -1,12 +1,12 @@
 """Plot one run: of a fault slip rate and slip against time and maps near the peak and at the end, of other models their series;
 step size and error estimate against time. Or of a fault: snapshots, a rupture, a space-time picture, a view in space, a film.
 
-    output/plot_run.py RUN.h5 [--figure OUT.png]
-    output/plot_run.py RUN.h5 --time 2 4 8 --field slip_rate --log-rate     a field at some times
-    output/plot_run.py RUN.h5 --kind rupture                                the largest event, or the one in --window
-    output/plot_run.py RUN.h5 --kind space-time --along strike --at 5       against time, or --against step
-    output/plot_run.py RUN.h5 --kind view --field slip --from 120 30        all cells in space, from azimuth 120, elevation 30
-    output/plot_run.py RUN.h5 --film OUT.mp4                                or OUT.gif; with --kind view a film of that
+    slipstep plot-run RUN.h5 [--figure OUT.png]
+    slipstep plot-run RUN.h5 --time 2 4 8 --field slip_rate --log-rate     a field at some times
+    slipstep plot-run RUN.h5 --kind rupture                                the largest event, or the one in --window
+    slipstep plot-run RUN.h5 --kind space-time --along strike --at 5       against time, or --against step
+    slipstep plot-run RUN.h5 --kind view --field slip --from 120 30        all cells in space, from azimuth 120, elevation 30
+    slipstep plot-run RUN.h5 --film OUT.mp4                                or OUT.gif; with --kind view a film of that
 """
 
 import argparse

@@ -1,13 +1,12 @@
 """Draw every figure of the study from the file of evaluate.
 
-    output/plot_study.py output/study.h5 [--figures output/figures] [--only history,steps]
+    slipstep plot-study output/study.h5 [--figures output/figures] [--only history,steps]
 
 What the file does not hold is shown as missing.
 """
 
 import argparse
 import os
-import sys
 
 from ..modules import need, one_line
 
@@ -396,7 +395,7 @@ FIGURES = {
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="FILE", help="output file of evaluate")
-    parser.add_argument("--figures", metavar="DIR", default=os.path.join(os.path.dirname(os.path.realpath(sys.argv[0])), "figures"),
+    parser.add_argument("--figures", metavar="DIR", default=os.path.join("output", "figures"),
                         help="folder for the figures, default figures/ beside this script")
     parser.add_argument("--only", metavar="NAME,...", help=f"some of {', '.join(FIGURES)}; default all")
     options = parser.parse_args()

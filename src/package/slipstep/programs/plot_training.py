@@ -1,6 +1,6 @@
 """Plot learning curves: what training episodes and evaluations of the policy without noise returned, their steps and errors.
 
-    output/plot_training.py LOG.h5 [LOG.h5 ...] [--figure OUT.png]
+    slipstep plot-training LOG.h5 [LOG.h5 ...] [--figure OUT.png]
 
 LOG.h5 are files of `train -train_log`, of one problem and one reward. Trainings that differ by their seed alone share a
 colour; the thick line is their mean.

@@ -1,6 +1,6 @@
 """A report of a run as one HTML file: what ran, on what, with which options, its pictures, its accuracy and its warnings.
 
-    output/report.py RUN.h5 [--catalogue EVENTS.h5] [-o REPORT.html]
+    slipstep report RUN.h5 [--catalogue EVENTS.h5] [-o REPORT.html]
 
 The file needs no other file and no network: it can be sent by mail. Default name: RUN.html.
 """

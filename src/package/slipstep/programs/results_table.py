@@ -1,6 +1,6 @@
 """Write the tables of RESULTS.md from the file of evaluate, so that none of their numbers is typed.
 
-    output/results_table.py output/study.h5 [--page output/RESULTS.md]
+    slipstep results-table output/study.h5 [--page output/RESULTS.md]
 
 The page keeps its text; what stands between <!-- table NAME --> and <!-- end NAME --> is replaced.
 """
@@ -8,7 +8,6 @@ The page keeps its text; what stands between <!-- table NAME --> and <!-- end NA
 import argparse
 import os
 import re
-import sys
 
 from ..modules import need, one_line
 
@@ -371,7 +370,7 @@ def fill(text, study, page):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="FILE", help="output file of evaluate")
-    parser.add_argument("--page", metavar="MD", default=os.path.join(os.path.dirname(os.path.realpath(sys.argv[0])), "RESULTS.md"),
+    parser.add_argument("--page", metavar="MD", default=os.path.join("output", "RESULTS.md"),
                         help="page to fill, default RESULTS.md beside this script")
     options = parser.parse_args()
     study = Study(options.study)

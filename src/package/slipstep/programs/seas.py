@@ -1,11 +1,11 @@
 """The files of a SEAS benchmark from a run of it, and a picture: how often it breaks beside what other codes have found.
 
-    output/seas.py bp5 RUN.h5 CATALOGUE.h5 [--folder DIR] [--figure OUT.png]
-    output/seas.py bp4 RUN.h5 CATALOGUE.h5
-    output/seas.py bp1 RUN.h5 CATALOGUE.h5
-    output/seas.py bp3 RUN.h5 CATALOGUE.h5
-    output/seas.py bp6 RUN.h5 CATALOGUE.h5
-    output/seas.py bp7 RUN.h5 CATALOGUE.h5
+    slipstep seas bp5 RUN.h5 CATALOGUE.h5 [--folder DIR] [--figure OUT.png]
+    slipstep seas bp4 RUN.h5 CATALOGUE.h5
+    slipstep seas bp1 RUN.h5 CATALOGUE.h5
+    slipstep seas bp3 RUN.h5 CATALOGUE.h5
+    slipstep seas bp6 RUN.h5 CATALOGUE.h5
+    slipstep seas bp7 RUN.h5 CATALOGUE.h5
 
 bp5 and bp4: fltst_strk*dp*, global.dat, rupture.dat; bp1 and bp3: fltst_dp*, slip.dat, and of bp3 srfst_fn*; bp6: fltst_strk*, global.dat, slip.dat;
 bp7: fltst_strk*dp*, global.dat. slipstep/results/seas.py says what is in them. examples/seas_bp5.sh, seas_bp4.sh, seas_bp1.sh, seas_bp3.sh, seas_bp6.sh and seas_bp7.sh make the runs.

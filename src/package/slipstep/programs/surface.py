@@ -1,12 +1,12 @@
 """What slip does to the ground and to other faults: maps of displacement, of the line of sight of a satellite, vectors at GNSS points, and the
 change of Coulomb stress, for a run, a part of it, or an event of a catalogue.
 
-    output/surface.py RUN.h5                                            # the whole run: north, east and up
-    output/surface.py RUN.h5 --window 113.2y 113.3y --look 257 39       # a part of it, as a satellite in the west sees it
-    output/surface.py EVENTS.h5 --event largest --points stations.txt   # an event (-fault_catalogue_maps) with vectors at points
-    output/surface.py EVENTS.h5 --event 3 --receiver 30 60 90 --depth 8 --friction 0.4
-    output/surface.py RUN.h5 --look 257 39 --numbers los.h5             # or los.csv
-    output/surface.py SLIP.h5                                           # a slip model of convert.py, or another input of elastic
+    slipstep surface RUN.h5                                            # the whole run: north, east and up
+    slipstep surface RUN.h5 --window 113.2y 113.3y --look 257 39       # a part of it, as a satellite in the west sees it
+    slipstep surface EVENTS.h5 --event largest --points stations.txt   # an event (-fault_catalogue_maps) with vectors at points
+    slipstep surface EVENTS.h5 --event 3 --receiver 30 60 90 --depth 8 --friction 0.4
+    slipstep surface RUN.h5 --look 257 39 --numbers los.h5             # or los.csv
+    slipstep surface SLIP.h5                                           # a slip model of slipstep convert, or another input of elastic
 
 Formulas are those of the library, by its program elastic (build/bin, or SLIPSTEP_BUILD).
 """

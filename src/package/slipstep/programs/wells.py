@@ -18,7 +18,6 @@ import numpy as np
 
 from ..checks import PLAUSIBLE, doubt
 from ..errors import Error
-from ..fields import read_cells
 from ..results.files import replacing
 from ..running import Line, cells_of
 from ..times import seconds, written
