@@ -18,9 +18,8 @@ import numpy as np
 from slipstep import OutputError, Run
 from slipstep.geometry.cells import mesh_cells
 from slipstep.geometry.surface import Elastic, slip_of_event
-from slipstep.plots.maps import Span
+from slipstep.plots.maps import Span, colour_bar, planes_of
 from slipstep.plots.panels import RUN_STYLES, plt, use_style
-from slipstep.plots.view import View, bar
 from slipstep.results.events import Events
 from slipstep.results.fields import KINDS
 from slipstep.times import YEAR
@@ -37,7 +36,6 @@ WORDS = {MAIN: "main fault", ANTITHETIC: "antithetic"}
 SHARE = 0.3  # of the largest mean slip of a fault: an event with more is one of it
 FRICTION = 0.6  # that of both, for Coulomb stress
 WHERE = 180.0, -90.0  # strike and rake of the antithetic [degrees]
-VIEWS = (138.0, 28.0), (222.0, 28.0)  # azimuth and elevation: across the main fault, and across the antithetic
 
 
 def rows_of(strike, corner, width, cell):
@@ -118,20 +116,22 @@ def plot(name):
 
 
 def draw(name, runs, words, largest, stress):
-    """Slip of the largest event and what it does to the antithetic in space, and mean slip of both faults against time."""
+    """Slip of the largest event on the main fault, what it does to the antithetic, and mean slip of both faults against time."""
     use_style()
     events = runs["yes"][1]
     canvas = plt.figure(figsize=(12, 11), layout="constrained")
-    grid = canvas.add_gridspec(3, 2, height_ratios=(1.7, 1, 1))
+    grid = canvas.add_gridspec(3, 2, height_ratios=(1.2, 1, 1))
     slip = events.map_of("slip", largest)
-    for column, (values, kind, label, title) in enumerate((
-            (slip, KINDS["slip"], "slip (m)", f"Event {largest + 1}, M {events['magnitude'][largest]:.2f}: slip"),
-            (stress / 1e6, KINDS["stress_drop"], "change of Coulomb stress (MPa)", "Its Coulomb stress on the antithetic"))):
+    for column, (plane, values, kind, label, title) in enumerate(zip(planes_of(events), (slip, stress / 1e6), (KINDS["slip"], KINDS["stress_drop"]),
+            ("slip (m)", "change of Coulomb stress (MPa)"),
+            (f"Event {largest + 1}, M {events['magnitude'][largest]:.2f}: slip of the main fault", "Its Coulomb stress on the antithetic"))):
         axes = canvas.add_subplot(grid[0, column])
-        norm = Span().see(values[np.isfinite(values)]).norm(kind)
-        View(events, events.attributes, VIEWS[column]).draw(axes, norm, kind.colours, missing="#d8d8d8").show(values)
-        bar(canvas, values[np.isfinite(values)], norm, kind.colours, label, axes, location="bottom", shrink=0.7, aspect=30, pad=0.02)
-        axes.set_title(title)
+        values = plane.values(values)
+        norm = Span().see(values).norm(kind)
+        artist = plane.draw(axes, values, norm, kind.colours)
+        plane.frame(axes)
+        axes.set(xlabel=plane.along_label, title=title)
+        colour_bar(canvas, artist, norm, label, ax=axes, location="bottom", shrink=0.7, aspect=30, pad=0.02)
     top = None
     for row, (coupling, (run, found)) in enumerate(runs.items()):
         top = axes = canvas.add_subplot(grid[1 + row, :], sharex=top, sharey=top)

@@ -17,9 +17,9 @@ import h5py
 import make_mesh
 import numpy as np
 from slipstep import OutputError, Run
-from slipstep.plots.maps import Span
+from slipstep.plots.maps import Span, colour_bar
 from slipstep.plots.panels import RUN_STYLES, plt, use_style
-from slipstep.plots.view import View, bar
+from slipstep.plots.snapshots import Layout
 from slipstep.results.events import Events
 from slipstep.results.fields import KINDS
 from slipstep.times import YEAR
@@ -82,18 +82,21 @@ def plot(name):
 
 
 def draw(name, runs):
-    """Slip of the last event that broke the fault, in space, on rectangles and on triangles; mean slip of all against time."""
+    """Slip of the last event that broke the fault, on rectangles and on triangles; mean slip of all against time."""
     use_style()
     canvas = plt.figure(figsize=(12, 9), layout="constrained")
-    grid = canvas.add_gridspec(2, 2, height_ratios=(1.6, 1))
+    above, below = canvas.subfigures(2, 1, height_ratios=(1.6, 1))
     maps = {kind: runs[kind][1].map_of("slip", large(runs[kind][1])[-1]) for kind in ("rectangles", "cell")}
     norm = Span().see(np.concatenate(list(maps.values()))).norm(KINDS["slip"])
-    for column, (kind, slip) in enumerate(maps.items()):
-        axes, events = canvas.add_subplot(grid[0, column]), runs[kind][1]
-        View(events, events.attributes).draw(axes, norm, KINDS["slip"].colours).show(slip)
-        bar(canvas, slip, norm, KINDS["slip"].colours, "slip (m)", axes, location="bottom", shrink=0.7, aspect=30, pad=0.02)
-        axes.set_title(f"{WORDS[kind].split(',')[0].capitalize()}: M {events['magnitude'][large(events)[-1]]:.2f}")
-    axes = canvas.add_subplot(grid[1, :])
+    for part, (kind, slip) in zip(above.subfigures(1, 2), maps.items()):
+        events = runs[kind][1]
+        title = f"{WORDS[kind].split(',')[0].capitalize()}: M {events['magnitude'][large(events)[-1]]:.2f}"
+        layout = Layout(events, 1, 1)
+        plt.close(layout.canvas)
+        block, = layout.fill(part)
+        artists = layout.draw(block, slip, norm, KINDS["slip"].colours, title, True)
+        colour_bar(part, artists[0], norm, "slip (m)", ax=block, location="bottom", shrink=0.7, aspect=30, pad=0.02)
+    axes = below.subplots()
     for style, (kind, (run, events)) in zip(RUN_STYLES, runs.items()):
         axes.plot(run.series["time"] / YEAR, run.series["mean_slip"], color=style["color"], label=f"{WORDS[kind]}: every {recurrence(events)[0]:.2f} years")
     axes.set(title="Mean slip", ylabel="slip (m)", xlabel="time (years)", xlim=(0, run.series["time"][-1] / YEAR))

@@ -13,10 +13,9 @@ from ..errors import OutputError
 from ..results.fields import Fields, largest_rates
 from ..times import SECONDS, Clock
 from .maps import Span, colour_bar
-from .panels import RED, RUN_STYLES, plt, use_style
+from .panels import RED, RUN_STYLES, plt
 from .snapshots import WIDTH, Layout
 from .titles import titles_of
-from .view import BAR, View, bar
 
 DPI = 100
 EVEN = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"  # numbers of pixels that mp4 needs
@@ -133,28 +132,8 @@ class Maps:
             artist.show(plane.values(values))
 
 
-class Scene:
-    """A view of the fault in space."""
-
-    def __init__(self, run, viewer):
-        use_style()
-        self.view = View(run, run.parameters, viewer)
-        self.canvas = plt.figure(layout="constrained")
-        self.height = min(self.view.height(0.8 * WIDTH - BAR), 8.0)
-
-    def draw(self, part, values, norm, kind, label):
-        axes = part.subplots()
-        self.artist = self.view.draw(axes, norm, kind.colours)
-        self.artist.show(values)
-        bar(part, values, norm, kind.colours, label, axes, aspect=25, pad=0.02, shrink=0.7)
-        return [self.artist]
-
-    def show(self, values):
-        self.artist.show(values)
-
-
-def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=15.0, frames=500, view=False, viewer=None):
-    """Write the film, of maps or of a view; the numbers of its frames and of the stored rows."""
+def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=15.0, frames=500):
+    """Write the film; the numbers of its frames and of the stored rows."""
     out = writer(path, rate)
     fields = Fields(run, name, window)
     out.colours = fields.kind.colours
@@ -166,7 +145,7 @@ def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=1
     norm = span.norm(fields.kind, log, wanted)
     clock = Clock(*fields.times[rows][[0, -1]], years)
     titles = titles_of(run, fields.times[rows], clock)
-    shown = Scene(run, viewer) if view else Maps(run)
+    shown = Maps(run)
     canvas = shown.canvas
     canvas.set_size_inches(0.8 * WIDTH, shown.height + 1.7)
     above, below = canvas.subfigures(2, 1, height_ratios=(shown.height, 1.7))

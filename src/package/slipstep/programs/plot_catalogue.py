@@ -4,7 +4,6 @@ cumulative slip along a line. Or one event: its slip and when each cell broke.
     slipstep plot-catalogue CATALOGUE.h5 [RUN.h5] [--figure OUT.png]
     slipstep plot-catalogue CATALOGUE.h5 RUN.h5 --along depth --at 10 --every 5y --every-event 1
     slipstep plot-catalogue CATALOGUE.h5 --event 3          or --event largest
-    slipstep plot-catalogue CATALOGUE.h5 --event 3 --view --from 120 30
 """
 
 import argparse
@@ -21,7 +20,6 @@ from ..plots.maps import Span, aspect_of, colour_bar, extent_of, frames_of, plan
 from ..plots.panels import RUN_STYLES, log_scale, plt, use_style, wrapped
 from ..plots.snapshots import WIDTH, Layout, contours_of
 from ..plots.spacetime import place
-from ..plots.view import event_view
 from ..results.events import Events
 from ..results.fields import KINDS
 from ..results.run import Run
@@ -214,9 +212,6 @@ def arguments():
     parser.add_argument("run", metavar="RUN", nargs="?", help="output file of the run, for cumulative slip")
     parser.add_argument("--figure", metavar="PNG", help="file to write, default CATALOGUE with .png; its ending chooses the format")
     parser.add_argument("--event", metavar="N", help="draw only this event: its number from 1 on, or largest")
-    parser.add_argument("--view", action="store_true", help="with --event: draw its slip in space, not on maps")
-    parser.add_argument("--from", nargs=2, type=float, metavar=("AZIMUTH", "ELEVATION"), help="with --view: where it is seen from, degrees clockwise from "
-                        "north and above the horizon; default 40 from across the strike, 25")
     parser.add_argument("--field", metavar="NAME", help="field of the run that is the slip, default slip")
     parser.add_argument("--along", choices=("strike", "dip", "depth"), help="the line of cumulative slip, default strike; depth is "
                         "another name of dip")
@@ -233,13 +228,6 @@ def arguments():
             parser.error(f"--{name.replace('_', '-')} is {value:g} s, expected a time > 0")
     if options.event is not None and options.run:
         parser.error("--event draws one event of the catalogue: leave RUN out")
-    viewer = getattr(options, "from")
-    if options.view and options.event is None:
-        parser.error("--view is of one event: expected with --event")
-    if viewer and not options.view:
-        parser.error("--from is of a view: expected with --event and --view")
-    if viewer and not 0 <= viewer[1] <= 90:
-        parser.error(f"--from has the elevation {viewer[1]:g}, expected degrees from 0 to 90")
     if options.event not in (None, "largest") and not options.event.isdigit():
         parser.error(f"--event is {options.event}, expected a number from 1 on, or largest")
     return options
@@ -248,14 +236,12 @@ def arguments():
 @one_line
 def main():
     options = arguments()
-    suffix = (f"_event_{options.event}" if options.event else "") + ("_view" if options.view else "")
+    suffix = f"_event_{options.event}" if options.event else ""
     target = options.figure or os.path.splitext(options.catalogue)[0] + suffix + ".png"
     events = Events(options.catalogue)
     events.warn()
     if options.event:
-        number = events.number_of(options.event)
-        canvas = event_view(events, number, KINDS["slip"], getattr(options, "from")) if options.view else event_figure(events, number)
-        canvas.savefig(target)
+        event_figure(events, events.number_of(options.event)).savefig(target)
     else:
         lines = []
         if options.run:

@@ -1,12 +1,11 @@
 """Plot one run: of a fault slip rate and slip against time and maps near the peak and at the end, of other models their series;
-step size and error estimate against time. Or of a fault: snapshots, a rupture, a space-time picture, a view in space, a film.
+step size and error estimate against time. Or of a fault: snapshots, a rupture, a space-time picture, a film.
 
     slipstep plot-run RUN.h5 [--figure OUT.png]
     slipstep plot-run RUN.h5 --time 2 4 8 --field slip_rate --log-rate     a field at some times
     slipstep plot-run RUN.h5 --kind rupture                                the largest event, or the one in --window
     slipstep plot-run RUN.h5 --kind space-time --along strike --at 5       against time, or --against step
-    slipstep plot-run RUN.h5 --kind view --field slip --from 120 30        all cells in space, from azimuth 120, elevation 30
-    slipstep plot-run RUN.h5 --film OUT.mp4                                or OUT.gif; with --kind view a film of that
+    slipstep plot-run RUN.h5 --film OUT.mp4                                or OUT.gif
 """
 
 import argparse
@@ -21,14 +20,12 @@ from ..plots.maps import draw_map, frames_of, heights_of
 from ..plots.panels import DENSE, DOTS, RED, RUN_STYLES, draw_series, draw_steps, legend_above, log_scale, plt, use_style
 from ..plots.snapshots import rupture, snapshots
 from ..plots.spacetime import place, space_time
-from ..plots.view import views
 from ..results.run import Run
 from ..times import Clock, seconds
 
 # What each kind of picture takes; all take --figure (the film has its own), --range, --years and --log-rate.
 KINDS = {"overview": set(), "snapshots": {"time", "field", "window"}, "rupture": {"time", "window"},
-         "space-time": {"field", "window", "along", "at", "against"}, "view": {"time", "field", "window", "from"},
-         "film": {"field", "window", "fps", "frames"}}
+         "space-time": {"field", "window", "along", "at", "against"}, "film": {"field", "window", "fps", "frames"}}
 
 
 HIGH = 3.7  # inches of a row of panels
@@ -161,13 +158,10 @@ def arguments():
     parser.add_argument("--at", type=place, metavar="KM", help="of space-time: where the line is in the other direction, or max, or mean "
                         "over that direction; default the middle")
     parser.add_argument("--against", choices=("time", "step"), help="of space-time: default time")
-    parser.add_argument("--from", nargs=2, type=float, metavar=("AZIMUTH", "ELEVATION"), help="of a view: where it is seen from, degrees clockwise from north "
-                        "and above the horizon; default 40 from across the strike, 25")
     parser.add_argument("--years", action=argparse.BooleanOptionalAction, help="time in years, default for more than one year")
     parser.add_argument("--log-rate", action=argparse.BooleanOptionalAction, help="slip rate on a logarithmic scale, default for "
                         "space-time, film and more than three hours")
-    parser.add_argument("--film", metavar="FILE", help="write a film, FILE.mp4 (needs ffmpeg) or FILE.gif, a frame for each row of /fields: "
-                        "of maps, or with --kind view of that")
+    parser.add_argument("--film", metavar="FILE", help="write a film, FILE.mp4 (needs ffmpeg) or FILE.gif, a frame for each row of /fields")
     parser.add_argument("--fps", type=float, help="frames of the film a second, default 15")
     parser.add_argument("--frames", type=int, help="frames of the film at most, default 500")
     options = parser.parse_args()
@@ -177,18 +171,13 @@ def arguments():
 
 def check(parser, options):
     """Options that do not fit together, or whose values make no sense."""
-    options.view = options.kind == "view"
-    if options.film and (options.kind and not options.view or options.figure):
+    if options.film and (options.kind or options.figure):
         parser.error(f"--film writes no other picture: leave --{'figure' if options.figure else 'kind'} out")
     options.kind = "film" if options.film else options.kind or ("snapshots" if options.time or options.field else "overview")
-    taken = KINDS[options.kind] | ({"from"} if options.view else set())
-    for name in sorted(set.union(*KINDS.values()) - taken):
+    for name in sorted(set.union(*KINDS.values()) - KINDS[options.kind]):
         if getattr(options, name) is not None:
             takers = " or ".join("--film" if kind == "film" else f"--kind {kind}" for kind in KINDS if name in KINDS[kind])
             parser.error(f"--{name} is not for {'--film' if options.film else '--kind ' + options.kind}; expected with {takers}")
-    viewer = getattr(options, "from")
-    if viewer and not 0 <= viewer[1] <= 90:
-        parser.error(f"--from has the elevation {viewer[1]:g}, expected degrees from 0 to 90")
     for name in ("range", "window"):
         pair = getattr(options, name)
         if pair and not pair[0] < pair[1]:
@@ -209,8 +198,6 @@ def picture(run, options):
         return snapshots(run, field, options.time, options.window, **common)
     if options.kind == "rupture":
         return rupture(run, options.time, options.window, **common)
-    if options.kind == "view":
-        return views(run, field, options.time, options.window, viewer=getattr(options, "from"), **common)
     if options.kind == "space-time":
         fields = [options.field] if options.field else [name for name in ("slip_rate", "slip") if name in run.field_names] or ["slip_rate"]
         return space_time(run, fields, options.along or "strike", options.at, options.against or "time", options.window,
@@ -230,7 +217,7 @@ def main():
         run.require_fault(f"--{'film' if options.film else 'kind ' + options.kind}")
     if options.film:
         shown, rows = film(run, target, options.field or "slip_rate", options.window, options.log_rate is not False, options.range, options.years,
-                           options.fps or 15.0, options.frames or 500, options.view, getattr(options, "from"))
+                           options.fps or 15.0, options.frames or 500)
         print(f"Film: {target}, {shown} of {rows} rows of /fields")
     else:
         picture(run, options).savefig(target)
