@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""The documentation's site: pages of the tree, and a reference that is made from -help, manual pages and docstrings, by Sphinx.
+"""The documentation's site: pages of the tree, and a reference that is made from -help, manual pages and docstrings, by
+Sphinx.
 
     cmake --build build --target site                          into build/site/html
     src/site/build.py --build build --output build/site        the same by hand
 
-Pages stay beside what they describe; PARTS says which belong to which part of the site. Links between pages lead to pages, links to
-other files of the tree to the repository. Warnings are errors. Sphinx, MyST and the theme of Read the Docs are needed (Debian's python3-sphinx, python3-myst-parser,
-python3-sphinx-rtd-theme).
+Pages stay beside what they describe; PARTS says which belong to which part of the site. Links between pages lead to
+pages, links to other files of the tree to the repository. Warnings are errors. Sphinx, MyST and the theme of Read the
+Docs are needed (Debian's python3-sphinx, python3-myst-parser, python3-sphinx-rtd-theme).
 """
 
 import argparse
@@ -30,26 +31,41 @@ from helptext import parse, printed
 REPOSITORY = "https://github.com/slipstep/slipstep/blob/main/"
 # folder of the site: (title, what it answers, sources in their order; patterns take the rest by name)
 PARTS = {
-    "tutorials": ("Tutorials", "You are new: which commands take you to a first result? Each tutorial is a lesson from start to end, and each command is run by a test.",
-                  ["examples/tutorials/first_run.md", "examples/tutorials/my_fault.md", "examples/tutorials/century.md", "examples/tutorials/own_cycles.md", "examples/tutorials/benchmark.md",
+    "tutorials": ("Tutorials", "You are new: which commands take you to a first result? Each tutorial is a lesson from "
+                  "start to end, and each command is run by a test.",
+                  ["examples/tutorials/first_run.md", "examples/tutorials/my_fault.md", "examples/tutorials/century.md",
+                   "examples/tutorials/own_cycles.md", "examples/tutorials/benchmark.md",
                    "examples/tutorials/my_policy.md", "examples/tutorials/my_model.md"]),
     "howto": ("How-to", "You have a task: which options and files does it take? One page each.",
-              ["examples/howto/install.md", "examples/howto/options.md", "examples/howto/accuracy.md", "examples/howto/python.md", "examples/howto/*.md", "output/howto/*.md",
+              ["examples/howto/install.md", "examples/howto/options.md", "examples/howto/accuracy.md",
+               "examples/howto/python.md", "examples/howto/*.md", "output/howto/*.md",
                "training/howto/*.md", "examples/README.md"]),
-    "explanation": ("Explanation", "You want to know why: which equations are solved, how, how accurately, and what do learned steps do?",
-                    ["src/physics.md", "src/numerics.md", "src/accuracy.md", "src/geometry.md", "training/learned_steps.md"]),
-    "reference": ("Reference", "You know what you look for: options, files, functions. Made from the programs and the sources.", ["output/README.md", "training/policy_file.md"]),
+    "explanation": ("Explanation", "You want to know why: which equations are solved, how, how accurately, and what do "
+                    "learned steps do?",
+                    ["src/physics.md", "src/numerics.md", "src/accuracy.md", "src/geometry.md",
+                     "training/learned_steps.md"]),
+    "reference": ("Reference", "You know what you look for: options, files, functions. Made from the programs and "
+                  "the sources.", ["output/README.md", "training/policy_file.md"]),
     "development": ("Development", "You change SlipStep, or want to know how its numbers came about.",
-                    ["CONTRIBUTING.md", "src/README.md", "tests/benchmarks/README.md", "tests/benchmarks/cycles.md", "tests/benchmarks/waves.md", "tests/benchmarks/numerics.md", "output/RESULTS.md", "training/README.md", "training/trials.md", "training/policies/README.md", "CHANGELOG.md"]),
+                    ["CONTRIBUTING.md", "src/README.md", "tests/benchmarks/README.md", "tests/benchmarks/cycles.md",
+                     "tests/benchmarks/waves.md", "tests/benchmarks/numerics.md", "output/RESULTS.md",
+                     "training/README.md", "training/trials.md", "training/policies/README.md", "CHANGELOG.md"]),
 }
-NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map", "tests/benchmarks/README.md": "benchmarks", "output/RESULTS.md": "results",
-         "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing", "CHANGELOG.md": "changelog"}
+NAMES = {"output/README.md": "files", "examples/README.md": "examples", "src/README.md": "map",
+         "tests/benchmarks/README.md": "benchmarks", "output/RESULTS.md": "results",
+         "training/README.md": "training", "training/policies/README.md": "policies", "CONTRIBUTING.md": "contributing",
+         "CHANGELOG.md": "changelog"}
 # scripts that users start, whose --help the reference shows as it does that of programs, but for the study's
-SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py", "training/study/import_sb3.py"]
+SCRIPTS = ["examples/make_fault.py", "examples/make_mesh.py", "examples/convert_mesh.py",
+           "training/study/import_sb3.py"]
 STUDY = ("plot-study", "results-table")
 # what the reference shows of the package
-MODULES = ("", "running", "fields", "wells", "results", "results.result", "results.run", "results.catalogue", "results.events", "results.fields", "geometry.surface", "studies.study", "studies.plan", "numbers.report", "numbers.source", "numbers.rupture", "numbers.stress", "numbers.cycle", "results.magnitudes", "errors", "petsc")
-PROGRAMS = {"fault": "The fault", "sliding_mode": "The sliding mode", "circuit": "The circuit", "oscillator": "The oscillator", "train": "Training", "evaluate": "Evaluation of controllers"}
+MODULES = ("", "running", "fields", "wells", "results", "results.result", "results.run", "results.catalogue",
+           "results.events", "results.fields", "geometry.surface", "studies.study", "studies.plan", "numbers.report",
+           "numbers.source", "numbers.rupture", "numbers.stress", "numbers.cycle", "results.magnitudes", "errors",
+           "petsc")
+PROGRAMS = {"fault": "The fault", "sliding_mode": "The sliding mode", "circuit": "The circuit",
+            "oscillator": "The oscillator", "train": "Training", "evaluate": "Evaluation of controllers"}
 
 
 def pages():
@@ -98,7 +114,8 @@ class Site:
         for line in text.splitlines(True):
             if line.startswith("```"):
                 code = not code
-                line = re.sub(r"^```(\w+).*", lambda m: "```" + {"opts": "text"}.get(m[1], m[1]), line)  # without the name of a file
+                # without the name of a file
+                line = re.sub(r"^```(\w+).*", lambda m: "```" + {"opts": "text"}.get(m[1], m[1]), line)
             elif not code:
                 line = re.sub(r"(\]\()([^)\s]+)(\))", lambda m: m[1] + self.link(m[2], source, page) + m[3], line)
             out.append(line)
@@ -108,7 +125,8 @@ class Site:
         for source, page in self.known.items():
             text = self.convert(source, page)
             if page == "index":
-                text += "\n```{toctree}\n:hidden:\n:maxdepth: 2\n\n" + "".join(f"{part}/index\n" for part in PARTS) + "```\n"
+                text += ("\n```{toctree}\n:hidden:\n:maxdepth: 2\n\n" + "".join(f"{part}/index\n" for part in PARTS)
+                         + "```\n")
             self.write(page, text)
         for full, asset in self.assets.items():
             os.makedirs(os.path.join(self.source, "_assets"), exist_ok=True)
@@ -119,12 +137,17 @@ class Site:
             entries = [page.split("/", 1)[1] for page in self.known.values() if page.startswith(part + "/")]
             if part == "reference":
                 entries = ["options", "features", "scripts", *entries, "functions", "python"]
-            self.write(f"{part}/index", f"# {title}\n\n{question}\n\n```{{toctree}}\n:maxdepth: 1\n\n" + "\n".join(entries) + "\n```\n")
+            self.write(f"{part}/index", f"# {title}\n\n{question}\n\n```{{toctree}}\n:maxdepth: 1\n\n"
+                       + "\n".join(entries) + "\n```\n")
 
     def write_options(self):
-        """Every option of ours once, under the program that has it first; options that several programs share are of the fault."""
-        seen, lines = set(), ["# Options", "", "Made from what the programs print on `-help`. Times take units, as `90s`, `10min`, `12h`, `20d` and `100y`; `-options_file F` reads options of a file, and later "
-                              "options override earlier ones. Options of PETSc itself are in its own [manual](https://petsc.org/release/manualpages/). "
+        """Every option of ours once, under the program that has it first; options that several programs share are of
+        the fault."""
+        seen, lines = set(), ["# Options", "", "Made from what the programs print on `-help`. Times take units, as "
+                              "`90s`, `10min`, `12h`, `20d` and `100y`; `-options_file F` reads options of a file, "
+                              "and later "
+                              "options override earlier ones. Options of PETSc itself are in its own "
+                              "[manual](https://petsc.org/release/manualpages/). "
                               "[Choose options](../howto/options.md) says more about those of the fault.", ""]
         for name, title in PROGRAMS.items():
             intro, sections = parse(printed(os.path.join(self.build, "bin", name)))
@@ -136,17 +159,23 @@ class Site:
                         seen.add(row[0])
                         rows.append(row)
                 if rows:
-                    lines += [f"### {section.removesuffix(' options')} ({name})", "", "| option | default | meaning |", "|---|---|---|"]
-                    lines += [f"| `{option}` | {f'`{default}`' if default else ''} | {cell(text)} |" for option, default, text in rows] + [""]
+                    lines += [f"### {section.removesuffix(' options')} ({name})", "", "| option | default | meaning |",
+                              "|---|---|---|"]
+                    lines += [f"| `{option}` | {f'`{default}`' if default else ''} | {cell(text)} |"
+                              for option, default, text in rows] + [""]
         self.write("reference/options", "\n".join(lines))
         return seen
 
     def write_features(self):
         """What goes with what: the table of src/fault/features.c, as fault prints it."""
-        done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-fault_features"], capture_output=True, text=True, check=True, env={**os.environ, "OMPI_MCA_ess_singleton_isolated": "1"})
+        done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-fault_features"], capture_output=True,
+                              text=True, check=True, env={**os.environ, "OMPI_MCA_ess_singleton_isolated": "1"})
         *rules, rest = done.stdout.strip().split("\n")
-        lines = ["# What goes with what", "", "Printed by `fault -fault_features`. What does not go together is refused before anything is computed, by the sentence of its row; all else does, and a test runs every "
-                 "pair. Options that only have no effect beside others are named by a warning.", "", "| feature | | other | but for | refused by |", "|---|---|---|---|---|"]
+        lines = ["# What goes with what", "", "Printed by `fault -fault_features`. What does not go together is "
+                 "refused before anything is computed, by the sentence of its row; all else does, and a test "
+                 "runs every "
+                 "pair. Options that only have no effect beside others are named by a warning.", "",
+                 "| feature | | other | but for | refused by |", "|---|---|---|---|---|"]
         lines += ["| " + " | ".join(cell(part) for part in rule.split(" | ")) + " |" for rule in rules]
         lines += ["", "Named by no row, and with all others: " + cell(rest.split(": ", 1)[1]) + ".", ""]
         self.write("reference/features", "\n".join(lines))
@@ -154,10 +183,13 @@ class Site:
     def write_scripts(self):
         """What each script prints on --help."""
         lines = ["# Scripts", "", "What the scripts in Python print on `--help`.", ""]
-        programs = [os.path.basename(path)[:-len(".py")].replace("_", "-") for path in sorted(glob.glob(os.path.join(PACKAGE, "programs", "[a-z]*.py")))]
+        programs = [os.path.basename(path)[:-len(".py")].replace("_", "-")
+                    for path in sorted(glob.glob(os.path.join(PACKAGE, "programs", "[a-z]*.py")))]
         programs = [name for name in programs if name not in STUDY]
-        for title, words in [(f"slipstep {name}", ["src/package/program.py", name]) for name in programs] + [(script, [script]) for script in SCRIPTS]:
-            done = subprocess.run([sys.executable, os.path.join(SOURCE, words[0]), *words[1:], "--help"], capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "140"})
+        for title, words in [(f"slipstep {name}", ["src/package/program.py", name])
+                             for name in programs] + [(script, [script]) for script in SCRIPTS]:
+            done = subprocess.run([sys.executable, os.path.join(SOURCE, words[0]), *words[1:], "--help"],
+                                  capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "140"})
             lines += [f"## `{title}`", "", "```text", done.stdout.strip(), "```", ""]
         self.write("reference/scripts", "\n".join(lines))
 
@@ -182,7 +214,8 @@ class Site:
                 body = [text[2:] if text.startswith("  ") else text for text in page.lines[1:]]
                 lines += ["```text", *body, "```", ""]
             self.write(f"reference/functions/{slug}", "\n".join(lines))
-        self.write("reference/functions", "# Functions\n\nThe manual pages of all public functions and types, by header.\n\n```{toctree}\n:maxdepth: 1\n\n"
+        self.write("reference/functions", "# Functions\n\nThe manual pages of all public functions and types, by "
+                   "header.\n\n```{toctree}\n:maxdepth: 1\n\n"
                    + "\n".join(f"functions/{slug}" for slug in entries) + "\n```\n")
 
     def write_python(self):
@@ -191,19 +224,23 @@ class Site:
         lines = ["# Python", "", "Docstrings of the package `slipstep`; [how to use it](../howto/python.md).", ""]
         for module in MODULES:
             path = os.path.join(PACKAGE, *module.split("."))
-            with open(os.path.join(path, "__init__.py") if os.path.isdir(path) else path + ".py", encoding="utf-8") as file:
+            with open(os.path.join(path, "__init__.py") if os.path.isdir(path) else path + ".py",
+                      encoding="utf-8") as file:
                 tree = ast.parse(file.read())
-            lines += [f"## {'.'.join(filter(None, ('slipstep', module)))}", "", "```text", ast.get_docstring(tree) or "", "```", ""]
+            lines += [f"## {'.'.join(filter(None, ('slipstep', module)))}", "", "```text",
+                      ast.get_docstring(tree) or "", "```", ""]
             for node in tree.body:
                 lines += self.described(node, "")
         self.write("reference/python", "\n".join(lines))
 
     def described(self, node, owner):
         import ast
-        if not isinstance(node, (ast.ClassDef, ast.FunctionDef)) or node.name.startswith("_") or not ast.get_docstring(node):
+        if (not isinstance(node, (ast.ClassDef, ast.FunctionDef)) or node.name.startswith("_")
+            or not ast.get_docstring(node)):
             return []
         signature = "" if isinstance(node, ast.ClassDef) else f"({ast.unparse(node.args)})"
-        lines = [f"{'####' if owner else '###'} `{owner}{node.name}{signature}`", "", "```text", ast.get_docstring(node), "```", ""]
+        lines = [f"{'####' if owner else '###'} `{owner}{node.name}{signature}`", "", "```text",
+                 ast.get_docstring(node), "```", ""]
         if isinstance(node, ast.ClassDef):
             for inner in node.body:
                 lines += self.described(inner, node.name + ".")
@@ -224,7 +261,8 @@ class Site:
         shutil.copy(os.path.join(HERE, "site.css"), os.path.join(self.source, "_static"))
         html = os.path.join(self.output, "html")
         shutil.rmtree(html, ignore_errors=True)
-        done = subprocess.run([sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-j", "2", "-d", os.path.join(self.output, "doctrees"), "-b", "html", self.source, html])
+        done = subprocess.run([sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-j", "2", "-d",
+                               os.path.join(self.output, "doctrees"), "-b", "html", self.source, html])
         if done.returncode:
             sys.exit("src/site/build.py: Sphinx found errors or warnings, see above")
         print(f"Site: {os.path.join(html, 'index.html')}")
@@ -236,7 +274,7 @@ def cell(text):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--build", required=True, metavar="DIR", help="a build with its programs")
     parser.add_argument("--output", required=True, metavar="DIR", help="folder for the site")
     options = parser.parse_args()

@@ -45,7 +45,8 @@ def main():
     parser.add_argument("--folder", default=os.path.join(ROOT, "output", "held_out"))
     parser.add_argument("--measure", choices=course.MEASURES, default="history")
     parser.add_argument("--seed", type=int, default=held_out_cases.SEED, help="seed of the drawn faults")
-    parser.add_argument("--cases", nargs="+", default=list(held_out_cases.KINDS), help="only cases whose name begins with one of these")
+    parser.add_argument("--cases", nargs="+", default=list(held_out_cases.KINDS),
+                        help="only cases whose name begins with one of these")
     parser.add_argument("--jobs", type=int, default=2, help="processes at once")
     o = parser.parse_args()
     folder = os.path.abspath(o.folder)

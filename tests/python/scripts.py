@@ -1,4 +1,5 @@
-"""What the tests of the package and of its programs share: the package on Python's path, and a test case with a folder for its files."""
+"""What the tests of the package and of its programs share: the package on Python's path, and a test case with a folder
+for its files."""
 
 import contextlib
 import importlib
@@ -59,7 +60,8 @@ class PictureTest(ScriptTest):
         out, err, code = io.StringIO(), io.StringIO(), 0
         name = called(module)
         script = importlib.import_module(module if name.endswith(".py") else f"slipstep.programs.{module}")
-        with mock.patch.object(sys, "argv", [name, *arguments]), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        with mock.patch.object(sys, "argv",
+                               [name, *arguments]), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             try:
                 script.main()
             except SystemExit as stop:
@@ -85,4 +87,5 @@ class PictureTest(ScriptTest):
         """A picture is there, with the many colours of maps and smooth lines, not only axes."""
         from PIL import Image
         with Image.open(path) as image:
-            self.assertGreater(len(image.convert("RGB").resize((400, 400), Image.Resampling.NEAREST).getcolors(160000)), 50, path)
+            self.assertGreater(len(image.convert("RGB").resize((400, 400), Image.Resampling.NEAREST).getcolors(160000)),
+                               50, path)

@@ -1,4 +1,5 @@
-"""Every script and program under a Python without h5py, numpy and matplotlib: one line that names Debian's packages. slipstep NAME starts all programs."""
+"""Every script and program under a Python without h5py, numpy and matplotlib: one line that names Debian's packages.
+slipstep NAME starts all programs."""
 
 import glob
 import os
@@ -58,40 +59,49 @@ class Modules(unittest.TestCase):
 
     def test_names_of_packages(self):
         """Debian's have hyphens where modules have underscores."""
-        for script, packages in ((os.path.join(SOURCE, "src", "site", "build.py"), "python3-sphinx python3-myst-parser python3-sphinx-rtd-theme"),):
+        for script, packages in ((os.path.join(SOURCE, "src", "site", "build.py"),
+                                  "python3-sphinx python3-myst-parser python3-sphinx-rtd-theme"),):
             done = bare(script)
             self.assertEqual(done.returncode, 1)
             self.assertIn(f"Debian's packages are {packages}, for", done.stderr)
 
     def test_another_python(self):
         """A program goes on under Debian's, also by its name there; whoever imports it does not."""
-        for name, goes_on in (("plot_run.py", True), ("slipstep-plot-run", True), ("slipstep", True), ("pytest", False)):
+        for name, goes_on in (("plot_run.py", True), ("slipstep-plot-run", True), ("slipstep", True),
+                              ("pytest", False)):
             with mock.patch.object(modules.os, "execv") as execv, mock.patch.object(modules, "DEBIAN", "/bin/sh"), \
-                    mock.patch.object(sys.modules["__main__"], "__file__", f"/usr/bin/{name}"), mock.patch.object(sys.modules["__main__"], "__spec__", None), \
+                    mock.patch.object(sys.modules["__main__"], "__file__", f"/usr/bin/{name}"), mock.patch.object(
+                        sys.modules["__main__"], "__spec__", None), \
                     self.assertRaisesRegex(SystemExit, "has no nothing_has_this_name"):
                 modules.need("nothing_has_this_name")
             self.assertEqual(execv.called, goes_on, name)
 
     def test_one_program_for_all(self):
-        """slipstep NAME is the program NAME, by a link, as a module and installed elsewhere; with hyphens or underscores."""
+        """slipstep NAME is the program NAME, by a link, as a module and installed elsewhere; with hyphens or
+        underscores."""
         with tempfile.TemporaryDirectory() as folder:
             link, prefix = os.path.join(folder, "slipstep"), os.path.join(folder, "prefix")
             os.symlink(os.path.join(SOURCE, "src", "package", "program.py"), link)
             os.makedirs(os.path.join(prefix, "share", "slipstep", "python"))
             os.makedirs(os.path.join(prefix, "bin"))
-            os.symlink(os.path.join(SOURCE, "src", "package", "slipstep"), os.path.join(prefix, "share", "slipstep", "python", "slipstep"))
+            os.symlink(os.path.join(SOURCE, "src", "package", "slipstep"),
+                       os.path.join(prefix, "share", "slipstep", "python", "slipstep"))
             installed = shutil.copy(link, os.path.join(prefix, "bin", "slipstep"))
-            for command, more in (([link], {}), ([installed], {}), (["-m", "slipstep"], {"PYTHONPATH": os.path.join(SOURCE, "src", "package")})):
+            for command, more in (([link], {}), ([installed], {}),
+                                  (["-m", "slipstep"], {"PYTHONPATH": os.path.join(SOURCE, "src", "package")})):
                 def start(*words):
-                    return subprocess.run([sys.executable, *command, *words], cwd=folder, capture_output=True, text=True, env={**os.environ, **more})
+                    return subprocess.run([sys.executable, *command, *words], cwd=folder, capture_output=True,
+                                          text=True, env={**os.environ, **more})
 
                 for name in ("catalogue-csv", "catalogue_csv"):
                     done = start(name, "none.h5")
-                    self.assertEqual((done.returncode, done.stderr), (1, "slipstep catalogue-csv: none.h5: no such file; fault -fault_catalogue writes it\n"))
+                    self.assertEqual((done.returncode, done.stderr), (1, "slipstep catalogue-csv: none.h5: no such "
+                                                                      "file; fault -fault_catalogue writes it\n"))
                 self.assertIn("usage: slipstep catalogue-csv [-h]", start("catalogue-csv", "--help").stdout)
                 self.assertIn("\n  plot-run ", start().stdout)
                 done = start("plot-rum")
-                self.assertEqual((done.returncode, done.stderr), (1, "slipstep: there is no program plot-rum; did you mean plot-run?\n"))
+                self.assertEqual((done.returncode, done.stderr),
+                                 (1, "slipstep: there is no program plot-rum; did you mean plot-run?\n"))
 
 
 if __name__ == "__main__":

@@ -33,11 +33,13 @@ def write_run(path, steps, slip_scale=1.0, rejected=(3, 7), nx=NX, end=END, skip
     attempts = np.array(attempts)
     count = len(attempts)
     columns = {
-        "steps": {"time": attempts[:, 0], "dt": attempts[:, 1], "accepted": attempts[:, 2].astype(int), "error": attempts[:, 3],
+        "steps": {"time": attempts[:, 0], "dt": attempts[:, 1], "accepted": attempts[:, 2].astype(int),
+                  "error": attempts[:, 3],
                   "converged": attempts[:, 4].astype(int), "newton_iterations": np.full(count, 4),
                   "linear_iterations": np.full(count, 9), "reason": np.full(count, 2), "wall": np.full(count, 0.01)},
         "series": {"time": time, "mean_slip_rate": 0.3 * slip_scale * shape, "max_slip_rate": 0.5 * slip_scale * shape,
-                   "mean_slip": slip, "mean_displacement": slip - 0.6, "sliding_fraction": (shape > 1e-3).astype(float)},
+                   "mean_slip": slip, "mean_displacement": slip - 0.6,
+                   "sliding_fraction": (shape > 1e-3).astype(float)},
     }
     x, z = (np.arange(nx) + 0.5) * 3000 / nx, (np.arange(NZ) + 0.5) * 3000 / NZ
     units = {"time": "s", "dt": "s", "wall": "s", "mean_slip": "m", "mean_slip_rate": "m/s"}
@@ -53,7 +55,8 @@ def write_run(path, steps, slip_scale=1.0, rejected=(3, 7), nx=NX, end=END, skip
             file["fields/time"] = time
             file["fields/slip_rate"] = 0.5 * slip_scale * shape[:, None, None] * plane
         result = {"mean_slip": slip[-1], "accepted": steps, "rejected": len(rejected), "solves": count,
-                  "newton_iterations": 4 * count, "linear_iterations": 9 * count, "wall_time_setup": 0.1, "wall_time_solve": 1.25}
+                  "newton_iterations": 4 * count, "linear_iterations": 9 * count, "wall_time_setup": 0.1,
+                  "wall_time_solve": 1.25}
         if "result" not in skip:
             file.create_group("result").attrs.update({k: v for k, v in result.items() if k not in skip})
         for group in skip:
@@ -95,7 +98,8 @@ class OutputTest(ScriptTest):
             Run(self.path("cut.h5"))
 
     def test_file_that_is_just_written(self):
-        """A reader of a file that grows comes between its length and its superblock, and reads again; nobody waits for a whole file."""
+        """A reader of a file that grows comes between its length and its superblock, and reads again; nobody waits for
+        a whole file."""
         opened, calls = h5py.File, []
 
         def late(path, mode):
@@ -132,7 +136,8 @@ class OutputTest(ScriptTest):
             self.assertEqual({len(values) for values in found.series.values()}, {37})
             self.assertEqual({len(values) for values in found.steps.values()}, {41})
         self.assertFalse(result.complete)
-        self.assertEqual((len(run.field("slip_rate")[0]), len(result.time), result["slip_rate"].shape, len(result.fields["x"])), (36, 36, (36, NZ, NX), NX))
+        self.assertEqual((len(run.field("slip_rate")[0]), len(result.time), result["slip_rate"].shape,
+                          len(result.fields["x"])), (36, 36, (36, NZ, NX), NX))
         self.assertEqual(run.result["mean_slip"], result["mean_slip"][36])
 
     def test_field_that_was_not_stored(self):

@@ -14,12 +14,14 @@ from slipstep.programs.plot_training import Log, groups, read_logs, running_mean
 def write_log(path, alpha=2.0, seed=1, algorithm="tqc", problem="fault", evaluations=5, skip=None):
     steps = np.arange(20.0, 2001.0, 20.0)
     with h5py.File(path, "w") as file:
-        file.attrs.update({"alpha": alpha, "seed": seed, "algorithm": algorithm, "problem": problem, "reward": "balanced",
+        file.attrs.update({"alpha": alpha, "seed": seed, "algorithm": algorithm, "problem": problem,
+                           "reward": "balanced",
                            "error": "final mean slip"})
         file["episodes/step"], file["episodes/return"] = steps, -40 * np.exp(-steps / 400) - 5 - seed
         file["episodes/length"] = np.full(len(steps), 20.0)
         at = np.linspace(400.0, 2000.0, evaluations) if evaluations else np.zeros(0)
-        for name, values in (("step", at), ("return", -6 - at / 4000), ("length", 18 + 0 * at), ("error", 0.01 + 0 * at)):
+        for name, values in (("step", at), ("return", -6 - at / 4000), ("length", 18 + 0 * at),
+                             ("error", 0.01 + 0 * at)):
             if name != skip:
                 file[f"evaluations/{name}"] = values
     return path
@@ -37,7 +39,8 @@ class PlotTraining(ScriptTest):
         self.assertTrue(np.allclose(np.subtract(*running_mean(x, 3 + x)), -3))
 
     def test_figure(self):
-        logs = [write_log(self.path("a.h5")), write_log(self.path("b.h5"), seed=2), write_log(self.path("c.h5"), evaluations=0)]
+        logs = [write_log(self.path("a.h5")), write_log(self.path("b.h5"), seed=2),
+                write_log(self.path("c.h5"), evaluations=0)]
         done = self.script("plot-training", *logs, "--figure", self.path("curves.png"))
         self.assertEqual(done.returncode, 0, done.stderr)
         with open(self.path("curves.png"), "rb") as file:

@@ -30,7 +30,8 @@ class Gif(animation.AbstractMovieWriter):
         super().setup(fig, outfile, dpi)
         self.frames = []
         greys = np.repeat(np.linspace(0, 1, 30)[:, None], 3, axis=1)
-        inks = [share * np.array(to_rgb(ink)) + 1 - share for ink in (RED, RUN_STYLES[0]["color"]) for share in np.linspace(0.1, 1, 8)]
+        inks = [share * np.array(to_rgb(ink)) + 1 - share for ink in (RED, RUN_STYLES[0]["color"])
+                for share in np.linspace(0.1, 1, 8)]
         shown = plt.get_cmap(self.colours)(np.linspace(0, 1, 210))[:, :3]
         self.palette = Image.new("P", (1, 1))
         self.palette.putpalette(np.round(255 * np.concatenate([shown, greys, inks])).astype(np.uint8).tobytes())
@@ -81,7 +82,8 @@ def writer(path, rate):
     if ending == ".gif":
         return Gif(fps=rate)
     if not animation.FFMpegWriter.isAvailable():
-        raise OutputError(f"--film is {path}, but there is no program ffmpeg (Debian's package ffmpeg); a name that ends with .gif needs none")
+        raise OutputError(f"--film is {path}, but there is no program ffmpeg (Debian's package ffmpeg); a name that "
+                          "ends with .gif needs none")
     return Mp4(fps=rate, codec="libx264", extra_args=["-vf", EVEN, "-pix_fmt", "yuv420p", "-crf", "18"])
 
 
@@ -101,11 +103,14 @@ def draw_course(axes, run, fields, rows, clock):
     rates = np.interp(fields.times[rows], times, series)
     long = SECONDS[clock.unit] > 1
     at = np.arange(len(rows)) if long else clock(fields.times[rows])
-    axes.plot(at if long else clock(times), positive(rates if long else series), color=RUN_STYLES[0]["color"], linewidth=1.0)
+    axes.plot(at if long else clock(times), positive(rates if long else series), color=RUN_STYLES[0]["color"],
+              linewidth=1.0)
     dot, = axes.plot(at[:1], rates[:1], marker="o", markersize=6, color=RED, linestyle="")
-    axes.set(xlabel="frame" if long else clock.label, ylabel="largest slip rate\n(m/s)", xlim=(at[0], at[-1] if at[-1] > at[0] else at[0] + 1))
+    axes.set(xlabel="frame" if long else clock.label, ylabel="largest slip rate\n(m/s)",
+             xlim=(at[0], at[-1] if at[-1] > at[0] else at[0] + 1))
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=long, steps=[1, 2, 5, 10]))
-    drawn = rates if long else np.append(rates, series[(times >= fields.times[rows[0]]) & (times <= fields.times[rows[-1]])])
+    drawn = rates if long else np.append(rates,
+                                         series[(times >= fields.times[rows[0]]) & (times <= fields.times[rows[-1]])])
     if (drawn > 0).any():
         axes.set_yscale("log")
         axes.set_ylim(max(drawn[drawn > 0].min(), drawn.max() * 1e-13) / 2, drawn.max() * 3)
