@@ -121,8 +121,8 @@ def draw(name, cracks, speed):
                  else None)
         every = max(1, line.n // 80)
         one.plot(centres(line.n)[broken][::every] / 1e3, slip[broken, 0][::every], linestyle="", marker="o",
-                 markersize=3.5, markerfacecolor="none",
-                 color=RUN_STYLES[0]["color"], label=f"{line.n} cells" if t == line.times[-1] else None)
+                 markersize=3.5, markerfacecolor="none", color=RUN_STYLES[0]["color"],
+                 label=f"{line.n} cells" if t == line.times[-1] else None)
         one.annotate(f"{t:.1f} s", (0, exact("line", speed, 0, t)), xytext=(0, 3), textcoords="offset points",
                      ha="center", fontsize=9)
     one.set(title="A line, at several times", xlabel="from the middle (km)", ylabel="slip (m)",
@@ -147,8 +147,8 @@ def draw(name, cracks, speed):
         for k, (way, values) in enumerate((("along strike", slip[half, half:]), ("down dip", slip[half:, half]))):
             broken = far < speed * SHEAR * t
             axes[1, 0].plot(far[broken] / 1e3, values[broken], linestyle="", marker=RUN_STYLES[k]["marker"],
-                            markersize=3.5, markerfacecolor="none",
-                            color=RUN_STYLES[k]["color"], label=way if last else None)
+                            markersize=3.5, markerfacecolor="none", color=RUN_STYLES[k]["color"],
+                            label=way if last else None)
     axes[1, 0].set(title=f"The circle of {circle.n} cells across, at the same times", xlabel="from the middle (km)",
                    ylabel="slip (m)", xlim=(0, None), ylim=(0, None))
     axes[1, 0].legend(loc="upper right")

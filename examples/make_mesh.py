@@ -19,8 +19,8 @@ The others have /cells [n, 7]: x north, y east, z down, length along strike, wid
 degrees (src/geometry.md); they may be graded as well. The upper edge begins at x = y = 0 and runs along the strike; the
 plane dips to the right of it. Of a listric fault the dip falls from row to row, from --dip at the top to --dip-bottom.
 Segments, of --size each, follow each other along strike. Segments that dip meet in lines that are not edges of
-rectangles:
-a row ends where both its edges are still within the segment. This leaves steps, half as large with twice the rows.
+rectangles: a row ends where both its edges are still within the segment. This leaves steps, half as large with twice
+the rows.
 /fault [n] has the number of the segment.
 
 OUT.msh is for triangles, of dipping and listric faults: Gmsh (python3-gmsh) fills the fault without rows, with sides
@@ -72,8 +72,8 @@ def strip(x, strike, dip, upper, lower):
     a = np.radians(strike)
     middle, right, z = (x[1:] + x[:-1]) / 2, (upper[0] + lower[0]) / 2, (upper[1] + lower[1]) / 2
     return np.column_stack([np.cos(a) * middle - np.sin(a) * right, np.sin(a) * middle + np.cos(a) * right,
-                            np.full_like(middle, z),
-                            np.diff(x), np.full((len(middle), 3), [np.hypot(*np.subtract(lower, upper)), strike, dip])])
+                            np.full_like(middle, z), np.diff(x),
+                            np.full((len(middle), 3), [np.hypot(*np.subtract(lower, upper)), strike, dip])])
 
 
 def listric(cells, size, top, ratio, strike, dips):

@@ -107,8 +107,8 @@ def draw(name, run, times, found):
                         label="along strike" if way == "strike" else "down dip")
     for way, rows in PUBLISHED.items():
         axes[1, 1].plot([one + CENTRE / 1e3 for one in rows], list(rows.values()), linestyle="", marker="o",
-                        markersize=7, markerfacecolor="none",
-                        markeredgecolor="black", label="Day et al. (2005)" if way == "dip" else None)
+                        markersize=7, markerfacecolor="none", markeredgecolor="black",
+                        label="Day et al. (2005)" if way == "dip" else None)
     axes[1, 1].set(title="Rupture's front", xlabel="from the middle (km)", ylabel="time (s)", xlim=(0, 15),
                    ylim=(0, None))
     axes[1, 1].legend(loc="upper left")

@@ -75,8 +75,7 @@ def draw(axes, number, own, alone, other, span):
               markersize=14, label="triggered")
     axes.set(ylabel="mean slip (m)", xlim=(0, 1.01 * span))
     axes.set_title(f"The {name} fault: {triggered.sum()} of {len(times)} events within {NEAR:g} year after one of the "
-                   f"other ({chance:.0%} of the time)",
-                   fontsize=10, fontweight="normal")
+                   f"other ({chance:.0%} of the time)", fontsize=10, fontweight="normal")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     print(f"{name} fault: {len(times)} events ({len(alone[0])} alone), {share:.0%} of them within {NEAR:g} year after "
           "one of the other, which is "

@@ -121,8 +121,7 @@ def make_parameters(folder):
     path = os.path.join(folder, "seed.h5")
     with h5py.File(path, "w") as file:
         for name, value in (("normal_stress", 2e7), ("friction_residual", 0.5), ("friction_drop", 0.1),
-                            ("friction_slip", 0.2),
-                            ("loading_rate", 0.0)):
+                            ("friction_slip", 0.2), ("loading_rate", 0.0)):
             file[name] = value * np.linspace(1, 1.5, 6).reshape(2, 3)
     return path
 
@@ -159,8 +158,7 @@ def crash_report(path, kind):
 def read_by_reader(kind):
     def read(paths):
         done = subprocess.run([READER, kind], input="".join(path + "\n" for path in paths), env=ENVIRONMENT,
-                              capture_output=True,
-                              text=True, errors="replace")
+                              capture_output=True, text=True, errors="replace")
         results = [Result(*line.split("\t", 4)) for line in done.stdout.splitlines()]
         if len(results) != len(paths):
             sys.exit(f"{READER} {kind} stopped: {done.stderr[-2000:]}")

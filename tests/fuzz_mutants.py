@@ -131,8 +131,7 @@ def mutate_object(rng, file):
         if rng.random() < 0.5:
             del file[path]
             file[path] = rng.choice([h5py.SoftLink("/" + path), h5py.SoftLink("/nothing"),
-                                     h5py.ExternalLink("none.h5", "/x"),
-                                     file["/"], 1.0, "text", np.ones((1,) * 7)])
+                                     h5py.ExternalLink("none.h5", "/x"), file["/"], 1.0, "text", np.ones((1,) * 7)])
         elif rng.random() < 0.5:
             del file[path]
         else:
@@ -162,8 +161,8 @@ def mutate_object(rng, file):
         del file[path]
         dtype = h5py.string_dtype() if data.dtype.kind == "O" else data.dtype
         file.create_dataset(path, shape, dtype, chunks=tuple(min(max(n, 1), 4) for n in shape),
-                            maxshape=(None,) * len(shape),
-                            compression=rng.choice([None, "gzip"]) if dtype != h5py.string_dtype() else None)
+                            maxshape=(None,) * len(shape), compression=rng.choice([None, "gzip"])
+                            if dtype != h5py.string_dtype() else None)
         file[path].attrs.update({name: value for name, value in attributes.items()
                                  if not isinstance(value, h5py.Empty)})
         return

@@ -90,8 +90,8 @@ def injection(random):
     noise = np.real(np.fft.ifft2(np.fft.fft2(random.normal(size=(n, n))) * np.exp(-((2 * np.pi * k * 300) ** 2) / 2)))
     write("injection.h5", initial_traction=np.minimum(20.8e6 + 2e6 * noise / noise.std(), 23.8e6))
     return [*file("injection"), "-fault_nx", n, "-fault_nz", n, "-fault_friction_slip", 0.024 * 48 / n,
-            "-fault_parameters", "injection.h5",
-            "-fault_catalogue", "events.h5", "-ts_max_time", f"{size(random, 10, 40)}d"]
+            "-fault_parameters", "injection.h5", "-fault_catalogue", "events.h5", "-ts_max_time",
+            f"{size(random, 10, 40)}d"]
 
 
 def bp5(random, *options):

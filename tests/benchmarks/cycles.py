@@ -31,8 +31,7 @@ import numpy as np
 
 YEAR = 3.15576e7
 COMMON = {"fault_friction_law": "rate_and_state", "fault_normal_stress_gradient": 0, "fault_loading_rate": 1e-9,
-          "fault_shear_modulus": 32.03812e9,
-          "fault_density": 2670}
+          "fault_shear_modulus": 32.03812e9, "fault_density": 2670}
 FAMILIES = [(f"{rk} {adapt}", ["-ts_type", "rk", "-ts_rk_type", rk, "-ts_adapt_type", adapt], "-ts_rtol", tolerances)
             for rk, tolerances in (("3bs", "1e-2 3e-3 1e-3 3e-4 1e-4"), ("5dp", "1e-3 3e-4 1e-4 5e-5 1e-5"))
             for adapt in ("basic", "dsp")]
@@ -57,8 +56,8 @@ def bp1(cell=200):
     z = (np.arange(40000 // cell)[:, None] + 0.5) * cell
     return ({"friction_a": np.interp(z, [15e3, 18e3], [0.010, 0.025])},
             {"fault_length_x": 1e7, "fault_length_z": 40e3, "fault_normal_stress": 50e6, "fault_friction_b": 0.015,
-             "fault_friction_slip": 0.008,
-             "fault_initial": "traction", "fault_initial_traction": 26.54612e6, "fault_initial_rate": 1e-9}, 1000)
+             "fault_friction_slip": 0.008, "fault_initial": "traction", "fault_initial_traction": 26.54612e6,
+             "fault_initial_rate": 1e-9}, 1000)
 
 
 def core(nx=36, nz=18, cell=1200, a=0.008, b=0.02, rim=0.03, slip=0.05, stress=40e6, years=618):
@@ -68,8 +67,7 @@ def core(nx=36, nz=18, cell=1200, a=0.008, b=0.02, rim=0.03, slip=0.05, stress=4
               "friction_slip": slip * (1 + 0.15 * np.sin(9 * x + 1) * np.cos(11 * z)),
               "initial_rate": np.where((x < -0.2) & (share == 0), 1e-8, 1e-9)}
     return fields, {"fault_length_x": nx * cell, "fault_length_z": nz * cell, "fault_normal_stress": stress,
-                    "fault_friction_b": b,
-                    "fault_shear_modulus": 30e9, "fault_density": 2700}, years
+                    "fault_friction_b": b, "fault_shear_modulus": 30e9, "fault_density": 2700}, years
 
 
 def strip():

@@ -10,8 +10,7 @@ ones, at equal error of the whole course of slip.
 Runs are done by the program `fault`, as a user would, and kept in FOLDER/runs.jsonl with all parts of their errors: an
 interrupted benchmark goes on where it was, and another measure needs no runs. Writes FOLDER/MEASURE.h5 and figures
 FOLDER/MEASURE_*.png. Faults and classical controllers: held_out_cases.py; error: slipstep.results.course; what "at
-equal error" means:
-held_out_score.py. Needs numpy, h5py, matplotlib.
+equal error" means: held_out_score.py. Needs numpy, h5py, matplotlib.
 """
 
 import argparse

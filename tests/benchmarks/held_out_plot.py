@@ -67,8 +67,7 @@ def overview(path, measure, classical, ours, bounds):
         for name, rows_of in by([dict(r, controller=controller(r)) for r in runs], "controller").items():
             ax.plot(ERRORS, median_solves(by(rows_of, "case").values(), measure), color=COLOURS[name], lw=1, label=name)
         ax.plot(ERRORS, np.median([best_solves(of_case, measure) for of_case in by(runs, "case").values()], axis=0),
-                color="black", lw=2,
-                label="best classical family")
+                color="black", lw=2, label="best classical family")
         learned(ax, [r for r in ours if r["group"] == group], measure, 4)
         named = {r["case"] for r in ours if r["group"] == group} & set(bounds)
         if named:

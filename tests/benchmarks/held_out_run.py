@@ -183,8 +183,7 @@ class Bench:
         """Runs against their reference, stored."""
         for job, found, message in execute(self.build, jobs, self.folder, read_course):
             row = {"key": job.key, "case": job.case.name, "group": job.case.group, "kind": job.kind,
-                   "family": job.family,
-                   "setting": job.setting, "failed": message}
+                   "family": job.family, "setting": job.setting, "failed": message}
             if found:
                 result, done = found
                 row.update({name: result[name] for name in ("solves", "accepted", "rejected", "mean_slip",

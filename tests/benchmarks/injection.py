@@ -134,8 +134,7 @@ def line_run(build, folder, n, days, options=()):
             "-fault_nx", "1", "-fault_nz", str(n), "-fault_length_x", str(LINE_LENGTH), "-fault_length_z",
             str(2 * LINE_HALF),
             "-fault_depth_top", str(DEPTH), "-fault_initial_traction", str(LINE_LOAD), "-fault_pore_pressure",
-            "pressure.h5",
-            "-ts_max_time", str(day * DAY), *options])
+            "pressure.h5", "-ts_max_time", str(day * DAY), *options])
         last.append(slip[-1, :, 0])
     return z, np.array(last), tuple(steps)
 

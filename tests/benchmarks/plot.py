@@ -16,8 +16,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 LABELS = {"k_dense": "K dense", "k_fft": "K FFT", "k_hmat": "K H-matrix", "h_sqrtm": "H exact",
-          "h_spectral": "H spectral",
-          "h_lanczos": "H Lanczos", "b": "B", "pc": "preconditioner"}
+          "h_spectral": "H spectral", "h_lanczos": "H Lanczos", "b": "B", "pc": "preconditioner"}
 CONTROLLERS = {"rl": "policy", "heuristic": "heuristic"}
 STYLE = {1: "-", 2: "--"}
 

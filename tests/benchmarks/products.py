@@ -12,8 +12,7 @@ Faults: products_cases.py, drawn by a seed. A run's error is that of the whole h
 constant explicit steps which those twice as long confirm. Products are all with K, Kn and H, those formed at once
 counted once, and with the preconditioner (output/README.md); of a build that does not count these, those with K.
 "Afterwards" is the cheapest run within the dial, chosen for each fault; "one setting" the cheapest one that keeps the
-dial in 95 % of the kind. Runs are kept in FOLDER:
-an interrupted benchmark goes on where it was. Needs numpy and h5py.
+dial in 95 % of the kind. Runs are kept in FOLDER: an interrupted benchmark goes on where it was. Needs numpy and h5py.
 """
 
 import argparse

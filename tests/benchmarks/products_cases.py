@@ -138,8 +138,8 @@ def rupture(random, row, k, path):
     p = {"nx": nx, "nz": nz, "length_x": side * nx, "length_z": side * nz, "depth_top": side if extra else 0,
          "friction_residual": 0.5, "friction_law": law,
          "thickness": log_uniform(random, 0.3, 1) * side * max(nx, nz), "initial": "traction",
-         "initial_unstable": "yes", "inertia": "yes",
-         "viscosity": "sqrtm" if k % 2 else "radiation", "parameters": path}
+         "initial_unstable": "yes", "inertia": "yes", "viscosity": "sqrtm" if k % 2 else "radiation",
+         "parameters": path}
     p.update({} if extra else {"normal_stress": stress})
     tstar = p["thickness"] * np.sqrt(2500 / 30e9)
     least = LEAST_BROKEN * float(fields["friction_slip"][0].mean())

@@ -35,11 +35,10 @@ TWO_RANKS = ("k_fft", "h_sqrtm", "b", "pc")
 STEPS = (0.05, 0.5, 2.0, 7.0)  # of the linear solver [T*]
 RUN_LARGEST = {"rl": 512, "heuristic": 100}  # a heuristic run at 200 takes more than five minutes
 SUMMARY = {"accepted": r"accepted steps: *(\d+)", "rejected": r"rejected steps: *(\d+)",
-           "solves": r"Bathe solves: *(\d+)",
-           "newton": r"Newton iterations: *(\d+)", "linear": r"linear iterations: *(\d+)",
-           "products_k": r"products with K: *(\d+)", "products_h": r"products with H: *(\d+)",
-           "mean_slip": r"final mean slip: *([-+.\de]+)", "setup": r"wall time of set-up: *([.\d]+)",
-           "solve": r"wall time of the solve: *([.\d]+)",
+           "solves": r"Bathe solves: *(\d+)", "newton": r"Newton iterations: *(\d+)",
+           "linear": r"linear iterations: *(\d+)", "products_k": r"products with K: *(\d+)",
+           "products_h": r"products with H: *(\d+)", "mean_slip": r"final mean slip: *([-+.\de]+)",
+           "setup": r"wall time of set-up: *([.\d]+)", "solve": r"wall time of the solve: *([.\d]+)",
            "resident": r"Maximum \(over computational time\) process memory: +total +\S+ +max +(\S+)"}
 UNITS = {"setup": "s", "product": "s", "solve": "s", "wall": "s", "mean_slip": "m", "memory": "B", "memory_all": "B",
          "resident": "B", "step": "T*"}
@@ -80,8 +79,7 @@ def operator_cells(sizes):
             for ranks in (1, 2) if kind in TWO_RANKS else (1,):
                 options = ["-bench_kind", kind, "-bench_n", str(n)]
                 yield Cell("operators", f"{kind}-{n}-{ranks}", n, ranks, 1 + at_100 * (n / 100) ** power, "operators",
-                           options,
-                           kind=kind)
+                           options, kind=kind)
 
 
 def iteration_cells(sizes):
@@ -196,8 +194,8 @@ def machine(args):
 
     model = re.search(r"model name\s*: (.*)", open("/proc/cpuinfo").read()) if os.path.exists("/proc/cpuinfo") else None
     return {"processor": model[1] if model else platform.processor(), "cores": os.cpu_count() or 0,
-            "system": platform.platform(),
-            "commit": output("git", "rev-parse", "HEAD"), "date": time.strftime("%Y-%m-%d %H:%M:%S %z"),
+            "system": platform.platform(), "commit": output("git", "rev-parse", "HEAD"),
+            "date": time.strftime("%Y-%m-%d %H:%M:%S %z"),
             "load_average": os.getloadavg()[0], "threads": os.environ.get("OPENBLAS_NUM_THREADS", ""),
             "quick": int(args.quick)}
 

@@ -75,8 +75,7 @@ def draw(kind, seed):
     options = {"nx": nx, "nz": nz, "length_x": nx * side, "length_z": nz * side, "depth_top": 0 if random.random() < 0.5
                else 5000, "inertia": "no",
                "viscosity": "radiation", "normal_stress": normal, "normal_stress_gradient": 0,
-               "friction_residual": residual,
-               "shear_modulus": SHEAR_MODULUS, "initial": "traction", "progress": "no"}
+               "friction_residual": residual, "shear_modulus": SHEAR_MODULUS, "initial": "traction", "progress": "no"}
     if kind == "vector":
         options |= {"slip_components": 2, "rake": random.uniform(0, 90)}
     words = [str(word) for name, value in options.items() for word in (f"-fault_{name}", value)]
@@ -103,9 +102,8 @@ class Runs:
             done = subprocess.run([self.program, *options, "-fault_parameters", "fields.h5", "-fault_output", run,
                                    "-fault_output_overwrite",
                                    "-fault_output_fields", "slip", "-fault_output_interval", "1000000",
-                                   "-fault_catalogue", events,
-                                   "-fault_catalogue_maps"], cwd=self.folder, capture_output=True, text=True,
-                                  env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+                                   "-fault_catalogue", events, "-fault_catalogue_maps"], cwd=self.folder,
+                                  capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
             if done.returncode:
                 sys.exit(f"ruptures.py: {' '.join(options)} ended with {done.returncode}: {done.stderr[-500:]}")
             with h5py.File(run) as file:

@@ -25,9 +25,8 @@ import h5py
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PLAIN = ["-fault_operator", "dense", "-pc_type", "none"]
 NUMBERS = {"accepted": r"accepted steps: *(\d+)", "rejected": r"rejected steps: *(\d+)",
-           "solves": r"Bathe solves: *(\d+)",
-           "mean_slip": r"final mean slip: *([-+.\de]+)", "setup": r"wall time of set-up: *([.\d]+)",
-           "solve": r"wall time of the solve: *([.\d]+)"}
+           "solves": r"Bathe solves: *(\d+)", "mean_slip": r"final mean slip: *([-+.\de]+)",
+           "setup": r"wall time of set-up: *([.\d]+)", "solve": r"wall time of the solve: *([.\d]+)"}
 UNITS = {"mean_slip": "m", "setup": "s", "solve": "s", "plain": "s"}
 COLUMNS = ("size", "controller", "ranks", "solves", "mean_slip", "setup", "solve", "spread", "plain")
 

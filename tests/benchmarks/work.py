@@ -66,8 +66,8 @@ SETS = {
 
 def run(fault, cells, options, path):
     subprocess.run([fault, "-options_file", os.path.join(ROOT, "examples", "fault_3km.opts"), "-fault_nx", str(cells),
-                    "-fault_nz", str(cells), *options,
-                    "-fault_output", path, "-fault_output_overwrite"], check=True, capture_output=True, text=True)
+                    "-fault_nz", str(cells), *options, "-fault_output", path, "-fault_output_overwrite"], check=True,
+                   capture_output=True, text=True)
     with h5py.File(path) as f:
         result = {key: float(f["result"].attrs[key]) for key in ("cost", "products_all", "products_pc", "solves",
                                                                  "processor_time")}

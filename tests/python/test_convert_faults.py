@@ -117,7 +117,7 @@ class Faults(SourcesTest):
         self.put("b.in", text.replace("sigmainit 25.0", "sigmainit 25e-6"))
         code, _, err = self.main("convert", self.path("b.in"), self.path("out.h5"))
         self.assertEqual(code, 0)
-        self.assertRegex(err, "convert.py: warning: .*b.in: /normal_stress is at most 25 Pa: is it given in MPa")
+        self.assertRegex(err, "slipstep convert: warning: .*b.in: /normal_stress is at most 25 Pa: is it given in MPa")
 
     def test_small_numbers_are_said(self):
         """Slip rates are no rounding of 0, and lengths that are only that are 0."""

@@ -10,8 +10,7 @@
 
 load() takes the library two or three folders up, or the one that SLIPSTEP_LIBRARY names. small() makes a TS integrate a
 system of a few states with friction, Fault is a fault with one TS. Nothing of the library's memory is laid out again
-here:
-objects are handles, numbers are arguments. Errors are PETSc.Error, as petsc4py's own.
+here: objects are handles, numbers are arguments. Errors are PETSc.Error, as petsc4py's own.
 """
 
 import collections
@@ -44,8 +43,7 @@ FILES = ("output", "catalogue", "checkpoint", "restart", "stations")
 EVENT = ("onset", "end", "x", "y", "z", "cell", "area", "mean_slip", "max_slip", "direction", "moment", "magnitude",
          "stress_drop",
          "peak_slip_rate", "elastic_energy", "kinetic_energy", "dissipated_energy", "radiated_energy", "loading_work",
-         "ledger", "steps",
-         "fault", "rake", "rupture_speed", "radiated_efficiency", "goes_on", "images")
+         "ledger", "steps", "fault", "rake", "rupture_speed", "radiated_efficiency", "goes_on", "images")
 # of several faults, a number for each
 EVENT_OF_FAULTS = ("fault_moment", "fault_area", "fault_mean_slip", "fault_stress_drop", "fault_onset", "fault_cell",
                    "fault_dissipated_energy")

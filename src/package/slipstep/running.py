@@ -140,8 +140,8 @@ def cells_of(options):
     try:
         path = os.path.join(folder, "cells.h5")
         done = subprocess.run([program_fault(), *options, "-fault_cells", path], stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, encoding="utf-8",
-                              env={**ENVIRONMENT, **os.environ}, check=False)
+                              stderr=subprocess.STDOUT, encoding="utf-8", env={**ENVIRONMENT, **os.environ},
+                              check=False)
         warn(*warnings_of(done.stdout))
         if done.returncode:
             raise Error(_reason(done.stdout, done.returncode))
@@ -183,8 +183,7 @@ class Program:
             # of a session of its own: a terminal would send it Ctrl-C besides this process, and the second signal ends
             # it at once
             child = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT, env={**ENVIRONMENT, **os.environ},
-                                     start_new_session=True,
-                                     preexec_fn=functools.partial(follow, os.getpid()))
+                                     start_new_session=True, preexec_fn=functools.partial(follow, os.getpid()))
             try:
                 while child.poll() is None:
                     try:

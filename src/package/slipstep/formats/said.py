@@ -81,8 +81,8 @@ f"; the header has the upper edge at {claims['top'] / 1e3:g}" if "top" in claims
         mean = float(model.area @ np.abs(model.slip)) / model.area.sum()
         yield "slip", f"{span(model.slip, 1, 5)} m, mean {mean:.4g} m, rake {angle_span(model.rake, -180)} degrees"
         moment, words = model.moment()
-        yield "moment", f"{moment:.5g} N m, Mw {magnitude(moment):.2f}, by {words}" + (against(moment, claims["moment"])
-                                                                                       if claims.get("moment") else "")
+        yield "moment", (f"{moment:.5g} N m, Mw {magnitude(moment):.2f}, by {words}"
+                         + (against(moment, claims["moment"]) if claims.get("moment") else ""))
         if claims.get("moment") and model.potency > 0:
             yield ("by the header", f"a rigidity of {claims['moment'] / model.potency / 1e9:.4g} GPa would give this "
                    "slip its moment: --rigidity header")

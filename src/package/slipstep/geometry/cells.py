@@ -45,8 +45,7 @@ def grid_cells(of):
     s, d = s.ravel(), d.ravel()
     right = d * np.cos(dip)
     columns = (np.cos(strike) * s - np.sin(strike) * right, np.sin(strike) * s + np.cos(strike) * right,
-               of["depth_top"] + d * np.sin(dip),
-               of["length_x"] / nx, of["length_z"] / nz, of["strike"], of["dip"])
+               of["depth_top"] + d * np.sin(dip), of["length_x"] / nx, of["length_z"] / nz, of["strike"], of["dip"])
     return np.stack(np.broadcast_arrays(*columns), axis=1)
 
 

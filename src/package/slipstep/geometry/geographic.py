@@ -53,8 +53,8 @@ def local(catalogue, at):
     it is not in coordinates of a map projection, as UTM's, whose origin is elsewhere. A point that is given may be
     farther away, but not as far as one of another mesh or zone, or east before north."""
     cells, _ = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
-    middle, reach = (cells[:, :2].max(axis=0) + cells[:, :2].min(axis=0)) / 2, np.ptp(cells[:, :2],
-                                                                                      axis=0) + cells[:, 3].max()
+    middle = (cells[:, :2].max(axis=0) + cells[:, :2].min(axis=0)) / 2
+    reach = np.ptp(cells[:, :2], axis=0) + cells[:, 3].max()
     away = np.hypot(*(middle - (at or (0.0, 0.0))))
     if away > max(FALSE_ORIGIN if at is None else FALSE_POINT, np.hypot(*reach)):
         of = ("x = y = 0, the point of --origin, as where x and y are northing and easting of a map projection (UTM)"

@@ -457,8 +457,7 @@ def read(path, kind=None, rate_unit="m/s", label=None):
     if kind == "hdf5" and not h5py.is_hdf5(path):
         raise MeshError(f"{path} is not an HDF5 file")
     found = {"stl": read_stl, "gocad": read_gocad, "obj": read_obj, "gmsh": read_gmsh, "hdf5": read_hdf5,
-             "meshio": lambda p: read_meshio(p, label),
-             "rsqsim": lambda p: read_rsqsim(p, rate_unit)}[kind](path)
+             "meshio": lambda p: read_meshio(p, label), "rsqsim": lambda p: read_rsqsim(p, rate_unit)}[kind](path)
     if not len(found.corners):
         raise MeshError(f"{path} has no triangles")
     finite = np.isfinite(found.corners).all(axis=(1, 2))

@@ -35,8 +35,8 @@ class Source:
     """
 
     def __init__(self, path, cells, rake, slip, shear_modulus, poisson_ratio, words, shape=None, triangles=None):
-        self.path, self.cells, self.rake, self.slip, self.words, self.shape, self.triangles = (path, cells, rake, slip,
-                                                                                               words, shape, triangles)
+        self.path, self.cells, self.rake, self.slip = path, cells, rake, slip
+        self.words, self.shape, self.triangles = words, shape, triangles
         self.shear_modulus, self.poisson_ratio = shear_modulus, poisson_ratio
 
     @property
@@ -123,8 +123,8 @@ def slip_of_run(run, begin=None, end=None, field="displacement"):
     what = ("slip" if field == "slip" else "slip less that of the far field"
             if np.any(run.mesh.get("loading_rate", 0.0)) else "slip")
     return Source(run.path, cells, _rake(run.mesh, len(cells)), last - first, parameters["shear_modulus"],
-                  parameters["poisson_ratio"],
-                  f"{what} from {written(begin)} to {written(end)}", shape, triangles_of(run.mesh))
+                  parameters["poisson_ratio"], f"{what} from {written(begin)} to {written(end)}", shape,
+                  triangles_of(run.mesh))
 
 
 def slip_of_event(catalogue, number):
@@ -180,8 +180,8 @@ class Elastic:
                 file["points"] = points
             command = ["mpirun", "-n", str(self.ranks)] if self.ranks > 1 else []
             command += [self.program, "-elastic_input", given, "-elastic_output", taken, "-elastic_poisson_ratio",
-                        repr(float(self.source.poisson_ratio)),
-                        "-elastic_shear_modulus", repr(float(self.source.shear_modulus)), *options]
+                        repr(float(self.source.poisson_ratio)), "-elastic_shear_modulus",
+                        repr(float(self.source.shear_modulus)), *options]
             done = subprocess.run(command, capture_output=True, text=True)
             if done.returncode:
                 raise OutputError(f"elastic failed: {done.stderr.strip() or done.returncode}")

@@ -21,8 +21,8 @@ STYLE = {
     "font.size": 11, "axes.titlesize": 11, "axes.titleweight": "bold", "axes.titlelocation": "left",
     "axes.labelsize": 11,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e6e6e6",
-    "grid.linewidth": 0.8,
-    "axes.axisbelow": True, "legend.frameon": False, "legend.fontsize": 10, "lines.linewidth": 1.4, "figure.dpi": 100,
+    "grid.linewidth": 0.8, "axes.axisbelow": True, "legend.frameon": False, "legend.fontsize": 10,
+    "lines.linewidth": 1.4, "figure.dpi": 100,
     "savefig.dpi": 150, "savefig.facecolor": "white",
 }
 
@@ -112,8 +112,8 @@ def draw_steps(axes, run, style, label, clock=np.asarray):
               np.append(dt[~rejected], dt[~rejected][-1:]), where="post", color=style["color"], linewidth=1.0,
               alpha=0.6, zorder=1)
     axes.plot(time[~rejected], dt[~rejected], linestyle="", color=style["color"], marker=style["marker"],
-              markersize=4.5 if len(dt) < 100 else 3,
-              markeredgewidth=0, label=f"{label}accepted", zorder=style["zorder"])
+              markersize=4.5 if len(dt) < 100 else 3, markeredgewidth=0, label=f"{label}accepted",
+              zorder=style["zorder"])
     few = rejected.sum() < 40
     axes.plot(time[rejected], dt[rejected], linestyle="", marker=style["marker"], markersize=6.5 if few else 5,
               markerfacecolor="none",

@@ -61,8 +61,8 @@ def figure(rows, x, y, by=None, units=(), spreads=None):
         most = max(most, several)
         axes.errorbar(places, mean, yerr=errors if errors.any() else None,
                       color=shade(0.9 * k / max(len(lines) - 1, 1)), marker=MARKERS[k % len(MARKERS)], markersize=5,
-                      capsize=4, elinewidth=1.2,
-                      linestyle="" if texts else "-", label=f"{line:g}" if number(line) else str(line))
+                      capsize=4, elinewidth=1.2, linestyle="" if texts else "-", label=f"{line:g}" if number(line)
+                      else str(line))
     if shown and not texts and wide([row[x] for row in shown]):
         axes.set_xscale("log")
     if shown and wide([row[y] for row in shown]):

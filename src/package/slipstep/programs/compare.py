@@ -40,8 +40,8 @@ def load(argument):
     run = Run(path if equals else argument)
     run.require_fault("a comparison")
     run.warn()
-    return (label if equals else os.path.splitext(os.path.basename(argument))[0]) + ("" if run.complete
-                                                                                     else " (unfinished)"), run
+    return ((label if equals else os.path.splitext(os.path.basename(argument))[0])
+            + ("" if run.complete else " (unfinished)"), run)
 
 
 def check_same_case(run, reference):
@@ -94,8 +94,7 @@ def table(runs, reference):
     heads = ["controller", "accepted", "rejected", "Bathe solves", "products", "cost (s)", "wall time (s)",
              "final mean slip (m)", "error (%)", "largest over time (%)", "half of it at (s)"]
     rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]), products(run),
-             cost(run),
-             f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
+             cost(run), f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
              *((f"{100 * slip_error(run, reference):+.2f}", f"{100 * history_error(run, reference):.2f}") if reference
                and run.complete else ("-", "-")), f"{half_slip_time(run):.2f}"] for label, run in runs]
     if reference:

@@ -1,8 +1,7 @@
 """The moment-rate function of an event: a table as CSV, and a picture.
 
     slipstep moment-rate RUN.h5 --catalogue EVENTS.h5 [--event largest] [--csv OUT.csv] [--figure OUT.png]
-    slipstep moment-rate RUN.h5 --window 96.4y 96.4y+30s --usgs OUT.mr [--step 0.1]      and the file of source time
-                                                                                         functions of the USGS
+    slipstep moment-rate RUN.h5 --window 96.4y 96.4y+30s --usgs OUT.mr [--step 0.1]   source time functions of the USGS
 
 The run has it at the start and every accepted step (/series/moment_rate, of every fault); the event, or the window,
 says from when to when. The moment is that of the slip between (/series/moment), which trapezoids of the rates miss

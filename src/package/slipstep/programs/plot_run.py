@@ -239,8 +239,7 @@ def main():
         run.require_fault(f"--{'film' if options.film else 'kind ' + options.kind}")
     if options.film:
         shown, rows = film(run, target, options.field or "slip_rate", options.window, options.log_rate is not False,
-                           options.range, options.years,
-                           options.fps or 15.0, options.frames or 500)
+                           options.range, options.years, options.fps or 15.0, options.frames or 500)
         print(f"Film: {target}, {shown} of {rows} rows of /fields")
     else:
         picture(run, options).savefig(target)

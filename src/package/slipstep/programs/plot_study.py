@@ -95,8 +95,7 @@ def figure_states(study, problem):
                 continue
             series = cell.series()
             axes.plot(series["time"], series[name], color=colour, marker=".", markersize=3 if cell["accepted"] > 200
-                      else 5,
-                      linewidth=0.8, label=f"{label}: {cell['solves']} solves, L2 error {cell['l2_error']:.2g}")
+                      else 5, linewidth=0.8, label=f"{label}: {cell['solves']} solves, L2 error {cell['l2_error']:.2g}")
         axes.set_ylabel(name)
     panels[-1, 0].set_xlabel("time (s)")
     panels[0, 0].set_title(f"{problem}: states and reaction at the reference tolerance")
@@ -168,8 +167,7 @@ def draw_attempts(axes, cell, colour):
     axes.plot(steps["time"][accepted], steps["dt"][accepted], color=colour, marker=".", markersize=5, linewidth=0.8,
               drawstyle="steps-post")
     axes.plot(steps["time"][converged & ~accepted], steps["dt"][converged & ~accepted], linestyle="", marker="o",
-              markersize=4,
-              markerfacecolor="none", markeredgecolor=RED)
+              markersize=4, markerfacecolor="none", markeredgecolor=RED)
     axes.plot(steps["time"][~converged], steps["dt"][~converged], linestyle="", marker="x", markersize=6, color="black")
     log_scale(axes)
 
@@ -189,8 +187,7 @@ def figure_steps(study):
     for axes, (label, colour, cell) in zip(panels.flat, runs):
         draw_attempts(axes, cell, colour)
         axes.set_title(f"{label}: {cell['accepted']} accepted, {cell['rejected']} rejected, {cell['failures']} "
-                       "not converged",
-                       fontsize=8)
+                       "not converged", fontsize=8)
     for axes in panels[:, 0]:
         axes.set_ylabel("step (s)")
     for axes in panels[-1]:

@@ -89,8 +89,8 @@ def numbers(run):
              ("explicit_attempts", "explicit attempts", ""), ("newton_iterations", "Newton iterations", ""),
              ("linear_iterations", "linear iterations", ""), ("products_k", "products with the stiffness", ""),
              ("products_h", "products with the viscosity", ""), ("mean_slip", "final mean slip", " m"),
-             ("events", "events", ""),
-             ("wall_time_setup", "wall time of the set-up", " s"), ("wall_time_solve", "wall time of the solve", " s"))
+             ("events", "events", ""), ("wall_time_setup", "wall time of the set-up", " s"),
+             ("wall_time_solve", "wall time of the solve", " s"))
     return [(label, f"{run.result[name]:.6g}{unit}") for name, label, unit in names if name in run.result]
 
 

@@ -123,8 +123,8 @@ def equal_accuracy(study):
             row.append(f"**{mark}{number(mean(known), 2)}**{spread}")
         rows.append(row)
     return markdown(["policy", "converged", "its solves", "error of final slip (mean)",
-                     "best classical / its solves at that error",
-                     "largest error over time (mean)", "at that error", "at both errors"], [row[:8] for row in rows])
+                     "best classical / its solves at that error", "largest error over time (mean)", "at that error",
+                     "at both errors"], [row[:8] for row in rows])
 
 
 def equal_accuracy_cells(study):
@@ -149,8 +149,8 @@ def equal_accuracy_cells(study):
                         if best is not None else NO]
             rows.append(row)
     return markdown(["policy", "fault", "solves", "error of final slip", "ratio", "best classical run",
-                     "largest error over time", "ratio",
-                     "best classical run", "ratio at both", "best classical run"], rows)
+                     "largest error over time", "ratio", "best classical run", "ratio at both", "best classical run"],
+                    rows)
 
 
 def equal_accuracy_small(study):
@@ -205,8 +205,7 @@ def ratios(study, cells, controller, quantity):
     out = []
     for cell in cells:
         other = study.one(problem="fault", size_km=cell["size_km"], mesh=cell["mesh"], controller=controller,
-                          tolerance=1.0,
-                          error=cell["error"], reaction=cell["reaction"])
+                          tolerance=1.0, error=cell["error"], reaction=cell["reaction"])
         if cell.converged and other is not None and other.converged and cell[quantity] > 0:
             out.append(other[quantity] / cell[quantity])
     return [ratio for ratio in out if np.isfinite(ratio)]
@@ -215,8 +214,7 @@ def ratios(study, cells, controller, quantity):
 def errors_of(study, cells, controller):
     """Errors of a classical controller at the reference tolerance on the faults and meshes of policies' cells."""
     found = {cell.case: study.one(problem="fault", size_km=cell["size_km"], mesh=cell["mesh"], controller=controller,
-                                  tolerance=1.0,
-                                  error=cell["error"], reaction=cell["reaction"]) for cell in cells}
+                                  tolerance=1.0, error=cell["error"], reaction=cell["reaction"]) for cell in cells}
     return [other.error() for other in found.values() if other is not None and other.converged]
 
 
@@ -239,9 +237,8 @@ def published(study):
                          spread(ratios(study, cells, "heuristic", "solves")),
                          spread(ratios(study, cells, "heuristic", "cpu")),
                          " ".join(f"({text})" if k else text for k, text in enumerate(STUDY_RATIOS.get(size, (NO,))))
-                         if same else NO,
-                         spread(ratios(study, cells, "pi", "cpu")), STUDY_PI if same and size == 3.0 else NO,
-                         mean_percent([cell.error() for cell in done]),
+                         if same else NO, spread(ratios(study, cells, "pi", "cpu")),
+                         STUDY_PI if same and size == 3.0 else NO, mean_percent([cell.error() for cell in done]),
                          STUDY_ERRORS.get(size, NO) if same else NO, mean_percent(errors_of(study, cells, "heuristic")),
                          mean_percent(errors_of(study, cells, "pi"))])
     return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, attempts", "heuristic/rl, solves",
@@ -258,12 +255,10 @@ def requirements(study):
             middle = [cell.error() for cell in sweep_cells(study, size, treatment, (1, 8)) if cell.converged]
             if cells:
                 rows.append([f"{size:g} km", ", ".join(treatment), len(cells),
-                             sum(not cell.converged for cell in cells),
-                             sum(cell["guarded"] > 0 for cell in cells), mean_percent(middle),
-                             percent(max(middle)) if middle else NO])
+                             sum(not cell.converged for cell in cells), sum(cell["guarded"] > 0 for cell in cells),
+                             mean_percent(middle), percent(max(middle)) if middle else NO])
     return markdown(["fault", "estimate, reaction", "cells of the sweep", "failed", "guard rails stepped in",
-                     "slip error, alpha 1 to 8 (mean)",
-                     "(largest)"], rows)
+                     "slip error, alpha 1 to 8 (mean)", "(largest)"], rows)
 
 
 def accepted_steps(study):
@@ -287,8 +282,7 @@ def accepted_steps(study):
                 row.append(STUDY_STEPS[controller].get(mesh, NO))
         rows.append(row)
     return markdown(["3 km fault", "heuristic, doubling, implicit", "study", "heuristic, default",
-                     "rl alpha 2, doubling, implicit", "study",
-                     "rl alpha 2, default"], rows)
+                     "rl alpha 2, doubling, implicit", "study", "rl alpha 2, default"], rows)
 
 
 def small(study):
@@ -308,8 +302,8 @@ def small(study):
                 scale = "" if problem == "sliding_mode" else " %"
                 value = cell["l2_error"] * (100 if scale else 1)
                 rows.append([problem, ", ".join(treatment), f"`{cell.name}`" if cell.learned else cell.name,
-                             cell["solves"],
-                             number(cell["wall_min"] / slowest, 2), runtime, number(value, 2) + scale, error])
+                             cell["solves"], number(cell["wall_min"] / slowest, 2), runtime, number(value, 2) + scale,
+                             error])
     return markdown(["problem", "estimate, reaction", "controller", "solves", "run time / slowest", "study", "L2 error",
                      "study"], rows)
 
@@ -327,8 +321,7 @@ def cost(study):
                              number(1e3 * cell["cpu"] / cell["solves"], 2), number(cell["wall"], 2),
                              number(cell["wall_min"], 2) + " to " + number(cell["wall_max"], 2)])
     return markdown(["case", "controller", "solves", "Newton iterations a solve", "linear iterations a solve",
-                     "processor time a solve (ms)",
-                     "wall time (s, median)", "range"], rows)
+                     "processor time a solve (ms)", "wall time (s, median)", "range"], rows)
 
 
 def references(study):
@@ -368,8 +361,7 @@ def contents(study):
     rows += [[f"**all {name}**"] + [""] * 5 + [f"**{time:.0f}** ({number(time / 60)} min)"]
              for name, time in total.items()]
     return markdown(["case", "cells of policies", "cells of tolerance-driven controllers", "of constant steps",
-                     "failed", "guard rails stepped in",
-                     "processor time of all runs, reference included (s)"], rows)
+                     "failed", "guard rails stepped in", "processor time of all runs, reference included (s)"], rows)
 
 
 def failures(study):

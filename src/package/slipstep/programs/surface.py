@@ -124,8 +124,7 @@ class Picture:
         self.used += 1
         most = (most if most is not None else np.abs(values).max()) / scale or 1.0
         artist = axes.pcolormesh(plane.axes[1] / 1e3, plane.axes[0] / 1e3, values.reshape(plane.x.shape) / scale,
-                                 norm=Normalize(-most, most),
-                                 cmap="RdBu_r", shading="gouraud", rasterized=True)
+                                 norm=Normalize(-most, most), cmap="RdBu_r", shading="gouraud", rasterized=True)
         upper, others = (edges[:, :, 1::-1] / 1e3 for edges in self.source.outline())  # east, north
         axes.add_collection(LineCollection(others, colors="black", linewidths=0.8, zorder=3))
         axes.add_collection(LineCollection(upper, colors="black", linewidths=2.6, zorder=4, capstyle="round"))
@@ -155,8 +154,7 @@ class Picture:
         begin = np.array([west + 0.04 * (east - west), south + 0.05 * (north - south)])
         self.arrows(axes, begin[None], np.array([[size * key, 0.0]]), reach)
         axes.text(begin[0] + 0.5 * size * key, begin[1] + 0.012 * reach, f"{key:g} {unit}", ha="center", va="bottom",
-                  zorder=8,
-                  path_effects=[withStroke(linewidth=3, foreground="white")])
+                  zorder=8, path_effects=[withStroke(linewidth=3, foreground="white")])
 
     @staticmethod
     def arrows(axes, begin, vectors, reach):

@@ -26,10 +26,9 @@ def collected(study, path):
     """Write the table, say what it has, and return the number of runs that failed."""
     study.write_csv(path)
     status = [run.status for run in study.runs]
-    words = [f"{status.count(name)} {text}" for name, text in (("ended", "ended"), ("early", "ended before their "
-                                                                                    "final time"), ("failed", "failed"),
-                                                               ("begun", "begun"), ("open", "not started"))
-             if name in status]
+    words = [f"{status.count(name)} {text}"
+             for name, text in (("ended", "ended"), ("early", "ended before their final time"), ("failed", "failed"),
+                                ("begun", "begun"), ("open", "not started")) if name in status]
     for run in study.runs:
         if run.status == "failed":
             print(f"run {run.number} failed ({run.file('log.txt')}): {run.error}")

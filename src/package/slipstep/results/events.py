@@ -16,8 +16,7 @@ RANGE = 0.5  # of magnitudes, likewise
 FEW = 5  # events of one cell, below which their median is not one
 SEVERAL = 1.5  # areas of a cell, above which an event is one of several cells
 COLUMNS = {"onset": "s", "end": "s", "x": "m", "z": "m", "area": "m^2", "mean_slip": "m", "max_slip": "m",
-           "moment": "N m",
-           "magnitude": "1", "stress_drop": "Pa", "peak_slip_rate": "m/s"}
+           "moment": "N m", "magnitude": "1", "stress_drop": "Pa", "peak_slip_rate": "m/s"}
 
 
 class Events(Catalogue, Cells):

@@ -37,8 +37,7 @@ def kind_of(name, unit):
         if name.endswith(part):
             whole = kind_of(name.removesuffix(part), unit)
             return whole._replace(title=f"{whole.title} {words}", limits="even" if whole.limits == "zero"
-                                  else whole.limits,
-                                  colours="coolwarm" if whole.limits == "zero" else whole.colours)
+                                  else whole.limits, colours="coolwarm" if whole.limits == "zero" else whole.colours)
     scale = 1e-6 if unit == "Pa" else 1.0
     return Kind(name, name.replace("_", " ").capitalize(), "MPa" if unit == "Pa" else unit, scale, "viridis", "free")
 

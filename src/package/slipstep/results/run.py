@@ -1,6 +1,5 @@
 """Read the HDF5 file of one run, of the fault (-fault_output), the sliding mode controller, the circuit or a model of
-one's own:
-Run(path) and its steps, series, fields and results in SI units.
+one's own: Run(path) and its steps, series, fields and results in SI units.
 
     from slipstep import Run
     run = Run("output/fault.h5")

@@ -188,8 +188,8 @@ class Writer:
                   "state": np.log10(station["state"])}
         none = np.zeros(len(station["time"]))
         values.update({"slip_2": values["slip"], "slip_3": none, "slip_rate_2": values["slip_rate"],
-                       "slip_rate_3": none + np.log10(NOTHING),
-                       "shear_stress_2": values["shear_stress"], "shear_stress_3": none})
+                       "slip_rate_3": none + np.log10(NOTHING), "shear_stress_2": values["shear_stress"],
+                       "shear_stress_3": none})
         if vectors:
             values.update({"slip_3": -station["slip"][:, 1], "slip_rate_3": log_rate(station["slip_rate"][:, 1]),
                            "shear_stress_3": station["traction"][:, 1] / 1e6})

@@ -39,8 +39,8 @@ from ..running import OPTION, options_of, word
 from . import table
 
 KEYS = {"command": "fault", "options_file": None, "options": {}, "vary": {}, "zip": [], "seeds": [], "before": None,
-        "ranks": 1, "launcher": None,
-        "cores": None, "checkpoint": True, "table": None, "spin_up": None, "folder": None, "slurm": {}}
+        "ranks": 1, "launcher": None, "cores": None, "checkpoint": True, "table": None, "spin_up": None, "folder": None,
+        "slurm": {}}
 # of a fault, for each run
 OWN = ("output", "catalogue", "checkpoint", "restart", "progress", "output_xdmf", "output_overwrite", "sweep",
        "stop_file")

@@ -59,6 +59,5 @@ def script(plan, folder, study, numbers, name, program):
     more = "".join(f"#SBATCH --{key}" + ("" if value is True else f"={value}") + "\n"
                    for key, value in {**DEFAULT, **given}.items() if value is not False)
     return SCRIPT.format(name=name, program=" ".join(map(shlex.quote, program)), study=shlex.quote(study), job=job,
-                         array=ranges(numbers),
-                         ranks=ranks, folder=folder, more=more, again=AGAIN)
+                         array=ranges(numbers), ranks=ranks, folder=folder, more=more, again=AGAIN)
 
