@@ -1,12 +1,6 @@
-"""Between and after events: slip deficit, coupling, episodes of slip within a window of rates, afterslip."""
+"""Between and after events: coupling, episodes of slip within a window of rates, afterslip."""
 
 import numpy as np
-
-
-def deficit(slip, time, rate):
-    """Slip deficit [m] of slips at times since a start, beside plates that move at a rate [m/s] (Savage 1983): rate
-    times time less slip."""
-    return rate * np.asarray(time) - slip
 
 
 def coupling(slip_before, slip_after, span, rate, area=None):
