@@ -101,7 +101,7 @@ def imported(name, tree, known, package="slipstep"):
 
 def sources_of(folder):
     """Files of C and Python, those of builds left out"""
-    return [os.path.relpath(path, folder) for top in ("src", "include", "examples", "training", "tests", "output")
+    return [os.path.relpath(path, folder) for top in ("src", "include", "examples", "training", "tests")
             for end in ("c", "h", "py")
             for path in sorted(glob.glob(os.path.join(folder, top, "**", f"*.{end}"), recursive=True))]
 
