@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Make the mesh and the fields of a normal fault and its antithetic for examples/antithetic.sh, and plot what their events do to each other.
+"""Make the mesh and the fields of a normal fault and its antithetic for examples/antithetic.sh, and plot what their
+events do to each other.
 
     antithetic.py make NAME --cell 1000     NAME_mesh.h5 and NAME_fields.h5
     antithetic.py plot NAME                 runs NAME_{yes,no}.h5 and catalogues NAME_{yes,no}_events.h5 to NAME.png
@@ -18,9 +19,8 @@ import numpy as np
 from slipstep import OutputError, Run
 from slipstep.geometry.cells import mesh_cells
 from slipstep.geometry.surface import Elastic, slip_of_event
-from slipstep.plots.maps import Span
+from slipstep.plots.maps import Span, colour_bar, planes_of
 from slipstep.plots.panels import RUN_STYLES, plt, use_style
-from slipstep.plots.view import View, bar
 from slipstep.results.events import Events
 from slipstep.results.fields import KINDS
 from slipstep.times import YEAR
@@ -37,16 +37,17 @@ WORDS = {MAIN: "main fault", ANTITHETIC: "antithetic"}
 SHARE = 0.3  # of the largest mean slip of a fault: an event with more is one of it
 FRICTION = 0.6  # that of both, for Coulomb stress
 WHERE = 180.0, -90.0  # strike and rake of the antithetic [degrees]
-VIEWS = (138.0, 28.0), (222.0, 28.0)  # azimuth and elevation: across the main fault, and across the antithetic
 
 
 def rows_of(strike, corner, width, cell):
-    """Cells [n, 7] of a plane, and their distances along its strike and down its dip; corner: where its upper edge begins."""
+    """Cells [n, 7] of a plane, and their distances along its strike and down its dip; corner: where its upper edge
+    begins."""
     turn, dip = np.radians(strike), np.radians(DIP)
     along = np.array([np.cos(turn), np.sin(turn), 0])
     down = np.array([-np.sin(turn) * np.cos(dip), np.cos(turn) * np.cos(dip), np.sin(dip)])
     nx, nz = round(LENGTH / cell), round(width / cell)
-    s, d = (part.ravel() for part in np.meshgrid((np.arange(nx) + 0.5) * LENGTH / nx, (np.arange(nz) + 0.5) * width / nz))
+    s, d = (part.ravel() for part in np.meshgrid((np.arange(nx) + 0.5) * LENGTH / nx,
+                                                 (np.arange(nz) + 0.5) * width / nz))
     centres = corner + s[:, None] * along + d[:, None] * down
     return np.column_stack([centres, np.tile([LENGTH / nx, width / nz, strike, DIP], (nx * nz, 1))]), s, d
 
@@ -58,9 +59,11 @@ def make(name, cell):
     with h5py.File(f"{name}_mesh.h5", "w") as file:
         file["cells"], file["fault"] = cells, fault
         file["cells"].attrs.update(columns="x y z length width strike dip", units="m")
-    outside = np.maximum(np.abs(s - LENGTH / 2) - (LENGTH / 2 - LOCKED[0]), np.where(fault == MAIN, d - LOCKED[1], -np.inf))
+    outside = np.maximum(np.abs(s - LENGTH / 2) - (LENGTH / 2 - LOCKED[0]),
+                         np.where(fault == MAIN, d - LOCKED[1], -np.inf))
     with h5py.File(f"{name}_fields.h5", "w") as file:
-        for field, values, unit in (("friction_a", np.interp(outside, [0, CHANGE], [WEAK, STRONG]), "1"), ("loading_rate", np.where(fault == MAIN, *LOADING), "m/s")):
+        for field, values, unit in (("friction_a", np.interp(outside, [0, CHANGE], [WEAK, STRONG]), "1"),
+                                    ("loading_rate", np.where(fault == MAIN, *LOADING), "m/s")):
             file[field] = values
             file[field].attrs["units"] = unit
 
@@ -79,8 +82,8 @@ def broke(events):
 
 
 def since_main(events):
-    """Years since the main fault's last event at each event of the antithetic, 0 where it is the same one, and the median interval of the main fault;
-    those before the main fault's first event are left out."""
+    """Years since the main fault's last event at each event of the antithetic, 0 where it is the same one, and the
+    median interval of the main fault; those before the main fault's first event are left out."""
     own, onset = broke(events), events["onset"] / YEAR
     main = onset[own[:, 0]]
     times = [time - main[main <= time].max() for time in onset[own[:, 1]] if (main <= time).any()]
@@ -88,8 +91,8 @@ def since_main(events):
 
 
 def coulomb(events, number):
-    """What the main fault's slip in an event does to the antithetic's cells, by the library: change of Coulomb stress, of the shear stress along its
-    rake, and of the normal stress [Pa], NaN on the main fault."""
+    """What the main fault's slip in an event does to the antithetic's cells, by the library: change of Coulomb stress,
+    of the shear stress along its rake, and of the normal stress [Pa], NaN on the main fault."""
     source = slip_of_event(events, number)
     main, cells = events.mesh["fault"] == MAIN, mesh_cells(events.mesh)
     source.slip = np.where(main, source.slip, 0.0)
@@ -99,39 +102,49 @@ def coulomb(events, number):
 
 
 def plot(name):
-    runs = {coupling: (Run(f"{name}_{coupling}.h5"), Events(f"{name}_{coupling}_events.h5")) for coupling in ("yes", "no")}
+    runs = {coupling: (Run(f"{name}_{coupling}.h5"), Events(f"{name}_{coupling}_events.h5"))
+            for coupling in ("yes", "no")}
     words = {"yes": "normal stress follows slip", "no": "shear stress alone"}
     for coupling, (_, events) in runs.items():
         own, (after, interval) = broke(events), since_main(events)
-        print(f"{words[coupling]}: {own[:, 0].sum()} events of the main fault, every {interval:.0f} years, {own[:, 1].sum()} of the antithetic, "
-              f"{own.all(axis=1).sum()} of them of both; years after the main fault: {' '.join(f'{time:.3g}' for time in after) or 'none'}")
+        print(f"{words[coupling]}: {own[:, 0].sum()} events of the main fault, every {interval:.0f} years, "
+              f"{own[:, 1].sum()} of the antithetic, "
+              f"{own.all(axis=1).sum()} of them of both; years after the main fault: "
+              f"{' '.join(f'{time:.3g}' for time in after) or 'none'}")
     events = runs["yes"][1]
     own = broke(events)
     largest = int(np.argmax(np.where(own[:, 0], events["moment"], 0)))
     stress, shear, normal = coulomb(events, largest)
     area = (events.mesh["length"] * events.mesh["width"])[events.mesh["fault"] == ANTITHETIC]
-    shear, normal, mean = (np.average(part[events.mesh["fault"] == ANTITHETIC], weights=area) / 1e6 for part in (shear, normal, stress))
-    print(f"event {largest + 1}, M {events['magnitude'][largest]:.2f}: the main fault's slip changes the mean shear stress of the antithetic by {shear:.2f} MPa, "
+    shear, normal, mean = (np.average(part[events.mesh["fault"] == ANTITHETIC], weights=area) / 1e6
+                           for part in (shear, normal, stress))
+    print(f"event {largest + 1}, M {events['magnitude'][largest]:.2f}: the main fault's slip changes the mean shear "
+          f"stress of the antithetic by {shear:.2f} MPa, "
           f"its pressure by {normal:.2f} MPa, Coulomb stress by {mean:.2f} MPa")
     draw(name, runs, words, largest, stress)
     print(f"Figure: {name}.png")
 
 
 def draw(name, runs, words, largest, stress):
-    """Slip of the largest event and what it does to the antithetic in space, and mean slip of both faults against time."""
+    """Slip of the largest event on the main fault, what it does to the antithetic, and mean slip of both faults against
+    time."""
     use_style()
     events = runs["yes"][1]
     canvas = plt.figure(figsize=(12, 11), layout="constrained")
-    grid = canvas.add_gridspec(3, 2, height_ratios=(1.7, 1, 1))
+    grid = canvas.add_gridspec(3, 2, height_ratios=(1.2, 1, 1))
     slip = events.map_of("slip", largest)
-    for column, (values, kind, label, title) in enumerate((
-            (slip, KINDS["slip"], "slip (m)", f"Event {largest + 1}, M {events['magnitude'][largest]:.2f}: slip"),
-            (stress / 1e6, KINDS["stress_drop"], "change of Coulomb stress (MPa)", "Its Coulomb stress on the antithetic"))):
+    for column, (plane, values, kind, label,
+                 title) in enumerate(zip(planes_of(events), (slip, stress / 1e6), (KINDS["slip"], KINDS["stress_drop"]),
+("slip (m)", "change of Coulomb stress (MPa)"),
+(f"Event {largest + 1}, M {events['magnitude'][largest]:.2f}: slip of the main fault",
+ "Its Coulomb stress on the antithetic"))):
         axes = canvas.add_subplot(grid[0, column])
-        norm = Span().see(values[np.isfinite(values)]).norm(kind)
-        View(events, events.attributes, VIEWS[column]).draw(axes, norm, kind.colours, missing="#d8d8d8").show(values)
-        bar(canvas, values[np.isfinite(values)], norm, kind.colours, label, axes, location="bottom", shrink=0.7, aspect=30, pad=0.02)
-        axes.set_title(title)
+        values = plane.values(values)
+        norm = Span().see(values).norm(kind)
+        artist = plane.draw(axes, values, norm, kind.colours)
+        plane.frame(axes)
+        axes.set(xlabel=plane.along_label, title=title)
+        colour_bar(canvas, artist, norm, label, ax=axes, location="bottom", shrink=0.7, aspect=30, pad=0.02)
     top = None
     for row, (coupling, (run, found)) in enumerate(runs.items()):
         top = axes = canvas.add_subplot(grid[1 + row, :], sharex=top, sharey=top)
@@ -140,9 +153,11 @@ def draw(name, runs, words, largest, stress):
         own = broke(found)
         for k, label in enumerate(NAMES):
             mean = np.average(maps[:, fault == label], axis=1, weights=area[fault == label])
-            axes.plot(times / YEAR, mean, color=RUN_STYLES[k]["color"], label=f"{WORDS[label]}, {own[:, k].sum()} events")
+            axes.plot(times / YEAR, mean, color=RUN_STYLES[k]["color"],
+                      label=f"{WORDS[label]}, {own[:, k].sum()} events")
             onset = found["onset"][own[:, k]]
-            axes.plot(onset / YEAR, np.interp(onset, times, mean), linestyle="", marker=RUN_STYLES[k]["marker"], color=RUN_STYLES[k]["color"], markersize=5)
+            axes.plot(onset / YEAR, np.interp(onset, times, mean), linestyle="", marker=RUN_STYLES[k]["marker"],
+                      color=RUN_STYLES[k]["color"], markersize=5)
         axes.set(title=f"Mean slip: {words[coupling]}", ylabel="slip (m)", xlim=(0, times[-1] / YEAR))
         axes.legend(loc="upper left")
     axes.set_xlabel("time (years)")

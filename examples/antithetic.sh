@@ -19,4 +19,4 @@ for coupling in yes no; do
     -fault_catalogue "${name}_${coupling}_events.h5" -fault_output_overwrite -ts_max_time "${YEARS:-1000}y" "$@"
 done
 "$SLIPSTEP_PYTHON" examples/antithetic.py plot "$name"
-"$SLIPSTEP_PYTHON" output/surface.py "${name}_yes_events.h5" --event largest --figure "${name}_surface.png"
+slipstep surface "${name}_yes_events.h5" --event largest --figure "${name}_surface.png"

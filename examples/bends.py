@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Make the faults of examples/bends.sh and their stress: a bent strike-slip fault in the format of community fault models, and a fault with a branch
-by Gmsh.
+"""Make the faults of examples/bends.sh and their stress: a bent strike-slip fault in the format of community fault
+models, and a fault with a branch by Gmsh.
 
     bends.py bend NAME --cell 650       NAME.ts, a GOCAD TSurf of a fault that bends, and NAME_fields.h5
-    bends.py branch NAME --cell 650     NAME.msh, physical surfaces "main" and "branch" that share an edge, and NAME_fields.h5
+    bends.py branch NAME --cell 650     NAME.msh, physical surfaces "main" and "branch" that share an edge, and
+                                        NAME_fields.h5
 """
 
 import argparse
@@ -18,25 +19,30 @@ import h5py
 import numpy as np
 
 LENGTH, DEPTH = 24e3, 10e3  # along strike, and in depth [m]
-BEND, WITHIN = 10.0, (10e3, 14e3)  # the strike turns by so much to the right, between these distances along it [degrees, m]
+# the strike turns by so much to the right, between these distances along it [degrees, m]
+BEND, WITHIN = 10.0, (10e3, 14e3)
 FORK, TURN, REACH = 12e3, -15.0, 10e3  # where the branch begins, its strike, to the left, and its length
 ORIGIN = 400e3, 3770e3  # of the bent fault, east and north: coordinates are those of a map
 JITTER = 0.2  # of cells: how far vertices within the fault are moved, so that triangles are of any shape
-STRESS = np.array([[-220e6, 76e6], [76e6, -120e6]])  # of the region, north and east [Pa]: 76 MPa drive left-lateral slip of a fault that strikes north
+# of the region, north and east [Pa]: 76 MPa drive left-lateral slip of a fault that strikes north
+STRESS = np.array([[-220e6, 76e6], [76e6, -120e6]])
 STATIC = 0.525 + 0.152  # friction, as in bends.opts
 PATCH, EXCESS = (5e3, 5e3, 4e3), 1.01  # distance along strike, depth and radius [m]; over the strength
 
 
 def bend(name, cell):
-    """Vertices along the trace, jittered, in rows of depth, as VRTX and TRGL. Corners [N, 3, 3] of the triangles, north, east and down."""
+    """Vertices along the trace, jittered, in rows of depth, as VRTX and TRGL. Corners [N, 3, 3] of the triangles,
+    north, east and down."""
     nx, nz = round(LENGTH / cell), round(DEPTH / cell)
     rng = np.random.default_rng(1)
     i, j = (part.ravel() for part in np.meshgrid(np.arange(nx + 1), np.arange(nz + 1)))
     inside = (i % nx > 0) & (j % nz > 0)
-    along, depth = ((k + inside * rng.uniform(-JITTER, JITTER, len(k))) * size for k, size in ((i, LENGTH / nx), (j, DEPTH / nz)))
+    along, depth = ((k + inside * rng.uniform(-JITTER, JITTER, len(k))) * size
+                    for k, size in ((i, LENGTH / nx), (j, DEPTH / nz)))
     line = np.linspace(0, LENGTH, 2001)
     strike = np.radians(np.interp(line, WITHIN, (0, BEND)))
-    north, east = (np.interp(along, line, np.concatenate([[0], np.cumsum((part[1:] + part[:-1]) / 2 * np.diff(line))])) for part in (np.cos(strike), np.sin(strike)))
+    north, east = (np.interp(along, line, np.concatenate([[0], np.cumsum((part[1:] + part[:-1]) / 2 * np.diff(line))]))
+                   for part in (np.cos(strike), np.sin(strike)))
     triangles = []
     for row in range(nz):
         for column in range(nx):
@@ -44,7 +50,8 @@ def bend(name, cell):
             q, r, s = p + 1, p + nx + 1, p + nx + 2
             triangles += [(p, q, s), (p, s, r)] if (row + column) % 2 else [(p, q, r), (q, s, r)]
     with open(f"{name}.ts", "w") as file:
-        file.write("GOCAD TSurf 1\nHEADER {\nname:bend\n}\nGOCAD_ORIGINAL_COORDINATE_SYSTEM\nNAME \"UTM\"\nAXIS_NAME \"X\" \"Y\" \"Z\"\n"
+        file.write("GOCAD TSurf 1\nHEADER {\nname:bend\n}\nGOCAD_ORIGINAL_COORDINATE_SYSTEM\nNAME \"UTM\"\nAXIS_NAME "
+                   "\"X\" \"Y\" \"Z\"\n"
                    "AXIS_UNIT \"m\" \"m\" \"m\"\nZPOSITIVE Elevation\nEND_ORIGINAL_COORDINATE_SYSTEM\nTFACE\n")
         for k, place in enumerate(zip(ORIGIN[0] + east, ORIGIN[1] + north, -depth), 1):
             file.write("VRTX {} {:.3f} {:.3f} {:.3f}\n".format(k, *place))
@@ -55,7 +62,8 @@ def bend(name, cell):
 
 
 def branch(name, cell):
-    """Two planes of the main fault and one of the branch, which share the line of the fork; in Gmsh x is east, y north, z up. Corners as of bend()."""
+    """Two planes of the main fault and one of the branch, which share the line of the fork; in Gmsh x is east, y north,
+    z up. Corners as of bend()."""
     need("gmsh")
     import gmsh
     gmsh.initialize()
@@ -85,13 +93,15 @@ def write_fields(path, corners):
     """What the stress of the region is on vertical triangles, and in the patch more than their strength."""
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, :2]
     across /= np.linalg.norm(across, axis=1)[:, None]
-    along = np.stack([across[:, 1], -across[:, 0]], axis=1)  # the strike to the left of which that is; both signs give the same
+    # the strike to the left of which that is; both signs give the same
+    along = np.stack([across[:, 1], -across[:, 0]], axis=1)
     normal = -np.einsum("ni,ij,nj->n", across, STRESS, across)
     shear = np.einsum("ni,ij,nj->n", along, STRESS, across)
     north, _, depth = corners.mean(axis=1).T
     patch = np.hypot(north - PATCH[0], depth - PATCH[1]) < PATCH[2]
     with h5py.File(path, "w") as file:
-        for field, values in (("normal_stress", normal), ("initial_traction", np.where(patch, EXCESS * STATIC * normal, shear))):
+        for field, values in (("normal_stress", normal),
+                              ("initial_traction", np.where(patch, EXCESS * STATIC * normal, shear))):
             file[field] = values
             file[field].attrs["units"] = "Pa"
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Ruptures of faults of triangles: a strike-slip fault that bends, from a file as community fault models have them (GOCAD TSurf), and a fault with a
 # branch, two physical surfaces of Gmsh. Installs what is missing (Debian 12 and 13, Ubuntu 24.04; python3-gmsh too), builds into build/, converts,
-# runs, and draws both in space.
+# runs, and draws both.
 #
 #   examples/bends.sh [OPTION...]                      options of build/bin/fault
 #   CELL=500 examples/bends.sh                         smaller triangles
@@ -20,5 +20,5 @@ for kind in bend branch; do
   fi
   "$SLIPSTEP_BUILD/bin/fault" -options_file examples/bends.opts -fault_mesh "$mesh" -fault_parameters "${name}_${kind}_fields.h5" \
     -fault_output "${name}_${kind}.h5" -fault_catalogue "${name}_${kind}_events.h5" -fault_output_overwrite "$@"
-  "$SLIPSTEP_PYTHON" output/plot_run.py "${name}_${kind}.h5" --kind view --field slip --time 8 16 120 --from 235 35 --figure "${name}_${kind}.png"
+  slipstep plot-run "${name}_${kind}.h5" --field slip --time 8 16 120 --figure "${name}_${kind}.png"
 done

@@ -27,7 +27,7 @@ fi
   -fault_length_x 20000 -fault_length_z 10000 -fault_parameters "${name}_fields.h5" -ts_max_time "$seconds" -fault_output "$name.h5" \
   -fault_catalogue "${name}_events.h5" -fault_catalogue_maps -fault_checkpoint "$state" -fault_checkpoint_interval 60 \
   "${again[@]}" "$@"
-"$SLIPSTEP_PYTHON" output/plot_catalogue.py "${name}_events.h5" "$name.h5" --every-event 5
-"$SLIPSTEP_PYTHON" output/plot_catalogue.py "${name}_events.h5" --event largest
-"$SLIPSTEP_PYTHON" output/plot_run.py "$name.h5" --kind space-time
-"$SLIPSTEP_PYTHON" output/report.py "$name.h5" --catalogue "${name}_events.h5"
+slipstep plot-catalogue "${name}_events.h5" "$name.h5" --every-event 5
+slipstep plot-catalogue "${name}_events.h5" --event largest
+slipstep plot-run "$name.h5" --kind space-time
+slipstep report "$name.h5" --catalogue "${name}_events.h5"

@@ -2,31 +2,40 @@
 """Convert meshes of triangles from files of other programs to HDF5 for -fault_mesh, and mend those that a run refuses.
 
     convert_mesh.py fault.stl OUT.h5 --frame enu --unit m
-    convert_mesh.py fault.ts OUT.h5 --clip                   GOCAD TSurf, as those of community fault models, cut at the ground
+    convert_mesh.py fault.ts OUT.h5 --clip                   GOCAD TSurf, as those of community fault models, cut at the
+                                                             ground
     convert_mesh.py north.ts south.ts OUT.h5 --repair        several files in one
     convert_mesh.py faults.txt OUT.h5 --fields FIELDS.h5     rows of RSQSim
 
-OUT.h5 has /vertices [V, 3], north, east and down in m, /triangles [N, 3], numbers of vertices from 0, and /fault [N], where there are several surfaces or names; the
-attribute names of /fault has the names. Vertices at the same place are merged. Labels are those of the file; where several files have the same ones,
-those of later files are counted on, and a file without names gives its own.
+OUT.h5 has /vertices [V, 3], north, east and down in m, /triangles [N, 3], numbers of vertices from 0, and /fault [N],
+where there are several surfaces or names; the attribute names of /fault has the names. Vertices at the same place are
+merged. Labels are those of the file; where several files have the same ones, those of later files are counted on, and a
+file without names gives its own.
 
-Units: /vertices says units = "m" only where --unit or the file (AXIS_UNIT of GOCAD, units of HDF5) says what its lengths are. Else numbers are left as they are, and fault
-asks where they may be metres, kilometres or degrees. --frame: enu, x east, y north, z up (default; of HDF5 ned); ned, x north, y east, z down; end, x east, y north, z down.
+Units: /vertices says units = "m" only where --unit or the file (AXIS_UNIT of GOCAD, units of HDF5) says what its
+lengths are. Else numbers are left as they are, and fault asks where they may be metres, kilometres or degrees. --frame:
+enu, x east, y north, z up (default; of HDF5 ned); ned, x north, y east, z down; end, x east, y north, z down.
 
-STL, text or binary: each solid is a fault. GOCAD .ts: VRTX, PVRTX, ATOM, TRGL and ZPOSITIVE (Elevation or Depth) of each TSurf, which is a fault; x east, y north.
+STL, text or binary: each solid is a fault. GOCAD .ts: VRTX, PVRTX, ATOM, TRGL and ZPOSITIVE (Elevation or Depth) of
+each TSurf, which is a fault; x east, y north.
 OBJ: groups (g), or objects (o), are faults. Gmsh .msh and HDF5, to mend them; fault itself reads them.
-RSQSim: each row has three corners, x y z each, rake, slip rate, and optionally number and name of the fault, and more columns of numbers, which are left out; # begins
-a comment. Rakes [deg] and slip rates [m/s, or by --rate-unit mm/yr or m/yr] go to the fields rake and loading_rate of --fields, for -fault_parameters.
-Rakes are measured from the strike of the triangle in that file, which is that of SlipStep except for overturned triangles.
-Files of other kinds, as .vtk, .vtu and .ply, are read by meshio where that is installed; data of cells named region, fault, group or the like, or by --label, are faults.
+RSQSim: each row has three corners, x y z each, rake, slip rate, and optionally number and name of the fault, and more
+columns of numbers, which are left out; # begins a comment. Rakes [deg] and slip rates [m/s, or by --rate-unit mm/yr or
+m/yr] go to the fields rake and loading_rate of --fields, for -fault_parameters.
+Rakes are measured from the strike of the triangle in that file, which is that of SlipStep except for overturned
+triangles.
+Files of other kinds, as .vtk, .vtu and .ply, are read by meshio where that is installed; data of cells named region,
+fault, group or the like, or by --label, are faults.
 
 What rises above the ground, z = 0, is refused by fault. One of
-  --clip      cuts triangles at z = 0 and leaves out what is above; vertices within a tenth of an edge from the ground are moved onto it along that edge
+  --clip      cuts triangles at z = 0 and leaves out what is above; vertices within a tenth of an edge from the ground
+              are moved onto it along that edge
   --shift     moves all down until the highest vertex is at z = 0
-  --flatten   moves each vertex down by the elevation of the horizontally nearest end of the surface above the ground, so that depths are those below topography;
-              what is still above is clipped
---repair takes away needles, triangles of a height below a fiftieth of their longest side: a short side becomes one vertex, else the neighbour on the
-longest side is cut at the corner that lies on it. It turns the edge between triangles that are folded on each other, and removes triangles that are there twice.
+  --flatten   moves each vertex down by the elevation of the horizontally nearest end of the surface above the ground,
+              so that depths are those below topography; what is still above is clipped
+--repair takes away needles, triangles of a height below a fiftieth of their longest side: a short side becomes one
+vertex, else the neighbour on the longest side is cut at the corner that lies on it. It turns the edge between triangles
+that are folded on each other, and removes triangles that are there twice.
 All that changes says by how much. Rows of --fields follow their triangles.
 """
 
@@ -70,7 +79,8 @@ def joined(paths, found, unit, frame):
         if own.unit and unit not in (None, own.unit) and all(other.unit for other in found):
             raise MeshError(f"{path} says that its lengths are in {own.unit}, and --unit says {unit}")
         if not (own.unit or unit) and any(other.unit for other in found):
-            raise MeshError(f"{path} does not say the unit of its lengths and another file does: expected --unit m or km")
+            raise MeshError(f"{path} does not say the unit of its lengths and another file does: expected "
+                            "--unit m or km")
     corners, fault, names, free = [], [], {}, 0
     for path, own in zip(paths, found):
         places = own.corners * (1.0 if own.unit else UNITS[unit or "m"])
@@ -78,7 +88,8 @@ def joined(paths, found, unit, frame):
             places[own.down, :, 2] *= -1
         corners.append(in_frame(places, frame or own.frame))
         labels = np.unique(own.fault)
-        step = free - labels[0] if len(paths) > 1 and set(labels.tolist()) & {k for f in fault for k in np.unique(f).tolist()} else 0
+        step = (free - labels[0] if len(paths) > 1 and set(labels.tolist())
+                & {k for f in fault for k in np.unique(f).tolist()} else 0)
         fault.append(own.fault + step)
         free = max(free, int(labels[-1]) + step + 1)
         stem = os.path.splitext(os.path.basename(path))[0]
@@ -88,7 +99,8 @@ def joined(paths, found, unit, frame):
                 names[label + step] = name
     fields = {}
     if all(own.fields for own in found):
-        fields = {name: (np.concatenate([own.fields[name][0] for own in found]), unit) for name, (_, unit) in found[0].fields.items()}
+        fields = {name: (np.concatenate([own.fields[name][0] for own in found]), unit)
+                  for name, (_, unit) in found[0].fields.items()}
     return Surfaces(np.concatenate(corners), np.concatenate(fault), names, fields, found[0].unit or unit)
 
 
@@ -99,7 +111,8 @@ def plain(name):
 
 def write(path, mesh, surfaces):
     left = set(mesh.label.tolist())
-    names = "; ".join(f"{label} {plain(name)}" for label, name in sorted(surfaces.names.items()) if plain(name) and label in left)
+    names = "; ".join(f"{label} {plain(name)}" for label, name in sorted(surfaces.names.items()) if plain(name)
+                      and label in left)
     with replacing(path) as part, h5py.File(part, "w") as file:
         file["vertices"], file["triangles"] = mesh.vertices, mesh.triangles
         if surfaces.unit:
@@ -118,24 +131,29 @@ def write_fields(path, fields, parent):
 
 
 def hints(mesh, done, up, degree):
-    """What a run will refuse, and what helps; up: z was taken to be upward; degree: coordinates up to this may be degrees, which no shift makes lengths"""
+    """What a run will refuse, and what helps; up: z was taken to be upward; degree: coordinates up to this may be
+    degrees, which no shift makes lengths"""
     above, most = rising(mesh)
     if above and above == len(mesh.triangles) and mesh.vertices[:, 2].max() <= 0:
-        yield f"all triangles are above the ground, as where z is {'downward: --frame ned or end' if up else 'upward: --frame enu'}"
+        yield ("all triangles are above the ground, as where z is "
+               f"{'downward: --frame ned or end' if up else 'upward: --frame enu'}")
     elif above:
         yield f"{above} triangles rise above the ground, by up to {most:.6g}: --clip, --shift or --flatten"
     needles, folds = faults_of(mesh)
     if needles or folds:
         yield f"{needles} needles" + (f" and {folds} folds" if folds else "") + (" remain" if done else ": --repair")
-    middle, reach = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))[:2], np.ptp(mesh.vertices[:, :2], axis=0)
+    middle, reach = 0.5 * (mesh.vertices.min(axis=0)
+                           + mesh.vertices.max(axis=0))[:2], np.ptp(mesh.vertices[:, :2], axis=0)
     if np.hypot(*middle) > FAR * np.hypot(*reach) > 0 and np.abs(middle).max() > degree:
         digits = 10.0 ** np.floor(np.log10(np.hypot(*reach)))
         north, east = np.round(middle / digits) * digits
-        yield f"coordinates are far from their origin, as of a map projection: --origin {north:.0f} {east:.0f} (north, east) makes them local, as --origin of catalogue scripts expects"
+        yield (f"coordinates are far from their origin, as of a map projection: --origin {north:.0f} {east:.0f} "
+               "(north, east) makes them local, as --origin of catalogue scripts expects")
 
 
 def check_output(paths, target):
-    if os.path.splitext(target)[1].lower() in set(KINDS) - {".h5", ".hdf5"} or (os.path.exists(target) and not h5py.is_hdf5(target)):
+    if (os.path.splitext(target)[1].lower() in set(KINDS) - {".h5", ".hdf5"}
+        or (os.path.exists(target) and not h5py.is_hdf5(target))):
         raise MeshError(f"{target} is the last name, which is of the HDF5 file to write: expected IN... OUT.h5")
     if any(os.path.exists(target) and os.path.exists(path) and os.path.samefile(path, target) for path in paths):
         raise MeshError(f"{target} is a file to read, expected another name to write")
@@ -146,15 +164,19 @@ def main():
     parser.add_argument("input", metavar="IN", nargs="+", help="files to read")
     parser.add_argument("output", metavar="OUT.h5", help="mesh file to write")
     parser.add_argument("--format", choices=FORMATS, help="kind of the files (by their endings)")
-    parser.add_argument("--frame", choices=("enu", "ned", "end"), help="axes: x east, y north, z up; x north, y east, z down; x east, y north, z down (enu, of HDF5 ned)")
+    parser.add_argument("--frame", choices=("enu", "ned", "end"), help="axes: x east, y north, z up; x north, y east, "
+                        "z down; x east, y north, z down (enu, "
+                        "of HDF5 ned)")
     parser.add_argument("--unit", choices=tuple(UNITS), help="of lengths in files that do not say it (not said)")
-    parser.add_argument("--origin", nargs=2, type=float, metavar=("NORTH", "EAST"), help="point that becomes x = y = 0, in lengths as those of OUT.h5 (0 0)")
+    parser.add_argument("--origin", nargs=2, type=float, metavar=("NORTH", "EAST"),
+                        help="point that becomes x = y = 0, in lengths as those of OUT.h5 (0 0)")
     ground = parser.add_mutually_exclusive_group()
     ground.add_argument("--clip", action="store_true", help="cut triangles at the ground")
     ground.add_argument("--shift", action="store_true", help="move all below the ground")
     ground.add_argument("--flatten", action="store_true", help="depths below topography")
     parser.add_argument("--repair", action="store_true", help="take needles and folds away")
-    parser.add_argument("--label", metavar="NAME", help="data of cells, of files that meshio reads, that say which fault each is of (region, fault and the like)")
+    parser.add_argument("--label", metavar="NAME", help="data of cells, of files that meshio reads, that say which "
+                                                        "fault each is of (region, fault and the like)")
     parser.add_argument("--fields", metavar="FIELDS.h5", help="rakes and slip rates of RSQSim, for -fault_parameters")
     parser.add_argument("--rate-unit", choices=tuple(RATES), default="m/s", help="of slip rates of RSQSim (m/s)")
     args = parser.parse_args()
@@ -175,7 +197,9 @@ def main():
         if args.clip or (args.flatten and rising(mesh)[0]):
             said.append(clip(mesh))
         if not len(mesh.triangles):
-            raise MeshError(f"{args.input[0]}: nothing is below the ground; {'if z is downward, --frame ned or end' if (args.frame or found[0].frame) == 'enu' else 'if z is upward, --frame enu'} says so")
+            up = (args.frame or found[0].frame) == "enu"
+            hint = "if z is downward, --frame ned or end" if up else "if z is upward, --frame enu"
+            raise MeshError(f"{args.input[0]}: nothing is below the ground; {hint} says so")
         if args.repair:
             said.append(repair(mesh))
         write(args.output, mesh, surfaces)
@@ -185,7 +209,8 @@ def main():
         sys.exit(f"convert_mesh.py: {error}")
     unit = "m" if surfaces.unit else "in a unit that nothing says: --unit m or km does"
     print("".join(f"{line}\n" for line in said)
-          + f"{len(mesh.triangles)} triangles, {len(mesh.vertices)} vertices, {len(np.unique(mesh.label))} faults, depths {0 + mesh.vertices[:, 2].min():.6g} to {0 + mesh.vertices[:, 2].max():.6g} {unit}")
+          + f"{len(mesh.triangles)} triangles, {len(mesh.vertices)} vertices, {len(np.unique(mesh.label))} faults, "
+            f"depths {0 + mesh.vertices[:, 2].min():.6g} to {0 + mesh.vertices[:, 2].max():.6g} {unit}")
     for line in hints(mesh, args.repair, (args.frame or found[0].frame) == "enu", 360 * UNITS[surfaces.unit or "m"]):
         print(line)
 

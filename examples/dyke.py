@@ -24,7 +24,8 @@ DAY = 86400.0
 DYKE, FAULT = 0, 1  # labels
 LENGTH = 10e3  # of both along strike [m]
 TOP, BOTTOM = 2e3, 6e3  # depths of the dyke [m]
-DIP, TRACE, REACH = 60.0, 2e3, 1.8e3  # of the fault: it dips west, towards the dyke, from a trace so far east of it to this depth [m]
+# of the fault: it dips west, towards the dyke, from a trace so far east of it to this depth [m]
+DIP, TRACE, REACH = 60.0, 2e3, 1.8e3
 GRADIENT = 15e3  # effective normal stress per depth [Pa/m]
 SHARE = 0.56  # of the fault's normal stress that its shear stress is; friction is 0.6
 DROP = 0.15  # by which friction falls on the fault; it does not on the dyke, which has no shear stress
@@ -35,15 +36,18 @@ UNDER = 2e6  # by which it is below what presses the dyke together before and af
 def plane(strike, dip, along, corner, size, counts):
     """Rows x, y, z, length, width, strike, dip of a plane of cells from the middle of its upper edge."""
     a, d = np.radians(strike), np.radians(dip)
-    s, w = np.meshgrid((np.arange(counts[0]) + 0.5) * along / counts[0] - along / 2, (np.arange(counts[1]) + 0.5) * size / counts[1])
+    s, w = np.meshgrid((np.arange(counts[0]) + 0.5) * along / counts[0] - along / 2,
+                       (np.arange(counts[1]) + 0.5) * size / counts[1])
     x = corner[0] + s * np.cos(a) - w * np.cos(d) * np.sin(a)
     y = corner[1] + s * np.sin(a) + w * np.cos(d) * np.cos(a)
     full = np.full_like(s, 1.0)
-    return np.stack([x, y, corner[2] + w * np.sin(d), full * along / counts[0], full * size / counts[1], full * strike, full * dip], axis=-1).reshape(-1, 7)
+    return np.stack([x, y, corner[2] + w * np.sin(d), full * along / counts[0], full * size / counts[1], full * strike,
+                     full * dip], axis=-1).reshape(-1, 7)
 
 
 def make(name, cell, pressure):
-    counts = [(max(1, round(LENGTH / cell)), max(1, round(size / cell))) for size in (BOTTOM - TOP, REACH / np.sin(np.radians(DIP)))]
+    counts = [(max(1, round(LENGTH / cell)), max(1, round(size / cell)))
+              for size in (BOTTOM - TOP, REACH / np.sin(np.radians(DIP)))]
     dyke = plane(0, 90, LENGTH, (0, 0, TOP), BOTTOM - TOP, counts[0])
     fault = plane(180, DIP, LENGTH, (0, TRACE, 0), REACH / np.sin(np.radians(DIP)), counts[1])
     rows, label = np.concatenate([dyke, fault]), np.repeat([DYKE, FAULT], [len(dyke), len(fault)])
@@ -54,8 +58,10 @@ def make(name, cell, pressure):
         file["fault"].attrs["names"] = f"{DYKE} dyke; {FAULT} normal fault"
     sigma = GRADIENT * rows[:, 2]
     with h5py.File(f"{name}_fields.h5", "w") as file:
-        for field, values, unit in (("normal_stress", sigma, "Pa"), ("initial_traction", np.where(label == FAULT, SHARE * sigma, 0.0), "Pa"),
-                                    ("rake", np.where(label == FAULT, -90.0, 0.0), "degrees"), ("friction_drop", np.where(label == FAULT, DROP, 0.0), "1")):
+        for field, values, unit in (("normal_stress", sigma, "Pa"),
+                                    ("initial_traction", np.where(label == FAULT, SHARE * sigma, 0.0), "Pa"),
+                                    ("rake", np.where(label == FAULT, -90.0, 0.0), "degrees"),
+                                    ("friction_drop", np.where(label == FAULT, DROP, 0.0), "1")):
             file[field] = values
             file[field].attrs["units"] = unit
     over = np.array([-UNDER, pressure * 1e6, pressure * 1e6, -UNDER])  # above the normal stress, the same at all depths
@@ -67,18 +73,22 @@ def make(name, cell, pressure):
 
 
 def course(run):
-    """Times [days], largest opening and mean opening of the dyke, mean and largest slip of the fault [m]; entry of the largest opening."""
+    """Times [days], largest opening and mean opening of the dyke, mean and largest slip of the fault [m]; entry of the
+    largest opening."""
     times, opening = run.field("opening")
     slip = run.field("slip")[1]
     fault = run.mesh["fault"] == FAULT
-    return times / DAY, opening.max(axis=1), opening[:, ~fault].mean(axis=1), slip[:, fault].mean(axis=1), slip[:, fault].max(axis=1), int(opening.max(axis=1).argmax())
+    return times / DAY, opening.max(axis=1), opening[:, ~fault].mean(axis=1), slip[:, fault].mean(
+        axis=1), slip[:, fault].max(axis=1), int(opening.max(axis=1).argmax())
 
 
 def draw(run):
     days, widest, mean, slip, _, peak = course(run)
-    canvas, axes = plt.subplots(3, 1, figsize=(8, 9), layout="constrained", gridspec_kw={"height_ratios": [1.6, 1, 1.4]})
+    canvas, axes = plt.subplots(3, 1, figsize=(8, 9), layout="constrained",
+                                gridspec_kw={"height_ratios": [1.6, 1, 1.4]})
     dyke, fault = planes_of(run)
-    maps = ((dyke, "opening", peak, f"Opening of the dyke after {days[peak]:.1f} days"), (fault, "slip", -1, f"Slip of the normal fault after {days[-1]:.0f} days"))
+    maps = ((dyke, "opening", peak, f"Opening of the dyke after {days[peak]:.1f} days"),
+            (fault, "slip", -1, f"Slip of the normal fault after {days[-1]:.0f} days"))
     for panel, (plane, field, row, title) in zip(axes, maps):
         values, kind = plane.values(run.field(field)[1][row]), KINDS["slip"]
         norm = Span().see(values).norm(kind)
@@ -97,7 +107,8 @@ def draw(run):
 
 def say(run, events):
     days, widest, _, slip, most, peak = course(run)
-    print(f"dyke:               opens by {widest.max():.3f} m at most, after {days[peak]:.1f} days; {'closed' if widest[-1] == 0 else f'{widest[-1]:.3f} m open'} at the end")
+    print(f"dyke:               opens by {widest.max():.3f} m at most, after {days[peak]:.1f} days; "
+          f"{'closed' if widest[-1] == 0 else f'{widest[-1]:.3f} m open'} at the end")
     print(f"normal fault:       slips by {slip[-1]:.3f} m on average, {most[-1]:.3f} m at most")
     with h5py.File(events) as file:
         onset, magnitude = file["onset"][()] / DAY, file["magnitude"][()]
@@ -112,7 +123,8 @@ def main():
     plotting = commands.add_parser("plot")
     making.add_argument("name")
     making.add_argument("--cell", type=float, default=250.0, help="size of cells [m], default 250")
-    making.add_argument("--pressure", type=float, default=6.0, help="of the magma above what presses the dyke together [MPa], default 6")
+    making.add_argument("--pressure", type=float, default=6.0,
+                        help="of the magma above what presses the dyke together [MPa], default 6")
     plotting.add_argument("name")
     options = parser.parse_args()
     if options.command == "make":

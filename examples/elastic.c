@@ -12,10 +12,10 @@ static const char help[] =
   "points to. The output has /displacement [n,3] [m];\n"
   "/stress [n,6], xx yy zz xy xz yz, tension positive [Pa]; and with a receiver /traction [n,3], what its foot wall "
   "does\n"
-  "to its hanging wall along the rake, across it, and normal, positive in compression [Pa]. output/surface.py draws "
+  "to its hanging wall along the rake, across it, and normal, positive in compression [Pa]. slipstep surface draws "
   "them.\n"
-  "Attributes shear_modulus [Pa] and poisson_ratio of the input are its rock, as convert.py writes them; options come "
-  "first.\n\n";
+  "Attributes shear_modulus [Pa] and poisson_ratio of the input are its rock, as slipstep convert writes them; options "
+  "come first.\n\n";
 
 #include <slipstep.h>
 #include <sliph5.h>

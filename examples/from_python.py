@@ -3,8 +3,8 @@
 
     PYTHONPATH=build/lib/python3 examples/from_python.py [PETSc options]
 
-All options are PETSc's database, as in C: -ts_adapt_type pi, -fault_nx 20, -ts_monitor, ... On several ranks (mpirun -n 2)
-the fault is distributed, and every rank integrates the other two.
+All options are PETSc's database, as in C: -ts_adapt_type pi, -fault_nx 20, -ts_monitor, ... On several ranks (mpirun -n
+2) the fault is distributed, and every rank integrates the other two.
 """
 import ctypes
 import os

@@ -29,6 +29,6 @@ with h5py.File(sys.argv[1], "w") as f:
 PY
 "$SLIPSTEP_BUILD/bin/fault" -options_file examples/injection.opts -fault_parameters "$stress" \
   -fault_output "$run" -fault_catalogue "$catalogue" -fault_output_overwrite "$@"
-"$SLIPSTEP_PYTHON" output/plot_run.py "$run" --kind space-time --against time
-"$SLIPSTEP_PYTHON" output/plot_catalogue.py "$catalogue" "$run"
-"$SLIPSTEP_PYTHON" output/plot_catalogue.py "$catalogue" --event largest --figure "$SLIPSTEP_OUTPUT/injection_event.png"
+slipstep plot-run "$run" --kind space-time --against time
+slipstep plot-catalogue "$catalogue" "$run"
+slipstep plot-catalogue "$catalogue" --event largest --figure "$SLIPSTEP_OUTPUT/injection_event.png"

@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
-"""Fields for -fault_parameters of a heterogeneous fault: strength that varies in space, and stress that makes it break from a patch.
+"""Fields for -fault_parameters of a heterogeneous fault: strength that varies in space, and stress that makes it break
+from a patch.
 
     make_fault.py OUT.h5 --cells 40 20 --size 20000 10000                      friction_drop and friction_slip
     make_fault.py OUT.h5 --mesh MESH.h5 --scatter 0.1
-    make_fault.py OUT.h5 --cells 80 40 --size 20000 10000 --patch 5000 6000 1500 --stress 0.5        initial_traction too
+    make_fault.py OUT.h5 --cells 80 40 --size 20000 10000 --patch 5000 6000 1500 --stress 0.5
+            initial_traction too
 
-Friction falls from mu_d + friction_drop to mu_d. friction_drop is a random field with von Karman's spectrum (Hurst exponent 0.75),
---correlation [m] and --scatter (standard deviation over mean); it does not depend on the cells. friction_slip is --slip [m], or makes each
-cell weaken at --weakening times the stiffness of a square cell of the mean size. Below 1 a cell fails only together with neighbours.
-With --stress the shear stress at the start is the residual strength plus this share of the drop. It varies in the same way and is at most
-98 % of the strength, but 1 % above it within --patch X Z RADIUS [m].
+Friction falls from mu_d + friction_drop to mu_d. friction_drop is a random field with von Karman's spectrum (Hurst
+exponent 0.75), --correlation [m] and --scatter (standard deviation over mean); it does not depend on the cells.
+friction_slip is --slip [m], or makes each cell weaken at --weakening times the stiffness of a square cell of the mean
+size. Below 1 a cell fails only together with neighbours.
+With --stress the shear stress at the start is the residual strength plus this share of the drop. It varies in the same
+way and is at most 98 % of the strength, but 1 % above it within --patch X Z RADIUS [m].
 """
 
 import argparse
@@ -42,7 +45,8 @@ def fields(x, z, side, a):
     drop = a.drop * np.maximum(1 + a.scatter * waves((x, z), a.correlation, random), 0.1)
     stiffness = a.shear_modulus * np.sqrt(2) / np.pi * (7 / 3) / side  # of a square in a full space, nu = 1/4
     made = {"friction_drop": (drop, "1"),
-            "friction_slip": (np.full_like(drop, a.slip) if a.slip else drop * a.normal_stress / (a.weakening * stiffness), "m")}
+            "friction_slip": (np.full_like(drop, a.slip) if a.slip else drop * a.normal_stress
+                              / (a.weakening * stiffness), "m")}
     if a.stress is not None:
         share = a.stress * (1 + a.scatter * waves((x, z), a.correlation, random))
         strength = (a.residual + drop) * a.normal_stress
@@ -66,14 +70,17 @@ def arguments():
     parser.add_argument("--weakening", type=float, default=0.55, help="rate of weakening over the stiffness of a cell")
     parser.add_argument("--slip", type=float, help="friction_slip [m], in place of --weakening")
     parser.add_argument("--stress", type=float, help="share of the drop in the shear stress at the start")
-    parser.add_argument("--patch", type=float, nargs=3, metavar=("X", "Z", "RADIUS"), help="circle in which the rupture begins [m]")
+    parser.add_argument("--patch", type=float, nargs=3, metavar=("X", "Z", "RADIUS"),
+                        help="circle in which the rupture begins [m]")
     parser.add_argument("--normal-stress", type=float, default=50e6, help="of the run [Pa]")
     parser.add_argument("--residual", type=float, default=0.5, help="friction_residual of the run")
     parser.add_argument("--shear-modulus", type=float, default=30e9, help="of the run [Pa]")
     parser.add_argument("--seed", type=int, default=3)
     a = parser.parse_args()
-    if min(a.cells) < 1 or min(a.size) <= 0 or min(a.drop, a.correlation, a.weakening, a.normal_stress) <= 0 or a.scatter < 0:
-        parser.error("--cells, --size, --drop, --correlation, --weakening and --normal-stress must be positive, --scatter zero or positive")
+    if (min(a.cells) < 1 or min(a.size) <= 0 or min(a.drop, a.correlation, a.weakening, a.normal_stress) <= 0
+        or a.scatter < 0):
+        parser.error("--cells, --size, --drop, --correlation, --weakening and --normal-stress must be positive, "
+                     "--scatter zero or positive")
     if a.patch and a.stress is None:
         parser.error("--patch needs --stress")
     return a

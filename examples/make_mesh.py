@@ -10,21 +10,22 @@
     make_mesh.py OUT.h5 segmented --cells 20 20 --size 10000 10000 --strikes 0 20 -10 --dip 70
 
 The first three are vertical, and the file holds /cells [n, 5], one row per cell: x (centre along strike), y (across), z
-(centre's depth), length (along strike), width (in depth), all in m, with the attribute columns = "x y z length width". In
-graded meshes the widths grow geometrically with depth and the lengths towards both ends, so that the largest is --ratio
-times the smallest: small cells are in the middle at the top. Parallel faults lie at y = 0 and y = --offset, the second
---shift further along strike; both may be graded.
+(centre's depth), length (along strike), width (in depth), all in m, with the attribute columns = "x y z length width".
+In graded meshes the widths grow geometrically with depth and the lengths towards both ends, so that the largest is
+--ratio times the smallest: small cells are in the middle at the top. Parallel faults lie at y = 0 and y = --offset, the
+second --shift further along strike; both may be graded.
 
 The others have /cells [n, 7]: x north, y east, z down, length along strike, width along the dip, and strike and dip in
 degrees (src/geometry.md); they may be graded as well. The upper edge begins at x = y = 0 and runs along the strike; the
 plane dips to the right of it. Of a listric fault the dip falls from row to row, from --dip at the top to --dip-bottom.
-Segments, of --size each, follow each other along strike. Segments that dip meet in lines that are not edges of rectangles:
-a row ends where both its edges are still within the segment. This leaves steps, half as large with twice the rows. /fault [n] has
-the number of the segment.
+Segments, of --size each, follow each other along strike. Segments that dip meet in lines that are not edges of
+rectangles: a row ends where both its edges are still within the segment. This leaves steps, half as large with twice
+the rows.
+/fault [n] has the number of the segment.
 
-OUT.msh is for triangles, of dipping and listric faults: Gmsh (python3-gmsh) fills the fault without rows, with sides that are on
-average as long as those of the cells, and writes its own format. Listric faults are arcs of a circle down dip; vertices are on the arc,
-and the cells of OUT.h5 are its chords.
+OUT.msh is for triangles, of dipping and listric faults: Gmsh (python3-gmsh) fills the fault without rows, with sides
+that are on average as long as those of the cells, and writes its own format. Listric faults are arcs of a circle down
+dip; vertices are on the arc, and the cells of OUT.h5 are its chords.
 """
 
 import argparse
@@ -66,12 +67,13 @@ def plane(cells, size, top, ratio, x0=0.0, y=0.0):
 
 
 def strip(x, strike, dip, upper, lower):
-    """Rows [n, 7] of cells beside each other, between positions x along the strike; upper and lower edge: distance to the right
-    of the origin, and depth."""
+    """Rows [n, 7] of cells beside each other, between positions x along the strike; upper and lower edge: distance to
+    the right of the origin, and depth."""
     a = np.radians(strike)
     middle, right, z = (x[1:] + x[:-1]) / 2, (upper[0] + lower[0]) / 2, (upper[1] + lower[1]) / 2
-    return np.column_stack([np.cos(a) * middle - np.sin(a) * right, np.sin(a) * middle + np.cos(a) * right, np.full_like(middle, z),
-                            np.diff(x), np.full((len(middle), 3), [np.hypot(*np.subtract(lower, upper)), strike, dip])])
+    return np.column_stack([np.cos(a) * middle - np.sin(a) * right, np.sin(a) * middle + np.cos(a) * right,
+                            np.full_like(middle, z), np.diff(x),
+                            np.full((len(middle), 3), [np.hypot(*np.subtract(lower, upper)), strike, dip])])
 
 
 def listric(cells, size, top, ratio, strike, dips):
@@ -87,8 +89,8 @@ def listric(cells, size, top, ratio, strike, dips):
 
 
 def segmented(cells, size, top, ratio, strikes, dip):
-    """Rows [n, 7], and the number of each one's segment. At a distance h to the right of the trace a bend by an angle b shortens
-    both segments by h tan(b / 2)."""
+    """Rows [n, 7], and the number of each one's segment. At a distance h to the right of the trace a bend by an angle b
+    shortens both segments by h tan(b / 2)."""
     x, down = edges_along_strike(cells[0], size[0], ratio) / size[0], edges_in_depth(cells[1], size[1], 0, ratio)
     c, s = np.cos(np.radians(dip)), np.sin(np.radians(dip))
     bends = np.concatenate([[0], np.tan(np.radians(np.diff(strikes)) / 2), [0]])
@@ -99,9 +101,11 @@ def segmented(cells, size, top, ratio, strikes, dip):
             begin = max(c * d * bends[k] for d in (upper, lower))
             end = min(size[0] - c * d * bends[k + 1] for d in (upper, lower))
             if end <= begin:
-                sys.exit(f"make_mesh.py: segment {k} of {size[0]:g} m ends above the lower edge, between its bends: expected longer "
+                sys.exit(f"make_mesh.py: segment {k} of {size[0]:g} m ends above the lower edge, between its bends: "
+                         "expected longer "
                          "ones, less width or smaller bends")
-            rows.append(strip(begin + (end - begin) * x, strike, dip, (c * upper, top + s * upper), (c * lower, top + s * lower)))
+            rows.append(strip(begin + (end - begin) * x, strike, dip, (c * upper, top + s * upper),
+                              (c * lower, top + s * lower)))
         for own in rows[first:]:
             own[:, :2] += start
         start = start + size[0] * np.array([np.cos(np.radians(strike)), np.sin(np.radians(strike))])
@@ -109,8 +113,8 @@ def segmented(cells, size, top, ratio, strikes, dip):
 
 
 def arc(size, top, dips):
-    """Where a point is at a distance down dip of a fault whose dip goes from dips[0] to dips[1] with that: a function of distances to
-    distances to the right and depths."""
+    """Where a point is at a distance down dip of a fault whose dip goes from dips[0] to dips[1] with that: a function
+    of distances to distances to the right and depths."""
     first, bend = np.radians(dips[0]), np.radians(dips[1] - dips[0]) / size[1]
 
     def at(down):
@@ -121,8 +125,9 @@ def arc(size, top, dips):
 
 
 def write_triangles(path, cells, size, top, strike, dips):
-    """A file of Gmsh, of a fault that is a plane or an arc down dip: its plane of distances along strike and down dip is filled with triangles, and
-    vertices then moved to where they are in space, which keeps lengths. Returns their corners [N, 3, 3], north, east and down, in the file's order."""
+    """A file of Gmsh, of a fault that is a plane or an arc down dip: its plane of distances along strike and down dip
+    is filled with triangles, and vertices then moved to where they are in space, which keeps lengths. Returns their
+    corners [N, 3, 3], north, east and down, in the file's order."""
     need("gmsh")
     import gmsh
     gmsh.initialize()
@@ -169,11 +174,14 @@ def main():
     parser.add_argument("--ratio", type=float, default=None, help="largest over smallest side (graded: 4, others: 1)")
     parser.add_argument("--offset", type=float, default=1000, help="between parallel faults [m]")
     parser.add_argument("--shift", type=float, default=0, help="of the second fault along strike [m]")
-    parser.add_argument("--strike", type=float, default=None, help="of dipping and listric faults, clockwise from north (0) [degrees]")
-    parser.add_argument("--dip", type=float, default=None, help="of dipping, listric (at the top) and segmented faults, to the right of the strike "
+    parser.add_argument("--strike", type=float, default=None,
+                        help="of dipping and listric faults, clockwise from north (0) [degrees]")
+    parser.add_argument("--dip", type=float, default=None,
+                        help="of dipping, listric (at the top) and segmented faults, to the right of the strike "
                         "(60) [degrees]")
     parser.add_argument("--dip-bottom", type=float, default=None, help="of a listric fault (20) [degrees]")
-    parser.add_argument("--strikes", type=float, nargs="+", default=None, metavar="STRIKE", help="of the segments (0 20) [degrees]")
+    parser.add_argument("--strikes", type=float, nargs="+", default=None, metavar="STRIKE",
+                        help="of the segments (0 20) [degrees]")
     a = parser.parse_args()
     if min(a.cells) < 1 or min(a.size) <= 0 or a.top < 0:
         parser.error("--cells and --size must be positive, --top zero or positive")
@@ -195,8 +203,10 @@ def main():
         parser.error("--strikes must turn by less than 90 degrees from one to the next")
     if a.output.endswith(".msh"):
         if a.kind not in ("dipping", "listric") or ratio != 1:
-            parser.error(f"{a.output} is for triangles of one size on a dipping or listric fault, expected OUT.h5 for a {a.kind} one of ratio {ratio:g}")
-        corners = write_triangles(a.output, a.cells, a.size, a.top, strike, (dip, bottom if a.kind == "listric" else dip))
+            parser.error(f"{a.output} is for triangles of one size on a dipping or listric fault, expected OUT.h5 for "
+                         f"a {a.kind} one of ratio {ratio:g}")
+        corners = write_triangles(a.output, a.cells, a.size, a.top, strike,
+                                  (dip, bottom if a.kind == "listric" else dip))
         print(f"{a.output}: {len(corners)} triangles")
         return
     label = None

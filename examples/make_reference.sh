@@ -19,4 +19,4 @@ mkdir -p output examples/reference
 mpirun -n 2 build/bin/fault -options_file "$options" -fault_nx "$cells" -fault_nz "$cells" \
   -ts_adapt_type none -ts_dt "$step" -ts_bathe_reaction trapezoidal -ts_bathe_error none \
   -ts_max_steps 1000000 -ts_exact_final_time matchstep -fault_output output/reference.h5
-"$SLIPSTEP_PYTHON" output/compact.py output/reference.h5 "$target"
+slipstep compact output/reference.h5 "$target"

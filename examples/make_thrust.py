@@ -35,7 +35,8 @@ def network():
     for row, across in enumerate((-32e3, -18e3, -8e3, -2e3, 4e3, 12e3, 22e3, 34e3, 50e3)):
         spacing = 12e3 if abs(across) < 20e3 else 18e3
         for along in np.arange(-18e3 + 0.5 * spacing * (row % 2), 78e3, spacing):
-            points.append((np.cos(STRIKE) * along - np.sin(STRIKE) * across, np.sin(STRIKE) * along + np.cos(STRIKE) * across))
+            points.append((np.cos(STRIKE) * along - np.sin(STRIKE) * across,
+                           np.sin(STRIKE) * along + np.cos(STRIKE) * across))
     return np.array(points)
 
 

@@ -28,5 +28,5 @@ simulate dsp -ts_adapt_type dsp -ts_bathe_method auto -ts_rtol 1e-2
 simulate rl_implicit -ts_bathe_method implicit
 
 printf '\n\n== 3 km fault, 50 x 50 cells ==\n\n'
-"$SLIPSTEP_PYTHON" output/compare.py --reference "$reference" --figure "$figure" \
+slipstep compare --reference "$reference" --figure "$figure" \
   rl=output/quickstart_rl.h5 dsp=output/quickstart_dsp.h5 "rl, implicit=output/quickstart_rl_implicit.h5"

@@ -16,4 +16,4 @@ name=$SLIPSTEP_OUTPUT/rupture
 "$SLIPSTEP_BUILD/bin/fault" -options_file examples/fault_rupture.opts -fault_nx "$nx" -fault_nz "$nz" \
   -fault_parameters "${name}_fields.h5" -fault_output "$name.h5" -fault_catalogue "${name}_events.h5" \
   -fault_output_overwrite "$@"
-"$SLIPSTEP_PYTHON" output/plot_run.py "$name.h5" --kind rupture
+slipstep plot-run "$name.h5" --kind rupture

@@ -12,5 +12,5 @@ seas_run() {
   read -r nx nz <<<"$cells"
   "$SLIPSTEP_BUILD/bin/fault" -options_file "examples/seas_$benchmark.opts" -fault_nx "$nx" -fault_nz "$nz" -fault_parameters "${name}_fields.h5" \
     -ts_max_time "$seconds" -fault_output "$name.h5" -fault_catalogue "${name}_events.h5" -fault_output_overwrite "$@"
-  "$SLIPSTEP_PYTHON" output/seas.py "$benchmark" "$name.h5" "${name}_events.h5" --figure "$name.png"
+  slipstep seas "$benchmark" "$name.h5" "${name}_events.h5" --figure "$name.png"
 }

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Make the mesh and the stress of two faults side by side for examples/step_over.sh, and plot how far a rupture jumps.
 
-    step_over.py make NAME --cells 40 20 --distance 1000    NAME_mesh.h5 and NAME_fields.h5; a distance < 0 is to the left
+    step_over.py make NAME --cells 40 20 --distance 1000    NAME_mesh.h5 and NAME_fields.h5; a distance < 0 is to the
+                                                            left
     step_over.py plot NAME                                  runs NAME_DISTANCE_{yes,no}.h5 to NAME.png
 """
 
@@ -29,8 +30,10 @@ JUMPED = 0.1  # m of mean slip of the second fault
 
 def make(name, cells, distance):
     def plane(x0, y):
-        x, z = np.meshgrid(x0 + (np.arange(cells[0]) + 0.5) * SIZE[0] / cells[0], (np.arange(cells[1]) + 0.5) * SIZE[1] / cells[1])
-        return np.stack([x, np.full_like(x, y), z, np.full_like(x, SIZE[0] / cells[0]), np.full_like(x, SIZE[1] / cells[1])], axis=-1).reshape(-1, 5)
+        x, z = np.meshgrid(x0 + (np.arange(cells[0]) + 0.5) * SIZE[0] / cells[0],
+                           (np.arange(cells[1]) + 0.5) * SIZE[1] / cells[1])
+        return np.stack([x, np.full_like(x, y), z, np.full_like(x, SIZE[0] / cells[0]),
+                         np.full_like(x, SIZE[1] / cells[1])], axis=-1).reshape(-1, 5)
 
     rows = np.concatenate([plane(0.0, 0.0), plane(SIZE[0] - OVERLAP, distance)])
     with h5py.File(f"{name}_mesh.h5", "w") as file:
@@ -73,9 +76,12 @@ def draw_jumps(axes, slips):
         for coupling, marker, line in (("yes", "o", "-"), ("no", "s", ":")):
             points = sorted((abs(d), slip) for (d, c), slip in slips.items() if c == coupling and d * side > 0)
             if points:
-                axes.plot(*zip(*points), color=RUN_STYLES[k]["color"], marker=marker, linestyle=line, markerfacecolor="none" if coupling == "no" else None,
-                          label=f"{what}, {'normal stress follows slip' if coupling == 'yes' else 'shear stress alone'}")
-    axes.set(xlabel="distance between the faults (m)", ylabel="mean slip of the second fault (m)", title="How far the rupture jumps")
+                axes.plot(*zip(*points), color=RUN_STYLES[k]["color"], marker=marker, linestyle=line,
+                          markerfacecolor="none" if coupling == "no" else None,
+                          label=f"{what}, "
+                                f"{'normal stress follows slip' if coupling == 'yes' else 'shear stress alone'}")
+    axes.set(xlabel="distance between the faults (m)", ylabel="mean slip of the second fault (m)",
+             title="How far the rupture jumps")
     axes.legend(fontsize=8, loc="upper right")
 
 
@@ -87,7 +93,8 @@ def draw_maps(canvas, rows, found, distance):
         for axes, (x, z, slip), name in zip(row, maps[coupling], ("first fault", "second fault")):
             image = axes.pcolormesh(x, z, slip, vmin=0, vmax=most, cmap="viridis", rasterized=True)
             axes.set(aspect="equal", xlabel="along strike (km)", ylabel="depth (km)")
-            axes.set_title(f"{name}, {abs(distance):g} m to the {'right' if distance > 0 else 'left'}: {what}" if name == "second fault" else name, fontsize=9)
+            axes.set_title(f"{name}, {abs(distance):g} m to the {'right' if distance > 0 else 'left'}: {what}"
+                           if name == "second fault" else name, fontsize=9)
             axes.invert_yaxis()
             axes.grid(False)
     canvas.colorbar(image, ax=list(np.ravel(rows)), label="final slip (m)", shrink=0.8, aspect=30)
@@ -107,13 +114,16 @@ def plot(name):
     found = runs(name)
     slips = {key: float(final(path)[1][2].mean()) for key, path in found.items()}
     for side, what in ((1, "right (compressional)"), (-1, "left (extensional)")):
-        print(f"to the {what}: the rupture jumps {reach(slips, side, 'yes'):g} m where normal stress follows slip, {reach(slips, side, 'no'):g} m by shear stress alone")
+        print(f"to the {what}: the rupture jumps {reach(slips, side, 'yes'):g} m where normal stress follows slip, "
+              f"{reach(slips, side, 'no'):g} m by shear stress alone")
     use_style()
     canvas = plt.figure(figsize=(11, 10), layout="constrained")
     grid = canvas.add_gridspec(3, 2, height_ratios=(1.5, 1, 1))
     draw_jumps(canvas.add_subplot(grid[0, :]), slips)
-    distances = sorted({d for d, _ in found if (d, "yes") in found and (d, "no") in found}, key=lambda d: (-abs(slips[d, "yes"] - slips[d, "no"]), abs(d)))
-    draw_maps(canvas, [[canvas.add_subplot(grid[row, column]) for column in range(2)] for row in (1, 2)], found, distances[0])
+    distances = sorted({d for d, _ in found if (d, "yes") in found and (d, "no") in found},
+                       key=lambda d: (-abs(slips[d, "yes"] - slips[d, "no"]), abs(d)))
+    draw_maps(canvas, [[canvas.add_subplot(grid[row, column]) for column in range(2)] for row in (1, 2)], found,
+              distances[0])
     canvas.savefig(f"{name}.png")
     print(f"Figure: {name}.png")
 
@@ -123,7 +133,8 @@ def main():
     parser.add_argument("work", choices=["make", "plot"])
     parser.add_argument("name", metavar="NAME")
     parser.add_argument("--cells", type=int, nargs=2, default=[40, 20], metavar=("NX", "NZ"), help="of each fault")
-    parser.add_argument("--distance", type=float, default=1000, metavar="M", help="of the second fault, to the right of the first [m]")
+    parser.add_argument("--distance", type=float, default=1000, metavar="M",
+                        help="of the second fault, to the right of the first [m]")
     a = parser.parse_args()
     if min(a.cells) < 1 or a.distance == 0:
         parser.error("--cells must be at least 1 each way, and --distance not 0")

@@ -15,5 +15,5 @@ name=$SLIPSTEP_OUTPUT/thrust
 mpirun -n "${RANKS:-2}" "$SLIPSTEP_BUILD/bin/fault" -options_file examples/thrust.opts -fault_nx "$nx" -fault_nz "$nz" \
   -fault_parameters "${name}_fields.h5" -fault_surface_stations "${name}_gnss.txt" -fault_output "$name.h5" \
   -fault_catalogue "${name}_events.h5" -fault_output_overwrite -ts_max_time "${YEARS:-150}y" "$@"
-"$SLIPSTEP_PYTHON" output/surface.py "${name}_events.h5" --event largest --look 257 39 --points "${name}_gnss.txt" \
+slipstep surface "${name}_events.h5" --event largest --look 257 39 --points "${name}_gnss.txt" \
   --figure "$name.png" --numbers "${name}_points.csv"

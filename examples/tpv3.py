@@ -24,9 +24,11 @@ from slipstep.results.fields import KINDS
 LENGTH, WIDTH = 30e3, 15e3  # [m]
 SQUARE = 3e3  # of nucleation, in the middle [m]
 STRESS = 70e6, 81.6e6  # beyond it and within [Pa]
-# When cells of 100 m are first above 1 mm/s [s], by distance from the middle along strike and down dip [km]: the boundary integral of Day, Dalguer,
-# Lapusta & Liu (2005), J. Geophys. Res. 110, as github.com/elygeo/coseis has it; the edge of the cell that is nearer to the middle is there
-PUBLISHED = {"strike": {2: 0.654, 3: 1.087, 4.5: 1.751, 6: 2.406, 7.5: 3.002, 9: 3.560}, "dip": {2: 0.770, 3: 1.338, 4.5: 2.184, 6: 2.916}}
+# When cells of 100 m are first above 1 mm/s [s], by distance from the middle along strike and down dip [km]: the
+# boundary integral of Day, Dalguer, Lapusta & Liu (2005), J. Geophys. Res. 110, as github.com/elygeo/coseis has it; the
+# edge of the cell that is nearer to the middle is there
+PUBLISHED = {"strike": {2: 0.654, 3: 1.087, 4.5: 1.751, 6: 2.406, 7.5: 3.002, 9: 3.560},
+             "dip": {2: 0.770, 3: 1.338, 4.5: 2.184, 6: 2.916}}
 CENTRE = 50.0  # of these cells beyond it [m]
 SHOWN = 3.0, 5.0  # slip rates [s]
 CONTOURS = np.arange(0.5, 8, 0.5)  # times of rupture [s]
@@ -51,15 +53,17 @@ def make(name, cell):
 
 
 def profiles(times):
-    """Distances from the middle [m] and times of rupture there, along strike and down dip, through the published cells beside the middle: linear
-    between the centres of cells, whose times are [nz, nx]."""
+    """Distances from the middle [m] and times of rupture there, along strike and down dip, through the published cells
+    beside the middle: linear between the centres of cells, whose times are [nz, nx]."""
     z, x = (centres(length, n) for length, n in zip((WIDTH, LENGTH), times.shape))
-    return {"strike": (x, np.array([np.interp(CENTRE, z, column) for column in times.T])), "dip": (z, np.array([np.interp(CENTRE, x, row) for row in times]))}
+    return {"strike": (x, np.array([np.interp(CENTRE, z, column) for column in times.T])),
+            "dip": (z, np.array([np.interp(CENTRE, x, row) for row in times]))}
 
 
 def compare(found):
     """Rows of the table: direction, distance [km], published and found time [s]."""
-    return [(way, far, time, np.interp(1e3 * far + CENTRE, *found[way])) for way, rows in PUBLISHED.items() for far, time in rows.items()]
+    return [(way, far, time, np.interp(1e3 * far + CENTRE, *found[way])) for way, rows in PUBLISHED.items()
+            for far, time in rows.items()]
 
 
 def plot(name):
@@ -71,7 +75,8 @@ def plot(name):
     for way, far, time, here in compare(found):
         print(f"{far:4g} km along {way:6}    {time:.3f} s   {here:.3f} s  {100 * (here / time - 1):+.1f} %")
     share = np.array([here / time - 1 for _, _, time, here in compare(found)])
-    print(f"root mean square: {100 * np.sqrt((share ** 2).mean()):.2f} %; largest slip rate: {events['peak_slip_rate'][first]:.1f} m/s")
+    print(f"root mean square: {100 * np.sqrt((share ** 2).mean()):.2f} %; largest slip rate: "
+          f"{events['peak_slip_rate'][first]:.1f} m/s")
     draw(name, run, times, found)
     print(f"Figure: {name}.png")
 
@@ -84,22 +89,28 @@ def draw(name, run, times, found):
     (at, rates), (_, slip) = run.field("slip_rate"), run.field("slip")
     shown = [int(np.argmin(np.abs(at - time))) for time in SHOWN]
     norm = Span().see(rates[shown]).norm(KINDS["slip_rate"])
-    maps = [(axes[0, k], rates[row], KINDS["slip_rate"], norm, f"Slip rate at {at[row]:.2f} s") for k, row in enumerate(shown)]
-    maps.append((axes[1, 0], slip[-1], KINDS["slip"], Span().see(slip[-1]).norm(KINDS["slip"]), f"Slip after {at[-1]:.0f} s, front every 0.5 s"))
+    maps = [(axes[0, k], rates[row], KINDS["slip_rate"], norm, f"Slip rate at {at[row]:.2f} s")
+            for k, row in enumerate(shown)]
+    maps.append((axes[1, 0], slip[-1], KINDS["slip"], Span().see(slip[-1]).norm(KINDS["slip"]),
+                 f"Slip after {at[-1]:.0f} s, front every 0.5 s"))
     for one, values, kind, scale, title in maps:
         artist = plane.draw(one, values.ravel(), scale, kind.colours)
         plane.frame(one)
         one.set(title=title, xlabel="along strike (km)")
         if one is not axes[0, 0]:
-            colour_bar(canvas, artist, scale, "slip (m)" if one is axes[1, 0] else "slip rate (m/s)", ax=one, shrink=0.8)
+            colour_bar(canvas, artist, scale, "slip (m)" if one is axes[1, 0] else "slip rate (m/s)", ax=one,
+                       shrink=0.8)
     plane.contour(axes[1, 0], times.ravel(), CONTOURS)
     for k, (way, (far, when)) in enumerate(found.items()):
         side = far > 0
-        axes[1, 1].plot(far[side] / 1e3, when[side], color=RUN_STYLES[k]["color"], label="along strike" if way == "strike" else "down dip")
+        axes[1, 1].plot(far[side] / 1e3, when[side], color=RUN_STYLES[k]["color"],
+                        label="along strike" if way == "strike" else "down dip")
     for way, rows in PUBLISHED.items():
-        axes[1, 1].plot([one + CENTRE / 1e3 for one in rows], list(rows.values()), linestyle="", marker="o", markersize=7, markerfacecolor="none",
-                        markeredgecolor="black", label="Day et al. (2005)" if way == "dip" else None)
-    axes[1, 1].set(title="Rupture's front", xlabel="from the middle (km)", ylabel="time (s)", xlim=(0, 15), ylim=(0, None))
+        axes[1, 1].plot([one + CENTRE / 1e3 for one in rows], list(rows.values()), linestyle="", marker="o",
+                        markersize=7, markerfacecolor="none", markeredgecolor="black",
+                        label="Day et al. (2005)" if way == "dip" else None)
+    axes[1, 1].set(title="Rupture's front", xlabel="from the middle (km)", ylabel="time (s)", xlim=(0, 15),
+                   ylim=(0, None))
     axes[1, 1].legend(loc="upper left")
     canvas.savefig(f"{name}.png")
 

@@ -65,16 +65,20 @@ def draw(axes, number, own, alone, other, span):
     times, slip = own
     triggered = follow(times, other)
     share, chance = triggered.mean(), by_chance(other, span)
-    axes.vlines(other, 0, 1, transform=axes.get_xaxis_transform(), color="#a9a9a9", linewidth=0.9, zorder=0, label=f"the {rest} fault breaks")
+    axes.vlines(other, 0, 1, transform=axes.get_xaxis_transform(), color="#a9a9a9", linewidth=0.9, zorder=0,
+                label=f"the {rest} fault breaks")
     axes.plot(*alone, linestyle="", marker="o", markerfacecolor="none", color="black", markersize=6, label="alone")
     axes.vlines(times, 0, slip, color=colour, linewidth=1.2)
-    axes.plot(times[~triggered], slip[~triggered], linestyle="", marker="o", color=colour, markersize=6, label="together")
-    axes.plot(times[triggered], slip[triggered], linestyle="", marker="*", color=colour, markeredgecolor="black", markersize=14, label="triggered")
+    axes.plot(times[~triggered], slip[~triggered], linestyle="", marker="o", color=colour, markersize=6,
+              label="together")
+    axes.plot(times[triggered], slip[triggered], linestyle="", marker="*", color=colour, markeredgecolor="black",
+              markersize=14, label="triggered")
     axes.set(ylabel="mean slip (m)", xlim=(0, 1.01 * span))
-    axes.set_title(f"The {name} fault: {triggered.sum()} of {len(times)} events within {NEAR:g} year after one of the other ({chance:.0%} of the time)",
-                   fontsize=10, fontweight="normal")
+    axes.set_title(f"The {name} fault: {triggered.sum()} of {len(times)} events within {NEAR:g} year after one of the "
+                   f"other ({chance:.0%} of the time)", fontsize=10, fontweight="normal")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    print(f"{name} fault: {len(times)} events ({len(alone[0])} alone), {share:.0%} of them within {NEAR:g} year after one of the other, which is "
+    print(f"{name} fault: {len(times)} events ({len(alone[0])} alone), {share:.0%} of them within {NEAR:g} year after "
+          "one of the other, which is "
           f"{chance:.0%} of the time")
 
 

@@ -15,4 +15,4 @@ slipstep_build build -DBUILD_TESTING=OFF
 mpirun -n 2 build/bin/fault -options_file examples/fault_parallel.opts -fault_mesh "$mesh" \
   -ts_adapt_type rl -ts_adapt_rl_policy training/policies/fault.h5 \
   -fault_output "$run" -fault_output_fields slip_rate,slip
-"$SLIPSTEP_PYTHON" output/plot_run.py "$run"
+slipstep plot-run "$run"

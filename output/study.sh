@@ -43,5 +43,5 @@ fi
 if [ -n "$fine" ]; then
   evaluate "${all[@]}" -evaluate_meshes "$fine" -evaluate_repetitions 1 -evaluate_reference_steps "${FINE_STEPS:-1000}"
 fi
-"$python" "$here/output/plot_study.py" "$file" --figures "${FIGURES:-$here/output/figures}"
-"$python" "$here/output/results_table.py" "$file" --page "${PAGE:-$here/output/RESULTS.md}"
+"$python" "$here/src/package/program.py" plot-study "$file" --figures "${FIGURES:-$here/output/figures}"
+"$python" "$here/src/package/program.py" results-table "$file" --page "${PAGE:-$here/output/RESULTS.md}"

@@ -10,7 +10,8 @@ OPTION = re.compile(r"^  (-\w+):?(?: <(.*?)>)?:?\s(.*)$")
 def printed(program):
     """What a program prints of its own options."""
     name = os.path.basename(program)
-    done = subprocess.run([program, "-help", name], capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMPI_MCA_ess_singleton_isolated": "1"})
+    done = subprocess.run([program, "-help", name], capture_output=True, text=True,
+                          env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMPI_MCA_ess_singleton_isolated": "1"})
     if done.returncode or "options" not in done.stdout:
         raise SystemExit(f"{program} -help {name} failed: {done.stderr.strip() or done.stdout[-300:]}")
     return done.stdout

@@ -55,8 +55,13 @@ ORDER = [
 ]
 ROOMS = [room for room, *_ in ORDER]
 # Headers that are not named after their room; the others are slip<room>.h, without slashes, and slipfault<part>.h.
-HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipclock.h": "ts", "slipstate.h": "sys", "slipwork.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package", "slipblas.h": "sys", "slipdipping.h": "elasticity", "sliptriangle.h": "elasticity", "slipgmsh.h": "mesh", "sliplanes.h": "mat/grid", "slipwaves.h": "elasticity", "slipwavespace.h": "elastic", "slipdeviceopencl.h": "device",
-           "slipoutput.h": "run/output", "sliprunsaving.h": "run/checkpoint", "sliprun.h": "run/file", "sliprunfiles.h": "run/file", "slipfaultloads.h": "fault/setup"}
+HEADERS = {"slipcompat.h": "core", "slipbuild.h": "core", "sliph5.h": "sys", "slipclock.h": "ts", "slipstate.h": "sys",
+           "slipwork.h": "sys", "slipmat.h": "mat/common", "slipcells.h": "mat/cells", "slipstep.h": "package",
+           "slipblas.h": "sys", "slipdipping.h": "elasticity", "sliptriangle.h": "elasticity", "slipgmsh.h": "mesh",
+           "sliplanes.h": "mat/grid", "slipwaves.h": "elasticity", "slipwavespace.h": "elastic",
+           "slipdeviceopencl.h": "device",
+           "slipoutput.h": "run/output", "sliprunsaving.h": "run/checkpoint", "sliprun.h": "run/file",
+           "sliprunfiles.h": "run/file", "slipfaultloads.h": "fault/setup"}
 EVERYWHERE = ("core", "sys", "package")  # bars in the picture, without arrows: all rooms may use the first two
 
 
@@ -92,9 +97,11 @@ class Sources:
             self.lines[os.path.dirname(file)] += text.count("\n")
             self.includes += [(file, name) for name in re.findall(r'#include\s+[<"]([^>"]+)[>"]', text)]
             code = code_of(text)
-            for match in re.finditer(r"^(?!static|typedef|extern|return|#)\w[\w \t*]*?\b(\w+)(\(|(?:\[[^\]]*\])*\s*(?:=|;|,))", code, re.M):
+            for match in re.finditer(
+                r"^(?!static|typedef|extern|return|#)\w[\w \t*]*?\b(\w+)(\(|(?:\[[^\]]*\])*\s*(?:=|;|,))", code, re.M):
                 if match[2] != "(" or re.match(r"[^;{]*\)\s*\{", code[match.end() - 1:]):
-                    for name in re.findall(r"\w+", match[0])[-1:] if match[2][0] != "," else re.findall(r"\w+", code[match.start():code.index(";", match.start())])[1:]:
+                    for name in re.findall(r"\w+", match[0])[-1:] if match[2][0] != "," else re.findall(
+                        r"\w+", code[match.start():code.index(";", match.start())])[1:]:
                         defined[name] = file
             used[file] = set(re.findall(r"\b\w+\b", code))
         for file, names in used.items():
@@ -184,7 +191,8 @@ def box(row, part):
 
 
 def free_part(places, a, b):
-    """The widest part of the overlap of two boxes, sideways, with no other box between them; None where there is none"""
+    """The widest part of the overlap of two boxes, sideways, with no other box between them; None where there is
+    none"""
     (xa, ya, wa, ha), (xb, yb, wb, _) = places[a], places[b]
     parts = [(max(xa, xb), min(xa + wa, xb + wb))]
     for room, (x, y, w, h) in places.items():
@@ -199,36 +207,43 @@ def svg(sources):
     present = [entry for entry in ORDER if sources.lines[entry[0]]]
     places = {room: box(row, part) for room, _, row, part in present}
     outer = lambda room: "mat" if room.startswith("mat/") else room
-    down = [(a, b) for a, b in sources.room_calls() if ROOMS.index(a) > ROOMS.index(b) and a not in EVERYWHERE and b not in EVERYWHERE]
+    down = [(a, b) for a, b in sources.room_calls() if ROOMS.index(a) > ROOMS.index(b) and a not in EVERYWHERE
+            and b not in EVERYWHERE]
     wings = reduced([(a, b) for a, b in down if a.startswith("mat/") and b.startswith("mat/")])
     rooms = reduced({(outer(a), outer(b)) for a, b in down if outer(a) != outer(b)})
     inside = [places[room] for room in places if room.startswith("mat/")]
     top, bottom = min(b[1] for b in inside) - 24, max(b[1] + b[3] for b in inside) + 12
     places["mat"] = MARGIN + .02 * WIDTH, top, .96 * WIDTH, bottom - top
     height = max(b[1] + b[3] for b in places.values()) + MARGIN
-    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH + 2 * MARGIN} {height:.0f}" width="{WIDTH + 2 * MARGIN}" '
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH + 2 * MARGIN} {height:.0f}" '
+           f'width="{WIDTH + 2 * MARGIN}" '
            f'height="{height:.0f}" font-family="Helvetica, Arial, sans-serif" font-size="13">',
            '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto">'
-           '<path d="M0,0 L8,4 L0,8 z" fill="#456"/></marker></defs>', '<rect width="100%" height="100%" fill="white"/>']
+           '<path d="M0,0 L8,4 L0,8 z" fill="#456"/></marker></defs>',
+           '<rect width="100%" height="100%" fill="white"/>']
 
     def rectangle(place, fill, dash=""):
         x, y, w, h = place
-        out.append(f'<rect x="{x:.0f}" y="{y:.0f}" width="{w:.0f}" height="{h:.0f}" rx="5" fill="{fill}" stroke="#456"{dash}/>')
+        out.append(f'<rect x="{x:.0f}" y="{y:.0f}" width="{w:.0f}" height="{h:.0f}" rx="5" fill="{fill}" '
+                   f'stroke="#456"{dash}/>')
 
     def write(x, y, text, more=""):
         out.append(f'<text x="{x:.0f}" y="{y:.0f}"{more}>{html.escape(text)}</text>')
 
     x, y, w, h = box(max(r for _, _, r, _ in ORDER) + 1, (0, 1))
     rectangle((x, y, w, h), "white", ' stroke-dasharray="5 4"')
-    write(x + w / 2, y + h / 2 + 5, "programs: examples, training, your own; they see public headers only", ' text-anchor="middle"')
+    write(x + w / 2, y + h / 2 + 5, "programs: examples, training, your own; they see public headers only",
+          ' text-anchor="middle"')
     rectangle(places["mat"], "#f3f6f9")
     write(places["mat"][0] + 10, places["mat"][1] + 17, "mat", ' font-weight="bold"')
     for room, words, _, _ in present:
         x, y, w, h = places[room]
-        rectangle(places[room], "#e3e9ef" if room in EVERYWHERE else "#fff6dc" if not room.startswith("mat/") else "white")
+        rectangle(places[room], "#e3e9ef" if room in EVERYWHERE else "#fff6dc" if not room.startswith("mat/")
+                  else "white")
         write(x + 9, y + 17, room, ' font-weight="bold"')
         write(x + 9, y + 34, words, ' font-size="12"')
-        write(x + w - 8, y + 17, f"{max(round(sources.lines[room], -2), 100):,} lines", ' class="lines" text-anchor="end" font-size="11" fill="#567"')
+        write(x + w - 8, y + 17, f"{max(round(sources.lines[room], -2), 100):,} lines",
+              ' class="lines" text-anchor="end" font-size="11" fill="#567"')
     # Arrows run straight down where they can, those between the same sides each at a place of its own.
     arrows = rooms + wings
     parts = {edge: free_part(places, *edge) for edge in arrows}
@@ -245,7 +260,8 @@ def svg(sources):
         else:
             start, end = (xa + wa - 30, xb + 30) if xa < xb else (xa + 30, xb + wb - 30)
             high, low = ya + ha, yb - 1
-        out.append(f'<path d="M{start:.0f},{high:.0f} L{end:.0f},{low:.0f}" stroke="#456" stroke-width="1.3" fill="none" '
+        out.append(f'<path d="M{start:.0f},{high:.0f} L{end:.0f},{low:.0f}" stroke="#456" stroke-width="1.3" '
+                   'fill="none" '
                    f'marker-end="url(#tip)"><title>{a} calls {b}</title></path>')
     return "\n".join(out + ["</svg>"]) + "\n"
 

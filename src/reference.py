@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""The API reference, from the manual pages in the sources: one HTML page for each public function and type, and an index
-by room.
+"""The API reference, from the manual pages in the sources: one HTML page for each public function and type, and an
+index by room.
 
     cmake --build build --target reference        into build/reference/
     src/reference.py [--source DIR] [--output DIR] [--petsc INCLUDE]
 
-Pages are PETSc's: comments between slash-star-@ and @-star-slash above a function, and slash-star-MC ... M-star-slash for
-the types that options choose. Everything declared with PETSC_EXTERN in include/*.h and training/sliptrain.h must have one. Of the pure functions of
-src/core, which are collective on nothing and raise nothing, a comment right above each is enough. The exit code is 1, with
-a line "file:line: what is wrong" for each, where a page is missing or malformed: check_page() has the rules. --output
-"" checks only.
+Pages are PETSc's: comments between slash-star-@ and @-star-slash above a function, and slash-star-MC ... M-star-slash
+for the types that options choose. Everything declared with PETSC_EXTERN in include/*.h and training/sliptrain.h must
+have one. Of the pure functions of src/core, which are collective on nothing and raise nothing, a comment right above
+each is enough. The exit code is 1, with a line "file:line: what is wrong" for each, where a page is missing or
+malformed: check_page() has the rules. --output "" checks only.
 """
 import argparse
 import glob
@@ -22,8 +22,11 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 LISTS = ("Input Parameter", "Output Parameter", "Input/Output Parameter", "Options Database Key")
 # Names of other libraries, where --petsc does not give the headers to look them up in.
 FOREIGN = re.compile(r"(Petsc|PETSC|TS|SNES|KSP|PC|Mat|MAT|Vec|VEC|IS|DM|MPI_)\w*$")
-# How a description says its unit: in brackets, or in words; a state has those of its system. [n] is a shape, not a unit.
-UNIT = re.compile(r"dimensionless|\bstates?\b|\bunits?\b|_unit\b|\bseconds\b|\bbytes\b|\[[^\]]*(?<![\w])(1|m|mm|km|s|deg|Pa|kg|J|N|W|V|T\*|1/s|%)(?![\w*])[^\]]*\]")
+# How a description says its unit: in brackets, or in words; a state has those of its system. [n] is a shape, not a
+# unit.
+UNIT = re.compile(
+    r"dimensionless|\bstates?\b|\bunits?\b|_unit\b|\bseconds\b|\bbytes\b|"
+    r"\[[^\]]*(?<![\w])(1|m|mm|km|s|deg|Pa|kg|J|N|W|V|T\*|1/s|%)(?![\w*])[^\]]*\]")
 
 
 class Tree:
@@ -40,7 +43,8 @@ class Tree:
         for path in sorted(glob.glob(f"{source}/include/**/*.h", recursive=True)):
             text = read(path)
             self.defined |= set(re.findall(r"\b(\w+)\(", text)) | set(re.findall(r"#define\s+(\w+)", text))
-        for path in sorted(glob.glob(f"{source}/src/**/*.c", recursive=True) + glob.glob(f"{source}/training/**/*.c", recursive=True)):
+        for path in sorted(glob.glob(f"{source}/src/**/*.c", recursive=True)
+                           + glob.glob(f"{source}/training/**/*.c", recursive=True)):
             self.read_source(path)
         core = f"{source}/include/slipcore.h"
         if os.path.exists(core):
@@ -54,8 +58,8 @@ class Tree:
         code = blank_comments(text)
         for match in re.finditer(r"^PETSC_EXTERN\s+[\w\s*]*?\b(\w+)\(", code, re.M):
             self.declared[match[1]] = path, line_of(text, match.start()), code[match.start() + len("PETSC_EXTERN"):]
-        for match in re.finditer(r"^[ ]*typedef\s+(?:(?:enum|struct)\s*\{[^}]*\}\s*(\w+)|[\w\s*]*?\b(\w+);|[\w\s*]*?\(?\*?(\w+)\)?\([^;]*\));?",
-                                 code, re.M | re.S):
+        for match in re.finditer(r"^[ ]*typedef\s+(?:(?:enum|struct)\s*\{[^}]*\}\s*(\w+)|[\w\s*]*?\b(\w+);|"
+                                 r"[\w\s*]*?\(?\*?(\w+)\)?\([^;]*\));?", code, re.M | re.S):
             name = match[1] or match[2] or match[3]
             before = re.search(r"/\*((?:(?!\*/).)*)\*/\s*\Z", text[:match.start()], re.S)
             after = re.match(r"[ ]*/\*(.*?)\*/", text[match.end():], re.S)
@@ -99,7 +103,8 @@ class Tree:
             comment = re.search(r"/\*((?:(?!\*/).)*)\*/\n\Z", text[:match.start()], re.S)
             page = Page(path, line_of(text, match.start()), "core", "")
             page.name = match[1]
-            words = re.sub(r"^\s*(?:" + match[1] + r" - )?", "", comment[1]) if comment and not comment[1].startswith(" ----") else ""
+            words = (re.sub(r"^\s*(?:" + match[1] + r" - )?", "", comment[1]) if comment
+                     and not comment[1].startswith(" ----") else "")
             sentence = re.split(r"(?<=[.;:?])\s|\n\s*\n", words.strip())[0]
             page.summary, page.lines = re.sub(r"\s+", " ", sentence), [""] + words.split("\n")
             page.read_prototype(code[match.start():])
@@ -142,7 +147,8 @@ class Page:
             if declaration in ("void", ""):
                 continue
             pointer = re.search(r"\(\s*\*+\s*(\w+)\s*\)\s*\(", declaration)
-            name = pointer[1] if pointer else "..." if declaration == "..." else re.findall(r"\w+", re.sub(r"\[.*", "", declaration))[-1]
+            name = (pointer[1] if pointer else "..." if declaration == "..."
+                    else re.findall(r"\w+", re.sub(r"\[.*", "", declaration))[-1])
             self.parameters.append((name, declaration))
 
 
@@ -157,7 +163,8 @@ def line_of(text, offset):
 
 def blank_comments(text):
     """The code alone, every character at its place."""
-    return re.sub(r'/\*.*?\*/|"(?:\\.|[^"\\\n])*"', lambda m: re.sub(r"[^\n]", " ", m[0]) if m[0][0] == "/" else m[0], text, flags=re.S)
+    return re.sub(r'/\*.*?\*/|"(?:\\.|[^"\\\n])*"', lambda m: re.sub(r"[^\n]", " ", m[0]) if m[0][0] == "/" else m[0],
+                  text, flags=re.S)
 
 
 def closing(code, start, opening, close):
@@ -201,7 +208,8 @@ def check_lists(tree, page):
                 continue
             page.items[section].append([item[2], item[3], line, item[1]])
         elif text and not text[0].isspace():
-            tree.error(page.path, line, f"{page.name}: \"{text[:40]}\" in column 0 is no list item \"+ name - meaning\": has a "
+            tree.error(page.path, line,
+                       f"{page.name}: \"{text[:40]}\" in column 0 is no list item \"+ name - meaning\": has a "
                        "formatter joined lines?")
         elif not text.strip():
             if section and page.items[section]:
@@ -209,18 +217,21 @@ def check_lists(tree, page):
         elif section and page.items[section]:
             page.items[section][-1][1] += " " + text.strip()
         elif section:
-            tree.error(page.path, line, f"{page.name}: \"{text.strip()[:40]}\" under {section} is no list item in column 0")
+            tree.error(page.path, line,
+                       f"{page.name}: \"{text.strip()[:40]}\" under {section} is no list item in column 0")
         elif page.seealso and not text.startswith("."):
             page.seealso += " " + text.strip()
         if re.search(r"\S\s+[.+-]\s+-\w[\w<> .-]*\s+-\s|\S\s+\.\s+\w+\s+-\s", text):
-            tree.error(page.path, line, f"{page.name}: a list marker in the middle of a line: a formatter has joined lines")
+            tree.error(page.path, line,
+                       f"{page.name}: a list marker in the middle of a line: a formatter has joined lines")
     for name, items in page.items.items():
         markers = "".join(item[3] for item in items)
         wanted = "." if len(items) == 1 else "+" + "." * (len(items) - 2) + "-"
         if not items:
             tree.error(page.path, page.line, f"{page.name}: nothing under {name}")
         elif markers != wanted:
-            tree.error(page.path, items[0][2], f"{page.name}: the list under {name} has the markers \"{markers}\", expected \"{wanted}\"")
+            tree.error(page.path, items[0][2],
+                       f"{page.name}: the list under {name} has the markers \"{markers}\", expected \"{wanted}\"")
 
 
 def check_parameters(tree, page):
@@ -234,7 +245,8 @@ def check_parameters(tree, page):
             tree.error(page.path, page.line, f"{page.name}: the parameter {name} is not described")
         elif re.search(r"\bPetscReal\b", declaration) and "(" not in declaration:
             if not UNIT.search(described[name][0]):
-                tree.error(page.path, described[name][1], f"{page.name}: {name} has no unit, for example [m], and is not called dimensionless")
+                tree.error(page.path, described[name][1],
+                           f"{page.name}: {name} has no unit, for example [m], and is not called dimensionless")
     for name, (_, line) in described.items():
         if name not in [n for n, _ in page.parameters]:
             tree.error(page.path, line, f"{page.name}: describes {name}, which is no parameter")
@@ -256,9 +268,11 @@ def check_page(tree, page, known):
         if page.function != page.name:
             tree.error(*where, f"{page.name}: its page is above {page.function}()")
         if not re.search(r"^\s+(Collective|Logically collective|Not collective)\b", page.text, re.M | re.I):
-            tree.error(*where, f"{page.name}: no line says whether it is collective (Collective, Logically collective, Not collective)")
+            tree.error(*where, f"{page.name}: no line says whether it is collective (Collective, Logically collective, "
+                       "Not collective)")
         check_parameters(tree, page)
-        if re.search(r"\b(PetscCheck|SETERRQ|PetscCheckFalse)\s*\(", page.body) and not re.search(r"^\s+Errors?:", page.text, re.M):
+        if re.search(r"\b(PetscCheck|SETERRQ|PetscCheckFalse)\s*\(",
+                     page.body) and not re.search(r"^\s+Errors?:", page.text, re.M):
             tree.error(*where, f"{page.name} raises errors, but has no section \"Errors:\"")
     if not re.search(r"^\s+Level: (beginner|intermediate|advanced|developer)\s*$", page.text, re.M):
         tree.error(*where, f"{page.name}: no \"Level: beginner\" (intermediate, advanced, developer)")
@@ -294,13 +308,15 @@ def check(source, petsc=None):
 
 
 STYLE = """body { font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222 }
-pre { background: #f4f4f4; padding: .6em; overflow-x: auto } code { font-size: 95% } a { color: #05a; text-decoration: none }
+pre { background: #f4f4f4; padding: .6em; overflow-x: auto }
+code { font-size: 95% } a { color: #05a; text-decoration: none }
 td { vertical-align: top; padding: .15em .8em .15em 0 } h2 { border-bottom: 1px solid #ccc; margin-top: 1.6em }"""
 
 
 def write_page(folder, name, title, body):
     with open(os.path.join(folder, name + ".html"), "w", encoding="utf-8") as f:
-        f.write(f"<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>{title}</title>\n<style>{STYLE}</style>\n{body}\n</html>\n")
+        f.write(f"<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>{title}</title>\n"
+                f"<style>{STYLE}</style>\n{body}\n</html>\n")
 
 
 def link(tree, text):
@@ -312,7 +328,8 @@ def link(tree, text):
 
 
 def page_html(tree, page):
-    out = [f"<p><a href=\"index.html\">SlipStep's reference</a></p><h1>{page.name}</h1><p>{link(tree, page.summary)}</p>"]
+    out = ["<p><a href=\"index.html\">SlipStep's "
+           f"reference</a></p><h1>{page.name}</h1><p>{link(tree, page.summary)}</p>"]
     if page.prototype:
         header = tree.declared.get(page.name)
         include = f"#include &lt;{os.path.basename(header[0])}&gt;\n" if header else ""
@@ -338,7 +355,8 @@ def page_html(tree, page):
         elif heading:
             out.append(f"<h2>{heading[1].rstrip(':')}</h2><p>")
         elif item:
-            out.append(("</td></tr>" if mode == "table" else "<table>") + f"<tr><td><code>{html.escape(item[1])}</code></td><td>{link(tree, item[2])}")
+            out.append(("</td></tr>" if mode == "table" else "<table>")
+                       + f"<tr><td><code>{html.escape(item[1])}</code></td><td>{link(tree, item[2])}")
             mode = "table"
         elif text.strip():
             out.append(link(tree, text.strip()))
@@ -362,13 +380,15 @@ def write(tree, folder):
     for name, (path, _, comment, declaration) in sorted(tree.types.items()):
         comment = re.sub(r"\s+", " ", comment).strip()
         types.append((name, comment[:120] + ("..." if len(comment) > 120 else "")))
-        write_page(folder, name, name, f"<p><a href=\"index.html\">SlipStep's reference</a></p><h1>{name}</h1><p>{link(tree, comment)}</p>"
+        write_page(folder, name, name,
+                   f"<p><a href=\"index.html\">SlipStep's reference</a></p><h1>{name}</h1><p>{link(tree, comment)}</p>"
                    f"<pre>#include &lt;{os.path.basename(path)}&gt;\n\n{link(tree, declaration)}</pre>")
     body = ["<h1>SlipStep's reference</h1>"]
     for room in sorted(rooms) + ["Types"]:
         body.append(f"<h2>{room}</h2><table>")
         for name, summary in rooms.get(room, types):
-            body.append(f"<tr><td><a href=\"{name}.html\">{name}</a></td><td>{html.escape(summary.replace('`', ''))}</td></tr>")
+            body.append("<tr><td><a "
+                        f"href=\"{name}.html\">{name}</a></td><td>{html.escape(summary.replace('`', ''))}</td></tr>")
         body.append("</table>")
     write_page(folder, "index", "SlipStep's reference", "\n".join(body))
 

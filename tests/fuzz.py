@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
-"""Damaged files of every kind that SlipStep reads: none may crash or hang our code, take a gigabyte, or pass for what it was.
+"""Damaged files of every kind that SlipStep reads: none may crash or hang our code, take a gigabyte, or pass for what
+it was.
 
     tests/fuzz.py [--count 2000] [--seed 1] [--keep DIR] [KIND ...]
 
-KIND: policy, mesh, planes, triangles, gmsh22 (text), gmsh41 (bytes), parameters, stiffness, tolerances, estimates (read by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
--fault_restart), catalogue and output (by a run that goes on in them) and zip (by training/study/import_sb3.py). A mutant is a good file with flipped bits, other numbers, pieces cut out,
-doubled or missing, or a dataset or attribute of another type, rank, size or value, a missing or additional one, links in its
-place. Its number and --seed alone decide what it is. Each must be read within 20 s and 1 GB, and be refused with one message
-or accepted; where the file has a checksum, only with the content that it was taken of. Crashes and hangs whose innermost frame is
-in HDF5 are counted apart, with its version: they are not ours to mend.
+KIND: policy, mesh, planes, triangles, gmsh22 (text), gmsh41 (bytes), parameters, stiffness, tolerances, estimates (read
+by tests/fuzz.c), stations (of the surface, by the program fault), checkpoint (by the program fault, where it has
+-fault_restart), catalogue and output (by a run that goes on in them) and zip (by training/study/import_sb3.py). A
+mutant is a good file with flipped bits, other numbers, pieces cut out, doubled or missing, or a dataset or attribute of
+another type, rank, size or value, a missing or additional one, links in its place. Its number and --seed alone decide
+what it is. Each must be read within 20 s and 1 GB, and be refused with one message or accepted; where the file has a
+checksum, only with the content that it was taken of. Crashes and hangs whose innermost frame is in HDF5 are counted
+apart, with its version: they are not ours to mend.
 
-SLIPSTEP_BUILD names the build (default build); of a build with -DSLIPSTEP_SANITIZE=ON the sanitizers report. The exit code is
-1 when a mutant broke a rule; it is then kept (--keep, else a folder that is named).
+SLIPSTEP_BUILD names the build (default build); of a build with -DSLIPSTEP_SANITIZE=ON the sanitizers report. The exit
+code is 1 when a mutant broke a rule; it is then kept (--keep, else a folder that is named).
 """
 import argparse
 import collections
@@ -28,7 +31,8 @@ import tempfile
 import time
 
 SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
-sys.path[:0] = [os.path.join(SOURCE, folder) for folder in (os.path.join("src", "package"), os.path.join("training", "study"), os.path.join("tests", "python"))]
+sys.path[:0] = [os.path.join(SOURCE, folder) for folder
+                in (os.path.join("src", "package"), os.path.join("training", "study"), os.path.join("tests", "python"))]
 from slipstep.modules import need
 
 need("h5py", "numpy")
@@ -76,7 +80,8 @@ def make_planes(folder):
     """Two planes of other directions, with names of faults"""
     path = os.path.join(folder, "seed.h5")
     with h5py.File(path, "w") as file:
-        file["cells"] = [[x, y, 900, 500, 400, strike, dip] for y, strike, dip in ((0.0, 0, 60), (5e3, 30, 45)) for x in (250.0, 750.0)]
+        file["cells"] = [[x, y, 900, 500, 400, strike, dip] for y, strike, dip in ((0.0, 0, 60), (5e3, 30, 45))
+                         for x in (250.0, 750.0)]
         file["cells"].attrs["columns"] = "x y z length width strike dip"
         file["fault"] = [7, 7, 2, 2]
     return path
@@ -93,7 +98,9 @@ def make_triangles(folder):
     return path
 
 
-VERTICES = np.array([[0, 0, 500], [700, 0, 500], [1400, 300, 500], [0, 300, 1200], [700, 300, 1200], [1400, 600, 1200]], float)  # north, east, down
+# north, east, down
+VERTICES = np.array([[0, 0, 500], [700, 0, 500], [1400, 300, 500], [0, 300, 1200], [700, 300, 1200], [1400, 600, 1200]],
+                    float)
 CORNERS = [[0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 5, 4]]
 
 
@@ -102,7 +109,8 @@ def make_gmsh(version, binary):
     def make(folder):
         path = os.path.join(folder, "seed.msh")
         points = np.column_stack([VERTICES[:, 1], VERTICES[:, 0], -VERTICES[:, 2]])
-        elements = [(15, 0, [0]), (1, 0, [0, 1])] + [(2, fault, corners) for corners, fault in zip(CORNERS, (7, 7, 2, 2))]
+        elements = [(15, 0, [0]), (1, 0, [0, 1])] + [(2, fault, corners)
+                                                     for corners, fault in zip(CORNERS, (7, 7, 2, 2))]
         with open(path, "wb") as file:
             file.write(meshfiles.gmsh(version, binary, points, elements, names=((2, 2, "west"), (2, 7, "east"))))
         return path
@@ -112,8 +120,8 @@ def make_gmsh(version, binary):
 def make_parameters(folder):
     path = os.path.join(folder, "seed.h5")
     with h5py.File(path, "w") as file:
-        for name, value in (("normal_stress", 2e7), ("friction_residual", 0.5), ("friction_drop", 0.1), ("friction_slip", 0.2),
-                            ("loading_rate", 0.0)):
+        for name, value in (("normal_stress", 2e7), ("friction_residual", 0.5), ("friction_drop", 0.1),
+                            ("friction_slip", 0.2), ("loading_rate", 0.0)):
             file[name] = value * np.linspace(1, 1.5, 6).reshape(2, 3)
     return path
 
@@ -140,15 +148,17 @@ def crash_report(path, kind):
             return ""
         command = {"checkpoint": restarted, "stations": with_stations}.get(kind, lambda path: resumed(kind, path))(path)
         return subprocess.run(["gdb", "-batch", "-ex", "run", "-ex", "bt", "--args", *command, "-no_signal_handler"],
-                              env=ENVIRONMENT, capture_output=True, text=True, errors="replace", timeout=10 * TIMEOUT).stdout
+                              env=ENVIRONMENT, capture_output=True, text=True, errors="replace",
+                              timeout=10 * TIMEOUT).stdout
     kind = "mesh" if kind in ("planes", "triangles", "gmsh22", "gmsh41") else kind
-    return subprocess.run([READER, kind], input=path + "\n", env=ENVIRONMENT, capture_output=True, text=True, errors="replace").stderr
+    return subprocess.run([READER, kind], input=path + "\n", env=ENVIRONMENT, capture_output=True, text=True,
+                          errors="replace").stderr
 
 
 def read_by_reader(kind):
     def read(paths):
-        done = subprocess.run([READER, kind], input="".join(path + "\n" for path in paths), env=ENVIRONMENT, capture_output=True,
-                              text=True, errors="replace")
+        done = subprocess.run([READER, kind], input="".join(path + "\n" for path in paths), env=ENVIRONMENT,
+                              capture_output=True, text=True, errors="replace")
         results = [Result(*line.split("\t", 4)) for line in done.stdout.splitlines()]
         if len(results) != len(paths):
             sys.exit(f"{READER} {kind} stopped: {done.stderr[-2000:]}")
@@ -204,14 +214,16 @@ def run_program(path, command):
     """Result of a run of `command` for the mutant `path`, its text the final slip or the message."""
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         begin = time.time()
-        child = subprocess.Popen(command, env=ENVIRONMENT, stdout=out, stderr=err, preexec_fn=lambda: signal.alarm(TIMEOUT))
+        child = subprocess.Popen(command, env=ENVIRONMENT, stdout=out, stderr=err,
+                                 preexec_fn=lambda: signal.alarm(TIMEOUT))
         _, status, used = os.wait4(child.pid, 0)
         child.returncode = status
         out.seek(0), err.seek(0)
         slip = re.search(rb"final mean slip: *(\S+)", out.read())
         error = err.read().decode(errors="replace").strip()
     code = os.waitstatus_to_exitcode(status)
-    end = f"signal {-code}" if code < 0 else "accepted" if code == 0 else "refused" if code == 1 and error else f"exit {code}"
+    end = (f"signal {-code}" if code < 0 else "accepted" if code == 0 else "refused" if code == 1 and error
+           else f"exit {code}")
     text = error.replace("\n", " | ") if code else slip[1].decode() if slip else "no slip"
     return Result(path, end, time.time() - begin, used.ru_maxrss, text)
 
@@ -271,7 +283,8 @@ def read_stations(paths):
 # ---- catalogue, output: gone on with by the program ----
 
 # Two faults of a cell each, for which files have a number each
-EVENTS = [FAULT, *"-fault_thickness 3000 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law rate_weakening".split()]
+EVENTS = [FAULT, *"-fault_thickness 3000 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law "
+                  "rate_weakening".split()]
 EVENTS += ["-fault_catalogue_maps", "-ts_max_time", "4e9"]
 
 
@@ -282,7 +295,8 @@ def make_grown(kind):
         with h5py.File(mesh, "w") as file:
             file["cells"] = [[1500, y, 1500, 3000, 3000] for y in (0.0, 5e3)]
             file["fault"] = [7, 2]
-        subprocess.run([*EVENTS, "-fault_mesh", mesh, "-ts_max_time", "2e9", f"-fault_{kind}", path, "-fault_checkpoint", os.path.join(folder, "state")],
+        subprocess.run([*EVENTS, "-fault_mesh", mesh, "-ts_max_time", "2e9", f"-fault_{kind}", path,
+                        "-fault_checkpoint", os.path.join(folder, "state")],
                        env=ENVIRONMENT, capture_output=True)
         if not os.path.exists(path):
             sys.exit(f"fault -fault_{kind} wrote no file")
@@ -296,7 +310,8 @@ def resumed(kind, path):
     if not os.path.exists(os.path.join(folder, "state")):
         folder = os.path.dirname(folder)
     shutil.copyfile(path, path + ".copy")
-    return [*EVENTS, "-fault_mesh", os.path.join(folder, "mesh.h5"), f"-fault_{kind}", path + ".copy", "-fault_restart", os.path.join(folder, "state")]
+    return [*EVENTS, "-fault_mesh", os.path.join(folder, "mesh.h5"), f"-fault_{kind}", path + ".copy", "-fault_restart",
+            os.path.join(folder, "state")]
 
 
 def read_grown(kind):
@@ -346,7 +361,8 @@ def read_zips(paths):
         results.append(Result(path, end, time.time() - begin, used.ru_maxrss, text.strip() or "none"))
     for bad in read_by_reader("policy")(written):
         if bad.end != "accepted":
-            results = [r._replace(end="wrote no policy", text=bad.text) if r.path + ".h5" == bad.path else r for r in results]
+            results = [r._replace(end="wrote no policy", text=bad.text) if r.path + ".h5" == bad.path else r
+                       for r in results]
     for out in written:
         os.remove(out)
     return results
@@ -355,7 +371,8 @@ def read_zips(paths):
 KINDS = {
     **{name: Kind(make, mutate_hdf5, read_by_reader(name), name == "policy")
        for name, make in (("policy", make_by_reader("policy")), ("mesh", make_mesh), ("parameters", make_parameters),
-                          ("stiffness", make_stiffness), ("tolerances", make_shipped("tolerances.h5")), ("estimates", make_shipped("estimates.h5")))},
+                          ("stiffness", make_stiffness), ("tolerances", make_shipped("tolerances.h5")),
+                          ("estimates", make_shipped("estimates.h5")))},
     "planes": Kind(make_planes, mutate_hdf5, read_by_reader("mesh"), False),
     "triangles": Kind(make_triangles, mutate_hdf5, read_by_reader("mesh"), False),
     **{f"gmsh{version.replace('.', '')}": Kind(make_gmsh(version, binary), mutate_file, read_by_reader("mesh"), False)
@@ -416,9 +433,11 @@ def fuzz(kind, count, seed_number, keep):
             for number, result in enumerate(KINDS[kind].read(paths), begin):
                 rule = broken_rule(kind, result, first.text)
                 slowest, largest = max(slowest, result.seconds), max(largest, result.memory)
-                if rule and rule == result.end and rule != HUNG and kind != "zip" and in_hdf5(crash_report(result.path, kind)):
+                if (rule and rule == result.end and rule != HUNG and kind != "zip"
+                    and in_hdf5(crash_report(result.path, kind))):
                     ends["hung in HDF5" if rule == HUNG_AT else "crashed in HDF5"] += 1
-                    print(f"{kind} {number}: {f'no end within {TIMEOUT} s' if rule == HUNG_AT else rule} inside HDF5 {h5py.version.hdf5_version}")
+                    print(f"{kind} {number}: {f'no end within {TIMEOUT} s' if rule == HUNG_AT else rule} inside HDF5 "
+                          f"{h5py.version.hdf5_version}")
                 elif rule:
                     broken += 1
                     kept = os.path.join(keep, f"{kind}{number}_{os.path.basename(result.path)}")
@@ -427,7 +446,8 @@ def fuzz(kind, count, seed_number, keep):
                 else:
                     ends[result.end] += 1
             shutil.rmtree(mutants)
-    print(f"{kind}: {count} mutants, " + ", ".join(f"{n} {end}" for end, n in sorted(ends.items())) + f", {broken} broke a rule; "
+    print(f"{kind}: {count} mutants, " + ", ".join(f"{n} {end}" for end, n in sorted(ends.items()))
+          + f", {broken} broke a rule; "
           f"at most {slowest:.1f} s and {largest // 1024} MB")
     return broken
 

@@ -1,4 +1,5 @@
-"""Mutants of files: of their bytes, and of the objects of HDF5. The random numbers that are handed over decide alone what a mutant is."""
+"""Mutants of files: of their bytes, and of the objects of HDF5. The random numbers that are handed over decide alone
+what a mutant is."""
 import os
 import shutil
 import struct
@@ -47,7 +48,8 @@ def mutate_bytes(rng, content):
 
 
 def mutate_words(rng, content):
-    """Words of a text that became others of it, or numbers that are too large, or none; lines that are gone or twice."""
+    """Words of a text that became others of it, or numbers that are too large, or none; lines that are gone or
+    twice."""
     lines = [line.split(b" ") for line in content.split(b"\n")]
     for _ in range(rng.choice([1, 1, 1, 2, 4])):
         k, how = rng.randrange(len(lines)), rng.randrange(6)
@@ -73,7 +75,8 @@ def objects(file):
 
 def other_type(rng, data):
     """An array of the same shape and another type."""
-    kind = rng.choice(["<f4", "<f2", "<i1", ">f8", "<u8", "?", "S5", "vlen", "compound", "<c16", "opaque", "ragged", "array"])
+    kind = rng.choice(["<f4", "<f2", "<i1", ">f8", "<u8", "?", "S5", "vlen", "compound", "<c16", "opaque", "ragged",
+                       "array"])
     if kind == "vlen":
         return np.full(data.shape, "text", dtype=h5py.string_dtype())
     if kind == "ragged":
@@ -103,7 +106,8 @@ def mutate_attribute(rng, file, owner):
     if how == 0:
         return
     text = old.decode(errors="replace") if isinstance(old, bytes) else str(old)
-    attributes[name] = [None, rng.choice(VALUES), np.ones((2, 3)), h5py.Empty("f8"), text + "x" * rng.choice([1, 70, 5000, 60000]),
+    attributes[name] = [None, rng.choice(VALUES), np.ones((2, 3)), h5py.Empty("f8"),
+                        text + "x" * rng.choice([1, 70, 5000, 60000]),
                         text[:-1] + "\n\x1b", h5py.Empty("S4"), np.array([text.encode()[:9], b"other"]),
                         rng.choice([0, -1, 2, 2 ** 31, 2 ** 62])][how]
 
@@ -126,8 +130,8 @@ def mutate_object(rng, file):
     if how == 3 or not is_data:
         if rng.random() < 0.5:
             del file[path]
-            file[path] = rng.choice([h5py.SoftLink("/" + path), h5py.SoftLink("/nothing"), h5py.ExternalLink("none.h5", "/x"),
-                                     file["/"], 1.0, "text", np.ones((1,) * 7)])
+            file[path] = rng.choice([h5py.SoftLink("/" + path), h5py.SoftLink("/nothing"),
+                                     h5py.ExternalLink("none.h5", "/x"), file["/"], 1.0, "text", np.ones((1,) * 7)])
         elif rng.random() < 0.5:
             del file[path]
         else:
@@ -140,12 +144,15 @@ def mutate_object(rng, file):
                 data[tuple(rng.randrange(n) for n in data.shape)] = rng.choice(VALUES)
             file[path][...] = data
             return
-        data = np.array([rng.choice([b"", b"x" * 4000, b"energy", b"\xff\xfe", b"a\nb"])] * max(data.size, 1), dtype=h5py.string_dtype())
+        data = np.array([rng.choice([b"", b"x" * 4000, b"energy", b"\xff\xfe", b"a\nb"])] * max(data.size, 1),
+                        dtype=h5py.string_dtype())
     elif how == 6:
         data = other_type(rng, data)
     elif how == 7:
-        data = rng.choice([data.ravel(), data.reshape((1,) * rng.randrange(7) + data.shape), data[:-1] if data.ndim else data,
-                           data.reshape(data.shape + (1,)), data.ravel()[:1].reshape(()) if data.size else data, data.T])
+        data = rng.choice([data.ravel(), data.reshape((1,) * rng.randrange(7) + data.shape),
+                           data[:-1] if data.ndim else data,
+                           data.reshape(data.shape + (1,)), data.ravel()[:1].reshape(()) if data.size else data,
+                           data.T])
     else:
         shape = list(data.shape) or [1]
         shape[rng.randrange(len(shape))] = rng.choice(SIZES)
@@ -153,9 +160,11 @@ def mutate_object(rng, file):
             shape = [rng.choice(SIZES) for _ in range(rng.randrange(1, 4))]
         del file[path]
         dtype = h5py.string_dtype() if data.dtype.kind == "O" else data.dtype
-        file.create_dataset(path, shape, dtype, chunks=tuple(min(max(n, 1), 4) for n in shape), maxshape=(None,) * len(shape),
-                            compression=rng.choice([None, "gzip"]) if dtype != h5py.string_dtype() else None)
-        file[path].attrs.update({name: value for name, value in attributes.items() if not isinstance(value, h5py.Empty)})
+        file.create_dataset(path, shape, dtype, chunks=tuple(min(max(n, 1), 4) for n in shape),
+                            maxshape=(None,) * len(shape), compression=rng.choice([None, "gzip"])
+                            if dtype != h5py.string_dtype() else None)
+        file[path].attrs.update({name: value for name, value in attributes.items()
+                                 if not isinstance(value, h5py.Empty)})
         return
     del file[path]
     file[path] = data

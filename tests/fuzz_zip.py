@@ -1,4 +1,5 @@
-"""Small policies as stable-baselines3 saves them, a zip within a zip, and mutants of them, for training/study/import_sb3.py."""
+"""Small policies as stable-baselines3 saves them, a zip within a zip, and mutants of them, for
+training/study/import_sb3.py."""
 import os
 import struct
 import zipfile
@@ -17,9 +18,11 @@ def pickled_state(arrays):
 
     items = b""
     for key, (name, array) in enumerate(arrays.items()):
-        storage = b"(" + text("storage") + b"ctorch\nFloatStorage\n" + text(str(key)) + text("cpu") + b"J" + struct.pack("<i", array.size) + b"tQ"
+        storage = (b"(" + text("storage") + b"ctorch\nFloatStorage\n" + text(str(key)) + text("cpu") + b"J"
+                   + struct.pack("<i", array.size) + b"tQ")
         items += text(name) + (b"ctorch._utils\n_rebuild_tensor_v2\n(" + storage + b"K\0" + numbers(array.shape)
-                               + numbers(s // array.itemsize for s in array.strides) + b"\x89ccollections\nOrderedDict\n)RtR")
+                               + numbers(s // array.itemsize for s in array.strides)
+                               + b"\x89ccollections\nOrderedDict\n)RtR")
     return b"\x80\x02ccollections\nOrderedDict\n)R(" + items + b"u."
 
 
@@ -32,8 +35,9 @@ def zip_parts():
         arrays[name + ".bias"] = rng.normal(0, 0.5, m).astype("f4")
     inner = {"archive/data.pkl": pickled_state(arrays), "archive/byteorder": b"little",
              **{f"archive/data/{k}": array.tobytes() for k, array in enumerate(arrays.values())}}
-    outer = {"data": b'{"policy_class": {"__module__": "sb3_contrib.tqc.policies"}, "num_timesteps": 321, "seed": 5, "use_sde": true,'
-                     b' "policy_kwargs": {"activation_fn": "<class \'torch.nn.modules.activation.ReLU\'>", "clip_mean": 2.0}}'}
+    outer = {"data": b'{"policy_class": {"__module__": "sb3_contrib.tqc.policies"}, "num_timesteps": 321, "seed": 5, '
+             b'"use_sde": true, "policy_kwargs": {"activation_fn": "<class \'torch.nn.modules.activation.ReLU\'>", '
+             b'"clip_mean": 2.0}}'}
     return outer, inner
 
 
@@ -65,7 +69,8 @@ def mutate_members(rng, members):
         members[rng.choice(sorted(members))] = members[name]
     else:
         members[name] = bytes(rng.choice([0, 1, 1 << 16, 9 << 20, 130 << 20]))
-    return members, rng.choice([zipfile.ZIP_STORED] * 3 + [zipfile.ZIP_DEFLATED] * 3 + [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+    return members, rng.choice([zipfile.ZIP_STORED] * 3 + [zipfile.ZIP_DEFLATED] * 3
+                               + [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
 
 
 def mutate_zip(rng, seed, path):

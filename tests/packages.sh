@@ -67,9 +67,9 @@ first_run="cd \$(mktemp -d)
   slipstep-fault -fault_output run.h5 -fault_catalogue events.h5 -fault_output_overwrite
   mpirun --oversubscribe -n 2 slipstep-fault -ts_adapt_type rl -ts_max_time 10
   slipstep-fault -options_file /usr/share/slipstep/examples/fault_3km.opts -ts_max_time 5
-  slipstep-plot-run run.h5
-  slipstep-report run.h5 --catalogue events.h5
-  slipstep-catalogue-quakeml events.h5 e.xml --origin 10 50
+  slipstep plot-run run.h5
+  slipstep report run.h5 --catalogue events.h5
+  slipstep catalogue-quakeml events.h5 e.xml --origin 10 50
   test -s run.png
   test -s run.html
   test -s e.xml

@@ -132,6 +132,11 @@ slipstep_environment() {
   if [ "$(id -u)" = 0 ]; then export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1; fi
 }
 
+# A program of the package in Python, as an installation has it: slipstep NAME ...
+slipstep() {
+  "$SLIPSTEP_PYTHON" src/package/program.py "$@"
+}
+
 slipstep_setup() {
   [ -n "${PETSC_DIR:-}" ] || set -- "${SLIPSTEP_PETSC_PACKAGES[@]}" "$@"
   slipstep_install "${SLIPSTEP_PACKAGES[@]}" "$@"

@@ -3,7 +3,7 @@ static const char help[] =
   "-evaluate_quick -evaluate_output output/quick.h5                       (seconds)\n  mpirun -n 2 evaluate "
   "-evaluate_policies 'training/policies/*.h5' -evaluate_output output/study.h5\nErrors are against a reference of "
   "each mesh, computed once and kept in the file. A run that was stopped continues with the\nsame command; other "
-  "options add to the same file. output/plot_study.py draws it, output/results_table.py tabulates it.\n\n";
+  "options add to the same file. slipstep plot-study draws it, slipstep results-table tabulates it.\n\n";
 
 #include "evaluate/evaluate.h"
 #include <slipcompat.h>

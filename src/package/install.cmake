@@ -7,7 +7,7 @@ install(TARGETS ${_libraries} EXPORT slipstepTargets LIBRARY DESTINATION ${CMAKE
         INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/slipstep)
 file(GLOB _headers CONFIGURE_DEPENDS include/*.h)
 file(GLOB _policies CONFIGURE_DEPENDS training/policies/*.h5)
-file(GLOB _python CONFIGURE_DEPENDS output/*.py training/study/*.py examples/convert_mesh.py)
+file(GLOB _python CONFIGURE_DEPENDS training/study/*.py examples/convert_mesh.py)
 file(GLOB _options CONFIGURE_DEPENDS examples/*.opts)
 install(FILES ${_headers} ${PROJECT_BINARY_DIR}/include/slipbuild.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/slipstep)
 install(FILES ${_policies} DESTINATION ${_data}/policies)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A man page of a program, from what it prints on -help (programs of PETSc) or --help (Python): man.py PROGRAM NAME VERSION > NAME.1"""
+"""A man page of a program, from what it prints on -help (programs of PETSc) or --help (Python): man.py PROGRAM NAME
+VERSION > NAME.1"""
 
 import os
 import re
@@ -12,11 +13,13 @@ from helptext import parse, printed
 
 def escaped(text):
     """Plain text as roff has it."""
-    return "\n".join(("\\&" if line[:1] in ".'" else "") + line for line in text.replace("\\", "\\e").replace("-", "\\-").split("\n"))
+    return "\n".join(("\\&" if line[:1] in ".'" else "") + line
+                     for line in text.replace("\\", "\\e").replace("-", "\\-").split("\n"))
 
 
 def page(name, version, summary, body):
-    return "\n".join([f'.TH {name.upper().replace("-", chr(92) + "-")} 1 "" "SlipStep {version}" "SlipStep"', ".SH NAME", f"{escaped(name)} \\- {escaped(summary)}", *body,
+    return "\n".join([f'.TH {name.upper().replace("-", chr(92) + "-")} 1 "" "SlipStep {version}" "SlipStep"',
+                      ".SH NAME", f"{escaped(name)} \\- {escaped(summary)}", *body,
                       ".SH SEE ALSO", "https://petsc.org for the options of PETSc"]) + "\n"
 
 
@@ -32,18 +35,24 @@ def of_petsc(program, name, version):
     for title, options in sections:
         body.append(f".SH {escaped(title.removesuffix(' options').upper())}")
         for option, default, text in options:
-            body += [".TP", f".BI {escaped(option)}", escaped(text + (f" (default {default})" if default and "default" not in text else ""))]
+            body += [".TP", f".BI {escaped(option)}",
+                     escaped(text + (f" (default {default})" if default and "default" not in text else ""))]
     return page(name, version, summary[0].lower() + summary[1:], body)
 
 
 def of_python(program, name, version):
-    text = subprocess.run([sys.executable, program, "--help"], capture_output=True, text=True, check=True).stdout
+    # slipstep NAME
+    words = [name.removeprefix("slipstep-")] if os.path.basename(program) == "program.py" and name != "slipstep" else []
+    text = subprocess.run([sys.executable, program, *words, "--help"], capture_output=True, text=True,
+                          check=True).stdout
     text = text.replace(os.path.basename(program), name)
     usage, _, rest = text.partition("\n\n")
     summary, _, rest = rest.partition("\n\n")
     words = " ".join(summary.split()).split(". ")[0].rstrip(".")
-    return page(name, version, words[:1].lower() + words[1:], [".SH SYNOPSIS", ".nf", escaped(re.sub(r"^usage: ", "", usage)), ".fi", ".SH DESCRIPTION", escaped(" ".join(summary.split())),
-                                                            ".SH OPTIONS", ".nf", escaped(rest), ".fi"])
+    return page(name, version, words[:1].lower() + words[1:],
+                [".SH SYNOPSIS", ".nf", escaped(re.sub(r"^usage: ", "", usage)), ".fi", ".SH DESCRIPTION",
+                 escaped(" ".join(summary.split())),
+                 ".SH OPTIONS", ".nf", escaped(rest), ".fi"])
 
 
 def main():

@@ -183,7 +183,7 @@ class Site:
         return seen
 
     def write_features(self):
-        """What goes with what: the table of src/fault/features.c, as fault prints it."""
+        """What goes with what: the table of src/fault/setup/features.c, as fault prints it."""
         done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-fault_features"], capture_output=True,
                               text=True, check=True, env={**os.environ, "OMPI_MCA_ess_singleton_isolated": "1"})
         *rules, rest = done.stdout.strip().split("\n")

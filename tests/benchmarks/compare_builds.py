@@ -9,9 +9,9 @@ both parts count. All datasets and attributes of the HDF5 files written are comp
 maps, checkpoint, policies), XDMF files, and the lines on stdout and warnings, without wall times, dates, versions,
 memory and paths. Of what differs it prints both shapes, or the largest absolute difference and that over the largest
 magnitude in BASE's dataset. At the end a table, a line a set: the same bits, or its largest relative difference
-(iterations, products and residuals only where nothing else differs); then how many sets and datasets there were, and whether all
-are equal. The exit code is 0 if all sets have the same bits, else 1. --only takes the sets whose name matches, --keep
-leaves inputs and runs in DIR, which must be new. Both builds together take two minutes of two cores.
+(iterations, products and residuals only where nothing else differs); then how many sets and datasets there were, and
+whether all are equal. The exit code is 0 if all sets have the same bits, else 1. --only takes the sets whose name
+matches, --keep leaves inputs and runs in DIR, which must be new. Both builds together take two minutes of two cores.
 
 Meshes, fields and named policies are those of the repository this script is in; a policy that is not named is what each
 build finds by itself. Self-test: --perturb 'OPTIONS' appends options to the runs of NEW's program fault, so that
@@ -167,7 +167,7 @@ pi by hand: fault 8x8 -ts_adapt_type pi -ts_adapt_pi_g1 3 -ts_adapt_pi_g2 5 -ts_
 rl 1e-1: fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-1
 rl 1e-2: 2 fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-2
 rl 1e-3: fault 14x14 -ts_adapt_type rl -ts_adapt_rl_accuracy 1e-3
-rl tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy POLICIES/fault_tqc.h5
+rl tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy STUDY/fault_tqc_alpha8.h5
 rl study tqc: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy STUDY/fault_tqc_alpha8.h5 -ts_bathe_reaction \
   implicit -ts_bathe_error doubling
 rl study td3: fault 10x10 -ts_adapt_type rl -ts_adapt_rl_policy STUDY/fault_td3_alpha1.h5
@@ -247,8 +247,10 @@ SWEEP = """-fault_nx 3 -fault_nz 2 -fault_output a.h5 -ts_adapt_type heuristic
 -fault_nx 4 -fault_nz 4 -fault_output b.h5 -ts_adapt_type rl
 """
 
-# Not compared: names of datasets and attributes (a policy's checksum is also of its date, lists are of places in a file), and lines of stdout
-IGNORED = re.compile(r"wall|^cpu$|version$|_LIST$|^(cost|processor_time|options|policy|policy_file|created|date|checksum)$")
+# Not compared: names of datasets and attributes (a policy's checksum is also of its date, lists are of places in a
+# file), and lines of stdout
+IGNORED = re.compile(
+    r"wall|^cpu$|version$|_LIST$|^(cost|processor_time|options|policy|policy_file|created|date|checksum)$")
 IGNORED_LINE = re.compile(r"wall time|\bleft\b|memory|^set-up of|^calibration, up to about|\bafter \d+ s$")
 SECONDS = re.compile(r"(^generation .*) \d+ s\b", re.M)  # of a training so far
 # How the solvers went, not what they found: named in the table only if nothing else differs
@@ -324,7 +326,8 @@ def command(build, ranks, program, text, folder):
               "STUDY/": os.path.join(ROOT, "training", "study", "policies"),
               "EXAMPLES/": os.path.join(ROOT, "examples")}
     words = shlex.split(re.sub(r"^(\d+)x(\d+)", r"-fault_nx \1 -fault_nz \2", text))
-    words = [re.sub(r"\b(IN|POLICIES|STUDY|EXAMPLES)/", lambda m: os.path.join(places[m[0]], ""), word) for word in words]
+    words = [re.sub(r"\b(IN|POLICIES|STUDY|EXAMPLES)/", lambda m: os.path.join(places[m[0]], ""), word)
+             for word in words]
     mpirun = ["mpirun", "-n", str(ranks), "--oversubscribe"] if ranks > 1 else []
     return [*mpirun, os.path.join(build, "bin", program), *shlex.split(COMMON[program]), *words]
 

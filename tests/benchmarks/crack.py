@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """How accurate a mesh of n cells across is: a circular crack of uniform stress drop, whose slip is known.
 
-    tests/benchmarks/crack.py [--build build] [--cells 10 20 40 56] [--ratio 1 4] [--poisson 0.25] [--output output/crack.h5]
+    tests/benchmarks/crack.py [--build build] [--cells 10 20 40 56] [--ratio 1 4] [--poisson 0.25] [--output
+    output/crack.h5]
 
 The crack is of the cells of `examples/make_mesh.py`, uniform or graded, whose centres lie in a circle of a full space:
-`alone`, with nothing around it, or `held`, with two rows of cells around its square that do not slip. The stiffness is that of
-the program (-fault_stiffness_view) and the slip the solution of K u = drop. The exact slip of a shear crack is 8 (1 - nu) / (pi (2 - nu)) drop / G sqrt(a^2 - r^2), along the load for every Poisson's
-ratio (Eshelby 1957). Errors are over the largest slip: root of the mean square over the area, the worst cell, the cell
-in the middle; that of the moment is over the exact one, beside what the cells' total area, to the power 3/2, makes of it.
+`alone`, with nothing around it, or `held`, with two rows of cells around its square that do not slip. The stiffness is
+that of the program (-fault_stiffness_view) and the slip the solution of K u = drop. The exact slip of a shear crack is
+8 (1 - nu) / (pi (2 - nu)) drop / G sqrt(a^2 - r^2), along the load for every Poisson's ratio (Eshelby 1957). Errors are
+over the largest slip: root of the mean square over the area, the worst cell, the cell in the middle; that of the moment
+is over the exact one, beside what the cells' total area, to the power 3/2, makes of it.
 """
 
 import argparse

@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
-"""How accurate unstructured triangles are: a circular crack of uniform stress drop, whose slip is known, in a full space.
+"""How accurate unstructured triangles are: a circular crack of uniform stress drop, whose slip is known, in a full
+space.
 
     tests/benchmarks/crack_triangles.py [--build build] [--across 10 20 40] [--rake 0 37 90] [--jitter 0.25 | --gmsh]
 
-The disc is meshed by Gmsh (python3-gmsh), or by points of a triangular lattice that are moved at random by `--jitter` of their distance.
-Slip along each rake is that of K u = drop by the stiffness of the program, and exact as in crack.py for any rake (Eshelby 1957). Printed
-are the root mean square of its error, over all cells and over those within 0.7 of the radius, and the error of the moment; and of the
-stress that slip in proportion to x makes within half of the radius, the root mean square about a smooth course (a cubic), over G/radius times
-that slip: stress at centroids keeps such an oscillation however small the triangles are (Noda 2025), averages over cells do not.
+The disc is meshed by Gmsh (python3-gmsh), or by points of a triangular lattice that are moved at random by `--jitter`
+of their distance.
+Slip along each rake is that of K u = drop by the stiffness of the program, and exact as in crack.py for any rake
+(Eshelby 1957). Printed are the root mean square of its error, over all cells and over those within 0.7 of the radius,
+and the error of the moment; and of the stress that slip in proportion to x makes within half of the radius, the root
+mean square about a smooth course (a cubic), over G/radius times that slip: stress at centroids keeps such an
+oscillation however small the triangles are (Noda 2025), averages over cells do not.
 """
 
 import argparse
@@ -85,9 +88,11 @@ def main():
                 file["triangles"] = triangles
             for average in ("centre", "cell"):
                 for rake in a.rake:
-                    S = crack.stiffness(os.path.abspath(a.build), mesh, len(triangles), average, a.poisson, folder, "-fault_rake", str(rake))
+                    S = crack.stiffness(os.path.abspath(a.build), mesh, len(triangles), average, a.poisson, folder,
+                                        "-fault_rake", str(rake))
                     rms, inside, moment, rest = measure(points, triangles, S, a.poisson)
-                    print(f"{across:6d}  {len(triangles):5d}  {average:7}  {rake:4g}  {100 * rms:7.2f}%  {100 * inside:7.2f}%  {100 * moment:7.2f}%"
+                    print(f"{across:6d}  {len(triangles):5d}  {average:7}  {rake:4g}  {100 * rms:7.2f}%  "
+                          f"{100 * inside:7.2f}%  {100 * moment:7.2f}%"
                           f"  {rest:11.4f}", flush=True)
 
 

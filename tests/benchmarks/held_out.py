@@ -9,8 +9,8 @@ ones, at equal error of the whole course of slip.
 
 Runs are done by the program `fault`, as a user would, and kept in FOLDER/runs.jsonl with all parts of their errors: an
 interrupted benchmark goes on where it was, and another measure needs no runs. Writes FOLDER/MEASURE.h5 and figures
-FOLDER/MEASURE_*.png. Faults and classical controllers: held_out_cases.py; error: slipstep.results.course; what "at equal error" means:
-held_out_score.py. Needs numpy, h5py, matplotlib.
+FOLDER/MEASURE_*.png. Faults and classical controllers: held_out_cases.py; error: slipstep.results.course; what "at
+equal error" means: held_out_score.py. Needs numpy, h5py, matplotlib.
 """
 
 import argparse
@@ -42,14 +42,21 @@ def arguments():
     parser.add_argument("--policy", default=os.path.join(ROOT, "training", "policies", "fault.h5"))
     parser.add_argument("--name", default="rl", help="name of the policy in tables and figures")
     parser.add_argument("--dials", type=float, nargs="+", default=DIALS, help="values of -ts_adapt_rl_accuracy")
-    parser.add_argument("--learned-options", default="", metavar="TEXT", help="further options of the learned runs, in one word")
-    parser.add_argument("--measure", choices=course.MEASURES, default="history", help="what is equal, and what the dial promises")
+    parser.add_argument("--learned-options", default="", metavar="TEXT",
+                        help="further options of the learned runs, in one word")
+    parser.add_argument("--measure", choices=course.MEASURES, default="history",
+                        help="what is equal, and what the dial promises")
     parser.add_argument("--bound", nargs="+", default=[], metavar="FILE",
-                        help="HDF5 with /steps and /error (train -train_algorithm steps), each named as its case: single_01.h5")
-    parser.add_argument("--seed", type=int, default=held_out_cases.SEED, help="seed of the drawn faults; another one gives fresh cases")
-    parser.add_argument("--cases", nargs="+", default=[""], help="only cases whose name begins with one of these: single, 3km_25, ...")
-    parser.add_argument("--families", nargs="+", default=[""], help="only classical families whose name begins with one of these: heuristic, dsp, ...")
-    parser.add_argument("--sparse", action="store_true", help="use half of the tolerances, which takes half of the time")
+                        help="HDF5 with /steps and /error (train -train_algorithm steps), each named as its case: "
+                             "single_01.h5")
+    parser.add_argument("--seed", type=int, default=held_out_cases.SEED,
+                        help="seed of the drawn faults; another one gives fresh cases")
+    parser.add_argument("--cases", nargs="+", default=[""],
+                        help="only cases whose name begins with one of these: single, 3km_25, ...")
+    parser.add_argument("--families", nargs="+", default=[""],
+                        help="only classical families whose name begins with one of these: heuristic, dsp, ...")
+    parser.add_argument("--sparse", action="store_true",
+                        help="use half of the tolerances, which takes half of the time")
     parser.add_argument("--limit", type=int, help="at most this many cases of each kind")
     parser.add_argument("--jobs", type=int, default=2, help="processes at once")
     parser.add_argument("--no-plot", action="store_true")
@@ -60,10 +67,12 @@ def chosen_cases(bench, seed, begins, limit=None):
     """Cases whose name begins like one of the words, of each kind so many."""
     def want(name):
         number = name.rsplit("_", 1)[1]
-        return name.startswith(tuple(begins)) and not (limit and name.split("_")[0] in held_out_cases.KINDS and int(number) > limit)
+        return name.startswith(tuple(begins)) and not (limit and name.split("_")[0] in held_out_cases.KINDS
+                                                       and int(number) > limit)
     cases = held_out_cases.all_cases(bench.folder, seed, bench.probe, want)
     if not cases:
-        raise BenchmarkError(f"no case begins like {' or '.join(begins)}; expected one of {', '.join(held_out_cases.KINDS)}, 3km_25, ...")
+        raise BenchmarkError(f"no case begins like {' or '.join(begins)}; expected one of "
+                             f"{', '.join(held_out_cases.KINDS)}, 3km_25, ...")
     return cases
 
 
@@ -72,7 +81,8 @@ def check_families(begins):
     names = held_out_cases.family_names()
     for word in begins:
         if not any(name.startswith(word) for name in names):
-            raise BenchmarkError(f"no classical family begins like {word} (--families); expected the beginning of one of: {'; '.join(names)}")
+            raise BenchmarkError(f"no classical family begins like {word} (--families); expected the beginning of one "
+                                 f"of: {'; '.join(names)}")
 
 
 def learned(bench, cases, policy, name, dials, extra=()):
@@ -89,7 +99,8 @@ def read_bounds(paths, cases, measure):
     for path in paths:
         name = os.path.splitext(os.path.basename(path))[0]
         if name not in names:
-            raise BenchmarkError(f"--bound {path} is named as none of the {len(names)} cases; expected for example {min(names)}.h5")
+            raise BenchmarkError(f"--bound {path} is named as none of the {len(names)} cases; expected for example "
+                                 f"{min(names)}.h5")
         with h5py.File(path) as file:
             of = file.attrs.get("measure", measure)
             of = of.decode() if isinstance(of, bytes) else of
@@ -126,13 +137,17 @@ def report(table, chosen, measure):
     """One line a kind and position of the dial."""
     other = "history" if measure == "final_slip" else "final slip"
     stats = held_out_score.statistics(table)
-    print(f"\nsolves of the best classical run over ours at equal error of the {measure.replace('_', ' ')}; other: of the {other}; bound: steps over ours")
-    print(f"{'cases':<16}{'policy':<8}{'dial':>7}{'runs':>6}{'failed':>7}{'kept':>6}{'median':>9}{'other':>9}{'solves':>8} |{'mean':>7}{'least':>7}"
+    print(f"\nsolves of the best classical run over ours at equal error of the {measure.replace('_', ' ')}; other: of "
+          f"the {other}; bound: steps over ours")
+    print(f"{'cases':<16}{'policy':<8}{'dial':>7}{'runs':>6}{'failed':>7}{'kept':>6}{'median':>9}{'other':>9}"
+          f"{'solves':>8} |{'mean':>7}{'least':>7}"
           f"{'below 1':>9} |{'other':>7}{'least':>7} |{'setting':>8} |{'bound':>6}")
     for (name, dial, group), s in sorted(stats.items(), key=lambda x: (x[0][2] == "all", x[0][2], x[0][0], -x[0][1])):
         below = f"{s['equal']['below_1']}/{s['equal']['cells']}" if "equal" in s else "-"
-        print(f"{group:<16}{name:<8}{dial:>7g}{s['runs']:>6}{s['failed']:>7}{100 * s['kept']:>5.0f}%{s['median']:>9.1e}{s['median_other']:>9.1e}{s['solves']:>8.1f} |"
-              f"{ratio(s, 'equal', 'mean'):>7}{ratio(s, 'equal', 'least'):>7}{below:>9} |{ratio(s, 'other', 'mean'):>7}{ratio(s, 'other', 'least'):>7} |"
+        print(f"{group:<16}{name:<8}{dial:>7g}{s['runs']:>6}{s['failed']:>7}{100 * s['kept']:>5.0f}%"
+              f"{s['median']:>9.1e}{s['median_other']:>9.1e}{s['solves']:>8.1f} |"
+              f"{ratio(s, 'equal', 'mean'):>7}{ratio(s, 'equal', 'least'):>7}{below:>9} "
+              f"|{ratio(s, 'other', 'mean'):>7}{ratio(s, 'other', 'least'):>7} |"
               f"{ratio(s, 'setting', 'mean'):>8} |{ratio(s, 'bound', 'median'):>6}")
     for dial, setting in chosen.items():
         if setting:
@@ -151,7 +166,8 @@ def main():
         case.tolerances = held_out_cases.SPARSE
     worst = bench.references(cases)
     ours = learned(bench, cases, os.path.abspath(o.policy), o.name, o.dials, o.learned_options.split())
-    classical = bench.all([Job(c, "classical", *job) for c in cases for job in held_out_cases.classical(c, o.families)], "classical controllers")
+    classical = bench.all([Job(c, "classical", *job) for c in cases for job in held_out_cases.classical(c, o.families)],
+                          "classical controllers")
     table, chosen = held_out_score.cells(ours, classical, o.measure, bounds)
     report(table, chosen, o.measure)
     write(os.path.join(folder, f"{o.measure}.h5"), o.measure, classical + ours, table, worst, chosen)

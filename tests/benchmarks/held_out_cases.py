@@ -1,10 +1,10 @@
 """The faults of the held-out benchmark, none of them seen in training, and the controllers that run them.
 
-Drawn faults (KINDS): parameters log-uniform in RANGES, by a seed; every other fault of a kind has its stiffness as it is
-computed, the rest as the study scaled it. The weakening slip follows from a drawn weakening rate over the stiffness
-against uniform slip. Per-cell fields vary by a random field of a few waves and white noise, so that cells slip and stick
-at different times. The duration is the time to rest in a run at PROBE_RTOL, times a drawn margin; a fault that does not
-rest in time or hardly slips is drawn again.
+Drawn faults (KINDS): parameters log-uniform in RANGES, by a seed; every other fault of a kind has its stiffness as it
+is computed, the rest as the study scaled it. The weakening slip follows from a drawn weakening rate over the stiffness
+against uniform slip. Per-cell fields vary by a random field of a few waves and white noise, so that cells slip and
+stick at different times. The duration is the time to rest in a run at PROBE_RTOL, times a drawn margin; a fault that
+does not rest in time or hardly slips is drawn again.
 Meshes: the faults of 3, 4 and 5 km at 25 x 25 and 50 x 50 cells, with either scaling, all else at its default.
 
 What is drawn is kept in FOLDER/cases_SEED: NAME.json, the fields in NAME.h5, and NAME.opts, with which any program can
@@ -44,8 +44,8 @@ SPREAD = {"normal_stress": 1, "friction_drop": 1, "friction_residual": 0.3, "fri
 
 @dataclasses.dataclass
 class Kind:
-    """count of faults; cells along each side; width over length, 0: that of square cells; weakening: rate over stiffness;
-    spread of fields; mesh: graded planes, every other time two of them."""
+    """count of faults; cells along each side; width over length, 0: that of square cells; weakening: rate over
+    stiffness; spread of fields; mesh: graded planes, every other time two of them."""
     count: int
     cells: tuple = (4, 12)
     aspect: tuple = (0, 0)
@@ -87,7 +87,8 @@ def families():
 
 
 def classical(case, begins=("",)):
-    """(family, rtol or step, options) of every classical run of a case by families whose name begins like one of these."""
+    """(family, rtol or step, options) of every classical run of a case by families whose name begins like one of
+    these."""
     return (run for run in every_classical(case) if run[0].startswith(tuple(begins)))
 
 
@@ -101,7 +102,8 @@ def every_classical(case):
         for rtol in case.tolerances[k % stride::stride]:
             yield family, rtol, [*options, "-ts_bathe_error", "embedded", *start, "-ts_rtol", f"{rtol:.6g}"]
     for step in CONSTANT[::1 if case.tolerances == TOLERANCES else 2]:
-        yield "constant", step, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", f"{step * case.tstar:.6g}"]
+        yield "constant", step, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt",
+                                 f"{step * case.tstar:.6g}"]
 
 
 @dataclasses.dataclass
@@ -126,12 +128,13 @@ def rounded(x):
 
 
 def fault_options(p):
-    return [word for name, value in p.items() for word in (f"-fault_{name}", value if isinstance(value, str) else f"{value:.6g}")]
+    return [word for name, value in p.items()
+            for word in (f"-fault_{name}", value if isinstance(value, str) else f"{value:.6g}")]
 
 
 def random_field(random, x, z):
-    """Zero mean, unit variance over cells at x, z in units of the fault: six plane waves of up to two periods along it, and
-    a third of white noise."""
+    """Zero mean, unit variance over cells at x, z in units of the fault: six plane waves of up to two periods along it,
+    and a third of white noise."""
     waves = np.zeros(len(x))
     for _ in range(6):
         kx, kz, phase = random.random(3)
@@ -141,19 +144,22 @@ def random_field(random, x, z):
 
 
 def geometry(random, kind, k, length):
-    """Options of the cells; rows of a mesh or None; x, z [n] of the cells in units of the length, their shape and area."""
+    """Options of the cells; rows of a mesh or None; x, z [n] of the cells in units of the length, their shape and
+    area."""
     nx, nz = (kind.cells[0] + int((kind.cells[1] + 1 - kind.cells[0]) * random.random()) for _ in range(2))
     width = rounded(length * (log_uniform(random, *kind.aspect) if kind.aspect[1] else nz / nx))
     top = 0.0 if random.random() < 0.3 else rounded(log_uniform(random, 100, 5e3))
     if not kind.mesh:
-        z, x = (g.ravel() for g in np.meshgrid((np.arange(nz) + 0.5) * width / nz / length, (np.arange(nx) + 0.5) / nx, indexing="ij"))
+        z, x = (g.ravel() for g in np.meshgrid((np.arange(nz) + 0.5) * width / nz / length, (np.arange(nx) + 0.5) / nx,
+                                               indexing="ij"))
         p = {"length_x": length, "length_z": width, "depth_top": top, "nx": nx, "nz": nz}
         return p, None, x, z, (nz, nx), length * width
     ratio = log_uniform(random, 1.5, 5)
     rows, planes = make_mesh.plane((nx, nz), (length, width), top, ratio), 1 + k // 2 % 2
     if planes == 2:
         offset = rounded(log_uniform(random, 0.2, 1) * length)
-        rows = np.concatenate([rows, make_mesh.plane((nx, nz), (length, width), top, ratio, x0=rounded(0.3 * length), y=offset)])
+        rows = np.concatenate([rows, make_mesh.plane((nx, nz), (length, width), top, ratio, x0=rounded(0.3 * length),
+                                                     y=offset)])
     return {}, rows, rows[:, 0] / length, (rows[:, 2] - top) / length, (len(rows),), planes * length * width
 
 
@@ -163,11 +169,13 @@ def stiffness(scaled, modulus, thickness, area, n):
 
 
 def draw(random, kind, k, path):
-    """A fault, its fields in the file path: options, T*, time unit of one cell, margin of the duration, least final slip."""
+    """A fault, its fields in the file path: options, T*, time unit of one cell, margin of the duration, least final
+    slip."""
     while True:
         p = {name: rounded(log_uniform(random, *limits)) for name, limits in RANGES.items()}
         drop = p["normal_stress"] * p["friction_drop"]
-        if PLAUSIBLE_DROP[0] <= drop <= PLAUSIBLE_DROP[1] and p["friction_residual"] + p["friction_drop"] <= PLAUSIBLE_FRICTION:
+        if (PLAUSIBLE_DROP[0] <= drop <= PLAUSIBLE_DROP[1] and p["friction_residual"]
+            + p["friction_drop"] <= PLAUSIBLE_FRICTION):
             break
     scaled, spread = k % 2 == 1, random.uniform(*kind.spread)
     weakening, margin, length = log_uniform(random, *kind.weakening), p.pop("margin"), p.pop("length_x")
@@ -177,7 +185,8 @@ def draw(random, kind, k, path):
     stiff = stiffness(scaled, p["shear_modulus"], p["thickness"], area, n)
     mean = {name: p.pop(name) for name in ("normal_stress", "friction_drop", "friction_residual")}
     mean["friction_slip"] = drop / stiff / weakening
-    deeper = 2 * (z + 0.1 * z.max()) / (1.2 * z.max()) if n > 1 and random.random() < 0.5 else 1  # than half: more stress
+    # than half: more stress
+    deeper = 2 * (z + 0.1 * z.max()) / (1.2 * z.max()) if n > 1 and random.random() < 0.5 else 1
     with h5py.File(path, "w") as file:
         if rows is not None:
             file["cells"] = rows
@@ -192,8 +201,8 @@ def draw(random, kind, k, path):
 
 
 def make(kind, k, seed, name, folder, probe):
-    """The k-th fault of a kind: the first draw that rests in time having slipped. probe: (time to rest or None, final slip)
-    of a case's run."""
+    """The k-th fault of a kind: the first draw that rests in time having slipped. probe: (time to rest or None, final
+    slip) of a case's run."""
     path = os.path.join(folder, f"{name}.h5")
     for attempt in range(100):
         random = np.random.default_rng([seed, list(KINDS).index(kind), k, attempt])

@@ -1,4 +1,5 @@
-"""Figures of the held-out benchmark: work-precision diagrams, one for all kinds of cases and one panel a case for each."""
+"""Figures of the held-out benchmark: work-precision diagrams, one for all kinds of cases and one panel a case for
+each."""
 
 import matplotlib
 
@@ -8,10 +9,12 @@ import numpy as np
 
 from held_out_score import by, envelope, error, solves_at
 
-COLOURS = {"pi fault_history": "tab:olive", "heuristic": "tab:blue", "basic": "tab:green", "dsp": "tab:purple", "pi": "tab:brown", "constant": "tab:gray"}
+COLOURS = {"pi fault_history": "tab:olive", "heuristic": "tab:blue", "basic": "tab:green", "dsp": "tab:purple",
+           "pi": "tab:brown", "constant": "tab:gray"}
 DIAL_COLOURS = ["gold", "orange", "tab:red", "darkred", "black", "tab:pink"]
 ERRORS = np.geomspace(1e-3, 0.3, 26)
-LABELS = {"history": "error of the course of slip", "final_slip": "error of the final slip", "event_time": "error of the time of the event"}
+LABELS = {"history": "error of the course of slip", "final_slip": "error of the final slip",
+          "event_time": "error of the time of the event"}
 PAGE = 40  # panels in a figure at most
 
 
@@ -37,7 +40,8 @@ def learned(ax, runs, measure, size):
     for colour, (dial, rows) in zip(DIAL_COLOURS, sorted(by(runs, "setting").items(), reverse=True)):
         found = points(rows, measure)
         if found.size:
-            ax.plot(np.maximum(found[1], 8e-4), found[0], "o", color=colour, ms=size, mec="white", mew=0.4, label=f"{rows[0]['family']}, {dial:g}", zorder=3)
+            ax.plot(np.maximum(found[1], 8e-4), found[0], "o", color=colour, ms=size, mec="white", mew=0.4,
+                    label=f"{rows[0]['family']}, {dial:g}", zorder=3)
 
 
 def median_solves(cases, measure):
@@ -47,7 +51,8 @@ def median_solves(cases, measure):
 
 def best_solves(runs, measure):
     """The same of one case, by the family that needs the fewest at each error."""
-    return np.min([[solves_at(*points(family, measure), e) for e in ERRORS] for family in by(runs, "family").values()], axis=0)
+    return np.min([[solves_at(*points(family, measure), e) for e in ERRORS] for family in by(runs, "family").values()],
+                  axis=0)
 
 
 def overview(path, measure, classical, ours, bounds):
@@ -55,13 +60,14 @@ def overview(path, measure, classical, ours, bounds):
     groups = list(dict.fromkeys(r["group"] for r in ours))
     columns = min(3, len(groups))
     rows = -(-len(groups) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(4.2 * columns, 3.2 * rows + 0.8), squeeze=False, sharex=True, sharey=True)
+    figure, axes = plt.subplots(rows, columns, figsize=(4.2 * columns, 3.2 * rows + 0.8), squeeze=False, sharex=True,
+                                sharey=True)
     for ax, group in zip(axes.flat, groups):
         runs = [r for r in classical if r["group"] == group and not r["failed"]]
         for name, rows_of in by([dict(r, controller=controller(r)) for r in runs], "controller").items():
             ax.plot(ERRORS, median_solves(by(rows_of, "case").values(), measure), color=COLOURS[name], lw=1, label=name)
-        ax.plot(ERRORS, np.median([best_solves(of_case, measure) for of_case in by(runs, "case").values()], axis=0), color="black", lw=2,
-                label="best classical family")
+        ax.plot(ERRORS, np.median([best_solves(of_case, measure) for of_case in by(runs, "case").values()], axis=0),
+                color="black", lw=2, label="best classical family")
         learned(ax, [r for r in ours if r["group"] == group], measure, 4)
         named = {r["case"] for r in ours if r["group"] == group} & set(bounds)
         if named:
@@ -76,9 +82,11 @@ def panels(path, measure, classical, ours, bounds):
     names = list(dict.fromkeys(r["case"] for r in ours))
     columns = min(8 if len(names) > 12 else 4, len(names))
     rows = -(-len(names) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(2.6 * columns, 2.3 * rows + 0.9), squeeze=False, sharex=True, sharey=True)
+    figure, axes = plt.subplots(rows, columns, figsize=(2.6 * columns, 2.3 * rows + 0.9), squeeze=False, sharex=True,
+                                sharey=True)
     for ax, name in zip(axes.flat, names):
-        for key, runs in by([dict(r, controller=controller(r)) for r in classical if r["case"] == name and not r["failed"]], "controller").items():
+        for key, runs in by([dict(r, controller=controller(r)) for r in classical if r["case"] == name
+                             and not r["failed"]], "controller").items():
             n, e = envelope(*points(runs, measure))
             ax.plot(e, n, color=COLOURS[key], lw=0.9, label=key)
         learned(ax, [r for r in ours if r["case"] == name], measure, 5)
@@ -98,7 +106,8 @@ def end(figure, axes, used, measure, path):
     for ax in axes.flat[:used]:
         handles.update(dict(zip(*reversed(ax.get_legend_handles_labels()))))
     height = figure.get_size_inches()[1]
-    figure.legend(handles.values(), handles.keys(), loc="upper center", ncol=min(6, len(handles)), fontsize=7, frameon=False)
+    figure.legend(handles.values(), handles.keys(), loc="upper center", ncol=min(6, len(handles)), fontsize=7,
+                  frameon=False)
     figure.tight_layout(rect=(0.012, 0, 1, 1 - 0.6 / height))
     figure.savefig(path, dpi=110)
     plt.close(figure)

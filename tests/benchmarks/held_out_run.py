@@ -32,7 +32,8 @@ class BenchmarkError(Exception):
 def environment():
     """Of one process without neighbours: Open MPI's singleton start without its daemon and its shared memory takes 0.07
     s instead of 0.4 s."""
-    env = dict(os.environ, OPENBLAS_NUM_THREADS="1", OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_pml="ob1", OMPI_MCA_btl="self")
+    env = dict(os.environ, OPENBLAS_NUM_THREADS="1", OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_pml="ob1",
+               OMPI_MCA_btl="self")
     if os.geteuid() == 0:
         env.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     return env
@@ -88,7 +89,8 @@ class Store:
 
 def command_line(job, output):
     c = job.case
-    return [*c.options, "-ts_max_time", f"{c.duration:.10g}", *job.options, *(["-ts_adapt_rl_policy", job.policy] if job.policy else []),
+    return [*c.options, "-ts_max_time", f"{c.duration:.10g}", *job.options,
+            *(["-ts_adapt_rl_policy", job.policy] if job.policy else []),
             "-fault_output", output, *LEAN]
 
 
@@ -101,7 +103,8 @@ def read(output):
 
 def read_course(output):
     """Attributes of /result and the course. Among the attributes `rest`, when the fault came to rest for good [s], NaN
-    when it did not, `moving`, the accepted steps until then and one more for the time that is left, and `explicit`, the share of explicit steps."""
+    when it did not, `moving`, the accepted steps until then and one more for the time that is left, and `explicit`, the
+    share of explicit steps."""
     run = course.read(output)
     with h5py.File(output) as file:
         result = {name: float(value) for name, value in file["result"].attrs.items()}
@@ -113,8 +116,9 @@ def read_course(output):
 
 
 def execute(build, jobs, folder, read=read):
-    """Do runs in one process (-fault_sweep); yield of each what read() makes of its output, or None and the message it ended
-    with. A run that fails ends the process: the others go to another one. A machine under load sometimes cannot start MPI, so the first run of a process is tried again."""
+    """Do runs in one process (-fault_sweep); yield of each what read() makes of its output, or None and the message it
+    ended with. A run that fails ends the process: the others go to another one. A machine under load sometimes cannot
+    start MPI, so the first run of a process is tried again."""
     program, again = os.path.join(build, "bin", "fault"), False
     while jobs:
         with tempfile.TemporaryDirectory(dir=folder) as room:
@@ -122,7 +126,8 @@ def execute(build, jobs, folder, read=read):
             outputs = [os.path.join(room, f"{k}.h5") for k in range(len(jobs))]
             with open(sweep, "w") as file:
                 file.writelines(" ".join(command_line(job, output)) + "\n" for job, output in zip(jobs, outputs))
-            done = subprocess.run([program, "-fault_sweep", sweep], env=environment(), capture_output=True, text=True, timeout=TIMEOUT)
+            done = subprocess.run([program, "-fault_sweep", sweep], env=environment(), capture_output=True, text=True,
+                                  timeout=TIMEOUT)
             count = 0
             for job, output in zip(jobs, outputs):
                 if not os.path.exists(output):
@@ -159,7 +164,8 @@ class Bench:
             with open(mark) as file:
                 before = file.read().strip()
             if before != library:
-                print(f"Note: {self.folder} was begun with another build of the library ({before}, now {library}); what it has is"
+                print(f"Note: {self.folder} was begun with another build of the library ({before}, now {library}); "
+                      "what it has is"
                       " reused. Remove the folder to start again.")
         else:
             with open(mark, "w") as file:
@@ -176,12 +182,14 @@ class Bench:
     def run(self, jobs):
         """Runs against their reference, stored."""
         for job, found, message in execute(self.build, jobs, self.folder, read_course):
-            row = {"key": job.key, "case": job.case.name, "group": job.case.group, "kind": job.kind, "family": job.family,
-                   "setting": job.setting, "failed": message}
+            row = {"key": job.key, "case": job.case.name, "group": job.case.group, "kind": job.kind,
+                   "family": job.family, "setting": job.setting, "failed": message}
             if found:
                 result, done = found
-                row.update({name: result[name] for name in ("solves", "accepted", "rejected", "mean_slip", "wall_time_solve")})
-                row.update({name: value for name, value in result.items() if name.startswith(("slip_error", "products")) or name in ("cost", "explicit_attempts")})
+                row.update({name: result[name] for name in ("solves", "accepted", "rejected", "mean_slip",
+                                                            "wall_time_solve")})
+                row.update({name: value for name, value in result.items() if name.startswith(("slip_error", "products"))
+                            or name in ("cost", "explicit_attempts")})
                 if job.family == "constant":
                     row["solves"] = result["moving"]
                 row.update(course.errors(done, self.fine[job.case.name]))
@@ -203,7 +211,8 @@ class Bench:
                 done += future.result()
                 if time.time() - last > 10 or done == len(todo):
                     last = time.time()
-                    print(f"  {done} of {len(todo)}, {last - begin:.0f} s, about {(last - begin) / done * (len(todo) - done):.0f} s left",
+                    print(f"  {done} of {len(todo)}, {last - begin:.0f} s, about "
+                          f"{(last - begin) / done * (len(todo) - done):.0f} s left",
                           flush=True)
         return [self.store.rows[key] for key in keys]
 
@@ -226,11 +235,13 @@ class Bench:
                     break
             coarse = fine
         else:
-            raise BenchmarkError(f"{case.name} has no reference: fine runs still differ by {spread:.1e} in the course at rtol {rtol:g},"
+            raise BenchmarkError(f"{case.name} has no reference: fine runs still differ by {spread:.1e} in the course "
+                                 f"at rtol {rtol:g},"
                                  f" expected < {FINE_AGREE:g}")
         if np.isnan(rest):
             raise BenchmarkError(f"{case.name}: the event is not over at {case.duration:g} s, expected rest")
-        _, steps = self.fine_run(case, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", f"{case.duration / FINE_STEPS:.10g}"])
+        _, steps = self.fine_run(case, ["-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt",
+                                        f"{case.duration / FINE_STEPS:.10g}"])
         with h5py.File(path + ".part", "w") as file:
             for name, values in vars(fine).items():
                 file[name] = values

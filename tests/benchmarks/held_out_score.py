@@ -1,12 +1,13 @@
 """What the held-out benchmark concludes from its runs: pure functions on rows, one row a run.
 
-A cell is one case at one position of the dial. Its ratio at equal error is that of the solves of the best classical run,
-the one with the fewest solves (rejected and failed attempts included) whose error is not larger than the learned run's
-and that all tighter tolerances of its family keep as well, over the learned run's. The choice is made afterwards, for
-each case by itself and with the errors known; without the condition on tighter tolerances, a run whose error happens to
-cross zero would win. Errors below FLOOR times the dial are luck of the same kind and count as that. "setting" is what a
-user gets: one family and tolerance for all cases, the cheapest (geometric mean of solves) of those that keep the dial in
-the share of the cases that the dial promises; chosen on the held-out cases themselves, which favours the classical side.
+A cell is one case at one position of the dial. Its ratio at equal error is that of the solves of the best classical
+run, the one with the fewest solves (rejected and failed attempts included) whose error is not larger than the learned
+run's and that all tighter tolerances of its family keep as well, over the learned run's. The choice is made afterwards,
+for each case by itself and with the errors known; without the condition on tighter tolerances, a run whose error
+happens to cross zero would win. Errors below FLOOR times the dial are luck of the same kind and count as that.
+"setting" is what a user gets: one family and tolerance for all cases, the cheapest (geometric mean of solves) of those
+that keep the dial in the share of the cases that the dial promises; chosen on the held-out cases themselves, which
+favours the classical side.
 """
 
 import numpy as np
@@ -57,8 +58,8 @@ def envelope(solves, errors):
 
 
 def solves_at(solves, errors, bound):
-    """Solves that a set of runs needs for an error: its envelope, interpolated between logarithms. An error above all of
-    the envelope's costs its cheapest run, one below all cannot be had: infinity."""
+    """Solves that a set of runs needs for an error: its envelope, interpolated between logarithms. An error above all
+    of the envelope's costs its cheapest run, one below all cannot be had: infinity."""
     n, e = envelope(solves, errors)
     if bound >= e[0]:
         return float(n[0])
@@ -90,8 +91,8 @@ def bound_steps(bound, limit):
 
 def cells(ours, classical, measure, bounds=None):
     """Every run of ours beside the classical runs of its case, as rows. A run of ours that failed has no ratios.
-    best_VIEW: solves of the best classical controller at equal error ("equal"), at equal error of the other measure, final
-    slip or history ("other"), with one setting for all cases ("setting"), and steps of the bound."""
+    best_VIEW: solves of the best classical controller at equal error ("equal"), at equal error of the other measure,
+    final slip or history ("other"), with one setting for all cases ("setting"), and steps of the bound."""
     table, per_case, settings, bounds = [], by(classical, "case"), {}, bounds or {}
     other = "history" if measure == "final_slip" else "final_slip"
     for run in ours:
@@ -115,13 +116,15 @@ def cells(ours, classical, measure, bounds=None):
 
 
 def statistics(table):
-    """Per policy, dial and group of cases ("all" for all): honesty of the dial, and every view's mean and least ratio."""
+    """Per policy, dial and group of cases ("all" for all): honesty of the dial, and every view's mean and least
+    ratio."""
     found = {}
     everything = [dict(r, group="all") for r in table]
     for key, rows in by(table + everything, "family", "setting", "group").items():
         good = [r for r in rows if not r["failed"]]
         errors = np.array([r["error"] for r in good])
-        s = {"runs": len(rows), "failed": len(rows) - len(good), "solves": float(np.mean([r["solves"] for r in good] or [np.nan])),
+        s = {"runs": len(rows), "failed": len(rows) - len(good),
+             "solves": float(np.mean([r["solves"] for r in good] or [np.nan])),
              "median": float(np.median(errors)) if good else np.nan,
              "median_other": float(np.median([r["error_other"] for r in good])) if good else np.nan,
              "kept": float(np.sum(errors <= key[1]) / len(rows))}  # a failed run keeps nothing

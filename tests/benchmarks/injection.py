@@ -1,25 +1,28 @@
 #!/usr/bin/env python3
 """Fluid injected into a fault of constant friction f, quasi-static: edge and slip of the crack against exact ones.
 
-    tests/benchmarks/injection.py [--build build] [--line 100 200 400 800] [--circle 20 40 60] [--shut-in 200 400] [--output F.h5]
+    tests/benchmarks/injection.py [--build build] [--line 100 200 400 800] [--circle 20 40 60] [--shut-in 200 400]
+    [--output F.h5]
 
 A crack that grows into rock at its strength has no singular stress at its edge, which says where the edge is.
 
-`line`: antiplane, one row of cells much longer (1000 km) than the crack is wide; slip along x, the crack grows along z under
-the pressure of SEAS BP6. The stress drop of the crack, D(z) = tau0 - f (sigma - p(z)), has the stress intensity
-integral_-a^a D/sqrt(a^2 - z^2) dz = 0, so (1/pi) integral_0^pi f p(a cos q) dq = f sigma - tau0 gives a, and the slip is
-(2/(pi G)) integral_-a^a D(y) arccosh|(a^2 - z y)/(a (z - y))| dy.
+`line`: antiplane, one row of cells much longer (1000 km) than the crack is wide; slip along x, the crack grows along z
+under the pressure of SEAS BP6. The stress drop of the crack, D(z) = tau0 - f (sigma - p(z)), has the stress intensity
+integral_-a^a D/sqrt(a^2 - z^2) dz = 0, so (1/pi) integral_0^pi f p(a cos q) dq = f sigma - tau0 gives a, and the slip
+is (2/(pi G)) integral_-a^a D(y) arccosh|(a^2 - z y)/(a (z - y))| dy.
 
-`circle`: -fault_injection, p = p* E1(r^2/(4 D t)), nu = 0: then the wavenumber k of slip along x costs G k/2 of stress, whatever
-its direction, and gives none along z, so that the crack is that of a scalar, and round. Abel's transform inverts it: with
-g(s) = integral_0^s D(r) r/sqrt(s^2 - r^2) dr the slip is (4/(pi G)) integral_r^a g(s)/sqrt(s^2 - r^2) ds (for a uniform D it is
-Eshelby's 4 D/(pi G) sqrt(a^2 - r^2)), whose edge is not singular where g(a) = 0: with a = lambda sqrt(4 D t)
-integral_0^1 E1(lambda^2 x^2) x/sqrt(1 - x^2) dx = T, T = (f sigma - tau0)/(f p*). Both sides do not depend on t: lambda is a number. Its limits are
-1/sqrt(2 T) for T -> 0 and exp((2 - 0.5772 - T)/2)/2 for large T; T = 1 here.
+`circle`: -fault_injection, p = p* E1(r^2/(4 D t)), nu = 0: then the wavenumber k of slip along x costs G k/2 of stress,
+whatever its direction, and gives none along z, so that the crack is that of a scalar, and round. Abel's transform
+inverts it: with g(s) = integral_0^s D(r) r/sqrt(s^2 - r^2) dr the slip is (4/(pi G)) integral_r^a g(s)/sqrt(s^2 - r^2)
+ds (for a uniform D it is Eshelby's 4 D/(pi G) sqrt(a^2 - r^2)), whose edge is not singular where g(a) = 0: with a =
+lambda sqrt(4 D t) integral_0^1 E1(lambda^2 x^2) x/sqrt(1 - x^2) dx = T, T = (f sigma - tau0)/(f p*). Both sides do not
+depend on t: lambda is a number. Its limits are 1/sqrt(2 T) for T -> 0 and exp((2 - 0.5772 - T)/2)/2 for large T; T = 1
+here.
 
-`shut-in`: the line after the end of the injection at 100 days: where pressure falls the crack sticks again, from the middle
-outwards, while its edge goes on, for which there is no closed form; compared with a model of its own, of the antiplane
-kernel of strips in closed form, half as wide as the program's cells, with the increments of slip >= 0 of a complementarity problem in 600 equal steps.
+`shut-in`: the line after the end of the injection at 100 days: where pressure falls the crack sticks again, from the
+middle outwards, while its edge goes on, for which there is no closed form; compared with a model of its own, of the
+antiplane kernel of strips in closed form, half as wide as the program's cells, with the increments of slip >= 0 of a
+complementarity problem in 600 equal steps.
 
 The edge in a run is where slip^(2/3), extrapolated from the outermost cells that have slipped, vanishes: the slip at an
 edge without singular stress goes as its distance^(3/2).
@@ -52,7 +55,8 @@ SOURCE, CIRCLE_T, CIRCLE_END = 1e6, 1.0, 20 * DAY  # p* [Pa], T, end [s]
 CIRCLE_SHARES = (0.1, 0.4, 1.0)  # of the end, where edges are compared
 COMMON = ["-fault_kernel", "full_space", "-fault_friction_law", "constant", "-fault_friction_residual", str(FRICTION),
           "-fault_normal_stress", str(SIGMA), "-fault_normal_stress_gradient", "0", "-fault_shear_modulus", str(G),
-          "-fault_initial", "traction", "-fault_inertia", "no", "-fault_viscosity", "radiation", "-fault_progress", "no"]
+          "-fault_initial", "traction", "-fault_inertia", "no", "-fault_viscosity", "radiation", "-fault_progress",
+          "no"]
 erfc = np.vectorize(math.erfc)
 
 
@@ -61,12 +65,14 @@ def run(build, folder, options):
     out = os.path.join(folder, "run.h5")
     if os.path.exists(out):
         os.remove(out)
-    command = [os.path.join(build, "bin", "fault"), *COMMON, *options, "-fault_output", out, "-fault_output_fields", "slip"]
+    command = [os.path.join(build, "bin", "fault"), *COMMON, *options, "-fault_output", out, "-fault_output_fields",
+               "slip"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
     if done.returncode:
         raise SystemExit(f"{' '.join(command)} failed:\n{done.stderr}")
     with h5py.File(out) as f:
-        return f["fields/time"][...], f["fields/slip"][...], f["result"].attrs["accepted"], f["result"].attrs["rejected"]
+        return f["fields/time"][...], f["fields/slip"][...], f["result"].attrs["accepted"], f["result"].attrs[
+            "rejected"]
 
 
 # ---- line ----
@@ -92,7 +98,8 @@ def bisect(f, low, high):
 
 def line_edge(t):
     q = (np.arange(2000) + 0.5) / 2000 * np.pi
-    return bisect(lambda a: np.mean(FRICTION * line_pressure(a * np.cos(q), t)) - (FRICTION * SIGMA - LINE_LOAD), 1e-3, 1e5)
+    return bisect(lambda a: np.mean(FRICTION * line_pressure(a * np.cos(q), t)) - (FRICTION * SIGMA - LINE_LOAD), 1e-3,
+                  1e5)
 
 
 def line_slip(t):
@@ -106,13 +113,15 @@ def line_slip(t):
 
 def line_times(end):
     """Of the record: dense at first, where the pressure grows as sqrt(t), and after the end of the injection"""
-    times = np.concatenate([STOP * (np.arange(61) / 60) ** 2, DAY * np.array(LINE_DAYS + SHUT_DAYS), STOP + 50 * DAY * (np.arange(41) / 40) ** 2])
+    times = np.concatenate([STOP * (np.arange(61) / 60) ** 2, DAY * np.array(LINE_DAYS + SHUT_DAYS),
+                            STOP + 50 * DAY * (np.arange(41) / 40) ** 2])
     times = np.unique(np.round(times))
     return times[times <= end + 1]
 
 
 def line_run(build, folder, n, days, options=()):
-    """Depth of the centres from the middle [n], slip on the days [days, n], each the end of a run, steps of the last one."""
+    """Depth of the centres from the middle [n], slip on the days [days, n], each the end of a run, steps of the last
+    one."""
     h = 2 * LINE_HALF / n
     z = (np.arange(n) + 0.5) * h - LINE_HALF
     times = line_times(days[-1] * DAY)
@@ -122,9 +131,10 @@ def line_run(build, folder, n, days, options=()):
     last = []
     for day in days:
         _, slip, *steps = run(build, folder, [
-            "-fault_nx", "1", "-fault_nz", str(n), "-fault_length_x", str(LINE_LENGTH), "-fault_length_z", str(2 * LINE_HALF),
-            "-fault_depth_top", str(DEPTH), "-fault_initial_traction", str(LINE_LOAD), "-fault_pore_pressure", "pressure.h5",
-            "-ts_max_time", str(day * DAY), *options])
+            "-fault_nx", "1", "-fault_nz", str(n), "-fault_length_x", str(LINE_LENGTH), "-fault_length_z",
+            str(2 * LINE_HALF),
+            "-fault_depth_top", str(DEPTH), "-fault_initial_traction", str(LINE_LOAD), "-fault_pore_pressure",
+            "pressure.h5", "-ts_max_time", str(day * DAY), *options])
         last.append(slip[-1, :, 0])
     return z, np.array(last), tuple(steps)
 
@@ -190,7 +200,8 @@ def circle_lambda(T):
 
 
 def circle_slip(a, t, r):
-    """(4/(pi G)) integral_r^a g(s)/sqrt(s^2 - r^2) ds, with s^2 = r^2 + (a^2 - r^2) y^2 and r = s sin q inside, which take both roots out"""
+    """(4/(pi G)) integral_r^a g(s)/sqrt(s^2 - r^2) ds, with s^2 = r^2 + (a^2 - r^2) y^2 and r = s sin q inside, which
+    take both roots out"""
     x, w = np.polynomial.legendre.leggauss(400)
     q, y, wq, wy = (x + 1) * np.pi / 4, (x + 1) / 2, w * np.pi / 4, w / 2
     s = np.sqrt(r * r + (a * a - r * r) * y * y)
@@ -199,7 +210,8 @@ def circle_slip(a, t, r):
 
 
 def circle_moment(a, t):
-    """Slip integrated over the crack [m^3]: by reciprocity the drop times the slip 4/(pi G) sqrt(a^2 - r^2) of a uniform unit drop; r = a sin q."""
+    """Slip integrated over the crack [m^3]: by reciprocity the drop times the slip 4/(pi G) sqrt(a^2 - r^2) of a
+    uniform unit drop; r = a sin q."""
     x, w = np.polynomial.legendre.leggauss(400)
     q, w = (x + 1) * np.pi / 4, w * np.pi / 4
     drop = FRICTION * SOURCE * (exponential_integral((a * np.sin(q)) ** 2 / (4 * ALPHA * t)) - CIRCLE_T)
@@ -214,7 +226,8 @@ def circle_solve(build, folder, n, options=()):
         "-fault_nx", str(n), "-fault_nz", str(n), "-fault_length_x", str(2 * half), "-fault_length_z", str(2 * half),
         "-fault_depth_top", str(DEPTH), "-fault_poisson_ratio", "0", "-fault_injection", f"{half},{DEPTH + half}",
         "-fault_injection_pressure", str(SOURCE), "-fault_injection_diffusivity", str(ALPHA),
-        "-fault_initial_traction", str(FRICTION * (SIGMA - CIRCLE_T * SOURCE)), "-ts_max_time", str(CIRCLE_END), *options])
+        "-fault_initial_traction", str(FRICTION * (SIGMA - CIRCLE_T * SOURCE)), "-ts_max_time", str(CIRCLE_END),
+        *options])
     h = 2 * half / n
     z = (np.arange(n) + 0.5) * h - half
     return t, slip, (accepted, rejected), np.hypot(*np.meshgrid(z, z)), h, number
@@ -242,7 +255,8 @@ def circle_run(build, folder, n, options=()):
 
 def line_errors(build, folder, n):
     z, slip, steps = line_run(build, folder, n, LINE_DAYS)
-    return np.array([(edge_of(z, s) / line_edge(d * DAY) - 1, s.max() / line_slip(d * DAY) - 1) for s, d in zip(slip, LINE_DAYS)]), steps
+    return np.array([(edge_of(z, s) / line_edge(d * DAY) - 1, s.max() / line_slip(d * DAY) - 1)
+                     for s, d in zip(slip, LINE_DAYS)]), steps
 
 
 def shut_in_errors(build, folder, n):
@@ -266,15 +280,18 @@ def main():
     build, table = os.path.abspath(a.build), []
     print("case     cells  steps      error of the edge and of slip, at three times")
     with tempfile.TemporaryDirectory() as folder:
-        for k, (name, errors, cells) in enumerate((("line", line_errors, a.line), ("circle", circle_run, a.circle), ("shut-in", shut_in_errors, a.shut_in))):
+        for k, (name, errors, cells) in enumerate((("line", line_errors, a.line), ("circle", circle_run, a.circle),
+                                                   ("shut-in", shut_in_errors, a.shut_in))):
             for n in cells:
                 rows, steps = errors(build, folder, n)
                 table.append((k, n, *steps, *rows.ravel()))
-                print(f"{name:7}  {n:5d}  {steps[0]:4d}+{steps[1]:<3d}  " + "   ".join(f"{100 * e:7.2f}% {100 * s:7.2f}%" for e, s in rows), flush=True)
+                print(f"{name:7}  {n:5d}  {steps[0]:4d}+{steps[1]:<3d}  "
+                      + "   ".join(f"{100 * e:7.2f}% {100 * s:7.2f}%" for e, s in rows), flush=True)
     if a.output:
         with h5py.File(a.output, "w") as f:
             f["injection"] = np.array(table, float)
-            f["injection"].attrs["columns"] = "case(line,circle,shut-in) cells accepted rejected then edge slip at three times"
+            f["injection"].attrs[
+                "columns"] = "case(line,circle,shut-in) cells accepted rejected then edge slip at three times"
 
 
 if __name__ == "__main__":

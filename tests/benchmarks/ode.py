@@ -4,10 +4,10 @@
   ode.py [--controllers basic,dsp:PI42,rl,...] [--output RUNS.txt]     run tests/benchmarks/ode.c (build/tests/odebench)
   ode.py --read RUNS.txt [MORE.txt ...]                               compare runs that are there
 
-For every method of every problem a controller runs at seven tolerances. Its work is interpolated between the logarithms of its
-errors, as is that of basic, and compared at nine errors that both reach. Ratios of work are averaged geometrically over
-methods, then over problems. A method in which a controller does not get to the end drops out of its average, so the last
-columns compare pairs of controllers, where both do."""
+For every method of every problem a controller runs at seven tolerances. Its work is interpolated between the logarithms
+of its errors, as is that of basic, and compared at nine errors that both reach. Ratios of work are averaged
+geometrically over methods, then over problems. A method in which a controller does not get to the end drops out of its
+average, so the last columns compare pairs of controllers, where both do."""
 import argparse
 import collections
 import math
@@ -106,7 +106,8 @@ def report(runs):
         own, worse = failures(runs, c)
         pairs = [compare(runs, l, c) for l in learned]
         cells = [f"{math.exp(statistics.fmean(pair.values())):.3f}" for pair in pairs]
-        print(f"| `{c}` | {mean[c]:.3f} | {100 * rejections(runs, c):.1f} % | {len(own)} ({len(worse)}) | {' | '.join(cells)} |")
+        print(f"| `{c}` | {mean[c]:.3f} | {100 * rejections(runs, c):.1f} % | {len(own)} ({len(worse)}) | "
+              f"{' | '.join(cells)} |")
     best = min(untuned, key=mean.get)
     hindsight = math.exp(statistics.fmean(min(logs[c][p] for c in untuned if p in logs[c]) for p in runs))
     print(f"\nbest untuned controller: {best}; the best of each problem in hindsight: {hindsight:.3f}")

@@ -15,8 +15,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
-LABELS = {"k_dense": "K dense", "k_fft": "K FFT", "k_hmat": "K H-matrix", "h_sqrtm": "H exact", "h_spectral": "H spectral",
-          "h_lanczos": "H Lanczos", "b": "B", "pc": "preconditioner"}
+LABELS = {"k_dense": "K dense", "k_fft": "K FFT", "k_hmat": "K H-matrix", "h_sqrtm": "H exact",
+          "h_spectral": "H spectral", "h_lanczos": "H Lanczos", "b": "B", "pc": "preconditioner"}
 CONTROLLERS = {"rl": "policy", "heuristic": "heuristic"}
 STYLE = {1: "-", 2: "--"}
 
@@ -59,7 +59,8 @@ def draw_scaling(ax, columns, runs):
     for data, key, value, quantity, label, color, style in sets:
         if not data:
             continue
-        one, two = ({n: t for n, t, k, r in zip(data["n"], data[quantity], data[key], data["ranks"]) if k == value and r == p}
+        one, two = ({n: t for n, t, k, r in zip(data["n"], data[quantity], data[key], data["ranks"]) if k == value
+                     and r == p}
                     for p in (1, 2))
         sizes = sorted(set(one) & set(two))
         if sizes:
@@ -105,7 +106,8 @@ def draw(source, target):
         ax.grid(alpha=0.3)
         if ax.get_legend_handles_labels()[0] and ax not in (axes[0, 1], axes[0, 2]):
             ax.legend(fontsize=8)
-    figure.suptitle(f"3 km fault; {about['processor']}, {about['cores']} cores, load {about['load_average']:.1f} at the start; "
+    figure.suptitle(f"3 km fault; {about['processor']}, {about['cores']} cores, load {about['load_average']:.1f} at "
+                    "the start; "
                     f"commit {str(about['commit'])[:10]}, {about['date']}", fontsize=10)
     part = os.path.splitext(target)[0] + ".part.png"
     figure.savefig(part, dpi=110)

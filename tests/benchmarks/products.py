@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 """Products with stiffness and viscosity, and how often the accuracy is kept, of faults with inertia of each kind.
 
-    tests/benchmarks/products.py                       # steps that are explicit or implicit, and implicit ones, by learned policies
-    tests/benchmarks/products.py --kinds event rupture --faults 40 --all     # beside every classical setting, chosen afterwards
+    tests/benchmarks/products.py                       # steps that are explicit or implicit, and implicit ones, by
+                                                       # learned policies
+    tests/benchmarks/products.py --kinds event rupture --faults 40 --all     # beside every classical setting, chosen
+                                                                             # afterwards
     tests/benchmarks/products.py --other PATH/TO/build              # another build's default as well
     tests/benchmarks/products.py --move                             # how far the policy's dial would have to be moved
 
-Faults: products_cases.py, drawn by a seed. A run's error is that of the whole history (slipstep.results.course) against constant explicit steps which those twice as
-long confirm. Products are all with K, Kn and H, those formed at once counted once, and with the preconditioner (output/README.md); of a build that does not count these,
-those with K. "Afterwards" is the cheapest run within the dial, chosen for each fault; "one setting" the cheapest one that keeps the dial in 95 % of the kind. Runs are kept in FOLDER:
-an interrupted benchmark goes on where it was. Needs numpy and h5py.
+Faults: products_cases.py, drawn by a seed. A run's error is that of the whole history (slipstep.results.course) against
+constant explicit steps which those twice as long confirm. Products are all with K, Kn and H, those formed at once
+counted once, and with the preconditioner (output/README.md); of a build that does not count these, those with K.
+"Afterwards" is the cheapest run within the dial, chosen for each fault; "one setting" the cheapest one that keeps the
+dial in 95 % of the kind. Runs are kept in FOLDER: an interrupted benchmark goes on where it was. Needs numpy and h5py.
 """
 
 import argparse
@@ -59,17 +62,20 @@ class Products(Bench):
     def make_reference(self, case, path):
         before, spread = None, None
         for share in FINE:
-            (_, found, message), = execute(self.build, [Job(case, "fine", "", 0, constant("explicit", share * case.tstar))], self.folder, read_course)
+            (_, found, message), = execute(self.build, [
+                Job(case, "fine", "", 0, constant("explicit", share * case.tstar))], self.folder, read_course)
             if not found:
                 raise BenchmarkError(f"the reference of {case.name} failed: {message}")
             if before and found[0]["accepted"] > 1.5 * before[0]["accepted"]:
                 spread = course.MEASURES["history"](course.errors(before[1], found[1]))
                 if spread < AGREE:
                     break
-            if not before or found[0]["accepted"] > 1.5 * before[0]["accepted"]:  # not twice the longest steps that are stable
+            # not twice the longest steps that are stable
+            if not before or found[0]["accepted"] > 1.5 * before[0]["accepted"]:
                 before = found
         else:
-            print(f"Note: {case.name} has no reference: fine runs differ by {spread:.1e}, expected < {AGREE:g}; it is left out")
+            print(f"Note: {case.name} has no reference: fine runs differ by {spread:.1e}, expected < {AGREE:g}; it "
+                  "is left out")
             spread = np.inf
         with h5py.File(path + ".part", "w") as file:
             for name, values in vars(found[1]).items():
@@ -82,7 +88,8 @@ class Products(Bench):
         def first(output):
             with h5py.File(output) as file:
                 return float(file["steps/dt"][0])
-        (_, found, message), = execute(self.build, [Job(case, "fine", "", 0, [*constant("explicit", case.duration), "-ts_max_steps", "1"])], self.folder, first)
+        (_, found, message), = execute(self.build, [
+            Job(case, "fine", "", 0, [*constant("explicit", case.duration), "-ts_max_steps", "1"])], self.folder, first)
         if not found:
             raise BenchmarkError(f"the longest step of {case.name}: {message}")
         return found
@@ -167,18 +174,21 @@ def one_setting(rows, dial):
         settings.setdefault((row["family"], row["setting"]), []).append(row)
     for (family, setting), runs in settings.items():
         if np.mean([error(r) <= dial for r in runs]) >= SHARE:
-            best = min(best, (mean([products(r) for r in runs]), f"{family} {setting:g}", {r["case"]: products(r) for r in runs}), key=lambda b: b[0])
+            best = min(best, (mean([products(r) for r in runs]), f"{family} {setting:g}",
+                              {r["case"]: products(r) for r in runs}), key=lambda b: b[0])
     return best[1:]
 
 
 def afterwards(rows, bound):
     """Products of the cheapest run of each case within a bound of its own."""
-    return {case: min([products(r) for r in rows if r["case"] == case and error(r) <= limit], default=np.inf) for case, limit in bound.items()}
+    return {case: min([products(r) for r in rows if r["case"] == case and error(r) <= limit], default=np.inf)
+            for case, limit in bound.items()}
 
 
 def ratios(ours, others):
     """mean, least of others' products over ours"""
-    found = np.array([others[case] / products(row) for case, row in ours.items() if np.isfinite(others.get(case, np.inf)) and not row["failed"]])
+    found = np.array([others[case] / products(row) for case, row in ours.items()
+                      if np.isfinite(others.get(case, np.inf)) and not row["failed"]])
     return f"{mean(found):7.2f}{found.min():6.2f}" if len(found) else f"{'-':>7}{'-':>6}"
 
 
@@ -187,8 +197,10 @@ def report(cases, rows, other):
     kinds = {}
     for case in cases:
         kinds.setdefault(kind_of(case), []).append(case.name)
-    print(f"\nproducts of others over those of auto: mean, least\n{'kind':<11}{'dial':>6}{'runs':>5}{'kept':>6}{'median':>9}{'worst':>6}{'products':>9} | {'implicit':>8}"
-          f"{'kept':>6}{'over auto':>13} | {'other build':>13} | {'afterwards':>13} | {'equal error':>13} | one setting")
+    print("\nproducts of others over those of auto: mean, least\n"
+          f"{'kind':<11}{'dial':>6}{'runs':>5}{'kept':>6}{'median':>9}{'worst':>6}{'products':>9} | {'implicit':>8}"
+          f"{'kept':>6}{'over auto':>13} | {'other build':>13} | {'afterwards':>13} | {'equal error':>13} | "
+          "one setting")
     for kind, names in kinds.items():
         own = [r for r in rows if r["case"] in names]
         every = [r for r in own if r["kind"] == "classical"]
@@ -197,18 +209,24 @@ def report(cases, rows, other):
             others = {r["case"]: r for r in own if r["family"] == "implicit" and r["setting"] == dial}
             errors = np.array([error(r) for r in ours.values()])
             name, setting = one_setting(every, dial)
-            print(f"{kind:<11}{dial:>6g}{len(ours):>5}{100 * np.mean(errors <= dial):>5.0f}%{np.median(errors):>9.1e}{errors.max() / dial:>6.2f}"
-                  f"{mean([products(r) for r in ours.values()]):>9.1f} | {mean([products(r) for r in others.values()]):>8.1f}"
-                  f"{100 * np.mean([error(r) <= dial for r in others.values()]):>5.0f}%{ratios(ours, {c: products(r) for c, r in others.items()})} | "
-                  f"{ratios(ours, {r['case']: products(r) for r in other if r['setting'] == dial})} | {ratios(ours, afterwards(every, dict.fromkeys(ours, dial)))} | "
-                  f"{ratios(ours, afterwards(every, {c: max(error(r), 0.1 * dial) for c, r in ours.items()}))} |{ratios(ours, setting)} {name}")
+            print(f"{kind:<11}{dial:>6g}{len(ours):>5}{100 * np.mean(errors <= dial):>5.0f}%"
+                  f"{np.median(errors):>9.1e}{errors.max() / dial:>6.2f}"
+                  f"{mean([products(r) for r in ours.values()]):>9.1f} | "
+                  f"{mean([products(r) for r in others.values()]):>8.1f}"
+                  f"{100 * np.mean([error(r) <= dial for r in others.values()]):>5.0f}%"
+                  f"{ratios(ours, {c: products(r) for c, r in others.items()})} | "
+                  f"{ratios(ours, {r['case']: products(r) for r in other if r['setting'] == dial})} | "
+                  f"{ratios(ours, afterwards(every, dict.fromkeys(ours, dial)))} | "
+                  f"{ratios(ours, afterwards(every, {c: max(error(r), 0.1 * dial) for c, r in ours.items()}))} "
+                  f"|{ratios(ours, setting)} {name}")
 
 
 def report_moves(cases, rows):
     """The dial that the policy would have to see, so that the share of each kind's runs keeps the user's"""
     kinds = {kind: [c.name for c in cases if kind_of(c) == kind] for kind in dict.fromkeys(map(kind_of, cases))}
     kinds["all"] = [c.name for c in cases]
-    print(f"\nlargest move of the dial [decades] with which {MOVED_SHARE:.0%} and {SHARE:.0%} are kept, and what it costs in products\n{'kind':<11}" +
+    print(f"\nlargest move of the dial [decades] with which {MOVED_SHARE:.0%} and {SHARE:.0%} are kept, and what it "
+          f"costs in products\n{'kind':<11}" +
           "".join(f"{dial:>32g}" for dial in DIALS))
     for kind, names in kinds.items():
         line = f"{kind:<11}"
@@ -218,7 +236,8 @@ def report_moves(cases, rows):
                 good = [a for a in LADDER if a <= dial * 1.01 and np.mean([error(r) <= dial for r in at[a]]) >= share]
                 cost = {a: mean([products(r) for r in at[a]]) for a in LADDER}
                 near = min(LADDER, key=lambda a: abs(np.log(a / dial)))
-                line += f"{np.log10(max(good) / dial):>9.2f} x{cost[max(good)] / cost[near]:>4.2f}" if good else f"{'none':>15}"
+                line += (f"{np.log10(max(good) / dial):>9.2f} x{cost[max(good)] / cost[near]:>4.2f}" if good
+                         else f"{'none':>15}")
             line += f" {np.mean([error(r) <= dial for r in at[near]]):.2f}"[:5].rjust(2)
         print(line)
 
@@ -233,7 +252,8 @@ def arguments():
     parser.add_argument("--faults", type=int, default=20, help="of each kind")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--all", action="store_true", help="all classical settings, too")
-    parser.add_argument("--move", action="store_true", help="the learned steps at many positions of the dial, and by how much it would have to be moved")
+    parser.add_argument("--move", action="store_true", help="the learned steps at many positions of the dial, and by "
+                                                            "how much it would have to be moved")
     parser.add_argument("--jobs", type=int, default=2, help="processes at once")
     return parser.parse_args()
 
@@ -246,7 +266,8 @@ def main():
     if o.move:
         report_moves(cases, bench.all([learned(c, policy, a) for c in cases for a in LADDER], "positions of the dial"))
         return
-    jobs = [make(case, *more, dial) for case in cases for dial in DIALS for make, more in ((learned, [policy]), (implicit, []))]
+    jobs = [make(case, *more, dial) for case in cases for dial in DIALS
+            for make, more in ((learned, [policy]), (implicit, []))]
     rows, other = bench.all(jobs, "learned steps"), []
     if o.other:
         theirs = Products(os.path.abspath(o.other), os.path.join(bench.folder, "other"), o.jobs)

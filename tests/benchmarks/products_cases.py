@@ -1,8 +1,9 @@
 """Faults with inertia of eight kinds, and ruptures from a patch, for the benchmark of products (products.py).
 
-Those from the instability are drawn as held_out_cases.py draws, with other numbers of cells and options besides; every third is weakened linearly where its kind does
-not say how. Their duration is the time to rest times a margin. Ruptures are those that training/runs/rupture.c draws, with inertia: a patch of radius above what becomes
-unstable by itself, in a field of strength and stress that varies.
+Those from the instability are drawn as held_out_cases.py draws, with other numbers of cells and options besides; every
+third is weakened linearly where its kind does not say how. Their duration is the time to rest times a margin. Ruptures
+are those that training/runs/rupture.c draws, with inertia: a patch of radius above what becomes unstable by itself, in
+a field of strength and stress that varies.
 """
 
 import dataclasses
@@ -24,8 +25,8 @@ GRID = {"cells": (2, 14), "aspect": (0.25, 1.5), **WIDE}
 
 @dataclasses.dataclass
 class Row:
-    """kind: as held_out_cases.draw() takes it; number: of the k-th fault, by which that scales the stiffness (odd ones) and has two planes (every other pair);
-    options(random): more of them; triangles: each rectangle is cut in two."""
+    """kind: as held_out_cases.draw() takes it; number: of the k-th fault, by which that scales the stiffness (odd ones)
+    and has two planes (every other pair); options(random): more of them; triangles: each rectangle is cut in two."""
     kind: Kind = None
     number: object = lambda k: k
     options: object = lambda random: []
@@ -49,7 +50,8 @@ def dipping(random):
 
 
 def vectors(random):
-    return ["-fault_slip_components", "2", "-fault_rake", f"{360 * random.random() - 180:.4g}", "-fault_normal_coupling", "no"]
+    return ["-fault_slip_components", "2", "-fault_rake", f"{360 * random.random() - 180:.4g}",
+            "-fault_normal_coupling", "no"]
 
 
 def opening(random):
@@ -84,7 +86,8 @@ def cut(path):
     """Rectangles of a vertical plane, cut in two; the values of cells twice."""
     with h5py.File(path, "r+") as file:
         rows = file["cells"][()]
-        corners = rows[:, None, :3] + 0.5 * np.stack([[a * rows[:, 3], 0 * rows[:, 3], b * rows[:, 4]] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]).transpose(2, 0, 1)
+        corners = rows[:, None, :3] + 0.5 * np.stack([[a * rows[:, 3], 0 * rows[:, 3], b * rows[:, 4]] for a, b
+                                                      in ((-1, -1), (1, -1), (1, 1), (-1, 1))]).transpose(2, 0, 1)
         vertices, index = np.unique(np.round(corners.reshape(-1, 3), 6), axis=0, return_inverse=True)
         square = index.reshape(-1, 4)
         del file["cells"]
@@ -99,13 +102,15 @@ def cut(path):
 def event(random, row, k, path):
     """(case, margin of its duration, least final slip)"""
     law = row.kind.law or ("linear_slip_weakening" if k % 3 == 2 else "exponential_slip_weakening")
-    options, tstar, unit, margin, least = held_out_cases.draw(random, dataclasses.replace(row.kind, law=law), row.number(k), path)
+    options, tstar, unit, margin, least = held_out_cases.draw(random, dataclasses.replace(row.kind, law=law),
+                                                              row.number(k), path)
     if row.triangles:
         cut(path)
         options += ["-fault_mesh_frame", "ned"]
     if random.random() < 0.5:
         options += start(random)
-    return Case("", law.split("_")[0], options + row.options(random), float(tstar), rounded(LIMIT * unit), [], path), margin, least
+    return Case("", law.split("_")[0], options + row.options(random), float(tstar), rounded(LIMIT * unit), [],
+                path), margin, least
 
 
 def rupture(random, row, k, path):
@@ -119,8 +124,10 @@ def rupture(random, row, k, path):
     extra = row.options(random)
     if extra:  # cells near the upper edge have hardly any normal stress
         stress = stress * np.maximum(LEAST_STRESS, z / z.max() - 0.3)
-    a = make_fault.argparse.Namespace(seed=int(2**31 * random.random()), drop=drop, scatter=scatter, correlation=side * log_uniform(random, 2, 8), shear_modulus=30e9,
-                                      slip=None, weakening=weakening, stress=0.45 + 0.3 * random.random(), patch=patch, residual=0.5, normal_stress=stress)
+    a = make_fault.argparse.Namespace(seed=int(2**31 * random.random()), drop=drop, scatter=scatter,
+                                      correlation=side * log_uniform(random, 2, 8), shear_modulus=30e9,
+                                      slip=None, weakening=weakening, stress=0.45 + 0.3 * random.random(), patch=patch,
+                                      residual=0.5, normal_stress=stress)
     fields = make_fault.fields(x, z, side, a)
     if extra:
         fields["normal_stress"] = (stress, "Pa")
@@ -128,17 +135,21 @@ def rupture(random, row, k, path):
     with h5py.File(path, "w") as file:
         for name, (values, _) in fields.items():
             file[name] = values
-    p = {"nx": nx, "nz": nz, "length_x": side * nx, "length_z": side * nz, "depth_top": side if extra else 0, "friction_residual": 0.5, "friction_law": law,
-         "thickness": log_uniform(random, 0.3, 1) * side * max(nx, nz), "initial": "traction", "initial_unstable": "yes", "inertia": "yes",
-         "viscosity": "sqrtm" if k % 2 else "radiation", "parameters": path}
+    p = {"nx": nx, "nz": nz, "length_x": side * nx, "length_z": side * nz, "depth_top": side if extra else 0,
+         "friction_residual": 0.5, "friction_law": law,
+         "thickness": log_uniform(random, 0.3, 1) * side * max(nx, nz), "initial": "traction",
+         "initial_unstable": "yes", "inertia": "yes", "viscosity": "sqrtm" if k % 2 else "radiation",
+         "parameters": path}
     p.update({} if extra else {"normal_stress": stress})
     tstar = p["thickness"] * np.sqrt(2500 / 30e9)
     least = LEAST_BROKEN * float(fields["friction_slip"][0].mean())
-    return Case("", law.split("_")[0], held_out_cases.fault_options(p) + extra, float(tstar), rounded(RUPTURE_LIMIT * tstar), [], path), 1 + 2 * random.random() ** 2, least
+    return Case("", law.split("_")[0], held_out_cases.fault_options(p) + extra, float(tstar),
+                rounded(RUPTURE_LIMIT * tstar), [], path), 1 + 2 * random.random() ** 2, least
 
 
 def make(kind, k, seed, folder, probe):
-    """The k-th fault of a kind: the first draw that slips and, of events, rests in time. probe: (time to rest or None, final slip) of a case's run."""
+    """The k-th fault of a kind: the first draw that slips and, of events, rests in time. probe: (time to rest or None,
+    final slip) of a case's run."""
     name = f"{kind}_{k + 1:02d}"
     path, row = os.path.join(folder, f"{name}.h5"), KINDS[kind]
     for attempt in range(200):

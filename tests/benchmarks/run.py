@@ -29,27 +29,31 @@ import plot
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SIZES = (25, 50, 100, 200, 512, 1000)
 # Largest size of each operator: dense matrices fill the memory, the others the day.
-LARGEST = {"k_dense": 100, "k_fft": 1000, "k_hmat": 200, "h_sqrtm": 512, "h_spectral": 1000, "h_lanczos": 512, "b": 512, "pc": 512}
+LARGEST = {"k_dense": 100, "k_fft": 1000, "k_hmat": 200, "h_sqrtm": 512, "h_spectral": 1000, "h_lanczos": 512, "b": 512,
+           "pc": 512}
 TWO_RANKS = ("k_fft", "h_sqrtm", "b", "pc")
 STEPS = (0.05, 0.5, 2.0, 7.0)  # of the linear solver [T*]
 RUN_LARGEST = {"rl": 512, "heuristic": 100}  # a heuristic run at 200 takes more than five minutes
-SUMMARY = {"accepted": r"accepted steps: *(\d+)", "rejected": r"rejected steps: *(\d+)", "solves": r"Bathe solves: *(\d+)",
-           "newton": r"Newton iterations: *(\d+)", "linear": r"linear iterations: *(\d+)",
-           "products_k": r"products with K: *(\d+)", "products_h": r"products with H: *(\d+)",
-           "mean_slip": r"final mean slip: *([-+.\de]+)", "setup": r"wall time of set-up: *([.\d]+)",
-           "solve": r"wall time of the solve: *([.\d]+)",
+SUMMARY = {"accepted": r"accepted steps: *(\d+)", "rejected": r"rejected steps: *(\d+)",
+           "solves": r"Bathe solves: *(\d+)", "newton": r"Newton iterations: *(\d+)",
+           "linear": r"linear iterations: *(\d+)", "products_k": r"products with K: *(\d+)",
+           "products_h": r"products with H: *(\d+)", "mean_slip": r"final mean slip: *([-+.\de]+)",
+           "setup": r"wall time of set-up: *([.\d]+)", "solve": r"wall time of the solve: *([.\d]+)",
            "resident": r"Maximum \(over computational time\) process memory: +total +\S+ +max +(\S+)"}
 UNITS = {"setup": "s", "product": "s", "solve": "s", "wall": "s", "mean_slip": "m", "memory": "B", "memory_all": "B",
          "resident": "B", "step": "T*"}
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description="Benchmark of the operators, the linear solver and full runs of the 3 km fault.")
+    parser = argparse.ArgumentParser(description="Benchmark of the operators, the linear solver and full runs of the "
+                                                 "3 km fault.")
     parser.add_argument("--quick", action="store_true", help="sizes up to 25 and short runs: less than a minute")
-    parser.add_argument("--max-n", type=int, default=200, metavar="N", help="largest number of cells a side (default 200)")
+    parser.add_argument("--max-n", type=int, default=200, metavar="N",
+                        help="largest number of cells a side (default 200)")
     parser.add_argument("--output", default=os.path.join(ROOT, "output", "benchmark.h5"), metavar="F.h5")
     parser.add_argument("--build", default=os.path.join(ROOT, "build"), metavar="DIR")
-    parser.add_argument("--timeout", type=float, default=3600, metavar="S", help="longest time of a cell [s] (default 3600)")
+    parser.add_argument("--timeout", type=float, default=3600, metavar="S",
+                        help="longest time of a cell [s] (default 3600)")
     parser.add_argument("--retry", action="store_true", help="run failed cells again")
     return parser.parse_args()
 
@@ -74,20 +78,22 @@ def operator_cells(sizes):
                 continue
             for ranks in (1, 2) if kind in TWO_RANKS else (1,):
                 options = ["-bench_kind", kind, "-bench_n", str(n)]
-                yield Cell("operators", f"{kind}-{n}-{ranks}", n, ranks, 1 + at_100 * (n / 100) ** power, "operators", options,
-                           kind=kind)
+                yield Cell("operators", f"{kind}-{n}-{ranks}", n, ranks, 1 + at_100 * (n / 100) ** power, "operators",
+                           options, kind=kind)
 
 
 def iteration_cells(sizes):
     for n in sizes:
         for step in STEPS if n <= LARGEST["b"] else ():
             options = ["-bench_kind", "cg", "-bench_n", str(n), "-bench_step", str(step)]
-            yield Cell("iterations", f"cg-{n}-{step:g}", n, 1, 1 + 0.5 * (n / 100) ** 3, "operators", options, step=step)
+            yield Cell("iterations", f"cg-{n}-{step:g}", n, 1, 1 + 0.5 * (n / 100) ** 3, "operators", options,
+                       step=step)
 
 
 def run_cells(sizes, extra):
     policy = os.path.join(ROOT, "training", "policies", "fault.h5")
-    controllers = {"rl": ["-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy], "heuristic": ["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3"]}
+    controllers = {"rl": ["-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy],
+                   "heuristic": ["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3"]}
     for n in sizes:
         for controller, options in controllers.items():
             for ranks in (1, 2) if n <= RUN_LARGEST[controller] else ():
@@ -123,7 +129,8 @@ def numbers_of(cell, text):
 
 def hopeless(cell, cells):
     """Did the same on a smaller mesh take too long already?"""
-    return any(c["status"] == "timeout" and c["n"] < cell.n and c["table"] == cell.table and c["ranks"] == cell.ranks and
+    return any(c["status"] == "timeout" and c["n"] < cell.n and c["table"] == cell.table and c["ranks"] == cell.ranks
+               and
                all(c.get(key) == value for key, value in cell.keys.items()) for c in cells.values())
 
 
@@ -186,8 +193,9 @@ def machine(args):
             return ""
 
     model = re.search(r"model name\s*: (.*)", open("/proc/cpuinfo").read()) if os.path.exists("/proc/cpuinfo") else None
-    return {"processor": model[1] if model else platform.processor(), "cores": os.cpu_count() or 0, "system": platform.platform(),
-            "commit": output("git", "rev-parse", "HEAD"), "date": time.strftime("%Y-%m-%d %H:%M:%S %z"),
+    return {"processor": model[1] if model else platform.processor(), "cores": os.cpu_count() or 0,
+            "system": platform.platform(), "commit": output("git", "rev-parse", "HEAD"),
+            "date": time.strftime("%Y-%m-%d %H:%M:%S %z"),
             "load_average": os.getloadavg()[0], "threads": os.environ.get("OPENBLAS_NUM_THREADS", ""),
             "quick": int(args.quick)}
 
@@ -212,7 +220,8 @@ def store(path, cells, about):
 
 def select(cells, table, **keys):
     """Rows that are complete and have these keys, by size."""
-    rows = [c for c in cells.values() if c["table"] == table and c["status"] == "ok" and all(c.get(k) == v for k, v in keys.items())]
+    rows = [c for c in cells.values() if c["table"] == table and c["status"] == "ok"
+            and all(c.get(k) == v for k, v in keys.items())]
     return sorted(rows, key=lambda c: c["n"])
 
 
@@ -233,7 +242,8 @@ def fit_all(cells):
         rows = select(cells, "operators", kind=kind, ranks=1)
         slopes += [(f"{kind} {q}", *fit(rows, q, smallest)) for q in ("setup", "product", "memory")]
     for step in STEPS:
-        slopes.append((f"cg iterations at h = {step:g} T*", *fit(select(cells, "iterations", step=step), "iterations", smallest)))
+        slopes.append((f"cg iterations at h = {step:g} T*",
+                       *fit(select(cells, "iterations", step=step), "iterations", smallest)))
     for controller in ("rl", "heuristic"):
         rows = select(cells, "runs", controller=controller, ranks=1)
         slopes.append((f"run {controller} solve", *fit(rows, "solve", smallest)))
@@ -248,9 +258,11 @@ def show(cells):
     """The tables, as text."""
     titles = {"operators": ("kind", "n", "ranks", "setup", "product", "memory", "resident", "status"),
               "iterations": ("step", "n", "iterations", "solve", "status"),
-              "runs": ("controller", "n", "ranks", "solves", "linear", "products_k", "products_h", "mean_slip", "setup", "solve", "resident", "status")}
+              "runs": ("controller", "n", "ranks", "solves", "linear", "products_k", "products_h", "mean_slip", "setup",
+                       "solve", "resident", "status")}
     for table, keys in titles.items():
-        rows = sorted((c for c in cells.values() if c["table"] == table), key=lambda c: (str(c[keys[0]]), c["n"], c["ranks"]))
+        rows = sorted((c for c in cells.values() if c["table"] == table),
+                      key=lambda c: (str(c[keys[0]]), c["n"], c["ranks"]))
         print(f"\n{table}\n" + " ".join(f"{k:>10}" for k in keys))
         for row in rows:
             print(" ".join(f"{row[k]:>10}" if isinstance(row.get(k), str) else number(row.get(k)) for k in keys) +
@@ -276,13 +288,15 @@ def run_all(args, cells):
     todo = [c for c in all_cells(args) if c.name not in cells or (args.retry and cells[c.name]["status"] != "ok")]
     about = machine(args)
     total, begin, spent = sum(c.cost for c in todo), time.monotonic(), 0.0
-    print(f"{len(todo)} cells to run, {len(cells)} known from {args.output}" if cells else f"{len(todo)} cells to run", flush=True)
+    print(f"{len(todo)} cells to run, {len(cells)} known from {args.output}" if cells else f"{len(todo)} cells to run",
+          flush=True)
     for i, cell in enumerate(todo):
         left = (total - spent) * ((time.monotonic() - begin) / spent if spent else 1)
         print(f"[{i + 1}/{len(todo)}] {cell.name:22} about {duration(left)} left", end="  ", flush=True)
         cells[cell.name] = measure(cell, cells, args)
         spent += cell.cost
-        print(f"{cells[cell.name]['status']}, {cells[cell.name]['wall']:.1f} s {cells[cell.name]['message']}", flush=True)
+        print(f"{cells[cell.name]['status']}, {cells[cell.name]['wall']:.1f} s {cells[cell.name]['message']}",
+              flush=True)
         store(args.output, cells, about)
     return len(todo)
 

@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""Ruptures without inertia: what the default takes, in processor time at equal error, beside other settings. Tables in Markdown.
+"""Ruptures without inertia: what the default takes, in processor time at equal error, beside other settings. Tables in
+Markdown.
 
     ruptures.py [--build DIR] [--seed S] [--count N]          some minutes for each of N draws of six classes
-    ruptures.py --check                                       exits with 1 where another setting takes less than 1/1.25 of the time
+    ruptures.py --check                                       exits with 1 where another setting takes less than 1/1.25
+                                                              of the time
 
-Drawn faults from a given stress, radiation damping alone: 200 to 700 cells (small, vector: slip of two components, scattered: strength that
-varies by 30 to 60 %) and 2,000 to 6,000 (large); slow ones begin in a patch of about the critical size that exceeds its strength by 1e-5 to
-1e-3. A fault of which less than 30 % breaks is drawn again. The error of a run is the larger one of that of the history and of the root mean
-square error of the times at which cells break, over their range, against `adams` at 3e-6. Time is that of the process beyond what one cell
-takes, the least of three runs. "Best" is the fastest of all settings with an error within the accuracy, chosen afterwards for each fault.
+Drawn faults from a given stress, radiation damping alone: 200 to 700 cells (small, vector: slip of two components,
+scattered: strength that varies by 30 to 60 %) and 2,000 to 6,000 (large); slow ones begin in a patch of about the
+critical size that exceeds its strength by 1e-5 to 1e-3. A fault of which less than 30 % breaks is drawn again. The
+error of a run is the larger one of that of the history and of the root mean square error of the times at which cells
+break, over their range, against `adams` at 3e-6. Time is that of the process beyond what one cell takes, the least of
+three runs. "Best" is the fastest of all settings with an error within the accuracy, chosen afterwards for each fault.
 """
 
 import argparse
@@ -37,7 +40,8 @@ TOLERANCES = ("3e-1", "1e-1", "3e-2", "1e-2", "3e-3", "1e-3")
 SETTINGS = {
     **{f"{kind} {rtol}": ("-ts_type", kind, "-ts_rtol", rtol) for kind in ("adams", "rkc") for rtol in TOLERANCES},
     **{f"bathe rl {a}": ("-ts_type", "bathe", "-fault_accuracy", a) for a in ACCURACIES},
-    **{f"bathe {c} {rtol}": ("-ts_type", "bathe", "-ts_adapt_type", c, "-ts_rtol", rtol) for c in ("pi", "dsp") for rtol in ("1e-1", "1e-2", "1e-3")},
+    **{f"bathe {c} {rtol}": ("-ts_type", "bathe", "-ts_adapt_type", c, "-ts_rtol", rtol) for c in ("pi", "dsp")
+       for rtol in ("1e-1", "1e-2", "1e-3")},
 }
 
 
@@ -52,22 +56,26 @@ def draw(kind, seed):
     nx = max(8, round((log_uniform(random, *CLASSES[kind]) / aspect) ** 0.5))
     nz, side, slow = max(8, round(nx * aspect)), length / nx, kind.startswith("slow")
     normal, drop, residual = log_uniform(random, 10e6, 100e6), log_uniform(random, 0.05, 0.25), random.uniform(0.3, 0.6)
-    weakening = log_uniform(random, 0.3, 1) * SHEAR_MODULUS * np.sqrt(2) / np.pi * (7 / 3) / side  # of a square cell [Pa/m]
+    # of a square cell [Pa/m]
+    weakening = log_uniform(random, 0.3, 1) * SHEAR_MODULUS * np.sqrt(2) / np.pi * (7 / 3) / side
     x, z = np.meshgrid((np.arange(nx) + 0.5) * side, (np.arange(nz) + 0.5) * side)
-    scatter, correlation = random.uniform(*((0.3, 0.6) if kind == "scattered" else (0.05, 0.25))), random.uniform(0.05, 0.3) * length
+    scatter, correlation = random.uniform(*((0.3, 0.6) if kind == "scattered"
+                                            else (0.05, 0.25))), random.uniform(0.05, 0.3) * length
     drops = drop * np.maximum(1 + scatter * waves((x, z), correlation, random), 0.1)
     slip = drops * normal / weakening if kind == "scattered" else np.full_like(drops, drop * normal / weakening)
     strength = (residual + drops) * normal
     share = random.uniform(0.5, 0.8) * (1 + scatter * waves((x, z), correlation, random))
     stress = np.minimum(normal * (residual + share * drops), 0.98 * strength)
-    critical = 1.158 / 2 * 1.3 * SHEAR_MODULUS / (drops * normal / slip).mean()  # radius of an unstable patch, about [m]
+    # radius of an unstable patch, about [m]
+    critical = 1.158 / 2 * 1.3 * SHEAR_MODULUS / (drops * normal / slip).mean()
     radius = np.clip(critical * random.uniform(*((0.9, 1.2) if slow else (1.5, 2.5))), 1.5 * side, 0.35 * nz * side)
     excess = log_uniform(random, *((1e-5, 1e-3) if slow else (3e-3, 3e-2)))
     at = random.uniform(0.3, 0.7) * nx * side, random.uniform(0.35, 0.65) * nz * side
     stress = np.where(np.hypot(x - at[0], z - at[1]) < radius, (1 + excess) * strength, stress)
-    options = {"nx": nx, "nz": nz, "length_x": nx * side, "length_z": nz * side, "depth_top": 0 if random.random() < 0.5 else 5000, "inertia": "no",
-               "viscosity": "radiation", "normal_stress": normal, "normal_stress_gradient": 0, "friction_residual": residual,
-               "shear_modulus": SHEAR_MODULUS, "initial": "traction", "progress": "no"}
+    options = {"nx": nx, "nz": nz, "length_x": nx * side, "length_z": nz * side, "depth_top": 0 if random.random() < 0.5
+               else 5000, "inertia": "no",
+               "viscosity": "radiation", "normal_stress": normal, "normal_stress_gradient": 0,
+               "friction_residual": residual, "shear_modulus": SHEAR_MODULUS, "initial": "traction", "progress": "no"}
     if kind == "vector":
         options |= {"slip_components": 2, "rake": random.uniform(0, 90)}
     words = [str(word) for name, value in options.items() for word in (f"-fault_{name}", value)]
@@ -91,10 +99,11 @@ class Runs:
         run, events = (os.path.join(self.folder, name) for name in ("run.h5", "events.h5"))
         times = []
         for _ in range(repeat):
-            done = subprocess.run([self.program, *options, "-fault_parameters", "fields.h5", "-fault_output", run, "-fault_output_overwrite",
-                                   "-fault_output_fields", "slip", "-fault_output_interval", "1000000", "-fault_catalogue", events,
-                                   "-fault_catalogue_maps"], cwd=self.folder, capture_output=True, text=True,
-                                  env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+            done = subprocess.run([self.program, *options, "-fault_parameters", "fields.h5", "-fault_output", run,
+                                   "-fault_output_overwrite",
+                                   "-fault_output_fields", "slip", "-fault_output_interval", "1000000",
+                                   "-fault_catalogue", events, "-fault_catalogue_maps"], cwd=self.folder,
+                                  capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
             if done.returncode:
                 sys.exit(f"ruptures.py: {' '.join(options)} ended with {done.returncode}: {done.stderr[-500:]}")
             with h5py.File(run) as file:
@@ -107,7 +116,8 @@ class Runs:
 
 def error(run, reference):
     largest = course.MEASURES["history"](course.errors(run[0], reference[0]))
-    both = np.isfinite(run[1]) & np.isfinite(reference[1]) if len(run[1]) == len(reference[1]) else np.zeros(len(reference[1]), bool)
+    both = (np.isfinite(run[1]) & np.isfinite(reference[1]) if len(run[1]) == len(reference[1])
+            else np.zeros(len(reference[1]), bool))
     span = np.nanmax(reference[1]) - np.nanmin(reference[1])
     if not both.any():
         return np.inf
@@ -131,9 +141,12 @@ def measure(runs, options):
     """{setting: (error, time)}, with the default at each accuracy"""
     reference = runs([*options, *REFERENCE])
     every = {**SETTINGS, **{f"default {a}": ("-fault_accuracy", a) for a in ACCURACIES}}
-    found = {name: (error(run, reference), run[2]) for name, words in every.items() for run in [runs([*options, *words])]}
-    for name, (wrong, time) in list(found.items()):  # those that may be best at an accuracy, and the default, twice more
-        rivals = [min([t for e, t in found.values() if e <= float(a)], default=0) for a in ACCURACIES if wrong <= float(a)]
+    found = {name: (error(run, reference), run[2]) for name, words in every.items()
+             for run in [runs([*options, *words])]}
+    # those that may be best at an accuracy, and the default, twice more
+    for name, (wrong, time) in list(found.items()):
+        rivals = [min([t for e, t in found.values() if e <= float(a)], default=0) for a in ACCURACIES
+                  if wrong <= float(a)]
         if name.startswith("default") or any(time <= 1.5 * t for t in rivals):
             found[name] = wrong, min(time, runs([*options, *every[name]], 2)[2])
     return found
@@ -142,15 +155,19 @@ def measure(runs, options):
 def table(found):
     """found: {class: [what measure() returns]}. The largest ratio of the default's time to that of another setting"""
     worst = 0
-    print("| class | accuracy | kept | median, largest error | time of the default (ms) | best other / default, mean, least |\n|" + "---|" * 6)
+    print("| class | accuracy | kept | median, largest error | time of the default (ms) | best other / default, mean, "
+          "least |\n|" + "---|" * 6)
     for kind, rows in found.items():
         for a in ACCURACIES:
             mine = np.array([row[f"default {a}"] for row in rows])
-            best = np.array([min([t for name, (e, t) in row.items() if not name.startswith("default") and e <= float(a)], default=np.inf) for row in rows])
+            best = np.array([min([t for name, (e, t) in row.items() if not name.startswith("default")
+                                  and e <= float(a)], default=np.inf) for row in rows])
             ratio = best / mine[:, 1]
             worst = max(worst, 1 / np.exp(np.log(ratio).mean()))
-            print(f"| {kind} | {a} | {np.mean(mine[:, 0] <= float(a)):.0%} of {len(rows)} | {np.median(mine[:, 0]):.1e}, {mine[:, 0].max():.1e} | "
-                  f"{1e3 * np.exp(np.log(mine[:, 1]).mean()):.0f} | {np.exp(np.log(ratio).mean()):.2f}, {ratio.min():.2f} |")
+            print(f"| {kind} | {a} | {np.mean(mine[:, 0] <= float(a)):.0%} of {len(rows)} | "
+                  f"{np.median(mine[:, 0]):.1e}, {mine[:, 0].max():.1e} | "
+                  f"{1e3 * np.exp(np.log(mine[:, 1]).mean()):.0f} | {np.exp(np.log(ratio).mean()):.2f}, "
+                  f"{ratio.min():.2f} |")
     return worst
 
 
@@ -158,8 +175,10 @@ def one_setting(found):
     rows = [row for each in found.values() for row in each]
     print("\n| setting | kept 1e-1, 1e-2, 3e-3 | time over the default's at 1e-2 |\n|---|---|---|")
     for name in rows[0]:
-        errors, ratio = np.array([row[name][0] for row in rows]), np.array([row[name][1] / row["default 1e-2"][1] for row in rows])
-        print(f"| {name} | {', '.join(f'{np.mean(errors <= float(a)):.0%}' for a in ACCURACIES)} | {np.exp(np.log(ratio).mean()):.2f} |")
+        errors, ratio = np.array([row[name][0] for row in rows]), np.array([row[name][1] / row["default 1e-2"][1]
+                                                                            for row in rows])
+        print(f"| {name} | {', '.join(f'{np.mean(errors <= float(a)):.0%}' for a in ACCURACIES)} | "
+              f"{np.exp(np.log(ratio).mean()):.2f} |")
 
 
 def main():
@@ -167,7 +186,8 @@ def main():
     parser.add_argument("--build", default=os.path.join(ROOT, "build"), metavar="DIR")
     parser.add_argument("--seed", type=int, default=20261201)
     parser.add_argument("--count", type=int, default=10, metavar="N", help="draws of each class (default 10)")
-    parser.add_argument("--check", action="store_true", help="exit with 1 where the mean over a class of the best other setting is below 0.8")
+    parser.add_argument("--check", action="store_true",
+                        help="exit with 1 where the mean over a class of the best other setting is below 0.8")
     a = parser.parse_args()
     found = {}
     with tempfile.TemporaryDirectory() as folder:
@@ -176,11 +196,13 @@ def main():
             found[kind] = []
             for seed, options in drawn(runs, kind, a.seed, a.count):
                 found[kind].append(measure(runs, options))
-                print(f"{kind} {seed}: " + ", ".join(f"{name} {e:.1e} {1e3 * t:.0f} ms" for name, (e, t) in found[kind][-1].items()), file=sys.stderr, flush=True)
+                print(f"{kind} {seed}: " + ", ".join(f"{name} {e:.1e} {1e3 * t:.0f} ms" for name, (e, t)
+                                                     in found[kind][-1].items()), file=sys.stderr, flush=True)
     worst = table(found)
     one_setting(found)
     if a.check and worst > 1.25:
-        sys.exit(f"ruptures.py: another setting takes 1/{worst:.2f} of the default's time, expected no less than 1/1.25")
+        sys.exit(f"ruptures.py: another setting takes 1/{worst:.2f} of the default's time, expected no less "
+                 "than 1/1.25")
 
 
 if __name__ == "__main__":

@@ -24,9 +24,9 @@ import h5py
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PLAIN = ["-fault_operator", "dense", "-pc_type", "none"]
-NUMBERS = {"accepted": r"accepted steps: *(\d+)", "rejected": r"rejected steps: *(\d+)", "solves": r"Bathe solves: *(\d+)",
-           "mean_slip": r"final mean slip: *([-+.\de]+)", "setup": r"wall time of set-up: *([.\d]+)",
-           "solve": r"wall time of the solve: *([.\d]+)"}
+NUMBERS = {"accepted": r"accepted steps: *(\d+)", "rejected": r"rejected steps: *(\d+)",
+           "solves": r"Bathe solves: *(\d+)", "mean_slip": r"final mean slip: *([-+.\de]+)",
+           "setup": r"wall time of set-up: *([.\d]+)", "solve": r"wall time of the solve: *([.\d]+)"}
 UNITS = {"mean_slip": "m", "setup": "s", "solve": "s", "plain": "s"}
 COLUMNS = ("size", "controller", "ranks", "solves", "mean_slip", "setup", "solve", "spread", "plain")
 
@@ -76,9 +76,11 @@ def main():
             plain = measure(o.build, 1, size, options + PLAIN, 1)["solve"]
             for ranks in o.ranks:
                 r = measure(o.build, ranks, size, options, o.repeat)
-                rows.append((size, name, ranks, r["solves"], r["mean_slip"], r["setup"], r["solve"], r["spread"], plain))
+                rows.append((size, name, ranks, r["solves"], r["mean_slip"], r["setup"], r["solve"], r["spread"],
+                             plain))
                 print(f"{size:>3} x {size:<3} {name:>10} {ranks:>6} {r['solves']:>7.0f} {r['setup']:>11.2f}"
-                      f" {r['solve']:>10.3f} {r['spread']:>7.1f} {plain:>10.2f} {plain / r['solve']:>11.1f}", flush=True)
+                      f" {r['solve']:>10.3f} {r['spread']:>7.1f} {plain:>10.2f} {plain / r['solve']:>11.1f}",
+                      flush=True)
     if o.output:
         with h5py.File(o.output, "w") as file:
             for name, column in zip(COLUMNS, zip(*rows)):

@@ -2,9 +2,10 @@
 ranges much wider than those of the shipped policy's training.
 
 Fault k of a seed is of the kind KINDS[k % 8], with 1 to 400 cells: single cells, uniform grids, planes whose cells are
-graded, and two parallel planes, graded or not; or MORE_KINDS[k % 4]: slip as a vector along any rake, dipping faults whose slip changes their
-normal stress, and both in one, from a given stress that is above the strength in a patch, of cells that may open. Parameters are log-uniform in the ranges of RANGES; those of cells vary
-by random fields. It starts at its instability. The duration is that of a fine run to rest times a random margin.
+graded, and two parallel planes, graded or not; or MORE_KINDS[k % 4]: slip as a vector along any rake, dipping faults
+whose slip changes their normal stress, and both in one, from a given stress that is above the strength in a patch, of
+cells that may open. Parameters are log-uniform in the ranges of RANGES; those of cells vary by random fields. It starts
+at its instability. The duration is that of a fine run to rest times a random margin.
 """
 
 import os
@@ -51,10 +52,13 @@ def mesh(random, kind, length):
 def fields(random, p, spread, x, z):
     """Per-cell parameters at positions in units of the length; three in ten are uniform but for the stress."""
     n = len(x)
-    stress = p["normal_stress"] * (2 * (z - z.min() + 0.05) / (z.max() - z.min() + 0.1) if random.random() < 0.4 and n > 1 else np.ones(n))
-    mean = {"normal_stress": stress, "friction_drop": p["friction_drop"], "friction_residual": p["friction_residual"], "friction_slip": 1.0}
+    stress = p["normal_stress"] * (2 * (z - z.min() + 0.05) / (z.max() - z.min() + 0.1) if random.random() < 0.4
+                                   and n > 1 else np.ones(n))
+    mean = {"normal_stress": stress, "friction_drop": p["friction_drop"], "friction_residual": p["friction_residual"],
+            "friction_slip": 1.0}
     smooth = random.random() < 0.3 or n == 1
-    return {name: value * np.exp((0 if smooth or random.random() < 0.25 else spread * (0.3 if name == "friction_residual" else 1)) * waves(random, x, z))
+    return {name: value * np.exp((0 if smooth or random.random() < 0.25
+                                  else spread * (0.3 if name == "friction_residual" else 1)) * waves(random, x, z))
             for name, value in mean.items()}
 
 
@@ -79,14 +83,18 @@ def draw(random, kind, name, folder):
     path = os.path.join(folder, name + ".h5")
     more = []
     if kind in ("dipping", "opening"):
-        cells, size = [4 + int(9 * random.random()), 4 + int(7 * random.random())], [length, rounded(length * log_uniform(random, 0.4, 1.2))]
-        top = rounded(length / cells[0]) if kind == "opening" else 0 if random.random() < 0.5 else rounded(log_uniform(random, 100, 5e3))
-        rows = make_mesh.listric(cells, size, top, 1, 0, [rounded(20 + (20 if kind == "opening" else 60) * random.random())] * 2)
+        cells, size = [4 + int(9 * random.random()),
+                       4 + int(7 * random.random())], [length, rounded(length * log_uniform(random, 0.4, 1.2))]
+        top = (rounded(length / cells[0]) if kind == "opening" else 0 if random.random() < 0.5
+               else rounded(log_uniform(random, 100, 5e3)))
+        rows = make_mesh.listric(cells, size, top, 1, 0,
+                                 [rounded(20 + (20 if kind == "opening" else 60) * random.random())] * 2)
         geometry, shape = {"mesh": path}, (len(rows),)
         x, z, area = rows[:, 0] / length, rows[:, 2] / length, np.prod(size)
         rake = 90 if kind == "opening" or random.random() < 0.5 else 360 * random.random() - 180
         more = ["-fault_rake", f"{rounded(rake):g}"]
-        more += ["-fault_slip_components", "2", "-fault_opening", "yes", "-fault_initial", "traction", "-fault_initial_unstable", "-fault_inertia", "yes"] if kind == "opening" else []
+        more += ["-fault_slip_components", "2", "-fault_opening", "yes", "-fault_initial", "traction",
+                 "-fault_initial_unstable", "-fault_inertia", "yes"] if kind == "opening" else []
     elif kind in ("graded", "two planes"):
         rows = mesh(random, kind, length)
         geometry = {"mesh": path}
@@ -99,7 +107,8 @@ def draw(random, kind, name, folder):
         geometry = {"nx": nx, "nz": nz, "length_x": length, "length_z": size_z, "depth_top": top}
         if kind == "vectors":
             more = ["-fault_slip_components", "2", "-fault_rake", f"{rounded(360 * random.random() - 180):g}"]
-        z, x = (g.ravel() for g in np.meshgrid((np.arange(nz) + 0.5) * size_z / nz / length, (np.arange(nx) + 0.5) / nx, indexing="ij"))
+        z, x = (g.ravel() for g in np.meshgrid((np.arange(nz) + 0.5) * size_z / nz / length, (np.arange(nx) + 0.5) / nx,
+                                               indexing="ij"))
         area, shape, rows = length * size_z, (nz, nx), None
     f = fields(random, p, spread, x, z)
     # the stiffness against uniform slip of all cells, roughly; exactly that of mean_slip
@@ -118,7 +127,9 @@ def draw(random, kind, name, folder):
         for key, value in f.items():
             file[key] = value.reshape(shape)
     tstar = thickness * np.sqrt(2500 / 30e9)
-    options = [word for key, value in geometry.items() for word in (f"-fault_{key}", value if key == "mesh" else f"{value:.10g}")]
-    options += fault_options({"thickness": thickness, "damping_ratio": p["damping_ratio"], "initial_perturbation": p["initial_perturbation"]})
+    options = [word for key, value in geometry.items()
+               for word in (f"-fault_{key}", value if key == "mesh" else f"{value:.10g}")]
+    options += fault_options({"thickness": thickness, "damping_ratio": p["damping_ratio"],
+                              "initial_perturbation": p["initial_perturbation"]})
     options += ["-fault_parameters", path, "-fault_stiffness_scaling", "mean_slip" if scaled else "none", *more]
     return Case(name, kind + (", wide" if wide else ""), options, tstar, rounded(LIMIT * tstar), [], path), margin

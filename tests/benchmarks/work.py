@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Cost against error on the 3 km fault: what the published study compares, and learned, classical and constant steps today.
+"""Cost against error on the 3 km fault: what the published study compares, and learned, classical and constant steps
+today.
 
     tests/benchmarks/work.py                      # 50 x 50 cells, a few minutes; output/work.json and the figure
     tests/benchmarks/work.py --cells 24 --figure f.png
 
-The cost is the modelled processor time of the whole run (/result of its output file, the same each time; tests/benchmarks/cost.py
-has its error); products with stiffness and viscosity are printed too. The error is that of the whole history against 8,000
-constant explicit steps, which 8,000 implicit ones confirm.
+The cost is the modelled processor time of the whole run (/result of its output file, the same each time;
+tests/benchmarks/cost.py has its error); products with stiffness and viscosity are printed too. The error is that of the
+whole history against 8,000 constant explicit steps, which 8,000 implicit ones confirm.
 """
 
 import argparse
@@ -49,8 +50,11 @@ def classical(name):
 
 # label: (marker and line, runs)
 SETS = {
-    "study's heuristic": ("s--", [(*PUBLISHED, "-ts_bathe_error", "doubling", "-ts_adapt_type", "heuristic", "-ts_rtol", tolerance) for tolerance in TOLERANCES]),
-    "study's agent (TQC, TD3)": ("x", [(*PUBLISHED, "-ts_adapt_type", "rl", "-ts_adapt_rl_strict", "-ts_adapt_rl_policy", STUDY.format(alpha)) for alpha in ("0.5", "1", "2", "4", "8", "16", "32", "128")]),
+    "study's heuristic": ("s--", [(*PUBLISHED, "-ts_bathe_error", "doubling", "-ts_adapt_type", "heuristic", "-ts_rtol",
+                                   tolerance) for tolerance in TOLERANCES]),
+    "study's agent (TQC, TD3)": ("x", [(*PUBLISHED, "-ts_adapt_type", "rl", "-ts_adapt_rl_strict",
+                                        "-ts_adapt_rl_policy", STUDY.format(alpha))
+                                       for alpha in ("0.5", "1", "2", "4", "8", "16", "32", "128")]),
     "rl, implicit steps": ("o-", [("-ts_bathe_method", "implicit", "-fault_accuracy", dial) for dial in DIALS]),
     "explicit or implicit, heuristic": ("^:", classical("heuristic")),
     "explicit or implicit, pi": ("<:", classical("pi")),
@@ -61,16 +65,18 @@ SETS = {
 
 
 def run(fault, cells, options, path):
-    subprocess.run([fault, "-options_file", os.path.join(ROOT, "examples", "fault_3km.opts"), "-fault_nx", str(cells), "-fault_nz", str(cells), *options,
-                    "-fault_output", path, "-fault_output_overwrite"], check=True, capture_output=True, text=True)
+    subprocess.run([fault, "-options_file", os.path.join(ROOT, "examples", "fault_3km.opts"), "-fault_nx", str(cells),
+                    "-fault_nz", str(cells), *options, "-fault_output", path, "-fault_output_overwrite"], check=True,
+                   capture_output=True, text=True)
     with h5py.File(path) as f:
-        result = {key: float(f["result"].attrs[key]) for key in ("cost", "products_all", "products_pc", "solves", "processor_time")}
+        result = {key: float(f["result"].attrs[key]) for key in ("cost", "products_all", "products_pc", "solves",
+                                                                 "processor_time")}
         result["explicit"] = float(f["result"].attrs.get("explicit_attempts", 0))
     return course.read(path), result
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--build", default=os.path.join(ROOT, "build"))
     parser.add_argument("--cells", type=int, default=50, help="along each side")
     parser.add_argument("--results", default=os.path.join(ROOT, "output", "work.json"))
@@ -89,7 +95,8 @@ def main():
                 c, result = run(fault, args.cells, options, path)
                 error = course.MEASURES["history"](course.errors(c, fine))
                 rows.append({"set": label, "options": " ".join(options), "error": error, **result})
-                print(f"{label:34} {result['products_all']:7.0f} + {result['products_pc']:5.0f} products, {result['solves']:5.0f} attempts ({result['explicit']:.0f} explicit), "
+                print(f"{label:34} {result['products_all']:7.0f} + {result['products_pc']:5.0f} products, "
+                      f"{result['solves']:5.0f} attempts ({result['explicit']:.0f} explicit), "
                       f"cost {result['cost']:7.3f} s, clock {result['processor_time']:6.2f} s, error {error:.1e}")
     with open(args.results, "w", encoding="utf-8") as f:
         json.dump({"cells": args.cells, "agree": agree, "runs": rows}, f, indent=1)

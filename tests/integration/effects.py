@@ -3,15 +3,16 @@
 
     effects.py BUILD [--all] [--only OPTION] [--kind WORD] [--jobs 2]
 
-The options are those that `fault -help fault` and the small programs list for each kind of run, and those of all kinds together.
+The options are those that `fault -help fault` and the small programs list for each kind of run, and those of all kinds
+together.
 Each is given other values than its own to a run of each kind. An option is
 
     obeyed   if something of the result differs: numbers of the files, names of files and datasets, or what is printed,
     refused  if the run ends with an error,
     named    if nothing differs, and a warning has its name.
 
-Nothing of these is a fault, and so is a warning beside another result. Prints a table with a row an option, and the faults below
-it; the exit code is their number. Without --all a few options and kinds, which test_effects.sh runs.
+Nothing of these is a fault, and so is a warning beside another result. Prints a table with a row an option, and the
+faults below it; the exit code is their number. Without --all a few options and kinds, which test_effects.sh runs.
 """
 import argparse
 import concurrent.futures
@@ -33,9 +34,13 @@ YEAR = 3.15576e7  # [s]
 NX, NZ = 6, 4
 GRID = f"-fault_nx {NX} -fault_nz {NZ}"
 CELLS = f"{GRID} -fault_length_x 6000 -fault_length_z 4000"
-PATCH = f"{CELLS} -fault_normal_stress 50e6 -fault_normal_stress_gradient 0 -fault_initial traction -fault_parameters patch.h5 -fault_initial_unstable"
-LOADED = f"{CELLS} -fault_normal_stress 50e6 -fault_normal_stress_gradient 0 -fault_initial traction -fault_parameters loaded.h5 -fault_loading_rate 1e-9 -fault_healing_time {YEAR} -ts_max_time {7 * YEAR}"
-SMOOTH = f"{CELLS} -fault_friction_law rate_and_state -fault_normal_stress 50e6 -fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_friction_slip 0.02 -fault_friction_b 0.02 -fault_parameters smooth.h5 -ts_max_time {20 * YEAR}"
+PATCH = (f"{CELLS} -fault_normal_stress 50e6 -fault_normal_stress_gradient 0 -fault_initial traction -fault_parameters "
+         "patch.h5 -fault_initial_unstable")
+LOADED = (f"{CELLS} -fault_normal_stress 50e6 -fault_normal_stress_gradient 0 -fault_initial traction "
+          f"-fault_parameters loaded.h5 -fault_loading_rate 1e-9 -fault_healing_time {YEAR} -ts_max_time {7 * YEAR}")
+SMOOTH = (f"{CELLS} -fault_friction_law rate_and_state -fault_normal_stress 50e6 -fault_normal_stress_gradient 0 "
+          "-fault_loading_rate 1e-9 -fault_friction_slip 0.02 -fault_friction_b 0.02 -fault_parameters smooth.h5 "
+          f"-ts_max_time {20 * YEAR}")
 FILES = "-fault_output run.h5 -fault_catalogue events.h5"
 # kind -> program, options: friction law, inertia, loading, planes, controller
 KINDS = {
@@ -48,8 +53,10 @@ KINDS = {
     "rupture, inertia": ("fault", f"{PATCH} -fault_inertia yes -ts_max_time 5 {FILES}"),
     "loaded": ("fault", f"{LOADED} {FILES}"),
     "loaded, inertia": ("fault", f"{LOADED} -fault_inertia yes {FILES}"),
-    "injection": ("fault", f"{CELLS} -fault_friction_law constant -fault_initial traction -fault_initial_traction 20e6 -fault_normal_stress 50e6"
-                  f" -fault_normal_stress_gradient 0 -fault_injection 3000,2000 -fault_injection_pressure 2e7 -fault_injection_diffusivity 0.1 -ts_max_time 90d {FILES}"),
+    "injection": ("fault", f"{CELLS} -fault_friction_law constant -fault_initial traction -fault_initial_traction 20e6 "
+                  "-fault_normal_stress 50e6"
+                  " -fault_normal_stress_gradient 0 -fault_injection 3000,2000 -fault_injection_pressure 2e7 "
+                  f"-fault_injection_diffusivity 0.1 -ts_max_time 90d {FILES}"),
     "rate and state": ("fault", f"{SMOOTH} {FILES}"),
     "rate and state, bathe": ("fault", f"{SMOOTH} -ts_type bathe {FILES}"),
     "rate and state, rk": ("fault", f"{SMOOTH} -ts_type rk -ts_adapt_type pi {FILES}"),
@@ -62,9 +69,11 @@ KINDS = {
 }
 POLICIES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "training", "policies")
 QUICK_KINDS = ("event", "loaded", "rate and state")
-QUICK = ("ts_bathe_gamma", "ts_bathe_reaction", "ts_bathe_order", "ts_adapt_pi_g1", "ts_adapt_rl_accuracy", "fault_accuracy", "fault_healing_time")
+QUICK = ("ts_bathe_gamma", "ts_bathe_reaction", "ts_bathe_order", "ts_adapt_pi_g1", "ts_adapt_rl_accuracy",
+         "fault_accuracy", "fault_healing_time")
 
-# Values that are no multiples of the default: files that must exist, lists, and numbers that only mean something near some value
+# Values that are no multiples of the default: files that must exist, lists, and numbers that only mean something near
+# some value
 VALUES = {
     "fault_parameters": ["other.h5"],
     "fault_mesh": ["other_mesh.h5"],
@@ -88,19 +97,19 @@ VALUES = {
     "fault_stressing_rate": ["1e5", "1e-3"],
     "fault_loading_rate": ["1e-2", "2e-9"],
     "fault_healing_time": ["5", "2e7"],
-    "fault_output_time_interval": ["2", "3e7"], "fault_output_slip_interval": ["0.01"], "fault_output_rate_change": ["1.5"],
-    "fault_output_size": ["3000"],
+    "fault_output_time_interval": ["2", "3e7"], "fault_output_slip_interval": ["0.01"],
+    "fault_output_rate_change": ["1.5"], "fault_output_size": ["3000"],
     "fault_accuracy": ["2e-3", "5e-2"], "ts_adapt_rl_accuracy": ["2e-3", "5e-2"],
     "fault_wall_limit": ["1e-3"],
-    "ts_adapt_rl_policy": ["policy.h5"], "ts_adapt_rl_problem": ["rupture", "ode"], "ts_adapt_rl_measure": ["final_slip"],
-    "ts_adapt_rl_error_ceiling": ["1e-3"],
+    "ts_adapt_rl_policy": ["policy.h5"], "ts_adapt_rl_problem": ["rupture", "ode"],
+    "ts_adapt_rl_measure": ["final_slip"], "ts_adapt_rl_error_ceiling": ["1e-3"],
     "ts_adapt_dt_max": ["0.05", "1e5", "1e-3"], "ts_adapt_dt_min": ["1", "1e7"],
     "ts_bathe_max_failures": ["1"], "mat_slipfft_depth": ["blocks", "transform"], "pc_slipstage_type": ["diagonal"],
     "snes_slip_direct_max": ["0"],
     "ts_max_steps": ["3"], "ts_type": ["bathe", "rk", "adams"],
     "snes_type": ["projection", "newtonls"],
-    "circuit_start": ["1,1,1"], "circuit_output": ["other_run.h5"], "sliding_mode_output": ["other_run.h5"], "oscillator_output": ["other_run.h5"],
-    "fault_view": [""], "fault_stiffness_view": [":k.txt"],
+    "circuit_start": ["1,1,1"], "circuit_output": ["other_run.h5"], "sliding_mode_output": ["other_run.h5"],
+    "oscillator_output": ["other_run.h5"], "fault_view": [""], "fault_stiffness_view": [":k.txt"],
 }
 # Options that nothing of these runs can show, and why
 ARGUED = {
@@ -112,7 +121,8 @@ ARGUED = {
     "ts_bathe_max_failures": "of solves that fail, which these runs have not", "ts_adapt_rl_max_failures": "likewise",
     "ts_adapt_heuristic_failure_factor": "likewise", "ts_adapt_pi_failure_factor": "likewise",
     "ts_adapt_rl_strict": "of runs that are handed over",
-    "mat_slipfft_depth": "another way to the same product", "snes_slip_direct_max": "another way to the same solution, of operators with rows at hand",
+    "mat_slipfft_depth": "another way to the same product",
+    "snes_slip_direct_max": "another way to the same solution, of operators with rows at hand",
     "fault_thickness": "without inertia the time scale of first steps and tolerances, which may not show",
     "fault_rate_tolerance": "far below the slip rates of some of these runs",
     "ts_adapt_dt_min": "ends a run that would go below",
@@ -144,12 +154,14 @@ def write_inputs():
         n = NX * NZ
         file["stiffness"] = 3e7 * (np.eye(n) + 0.1 * np.exp(-np.abs(np.subtract.outer(np.arange(n), np.arange(n)))))
     with h5py.File("mesh.h5", "w") as file:
-        file["cells"] = np.stack([(500.0 * x).ravel(), np.zeros(NX * NZ), (500.0 * z).ravel(), np.full(NX * NZ, 500.0), np.full(NX * NZ, 500.0)], 1)
+        file["cells"] = np.stack([(500.0 * x).ravel(), np.zeros(NX * NZ), (500.0 * z).ravel(), np.full(NX * NZ, 500.0),
+                                  np.full(NX * NZ, 500.0)], 1)
         file["cells"].attrs["columns"] = "x y z length width"
     with h5py.File("other_mesh.h5", "w") as file:
         file["cells"] = np.array([(50.0 + 500 * k, 0, 250, 500, 500) for k in range(3)])
         file["cells"].attrs["columns"] = "x y z length width"
-    for name, numbers in (("tolerances.h5", ("event/rtol", "rupture/rtol", "sequence/rtol", "injection/rtol")), ("estimates.h5", ("factor",))):
+    for name, numbers in (("tolerances.h5", ("event/rtol", "rupture/rtol", "sequence/rtol", "injection/rtol")),
+                          ("estimates.h5", ("factor",))):
         shutil.copy(os.path.join(POLICIES, name), name)
         with h5py.File(name, "a") as file:
             for path in numbers:
@@ -160,11 +172,13 @@ def write_inputs():
 
 def help_of(program, build, options):
     """name -> (type, default, choices) of the options of SlipStep"""
-    done = subprocess.run([os.path.join(build, "bin", program), *options.split(), "-help", program], capture_output=True, text=True, check=True)
+    done = subprocess.run([os.path.join(build, "bin", program), *options.split(), "-help", program],
+                          capture_output=True, text=True, check=True)
     found = {}
     for line in done.stdout.splitlines():
         match = re.match(r"\s+-(\w+)(:?)(.*)", line)
-        if not match or match[1].startswith(("help", "options_file")) or "[:[filename]" in line or "[:drawtype]" in line or "[:port]" in line:
+        if (not match or match[1].startswith(("help", "options_file")) or "[:[filename]" in line
+            or "[:drawtype]" in line or "[:port]" in line):
             continue
         name, rest = match[1], match[3]
         now = re.search(r"<(?:now )?(.*?) : ", rest)
@@ -206,13 +220,15 @@ def result(folder):
             continue
         with h5py.File(os.path.join(folder, name)) as file:
             def visit(path, item):
-                if isinstance(item, h5py.Dataset) and path not in ("steps/wall", "steps/cost") and not path.startswith(("xdmf", "mesh")):
+                if (isinstance(item, h5py.Dataset) and path not in ("steps/wall", "steps/cost")
+                    and not path.startswith(("xdmf", "mesh"))):
                     data = str(item[...].tolist()).encode() if item.dtype.kind == "O" else item[...].tobytes()
                     found[f"{name}/{path}"] = (str(item.dtype), item.shape, item.compression_opts, data)
             file.visititems(visit)
             for group in ("mesh", "result"):
                 attributes = file[group].attrs.items() if group in file else ()
-                found |= {f"{name}/{group}@{key}": str(value) for key, value in attributes if not key.startswith(("wall", "cost", "processor_time"))}
+                found |= {f"{name}/{group}@{key}": str(value) for key, value in attributes
+                          if not key.startswith(("wall", "cost", "processor_time"))}
     return found
 
 
@@ -221,7 +237,8 @@ def run(build, program, options, more, inputs):
         for name in os.listdir(inputs):
             os.symlink(os.path.join(inputs, name), os.path.join(folder, name))
         for _ in range(5):
-            done = subprocess.run([os.path.join(build, "bin", program), *options.split(), *more], capture_output=True, text=True, cwd=folder, timeout=20)
+            done = subprocess.run([os.path.join(build, "bin", program), *options.split(), *more], capture_output=True,
+                                  text=True, cwd=folder, timeout=20)
             if "MPI_Init" not in done.stderr:  # two programs that begin at the same moment may disturb each other
                 break
         return done.returncode, NOISE.sub("", done.stdout), done.stderr, result(folder)
@@ -246,7 +263,8 @@ def judge(name, base, other):
     code, out, err, left = other
     if code not in (0, 3, 152):
         return "refused" if "error:" in err else f"exit code {code}: {out[-200:]} {err[-500:]}"
-    warned = re.search(rf"warning: (nothing has read the option -{name}\b|-{name}( \S+)? (has no effect|does nothing))", err)
+    warned = re.search(rf"warning: (nothing has read the option -{name}\b|-{name}( \S+)? (has no effect|does nothing))",
+                       err)
     differ = code != base[0] or left != base[3]
     if differ or (out != base[1] and not warned):
         return "obeyed" if not warned else "warned of, yet the result differs"
@@ -268,7 +286,8 @@ def main():
     with tempfile.TemporaryDirectory(dir=MEMORY) as inputs:
         os.chdir(inputs)
         write_inputs()
-        subprocess.run([os.path.join(build, "bin", "fault"), *f"{GRID} -ts_max_time 1 -fault_checkpoint state.h5".split()], capture_output=True, check=True)
+        subprocess.run([os.path.join(build, "bin", "fault"),
+                        *f"{GRID} -ts_max_time 1 -fault_checkpoint state.h5".split()], capture_output=True, check=True)
         shutil.copy(os.path.join(POLICIES, "..", "study", "policies", "fault_tqc_alpha0.5.h5"), "policy.h5")
         lists = {name: help_of(program, build, options) for name, (program, options) in kinds.items()}
         union = {}
@@ -281,8 +300,10 @@ def main():
                 if base[0] not in (0, 3):
                     sys.exit(f"{name}: exit code {base[0]}: {base[2]}")
             for name, (program, options) in kinds.items():
-                wanted = {o: values(o, *lists[name].get(o, row)) for o, row in union[program].items() if args.only in o and (every or o in QUICK)}
-                found = pool.map(lambda o: try_option(build, program, options, o, wanted[o], bases[name], inputs), wanted)
+                wanted = {o: values(o, *lists[name].get(o, row)) for o, row in union[program].items() if args.only in o
+                          and (every or o in QUICK)}
+                found = pool.map(lambda o: try_option(build, program, options, o, wanted[o], bases[name], inputs),
+                                 wanted)
                 for option, tried in zip(wanted, found):
                     table.setdefault(option, {})[name] = tried
                     if not tried or tried[-1][1] not in ("obeyed", "refused", "named"):
@@ -296,7 +317,8 @@ def main():
             if bad:
                 faults.append(f"{name}: -{option} {found}")
     for option, row in table.items():
-        print(f"| {option} | " + "; ".join(f"{name}: {'/'.join(sorted({v for _, v in found}))}" for name, found in row.items()) + " |")
+        print(f"| {option} | " + "; ".join(f"{name}: {'/'.join(sorted({v for _, v in found}))}"
+                                           for name, found in row.items()) + " |")
     for line in faults:
         print("FAULT", line)
     return min(len(faults), 99)

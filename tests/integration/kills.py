@@ -5,8 +5,9 @@
 
 Each case (controller, grid or mesh, number of ranks) is run once unbroken. Then runs of it are ended by the signal at
 random moments after the first step, some of them several times over, and continued until they end by themselves, up to
-the given number of moments that met a run. All datasets and the attributes of /result are compared bit for bit, but for wall times and what a restart needs besides. Prints a
-line a case; exit code 1 when anything differs or a stop was not announced. test_checkpoint.sh runs it with few moments.
+the given number of moments that met a run. All datasets and the attributes of /result are compared bit for bit, but for
+wall times and what a restart needs besides. Prints a line a case; exit code 1 when anything differs or a stop was not
+announced. test_checkpoint.sh runs it with few moments.
 """
 import argparse
 import os
@@ -20,7 +21,8 @@ import time
 import h5py
 import numpy as np
 
-# The daemon that Open MPI 4 starts for a program without mpirun fills the memory when that program is killed while it begins.
+# The daemon that Open MPI 4 starts for a program without mpirun fills the memory when that program is killed while it
+# begins.
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
 SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 GRID = "-fault_nx 6 -fault_nz 5 -ts_max_time 10"
@@ -41,11 +43,14 @@ CASES = [
     ("mesh", 1, MESH + " -ts_rtol 1e-4"),
     ("grid on 2 ranks", 2, "-fault_nx 6 -fault_nz 5 -ts_max_time 4"),
     ("mesh on 2 ranks", 2, MESH + " -ts_rtol 1e-4"),
-    ("loaded", 1, "-fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law rate_weakening -ts_max_time 4e9 -ts_adapt_type rl"),
+    ("loaded", 1, "-fault_nx 1 -fault_nz 1 -fault_loading_rate 1e-9 -fault_initial rest -fault_friction_law "
+     "rate_weakening -ts_max_time 4e9 -ts_adapt_type rl"),
 ]
 # in place of those, by --only, where there is a device of OpenCL
-DEVICE = [("device", 1, "-fault_nx 16 -fault_nz 8 -fault_length_x 32e3 -fault_length_z 16e3 -fault_friction_law rate_and_state -fault_normal_stress 25e6 "
-           "-fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_friction_slip 0.1 -fault_friction_a 0.015 -fault_friction_b 0.02 "
+DEVICE = [("device", 1, "-fault_nx 16 -fault_nz 8 -fault_length_x 32e3 -fault_length_z 16e3 -fault_friction_law "
+           "rate_and_state -fault_normal_stress 25e6 "
+           "-fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_friction_slip 0.1 -fault_friction_a 0.015 "
+           "-fault_friction_b 0.02 "
            "-ts_max_time 4e9 -fault_device opencl")]
 # of a catalogue: of the loaded fault it has many events, in the others one is under way
 EVENTS = ["-fault_catalogue_maps", "-fault_catalogue"]
@@ -103,7 +108,8 @@ def broken_run(build, ranks, options, number, moments, interval):
     met = 0
     complaint = ""
     for moment in [*moments, None]:
-        more = [*EVENTS, "broken_events.h5", "-fault_output", "broken.h5", "-fault_checkpoint", "state.h5", "-fault_checkpoint_interval", interval]
+        more = [*EVENTS, "broken_events.h5", "-fault_output", "broken.h5", "-fault_checkpoint", "state.h5",
+                "-fault_checkpoint_interval", interval]
         more += ["-fault_restart", "state.h5"] if state_exists() else ["-fault_output_overwrite"]
         run = start(build, ranks, options + more)
         if moment is not None:
@@ -112,7 +118,8 @@ def broken_run(build, ranks, options, number, moments, interval):
                 end(run, ranks, number)
         out, err = run.communicate(timeout=1000)
         if run.returncode == 0 and "nothing is written" in out and os.path.exists("broken.h5.part"):
-            return 0, None  # killed after its last checkpoint and before its files had their names, which stay as they are
+            # killed after its last checkpoint and before its files had their names, which stay as they are
+            return 0, None
         if run.returncode == 0:
             return met, complaint
         met += 1
@@ -131,12 +138,14 @@ def differences(a, b):
     def compare(name, x):
         if not isinstance(x, h5py.Dataset) or name.endswith("wall"):
             return
-        if name == "steps/cost" and name in b and x.shape == b[name].shape:  # of the same products, but for what a restart computes once more of cells
+        # of the same products, but for what a restart computes once more of cells
+        if name == "steps/cost" and name in b and x.shape == b[name].shape:
             same = a["steps/products_k"][...] == b["steps/products_k"][...]
             if (abs(x[...] / b[name][...] - 1)[same] > 1e-2).any() or (x[...] != b[name][...]).sum() > 3:
                 found.append(name)
             return
-        if name == "steps/products_k" and name in b and x.shape == b[name].shape:  # of what is known of forces a restart may know less or more: two
+        # of what is known of forces a restart may know less or more: two
+        if name == "steps/products_k" and name in b and x.shape == b[name].shape:
             if not set(b[name][...] - x[...]) <= {-2, -1, 0, 1, 2}:  # after the last step before a cell rests for years
                 found.append(name)
         elif name not in b or x.shape != b[name].shape or x[...].tobytes() != b[name][...].tobytes():
@@ -146,7 +155,8 @@ def differences(a, b):
     if "result" not in a:
         return found
     names = set(a["result"].attrs) | set(b["result"].attrs)
-    for name in sorted(n for n in names if not n.startswith(("wall", "cost", "processor_time", "products", "device"))):  # with what a restart makes again
+    # with what a restart makes again
+    for name in sorted(n for n in names if not n.startswith(("wall", "cost", "processor_time", "products", "device"))):
         if name not in a["result"].attrs or name not in b["result"].attrs:
             found.append("result:" + name)
         elif np.asarray(a["result"].attrs[name]).tobytes() != np.asarray(b["result"].attrs[name]).tobytes():
@@ -191,7 +201,8 @@ def main():
                 for left in [f for f in os.listdir(".") if f.startswith(("broken", "state"))]:
                     os.remove(left)
                 moments = [chance.uniform(first, wall) for _ in range(chance.choice([1, 1, 2, 3]))]
-                n, complaint = broken_run(build, ranks, options, number, moments, chance.choice(["0.01", "0.05", "0.2"]))
+                n, complaint = broken_run(build, ranks, options, number, moments,
+                                          chance.choice(["0.01", "0.05", "0.2"]))
                 met += n
                 if complaint is None:
                     continue
@@ -206,7 +217,8 @@ def main():
                     print(f"{name}: ended at {moments}: {complaint}")
             with h5py.File("whole.h5") as a:
                 steps, events = int(a["result"].attrs["accepted"]), int(a["result"].attrs["events"])
-            print(f"{name}: {steps} steps, {events} events, {runs} runs ended {met} times by SIG{args.signal}, {wrong} wrong", flush=True)
+            print(f"{name}: {steps} steps, {events} events, {runs} runs ended {met} times by SIG{args.signal}, "
+                  f"{wrong} wrong", flush=True)
             failed = failed or wrong > 0
             os.chdir("/")
     return 1 if failed else 0

@@ -3,13 +3,13 @@
 
     restarts.py BUILD [--all] [--moments 3] [--seed 1] [--only WORD] [--steps]
 
-Each case is run unbroken, without checkpoints. Then, for each moment, it is stopped after a number of steps (-ts_max_steps)
-and goes on to its end from its checkpoint; every other time it goes on for two steps first, and then from the checkpoint
-that was written between these, and once more where that one is written right before all cells come to rest. All datasets
-of output and catalogue, stations and maps included, and the attributes of /result are compared bit for bit, wall times
-aside. Prints a table with a row a case: steps, events, and for each moment the number of datasets and attributes that
-differ. The exit code is 1 unless all are 0. Without --all a few cases, which test_restarts.sh runs; --steps prints where
-series first differ.
+Each case is run unbroken, without checkpoints. Then, for each moment, it is stopped after a number of steps
+(-ts_max_steps) and goes on to its end from its checkpoint; every other time it goes on for two steps first, and then
+from the checkpoint that was written between these, and once more where that one is written right before all cells come
+to rest. All datasets of output and catalogue, stations and maps included, and the attributes of /result are compared
+bit for bit, wall times aside. Prints a table with a row a case: steps, events, and for each moment the number of
+datasets and attributes that differ. The exit code is 1 unless all are 0. Without --all a few cases, which
+test_restarts.sh runs; --steps prints where series first differ.
 """
 import argparse
 import os
@@ -30,16 +30,19 @@ YEAR = 3.15576e7  # [s]
 STEPS = 1200  # of a run at most
 CONTROLLERS = ("basic", "pi", "dsp", "heuristic", "rl")
 # Rate and state: cells of 1 km, those inside weaken with slip rate; a patch starts faster. Some events.
-RATE_STATE = f"""-fault_nx {NX} -fault_nz {NZ} -fault_length_x 8000 -fault_length_z 4000 -fault_friction_law rate_and_state
- -fault_normal_stress 50e6 -fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_friction_slip 0.02 -fault_friction_b 0.02
+RATE_STATE = f"""-fault_nx {NX} -fault_nz {NZ} -fault_length_x 8000 -fault_length_z 4000
+ -fault_friction_law rate_and_state -fault_normal_stress 50e6 -fault_normal_stress_gradient 0 -fault_loading_rate 1e-9
+ -fault_friction_slip 0.02 -fault_friction_b 0.02
  -fault_parameters rate_state.h5 -ts_max_time {60 * YEAR}"""
 # Slip weakening and healing under loading, as examples/fault_centuries.opts
-WEAKENING = f"""-fault_nx {NX} -fault_nz {NZ} -fault_length_x 8000 -fault_length_z 4000 -fault_inertia no -fault_viscosity radiation
+WEAKENING = f"""-fault_nx {NX} -fault_nz {NZ} -fault_length_x 8000 -fault_length_z 4000
+ -fault_inertia no -fault_viscosity radiation
  -fault_normal_stress 50e6 -fault_normal_stress_gradient 0 -fault_friction_residual 0.5 -fault_initial traction
  -fault_loading_rate 1e-9 -fault_healing_time {YEAR} -fault_parameters weakening.h5 -ts_max_time {10 * YEAR}"""
 # A rupture of the same, and its rest
-RUPTURE = WEAKENING.replace(f"-fault_healing_time {YEAR}", "-fault_healing_time 1e5 -fault_initial_unstable -fault_stressing_rate 1").replace(
-    f"-ts_max_time {10 * YEAR}", "-ts_max_time 2e4").replace("weakening.h5", "rupture.h5")
+RUPTURE = WEAKENING.replace(f"-fault_healing_time {YEAR}",
+                            "-fault_healing_time 1e5 -fault_initial_unstable -fault_stressing_rate 1").replace(
+f"-ts_max_time {10 * YEAR}", "-ts_max_time 2e4").replace("weakening.h5", "rupture.h5")
 # A single event under inertia
 INERTIA = f"-fault_nx {NX} -fault_nz {NZ} -ts_max_time 8"
 # The same of more cells, whose root is factorised after some products
@@ -60,18 +63,23 @@ def cases():
     for table in ("2a", "3bs", "5f", "5dp", "5bs"):
         for controller in CONTROLLERS:
             rtol = "1e-2" if table == "2a" else "1e-3"
-            found[f"rk {table} {controller}"] = f"{RATE_STATE} -ts_type rk -ts_rk_type {table} -ts_rtol {rtol} -ts_adapt_type {controller}"
+            found[f"rk {table} {controller}"] = (f"{RATE_STATE} -ts_type rk -ts_rk_type {table} -ts_rtol {rtol} "
+                                                 f"-ts_adapt_type {controller}")
     for controller in CONTROLLERS:
         found[f"adams {controller}"] = f"{RATE_STATE} -ts_type adams -ts_adapt_type {controller}"
         found[f"bathe, rate and state, {controller}"] = f"{RATE_STATE} -ts_type bathe -ts_adapt_type {controller}"
         found[f"bathe, weakening, {controller}"] = f"{WEAKENING} -ts_adapt_type {controller}"
         found[f"adams, thrust, {controller}"] = f"{RATE_STATE}{THRUST} -ts_type adams -ts_adapt_type {controller}"
         found[f"bathe, weakening, thrust, {controller}"] = f"{WEAKENING}{THRUST} -ts_adapt_type {controller}"
-        found[f"bathe, one event, {controller}"] = f"{INERTIA} -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
-        found[f"moreau, one event, {controller}"] = f"{INERTIA} -ts_type moreau -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
+        found[f"bathe, one event, {controller}"] = (f"{INERTIA} -ts_adapt_type {controller} -fault_stations "
+                                                    "500,500;1500,1500")
+        found[f"moreau, one event, {controller}"] = (f"{INERTIA} -ts_type moreau -ts_adapt_type {controller} "
+                                                     "-fault_stations 500,500;1500,1500")
         # explicit steps, and implicit ones at rest
-        found[f"auto, one event, {controller}"] = f"{INERTIA} -ts_max_time 30 -ts_bathe_method auto -ts_adapt_type {controller} -fault_stations 500,500;1500,1500"
-        found[f"moreau, weakening, thrust, {controller}"] = f"{WEAKENING}{THRUST} -fault_inertia yes -ts_type moreau -ts_adapt_type {controller}"
+        found[f"auto, one event, {controller}"] = (f"{INERTIA} -ts_max_time 30 -ts_bathe_method auto -ts_adapt_type "
+                                                   f"{controller} -fault_stations 500,500;1500,1500")
+        found[f"moreau, weakening, thrust, {controller}"] = (f"{WEAKENING}{THRUST} -fault_inertia yes -ts_type moreau "
+                                                             f"-ts_adapt_type {controller}")
         found[f"adams, vectors, {controller}"] = f"{RATE_STATE}{VECTORS} -ts_type adams -ts_adapt_type {controller}"
     for kind in ("rkc", "adams", "rk"):
         found[f"{kind}, weakening"] = f"{RUPTURE} -ts_type {kind}"
@@ -84,7 +92,10 @@ def cases():
     return found
 
 
-QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk 5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp", "auto, one event, pi", "moreau, one event, rl", "rkc, weakening", "rkc, weakening, vectors", "rk, weakening, vectors")
+QUICK = ("handed over", "adams, thrust, rl", "adams, vectors, rl", "bathe, weakening, thrust, dsp", "rk 3bs pi", "rk "
+         "5dp basic", "rk 2a dsp", "adams rl", "bathe, weakening, heuristic", "moreau, weakening, thrust, dsp",
+         "auto, one event, pi", "moreau, one event, rl", "rkc, weakening", "rkc, weakening, vectors",
+         "rk, weakening, vectors")
 
 
 def write_fields():
@@ -108,7 +119,8 @@ def write_fields():
 
 
 def run(build, options, expected, *more):
-    done = subprocess.run([os.path.join(build, "bin", "fault"), *COMMON.split(), *options.split(), *more], capture_output=True, text=True)
+    done = subprocess.run([os.path.join(build, "bin", "fault"), *COMMON.split(), *options.split(), *more],
+                          capture_output=True, text=True)
     if done.returncode not in expected:
         sys.exit(f"exit code {done.returncode} of {options} {' '.join(more)}:\n{done.stdout[-2000:]}{done.stderr}")
     return done
@@ -126,13 +138,14 @@ def first_difference():
             wrong = np.flatnonzero(x[:n] != y[:n])
             if len(wrong) or len(x) != len(y):
                 k = wrong[0] if len(wrong) else n
-                print(f"    {name}: {len(x)} and {len(y)} rows, first at {k}, relative there {abs(y[k] / x[k] - 1) if k < n else 0:.1e},"
+                print(f"    {name}: {len(x)} and {len(y)} rows, first at {k}, relative there "
+                      f"{abs(y[k] / x[k] - 1) if k < n else 0:.1e},"
                       f" at the end {abs(y[n - 1] / x[n - 1] - 1):.1e}")
 
 
 def broken_run(build, options, step, between, show):
-    """Stopped after a step and gone on with; or once more from the checkpoint that was written between two steps after that. How
-    many things differ."""
+    """Stopped after a step and gone on with; or once more from the checkpoint that was written between two steps after
+    that. How many things differ."""
     for left in [f for f in os.listdir(".") if f.startswith(("broken", "state"))]:
         os.remove(left)
     stop = [*files("broken"), "-fault_checkpoint", "state.h5", "-ts_max_steps"]
@@ -162,7 +175,8 @@ def main():
     args = parser.parse_args()
     build = os.path.abspath(args.build)
     failed = 0
-    print("| integrator and controller | steps | rejected | events | restarted after | differ |\n|---|---|---|---|---|---|")
+    print("| integrator and controller | steps | rejected | events | restarted after | differ |\n"
+          "|---|---|---|---|---|---|")
     for name, options in cases().items():
         if args.only not in name or not (args.all or args.only or name in QUICK):
             continue
@@ -181,7 +195,8 @@ def main():
                 moments.append(int(rests[0]) + 3)
                 found.append(broken_run(build, options, moments[-1], True, args.steps))
             os.chdir("/")
-        print(f"| {name} | {steps} | {int(result['rejected'])} | {int(result['events'])} | {', '.join(map(str, moments))} | "
+        print(f"| {name} | {steps} | {int(result['rejected'])} | {int(result['events'])} | "
+              f"{', '.join(map(str, moments))} | "
               f"{', '.join(map(str, found))} |", flush=True)
         failed += sum(found) > 0
     return 1 if failed else 0

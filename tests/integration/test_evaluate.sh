@@ -87,7 +87,7 @@ grep -q "h.h5: 2 cells were made with other files of their policies' names and a
 grep -q "2 cells of this matrix, 0 were there, 0 failed, 0 left" h.txt || fail "a replaced policy: $(tail -1 h.txt)"
 cp "$source/output/RESULTS.md" page.md
 printf '\n<!-- table contents -->\n<!-- end contents -->\n' >>page.md
-"$SLIPSTEP_PYTHON" "$source/output/results_table.py" h.h5 --page page.md >h.txt 2>&1 || fail "tables of a replaced policy: $(cat h.txt)"
+"$SLIPSTEP_PYTHON" "$source/src/package/program.py" results-table h.h5 --page page.md >h.txt 2>&1 || fail "tables of a replaced policy: $(cat h.txt)"
 grep -q "h.h5 has 2 cells of another file of the policy p, which are left out" h.txt || fail "no warning of mixed cells: $(cat h.txt)"
 grep -q "^| fault 3km 3x3 | 2 |" page.md || fail "mixes cells of two policies: $(grep "3km 3x3" page.md)"
 
@@ -134,6 +134,6 @@ MESHES=3 POLICIES=$policy TOLERANCES=1,10,100,1000 STEPS=20,100 REFERENCE_STEPS=
   FIGURES=figures PAGE=page.md "$source/output/study.sh" a.h5 >study.txt 2>&1 || fail "study.sh: $(tail -3 study.txt)"
 [ "$(find figures -name 'study_*.png' -size +2k | wc -l)" = 11 ] || fail "not 11 figures: $(ls -l figures)"
 grep -Eq '^\| `fault` \| 2 of 2 \| [0-9]+ to [0-9]+ \| [0-9.]+ % \| \*\*[0-9.]+\*\*' page.md || fail "no ratio at equal accuracy: $(head -25 page.md)"
-"$SLIPSTEP_PYTHON" "$source/output/plot_study.py" twin/fault.h5 --figures figures >plot.txt 2>&1 && fail "draws a policy"
-grep -q "^plot_study.py: twin/fault.h5: not a file of evaluate" plot.txt || fail "no message of another file: $(cat plot.txt)"
+"$SLIPSTEP_PYTHON" "$source/src/package/program.py" plot-study twin/fault.h5 --figures figures >plot.txt 2>&1 && fail "draws a policy"
+grep -q "^slipstep plot-study: twin/fault.h5: not a file of evaluate" plot.txt || fail "no message of another file: $(cat plot.txt)"
 exit $failed

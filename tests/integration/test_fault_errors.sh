@@ -56,7 +56,7 @@ for name, path, shape in (("wide", "cells", (3, 10**9)), ("long", "cells", (10**
 
 def policy(name, edit, checksum=False):
     """A policy with six observations, and one thing wrong; without its checksum, so that this is what is found."""
-    shutil.copy(os.environ["SLIPSTEP_SOURCE"] + "/training/policies/fault_tqc.h5", name)
+    shutil.copy(os.environ["SLIPSTEP_SOURCE"] + "/training/study/policies/fault_tqc_alpha8.h5", name)
     with h5py.File(name, "r+") as f:
         edit(f)
         if not checksum:

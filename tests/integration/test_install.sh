@@ -22,10 +22,11 @@ done
 # the Python package has the library two folders up, and the programs in Python find it, whatever folders there are in the source
 [ -f "$(dirname "$library")/python3/slipstep/petsc.py" ] || fail "the Python package was not installed"
 diff -r -x __pycache__ "$SLIPSTEP_SOURCE/src/package/slipstep" "$(dirname "$library")/python3/slipstep" || fail "the Python package is not that of the source"
-for program in catalogue_csv plot_run convert_mesh import_sb3; do
+for program in convert_mesh import_sb3; do
   [ -x "$prefix/share/slipstep/python/$program.py" ] || fail "$program.py was not installed"
   "$SLIPSTEP_PYTHON" "$prefix/share/slipstep/python/$program.py" --help >/dev/null || fail "$program.py was not installed with what it needs"
 done
+"$SLIPSTEP_PYTHON" "$prefix/bin/slipstep" plot-run --help >/dev/null || fail "slipstep does not find the package"
 said=$(env -u SLIPSTEP_BUILD PYTHONPATH="$(dirname "$library")/python3" "$SLIPSTEP_PYTHON" -c 'from slipstep import modules; print(modules.find_program("elastic"))')
 [ "$said" -ef "$prefix/bin/elastic" ] || fail "the package does not find the programs beside it: $said"
 
@@ -142,9 +143,9 @@ case $library in *.so) readelf -d "$library" | grep -q "libslipstep.so.${version
 if command -v cpack >/dev/null && command -v dpkg-shlibdeps >/dev/null && [ "${library%.so}" != "$library" ]; then
   (cd "$SLIPSTEP_BUILD" && cpack -G DEB -B "$room/deb") >"$room/cpack.log" 2>&1 || { tail -20 "$room/cpack.log"; fail "cpack -G DEB"; }
   dpkg-deb -c "$room"/deb/*.deb >"$room/deb.list"
-  for program in fault valve train evaluate circuit; do
-    name=slipstep-$(echo "$program" | tr _ -)
-    grep -q "/bin/$name\$" "$room/deb.list" && grep -q "/man1/$name.1.gz\$" "$room/deb.list" || fail "the package lacks $name or its manual page"
+  for name in slipstep-fault slipstep-valve slipstep-train slipstep-evaluate slipstep-circuit slipstep slipstep-convert-mesh; do
+    grep -q "/bin/$name\( -> .*\)\?\$" "$room/deb.list" && grep -q "/man1/$name.1.gz\$" "$room/deb.list" || fail "the package lacks $name or its manual page"
   done
+  grep -q '/man1/slipstep-plot-run.1.gz$' "$room/deb.list" || fail "the package lacks the manual page of slipstep plot-run"
 fi
 echo "installed programs and both ways of linking work"

@@ -1,5 +1,5 @@
-"""A synthetic century for the tests of pictures: circular ruptures whose slip, times and rates are known, on a fault of 20 x 10 km
-that creeps below 8 km, in the formats of -fault_output and -fault_catalogue."""
+"""A synthetic century for the tests of pictures: circular ruptures whose slip, times and rates are known, on a fault of
+20 x 10 km that creeps below 8 km, in the formats of -fault_output and -fault_catalogue."""
 
 import h5py
 import numpy as np
@@ -10,7 +10,8 @@ SPEED, RISE = 2500.0, 3.0  # of fronts [m/s], duration of slip [s]
 STIFFNESS = 5e6  # traction that falls for each metre of slip [Pa/m]
 MODULUS = 30e9
 # onset [years], x, z [m], radius [m], slip in the middle [m]
-EVENTS = ((31.3, 4000.0, 6000.0, 2500.0, 0.9), (48.7, 15000.0, 5000.0, 3000.0, 1.3), (66.1, 7000.0, 6500.0, 3500.0, 1.6),
+EVENTS = ((31.3, 4000.0, 6000.0, 2500.0, 0.9), (48.7, 15000.0, 5000.0, 3000.0, 1.3),
+          (66.1, 7000.0, 6500.0, 3500.0, 1.6),
           (79.9, 12000.0, 3000.0, 2000.0, 0.7), (96.4, 10000.0, 5000.0, 7000.0, 2.2))
 END = 110 * YEAR
 
@@ -77,21 +78,26 @@ def write_run(path, cells=None, planes=1, shape=(20, 40), fields=("slip_rate", "
         for name in fields:
             put(file, f"fields/{name}", np.tile(values[name][0], planes).reshape(len(times), *tail), values[name][1])
         rows = slice(1, None)
-        series = {"time": (times[rows], "s"), "mean_slip_rate": ((rate @ area)[rows], "m/s"), "max_slip_rate": (rate.max(axis=1)[rows], "m/s"),
+        series = {"time": (times[rows], "s"), "mean_slip_rate": ((rate @ area)[rows], "m/s"),
+                  "max_slip_rate": (rate.max(axis=1)[rows], "m/s"),
                   "mean_slip": ((slip @ area)[rows], "m"), "mean_displacement": (((slip - load) @ area)[rows], "m"),
                   "sliding_fraction": ((rate > 0).mean(axis=1)[rows], "1")}
         for name, (column, unit) in series.items():
             put(file, f"series/{name}", column, unit)
         count = len(times) - 1
-        steps = {"time": times[:-1], "dt": np.diff(times), "accepted": np.ones(count, dtype=int), "error": np.full(count, 0.5),
+        steps = {"time": times[:-1], "dt": np.diff(times), "accepted": np.ones(count, dtype=int),
+                 "error": np.full(count, 0.5),
                  "converged": np.ones(count, dtype=int), "newton_iterations": np.ones(count, dtype=int),
-                 "linear_iterations": np.ones(count, dtype=int), "reason": np.ones(count, dtype=int), "wall": np.full(count, 0.01)}
+                 "linear_iterations": np.ones(count, dtype=int), "reason": np.ones(count, dtype=int),
+                 "wall": np.full(count, 0.01)}
         for name, column in steps.items():
             put(file, f"steps/{name}", column, "s" if name in ("time", "dt", "wall") else "1")
         file.create_group("run").attrs["options"] = "-fault_nx 40"
         file.create_group("parameters").attrs.update({"length_x": 20000.0, "length_z": 10000.0, "depth_top": 0.0})
-        file.create_group("result").attrs.update({"mean_slip": (slip @ area)[-1], "accepted": count, "rejected": 0, "solves": count,
-                                                  "newton_iterations": count, "linear_iterations": count, "wall_time_setup": 0.0,
+        file.create_group("result").attrs.update({"mean_slip": (slip @ area)[-1], "accepted": count, "rejected": 0,
+                                                  "solves": count,
+                                                  "newton_iterations": count, "linear_iterations": count,
+                                                  "wall_time_setup": 0.0,
                                                   "wall_time_solve": 1.0})
     return path
 
@@ -131,10 +137,12 @@ def columns():
         broken = slip > 0
         area = (length * width)[broken].sum()
         moment = MODULUS * (slip * length * width).sum()
-        rows.append((event[0] * YEAR, event[0] * YEAR + duration(event), event[1], event[2], area, slip[broken].mean(), slip.max(), moment,
+        rows.append((event[0] * YEAR, event[0] * YEAR + duration(event), event[1], event[2], area, slip[broken].mean(),
+                     slip.max(), moment,
                      (np.log10(moment) - 9.1) / 1.5, STIFFNESS * slip[broken].mean(), 1.5 * slip.max() / RISE,
                      np.argmin(np.hypot(x - event[1], z - event[2]))))
-    names = ("onset", "end", "x", "z", "area", "mean_slip", "max_slip", "moment", "magnitude", "stress_drop", "peak_slip_rate",
+    names = ("onset", "end", "x", "z", "area", "mean_slip", "max_slip", "moment", "magnitude", "stress_drop",
+             "peak_slip_rate",
              "cell")
     units = ("s", "s", "m", "m", "m^2", "m", "m", "N m", "1", "Pa", "m/s", "1")
     return {name: (np.array(column), unit) for name, unit, column in zip(names, units, zip(*rows))}
@@ -144,7 +152,8 @@ def write_catalogue(path, data=None, maps=True, skip=(), complete=1):
     """The catalogue, of EVENTS or of columns {name: (values, unit)} of one's own; skip: datasets to leave out."""
     x, z, _, _ = cells = grid()
     with h5py.File(path, "w") as file:
-        file.attrs.update({"format": "slipstep-catalogue", "version": 1, "complete": complete, "event_rate": 1e-3, "shear_modulus": MODULUS,
+        file.attrs.update({"format": "slipstep-catalogue", "version": 1, "complete": complete, "event_rate": 1e-3,
+                           "shear_modulus": MODULUS,
                            "length_x": 20000.0, "length_z": 10000.0, "depth_top": 0.0})
         for name, (values, unit) in (data or columns()).items():
             if name not in skip:
@@ -166,7 +175,9 @@ def many(count=400, b=1.0, smallest=3.0, end=1000 * YEAR, seed=1):
     area = np.pi * (moment * 7 / 16 / 3e6) ** (2 / 3)  # a circular crack of 3 MPa
     data = columns()
     data = {name: (np.ones(count), unit) for name, (_, unit) in data.items()}
-    for name, values in (("onset", onset), ("end", onset + 3), ("x", random.uniform(0, 20000, count)), ("z", random.uniform(0, 10000, count)),
-                         ("area", area), ("moment", moment), ("magnitude", magnitude), ("stress_drop", np.full(count, 3e6))):
+    for name, values in (("onset", onset), ("end", onset + 3), ("x", random.uniform(0, 20000, count)),
+                         ("z", random.uniform(0, 10000, count)),
+                         ("area", area), ("moment", moment), ("magnitude", magnitude),
+                         ("stress_drop", np.full(count, 3e6))):
         data[name] = (values, data[name][1])
     return data

@@ -1,4 +1,5 @@
-"""Files of triangles that tests read: HDF5, and Gmsh 2.2 and 4.1 as text and in bytes, from the description of the format."""
+"""Files of triangles that tests read: HDF5, and Gmsh 2.2 and 4.1 as text and in bytes, from the description of the
+format."""
 
 import os
 import struct
@@ -8,8 +9,8 @@ import numpy as np
 
 
 def plane(cells, size, strike, dip, corner, flip=False):
-    """Vertices [V, 3], north, east and down, of a plane of cells along strike and dip from its upper corner, and triangles [N, 3], two a cell with the
-    diagonals in turn."""
+    """Vertices [V, 3], north, east and down, of a plane of cells along strike and dip from its upper corner, and
+    triangles [N, 3], two a cell with the diagonals in turn."""
     a, d = np.radians(strike), np.radians(dip)
     along = np.array([np.cos(a), np.sin(a), 0])
     down = np.array([-np.sin(a) * np.cos(d), np.cos(a) * np.cos(d), np.sin(d)])
@@ -28,7 +29,8 @@ def plane(cells, size, strike, dip, corner, flip=False):
 def joined(*parts):
     """One mesh of several."""
     start = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
-    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate([triangles + s for (_, triangles), s in zip(parts, start)])
+    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate([triangles + s for (_, triangles), s
+                                                                                in zip(parts, start)])
 
 
 def write_hdf5(path, vertices, triangles, units="m", names=None, **more):
@@ -51,14 +53,17 @@ def enu(vertices):
 
 
 def gmsh(version, binary, points, elements, names=(), groups=None, sections="", tag=1, end=True, length=1):
-    """Bytes of a file. points [V, 3]; elements: (kind, surface, nodes from 0), surfaces are physical groups unless groups {surface: (group, ...)} says
-    otherwise; names: (dim, group, name). length: elements in a block, where 2.2 and 4.1 have blocks; above 1 there are
-    more kinds of numbers to pass over too: nodes in two blocks of 4.1, of which one has their places on its surface, and boundaries of surfaces."""
+    """Bytes of a file. points [V, 3]; elements: (kind, surface, nodes from 0), surfaces are physical groups unless
+    groups {surface: (group, ...)} says otherwise; names: (dim, group, name). length: elements in a block, where 2.2 and
+    4.1 have blocks; above 1 there are more kinds of numbers to pass over too: nodes in two blocks of 4.1, of which one
+    has their places on its surface, and boundaries of surfaces."""
     groups = {surface: (surface,) if surface else () for _, surface, _ in elements} if groups is None else groups
     dims = {15: 0, 1: 1, 2: 2, 3: 2, 9: 2, 16: 2, 4: 3, 8: 1}
-    out = f"$MeshFormat\n{version} {int(binary)} 8\n".encode() + (struct.pack("=i", 1) + b"\n" if binary else b"") + b"$EndMeshFormat\n"
+    out = (f"$MeshFormat\n{version} {int(binary)} 8\n".encode() + (struct.pack("=i", 1) + b"\n" if binary else b"")
+           + b"$EndMeshFormat\n")
     if names:
-        out += f"$PhysicalNames\n{len(names)}\n".encode() + b"".join(f'{dim} {group} "{name}"\n'.encode() for dim, group, name in names) + b"$EndPhysicalNames\n"
+        out += (f"$PhysicalNames\n{len(names)}\n".encode()
+                + b"".join(f'{dim} {group} "{name}"\n'.encode() for dim, group, name in names) + b"$EndPhysicalNames\n")
     out += sections.encode()
 
     blocks = []
@@ -78,7 +83,8 @@ def gmsh(version, binary, points, elements, names=(), groups=None, sections="", 
         out += b"$Entities\n" + put("QQQQ", 0, 0, len(surfaces), 0)
         for surface in surfaces:
             own = groups.get(surface, ())
-            out += put("i" + "d" * 6 + "Q" + "i" * len(own) + "Q", surface, *points.min(axis=0), *points.max(axis=0), len(own), *own, 3 * (length > 1)) + put("iii", 1, -2, 3) * (length > 1)
+            out += put("i" + "d" * 6 + "Q" + "i" * len(own) + "Q", surface, *points.min(axis=0), *points.max(axis=0),
+                       len(own), *own, 3 * (length > 1)) + put("iii", 1, -2, 3) * (length > 1)
         half = len(points) // 2 if length > 1 else 0
         out += b"\n$EndEntities\n$Nodes\n" + put("QQQQ", 1 + (half > 0), len(points), tag, tag + len(points) - 1)
         for first, last, on in ((0, half, 1), (half, len(points), 0)):
@@ -89,7 +95,8 @@ def gmsh(version, binary, points, elements, names=(), groups=None, sections="", 
         for block in blocks:
             kind, surface, _ = elements[block[0]]
             out += put("iiiQ", dims[kind], surface, kind, len(block))
-            out += b"".join(put("Q" * (1 + len(elements[k][2])), tag + k, *(tag + n for n in elements[k][2])) for k in block)
+            out += b"".join(put("Q" * (1 + len(elements[k][2])), tag + k, *(tag + n for n in elements[k][2]))
+                            for k in block)
     else:
         out += f"$Nodes\n{len(points)}\n".encode() + b"".join(put("iddd", tag + k, *p) for k, p in enumerate(points))
         out += f"\n$EndNodes\n$Elements\n{len(elements)}\n".encode()
@@ -109,10 +116,12 @@ def write_gmsh(path, version, binary, vertices, triangles, label=None, **more):
     label = np.zeros(len(triangles), int) if label is None else label
     kind = {3: 2, 4: 3}[triangles.shape[1]]
     with open(path, "wb") as file:
-        file.write(gmsh(version, binary, enu(vertices), [(kind, int(f), [int(n) for n in t]) for t, f in zip(triangles, label)], **more))
+        file.write(gmsh(version, binary, enu(vertices),
+                        [(kind, int(f), [int(n) for n in t]) for t, f in zip(triangles, label)], **more))
 
 
 def view(path, n):
-    """[n, n] of -fault_stiffness_view binary:path: PETSc's integers, of 4 or 8 bytes, four, the length of each row, a column for each entry, and the entries"""
+    """[n, n] of -fault_stiffness_view binary:path: PETSc's integers, of 4 or 8 bytes, four, the length of each row, a
+    column for each entry, and the entries"""
     integer = 4 if os.path.getsize(path) == 4 * (4 + n + n * n) + 8 * n * n else 8
     return np.fromfile(path, ">f8", offset=integer * (4 + n + n * n)).reshape(n, n)

@@ -1,10 +1,12 @@
-"""One block of a fault that is loaded, weakens with slip and heals at rest, by other means than the program's: Radau's method of fifth
-order with steps by doubling while it slides, its ends and its largest rate by roots, and the formula of its rest.
+"""One block of a fault that is loaded, weakens with slip and heals at rest, by other means than the program's: Radau's
+method of fifth order with steps by doubling while it slides, its ends and its largest rate by roots, and the formula of
+its rest.
 
-    M dv/dt + H (v - v_inf) + K u + q(s) = 0,  du/dt = v - v_inf,  ds/dt = v - s/t_h  while v > 0,  q = sigma (mu + dmu exp(-s/d_c))
+    M dv/dt + H (v - v_inf) + K u + q(s) = 0,  du/dt = v - v_inf,  ds/dt = v - s/t_h  while v > 0,
+            q = sigma (mu + dmu exp(-s/d_c))
 
-Without inertia v follows from u and s. Where the stress after an event exceeds the strength backwards, it slides back: the same equations
-with the signs of u, v and v_inf reversed."""
+Without inertia v follows from u and s. Where the stress after an event exceeds the strength backwards, it slides back:
+the same equations with the signs of u, v and v_inf reversed."""
 
 from math import exp, sqrt
 
@@ -40,7 +42,8 @@ class Block:
         """dy/dt"""
         v = self.rate(y)
         first = [v - self.loading, v - y[1] / self.healing]
-        return np.array(first + ([(-self.H * first[0] - self.K * y[0] - self.strength(y[1])) / self.M] if self.M else []))
+        return np.array(first + ([(-self.H * first[0] - self.K * y[0] - self.strength(y[1])) / self.M] if self.M
+                                 else []))
 
     def acceleration(self, y):
         d = self.change(y)
@@ -69,7 +72,8 @@ class Block:
                     matrix[i * n:(i + 1) * n, j * n:(j + 1) * n] -= h * A[i, j] * J
             dz = np.linalg.solve(matrix, -residual)
             z = z + dz
-            if np.max(np.abs(dz[-n:]) / self.scale(at[2])) < 1e-3 * self.tolerance or (k > 2 and np.max(np.abs(dz)) < 1e-15 * np.max(np.abs(y))):
+            if (np.max(np.abs(dz[-n:]) / self.scale(at[2])) < 1e-3 * self.tolerance
+                or (k > 2 and np.max(np.abs(dz)) < 1e-15 * np.max(np.abs(y)))):
                 return y + z[-n:]
         return None
 
@@ -106,7 +110,8 @@ class Block:
         return x, state
 
     def slide(self, t, y, until, event):
-        """From an onset to rest: time and state then; events are appended to self.events as (onset, end, slip, peak, time of it)."""
+        """From an onset to rest: time and state then; events are appended to self.events as (onset, end, slip, peak,
+        time of it)."""
         h, onset = self.step, None
         while t < until:
             h = min(h, until - t)
@@ -137,7 +142,8 @@ class Block:
 
     def wait(self, u, s):
         """How long it rests: the only root of the force less the strength beyond their first fall."""
-        excess = lambda dt: self.H * self.loading - self.K * (u - self.loading * dt) - self.strength(s * exp(-dt / self.healing))
+        excess = lambda dt: self.H * self.loading - self.K * (u - self.loading
+                                                              * dt) - self.strength(s * exp(-dt / self.healing))
         high = 1e-6 * self.healing
         while excess(high) <= 0:
             high *= 1.5

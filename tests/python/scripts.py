@@ -1,5 +1,5 @@
-"""What the tests of the package and of the programs in output/ share: the package on Python's path, and a test case with a folder for its
-files."""
+"""What the tests of the package and of its programs share: the package on Python's path, and a test case with a folder
+for its files."""
 
 import contextlib
 import importlib
@@ -15,7 +15,7 @@ from unittest import mock
 SOURCE = os.environ.get("SLIPSTEP_SOURCE", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 BUILD = os.environ.get("SLIPSTEP_BUILD", os.path.join(SOURCE, "build"))
 FAULT = os.path.join(BUILD, "bin", "fault")
-OUTPUT = os.path.join(SOURCE, "output")
+PROGRAM = os.path.join(SOURCE, "src", "package", "program.py")  # slipstep NAME
 sys.path.insert(0, os.path.join(SOURCE, "src", "package"))
 from slipstep.modules import need
 
@@ -30,8 +30,9 @@ class ScriptTest(unittest.TestCase):
     def path(self, name):
         return os.path.join(self.folder.name, name)
 
-    def script(self, name, *arguments):
-        return subprocess.run([sys.executable, os.path.join(OUTPUT, name), *arguments], capture_output=True, text=True)
+    def script(self, name, *arguments, **more):
+        """slipstep NAME"""
+        return subprocess.run([sys.executable, PROGRAM, name, *arguments], capture_output=True, text=True, **more)
 
 
 class FaultTest(ScriptTest):
@@ -45,15 +46,22 @@ class FaultTest(ScriptTest):
         return done.stdout + done.stderr
 
 
+def called(module):
+    """The name of a program, or of a script of examples/, in its messages."""
+    ours = importlib.util.find_spec(f"slipstep.programs.{module}")
+    return f"slipstep {module.replace('_', '-')}" if ours else f"{module}.py"
+
+
 class PictureTest(ScriptTest):
     """Scripts within this process: most of a picture's time is that of starting Python and Matplotlib."""
 
     def main(self, module, *arguments):
         """Exit code, output and error output of main() of a script."""
         out, err, code = io.StringIO(), io.StringIO(), 0
-        ours = importlib.util.find_spec(f"slipstep.programs.{module}")
-        script = importlib.import_module(f"slipstep.programs.{module}" if ours else module)  # or of examples/
-        with mock.patch.object(sys, "argv", [f"{module}.py", *arguments]), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        name = called(module)
+        script = importlib.import_module(module if name.endswith(".py") else f"slipstep.programs.{module}")
+        with mock.patch.object(sys, "argv",
+                               [name, *arguments]), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             try:
                 script.main()
             except SystemExit as stop:
@@ -72,11 +80,12 @@ class PictureTest(ScriptTest):
         """A script ends with one line that has a message; with code 2 after the usage."""
         found, _, err = self.main(module, *arguments)
         self.assertEqual(found, code, err)
-        self.assertRegex(err.splitlines()[-1], f"^{module}.py: .*{message}")
+        self.assertRegex(err.splitlines()[-1], f"^{called(module)}: .*{message}")
         self.assertTrue(code == 2 or err.count("\n") == 1, err)
 
     def look(self, path):
         """A picture is there, with the many colours of maps and smooth lines, not only axes."""
         from PIL import Image
         with Image.open(path) as image:
-            self.assertGreater(len(image.convert("RGB").resize((400, 400), Image.Resampling.NEAREST).getcolors(160000)), 50, path)
+            self.assertGreater(len(image.convert("RGB").resize((400, 400), Image.Resampling.NEAREST).getcolors(160000)),
+                               50, path)

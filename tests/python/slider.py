@@ -1,6 +1,6 @@
-"""One block with rate-and-state friction, by other means than the program's: ln V, psi = ln(V0 theta/d_c) and u as differential
-equations, the first by differentiating the balance in time, so that no balance is ever solved; in extended precision, by
-extrapolation of the midpoint rule (Gragg 1965, Bulirsch & Stoer 1966)."""
+"""One block with rate-and-state friction, by other means than the program's: ln V, psi = ln(V0 theta/d_c) and u as
+differential equations, the first by differentiating the balance in time, so that no balance is ever solved; in extended
+precision, by extrapolation of the midpoint rule (Gragg 1965, Bulirsch & Stoer 1966)."""
 
 import numpy as np
 
@@ -9,13 +9,15 @@ STEPS = [2, 4, 6, 8, 10, 12, 14, 16]  # of the midpoint rule: order 16
 
 
 class Slider:
-    def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15, cut_off=np.inf,
+    def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15,
+                 cut_off=np.inf,
                  ramp=0, alpha=0):
         self.K, self.eta, self.sigma, self.a, self.b, self.slip, self.reference, self.V0, self.loading = map(
             Real, (K, eta, sigma, a, b, slip, reference, rate, loading))
         self.law, self.tolerance = law, Real(tolerance)
         self.floor = self.V0 / Real(cut_off)  # V0 theta/d_c of examples/friction_law.c is as if it were larger by that
-        self.ramp, self.alpha = Real(ramp), Real(alpha)  # d sigma/dt [Pa/s], and what it does to the state (Linker & Dieterich 1992)
+        # d sigma/dt [Pa/s], and what it does to the state (Linker & Dieterich 1992)
+        self.ramp, self.alpha = Real(ramp), Real(alpha)
 
     def change(self, y):
         """d(ln V, psi, u, sigma)/dt; y[2] is slip beyond that of the loading"""
@@ -31,11 +33,13 @@ class Slider:
         share = x / np.sqrt(1 + x * x)
         by_log_rate = y[3] * self.a * share + self.eta * V
         by_stress = self.a * np.log(x + np.sqrt(1 + x * x)) * self.ramp
-        return np.array([(-self.K * (V - self.loading) - by_stress - y[3] * self.b * share * state * age / (age + self.floor)) / by_log_rate,
+        return np.array([(-self.K * (V - self.loading) - by_stress - y[3] * self.b * share * state * age
+                          / (age + self.floor)) / by_log_rate,
                          state, V - self.loading, self.ramp], dtype=Real)
 
     def friction(self, log_rate, psi):
-        x = np.exp(log_rate) / (2 * self.V0) * np.exp((self.reference + self.b * np.log(np.exp(psi) + self.floor)) / self.a)
+        x = np.exp(log_rate) / (2 * self.V0) * np.exp((self.reference + self.b * np.log(np.exp(psi) + self.floor))
+                                                      / self.a)
         return self.a * np.log(x + np.sqrt(1 + x * x))
 
     def stride(self, y, h):
@@ -57,7 +61,8 @@ class Slider:
 
     def run(self, log_rate, psi, end, step=None):
         """(ln V, psi, u) at the end [s]"""
-        y, scale = np.array([log_rate, psi, 0, self.sigma], dtype=Real), np.array([1, 1, self.slip, self.sigma], dtype=Real)
+        y, scale = np.array([log_rate, psi, 0, self.sigma],
+                            dtype=Real), np.array([1, 1, self.slip, self.sigma], dtype=Real)
         return self.advance(y, scale, end, step or end / 1e4)[:3]
 
     def advance(self, y, scale, end, step):
@@ -75,12 +80,13 @@ class Slider:
 
 
 class Sliders(Slider):
-    """n blocks, K [n, n] the springs between them and to the loading, with several states each: b and slip have one for each state, and
-    the friction of a block is that of the sum of b psi."""
+    """n blocks, K [n, n] the springs between them and to the loading, with several states each: b and slip have one for
+    each state, and the friction of a block is that of the sum of b psi."""
 
     def __init__(self, K, eta, sigma, a, b, slip, reference, rate, loading, law="aging", tolerance=1e-15):
         self.K, self.b, self.slip = (np.atleast_1d(np.array(x, dtype=Real)) for x in (K, b, slip))
-        self.eta, self.sigma, self.a, self.reference, self.V0, self.loading, self.tolerance = map(Real, (eta, sigma, a, reference, rate, loading, tolerance))
+        self.eta, self.sigma, self.a, self.reference, self.V0, self.loading, self.tolerance = map(
+            Real, (eta, sigma, a, reference, rate, loading, tolerance))
         self.law = law
 
     def argument(self, log_rate, psi):
@@ -89,19 +95,23 @@ class Sliders(Slider):
     def change(self, y):
         """y [2 + states, n]: ln V, psi of each state, u"""
         V, psi, slip = np.exp(y[0]), y[1:-1], self.slip[:, None]
-        states = self.V0 / slip * np.exp(-psi) - V / slip if self.law == "aging" else -V / slip * (y[0] - np.log(self.V0) + psi)
+        states = (self.V0 / slip * np.exp(-psi) - V / slip if self.law == "aging"
+                  else -V / slip * (y[0] - np.log(self.V0) + psi))
         x = self.argument(y[0], psi)
         share = x / np.sqrt(1 + x * x)
-        log_rate = (-self.K @ (V - self.loading) - self.sigma * share * (self.b @ states)) / (self.sigma * self.a * share + self.eta * V)
+        log_rate = ((-self.K @ (V - self.loading) - self.sigma * share * (self.b @ states))
+                    / (self.sigma * self.a * share + self.eta * V))
         return np.vstack([log_rate, states, V - self.loading])
 
     def friction(self, log_rate, psi):
         return self.a * np.arcsinh(self.argument(log_rate, psi))
 
     def run(self, log_rate, psi, end, step):
-        """(ln V [n], psi [states, n], u [n]) at the end [s], from the same u = 0, of rates [n] and states [states, n] or as many numbers"""
+        """(ln V [n], psi [states, n], u [n]) at the end [s], from the same u = 0, of rates [n] and states [states, n]
+        or as many numbers"""
         n = len(self.K)
-        y = np.vstack([np.full(n, log_rate, dtype=Real), np.full((len(self.b), n), psi, dtype=Real), np.zeros(n, dtype=Real)])
+        y = np.vstack([np.full(n, log_rate, dtype=Real), np.full((len(self.b), n), psi, dtype=Real),
+                       np.zeros(n, dtype=Real)])
         scale = np.ones(len(y), dtype=Real)
         scale[-1] = self.slip[0]
         y = self.advance(y, scale[:, None], end, step)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""output/convert.py: faults of HBI, interact, Quake-DFN and PyQuake3D. Small files of each become the cells that they describe, in the order of their parameters, and a run takes
-them; others are refused by one line that names the line."""
+"""slipstep convert: faults of HBI, interact, Quake-DFN and PyQuake3D. Small files of each become the cells that they
+describe, in the order of their parameters, and a run takes them; others are refused by one line that names the line."""
 
 import unittest
 
@@ -69,7 +69,8 @@ class Faults(SourcesTest):
         """The program fault takes cells and parameters of a converted file."""
         self.plot("convert", self.path(name), "--projection", "sphere", *options, self.path("made.h5"))
         with h5py.File(self.path("made.h5")) as file:
-            words = "-fault_friction_law rate_and_state -fault_loading_rate 1e-9".split() + ([] if "normal_stress" in file else ["-fault_normal_stress", "20e6"])
+            words = ("-fault_friction_law rate_and_state -fault_loading_rate 1e-9".split()
+                     + ([] if "normal_stress" in file else ["-fault_normal_stress", "20e6"]))
         self.fault("-fault_mesh", "made.h5", "-fault_parameters", "made.h5", *words, *RATE)
 
     def test_hbi(self):
@@ -89,16 +90,20 @@ class Faults(SourcesTest):
         self.run_of("a.in")
 
     def test_hbi_keys(self):
-        """Constants and the law of an input are taken, its defaults stand where it is silent, and what is not used is named."""
+        """Constants and the law of an input are taken, its defaults stand where it is silent, and what is not used is
+        named."""
         self.put("params.dat", PARAMS)
         text = HBI.replace("examples/", "")
-        model = faults.read_hbi(self.put("a.in", text + "vref 2e-9\nevlaw slip\nrigid 30.0\nvs 3.0\npois 0.3\npfinit 5.0\nno_such_key 1\n"), None)
-        for name, value in (("friction_reference_rate", 2e-9), ("shear_modulus", 30e9), ("density", 30e9 / 3000 ** 2), ("poisson_ratio", 0.3)):
+        model = faults.read_hbi(self.put("a.in", text + "vref 2e-9\nevlaw slip\nrigid 30.0\nvs 3.0\npois 0.3\npfinit "
+                                                        "5.0\nno_such_key 1\n"), None)
+        for name, value in (("friction_reference_rate", 2e-9), ("shear_modulus", 30e9), ("density", 30e9 / 3000 ** 2),
+                            ("poisson_ratio", 0.3)):
             self.assertAlmostEqual(model.options[name] / value, 1, 12)
         self.assertEqual(model.options["state_law"], "slip")
         self.assertEqual(model.dropped, ["keys parameter_file_ncol, pfinit, no_such_key"])
         silent = faults.read_hbi(self.put("b.in", text), None)
-        self.assertFalse({"state_law", "friction_reference_rate"} & set(silent.options))  # fault's own are the same, aging and 1e-6 m/s
+        # fault's own are the same, aging and 1e-6 m/s
+        self.assertFalse({"state_law", "friction_reference_rate"} & set(silent.options))
         self.refuse("c.in", text + "evlaw composite\n", "line 14: evlaw composite, expected aging or slip")
         self.refuse("d.in", text + "pois 0.5\n", "line 14: .*pois 0.5, .*expected")
         self.refuse("e.in", text + "vs 0\n", "line 14: .*vs 0, .*expected")
@@ -107,11 +112,12 @@ class Faults(SourcesTest):
         """What fault refuses or doubts of fields is refused or said when they are written."""
         self.put("params.dat", PARAMS)
         text = HBI.replace("examples/", "")
-        self.refuse("a.in", text.replace("b 0.03", "b -0.03"), "friction_b of cell 1 is -0.03, expected a finite number >= 0")
+        self.refuse("a.in", text.replace("b 0.03", "b -0.03"),
+                    "friction_b of cell 1 is -0.03, expected a finite number >= 0")
         self.put("b.in", text.replace("sigmainit 25.0", "sigmainit 25e-6"))
         code, _, err = self.main("convert", self.path("b.in"), self.path("out.h5"))
         self.assertEqual(code, 0)
-        self.assertRegex(err, "convert.py: warning: .*b.in: /normal_stress is at most 25 Pa: is it given in MPa")
+        self.assertRegex(err, "slipstep convert: warning: .*b.in: /normal_stress is at most 25 Pa: is it given in MPa")
 
     def test_small_numbers_are_said(self):
         """Slip rates are no rounding of 0, and lengths that are only that are 0."""
@@ -123,7 +129,9 @@ class Faults(SourcesTest):
         text = HBI.replace("examples/", "")
         self.refuse("a.in", text, "names params.dat, which is not there")
         self.put("b.in", text)
-        for params, message in ((PARAMS[:-9], "line 13: 2 numbers, expected 3: a dc tau"), ("".join(PARAMS.splitlines(True)[:-1]), "ends after line 12 with 11 rows, expected 12, one for each cell"),
+        for params, message in ((PARAMS[:-9], "line 13: 2 numbers, expected 3: a dc tau"),
+                                ("".join(PARAMS.splitlines(True)[:-1]),
+                                 "ends after line 12 with 11 rows, expected 12, one for each cell"),
                                 (PARAMS.split("\n", 1)[1], "line 1: .*expected names of columns")):
             self.put("params.dat", params)
             self.refused("convert", f"params.dat,? {message}", self.path("b.in"), self.path("out.h5"))
@@ -134,7 +142,9 @@ class Faults(SourcesTest):
     def test_interact(self):
         """x east and y north, half lengths; a dip of 120 degrees is 60 degrees of the other strike."""
         model = faults.read_interact(self.put("geom.in", INTERACT), None, 90.0, "km")
-        np.testing.assert_allclose(model.cells, [[-4950, 0, 500, 1000, 500, 0, 90], [2000, 1000, 3000, 1000, 1000, 30, 60], [2000, 1000, 3000, 1000, 1000, 210, 60]])
+        np.testing.assert_allclose(model.cells, [[-4950, 0, 500, 1000, 500, 0, 90],
+                                                 [2000, 1000, 3000, 1000, 1000, 30, 60],
+                                                 [2000, 1000, 3000, 1000, 1000, 210, 60]])
         np.testing.assert_allclose(model.rake, [90, 90, -90])
         self.assertEqual(model.fault.tolist(), [0, 1, 2])
         self.put("geom.in", "".join(INTERACT.splitlines(True)[:2]))
@@ -144,7 +154,8 @@ class Faults(SourcesTest):
         self.refuse("c.in", INTERACT.replace("0.5 0.25 0", "-0.5 -0.25 0"), "line 1: half a length of -0.5")
 
     def test_quake_dfn(self):
-        """3 x 2 cells of a plane that strikes north and dips to the east, reverse; one that strikes east, dips to the south, and creeps."""
+        """3 x 2 cells of a plane that strikes north and dips to the east, reverse; one that strikes east, dips to the
+        south, and creeps."""
         model = faults.read_dfn(self.put("Input_BulkFaultGeometry.txt", DFN), None)
         i, j = (k.ravel() for k in np.meshgrid(np.arange(3) - 1, np.arange(2) - 0.5))
         np.testing.assert_allclose(model.cells[:6, 0], 2000 + 4000 / 3 * i)
@@ -160,7 +171,8 @@ class Faults(SourcesTest):
         lines = DFN.splitlines(True)
         self.refuse("a.txt", lines[0] + lines[1] + lines[3], "line 3: .*expected Ctr_X Ctr_Y")
         self.refuse("b.txt", DFN[:-12], "line 5: 16 words, expected 18 numbers")
-        self.refuse("c.txt", DFN.replace("30.0\t-1.0", "190.0\t-1.0"), "line 4: .*expected lengths above 0 and 0 < dip < 180")
+        self.refuse("c.txt", DFN.replace("30.0\t-1.0", "190.0\t-1.0"),
+                    "line 4: .*expected lengths above 0 and 0 < dip < 180")
 
     def test_pyquake(self):
         """Two triangles of 2 km2, x east and z up, with a row of parameters each."""
@@ -183,9 +195,11 @@ class Faults(SourcesTest):
         self.plot("convert", self.path("made.h5"), "--figure", self.path("out.png"))
         self.look(self.path("out.png"))
         self.put("params.dat", "30 0.01 0.02 0.1 0.6 12 25 1e-9 0 0\n")
-        self.refused("convert", "params.dat ends after line 1 with 1 rows, expected 2", self.path("parameter.txt"), self.path("new.h5"))
+        self.refused("convert", "params.dat ends after line 1 with 1 rows, expected 2", self.path("parameter.txt"),
+                     self.path("new.h5"))
         self.put("other.msh", MSH)
-        self.refused("convert", r"2 meshes \(.msh, .inp\) are beside it, expected one or --mesh FILE", self.path("parameter.txt"), self.path("new.h5"))
+        self.refused("convert", r"2 meshes \(.msh, .inp\) are beside it, expected one or --mesh FILE",
+                     self.path("parameter.txt"), self.path("new.h5"))
 
 
 if __name__ == "__main__":

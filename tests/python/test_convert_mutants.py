@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Damaged files of other programs: each is read, or refused by one line, and what is read has cells that are cells. MUTANTS=1500 tries more of each kind."""
+"""Damaged files of other programs: each is read, or refused by one line, and what is read has cells that are cells.
+MUTANTS=1500 tries more of each kind."""
 
 import json
 import os
@@ -47,10 +48,12 @@ def mutant(text, chance):
 
 
 def column(text, name, value, head, rows):
-    """The text with a further column: the first line that has the words of the head gets a name, lines after it that begin with so many numbers a value."""
+    """The text with a further column: the first line that has the words of the head gets a name, lines after it that
+    begin with so many numbers a value."""
     lines, found = [], False
     for line in text.splitlines():
-        numbers = sum(word.replace(".", "").replace("-", "").replace("+", "").replace("e", "").isdigit() for word in line.split()[:rows])
+        numbers = sum(word.replace(".", "").replace("-", "").replace("+", "").replace("e", "").isdigit()
+                      for word in line.split()[:rows])
         named = not found and head in line
         lines.append(f"{line} {name}" if named else f"{line} {value}" if found and numbers == rows else line)
         found |= named
@@ -63,31 +66,45 @@ class Mutants(SourcesTest):
         self.put("params.dat", PARAMS)
         self.put("rows.dat", "".join(f"{30 + k} 0.01 0.02 0.1 0.6 {12 + k} 25 1e-9 0 0\n" for k in range(2)))
         self.put("fault.msh", MSH)
-        return {"fsp": (single()[0], double()[0]), "param": (param_text()[0],), "srf": (srf_text()[0], srf_text("1.0", False)[0]), "interact": (INTERACT,), "quake-dfn": (DFN,),
-                 "coulomb": (COULOMB.format(names="rt.lat reverse", one="0.0 0.8", two="1.5 0.0"),), "hbi": (HBI.replace("examples/", ""),), "pyquake3d": (PYQUAKE.replace("params", "rows"),),
-                "traces": (json.dumps({"type": "FeatureCollection", "features": [feature([[0, 0, 0], [5e3, 2e3, 0]], dip=60, upper_depth=1, lower_depth=9, rake=90, name="one")]}, indent=1),),
-                "depths": ("".join(f"{-70 + i / 10} {-23 + j / 10} {-10 - i}\n" for i in range(4) for j in range(3)),), "mesh": (MSH,)}
+        return {"fsp": (single()[0], double()[0]), "param": (param_text()[0],),
+                "srf": (srf_text()[0], srf_text("1.0", False)[0]), "interact": (INTERACT,), "quake-dfn": (DFN,),
+                 "coulomb": (COULOMB.format(names="rt.lat reverse", one="0.0 0.8", two="1.5 0.0"),),
+                "hbi": (HBI.replace("examples/", ""),), "pyquake3d": (PYQUAKE.replace("params", "rows"),),
+                "traces": (json.dumps({"type": "FeatureCollection",
+                                       "features": [feature([[0, 0, 0], [5e3, 2e3, 0]], dip=60, upper_depth=1,
+                                                            lower_depth=9, rake=90, name="one")]}, indent=1),),
+                "depths": ("".join(f"{-70 + i / 10} {-23 + j / 10} {-10 - i}\n" for i in range(4) for j in range(3)),),
+                "mesh": (MSH,)}
 
     def read(self, kind, path):
-        return READERS[kind][1](path, at, None, **({"unit": "m"} if kind == "interact" else {"unit": "km"} if kind == "mesh" and not h5py.is_hdf5(path) else {}))
+        return READERS[kind][1](path, at, None, **({"unit": "m"} if kind == "interact" else {"unit": "km"}
+                                                   if kind == "mesh" and not h5py.is_hdf5(path) else {}))
 
     def test_what_no_reader_knows(self):
         """A key and a column that no reader can know are named among what it has not used, and change nothing else."""
         whole = {kind: texts[0] for kind, texts in self.whole().items()}
         more = {
-            "fsp": ((whole["fsp"].replace("% Invs :  Nx ", "% Zork :  Quux = 12.5 km\n% Invs :  Nx "), "key.* Quux"), (column(whole["fsp"], "QUUX", 7, "LAT      LON", 8), "column.* QUUX")),
-            "param": ((whole["param"].replace("#Lon.  Lat.", "#Quux = 12.5\n#Lon.  Lat."), '"#Quux = 12.5"'), (column(whole["param"], "Quux", 7, "t_rup", 11), "column Quux"),
+            "fsp": ((whole["fsp"].replace("% Invs :  Nx ", "% Zork :  Quux = 12.5 km\n% Invs :  Nx "), "key.* Quux"),
+                    (column(whole["fsp"], "QUUX", 7, "LAT      LON", 8), "column.* QUUX")),
+            "param": ((whole["param"].replace("#Lon.  Lat.", "#Quux = 12.5\n#Lon.  Lat."), '"#Quux = 12.5"'),
+                      (column(whole["param"], "Quux", 7, "t_rup", 11), "column Quux"),
                       (column(whole["param"], "", 7, "t_rup", 11), "1 column after the first 11")),
-            "srf": ((whole["srf"].replace("2.0\n", "2.0\n# Quux= 12.5\n", 1), "2 lines of comments"), (whole["srf"].replace(" 12.0 9.0\n", " 12.0 9.0 12.5\n"), "more numbers than the format has in 1 lines"),
-                    (whole["srf"].replace(" 9.0e+10 0.0000 0.05 3.00000e+05 2.70000e+00", " 9.0e+10 0.0000 0.05 0 2.70000e+00"), "S velocities and densities, which 1 of 12 points do not have")),
+            "srf": ((whole["srf"].replace("2.0\n", "2.0\n# Quux= 12.5\n", 1), "2 lines of comments"),
+                    (whole["srf"].replace(" 12.0 9.0\n", " 12.0 9.0 12.5\n"),
+                     "more numbers than the format has in 1 lines"),
+                    (whole["srf"].replace(" 9.0e+10 0.0000 0.05 3.00000e+05 2.70000e+00", " 9.0e+10 0.0000 0.05 0 "
+                                          "2.70000e+00"),
+                     "S velocities and densities, which 1 of 12 points do not have")),
             "interact": ((column("#\n" + whole["interact"], "", 7, "#", 8), "1 column after the first 8"),),
-            "quake-dfn": ((column(whole["quake-dfn"], "Quux", 7, "Ctr_X", 18), "column quux"), (whole["quake-dfn"].replace("2.0e6\n", "2.0e6\t7\n"), "1 column after the first 7")),
+            "quake-dfn": ((column(whole["quake-dfn"], "Quux", 7, "Ctr_X", 18), "column quux"),
+                          (whole["quake-dfn"].replace("2.0e6\n", "2.0e6\t7\n"), "1 column after the first 7")),
             "coulomb": ((whole["coulomb"].replace("FRIC=", "QUUX=  12.5\nFRIC="), "keys .*QUUX"),),
             "hbi": ((whole["hbi"] + "quux 12.5\n", "key.* quux"), (whole["hbi"] + "quux\n", "key.* quux")),
             "traces": ((whole["traces"].replace('"name"', '"quux": 12.5, "name"'), "property quux"),),
             "depths": ((column("#\n" + whole["depths"], "", 7, "#", 3), "1 column after the first 3"),),
             "mesh": (),
-            "pyquake3d": ((whole["pyquake3d"] + "Quux: 12.5\n", "key Quux"), (whole["pyquake3d"] + "Quux\n", "key Quux")),
+            "pyquake3d": ((whole["pyquake3d"] + "Quux: 12.5\n", "key Quux"),
+                          (whole["pyquake3d"] + "Quux\n", "key Quux")),
         }
         self.assertEqual(set(more), set(READERS))
         with h5py.File(self.path("mesh.h5"), "w") as file:
@@ -112,7 +129,8 @@ class Mutants(SourcesTest):
         with self.assertRaisesRegex(Error, "params.dat, line 14: 13 rows, expected 12, one for each cell"):
             self.read("hbi", self.path("plain.txt"))
         self.put("rows.dat", "".join(f"{30 + k} 0.01 0.02 0.1 0.6 {12 + k} 25 1e-9 0 0 7\n" for k in range(2)))
-        self.assertIn("1 column after the first 10", self.read("pyquake3d", self.put("plain.txt", whole["pyquake3d"])).dropped)
+        self.assertIn("1 column after the first 10",
+                      self.read("pyquake3d", self.put("plain.txt", whole["pyquake3d"])).dropped)
 
     def test_all(self):
         whole = self.whole()

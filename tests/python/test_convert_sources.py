@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""output/convert.py: finite faults of the USGS, SRF, files of Coulomb, and slip of runs. Files of known cells become those cells, whatever their forms; runs become files whose slip and
-moment are the run's; others are refused by one line that names the line."""
+"""slipstep convert: finite faults of the USGS, SRF, files of Coulomb, and slip of runs. Files of known cells become
+those cells, whatever their forms; runs become files whose slip and moment are the run's; others are refused by one line
+that names the line."""
 
 import os
 import sys
@@ -32,7 +33,8 @@ class SourcesTest(PictureTest, FaultTest):
 
     def refuse(self, name, content, message):
         self.put(name, content)
-        self.refused("convert", f".*{name}.*({message})", self.path(name), self.path("out.h5"), "--projection", "sphere")
+        self.refused("convert", f".*{name}.*({message})", self.path(name), self.path("out.h5"), "--projection",
+                     "sphere")
         self.assertEqual([f for f in os.listdir(self.folder.name) if f.startswith("out.h5")], [])
 
 
@@ -45,20 +47,26 @@ def lonlat(points):
 
 
 def param_text(share=(0.5, 0.5), margin=0.1, segments=((10.0, 30.0, 4, 3),), size=3e3, top=1e4, up=0.0):
-    """Positions at a share of each cell's length and width; the boundary is so many cells within the plane. up: by how many cells both are up dip from there."""
+    """Positions at a share of each cell's length and width; the boundary is so many cells within the plane. up: by how
+    many cells both are up dip from there."""
     text, cells = f"#Total number of fault_segments= {len(segments):5d}\n", []
     for k, (strike, dip, nx, nz) in enumerate(segments, 1):
         own = plane(strike, dip, 2e4 * k, 0, top, nx, nz, size)
         along, down = directions(own)
         points = own[:, :3] + (share[0] - 0.5) * size * along + (share[1] - 0.5 - up) * size * down
-        i, j = (np.array(v) for v in ((margin, nx - margin, nx - margin, margin, margin), (margin, margin, nz - margin, nz - margin, margin)))
+        i, j = (np.array(v) for v in ((margin, nx - margin, nx - margin, margin, margin),
+                                      (margin, margin, nz - margin, nz - margin, margin)))
         upper = own[0, :3] - 0.5 * size * (along[0] + (1 + 2 * up) * down[0])
         corners = upper + size * (i[:, None] * along[0] + j[:, None] * down[0])
-        text += f"#Fault_segment = {k:3d} nx(Along-strike)= {nx:3d} Dx= {size / 1e3:5.2f}km ny(downdip)= {nz:3d} Dy= {size / 1e3:5.2f}km\n"
-        text += f"#Boundary of Fault_segment     {k}. EQ in cell 1,1. Lon: {ORIGIN[0]:.4f}   Lat: {ORIGIN[1]:.4f}\n#Lon.  Lat.  Depth\n"
-        text += "".join(f"  {lon:.6f}  {lat:.6f} {z / 1e3:.6f}\n" for (lon, lat), z in zip(lonlat(corners), corners[:, 2]))
+        text += (f"#Fault_segment = {k:3d} nx(Along-strike)= {nx:3d} Dx= {size / 1e3:5.2f}km ny(downdip)= {nz:3d} Dy= "
+                 f"{size / 1e3:5.2f}km\n")
+        text += (f"#Boundary of Fault_segment     {k}. EQ in cell 1,1. Lon: {ORIGIN[0]:.4f}   Lat: {ORIGIN[1]:.4f}\n"
+                 "#Lon.  Lat.  Depth\n")
+        text += "".join(f"  {lon:.6f}  {lat:.6f} {z / 1e3:.6f}\n"
+                        for (lon, lat), z in zip(lonlat(corners), corners[:, 2]))
         text += "#Lat. Lon. depth slip rake strike dip t_rup t_ris t_fal mo\n"
-        text += "".join(f" {lat:.6f} {lon:.6f} {z / 1e3:.6f} {10 + 3 * n:.6f} {80 + n:.3f} {strike:.3f} {dip:.3f} {2 * n:.3f} 1.5 {0.5 * n:.2f} {1e24 * (n + 1):.6e}\n"
+        text += "".join(f" {lat:.6f} {lon:.6f} {z / 1e3:.6f} {10 + 3 * n:.6f} {80 + n:.3f} {strike:.3f} {dip:.3f} "
+                        f"{2 * n:.3f} 1.5 {0.5 * n:.2f} {1e24 * (n + 1):.6e}\n"
                         for n, ((lon, lat), z) in enumerate(zip(lonlat(points), points[:, 2])))
         cells.append(own)
     return text, np.concatenate(cells)
@@ -87,7 +95,8 @@ class Param(SourcesTest):
     def test_refused(self):
         text, _ = param_text()
         lines = text.splitlines(True)
-        self.refuse("a.param", "".join(lines[:-1]), f"ends after line {len(lines) - 1} with 0 words, expected 11 numbers, row 12 of 4 x 3|ends after line {len(lines) - 1}, expected 11 numbers, row 12 of 4 x 3")
+        self.refuse("a.param", "".join(lines[:-1]), f"ends after line {len(lines) - 1} with 0 words, expected 11 "
+                    f"numbers, row 12 of 4 x 3|ends after line {len(lines) - 1}, expected 11 numbers, row 12 of 4 x 3")
         self.refuse("b.param", text + lines[-1], f"line {len(lines) + 1}: .*expected the end of 12 rows, nx times ny")
         self.refuse("c.param", text.replace("km ny", "miles ny"), "line 2: lengths in miles and km, expected km")
         self.refuse("d.param", text.replace("Dx= ", "DX= "), "line 2: .*expected #Fault_segment = K nx")
@@ -109,7 +118,8 @@ def srf_text(version="2.0", planes=True, strike=350.0, dip=60.0):
     for k, (lon, lat) in enumerate(lonlat(cells)):
         more = " 3.00000e+05 2.70000e+00" if version == "2.0" else ""
         text += f" {lon:.6f} {lat:.6f} {cells[k, 2] / 1e3:.6f} {strike:g} {dip:g} 9.0e+10 {0.5 * k:.4f} 0.05{more}\n"
-        text += f" 90 {100 * SLIP[k] * np.cos(0.3):.8f} 8 {100 * SLIP[k] * np.sin(0.3):.8f} 0 0.0 0\n 0 1 2 3 4 3\n 2 1\n"
+        text += (f" 90 {100 * SLIP[k] * np.cos(0.3):.8f} 8 {100 * SLIP[k] * np.sin(0.3):.8f} 0 0.0 0\n 0 1 2 3 "
+                 "4 3\n 2 1\n")
     return text, cells
 
 
@@ -124,7 +134,8 @@ class Srf(SourcesTest):
             np.testing.assert_allclose(model.rake, 90 + np.degrees(0.3), rtol=1e-8)
             np.testing.assert_allclose(model.columns["rupture_time"][0], 0.5 * np.arange(12))
             np.testing.assert_allclose(model.columns["rise_time"][0], 0.4)
-            self.assertAlmostEqual(model.moment()[0] / ((24.3e9 if version == "2.0" else 30e9) * 9e6 * SLIP.sum()), 1, 7)
+            self.assertAlmostEqual(model.moment()[0] / ((24.3e9 if version == "2.0" else 30e9) * 9e6 * SLIP.sum()), 1,
+                                   7)
             self.assertEqual((model.segments[0].shape, model.remarks), ((3, 4), []))
 
     def test_without_planes(self):
@@ -139,7 +150,8 @@ class Srf(SourcesTest):
         text, cells = srf_text()
         self.put("a.srf", text)
         for before, after in (("a.srf", "b.h5"), ("b.h5", "c.srf")):
-            self.plot("convert", self.path(before), self.path(after), "--origin", *map(str, ORIGIN), "--projection", "sphere", "--step", "0.05")
+            self.plot("convert", self.path(before), self.path(after), "--origin", *map(str, ORIGIN), "--projection",
+                      "sphere", "--step", "0.05")
         one, two = (srf.read(self.path(name), at) for name in ("a.srf", "c.srf"))
         np.testing.assert_allclose(two.cells, one.cells, atol=DEGREE)
         np.testing.assert_allclose(two.slip, one.slip, atol=0.5e-6)  # 1e-4 cm
@@ -149,43 +161,53 @@ class Srf(SourcesTest):
 
     def test_round_trips(self):
         """Rise times stay what they are, whatever the step, those of cells without slip as well."""
-        self.put("0.srf", srf_text()[0].replace(f" {100 * SLIP[3] * np.cos(0.3):.8f} 8 {100 * SLIP[3] * np.sin(0.3):.8f} ", " 0 8 0 "))
+        self.put("0.srf", srf_text()[0].replace(f" {100 * SLIP[3] * np.cos(0.3):.8f} 8 "
+                                                f"{100 * SLIP[3] * np.sin(0.3):.8f} ", " 0 8 0 "))
         for number, step in enumerate((0.1, 0.05, 0.3, 0.1, 0.07)):
-            self.plot("convert", self.path(f"{number}.srf"), self.path(f"{number + 1}.srf"), "--origin", *map(str, ORIGIN), "--projection", "sphere", "--step", str(step))
+            self.plot("convert", self.path(f"{number}.srf"), self.path(f"{number + 1}.srf"), "--origin",
+                      *map(str, ORIGIN), "--projection", "sphere", "--step", str(step))
             model = srf.read(self.path(f"{number + 1}.srf"), at)
             np.testing.assert_allclose(model.columns["rise_time"][0], 0.4, rtol=1e-6)  # seven digits of dt
             np.testing.assert_allclose(model.slip, np.where(np.arange(12) == 3, 0, SLIP), atol=0.5e-6)
 
     def test_no_slip(self):
         """It is said in place of a moment of 0 and a magnitude that is none, and changes no stress."""
-        text = "1.0\nPOINTS 2\n" + "".join(f"10.0 {45 + k / 100} 1 0 90 4e10 {k} 0.1\n180 0 3 0 0 0 0\n0 0 0\n" for k in range(2))
+        text = "1.0\nPOINTS 2\n" + "".join(f"10.0 {45 + k / 100} 1 0 90 4e10 {k} 0.1\n180 0 3 0 0 0 0\n0 0 0\n"
+                                           for k in range(2))
         out = self.plot("convert", self.put("a.srf", text), self.path("a.h5"), "--projection", "sphere")
-        self.assertRegex(out, "slip: +none: it is 0 m in all of the 2 cells, so that there is no moment and no magnitude")
+        self.assertRegex(out,
+                         "slip: +none: it is 0 m in all of the 2 cells, so that there is no moment and no magnitude")
         self.assertNotRegex(out, "Mw|nan|moment:")
         for name in ("b.srf", "c.fsp"):
             self.plot("convert", self.path("a.h5"), self.path(name))
         self.assertFalse(fsp.read(self.path("c.fsp"), at).slip.any())
         self.put("geom.in", "0 0 -5 0 90 1 1 0\n")
         for name, words in (("a.h5", "has no slip in any cell"), ("geom.in", "has no slip")):
-            self.refused("convert", f"{name} {words}, expected a slip model for --stress", self.path(name), "--receivers", self.path("a.h5"), "--stress", self.path("out.h5"), "--unit", "km")
+            self.refused("convert", f"{name} {words}, expected a slip model for --stress", self.path(name),
+                         "--receivers", self.path("a.h5"), "--stress", self.path("out.h5"), "--unit", "km")
 
     def test_hypocentre(self):
-        """That of a plane, 0.5 km from the middle of its upper edge along strike and 1.5 km down dip, is one place on the Earth through .h5, .fsp and .srf again, of two planes as well; where a
-        file says none, it is the cell that breaks first."""
+        """That of a plane, 0.5 km from the middle of its upper edge along strike and 1.5 km down dip, is one place on
+        the Earth through .h5, .fsp and .srf again, of two planes as well; where a file says none, it is the cell that
+        breaks first."""
         text, cells = srf_text()
         along, down = (v[0] for v in directions(cells[:1]))
         place = corners_of(cells[:4])[:, :2].reshape(-1, 3).mean(axis=0) + 500 * along + 1500 * down
         self.put("0.srf", text)
         names = ["0.srf", "1.h5", "2.fsp", "3.srf", "4.fsp", "5.h5", "6.srf"]
         for before, after in zip(names, names[1:]):
-            self.plot("convert", self.path(before), self.path(after), "--origin", *map(str, ORIGIN), "--projection", "sphere")
-            model = {"srf": srf, "fsp": fsp}[after[2:]].read(self.path(after), at) if not after.endswith("h5") else ours.read(self.path(after))
+            self.plot("convert", self.path(before), self.path(after), "--origin", *map(str, ORIGIN), "--projection",
+                      "sphere")
+            model = ({"srf": srf, "fsp": fsp}[after[2:]].read(self.path(after), at) if not after.endswith("h5")
+                     else ours.read(self.path(after)))
             np.testing.assert_allclose(model.hypocentre(), place, atol=1.5, err_msg=after)  # five digits of degrees
         self.assertRegex(open(self.path("2.fsp"), encoding="utf-8").read(), "HypX = 6.5000 km   HypZ = 1.5000 km")
-        silent = srf.read(self.put("a.srf", text.replace(" 0.5 1.5\n", " 0 0\n").replace("9.0e+10 0.0000", "9.0e+10 9.0000")), at)
+        silent = srf.read(self.put("a.srf", text.replace(" 0.5 1.5\n",
+                                                         " 0 0\n").replace("9.0e+10 0.0000", "9.0e+10 9.0000")), at)
         self.assertNotIn("hypocentre", silent.claims)
         np.testing.assert_array_equal(silent.hypocentre(), silent.cells[1, :3])
-        two = self.put("two.fsp", test_convert_fsp.double()[0].replace("DEP = 5.0", "DEP = 4.0"))  # at the upper left corner of the second plane, but for its depth
+        # at the upper left corner of the second plane, but for its depth
+        two = self.put("two.fsp", test_convert_fsp.double()[0].replace("DEP = 5.0", "DEP = 4.0"))
         self.plot("convert", two, self.path("two.srf"), "--projection", "sphere", "--rise-time", "1")
         with open(self.path("two.srf"), encoding="utf-8") as file:
             lines = file.read().splitlines()
@@ -196,8 +218,10 @@ class Srf(SourcesTest):
         """The sum of samples times the step is the slip, of .fsp that has rupture times but no rise times."""
         from test_convert_fsp import single
         self.put("model.fsp", single()[0])
-        self.refused("convert", "has no rise_time of its cells, expected --rise-time S", self.path("model.fsp"), self.path("out.srf"), "--projection", "sphere")
-        self.plot("convert", self.path("model.fsp"), self.path("out.srf"), "--projection", "sphere", "--rise-time", "1.3", "--step", "0.2")
+        self.refused("convert", "has no rise_time of its cells, expected --rise-time S", self.path("model.fsp"),
+                     self.path("out.srf"), "--projection", "sphere")
+        self.plot("convert", self.path("model.fsp"), self.path("out.srf"), "--projection", "sphere", "--rise-time",
+                  "1.3", "--step", "0.2")
         with open(self.path("out.srf"), encoding="utf-8") as file:
             words = file.read().split("POINTS 12\n")[1].split()
         for k in range(12):
@@ -212,14 +236,18 @@ class Srf(SourcesTest):
     def test_refused(self):
         text, _ = srf_text()
         lines = text.splitlines(True)
-        self.refuse("a.srf", "".join(lines[:-1]), f"ends after line {len(lines) - 1}, expected point 12 of 12: 8 samples of slip rate")
-        self.refuse("b.srf", "".join(lines[:-4]), f"ends after line {len(lines) - 4}, expected point 12 of 12: 10 numbers")
+        self.refuse("a.srf", "".join(lines[:-1]),
+                    f"ends after line {len(lines) - 1}, expected point 12 of 12: 8 samples of slip rate")
+        self.refuse("b.srf", "".join(lines[:-4]),
+                    f"ends after line {len(lines) - 4}, expected point 12 of 12: 10 numbers")
         self.refuse("c.srf", text.replace("POINTS 12", "POINTS 11"), r"line \d+: .*expected PLANE N or POINTS N")
         self.refuse("d.srf", text.replace("2.0\n", "3.0\n", 1), "line 1: \"3.0\", expected a version, 1.0 or 2.0")
-        self.refuse("e.srf", text.replace(" 2 1\n", " 2 1 0\n", 1), r"line 10: 1 samples too many, expected 8 of point 1")
+        self.refuse("e.srf", text.replace(" 2 1\n", " 2 1 0\n", 1),
+                    r"line 10: 1 samples too many, expected 8 of point 1")
         self.refuse("f.srf", text.replace("POINTS 12", "POINTS many"), "line 6: \"many\", expected POINTS N")
         self.refuse("g.srf", "2.0\n", "ends after line 1, expected POINTS N")
-        self.refuse("h.srf", text.replace(" 350 60 9.0e+10", " 350 60 large", 1), "line 7: \"large\", expected a number")
+        self.refuse("h.srf", text.replace(" 350 60 9.0e+10", " 350 60 large", 1),
+                    "line 7: \"large\", expected a number")
 
 
 COULOMB = """a test with Mo = 1.0e25 dyne-cm
@@ -244,13 +272,18 @@ xxx xxxxxxxxxx xxxxxxxxxx xxxxxxxxxx xxxxxxxxxx xxx xxxxxxxxxx xxxxxxxxxx xxxxxx
 
 class Coulomb(SourcesTest):
     def test_cells(self):
-        """The upper edge at x = 1 km, a dip of 30 degrees to the east: the centre is 2.5 km / tan 30 further; E of 8e5 bar is 32 GPa. Right-lateral slip has the rake 180."""
-        for names, one, two in (("rt.lat    reverse", "0.0 0.8", "1.5 0.0"), ("rake     netslip", "90.0 0.8", "180.0 1.5")):
-            model = coulomb.read(self.put("model.inp", COULOMB.format(names=names, one=one, two=two)), lambda lon, lat: Projection((lon, lat), "sphere"))
-            np.testing.assert_allclose(model.cells, [[7e3, 1e3 + 2.5e3 / np.tan(np.radians(30)), 6.5e3, 1e4, 1e4, 0, 30], [0, 0, 5e3, 1e4, 1e4, 90, 90]], atol=1e-9)
+        """The upper edge at x = 1 km, a dip of 30 degrees to the east: the centre is 2.5 km / tan 30 further; E of 8e5
+        bar is 32 GPa. Right-lateral slip has the rake 180."""
+        for names, one, two in (("rt.lat    reverse", "0.0 0.8", "1.5 0.0"),
+                                ("rake     netslip", "90.0 0.8", "180.0 1.5")):
+            model = coulomb.read(self.put("model.inp", COULOMB.format(names=names, one=one, two=two)),
+                                 lambda lon, lat: Projection((lon, lat), "sphere"))
+            np.testing.assert_allclose(model.cells, [[7e3, 1e3 + 2.5e3 / np.tan(np.radians(30)), 6.5e3, 1e4, 1e4, 0,
+                                                      30], [0, 0, 5e3, 1e4, 1e4, 90, 90]], atol=1e-9)
             np.testing.assert_allclose(model.slip, [0.8, 1.5])
             np.testing.assert_allclose(model.rake, [90, 180])
-            self.assertEqual((model.options["poisson_ratio"], model.options["shear_modulus"], model.names), (0.25, 32e9, {1: "north"}))
+            self.assertEqual((model.options["poisson_ratio"], model.options["shear_modulus"], model.names),
+                             (0.25, 32e9, {1: "north"}))
             self.assertAlmostEqual(model.moment()[0], 32e9 * 1e8 * 2.3, delta=1e5)
             self.assertRegex(model.dropped[0], "1 elements of Kode 400")
         self.assertEqual(model.claims["moment"], 1e18)
@@ -258,35 +291,43 @@ class Coulomb(SourcesTest):
     def test_origin(self):
         """Cells are where the zero of the file is, whatever the origin of the frame."""
         text = self.put("model.inp", COULOMB.format(names="rake     netslip", one="90.0 0.8", two="180.0 1.5"))
-        own, other = (coulomb.read(text, lambda lon, lat: Projection(origin or (lon, lat), "sphere")) for origin in (None, (-124.0, 40.0)))
+        own, other = (coulomb.read(text, lambda lon, lat: Projection(origin or (lon, lat), "sphere"))
+                      for origin in (None, (-124.0, 40.0)))
         for model in (own, other):
             lon, lat = model.projection.inverse(*model.cells[:, :2].T)
             np.testing.assert_allclose(lat[1], 40.3, atol=1e-9)
             np.testing.assert_allclose(lon[1], -124.5, atol=1e-9)
-        np.testing.assert_allclose(other.cells[1, :2], Projection((-124.0, 40.0), "sphere").forward(-124.5, 40.3), atol=1e-6)
+        np.testing.assert_allclose(other.cells[1, :2], Projection((-124.0, 40.0), "sphere").forward(-124.5, 40.3),
+                                   atol=1e-6)
 
     def test_refused(self):
         text = COULOMB.format(names="rt.lat    reverse", one="0.0 0.8", two="1.5 0.0")
         self.refuse("a.inp", text.replace("xxx xxx", "--- ---"), "no line of xxx xxxxxxxxxx")
         self.refuse("b.inp", text.replace("reverse", "inverse"), "line 8: .*expected columns X-start")
         self.refuse("c.inp", text.replace("4.0000     9.0000   north", ""), "line 10: 9 numbers, expected 11")
-        self.refuse("d.inp", text.replace("30.0000     4.0000", "-30.0000     4.0000"), "line 10: a dip of -30, expected 0 < dip")
-        self.refuse("e.inp", text.replace("4.0000     9.0000", "9.0000     4.0000"), "line 10: a top at 9 and a bottom at 4 km")
+        self.refuse("d.inp", text.replace("30.0000     4.0000", "-30.0000     4.0000"),
+                    "line 10: a dip of -30, expected 0 < dip")
+        self.refuse("e.inp", text.replace("4.0000     9.0000", "9.0000     4.0000"),
+                    "line 10: a top at 9 and a bottom at 4 km")
         self.refuse("f.inp", text[:text.index("  1   ")], "no faults of Kode 100")
 
 
 class Longitudes(SourcesTest):
-    """What a file becomes depends on where it is on the Earth no more on the 180th meridian than elsewhere: cells, and rows of .fsp and .srf that are written of them."""
+    """What a file becomes depends on where it is on the Earth no more on the 180th meridian than elsewhere: cells, and
+    rows of .fsp and .srf that are written of them."""
 
     def texts(self, lon):
         """Files of each kind about a longitude; those of .param and .srf that name no origin as well."""
         me = sys.modules[__name__]
-        with mock.patch.multiple(me, ORIGIN=(lon, -20.0), SPHERE=Projection((lon, -20.0), "sphere")), mock.patch.object(test_convert_fsp, "SPHERE", Projection((lon, -20.0), "sphere")):
-            yield fsp, test_convert_fsp.single()[0].replace("LAT  = 34.2      LON = -116.43", f"LAT = -20.0 LON = {lon}")
+        with mock.patch.multiple(me, ORIGIN=(lon, -20.0), SPHERE=Projection((lon, -20.0), "sphere")), mock.patch.object(
+            test_convert_fsp, "SPHERE", Projection((lon, -20.0), "sphere")):
+            yield fsp, test_convert_fsp.single()[0].replace("LAT  = 34.2      LON = -116.43",
+                                                            f"LAT = -20.0 LON = {lon}")
             yield srf, srf_text()[0]
             yield param, param_text()[0]
             yield param, param_text()[0].replace("Lon:", "none:")
-            yield coulomb, COULOMB.format(names="rake     netslip", one="90.0 0.8", two="180.0 1.5").replace("-124.5000000", str(lon)).replace("40.3000000", "-20.0")
+            yield coulomb, COULOMB.format(names="rake     netslip", one="90.0 0.8", two="180.0 1.5").replace(
+                "-124.5000000", str(lon)).replace("40.3000000", "-20.0")
 
     def test_meridian(self):
         for kind in ("sphere", "tmerc") if pyproj else ("sphere",):
@@ -296,53 +337,67 @@ class Longitudes(SourcesTest):
                     with self.subTest(kind=kind, lon=lon, number=number):
                         model = reader.read(self.put("model.txt", text), lambda *origin: Projection(origin, kind))
                         first = models.setdefault(number, model)
-                        np.testing.assert_allclose(model.cells, first.cells, atol=2 * DEGREE if reader is not fsp else 2 * 0.5e-5 * 111e3)  # digits of LON are other ones
+                        # digits of LON are other ones
+                        np.testing.assert_allclose(model.cells, first.cells, atol=2 * DEGREE if reader is not fsp
+                                                   else 2 * 0.5e-5 * 111e3)
                         self.assertTrue(-180 < model.projection.origin[0] <= 180)
                         for write in (fsp.write, srf.write):
                             model.columns.setdefault("rise_time", (np.ones(len(model.cells)), "s"))
                             model.columns.setdefault("rupture_time", (np.ones(len(model.cells)), "s"))
                             with open(self.path("out.txt"), "w", encoding="utf-8") as file:
                                 write(model, file)
-                            again = (fsp if write is fsp.write else srf).read(self.path("out.txt"), lambda *_: model.projection)
-                            np.testing.assert_allclose(again.cells[:, :5], model.cells[:, :5], atol=1.5)  # digits of LON
-                            np.testing.assert_allclose((again.cells[:, 5] - model.cells[:, 5] + 180) % 360, 180, atol=0.02)  # convergence between an upper edge and its cell's centre, 4 km away
+                            again = (fsp if write is fsp.write else srf).read(self.path("out.txt"),
+                                                                              lambda *_: model.projection)
+                            # digits of LON
+                            np.testing.assert_allclose(again.cells[:, :5], model.cells[:, :5], atol=1.5)
+                            # convergence between an upper edge and its cell's centre, 4 km away
+                            np.testing.assert_allclose((again.cells[:, 5] - model.cells[:, 5] + 180) % 360, 180,
+                                                       atol=0.02)
 
     @unittest.skipUnless(pyproj, "needs python3-pyproj")
     def test_torn(self):
         """A map that ends at the meridian has its two sides 40,000 km apart."""
         text = dict((reader, text) for reader, text in self.texts(179.95))[srf]
-        self.refused("convert", "--projection EPSG:3857 has .* expected one that does not tear", self.put("model.srf", text), "--projection", "EPSG:3857")
+        self.refused("convert", "--projection EPSG:3857 has .* expected one that does not tear",
+                     self.put("model.srf", text), "--projection", "EPSG:3857")
         self.plot("convert", self.path("model.srf"), "--projection", "EPSG:32760")
 
 
 class Runs(SourcesTest):
     def test_run(self):
-        """A dipping fault of 8 x 6 cells: .srf and .fsp have the slip of the run, and its moment; the moment rate in the form of the USGS adds up to it."""
-        self.fault(*"-fault_nx 8 -fault_nz 6 -fault_strike 30 -fault_dip 60 -fault_depth_top 500 -fault_rake 90 -ts_max_time 20s -fault_output run.h5".split())
+        """A dipping fault of 8 x 6 cells: .srf and .fsp have the slip of the run, and its moment; the moment rate in
+        the form of the USGS adds up to it."""
+        self.fault(*"-fault_nx 8 -fault_nz 6 -fault_strike 30 -fault_dip 60 -fault_depth_top 500 -fault_rake 90 "
+                    "-ts_max_time 20s -fault_output run.h5".split())
         run = Run(self.path("run.h5"))
         slip = run.field("slip")[1][-1].ravel()
         moment = run.series["moment"][-1].sum()
         for name in ("run.srf", "run.fsp"):
-            self.plot("convert", self.path("run.h5"), self.path(name), "--origin", *map(str, ORIGIN), "--projection", "sphere")
+            self.plot("convert", self.path("run.h5"), self.path(name), "--origin", *map(str, ORIGIN), "--projection",
+                      "sphere")
         one = srf.read(self.path("run.srf"), at)
         np.testing.assert_allclose(one.slip, slip, atol=1e-6)
         np.testing.assert_allclose(one.rake, 90)
         self.assertAlmostEqual(one.moment()[0] / moment, 1, 4)
         out = self.plot("convert", self.path("run.fsp"), "--projection", "sphere")
         self.assertRegex(out, "strike, dip: +30, 60 degrees")
-        self.plot("moment_rate", self.path("run.h5"), "--window", "0", "20", "--usgs", self.path("run.mr"), "--step", "0.25")
+        self.plot("moment_rate", self.path("run.h5"), "--window", "0", "20", "--usgs", self.path("run.mr"), "--step",
+                  "0.25")
         with open(self.path("run.mr"), encoding="utf-8") as file:
             self.assertEqual([next(file), next(file)], ["dt: 0.25\n", "Time[s]     Moment_Rate [Nm]\n"])
             time, rate = np.loadtxt(file).T
         np.testing.assert_allclose(np.diff(time), 0.25)
         self.assertAlmostEqual(0.25 * rate.sum() / moment, 1, 9)
-        self.refused("convert", "does not say where it is on the Earth, expected --origin", self.path("run.h5"), self.path("out.srf"))
+        self.refused("convert", "does not say where it is on the Earth, expected --origin", self.path("run.h5"),
+                     self.path("out.srf"))
 
     def test_window(self):
-        """A window of a run: rupture and rise times are those of a fine table of each cell's slip; samples add up to its slip, whether cells are in memory together or one row of them
-        at a time; too many samples are refused, which .fsp does not have."""
+        """A window of a run: rupture and rise times are those of a fine table of each cell's slip; samples add up to
+        its slip, whether cells are in memory together or one row of them at a time; too many samples are refused, which
+        .fsp does not have."""
         self.fault(*"-fault_nx 8 -fault_nz 6 -fault_depth_top 500 -ts_max_time 20s -fault_output run.h5".split())
-        run, window, place = Run(self.path("run.h5")), (1.5, 9.25), ("--origin", *map(str, ORIGIN), "--projection", "sphere")
+        run, window, place = Run(self.path("run.h5")), (1.5, 9.25), ("--origin", *map(str, ORIGIN), "--projection",
+                                                                     "sphere")
         times, slip = run.field("slip")
         grid = np.linspace(*window, 200001)
         texts = []
@@ -359,26 +414,33 @@ class Runs(SourcesTest):
             total = course[-1] - course[0]
             self.assertAlmostEqual(one.slip[cell], total, 5)
             if total:
-                begun, done = (grid[np.argmax(course - course[0] >= share * total)] - window[0] for share in (0.02, 0.98))
-                self.assertAlmostEqual(model.columns["rupture_time"][0][cell], begun, delta=2e-4)  # four steps of the table
+                begun, done = (grid[np.argmax(course - course[0] >= share * total)] - window[0]
+                               for share in (0.02, 0.98))
+                # four steps of the table
+                self.assertAlmostEqual(model.columns["rupture_time"][0][cell], begun, delta=2e-4)
                 self.assertAlmostEqual(model.columns["rise_time"][0][cell], done - begun, delta=2e-4)
         words = texts[0].split("POINTS 48\n")[1].split()
         for cell in range(48):
             head, words = words[:17], words[17:]
-            self.assertAlmostEqual(float(head[7]) * sum(map(float, words[:int(head[12])])), 100 * one.slip[cell], delta=1e-3)
+            self.assertAlmostEqual(float(head[7]) * sum(map(float, words[:int(head[12])])), 100 * one.slip[cell],
+                                   delta=1e-3)
             words = words[int(head[12]):]
-        self.refused("convert", "from 1.5 s to 9.25 s has 7.75e[+]07 slip rates, .* in each of 48 cells, expected 1e[+]08 in all at most: --window BEGIN END", self.path("run.h5"), self.path("out.srf"), *place,
+        self.refused("convert", "from 1.5 s to 9.25 s has 7.75e[+]07 slip rates, .* in each of 48 cells, expected "
+                     "1e[+]08 in all at most: --window BEGIN END", self.path("run.h5"), self.path("out.srf"), *place,
                      "--window", *map(str, window), "--step", "1e-7")
         self.assertFalse([name for name in os.listdir(self.folder.name) if name.startswith("out.")])
-        self.plot("convert", self.path("run.h5"), self.path("out.fsp"), *place, "--window", *map(str, window), "--step", "1e-7")
+        self.plot("convert", self.path("run.h5"), self.path("out.fsp"), *place, "--window", *map(str, window), "--step",
+                  "1e-7")
 
     def test_event(self):
         """The largest event of a catalogue, with the rupture times of its map."""
-        self.fault(*"-fault_nx 6 -fault_nz 5 -fault_output run.h5 -fault_catalogue events.h5 -fault_catalogue_maps -ts_max_time 30".split())
+        self.fault(*"-fault_nx 6 -fault_nz 5 -fault_output run.h5 -fault_catalogue events.h5 -fault_catalogue_maps "
+                    "-ts_max_time 30".split())
         catalogue = Catalogue(self.path("events.h5"))
         slip, rupture = (catalogue.map(name)[0].ravel() for name in ("slip", "rupture_time"))
         for name in ("event.fsp", "event.srf"):
-            self.plot("convert", self.path("events.h5"), self.path(name), "--origin", *map(str, ORIGIN), "--projection", "sphere", "--rise-time", "1")
+            self.plot("convert", self.path("events.h5"), self.path(name), "--origin", *map(str, ORIGIN), "--projection",
+                      "sphere", "--rise-time", "1")
         one = srf.read(self.path("event.srf"), at)
         np.testing.assert_allclose(one.slip, np.abs(slip), atol=1e-6)
         np.testing.assert_allclose(one.columns["rupture_time"][0], rupture, atol=1e-4)

@@ -29,7 +29,8 @@ def hermite_by_basis(c, t):
     x = (t - c.time[k]) / h
     s = (2 * x ** 3 - 3 * x ** 2 + 1) * c.slip[k] + (3 * x ** 2 - 2 * x ** 3) * c.slip[k + 1]
     s += h * ((x ** 3 - 2 * x ** 2 + x) * c.rate[k] + (x ** 3 - x ** 2) * c.rate[k + 1])
-    v = (6 * x ** 2 - 6 * x) * (c.slip[k] - c.slip[k + 1]) / h + (3 * x ** 2 - 4 * x + 1) * c.rate[k] + (3 * x ** 2 - 2 * x) * c.rate[k + 1]
+    v = ((6 * x ** 2 - 6 * x) * (c.slip[k] - c.slip[k + 1]) / h + (3 * x ** 2 - 4 * x + 1) * c.rate[k]
+         + (3 * x ** 2 - 2 * x) * c.rate[k + 1])
     return s, v
 
 
@@ -48,7 +49,8 @@ class ClosedForms(unittest.TestCase):
         found = course.errors(cubic([0, 0.3, 1]), cubic(np.linspace(0, 1, 41)))
         for part in course.PARTS:
             self.assertLess(found[part], 1e-13, part)  # tens of operations of numbers around 1
-        self.assertEqual({name: fn(found) < 1e-13 for name, fn in course.MEASURES.items()}, dict.fromkeys(course.MEASURES, True))
+        self.assertEqual({name: fn(found) < 1e-13 for name, fn in course.MEASURES.items()},
+                         dict.fromkeys(course.MEASURES, True))
 
     def test_factor(self):
         """1.1 s: 10 % in all but the time of the event."""
@@ -59,19 +61,21 @@ class ClosedForms(unittest.TestCase):
         self.assertAlmostEqual(course.errors(cubic([0, 1], 0.9), cubic([0, 1]))["slip_error"], -0.1, places=12)
 
     def test_extremum_between(self):
-        """Of the straight line t against t^2 (3 - 2 t) the largest difference is sqrt(3)/18, where 6 t (1 - t) = 1, and no
-        step of either run ends there."""
+        """Of the straight line t against t^2 (3 - 2 t) the largest difference is sqrt(3)/18, where 6 t (1 - t) = 1, and
+        no step of either run ends there."""
         line = Course(np.array([0, 1.0]), np.array([0, 1.0]), np.ones(2), np.ones(1), np.ones(1))
         found = course.errors(line, cubic([0, 0.4, 1]))
         self.assertAlmostEqual(found["history"], np.sqrt(3) / 18, places=13)
         self.assertAlmostEqual(found["peak"], 1 / 3, places=13)  # 1 against 6/4
 
     def test_passages(self):
-        """t^2 (3 - 2 t) = 1/2 at 1/2; = 0.1 and 0.9 at 1/2 -+ sin(asin(0.8)/3), the cubic's roots in trigonometric form."""
+        """t^2 (3 - 2 t) = 1/2 at 1/2; = 0.1 and 0.9 at 1/2 -+ sin(asin(0.8)/3), the cubic's roots in trigonometric
+        form."""
         c = cubic([0, 0.37, 1])
         off = np.sin(np.arcsin(0.8) / 3)
         for share, expected in ((0, 0), (0.1, 0.5 - off), (0.5, 0.5), (0.9, 0.5 + off), (1, 1)):
-            self.assertAlmostEqual(course.passage(c, share), expected, places=7 if share == 1 else 13)  # flat at its end
+            # flat at its end
+            self.assertAlmostEqual(course.passage(c, share), expected, places=7 if share == 1 else 13)
         late = Course(c.time + 0.0, np.where(c.time > 0.5, c.slip, 0), c.rate * (c.time > 0.5), c.field, c.area)
         found = course.errors(late, c)
         self.assertAlmostEqual(found["shift"], abs(course.passage(late, 0.5) - 0.5) / (2 * off), places=12)
@@ -100,9 +104,9 @@ class ClosedForms(unittest.TestCase):
 
 class Sampled(unittest.TestCase):
     def test_drawn(self):
-        """Against 400,000 samples, dt = 5e-6 apart. On steps h >= 0.1 the second derivatives of slip and rate are below 12/h^2
-        + 12/h and 24/h^3 + 36/h^2, so that the sample next to an extremum misses it by less than dt^2/2 times that, 2e-8 and
-        4e-7; a passage is off by dt at most, and slips and rates are of order 1."""
+        """Against 400,000 samples, dt = 5e-6 apart. On steps h >= 0.1 the second derivatives of slip and rate are below
+        12/h^2 + 12/h and 24/h^3 + 36/h^2, so that the sample next to an extremum misses it by less than dt^2/2 times
+        that, 2e-8 and 4e-7; a passage is off by dt at most, and slips and rates are of order 1."""
         random = np.random.default_rng(3)
         t = np.linspace(0, 2, 400001)
         for _ in range(20):
@@ -120,14 +124,17 @@ class Sampled(unittest.TestCase):
 class Files(scripts.ScriptTest):
     def run_fault(self, name, *options):
         path = self.path(name)
-        done = subprocess.run([os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault"), "-fault_output", path, *options], capture_output=True, text=True)
+        done = subprocess.run([os.path.join(os.environ["SLIPSTEP_BUILD"], "bin", "fault"), "-fault_output", path,
+                               *options], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
         return path
 
     def test_grid(self):
         """Half the step, a quarter of the error: all parts are of the integrator's order 2."""
-        options = ["-fault_nx", "3", "-fault_nz", "2", "-ts_max_time", "15", "-ts_adapt_type", "none", "-ts_bathe_error", "none", "-fault_output_interval", "100000"]
-        reference, coarse, fine = (course.read(self.run_fault(f"{n}.h5", *options, "-ts_dt", f"{15 / n:.17g}")) for n in (4800, 150, 300))
+        options = ["-fault_nx", "3", "-fault_nz", "2", "-ts_max_time", "15", "-ts_adapt_type", "none",
+                   "-ts_bathe_error", "none", "-fault_output_interval", "100000"]
+        reference, coarse, fine = (course.read(self.run_fault(f"{n}.h5", *options, "-ts_dt", f"{15 / n:.17g}"))
+                                   for n in (4800, 150, 300))
         with h5py.File(self.path("150.h5")) as file:
             self.assertEqual(coarse.slip[-1], file["result"].attrs["mean_slip"])
             self.assertEqual(len(coarse.time), 151)
@@ -145,7 +152,8 @@ class Files(scripts.ScriptTest):
             file["cells"] = np.array([[0, 0, 500, 1000, 1000], [1500, 0, 500, 2000, 1000.0]])
         c = course.read(self.run_fault("run.h5", "-fault_mesh", self.path("mesh.h5"), "-ts_max_time", "5"))
         self.assertEqual(c.area.tolist(), [1e6, 2e6])
-        c = course.read(self.run_fault("run.h5", "-fault_mesh", self.path("mesh.h5"), "-fault_slip_components", "2", "-ts_max_time", "5"))
+        c = course.read(self.run_fault("run.h5", "-fault_mesh", self.path("mesh.h5"), "-fault_slip_components", "2",
+                                       "-ts_max_time", "5"))
         self.assertEqual(c.area.tolist(), [1e6, 1e6, 2e6, 2e6])
         self.assertEqual(len(c.field), 4)
 

@@ -1,4 +1,5 @@
-"""The examples of one command, small: they end with their pictures, go on where they were stopped, and say what is missing."""
+"""The examples of one command, small: they end with their pictures, go on where they were stopped, and say what is
+missing."""
 
 import importlib.util
 import os
@@ -36,12 +37,14 @@ class ExamplesTest(PictureTest):
         return dict(os.environ, SLIPSTEP_OUTPUT=self.folder.name, SLIPSTEP_PYTHON=sys.executable, **more)
 
     def example(self, name, *options, code=0, **more):
-        done = subprocess.run([os.path.join(SOURCE, "examples", name), *options], capture_output=True, text=True, env=self.environment(**more))
+        done = subprocess.run([os.path.join(SOURCE, "examples", name), *options], capture_output=True, text=True,
+                              env=self.environment(**more))
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         return done
 
     def test_rupture(self):
-        """It breaks from the patch outwards: the corner that is farthest from it breaks last of the four, if it does."""
+        """It breaks from the patch outwards: the corner that is farthest from it breaks last of the four, if it
+        does."""
         self.example("rupture.sh", "-fault_catalogue_maps", CELLS="20 10")
         self.look(self.path("rupture_rupture.png"))
         with h5py.File(self.path("rupture_events.h5")) as file:
@@ -51,13 +54,14 @@ class ExamplesTest(PictureTest):
         self.assertEqual(corners.max(), corners[[1, 3]].max())
 
     def test_centuries_go_on_where_they_were_stopped(self):
-        """Ctrl-C, which goes to the whole group, ends a run that would never end by itself; the second start ends it, with rows and events
-        of both in the files."""
+        """Ctrl-C, which goes to the whole group, ends a run that would never end by itself; the second start ends it,
+        with rows and events of both in the files."""
         small = {"CELLS": "8 4", "SEED": "2"}
         script = os.path.join(SOURCE, "examples", "centuries.sh")
         state = self.path("centuries.state.h5")
         with open(self.path("log"), "w") as log:
-            run = subprocess.Popen([script, "-fault_checkpoint_interval", "0.1"], stdout=log, stderr=log, start_new_session=True,
+            run = subprocess.Popen([script, "-fault_checkpoint_interval", "0.1"], stdout=log, stderr=log,
+                                   start_new_session=True,
                                    env=self.environment(YEARS="1e7", **small))
             while not os.path.exists(state) and run.poll() is None:
                 time.sleep(0.05)
@@ -81,8 +85,9 @@ class ExamplesTest(PictureTest):
             self.assertGreater(file["onset"][-1] / YEAR, stopped)
 
     def test_thrust(self):
-        """What the largest event does to the network is what the run recorded there from its onset to its end; the hanging wall rises over the
-        foot wall. Recorded are ends of steps, some hundred in an event of which some are half before its onset: 1 % of the largest."""
+        """What the largest event does to the network is what the run recorded there from its onset to its end; the
+        hanging wall rises over the foot wall. Recorded are ends of steps, some hundred in an event of which some are
+        half before its onset: 1 % of the largest."""
         self.example("thrust.sh", CELLS="12 6")
         self.look(self.path("thrust.png"))
         points = np.loadtxt(self.path("thrust_points.csv"), delimiter=",", skiprows=1)
@@ -91,11 +96,13 @@ class ExamplesTest(PictureTest):
             event = np.argmax(file["moment"][...])
             when = [file[name][event] for name in ("onset", "end")]
             groups = [run[f"surface/{k}"] for k in range(len(points))]
-            recorded = np.array([[np.diff(np.interp(when, group["time"], column))[0] for column in group["displacement"][...].T] for group in groups])
+            recorded = np.array([[np.diff(np.interp(when, group["time"], column))[0]
+                                  for column in group["displacement"][...].T] for group in groups])
             np.testing.assert_array_equal(points[:, :2], [[group.attrs[axis] for axis in "xy"] for group in groups])
         np.testing.assert_allclose(points[:, 2:5], recorded, rtol=0, atol=0.01 * np.abs(recorded).max())
         highest = points[np.argmin(points[:, 4])]
-        self.assertGreater(np.cos(np.radians(20)) * highest[1] - np.sin(np.radians(20)) * highest[0], 0)  # right of the trace
+        # right of the trace
+        self.assertGreater(np.cos(np.radians(20)) * highest[1] - np.sin(np.radians(20)) * highest[0], 0)
         self.assertLess(highest[3], 0)  # and pushed up dip, to the west
 
     def test_triggering(self):
@@ -103,10 +110,12 @@ class ExamplesTest(PictureTest):
         self.look(self.path("triggering.png"))
 
     def test_step_over(self):
-        """Shear stress alone does not know right from left, normal stress does. Cells of 2 km break the second fault at 500 m in any case, at 20 km in none."""
+        """Shear stress alone does not know right from left, normal stress does. Cells of 2 km break the second fault at
+        500 m in any case, at 20 km in none."""
         done = self.example("step_over.sh", CELLS="10 5", DISTANCES="500 20000")
         self.look(self.path("step_over.png"))
-        self.assertIn("to the right (compressional): the rupture jumps 500 m where normal stress follows slip, 500 m by shear stress alone", done.stdout)
+        self.assertIn("to the right (compressional): the rupture jumps 500 m where normal stress follows slip, 500 m "
+                      "by shear stress alone", done.stdout)
         slips = {}
         for distance in ("500", "-500", "20000"):
             for coupling in ("yes", "no"):
@@ -117,10 +126,12 @@ class ExamplesTest(PictureTest):
         self.assertEqual(slips["20000", "yes"][50:].max(), 0)
 
     def test_antithetic(self):
-        """The antithetic ends at the main fault, in its middle: lower corners of the one are upper ones of cells of the other, and none goes beyond. Its
-        picture and its numbers are of the run's events, and the change of stress is that of the run: of normal stress on the antithetic between two
-        entries by all slip between. 1e-6 of the largest: elastic sums over cells in another order than the run's matrix."""
-        done = self.example("antithetic.sh", "-fault_output_fields", "slip,displacement,traction,normal_stress", "-fault_progress", "no", CELL="2000", YEARS="120")
+        """The antithetic ends at the main fault, in its middle: lower corners of the one are upper ones of cells of the
+        other, and none goes beyond. Its picture and its numbers are of the run's events, and the change of stress is
+        that of the run: of normal stress on the antithetic between two entries by all slip between. 1e-6 of the
+        largest: elastic sums over cells in another order than the run's matrix."""
+        done = self.example("antithetic.sh", "-fault_output_fields", "slip,displacement,traction,normal_stress",
+                            "-fault_progress", "no", CELL="2000", YEARS="120")
         for picture in ("antithetic.png", "antithetic_surface.png"):
             self.look(self.path(picture))
         run, events = Run(self.path("antithetic_yes.h5")), Events(self.path("antithetic_yes_events.h5"))
@@ -130,20 +141,24 @@ class ExamplesTest(PictureTest):
         lowest = corners[own][np.abs(corners[own, 3, 2] - corners[own, 3, 2].max()) < 1][:, 3]
         upper = corners[~own][:, 1]
         self.assertLess(np.linalg.norm(lowest[:, None] - upper, axis=2).min(axis=1).max(), 1e-6)
-        self.assertGreaterEqual((cells[own, 1] - cells[own, 2] / np.tan(np.radians(60))).min(), 0)  # east of the main fault
+        # east of the main fault
+        self.assertGreaterEqual((cells[own, 1] - cells[own, 2] / np.tan(np.radians(60))).min(), 0)
         slip = antithetic.slips(events)
         area = cells[:, 3] * cells[:, 4]
         moments = (slip * [area[~own].sum(), area[own].sum()]).sum(axis=1) * 32e9
         np.testing.assert_allclose(moments, events["moment"], rtol=1e-9)
-        self.assertRegex(done.stdout, rf"(?m)^normal stress follows slip: {antithetic.broke(events)[:, 0].sum()} events of the main fault")
+        self.assertRegex(done.stdout, rf"(?m)^normal stress follows slip: {antithetic.broke(events)[:, 0].sum()} "
+                         r"events of the main fault")
         times, normal = run.field("normal_stress")
         begin, end = times[[len(times) // 3, -1]]
         _, _, expected = Elastic(slip_of_run(run, begin, end)).coulomb(cells[own, :3], (180.0, 60.0, -90.0), 0.6)
-        np.testing.assert_allclose((normal[-1] - normal[len(times) // 3])[own], expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+        np.testing.assert_allclose((normal[-1] - normal[len(times) // 3])[own], expected, rtol=0,
+                                   atol=1e-6 * np.abs(expected).max())
         self.assertGreater(np.abs(expected).max(), 1e5)
 
     def test_dyke(self):
-        """Coarse cells: the dyke opens when its pressure meets what presses it together, two of eight days on, and is closed again at the end."""
+        """Coarse cells: the dyke opens when its pressure meets what presses it together, two of eight days on, and is
+        closed again at the end."""
         done = self.example("dyke.sh", "-fault_progress", "no", CELL="1000")
         self.look(self.path("dyke.png"))
         self.assertRegex(done.stdout, r"(?m)^dyke: +opens by 1\.[0-9]+ m at most, after .* days; closed at the end$")
@@ -157,8 +172,9 @@ class ExamplesTest(PictureTest):
         self.assertIn("--cell is 0", self.example("dyke.sh", code=2, CELL="0").stderr)
 
     def test_tpv3(self):
-        """Beside the published boundary integral with cells of 100 m: within 3 % from 3 km on; at 2 km, 500 m beyond the square and less than the cohesive
-        zone of two cells, within 5 %. It is symmetric along strike, to a step, 29 ms."""
+        """Beside the published boundary integral with cells of 100 m: within 3 % from 3 km on; at 2 km, 500 m beyond
+        the square and less than the cohesive zone of two cells, within 5 %. It is symmetric along strike, to a step, 29
+        ms."""
         done = self.example("tpv3.sh", "-fault_progress", "no", "-ts_max_time", "10.5")
         self.assertRegex(done.stdout, r"(?m)^root mean square: 1\.[0-9]+ %; largest slip rate: 5\.[0-9] m/s$")
         self.look(self.path("tpv3.png"))
@@ -169,9 +185,9 @@ class ExamplesTest(PictureTest):
         self.assertIn("--cell is 700 m", self.example("tpv3.sh", code=2, CELL="700").stderr)
 
     def test_kostrov(self):
-        """Slip that friction and steps find converges to Kostrov's, by the first order, as cells break one after the other; a line of 400 cells is within
-        0.2 %, a circle of 50 within 5 %. A wrong impedance or memory leaves an error that does not fall. Constants of the exact slip are those of a table
-        of elliptic integrals."""
+        """Slip that friction and steps find converges to Kostrov's, by the first order, as cells break one after the
+        other; a line of 400 cells is within 0.2 %, a circle of 50 within 5 %. A wrong impedance or memory leaves an
+        error that does not fall. Constants of the exact slip are those of a table of elliptic integrals."""
         done = self.example("kostrov.sh", "-fault_progress", "no", LINE="50 400", CIRCLE="25 50")
         self.assertRegex(done.stdout, r"(?m)^line +400 +0\.")
         self.look(self.path("kostrov.png"))
@@ -181,14 +197,18 @@ class ExamplesTest(PictureTest):
             self.assertLess(abs(fine.middle), most)
             self.assertAlmostEqual(kostrov.order(coarse, fine), 1.1, delta=0.3)
         for speed, integral in ((0.1, 1.01599355), (0.5, 1.21105603), (0.9, 1.49329011)):
-            self.assertAlmostEqual(kostrov.rate("line", speed) * kostrov.MODULUS / (2 * kostrov.DROP * speed * kostrov.SHEAR), 1 / integral, delta=1e-8)
+            self.assertAlmostEqual(kostrov.rate("line", speed) * kostrov.MODULUS
+                                   / (2 * kostrov.DROP * speed * kostrov.SHEAR), 1 / integral, delta=1e-8)
         self.assertRegex(self.example("kostrov.sh", code=2, SPEED="2").stderr, "--speed: invalid choice: '?2")
 
     def test_seas(self):
         """test_seas.py has what they find."""
-        for name, more in (("seas_bp5", {"CELL": "4000", "YEARS": "0.1"}), ("seas_bp4", {"CELL": "1000", "YEARS": "0.001"}), ("seas_bp1", {"CELL": "200", "YEARS": "200"}),
+        for name, more in (("seas_bp5", {"CELL": "4000", "YEARS": "0.1"}),
+                           ("seas_bp4", {"CELL": "1000", "YEARS": "0.001"}),
+                           ("seas_bp1", {"CELL": "200", "YEARS": "200"}),
                            ("seas_bp3", {"CELL": "200", "YEARS": "200"}), ("seas_bp6", {"CELL": "400", "YEARS": "0.4"}),
-                           ("seas_bp7", {"CELL": "25", "YEARS": "0.001"}), ("seas_bp1_fd", {"CELL": "200", "YEARS": "200"}),
+                           ("seas_bp7", {"CELL": "25", "YEARS": "0.001"}),
+                           ("seas_bp1_fd", {"CELL": "200", "YEARS": "200"}),
                            ("seas_bp4_fd", {"CELL": "1000", "YEARS": "1e-6"})):
             done = self.example(f"{name}.sh", "-fault_progress", "no", **more)
             self.assertRegex(done.stdout, r"(?m)^(cycles: 1, |largest slip rate: |first event: )")
@@ -197,8 +217,9 @@ class ExamplesTest(PictureTest):
                 self.dynamic_files(name)
 
     def dynamic_files(self, name):
-        """Those of a benchmark with waves call it so, and hold what it asks for in its units: within the rupture too shear stress is the strength by the
-        benchmark's formula, to nine digits of the state, and slip is what slip rates add up to, to 1e-4 of trapezoids of the steps of a rupture."""
+        """Those of a benchmark with waves call it so, and hold what it asks for in its units: within the rupture too
+        shear stress is the strength by the benchmark's formula, to nine digits of the state, and slip is what slip
+        rates add up to, to 1e-4 of trapezoids of the steps of a rupture."""
         kind, columns = ("BP1-FD", (1, 2, 3, 4)) if "bp1" in name else ("BP4-FD", (1, 3, 5, 7))
         b, critical = (0.015, 0.008) if "bp1" in name else (0.013, 0.04)
         files = sorted(file for file in os.listdir(self.path(name)) if file.startswith("fltst"))
@@ -207,23 +228,30 @@ class ExamplesTest(PictureTest):
         for file in files:
             head, _, rows = test_seas.read(self.path(os.path.join(name, file)))
             self.assertIn(f"# problem=SEAS Benchmark {kind}", head)
-            place = [float(number) for number in re.findall(r"= (\S+) m", next(line for line in head if "location=" in line))]
+            place = [float(number)
+                     for number in re.findall(r"= (\S+) m", next(line for line in head if "location=" in line))]
             time, (slip, rate, stress, theta) = rows[:, 0], rows[:, columns].T
             if "bp1" in name:
                 a = np.interp(place[0], [15e3, 18e3], [0.010, 0.025])
             else:
                 a = 0.0065 + np.clip(max(abs(place[1]) - 15e3, abs(place[0]) - 30e3) / 3e3, 0, 1) * 0.0185
-            np.testing.assert_allclose(stress, 50 * a * np.arcsinh(10**rate / 2e-6 * np.exp((0.6 + b * np.log(1e-6 * 10**theta / critical)) / a)), rtol=1e-6)
-            self.assertAlmostEqual((np.diff(time) * (10 ** rate[1:] + 10 ** rate[:-1]) / 2).sum(), slip[-1], delta=1e-4 * abs(slip).max() + 1e-12)
+            np.testing.assert_allclose(stress, 50 * a * np.arcsinh(
+                10**rate / 2e-6 * np.exp((0.6 + b * np.log(1e-6 * 10**theta / critical)) / a)), rtol=1e-6)
+            self.assertAlmostEqual((np.diff(time) * (10 ** rate[1:] + 10 ** rate[:-1]) / 2).sum(), slip[-1],
+                                   delta=1e-4 * abs(slip).max() + 1e-12)
             largest = max(largest, 10 ** rate.max())
         self.assertGreater(largest, 0.5)
-        if "bp1" in name:  # 1.9 km/s over all of it, 2.4 over the upper 10 km. The line of least squares, which slip that spreads for a minute turns, has 1.1.
+        # 1.9 km/s over all of it, 2.4 over the upper 10 km. The line of least squares, which slip that spreads for a
+        # minute turns, has 1.1.
+        if "bp1" in name:
             self.assertAlmostEqual(Events(self.path(f"{name}_events.h5"))["rupture_speed"][0], 2100, delta=300)
 
     def test_what_is_missing_is_named(self):
-        for more, message in (({"SLIPSTEP_BUILD": "nowhere"}, "SLIPSTEP_BUILD is nowhere, expected a build's folder with bin/fault in it"),
+        for more, message in (({"SLIPSTEP_BUILD": "nowhere"},
+                               "SLIPSTEP_BUILD is nowhere, expected a build's folder with bin/fault in it"),
                               ({"SLIPSTEP_OUTPUT": "nowhere"}, "SLIPSTEP_OUTPUT is nowhere, expected a folder")):
-            done = subprocess.run([os.path.join(SOURCE, "examples", "rupture.sh")], capture_output=True, text=True, env={**self.environment(), **more})
+            done = subprocess.run([os.path.join(SOURCE, "examples", "rupture.sh")], capture_output=True, text=True,
+                                  env={**self.environment(), **more})
             self.assertEqual((done.returncode, done.stderr), (1, f"SlipStep: {message}\n"))
         done = self.example("rupture.sh", "-fault_nucleation", "3", code=1, CELLS="4 2")
         self.assertIn("-fault_nucleation", done.stderr)
@@ -234,26 +262,33 @@ class TrianglesTest(FaultTest):
     """Meshes and fields of the examples of triangles, as a run has them."""
 
     def mesh(self, name, mesh, opts, *options):
-        self.fault("-options_file", os.path.join(SOURCE, "examples", opts), "-fault_mesh", mesh, "-fault_parameters", f"{name}_fields.h5", "-ts_max_time", "1y", "-ts_max_steps", "1",
+        self.fault("-options_file", os.path.join(SOURCE, "examples", opts), "-fault_mesh", mesh, "-fault_parameters",
+                   f"{name}_fields.h5", "-ts_max_time", "1y", "-ts_max_steps", "1",
                    "-fault_output", "run.h5", "-fault_output_overwrite", *options, code=3)
         return Run(self.path("run.h5")).mesh
 
     def test_bend(self):
-        """A file of GOCAD: its name, and stress by the strike of each triangle; 1e-3 of 1e8 Pa as the file's millimetres turn triangles."""
+        """A file of GOCAD: its name, and stress by the strike of each triangle; 1e-3 of 1e8 Pa as the file's
+        millimetres turn triangles."""
         bends.write_fields(self.path("b_fields.h5"), bends.bend(self.path("b"), 2000))
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "convert_mesh.py"), self.path("b.ts"), self.path("b.h5")], check=True, capture_output=True)
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "convert_mesh.py"), self.path("b.ts"),
+                        self.path("b.h5")], check=True, capture_output=True)
         with h5py.File(self.path("b.h5")) as file:
             self.assertEqual(file["fault"].attrs["names"], "0 bend")
         self.regional(self.mesh("b", "b.h5", "bends.opts"), 0, bends.BEND)
 
     def regional(self, mesh, least, most):
-        """Stress of the region on planes of the strikes of the triangles: p = (p1 + p2)/2 - (p1 - p2)/2 cos 2s + t sin 2s."""
+        """Stress of the region on planes of the strikes of the triangles: p = (p1 + p2)/2 - (p1 - p2)/2 cos 2s + t sin
+        2s."""
         twice = np.radians(2 * mesh["strike"])
         turn = (mesh["strike"] + 90) % 180 - 90
-        self.assertTrue(least - 1 < turn.min() < least + 1 and most - 1 < turn.max() < most + 1, (turn.min(), turn.max()))
-        np.testing.assert_allclose(mesh["normal_stress"], 170e6 - 50e6 * np.cos(twice) + 76e6 * np.sin(twice), rtol=0, atol=1e5)
+        self.assertTrue(least - 1 < turn.min() < least + 1 and most - 1 < turn.max() < most + 1,
+                        (turn.min(), turn.max()))
+        np.testing.assert_allclose(mesh["normal_stress"], 170e6 - 50e6 * np.cos(twice) + 76e6 * np.sin(twice), rtol=0,
+                                   atol=1e5)
         unbroken = mesh["initial_traction"] < 0.67 * mesh["normal_stress"]
-        np.testing.assert_allclose(mesh["initial_traction"][unbroken], (76e6 * np.cos(twice) + 50e6 * np.sin(twice))[unbroken], rtol=0, atol=1e5)
+        np.testing.assert_allclose(mesh["initial_traction"][unbroken],
+                                   (76e6 * np.cos(twice) + 50e6 * np.sin(twice))[unbroken], rtol=0, atol=1e5)
         self.assertTrue(0 < (~unbroken).sum() < 0.5 * len(unbroken))
 
     @unittest.skipUnless(importlib.util.find_spec("gmsh"), "gmsh is not installed (Debian's package is python3-gmsh)")
@@ -266,40 +301,50 @@ class TrianglesTest(FaultTest):
         np.testing.assert_allclose((mesh["strike"][mesh["fault"] == 2] + 90) % 180 - 90, bends.TURN, atol=1e-9)
         sides = np.sort(np.concatenate([mesh["triangles"][:, pair] for pair in ((0, 1), (1, 2), (2, 0))]), axis=1)
         shared, count = np.unique(sides, axis=0, return_counts=True)
-        np.testing.assert_allclose(mesh["vertices"][shared[count == 3]][..., :2], [[[bends.FORK, 0]] * 2] * (count == 3).sum(), atol=1e-6)
-        self.assertAlmostEqual(np.abs(np.diff(mesh["vertices"][shared[count == 3]][..., 2])).sum(), bends.DEPTH, delta=1e-6)
+        np.testing.assert_allclose(mesh["vertices"][shared[count == 3]][..., :2],
+                                   [[[bends.FORK, 0]] * 2] * (count == 3).sum(), atol=1e-6)
+        self.assertAlmostEqual(np.abs(np.diff(mesh["vertices"][shared[count == 3]][..., 2])).sum(), bends.DEPTH,
+                               delta=1e-6)
 
     @unittest.skipUnless(importlib.util.find_spec("gmsh"), "gmsh is not installed (Debian's package is python3-gmsh)")
     def test_listric(self):
-        """Both meshes are of one area and one dip at a depth, to the bend within a cell, 45 degrees of 8; vertices are on the arc; fields follow x and y."""
+        """Both meshes are of one area and one dip at a depth, to the bend within a cell, 45 degrees of 8; vertices are
+        on the arc; fields follow x and y."""
         listric.make(self.path("l"), 2000)
-        found = {kind: self.mesh(f"l_{kind}", f"l_{kind}_mesh.{end}", "listric.opts") for kind, end in (("rectangles", "h5"), ("triangles", "msh"))}
+        found = {kind: self.mesh(f"l_{kind}", f"l_{kind}_mesh.{end}", "listric.opts")
+                 for kind, end in (("rectangles", "h5"), ("triangles", "msh"))}
         for mesh in found.values():
             # a chord of 2 km is shorter than its arc by (0.1 rad)^2/24, and so is a side of a triangle
             self.assertAlmostEqual((mesh["length"] * mesh["width"]).sum() / np.prod(listric.SIZE), 1, delta=1e-3)
             along = np.cos(np.radians(listric.STRIKE)) * mesh["x"] + np.sin(np.radians(listric.STRIKE)) * mesh["y"]
-            np.testing.assert_allclose(mesh["loading_rate"], listric.LOADING * (1 + listric.TILT * (along / 10e3 - 1)), rtol=1e-9)
+            np.testing.assert_allclose(mesh["loading_rate"], listric.LOADING * (1 + listric.TILT * (along / 10e3 - 1)),
+                                       rtol=1e-9)
             down = np.linspace(0, listric.SIZE[1], 1001)
             depth = make_mesh.arc(listric.SIZE, 0.0, listric.DIPS)(down)[1]
-            np.testing.assert_allclose(mesh["dip"], np.interp(np.interp(mesh["z"], depth, down), (0, listric.SIZE[1]), listric.DIPS), atol=45 / 8)
+            np.testing.assert_allclose(mesh["dip"], np.interp(np.interp(mesh["z"], depth, down), (0, listric.SIZE[1]),
+                                                              listric.DIPS), atol=45 / 8)
         mesh = found["triangles"]
-        right = -np.sin(np.radians(listric.STRIKE)) * mesh["vertices"][:, 0] + np.cos(np.radians(listric.STRIKE)) * mesh["vertices"][:, 1]
+        right = (-np.sin(np.radians(listric.STRIKE)) * mesh["vertices"][:, 0] + np.cos(np.radians(listric.STRIKE))
+                 * mesh["vertices"][:, 1])
         bend = np.radians(45) / listric.SIZE[1]
-        centre = np.sin(np.radians(60)) / bend, -np.cos(np.radians(60)) / bend  # right of the trace and depth, where its radii meet: above the ground
+        # right of the trace and depth, where its radii meet: above the ground
+        centre = np.sin(np.radians(60)) / bend, -np.cos(np.radians(60)) / bend
         np.testing.assert_allclose(np.hypot(right - centre[0], mesh["vertices"][:, 2] - centre[1]), 1 / bend, rtol=1e-9)
 
 
 class TriggeredTest(unittest.TestCase):
     def test_events_that_follow_others(self):
         others = np.array([10.0, 10.5, 50.0])
-        np.testing.assert_array_equal(triggering.follow(np.array([9.9, 10.2, 11.4, 11.6, 50.0]), others), [False, True, True, False, True])
+        np.testing.assert_array_equal(triggering.follow(np.array([9.9, 10.2, 11.4, 11.6, 50.0]), others),
+                                      [False, True, True, False, True])
         self.assertAlmostEqual(triggering.by_chance(others, 100.0), (0.5 + 1 + 1) / 100)
 
 
 class FieldsTest(unittest.TestCase):
     def test_random_field(self):
-        """Mean 0, variance 1, and the correlation of von Karman's field, over 200 seeds: r^H K_H(r) is 0.84 at a third of the correlation
-        length and 0.13 at two and a half for H = 3/4; each average is known to 1/sqrt(200) = 0.07, three of which are allowed."""
+        """Mean 0, variance 1, and the correlation of von Karman's field, over 200 seeds: r^H K_H(r) is 0.84 at a third
+        of the correlation length and 0.13 at two and a half for H = 3/4; each average is known to 1/sqrt(200) = 0.07,
+        three of which are allowed."""
         x = np.array([0.0, 1000 / 3, 2500.0])
         values = np.array([waves((x, 0 * x), 1000.0, np.random.default_rng(seed)) for seed in range(200)])
         self.assertLess(abs(values.mean()), 0.21)

@@ -1,14 +1,13 @@
-"""Films of a run by plot_run.py --film, on a synthetic century."""
+"""Films of a run by slipstep plot-run --film, on a synthetic century."""
 
 import os
 import re
 import shutil
 import subprocess
-import sys
 import unittest
 from unittest import mock
 
-from scripts import OUTPUT, PictureTest
+from scripts import PictureTest
 
 import century
 import h5py
@@ -24,7 +23,8 @@ class Films(PictureTest):
     def test_gif_has_a_frame_for_each_row(self):
         run = century.write_run(self.path("run.h5"), cells=century.graded(), shape=(10, 20), step=1.0)
         onset = century.EVENTS[-1][0]
-        said = self.plot("plot_run", run, "--film", self.path("film.gif"), "--window", f"{onset - 5}y", f"{onset + 5}y", "--fps", "5")
+        said = self.plot("plot_run", run, "--film", self.path("film.gif"), "--window", f"{onset - 5}y", f"{onset + 5}y",
+                         "--fps", "5")
         rows = np.abs(century.stored_times(1.0) / YEAR - onset) <= 5
         self.assertEqual(said, f"Film: {self.path('film.gif')}, {rows.sum()} of {rows.sum()} rows of /fields\n")
         with Image.open(self.path("film.gif")) as film:
@@ -42,25 +42,30 @@ class Films(PictureTest):
     def titles(self, run, *arguments):
         """Of the frames of a film, as they are drawn."""
         found = []
-        with mock.patch.object(film.Gif, "grab_frame", lambda self: found.append(self.fig.subfigs[0]._suptitle.get_text())), \
-                mock.patch.object(film.Gif, "finish", lambda self: None), mock.patch.object(film.Stage, "draw", lambda self: None):
+        with mock.patch.object(film.Gif, "grab_frame",
+                               lambda self: found.append(self.fig.subfigs[0]._suptitle.get_text())), \
+                mock.patch.object(film.Gif, "finish",
+                                  lambda self: None), mock.patch.object(film.Stage, "draw", lambda self: None):
             self.plot("plot_run", run, "--film", self.path("film.gif"), *arguments)
         return found
 
     def test_titles_tell_frames_apart(self):
-        """Each frame of a window has a title of its own, which names what its time counts from: read back they are the times of the rows, to half of
-        their last digits. Windows are of a month about an event and a creep before it, of years with an event, of the event, and all of the run."""
+        """Each frame of a window has a title of its own, which names what its time counts from: read back they are the
+        times of the rows, to half of their last digits. Windows are of a month about an event and a creep before it, of
+        years with an event, of the event, and all of the run."""
         run = century.write_run(self.path("run.h5"), shape=(4, 8))
         onset = century.EVENTS[-1][0]
         with h5py.File(run, "r+") as file:  # a month before, an hour before, and slow ends
-            for group, every in (("fields", ("slip", "slip_rate", "traction")), ("series", [name for name in file["series"] if name != "time"])):
+            for group, every in (("fields", ("slip", "slip_rate", "traction")),
+                                 ("series", [name for name in file["series"] if name != "time"])):
                 times = file[f"{group}/time"][...]
                 more = onset * YEAR + np.array([-30 * 86400, -36 * 3600, -3600, -5, 30, 90, 600])
                 order = np.argsort(np.append(times, more))
                 for name in ("time", *every):
                     data = file[f"{group}/{name}"]
                     values, attributes = data[...], dict(data.attrs)
-                    extra = more if name == "time" else np.repeat(values[:1] * 0 + (2e-3 if "rate" in name else 0), len(more), axis=0)
+                    extra = more if name == "time" else np.repeat(values[:1] * 0 + (2e-3 if "rate" in name else 0),
+                                                                  len(more), axis=0)
                     del file[f"{group}/{name}"]
                     file[f"{group}/{name}"] = np.append(values, extra, axis=0)[order]
                     file[f"{group}/{name}"].attrs.update(attributes)
@@ -78,7 +83,9 @@ class Films(PictureTest):
                 for sign, number, unit in re.findall(r"(^|[+−] )([0-9.]+) (\w+)", title):
                     size = SECONDS[next(key for key, name in NAMES.items() if name == unit)]
                     total += (-1 if sign.startswith("−") else 1) * float(number) * size
-                    error += 0.5 * 10.0 ** -max(3 * (unit == "years" and title.count(" ") > 1), len(number.partition(".")[2])) * size  # origins have three digits or more
+                    # origins have three digits or more
+                    error += 0.5 * 10.0 ** -max(3 * (unit == "years" and title.count(" ") > 1),
+                                                len(number.partition(".")[2])) * size
                 self.assertAlmostEqual(total, time, delta=1.01 * error, msg=title)
 
     @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg")
@@ -87,15 +94,17 @@ class Films(PictureTest):
         self.plot("plot_run", run, "--film", self.path("film.mp4"), "--frames", "6")
         with open(self.path("film.mp4"), "rb") as file:
             self.assertEqual(file.read(12)[4:8], b"ftyp")
-        seen = subprocess.run(["ffmpeg", "-i", self.path("film.mp4"), "-f", "framemd5", "-"], capture_output=True, text=True).stdout
+        seen = subprocess.run(["ffmpeg", "-i", self.path("film.mp4"), "-f", "framemd5", "-"], capture_output=True,
+                              text=True).stdout
         self.assertEqual(sum(not line.startswith("#") for line in seen.splitlines()), 6)
 
     def test_mp4_without_ffmpeg(self):
         run = century.write_run(self.path("run.h5"), shape=(5, 9), step=2.0)
-        done = subprocess.run([sys.executable, os.path.join(OUTPUT, "plot_run.py"), run, "--film", self.path("film.mp4")], capture_output=True,
-                              text=True, env=dict(os.environ, PATH=self.folder.name))
+        done = self.script("plot-run", run, "--film", self.path("film.mp4"),
+                           env=dict(os.environ, PATH=self.folder.name))
         self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stderr, r"^plot_run.py: --film is .*film.mp4, but there is no program ffmpeg .*\.gif needs none\n$")
+        self.assertRegex(done.stderr, r"^slipstep plot-run: --film is .*film.mp4, but there is no program ffmpeg "
+                         r".*\.gif needs none\n$")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
-"""slipstep.py and examples/from_python.py on petsc4py: the numbers are those of the C programs. Skipped where there is no
-petsc4py of the PETSc that the build is of (Debian: python3-petsc4py-real)."""
+"""slipstep.py and examples/from_python.py on petsc4py: the numbers are those of the C programs. Skipped where there is
+no petsc4py of the PETSc that the build is of (Debian: python3-petsc4py-real)."""
 import os
 import re
 import subprocess
@@ -42,7 +42,8 @@ def environment():
 def python(*arguments, ranks=None, **more):
     """more: of the environment"""
     launch = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks else []
-    return subprocess.run([*launch, sys.executable, *arguments], env={**environment(), **more}, capture_output=True, text=True)
+    return subprocess.run([*launch, sys.executable, *arguments], env={**environment(), **more}, capture_output=True,
+                          text=True)
 
 
 class FromPython(unittest.TestCase):
@@ -118,13 +119,16 @@ for name in ("upper_", "lower_"):
     assert 5 < slipstep.totals(ts).accepted < 100
     print(name, fault.get("length_x"), ts.getSolution().strideSum(2) / 16)
 """, "-ts_adapt_type", "rl", "-lower_fault_length_x", "5000")
-        upper, lower = (line.split() for line in done.stdout.splitlines() if "er_ " in line)  # newer PETSc adds unused options
+        # newer PETSc adds unused options
+        upper, lower = (line.split() for line in done.stdout.splitlines() if "er_ " in line)
         self.assertEqual((upper[1], lower[1]), ("3000.0", "5000.0"))
         self.assertNotEqual(upper[2], lower[2])
 
     def test_a_run_is_the_programs(self):
-        """Without a word about the controller, of TSBATHE and of rate-and-state friction: the same steps to the last bit."""
-        smooth = dict(friction_law="rate_and_state", friction_slip=0.05, loading_rate=1e-9, normal_stress=5e7, normal_stress_gradient=0)
+        """Without a word about the controller, of TSBATHE and of rate-and-state friction: the same steps to the last
+        bit."""
+        smooth = dict(friction_law="rate_and_state", friction_slip=0.05, loading_rate=1e-9, normal_stress=5e7,
+                      normal_stress_gradient=0)
         for parameters, end in (({}, "30"), (smooth, "20y")):
             with tempfile.TemporaryDirectory() as folder:
                 names = [os.path.join(folder, name) for name in ("python.h5", "program.h5")]
@@ -138,7 +142,8 @@ done = slipstep.totals(ts)
 assert done.accepted > 10 and done.attempts >= done.accepted, done
 """, "-ts_max_time", end)
                 options = [word for name, value in parameters.items() for word in (f"-fault_{name}", str(value))]
-                self.program("fault", (), "-fault_nx", "6", "-fault_nz", "4", "-fault_output", names[1], "-ts_max_time", end, *options)
+                self.program("fault", (), "-fault_nx", "6", "-fault_nz", "4", "-fault_output", names[1], "-ts_max_time",
+                             end, *options)
                 with h5py.File(names[0]) as one, h5py.File(names[1]) as two:
                     for path in ("series/time", "series/mean_slip", "fields/slip_rate", "fields/traction"):
                         self.assertTrue(np.array_equal(one[path], two[path]), path)
@@ -158,7 +163,8 @@ for wrong in (dict(nx=4, nz=3), dict(nz=3)):
         sys.exit("an array [nx, nz] was taken for one [nz, nx]")
     except ValueError as error:
         assert "normal_stress" in str(error) and "(3, 4)" in str(error), error
-fault = slipstep.Fault(nx=4, nz=3, normal_stress=stress, output={folder!r} + "/o.h5", catalogue={folder!r} + "/c.h5", progress=False)
+fault = slipstep.Fault(nx=4, nz=3, normal_stress=stress, output={folder!r} + "/o.h5", catalogue={folder!r} + "/c.h5",
+                       progress=False)
 assert (fault.get("normal_stress") == stress).all()
 ts = PETSc.TS().create()
 fault.configure(ts)
@@ -184,13 +190,15 @@ if PETSc.COMM_WORLD.rank == 0:
                     # at rest friction holds what elasticity pulls by, but for products with K in another order
                     np.testing.assert_allclose(got["stress"], -got["traction"], rtol=1e-9)
                     self.assertEqual(got["events"]["moment"][0], events["moment"][0])
-                    self.assertEqual(set(got["events"].dtype.names), {name for name in events if isinstance(events[name], h5py.Dataset)})
+                    self.assertEqual(set(got["events"].dtype.names),
+                                     {name for name in events if isinstance(events[name], h5py.Dataset)})
 
     def test_vectors(self):
-        """Two components of slip: two numbers a cell, but for what has one, as the output has them; cells that open likewise. The largest rate
-        of a state is that of /series, of all cells and components."""
+        """Two components of slip: two numbers a cell, but for what has one, as the output has them; cells that open
+        likewise. The largest rate of a state is that of /series, of all cells and components."""
         one = ("state", "normal_stress", "opening")
-        opening = dict(initial="traction", initial_traction=2e5, normal_stress=1e4, normal_stress_gradient=0, opening=True, initial_unstable=True,
+        opening = dict(initial="traction", initial_traction=2e5, normal_stress=1e4, normal_stress_gradient=0,
+                       opening=True, initial_unstable=True,
                        injection="1500,1500", injection_pressure=1e5, injection_diffusivity=1e6)
         for ranks, block, more in ((None, 5, {}), (2, 5, {}), (None, 7, opening), (2, 7, opening)):
             with tempfile.TemporaryDirectory() as folder:
@@ -213,7 +221,8 @@ assert ts.getSolution().getBlockSize() == {block}
 rates = []
 ts.setMonitor(lambda ts, step, time, w: rates.append(slipstep.petsc.largest_rate(ts, w)))
 assert fault.solve(ts)
-values = {{name: fault.values(ts, name) for name in ("slip", "traction", "slip_rate", "displacement", "stress", *{one!r})}}
+values = {{name: fault.values(ts, name) for name in ("slip", "traction", "slip_rate", "displacement", "stress",
+                                                     *{one!r})}}
 fails('no "colour"', fault.values, ts, "colour")
 if PETSc.COMM_WORLD.rank == 0:
     np.savez({folder!r} + "/a.npz", rates=rates[1:-1], **values)
@@ -228,7 +237,8 @@ if PETSc.COMM_WORLD.rank == 0:
                     self.assertEqual("opening" in out["fields"], bool(more))
                     self.assertEqual(got["opening"].any(), bool(more))
                     if not more:
-                        np.testing.assert_allclose(got["stress"], -got["traction"], rtol=0, atol=1e-9 * np.abs(got["stress"]).max())
+                        np.testing.assert_allclose(got["stress"], -got["traction"], rtol=0,
+                                                   atol=1e-9 * np.abs(got["stress"]).max())
                     self.assertGreater(np.abs(got["slip"]).min(), 0)
                     np.testing.assert_allclose(got["rates"], out["series/max_slip_rate"][1:-1], rtol=1e-14)
 
@@ -238,7 +248,8 @@ if PETSc.COMM_WORLD.rank == 0:
 result = slipstep.Fault(nx=4, nz=3, rake=80, slip_components=2, ts_max_time=10.0).run()
 print("rate", result.series["max_slip_rate"][-1])
 """)
-        found = [re.findall(pattern, done.stdout, re.MULTILINE) for pattern in (r"largest slip rate (\S+) m/s", r"^rate (\S+)$")]
+        found = [re.findall(pattern, done.stdout, re.MULTILINE)
+                 for pattern in (r"largest slip rate (\S+) m/s", r"^rate (\S+)$")]
         self.assertTrue(all(found), done.stdout + done.stderr)
         shown, rate = (float(numbers[-1]) for numbers in found)
         self.assertAlmostEqual(shown, rate, delta=6e-4 * rate)  # three digits are shown
@@ -252,7 +263,8 @@ print("rate", result.series["max_slip_rate"][-1])
                 file["fault"] = [4, -2]
             self.run_code(f"""
 slipstep.load()
-fault, ts = slipstep.Fault(mesh={mesh!r}, catalogue={events!r}, thickness=3000.0, loading_rate=1e-9, initial="rest", friction_law="rate_weakening", progress=False), PETSc.TS().create()
+fault, ts = slipstep.Fault(mesh={mesh!r}, catalogue={events!r}, thickness=3000.0, loading_rate=1e-9, initial="rest",
+                           friction_law="rate_weakening", progress=False), PETSc.TS().create()
 fault.configure(ts)
 ts.setFromOptions()
 assert fault.labels().tolist() == [-2, 4]
@@ -260,7 +272,8 @@ assert fault.solve(ts)
 import h5py
 events = fault.events()
 with h5py.File({events!r}) as file:
-    columns = {{name: file[name][...] for name in set(file) - {{"fault_index"}} if isinstance(file[name], h5py.Dataset)}}
+    columns = {{name: file[name][...] for name in set(file) - {{"fault_index"}}
+               if isinstance(file[name], h5py.Dataset)}}
 assert len(events) == len(columns["end"]) > 0 and set(columns) == set(events.dtype.names), events.dtype
 assert events["fault_moment"].shape == (len(events), 2)
 for name, values in columns.items():
@@ -270,10 +283,12 @@ for name, values in columns.items():
     def test_options_are_not_ignored(self):
         self.run_code("""
 slipstep.load()
-fails("there is no option -fault_lenght_x: did you mean -fault_length_x?", slipstep.Fault().configure, PETSc.TS().create())
+fails("there is no option -fault_lenght_x: did you mean -fault_length_x?", slipstep.Fault().configure,
+      PETSc.TS().create())
 PETSc.Options().delValue("fault_lenght_x")
 fails("kernl", lambda: slipstep.Fault(kernl="full_space"))
-fault = slipstep.Fault(nx=3, nz=3, inertia=False, initial_unstable=True, viscosity="radiation", initial="traction", initial_traction=5e7,
+fault = slipstep.Fault(nx=3, nz=3, inertia=False, initial_unstable=True, viscosity="radiation", initial="traction",
+                       initial_traction=5e7,
                        normal_stress=5e7, normal_stress_gradient=0, progress=False)
 ts = PETSc.TS().create()
 fault.configure(ts)          # 50 MPa exceed the strength, 30 MPa: refused unless initial_unstable

@@ -19,20 +19,24 @@ import held_out
 import held_out_cases
 import held_out_run
 import held_out_score as score
-import held_out_seeds
 
 
 def run(case, family, setting, solves, error, final=0.0, failed=""):
     """history is the largest part"""
-    return {"case": case, "group": "g", "kind": "classical", "family": family, "setting": setting, "failed": failed, "solves": solves, "rejected": 0,
+    return {"case": case, "group": "g", "kind": "classical", "family": family, "setting": setting, "failed": failed,
+            "solves": solves, "rejected": 0,
             "slip_error": -final, "final": final, "history": error, "shift": 0, "peak": 0, "field": 0}
 
 
 class Score(unittest.TestCase):
-    classical = [run("a", "x", 1, 10, 0.2, 0.1), run("a", "x", 0.1, 20, 0.001, 0.001), run("a", "x", 0.01, 40, 0.02, 0.002),
-                 run("a", "y", 1, 8, 0.5, 0.3), run("a", "y", 0.1, 30, 0.004, 0.004), run("a", "y", 0.01, 5, 0.0, 0.0, "stopped"),
-                 run("b", "x", 1, 12, 0.3, 0.3), run("b", "x", 0.1, 24, 0.05, 0.05), run("b", "x", 0.01, 50, 0.001, 0.001),
-                 run("b", "y", 1, 9, 0.05, 0.05), run("b", "y", 0.1, 33, 0.005, 0.005), run("b", "y", 0.01, 60, 0.0005, 0.0005)]
+    classical = [run("a", "x", 1, 10, 0.2, 0.1), run("a", "x", 0.1, 20, 0.001, 0.001),
+                 run("a", "x", 0.01, 40, 0.02, 0.002),
+                 run("a", "y", 1, 8, 0.5, 0.3), run("a", "y", 0.1, 30, 0.004, 0.004),
+                 run("a", "y", 0.01, 5, 0.0, 0.0, "stopped"),
+                 run("b", "x", 1, 12, 0.3, 0.3), run("b", "x", 0.1, 24, 0.05, 0.05),
+                 run("b", "x", 0.01, 50, 0.001, 0.001),
+                 run("b", "y", 1, 9, 0.05, 0.05), run("b", "y", 0.1, 33, 0.005, 0.005),
+                 run("b", "y", 0.01, 60, 0.0005, 0.0005)]
 
     def test_cheapest(self):
         a = [r for r in self.classical if r["case"] == "a"]
@@ -55,15 +59,9 @@ class Score(unittest.TestCase):
         self.assertEqual((setting, runs["b"]["solves"]), (("y", 0.1), 33))
         self.assertIsNone(score.best_setting(self.classical, "history", 1e-4)[0])
 
-    def test_seeds(self):
-        """Geometric mean of the solves and a quantile of the errors, one point a position of the dial."""
-        rows = [run("a", "s", 1e-1, 4, 0.03), run("b", "s", 1e-1, 9, 0.05), run("a", "s", 1e-2, 20, 0.002), run("b", "s", 1e-2, 20, 0.004)]
-        solves, errors = held_out_seeds.curve(rows, "history", held_out_seeds.QUANTITIES["median"])
-        self.assertTrue(np.allclose(solves, [6, 20]) and np.allclose(errors, [0.04, 0.003]))
-        self.assertAlmostEqual(held_out_seeds.curve(rows, "history", held_out_seeds.QUANTITIES["95 % within"])[1][0], 0.049)
-
     def test_cells(self):
-        ours = [run("a", "ours", 1e-2, 10, 0.02, 1e-7), run("b", "ours", 1e-2, 11, 0.005, 0.002), run("a", "ours", 1e-1, 7, 0.0, 0.0, "stopped")]
+        ours = [run("a", "ours", 1e-2, 10, 0.02, 1e-7), run("b", "ours", 1e-2, 11, 0.005, 0.002),
+                run("a", "ours", 1e-1, 7, 0.0, 0.0, "stopped")]
         bounds = {"b": {"steps": [4, 6, 8, 12], "error": [0.1, 0.004, 0.005, 0.001]}}
         table, chosen = score.cells(ours, self.classical, "history", bounds)
         self.assertEqual(chosen[1e-2], ("y", 0.1))
@@ -74,7 +72,8 @@ class Score(unittest.TestCase):
         self.assertNotIn("ratio_equal", stopped)
         statistics = score.statistics(table)
         self.assertEqual(statistics["ours", 1e-2, "g"]["kept"], 0.5)
-        self.assertEqual(statistics["ours", 1e-2, "all"]["equal"], {"mean": 2.5, "median": 2.5, "least": 2, "below_1": 0, "cells": 2})
+        self.assertEqual(statistics["ours", 1e-2, "all"]["equal"],
+                         {"mean": 2.5, "median": 2.5, "least": 2, "below_1": 0, "cells": 2})
         self.assertEqual((statistics["ours", 1e-1, "g"]["failed"], statistics["ours", 1e-1, "g"]["kept"]), (1, 0))
         final, _ = score.cells(ours[:2], self.classical, "final_slip", bounds)
         self.assertEqual([final[1]["ratio_equal"], final[1]["ratio_other"]], [50 / 11, 3])
@@ -102,35 +101,42 @@ class Benchmark(scripts.ScriptTest):
                 self.assertTrue(limits[0] <= n <= limits[1], f"{kind}: {n} cells")
                 # fields vary, and grow with depth
                 self.assertTrue(0.5e6 / 2 < drop < 20e6 * 2, f"{kind}: drop {drop:g} Pa")
-                self.assertTrue(held_out_cases.RANGES["margin"][0] <= margin <= held_out_cases.RANGES["margin"][1] and min(tstar, unit, least) > 0)
+                self.assertTrue(held_out_cases.RANGES["margin"][0] <= margin <= held_out_cases.RANGES["margin"][1]
+                                and min(tstar, unit, least) > 0)
 
     def test_runs(self):
         """At least a hundred classical runs of any case, those of one family with tolerances of their own."""
-        for case in held_out_cases.mesh_cases() + [held_out_cases.Case("x", "single", [], 1.0, 1.0, held_out_cases.TOLERANCES)]:
+        for case in held_out_cases.mesh_cases() + [held_out_cases.Case("x", "single", [], 1.0, 1.0,
+                                                                       held_out_cases.TOLERANCES)]:
             runs = list(held_out_cases.classical(case))
             self.assertGreaterEqual(len(runs), 100)
             self.assertEqual(len({(family, setting) for family, setting, _ in runs}), len(runs))
-        self.assertEqual({f for f, _, _ in held_out_cases.classical(case, ["pi PI4", "const"])}, {"pi PI42", "constant"})
+        self.assertEqual({f for f, _, _ in held_out_cases.classical(case, ["pi PI4", "const"])},
+                         {"pi PI42", "constant"})
 
     def test_filters(self):
         """Every named filter that the program knows is there."""
         for adapt, known in (("dsp", held_out_cases.DSP_FILTERS), ("pi", held_out_cases.PI_FILTERS)):
-            done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-ts_adapt_type", adapt, "-help"], capture_output=True, text=True)
+            done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-ts_adapt_type", adapt, "-help"],
+                                  capture_output=True, text=True)
             line, = (line for line in done.stdout.splitlines() if f"-ts_adapt_{adapt}_filter" in line)
-            names = set(line.split("(choose one of)" if "(choose one of)" in line else "(one of)")[1].split("(")[0].split())
+            names = set(line.split("(choose one of)" if "(choose one of)" in line
+                                   else "(one of)")[1].split("(")[0].split())
             self.assertEqual(names, set(known))
 
     def test_failed_run(self):
         """A run that ends with an error ends its process; its message is kept and the others are done."""
         case = held_out_cases.Case("x", "one", ["-fault_nx", "1", "-fault_nz", "1"], 0.866, 15.0, [])
-        jobs = [held_out_run.Job(case, "classical", "x", 0, options) for options in (["-ts_rtol", "1e-1"], ["-ts_rtol", "-3"], ["-ts_rtol", "1"])]
+        jobs = [held_out_run.Job(case, "classical", "x", 0, options)
+                for options in (["-ts_rtol", "1e-1"], ["-ts_rtol", "-3"], ["-ts_rtol", "1"])]
         with tempfile.TemporaryDirectory() as folder:
             found = list(held_out_run.execute(self.build, jobs, folder))
         self.assertEqual([job for job, _, _ in found], jobs)
         self.assertEqual([read is None for _, read, _ in found], [False, True, False])
         self.assertIn("-ts_rtol is -3", found[1][2])
         self.assertGreater(found[0][1][0]["solves"], found[2][1][0]["solves"])
-        done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-fault_sweep", "none"], capture_output=True, text=True)
+        done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-fault_sweep", "none"], capture_output=True,
+                              text=True)
         self.assertIn("cannot read none (-fault_sweep)", done.stderr)
 
     def test_rest(self):
@@ -139,16 +145,19 @@ class Benchmark(scripts.ScriptTest):
         found = {}
         for end in (30.0, 5.0):
             case = held_out_cases.Case("x", "one", ["-fault_nx", "1", "-fault_nz", "1"], 0.866, end, [])
-            (_, (found[end], run_of), _), = held_out_run.execute(self.build, [held_out_run.Job(case, "", "", 0, options)], self.folder.name, held_out_run.read_course)
+            (_, (found[end], run_of), _), = held_out_run.execute(
+                self.build, [held_out_run.Job(case, "", "", 0, options)], self.folder.name, held_out_run.read_course)
             self.assertEqual(len(run_of.time), end / 0.1 + 1)
         self.assertEqual(found[30.0]["moving"], round(found[30.0]["rest"] / 0.1) + 1)
         self.assertTrue(5 < found[30.0]["rest"] < 30)
         self.assertTrue(np.isnan(found[5.0]["rest"]) and found[5.0]["moving"] == 50)
 
     def test_policy_of_another_problem(self):
-        """dials runs whatever policy is named. Of a rupture's or an injection's, the library itself would refuse the first step of a sequence."""
+        """dials runs whatever policy is named. Of a rupture's or an injection's, the library itself would refuse the
+        first step of a sequence."""
         policy = os.path.join(scripts.SOURCE, "training", "policies", "rupture.h5")
-        done = subprocess.run([os.path.join(self.build, "tests", "dials"), "-problem", "sequence", "-policy", policy, "-cases", "1", "-first", "3",
+        done = subprocess.run([os.path.join(self.build, "tests", "dials"), "-problem", "sequence", "-policy", policy,
+                               "-cases", "1", "-first", "3",
                                "-controllers", "dsp", "-most_solves", "1"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = [line.split("|") for line in done.stdout.splitlines() if line.startswith(("| 0.1 |", "| 0.01 |"))][:2]
@@ -157,9 +166,11 @@ class Benchmark(scripts.ScriptTest):
             self.assertGreater(float(row[4]), 20)
 
     def test_one_case(self):
-        """Two families' worth of runs of one fault; the second time nothing is run again, and another measure is scored."""
+        """Two families' worth of runs of one fault; the second time nothing is run again, and another measure is
+        scored."""
         folder = self.folder.name
-        command = [sys.executable, os.path.join(BENCHMARKS, "held_out.py"), "--build", self.build, "--folder", folder, "--cases", "linear_01",
+        command = [sys.executable, os.path.join(BENCHMARKS, "held_out.py"), "--build", self.build, "--folder", folder,
+                   "--cases", "linear_01",
                    "--families", "heuristic, s", "constant", "--dials", "1e-1", "1e-2", "--sparse"]
         bound = self.path("linear_01.h5")
         with h5py.File(bound, "w") as file:
@@ -175,7 +186,8 @@ class Benchmark(scripts.ScriptTest):
             self.assertLess(file["reference"].attrs["spread"], held_out_run.FINE_AGREE)
             # 2000 constant steps, an error of second order
             self.assertLess(file["reference"].attrs["constant_steps_spread"], 1e-2)
-            family, setting, parts = file["runs/family"][()].astype(str), file["runs/setting"][()], {p: file[f"runs/{p}"][()] for p in course.PARTS}
+            family, setting, parts = file["runs/family"][()].astype(str), file["runs/setting"][()], {
+                p: file[f"runs/{p}"][()] for p in course.PARTS}
             tight = np.flatnonzero((family == "heuristic, safety 0.9") & (setting == 1e-5))
             self.assertEqual(len(tight), 1)
             self.assertLess(max(parts[p][tight[0]] for p in course.PARTS), 1e-2)
@@ -184,7 +196,8 @@ class Benchmark(scripts.ScriptTest):
             self.assertTrue(np.isfinite(file["cells/ratio_bound"][()]).all())
         # the options that it leaves are those of the case
         case = os.path.join(folder, f"cases_{held_out_cases.SEED}", "linear_01.opts")
-        done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-options_file", case, "-ts_adapt_type", "rl", "-ts_adapt_rl_accuracy", "1e-1"],
+        done = subprocess.run([os.path.join(self.build, "bin", "fault"), "-options_file", case, "-ts_adapt_type", "rl",
+                               "-ts_adapt_rl_accuracy", "1e-1"],
                               capture_output=True, text=True)
         self.assertIn("end:", done.stdout, done.stderr)
         wrong = subprocess.run([*command, "--bound", self.path("other.h5")], capture_output=True, text=True)
@@ -192,10 +205,12 @@ class Benchmark(scripts.ScriptTest):
 
     def test_no_family(self):
         """A word that begins no family's name is refused before anything runs."""
-        wrong = subprocess.run([sys.executable, os.path.join(BENCHMARKS, "held_out.py"), "--build", self.build, "--folder", self.folder.name,
+        wrong = subprocess.run([sys.executable, os.path.join(BENCHMARKS, "held_out.py"), "--build", self.build,
+                                "--folder", self.folder.name,
                                 "--families", "heuristic", "euler"], capture_output=True, text=True)
         self.assertEqual(wrong.returncode, 1)
-        self.assertRegex(wrong.stderr, r"^held_out.py: no classical family begins like euler \(--families\); expected .* heuristic, safety 0.9; .*; constant$")
+        self.assertRegex(wrong.stderr, r"^held_out.py: no classical family begins like euler \(--families\); expected "
+                         r".* heuristic, safety 0.9; .*; constant$")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""training/study/import_sb3.py: made-up zips of all three algorithms, broken zips, and the published one when it is there."""
+"""training/study/import_sb3.py: made-up zips of all three algorithms, broken zips, and the published one when it is
+there."""
 import base64
 import collections
 import glob
@@ -194,7 +195,8 @@ def test_options():
 
 
 def space(width, low, high):
-    return {":type:": "<class 'gymnasium.spaces.box.Box'>", "_shape": f"[{width}]", "low": str([low] * width).replace(",", ""),
+    return {":type:": "<class 'gymnasium.spaces.box.Box'>", "_shape": f"[{width}]",
+            "low": str([low] * width).replace(",", ""),
             "high": str([high] * width).replace(",", "")}
 
 
@@ -212,8 +214,10 @@ def test_spaces():
     assert bounds(action) == (0.001, "s", 0.5, "s")
     for name, value, want in (("action_space", space(1, 0.0, np.inf), "expected two finite bounds"),
                               ("action_space", space(2, 0.0, 1.0), "its action_space has the shape [2]"),
-                              ("action_space", {":type:": "<class 'gymnasium.spaces.discrete.Discrete'>", "n": "3"}, "expected a Box of 1"),
-                              ("observation_space", space(5, -np.inf, np.inf), "its observation_space has the shape [5]; expected [6]")):
+                              ("action_space", {":type:": "<class 'gymnasium.spaces.discrete.Discrete'>", "n": "3"},
+                               "expected a Box of 1"),
+                              ("observation_space", space(5, -np.inf, np.inf),
+                               "its observation_space has the shape [5]; expected [6]")):
         write_zip("in.zip", data | {"action_space": space(1, 0.0, 1.0), name: value}, policy_pth(state))
         refused(want, want)
 
@@ -236,7 +240,8 @@ def test_vecnormalize():
     data, state = network("td3", False)
     write_zip("in.zip", data, policy_pth(state))
     statistics, saved = RunningMeanStd(), VecNormalize()
-    saved.__dict__ |= {"obs_rms": statistics, "clip_obs": 10.0, "epsilon": 1e-8, "norm_obs": True, "callbacks": Payload()}
+    saved.__dict__ |= {"obs_rms": statistics, "clip_obs": 10.0, "epsilon": 1e-8, "norm_obs": True,
+                       "callbacks": Payload()}
     for dtype, protocol in (("f8", 2), ("f4", 4), ("f8", 5)):
         statistics.mean, statistics.var = RNG.normal(0, 3, 6).astype(dtype), RNG.uniform(0.1, 9, 6).astype(dtype)
         with open("norm.pkl", "wb") as file:
@@ -276,7 +281,8 @@ def test_checksum():
     if not os.access(fault, os.X_OK):
         print("no build (SLIPSTEP_BUILD): what is imported is not read by the library")
         return
-    command = [fault, "-ts_adapt_type", "rl", "-ts_adapt_rl_policy", "out.h5", "-ts_max_time", "1e-3", "-fault_stiffness_average", "whole"]
+    command = [fault, "-ts_adapt_type", "rl", "-ts_adapt_rl_policy", "out.h5", "-ts_max_time", "1e-3",
+               "-fault_stiffness_average", "whole"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     with h5py.File("out.h5", "r+") as file:
@@ -382,7 +388,8 @@ def test_output():
     write_zip("in.zip", data, policy_pth(state))
     os.mkdir("folder")
     os.symlink("folder/policy.h5", "out.h5")
-    assert run("in.zip", "out.h5").returncode == 0 and os.path.islink("out.h5") and os.listdir("folder") == ["policy.h5"]
+    assert (run("in.zip", "out.h5").returncode == 0 and os.path.islink("out.h5")
+            and os.listdir("folder") == ["policy.h5"])
     for bad in ("folder", os.devnull):
         done = run("in.zip", bad)
         assert done.returncode == 2 and "not a file" in done.stderr, done
@@ -427,7 +434,8 @@ def test_broken():
         "lines in a name": ((data, policy_pth(state, lambda p: p.replace(b"ctorch\nFloat", b"c\rt\x1b\nFloat"))), None,
                             "refers to"),
         "no rows": ((data, policy_pth(changed(**{"actor.latent_pi.0.weight": np.ones((0, 6), "f4"),
-                                                 "actor.latent_pi.0.bias": np.ones(0, "f4")}))), None, "none of them 0"),
+                                                 "actor.latent_pi.0.bias": np.ones(0, "f4")}))), None,
+                    "none of them 0"),
         "a scalar": ((data, policy_pth(changed(**{"actor.latent_pi.0.weight": np.ones((), "f4")}))), None,
                      "expected [n, m]"),
         "clip_mean": (({**data, "policy_kwargs": {"clip_mean": 3.0}}, good), None, "clip_mean"),
@@ -474,7 +482,8 @@ def test_published():
 
 
 def main():
-    tests = [test_algorithms, test_options, test_spaces, test_vecnormalize, test_broken, test_checksum, test_payloads, test_sizes, test_output]
+    tests = [test_algorithms, test_options, test_spaces, test_vecnormalize, test_broken, test_checksum, test_payloads,
+             test_sizes, test_output]
     if os.path.exists(PUBLISHED):
         tests.append(test_published)
     else:

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Pages (every *.md under git): links lead to files and headings that exist; options, functions and files that are named
-exist in the sources; defaults are those of -help alone; in the map's walk a function is in the file of its
-row. The README stays short."""
+"""Pages (every *.md under git): links lead to files and headings that exist; options, functions and files that are
+named exist in the sources; defaults are those of -help alone; in the map's walk a function is in the file of its row.
+The README stays short."""
 import glob
 import os
 import re
@@ -10,8 +10,11 @@ import unittest
 
 from scripts import BUILD, SOURCE, ScriptTest
 
-# options of the library and its programs; what follows must occur in the sources, with its dash or without its first word
-OPTION = re.compile(r"-(fault|ts_bathe|ts_adapt_rl|ts_adapt_pi|ts_adapt_heuristic|train|evaluate|mat_slip|pc_slip|snes_slip|sliding_mode|circuit|oscillator)_(\w+)")
+# options of the library and its programs; what follows must occur in the sources, with its dash or without its first
+# word
+OPTION = re.compile(
+    r"-(fault|ts_bathe|ts_adapt_rl|ts_adapt_pi|ts_adapt_heuristic|train|evaluate|"
+    r"mat_slip|pc_slip|snes_slip|sliding_mode|circuit|oscillator)_(\w+)")
 # words of options that are put together from parts, and names that end in "_" because a list follows
 PARTS = re.compile(r"_$")
 
@@ -44,7 +47,8 @@ def anchor(heading):
 
 
 def anchors(path):
-    return {anchor(h) for h in re.findall(r"^#{1,6} +(.*)$", re.sub(r"^```.*?^```", "", read(path), flags=re.M | re.S), re.M)}
+    return {anchor(h) for h in re.findall(r"^#{1,6} +(.*)$", re.sub(r"^```.*?^```", "", read(path), flags=re.M | re.S),
+                                          re.M)}
 
 
 def broken_links(path):
@@ -85,8 +89,10 @@ class Links(ScriptTest):
     def test_broken_links_are_found(self):
         path = self.path("page.md")
         with open(path, "w", encoding="utf-8") as f:
-            f.write("# A page, or `two`\n[a](page.md#a-page-or-two) [b](#a-page-or-two) [c](none.md) [d](#none) `[e](none)`\n```\n[f](none)\n# none\n```\n")
-        self.assertEqual([line.split(": ", 1)[1] for line in broken_links(path)], ["none.md: no such file", "#none: no such heading"])
+            f.write("# A page, or `two`\n[a](page.md#a-page-or-two) [b](#a-page-or-two) [c](none.md) [d](#none) "
+                    "`[e](none)`\n```\n[f](none)\n# none\n```\n")
+        self.assertEqual([line.split(": ", 1)[1] for line in broken_links(path)],
+                         ["none.md: no such file", "#none: no such heading"])
 
     def test_options_exist(self):
         found = []
@@ -101,10 +107,12 @@ class Links(ScriptTest):
         self.assertEqual(sorted(set(found)), [])
 
     def test_defaults_are_of_help_alone(self):
-        """No page repeats the default of an option of ours in a table, and no default is NaN, which ends runs from PETSc 3.22 on."""
+        """No page repeats the default of an option of ours in a table, and no default is NaN, which ends runs from
+        PETSc 3.22 on."""
         known = {}
         for program in ("fault", "train"):
-            run = subprocess.run([os.path.join(BUILD, "bin", program), "-help", program], capture_output=True, text=True, cwd=self.folder.name)
+            run = subprocess.run([os.path.join(BUILD, "bin", program), "-help", program], capture_output=True,
+                                 text=True, cwd=self.folder.name)
             known.update(re.findall(r"^ *(-\w+):? <(?:now )?([^ :>]*)(?: : [^>]*)?>", run.stdout, re.M))
         self.assertGreater(len(known), 100)
         self.assertEqual([name for name, value in known.items() if value.lower().rstrip(".") == "nan"], [])
@@ -119,17 +127,22 @@ class Links(ScriptTest):
         found = []
         for path in pages():
             text = re.sub(r"^```.*?^```", "", read(path), flags=re.M | re.S)
-            for name in re.findall(r"`((?:Slip|TSBathe|TSAdaptRL|TSAdaptCreate_|MatSlip|MatCreateSlip|SNESSlip|SNESSetSlip)\w*)\(\)`", text):
+            for name in re.findall(
+                r"`((?:Slip|TSBathe|TSAdaptRL|TSAdaptCreate_|MatSlip|MatCreateSlip|SNESSlip|SNESSetSlip)\w*)\(\)`",
+                text):
                 if not re.search(rf"\b{name}\(", self.code) and not name.endswith("_NAME"):
                     found.append(f"{os.path.relpath(path, SOURCE)}: {name}()")
-            for name in re.findall(r"`((?:src|include|training|tests|examples|output)/[\w./-]+\.(?:c|h|py|sh|opts|md|h5))`", text):
-                if not os.path.exists(os.path.join(SOURCE, name)) and "NAME" not in name and not name.startswith("output/"):
+            for name in re.findall(
+                r"`((?:src|include|training|tests|examples|output)/[\w./-]+\.(?:c|h|py|sh|opts|md|h5))`", text):
+                if (not os.path.exists(os.path.join(SOURCE, name)) and "NAME" not in name
+                    and not name.startswith("output/")):
                     found.append(f"{os.path.relpath(path, SOURCE)}: {name}")
         self.assertEqual(sorted(set(found)), [])
 
     def test_the_walk_is_true(self):
         """In a row of the map's walk each function is defined in the file that is named last before it."""
-        rows = re.findall(r"^\|[^|]*\|([^|]*\(\w[\w/]*\.c\)[^|]*)\|$", read(os.path.join(SOURCE, "src", "README.md")), re.M)
+        rows = re.findall(r"^\|[^|]*\|([^|]*\(\w[\w/]*\.c\)[^|]*)\|$", read(os.path.join(SOURCE, "src", "README.md")),
+                          re.M)
         self.assertGreater(len(rows), 8)
         found = []
         for row in rows:
@@ -137,7 +150,8 @@ class Links(ScriptTest):
             for link, function in re.findall(r"\]\(([\w/]+\.c)\)|`(\w+)\(\)`", row):
                 if link:
                     file = link
-                elif not re.search(rf"^(?:static )?[A-Za-z][\w *]*\b{function}\([^;]*?\)\s*\{{", self.texts.get("src/" + file, ""), re.M):
+                elif not re.search(rf"^(?:static )?[A-Za-z][\w *]*\b{function}\([^;]*?\)\s*\{{",
+                                   self.texts.get("src/" + file, ""), re.M):
                     found.append(f"{function}() is not defined in src/{file}")
         self.assertEqual(found, [])
 

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import unittest
 
-from scripts import BUILD, SOURCE, ScriptTest
+from scripts import BUILD, PROGRAM, SOURCE, ScriptTest
 
 import h5py
 import numpy as np
@@ -20,7 +20,8 @@ class Mesh(ScriptTest):
         self.mesh = self.path("mesh.h5")
 
     def make(self, *arguments):
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples/make_mesh.py"), self.mesh, *arguments], check=True,
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples/make_mesh.py"), self.mesh, *arguments],
+                       check=True,
                        stdout=subprocess.DEVNULL)
         with h5py.File(self.mesh) as file:
             self.assertEqual(file["cells"].attrs["columns"], "x y z length width")
@@ -37,7 +38,8 @@ class Mesh(ScriptTest):
     def test_output_holds_cells_and_area_means(self):
         rows = self.make("parallel", "--cells", "6", "5", "--ratio", "3", "--offset", "800", "--shift", "200")
         output = os.path.join(self.folder.name, "run.h5")
-        subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, *SCALED, "-ts_max_time",
+        subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, *SCALED,
+                        "-ts_max_time",
                         "8"], check=True, stdout=subprocess.DEVNULL)
         with h5py.File(output) as file:
             for k, name in enumerate(("x", "y", "z", "length", "width")):
@@ -60,14 +62,15 @@ class Mesh(ScriptTest):
         rows = self.make("parallel", "--cells", "5", "4", "--offset", "800", "--shift", "200")
         output = os.path.join(self.folder.name, "run.h5")
         figure = os.path.join(self.folder.name, "run.png")
-        subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, *SCALED, "-ts_max_time",
+        subprocess.run([os.path.join(BUILD, "bin/fault"), "-fault_mesh", self.mesh, "-fault_output", output, *SCALED,
+                        "-ts_max_time",
                         "8"], check=True, stdout=subprocess.DEVNULL)
         sys.path.insert(0, os.path.join(SOURCE, "src", "package"))
         from slipstep import Run
         planes = Run(output).planes
         self.assertEqual([y for y, _ in planes], [0, 800])
         np.testing.assert_array_equal(np.concatenate([cells for _, cells in planes]), np.arange(len(rows)))
-        subprocess.run([sys.executable, os.path.join(SOURCE, "output/plot_run.py"), output, "--figure", figure], check=True,
+        subprocess.run([sys.executable, PROGRAM, "plot-run", output, "--figure", figure], check=True,
                        stdout=subprocess.DEVNULL)
         self.assertGreater(os.path.getsize(figure), 10000)
 
@@ -75,8 +78,10 @@ class Mesh(ScriptTest):
         output = os.path.join(self.folder.name, f"run{ranks}.h5")
         view = os.path.join(self.folder.name, f"k{ranks}.bin")
         subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), os.path.join(BUILD, "bin/fault"), "-fault_mesh",
-                        self.mesh, "-fault_output", output, *SCALED, "-fault_stiffness_view", f"binary:{view}", "-ts_max_time",
-                        "6", "-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3", *arguments], check=True, stdout=subprocess.DEVNULL)
+                        self.mesh, "-fault_output", output, *SCALED, "-fault_stiffness_view", f"binary:{view}",
+                        "-ts_max_time",
+                        "6", "-ts_adapt_type", "heuristic", "-ts_rtol", "1e-3", *arguments], check=True,
+                       stdout=subprocess.DEVNULL)
         with h5py.File(output) as file:
             fields = {name: file["fields"][name][()] for name in ("slip", "slip_rate", "traction")}
             fields["normal_stress"] = file["mesh/normal_stress"][()]
@@ -98,11 +103,13 @@ class Mesh(ScriptTest):
         with h5py.File(stress, "w") as file:
             file["normal_stress"] = 1e6 + 15e3 * rows[:, 2] + 1e3 * np.arange(len(rows))
         for operator in ("dense", "hmat"):
-            one, two = (self.run_on(ranks, "-fault_parameters", stress, "-fault_operator", operator) for ranks in (1, 2))
+            one, two = (self.run_on(ranks, "-fault_parameters", stress, "-fault_operator", operator)
+                        for ranks in (1, 2))
             np.testing.assert_array_equal(two["x"], rows[:, 0])
             for name in one:
                 # 1e-9, relative to the largest: rounding alone differs, and steps depend on errors continuously
-                np.testing.assert_allclose(two[name], one[name], rtol=0, atol=1e-9 * np.abs(one[name]).max(), err_msg=name)
+                np.testing.assert_allclose(two[name], one[name], rtol=0, atol=1e-9 * np.abs(one[name]).max(),
+                                           err_msg=name)
             self.assertGreater(one["slip"][-1].min(), 1e-3)
 
 

@@ -33,11 +33,13 @@ def write_run(path, steps, slip_scale=1.0, rejected=(3, 7), nx=NX, end=END, skip
     attempts = np.array(attempts)
     count = len(attempts)
     columns = {
-        "steps": {"time": attempts[:, 0], "dt": attempts[:, 1], "accepted": attempts[:, 2].astype(int), "error": attempts[:, 3],
+        "steps": {"time": attempts[:, 0], "dt": attempts[:, 1], "accepted": attempts[:, 2].astype(int),
+                  "error": attempts[:, 3],
                   "converged": attempts[:, 4].astype(int), "newton_iterations": np.full(count, 4),
                   "linear_iterations": np.full(count, 9), "reason": np.full(count, 2), "wall": np.full(count, 0.01)},
         "series": {"time": time, "mean_slip_rate": 0.3 * slip_scale * shape, "max_slip_rate": 0.5 * slip_scale * shape,
-                   "mean_slip": slip, "mean_displacement": slip - 0.6, "sliding_fraction": (shape > 1e-3).astype(float)},
+                   "mean_slip": slip, "mean_displacement": slip - 0.6,
+                   "sliding_fraction": (shape > 1e-3).astype(float)},
     }
     x, z = (np.arange(nx) + 0.5) * 3000 / nx, (np.arange(NZ) + 0.5) * 3000 / NZ
     units = {"time": "s", "dt": "s", "wall": "s", "mean_slip": "m", "mean_slip_rate": "m/s"}
@@ -53,7 +55,8 @@ def write_run(path, steps, slip_scale=1.0, rejected=(3, 7), nx=NX, end=END, skip
             file["fields/time"] = time
             file["fields/slip_rate"] = 0.5 * slip_scale * shape[:, None, None] * plane
         result = {"mean_slip": slip[-1], "accepted": steps, "rejected": len(rejected), "solves": count,
-                  "newton_iterations": 4 * count, "linear_iterations": 9 * count, "wall_time_setup": 0.1, "wall_time_solve": 1.25}
+                  "newton_iterations": 4 * count, "linear_iterations": 9 * count, "wall_time_setup": 0.1,
+                  "wall_time_solve": 1.25}
         if "result" not in skip:
             file.create_group("result").attrs.update({k: v for k, v in result.items() if k not in skip})
         for group in skip:
@@ -95,7 +98,8 @@ class OutputTest(ScriptTest):
             Run(self.path("cut.h5"))
 
     def test_file_that_is_just_written(self):
-        """A reader of a file that grows comes between its length and its superblock, and reads again; nobody waits for a whole file."""
+        """A reader of a file that grows comes between its length and its superblock, and reads again; nobody waits for
+        a whole file."""
         opened, calls = h5py.File, []
 
         def late(path, mode):
@@ -132,7 +136,8 @@ class OutputTest(ScriptTest):
             self.assertEqual({len(values) for values in found.series.values()}, {37})
             self.assertEqual({len(values) for values in found.steps.values()}, {41})
         self.assertFalse(result.complete)
-        self.assertEqual((len(run.field("slip_rate")[0]), len(result.time), result["slip_rate"].shape, len(result.fields["x"])), (36, 36, (36, NZ, NX), NX))
+        self.assertEqual((len(run.field("slip_rate")[0]), len(result.time), result["slip_rate"].shape,
+                          len(result.fields["x"])), (36, 36, (36, NZ, NX), NX))
         self.assertEqual(run.result["mean_slip"], result["mean_slip"][36])
 
     def test_field_that_was_not_stored(self):
@@ -153,7 +158,7 @@ class OutputTest(ScriptTest):
         write_run(self.path("rl.h5"), 20, slip_scale=1.01, rejected=(2,))
         write_run(self.path("heuristic.h5"), 45)
         png = self.path("figure.png")
-        done = self.script("compare.py", "--reference", self.path("fine.h5"), "--figure", png, f"rl={self.path('rl.h5')}",
+        done = self.script("compare", "--reference", self.path("fine.h5"), "--figure", png, f"rl={self.path('rl.h5')}",
                            f"heuristic={self.path('heuristic.h5')}")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stdout, r"(?m)^rl .*\n^heuristic .*\n^reference ")
@@ -164,14 +169,14 @@ class OutputTest(ScriptTest):
         run = write_run(self.path("rl.h5"), 20)
         for name, change in (("mesh.h5", {"nx": 8}), ("end.h5", {"end": 50.0})):
             write_run(self.path(name), 100, **change)
-            done = self.script("compare.py", "--reference", self.path(name), f"rl={run}")
+            done = self.script("compare", "--reference", self.path(name), f"rl={run}")
             self.assertEqual(done.returncode, 1)
             self.assertIn(name, done.stderr)
             self.assertNotIn("Traceback", done.stderr)
 
     def test_compact_keeps_results_and_the_last_row(self):
         whole = Run(write_run(self.path("whole.h5"), 1003))
-        done = self.script("compact.py", self.path("whole.h5"), self.path("small.h5"), "--rows", "100")
+        done = self.script("compact", self.path("whole.h5"), self.path("small.h5"), "--rows", "100")
         self.assertEqual(done.returncode, 0, done.stderr)
         small = Run(self.path("small.h5"))
         self.assertEqual(small.result, whole.result)
@@ -183,21 +188,21 @@ class OutputTest(ScriptTest):
     def test_what_cannot_be_written_is_refused_by_name(self):
         run = write_run(self.path("a.h5"), 40)
         before = os.path.getsize(run)
-        for script, arguments, message in (("compact.py", (run, run), "a.h5 is the file itself"),
-                                           ("compact.py", (run, self.path("no/b.h5")), "no/b.h5"),
-                                           ("compare.py", (run, "--figure", self.path("no/c.png")), "no/c.png"),
-                                           ("plot_run.py", (run, "--figure", self.path("no/d.png")), "no/d.png")):
+        for script, arguments, message in (("compact", (run, run), "a.h5 is the file itself"),
+                                           ("compact", (run, self.path("no/b.h5")), "no/b.h5"),
+                                           ("compare", (run, "--figure", self.path("no/c.png")), "no/c.png"),
+                                           ("plot-run", (run, "--figure", self.path("no/d.png")), "no/d.png")):
             done = self.script(script, *arguments)
             self.assertEqual(done.returncode, 1)
-            self.assertRegex(done.stderr, f"^{script}: .*{message}")
+            self.assertRegex(done.stderr, f"^slipstep {script}: .*{message}")
             self.assertNotIn("Traceback", done.stderr)
         self.assertEqual(os.path.getsize(run), before)
-        self.assertEqual(self.script("compact.py", run, self.path("b.h5"), "--rows", "0").returncode, 2)
+        self.assertEqual(self.script("compact", run, self.path("b.h5"), "--rows", "0").returncode, 2)
 
     def test_plot_run_with_and_without_fields(self):
         for name, fields in (("with.h5", True), ("without.h5", False)):
             write_run(self.path(name), 40, fields=fields)
-            done = self.script("plot_run.py", self.path(name))
+            done = self.script("plot-run", self.path(name))
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertTrue(os.path.getsize(self.path(name).replace(".h5", ".png")) > 10000)
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""When an entry of /fields is written (-fault_output_interval, _slip_interval, _time_interval, _rate_change), against the rules applied
-here to a run that writes every step; how it is stored (-fault_output_precision, -fault_output_compression); and the size that is printed."""
+"""When an entry of /fields is written (-fault_output_interval, _slip_interval, _time_interval, _rate_change), against
+the rules applied here to a run that writes every step; how it is stored (-fault_output_precision,
+-fault_output_compression); and the size that is printed."""
 import os
 import re
 import subprocess
@@ -18,7 +19,8 @@ LOADING = 1e-3  # [m/s]
 
 
 def due(time, displacement, rate, steps=0, slip=np.inf, interval=np.inf, factor=np.inf):
-    """Numbers of the steps with entries, by the rules; the last is always there. A number that rounding could turn is an error."""
+    """Numbers of the steps with entries, by the rules; the last is always there. A number that rounding could turn is
+    an error."""
     largest = np.maximum(np.abs(rate).max(axis=1), FLOOR)
     found = [0]
     for i in range(1, len(time)):
@@ -26,7 +28,8 @@ def due(time, displacement, rate, steps=0, slip=np.inf, interval=np.inf, factor=
         slipped = np.abs(displacement[i] - displacement[last] + LOADING * (time[i] - time[last])).max()
         assert abs(slipped / slip - 1) > 1e-9
         change = largest[i] / largest[last]
-        if (steps and i % steps == 0) or slipped >= slip or time[i] // interval > time[i - 1] // interval or not 1 / factor < change < factor:
+        if ((steps and i % steps == 0) or slipped >= slip or time[i] // interval > time[i - 1] // interval
+            or not 1 / factor < change < factor):
             found.append(i)
     return found if found[-1] == len(time) - 1 else found + [len(time) - 1]
 
@@ -60,20 +63,24 @@ class When(FaultTest):
                  (["-fault_output_rate_change", "2"], {"factor": 2.0}),
                  (["-fault_output_time_interval", "4", "-fault_output_interval", "9", "-fault_output_rate_change", "3"],
                   {"steps": 9, "interval": 4.0, "factor": 3.0}),
-                 (["-fault_output_slip_interval", str(top / 5.3), "-fault_output_time_interval", "7"], {"slip": top / 5.3, "interval": 7.0})]
+                 (["-fault_output_slip_interval", str(top / 5.3), "-fault_output_time_interval", "7"],
+                  {"slip": top / 5.3, "interval": 7.0})]
         for k, (options, rules) in enumerate(cases):
             with self.subTest(options):
                 self.fault("-fault_output", f"{k}.h5", *options)
                 self.expect(f"{k}.h5", every, **rules)
                 # stopped in between and continued: what it remembers is in the checkpoint
-                self.fault("-fault_output", f"{k}b.h5", "-fault_checkpoint", f"{k}.state", "-ts_max_steps", "23", *options, code=3)
+                self.fault("-fault_output", f"{k}b.h5", "-fault_checkpoint", f"{k}.state", "-ts_max_steps", "23",
+                           *options, code=3)
                 self.fault("-fault_output", f"{k}b.h5", "-fault_restart", f"{k}.state", *options)
                 self.expect(f"{k}b.h5", every, **rules)
         # a rule that the run of before did not have counts from where this one goes on
-        self.fault("-fault_output", "0b.h5", "-fault_restart", "0.state", "-fault_output_slip_interval", str(top / 8.1), "-fault_output_rate_change", "2")
+        self.fault("-fault_output", "0b.h5", "-fault_restart", "0.state", "-fault_output_slip_interval", str(top / 8.1),
+                   "-fault_output_rate_change", "2")
 
     def test_ranks_and_mesh(self):
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells", "4", "4", "--offset", "1000"],
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells",
+                        "4", "4", "--offset", "1000"],
                        cwd=self.folder.name, check=True, capture_output=True)
         mesh = ["-fault_mesh", "mesh", "-ts_max_time", "12"]
         rules = ["-fault_output_slip_interval", "0.02", "-fault_output_rate_change", "3"]
@@ -86,28 +93,33 @@ class When(FaultTest):
         # and on from a checkpoint of the other number of ranks, whose cells are numbered in another way
         for before, after in ((1, 2), (2, 1)):
             name = f"{before}{after}"
-            self.fault("-fault_output", f"{name}.h5", "-fault_checkpoint", f"{name}.state", "-ts_max_steps", "30", *rules, ranks=before, grid=mesh, code=3)
+            self.fault("-fault_output", f"{name}.h5", "-fault_checkpoint", f"{name}.state", "-ts_max_steps", "30",
+                       *rules, ranks=before, grid=mesh, code=3)
             self.fault("-fault_output", f"{name}.h5", "-fault_restart", f"{name}.state", *rules, ranks=after, grid=mesh)
             np.testing.assert_allclose(self.fields(f"{name}.h5")[0], times[0], rtol=1e-9)
 
     def test_errors(self):
-        for option, value, message in (("rate_change", "1", "expected a factor > 1"), ("rate_change", "-2", "expected a number >= 0"),
-                                       ("slip_interval", "-1", "expected a number >= 0 m"), ("time_interval", "x", "expected a number >= 0 s"),
-                                       ("compression", "10", "expected a whole number >= 0 and < 10"), ("precision", "half", "double, single")):
+        for option, value, message in (("rate_change", "1", "expected a factor > 1"),
+                                       ("rate_change", "-2", "expected a number >= 0"),
+                                       ("slip_interval", "-1", "expected a number >= 0 m"),
+                                       ("time_interval", "x", "expected a number >= 0 s"),
+                                       ("compression", "10", "expected a whole number >= 0 and < 10"),
+                                       ("precision", "half", "double, single")):
             text = self.fault(f"-fault_output_{option}", value, "-fault_output", "a.h5", code=1)
             self.assertIn(f"-fault_output_{option} is", text)
             self.assertIn(message, text)
 
     def test_default(self):
-        """Without a rule every step has an entry, or as many as fit: a fifth of them at once, the others by time and slip, as here; the
-        start and the end are among them, and a run in two parts has the same ones."""
+        """Without a rule every step has an entry, or as many as fit: a fifth of them at once, the others by time and
+        slip, as here; the start and the end are among them, and a run in two parts has the same ones."""
         self.fault("-fault_output", "every.h5", "-fault_output_interval", "1")
         every = self.fields("every.h5")
         self.fault("-fault_output", "all.h5")
         for mine, theirs in zip(self.fields("all.h5"), every):
             np.testing.assert_array_equal(mine, theirs)
         with h5py.File(self.path("every.h5")) as file:  # what a fault from its instability slips by
-            stress, drop, residual = (file[f"mesh/{name}"][...].mean() for name in ("normal_stress", "friction_drop", "friction_residual"))
+            stress, drop, residual = (file[f"mesh/{name}"][...].mean()
+                                      for name in ("normal_stress", "friction_drop", "friction_residual"))
             start = file["mesh/critical_displacement"][...].mean()
         expected = 30 * 1e-3 + start * drop / (drop + residual)
         time, slip = every[0][:, 0], (every[1] - every[1][0]).mean(axis=1) + 1e-3 * every[0][:, 0]
@@ -131,7 +143,8 @@ class When(FaultTest):
         """Single precision is the double rounded; compression changes no value and takes less."""
         size = {}
         grid = ["-fault_nx", "20", "-fault_nz", "20", "-ts_max_time", "20"]
-        for name, options in (("plain", []), ("single", ["-fault_output_precision", "single"]), ("small", ["-fault_output_compression", "4"]),
+        for name, options in (("plain", []), ("single", ["-fault_output_precision", "single"]),
+                              ("small", ["-fault_output_compression", "4"]),
                               ("smallest", ["-fault_output_precision", "single", "-fault_output_compression", "9"])):
             self.fault("-fault_output", f"{name}.h5", *options, grid=grid)
             size[name] = os.path.getsize(self.path(f"{name}.h5"))
@@ -140,7 +153,8 @@ class When(FaultTest):
                     data = file[f"fields/{key}"]
                     np.testing.assert_array_equal(data, plain[f"fields/{key}"][...].astype(data.dtype))
                     self.assertEqual(data.dtype.itemsize, 4 if "-fault_output_precision" in options else 8)
-                    self.assertEqual(data.compression_opts, int(options[-1]) if "-fault_output_compression" in options else None)
+                    self.assertEqual(data.compression_opts, int(options[-1]) if "-fault_output_compression" in options
+                                     else None)
                     self.assertEqual(data.shuffle, "-fault_output_compression" in options)
                 self.assertEqual(file["fields/time"].dtype, "f8")
         print(size)
@@ -151,7 +165,8 @@ class When(FaultTest):
         options = ["-fault_output", "a.h5", "-fault_output_precision", "single", "-fault_output_compression", "3"]
         self.fault(*options, "-fault_checkpoint", "state", "-ts_max_steps", "9", code=3)
         text = self.fault("-fault_output", "a.h5", "-fault_restart", "state", code=1)
-        self.assertIn("expected -fault_output_precision single -fault_output_compression 3, or another -fault_output", text)
+        self.assertIn("expected -fault_output_precision single -fault_output_compression 3, or another -fault_output",
+                      text)
         self.fault(*options, "-fault_restart", "state")
         self.fault("-fault_output", "b.h5")
         with h5py.File(self.path("a.h5")) as a, h5py.File(self.path("b.h5")) as b:
@@ -159,13 +174,17 @@ class When(FaultTest):
 
     def test_size(self):
         """An entry has 8 bytes of time, and 4 fields of 30 doubles."""
-        for options, all_of_them in (([], "at most 100 MB in all (-fault_output_size)"), (["-fault_output_interval", "1"], "968 kB for every 1000 steps"),
-                                     (["-fault_output_size", "0"], "968 kB for every 1000 steps"), (["-fault_output_interval", "5"], "194 kB for every 1000 steps"),
+        for options, all_of_them in (([], "at most 100 MB in all (-fault_output_size)"),
+                                     (["-fault_output_interval", "1"], "968 kB for every 1000 steps"),
+                                     (["-fault_output_size", "0"], "968 kB for every 1000 steps"),
+                                     (["-fault_output_interval", "5"], "194 kB for every 1000 steps"),
                                      (["-fault_output_rate_change", "2"], "968 kB for 1000")):
             text = re.sub(" +", " ", self.fault("-fault_output", "a.h5", *options))
             self.assertIn(f"output: 968 bytes an entry of /fields, {all_of_them}\n", text)
-        text = self.fault("-fault_output", "a.h5", "-fault_output_time_interval", "2.5", "-fault_output_precision", "single", "-fault_output_compression", "1")
-        self.assertIn("at most 488 bytes an entry of /fields, at most 6.83 kB for the entries of the run, at most 14\n", text)
+        text = self.fault("-fault_output", "a.h5", "-fault_output_time_interval", "2.5", "-fault_output_precision",
+                          "single", "-fault_output_compression", "1")
+        self.assertIn("at most 488 bytes an entry of /fields, at most 6.83 kB for the entries of the run, at most 14\n",
+                      text)
         with h5py.File(self.path("a.h5")) as file:
             self.assertLessEqual(len(file["fields/time"]), 14)
 

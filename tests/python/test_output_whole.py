@@ -1,4 +1,5 @@
-"""Whatever happens to a run, its output holds whole rows that any reader opens: it is killed, or its disk fills, at random moments.
+"""Whatever happens to a run, its output holds whole rows that any reader opens: it is killed, or its disk fills, at
+random moments.
 
 MOMENTS of each kind (default 3), drawn by a SEED: test_output_whole.py [MOMENTS [SEED]]; 20 is what a release shows."""
 
@@ -10,19 +11,22 @@ import sys
 import tempfile
 import time
 
-from scripts import FAULT, OUTPUT
+from scripts import FAULT, PROGRAM
 
 import h5py
 import numpy as np
 
-# The daemon that Open MPI 4 starts for a program without mpirun fills the memory when that program is killed while it begins.
+# The daemon that Open MPI 4 starts for a program without mpirun fills the memory when that program is killed while it
+# begins.
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
-# Open MPI 5 begins with a file of 16 MB in /dev/shm for its messages, under the limits of sizes below too, whose signal ends the process within
-# MPI_Init(); and what is killed leaves that file, which a later process whose random name is the same takes as its own, without the signal.
+# Open MPI 5 begins with a file of 16 MB in /dev/shm for its messages, under the limits of sizes below too, whose signal
+# ends the process within MPI_Init(); and what is killed leaves that file, which a later process whose random name is
+# the same takes as its own, without the signal.
 os.environ["OMPI_MCA_btl"] = "self"  # runs on one rank send nothing
 MOMENTS = int(sys.argv[1]) if len(sys.argv) > 1 else 3
 STEP, STEPS = 0.0625, 480  # [s]; 3.2 kB of fields a step
-RUN = [FAULT, "-fault_nx", "10", "-fault_nz", "10", "-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt", str(STEP),
+RUN = [FAULT, "-fault_nx", "10", "-fault_nz", "10", "-ts_adapt_type", "none", "-ts_bathe_error", "none", "-ts_dt",
+       str(STEP),
        "-fault_output_interval", "1",
        "-fault_output_overwrite"]
 random.seed(int(sys.argv[2]) if len(sys.argv) > 2 else 11)
@@ -39,9 +43,11 @@ def check_rows(path, *complete):
     assert np.array_equal(steps["time"], STEP * np.arange(rows["steps"])) and np.all(steps["dt"] == STEP), path
     assert np.all(steps["accepted"] == 1) and np.all(steps["solves"] == 1)
     assert np.array_equal(series["time"], STEP * np.arange(rows["series"])), path
-    assert np.all(series["mean_slip"][1:] > 0) and not series["mean_slip"][:1].any() and np.all(series["elastic_energy"] > 0)
+    assert (np.all(series["mean_slip"][1:] > 0) and not series["mean_slip"][:1].any()
+            and np.all(series["elastic_energy"] > 0))
     assert np.array_equal(fields["time"], STEP * np.arange(rows["fields"])), path
-    assert np.all(fields["traction"] != 0) and np.all(fields["displacement"] != 0) and np.all(fields["slip"][1:] > 0), path
+    assert np.all(fields["traction"] != 0) and np.all(fields["displacement"]
+                                                      != 0) and np.all(fields["slip"][1:] > 0), path
     return rows["steps"]
 
 
@@ -74,9 +80,10 @@ def killed(folder, *more):
 
 
 def read_by_scripts(folder):
-    """plot_run.py and compare.py take an unfinished file and say that it is; a new run refuses to overwrite it."""
+    """plot-run and compare take an unfinished file and say that it is; a new run refuses to overwrite it."""
     clean(folder)
-    endless = ["-fault_output", "run.h5", "-ts_max_time", str(10000 * STEPS * STEP), "-ts_max_steps", str(10000 * STEPS)]
+    endless = ["-fault_output", "run.h5", "-ts_max_time", str(10000 * STEPS * STEP), "-ts_max_steps",
+               str(10000 * STEPS)]
     run = subprocess.Popen(RUN + endless, cwd=folder, stdout=subprocess.DEVNULL)
     rows = 0
     while rows == 0:  # read while it is written
@@ -88,19 +95,22 @@ def read_by_scripts(folder):
     run.kill()
     run.wait()
     rows = check_rows(os.path.join(folder, "run.h5.part"), 0)
-    for command in (["plot_run.py", "run.h5.part"], ["compare.py", "run.h5.part", "--figure", "c.png"]):
-        done = subprocess.run([sys.executable, os.path.join(OUTPUT, command[0])] + command[1:], cwd=folder, capture_output=True, text=True)
+    for command in (["plot-run", "run.h5.part"], ["compare", "run.h5.part", "--figure", "c.png"]):
+        done = subprocess.run([sys.executable, PROGRAM, *command], cwd=folder, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
-        assert f"{command[0]}: run.h5.part is unfinished: complete = 0" in done.stderr and done.stderr.count("\n") == 1, done.stderr
-    done = subprocess.run([sys.executable, os.path.join(OUTPUT, "plot_run.py"), "run.h5"], cwd=folder, capture_output=True, text=True)
+        assert f"slipstep {command[0]}: run.h5.part is unfinished: complete = 0" in done.stderr and done.stderr.count(
+            "\n") == 1, done.stderr
+    done = subprocess.run([sys.executable, PROGRAM, "plot-run", "run.h5"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 1 and "run.h5.part is there, of a run that has not ended" in done.stderr, done.stderr
     done = subprocess.run(RUN[:-1] + ["-fault_output", "run.h5"], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 1 and "rows of an unfinished run: continue it with -fault_restart CHECKPOINT" in done.stderr
+    assert (done.returncode == 1 and "rows of an unfinished run: continue it with -fault_restart CHECKPOINT"
+            in done.stderr)
     assert "-fault_output_overwrite" in done.stderr and check_rows(os.path.join(folder, "run.h5.part"), 0) == rows > 0
 
 
 def stopped_by_disk(run, folder, older, reasons):
-    """After the disk was full: the program says so, is not killed, and leaves whole rows and the older file. Its rows."""
+    """After the disk was full: the program says so, is not killed, and leaves whole rows and the older file. Its
+    rows."""
     message = run.communicate(timeout=1000)[1].decode()
     part = os.path.join(folder, "run.h5.part")
     if run.returncode == 0:  # there was enough after all
@@ -123,7 +133,8 @@ def start(folder, older, **more):
     storage = ["-fault_output_precision", "single", "-fault_output_compression", "6"] if start.runs % 2 else []
     with open(os.path.join(folder, "run.h5"), "wb") as file:
         file.write(older)
-    return subprocess.Popen(RUN + ["-fault_output", "run.h5"] + storage, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, **more)
+    return subprocess.Popen(RUN + ["-fault_output", "run.h5"] + storage, cwd=folder, stdout=subprocess.DEVNULL,
+                            stderr=subprocess.PIPE, **more)
 
 
 start.runs = 0
@@ -143,7 +154,8 @@ def wait_for(run, path, size):
 def limit_size(run, size):
     """Of the files of a run that may have ended; None: no limit"""
     try:
-        resource.prlimit(run.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY if size is None else size, resource.RLIM_INFINITY))
+        resource.prlimit(run.pid, resource.RLIMIT_FSIZE,
+                         (resource.RLIM_INFINITY if size is None else size, resource.RLIM_INFINITY))
     except ProcessLookupError:
         pass
 
@@ -154,7 +166,8 @@ def limited(folder, older, size):
     for again in (False, True):
         for _ in range(MOMENTS):
             limit = random.randrange(size)
-            run = start(folder, older, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY)))
+            run = start(folder, older,
+                        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY)))
             if again:
                 wait_for(run, os.path.join(folder, "run.h5.part"), random.uniform(0.5, 1) * limit)
                 limit_size(run, None)
@@ -163,12 +176,14 @@ def limited(folder, older, size):
 
 
 def lowered(folder, older, size):
-    """The limit comes while the file is written, which is longer by then: the rows in its reserved space cannot be written any more."""
+    """The limit comes while the file is written, which is longer by then: the rows in its reserved space cannot be
+    written any more."""
     found = []
     for _ in range(MOMENTS):
         run = start(folder, older)
         wait_for(run, os.path.join(folder, "run.h5.part"), random.randrange(size))
-        limit_size(run, random.randrange(os.path.getsize(os.path.join(folder, "run.h5.part"))) if run.poll() is None else None)
+        limit_size(run, random.randrange(os.path.getsize(os.path.join(folder, "run.h5.part"))) if run.poll() is None
+                   else None)
         found.append(stopped_by_disk(run, folder, older, ["File too large"]))
     print(f"limits lowered {MOMENTS} times: rows {found}")
 
@@ -200,7 +215,8 @@ def filled(folder, older, size):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         killed(folder)
-        killed(folder, "-fault_output_precision", "single", "-fault_output_compression", "4", "-fault_stations", "1000,1000;2000,2000")
+        killed(folder, "-fault_output_precision", "single", "-fault_output_compression", "4", "-fault_stations",
+               "1000,1000;2000,2000")
         read_by_scripts(folder)
         clean(folder)
         with h5py.File(os.path.join(folder, "run.h5"), "w") as file:
@@ -211,7 +227,8 @@ def main():
         lowered(folder, older, 2000000)
         disk = os.path.join(folder, "disk")
         os.mkdir(disk)
-        if os.geteuid() or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", disk], stderr=subprocess.DEVNULL).returncode:
+        if os.geteuid() or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", disk],
+                                          stderr=subprocess.DEVNULL).returncode:
             print("no disk of its own: not root, or no mount")
             os.rmdir(disk)
             clean(folder)

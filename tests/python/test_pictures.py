@@ -1,4 +1,5 @@
-"""Pictures and films of a run by plot_run.py, on a synthetic century of circular ruptures and on irregular cells."""
+"""Pictures and films of a run by slipstep plot-run, on a synthetic century of circular ruptures and on irregular
+cells."""
 
 import unittest
 from types import SimpleNamespace
@@ -22,21 +23,25 @@ from slipstep.times import YEAR, Clock, seconds, written
 
 class Times(unittest.TestCase):
     def test_units_of_the_command_line(self):
-        self.assertEqual([seconds(text) for text in ("12.5", "2min", "3h", "1d", "250y", "-.5", "1e+3s", "96.4y+2+1e2min")],
+        self.assertEqual([seconds(text) for text in ("12.5", "2min", "3h", "1d", "250y", "-.5", "1e+3s",
+                                                     "96.4y+2+1e2min")],
                          [12.5, 120, 10800, 86400, 250 * YEAR, -0.5, 1000, 96.4 * YEAR + 6002])
         for text in ("", "3x", "y", "1 y", "nan", "1e", "1y+", "1y2"):
             with self.assertRaisesRegex(Exception, "expected seconds or numbers with s, min, h, d or y"):
                 seconds(text)
 
     def test_clock_takes_the_unit_that_fits(self):
-        for begin, end, years, label in ((0, 30, None, "time (s)"), (0, 86400, None, "time (hours)"), (0, 30 * 86400, None, "time (days)"),
-                                         (0, 500 * YEAR, None, "time (years)"), (0, 500 * YEAR, False, "time (days)"), (0, 30, True, "time (years)"),
+        for begin, end, years, label in ((0, 30, None, "time (s)"), (0, 86400, None, "time (hours)"),
+                                         (0, 30 * 86400, None, "time (days)"),
+                                         (0, 500 * YEAR, None, "time (years)"), (0, 500 * YEAR, False, "time (days)"),
+                                         (0, 30, True, "time (years)"),
                                          (113.25 * YEAR, 113.25 * YEAR + 20, None, "time since 113.25 years (s)")):
             self.assertEqual(Clock(begin, end, years).label, label)
         self.assertEqual(Clock(0, 30)(12.5), 12.5)
         self.assertEqual(Clock(0, 500 * YEAR).text(96.44 * YEAR), "96.4 years")
         self.assertEqual(Clock(0, 30).text(8.251), "8.3 s")
-        self.assertEqual([written(64.0076319 * YEAR, span) for span in (np.inf, 3 * 86400, 200)], ["64.008 years", "64.0076 years", "64.007632 years"])
+        self.assertEqual([written(64.0076319 * YEAR, span) for span in (np.inf, 3 * 86400, 200)],
+                         ["64.008 years", "64.0076 years", "64.007632 years"])
         # 8.25 s after the begin, which is known to 4e-7 s at 3.6e9 s
         self.assertAlmostEqual(float(Clock(113.25 * YEAR, 113.25 * YEAR + 20)(113.25 * YEAR + 8.25)), 8.25, delta=1e-6)
 
@@ -52,7 +57,8 @@ class Scales(unittest.TestCase):
         self.assertEqual(Span().see(values).norm(KINDS["slip"]).vmax, 40)
 
     def test_nothing_has_no_scale(self):
-        """A field that is zero, or rounding, has one number at its bar, not a scale of its own; what is less than a shade beyond an end has no arrow."""
+        """A field that is zero, or rounding, has one number at its bar, not a scale of its own; what is less than a
+        shade beyond an end has no arrow."""
         for name, values in (("slip_rate", np.zeros(4)), ("slip", np.array([0, -2e-16])), ("stress_drop", np.zeros(3))):
             norm = Span().see(values).norm(KINDS[name], log=name == "slip_rate")
             self.assertIsInstance(norm, Nothing)
@@ -62,15 +68,22 @@ class Scales(unittest.TestCase):
         for beyond, extend in ((1e-15, "neither"), (0.1, "both")):
             canvas, axes = plt.subplots()
             norm = plt.Normalize(0, 1)
-            self.assertEqual(colour_bar(canvas, axes.pcolormesh(np.array([[-beyond, 1 + beyond]]), norm=norm), norm, "").extend, extend)
+            self.assertEqual(colour_bar(canvas, axes.pcolormesh(np.array([[-beyond, 1 + beyond]]), norm=norm), norm,
+                                        "").extend, extend)
         plt.close("all")
 
     def test_slip_rates_of_more_than_an_event_are_logarithmic(self):
-        self.assertEqual([Clock(0, end).logarithmic("slip_rate") for end in (30, 3 * 3600, 40 * 86400, 500 * YEAR)], [False, False, True, True])
-        self.assertEqual([Clock(0, 40 * 86400).logarithmic(name, wanted) for name, wanted in (("slip_rate", False), ("slip", None), ("slip", True))], [False] * 3)
+        self.assertEqual([Clock(0, end).logarithmic("slip_rate") for end in (30, 3 * 3600, 40 * 86400, 500 * YEAR)],
+                         [False, False, True, True])
+        self.assertEqual([Clock(0, 40 * 86400).logarithmic(name, wanted)
+                          for name, wanted in (("slip_rate", False), ("slip", None), ("slip", True))], [False] * 3)
         self.assertTrue(Clock(0, 30).logarithmic("slip_rate", True))
-        for peaks, wanted, log in (((0.3, 0.7, 1.0, 0.9, 0.5, 0.2), None, False), ((0.1, 1.0, 0.15, 0.02, 0.17, 0.06), None, True), ((0.1, 1.0, 0.15, 0.02, 0.17, 0.06), False, False)):
-            maps = SimpleNamespace(name="slip_rate", maps=lambda rows, peaks=peaks: np.multiply.outer(peaks, [[-1.0, 0.5], [0.0, np.nan]]))
+        for peaks, wanted, log in (((0.3, 0.7, 1.0, 0.9, 0.5, 0.2), None, False),
+                                   ((0.1, 1.0, 0.15, 0.02, 0.17, 0.06), None, True),
+                                   ((0.1, 1.0, 0.15, 0.02, 0.17, 0.06), False, False)):
+            maps = SimpleNamespace(name="slip_rate",
+                                   maps=lambda rows, peaks=peaks: np.multiply.outer(
+                                       peaks, [[-1.0, 0.5], [0.0, np.nan]]))
             self.assertEqual(logarithmic(maps, range(6), Clock(0, 30), wanted), log)  # of an event with one fast cell
 
     def test_planes_lie_where_their_maps_are_larger(self):
@@ -80,12 +93,14 @@ class Scales(unittest.TestCase):
 
 class Overview(PictureTest):
     def test_panels_are_of_what_is_there(self):
-        """An unfinished run is named in the unit of its axes; without error estimates or attempts there is no panel for them."""
+        """An unfinished run is named in the unit of its axes; without error estimates or attempts there is no panel for
+        them."""
         path = century.write_run(self.path("run.h5"))
         with h5py.File(path, "r+") as file:
             file.attrs["complete"] = 0
             end = file["series/time"][-1]
-        self.assertEqual(Run(path).title, f"run.h5 (unfinished, to {end / YEAR:.3f}".rstrip("0").rstrip(".") + " years)")
+        self.assertEqual(Run(path).title, f"run.h5 (unfinished, to {end / YEAR:.3f}".rstrip("0").rstrip(".")
+                         + " years)")
         self.assertEqual(attempt_panels(Run(path)), [["steps", "error"]])
         clock = Clock(0.0, end)
         for change, panels in (("error", ["Step size"]), ("none", [])):
@@ -93,14 +108,17 @@ class Overview(PictureTest):
                 for name in list(file["steps"]):
                     data = file[f"steps/{name}"][...]
                     del file[f"steps/{name}"]
-                    century.put(file, f"steps/{name}", data[:0] if change == "none" else -1 + 0 * data if name == "error" else data, "s")
+                    century.put(file, f"steps/{name}", data[:0] if change == "none" else -1 + 0 * data
+                                if name == "error" else data, "s")
             canvas = figure(Run(path), clock, True)
             titles = [axes.get_title(loc="left") for axes in canvas.axes]
-            self.assertEqual([title for title in titles if title in ("Step size", "Error estimate (1 is the tolerance)")], panels)
+            self.assertEqual([title for title in titles
+                              if title in ("Step size", "Error estimate (1 is the tolerance)")], panels)
             canvas.savefig(self.path("overview.png"))
 
     def test_bars_are_within_the_picture(self):
-        """Whatever the shape of the map, those that fill their panels in both directions too: labels of the bars end before the picture does."""
+        """Whatever the shape of the map, those that fill their panels in both directions too: labels of the bars end
+        before the picture does."""
         for share in (1.4, 1.43, 1.45):
             path = century.write_run(self.path("run.h5"))
             with h5py.File(path, "r+") as file:
@@ -108,7 +126,8 @@ class Overview(PictureTest):
                 end = file["series/time"][-1]
             canvas = figure(Run(path), Clock(0.0, end), True)
             canvas.savefig(self.path("overview.png"))
-            right = max(bar.get_tightbbox(canvas.canvas.get_renderer()).x1 for axes in canvas.axes for bar in axes.child_axes)
+            right = max(bar.get_tightbbox(canvas.canvas.get_renderer()).x1 for axes in canvas.axes
+                        for bar in axes.child_axes)
             self.assertLessEqual(right, canvas.bbox.width, share)
 
 
@@ -116,10 +135,12 @@ class Ruptures(PictureTest):
     """Pictures of the largest event of a run or window, whatever else that holds."""
 
     def test_a_window_shows_its_largest_event(self):
-        """Of twenty years with two events: times count from the second, every panel has a good part of the largest rate, contours are few."""
+        """Of twenty years with two events: times count from the second, every panel has a good part of the largest
+        rate, contours are few."""
         run = Run(century.write_run(self.path("run.h5")))
         onset = century.EVENTS[-1][0] * YEAR
-        for window, others in (((onset - 18 * YEAR, onset + 2 * YEAR), " in the largest of 2 events of the window"), ((onset - 1e6, onset + 1e6), ""), (None, "")):
+        for window, others in (((onset - 18 * YEAR, onset + 2 * YEAR), " in the largest of 2 events of the window"),
+                               ((onset - 1e6, onset + 1e6), ""), (None, "")):
             canvas = rupture(run, None, window)
             above, below = canvas.subfigs
             self.assertEqual(above._suptitle.get_text(), f"run.h5: slip rate{others} (times since 96.4 years)")
@@ -142,9 +163,12 @@ class Ruptures(PictureTest):
         x, z, length, width = century.grid()
         slip = np.array([century.rupture(century.EVENTS[-1], x, z, time)[0].sum() for time in times[::50]])
         shares = np.interp(found, times[::50], slip) / slip[-1]
-        np.testing.assert_allclose(shares, (np.arange(6) + 0.5) / 6, atol=0.05)  # rows each 0.05 s, in which a twentieth slips
+        # rows each 0.05 s, in which a twentieth slips
+        np.testing.assert_allclose(shares, (np.arange(6) + 0.5) / 6, atol=0.05)
         titles = [axes.get_title(loc="left") for axes in snapshots(run, "slip", None).axes if axes.images]
-        np.testing.assert_allclose([float(title.split()[0]) for title in titles], (np.arange(6) + 0.5) / 6 * 110, atol=2.1)  # rows each four years
+        # rows each four years
+        np.testing.assert_allclose([float(title.split()[0]) for title in titles], (np.arange(6) + 0.5) / 6 * 110,
+                                   atol=2.1)
         plt.close("all")
 
     def test_the_largest_event_is_that_of_most_slip(self):
@@ -157,7 +181,8 @@ class Ruptures(PictureTest):
         self.assertEqual(largest_event(Run(path), (0, 10 * YEAR)), (0, 10 * YEAR))  # none
 
     def test_contours_are_of_most_cells(self):
-        """Few late cells do not take the others' contours, and their own are left out; cells that break at once have none."""
+        """Few late cells do not take the others' contours, and their own are left out; cells that break at once have
+        none."""
         broke = np.append(np.linspace(0, 10, 190), np.linspace(100, 1000, 10))
         title, levels = contours_of(broke, Clock(0, 1200))
         self.assertEqual(title, "Slip, rupture time every 1 to 18 s")
@@ -167,25 +192,31 @@ class Ruptures(PictureTest):
         self.assertEqual(contours_of(np.linspace(0, 1e-3, 50), Clock(0, 14)), ("Slip", []))
 
     def test_lines_stay_within_the_fault(self):
-        """A fault with a notch, of squares and of triangles: no contour crosses it, and elsewhere they are as they were."""
+        """A fault with a notch, of squares and of triangles: no contour crosses it, and elsewhere they are as they
+        were."""
         x, z = (part.ravel() + 0.5 for part in np.meshgrid(np.arange(20.0), np.arange(10.0)))
         kept = (z < 5) | (x < 8) | (x > 15)
         x, z = x[kept], z[kept]
         squares = np.stack([x - 0.5, x + 0.5]), np.stack([z - 0.5, z + 0.5])
-        halves = [np.concatenate([part - 0.5 + np.array(first)[:, None], part - 0.5 + np.array(second)[:, None]], axis=1)
+        halves = [np.concatenate([part - 0.5 + np.array(first)[:, None], part - 0.5 + np.array(second)[:, None]],
+                                 axis=1)
                   for part, first, second in ((x, (0, 1, 1), (0, 1, 0)), (z, (0, 0, 1), (0, 1, 1)))]
         for sides in (squares, halves):
             plane = Plane(*sides, cells=np.arange(sides[0].shape[1]))
             _, axes = plt.subplots()
             plane.contour(axes, plane.x.mean(axis=0), np.arange(1.0, 20) + 0.1)
-            drawn = np.concatenate([np.concatenate([path.vertices for path in lines.get_paths() if len(path.vertices)]) for lines in axes.collections])
+            drawn = np.concatenate([np.concatenate([path.vertices for path in lines.get_paths() if len(path.vertices)])
+                                    for lines in axes.collections])
             inside = (drawn[:, 1] > 5.15) & (drawn[:, 0] > 8.15) & (drawn[:, 0] < 14.85)  # but for corners of the notch
             self.assertFalse(inside.any(), drawn[inside])
             for low, high in ((0.5, 9.5), (15.5, 19.5)):  # beside the notch lines reach the lower row
-                self.assertGreater(drawn[(drawn[:, 0] > low) & (drawn[:, 0] < high)][:, 1].max(), 9 if low > 8 or high < 8 else 4.4)
+                self.assertGreater(drawn[(drawn[:, 0] > low) & (drawn[:, 0] < high)][:, 1].max(),
+                                   9 if low > 8 or high < 8 else 4.4)
         plt.close("all")
-        for (x, z, length, width), shift in ((century.graded(), 0.0), (century.grid(), 0.37)):  # faults without a notch, rows of the second shifted
-            x, z = np.stack([x - length / 2, x + length / 2]) / 1e3 + shift * z / 1e3, np.stack([z - width / 2, z + width / 2]) / 1e3
+        # faults without a notch, rows of the second shifted
+        for (x, z, length, width), shift in ((century.graded(), 0.0), (century.grid(), 0.37)):
+            x, z = np.stack([x - length / 2,
+                             x + length / 2]) / 1e3 + shift * z / 1e3, np.stack([z - width / 2, z + width / 2]) / 1e3
             self.assertFalse(Plane(x, z).between().mask.any())
 
 
@@ -213,7 +244,8 @@ class Ends(PictureTest):
         np.testing.assert_array_equal(np.isnan(values[-1]), (line.centres > 8) & (line.centres < 15))
         canvas = space_time(run, ["slip"], at=6.5)
         axes = canvas.axes[0]
-        spans = [patch.get_patch_transform().transform(patch.get_path().vertices)[:, 1].min() for patch in axes.patches]  # rectangles from Matplotlib 3.9 on
+        # rectangles from Matplotlib 3.9 on
+        spans = [patch.get_patch_transform().transform(patch.get_path().vertices)[:, 1].min() for patch in axes.patches]
         np.testing.assert_allclose(spans, [8], atol=1e-6)
         mesh = axes.collections[0]
         self.assertAlmostEqual(mesh.norm.vmax, np.nanmax(values))
@@ -241,8 +273,9 @@ class Ends(PictureTest):
 
 class FieldsTest(PictureTest):
     def test_rupture_times_are_those_of_the_front(self):
-        """Rows every 0.1 s, linear between: a cell breaks between the last row at rest and the first above 1 mm/s. Its rate grows by
-        2 m/s^2 at first, so that it is above in the row after the front: at most 0.1 s late, never early."""
+        """Rows every 0.1 s, linear between: a cell breaks between the last row at rest and the first above 1 mm/s. Its
+        rate grows by 2 m/s^2 at first, so that it is above in the row after the front: at most 0.1 s late, never
+        early."""
         path = century.write_run(self.path("run.h5"), step=0.1)
         with h5py.File(path, "r+") as file:  # as the program stores it
             single = file["fields/slip_rate"][:].astype(np.float32)
@@ -269,7 +302,8 @@ class FieldsTest(PictureTest):
         np.testing.assert_allclose(drops.outer()[1].ravel(), century.STIFFNESS * 1e-6 * slip, atol=1e-6)
         with h5py.File(run.path, "r+") as file:  # the other sense of slip has the same drop
             file["fields/traction"][...] *= -1
-        np.testing.assert_allclose(Fields(run, "stress_drop", largest_event(run)).outer()[1].ravel(), century.STIFFNESS * 1e-6 * slip, atol=1e-6)
+        np.testing.assert_allclose(Fields(run, "stress_drop", largest_event(run)).outer()[1].ravel(),
+                                   century.STIFFNESS * 1e-6 * slip, atol=1e-6)
 
     def test_window_begins_at_the_row_before_it(self):
         """A drop is measured from the last row before an event, not from the first one within it."""
@@ -291,13 +325,15 @@ class FieldsTest(PictureTest):
         plane, = planes_of(run)
         _, maps = run.field("slip")
         for line, expected in ((Line(plane, "strike", 6.3), maps[:, 12]), (Line(plane, "depth", 20.0), maps[:, :, 39]),
-                               (Line(plane, "strike", "max"), maps.max(axis=1)), (Line(plane, "depth", "mean"), maps.mean(axis=2))):
+                               (Line(plane, "strike", "max"), maps.max(axis=1)),
+                               (Line(plane, "depth", "mean"), maps.mean(axis=2))):
             # sums of 40 numbers in another order
             np.testing.assert_allclose(along_line(slip, line), expected, rtol=1e-13)
         np.testing.assert_allclose(Line(plane).edges, np.linspace(0, 20, 41))
 
     def test_lines_of_irregular_cells(self):
-        """Rows of the mesh: on a line at one depth each cell has an interval of its own; means have areas as weights."""
+        """Rows of the mesh: on a line at one depth each cell has an interval of its own; means have areas as
+        weights."""
         x, z, length, width = century.graded()
         run = Run(century.write_run(self.path("run.h5"), cells=century.graded(), planes=2))
         second = planes_of(run)[1]
@@ -311,7 +347,8 @@ class FieldsTest(PictureTest):
         np.testing.assert_allclose(mean, (maps[0] * length).reshape(10, 20).sum(axis=1) / 20000, rtol=1e-12)
 
     def test_columns_keep_every_event(self):
-        """A century in 500 columns: seconds of slip are in the column of their time, and gaps have the smaller neighbour."""
+        """A century in 500 columns: seconds of slip are in the column of their time, and gaps have the smaller
+        neighbour."""
         run = Run(century.write_run(self.path("run.h5")))
         rates = Fields(run, "slip_rate")
         values = along_line(rates, Line(planes_of(run)[0], "strike", "max"))
@@ -321,7 +358,8 @@ class FieldsTest(PictureTest):
         np.testing.assert_array_equal(fast, expected)
         self.assertEqual(columns.max(), values.max())
         _, gap = resample(np.array([0.0, 1.0, 9.0, 10.0]), np.array([[0.0], [5.0], [1.0], [2.0]]), 10, True)
-        np.testing.assert_array_equal(gap.ravel(), (0, 5, 1, 1, 1, 1, 1, 1, 1, 2))  # the two ends of the gap are 5 and 1
+        # the two ends of the gap are 5 and 1
+        np.testing.assert_array_equal(gap.ravel(), (0, 5, 1, 1, 1, 1, 1, 1, 1, 2))
         _, linear = resample(np.array([0.0, 1.0, 3.0]), np.array([[0.0], [1.0], [5.0]]), 3, False)
         np.testing.assert_allclose(linear.ravel(), (0.5, 2, 4))
 
@@ -330,7 +368,8 @@ class FieldsTest(PictureTest):
         with h5py.File(path, "r+") as file:
             del file["mesh/x"]
             file["mesh/x"] = np.arange(7.0)
-        with self.assertRaisesRegex(OutputError, r"run.h5: /fields/slip is \(20, 40\) at each time, expected \(20, 7\) as the cells of /mesh"):
+        with self.assertRaisesRegex(OutputError, r"run.h5: /fields/slip is \(20, 40\) at each time, expected \(20, 7\) "
+                                    r"as the cells of /mesh"):
             Fields(Run(path), "slip")
 
 
@@ -338,13 +377,15 @@ class Pictures(PictureTest):
     def test_kinds(self):
         grid = century.write_run(self.path("grid.h5"), shape=(10, 20), step=0.5)
         for arguments, suffix in (((), ""), (("--time", "31.31y", "50y", "--field", "slip"), "_snapshots"),
-                                  (("--kind", "space-time", "--against", "step", "--along", "depth", "--at", "7"), "_space-time")):
+                                  (("--kind", "space-time", "--against", "step", "--along", "depth", "--at", "7"),
+                                   "_space-time")):
             self.assertEqual(self.plot("plot_run", grid, *arguments), f"Figure: {self.path('grid')}{suffix}.png\n")
             self.look(self.path(f"grid{suffix}.png"))
 
     def test_kinds_on_irregular_cells(self):
         mesh = century.write_run(self.path("mesh.h5"), cells=century.graded(), planes=2, step=0.5)
-        for arguments in (("--kind", "rupture", "--log-rate", "--range", "1e-9", "1", "--time", f"{century.EVENTS[-1][0] * YEAR + 2}"),
+        for arguments in (("--kind", "rupture", "--log-rate", "--range", "1e-9", "1", "--time",
+                           f"{century.EVENTS[-1][0] * YEAR + 2}"),
                           ("--kind", "space-time", "--at", "max", "--field", "slip")):
             self.plot("plot_run", mesh, *arguments, "--figure", self.path("mesh.png"))
             self.look(self.path("mesh.png"))
@@ -364,7 +405,8 @@ class Pictures(PictureTest):
         """The colour bar of a slip rate, and limits of the user's own, as the scale of the drawn image."""
         from slipstep.plots.snapshots import snapshots
         run = Run(century.write_run(self.path("run.h5")))
-        for arguments, limits in (({}, (0, None)), ({"wanted": (0.2, 0.4)}, (0.2, 0.4)), ({"log": True, "wanted": (1e-9, 1)}, (1e-9, 1))):
+        for arguments, limits in (({}, (0, None)), ({"wanted": (0.2, 0.4)}, (0.2, 0.4)),
+                                  ({"log": True, "wanted": (1e-9, 1)}, (1e-9, 1))):
             canvas = snapshots(run, "slip_rate", [century.EVENTS[-1][0] * YEAR + 2], **arguments)
             image = next(axes.images[0] for axes in canvas.axes if axes.images)
             self.assertEqual(image.norm.vmin, limits[0])
@@ -378,19 +420,24 @@ class Pictures(PictureTest):
         plain = century.write_run(self.path("none.h5"), fields=(), shape=(4, 8), step=1.0)
         for message, arguments in (
                 ("run.h5: no field at 1.57.*e.10 s, expected a time from 0 to 3.47.*e.09 s", (run, "--time", "500y")),
-                ("run.h5: field slip was not stored; a picture of a rupture needs .* -fault_output_fields slip_rate,slip,traction", (run, "--kind", "rupture")),
-                ("run.h5: field mood was not stored .there are: slip_rate.; run with -fault_output_fields mood", (run, "--field", "mood")),
+                ("run.h5: field slip was not stored; a picture of a rupture needs .* -fault_output_fields "
+                 "slip_rate,slip,traction", (run, "--kind", "rupture")),
+                ("run.h5: field mood was not stored .there are: slip_rate.; run with -fault_output_fields mood",
+                 (run, "--field", "mood")),
                 ("none.h5: field slip_rate was not stored .there are: none", (plain, "--kind", "space-time")),
                 ("--at is 11 km, expected a number between 0 and 10", (run, "--kind", "space-time", "--at", "11")),
-                ("--range begins at 0, expected a number > 0 on a logarithmic scale", (run, "--kind", "space-time", "--field", "slip_rate", "--range", "0", "1")),
+                ("--range begins at 0, expected a number > 0 on a logarithmic scale",
+                 (run, "--kind", "space-time", "--field", "slip_rate", "--range", "0", "1")),
                 ("/fields/slip_rate has no rows between .* s", (run, "--kind", "rupture", "--window", "10y", "10.1y")),
-                ("--film is .*film.avi, expected a name that ends with .mp4 or .gif", (run, "--film", self.path("film.avi"))),
+                ("--film is .*film.avi, expected a name that ends with .mp4 or .gif",
+                 (run, "--film", self.path("film.avi"))),
                 ("--film is .*film.gif, but there is no folder", (run, "--film", self.path("no/film.gif"))),
                 ("missing.h5: no such file", (self.path("missing.h5"), "--film", self.path("film.gif")))):
             with self.subTest(message):
                 self.refused("plot_run", message, *arguments)
         for message, arguments in (("error: argument --time: 3x is no time", ("--time", "3x")),
-                                   ("error: --along is not for --kind rupture; expected with --kind space-time", ("--kind", "rupture", "--along", "depth")),
+                                   ("error: --along is not for --kind rupture; expected with --kind space-time",
+                                    ("--kind", "rupture", "--along", "depth")),
                                    ("error: --range is 2 1, expected the lower one first", ("--range", "2", "1")),
                                    ("error: --fps is 0, expected a number > 0", ("--film", "a.gif", "--fps", "0")),
                                    ("error: --fps is not for --kind overview; expected with --film", ("--fps", "3"))):
@@ -400,7 +447,8 @@ class Pictures(PictureTest):
 
 class ManySteps(FaultTest, PictureTest):
     def test_many_steps_have_small_dots_and_legends_hide_nothing(self):
-        self.fault("-fault_nx", "1", "-fault_nz", "1", "-ts_adapt_type", "none", "-ts_dt", "1e-3", "-ts_max_time", "3.1", "-fault_output", self.path("many.h5"), "-fault_output_interval", "1000")
+        self.fault("-fault_nx", "1", "-fault_nz", "1", "-ts_adapt_type", "none", "-ts_dt", "1e-3", "-ts_max_time",
+                   "3.1", "-fault_output", self.path("many.h5"), "-fault_output_interval", "1000")
         run = Run(self.path("many.h5"))
         canvas = figure(run, Clock(0, 3.1), False)
         panels = {axes.get_title(loc="left") or axes.get_title(): axes for axes in canvas.axes}

@@ -1,4 +1,4 @@
-"""Pictures of a catalogue by plot_catalogue.py, on synthetic ones in the format of -fault_catalogue."""
+"""Pictures of a catalogue by slipstep plot-catalogue, on synthetic ones in the format of -fault_catalogue."""
 
 import unittest
 
@@ -27,7 +27,8 @@ class Reading(PictureTest):
         self.assertAlmostEqual((slip * 500 * 500).sum() * century.MODULUS / events["moment"][4], 1)
 
     def test_a_catalogue_that_grows(self):
-        """Columns of one that is written may differ in length: the least counts, and a picture says that it is unfinished."""
+        """Columns of one that is written may differ in length: the least counts, and a picture says that it is
+        unfinished."""
         path = century.write_catalogue(self.path("c.h5"), skip=("onset",), complete=0)
         with h5py.File(path, "r+") as file:
             century.put(file, "onset", [1.0, 2.0, 3.0], "s")
@@ -35,11 +36,13 @@ class Reading(PictureTest):
         self.assertEqual((len(events), len(events["magnitude"])), (3, 3))
         code, _, err = self.main("plot_catalogue", path, "--event", "3")
         self.assertEqual(code, 0)
-        self.assertRegex(err, r"^plot_catalogue.py: .*c.h5 is unfinished: complete = 0, its last event is at 3 s\n$")
+        self.assertRegex(err,
+                         r"^slipstep plot-catalogue: .*c.h5 is unfinished: complete = 0, its last event is at 3 s\n$")
 
     def test_bad_files(self):
         none = {name: (values[:0], unit) for name, (values, unit) in century.columns().items()}
-        for name, message, options in (("a.h5", "dataset /moment is missing; it has area, cell, end, ", {"skip": ("moment",)}),
+        for name, message, options in (("a.h5", "dataset /moment is missing; it has area, cell, end, ",
+                                        {"skip": ("moment",)}),
                                        ("b.h5", "no event is there$", {"data": none}),
                                        ("d.h5", "no event is there yet", {"data": none, "complete": 0})):
             with self.assertRaisesRegex(OutputError, f"{name}: {message}"):
@@ -53,7 +56,8 @@ class Reading(PictureTest):
 
 class Laws(unittest.TestCase):
     def test_b_of_a_known_law(self):
-        """20000 magnitudes of an exponential law with b = 0.9, and fewer small ones: b within three standard errors, 0.02."""
+        """20000 magnitudes of an exponential law with b = 0.9, and fewer small ones: b within three standard errors,
+        0.02."""
         random = np.random.default_rng(5)
         magnitude = 3 + random.exponential(1 / (0.9 * np.log(10)), 20000)
         magnitude = np.concatenate([magnitude, random.uniform(2, 3, 2000)])  # not all that there are
@@ -64,7 +68,8 @@ class Laws(unittest.TestCase):
         self.assertAlmostEqual(error, 0.9 / np.sqrt(20000), delta=1e-4)
 
     def test_intervals_in_words(self):
-        for interval, words in ((1, "1 s"), (86400, "1 day"), (2 * 86400, "2 days"), (43200, "12 hours"), (100000, "100000 s"), (5 * YEAR, "5 years")):
+        for interval, words in ((1, "1 s"), (86400, "1 day"), (2 * 86400, "2 days"), (43200, "12 hours"),
+                                (100000, "100000 s"), (5 * YEAR, "5 years")):
             self.assertEqual(plain(interval), words)
 
     def test_times_between_events(self):
@@ -81,7 +86,8 @@ class Laws(unittest.TestCase):
 
 
 class Fit(PictureTest):
-    """Which events have a b, on cells of 500 m: a crack of 3 MPa over one of them has M 3.39, over one and a half 3.57."""
+    """Which events have a b, on cells of 500 m: a crack of 3 MPa over one of them has M 3.39, over one and a half
+    3.57."""
 
     def events(self, data, **attributes):
         path = century.write_catalogue(self.path("c.h5"), data, skip=())
@@ -110,9 +116,11 @@ class Fit(PictureTest):
         self.assertRegex(self.events(few).fit(), "^no b: 2[0-9] events of several cells")
         narrow = century.many(4000)
         keep = (narrow["magnitude"][0] > 3.5) & (narrow["magnitude"][0] < 4.05)
-        self.assertRegex(self.events({name: (values[keep], unit) for name, (values, unit) in narrow.items()}).fit(), r"of M 3\.[67] to 4\.0$")
+        self.assertRegex(self.events({name: (values[keep], unit) for name, (values, unit) in narrow.items()}).fit(),
+                         r"of M 3\.[67] to 4\.0$")
         self.assertEqual(self.events(century.many(4000), weakens=0).fit(), "no b: friction weakens nowhere")
-        for path in (century.write_catalogue(self.path("a.h5")), century.write_catalogue(self.path("b.h5"), century.many(4000))):
+        for path in (century.write_catalogue(self.path("a.h5")),
+                     century.write_catalogue(self.path("b.h5"), century.many(4000))):
             self.plot("plot_catalogue", path)
             self.look(path.replace(".h5", ".png"))
 
@@ -127,13 +135,15 @@ class Cumulative(PictureTest):
         self.assertEqual((len(solid), len(dashed), poor), (23, 6, 0))
         x, z = np.full(20, 10250.0), (np.arange(20) + 0.5) * 500
         expected = np.array([century.state(x, z, time)[0] for time in np.arange(23) * 5 * YEAR])
-        # linear between rows that are at most 4.1 years apart and on which slip is linear but for events, which have rows of their own
+        # linear between rows that are at most 4.1 years apart and on which slip is linear but for events, which have
+        # rows of their own
         np.testing.assert_allclose(solid, expected, atol=1e-6)
         expected = np.array([century.state(x, z, onset + k)[0] for k in range(6)])
         # rows are 0.25 s apart and times of 3e9 s known to 5e-7 s, at slip rates up to 1.1 m/s
         np.testing.assert_allclose(dashed, expected, atol=1e-6)
         _, rows, poor, wanted = Course(run, Line(planes_of(run)[0]), "slip", None, 0.01).lines([(onset, end)])
-        self.assertEqual((len(rows), poor, wanted), (24, 1, 581))  # 5.8 s of rows every 0.25 s, too far apart for lines every 0.01 s
+        # 5.8 s of rows every 0.25 s, too far apart for lines every 0.01 s
+        self.assertEqual((len(rows), poor, wanted), (24, 1, 581))
 
 
 class Pictures(PictureTest):
@@ -162,18 +172,22 @@ class Pictures(PictureTest):
         named = Events(path)
         _, others = plot_catalogue.plt.subplots()
         plot_catalogue.draw_times(others, named, Clock(0.0, 110 * YEAR))
-        self.assertEqual([text.get_text() for text in others.get_legend().get_texts()], ["Northern Long Valley fault, western strand", "Camp Rock fault"])
-        self.assertEqual(plot_catalogue.broken_faults(named, 4), "Northern Long Valley fault, western strand, Camp Rock fault, ")
+        self.assertEqual([text.get_text() for text in others.get_legend().get_texts()],
+                         ["Northern Long Valley fault, western strand", "Camp Rock fault"])
+        self.assertEqual(plot_catalogue.broken_faults(named, 4),
+                         "Northern Long Valley fault, western strand, Camp Rock fault, ")
         with h5py.File(path, "r+") as file:
             del file["mesh/fault"]
         self.assertEqual([len(line.get_xdata()) for line in axes.lines], [2, 3])
-        self.assertRegex(plot_catalogue.event_figure(events, 0)._suptitle.get_text(), r"M [\d.]+, fault 7, rake 90°, stress drop ")
+        self.assertRegex(plot_catalogue.event_figure(events, 0)._suptitle.get_text(),
+                         r"M [\d.]+, fault 7, rake 90°, stress drop ")
         self.assertIn(", faults -3, 7, rake", plot_catalogue.event_figure(events, 4)._suptitle.get_text())
         self.plot("plot_catalogue", path)
         self.look(self.path("c.png"))
 
     def test_a_single_event(self):
-        """Has its magnitude in words, and neither a frequency nor a bar of magnitudes; faults without an event do not push panels away."""
+        """Has its magnitude in words, and neither a frequency nor a bar of magnitudes; faults without an event do not
+        push panels away."""
         from slipstep.programs import plot_catalogue
         one = {name: (values[-1:], unit) for name, (values, unit) in century.columns().items()}
         path = century.write_catalogue(self.path("one.h5"), one)
@@ -212,16 +226,22 @@ class Pictures(PictureTest):
         run = Run(century.write_run(self.path("run.h5")))
         onset = century.EVENTS[-1][0] * YEAR
         event = [(onset, onset + century.duration(century.EVENTS[-1]))]
-        for every, events, said in ((1.0, event, "every 1 s during events"), (0.01, event, "every 0.01 s during events: the 24 of 581 that rows are stored for"), (1.0, [], None)):
+        for every, events, said in ((1.0, event, "every 1 s during events"),
+                                    (0.01, event, "every 0.01 s during events: the 24 of 581 that rows are stored for"),
+                                    (1.0, [], None)):
             _, axes = plot_catalogue.plt.subplots()
             draw_cumulative(axes, Course(run, Line(planes_of(run)[0]), "slip", 5 * YEAR, every), events)
-            self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()], ["every 5 years", *([said] if said else [])])
+            self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()],
+                             ["every 5 years", *([said] if said else [])])
             self.assertEqual(len(axes.collections[0].get_segments()), 0 if not said else 24 if "of" in said else 6)
 
     def test_circles_leave_their_panel_free(self):
-        """However many events there are: circles are no wider than the panel, together no larger, and the title says how many there are."""
+        """However many events there are: circles are no wider than the panel, together no larger, and the title says
+        how many there are."""
         from slipstep.programs import plot_catalogue
-        for data, title in ((century.many(271), "circles of 5 of 271 ruptured areas"), (century.many(50, smallest=4.5), "of 50 ruptured areas"), (None, "circles of 4 of 5 ruptured areas")):
+        for data, title in ((century.many(271), "circles of 5 of 271 ruptured areas"),
+                            (century.many(50, smallest=4.5), "of 50 ruptured areas"),
+                            (None, "circles of 4 of 5 ruptured areas")):
             canvas, _ = plot_catalogue.figure(Events(century.write_catalogue(self.path("c.h5"), data)), [], None)
             axes = next(axes for axes in canvas.axes if "Hypocentre" in axes.get_title(loc="left"))
             self.assertIn(title, axes.get_title(loc="left"))
@@ -232,7 +252,8 @@ class Pictures(PictureTest):
 
     def test_legends_are_above_the_events(self):
         from slipstep.programs import plot_catalogue
-        canvas, _ = plot_catalogue.figure(Events(century.write_catalogue(self.path("c.h5"), century.many(60, smallest=3.6))), [], None)
+        canvas, _ = plot_catalogue.figure(Events(century.write_catalogue(self.path("c.h5"),
+                                                                         century.many(60, smallest=3.6))), [], None)
         canvas.canvas.draw()
         axes = canvas.axes[1]
         low = axes.transData.inverted().transform(axes.get_legend().get_window_extent())[0, 1]
@@ -243,9 +264,11 @@ class Pictures(PictureTest):
         data["magnitude"][0][7] = np.nan  # of no moment
         events = century.write_catalogue(self.path("c.h5"), data)
         run = century.write_run(self.path("run.h5"), cells=century.graded(), step=2.0)
-        code, _, err = self.main("plot_catalogue", events, run, "--along", "depth", "--at", "3", "--every", "10y", "--every-event", "0.5")
+        code, _, err = self.main("plot_catalogue", events, run, "--along", "depth", "--at", "3", "--every", "10y",
+                                 "--every-event", "0.5")
         self.assertEqual(code, 0, err)
-        self.assertRegex(err, r"^plot_catalogue.py: .*run.h5 has too few rows of /fields in \d+ events for a line every 0.5 s: .* "
+        self.assertRegex(err, r"^slipstep plot-catalogue: .*run.h5 has too few rows of /fields in \d+ events for a "
+                         r"line every 0.5 s: .* "
                          r"-fault_output_interval or -fault_output_slip_interval\n$")
         self.look(self.path("c.png"))
 
@@ -259,16 +282,23 @@ class Pictures(PictureTest):
         events = century.write_catalogue(self.path("c.h5"))
         bare = century.write_catalogue(self.path("bare.h5"), maps=False)
         run = century.write_run(self.path("run.h5"), fields=("slip_rate",), shape=(4, 8), step=1.0)
-        for message, arguments, code in ((r"c.h5: no event 6, expected a number from 1 to 5", (events, "--event", "6"), 1),
-                                         (r"c.h5: no event 0, expected a number from 1 to 5", (events, "--event", "0"), 1),
-                                         (r"bare.h5: no /maps/slip; fault -fault_catalogue_maps writes it", (bare, "--event", "1"), 1),
+        for message, arguments, code in ((r"c.h5: no event 6, expected a number from 1 to 5", (events, "--event", "6"),
+                                          1),
+                                         (r"c.h5: no event 0, expected a number from 1 to 5", (events, "--event", "0"),
+                                          1),
+                                         (r"bare.h5: no /maps/slip; fault -fault_catalogue_maps writes it",
+                                          (bare, "--event", "1"), 1),
                                          (r"run.h5: field slip was not stored", (events, run), 1),
-                                         (r"run.h5: no catalogue of events, as fault -fault_catalogue writes it", (run,), 1),
+                                         (r"run.h5: no catalogue of events, as fault -fault_catalogue writes it",
+                                          (run,), 1),
                                          (r"c.h5: group /steps is missing", (events, events), 1),
-                                         (r"none.h5: no such file; fault -fault_catalogue writes it", (self.path("none.h5"),), 1),
+                                         (r"none.h5: no such file; fault -fault_catalogue writes it",
+                                          (self.path("none.h5"),), 1),
                                          (r"error: --at needs RUN", (events, "--at", "3"), 2),
-                                         (r"error: --event is two, expected a number from 1 on, or largest", (events, "--event", "two"), 2),
-                                         (r"error: --every is 0 s, expected a time > 0", (events, run, "--every", "0"), 2)):
+                                         (r"error: --event is two, expected a number from 1 on, or largest",
+                                          (events, "--event", "two"), 2),
+                                         (r"error: --every is 0 s, expected a time > 0", (events, run, "--every", "0"),
+                                          2)):
             with self.subTest(message):
                 self.refused("plot_catalogue", message, *arguments, code=code)
 

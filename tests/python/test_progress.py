@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""-fault_progress: lines on a terminal while a run goes, none within a minute elsewhere, none with "no"; below mpirun the
-terminal that counts is mpirun's own."""
+"""-fault_progress: lines on a terminal while a run goes, none within a minute elsewhere, none with "no"; below mpirun
+the terminal that counts is mpirun's own."""
 import os
 import pty
 import re
@@ -14,13 +14,16 @@ from scripts import FAULT, ScriptTest
 
 RANKS = ["mpirun", "--oversubscribe", "-n", "2"]
 # Steps without end, each in well under a millisecond
-ENDLESS = ["-fault_nx", "3", "-fault_nz", "3", "-fault_stiffness_average", "whole", "-ts_adapt_type", "none", "-ts_dt", "1e-6", "-ts_max_time", "600"]
-LINE = re.compile(r"time ([0-9.e-]+) s of 10 min \([0-9.]+ %\), largest slip rate ([0-9.e-]+) m/s, ([0-9]+) steps, 0 rejected, [0-9.e+]+ (min|h|days|years) left\r?\n")
+ENDLESS = ["-fault_nx", "3", "-fault_nz", "3", "-fault_stiffness_average", "whole", "-ts_adapt_type", "none", "-ts_dt",
+           "1e-6", "-ts_max_time", "600"]
+LINE = re.compile(r"time ([0-9.e-]+) s of 10 min \([0-9.]+ %\), largest slip rate ([0-9.e-]+) m/s, ([0-9]+) steps, 0 "
+                  r"rejected, [0-9.e+]+ (min|h|days|years) left\r?\n")
 SETUP = re.compile(r"set-up of 9 cells(?:, after| took) ([0-9.]+) s")
 
 
 def printed(command, terminal, lines=None, seconds=None):
-    """What a command prints on a terminal or into a pipe until it has so many lines of progress, or for so long; and for how long."""
+    """What a command prints on a terminal or into a pipe until it has so many lines of progress, or for so long; and
+    for how long."""
     ours, theirs = pty.openpty() if terminal else os.pipe()
     begin = time.monotonic()
     run = subprocess.Popen(command, stdout=theirs, stderr=theirs)
@@ -68,7 +71,8 @@ class Progress(ScriptTest):
     def setUpClass(cls):
         """All runs at once, as they mostly wait."""
         with ThreadPoolExecutor(len(RUNS)) as pool:
-            jobs = {name: pool.submit(printed, command, terminal, **end) for name, (command, terminal, end) in RUNS.items() if TERMINALS or not terminal}
+            jobs = {name: pool.submit(printed, command, terminal, **end)
+                    for name, (command, terminal, end) in RUNS.items() if TERMINALS or not terminal}
         cls.printed = {name: job.result() for name, job in jobs.items()}
 
     @unittest.skipUnless(TERMINALS, "no pseudo-terminal")

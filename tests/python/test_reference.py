@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""src/reference.py: the tree's manual pages are complete; each kind of broken page is refused with file, line and what is
-missing; what is written has a page for every public function."""
+"""src/reference.py: the tree's manual pages are complete; each kind of broken page is refused with file, line and what
+is missing; what is written has a page for every public function."""
 import glob
 import os
 import re
@@ -53,7 +53,8 @@ BROKEN = [
     ("SlipBlockPush - push a block and look how far it slips", "SlipBlockPush", "has no summary"),
     ("  Collective\n\n", "", "collective"),
     (". force - the force [N]\n", "", "the parameter force is not described"),
-    ("- n     - how often\n", ". n     - how often\n- speed - how fast [m/s]\n", "describes speed, which is no parameter"),
+    ("- n     - how often\n", ". n     - how often\n- speed - how fast [m/s]\n",
+     "describes speed, which is no parameter"),
     ("the force [N]", "the force [n]", "force has no unit"),
     ("how far it went [m]", "how far it went", "slip has no unit"),
     ("  Level: beginner\n", "", "no \"Level:"),
@@ -63,9 +64,12 @@ BROKEN = [
     ("SlipBlock, VecCreate()", "SlipBlockPull()", "see also SlipBlockPull, which does not exist"),
     ("push a block and", "push as SlipBlockPull() and", "mentions SlipBlockPull(), which does not exist"),
     # what a formatter does to lists
-    ("the same [N]\n. -block_often <3>   - the same\n", "the same [N] . -block_often <3> - the\nsame\n", "a list marker in the middle of a line"),
-    ("push a block and look how far it slips", "push a block and look\nhow far it slips", "in column 0 is no list item"),
-    ("+ block - the block\n. force - the force [N]", "  block - the block\n. force - the force [N]", "under Input Parameter is no list item"),
+    ("the same [N]\n. -block_often <3>   - the same\n", "the same [N] . -block_often <3> - the\nsame\n",
+     "a list marker in the middle of a line"),
+    ("push a block and look how far it slips", "push a block and look\nhow far it slips",
+     "in column 0 is no list item"),
+    ("+ block - the block\n. force - the force [N]", "  block - the block\n. force - the force [N]",
+     "under Input Parameter is no list item"),
     ("+ block", ". block", "markers \"..-\", expected \"+.-\""),
     (". slip -", "- slip -", "markers \"-\", expected \".\""),
     ("@*/\nPetscErrorCode SlipBlockPush", "@*/\nPetscErrorCode SlipBlockShove", "its page is above SlipBlockShove()"),
@@ -80,14 +84,17 @@ class Reference(ScriptTest):
             os.makedirs(self.path(folder), exist_ok=True)
             with open(os.path.join(self.path(folder), name), "w", encoding="utf-8") as f:
                 f.write(text)
-        return subprocess.run([sys.executable, SCRIPT, "--source", self.folder.name, *arguments], capture_output=True, text=True)
+        return subprocess.run([sys.executable, SCRIPT, "--source", self.folder.name, *arguments], capture_output=True,
+                              text=True)
 
     def test_the_tree_is_complete(self):
-        run = subprocess.run([sys.executable, SCRIPT, "--output", self.path("out"), "--petsc", os.environ.get("SLIPSTEP_PETSC", "")], capture_output=True, text=True)
+        run = subprocess.run([sys.executable, SCRIPT, "--output", self.path("out"), "--petsc",
+                              os.environ.get("SLIPSTEP_PETSC", "")], capture_output=True, text=True)
         self.assertEqual(run.returncode, 0, run.stderr)
         written = {os.path.splitext(os.path.basename(p))[0] for p in glob.glob(self.path("out/*.html"))}
         public = set()
-        for path in glob.glob(os.path.join(SOURCE, "include", "*.h")) + [os.path.join(SOURCE, "training", "sliptrain.h")]:
+        for path in glob.glob(os.path.join(SOURCE, "include",
+                                           "*.h")) + [os.path.join(SOURCE, "training", "sliptrain.h")]:
             with open(path, encoding="utf-8") as f:
                 text = re.sub(r"/\*.*?\*/", "", f.read(), flags=re.S)
             public |= set(re.findall(r"^PETSC_EXTERN[\w\s*]*?(\w+)\(", text, re.M))
@@ -116,11 +123,13 @@ class Reference(ScriptTest):
             with self.subTest(comment):
                 os.makedirs(self.path("src/core"), exist_ok=True)
                 with open(self.path("src/core/twice.c"), "w", encoding="utf-8") as f:
-                    f.write("/* A file. */\n#include <slipcore.h>\n\nstatic double Same(double x)\n{\n  return x;\n}\n\n"
+                    f.write("/* A file. */\n#include <slipcore.h>\n\nstatic double Same(double x)\n{\n  "
+                            "return x;\n}\n\n"
                             + comment + "double SlipTwice(double x)\n{\n  return 2 * Same(x);\n}\n")
                 run = self.check(PAGE)
                 self.assertEqual(run.returncode, code)
-                self.assertEqual("src/core/twice.c:" in run.stderr and "SlipTwice has no comment" in run.stderr, bool(code))
+                self.assertEqual("src/core/twice.c:" in run.stderr and "SlipTwice has no comment" in run.stderr,
+                                 bool(code))
 
     def test_types_have_comments(self):
         run = self.check(PAGE, HEADER.replace("/* What is rubbed. */\n", ""))

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Every option of `fault -help fault`, changed where a run goes on from its checkpoint. Rows of src/fault/setup/parameters.c say what they are part of,
-and -help says it: what is of the problem is refused by its name with both values, what is of the steps is announced likewise, and what is of
-the run or of the output leaves the result as it is. An option that -help has and the table below has not is a failure, and so is one that
-changes the result without a word.
+"""Every option of `fault -help fault`, changed where a run goes on from its checkpoint. Rows of
+src/fault/setup/parameters.c say what they are part of, and -help says it: what is of the problem is refused by its name with both values, what is of
+the steps is announced likewise, and what is of the run or of the output leaves the result as it is. An option that
+-help has and the table below has not is a failure, and so is one that changes the result without a word.
 
     test_restart_options.py --table     prints what became of each"""
 import os
@@ -21,31 +21,36 @@ import numpy as np
 
 REFUSED, FILE, ANNOUNCED, SAME = "refused", "refused by the file", "announced", "same"
 EVENT = "-fault_nx 4 -fault_nz 3 -ts_max_time 12 -ts_adapt_type heuristic"
-SMOOTH = """-fault_nx 4 -fault_nz 3 -fault_friction_law rate_and_state -fault_friction_slip 0.02 -fault_loading_rate 1e-9 -fault_normal_stress 5e7
- -fault_normal_stress_gradient 0 -ts_max_time 30y"""
+SMOOTH = """-fault_nx 4 -fault_nz 3 -fault_friction_law rate_and_state -fault_friction_slip 0.02 
+ -fault_loading_rate 1e-9 -fault_normal_stress 5e7 -fault_normal_stress_gradient 0 -ts_max_time 30y"""
 # Runs, and the steps after which they stop and go on
 RUNS = {
     "event": (EVENT, 12),
     "policy": ("-fault_nx 4 -fault_nz 3 -ts_max_time 12", 12),
     "pi": (EVENT.replace("heuristic", "pi"), 12),
     "thrust": (EVENT + " -fault_dip 40 -fault_rake 90", 12),
-    "mesh": (EVENT.replace("-fault_nx 4 -fault_nz 3", "-fault_mesh mesh.h5 -fault_mesh_frame ned -fault_mesh_unit km"), 12),
-    "waves": (EVENT.split(" -ts_adapt")[0] + " -fault_medium waves -fault_kernel full_space -fault_initial traction -fault_initial_traction 1e8 "
+    "mesh": (EVENT.replace("-fault_nx 4 -fault_nz 3", "-fault_mesh mesh.h5 -fault_mesh_frame ned -fault_mesh_unit km"),
+             12),
+    "waves": (EVENT.split(" -ts_adapt")[0] + " -fault_medium waves -fault_kernel full_space -fault_initial traction "
+              "-fault_initial_traction 1e8 "
               "-fault_initial_unstable", 12),
     "lanczos": (EVENT + " -fault_viscosity lanczos", 12),
     "hmat": (EVENT + " -fault_operator hmat", 12),
     "rate": (EVENT + " -fault_friction_law rate_weakening", 12),
     "smooth": (SMOOTH, 12),
     "transforms": (SMOOTH + " -fault_operator fft", 12),
-    "loaded": (EVENT + " -fault_loading_rate 0.1 -fault_initial traction -fault_initial_traction 1e6 -fault_healing_time 100", 12),
-    "injection": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_injection 1500,1500 -fault_injection_pressure 2e7 "
-                  "-fault_injection_diffusivity 1e3 -ts_max_time 500", 5),
-    "record": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_pore_pressure pressure.h5 -ts_max_time 200", 5),
+    "loaded": (EVENT + " -fault_loading_rate 0.1 -fault_initial traction -fault_initial_traction 1e6 "
+                       "-fault_healing_time 100", 12),
+    "injection": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_injection 1500,1500 "
+                          "-fault_injection_pressure 2e7 "
+                          "-fault_injection_diffusivity 1e3 -ts_max_time 500", 5),
+    "record": (EVENT + " -fault_initial traction -fault_initial_traction 1e6 -fault_pore_pressure pressure.h5 "
+                       "-ts_max_time 200", 5),
 }
 # What becomes of an option by what it is part of: the first, or where the table says so another
 BECOMES = {"problem": (REFUSED, FILE), "steps": (ANNOUNCED,), "run": (SAME, ANNOUNCED), "output": (SAME, FILE, REFUSED)}
-# option: (run, value), in a run where it counts, and what becomes of it where -help does not say what it is part of, or where that is not the
-# first that may; of values None the option stands alone
+# option: (run, value), in a run where it counts, and what becomes of it where -help does not say what it is part of, or
+# where that is not the first that may; of values None the option stands alone
 TABLE = {
     "fault_nx": ("event", "5"),
     "fault_nz": ("event", "4"),
@@ -190,7 +195,8 @@ TABLE = {
 def options_of_help():
     """{option: what it is part of, or None}"""
     done = subprocess.run([FAULT, "-help", "fault"], capture_output=True, text=True, check=True)
-    return {name: (re.findall(r"; of the (\w+)", text) or [None])[-1] for name, text in re.findall(r"(?m)^ +-(\w+)(?::| <)(.*)$", done.stdout)}
+    return {name: (re.findall(r"; of the (\w+)", text) or [None])[-1]
+            for name, text in re.findall(r"(?m)^ +-(\w+)(?::| <)(.*)$", done.stdout)}
 
 
 def expected(option, part):
@@ -226,11 +232,13 @@ def write_inputs():
 
 def fault(folder, words):
     with tempfile.TemporaryDirectory() as own:  # of Open MPI, away from the programs that begin at the same time
-        return subprocess.run([FAULT, *words], cwd=folder, env={**os.environ, "TMPDIR": own}, capture_output=True, text=True)
+        return subprocess.run([FAULT, *words], cwd=folder, env={**os.environ, "TMPDIR": own}, capture_output=True,
+                              text=True)
 
 
 def files(*names):
-    return [word for name in names for word in (f"-fault_{name}", {"output": "run.h5", "catalogue": "events.h5"}.get(name, "state"))]
+    return [word for name in names
+            for word in (f"-fault_{name}", {"output": "run.h5", "catalogue": "events.h5"}.get(name, "state"))]
 
 
 def begin(run):
@@ -260,19 +268,23 @@ def go_on(option):
     shutil.copy(os.path.join(folder, "state"), os.path.join(folder, "state.copy"))
     if option == "fault_output":
         shutil.copy(os.path.join(folder, "run.h5"), os.path.join(folder, value))
-    done = fault(folder, [*RUNS[run][0].split(), *files("output", "catalogue", "restart"), f"-{option}", *(value or "").split()])
+    done = fault(folder, [*RUNS[run][0].split(), *files("output", "catalogue", "restart"), f"-{option}",
+                          *(value or "").split()])
     lines = (done.stdout + done.stderr).splitlines()
     told = f"{option.removeprefix('fault_')} is .*, was "
     mesh = "mesh is .*, was " if "_mesh" in option else told
     fields = f"({mesh}|(normal_stress|friction_drop|stiffness) is .*, was )"  # what follows from the option
     for line in lines:
-        if done.returncode and re.search(rf"error: -fault_(restart state is the checkpoint of another run: .*)?{fields}", line):
+        if (done.returncode
+            and re.search(rf"error: -fault_(restart state is the checkpoint of another run: .*)?{fields}", line)):
             return REFUSED, line
         if done.returncode and re.search(rf"error: .*(-{option}|another -fault_output|\(-fault_mesh\))", line):
             return FILE, line
-        if not done.returncode and re.search(rf"warning: the run goes on with other .*{told}|The run continues .*\(-{option}\)", line):
+        if (not done.returncode
+            and re.search(rf"warning: the run goes on with other .*{told}|The run continues .*\(-{option}\)", line)):
             return ANNOUNCED, line
-    end = 0.75 * float(RUNS[run][0].split("-ts_max_time ")[-1].split()[0]) if option == "ts_max_time" else np.inf  # the last steps meet the end
+    # the last steps meet the end
+    end = 0.75 * float(RUNS[run][0].split("-ts_max_time ")[-1].split()[0]) if option == "ts_max_time" else np.inf
     output = value if option == "fault_output" else "run.h5"
     if not done.returncode and until(os.path.join(run, "run.h5"), end) == until(os.path.join(folder, output), end):
         return SAME, ""
@@ -295,13 +307,16 @@ class RestartOptions(unittest.TestCase):
             cls.parts = options_of_help()
 
     def test_every_option_is_known(self):
-        """A new option needs a row of TABLE, and every one of faults says what it is part of, but for those of viewers and of programs."""
+        """A new option needs a row of TABLE, and every one of faults says what it is part of, but for those of viewers
+        and of programs."""
         self.assertEqual(set(self.parts), set(TABLE))
-        self.assertEqual({name for name, part in self.parts.items() if name.startswith("fault_") and not part}, {"fault_sweep", "fault_features", "fault_cells", "fault_view", "fault_stiffness_view"})
+        self.assertEqual({name for name, part in self.parts.items() if name.startswith("fault_") and not part},
+                         {"fault_sweep", "fault_features", "fault_cells", "fault_view", "fault_stiffness_view"})
 
     def test_what_becomes_of_each(self):
         for option, (what, words) in self.found.items():
-            if option == "fault_device" and ("there is no device of OpenCL" in words or "built without OpenCL" in words):
+            if option == "fault_device" and ("there is no device of OpenCL" in words
+                                             or "built without OpenCL" in words):
                 continue
             with self.subTest(option):
                 self.assertEqual(what, expected(option, self.parts[option]), words)
@@ -311,7 +326,8 @@ def print_table():
     RestartOptions.setUpClass()
     print("| option | part of | run, changed to | becomes | words |\n|---|---|---|---|---|")
     for option, (what, words) in RestartOptions.found.items():
-        print(f"| `-{option}` | {RestartOptions.parts[option] or ''} | {TABLE[option][0]}, {TABLE[option][1] or 'given'} | {what} | {re.sub('^fault: .*?: ', '', words)[-160:]} |")
+        print(f"| `-{option}` | {RestartOptions.parts[option] or ''} | {TABLE[option][0]}, "
+              f"{TABLE[option][1] or 'given'} | {what} | {re.sub('^fault: .*?: ', '', words)[-160:]} |")
 
 
 if __name__ == "__main__":

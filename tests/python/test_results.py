@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""import slipstep: a fault by keywords, in this process and by the program, with the same numbers; files; errors; what may be missing."""
+"""import slipstep: a fault by keywords, in this process and by the program, with the same numbers; files; errors; what
+may be missing."""
 
 import json
 import os
@@ -25,11 +26,13 @@ sys.meta_path.insert(0, Block())
 RUN = """
 import json, numpy as np, slipstep
 stress = np.linspace(3e7, 5e7, 12).reshape(3, 4)
-fault = slipstep.Fault(nx=4, nz=3, normal_stress=stress, normal_stress_gradient=0.0, inertia=False, viscosity="radiation", initial="traction",
+fault = slipstep.Fault(nx=4, nz=3, normal_stress=stress, normal_stress_gradient=0.0, inertia=False,
+                       viscosity="radiation", initial="traction",
                        initial_traction=0.6 * stress, initial_unstable=True, stations="500,500", ts_max_time="0.1min")
 result = fault.run(progress=False)
 assert result.complete and result["slip"].shape[1:] == (3, 4) and result.units["slip"] == "m" and result.time[-1] == 6.0
-assert set(result.stations[0]) >= {"time", "slip", "x"} and len(result.stations[0]["slip"]) == len(result.series["time"])
+assert set(result.stations[0]) >= {"time", "slip", "x"}
+assert len(result.stations[0]["slip"]) == len(result.series["time"])
 assert result.mesh["normal_stress"].shape == (3, 4) and abs(result.mesh["normal_stress"] - stress).max() == 0
 try:
     fault.set(nx=0)
@@ -37,14 +40,16 @@ try:
     raise SystemExit("no error")
 except slipstep.Error as error:
     text = str(error)
-print(json.dumps([fault.backend, result["slip"][-1].tolist(), result.summary["accepted"], text, type(result.catalogue).__name__]))
+print(json.dumps([fault.backend, result["slip"][-1].tolist(), result.summary["accepted"], text,
+                  type(result.catalogue).__name__]))
 """
 
 
 class Results(FaultTest):
     def numbers(self, blocked=(), **more):
         with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run([sys.executable, "-c", WITHOUT.format(blocked=set(blocked) or "()") + RUN], env={**environment(), "SLIPSTEP_FAULT": FAULT, "TMPDIR": folder, **more},
+            done = subprocess.run([sys.executable, "-c", WITHOUT.format(blocked=set(blocked) or "()") + RUN],
+                                  env={**environment(), "SLIPSTEP_FAULT": FAULT, "TMPDIR": folder, **more},
                                   capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual([name for name in os.listdir(folder) if name.startswith("slipstep-")], [])
@@ -53,13 +58,15 @@ class Results(FaultTest):
     def test_backends(self):
         """The same bits; pandas and petsc4py may be missing. Errors have the line of the program."""
         program = self.numbers(blocked=("petsc4py", "pandas", "xarray"))
-        self.assertEqual((program[0], program[3:]), ("program", ["-fault_nx is 0, expected a whole number >= 1", "ndarray"]))
+        self.assertEqual((program[0], program[3:]),
+                         ("program", ["-fault_nx is 0, expected a whole number >= 1", "ndarray"]))
         process = self.numbers(SLIPSTEP_BACKEND="")
         self.assertEqual(process[1:4], program[1:4])
 
     def test_files(self):
         """open() has what run() returns; FILE.part of a run that was stopped; what is no such file."""
-        self.fault("-fault_nx", 4, "-fault_nz", 3, "-fault_stiffness_average", "whole", "-fault_output", "run.h5", "-fault_catalogue", "events.h5")
+        self.fault("-fault_nx", 4, "-fault_nz", 3, "-fault_stiffness_average", "whole", "-fault_output", "run.h5",
+                   "-fault_catalogue", "events.h5")
         with open(self.path("text"), "w") as file:
             file.write("no HDF5")
         done = python("-c", textwrap.dedent(f"""
@@ -87,13 +94,16 @@ class Results(FaultTest):
             import slipstep
             for backend in ["program", slipstep.Fault.backend]:
                 for given, shape in (({{}}, (4, 6)), ({{"nx": 5}}, (4, 5)), ({{"nx": 5, "nz": 3}}, (3, 5))):
-                    result = slipstep.Fault(options_file={self.path("few.opts")!r}, **given).run(progress=False, backend=backend)
-                    assert result["slip"].shape[1:] == shape and result.series["time"][-1] == 2, (backend, given, result["slip"].shape)
+                    fault = slipstep.Fault(options_file={self.path("few.opts")!r}, **given)
+                    result = fault.run(progress=False, backend=backend)
+                    assert result["slip"].shape[1:] == shape, (backend, given, result["slip"].shape)
+                    assert result.series["time"][-1] == 2, (backend, given)
             """))
         self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_warnings(self):
-        """What the program warns of are SlipStepWarnings of the line that called run(), those of Result.warnings; also of a run that is refused, and of its cells alone."""
+        """What the program warns of are SlipStepWarnings of the line that called run(), those of Result.warnings; also
+        of a run that is refused, and of its cells alone."""
         for backend in ("program", "petsc"):
             done = python("-c", textwrap.dedent(f"""
                 import warnings, slipstep
@@ -105,14 +115,16 @@ class Results(FaultTest):
                             result = function(**more)
                         except slipstep.Error as error:
                             result = error
-                    assert all(one.category is slipstep.SlipStepWarning and one.filename == "<string>" for one in found), found
+                    assert all(one.category is slipstep.SlipStepWarning and one.filename == "<string>"
+                               for one in found), found
                     return [str(one.message) for one in found], result
 
                 fault = slipstep.Fault(nx=2, nz=2, friction_a=0.01, ts_max_time=1)
                 backend = {backend!r} if fault.backend == "petsc" else "program"
                 found, result = caught(fault.run, progress=False, backend=backend)
                 assert found == result.warnings and any(line.startswith("2 x 2 cells are few") for line in found), found
-                assert backend == "petsc" or any(line.startswith("-fault_friction_a has no effect") for line in found), found
+                assert backend == "petsc" or any(line.startswith("-fault_friction_a has no effect")
+                                                 for line in found), found
                 warnings.simplefilter("error", category=slipstep.SlipStepWarning)
                 try:
                     fault.run(progress=False, backend=backend)
@@ -136,7 +148,8 @@ class Results(FaultTest):
             self.assertRegex(failed.stderr, r"warning: 2 x 2 cells are few(.|\n)*Error: cannot create nowhere")
 
     def test_interrupt(self):
-        """Ctrl-C ends a run after its step, and says so; the result has the steps until then, and the program's as well, be Python slow to pass it on."""
+        """Ctrl-C ends a run after its step, and says so; the result has the steps until then, and the program's as
+        well, be Python slow to pass it on."""
         for backend in ("program", "petsc"):
             done = python("-c", textwrap.dedent(f"""
                 import os, re, signal, sys, time, slipstep
@@ -159,14 +172,17 @@ class Results(FaultTest):
                 os.setsid()
                 children, before = [], running._end
                 running._end = lambda child: (children.append(child), before(child))
-                fault = slipstep.Fault(nx=3, nz=3, ts_adapt_type="none", ts_dt=1e-6, ts_max_time=600, output_interval=1000)
+                fault = slipstep.Fault(nx=3, nz=3, ts_adapt_type="none", ts_dt=1e-6, ts_max_time=600,
+                                       output_interval=1000)
                 sys.stdout = Out()
                 result = fault.run(backend={backend!r} if fault.backend == "petsc" else None)
                 assert not result.complete and 0 < result.series["time"][-1] < 600, result
-                assert [child.returncode for child in children] == [128 + signal.SIGINT] * len(children), children[0].returncode
+                codes = [child.returncode for child in children]
+                assert codes == [128 + signal.SIGINT] * len(children), codes
                 """))
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertRegex(done.stderr, r"(?m)^slipstep: the run stops after the step in work; Ctrl-C again ends at once$")
+            self.assertRegex(done.stderr,
+                             r"(?m)^slipstep: the run stops after the step in work; Ctrl-C again ends at once$")
 
     def test_a_second_interrupt(self):
         """It ends a process that computes without a look at Python's signals."""
@@ -197,13 +213,15 @@ class Results(FaultTest):
             run.stdout.close()
 
     def test_the_program_ends_with_its_run(self):
-        """Whatever ends run() early, the program has ended before its folder is removed, be it one that does not listen."""
+        """Whatever ends run() early, the program has ended before its folder is removed, be it one that does not
+        listen."""
         deaf = self.path("deaf")
         with open(deaf, "w") as file:
             file.write("#!/bin/sh\ntrap '' INT TERM\n: > $0.listens\nwhile :; do sleep 0.05; done\n")
         os.chmod(deaf, 0o755)
         for program, raised, code in (
-                (FAULT, "ZeroDivisionError", "running._show = lambda line, path, fault: os.path.exists(path) and 1 / 0"),
+                (FAULT, "ZeroDivisionError",
+                 "running._show = lambda line, path, fault: os.path.exists(path) and 1 / 0"),
                 (deaf, "KeyboardInterrupt", "threading.Thread(target=interrupts, daemon=True).start()")):
             done = python("-c", textwrap.dedent(f"""
                 import os, shutil, signal, subprocess, threading, time, slipstep
@@ -227,9 +245,11 @@ class Results(FaultTest):
                     removed.append(children[0].returncode is not None)
                     rmtree_before(folder, **more)
 
-                running.subprocess.Popen, rmtree_before, shutil.rmtree, running.PATIENCE = Popen, shutil.rmtree, rmtree, 0.5
+                running.subprocess.Popen, running.PATIENCE = Popen, 0.5
+                rmtree_before, shutil.rmtree = shutil.rmtree, rmtree
                 {code}
-                fault = slipstep.Fault(nx=3, nz=3, ts_adapt_type="none", ts_dt=1e-6, ts_max_time=600, output_interval=1000)
+                fault = slipstep.Fault(nx=3, nz=3, ts_adapt_type="none", ts_dt=1e-6, ts_max_time=600,
+                                       output_interval=1000)
                 try:
                     fault.run(backend="program")
                 except {raised}:

@@ -59,22 +59,24 @@ class SlipError(unittest.TestCase):
             self.assertTrue(0.5 < ratio < 2, f"{steps} steps: estimated over true error {ratio}")
 
     def test_vectors(self):
-        """Slip as a vector: what moves along the strike has the estimates that it has with one component, and along another rake the estimate
-        is on the safe side, as with one."""
+        """Slip as a vector: what moves along the strike has the estimates that it has with one component, and along
+        another rake the estimate is on the safe side, as with one."""
         for method in ("implicit", "explicit"):
             steps = ["-ts_adapt_type", "none", "-ts_dt", "0.15", "-ts_bathe_method", method]
             one, two = (self.run_fault(*ONE, *steps, "-fault_slip_components", c) for c in "12")
             for name in ("slip_error_signed", "history_error_measure", "event_time_error_measure"):
                 self.assertAlmostEqual(two[name] / one[name], 1, delta=1e-6, msg=f"{method}: {name}")
-            oblique = [*ONE, "-fault_slip_components", "2", "-fault_rake", "40", "-fault_normal_coupling", "no", "-ts_bathe_method", method]
+            oblique = [*ONE, "-fault_slip_components", "2", "-fault_rake", "40", "-fault_normal_coupling", "no",
+                       "-ts_bathe_method", method]
             run, fine = (self.run_fault(*oblique, "-ts_adapt_type", "none", "-ts_dt", dt) for dt in ("0.15", "0.01"))
-            ratio = run["history_error_estimate"] / verdict.measured({"errors": verdict.errors(run["run"], fine["run"])}, "history")
+            ratio = (run["history_error_estimate"]
+                     / verdict.measured({"errors": verdict.errors(run["run"], fine["run"])}, "history"))
             self.assertTrue(1 <= ratio < 30, f"{method}: estimated over true error {ratio}")
             self.assertNotIn("not estimated", run["text"])
 
     def test_timing(self):
-        """Likewise the first variation of the event's time, which knows no arrest: off by a share that falls with the step,
-        9 % at 100 steps and 2 % at 400 here."""
+        """Likewise the first variation of the event's time, which knows no arrest: off by a share that falls with the
+        step, 9 % at 100 steps and 2 % at 400 here."""
         for steps in (50, 100, 200, 400):
             run = self.run_fault(*ONE, "-ts_adapt_type", "none", "-ts_dt", str(30 / steps))
             ratio = run["event_time_error_measure"] / verdict.errors(run["run"], self.fine_run)["shift"]
@@ -83,7 +85,8 @@ class SlipError(unittest.TestCase):
     def test_safe_side(self):
         """What is printed is rarely too small and seldom useless: between the error and 30 times it for usual
         controllers."""
-        for options in (["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-2"], ["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-1"],
+        for options in (["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-2"],
+                        ["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-1"],
                         ["-ts_adapt_type", "basic", "-ts_rtol", "1e-2"],
                         ["-ts_adapt_type", "pi", "-ts_rtol", "1e-1"], ["-ts_adapt_type", "dsp", "-ts_rtol", "1e-2"]):
             run = self.run_fault(*ONE, *options)
@@ -102,9 +105,11 @@ class SlipError(unittest.TestCase):
     def test_check(self):
         """Richardson's estimate of a method of order 2 (1 when implicit): the leading term, so within a factor of two
         here. The repetition leaves no rows and no counts in the output of the run."""
-        for options in (["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-2"], ["-ts_adapt_type", "none", "-ts_dt", "0.3"],
+        for options in (["-ts_adapt_type", "heuristic", "-ts_rtol", "1e-2"],
+                        ["-ts_adapt_type", "none", "-ts_dt", "0.3"],
                         ["-ts_adapt_type", "heuristic", "-ts_bathe_error", "doubling", "-ts_rtol", "1e-2"],
-                        ["-ts_adapt_type", "dsp", "-ts_rtol", "1e-2"], ["-ts_adapt_type", "heuristic", "-ts_bathe_reaction", "implicit", "-ts_rtol", "1e-1"]):
+                        ["-ts_adapt_type", "dsp", "-ts_rtol", "1e-2"],
+                        ["-ts_adapt_type", "heuristic", "-ts_bathe_reaction", "implicit", "-ts_rtol", "1e-1"]):
             plain = self.run_fault(*ONE, *options)
             run = self.run_fault(*ONE, *options, "-fault_check_error")
             ratio = run["slip_error_check_signed"] / self.error(run)
@@ -115,7 +120,9 @@ class SlipError(unittest.TestCase):
                 self.assertTrue(0.5 < ratio < 2, f"{options}: checked over true error {name} {ratio}")
             for measure, name in verdict.ATTRIBUTES.items():
                 # printed to two digits
-                self.assertTrue(np.isclose(run[f"{name}_error_check"], verdict.measured({"errors": {k: run[f"check_error_{k}"] for k in errors}}, measure), rtol=0.051))
+                self.assertTrue(np.isclose(run[f"{name}_error_check"],
+                                           verdict.measured({"errors": {k: run[f"check_error_{k}"] for k in errors}},
+                                                            measure), rtol=0.051))
             for name in ("mean_slip", "solves", "accepted", "rejected", "steps", "series", "fields"):
                 self.assertEqual(run[name], plain[name], f"{options}: {name}")
             self.assertGreaterEqual(run["check_solves"], 2 * run["accepted"] * 0.8)
@@ -125,9 +132,11 @@ class SlipError(unittest.TestCase):
         test_fault_ranks)."""
         mesh = ["-fault_nx", "6", "-fault_nz", "5", "-ts_rtol", "1e-2", "-fault_check_error"]
         one, two = self.run_fault(*mesh), self.run_fault(*mesh, ranks=2)
-        for name in ("slip_error_signed", "slip_error_check_signed", "history_error_measure", "event_time_error_measure", "check_error_history",
+        for name in ("slip_error_signed", "slip_error_check_signed", "history_error_measure",
+                     "event_time_error_measure", "check_error_history",
                      "check_error_field"):
-            self.assertTrue(np.isclose(one[name], two[name], rtol=1e-4), f"{name}: {one[name]}, on two ranks {two[name]}")
+            self.assertTrue(np.isclose(one[name], two[name], rtol=1e-4),
+                            f"{name}: {one[name]}, on two ranks {two[name]}")
 
     def test_absent(self):
         """No number where nothing is known: no local errors, or the fault still slides."""
@@ -145,10 +154,13 @@ class SlipError(unittest.TestCase):
             f["observation/scale"], f["observation/offset"] = np.ones(1), np.zeros(1)
             f["layers/0/weight"], f["layers/0/bias"] = np.array([[0.5]]), np.array([1.0])
             f["layers/0"].attrs["activation"] = "linear"
-            f.create_group("action").attrs.update({"low": -1.0, "high": 1.0, "squash": "tanh", "dt_min": 0.25, "dt_max": 0.65,
+            f.create_group("action").attrs.update({"low": -1.0, "high": 1.0, "squash": "tanh", "dt_min": 0.25,
+                                                   "dt_max": 0.65,
                                                    "dt_min_unit": "s", "dt_max_unit": "s"})
-        for wanted, verdict, check in (("0.1", "likely met", "met"), ("0.0001", "perhaps not met, -fault_check_error measures it", "not met")):
-            run = self.run_fault(*ONE, "-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy, "-ts_adapt_rl_accuracy", wanted, "-fault_check_error")
+        for wanted, verdict, check in (("0.1", "likely met", "met"),
+                                       ("0.0001", "perhaps not met, -fault_check_error measures it", "not met")):
+            run = self.run_fault(*ONE, "-ts_adapt_type", "rl", "-ts_adapt_rl_policy", policy, "-ts_adapt_rl_accuracy",
+                                 wanted, "-fault_check_error")
             self.assertEqual(run["accuracy_requested"], float(wanted))
             self.assertEqual(run["slip_error_estimate_met"], 1 if verdict == "likely met" else -1)
             self.assertEqual(run["slip_error_check_met"], abs(self.error(run)) <= float(wanted))

@@ -2,12 +2,10 @@
 
 import os
 import re
-import subprocess
-import sys
 import tempfile
 import unittest
 
-from scripts import OUTPUT, ScriptTest
+from scripts import SOURCE, ScriptTest
 
 import h5py
 import numpy as np
@@ -22,26 +20,33 @@ COLUMNS = "time s, mean_slip m, mean_slip_rate m/s, max_slip_rate m/s"
 CASE = "fault_3km_25x25"
 
 
-def write_cell(file, name, controller, solves, error, treatment=("embedded", "trapezoidal"), tolerance=1.0, policy=None, alpha=np.nan,
+def write_cell(file, name, controller, solves, error, treatment=("embedded", "trapezoidal"), tolerance=1.0, policy=None,
+               alpha=np.nan,
                converged=1, guarded=0, max_error=None, case=CASE, mesh=25, size=3.0):
     group = file.create_group(f"cells/{case}/{name}_{treatment[0]}_{treatment[1]}")
     max_error = 2 * abs(error) if max_error is None else max_error
     group.attrs.update({
-        "problem": "fault", "size_km": size, "mesh": mesh, "controller": controller, "error": treatment[0], "reaction": treatment[1],
+        "problem": "fault", "size_km": size, "mesh": mesh, "controller": controller, "error": treatment[0],
+        "reaction": treatment[1],
         "tolerance": tolerance, "steps": 0, "converged": converged, "accepted": solves, "rejected": 0, "solves": solves,
-        "newton_iterations": 3 * solves, "linear_iterations": 9 * solves, "failures": 0, "guarded": guarded, "repetitions": 1,
-        "final": 0.24 * (1 + error), "final_error": error, "max_error": max_error, "l2_error": max_error, "rate_error": max_error,
-        "wall": 0.01 * solves, "wall_min": 0.01 * solves, "wall_max": 0.01 * solves, "wall_setup": 0.1, "cpu": 0.01 * solves,
+        "newton_iterations": 3 * solves, "linear_iterations": 9 * solves, "failures": 0, "guarded": guarded,
+        "repetitions": 1,
+        "final": 0.24 * (1 + error), "final_error": error, "max_error": max_error, "l2_error": max_error,
+        "rate_error": max_error,
+        "wall": 0.01 * solves, "wall_min": 0.01 * solves, "wall_max": 0.01 * solves, "wall_setup": 0.1,
+        "cpu": 0.01 * solves,
         "reason": "" if converged else "did not converge"})
     if policy:
-        group.attrs.update({"policy": policy, "policy_hash": "0", "policy_algorithm": "tqc", "policy_alpha": alpha, "policy_file": policy})
+        group.attrs.update({"policy": policy, "policy_hash": "0", "policy_algorithm": "tqc", "policy_alpha": alpha,
+                            "policy_file": policy})
     time = np.linspace(0, 30, 11)
     # mean slip between the steps: the reference and a bump that is max_error of the final slip high at 15 s, with flat
     # rates there
     bump = 0.24 * max_error * np.where(time == 15, 1, 0)
     rows = np.stack([time, 0.008 * time + bump, 0.008 + 0 * time, 0.01 + 0 * time], axis=1)
     group.create_dataset("series", data=rows).attrs["columns"] = COLUMNS
-    group["attempts"] = np.stack([time[:-1], np.diff(time), 1 + 0 * time[1:], 0.5 + 0 * time[1:], 1 + 0 * time[1:]], axis=1).astype("f4")
+    group["attempts"] = np.stack([time[:-1], np.diff(time), 1 + 0 * time[1:], 0.5 + 0 * time[1:], 1 + 0 * time[1:]],
+                                 axis=1).astype("f4")
     group["profile"] = np.concatenate([time[:, None], np.ones((11, mesh)) * 0.008], axis=1).astype("f4")
 
 
@@ -55,7 +60,8 @@ def write_study(path):
         write_cell(file, "pi_x1", "pi", 240, 3e-3, ("doubling", "implicit"))
         for alpha, error, converged in ((1.0, 5e-3, 1), (2.0, -0.05, 1), (8.0, 0.01, 0)):
             for treatment in (("embedded", "trapezoidal"), ("doubling", "implicit")):
-                write_cell(file, f"rl_p_alpha_{alpha:g}", "rl", 10 if treatment[0] == "embedded" else 30, error, treatment, policy=f"p_alpha_{alpha:g}", alpha=alpha,
+                write_cell(file, f"rl_p_alpha_{alpha:g}", "rl", 10 if treatment[0] == "embedded" else 30, error,
+                           treatment, policy=f"p_alpha_{alpha:g}", alpha=alpha,
                            converged=converged, guarded=int(alpha == 2.0))
         reference = file.create_group(f"references/{CASE}")
         reference.attrs.update({"problem": "fault", "size_km": 3.0, "mesh": 25, "kind": "constant steps", "steps": 4000,
@@ -81,7 +87,8 @@ class StudyTest(ScriptTest):
             study.reference("fault_9km")
 
     def test_family(self):
-        for name, expected in (("fault_tqc_alpha_0.5", "fault_tqc"), ("fault-a16", "fault"), ("fault", "fault"), ("fault_tqc_alpha8_mesh30", "fault_tqc_mesh30")):
+        for name, expected in (("fault_tqc_alpha_0.5", "fault_tqc"), ("fault-a16", "fault"), ("fault", "fault"),
+                               ("fault_tqc_alpha8_mesh30", "fault_tqc_mesh30")):
             self.assertEqual(family(name), expected)
 
     def test_transferred_policies_are_paired_by_name(self):
@@ -106,19 +113,22 @@ class StudyTest(ScriptTest):
         self.assertEqual([cell.treatment for cell in study.select(policy="p_alpha_2")], [("embedded", "trapezoidal")])
         self.assertEqual(len(study.select(policy="p_alpha_2@0.1")), 1)
         self.assertEqual(len(study.select(policy="p_alpha_1")), 2)
-        done = self.script("plot_study.py", path, "--figures", self.path("figures"), "--only", "steps")
+        done = self.script("plot-study", path, "--figures", self.path("figures"), "--only", "steps")
         self.assertEqual(done.returncode, 0)
-        self.assertRegex(done.stderr, "^plot_study.py: warning: .*s.h5 has 1 cells of another file of the policy p_alpha_2")
+        self.assertRegex(done.stderr,
+                         "^slipstep plot-study: warning: .*s.h5 has 1 cells of another file of the policy p_alpha_2")
 
     def test_crowded_panels_show_one_of_a_kind(self):
         path = write_study(self.path("s.h5"))
         with h5py.File(path, "a") as file:
-            for policy, name, alpha in (("p", "rl_p", 0.5), ("dial", "rl_dial", np.nan), ("p_alpha_8_mesh30", "rl_p_alpha_8_mesh30", 8.0)):
+            for policy, name, alpha in (("p", "rl_p", 0.5), ("dial", "rl_dial", np.nan),
+                                        ("p_alpha_8_mesh30", "rl_p_alpha_8_mesh30", 8.0)):
                 write_cell(file, name, "rl", 9, 0.01, policy=policy, alpha=alpha)
             write_cell(file, "rl_dial@0.1", "rl", 9, 0.01, policy="dial")
             file[f"cells/{CASE}/rl_dial@0.1_embedded_trapezoidal"].attrs["accuracy"] = 0.1
         study = Study(path)
-        self.assertEqual(study.policies("fault"), ["dial", "dial@0.1", "p", "p_alpha_1", "p_alpha_2", "p_alpha_8", "p_alpha_8_mesh30"])
+        self.assertEqual(study.policies("fault"),
+                         ["dial", "dial@0.1", "p", "p_alpha_1", "p_alpha_2", "p_alpha_8", "p_alpha_8_mesh30"])
         self.assertEqual(shown_policies(study, "fault"), ["dial", "p_alpha_2"])
 
     def test_processor_time_counts_runs_and_the_reference(self):
@@ -152,7 +162,8 @@ class StudyTest(ScriptTest):
         self.assertEqual([advantage(study, cell, ("final_error",))[0] for cell in (one, two)], [6.0, 4.0])
         self.assertEqual([advantage(study, cell, ("history_error",))[0] for cell in (one, two)], [6.0, 4.0])
         text = equal_accuracy(study)
-        self.assertIn("| `p_alpha_1` | 1 of 1 | 10 to 10 | 0.5 % | **6** (6 to 6) | 1 % | **6** (6 to 6) | **6** (6 to 6) |", text)
+        self.assertIn("| `p_alpha_1` | 1 of 1 | 10 to 10 | 0.5 % | **6** (6 to 6) | 1 % | **6** (6 to 6) | **6** "
+                      "(6 to 6) |", text)
         self.assertIn("| `p_alpha_8` | 0 of 1 | – |", text)
 
     def test_error_between_steps(self):
@@ -167,7 +178,8 @@ class StudyTest(ScriptTest):
         text = published(Study(write_study(self.path("s.h5"))))
         # 300 and 240 solves (and attempts, here) against 30, of the two that converged; their mean error is 2.75 %,
         # that of both others 0.3 %
-        self.assertRegex(text, r"\| 3 km \| doubling, implicit \| 2 of 3 \| 10 \(10 to 10\) \| 10 \(10 to 10\) \| 10 .* \| 11\.0 .* \| 8 .* \| 2\.8 % \| 9\.85 % \| 0\.3 % \| 0\.3 % \|")
+        self.assertRegex(text, r"\| 3 km \| doubling, implicit \| 2 of 3 \| 10 \(10 to 10\) \| 10 \(10 to 10\) \| 10 "
+                         r".* \| 11\.0 .* \| 8 .* \| 2\.8 % \| 9\.85 % \| 0\.3 % \| 0\.3 % \|")
 
     def test_tables_fill_a_page_and_leave_its_text(self):
         study = Study(write_study(self.path("s.h5")))
@@ -181,37 +193,39 @@ class StudyTest(ScriptTest):
                 fill(broken, study, "page")
 
     def test_numbers(self):
-        for value, text in ((0.00215, "0.00215"), (12345.6, "12346"), (2.5e-5, "2.5e-05"), (3.0, "3"), (float("nan"), "–"), (999.7, "1000")):
+        for value, text in ((0.00215, "0.00215"), (12345.6, "12346"), (2.5e-5, "2.5e-05"), (3.0, "3"),
+                            (float("nan"), "–"), (999.7, "1000")):
             self.assertEqual(number(value), text)
         for value, text in ((123.4, "123"), (99.7, "100"), (99.4, "99"), (0.0004, "4.0e-04")):
             self.assertEqual(number(value, 2), text)
 
     def test_all_figures_of_a_study_with_gaps(self):
-        done = self.script("plot_study.py", write_study(self.path("s.h5")), "--figures", self.path("figures"))
+        done = self.script("plot-study", write_study(self.path("s.h5")), "--figures", self.path("figures"))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(len(os.listdir(self.path("figures"))), 11)
 
     def test_an_empty_study_has_empty_figures_and_tables(self):
         with h5py.File(self.path("e.h5"), "w") as file:
             file.attrs["format"] = "slipstep-evaluation"
-        done = self.script("plot_study.py", self.path("e.h5"), "--figures", self.path("figures"))
+        done = self.script("plot-study", self.path("e.h5"), "--figures", self.path("figures"))
         self.assertEqual(done.returncode, 0, done.stderr)
-        with open(os.path.join(OUTPUT, "RESULTS.md"), encoding="utf-8") as source, open(self.path("page.md"), "w", encoding="utf-8") as page:
+        with open(os.path.join(SOURCE, "output", "RESULTS.md"),
+                  encoding="utf-8") as source, open(self.path("page.md"), "w", encoding="utf-8") as page:
             page.write(source.read())
-        done = self.script("results_table.py", self.path("e.h5"), "--page", self.path("page.md"))
+        done = self.script("results-table", self.path("e.h5"), "--page", self.path("page.md"))
         self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_other_files_are_refused(self):
         with h5py.File(self.path("other.h5"), "w") as file:
             file.attrs["format"] = "slipstep-policy"
-        for script, name in (("plot_study.py", "other.h5"), ("results_table.py", "other.h5"), ("plot_study.py", "missing.h5")):
+        for script, name in (("plot-study", "other.h5"), ("results-table", "other.h5"), ("plot-study", "missing.h5")):
             done = self.script(script, self.path(name))
             self.assertEqual(done.returncode, 1)
-            self.assertRegex(done.stderr, f"^{script}: .*{name}: (not a file of evaluate|no such file)")
+            self.assertRegex(done.stderr, f"^slipstep {script}: .*{name}: (not a file of evaluate|no such file)")
             self.assertNotIn("Traceback", done.stderr)
-        done = self.script("plot_study.py", write_study(self.path("s.h5")), "--figures", self.path("s.h5"))
-        self.assertRegex(done.stderr, "^plot_study.py: .*s.h5'\n$")  # a file, not a folder
-        done = self.script("plot_study.py", self.path("s.h5"), "--only", "nonsense")
+        done = self.script("plot-study", write_study(self.path("s.h5")), "--figures", self.path("s.h5"))
+        self.assertRegex(done.stderr, "^slipstep plot-study: .*s.h5'\n$")  # a file, not a folder
+        done = self.script("plot-study", self.path("s.h5"), "--only", "nonsense")
         self.assertEqual(done.returncode, 2)
         self.assertIn("unknown figure nonsense", done.stderr)
 
@@ -223,21 +237,23 @@ class SmallRunTest(ScriptTest):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "small.h5")
             with h5py.File(path, "w") as file:
-                for name in ("time", "dt", "accepted", "error", "converged", "newton_iterations", "linear_iterations", "reason", "wall"):
+                for name in ("time", "dt", "accepted", "error", "converged", "newton_iterations", "linear_iterations",
+                             "reason", "wall"):
                     file[f"steps/{name}"] = np.ones(4)
                 for name, unit in (("time", "s"), ("V1", "V"), ("reaction", "A")):
                     file.create_dataset(f"series/{name}", data=np.arange(4.0)).attrs["units"] = unit
                 file.create_group("run")
                 file.create_group("result").attrs.update({key: 1 for key in (
-                    "accepted", "rejected", "solves", "newton_iterations", "linear_iterations", "wall_time_setup", "wall_time_solve")})
+                    "accepted", "rejected", "solves", "newton_iterations", "linear_iterations", "wall_time_setup",
+                    "wall_time_solve")})
             run = Run(path)
             self.assertFalse(run.is_fault)
             self.assertEqual(run.columns, {"V1": "V", "reaction": "A"})
             with self.assertRaisesRegex(OutputError, "not the output of a fault"):
                 run.require_fault("a map")
-            done = subprocess.run([sys.executable, os.path.join(OUTPUT, "plot_run.py"), path], capture_output=True, text=True)
+            done = self.script("plot-run", path)
             self.assertEqual(done.returncode, 0, done.stderr)
-            done = subprocess.run([sys.executable, os.path.join(OUTPUT, "compare.py"), path], capture_output=True, text=True)
+            done = self.script("compare", path)
             self.assertIn("not the output of a fault", done.stderr)
 
 

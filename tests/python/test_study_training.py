@@ -20,7 +20,8 @@ SCRIPT = os.path.join(SOURCE, "training", "study", "train_study.sh")
 def write_log(path, seed, returns):
     with h5py.File(path, "w") as file:
         file.attrs["seed"] = seed
-        for name, values in (("step", 10.0 * np.arange(len(returns))), ("return", returns), ("length", np.full(len(returns), 12.0)),
+        for name, values in (("step", 10.0 * np.arange(len(returns))), ("return", returns),
+                             ("length", np.full(len(returns), 12.0)),
                              ("error", np.full(len(returns), 0.01))):
             file[f"evaluations/{name}"] = np.asarray(values, dtype=float)
 
@@ -55,7 +56,8 @@ class ChooseSeedTest(unittest.TestCase):
             file.write("old")
         one = self.path("log1.h5")
         for pairs, words in (((f"{one}={self.path('none.h5')}",), "none.h5"), ((f"{self.path('no.h5')}=x",), "no.h5"),
-                             ((f"{self.path('empty.h5')}=x",), "no evaluation"), ((one,), "expected OUT.h5 LOG.h5=POLICY.h5")):
+                             ((f"{self.path('empty.h5')}=x",), "no evaluation"),
+                             ((one,), "expected OUT.h5 LOG.h5=POLICY.h5")):
             done = self.choose(*pairs)
             self.assertEqual(done.returncode, 1)
             self.assertRegex(done.stderr, f"^choose_seed: .*{words}")
@@ -83,10 +85,13 @@ for alpha in alphas:
         if "-train_checkpoint" in given:
             open(given["-train_checkpoint"][:-3] + end, "w").close()
         with h5py.File(given["-train_log"][:-3] + end, "w") as file:
-            file.attrs.update({{"alpha": float(alpha), "seed": int(seed), "algorithm": given.get("-train_algorithm", "tqc"),
-                               "problem": given.get("-train_problem", "fault"), "reward": "balanced", "error": "error"}})
+            file.attrs.update({{"alpha": float(alpha), "seed": int(seed),
+                                "algorithm": given.get("-train_algorithm", "tqc"),
+                                "problem": given.get("-train_problem", "fault"),
+                                "reward": "balanced", "error": "error"}})
             for group in ("episodes", "evaluations"):
-                for name, values in (("step", [0, 10]), ("return", [-9, -8 + 0.1 * {best} * (seed == "{best}")]), ("length", [9, 9]), ("error", [0.1, 0.1])):
+                for name, values in (("step", [0, 10]), ("return", [-9, -8 + 0.1 * {best} * (seed == "{best}")]),
+                                     ("length", [9, 9]), ("error", [0.1, 0.1])):
                     file[f"{{group}}/{{name}}"] = np.array(values, dtype=float)
 '''
 
@@ -104,7 +109,8 @@ class TrainStudyTest(unittest.TestCase):
             file.write(TRAIN.format(python=sys.executable, best=best))
         os.chmod(program, 0o755)
         done = subprocess.run(["bash", SCRIPT, os.path.join(self.folder, "out")], capture_output=True, text=True,
-                              env={**os.environ, "TRAIN": program, "RANKS": "1", "SLIPSTEP_PYTHON": sys.executable, **environment})
+                              env={**os.environ, "TRAIN": program, "RANKS": "1", "SLIPSTEP_PYTHON": sys.executable,
+                                   **environment})
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Displacement and stress by the program elastic, against published numbers; and maps of them by surface.py, against what a run records at
-its own points of the ground."""
+"""Displacement and stress by the program elastic, against published numbers; and maps of them by slipstep surface,
+against what a run records at its own points of the ground."""
 
 import csv
 import os
@@ -19,8 +19,8 @@ from slipstep.geometry.cells import corners_of
 from slipstep.geometry.surface import Elastic, Source, look_vector, slip_of_event, slip_of_run
 
 ELASTIC = os.path.join(BUILD, "bin", "elastic")
-# DC3D (Okada 1992) in double precision, lambda = mu: depth 10, dip 30, 10 along strike and 8 along dip, unit slip. Rows: displacement and its
-# derivatives along x, y and z; Okada's y points to the left of the strike and his z up.
+# DC3D (Okada 1992) in double precision, lambda = mu: depth 10, dip 30, 10 along strike and 8 along dip, unit slip.
+# Rows: displacement and its derivatives along x, y and z; Okada's y points to the left of the strike and his z up.
 DC3D = [((1, 0, 0), (3.00, 1.00, -6.00), [[1.406147270713609e-01, -1.669708433372420e-02, 7.485063667815837e-02],
                                           [-1.440317225441210e-02, -7.374407949459760e-03, 2.825356697517980e-02],
                                           [-7.867391061529708e-04, 7.473642128086010e-03, -4.264382186713333e-03],
@@ -32,16 +32,18 @@ DC3D = [((1, 0, 0), (3.00, 1.00, -6.00), [[1.406147270713609e-01, -1.66970843337
 SIGN = np.array([1, -1, -1])
 # Its sixteen digits, and corners that cancel to some of the last ones
 DIGITS = 1e-13
-GRID = """-fault_nx 6 -fault_nz 5 -fault_length_x 12e3 -fault_length_z 8e3 -fault_strike 20 -fault_dip 30 -fault_depth_top 500 -fault_friction_law
-    rate_and_state -fault_normal_stress 20e6 -fault_friction_b 0.005 -fault_normal_stress_gradient 0 -fault_loading_rate 1e-9
-    -fault_initial_rate 1e-10 -ts_max_time 3y -fault_output run.h5""".split()
+GRID = """-fault_nx 6 -fault_nz 5 -fault_length_x 12e3 -fault_length_z 8e3 -fault_strike 20 -fault_dip 30
+    -fault_depth_top 500 -fault_friction_law rate_and_state -fault_normal_stress 20e6 -fault_friction_b 0.005
+    -fault_normal_stress_gradient 0 -fault_loading_rate 1e-9 -fault_initial_rate 1e-10 -ts_max_time 3y
+    -fault_output run.h5""".split()
 POINTS = "2000,3000;-4000,2500;1e4,6e3"
 
 
 class SurfaceTest(FaultTest, PictureTest):
     def write(self, name, cells, slip, points):
         with h5py.File(self.path(name), "w") as file:
-            file["cells"], file["slip"], file["points"] = np.array(cells, float), np.array(slip, float), np.array(points, float)
+            file["cells"], file["slip"], file["points"] = np.array(cells, float), np.array(slip, float), np.array(
+                points, float)
 
     def elastic(self, name, *options, ranks=1):
         self.fault("-elastic_input", name, "-elastic_output", "out.h5", *options, ranks=ranks, program=ELASTIC)
@@ -57,17 +59,22 @@ class Program(SurfaceTest):
             found = self.elastic("in.h5", "-elastic_shear_modulus", "1", "-elastic_stress")
             u, gradient = np.array(rows[0]) * SIGN, (np.array(rows[1:]) * np.outer(SIGN, SIGN)).T
             stress = gradient + gradient.T + np.trace(gradient) * np.eye(3)
-            self.assertEqual((found["displacement"][1], found["stress"][1], sorted(found)), ("m", "Pa", ["displacement", "stress"]))
+            self.assertEqual((found["displacement"][1], found["stress"][1], sorted(found)),
+                             ("m", "Pa", ["displacement", "stress"]))
             np.testing.assert_allclose(found["displacement"][0][0], u, rtol=0, atol=DIGITS)
-            np.testing.assert_allclose(found["stress"][0][0], stress[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], rtol=0, atol=DIGITS)
+            np.testing.assert_allclose(found["stress"][0][0], stress[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], rtol=0,
+                                       atol=DIGITS)
 
     def test_sum_ranks_and_receiver(self):
-        """A rectangle is its two halves, on any number of ranks; the traction is that of the stress on the receiver, by hand."""
+        """A rectangle is its two halves, on any number of ranks; the traction is that of the stress on the receiver, by
+        hand."""
         strike, dip, rake = np.radians([50, 40, 70])
         half = 2.0 * np.array([np.cos(strike), np.sin(strike)])
         halves = [[*(sign * half), 10, 4, 6, 50, 40] for sign in (1, -1)]
-        points = np.random.default_rng(1).uniform([-20, -20, 0], [20, 20, 4], (7, 3))  # above the rectangle's upper edge, 8.1
-        slip, options = [0.5, 1.5, 0.2], ("-elastic_receiver", "50,40,70", "-elastic_shear_modulus", "3", "-elastic_poisson_ratio", "0.3")
+        # above the rectangle's upper edge, 8.1
+        points = np.random.default_rng(1).uniform([-20, -20, 0], [20, 20, 4], (7, 3))
+        slip, options = [0.5, 1.5, 0.2], ("-elastic_receiver", "50,40,70", "-elastic_shear_modulus", "3",
+                                          "-elastic_poisson_ratio", "0.3")
         self.write("one.h5", [[0, 0, 10, 8, 6, 50, 40]], [slip], points)
         self.write("two.h5", halves + [[0, 0, 10, 1, 1, 0, 90]], [slip, slip, [0, 0, 0]], points)
         one = self.elastic("one.h5", *options)
@@ -82,11 +89,13 @@ class Program(SurfaceTest):
         for stress, traction in zip(one["stress"][0], one["traction"][0]):
             tensor = stress[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
             directions = [np.cos(rake) * along + np.sin(rake) * up, np.cos(rake) * up - np.sin(rake) * along, normal]
-            np.testing.assert_allclose(traction, [-d @ tensor @ normal for d in directions], rtol=0, atol=1e-13 * np.abs(stress).max())
+            np.testing.assert_allclose(traction, [-d @ tensor @ normal for d in directions], rtol=0,
+                                       atol=1e-13 * np.abs(stress).max())
 
     def test_triangles(self):
-        """A rectangle is its two triangles, on any number of ranks, with corners in any order; from its other side, which is the opposite strike,
-        slip up dip has the other sign. 1e-10: both closed forms lose a few digits where their edges cancel, a hundred times less."""
+        """A rectangle is its two triangles, on any number of ranks, with corners in any order; from its other side,
+        which is the opposite strike, slip up dip has the other sign. 1e-10: both closed forms lose a few digits where
+        their edges cancel, a hundred times less."""
         points = np.random.default_rng(2).uniform([-20, -20, 0], [20, 20, 4], (9, 3))
         options = ("-elastic_receiver", "50,40,70", "-elastic_shear_modulus", "3", "-elastic_poisson_ratio", "0.3")
         for strike, dip in ((50, 40), (50, 90), (230, 90)):
@@ -94,7 +103,8 @@ class Program(SurfaceTest):
             slip = np.array([0.5, 1.5, 0.2])
             self.write("one.h5", cell, [slip], points)
             wanted = self.elastic("one.h5", *options)
-            normal = np.cross(*np.diff(corners_of(cell)[0, :3], axis=0))  # into the foot wall: the corners go clockwise around the other one
+            # into the foot wall: the corners go clockwise around the other one
+            normal = np.cross(*np.diff(corners_of(cell)[0, :3], axis=0))
             triangles = [[0, 2, 1], [3, 0, 2], [0, 1, 2]]  # the last one without slip
             for side, sign in ((None, 1 if strike < 180 else -1), (-normal, 1), (normal, -1)):
                 own = slip * (1, sign, 1)
@@ -108,16 +118,21 @@ class Program(SurfaceTest):
                     self.assertEqual(sorted(found), sorted(wanted))
                     for key, (data, unit) in wanted.items():
                         self.assertEqual(found[key][1], unit)
-                        np.testing.assert_allclose(found[key][0], data, rtol=0, atol=1e-10 * np.abs(data).max(), err_msg=f"{strike} {dip} {sign}")
+                        np.testing.assert_allclose(found[key][0], data, rtol=0, atol=1e-10 * np.abs(data).max(),
+                                                   err_msg=f"{strike} {dip} {sign}")
 
     def test_errors_of_triangles(self):
-        good = {"vertices": [[0, 0, 1], [4, 0, 1], [0, 0, 5]], "triangles": [[0, 1, 2]], "slip": [[1, 0, 0]], "points": [[0, 9, 0]]}
-        for message, change in (("neither /cells nor /triangles", {"triangles": None}), ("/vertices", {"vertices": None}),
+        good = {"vertices": [[0, 0, 1], [4, 0, 1], [0, 0, 5]], "triangles": [[0, 1, 2]], "slip": [[1, 0, 0]],
+                "points": [[0, 9, 0]]}
+        for message, change in (("neither /cells nor /triangles", {"triangles": None}),
+                                ("/vertices", {"vertices": None}),
                                 ("/cells and /triangles", {"cells": [[0, 0, 10, 10, 8, 0, 30]]}),
                                 ("/triangles, row 0 has the vertex 3", {"triangles": [[0, 1, 3]]}),
                                 ("/triangles, row 0 has the vertex 0.5", {"triangles": [[0, 0.5, 2]]}),
-                                ("/triangles, row 0 has the vertex -1", {"triangles": [[0, 1, -1]]}), ("/triangles", {"triangles": [[0, 1]]}),
-                                ("/slip", {"slip": [[1, 0, 0], [1, 0, 0]]}), ("/hanging_wall", {"hanging_wall": [[0, 1, 0], [0, 1, 0]]}),
+                                ("/triangles, row 0 has the vertex -1", {"triangles": [[0, 1, -1]]}),
+                                ("/triangles", {"triangles": [[0, 1]]}),
+                                ("/slip", {"slip": [[1, 0, 0], [1, 0, 0]]}),
+                                ("/hanging_wall", {"hanging_wall": [[0, 1, 0], [0, 1, 0]]}),
                                 ("lies in the plane of a triangle", {"hanging_wall": [[1, 0, 0]]}),
                                 ("above the ground", {"vertices": [[0, 0, -1], [4, 0, 1], [0, 0, 5]]})):
             with h5py.File(self.path("in.h5"), "w") as file:
@@ -129,16 +144,24 @@ class Program(SurfaceTest):
             self.assertEqual(found.count("\n"), 1, found)
 
     def test_rock(self):
-        """That of the input's attributes, of the options before those, or the default, whichever is said; of Okada's solution stress is G times a function of Poisson's ratio."""
+        """That of the input's attributes, of the options before those, or the default, whichever is said; of Okada's
+        solution stress is G times a function of Poisson's ratio."""
         cells, slip, at = [[0, 0, 10, 10, 8, 0, 30]], [[1, 0, 0]], [[3, 4, 5]]
         stress = {}
-        for shear, poisson, attributes, options in ((30e9, 0.25, {}, ()), (41e9, 0.3, {"shear_modulus": 41e9, "poisson_ratio": 0.3}, ()), (7.5, 0.3, {"shear_modulus": 41e9, "poisson_ratio": 0.3}, ("-elastic_shear_modulus", "7.5")),
-                                                    (41e9, 0.25, {"shear_modulus": 41e9}, ()), (30e9, 0.3, {"poisson_ratio": 0.1}, ("-elastic_poisson_ratio", "0.3"))):
+        for shear, poisson, attributes, options in ((30e9, 0.25, {}, ()),
+                                                    (41e9, 0.3, {"shear_modulus": 41e9, "poisson_ratio": 0.3}, ()),
+                                                    (7.5, 0.3, {"shear_modulus": 41e9, "poisson_ratio": 0.3},
+                                                     ("-elastic_shear_modulus", "7.5")),
+                                                    (41e9, 0.25, {"shear_modulus": 41e9}, ()),
+                                                    (30e9, 0.3, {"poisson_ratio": 0.1},
+                                                     ("-elastic_poisson_ratio", "0.3"))):
             self.write("in.h5", cells, slip, at)
             with h5py.File(self.path("in.h5"), "a") as file:
                 file.attrs.update(attributes)
-            said = self.fault("-elastic_input", "in.h5", "-elastic_output", "out.h5", "-elastic_stress", *options, ranks=2, program=ELASTIC)
-            words = [option if (option := f"-elastic_{name}") in options else "in.h5" if name in attributes else "by default" for name in ("shear_modulus", "poisson_ratio")]
+            said = self.fault("-elastic_input", "in.h5", "-elastic_output", "out.h5", "-elastic_stress", *options,
+                              ranks=2, program=ELASTIC)
+            words = [option if (option := f"-elastic_{name}") in options else "in.h5" if name in attributes
+                     else "by default" for name in ("shear_modulus", "poisson_ratio")]
             self.assertIn(f"shear modulus {shear:g} Pa ({words[0]}), Poisson's ratio {poisson:g} ({words[1]})\n", said)
             with h5py.File(self.path("out.h5")) as file:
                 found = file["stress"][()] / shear
@@ -157,14 +180,17 @@ class Program(SurfaceTest):
         self.write("high.h5", [[0, 0, 1, 10, 8, 0, 30]], [[1, 0, 0]], [[0, 0, 0]])
         self.write("slip.h5", [[0, 0, 10, 10, 8, 0, 30]], [[1, 0, 0], [1, 0, 0]], [[0, 0, 0]])
         files = ["-elastic_input", "in.h5", "-elastic_output", "out.h5"]
-        for message, *options in (("expected -elastic_input and -elastic_output",), ("there is no option -elastic_outptu", "-elastic_outptu", "a"),
+        for message, *options in (("expected -elastic_input and -elastic_output",),
+                                  ("there is no option -elastic_outptu", "-elastic_outptu", "a"),
                                   ("cannot read no.h5", "-elastic_input", "no.h5", "-elastic_output", "out.h5"),
                                   ("-elastic_receiver: expected strike,dip,rake", *files, "-elastic_receiver", "1,2"),
-                                  ("-elastic_receiver: expected strike,dip,rake", *files, "-elastic_receiver", "1,92,3"),
+                                  ("-elastic_receiver: expected strike,dip,rake", *files, "-elastic_receiver",
+                                   "1,92,3"),
                                   ("-elastic_poisson_ratio is 0.5", *files, "-elastic_poisson_ratio", "0.5"),
                                   ("-elastic_shear_modulus is 0", *files, "-elastic_shear_modulus", "0"),
                                   ("in.h5 is read and written", *files[:3], "in.h5"),
-                                  ("above the ground", "-elastic_input", "high.h5", *files[2:]), ("/slip", "-elastic_input", "slip.h5", *files[2:])):
+                                  ("above the ground", "-elastic_input", "high.h5", *files[2:]),
+                                  ("/slip", "-elastic_input", "slip.h5", *files[2:])):
             found = self.fault(*options, program=ELASTIC, code=1)
             self.assertIn(message, found)
             self.assertEqual(found.count("\n"), 1, found)
@@ -184,7 +210,8 @@ class Maps(SurfaceTest):
             return np.array([file[f"surface/{k}/displacement"][-1] for k in range(len(file["surface"]))])
 
     def numbers(self, path, *options, name="n.h5"):
-        self.plot("surface", path, "--figure", self.path("a.png"), "--numbers", self.path(name), "--spacing", "2", *options)
+        self.plot("surface", path, "--figure", self.path("a.png"), "--numbers", self.path(name), "--spacing", "2",
+                  *options)
         self.look(self.path("a.png"))
         return self.path(name)
 
@@ -195,9 +222,11 @@ class Maps(SurfaceTest):
         with h5py.File(self.numbers(path, "--points", "--look", "257", "39")) as file:
             found, seen = file["points/displacement"][...], file["points/line_of_sight"][...]
             np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max())
-            np.testing.assert_allclose(np.column_stack([file["points/x"], file["points/y"]]), [[2e3, 3e3], [-4e3, 2.5e3], [1e4, 6e3]])
+            np.testing.assert_allclose(np.column_stack([file["points/x"], file["points/y"]]),
+                                       [[2e3, 3e3], [-4e3, 2.5e3], [1e4, 6e3]])
             # satellite in the west by south, 39 degrees from the zenith
-            look = [np.sin(np.radians(39)) * np.cos(np.radians(257)), np.sin(np.radians(39)) * np.sin(np.radians(257)), -np.cos(np.radians(39))]
+            look = [np.sin(np.radians(39)) * np.cos(np.radians(257)), np.sin(np.radians(39)) * np.sin(np.radians(257)),
+                    -np.cos(np.radians(39))]
             self.assertTrue(look[0] < 0 and look[1] < 0)
             np.testing.assert_allclose(seen, found @ look, rtol=0, atol=1e-16)
             self.assertEqual(file["map/displacement"].shape, (len(file["map/x"]), len(file["map/y"]), 3))
@@ -207,12 +236,15 @@ class Maps(SurfaceTest):
             np.testing.assert_allclose(file["map/displacement"][k], near, rtol=0, atol=1e-13 * np.abs(wanted).max())
         with open(self.numbers(path, "--points", POINTS, "--components", name="n.csv"), encoding="utf-8") as file:
             head, *rows = csv.reader(file)
-        self.assertEqual(head, ["x [m]", "y [m]", "displacement_north [m]", "displacement_east [m]", "displacement_down [m]"])
+        self.assertEqual(head,
+                         ["x [m]", "y [m]", "displacement_north [m]", "displacement_east [m]", "displacement_down [m]"])
         np.testing.assert_array_equal(np.array(rows, float)[:, 2:], found)
 
     def test_vectors(self):
-        """Both components of slip, of a run with its points and of an event: vectors along strike and up dip, which turn where the load does not."""
-        self.fault(*GRID, "-fault_rake", "50", "-fault_slip_components", "2", "-fault_friction_b", "0.03", "-fault_friction_slip", "0.02", "-ts_max_time", "60y",
+        """Both components of slip, of a run with its points and of an event: vectors along strike and up dip, which
+        turn where the load does not."""
+        self.fault(*GRID, "-fault_rake", "50", "-fault_slip_components", "2", "-fault_friction_b", "0.03",
+                   "-fault_friction_slip", "0.02", "-ts_max_time", "60y",
                    "-fault_surface_stations", POINTS, "-fault_catalogue", "events.h5", "-fault_catalogue_maps")
         wanted, source = self.recorded(self.path("run.h5")), slip_of_run(Run(self.path("run.h5")))
         self.assertEqual(source.slip.shape, (30, 2))
@@ -223,17 +255,21 @@ class Maps(SurfaceTest):
         catalogue = Catalogue(self.path("events.h5"))
         self.assertGreater(catalogue.count, 0)
         event, (onset, end) = slip_of_event(catalogue, 0), (catalogue.event[name][0] for name in ("onset", "end"))
-        # between that of the steps within the event and that with the two in which it begins and ends: in these fields are no straight lines
+        # between that of the steps within the event and that with the two in which it begins and ends: in these fields
+        # are no straight lines
         run = Run(self.path("run.h5"))
         times = run.field("slip")[0]
         first, last = np.searchsorted(times, (onset, end))
         inner, outer = (slip_of_run(run, times[a], times[b]).slip for a, b in ((first, last - 1), (first - 1, last)))
         rounding = 1e-6 * np.abs(outer).max()  # and loading in the minute of the first step, 5e-8 m
-        self.assertTrue((event.slip >= np.minimum(inner, outer) - rounding).all() and (event.slip <= np.maximum(inner, outer) + rounding).all())
+        self.assertTrue((event.slip >= np.minimum(inner, outer) - rounding).all()
+                        and (event.slip <= np.maximum(inner, outer) + rounding).all())
         self.assertGreater(np.abs(inner).max(), 0.7 * np.abs(outer).max())
         broke = np.isfinite(catalogue.map("rupture_time")[0].ravel())
-        self.assertAlmostEqual(catalogue.event["rake"][0], np.degrees(np.arctan2(*event.slip[broke].sum(axis=0)[::-1])), delta=1e-9)
-        self.assertAlmostEqual(catalogue.event["moment"][0], 30e9 * 12e3 * 8e3 / 30 * np.linalg.norm(event.slip.sum(axis=0)), delta=1e-9 * catalogue.event["moment"][0])
+        self.assertAlmostEqual(catalogue.event["rake"][0], np.degrees(np.arctan2(*event.slip[broke].sum(axis=0)[::-1])),
+                               delta=1e-9)
+        self.assertAlmostEqual(catalogue.event["moment"][0], 30e9 * 12e3 * 8e3 / 30
+                               * np.linalg.norm(event.slip.sum(axis=0)), delta=1e-9 * catalogue.event["moment"][0])
 
     def test_windows(self):
         """Two windows add up to the whole; the outline of a grid is what its cells' free edges are."""
@@ -241,7 +277,8 @@ class Maps(SurfaceTest):
         run = Run(path)
         end = run.field("displacement")[0][-1]
         whole, first, second = slip_of_run(run), slip_of_run(run, 0, 0.37 * end), slip_of_run(run, 0.37 * end, end)
-        np.testing.assert_allclose(first.slip + second.slip, whole.slip, rtol=0, atol=1e-15 * np.abs(whole.slip).max() * 4)
+        np.testing.assert_allclose(first.slip + second.slip, whole.slip, rtol=0,
+                                   atol=1e-15 * np.abs(whole.slip).max() * 4)
         self.assertGreater(np.abs(first.slip).max(), 0)
         upper, others = whole.outline()
         whole.shape = None
@@ -254,23 +291,31 @@ class Maps(SurfaceTest):
 
     def test_mesh(self):
         """Planes of irregular cells that slip as they weaken."""
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells", "5", "4",
-                        "--ratio", "2", "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True, capture_output=True)
-        self.fault("-fault_mesh", "mesh", "-ts_max_time", "15", "-fault_output", "run.h5", "-fault_surface_stations", POINTS)
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells",
+                        "5", "4",
+                        "--ratio", "2", "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True,
+                       capture_output=True)
+        self.fault("-fault_mesh", "mesh", "-ts_max_time", "15", "-fault_output", "run.h5", "-fault_surface_stations",
+                   POINTS)
         wanted = self.recorded(self.path("run.h5"))
-        with h5py.File(self.numbers(self.path("run.h5"), "--points", "--components", "--receiver", "30", "70", "20", "--depth", "2")) as file:
+        with h5py.File(self.numbers(self.path("run.h5"), "--points", "--components", "--receiver", "30", "70", "20",
+                                    "--depth", "2")) as file:
             # two closed forms: that of strike slip, and that of any dip
             np.testing.assert_allclose(file["points/displacement"], wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
-            np.testing.assert_allclose(file["map/coulomb"], file["map/shear"][...] - 0.4 * file["map/normal"][...], rtol=0, atol=1e-6)
+            np.testing.assert_allclose(file["map/coulomb"], file["map/shear"][...] - 0.4 * file["map/normal"][...],
+                                       rtol=0, atol=1e-6)
             self.assertEqual(file["map"].attrs["stress_depth"], 2000)
 
     def test_triangles(self):
-        """Points of a run of triangles, on a fault that goes through the vertical, where some slip with the other wall's sign; a window of it is an
-        event of its catalogue; where the triangles are at a depth, and their outline."""
+        """Points of a run of triangles, on a fault that goes through the vertical, where some slip with the other
+        wall's sign; a window of it is an event of its catalogue; where the triangles are at a depth, and their
+        outline."""
         down = np.array([0, np.cos(np.radians(80)), np.sin(np.radians(80))])
-        mesh = joined(plane((4, 3), (500.0, 300.0), 0, 80, (0, 0, 100)), plane((4, 2), (500.0, 300.0), 0, 100, np.array([0, 0, 100]) + 900 * down))
+        mesh = joined(plane((4, 3), (500.0, 300.0), 0, 80, (0, 0, 100)),
+                      plane((4, 2), (500.0, 300.0), 0, 100, np.array([0, 0, 100]) + 900 * down))
         write_hdf5(self.path("mesh.h5"), *mesh)
-        self.fault("-fault_mesh", "mesh.h5", "-fault_rake", "60", "-fault_friction_slip", "0.02", "-fault_output", "run.h5", "-fault_catalogue", "events.h5",
+        self.fault("-fault_mesh", "mesh.h5", "-fault_rake", "60", "-fault_friction_slip", "0.02", "-fault_output",
+                   "run.h5", "-fault_catalogue", "events.h5",
                    "-fault_catalogue_maps", "-fault_surface_stations", POINTS)
         wanted = self.recorded(self.path("run.h5"))
         with h5py.File(self.numbers(self.path("run.h5"), "--points", "--look", "257", "39", "--components")) as file:
@@ -294,12 +339,15 @@ class Maps(SurfaceTest):
         self.assertEqual(change[0], shear[0])
 
     def test_event(self):
-        """An event of a catalogue is the window of the run in which it was; slip that relieves a plane lowers its own Coulomb stress."""
-        self.fault("-fault_nx", "6", "-fault_nz", "5", "-fault_output", "run.h5", "-fault_catalogue", "events.h5", "-fault_catalogue_maps", "-ts_max_time", "30")
+        """An event of a catalogue is the window of the run in which it was; slip that relieves a plane lowers its own
+        Coulomb stress."""
+        self.fault("-fault_nx", "6", "-fault_nz", "5", "-fault_output", "run.h5", "-fault_catalogue", "events.h5",
+                   "-fault_catalogue_maps", "-ts_max_time", "30")
         event, catalogue = slip_of_event(Catalogue(self.path("events.h5")), 0), Catalogue(self.path("events.h5"))
         window = slip_of_run(Run(self.path("run.h5")), catalogue.event["onset"][0], catalogue.event["end"][0])
         np.testing.assert_array_equal(event.cells, window.cells)
-        # entries are a step apart, and slip within a step is no straight line: a step has at most some hundredths of all slip
+        # entries are a step apart, and slip within a step is no straight line: a step has at most some hundredths of
+        # all slip
         np.testing.assert_allclose(event.slip, window.slip, rtol=0, atol=0.02 * window.slip.max())
         self.numbers(self.path("events.h5"), "--event", "1", "--receiver", "0", "90", "0")
         centre = event.cells[13:14, :3]
@@ -313,7 +361,8 @@ class Maps(SurfaceTest):
         _, axes = surface.plt.subplots()
         begin, vectors = np.zeros((4, 2)), np.array([[10.0, 0], [0, 0.5], [-1e-3, 1e-3], [0, 0]])
         surface.Picture.arrows(axes, begin, vectors, 100.0)
-        shafts, heads = axes.collections[-2].get_segments(), [path.vertices[:3] for path in axes.collections[-1].get_paths()]
+        shafts, heads = axes.collections[-2].get_segments(), [path.vertices[:3]
+                                                              for path in axes.collections[-1].get_paths()]
         self.assertEqual((len(shafts), len(heads)), (3, 3))
         for vector, shaft, head in zip(vectors, shafts, heads):
             length = np.hypot(*vector)
@@ -326,9 +375,11 @@ class Maps(SurfaceTest):
 
     def test_pictures_of_one_file_have_names_of_their_own(self):
         from slipstep.programs import surface
-        for options, suffix in (((), ""), (("--look", "257", "39"), "_look"), (("--look", "257", "39", "--points", "1,2"), "_look_points"), (("--event", "3"), "_event_3"),
+        for options, suffix in (((), ""), (("--look", "257", "39"), "_look"),
+                                (("--look", "257", "39", "--points", "1,2"), "_look_points"),
+                                (("--event", "3"), "_event_3"),
                                 (("--event", "largest", "--receiver", "0", "90", "0"), "_receiver")):
-            with unittest.mock.patch.object(sys, "argv", ["surface.py", "run.h5", *options]):
+            with unittest.mock.patch.object(sys, "argv", ["slipstep surface", "run.h5", *options]):
                 self.assertEqual(surface.suffix_of(surface.arguments()), suffix)
 
     def test_look(self):
@@ -343,27 +394,35 @@ class Maps(SurfaceTest):
         self.refused("surface", "--event is one of a catalogue, but .*run.h5 is none", path, "--event", "1")
         self.refused("surface", "/fields is from 0 s to 1 s, expected a window within", path, "--window", "0", "2")
         self.refused("surface", "has no points of -fault_surface_stations", path, "--points")
-        self.assertIn(", without 2 of 3 points that are outside of the map (--extent)\n", self.plot("surface", path, "--points", "1,1;900000,1;1,-900000", "--spacing", "1"))
+        self.assertIn(", without 2 of 3 points that are outside of the map (--extent)\n",
+                      self.plot("surface", path, "--points", "1,1;900000,1;1,-900000", "--spacing", "1"))
         self.refused("surface", '--points: "1,b", expected a point x,y in m', path, "--points", "1,1;1,b")
         with open(self.path("p.txt"), "w") as file:
             file.write("# x y\n1 2\n3\n")
         self.refused("surface", 'p.txt, line 3: "3", expected a point x,y in m', path, "--points", self.path("p.txt"))
         self.refused("surface", "no such file", self.path("no.h5"))
-        for message, *options in (("--look has the incidence 90", "--look", "0", "90"), ("--receiver has the dip 91", "--receiver", "0", "91", "0"),
-                                  ("--depth is that of planes", "--depth", "3"), ("--window is 2 1", "--window", "2", "1"),
-                                  ("--spacing is 0, expected a number > 0", "--spacing", "0"), ("--ranks is 0, expected a number >= 1", "--ranks", "0"),
-                                  ("--friction is -1, expected a number >= 0", "--friction", "-1"), ("--extent is 1 0 0 1", "--extent", "1", "0", "0", "1"),
+        for message, *options in (("--look has the incidence 90", "--look", "0", "90"),
+                                  ("--receiver has the dip 91", "--receiver", "0", "91", "0"),
+                                  ("--depth is that of planes", "--depth", "3"),
+                                  ("--window is 2 1", "--window", "2", "1"),
+                                  ("--spacing is 0, expected a number > 0", "--spacing", "0"),
+                                  ("--ranks is 0, expected a number >= 1", "--ranks", "0"),
+                                  ("--friction is -1, expected a number >= 0", "--friction", "-1"),
+                                  ("--extent is 1 0 0 1", "--extent", "1", "0", "0", "1"),
                                   ("--numbers is a.txt", "--numbers", "a.txt"), ("--event is -1", "--event", "-1")):
             self.refused("surface", message, path, *options, code=2)
         source = Source("", np.array([[0, 0, 10e3, 1e3, 1e3, 0, 90]]), np.zeros(1), np.ones(1), 30e9, 0.25, "")
         with unittest.mock.patch.dict(os.environ, {"SLIPSTEP_BUILD": self.path("nowhere"), "PATH": ""}), \
-                unittest.mock.patch("slipstep.modules.HERE", self.path("a/b/c")), self.assertRaisesRegex(Exception, "the program elastic is not there"):
+                unittest.mock.patch("slipstep.modules.HERE", self.path("a/b/c")), self.assertRaisesRegex(
+                    Exception, "the program elastic is not there"):
             Elastic(source)
         debian = self.path("slipstep-elastic")  # as Debian's package calls it
         with open(debian, "w") as file:
             file.write("#!/bin/sh\n")
         os.chmod(debian, 0o755)
-        with unittest.mock.patch.dict(os.environ, {"SLIPSTEP_BUILD": self.path("nowhere"), "PATH": self.folder.name}), unittest.mock.patch("slipstep.modules.HERE", self.path("a/b/c")):
+        with unittest.mock.patch.dict(os.environ, {"SLIPSTEP_BUILD": self.path("nowhere"),
+                                                   "PATH": self.folder.name}), unittest.mock.patch(
+                                                       "slipstep.modules.HERE", self.path("a/b/c")):
             self.assertEqual(Elastic(source).program, debian)
 
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Tutorials: their commands run in their order in an empty folder, and print the lines that the page shows, with numbers to 1 %; other
-processors and versions of PETSc round otherwise, which decides ties between steps. Blocks of C, Python and options are saved under the name that stands behind
-their language. "sh skip": what another test runs; "text varies": sequences of events, whose numbers depend on rounding."""
+"""Tutorials: their commands run in their order in an empty folder, and print the lines that the page shows, with
+numbers to 1 %; other processors and versions of PETSc round otherwise, which decides ties between steps. Blocks of C,
+Python and options are saved under the name that stands behind their language. "sh skip": what another test runs; "text
+varies": sequences of events, whose numbers depend on rounding."""
 
 import glob
 import os
@@ -39,8 +40,6 @@ def run(page):
             os.symlink(os.path.join(SOURCE, name), os.path.join(folder, name))
         os.symlink(BUILD, os.path.join(folder, "build"))
         os.mkdir(os.path.join(folder, "output"))
-        for script in glob.glob(os.path.join(SOURCE, "output", "*.py")):
-            os.symlink(script, os.path.join(folder, "output", os.path.basename(script)))
         bin = os.path.join(folder, "bin")
         os.mkdir(bin)
         os.symlink(os.environ.get("SLIPSTEP_PYTHON", "/usr/bin/python3"), os.path.join(bin, "python3"))
@@ -48,14 +47,18 @@ def run(page):
         before = None
         for language, word, text in blocks(page):
             if language == "sh" and word != "skip":
-                done = subprocess.run(["bash", "-euo", "pipefail", "-c", text], cwd=folder, env=environment, capture_output=True, text=True)
+                done = subprocess.run(["bash", "-euo", "pipefail", "-c", text], cwd=folder, env=environment,
+                                      capture_output=True, text=True)
                 printed = done.stdout + done.stderr
                 if done.returncode:
                     wrong.append(f"{text}\nends with {done.returncode}: {printed[-1500:]}")
                     break
             elif language == "text" and before != "sh skip":
-                wrong += [f"not printed: {line}; there is {[other for other in printed.splitlines() if other[:8] == line[:8]]}" for line in text.splitlines()
-                          if line.strip() and not any(close(line, other, word == "varies") for other in printed.splitlines())]
+                wrong += [f"not printed: {line}; there is "
+                          f"{[other for other in printed.splitlines() if other[:8] == line[:8]]}"
+                          for line in text.splitlines()
+                          if line.strip()
+                          and not any(close(line, other, word == "varies") for other in printed.splitlines())]
             elif language in ("c", "python", "opts") and word:
                 with open(os.path.join(folder, word), "w", encoding="utf-8") as file:
                     file.write(text)

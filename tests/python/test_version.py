@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The version of include/slipsys.h is that of the build, of CITATION.cff and of the latest section of CHANGELOG.md, whose
-dates agree."""
+"""The version of include/slipsys.h is that of the build, of CITATION.cff and of the latest section of CHANGELOG.md,
+whose dates agree."""
 import os
 import re
 import unittest
@@ -17,7 +17,8 @@ def read(*path):
 class Version(unittest.TestCase):
     def setUp(self):
         header = read(SOURCE, "include", "slipsys.h")
-        self.version = ".".join(re.search(rf"#define SLIPSTEP_VERSION_{part} (\d+)", header)[1] for part in ("MAJOR", "MINOR", "PATCH"))
+        self.version = ".".join(re.search(rf"#define SLIPSTEP_VERSION_{part} (\d+)", header)[1]
+                                for part in ("MAJOR", "MINOR", "PATCH"))
 
     def test_the_build(self):
         self.assertEqual(re.search(r"^Version: (.*)$", read(BUILD, "slipstep.pc"), re.M)[1], self.version)

@@ -1,4 +1,4 @@
-"""Faults of any planes drawn flat and in space: where cells are in maps, which of them a viewer sees, and films and pictures of them."""
+"""Faults of any planes drawn flat: where cells are in maps, and films and pictures of them."""
 
 import os
 import sys
@@ -11,7 +11,6 @@ from scripts import SOURCE, PictureTest
 import century
 import h5py
 import numpy as np
-from PIL import Image
 
 sys.path.insert(0, os.path.join(SOURCE, "examples"))
 import make_mesh
@@ -22,7 +21,6 @@ from slipstep.plots.maps import Plane, frames_of, planes_of
 from slipstep.plots import snapshots as snapshot_module
 from slipstep.plots.snapshots import Layout, chosen_rows, snapshots
 from slipstep.plots.spacetime import Line, lines_of
-from slipstep.plots.view import View, box_of, cut, cut_triangles, screen
 from slipstep.programs import plot_run
 from slipstep.programs.plot_catalogue import hypocentres
 from slipstep.results.events import Events
@@ -63,10 +61,12 @@ class Unroll(unittest.TestCase):
         s, d = self.whole(cells)
         down = make_mesh.edges_in_depth(9, SIZE[1], 0, 2.0)
         self.filled(s, d, down)
-        np.testing.assert_allclose(s[0].reshape(9, 6), np.tile(make_mesh.edges_along_strike(6, SIZE[0], 2.0)[:-1], (9, 1)), atol=1e-6)
+        np.testing.assert_allclose(s[0].reshape(9, 6),
+                                   np.tile(make_mesh.edges_along_strike(6, SIZE[0], 2.0)[:-1], (9, 1)), atol=1e-6)
 
     def test_segments_follow_each_other(self):
-        """Vertical ones fill a rectangle in which depth is down; the first keeps its place. Of dipping ones each row is as long as its cells."""
+        """Vertical ones fill a rectangle in which depth is down; the first keeps its place. Of dipping ones each row is
+        as long as its cells."""
         cells, _ = segments((10.0, 40.0, -5.0), 90.0)
         s, d = self.whole(cells)
         np.testing.assert_allclose(d.mean(axis=0), cells[:, 2], atol=1e-6)
@@ -93,26 +93,34 @@ class Unroll(unittest.TestCase):
         np.testing.assert_allclose((t, e), (s, d), atol=1e-6)
 
     def test_rows_that_do_not_match(self):
-        """Coarse cells beside fine ones, and a segment with cells in no rows: nothing overlaps, and there is one map."""
+        """Coarse cells beside fine ones, and a segment with cells in no rows: nothing overlaps, and there is one
+        map."""
         first = plane(0, 90, (0, 0, 0), (4, 6), (1000.0, 500.0))
         for others in ([plane(20, 90, (4000, 0, 0), (4, 4), (1000.0, 750.0))],
-                       [plane(20, 90, (4000, 0, 0), (1, 3), (1000.0, 1000.0)), plane(20, 90, (4000 + 1000 * np.cos(np.radians(20)), 1000 * np.sin(np.radians(20)), 0), (2, 2), (1000.0, 1500.0))]):
+                       [plane(20, 90, (4000, 0, 0), (1, 3), (1000.0, 1000.0)),
+                        plane(20, 90, (4000 + 1000 * np.cos(np.radians(20)), 1000 * np.sin(np.radians(20)), 0), (2, 2),
+                              (1000.0, 1500.0))]):
             cells = np.concatenate([first, *others])
             s, d = self.whole(cells)
             np.testing.assert_allclose(d.mean(axis=0), cells[:, 2], atol=1e-6)
-            np.testing.assert_allclose((s.min(), s.max()), (0, 4000 + 1000 * sum(len(set(o[:, 0])) for o in others)), atol=1e-6)
-            self.assertFalse(any(overlap(s[:, [k]], d[:, [k]], s[:, k + 1:], d[:, k + 1:], 1e-3) for k in range(len(cells) - 1)))
+            np.testing.assert_allclose((s.min(), s.max()), (0, 4000 + 1000 * sum(len(set(o[:, 0])) for o in others)),
+                                       atol=1e-6)
+            self.assertFalse(any(overlap(s[:, [k]], d[:, [k]], s[:, k + 1:], d[:, k + 1:], 1e-3)
+                                 for k in range(len(cells) - 1)))
 
     def test_branches_and_what_is_apart_are_parts(self):
-        """A fault that forks: the straight branch is drawn with the trunk, the other one, and a plane far off, by themselves."""
-        trunk, straight, branch = plane(0, 90, (0, 0, 0), (4, 3), (500.0, 500.0)), plane(5, 90, (2000, 0, 0), (4, 3), (500.0, 500.0)), \
+        """A fault that forks: the straight branch is drawn with the trunk, the other one, and a plane far off, by
+        themselves."""
+        trunk, straight, branch = plane(0, 90, (0, 0, 0), (4, 3),
+                                        (500.0, 500.0)), plane(5, 90, (2000, 0, 0), (4, 3), (500.0, 500.0)), \
             plane(40, 90, (2000, 0, 0), (4, 3), (500.0, 500.0))
         far = plane(0, 60, (0, 9000, 0), (4, 3), (500.0, 500.0))
         parts = unroll(np.concatenate([trunk, straight, branch, far]))
         self.assertEqual([sorted(set(index // 12)) for index, _, _ in parts], [[0, 1], [2], [3]])
         up = plane(0, 60, (0, 0, 0), (4, 3), (500.0, 500.0))
         line = 1500 * np.array([0, np.cos(np.radians(60)), np.sin(np.radians(60))])
-        parts = unroll(np.concatenate([up, plane(0, 30, line, (4, 3), (500.0, 500.0)), plane(0, 80, line, (4, 3), (500.0, 500.0))]))
+        parts = unroll(np.concatenate([up, plane(0, 30, line, (4, 3), (500.0, 500.0)),
+                                       plane(0, 80, line, (4, 3), (500.0, 500.0))]))
         self.assertEqual([sorted(set(index // 12)) for index, _, _ in parts], [[0, 1], [2]])
         np.testing.assert_allclose(parts[0][2].max(), 3000, atol=1e-6)
 
@@ -134,7 +142,8 @@ class Maps(PictureTest):
 
     def two(self):
         """A listric fault of 40 cells, label 7, and a small plane, label 3."""
-        cells = np.concatenate([make_mesh.listric((8, 5), (16000.0, 8000.0), 0.0, 1.0, 350.0, (70.0, 30.0)), plane(80, 45, (3e4, 0, 2000), (4, 3), (1500.0, 1200.0))])
+        cells = np.concatenate([make_mesh.listric((8, 5), (16000.0, 8000.0), 0.0, 1.0, 350.0, (70.0, 30.0)),
+                                plane(80, 45, (3e4, 0, 2000), (4, 3), (1500.0, 1200.0))])
         return self.run_of(cells, np.repeat([7, 3], [40, 12]), np.arange(52.0) * 300, np.arange(52.0) * 100)
 
     def test_grids_that_dip(self):
@@ -149,12 +158,14 @@ class Maps(PictureTest):
         np.testing.assert_allclose(own.extent, (0, 20, 0, 10), atol=1e-12)
         line = Line(own, "dip", 10.0)
         np.testing.assert_allclose(line.edges, np.arange(21) / 2)
-        self.assertEqual((line.label, line.where, Line(own, "strike", 3.0).where), ("down dip (km)", "at 10 km along strike", "at 3 km down dip"))
+        self.assertEqual((line.label, line.where, Line(own, "strike", 3.0).where),
+                         ("down dip (km)", "at 10 km along strike", "at 3 km down dip"))
 
     def test_panels_have_names_and_one_scale(self):
         run = self.two()
         planes = planes_of(run)
-        self.assertEqual([own.name for own in planes], ["fault 3 (strike 80°, dip 45°)", "fault 7 (strike 350°, dip 34 to 66°)"])
+        self.assertEqual([own.name for own in planes],
+                         ["fault 3 (strike 80°, dip 45°)", "fault 7 (strike 350°, dip 34 to 66°)"])
         np.testing.assert_allclose([own.extent[2:] for own in planes], [(0, 3.6), (0, 8)], atol=1e-9)
         np.testing.assert_allclose([x1 - x0 for x0, x1, _, _ in frames_of(run)], 16)
         layout = Layout(run, 1, 1)
@@ -173,27 +184,41 @@ class Maps(PictureTest):
         np.testing.assert_allclose(scale, scale[0], rtol=0.01)  # pixels for a km
 
     def test_names_of_faults_and_room_for_them(self):
-        """The names that the file has, in all pictures; titles and numbers of neighbouring panels do not meet, also where names are long, and maps are as large as their row."""
+        """The names that the file has, in all pictures; titles and numbers of neighbouring panels do not meet, also
+        where names are long, and maps are as large as their row."""
         run = self.two()
         with h5py.File(run.path, "r+") as file:
-            file["mesh/fault"].attrs["names"] = "3 Northern Long Valley fault of the western strand; 7 San Cristobal detachment, lower part of its southern segment"
+            file["mesh/fault"].attrs[
+                "names"] = ("3 Northern Long Valley fault of the western strand; 7 San Cristobal detachment, lower "
+                            "part of its southern segment")
         run = Run(run.path)
-        self.assertEqual([own.short for own in planes_of(run)], ["Northern Long Valley fault of the western strand", "San Cristobal detachment, lower part of its southern segment"])
+        self.assertEqual([own.short for own in planes_of(run)],
+                         ["Northern Long Valley fault of the western strand",
+                          "San Cristobal detachment, lower part of its southern segment"])
         self.assertTrue(planes_of(run)[0].name.endswith("western strand (strike 80°, dip 45°)"))
-        self.assertEqual((run.fault_name(3), run.fault_name(5)), ("Northern Long Valley fault of the western strand", "fault 5"))
+        self.assertEqual((run.fault_name(3), run.fault_name(5)),
+                         ("Northern Long Valley fault of the western strand", "fault 5"))
         clock = Clock(0.0, run.series["time"][-1])
         overview = plot_run.figure(run, clock, True)
         snaps = snapshots(run, "slip", [50 * YEAR, 60 * YEAR, 70 * YEAR])
         for canvas in (overview, snaps):
             canvas.canvas.draw()
-            panels = [axes for axes in (*canvas.axes, *(child for axes in canvas.axes for child in axes.child_axes)) if axes.axison and "km" in axes.get_ylabel() + axes.get_xlabel()]
-            boxes = [text.get_window_extent() for axes in panels for text in (axes._left_title, axes.title, axes.xaxis.label, axes.yaxis.label) if text.get_text() and text.get_visible()]
-            boxes += [label.get_window_extent() for axes in panels for label in axes.get_xticklabels() if label.get_text() and label.get_visible() and axes.get_xlim()[0] <= label.get_position()[0] <= axes.get_xlim()[1]]
+            panels = [axes for axes in (*canvas.axes, *(child for axes in canvas.axes for child in axes.child_axes))
+                      if axes.axison and "km" in axes.get_ylabel() + axes.get_xlabel()]
+            boxes = [text.get_window_extent() for axes in panels
+                     for text in (axes._left_title, axes.title, axes.xaxis.label, axes.yaxis.label) if text.get_text()
+                     and text.get_visible()]
+            boxes += [label.get_window_extent() for axes in panels for label in axes.get_xticklabels()
+                      if label.get_text() and label.get_visible()
+                      and axes.get_xlim()[0] <= label.get_position()[0] <= axes.get_xlim()[1]]
             self.assertGreater(len(boxes), 10)
             for k, one in enumerate(boxes):
-                self.assertTrue(-1 <= one.x0 and one.x1 <= canvas.bbox.width + 1 and -1 <= one.y0 and one.y1 <= canvas.bbox.height + 1, one)  # pixels
+                # pixels
+                self.assertTrue(-1 <= one.x0 and one.x1 <= canvas.bbox.width + 1 and -1 <= one.y0
+                                and one.y1 <= canvas.bbox.height + 1, one)
                 self.assertFalse([k for other in boxes[:k] if one.overlaps(other)])
-        maps = [child for axes in overview.axes for child in axes.child_axes if child.get_title(loc="left") or child.get_title()]
+        maps = [child for axes in overview.axes for child in axes.child_axes if child.get_title(loc="left")
+                or child.get_title()]
         self.assertEqual(len(maps), 4)
         for child in maps:
             self.assertGreater(child.get_window_extent().width, 200)  # pixels, of 1100
@@ -210,9 +235,11 @@ class Maps(PictureTest):
         np.testing.assert_array_equal(line.values(slip.maps([5])), slip.maps([5])[:, row])
 
     def test_a_line_on_an_edge(self):
-        """Through the middle of an even number of rows, whose edges are known to rounding: the row below it, of every strike."""
+        """Through the middle of an even number of rows, whose edges are known to rounding: the row below it, of every
+        strike."""
         for strike in (3, 77, 111, 200, 285, 357):
-            run = self.run_of(plane(strike, 57, (12345.6, -7654.3, 100), (6, 8), (700.0, 300.0)), np.ones(48, int), np.arange(48.0), np.arange(48.0))
+            run = self.run_of(plane(strike, 57, (12345.6, -7654.3, 100), (6, 8), (700.0, 300.0)), np.ones(48, int),
+                              np.arange(48.0), np.arange(48.0))
             line, = lines_of(run, "strike", None)
             self.assertEqual([int(own[0]) for own in line.over], [*range(24, 30)])
 
@@ -220,11 +247,13 @@ class Maps(PictureTest):
         run = self.two()
         self.assertEqual([line.plane.name[:7] for line in lines_of(run, "strike", 7.0)], ["fault 7"])
         self.assertEqual(len(lines_of(run, "dip", None)), 2)
-        self.refused("plot_run", "--at is 9 km, expected a number between 0 and 3.6", run.path, "--kind", "space-time", "--at", "9")
+        self.refused("plot_run", "--at is 9 km, expected a number between 0 and 3.6", run.path, "--kind", "space-time",
+                     "--at", "9")
 
     def test_pictures(self):
         run = self.two().path
-        for k, arguments in enumerate(((), ("--kind", "rupture"), ("--kind", "space-time", "--along", "dip"), ("--time", "50y", "--field", "slip"))):
+        for k, arguments in enumerate(((), ("--kind", "rupture"), ("--kind", "space-time", "--along", "dip"),
+                                       ("--time", "50y", "--field", "slip"))):
             self.plot("plot_run", run, *arguments, "--figure", self.path(f"{k}.png"))
             self.look(self.path(f"{k}.png"))
         self.plot("plot_run", run, "--film", self.path("film.gif"), "--frames", "3")
@@ -246,78 +275,13 @@ class Maps(PictureTest):
         self.look(self.path("c.png"))
 
 
-class Views(PictureTest):
-    def test_where_the_viewer_is(self):
-        """From the south east is to the right and up is up; from above, with the south below, north is up; from the east north is to the right."""
-        for viewer, right, up in (((180, 0), (0, 1, 0), (0, 0, -1)), ((180, 90), (0, 1, 0), (1, 0, 0)), ((90, 0), (1, 0, 0), (0, 0, -1))):
-            np.testing.assert_allclose(screen(*viewer)[:2], (right, up), atol=1e-12)
-        axes = screen(123, 34)
-        np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
-        self.assertGreater(np.linalg.det(axes), 0)  # right, up and to the viewer, as north, east and down, are right-handed
-
-    def test_pieces_fill_their_cells(self):
-        """Areas add up, corners are within, and no side is longer than asked for."""
-        corners = corners_of(np.concatenate([plane(30, 50, (0, 0, 0), (2, 2), (700.0, 300.0)), plane(90, 10, (0, 0, 9000), (1, 1), (90.0, 20.0))]))
-        pieces, of = cut(corners, 110.0)
-        sides = np.linalg.norm(pieces[:, [1, 3]] - pieces[:, :1], axis=2)
-        self.assertLessEqual(sides.max(), 110 + 1e-9)
-        np.testing.assert_allclose(np.bincount(of, sides.prod(axis=1)), [210000] * 4 + [1800], rtol=1e-12)
-        np.testing.assert_array_equal(np.bincount(of), [7 * 3] * 4 + [1])
-        low, high = corners.min(axis=1)[of], corners.max(axis=1)[of]
-        self.assertTrue(((pieces >= low[:, None] - 1e-6) & (pieces <= high[:, None] + 1e-6)).all())
-
-    def crossing(self):
-        """Two planes that cut each other along the line between two rows of either, and a patch in front of both."""
-        return np.concatenate([plane(0, 60, (0, -2500, 0), (4, 20), (2500.0, 500.0)), plane(180, 60, (10000, 2500, 0), (4, 20), (2500.0, 500.0)),
-                               plane(30, 20, (2000, 4000, 3000), (1, 1), (2000.0, 2000.0))])
-
-    def view(self, cells, viewer):
-        path = century.write_run(self.path("run.h5"), cells=(cells[:, 0], cells[:, 2], cells[:, 3], cells[:, 4]), step=2.0)
-        return View(Run(century.turn(path, cells, np.zeros(len(cells), int))), {}, viewer)
-
-    def test_what_is_behind_is_hidden(self):
-        """On lines of sight through random points of all cells the last polygon drawn is of the cell that the line meets first, by the exact
-        intersections with all cells; but within two pieces of where two of these are equally near."""
-        cells = self.crossing()
-        corners = corners_of(cells) / 1e3
-        random = np.random.default_rng(2)
-        for viewer in ((160, 20), (70, 40), (250, 5), (0, 80)):
-            view = self.view(cells, viewer)
-            right, up, near = view.axes
-            polygons, of = view.seen(view.polygons), view.of
-            of_cells = of >= 0
-            checked = 0
-            for _ in range(250):
-                cell = random.integers(len(cells))
-                a, b = random.random(2)
-                target = corners[cell, 0] + a * (corners[cell, 1] - corners[cell, 0]) + b * (corners[cell, 3] - corners[cell, 0])
-                e, f = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
-                # target + t near = corner + p e + q f
-                p, q, t = np.linalg.solve(np.stack([e, f, np.tile(-near, (len(cells), 1))], axis=2), (target - corners[:, 0])[..., None])[..., 0].T
-                t[(p < 0) | (p > 1) | (q < 0) | (q > 1)] = -np.inf
-                first, second = np.sort(t)[[-1, -2]]
-                if first - second < 2 * view.size and np.isfinite(second):
-                    continue
-                at = target @ view.axes[:2].T
-                inside = of_cells & self.contains(polygons, at)
-                if not inside.any():  # on the rim of two polygons
-                    continue
-                self.assertEqual(of[np.flatnonzero(inside)[-1]], t.argmax(), (viewer, cell))
-                checked += 1
-            self.assertGreater(checked, 150)
-
-    @staticmethod
-    def contains(polygons, at):
-        """Convex polygons [n, 4, 2] that hold a point."""
-        sides = np.roll(polygons, -1, axis=1) - polygons
-        to = at - polygons
-        turn = sides[..., 0] * to[..., 1] - sides[..., 1] * to[..., 0]
-        return (turn > 0).all(axis=1) | (turn < 0).all(axis=1)
-
+class Lines(PictureTest):
     def test_lines_cross_triangles(self):
-        """Squares of 1 km, each of two triangles: a line a quarter down the first row is three quarters of each square in the one and a quarter in the other;
-        one down dip likewise; one on an edge between rows has the sides of the squares."""
-        corner = np.array([[[i, 0], [i + 1, 0], [i, 1]] if k else [[i + 1, 0], [i + 1, 1], [i, 1]] for i in range(3) for k in (1, 0)], float)
+        """Squares of 1 km, each of two triangles: a line a quarter down the first row is three quarters of each square
+        in the one and a quarter in the other; one down dip likewise; one on an edge between rows has the sides of the
+        squares."""
+        corner = np.array([[[i, 0], [i + 1, 0], [i, 1]] if k else [[i + 1, 0], [i + 1, 1], [i, 1]] for i in range(3)
+                           for k in (1, 0)], float)
         corner = np.concatenate([corner, corner + [0, 1]])
         flat = Plane(*np.moveaxis(corner, -1, 0).swapaxes(1, 2), cells=np.arange(12))
         for at, want in ((0.25, [0, 0.75, 1, 1.75, 2, 2.75, 3]), (1.0, [0, 1, 2, 3])):
@@ -329,143 +293,55 @@ class Views(PictureTest):
         with self.assertRaisesRegex(OutputError, "--at is max"):
             Line(flat, "strike", "max")
 
-    def test_triangles(self):
-        """Two rows of triangles that bend: pieces fill them, and their rim is the four sides, the upper one thick. Areas are of sums of at most 100
-        pieces, in double precision."""
-        x, t = np.meshgrid(np.arange(4) * 1000.0, [0.0, 1000.0, 1900.0])
-        points = np.stack([x, np.interp(t, (0, 1000, 1900), (0, 500, 1200)), np.interp(t, (0, 1000, 1900), (100, 966, 1500))], axis=-1)
-        corner = [points[[j, j, j + 1], [i, i + 1, i + 1]] for j in range(2) for i in range(3)]
-        corner += [points[[j, j + 1, j + 1], [i, i + 1, i]] for j in range(2) for i in range(3)]
-        triangles = np.array(corner)
-        pieces, of = cut_triangles(triangles, 300.0)
-        sides = np.linalg.norm(pieces - np.roll(pieces, -1, axis=1), axis=2)
-        self.assertLessEqual(sides.max(), 600.0)
-
-        def area(polygons):
-            return np.linalg.norm(np.cross(polygons[:, 1] - polygons[:, 0], polygons[:, 2] - polygons[:, 0]), axis=1) / 2
-
-        np.testing.assert_allclose(np.bincount(of, area(pieces)), area(triangles), rtol=1e-12)
-        upper, others = free_sides(triangles)
-        np.testing.assert_array_equal(np.sort(upper[:, :, 0].ravel()), [0, 1000, 1000, 2000, 2000, 3000])
-        np.testing.assert_array_equal(upper[:, :, 2], 100.0)
-        self.assertEqual(len(others), 3 + 4)
-
     def test_bent_surfaces_have_a_mean_strike(self):
-        """Triangles of a plane lie along strike and down dip; those of a bent surface are seen across its mean plane, and labels say so."""
-        for bend, labels in ((0.0, ("along strike (km)", "down dip (km)", "at 1 km down dip")), (0.2, ("along the mean strike (km)", "down the mean dip (km)", "at 1 km down the mean dip"))):
+        """Triangles of a plane lie along strike and down dip; those of a bent surface are seen across its mean plane,
+        and labels say so."""
+        for bend, labels in ((0.0, ("along strike (km)", "down dip (km)", "at 1 km down dip")),
+                             (0.2,
+                              ("along the mean strike (km)", "down the mean dip (km)", "at 1 km down the mean dip"))):
             s, d = np.meshgrid(np.arange(5) * 1000.0, np.arange(4) * 1000.0)
             points = np.stack([s, d / 2 + bend * (s - 2000) ** 2 / 1000, d * np.sqrt(0.75)], axis=-1).reshape(-1, 3)
             number = np.arange(20).reshape(4, 5)
             a, b, c, e = (part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]))
-            mesh = {"vertices": points, "triangles": np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, e], 1)]), "x": np.zeros(24), "strike": np.zeros(24)}
+            mesh = {"vertices": points, "triangles": np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, e], 1)]),
+                    "x": np.zeros(24), "strike": np.zeros(24)}
             plane, = planes_of(SimpleNamespace(mesh=mesh, planes=[(1, np.arange(24))]))
             self.assertEqual((plane.along_label, plane.down_label, Line(plane, "strike", 1.0).where), labels)
 
-    def test_views_are_not_alike(self):
-        """Frames of a run that rests for most of its time are at equal shares of its slip; of one that slips all the time at equal times."""
+    def test_rows_are_not_alike(self):
+        """Frames of a run that rests for most of its time are at equal shares of its slip; of one that slips all the
+        time at equal times."""
         times = np.linspace(0, 1000, 101)
         for slip, expected in ((np.minimum(times, 40.0), (0, 1, 2, 4)), (times, (12, 37, 62, 87))):
             fields = SimpleNamespace(name="slip", times=times, run=SimpleNamespace())
-            with mock.patch.object(snapshot_module, "event_around", lambda *_: None), mock.patch.object(snapshot_module, "mean_slip_at", lambda run, at, slip=slip: np.interp(at, times, slip)):
+            with mock.patch.object(snapshot_module, "event_around", lambda *_: None), mock.patch.object(
+                snapshot_module, "mean_slip_at", lambda run, at, slip=slip: np.interp(at, times, slip)):
                 rows = chosen_rows(fields, None, 4)
             self.assertLessEqual(np.abs(np.array(rows) - expected).max(), 1)
             self.assertGreater(np.diff(slip[rows]).min(), 0.1 * slip[-1])
 
     def test_outlines_are_the_rims(self):
-        """Upper edges are thick; an edge within a plane is none."""
+        """Of rectangles and of triangles; an edge within a plane is none."""
         corners = corners_of(plane(0, 60, (0, 0, 0), (4, 3), (500.0, 400.0)))
         upper, others = free_edges(corners)
         self.assertEqual((len(upper), len(others)), (4, 3 + 4 + 3))
         np.testing.assert_allclose(upper[..., 2], 0, atol=1e-9)
-        view = self.view(self.crossing(), (160, 20))
-        self.assertAlmostEqual(np.linalg.norm(view.polygons[view.thick > 0][:, 1] - view.polygons[view.thick > 0][:, 0], axis=1).sum(), 2 * 10 + 2, delta=1e-6)
-
-    def test_drawn_are_the_cells(self):
-        """Polygons are the projected pieces, in the colours of their cells' values; the scale is one in both directions, and the axes end where the
-        box does."""
-        import matplotlib.pyplot as plt
-        cells = self.crossing()
-        view = self.view(cells, (160, 20))
-        axes = plt.figure().subplots()
-        norm = plt.Normalize(0, len(cells))
-        artist = view.draw(axes, norm, "viridis")
-        artist.show(np.arange(len(cells)))
-        own = view.of >= 0
-        np.testing.assert_allclose(artist.get_facecolors()[own], plt.get_cmap("viridis")(norm(view.of[own])))
-        np.testing.assert_allclose(artist.get_facecolors()[~own], [[0, 0, 0, 1]] * (~own).sum())
-        drawn = np.array([path.vertices[:4] for path in artist.get_paths()])
-        np.testing.assert_allclose(drawn, view.polygons @ view.axes[:2].T)
-        self.assertEqual(axes.get_aspect(), 1)
-        # a cell of an area A across the unit vector n is seen as A |n . near|
-        corners = corners_of(cells) / 1e3
-        across = np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]) @ view.axes[2])
-        x, y = drawn[own].transpose(2, 0, 1)
-        area = 0.5 * np.abs((x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1))
-        np.testing.assert_allclose(np.bincount(view.of[own], area), across, rtol=1e-9)
-        box = box_of(corners)
-        self.assertEqual(box[0, 2], 0)
-        self.assertTrue(((box[0] <= corners.reshape(-1, 3).min(axis=0)) & (box[1] >= corners.reshape(-1, 3).max(axis=0))).all())
-        plt.close("all")
-
-    def test_numbers_are_along_the_box(self):
-        """Those of north are where points of that coordinate are, on the lower edge of the box before the fault."""
-        import matplotlib.pyplot as plt
-        view = self.view(self.crossing(), (160, 20))
-        axes = plt.figure().subplots()
-        view.draw(axes, plt.Normalize(0, 1), "viridis")
-        said = {text.get_text(): text.xy for text in axes.texts}
-        self.assertTrue({"north (km)", "east (km)", "depth (km)"} <= set(said))
-        low, high = view.box
-        # seen from azimuth 160 the sides at the south and at the east are before the fault
-        np.testing.assert_allclose(said["north (km)"], view.seen(np.array([(low[0] + high[0]) / 2, high[1], high[2]])))
-        np.testing.assert_allclose(said["10"], view.seen(np.array([10, high[1], high[2]])))
-        np.testing.assert_allclose(said["east (km)"], view.seen(np.array([low[0], (low[1] + high[1]) / 2, high[2]])))
-        plt.close("all")
-
-    def test_numbers_do_not_meet(self):
-        """Those of the two lower edges of the box, seen from all sides."""
-        import matplotlib.pyplot as plt
-        from matplotlib.text import Text
-        cells = plane(9.6, 90, (3.77e6, 399050, 0), (4, 4), (6030.0, 2600.0))  # a long box with a number of the one edge near the corner, and long numbers
-        for azimuth in (45, 135, 225, 315):
-            canvas, axes = plt.subplots(figsize=(5.2, 4.5))
-            self.view(cells, (azimuth, 25)).draw(axes, plt.Normalize(0, 1), "viridis")
-            canvas.canvas.draw()
-            boxes = {text.get_text(): Text.get_window_extent(text) for text in axes.texts if text.get_text().isdigit()}  # without their lines to the box
-            north, east = ([box for number, box in boxes.items() if low <= int(number) < high] for low, high in ((3000, 4000), (300, 500)))
-            self.assertTrue(north and east)
-            self.assertFalse(any(box.overlaps(other) for box in north for other in east), azimuth)
-            plt.close(canvas)
-
-    def test_commands(self):
-        grid = century.write_run(self.path("grid.h5"), shape=(5, 10), step=1.0)
-        self.assertEqual(self.plot("plot_run", grid, "--kind", "view"), f"Figure: {self.path('grid_view.png')}\n")
-        self.look(self.path("grid_view.png"))
-        self.plot("plot_run", grid, "--kind", "view", "--field", "slip", "--time", "50y", "100y", "--from", "20", "60", "--range", "0", "2")
-        self.plot("plot_run", grid, "--kind", "view", "--film", self.path("film.gif"), "--frames", "4", "--from", "100", "10")
-        with Image.open(self.path("film.gif")) as film:
-            self.assertEqual(film.n_frames, 4)
-            first = np.asarray(film.convert("RGB"))
-            film.seek(2)
-            self.assertTrue((first != np.asarray(film.convert("RGB"))).any())
-        events = century.write_catalogue(self.path("c.h5"))
-        self.assertEqual(self.plot("plot_catalogue", events, "--event", "largest", "--view"), f"Figure: {self.path('c_event_largest_view.png')}\n")
-        self.look(self.path("c_event_largest_view.png"))
+        x, t = np.meshgrid(np.arange(4) * 1000.0, [0.0, 1000.0, 1900.0])  # two rows that bend
+        points = np.stack([x, np.interp(t, (0, 1000, 1900), (0, 500, 1200)),
+                           np.interp(t, (0, 1000, 1900), (100, 966, 1500))], axis=-1)
+        corner = [points[[j, j, j + 1], [i, i + 1, i + 1]] for j in range(2) for i in range(3)]
+        corner += [points[[j, j + 1, j + 1], [i, i + 1, i]] for j in range(2) for i in range(3)]
+        upper, others = free_sides(np.array(corner))
+        np.testing.assert_array_equal(np.sort(upper[:, :, 0].ravel()), [0, 1000, 1000, 2000, 2000, 3000])
+        np.testing.assert_array_equal(upper[:, :, 2], 100.0)
+        self.assertEqual(len(others), 3 + 4)
 
     def test_bad_input(self):
         grid = century.write_run(self.path("grid.h5"), shape=(5, 10), step=1.0)
-        events = century.write_catalogue(self.path("c.h5"))
-        for message, arguments in (("--from is not for --kind overview; expected with --kind view", ("--from", "20", "30")),
-                                   ("--from has the elevation 95, expected degrees from 0 to 90", ("--kind", "view", "--from", "20", "95")),
-                                   ("--time is not for --film", ("--kind", "view", "--film", "a.gif", "--time", "3")),
-                                   ("--film writes no other picture: leave --kind out", ("--kind", "rupture", "--film", "a.gif"))):
+        for message, arguments in (("--time is not for --film", ("--film", "a.gif", "--time", "3")),
+                                   ("--film writes no other picture: leave --kind out",
+                                    ("--kind", "rupture", "--film", "a.gif"))):
             self.refused("plot_run", message, grid, *arguments, code=2)
-        for message, arguments in (("--view is of one event: expected with --event", ("--view",)), ("--from is of a view", ("--event", "1", "--from", "3", "4")),
-                                   ("--from has the elevation -1", ("--event", "1", "--view", "--from", "3", "-1"))):
-            self.refused("plot_catalogue", message, events, *arguments, code=2)
-        with h5py.File(grid, "r+") as file:
-            del file["parameters"]
-        self.refused("plot_run", "grid.h5: the length_x of the grid is missing; expected a file of SlipStep 0.3 or later", grid, "--kind", "view")
 
 
 if __name__ == "__main__":

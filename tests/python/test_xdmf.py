@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""FILE.xdmf2 beside -fault_output: well formed at every moment, with the cells where they are, the fields by name, times and values of
-the HDF5 file. Read here as the format says, and by ParaView's own reader (vtkXdmfReader, of Debian's python3-paraview) where it is."""
+"""FILE.xdmf2 beside -fault_output: well formed at every moment, with the cells where they are, the fields by name,
+times and values of the HDF5 file. Read here as the format says, and by ParaView's own reader (vtkXdmfReader, of
+Debian's python3-paraview) where it is."""
 import os
 import shutil
 import subprocess
@@ -27,7 +28,8 @@ FIELDS = {"slip_rate", "slip", "displacement", "traction"}
 
 
 def item(folder, node, part=()):
-    """The array of a DataItem, or of slices of it. No more is read: entries that kept views of whole fields, of a run that goes on, took 23 GB."""
+    """The array of a DataItem, or of slices of it. No more is read: entries that kept views of whole fields, of a run
+    that goes on, took 23 GB."""
     children = list(node)
     if node.get("ItemType") == "HyperSlab":
         start, stride, count = item(folder, children[0]).astype(int)
@@ -37,8 +39,10 @@ def item(folder, node, part=()):
     else:
         name, path = node.text.strip().split(":")
         with open_file(os.path.join(folder, name), "") as file:
-            data = file[path][part or slice(int(node.get("Dimensions").split()[0]))]  # a run that goes on has more meanwhile
-        assert data.dtype.kind == {"Int": "i", "Float": "f"}[node.get("NumberType")] and data.dtype.itemsize == int(node.get("Precision"))
+            # a run that goes on has more meanwhile
+            data = file[path][part or slice(int(node.get("Dimensions").split()[0]))]
+        assert (data.dtype.kind == {"Int": "i", "Float": "f"}[node.get("NumberType")]
+                and data.dtype.itemsize == int(node.get("Precision")))
     return data if part else data.reshape([int(n) for n in node.get("Dimensions").split()])
 
 
@@ -51,10 +55,12 @@ def by_format(path):
     for grid in root.find("Domain/Grid[@CollectionType='Temporal']").findall("Grid"):
         times.append(float(grid.find("Time").get("Value")))
         cells = item(folder, grid.find("Topology/DataItem"))
-        assert grid.find("Topology").get("TopologyType") == "Quadrilateral" and int(grid.find("Topology").get("NumberOfElements")) == len(cells)
+        assert (grid.find("Topology").get("TopologyType") == "Quadrilateral"
+                and int(grid.find("Topology").get("NumberOfElements")) == len(cells))
         corners = item(folder, grid.find("Geometry/DataItem"))[cells]
         assert all(node.get("Center") == "Cell" for node in grid.findall("Attribute"))
-        entries.append((corners, {node.get("Name"): item(folder, node.find("DataItem")).reshape(-1) for node in grid.findall("Attribute")}))
+        entries.append((corners, {node.get("Name"): item(folder, node.find("DataItem")).reshape(-1)
+                                  for node in grid.findall("Attribute")}))
     return np.array(times), entries
 
 
@@ -73,7 +79,8 @@ def by_vtk(path):
         points = vtk_to_numpy(grid.GetPoints().GetData())
         cells = np.array([[grid.GetCell(e).GetPointId(k) for k in range(4)] for e in range(grid.GetNumberOfCells())])
         data = grid.GetCellData()
-        entries.append((points[cells], {data.GetArrayName(k): vtk_to_numpy(data.GetArray(k)) for k in range(data.GetNumberOfArrays())}))
+        entries.append((points[cells], {data.GetArrayName(k): vtk_to_numpy(data.GetArray(k))
+                                        for k in range(data.GetNumberOfArrays())}))
     return np.array(times), entries
 
 
@@ -96,7 +103,8 @@ class Xdmf(FaultTest):
         for read in readers:
             times, entries = read(self.path(xdmf))
             with open_file(self.path(h5), "") as file:  # after the text, as it may grow
-                want = self.numbers({key: data[...] for key, data in file["fields"].items() if "CLASS" not in data.attrs}, len(centre))
+                want = self.numbers({key: data[...] for key, data in file["fields"].items()
+                                     if "CLASS" not in data.attrs}, len(centre))
                 expected = file["fields/time"][...]
             self.assertGreaterEqual(len(times), least)
             np.testing.assert_array_equal(times, expected[: len(times)])
@@ -106,8 +114,11 @@ class Xdmf(FaultTest):
                     np.testing.assert_array_equal(values, want[key][k], f"{key} {k}")
                 # corners are sums of numbers of up to 1e4 m, in double precision or, by vtk, in single
                 np.testing.assert_allclose(corners.mean(axis=1), centre * [1, 1, -1], rtol=0, atol=1e-3)
-                np.testing.assert_allclose(corners[:, 2] - corners[:, 0], np.column_stack([size[:, 0], 0 * size[:, 0], -size[:, 1]]), rtol=0, atol=2e-3)
-                np.testing.assert_allclose(corners[:, 1, 2], corners[:, 0, 2], rtol=0, atol=0)  # the first edge is along strike
+                np.testing.assert_allclose(corners[:, 2] - corners[:, 0],
+                                           np.column_stack([size[:, 0], 0 * size[:, 0], -size[:, 1]]), rtol=0,
+                                           atol=2e-3)
+                # the first edge is along strike
+                np.testing.assert_allclose(corners[:, 1, 2], corners[:, 0, 2], rtol=0, atol=0)
         return len(times)
 
     def grid(self):
@@ -115,18 +126,23 @@ class Xdmf(FaultTest):
         return np.column_stack([x.ravel(), 0 * x.ravel(), z.ravel()]), np.tile([500.0, 600.0], (30, 1))
 
     def test_grid(self):
-        for name, options in (("a.h5", []), ("of & two.h5", ["-fault_output_precision", "single", "-fault_output_compression", "5"]),
-                              ("fewer.h5", ["-fault_output_fields", "slip,traction", "-fault_output_time_interval", "0.3"])):
+        for name, options in (("a.h5", []),
+                              ("of & two.h5", ["-fault_output_precision", "single", "-fault_output_compression", "5"]),
+                              ("fewer.h5",
+                               ["-fault_output_fields", "slip,traction", "-fault_output_time_interval", "0.3"])):
             self.fault(*GRID, "-fault_output", name, *options)
             self.compare(name + ".xdmf2", name, *self.grid())
-        self.assertEqual(sorted(os.listdir(self.folder.name)), sorted(n + e for n in ("a.h5", "of & two.h5", "fewer.h5") for e in ("", ".xdmf2")))
+        self.assertEqual(sorted(os.listdir(self.folder.name)),
+                         sorted(n + e for n in ("a.h5", "of & two.h5", "fewer.h5") for e in ("", ".xdmf2")))
 
     def test_vectors(self):
         """Two components of slip, on a grid and on a mesh: a number for each."""
-        vectors = ["-fault_slip_components", "2", "-fault_rake", "30", "-ts_max_time", "3", "-fault_output_fields", "slip,traction,state"]
+        vectors = ["-fault_slip_components", "2", "-fault_rake", "30", "-ts_max_time", "3", "-fault_output_fields",
+                   "slip,traction,state"]
         self.fault(*GRID, *vectors, "-fault_output", "a.h5")
         self.compare("a.h5.xdmf2", "a.h5", *self.grid())
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "uniform", "--cells", "4", "3"], cwd=self.folder.name,
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "uniform", "--cells",
+                        "4", "3"], cwd=self.folder.name,
                        check=True, capture_output=True)
         with h5py.File(self.path("mesh")) as file:
             cells = file["cells"][...]
@@ -134,7 +150,8 @@ class Xdmf(FaultTest):
         self.compare("b.h5.xdmf2", "b.h5", cells[:, :3], cells[:, 3:])
 
     def test_mesh_on_ranks(self):
-        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells", "5", "4", "--ratio", "2",
+        subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", "parallel", "--cells",
+                        "5", "4", "--ratio", "2",
                         "--offset", "1000", "--shift", "500"], cwd=self.folder.name, check=True, capture_output=True)
         with h5py.File(self.path("mesh")) as file:
             cells = file["cells"][...]
@@ -143,19 +160,25 @@ class Xdmf(FaultTest):
             self.compare(f"{ranks}.h5.xdmf2", f"{ranks}.h5", cells[:, :3], cells[:, 3:])
 
     def test_planes_of_any_direction(self):
-        """A grid that dips, one plane, a listric fault and segments: each cell goes from its upper corner along the strike and down the dip, as the
-        words of geometry.md have it; rows and segments meet in their corners, which asks for no formula of directions."""
-        load = ["-fault_friction_law", "rate_and_state", "-fault_normal_stress", "50e6", "-fault_normal_stress_gradient", "0", "-fault_rake", "90",
+        """A grid that dips, one plane, a listric fault and segments: each cell goes from its upper corner along the
+        strike and down the dip, as the words of geometry.md have it; rows and segments meet in their corners, which
+        asks for no formula of directions."""
+        load = ["-fault_friction_law", "rate_and_state", "-fault_normal_stress", "50e6",
+                "-fault_normal_stress_gradient", "0", "-fault_rake", "90",
                 "-fault_loading_rate", "1e-9", "-fault_friction_slip", "0.05", "-ts_max_time", "1e6"]
-        self.fault(*load, "-fault_nx", 4, "-fault_nz", 3, "-fault_length_x", 2000, "-fault_length_z", 1500, "-fault_strike", 110, "-fault_dip", 35,
+        self.fault(*load, "-fault_nx", 4, "-fault_nz", 3, "-fault_length_x", 2000, "-fault_length_z", 1500,
+                   "-fault_strike", 110, "-fault_dip", 35,
                    "-fault_depth_top", 700, "-fault_output", "grid.h5")
         s, d = (part.ravel() for part in np.meshgrid((np.arange(4) + 0.5) * 500, (np.arange(3) + 0.5) * 500))
         turn, dip = np.radians(110), np.radians(35)
-        centres = np.column_stack([s * np.cos(turn) - d * np.cos(dip) * np.sin(turn), s * np.sin(turn) + d * np.cos(dip) * np.cos(turn), 700 + d * np.sin(dip)])
+        centres = np.column_stack([s * np.cos(turn) - d * np.cos(dip) * np.sin(turn),
+                                   s * np.sin(turn) + d * np.cos(dip) * np.cos(turn), 700 + d * np.sin(dip)])
         self.oriented("grid", np.column_stack([centres, np.tile([500, 500, 110, 35], (12, 1))]))
-        for kind, options in (("dipping", ["--strike", "200", "--dip", "50"]), ("listric", ["--strike", "310", "--dip", "75"]),
+        for kind, options in (("dipping", ["--strike", "200", "--dip", "50"]),
+                              ("listric", ["--strike", "310", "--dip", "75"]),
                               ("segmented", ["--strikes", "0", "40", "20", "--dip", "60"])):
-            subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", kind, "--cells", "4", "3", "--size", "4000", "2000", *options],
+            subprocess.run([sys.executable, os.path.join(SOURCE, "examples", "make_mesh.py"), "mesh", kind, "--cells",
+                            "4", "3", "--size", "4000", "2000", *options],
                            cwd=self.folder.name, check=True, capture_output=True)
             with h5py.File(self.path("mesh")) as file:
                 cells = file["cells"][...]
@@ -166,27 +189,32 @@ class Xdmf(FaultTest):
             if kind != "segmented":
                 np.testing.assert_allclose(corners[:, :-1, :, [3, 2]], corners[:, 1:, :, [0, 1]], atol=1e-3)
             meet = [np.linalg.norm(corners[:-1, :, -1, 1 + k] - corners[1:, :, 0, 3 * k], axis=2) for k in (0, 1)]
-            np.testing.assert_allclose(np.minimum(*meet), 0, atol=1e-3)  # of each row the upper or the lower corner is on the bend
+            # of each row the upper or the lower corner is on the bend
+            np.testing.assert_allclose(np.minimum(*meet), 0, atol=1e-3)
 
     def oriented(self, name, cells):
         """Corners of the last entry [N, 4, 3], which are those of cells [N, 7]; to 1e-3 m: vtk has single precision."""
         turn, dip = np.radians(cells[:, 5]), np.radians(cells[:, 6])
         along = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
-        down = np.column_stack([-np.sin(turn) * np.cos(dip), np.cos(turn) * np.cos(dip), -np.sin(dip)])  # z is upward here
+        # z is upward here
+        down = np.column_stack([-np.sin(turn) * np.cos(dip), np.cos(turn) * np.cos(dip), -np.sin(dip)])
         for read in READERS:
             _, entries = read(self.path(f"{name}.h5.xdmf2"))
             corners, fields = entries[-1]
             self.assertIn("slip", fields)
             np.testing.assert_allclose(corners.mean(axis=1), cells[:, :3] * [1, 1, -1], rtol=0, atol=1e-3)
-            for a, b, side in ((0, 1, cells[:, 3:4] * along), (3, 2, cells[:, 3:4] * along), (0, 3, cells[:, 4:5] * down)):
+            for a, b, side in ((0, 1, cells[:, 3:4] * along), (3, 2, cells[:, 3:4] * along),
+                               (0, 3, cells[:, 4:5] * down)):
                 np.testing.assert_allclose(corners[:, b] - corners[:, a], side, rtol=0, atol=2e-3)
         return corners
 
     def test_while_it_goes(self):
-        """At every moment FILE.part.xdmf2 can be read, with FILE.part; it grows; a kill leaves both, and a restart goes on. Plain readers,
-        as that of vtk, are refused while a flush is written, a moment that comes ten times a second here. A reader, of which a look takes a time
-        for each entry, keeps up with an entry every 500 steps; the run would end by itself after 4,000."""
-        slow = [FAULT, *GRID[:-1], "1e4", "-ts_adapt_type", "none", "-ts_dt", "1e-3", "-fault_output", "a.h5", "-fault_output_interval", "500",
+        """At every moment FILE.part.xdmf2 can be read, with FILE.part; it grows; a kill leaves both, and a restart goes
+        on. Plain readers, as that of vtk, are refused while a flush is written, a moment that comes ten times a second
+        here. A reader, of which a look takes a time for each entry, keeps up with an entry every 500 steps; the run
+        would end by itself after 4,000."""
+        slow = [FAULT, *GRID[:-1], "1e4", "-ts_adapt_type", "none", "-ts_dt", "1e-3", "-fault_output", "a.h5",
+                "-fault_output_interval", "500",
                 "-ts_max_steps", "2000000", "-fault_checkpoint", "state", "-fault_checkpoint_interval", "0.2"]
         run = subprocess.Popen(slow, cwd=self.folder.name, stdout=subprocess.DEVNULL)
         self.addCleanup(run.wait)
@@ -223,8 +251,10 @@ class Xdmf(FaultTest):
     def test_paraview_chooses_the_reader(self):
         self.fault(*GRID, "-fault_output", "a.h5")
         with open(self.path("open.py"), "w") as file:
-            file.write(f"from paraview.simple import *\nprint(sorted(OpenDataFile({self.path('a.h5.xdmf2')!r}).CellData.keys()))\n")
-        done = subprocess.run(["pvpython", "--force-offscreen-rendering", self.path("open.py")], capture_output=True, text=True)
+            file.write("from paraview.simple import *\n"
+                       f"print(sorted(OpenDataFile({self.path('a.h5.xdmf2')!r}).CellData.keys()))\n")
+        done = subprocess.run(["pvpython", "--force-offscreen-rendering", self.path("open.py")], capture_output=True,
+                              text=True)
         self.assertIn(str(sorted(FIELDS)), done.stdout, done.stderr)
 
     @unittest.skipUnless(vtkXdmfReader, "vtkXdmfReader is missing: apt-get install python3-paraview (0.7 GB)")

@@ -1,17 +1,16 @@
 #!/usr/bin/env python3
 """Turn a Stable-Baselines3 zip (TQC, TD3 or SAC) into a SlipStep policy file, without torch.
 
-    import_sb3.py IN.zip OUT.h5 [--preset fault|sliding_mode|circuit] [--dt-min STEP] [--dt-max STEP] [--vecnormalize F.pkl]
+    import_sb3.py IN.zip OUT.h5 [--preset fault|sliding_mode|circuit] [--dt-min S] [--dt-max S] [--vecnormalize F.pkl]
 
-STEP is a number with a unit: seconds (6 or 6s), the problem's time scale (1e-6T*) or the simulated time (0.2t_max).
-The circuit's policies observe states over their start: run them with -circuit_unit start. Before the first step policies of
-sliding_mode and circuit are shown a last attempt other than the study's. The spaces that the zip names must be the preset's: so
-many observations, and one action from 0 to 1 or -1 to 1, a share of the way from the smallest step to the largest. Of an action
-with other bounds only --dt-min and --dt-max together say which steps they mean. --vecnormalize takes the file that
-VecNormalize.save() wrote, and its means and variances become offset and scale of the policy file; its clipping of observations is
-left out. The zip's weights are read without Python's unpickler: tensors are built and nothing else, and no code of the file is ever
-run. Exit code 2 and one line on standard error when the zip does not hold such a policy; OUT.h5 is then left as it was.
-"""
+S is a number with a unit: seconds (6 or 6s), the problem's time scale (1e-6T*) or the simulated time (0.2t_max).
+The circuit's policies observe states over their start: run them with -circuit_unit start. Before the first step
+policies of sliding_mode and circuit are shown a last attempt other than the study's. The spaces that the zip names must
+be the preset's: so many observations, and one action from 0 to 1 or -1 to 1, a share of the way from the smallest step
+to the largest. Of an action with other bounds only --dt-min and --dt-max together say which steps they mean.
+--vecnormalize takes the file that VecNormalize.save() wrote, and its means and variances become offset and scale of the
+policy file; its clipping of observations is left out. No code of the zip is ever run. Exit code 2 and one line on
+standard error when the zip does not hold such a policy; OUT.h5 is then left as it was."""
 import argparse
 import collections
 import io
@@ -42,10 +41,8 @@ MAX_WORD = 64  # of byteorder
 MAX_MEMBERS = 10000
 MAX_WHOLE = 1 << 53  # integers up to here are doubles
 
-# What the study's environments observe, in their networks' order, and the steps they choose from. The circuit's states
-# are over their own start there: run it with -circuit_unit start. Before the first step SlipStep shows every policy the
-# same last attempt (residual 0.5, converged 0, accuracy 0, step -0.5, as the study's fault does), where the study's
-# sliding mode begins with 1.005, 1, 1, 1 and its circuit with 1.005, 0, 0, 0.05: only the first step can differ.
+# What the study's environments observe, in their networks' order, and their steps. Before the first its sliding mode
+# has 1.005, 1, 1, 1 as the last attempt, its circuit 1.005, 0, 0, 0.05, and SlipStep 0.5, 0, 0, -0.5.
 LAST_ATTEMPT = ["residual", "converged", "accuracy", "step"]
 PRESETS = {
     "fault": (["energy", "velocity"] + LAST_ATTEMPT, (1e-6, "T*"), (6.0, "s")),
@@ -368,12 +365,12 @@ def check_spaces(data, names, both_steps):
     if not low < high or math.isinf(low) or math.isinf(high):
         raise BadPolicy(f"its action_space is from {low:g} to {high:g}; expected two finite bounds, in order")
     if (low, high) not in ((0, 1), (-1, 1)) and not both_steps:
-        raise BadPolicy(f"its action_space is from {low:g} to {high:g}, where the preset's is a share, from 0 to 1 or -1 to 1; "
-                        "expected --dt-min and --dt-max, the steps that these bounds mean")
+        raise BadPolicy(f"its action_space is from {low:g} to {high:g}, where the preset's is a share, from 0 to 1 "
+                        "or -1 to 1; expected --dt-min and --dt-max, the steps that these bounds mean")
 
 
 class Thing:
-    """What stands for every class and function that a pickle names: none of them is looked up, and nothing of the file runs."""
+    """What stands for every class and function that a pickle names: none is looked up, and nothing of the file runs."""
 
     def __new__(cls, *_arguments, **_named):
         return object.__new__(cls)
@@ -408,12 +405,13 @@ def numbers_of(thing, what, width):
     if type(content).__name__ == "encode" and len(content.arguments) == 2 and isinstance(content.arguments[0], str):
         content = content.arguments[0].encode("latin1")  # bytes as protocol 2 has them
     kind = dtype.arguments[0] if isinstance(dtype, Thing) and dtype.arguments else None
-    order = dtype.state[1] if isinstance(dtype, Thing) and isinstance(dtype.state, tuple) and len(dtype.state) > 1 else "<"
+    order = (dtype.state[1] if isinstance(dtype, Thing) and isinstance(dtype.state, tuple) and len(dtype.state) > 1
+             else "<")
     if not isinstance(content, (bytes, bytearray)) or kind not in ("f8", "f4") or order not in ("<", "=", "|"):
         raise BadPolicy(f"{what} is no array of numbers")
     item = int(kind[1])
     if len(content) != width * item:
-        raise BadPolicy(f"{what} has {len(content) // item} numbers; expected {width}, one an observation of the preset")
+        raise BadPolicy(f"{what} has {len(content) // item} numbers; expected {width}, one an observation")
     found = np.frombuffer(content, "<" + kind).astype(float)
     if not np.isfinite(found).all():
         raise BadPolicy(f"{what} has numbers that are not finite")
@@ -438,8 +436,10 @@ def read_vecnormalize(path, width):
         mean = numbers_of(rms.state.get("mean"), f"the mean in {path}", width)
         variance = numbers_of(rms.state.get("var"), f"the var in {path}", width)
         epsilon, clip = state.get("epsilon", 1e-8), state.get("clip_obs", math.inf)
-        if not all(isinstance(x, (int, float)) and x >= 0 for x in (epsilon, clip)) or not (variance + epsilon > 0).all():
-            raise BadPolicy(f"{path} has epsilon {epsilon}, clip_obs {clip} and a variance down to {variance.min():g}; expected positive numbers")
+        if (not all(isinstance(x, (int, float)) and x >= 0 for x in (epsilon, clip))
+            or not (variance + epsilon > 0).all()):
+            raise BadPolicy(f"{path} has epsilon {epsilon}, clip_obs {clip} and a variance down to {variance.min():g}; "
+                            "expected positive numbers")
         scale = 1 / np.sqrt(variance + epsilon)
         return scale, -mean * scale, clip
     except BadPolicy:
@@ -583,7 +583,7 @@ def main():
     parser.add_argument("--preset", choices=sorted(PRESETS), default="fault", help="observations and steps (fault)")
     parser.add_argument("--dt-min", type=step, metavar="STEP", help="smallest step (fault: 1e-6T*)")
     parser.add_argument("--dt-max", type=step, metavar="STEP", help="largest step (fault: 6s)")
-    parser.add_argument("--vecnormalize", metavar="F.pkl", help="file of VecNormalize.save(), where the policy was trained under it")
+    parser.add_argument("--vecnormalize", metavar="F.pkl", help="file of VecNormalize.save() of the policy's training")
     parser.add_argument("--alpha", type=float, help="weight of the error in the reward, written to the file")
     args = parser.parse_args()
     try:

@@ -96,8 +96,8 @@ cp "$transfer" policies/fault_tqc_alpha8_mesh30.h5
 
 curves=() # without the transfer's, which begins where another ends
 for alpha in $alphas; do curves+=("log_fault_tqc_alpha${alpha}_seed"*.h5); done
-"$python" "$root/output/plot_training.py" "${curves[@]}" log_fault_td3_alpha*.h5 --figure fault_curves.png
+"$python" "$root/src/package/program.py" plot-training "${curves[@]}" log_fault_td3_alpha*.h5 --figure fault_curves.png
 for problem in sliding_mode circuit; do
-  "$python" "$root/output/plot_training.py" log_${problem}_t*_alpha*.h5 --figure ${problem}_curves.png
+  "$python" "$root/src/package/program.py" plot-training log_${problem}_t*_alpha*.h5 --figure ${problem}_curves.png
 done
 cat choice.txt

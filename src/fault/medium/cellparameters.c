@@ -11,7 +11,7 @@ static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[],
 }
 
 /* What the root of an input file may hold, which one file can be for all of them: fields, cells and their faults,
-   stiffness; slip and points of `elastic`; /model, in which convert.py keeps what else a slip model said. */
+   stiffness; slip and points of `elastic`; /model, in which slipstep convert keeps what else a slip model said. */
 const char *SlipFaultFieldNames(void)
 {
   static char names[FAULT_MAX_NAMES];

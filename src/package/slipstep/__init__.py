@@ -8,10 +8,12 @@
     result.dataset, result.catalogue                             # xarray and pandas, where they are installed
     slipstep.open("run.h5")                                      # the same of a file of the program
     slipstep.Study("study.toml").run().table                     # many runs, see slipstep.studies
-    slipstep.Run("run.h5"), slipstep.Catalogue("events.h5")      # readers that pictures and tables are made with, fields when asked for
+    slipstep.Run("run.h5"), slipstep.Catalogue("events.h5")      # readers that pictures and tables are made with,
+                                                                 # fields when asked for
 
-A fault runs in this process where petsc4py of the library's PETSc is there, else by the program `fault`. load(), call(), small(),
-totals() and version() need petsc4py: they are the functions of the library for a TS of yours, see slipstep.petsc.
+A fault runs in this process where petsc4py of the library's PETSc is there, else by the program `fault`. load(),
+call(), small(), totals() and version() need petsc4py: they are the functions of the library for a TS of yours, see
+slipstep.petsc.
 """
 
 import importlib
@@ -19,13 +21,16 @@ import os
 
 from .errors import Error, SlipStepWarning
 
-__all__ = ["Fault", "Study", "Error", "SlipStepWarning", "Result", "open", "Run", "Catalogue", "OutputError", "load", "call", "small", "totals", "version", "Totals"]
-_MODULES = ("checks", "errors", "fields", "formats", "geometry", "modules", "numbers", "petsc", "plots", "programs", "results", "running", "studies", "times", "wells")
+__all__ = ["Fault", "Study", "Error", "SlipStepWarning", "Result", "open", "Run", "Catalogue", "OutputError", "load",
+           "call", "small", "totals", "version", "Totals"]
+_MODULES = ("checks", "errors", "fields", "formats", "geometry", "modules", "numbers", "petsc", "plots", "programs",
+            "results", "running", "studies", "times", "wells")
 _RESULTS = ("Catalogue", "OutputError", "Result", "Run", "open")
 
 
 def _fault_class():
-    """The Fault of this machine: with petsc4py and the library that of slipstep.petsc, else one that starts the program."""
+    """The Fault of this machine: with petsc4py and the library that of slipstep.petsc, else one that starts the
+    program."""
     backend = os.environ.get("SLIPSTEP_BACKEND")
     if backend != "program":
         try:

@@ -9,7 +9,8 @@ HERE = os.path.dirname(__file__) + os.sep
 
 
 class Error(RuntimeError):
-    """A run that could not be made: the line that the program prints, which names the option, file or dataset and what was expected."""
+    """A run that could not be made: the line that the program prints, which names the option, file or dataset and what
+    was expected."""
 
 
 class OutputError(Error):
@@ -17,7 +18,8 @@ class OutputError(Error):
 
 
 class SlipStepWarning(UserWarning):
-    """What a run warns of, a warning for each line that the program prints; warnings.filterwarnings("error", category=SlipStepWarning) makes errors of them."""
+    """What a run warns of, a warning for each line that the program prints; warnings.filterwarnings("error",
+    category=SlipStepWarning) makes errors of them."""
 
 
 def warn(*lines):

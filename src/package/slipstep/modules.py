@@ -1,5 +1,5 @@
-"""What programs in Python share: need() says before modules are imported which of Debian's packages have them, find_program() where a program of
-the library is, one_line() how errors end."""
+"""What programs in Python share: need() says before modules are imported which of Debian's packages have them,
+find_program() where a program of the library is, one_line() how errors end."""
 
 import csv
 import functools
@@ -25,11 +25,14 @@ def need(*modules):
         return
     main = sys.modules["__main__"]
     name = os.path.basename(str(getattr(main, "__file__", "")))
-    is_script = getattr(main, "__spec__", None) is None and (name.endswith(".py") or name.startswith("slipstep-") or name == "slipstep")  # as Debian's package calls them
+    # as Debian's package calls them
+    is_script = getattr(main, "__spec__", None) is None and (name.endswith(".py") or name.startswith("slipstep-")
+                                                             or name == "slipstep")
     if is_script and os.path.exists(DEBIAN) and os.path.realpath(sys.executable) != os.path.realpath(DEBIAN):
         os.execv(DEBIAN, [DEBIAN, *sys.orig_argv[1:]])
     sys.exit(f"{program()}: {sys.executable} has no {', '.join(missing)}; Debian's packages are "
-             + " ".join("python3-" + name.lower().replace("_", "-") for name in modules) + f", for {DEBIAN}")  # whose names have no underscores
+             # whose names have no underscores
+             + " ".join("python3-" + name.lower().replace("_", "-") for name in modules) + f", for {DEBIAN}")
 
 
 def program():
@@ -38,7 +41,8 @@ def program():
 
 
 def one_line(main):
-    """A main() whose errors of files and of values end with one line, which begins with the program's name, as do SlipStepWarnings."""
+    """A main() whose errors of files and of values end with one line, which begins with the program's name, as do
+    SlipStepWarnings."""
     show = warnings.showwarning
 
     def one(message, category, *more, **rest):
@@ -60,7 +64,8 @@ def one_line(main):
 
 
 def csv_rows(path):
-    """Numbers of lines and words of a CSV file, without blank lines and those that begin with #. Error: it cannot be read."""
+    """Numbers of lines and words of a CSV file, without blank lines and those that begin with #. Error: it cannot be
+    read."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             rows = [(number, [word.strip() for word in row]) for number, row in enumerate(csv.reader(file), 1)]
@@ -70,10 +75,11 @@ def csv_rows(path):
 
 
 def find_program(name):
-    """A program of SlipStep: of the build that SLIPSTEP_BUILD names, of the source, build or installation that this package is in, or on PATH, where
-    Debian's names begin with slipstep-; None: there is none."""
+    """A program of SlipStep: of the build that SLIPSTEP_BUILD names, of the source, build or installation that this
+    package is in, or on PATH, where Debian's names begin with slipstep-; None: there is none."""
     folders = [os.path.join(os.environ["SLIPSTEP_BUILD"], "bin")] if "SLIPSTEP_BUILD" in os.environ else []
-    folders += [os.path.normpath(os.path.join(HERE, *up)) for up in (("..", "..", "..", "build", "bin"), ("..", "..", "..", "bin"), ("..", "..", "..", "..", "bin"))]
+    folders += [os.path.normpath(os.path.join(HERE, *up)) for up
+                in (("..", "..", "..", "build", "bin"), ("..", "..", "..", "bin"), ("..", "..", "..", "..", "bin"))]
     for path in (*folders, None):
         for word in (f"slipstep-{name}", name):
             found = shutil.which(word, path=path)
@@ -89,5 +95,6 @@ def program_fault():
         raise Error(f"SLIPSTEP_FAULT is {named}, expected a program")
     path = named or find_program("fault")
     if not path:
-        raise Error("there is neither petsc4py with the library of SlipStep nor the program fault: set SLIPSTEP_LIBRARY, or SLIPSTEP_FAULT to the program")
+        raise Error("there is neither petsc4py with the library of SlipStep nor the program fault: set "
+                    "SLIPSTEP_LIBRARY, or SLIPSTEP_FAULT to the program")
     return path

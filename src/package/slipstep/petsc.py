@@ -8,9 +8,9 @@
     ts.setType("bathe")                          # and anything else that petsc4py does with a TS
     slipstep.call("TSBatheSetGamma", ts, 2 - 2 ** 0.5)   # any public function, see the reference
 
-load() takes the library two or three folders up, or the one that SLIPSTEP_LIBRARY names. small() makes a TS integrate a system
-of a few states with friction, Fault is a fault with one TS. Nothing of the library's memory is laid out again here:
-objects are handles, numbers are arguments. Errors are PETSc.Error, as petsc4py's own.
+load() takes the library two or three folders up, or the one that SLIPSTEP_LIBRARY names. small() makes a TS integrate a
+system of a few states with friction, Fault is a fault with one TS. Nothing of the library's memory is laid out again
+here: objects are handles, numbers are arguments. Errors are PETSc.Error, as petsc4py's own.
 """
 
 import collections
@@ -38,12 +38,15 @@ FORCE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, REALS, REALS, ctypes.c_v
 BOUND = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, REALS, REALS, REALS, ctypes.c_void_p)
 PETSC_ERR_USER = 83
 PETSC_ERR_ARG_UNKNOWN_TYPE = 86
-FILES = ("output", "catalogue", "checkpoint", "restart", "stations")  # what Fault.solve() writes and reads, and ts.solve() does not
-EVENT = ("onset", "end", "x", "y", "z", "cell", "area", "mean_slip", "max_slip", "direction", "moment", "magnitude", "stress_drop",
-         "peak_slip_rate", "elastic_energy", "kinetic_energy", "dissipated_energy", "radiated_energy", "loading_work", "ledger", "steps",
-         "fault", "rake", "rupture_speed", "radiated_efficiency", "goes_on", "images")
+# what Fault.solve() writes and reads, and ts.solve() does not
+FILES = ("output", "catalogue", "checkpoint", "restart", "stations")
+EVENT = ("onset", "end", "x", "y", "z", "cell", "area", "mean_slip", "max_slip", "direction", "moment", "magnitude",
+         "stress_drop",
+         "peak_slip_rate", "elastic_energy", "kinetic_energy", "dissipated_energy", "radiated_energy", "loading_work",
+         "energy_residual", "steps", "fault", "rake", "rupture_speed", "radiated_efficiency", "goes_on", "images")
 # of several faults, a number for each
-EVENT_OF_FAULTS = ("fault_moment", "fault_area", "fault_mean_slip", "fault_stress_drop", "fault_onset", "fault_cell", "fault_dissipated_energy")
+EVENT_OF_FAULTS = ("fault_moment", "fault_area", "fault_mean_slip", "fault_stress_drop", "fault_onset", "fault_cell",
+                   "fault_dissipated_energy")
 
 Totals = collections.namedtuple("Totals", "attempts accepted solves newton linear")
 _library = None
@@ -102,7 +105,8 @@ def _argument(value):
         return ctypes.c_double(value)
     if isinstance(value, np.ndarray):
         if value.dtype not in (np.dtype(np.float64), np.dtype(PETSc.IntType)) or not value.flags.c_contiguous:
-            raise TypeError(f"an array of {value.dtype}: expected contiguous {np.dtype(np.float64)} or {np.dtype(PETSc.IntType)}")
+            raise TypeError(f"an array of {value.dtype}: expected contiguous {np.dtype(np.float64)} or "
+                            f"{np.dtype(PETSc.IntType)}")
         return ctypes.c_void_p(value.ctypes.data)
     return value  # None, and what is of ctypes already
 
@@ -130,8 +134,8 @@ def used(name):
 
 
 def totals(ts):
-    """Attempts, accepted steps, Bathe solves, Newton and linear iterations since ts.solve() began. Types other than bathe,
-    as that of rate-and-state friction, have no Bathe solves: 0."""
+    """Attempts, accepted steps, Bathe solves, Newton and linear iterations since ts.solve() began. Types other than
+    bathe, as that of rate-and-state friction, have no Bathe solves: 0."""
     if ts.getType() not in ("bathe", "moreau"):
         accepted = ts.getStepNumber()
         return Totals(accepted + ts.getStepRejections(), accepted, 0, ts.getSNESIterations(), ts.getKSPIterations())
@@ -141,7 +145,8 @@ def totals(ts):
 
 
 def _guarded(function, kind, *sizes):
-    """function(t, *arrays) as C calls it; an array that C has not is None. An exception is printed, and fails the solve."""
+    """function(t, *arrays) as C calls it; an array that C has not is None. An exception is printed, and fails the
+    solve."""
 
     def guarded(t, *pointers):
         try:
@@ -158,7 +163,8 @@ def small(ts, mass, rows, force, jacobian, bound):
     """Make ts integrate A dw/dt = F_s(t, w) + F_r, |F_r| <= q in some rows (SlipSmall of slipsnes.h), on one process.
 
     mass [n] is the diagonal of A, rows where reactions enter, ascending. The functions fill arrays: force(t, w, F) [n],
-    jacobian(t, w, J) [n, n], zero before, bound(t, w, q, dq) [len(rows)], where dq, the derivatives by |w|, may be None.
+    jacobian(t, w, J) [n, n], zero before, bound(t, w, q, dq) [len(rows)], where dq, the derivatives by |w|, may be
+    None.
     """
     mass, rows = np.array(mass, dtype=np.float64).ravel(), np.array(rows, dtype=PETSc.IntType).ravel()
     n, m = (mass.size,), (rows.size,)
@@ -168,7 +174,8 @@ def small(ts, mass, rows, force, jacobian, bound):
 
 
 def largest_rate(ts, w):
-    """The largest slip rate of all cells of a state of a fault [m/s], in their planes, as /series has it; collective. Rows of w as of configure()."""
+    """The largest slip rate of all cells of a state of a fault [m/s], in their planes, as /series has it; collective.
+    Rows of w as of configure()."""
     size = w.getBlockSize()
     rates = w.getArray(readonly=True).reshape(-1, size)[:, : min((size - 1) // 2, 2)]
     peak = PETSc.Vec().createMPI((1, PETSc.DECIDE), comm=ts.getComm())
@@ -180,7 +187,8 @@ def largest_rate(ts, w):
 
 @contextlib.contextmanager
 def silence():
-    """What PETSc prints on stdout goes nowhere meanwhile, be it by C or, in notebooks, by sys.stdout; errors, on stderr, still show."""
+    """What PETSc prints on stdout goes nowhere meanwhile, be it by C or, in notebooks, by sys.stdout; errors, on
+    stderr, still show."""
     libc = ctypes.CDLL(None)
     libc.fopen.restype = ctypes.c_void_p
     stdout = ctypes.c_void_p.in_dll(load(), "PETSC_STDOUT")
@@ -196,7 +204,8 @@ def silence():
 
 @contextlib.contextmanager
 def keep_warnings():
-    """The first process prints no warnings meanwhile, which are in the result: unless there is none, as there was an error."""
+    """The first process prints no warnings meanwhile, which are in the result: unless there is none, as there was an
+    error."""
     call("SlipWarningsKeep", not PETSc.COMM_WORLD.getRank(), False)
     failed = True
     try:
@@ -207,8 +216,10 @@ def keep_warnings():
 
 
 def kills_again():
-    """Whether a second SIGINT ends this process at once: not a notebook, which would lose all it has, nor one of several, which get signals by two ways."""
-    return "ipykernel" not in sys.modules and PETSc.COMM_WORLD.getSize() == 1 and hasattr(ctypes.CDLL(None), "sysv_signal")
+    """Whether a second SIGINT ends this process at once: not a notebook, which would lose all it has, nor one of
+    several, which get signals by two ways."""
+    return ("ipykernel" not in sys.modules and PETSc.COMM_WORLD.getSize() == 1
+            and hasattr(ctypes.CDLL(None), "sysv_signal"))
 
 
 @contextlib.contextmanager
@@ -221,7 +232,8 @@ def handled(function):
     if kills_again():  # C code may compute long, while Python calls no function
         library = ctypes.CDLL(None)
         library.sysv_signal.restype, library.sysv_signal.argtypes = ctypes.c_void_p, (ctypes.c_int, ctypes.c_void_p)
-        library.sysv_signal(signal.SIGINT, library.sysv_signal(signal.SIGINT, int(signal.SIG_IGN)))  # Python's own handler, now for one signal
+        # Python's own handler, now for one signal
+        library.sysv_signal(signal.SIGINT, library.sysv_signal(signal.SIGINT, int(signal.SIG_IGN)))
     try:
         yield
     finally:
@@ -230,8 +242,8 @@ def handled(function):
 
 @contextlib.contextmanager
 def database_of(fault, given):
-    """PETSc's options are those of a fault meanwhile, with what its file of options has beside what is given. Gives what is given, with nx and nz of
-    that file: arrays need the shape before the options are read."""
+    """PETSc's options are those of a fault meanwhile, with what its file of options has beside what is given. Gives
+    what is given, with nx and nz of that file: arrays need the shape before the options are read."""
     database = PETSc.Options()
     before = database.getAll()
     try:
@@ -329,8 +341,8 @@ class Process(Program):
 
 
 class Fault(Runs):
-    """A fault in this process (slipfault.h): the case "3 km" with one cell until parameters are set. What has one number a
-    cell is an array [nz, nx] in the order of the grid, or [1, n] of the rows of a mesh, on every rank.
+    """A fault in this process (slipfault.h): the case "3 km" with one cell until parameters are set. What has one
+    number a cell is an array [nz, nx] in the order of the grid, or [1, n] of the rows of a mesh, on every rank.
 
     run() does everything; configure(), solve() and values() are for a TS of yours."""
 
@@ -351,9 +363,10 @@ class Fault(Runs):
         self.set(**parameters)
 
     def set(self, name=None, value=None, /, **parameters):
-        """Parameters by the names of their options without "fault_", set("friction_a", value) or set(friction_a=value): numbers, texts, True and False
-        (inertia=False), and for fields arrays, [nz, nx], or [n] of all cells iz * nx + ix, or of the rows of a mesh, or functions of the cells
-        (slipstep.fields). Names as ts_max_time are options of PETSc, for run()."""
+        """Parameters by the names of their options without "fault_", set("friction_a", value) or set(friction_a=value):
+        numbers, texts, True and False (inertia=False), and for fields arrays, [nz, nx], or [n] of all cells iz * nx +
+        ix, or of the rows of a mesh, or functions of the cells (slipstep.fields). Names as ts_max_time are options of
+        PETSc, for run()."""
         parameters = self._record(parameters if name is None else {name: value, **parameters})
         fields = {}
         for name, value in parameters.items():
@@ -388,7 +401,8 @@ class Fault(Runs):
         return value.value
 
     def get(self, name):
-        """A parameter: a number or text; a field, as "normal_stress", is its array [nz, nx] once configure() was called."""
+        """A parameter: a number or text; a field, as "normal_stress", is its array [nz, nx] once configure() was
+        called."""
         if self._state.get("ready"):
             try:
                 return self._cells("SlipFaultGetField", name)
@@ -417,8 +431,8 @@ class Fault(Runs):
         return values
 
     def cells(self):
-        """The cells, slipstep.fields.Cells: centres [m], area [m^2], strike, dip [degrees] and fault, each [nz, nx], or [1, n] of a mesh. At any time: before
-        configure() those of the fault as it is now. Collective."""
+        """The cells, slipstep.fields.Cells: centres [m], area [m^2], strike, dip [degrees] and fault, each [nz, nx], or
+        [1, n] of a mesh. At any time: before configure() those of the fault as it is now. Collective."""
         from .fields import NAMES, Cells
         if self._state.get("ready"):
             return self._geometry(NAMES, Cells)
@@ -440,13 +454,14 @@ class Fault(Runs):
         return kind(**{**parts, "fault": parts["fault"].astype(int)}, mesh=bool(self.get("mesh")))
 
     def values(self, ts, name):
-        """Of the state that ts has now: "slip_rate" [m/s], "slip", "displacement" [m], "traction", "stress" [Pa], "state"
-        (a law with several names each), "normal_stress" [Pa], effective, "opening" [m], as [nz, nx], on every rank; with slip_components=2 the first five as
-        [nz, nx, 2], along strike and up dip. After configure()."""
+        """Of the state that ts has now: "slip_rate" [m/s], "slip", "displacement" [m], "traction", "stress" [Pa],
+        "state" (a law with several names each), "normal_stress" [Pa], effective, "opening" [m], as [nz, nx], on every
+        rank; with slip_components=2 the first five as [nz, nx, 2], along strike and up dip. After configure()."""
         self._ready("values")
         components = INT(0)
         call("SlipFaultGetCellComponents", self, name, ctypes.byref(components))
-        return self._cells("SlipFaultGetCellValues", float(ts.getTime()), ts.getSolution(), name, components=components.value)
+        return self._cells("SlipFaultGetCellValues", float(ts.getTime()), ts.getSolution(), name,
+                           components=components.value)
 
     def labels(self):
         """Of the faults of a mesh, ascending, the order of what has a number for each fault; after configure()."""
@@ -458,8 +473,8 @@ class Fault(Runs):
         return found
 
     def events(self):
-        """The catalogue (catalogue="F.h5") after solve(): an array with a row an event and a member for each column; "fault_moment"
-        and its like, of several faults, have a number for each of labels()."""
+        """The catalogue (catalogue="F.h5") after solve(): an array with a row an event and a member for each column;
+        "fault_moment" and its like, of several faults, have a number for each of labels()."""
         count, faults = INT(0), len(self.labels())
         call("SlipFaultGetEvents", self, EVENT[0], 0, ctypes.byref(count), None)
         columns = [(name, np.float64) for name in EVENT]
@@ -474,8 +489,9 @@ class Fault(Runs):
 
     def configure(self, ts, options=True):
         """Make ts integrate the fault from its start: options (-fault_*), set-up, constraint, and the state in the TS.
-        Its local part has a row v, u, s for each cell: ts.getSolution().getArray().reshape(-1, 3) [m/s, m, m]. Rows have 5 numbers with
-        slip_components=2, v, v, u, u, s, along strike and up dip, and 7 with opening, v, v, v, u, u, u, s, across the plane behind them."""
+        Its local part has a row v, u, s for each cell: ts.getSolution().getArray().reshape(-1, 3) [m/s, m, m]. Rows
+        have 5 numbers with slip_components=2, v, v, u, u, s, along strike and up dip, and 7 with opening, v, v, v, u,
+        u, u, s, across the plane behind them."""
         state = ctypes.c_void_p()
         if options:
             prefix = ctypes.c_char_p()
@@ -519,13 +535,14 @@ class Fault(Runs):
 
         def guard(ts, step, time, w):
             if not shared["solving"]:
-                raise RuntimeError(f"{', '.join(files)} of the fault: expected fault.solve(ts), which writes files, not ts.solve()")
+                raise RuntimeError(f"{', '.join(files)} of the fault: expected fault.solve(ts), which writes files, "
+                                   "not ts.solve()")
 
         ts.setMonitor(guard)
 
     def solve(self, ts):
-        """What the program `fault` does after its set-up: ts.solve() with the files of output, catalogue, stations, checkpoint
-        and restart, and the summary. After ts.setFromOptions(). True when the run has reached its end."""
+        """What the program `fault` does after its set-up: ts.solve() with the files of output, catalogue, stations,
+        checkpoint and restart, and the summary. After ts.setFromOptions(). True when the run has reached its end."""
         code, complete = ctypes.c_int(0), ctypes.c_int(0)
         call("SlipFaultOutputStart", self, ts)
         call("SlipFaultCheckpointStart", self, ts)

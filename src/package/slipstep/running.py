@@ -15,7 +15,8 @@ from .errors import Error, warn, warnings_of
 from .modules import ENVIRONMENT, program_fault
 from .times import written
 
-OPTION = re.compile(r"(ts|snes|ksp|pc|mat|log|options)_")  # of names that are options of PETSc and not parameters of a fault
+# of names that are options of PETSc and not parameters of a fault
+OPTION = re.compile(r"(ts|snes|ksp|pc|mat|log|options)_")
 REPEAT, MINUTE = 0.2, 60.0  # between two lines of progress [s], in a terminal and in a log
 PATIENCE = 5.0  # until a program that was asked to end is killed [s]
 PR_SET_PDEATHSIG = 1
@@ -32,11 +33,13 @@ def follow(parent):
 
 def say_stopping(what, again=True):
     """After a first Ctrl-C; again: whether a second one does not wait."""
-    print(f"slipstep: {what} after the step in work" + ("; Ctrl-C again ends at once" if again else ""), file=sys.stderr, flush=True)
+    print(f"slipstep: {what} after the step in work" + ("; Ctrl-C again ends at once" if again else ""),
+          file=sys.stderr, flush=True)
 
 
 class Line:
-    """A line of progress, written again and again: in a terminal and below the cell of a notebook; apart: in a log, one once a minute."""
+    """A line of progress, written again and again: in a terminal and below the cell of a notebook; apart: in a log, one
+    once a minute."""
 
     def __init__(self, shown, apart=False):
         self.shown, self.apart, self.begin = shown, apart, time.monotonic()
@@ -81,9 +84,11 @@ def options_of(path):
 
 @functools.lru_cache(maxsize=None)
 def option_units():
-    """Units of the parameters of faults by the names of their options without "fault_", as the help of the program has them; empty where there is no program."""
+    """Units of the parameters of faults by the names of their options without "fault_", as the help of the program has
+    them; empty where there is no program."""
     try:
-        said = subprocess.run([program_fault(), "-help", "fault"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8", env={**ENVIRONMENT, **os.environ}, check=False).stdout
+        said = subprocess.run([program_fault(), "-help", "fault"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                              encoding="utf-8", env={**ENVIRONMENT, **os.environ}, check=False).stdout
     except (Error, OSError):
         return {}
     lines = (re.match(r"\s*-fault_(\w+):? <.*?>:(.*)", line) for line in said.splitlines())
@@ -106,7 +111,8 @@ def command(fault, given, arrays, folder):
     words += ["-fault_progress", "no"]
     if arrays:
         if "parameters" in given:
-            raise Error(f"parameters is {given['parameters']}, and {', '.join(arrays)} are arrays or functions: expected one of them")
+            raise Error(f"parameters is {given['parameters']}, and {', '.join(arrays)} are arrays or functions: "
+                        "expected one of them")
         import h5py
         import numpy as np
         given["parameters"] = os.path.join(folder, "parameters.h5")
@@ -133,8 +139,9 @@ def cells_of(options):
     folder = Program.folder()
     try:
         path = os.path.join(folder, "cells.h5")
-        done = subprocess.run([program_fault(), *options, "-fault_cells", path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8",
-                              env={**ENVIRONMENT, **os.environ}, check=False)
+        done = subprocess.run([program_fault(), *options, "-fault_cells", path], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, encoding="utf-8", env={**ENVIRONMENT, **os.environ},
+                              check=False)
         warn(*warnings_of(done.stdout))
         if done.returncode:
             raise Error(_reason(done.stdout, done.returncode))
@@ -173,9 +180,10 @@ class Program:
         line, interrupted = Line(progress), False
         log = os.path.join(folder, "log")
         with open(log, "w+", encoding="utf-8") as output:
-            # of a session of its own: a terminal would send it Ctrl-C besides this process, and the second signal ends it at once
-            child = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT, env={**ENVIRONMENT, **os.environ}, start_new_session=True,
-                                     preexec_fn=functools.partial(follow, os.getpid()))
+            # of a session of its own: a terminal would send it Ctrl-C besides this process, and the second signal ends
+            # it at once
+            child = subprocess.Popen(words, stdout=output, stderr=subprocess.STDOUT, env={**ENVIRONMENT, **os.environ},
+                                     start_new_session=True, preexec_fn=functools.partial(follow, os.getpid()))
             try:
                 while child.poll() is None:
                     try:
@@ -251,13 +259,15 @@ class Runs:
         return {name: evaluate(name, function, cells) for name, function in self._functions.items()}
 
     def cells(self):
-        """The cells of the fault as it is now, slipstep.fields.Cells: centres [m], area [m^2], strike, dip [degrees] and fault, each [nz, nx], or [1, n] of a
-        mesh. At any time."""
-        given = {name: value for name, value in self._with_cells().items() if name not in ("output", "catalogue", "checkpoint", "restart")}
+        """The cells of the fault as it is now, slipstep.fields.Cells: centres [m], area [m^2], strike, dip [degrees]
+        and fault, each [nz, nx], or [1, n] of a mesh. At any time."""
+        given = {name: value for name, value in self._with_cells().items()
+                 if name not in ("output", "catalogue", "checkpoint", "restart")}
         return cells_of(command(self, given, {}, None)[1:])
 
     def centres(self):
-        """x north, or along strike of a vertical grid, y east, or to its right, and z down [m] of the cells, each [nz, nx], or [1, n] of a mesh. At any time."""
+        """x north, or along strike of a vertical grid, y east, or to its right, and z down [m] of the cells, each [nz,
+        nx], or [1, n] of a mesh. At any time."""
         cells = self.cells()
         return cells.x, cells.y, cells.z
 
@@ -267,15 +277,17 @@ class Runs:
         write(path, {**self._arrays, **self._functions}, self.cells())
 
     def run(self, progress=True, backend=None):
-        """Run to the end, and return a Result. The fields, stations and events need no file: files that output= and catalogue= name stay,
-        others are temporary.
+        """Run to the end, and return a Result. The fields, stations and events need no file: files that output= and
+        catalogue= name stay, others are temporary.
 
         progress  a line that tells the simulated time, steps and largest slip rate while the run goes on
         backend   "petsc": in this process; "program": by the program fault; None: that of this object
 
-        An interrupt (Ctrl-C, or the stop button of a notebook) ends the run after its step, and the Result has what there is. A second Ctrl-C does not wait for the step: the
-        program is ended and KeyboardInterrupt raised, and of the backend "petsc" this process ends, unless it is a notebook's or one of several. Error: what the
-        program refuses, by its own line. Warnings of the program are SlipStepWarnings, and in Result.warnings. With several processes (mpirun python) every process must call it, and the program backend cannot be used."""
+        An interrupt (Ctrl-C, or the stop button of a notebook) ends the run after its step, and the Result has what
+        there is. A second Ctrl-C does not wait for the step: the program is ended and KeyboardInterrupt raised, and of
+        the backend "petsc" this process ends, unless it is a notebook's or one of several. Error: what the program
+        refuses, by its own line. Warnings of the program are SlipStepWarnings, and in Result.warnings. With several
+        processes (mpirun python) every process must call it, and the program backend cannot be used."""
         backend = backend or self.backend
         if backend not in ("petsc", "program"):
             raise ValueError(f"backend is {backend!r}, expected 'petsc' or 'program'")
@@ -289,7 +301,8 @@ class Runs:
             given.setdefault("output", os.path.join(folder, "run.h5"))
             given.setdefault("catalogue", os.path.join(folder, "events.h5"))
             interrupted = runner.run(self, given, folder, progress)
-            found = [name if os.path.exists(name) and not interrupted else name + ".part" for name in (given["output"], given["catalogue"])]
+            found = [name if os.path.exists(name) and not interrupted else name + ".part"
+                     for name in (given["output"], given["catalogue"])]
             if not os.path.exists(found[0]):
                 if interrupted:
                     raise KeyboardInterrupt
@@ -337,9 +350,9 @@ def _show(line, path, fault):
 
 
 class Fault(Runs):
-    """A fault that the program simulates: parameters by the names of their options without "fault_" (nx=50, normal_stress=50e6, mesh="m.h5",
-    inertia=False), numpy arrays for fields [nz, nx] or functions of the cells (slipstep.fields), and options of PETSc such as ts_max_time="100y". Units are
-    SI, as those of the program."""
+    """A fault that the program simulates: parameters by the names of their options without "fault_" (nx=50,
+    normal_stress=50e6, mesh="m.h5", inertia=False), numpy arrays for fields [nz, nx] or functions of the cells
+    (slipstep.fields), and options of PETSc such as ts_max_time="100y". Units are SI, as those of the program."""
 
     backend = "program"
 
@@ -348,5 +361,6 @@ class Fault(Runs):
         self.set(**parameters)
 
     def set(self, name=None, value=None, /, **parameters):
-        """Set or replace parameters and options, set("friction_a", value) or set(friction_a=value); names are checked when the fault runs."""
+        """Set or replace parameters and options, set("friction_a", value) or set(friction_a=value); names are checked
+        when the fault runs."""
         self._record(parameters if name is None else {name: value, **parameters})

@@ -17,23 +17,27 @@ TIME = r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)(s|min|h|d|y)?"
 def seconds(text):
     """A time of the command line in seconds: "12.5", "250y", or a sum as "96.4y+2.5s"."""
     if not re.fullmatch(rf"{TIME}(?:\+{TIME})*", text):
-        raise argparse.ArgumentTypeError(f"{text} is no time, expected seconds or numbers with s, min, h, d or y, as 12.5, 250y or 96.4y+2s")
+        raise argparse.ArgumentTypeError(f"{text} is no time, expected seconds or numbers with s, min, h, d or y, as "
+                                         "12.5, 250y or 96.4y+2s")
     return sum(float(number) * SECONDS[unit or "s"] for number, unit in re.findall(TIME, text))
 
 
 def since(columns, name="time", start=None):
-    """Times [s] of a run after one of them, with all digits that its file has, as since(run.series) for those after the first. A double
-    knows a million years to 4 ms; what it leaves of a time is in a column of its own in files of such runs, time_rest.
+    """Times [s] of a run after one of them, with all digits that its file has, as since(run.series) for those after the
+    first. A double knows a million years to 4 ms; what it leaves of a time is in a column of its own in files of such
+    runs, time_rest.
 
     columns  dict of arrays: series or steps of a run, or the events of a catalogue, whose name is "onset" or "end"
-    start    number of the row from which to count, or a pair of arrays, times and what they leave; by default the first row"""
+    start    number of the row from which to count, or a pair of arrays, times and what they leave; by default the first
+             row"""
     rest = columns.get(f"{name}_rest", np.zeros_like(columns[name]))
     begin, left = start if isinstance(start, tuple) else (columns[name][start or 0], rest[start or 0])
     return (columns[name] - begin) + (rest - left)
 
 
 def unit_of(span, years=None):
-    """The unit of an axis that spans so many seconds; years: True and False take or refuse years, None leaves the choice."""
+    """The unit of an axis that spans so many seconds; years: True and False take or refuse years, None leaves the
+    choice."""
     if years:
         return "y"
     for unit, limit in LIMITS:
@@ -43,7 +47,8 @@ def unit_of(span, years=None):
 
 
 class Clock:
-    """How times [s] between begin and end are drawn and written. A short part of a long run is counted from its begin."""
+    """How times [s] between begin and end are drawn and written. A short part of a long run is counted from its
+    begin."""
 
     def __init__(self, begin, end, years=None):
         self.span = max(end - begin, 1e-300)
@@ -76,7 +81,8 @@ class Clock:
         return digits_for(self.span / SECONDS[self.unit], 2 + (self.unit == "y"))
 
     def logarithmic(self, name, wanted=None):
-        """Whether a field is drawn on a logarithmic scale, unless the user wants it so or not: slip rates of more than an event."""
+        """Whether a field is drawn on a logarithmic scale, unless the user wants it so or not: slip rates of more than
+        an event."""
         return name == "slip_rate" and (self.unit != "s" if wanted is None else wanted)
 
     def text(self, time):
@@ -90,7 +96,8 @@ def digits_for(size, more=0):
 
 
 def written(time, span=np.inf):
-    """A time [s] by itself, in its unit: "113.271 years"; of one from which a span [s] is counted more digits where that is short."""
+    """A time [s] by itself, in its unit: "113.271 years"; of one from which a span [s] is counted more digits where
+    that is short."""
     unit = unit_of(abs(time))
     digits = max(3, digits_for(span / SECONDS[unit], 1))
     return f"{time / SECONDS[unit]:.{digits}f}".rstrip("0").rstrip(".") + f" {NAMES[unit]}"

@@ -1,1 +1,2 @@
-"""Files of other programs: slip models and patches of faults, read and written, in the frame of this project. READERS has a line for each kind."""
+"""Files of other programs: slip models and patches of faults, read and written, in the frame of this project. READERS
+has a line for each kind."""

@@ -1,6 +1,8 @@
-"""Input files of Coulomb 3, .inp (Toda et al. 2011): upper edges of faults from start to end [km, x east, y north], right-lateral slip and reverse slip [m], or rake and net slip, dip, depths of top and bottom [km].
+"""Input files of Coulomb 3, .inp (Toda et al. 2011): upper edges of faults from start to end [km, x east, y north],
+right-lateral slip and reverse slip [m], or rake and net slip, dip, depths of top and bottom [km].
 
-Slip of kind (Kode) 100 is on rectangles; 200 and 300 have opening or tensile slip in a column, and 400 and 500 are point sources, which are left out.
+Slip of kind (Kode) 100 is on rectangles; 200 and 300 have opening or tensile slip in a column, and 400 and 500 are
+point sources, which are left out.
 """
 
 import re
@@ -22,13 +24,15 @@ def read(path, at, rake=None):
     net = "netslip" in titles or "rake" in titles
     older = "shear" in titles and "normal" in titles
     if not net and not older and ("rt.lat" not in titles and "right-lat" not in titles or "reverse" not in titles):
-        text.fail(start - 1, text.quoted(start - 1), "columns X-start Y-start X-fin Y-fin Kode, rt.lat and reverse, or shear and normal, or rake and netslip, dip angle, top, bot")
+        text.fail(start - 1, text.quoted(start - 1), "columns X-start Y-start X-fin Y-fin Kode, rt.lat and reverse, or "
+                  "shear and normal, or rake and netslip, dip angle, top, bot")
     rows, names, dropped, line = [], [], [], start + 1
     while line <= len(text) and text.lines[line - 1].strip():
         words = text.lines[line - 1].split()
         if not re.fullmatch(r"-?\d+", words[0]):
             break
-        values = [text.number(line, word, "11 numbers: # x-start y-start x-fin y-fin Kode slip slip dip top bot") for word in words[:11]]
+        values = [text.number(line, word, "11 numbers: # x-start y-start x-fin y-fin Kode slip slip dip top bot")
+                  for word in words[:11]]
         if len(values) < 11:
             text.fail(line, f"{len(values)} numbers", "11: # x-start y-start x-fin y-fin Kode slip slip dip top bot")
         if values[5] != 100:
@@ -42,7 +46,8 @@ def read(path, at, rake=None):
         text.fail(line, "no faults of Kode 100", "one or more")
     model = of(path, text, np.array(rows), names, net, rake, at, dropped)
     if older:
-        model.remarks.append("its columns shear and normal are right-lateral and reverse slip, as Coulomb takes them for Kode 100")
+        model.remarks.append("its columns shear and normal are right-lateral and reverse slip, as Coulomb takes them "
+                             "for Kode 100")
     return model
 
 
@@ -82,7 +87,8 @@ def of(path, text, rows, names, net, rake, at, dropped):
     still = slip == 0
     if rake is not None:
         angle = np.where(still, rake, angle)
-    model = Model(path, "Coulomb .inp", np.column_stack([north, east, depth, length, width, strike, dip]), angle, slip, fault=np.arange(1, len(rows) + 1), unit="km")
+    model = Model(path, "Coulomb .inp", np.column_stack([north, east, depth, length, width, strike, dip]), angle, slip,
+                  fault=np.arange(1, len(rows) + 1), unit="km")
     model.names = {k: name for k, name in enumerate(names, 1) if name}
     if len(model.names) > 200:
         model.fault, model.names = np.ones(len(rows), int), {}
@@ -90,7 +96,8 @@ def of(path, text, rows, names, net, rake, at, dropped):
     if found := re.search(rf"PR1=\s*{NUMBER}", words):
         model.options["poisson_ratio"] = float(found[1])
     if not -1 < model.options.get("poisson_ratio", 0.25) < 0.5:
-        text.fail(next(k for k, line in text if "PR1=" in line), f"a Poisson's ratio of {model.options['poisson_ratio']:g}", "PR1 between -1 and 0.5")
+        text.fail(next(k for k, line in text if "PR1=" in line),
+                  f"a Poisson's ratio of {model.options['poisson_ratio']:g}", "PR1 between -1 and 0.5")
     if found := re.search(rf"E1=\s*{NUMBER}", words):  # bar
         model.options["shear_modulus"] = float(found[1]) * 1e5 / (2 * (1 + model.options.get("poisson_ratio", 0.25)))
     if found := re.search(rf"Mo\s*=\s*{NUMBER}\s*dyne-cm", text.lines[0]):
@@ -99,9 +106,11 @@ def of(path, text, rows, names, net, rake, at, dropped):
     if all(zero):
         moved(model, at(*(float(found[1]) for found in zero)), *(float(found[1]) for found in zero))
     if still.any():
-        model.remarks.append(f"{still.sum()} of {len(rows)} faults have no slip, receivers" + ("; their rake is 0, or --rake" if rake is None else ""))
+        model.remarks.append(f"{still.sum()} of {len(rows)} faults have no slip, receivers"
+                             + ("; their rake is 0, or --rake" if rake is None else ""))
     for kode in sorted({k for _, k in dropped}):
-        model.dropped.append(f"{sum(k == kode for _, k in dropped)} elements of Kode {kode} (from line {next(line for line, k in dropped if k == kode)})")
+        model.dropped.append(f"{sum(k == kode for _, k in dropped)} elements of Kode {kode} (from line "
+                             f"{next(line for line, k in dropped if k == kode)})")
     said = set(re.findall(r"((?:zero )?[A-Za-z#][\w#-]*)\.?\s*=", words))
     model.dropped += unused(sorted(said), USED)
     return model

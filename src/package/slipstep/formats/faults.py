@@ -1,5 +1,6 @@
-"""Faults of other programs for cycles with rate-and-state friction: HBI (.in with its parameters and STL), interact (geom.in), Quake-DFN (Input_BulkFaultGeometry.txt) and PyQuake3D
-(parameter.txt with a mesh and its parameters). x is taken to be east, y north, z up, as these draw them."""
+"""Faults of other programs for cycles with rate-and-state friction: HBI (.in with its parameters and STL), interact
+(geom.in), Quake-DFN (Input_BulkFaultGeometry.txt) and PyQuake3D (parameter.txt with a mesh and its parameters). x is
+taken to be east, y north, z up, as these draw them."""
 
 import glob
 import os
@@ -14,7 +15,8 @@ from .text import FormatError, Text, beyond, unused
 MPA, KM = 1e6, 1e3
 MOST = 10 ** 7  # cells
 # Parameters of these programs -> field of -fault_parameters, unit and factor
-FIELDS = {"a": ("friction_a", "1", 1.0), "b": ("friction_b", "1", 1.0), "dc": ("friction_slip", "m", 1.0), "f0": ("friction_reference", "1", 1.0), "tau": ("initial_traction", "Pa", MPA),
+FIELDS = {"a": ("friction_a", "1", 1.0), "b": ("friction_b", "1", 1.0), "dc": ("friction_slip", "m", 1.0),
+          "f0": ("friction_reference", "1", 1.0), "tau": ("initial_traction", "Pa", MPA),
           "sigma": ("normal_stress", "Pa", MPA), "vel": ("initial_rate", "m/s", 1.0)}
 LOADS = ("shear_loading", "normal_loading")  # of PyQuake3D, mostly 0
 
@@ -34,7 +36,8 @@ def put_fields(model, columns):
 
 
 def table(path, count, names=None):
-    """Columns {name: [count]} of a file whose first line has their names, or of given names, and a line of what else it has."""
+    """Columns {name: [count]} of a file whose first line has their names, or of given names, and a line of what else it
+    has."""
     text = Text(path)
     first = 1 if names else 2
     names = names or text.lines[0].split() if len(text) else []
@@ -42,19 +45,23 @@ def table(path, count, names=None):
         text.fail(1, text.quoted(1), "names of columns, as a dc tau vel")
     rows = [(line, words.split()) for line, words in text if line >= first and words.strip()]
     if len(rows) != count:
-        text.fail(rows[count][0] if len(rows) > count else len(text) + 1, f"{len(rows)} rows", f"{count}, one for each cell")
+        text.fail(rows[count][0] if len(rows) > count else len(text) + 1, f"{len(rows)} rows",
+                  f"{count}, one for each cell")
     for line, words in rows[:count]:
         if len(words) < len(names):
             text.fail(line, f"{len(words)} numbers", f"{len(names)}: {' '.join(names)}")
-    return {name: np.array([text.number(line, words[k]) for line, words in rows]) for k, name in enumerate(names)}, beyond([words for _, words in rows], len(names))
+    return {name: np.array([text.number(line, words[k]) for line, words in rows])
+            for k, name in enumerate(names)}, beyond([words for _, words in rows], len(names))
 
 
 # ---- HBI ----
 
-# rigidity [GPa], S wave [km/s] and Poisson's ratio where an input does not set them (m_const.f90); the reference rate [m/s] is then left to fault, whose default this is
+# rigidity [GPa], S wave [km/s] and Poisson's ratio where an input does not set them (m_const.f90); the reference rate
+# [m/s] is then left to fault, whose default this is
 HBI_DEFAULTS = {"rigid": 32.04, "vs": 3.464, "pois": 0.25, "vref": 1e-6}
 HBI_STATE = {"aging": "aging", "slip": "slip"}  # evlaw -> -fault_state_law
-HBI_USED = {"problem", "imax", "jmax", "ds", "ztop", "dipangle", "geometry_file", "a", "b", "dc", "f0", "tauinit", "sigmainit", "velinit", "muinit", "crake", "parameterfromfile",
+HBI_USED = {"problem", "imax", "jmax", "ds", "ztop", "dipangle", "geometry_file", "a", "b", "dc", "f0", "tauinit",
+            "sigmainit", "velinit", "muinit", "crake", "parameterfromfile",
             "parameter_file", "vpl", "evlaw", *HBI_DEFAULTS}
 
 def read_hbi(path, at, rake=None):
@@ -76,7 +83,8 @@ def read_hbi(path, at, rake=None):
     if problem in ("3dp", "3dph"):
         counts = [text.whole(*said[name]) if name in said else value(name) for name in ("imax", "jmax")]
         if min(counts) < 1 or counts[0] * counts[1] > MOST or value("ds") <= 0 or not 0 < value("dipangle", 90.0) <= 90:
-            text.fail(said["problem"][0], f"imax {counts[0]}, jmax {counts[1]}, ds {value('ds'):g} and dipangle {value('dipangle', 90.0):g}", f"cells up to {MOST}, ds > 0 and 0 < dipangle <= 90")
+            text.fail(said["problem"][0], f"imax {counts[0]}, jmax {counts[1]}, ds {value('ds'):g} and dipangle "
+                      f"{value('dipangle', 90.0):g}", f"cells up to {MOST}, ds > 0 and 0 < dipangle <= 90")
         model = hbi_grid(path, problem, *counts, KM * value("ds"), value("dipangle", 90.0), KM * value("ztop", 0.0))
     elif problem in ("3dht", "3dnt") and "geometry_file" in said:
         found = surfaces(beside(path, said["geometry_file"][1]))
@@ -84,11 +92,14 @@ def read_hbi(path, at, rake=None):
         model = Model(path, "HBI", cells, np.zeros(len(cells)), None, corners, found.fault, found.names, unit="km")
     else:
         text.fail(said["problem"][0], f"the problem {problem}", "3dp, 3dph, or 3dht or 3dnt with a geometry_file")
-    columns = {name: value(key) for key, name in (("a", "a"), ("b", "b"), ("dc", "dc"), ("f0", "f0"), ("tauinit", "tau"), ("sigmainit", "sigma"), ("velinit", "vel"), ("crake", "rake")) if key in said}
+    columns = {name: value(key) for key, name in (("a", "a"), ("b", "b"), ("dc", "dc"), ("f0", "f0"),
+                                                  ("tauinit", "tau"), ("sigmainit", "sigma"), ("velinit", "vel"),
+                                                  ("crake", "rake")) if key in said}
     if "muinit" in said and "sigmainit" in said:
         columns["tau"] = value("muinit") * value("sigmainit")
     if said.get("parameterfromfile", (0, "F"))[1].upper().startswith("T"):
-        more, left = table(beside(path, said["parameter_file"][1] if "parameter_file" in said else "no parameter_file"), len(model.cells))
+        more, left = table(beside(path, said["parameter_file"][1] if "parameter_file" in said else "no parameter_file"),
+                           len(model.cells))
         columns.update(more)
         model.dropped += left
     put_fields(model, columns)
@@ -96,8 +107,10 @@ def read_hbi(path, at, rake=None):
     shear, speed = constants["rigid"] * 1e9, constants["vs"] * KM
     if min(shear, speed, constants["vref"]) <= 0 or not -1 < constants["pois"] < 0.5:
         at = next(said[name][0] for name in HBI_DEFAULTS if name in said)
-        text.fail(at, ", ".join(f"{name} {constants[name]:g}" for name in HBI_DEFAULTS), "rigid, vs and vref > 0 and pois from -1 to 0.5")
-    model.options.update(shear_modulus=shear, density=shear / speed ** 2, poisson_ratio=constants["pois"], loading_rate=value("vpl", 0.0))
+        text.fail(at, ", ".join(f"{name} {constants[name]:g}" for name in HBI_DEFAULTS),
+                  "rigid, vs and vref > 0 and pois from -1 to 0.5")
+    model.options.update(shear_modulus=shear, density=shear / speed ** 2, poisson_ratio=constants["pois"],
+                         loading_rate=value("vpl", 0.0))
     if "vref" in said:
         model.options["friction_reference_rate"] = constants["vref"]
     if "evlaw" in said:
@@ -124,12 +137,14 @@ def beside(path, name):
 
 
 def hbi_grid(path, problem, nx, nz, ds, dip, top):
-    """x along strike, which is east; planes of 3dp are in a full space about z = 0, those of 3dph dip to -y below ztop."""
+    """x along strike, which is east; planes of 3dp are in a full space about z = 0, those of 3dph dip to -y below
+    ztop."""
     i, j = (k.ravel() for k in np.meshgrid(np.arange(nx), np.arange(nz), indexing="ij"))
     east = (i + 0.5 - nx // 2) * ds
     down = (j + 0.5) * ds if problem == "3dph" else (j + 0.5 - nz // 2) * ds
     turn = np.radians(dip if problem == "3dph" else 90.0)
-    cells = np.column_stack([-down * np.cos(turn), east, down * np.sin(turn) - top, *(np.full(nx * nz, v) for v in (ds, ds, 90.0, np.degrees(turn)))])
+    cells = np.column_stack([-down * np.cos(turn), east, down * np.sin(turn) - top,
+                             *(np.full(nx * nz, v) for v in (ds, ds, 90.0, np.degrees(turn)))])
     model = Model(path, f"HBI, problem {problem}", cells, np.zeros(nx * nz), unit="km")
     if problem == "3dp":
         model.options["kernel"] = "full_space"
@@ -145,7 +160,8 @@ def read_interact(path, at, rake=None, unit=None):
         if words.strip() and not words.lstrip().startswith("#"):
             values = text.numbers(line, 8, "8: x y z strike dip half-length half-width group")
             if min(values[5:7]) <= 0:
-                text.fail(line, f"half a length of {values[5]:g} and half a width of {values[6]:g}", "both above 0: triangles, points and planes of two dimensions are not read")
+                text.fail(line, f"half a length of {values[5]:g} and half a width of {values[6]:g}",
+                          "both above 0: triangles, points and planes of two dimensions are not read")
             if values[7] != int(values[7]):
                 text.fail(line, f"a group {values[7]:g}", "a whole number")
             if not 0 < values[4] < 180:
@@ -159,12 +175,15 @@ def read_interact(path, at, rake=None, unit=None):
     size = {"m": 1.0, "km": KM}[unit]
     over = rows[:, 4] > 90  # the other side is the hanging wall, from which a rake has the other sign
     strike, dip = np.where(over, rows[:, 3] + 180, rows[:, 3]) % 360, np.where(over, 180 - rows[:, 4], rows[:, 4])
-    cells = np.column_stack([size * rows[:, 1], size * rows[:, 0], -size * rows[:, 2], 2 * size * rows[:, 5], 2 * size * rows[:, 6], strike, dip])
+    cells = np.column_stack([size * rows[:, 1], size * rows[:, 0], -size * rows[:, 2], 2 * size * rows[:, 5],
+                             2 * size * rows[:, 6], strike, dip])
     rake = np.full(len(rows), 0.0 if rake is None else rake)
-    model = Model(path, "patches of interact", cells, np.where(over, -rake, rake), fault=rows[:, 7].astype(int), unit=unit)
+    model = Model(path, "patches of interact", cells, np.where(over, -rake, rake), fault=rows[:, 7].astype(int),
+                  unit=unit)
     model.dropped += beyond([words.split() for _, words in text if not words.lstrip().startswith("#")], 8)
     if over.any():
-        model.remarks.append(f"{over.sum()} patches dip by more than 90 degrees: their strike and dip are those of the other side, and --rake has the other sign there")
+        model.remarks.append(f"{over.sum()} patches dip by more than 90 degrees: their strike and dip are those of the "
+                             "other side, and --rake has the other sign there")
     return model
 
 
@@ -177,19 +196,22 @@ V0 = 1e-9  # [m/s], Functions_RSFDFN3DMain_D.jl
 def read_dfn(path, at, rake=None):
     """Rectangles in m, by their centres, which are cut into cells no longer than MaxLeng; faults with V_Const creep."""
     text = Text(path)
-    head = text.numbers(2, 7, "7: SwitchSS/RN ShearMod PoissonRatio R_Density Crit_TooClose TooCloseNormal_Multiplier Minimum_NS")
+    head = text.numbers(2, 7, "7: SwitchSS/RN ShearMod PoissonRatio R_Density Crit_TooClose TooCloseNormal_Multiplier "
+                        "Minimum_NS")
     names = [name.lower() for name in text.lines[2].split()] if len(text) > 2 else []
     if missing := [name for name in DFN if name.lower() not in names]:
         text.fail(3, text.quoted(3) if len(text) > 2 else "", f"{' '.join(DFN)}; there is no {missing[0]}")
     order = [names.index(name.lower()) for name in DFN]
-    rows = [(line, np.array(text.numbers(line, len(names), f"{len(names)} numbers: " + " ".join(DFN)))[order]) for line, words in text if line > 3 and words.strip()]
+    rows = [(line, np.array(text.numbers(line, len(names), f"{len(names)} numbers: " + " ".join(DFN)))[order])
+            for line, words in text if line > 3 and words.strip()]
     if not rows:
         text.fail(len(text) + 1, "", "18 numbers: " + " ".join(DFN))
     up = all(values[2] < 0 for _, values in rows)
     cells, fault, kept, segments, count = [], [], [], [], 0
     for number, (line, values) in enumerate(rows, 1):
         if not 0 < values[6] < 180 or min(values[3], values[4], values[17]) <= 0:
-            text.fail(line, f"lengths {values[3]:g} and {values[4]:g}, a dip of {values[6]:g} and MaxLeng {values[17]:g}", "lengths above 0 and 0 < dip < 180 degrees")
+            text.fail(line, f"lengths {values[3]:g} and {values[4]:g}, a dip of {values[6]:g} and MaxLeng "
+                      f"{values[17]:g}", "lengths above 0 and 0 < dip < 180 degrees")
         if min(values[10:13]) <= 0:
             text.fail(line, f"Dc, Theta_i and V_i {values[10]:g}, {values[11]:g}, {values[12]:g}", "numbers > 0")
         nx, nz = (int(np.ceil(values[k] / values[17])) for k in (3, 4))
@@ -202,15 +224,18 @@ def read_dfn(path, at, rake=None):
         fault += [number] * len(own)
         kept.append(np.tile(np.append(values, dfn_rake(head[0], values)), (len(own), 1)))
     cells, kept = np.concatenate(cells), np.concatenate(kept)
-    model = Model(path, "Quake-DFN", cells, np.where(kept[:, 6] > 90, -kept[:, 18], kept[:, 18]), fault=np.array(fault), segments=segments, unit="m")
+    model = Model(path, "Quake-DFN", cells, np.where(kept[:, 6] > 90, -kept[:, 18], kept[:, 18]), fault=np.array(fault),
+                  segments=segments, unit="m")
     normal = np.maximum(kept[:, 14] + kept[:, 15] * cells[:, 2], head[6])
     a, b, dc, state, rate, friction = kept[:, 8:14].T
-    fields = {"friction_a": (a, "1"), "friction_b": (b, "1"), "friction_slip": (dc, "m"), "friction_reference": (friction - a * np.log(rate / V0) - b * np.log(state * V0 / dc), "1"),
+    fields = {"friction_a": (a, "1"), "friction_b": (b, "1"), "friction_slip": (dc, "m"),
+              "friction_reference": (friction - a * np.log(rate / V0) - b * np.log(state * V0 / dc), "1"),
               "initial_rate": (rate, "m/s"), "initial_state": (state, "s"), "normal_stress": (normal, "Pa")}
     if kept[:, 16].any():
         fields.update(creep=((kept[:, 16] > 0).astype(float), "1"), loading_rate=(kept[:, 16], "m/s"))
     model.fields = fields
-    model.options.update(friction_law="rate_and_state", shear_modulus=head[1], poisson_ratio=head[2], density=head[3], friction_reference_rate=V0)
+    model.options.update(friction_law="rate_and_state", shear_modulus=head[1], poisson_ratio=head[2], density=head[3],
+                         friction_reference_rate=V0)
     model.dropped.append("Crit_TooClose and TooCloseNormal_Multiplier")
     model.dropped += beyond([text.lines[1].split()], 7) + unused(names, [name.lower() for name in DFN], "column")
     return model
@@ -226,7 +251,8 @@ def dfn_rake(switch, values):
 
 
 def dfn_cells(values, nx, nz, down):
-    """Cells by rows from the upper left: StAng is counterclockwise from x, planes dip to its right, dips above 90 degrees to its left."""
+    """Cells by rows from the upper left: StAng is counterclockwise from x, planes dip to its right, dips above 90
+    degrees to its left."""
     x, y, z, length, width, angle, dip = values[:7]
     strike = 90.0 - angle
     if dip > 90:
@@ -242,24 +268,28 @@ def dfn_cells(values, nx, nz, down):
 # ---- PyQuake3D ----
 
 def read_pyquake(path, at, rake=None, mesh=None):
-    """parameter.txt with the mesh beside it, in km or m by Scale_km, and a row of rake a b dc f0 tau sigma vel loads for each cell."""
+    """parameter.txt with the mesh beside it, in km or m by Scale_km, and a row of rake a b dc f0 tau sigma vel loads
+    for each cell."""
     text, said = Text(path), {}
     for line, words in text:
         if words.strip() and not words.lstrip().startswith("#"):
             name, _, value = words.partition(":")
             said[name.strip()] = (line, value.strip())
     of_cells = said.get("InputHetoparamter", (0, "False"))[1] == "True"
-    missing = [name for name in ("Scale_km", "Shear modulus", "Rock density") + ("Inputparamter file",) * of_cells if name not in said]
+    missing = [name for name in ("Scale_km", "Shear modulus", "Rock density") + ("Inputparamter file",) * of_cells
+               if name not in said]
     if missing:
         text.fail(len(text) + 1, f"no {missing[0]}", f"a line {missing[0]}: VALUE of PyQuake3D")
     if mesh is None:
-        meshes = sorted(found for ending in ("msh", "inp") for found in glob.glob(os.path.join(glob.escape(os.path.dirname(os.path.abspath(path))), f"*.{ending}")))
+        meshes = sorted(found for ending in ("msh", "inp") for found
+                        in glob.glob(os.path.join(glob.escape(os.path.dirname(os.path.abspath(path))), f"*.{ending}")))
         if len(meshes) != 1:
             raise FormatError(f"{path}: {len(meshes)} meshes (.msh, .inp) are beside it, expected one or --mesh FILE")
         mesh = meshes[0]
     found = surfaces(mesh)
     cells, corners = triangles_of(mesh, found, KM if said["Scale_km"][1] == "True" else 1.0)
-    model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, found.fault, found.names, unit="km" if said["Scale_km"][1] == "True" else "m")
+    model = Model(path, "PyQuake3D", cells, np.zeros(len(cells)), None, corners, found.fault, found.names,
+                  unit="km" if said["Scale_km"][1] == "True" else "m")
     model.remarks.append(f"mesh: {mesh}")
     if of_cells:
         columns, left = table(beside(path, said["Inputparamter file"][1]), len(cells), ["rake", *FIELDS, *LOADS])
@@ -270,13 +300,15 @@ def read_pyquake(path, at, rake=None, mesh=None):
     shear, density = (text.number(*said[name]) for name in ("Shear modulus", "Rock density"))
     lame = text.number(*said["Lame constants"]) if "Lame constants" in said else shear
     if min(shear, density, lame + shear) <= 0:
-        text.fail(said["Shear modulus"][0], f"shear modulus {shear:g}, density {density:g} and Lame constant {lame:g}", "numbers > 0")
+        text.fail(said["Shear modulus"][0], f"shear modulus {shear:g}, density {density:g} and Lame constant {lame:g}",
+                  "numbers > 0")
     model.options.update(shear_modulus=shear, density=density, poisson_ratio=lame / (2 * (lame + shear)))
     if "Plate loading rate" in said:
         model.options["loading_rate"] = text.number(*said["Plate loading rate"])
     if said.get("Half space", (0, "True"))[1] != "True":
         model.options["kernel"] = "full_space"
-    model.dropped += unused(said, {"InputHetoparamter", "Scale_km", "Shear modulus", "Rock density", "Inputparamter file", "Lame constants", "Plate loading rate", "Half space"})
+    model.dropped += unused(said, {"InputHetoparamter", "Scale_km", "Shear modulus", "Rock density",
+                                   "Inputparamter file", "Lame constants", "Plate loading rate", "Half space"})
     return model
 
 

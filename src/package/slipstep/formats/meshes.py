@@ -1,4 +1,5 @@
-"""Meshes for -fault_mesh and of other programs as cells without slip: HDF5 of rectangles or triangles, Gmsh, GOCAD, STL, OBJ, RSQSim."""
+"""Meshes for -fault_mesh and of other programs as cells without slip: HDF5 of rectangles or triangles, Gmsh, GOCAD,
+STL, OBJ, RSQSim."""
 
 import contextlib
 
@@ -35,7 +36,8 @@ def triangles_of(path, found, unit):
 
 
 def unit_of(path, said, given, depth):
-    """Of lengths [m], and its name: what the file or --unit says, or metres where kilometres would be deeper than any fault."""
+    """Of lengths [m], and its name: what the file or --unit says, or metres where kilometres would be deeper than any
+    fault."""
     if said and given not in (None, said):
         raise FormatError(f"{path} says that its lengths are in {said}, expected no --unit {given}")
     unit = said or given or ("m" if depth > DEEPEST else None)
@@ -48,12 +50,14 @@ def of_rectangles(path, file, unit):
     """The model of /cells of an HDF5 file."""
     rows = file["cells"][()].astype(float)
     if rows.ndim != 2 or rows.shape[1] not in (5, 7):
-        raise FormatError(f"{path}: /cells has the shape {rows.shape}, expected 5 or 7 columns, x y z length width and perhaps strike dip")
+        raise FormatError(f"{path}: /cells has the shape {rows.shape}, expected 5 or 7 columns, x y z length width and "
+                          "perhaps strike dip")
     said = file["cells"].attrs.get("units")
     size, unit = unit_of(path, said and plain(said), unit, np.abs(rows[:, 2]).max())
     cells = rows if rows.shape[1] == 7 else np.column_stack([rows, np.zeros(len(rows)), np.full(len(rows), 90.0)])
     cells[:, :5] *= size
-    return Model(path, "mesh of rectangles", cells, np.zeros(len(cells)), fault=file["fault"][()].astype(int) if "fault" in file else np.ones(len(cells), int), unit=unit)
+    return Model(path, "mesh of rectangles", cells, np.zeros(len(cells)), fault=file["fault"][()].astype(int)
+                 if "fault" in file else np.ones(len(cells), int), unit=unit)
 
 
 def of_surfaces(path, unit):
@@ -62,18 +66,21 @@ def of_surfaces(path, unit):
     size, unit = (1.0, found.unit) if found.unit else unit_of(path, None, unit, np.abs(found.corners[..., 2]).max())
     cells, corners = triangles_of(path, found, size)
     names = {k: name for k, name in found.names.items() if name}
-    model = Model(path, "mesh of triangles", cells, np.zeros(len(cells)), None, corners, found.fault, names, unit=unit, remarks=found.remarks)
+    model = Model(path, "mesh of triangles", cells, np.zeros(len(cells)), None, corners, found.fault, names, unit=unit,
+                  remarks=found.remarks)
     model.fields = {name: (np.array(values, float), unit) for name, (values, unit) in found.fields.items()}
     return model
 
 
 def read(path, at, rake=None, unit=None):
-    """The model of a mesh; lengths are in the unit that it says, or unit, m or km. Rakes are those of the file, else rake, else 0."""
+    """The model of a mesh; lengths are in the unit that it says, or unit, m or km. Rakes are those of the file, else
+    rake, else 0."""
     with h5py.File(path) if h5py.is_hdf5(path) else contextlib.nullcontext({}) as file:
         model = of_rectangles(path, file, unit) if "cells" in file else of_surfaces(path, unit)
         rakes = file["rake"][()].ravel() if "rake" in file else model.fields.pop("rake", (None,))[0]
         model.dropped += unused(file, ("cells", "vertices", "triangles", "hanging_wall", "fault", "rake"), "dataset")
     if rakes is None and rake is None:
         model.remarks.append("its cells have no rake; it is 0, or --rake")
-    model.rake = np.array(np.broadcast_to(rakes if rakes is not None else 0.0 if rake is None else rake, len(model.cells)), float)
+    model.rake = np.array(np.broadcast_to(rakes if rakes is not None else 0.0 if rake is None else rake,
+                                          len(model.cells)), float)
     return model

@@ -14,7 +14,8 @@ RIGIDITY, POISSON = 30e9, 0.25  # [Pa], where nothing says it: those of fault an
 
 @dataclasses.dataclass
 class Segment:
-    """Cells of one plane: label, their rows, shape (nz, nx) of a grid whose rows run along strike from the upper left cell, or None, and the strike from true north [degrees]."""
+    """Cells of one plane: label, their rows, shape (nz, nx) of a grid whose rows run along strike from the upper left
+    cell, or None, and the strike from true north [degrees]."""
     label: int
     rows: np.ndarray
     shape: tuple
@@ -33,7 +34,9 @@ class Model:
     fields     {name: ([N], unit)}  parameters of -fault_parameters
     options    {name: value}        options of fault that the file says
     layers     [n, 4]     depth of the top [m], P and S velocity [m/s], density [kg/m3], or None
-    claims     {name: value}        what the header says of moment, length, width, top [m], strike, dip, rake, magnitude, hypocentre (longitude, latitude, depth [m]), start (the same in the frame [m])
+    claims     {name: value}        what the header says of moment, length, width, top [m], strike, dip, rake,
+                                    magnitude, hypocentre (longitude, latitude, depth [m]), start (the same in the frame
+                                    [m])
     rates      runs.Rates, slip rates of a run, for SRF; step: [s], of the triangles in their place
     remarks, dropped      lines for the user
     """
@@ -61,17 +64,22 @@ class Model:
     def __post_init__(self):
         if self.fault is None:
             self.fault = np.zeros(len(self.cells), int)
-        wrong = ~(np.isfinite(self.cells).all(axis=1) & (self.cells[:, 3:5] > LEAST).all(axis=1) & (self.cells[:, 6] >= 0) & (self.cells[:, 6] <= 180))
+        wrong = ~(np.isfinite(self.cells).all(axis=1) & (self.cells[:, 3:5] > LEAST).all(axis=1)
+                  & (self.cells[:, 6] >= 0) & (self.cells[:, 6] <= 180))
         if wrong.any() or not len(self.cells):
-            raise FormatError(f"{self.path}: " + (f"cell {int(np.flatnonzero(wrong)[0]) + 1} has the length, width and dip " + ", ".join(f"{v:g}" for v in self.cells[wrong][0, [3, 4, 6]])
-                                                  if len(self.cells) else "no cells") + ", expected cells with lengths above 0")
+            raise FormatError(f"{self.path}: " + (f"cell {int(np.flatnonzero(wrong)[0]) + 1} has the length, "
+                                                  "width and dip "
+                                                  + ", ".join(f"{v:g}" for v in self.cells[wrong][0, [3, 4, 6]])
+                                                  if len(self.cells) else "no cells")
+                              + ", expected cells with lengths above 0")
 
     @property
     def area(self):
         """[N] [m2]"""
         if self.triangles is None:
             return self.cells[:, 3] * self.cells[:, 4]
-        return np.linalg.norm(np.cross(self.triangles[:, 1] - self.triangles[:, 0], self.triangles[:, 2] - self.triangles[:, 0]), axis=1) / 2
+        return np.linalg.norm(np.cross(self.triangles[:, 1] - self.triangles[:, 0],
+                                       self.triangles[:, 2] - self.triangles[:, 0]), axis=1) / 2
 
     @property
     def corners(self):
@@ -84,30 +92,36 @@ class Model:
         return float(self.area @ np.abs(self.slip))
 
     def hypocentre(self):
-        """North, east and down [m], where the file says it, else the centre of the cell that breaks first, or slips most."""
+        """North, east and down [m], where the file says it, else the centre of the cell that breaks first, or slips
+        most."""
         if "hypocentre" in self.claims and self.projection is not None:
             lon, lat, depth = self.claims["hypocentre"]
             return np.array([*(float(v) for v in self.projection.forward(lon, lat)), depth])
         if "start" in self.claims:
             return np.array(self.claims["start"], float)
         times = self.columns.get("rupture_time", (np.zeros(1), "s"))[0]
-        moving = np.where(self.slip != 0, -times, -np.inf) if np.ptp(times) > 0 and np.any(self.slip) else np.abs(self.slip)
+        moving = (np.where(self.slip != 0, -times, -np.inf) if np.ptp(times) > 0 and np.any(self.slip)
+                  else np.abs(self.slip))
         return self.cells[int(np.argmax(moving)), :3]
 
     def on_plane(self, parts):
-        """Of segments the one that the hypocentre is in or nearest to, and how far it is there from the left end and the upper edge, along strike and down dip [m]."""
+        """Of segments the one that the hypocentre is in or nearest to, and how far it is there from the left end and
+        the upper edge, along strike and down dip [m]."""
         found = []
         for number, part in enumerate(parts):
             cells = self.cells[part.rows]
             along, down = (v[0] for v in directions(cells[:1]))
             away = self.hypocentre() - cells[:, :3]
-            s, d = ((away @ way)[:, None] + cells[:, size, None] * (0.5, -0.5) for way, size in ((along, 3), (down, 4)))  # from the ends of each cell
-            out = np.array([0.0, -s[:, 0].max(), s[:, 1].min()]).max(), np.array([0.0, -d[:, 0].max(), d[:, 1].min()]).max(), away[0] @ np.cross(along, down)
+            # from the ends of each cell
+            s, d = ((away @ way)[:, None] + cells[:, size, None] * (0.5, -0.5) for way, size in ((along, 3), (down, 4)))
+            out = np.array([0.0, -s[:, 0].max(), s[:, 1].min()]).max(), np.array([
+                0.0, -d[:, 0].max(), d[:, 1].min()]).max(), away[0] @ np.cross(along, down)
             found.append((float(np.linalg.norm(out)), number, float(s[:, 0].max()), float(d[:, 0].max())))
         return min(found)[1:]
 
     def rigidity(self):
-        """[N] [Pa], and where it is from: what the file says of its cells, its layers, the rock or moments, else that of fault and elastic."""
+        """[N] [Pa], and where it is from: what the file says of its cells, its layers, the rock or moments, else that
+        of fault and elastic."""
         if "rigidity" in self.columns:
             return self.columns["rigidity"][0], "rigidities of the file"
         if self.layers is not None:
@@ -116,15 +130,18 @@ class Model:
         if "moment" in self.columns and "shear_modulus" not in self.options and self.potency > 0:
             return np.full(len(self.cells), self.moment()[0] / self.potency), "moments of the file's cells"
         value = self.options.get("shear_modulus", RIGIDITY)
-        return np.full(len(self.cells), value), f"G = {value / 1e9:g} GPa{'' if 'shear_modulus' in self.options else ', which the file does not say'}"
+        return np.full(len(self.cells), value), (
+            f"G = {value / 1e9:g} GPa{'' if 'shear_modulus' in self.options else ', which the file does not say'}")
 
     def rock(self):
-        """The shear modulus [Pa] by which all of the slip has the moment of its cells' rigidities, and Poisson's ratio: those of --stress, surface.py and elastic."""
+        """The shear modulus [Pa] by which all of the slip has the moment of its cells' rigidities, and Poisson's ratio:
+        those of --stress, slipstep surface and elastic."""
         weight = self.area * np.abs(self.slip) if self.slip is not None and self.potency > 0 else self.area
         return float(np.average(self.rigidity()[0], weights=weight)), self.options.get("poisson_ratio", POISSON)
 
     def moment(self):
-        """Scalar moment [N m] and where its rigidity is from: sums of moments of cells where the file has them, else of rigidity times area times slip."""
+        """Scalar moment [N m] and where its rigidity is from: sums of moments of cells where the file has them, else of
+        rigidity times area times slip."""
         if "moment" in self.columns:
             return float(self.columns["moment"][0].sum()), "moments of the file's cells"
         rigidity, words = self.rigidity()
@@ -134,7 +151,8 @@ class Model:
 def grid_of(points, strike, dip, dx, dz):
     """Points [n, 3] of cells in a grid of one plane: their columns, rows and (nz, nx); None where they are in no grid.
 
-    Points of a full grid are told apart by their distances along strike and down dip, whatever the order and scale of the file.
+    Points of a full grid are told apart by their distances along strike and down dip, whatever the order and scale of
+    the file.
     """
     along, down = (v[0] for v in directions(np.array([[0, 0, 0, 0, 0, strike, dip]], float)))
     s, d = points @ along, points @ down
@@ -149,7 +167,8 @@ def grid_of(points, strike, dip, dx, dz):
             return None
     number = []
     for values, n in ((s, nx), (d, nz)):
-        number.append(np.rint((values - values.min()) / np.ptp(values) * (n - 1)).astype(int) if n > 1 else np.zeros(len(points), int))
+        number.append(np.rint((values - values.min()) / np.ptp(values) * (n - 1)).astype(int) if n > 1
+                      else np.zeros(len(points), int))
     column, row = number
     return (column, row, (nz, nx)) if len(np.unique(row * nx + column)) == len(points) else None
 
@@ -162,12 +181,15 @@ def run_of(points, column):
 
 
 def tiled(points, strike, dip, dx, dz, place="centre"):
-    """Cells [n, 7] of points [n, 3] that are in a grid of one plane, without gaps and overlaps; also (nz, nx), the order of its cells by rows from the upper left, and how far
-    points were away [m]. Where they are in none: cells at the points, None, their own order and 0. place: what of a cell its point is, centre or top.
+    """Cells [n, 7] of points [n, 3] that are in a grid of one plane, without gaps and overlaps; also (nz, nx), the
+    order of its cells by rows from the upper left, and how far points were away [m]. Where they are in none: cells at
+    the points, None, their own order and 0. place: what of a cell its point is, centre or top.
 
-    Strikes of headers are often rounded to degrees. Where points are off by more than a tenth of a cell, and run along another strike within a degree, that is taken.
+    Strikes of headers are often rounded to degrees. Where points are off by more than a tenth of a cell, and run along
+    another strike within a degree, that is taken.
     """
-    found, taken, allowed = grid_of(points, strike, dip, dx, dz), strike, AWRY * max(min(dx, dz), 0.02 * np.ptp(points[:, :2], axis=0).max())
+    found, taken, allowed = grid_of(points, strike, dip, dx,
+                                    dz), strike, AWRY * max(min(dx, dz), 0.02 * np.ptp(points[:, :2], axis=0).max())
     order = np.arange(len(points))
 
     def fitted(strike):
@@ -177,7 +199,8 @@ def tiled(points, strike, dip, dx, dz, place="centre"):
         if not found:
             return centres, centres, 0.0
         column, row, (nz, nx) = found
-        regular = ((column - (nx - 1) / 2) * dx)[:, None] * along + ((row - (nz - 1) / 2) * dz)[:, None] * down + centres.mean(axis=0)
+        regular = (((column - (nx - 1) / 2) * dx)[:, None] * along + ((row - (nz - 1) / 2) * dz)[:, None] * down
+                   + centres.mean(axis=0))
         return regular, centres, float(np.linalg.norm(regular - centres, axis=1).max())
 
     regular, centres, off = fitted(strike)

@@ -1,5 +1,6 @@
-"""Slip models as HDF5 files of this project, which -fault_mesh, -fault_parameters and `elastic` read: /cells or /vertices and /triangles, /fault, /rake and other parameters,
-/slip, /points; and in /model and the file's attributes what else the other program's file has said."""
+"""Slip models as HDF5 files of this project, which -fault_mesh, -fault_parameters and `elastic` read: /cells or
+/vertices and /triangles, /fault, /rake and other parameters, /slip, /points; and in /model and the file's attributes
+what else the other program's file has said."""
 
 import json
 
@@ -12,7 +13,8 @@ from .projection import Projection
 from .text import FormatError
 
 FORMAT = "slipstep-slip"  # the attribute format of such a file
-OTHERS = ("cells", "vertices", "triangles", "hanging_wall", "fault", "rake", "slip", "points", "model")  # what is no other parameter of a fault
+# what is no other parameter of a fault
+OTHERS = ("cells", "vertices", "triangles", "hanging_wall", "fault", "rake", "slip", "points", "model")
 
 
 def put(file, name, values, unit):
@@ -23,7 +25,8 @@ def put(file, name, values, unit):
 def write(model, path, points=None):
     """A file for -fault_mesh, and with slip for `elastic`; points [n, 3] [m], by default the centres of cells."""
     with replacing(path, model.path) as part, h5py.File(part, "w") as file:
-        file.attrs["format"], file.attrs["version"], file.attrs["source"], file.attrs["kind"] = FORMAT, 1, model.path, model.kind
+        file.attrs["format"], file.attrs["version"], file.attrs["source"], file.attrs[
+            "kind"] = FORMAT, 1, model.path, model.kind
         if model.triangles is None:
             put(file, "cells", model.cells, "m")
         else:
@@ -33,9 +36,11 @@ def write(model, path, points=None):
         file["fault"] = model.fault
         if model.names:
             file["fault"].attrs["names"] = "; ".join(f"{label} {name}" for label, name in sorted(model.names.items()))
-        put(file, "rake", np.where(np.abs(model.rake) < 360, model.rake, (model.rake + 180) % 360 - 180), "degrees")  # as fault takes them
+        # as fault takes them
+        put(file, "rake", np.where(np.abs(model.rake) < 360, model.rake, (model.rake + 180) % 360 - 180), "degrees")
         if model.slip is not None and model.triangles is not None:
-            file["hanging_wall"] = np.cross(model.triangles[:, 1] - model.triangles[:, 0], model.triangles[:, 2] - model.triangles[:, 0])
+            file["hanging_wall"] = np.cross(model.triangles[:, 1] - model.triangles[:, 0],
+                                            model.triangles[:, 2] - model.triangles[:, 0])
         if model.slip is not None:
             put(file, "slip", vectors(model), "m")
             put(file, "points", model.cells[:, :3] if points is None else points, "m")
@@ -71,18 +76,23 @@ def read(path):
     """The model of a file that write() made."""
     with h5py.File(path) as file:
         try:
-            cells, triangles = (file["cells"][()], None) if "cells" in file else cells_of_triangles(file["vertices"][()][file["triangles"][()]])
+            cells, triangles = ((file["cells"][()], None) if "cells" in file
+                                else cells_of_triangles(file["vertices"][()][file["triangles"][()]]))
             rake = file["rake"][()]
             slip = file["slip"][()] if "slip" in file else None
             model = Model(path, plain(file.attrs["kind"]), cells, rake, None, triangles, file["fault"][()])
             if slip is not None:
                 model.slip = slip[:, 0] * np.cos(np.radians(rake)) + slip[:, 1] * np.sin(np.radians(rake))
             names = plain(file["fault"].attrs.get("names", ""))
-            model.names = {int(word.split(" ", 1)[0]): word.split(" ", 1)[1] for word in names.split("; ") if " " in word}
-            model.columns = {name: (data[()], plain(data.attrs["units"])) for name, data in file.get("model", {}).items() if name != "layers"}
-            model.fields = {name: (data[()], plain(data.attrs["units"])) for name, data in file.items() if name not in OTHERS and "units" in data.attrs}
+            model.names = {int(word.split(" ", 1)[0]): word.split(" ", 1)[1] for word in names.split("; ")
+                           if " " in word}
+            model.columns = {name: (data[()], plain(data.attrs["units"]))
+                             for name, data in file.get("model", {}).items() if name != "layers"}
+            model.fields = {name: (data[()], plain(data.attrs["units"])) for name, data in file.items()
+                            if name not in OTHERS and "units" in data.attrs}
             model.layers = file["model/layers"][()] if "model/layers" in file else None
-            model.claims, model.options = json.loads(plain(file.attrs["claims"])), json.loads(plain(file.attrs["options"]))
+            model.claims, model.options = json.loads(plain(file.attrs["claims"])), json.loads(
+                plain(file.attrs["options"]))
             first = 0
             for label, count, shape, strike in json.loads(plain(file.attrs["segments"])):
                 model.segments.append(Segment(label, first + np.arange(count), tuple(shape) if shape else None, strike))
@@ -90,14 +100,16 @@ def read(path):
             if "origin" in file.attrs:
                 model.projection = Projection(tuple(file.attrs["origin"]), plain(file.attrs["projection"]))
         except KeyError as error:
-            raise FormatError(f"{path}: {error.args[0]}, expected a file that convert.py wrote") from None
+            raise FormatError(f"{path}: {error.args[0]}, expected a file that slipstep convert wrote") from None
     return model
 
 
 def cells_of_triangles(triangles):
-    """Centroids, extents along strike, widths, strikes and dips [N, 7] of triangles [N, 3, 3], and these with normals upward."""
+    """Centroids, extents along strike, widths, strikes and dips [N, 7] of triangles [N, 3, 3], and these with normals
+    upward."""
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    upright = np.abs(normal[:, 2]) <= 1e-9 * np.linalg.norm(normal, axis=1)  # to the right of a strike in [0, 180) degrees
+    # to the right of a strike in [0, 180) degrees
+    upright = np.abs(normal[:, 2]) <= 1e-9 * np.linalg.norm(normal, axis=1)
     down = np.where(upright, np.degrees(np.arctan2(-normal[:, 0], normal[:, 1])) % 360 >= 180, normal[:, 2] > 0)
     triangles = np.where(down[:, None, None], triangles[:, ::-1], triangles)
     normal = np.where(down[:, None], -normal, normal)
@@ -108,4 +120,5 @@ def cells_of_triangles(triangles):
     dip = np.degrees(np.arccos(np.clip(-normal[:, 2] / size, -1, 1)))
     along = np.stack([np.cos(strike), np.sin(strike), 0 * strike], axis=1)
     length = np.ptp(np.einsum("nij,nj->ni", triangles, along), axis=1)
-    return np.column_stack([triangles.mean(axis=1), length, size / 2 / length, np.degrees(strike) % 360, dip]), triangles
+    return np.column_stack([triangles.mean(axis=1), length, size / 2 / length, np.degrees(strike) % 360,
+                            dip]), triangles

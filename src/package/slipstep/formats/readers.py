@@ -23,9 +23,12 @@ READERS = {
 }
 OF_UNIT = ("interact", "depths", "mesh")  # that --unit is for
 # Ending of names -> what such files are, and what to do with them
-OTHERS = {".shp": "a map of a geographic information system, expected GeoJSON: ogr2ogr -t_srs EPSG:4326 -f GeoJSON OUT.geojson FILE", ".nc": "no slip model or grid of depths as .grd, expected one of them",
-          ".vtk": "a mesh, expected HDF5: convert_mesh.py", ".opts": "options of fault, expected the file of -fault_output of its run"}
-OTHERS.update({ending: OTHERS[".shp"] for ending in (".kml", ".kmz", ".gpkg", ".gml", ".gmt")}, **{ending: OTHERS[".vtk"] for ending in (".vtu", ".ply", ".vtp")})
+OTHERS = {".shp": "a map of a geographic information system, expected GeoJSON: ogr2ogr -t_srs EPSG:4326 -f GeoJSON "
+                  "OUT.geojson FILE", ".nc": "no slip model or grid of depths as .grd, expected one of them",
+          ".vtk": "a mesh, expected HDF5: convert_mesh.py",
+          ".opts": "options of fault, expected the file of -fault_output of its run"}
+OTHERS.update({ending: OTHERS[".shp"] for ending in (".kml", ".kmz", ".gpkg", ".gml", ".gmt")},
+              **{ending: OTHERS[".vtk"] for ending in (".vtu", ".ply", ".vtp")})
 
 
 def kind_of(path):
@@ -39,7 +42,8 @@ def kind_of(path):
             return "hbi"
         if faults.is_interact(path):
             return "interact"
-        raise FormatError(f"{path} is neither an input of HBI, which has a line problem, nor patches of interact, whose lines have eight numbers, expected one of them, or --format {' or '.join(READERS)}")
+        raise FormatError(f"{path} is neither an input of HBI, which has a line problem, nor patches of interact, "
+                          f"whose lines have eight numbers, expected one of them, or --format {' or '.join(READERS)}")
     if len(found) == 1:
         return found[0]
     if what := next((words for ending, words in OTHERS.items() if stem.endswith(ending)), None):
@@ -48,14 +52,14 @@ def kind_of(path):
 
 
 def of_hdf5(path):
-    """The kind of an HDF5 file that convert.py did not write; None: a run or a catalogue."""
+    """The kind of an HDF5 file that slipstep convert did not write; None: a run or a catalogue."""
     with h5py.File(path) as file:
         return "mesh" if "cells" in file or "triangles" in file else "depths" if maps.is_grid(file) else None
 
 
 def read(path, at, kind=None, rake=None, unit=None, mesh=None, **of_run):
-    """The model of a file of any kind. at(lon, lat): the projection about an origin that a file suggests; unit: of lengths of files that do not say it; mesh: of PyQuake3D; of_run: arguments of
-    runs.read()."""
+    """The model of a file of any kind. at(lon, lat): the projection about an origin that a file suggests; unit: of
+    lengths of files that do not say it; mesh: of PyQuake3D; of_run: arguments of runs.read()."""
     if not os.path.exists(path):
         raise FormatError(f"{path}: no such file, expected a slip model or patches of a fault")
     if ours.is_model(path):

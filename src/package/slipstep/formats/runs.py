@@ -23,7 +23,8 @@ def segments_of(source, labels):
 
 
 def times_of(run, window, total):
-    """Of each cell when in a window it has begun to slip, from the begin on, and for how long it does [s], by the rows of /fields one after the other; total [N]: its slip [m]."""
+    """Of each cell when in a window it has begun to slip, from the begin on, and for how long it does [s], by the rows
+    of /fields one after the other; total [N]: its slip [m]."""
     with run.open() as file:
         times, data = run.stored(file, "slip")
         begin, end = window_of(run, times, *window)
@@ -41,8 +42,8 @@ def times_of(run, window, total):
 
 
 class Rates:
-    """Slip rates of each cell of a run, for SRF: rates(cell) is when they begin in the window [s], their step [s], and they [n] [m/s], by slip linear between the rows of /fields. Some
-    cells at a time are in memory."""
+    """Slip rates of each cell of a run, for SRF: rates(cell) is when they begin in the window [s], their step [s], and
+    they [n] [m/s], by slip linear between the rows of /fields. Some cells at a time are in memory."""
 
     def __init__(self, run, window, step):
         self.run, self.step, self.cells = run, step, range(0)
@@ -56,14 +57,16 @@ class Rates:
 
     def __call__(self, cell):
         if self.count * np.prod(self.shape) > MOST:
-            raise OutputError(f"{self.run.path} from {written(self.begin)} to {written(self.end)} has {self.count:.3g} slip rates, each of {self.step:g} s (--step), in each of {np.prod(self.shape)} cells, "
+            raise OutputError(f"{self.run.path} from {written(self.begin)} to {written(self.end)} has {self.count:.3g} "
+                              f"slip rates, each of {self.step:g} s (--step), in each of {np.prod(self.shape)} cells, "
                               f"expected {MOST:.0e} in all at most: --window BEGIN END of an event")
         if cell not in self.cells:
             self.load(cell)
         grid = np.minimum(self.begin + self.step * np.arange(self.count + 1), self.end)
         rate = np.diff(np.interp(grid, self.times[self.rows], self.slip[:, cell - self.cells.start])) / self.step
         moves = np.flatnonzero(rate)
-        return (moves[0] * self.step, self.step, rate[moves[0]:moves[-1] + 1]) if len(moves) else (0.0, self.step, np.zeros(0))
+        return ((moves[0] * self.step, self.step, rate[moves[0]:moves[-1] + 1]) if len(moves)
+                else (0.0, self.step, np.zeros(0)))
 
     def load(self, cell):
         """The slip of the rows of cells that have this one."""
@@ -88,15 +91,18 @@ def read(path, event=None, window=None, step=0.1):
         mesh = catalogue.mesh
     else:
         if event:
-            raise OutputError(f"--event is one of a catalogue, but {path} is none: expected the file of -fault_catalogue, or --window")
+            raise OutputError(f"--event is one of a catalogue, but {path} is none: expected the file of "
+                              "-fault_catalogue, or --window")
         run = Run(path)
         source, mesh = slip_of_run(run, begin, end, "slip"), run.mesh
     labels = np.asarray(mesh["fault"], int) if "fault" in mesh else np.ones(len(source.cells), int)
     slip, rake = source.slip, source.rake
     if slip.ndim == 2:
         slip, rake = np.hypot(*source.slip.T), np.degrees(np.arctan2(source.slip[:, 1], source.slip[:, 0]))
-    model = Model(path, "run of SlipStep" if not of_events else "event of SlipStep", source.cells, np.broadcast_to(rake, len(source.cells)).astype(float), slip, source.triangles, labels,
-                  segments=segments_of(source, labels), options={"shear_modulus": source.shear_modulus, "poisson_ratio": source.poisson_ratio})
+    model = Model(path, "run of SlipStep" if not of_events else "event of SlipStep", source.cells,
+                  np.broadcast_to(rake, len(source.cells)).astype(float), slip, source.triangles, labels,
+                  segments=segments_of(source, labels),
+                  options={"shear_modulus": source.shear_modulus, "poisson_ratio": source.poisson_ratio})
     model.claims["title"] = source.words
     if of_events:
         model.claims["start"] = [float(catalogue.event[axis][number]) for axis in "xyz"]
@@ -105,7 +111,8 @@ def read(path, event=None, window=None, step=0.1):
         rupture[never] = catalogue.event["end"][number] - catalogue.event["onset"][number]
         model.columns = {"rupture_time": (rupture, "s")}
         if never.any():
-            model.remarks.append(f"{never.sum()} cells were never above the rate of the catalogue: their rupture time is the end of the event")
+            model.remarks.append(f"{never.sum()} cells were never above the rate of the catalogue: their rupture time "
+                                 "is the end of the event")
     if not of_events and source.slip.ndim == 1:
         rupture, rise = times_of(run, (begin, end), source.slip)
         model.columns = {"rupture_time": (rupture, "s"), "rise_time": (rise, "s")}

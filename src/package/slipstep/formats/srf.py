@@ -1,4 +1,5 @@
-"""Standard Rupture Format 1.0 and 2.0, .srf, in and out (Graves 2014, SCEC's Standard Rupture Format): lengths of planes are km, slip is cm, area is cm2, points are centres of cells."""
+"""Standard Rupture Format 1.0 and 2.0, .srf, in and out (Graves 2014, SCEC's Standard Rupture Format): lengths of
+planes are km, slip is cm, area is cm2, points are centres of cells."""
 
 import re
 
@@ -11,7 +12,9 @@ from .text import NUMBER, Text
 
 DENSITY = 2700.0  # [kg/m3] where nothing says it; S velocities then have the rigidity
 SOMERVILLE = 2.03e-9  # rise time [s] over the cube root of the moment [dyne cm] (Somerville et al. 1999)
-GENSLIP = 9.05  # of the magnitudes of genslip, which writes mag= into comments: log10 of the moment [N m] less 1.5 times the magnitude (Hanks and Kanamori 1979)
+# of the magnitudes of genslip, which writes mag= into comments: log10 of the moment [N m] less 1.5 times the magnitude
+# (Hanks and Kanamori 1979)
+GENSLIP = 9.05
 CLOSE = 0.01  # by which areas may differ
 
 
@@ -27,7 +30,8 @@ class Reader:
         while (words := self.following("POINTS N or PLANE N", not self.blocks)) is not None:
             name, _, number = words.strip().partition(" ")
             if name == "PLANE":
-                self.planes += [self.plane() for _ in range(self.text.whole(self.line, number.strip() or "nothing", "PLANE N"))]
+                self.planes += [self.plane()
+                                for _ in range(self.text.whole(self.line, number.strip() or "nothing", "PLANE N"))]
             elif name == "POINTS":
                 total = self.text.whole(self.line, number.strip() or "nothing", "POINTS N")
                 self.blocks.append(np.array([self.point(k + 1, total) for k in range(total)]))
@@ -61,8 +65,10 @@ class Reader:
         return first + self.numbers(5, "strike, dip, depth of the top and hypocentre of a plane")
 
     def point(self, number, total):
-        """lon lat depth strike dip area tinit dt, vs and density or 0, rake, slip along it, across it, opening, and samples of the first."""
-        first = self.numbers(self.count, f"point {number} of {total}: {self.count} numbers of lon lat dep stk dip area tinit dt{' vs den' if self.count == 10 else ''}")
+        """lon lat depth strike dip area tinit dt, vs and density or 0, rake, slip along it, across it, opening, and
+        samples of the first."""
+        first = self.numbers(self.count, f"point {number} of {total}: {self.count} numbers of lon lat dep stk dip area "
+                             f"tinit dt{' vs den' if self.count == 10 else ''}")
         second = self.numbers(7, f"point {number} of {total}: rake slip1 nt1 slip2 nt2 slip3 nt3")
         left = samples = sum(self.text.whole(self.line, str(second[k])) for k in (2, 4, 6))
         while left > 0:
@@ -72,7 +78,8 @@ class Reader:
                 self.text.fail(self.line, f"{-left} samples too many", f"{samples} of point {number}")
             for word in words:
                 self.text.number(self.line, word)
-        return first + [0.0] * (10 - self.count) + [second[0], second[1], second[3], second[5], max(second[2], second[4])]
+        return first + [0.0] * (10 - self.count) + [second[0], second[1], second[3], second[5],
+                                                    max(second[2], second[4])]
 
 
 def of_plane(plane, points, places, projection, remarks, number):
@@ -84,10 +91,12 @@ def of_plane(plane, points, places, projection, remarks, number):
     whole = len(points) == nx * nz
     if whole and shape == (nz, nx):
         if off > 1:
-            remarks.append(f"plane {number}: points of the file are up to {off:.0f} m from the regular cells that are made of them")
+            remarks.append(f"plane {number}: points of the file are up to {off:.0f} m from the regular cells that are "
+                           "made of them")
         return cells, order, shape, float(cells[0, 5] + turn) % 360
     sides = (dx, dz) if abs(dx * dz / (1e-4 * np.median(points[:, 5])) - 1) < 0.05 else None
-    remarks.append(f"plane {number}: " + (f"{len(points)} points of {nx} x {nz}" if not whole else "its points are in no grid of one strike and dip") + "; its cells are at the points")
+    remarks.append(f"plane {number}: " + (f"{len(points)} points of {nx} x {nz}" if not whole else "its points are in "
+                                          "no grid of one strike and dip") + "; its cells are at the points")
     return loose(points, places, turn, sides), np.arange(len(points)), None, None
 
 
@@ -120,10 +129,14 @@ def read(path, at, rake=None):
         first += count
     if not counts:
         remarks.append("no planes are described for its points, whose cells become squares of their areas")
-        cells, rows, label = [loose(points, places, projection.convergence(north.mean(), east.mean()))], [points], [1] * len(points)
+        cells, rows, label = [loose(points, places,
+                                    projection.convergence(north.mean(), east.mean()))], [points], [1] * len(points)
     rows, cells = np.concatenate(rows), np.concatenate(cells)
-    model = Model(path, f"SRF {1 if reader.count == 8 else 2}.0", cells, (rows[:, 10] + np.degrees(np.arctan2(rows[:, 12], rows[:, 11]))) % 360, 1e-2 * np.hypot(rows[:, 11], rows[:, 12]),
-                  fault=np.array(label), segments=segments if all(s.shape for s in segments) else [], projection=projection, unit="km and cm", remarks=remarks)
+    model = Model(path, f"SRF {1 if reader.count == 8 else 2}.0", cells,
+                  (rows[:, 10] + np.degrees(np.arctan2(rows[:, 12], rows[:, 11]))) % 360,
+                  1e-2 * np.hypot(rows[:, 11], rows[:, 12]),
+                  fault=np.array(label), segments=segments if all(s.shape for s in segments) else [],
+                  projection=projection, unit="km and cm", remarks=remarks)
     model.rake[model.rake > 180] -= 360
     model.columns = {"rupture_time": (rows[:, 6], "s"), "rise_time": (rows[:, 7] * rows[:, 14], "s")}
     start(model, reader)
@@ -150,8 +163,9 @@ def claim(model, reader, rows):
     """What planes and comments of the file say, and what is left out."""
     planes = np.array(reader.planes).reshape(-1, 11)
     if len(planes):
-        model.claims |= {"length": 1e3 * planes[:, 4].sum(), "width": 1e3 * planes[:, 5].max(), "area": 1e6 * float(planes[:, 4] @ planes[:, 5]), "strike": planes[0, 6],
-                        "dip": planes[0, 7], "top": 1e3 * planes[:, 8].min()}
+        model.claims |= {"length": 1e3 * planes[:, 4].sum(), "width": 1e3 * planes[:, 5].max(),
+                         "area": 1e6 * float(planes[:, 4] @ planes[:, 5]), "strike": planes[0, 6],
+                         "dip": planes[0, 7], "top": 1e3 * planes[:, 8].min()}
     if found := re.search(rf"mag=\s*{NUMBER}", " ".join(reader.comments)):
         model.claims["magnitude"] = float(found[1])
         model.claims["moment"] = 10 ** (1.5 * model.claims["magnitude"] + GENSLIP)
@@ -161,7 +175,8 @@ def claim(model, reader, rows):
     if rows[:, 13].any():
         model.dropped.append(f"opening of {np.count_nonzero(rows[:, 13])} points")
     if "rigidity" not in model.columns and rows[:, 8:10].any():
-        model.dropped.append(f"S velocities and densities, which {np.count_nonzero((rows[:, 8:10] <= 0).any(axis=1))} of {len(rows)} points do not have")
+        model.dropped.append(f"S velocities and densities, which {np.count_nonzero((rows[:, 8:10] <= 0).any(axis=1))} "
+                             f"of {len(rows)} points do not have")
     if reader.more:
         model.dropped.append(f"more numbers than the format has in {reader.more} lines")
     if others := [words for words in reader.comments if "mag=" not in words]:
@@ -174,7 +189,9 @@ def claim(model, reader, rows):
 def write(model, file):
     """An SRF 2.0 of a model: slip rates are those of a run, model.rates, or isosceles triangles of the rise times."""
     rigidity = model.rigidity()[0]
-    density = np.full(len(rigidity), DENSITY) if model.layers is None else model.layers[np.clip(np.searchsorted(model.layers[:, 0], model.cells[:, 2], side="right") - 1, 0, None), 3]
+    density = (np.full(len(rigidity), DENSITY) if model.layers is None
+               else model.layers[np.clip(np.searchsorted(model.layers[:, 0], model.cells[:, 2], side="right") - 1, 0,
+                                         None), 3])
     lon, lat = model.projection.inverse(model.cells[:, 0], model.cells[:, 1])
     file.write("2.0\n# written by SlipStep\n")
     parts = model.segments if model.segments and all(part.shape for part in model.segments) else []
@@ -186,7 +203,8 @@ def write(model, file):
         top = model.corners[part.rows[:nx]][:, :2].reshape(-1, 3).mean(axis=0)
         x, y = model.projection.inverse(top[0], top[1])
         shyp, dhyp = ((along - nx * cells[0, 3] / 2) / 1e3, down / 1e3) if number == broken else (0, 0)
-        file.write(f"{float(x):.6f} {float(y):.6f} {nx} {nz} {nx * cells[0, 3] / 1e3:.6f} {nz * cells[0, 4] / 1e3:.6f}\n{part.strike % 360:.4f} {cells[0, 6]:.4f} {top[2] / 1e3:.6f} "
+        file.write(f"{float(x):.6f} {float(y):.6f} {nx} {nz} {nx * cells[0, 3] / 1e3:.6f} "
+                   f"{nz * cells[0, 4] / 1e3:.6f}\n{part.strike % 360:.4f} {cells[0, 6]:.4f} {top[2] / 1e3:.6f} "
                    f"{shyp:.6g} {dhyp:.6g}\n")
     turn = model.projection.convergence(*model.cells[:, :2].mean(axis=0))
     strikes = model.cells[:, 5] + turn
@@ -196,14 +214,17 @@ def write(model, file):
         file.write(f"POINTS {len(rows)}\n")
         for k in rows:
             start, dt, rates = rates_of(model, k)
-            file.write(f"{lon[k]:.6f} {lat[k]:.6f} {model.cells[k, 2] / 1e3:.6f} {strikes[k] % 360:.4f} {model.cells[k, 6]:.4f} {1e4 * model.area[k]:.6e} {start:.4f} {dt:.6e} "
-                       f"{100 * np.sqrt(rigidity[k] / density[k]):.6e} {density[k] / 1e3:.6e}\n{model.rake[k]:.4f} {100 * model.slip[k]:.4f} {len(rates)} 0 0 0 0\n")
+            file.write(f"{lon[k]:.6f} {lat[k]:.6f} {model.cells[k, 2] / 1e3:.6f} {strikes[k] % 360:.4f} "
+                       f"{model.cells[k, 6]:.4f} {1e4 * model.area[k]:.6e} {start:.4f} {dt:.6e} "
+                       f"{100 * np.sqrt(rigidity[k] / density[k]):.6e} {density[k] / 1e3:.6e}\n{model.rake[k]:.4f} "
+                       f"{100 * model.slip[k]:.4f} {len(rates)} 0 0 0 0\n")
             for begin in range(0, len(rates), 6):
                 file.write(" ".join(f"{100 * rate:.5e}" for rate in rates[begin:begin + 6]) + "\n")
 
 
 def rates_of(model, cell):
-    """Start [s], step [s] and slip rates [m/s] of a cell; the sum of these times the step is its slip, their number times it the rise time."""
+    """Start [s], step [s] and slip rates [m/s] of a cell; the sum of these times the step is its slip, their number
+    times it the rise time."""
     if model.rates is not None:
         return model.rates(cell)
     start, rise, slip = model.columns["rupture_time"][0][cell], model.columns["rise_time"][0][cell], model.slip[cell]

@@ -37,7 +37,8 @@ class Text:
             with opened(self.path, "rb") as file:
                 content = file.read()
         except (OSError, EOFError) as error:
-            raise FormatError(f"{self.path}: {getattr(error, 'strerror', None) or error}, expected a file to read") from None
+            raise FormatError(f"{self.path}: {getattr(error, 'strerror', None) or error}, expected a "
+                              "file to read") from None
         if b"\0" in content:
             raise FormatError(f"{self.path}: not a text file, expected one")
         self.lines = content.decode(errors="replace").splitlines()
@@ -52,7 +53,8 @@ class Text:
     def fail(self, line, found, expected):
         """Raises the error of a line; beyond the last one the file has ended too early."""
         if line > len(self.lines):
-            raise FormatError(f"{self.path} ends after line {len(self.lines)}{' with ' * bool(found)}{found}, expected {expected}")
+            raise FormatError(f"{self.path} ends after line {len(self.lines)}{' with ' * bool(found)}{found}, expected "
+                              f"{expected}")
         raise FormatError(f"{self.path}, line {line}: {found}, expected {expected}")
 
     def quoted(self, line):

@@ -1,10 +1,12 @@
-"""Cells of a run or catalogue in space: rectangles of any strike and dip, their corners, and the edges that none of them share."""
+"""Cells of a run or catalogue in space: rectangles of any strike and dip, their corners, and the edges that none of
+them share."""
 
 import numpy as np
 
 from ..errors import OutputError
 
-CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])  # of a cell, along strike and down dip: from its upper left one
+# of a cell, along strike and down dip: from its upper left one
+CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 UPPER, RIGHT, LOWER, LEFT = range(4)  # edges, each from its corner to the next
 EDGE = 1e-3  # of its size: how near to its neighbour's a cell's edge is the same one
 
@@ -17,10 +19,12 @@ def directions(cells):
 
 
 def axis_along_strike(strikes, weights):
-    """Direction [degrees, from 0 to below 360] of the axis along strike of a picture, from strikes [N] and weights as areas [N]: the mean line of all strikes, whichever of its two directions each
-    has, in the direction that most of them have, or where neither is, the first."""
+    """Direction [degrees, from 0 to below 360] of the axis along strike of a picture, from strikes [N] and weights as
+    areas [N]: the mean line of all strikes, whichever of its two directions each has, in the direction that most of
+    them have, or where neither is, the first."""
     turn = np.exp(1j * np.radians(strikes))
-    line = np.exp(0.5j * np.angle(weights @ turn ** 2)) if np.abs(weights @ turn ** 2) > 1e-9 * np.sum(weights) else turn[0]
+    line = (np.exp(0.5j * np.angle(weights @ turn ** 2)) if np.abs(weights @ turn ** 2) > 1e-9 * np.sum(weights)
+            else turn[0])
     sense = weights @ (turn / line).real
     sense = sense if abs(sense) > 1e-9 * np.sum(weights) else (turn[0] / line).real
     return float(np.round(np.degrees(np.angle(line if sense >= 0 else -line)), 9) % 360)
@@ -40,8 +44,8 @@ def grid_cells(of):
     s, d = np.meshgrid((np.arange(nx) + 0.5) * of["length_x"] / nx, (np.arange(nz) + 0.5) * of["length_z"] / nz)
     s, d = s.ravel(), d.ravel()
     right = d * np.cos(dip)
-    columns = (np.cos(strike) * s - np.sin(strike) * right, np.sin(strike) * s + np.cos(strike) * right, of["depth_top"] + d * np.sin(dip),
-               of["length_x"] / nx, of["length_z"] / nz, of["strike"], of["dip"])
+    columns = (np.cos(strike) * s - np.sin(strike) * right, np.sin(strike) * s + np.cos(strike) * right,
+               of["depth_top"] + d * np.sin(dip), of["length_x"] / nx, of["length_z"] / nz, of["strike"], of["dip"])
     return np.stack(np.broadcast_arrays(*columns), axis=1)
 
 
@@ -49,12 +53,13 @@ def mesh_cells(mesh):
     """[N, 7] of a mesh: x, y, z of the centre, length, width [m], strike and dip [degrees]."""
     n = len(mesh["x"])
     columns = [mesh[name] for name in ("x", "y", "z", "length", "width")]
-    return np.stack(columns + [mesh.get("strike", np.zeros(n)), mesh.get("dip", np.full(n, 90.0))], axis=1).astype(float)
+    return np.stack(columns + [mesh.get("strike", np.zeros(n)), mesh.get("dip", np.full(n, 90.0))],
+                    axis=1).astype(float)
 
 
 def cells_of(path, mesh, of):
-    """[N, 7], of triangles their centroids and extents, and the shape of a grid; of: its extents. Files of before dipping faults know neither
-    strike nor dip."""
+    """[N, 7], of triangles their centroids and extents, and the shape of a grid; of: its extents. Files of before
+    dipping faults know neither strike nor dip."""
     if "length" in mesh:
         return mesh_cells(mesh), None
     missing = [name for name in ("length_x", "length_z", "depth_top") if name not in of]
@@ -82,7 +87,8 @@ def level_of(triangles, depth):
 
 
 def free_sides(triangles):
-    """Sides [n, 2, 3] of triangles [N, 3, 3] that no other one has: those on the upper ends of their triangles, and all others."""
+    """Sides [n, 2, 3] of triangles [N, 3, 3] that no other one has: those on the upper ends of their triangles, and all
+    others."""
     sides = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2, 3)
     key = np.sort(np.unique(sides.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 2), axis=1)
     _, place, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
@@ -108,7 +114,8 @@ def free_edges(corners, shape=None):
 
 
 def _touches(edges, others):
-    """Whether the middle of each edge [n, 2, 3] lies on one of the others. Most lie on the middle of one, which a table finds."""
+    """Whether the middle of each edge [n, 2, 3] lies on one of the others. Most lie on the middle of one, which a table
+    finds."""
     middle, begin, reach = edges.mean(axis=1), others[:, 0], others[:, 1] - others[:, 0]
     size = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
     unit = EDGE * size.min()

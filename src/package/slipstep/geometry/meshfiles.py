@@ -1,4 +1,5 @@
-"""Triangles in files of other programs: STL, GOCAD TSurf, rows of RSQSim, OBJ, Gmsh, HDF5 of -fault_mesh, and what meshio reads."""
+"""Triangles in files of other programs: STL, GOCAD TSurf, rows of RSQSim, OBJ, Gmsh, HDF5 of -fault_mesh, and what
+meshio reads."""
 
 import contextlib
 import io
@@ -20,8 +21,9 @@ class MeshError(Exception):
 
 
 class Surfaces:
-    """Corners [N, 3, 3] as the file has them, the number of each one's fault, names of faults, and what the file says besides: a unit of lengths, in which case
-    they are metres here, axes, and remarks for the user. down [N]: the file says that z is downward, and here it is upward."""
+    """Corners [N, 3, 3] as the file has them, the number of each one's fault, names of faults, and what the file says
+    besides: a unit of lengths, in which case they are metres here, axes, and remarks for the user. down [N]: the file
+    says that z is downward, and here it is upward."""
 
     def __init__(self, corners, fault, names, fields=None, unit=None, frame="enu", remarks=(), down=None):
         self.corners = np.asarray(corners, float).reshape(-1, 3, 3)
@@ -49,10 +51,12 @@ def read_stl(path):
     with open(path, "rb") as file:
         content = file.read()
     if len(content) >= 84 and len(content) == 84 + 50 * struct.unpack("<I", content[80:84])[0]:
-        rows = np.frombuffer(content, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("colour", "<u2")]), offset=84)
+        rows = np.frombuffer(content, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("colour", "<u2")]),
+                             offset=84)
         return Surfaces(rows["corners"], np.zeros(len(rows), int), {})
     if b"\0" in content or not content.lstrip().lower().startswith(b"solid"):
-        raise MeshError(f"{path}: {len(content)} bytes, which are neither text that begins with \"solid\" nor 84 and 50 for each of the triangles that they say: expected STL")
+        raise MeshError(f"{path}: {len(content)} bytes, which are neither text that begins with \"solid\" nor 84 and "
+                        "50 for each of the triangles that they say: expected STL")
     corners, fault, names, solid, facet = [], [], {}, -1, []
     for line, text in enumerate(content.decode(errors="replace").splitlines(), 1):
         words = text.split()
@@ -82,7 +86,8 @@ def read_stl(path):
 # ---- GOCAD ----
 
 def read_gocad(path):
-    corners, fault, names, surface, places, up, unit, system, said, down = [], [], {}, -1, {}, True, np.ones(3), False, set(), []
+    corners, fault, names, surface, places, up, unit, system, said, down = [], [], {}, -1, {}, True, np.ones(
+        3), False, set(), []
     own, more = None, 0  # the unit of all axes; vertices and triangles with properties
     with open(path, errors="replace") as file:
         for line, text in enumerate(file, 1):
@@ -106,7 +111,8 @@ def read_gocad(path):
                 names[surface] = text.split(":", 1)[-1].strip() if ":" in text else " ".join(words[1:])
             elif word == "ZPOSITIVE":
                 if len(words) != 2 or words[1].lower() not in ("elevation", "depth"):
-                    raise MeshError(f"{path}, line {line}: ZPOSITIVE {' '.join(words[1:])}, expected Elevation or Depth")
+                    raise MeshError(f"{path}, line {line}: ZPOSITIVE {' '.join(words[1:])}, expected "
+                                    "Elevation or Depth")
                 up = words[1].lower() == "elevation"
             elif word == "AXIS_UNIT":
                 found = [w.lower() for w in text.replace('"', " ").split()[1:]]
@@ -122,7 +128,8 @@ def read_gocad(path):
                 places[words[1]] = place * (1, 1, 1 if up else -1)
             elif word in ("ATOM", "PATOM"):
                 if len(words) < 3 or words[2] not in places:
-                    raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the number of a vertex before it")
+                    raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the number of a "
+                                    "vertex before it")
                 places[words[1]] = places[words[2]]
             elif word == "TRGL":
                 missing = [w for w in words[1:4] if w not in places]
@@ -138,7 +145,8 @@ def read_gocad(path):
     if None in said and len(said) > 1:
         raise MeshError(f"{path}: some surfaces have AXIS_UNIT and some have not, expected all or none")
     return Surfaces(corners, fault, names, unit=said.pop() if len(said) == 1 else "m", down=down,
-                    remarks=[f"words after the numbers of {more} vertices and triangles, as properties, are left out"] if more else ())
+                    remarks=[f"words after the numbers of {more} vertices and triangles, as properties, are left out"]
+                    if more else ())
 
 
 # ---- RSQSim ----
@@ -151,12 +159,14 @@ def is_number(word):
 
 
 def names_of(rows):
-    """Names of faults from the words after their numbers, {number: [words, ...]}, and how many columns of numbers follow the names. As many as every row ends
-    with are columns, unless names are told apart by them alone."""
-    ending = [next((k for k, word in enumerate(reversed(words)) if not is_number(word)), max(len(words) - 1, 0)) for all_words in rows.values() for words in all_words]
+    """Names of faults from the words after their numbers, {number: [words, ...]}, and how many columns of numbers
+    follow the names. As many as every row ends with are columns, unless names are told apart by them alone."""
+    ending = [next((k for k, word in enumerate(reversed(words)) if not is_number(word)), max(len(words) - 1, 0))
+              for all_words in rows.values() for words in all_words]
     columns = min(ending, default=0)
     short = {label: " ".join(words[0][:len(words[0]) - columns]) for label, words in rows.items()}
-    if len(set(short.values())) < len({" ".join(words[0]) for words in rows.values()}) and all(len(set(map(tuple, words))) == 1 for words in rows.values()):
+    if (len(set(short.values())) < len({" ".join(words[0]) for words in rows.values()})
+        and all(len(set(map(tuple, words))) == 1 for words in rows.values())):
         columns, short = 0, {label: " ".join(words[0]) for label, words in rows.items()}
     return short, columns
 
@@ -169,7 +179,8 @@ def read_rsqsim(path, rate_unit):
             if not words:
                 continue
             if len(words) < 11:
-                raise MeshError(f"{path}, line {line}: {len(words)} columns, expected x1 y1 z1 x2 y2 z2 x3 y3 z3 rake rate, and perhaps id name, of RSQSim")
+                raise MeshError(f"{path}, line {line}: {len(words)} columns, expected x1 y1 z1 x2 y2 z2 x3 y3 z3 rake "
+                                "rate, and perhaps id name, of RSQSim")
             values = [number(path, line, w) for w in words[:12]]
             own = int(values[11]) if len(words) > 11 else 0
             if len(words) > 11 and own != values[11]:
@@ -188,7 +199,8 @@ def read_rsqsim(path, rate_unit):
 # ---- OBJ ----
 
 def read_obj(path):
-    """Vertices and faces; normals and places in pictures, which faces may name beside each vertex, are left out. Groups are faults, or else objects."""
+    """Vertices and faces; normals and places in pictures, which faces may name beside each vertex, are left out. Groups
+    are faults, or else objects."""
     points, faces, groups, objects, group, thing = [], [], [], [], "", ""
     with open(path, errors="replace") as file:
         for line, text in enumerate(file, 1):
@@ -208,7 +220,8 @@ def read_obj(path):
                     numbers = []
                 corners = [n - 1 if n > 0 else len(points) + n for n in numbers]
                 if len(corners) < 3 or 0 in numbers or not all(0 <= c < len(points) for c in corners):
-                    raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the numbers of three or more vertices before it")
+                    raise MeshError(f"{path}, line {line}: {text.strip()[:60]}, expected the numbers of three or more "
+                                    "vertices before it")
                 faces.append(corners)
                 groups.append(group)
                 objects.append(thing)
@@ -218,7 +231,8 @@ def read_obj(path):
     fault = np.array([names.index(name) for name in said], int)[of] if faces else []
     corners = np.array(points)[np.array(triangles, int)] if triangles else []
     many = len(triangles) - len(faces)
-    return Surfaces(corners, fault, dict(enumerate(names)), remarks=[f"faces of more than three corners cut into {many} triangles more"] if many else ())
+    return Surfaces(corners, fault, dict(enumerate(names)),
+                    remarks=[f"faces of more than three corners cut into {many} triangles more"] if many else ())
 
 
 # ---- HDF5 of -fault_mesh ----
@@ -236,12 +250,15 @@ def read_hdf5(path):
         triangles = triangles.astype(int)
         fault = file["fault"][()].astype(int) if "fault" in file else np.zeros(len(triangles), int)
         if fault.shape != (len(triangles),):
-            raise MeshError(f"{path}: /fault has shape {list(fault.shape)}, expected [{len(triangles)}], a label for each triangle")
+            raise MeshError(f"{path}: /fault has shape {list(fault.shape)}, expected [{len(triangles)}], a label for "
+                            "each triangle")
         said = file["fault"].attrs.get("names", "") if "fault" in file else ""
         unit = file["vertices"].attrs.get("units")
     text, unit = (word.decode() if isinstance(word, bytes) else word for word in (said, unit))
     if triangles.size and (triangles.min() < 0 or triangles.max() >= len(vertices)):
-        raise MeshError(f"{path}: /triangles has the vertex {triangles.min() if triangles.min() < 0 else triangles.max()}, expected 0 to {len(vertices) - 1}")
+        raise MeshError(f"{path}: /triangles has the vertex "
+                        f"{triangles.min() if triangles.min() < 0 else triangles.max()}, expected 0 to "
+                        f"{len(vertices) - 1}")
     names = {int(part.split(" ", 1)[0]): part.split(" ", 1)[1] for part in text.split("; ") if " " in part}
     if unit not in (None, "m"):
         raise MeshError(f"{path}: /vertices has the units {unit}, expected m")
@@ -251,7 +268,8 @@ def read_hdf5(path):
 # ---- Gmsh ----
 
 class _Words:
-    """Numbers of a section as text: take(count, code) with the codes of struct, d of floating point and others of whole numbers"""
+    """Numbers of a section as text: take(count, code) with the codes of struct, d of floating point and others of whole
+    numbers"""
 
     def __init__(self, content):
         self.words = iter(content.decode(errors="replace").split())
@@ -282,15 +300,18 @@ class _Bytes:
 
 
 def read_gmsh(path):
-    """2.2 and 4.1: triangles of physical surfaces, or all where there are none. fault reads such files itself and says more of what is wrong with them."""
+    """2.2 and 4.1: triangles of physical surfaces, or all where there are none. fault reads such files itself and says
+    more of what is wrong with them."""
     with open(path, "rb") as file:
         sections = dict(re.findall(rb"\$(\w+)[ \t]*\r?\n(.*?)\$End\1", file.read(), re.DOTALL))
     try:
         version, binary = sections[b"MeshFormat"].split()[:2]
         if version not in (b"2.2", b"4.1"):
-            raise MeshError(f"{path} is of version {version.decode(errors='replace')} of the format, expected 2.2 or 4.1")
+            raise MeshError(f"{path} is of version {version.decode(errors='replace')} of the format, expected "
+                            "2.2 or 4.1")
         order = "<" if b"\n\1\0\0\0" in sections[b"MeshFormat"] else ">"
-        numbers = {name: _Bytes(content, order) if binary == b"1" else _Words(content) for name, content in sections.items() if name in (b"Nodes", b"Elements", b"Entities")}
+        numbers = {name: _Bytes(content, order) if binary == b"1" else _Words(content)
+                   for name, content in sections.items() if name in (b"Nodes", b"Elements", b"Entities")}
         points, elements = (_gmsh_old if version == b"2.2" else _gmsh)(numbers)
     except (KeyError, ValueError, StopIteration, RuntimeError, struct.error, MemoryError):
         raise MeshError(f"{path}: expected $MeshFormat, $Nodes and $Elements of Gmsh 2.2 or 4.1") from None
@@ -302,7 +323,8 @@ def read_gmsh(path):
     several = next((sorted(groups) for groups in own.values() if len(groups) > 1), None)
     if several:
         words = [f'{group} "{names[group]}"' if group in names else str(group) for group in several]
-        raise MeshError(f"{path}: a triangle is of several physical groups, {' and '.join(words)}, expected one: a triangle is of one fault")
+        raise MeshError(f"{path}: a triangle is of several physical groups, {' and '.join(words)}, expected one: a "
+                        "triangle is of one fault")
     if any(groups for _, groups in elements):
         elements = [element for element in elements if element[1]]
     faces, labels = [nodes for nodes, _ in elements], [next(iter(groups), 0) for _, groups in elements]
@@ -368,14 +390,16 @@ def _gmsh(numbers):
 # ---- meshio ----
 
 # Names of data of cells that say which fault a cell is of, in small letters, without "id" at their end and signs
-REGIONS = ("fault", "region", "segment", "patch", "surface", "section", "group", "gmshphysical", "objgroup", "celltag", "meditref", "part", "body", "block", "zone", "label", "material", "tag")
+REGIONS = ("fault", "region", "segment", "patch", "surface", "section", "group", "gmshphysical", "objgroup", "celltag",
+           "meditref", "part", "body", "block", "zone", "label", "material", "tag")
 
 
 def region_of(data):
     """The name of the array, of {name: values}, that says which fault each cell is of, or None"""
     plain = {re.sub(r"ids?$", "", re.sub("[^a-z]", "", name.lower())).rstrip("s"): name for name in data}
     found = [plain[name] for name in REGIONS if name in plain]
-    return next((name for name in found if np.ndim(data[name]) == 1 and np.all(data[name] == np.round(data[name]))), None)
+    return next((name for name in found if np.ndim(data[name]) == 1 and np.all(data[name] == np.round(data[name]))),
+                None)
 
 
 def read_meshio(path, label):
@@ -383,21 +407,27 @@ def read_meshio(path, label):
     try:
         import meshio
     except ImportError:
-        raise MeshError(f"{path}: expected .stl, .ts, .obj, .msh, .h5, or .txt, .dat or .flt of RSQSim, or --format stl, gocad, obj, gmsh, hdf5 or rsqsim; "
+        raise MeshError(f"{path}: expected .stl, .ts, .obj, .msh, .h5, or .txt, .dat or .flt of RSQSim, or --format "
+                        "stl, gocad, obj, gmsh, hdf5 or rsqsim; "
                         "others need meshio, which is not installed") from None
     said = io.StringIO()
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             mesh = meshio.read(path)
-    except (Exception, SystemExit) as error:  # its readers raise what they like, and it may print a line and end the program
+    except (Exception, SystemExit) as error:
+        # its readers raise what they like, and it may print a line and end the program
         words = " ".join((said.getvalue() or str(error)).split())
-        raise MeshError(f"{path}: meshio cannot read it: {words or type(error).__name__} (rows of RSQSim: --format rsqsim)") from None
+        raise MeshError(f"{path}: meshio cannot read it: {words or type(error).__name__} (rows of RSQSim: "
+                        "--format rsqsim)") from None
     taken = [k for k, block in enumerate(mesh.cells) if block.type in ("triangle", "quad", "polygon")]
     if not taken:
-        raise MeshError(f"{path}: {', '.join(sorted({block.type for block in mesh.cells})) or 'nothing'}, expected triangles")
-    data = {name: np.concatenate([np.broadcast_to(values[k], (len(mesh.cells[k].data), *np.shape(values[k])[1:])) for k in taken]) for name, values in mesh.cell_data.items()}
+        raise MeshError(f"{path}: {', '.join(sorted({block.type for block in mesh.cells})) or 'nothing'}, "
+                        "expected triangles")
+    data = {name: np.concatenate([np.broadcast_to(values[k], (len(mesh.cells[k].data), *np.shape(values[k])[1:]))
+                                  for k in taken]) for name, values in mesh.cell_data.items()}
     if label and label not in data:
-        raise MeshError(f"{path} has no data of cells of the name {label} (--label): it has {', '.join(data) or 'none'}")
+        raise MeshError(f"{path} has no data of cells of the name {label} (--label): it has "
+                        f"{', '.join(data) or 'none'}")
     points = np.column_stack([mesh.points, np.zeros((len(mesh.points), 3 - mesh.points.shape[1]))])
     triangles, of = fans([list(face) for k in taken for face in mesh.cells[k].data])
     region, remarks = label or region_of(data), []
@@ -410,10 +440,12 @@ def read_meshio(path, label):
     elif data:
         remarks.append(f"its data {', '.join(data)} not used: --label NAME makes faults of one")
     known = {int(value[0]): name for name, value in mesh.field_data.items() if len(value) > 1 and int(value[1]) == 2}
-    return Surfaces(points[np.array(triangles, int)], fault, {key: known[key] for key in np.unique(fault) if key in known} if region else {}, remarks=remarks)
+    return Surfaces(points[np.array(triangles, int)], fault,
+                    {key: known[key] for key in np.unique(fault) if key in known} if region else {}, remarks=remarks)
 
 
-KINDS = {".stl": "stl", ".ts": "gocad", ".obj": "obj", ".msh": "gmsh", ".h5": "hdf5", ".hdf5": "hdf5", ".txt": "rsqsim", ".dat": "rsqsim", ".flt": "rsqsim"}
+KINDS = {".stl": "stl", ".ts": "gocad", ".obj": "obj", ".msh": "gmsh", ".h5": "hdf5", ".hdf5": "hdf5", ".txt": "rsqsim",
+         ".dat": "rsqsim", ".flt": "rsqsim"}
 FORMATS = ("stl", "gocad", "obj", "gmsh", "hdf5", "rsqsim", "meshio")
 
 
@@ -424,8 +456,8 @@ def read(path, kind=None, rate_unit="m/s", label=None):
     kind = kind or KINDS.get(os.path.splitext(path)[1].lower(), "meshio")
     if kind == "hdf5" and not h5py.is_hdf5(path):
         raise MeshError(f"{path} is not an HDF5 file")
-    found = {"stl": read_stl, "gocad": read_gocad, "obj": read_obj, "gmsh": read_gmsh, "hdf5": read_hdf5, "meshio": lambda p: read_meshio(p, label),
-             "rsqsim": lambda p: read_rsqsim(p, rate_unit)}[kind](path)
+    found = {"stl": read_stl, "gocad": read_gocad, "obj": read_obj, "gmsh": read_gmsh, "hdf5": read_hdf5,
+             "meshio": lambda p: read_meshio(p, label), "rsqsim": lambda p: read_rsqsim(p, rate_unit)}[kind](path)
     if not len(found.corners):
         raise MeshError(f"{path} has no triangles")
     finite = np.isfinite(found.corners).all(axis=(1, 2))

@@ -1,20 +1,26 @@
-"""Surfaces of triangles that a run can use: what rises above the ground is cut, moved or draped, and needles and folds are taken away. Each function says
-in a line what it did. Surfaces that shared vertices share them afterwards: a vertex has one place, and an edge is cut once."""
+"""Surfaces of triangles that a run can use: what rises above the ground is cut, moved or draped, and needles and folds
+are taken away. Each function says in a line what it did. Surfaces that shared vertices share them afterwards: a vertex
+has one place, and an edge is cut once."""
 
 import numpy as np
 
-SNAP = 0.1  # share of an edge: a vertex that near to where its edges meet the ground is moved there, as cutting would leave a needle
+# share of an edge: a vertex that near to where its edges meet the ground is moved there, as cutting would leave a
+# needle
+SNAP = 0.1
 NEEDLE = 0.02  # height over the longest side of triangles that are taken away, twice what a run refuses
-SHORT = 0.05  # shortest side over the longest: a needle with such a side has its ends made one, another one its neighbours cut
+# shortest side over the longest: a needle with such a side has its ends made one, another one its neighbours cut
+SHORT = 0.05
 FOLD = 1.5  # [degrees] between neighbours, of which a run refuses less than 1
 ROUNDS = 60
 
 
 class Mesh:
-    """vertices [V, 3], north, east and down, triangles [N, 3], the triangle of the file that each is of [N], and labels [N] of faults."""
+    """vertices [V, 3], north, east and down, triangles [N, 3], the triangle of the file that each is of [N], and labels
+    [N] of faults."""
 
     def __init__(self, vertices, triangles, label):
-        self.vertices, self.triangles, self.label = np.array(vertices, float), np.array(triangles, int), np.array(label, int)
+        self.vertices, self.triangles, self.label = np.array(vertices,
+                                                             float), np.array(triangles, int), np.array(label, int)
         self.parent = np.arange(len(triangles))
 
     def set(self, triangles, parent):
@@ -83,7 +89,8 @@ def trace_of(mesh):
 
 
 def elevation_of(trace, points):
-    """Elevation [V] of the ground at the horizontally nearest point of the trace [n, 2, 3]; 0 where the trace is below the ground."""
+    """Elevation [V] of the ground at the horizontally nearest point of the trace [n, 2, 3]; 0 where the trace is below
+    the ground."""
     begin, step = trace[:, 0], trace[:, 1] - trace[:, 0]
     length2 = np.maximum(step[:, 0] ** 2 + step[:, 1] ** 2, np.finfo(float).tiny)
     found = np.zeros(len(points))
@@ -104,7 +111,8 @@ def flatten(mesh):
     mesh.vertices[:, 2] += by
     touch = np.abs(mesh.vertices[:, 2]) < 1e-9 * np.abs(mesh.vertices).max()
     mesh.vertices[touch, 2] = 0.0
-    return f"flattened: {int((by > 0).sum())} vertices moved down by the elevation of the nearest end of the surface, {by[by > 0].mean():.6g} on average, {by.max():.6g} at most"
+    return (f"flattened: {int((by > 0).sum())} vertices moved down by the elevation of the nearest end of the surface, "
+            f"{by[by > 0].mean():.6g} on average, {by.max():.6g} at most")
 
 
 def clip(mesh):
@@ -145,8 +153,10 @@ def clip(mesh):
     mesh.set(triangles, parent)
     if len(triangles):
         mesh.pack()
-    words = f"clipped: {count} triangles became {len(triangles)}, {pieces} of them cut at the ground; area {before:.6g} became {mesh.area:.6g}, {100 * (1 - mesh.area / before):.3g} % less"
-    return words + (f"; {moved} vertices near the ground moved along their edges onto it, by up to {most:.6g}" if moved else "")
+    words = (f"clipped: {count} triangles became {len(triangles)}, {pieces} of them cut at the ground; area "
+             f"{before:.6g} became {mesh.area:.6g}, {100 * (1 - mesh.area / before):.3g} % less")
+    return words + (f"; {moved} vertices near the ground moved along their edges onto it, by up to {most:.6g}" if moved
+                    else "")
 
 
 def _snap(mesh):
@@ -208,7 +218,8 @@ class _Round:
     def faces_as(self, new, old):
         """Do triangles look the way the one they come from does, and are they no needles?"""
         made = self.corners(new)
-        return bool(((normals(made) * normals(self.corners(old))).sum(axis=-1) > 0).all() and (slender(made) > 1e-3).all())
+        return bool(((normals(made) * normals(self.corners(old))).sum(axis=-1) > 0).all()
+                    and (slender(made) > 1e-3).all())
 
     def collapse(self, kept, gone):
         """Vertex gone becomes kept; what is said of it"""
@@ -223,7 +234,8 @@ class _Round:
         both = [k for k in star if kept in mesh.triangles[k]]
         rest = [k for k in star if kept not in mesh.triangles[k]]
         across = {v for k in both for v in mesh.triangles[k].tolist()} - {kept, gone}
-        around = {v for k in star for v in mesh.triangles[k].tolist()} & {v for k in self.of[kept] for v in mesh.triangles[k].tolist()}
+        around = {v for k in star for v in mesh.triangles[k].tolist()} & {v for k in self.of[kept]
+                                                                          for v in mesh.triangles[k].tolist()}
         if around - {kept, gone} != across:
             return False
         new = [[kept if v == gone else v for v in mesh.triangles[k].tolist()] for k in rest]
@@ -257,12 +269,14 @@ class _Round:
         mesh = self.mesh
         a, b = edge
         c, d = ([v for v in mesh.triangles[k].tolist() if v not in edge][0] for k in (one, other))
-        if c == d or (min(c, d), max(c, d)) in self.edges or mesh.label[one] != mesh.label[other] or not self.free([one, other]):
+        if (c == d or (min(c, d), max(c, d)) in self.edges or mesh.label[one] != mesh.label[other]
+            or not self.free([one, other])):
             return False
         base = mesh.triangles[other].tolist()  # in its sense of going around
         new = [[c if v == a else v for v in base], [c if v == b else v for v in base]]
         size = np.linalg.norm(normals(self.corners([*new, base, mesh.triangles[one]])), axis=1)
-        inside = abs(size[0] + size[1] + size[3] - size[2]) < 0.01 * size[2]  # the other corner is within the triangle on which this one is folded
+        # the other corner is within the triangle on which this one is folded
+        inside = abs(size[0] + size[1] + size[3] - size[2]) < 0.01 * size[2]
         if not inside or not self.faces_as(new, mesh.triangles[[other, other]]):
             return False
         self.replace([one, other], new, [mesh.parent[other]] * 2)
@@ -295,7 +309,8 @@ def _needles(mesh, last):
 
 
 def _folds(mesh, last):
-    """Likewise: a triangle is removed only where no edge can be turned, as that of a vertex which has crossed one folds its triangle on three neighbours."""
+    """Likewise: a triangle is removed only where no edge can be turned, as that of a vertex which has crossed one folds
+    its triangle on three neighbours."""
     turned = dropped = 0
     now = _Round(mesh)
     for edge, one, other in folds_of(mesh, now.edges, FOLD):
@@ -332,7 +347,8 @@ def folds_of(mesh, edges, least):
 
 def faults_of(mesh):
     """How many needles and folds a run would refuse"""
-    proper = (np.sort(mesh.triangles, axis=1)[:, 1:] != np.sort(mesh.triangles, axis=1)[:, :-1]).all(axis=1)  # else the third corner of an edge is none
+    # else the third corner of an edge is none
+    proper = (np.sort(mesh.triangles, axis=1)[:, 1:] != np.sort(mesh.triangles, axis=1)[:, :-1]).all(axis=1)
     needles = int((slender(mesh.vertices[mesh.triangles]) < 0.01).sum())
     return needles, len(folds_of(mesh, edges_of(mesh.triangles), 1.0)) if proper.all() else 0
 
@@ -340,7 +356,8 @@ def faults_of(mesh):
 def repair(mesh):
     before, count = mesh.area, len(mesh.triangles)
     _, first = np.unique(np.sort(mesh.triangles, axis=1), axis=0, return_index=True)
-    first = np.array([k for k in np.sort(first) if len(set(mesh.triangles[k].tolist())) == 3], int)  # a vertex twice is no triangle
+    # a vertex twice is no triangle
+    first = np.array([k for k in np.sort(first) if len(set(mesh.triangles[k].tolist())) == 3], int)
     twice = count - len(first)
     mesh.set(mesh.triangles[first].tolist(), mesh.parent[first].tolist())
     total, most, last = np.zeros(5, int), 0.0, False
@@ -355,5 +372,7 @@ def repair(mesh):
     collapsed, cut, dropped, turned, folded = total.tolist()
     if len(mesh.triangles):
         mesh.pack()
-    return (f"repaired: {count} triangles became {len(mesh.triangles)}: {twice} that were there twice or had no three corners, {collapsed} needles made one vertex of their short side (moved by up to {most:.6g}), "
-            f"{cut} cut into neighbours, {dropped} removed; {turned} folds turned, {folded} removed; area {before:.6g} became {mesh.area:.6g}, {100 * (1 - mesh.area / before):.3g} % less")
+    return (f"repaired: {count} triangles became {len(mesh.triangles)}: {twice} that were there twice or had no three "
+            f"corners, {collapsed} needles made one vertex of their short side (moved by up to {most:.6g}), "
+            f"{cut} cut into neighbours, {dropped} removed; {turned} folds turned, {folded} removed; area {before:.6g} "
+            f"became {mesh.area:.6g}, {100 * (1 - mesh.area / before):.3g} % less")

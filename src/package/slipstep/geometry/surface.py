@@ -1,5 +1,5 @@
-"""What slip on a fault does around it: the cells of a run or catalogue with their slip, and displacement and stress at points by the
-program `elastic`, so that the formulas are the library's.
+"""What slip on a fault does around it: the cells of a run or catalogue with their slip, and displacement and stress at
+points by the program `elastic`, so that the formulas are the library's.
 
     from slipstep.geometry.surface import Elastic, slip_of_run
     source = slip_of_run(Run("run.h5"), 0, 1e9)
@@ -29,12 +29,14 @@ class Source:
     slip       [N]        [m], along the rake; or [N, 2], along strike and up dip
     words      what the slip is, for a title
     shape      of a grid, or None
-    triangles  [N, 3, 3]  corners of cells that are triangles, north, east and down [m], counterclockwise around the normals into their hanging
+    triangles  [N, 3, 3]  corners of cells that are triangles, north, east and down [m], counterclockwise around the
+                          normals into their hanging
                walls; None: rectangles
     """
 
     def __init__(self, path, cells, rake, slip, shear_modulus, poisson_ratio, words, shape=None, triangles=None):
-        self.path, self.cells, self.rake, self.slip, self.words, self.shape, self.triangles = path, cells, rake, slip, words, shape, triangles
+        self.path, self.cells, self.rake, self.slip = path, cells, rake, slip
+        self.words, self.shape, self.triangles = words, shape, triangles
         self.shear_modulus, self.poisson_ratio = shear_modulus, poisson_ratio
 
     @property
@@ -47,7 +49,8 @@ class Source:
 
     @property
     def corners(self):
-        """[N, 4, 3]: upper left, upper right, lower right, lower left, north, east and down [m]; or [N, 3, 3] of triangles."""
+        """[N, 4, 3]: upper left, upper right, lower right, lower left, north, east and down [m]; or [N, 3, 3] of
+        triangles."""
         return corners_of(self.cells) if self.triangles is None else self.triangles
 
     def outline(self):
@@ -62,7 +65,8 @@ class Source:
         top, bottom = corners[:, 0, 2], corners[:, 3, 2]
         there = (top <= depth) & (depth <= bottom)
         share = ((depth - top[there]) / (bottom - top)[there])[:, None]
-        lines = np.stack([corners[there, k] + share * (corners[there, 3 - k] - corners[there, k]) for k in (0, 1)], axis=1)
+        lines = np.stack([corners[there, k] + share * (corners[there, 3 - k] - corners[there, k]) for k in (0, 1)],
+                         axis=1)
         return np.stack([lines[0, 0], lines[-1, 1]])[None] if self.shape and len(lines) else lines
 
     def write(self, file):
@@ -84,7 +88,8 @@ def window_of(run, times, begin, end):
     """Begin and end [s] within the times of the rows of /fields, by default all of them."""
     begin, end = times[0] if begin is None else begin, times[-1] if end is None else end
     if not times[0] <= begin < end <= times[-1] * (1 + 1e-12):
-        raise OutputError(f"{run.path}: /fields is from {written(times[0])} to {written(times[-1])}, expected a window within")
+        raise OutputError(f"{run.path}: /fields is from {written(times[0])} to {written(times[-1])}, expected a "
+                          "window within")
     return begin, end
 
 
@@ -97,13 +102,14 @@ def slip_at(times, data, time):
 
 
 def slip_of_run(run, begin=None, end=None, field="displacement"):
-    """What slipped between two times [s] of a run, linear between the entries of /fields; by default displacement, relative to the far
-    field."""
+    """What slipped between two times [s] of a run, linear between the entries of /fields; by default displacement,
+    relative to the far field."""
     run.require_fault("a map of the ground")
     parameters = run.parameters
     missing = [name for name in ("shear_modulus", "poisson_ratio") if name not in parameters]
     if missing:
-        raise OutputError(f"{run.path}: attribute {missing[0]} of /parameters is missing; expected a file of SlipStep 0.3 or later")
+        raise OutputError(f"{run.path}: attribute {missing[0]} of /parameters is missing; expected a file of SlipStep "
+                          "0.3 or later")
     if parameters.get("kernel") == "full_space":
         raise OutputError(NO_GROUND.format(run.path))
     with run.open() as file:
@@ -114,9 +120,11 @@ def slip_of_run(run, begin=None, end=None, field="displacement"):
         components = (2,) if run.has_vectors(field) else ()
         first, last = (slip_at(times, data, time).reshape(-1, *components) for time in (begin, end))
     cells, shape = cells_of(run.path, run.mesh, parameters)
-    what = "slip" if field == "slip" else "slip less that of the far field" if np.any(run.mesh.get("loading_rate", 0.0)) else "slip"
-    return Source(run.path, cells, _rake(run.mesh, len(cells)), last - first, parameters["shear_modulus"], parameters["poisson_ratio"],
-                  f"{what} from {written(begin)} to {written(end)}", shape, triangles_of(run.mesh))
+    what = ("slip" if field == "slip" else "slip less that of the far field"
+            if np.any(run.mesh.get("loading_rate", 0.0)) else "slip")
+    return Source(run.path, cells, _rake(run.mesh, len(cells)), last - first, parameters["shear_modulus"],
+                  parameters["poisson_ratio"], f"{what} from {written(begin)} to {written(end)}", shape,
+                  triangles_of(run.mesh))
 
 
 def slip_of_event(catalogue, number):
@@ -126,28 +134,33 @@ def slip_of_event(catalogue, number):
     if catalogue.attributes.get("kernel") == "full_space":
         raise OutputError(NO_GROUND.format(catalogue.path))
     if catalogue.has_vectors:
-        slip = np.stack([catalogue.map(f"slip_{part}")[number].reshape(-1) for part in ("along_strike", "up_dip")], axis=-1)
+        slip = np.stack([catalogue.map(f"slip_{part}")[number].reshape(-1) for part in ("along_strike", "up_dip")],
+                        axis=-1)
     else:
         slip = catalogue.map("slip")[number].reshape(-1) * catalogue.event["direction"][number]
     cells, shape = cells_of(catalogue.path, catalogue.mesh, catalogue.attributes)
     return Source(catalogue.path, cells, _rake(catalogue.mesh, len(cells)), slip, catalogue.attributes["shear_modulus"],
-                  catalogue.attributes.get("poisson_ratio", 0.25), f"event {number + 1}, M {catalogue.event['magnitude'][number]:.2f}, "
+                  catalogue.attributes.get("poisson_ratio", 0.25),
+                  f"event {number + 1}, M {catalogue.event['magnitude'][number]:.2f}, "
                   f"at {written(catalogue.event['onset'][number])}", shape, triangles_of(catalogue.mesh))
 
 
 def slip_of_input(path):
-    """Slip on rectangles or triangles in a file that `elastic` reads, as convert.py writes them; the rock is that of the attributes shear_modulus [Pa] and
-    poisson_ratio, by default that of `elastic`."""
+    """Slip on rectangles or triangles in a file that `elastic` reads, as slipstep convert writes them; the rock is that
+    of the attributes shear_modulus [Pa] and poisson_ratio, by default that of `elastic`."""
     with h5py.File(path) as file:
         try:
             slip = file["slip"][:, :2]
             triangles = file["vertices"][()][file["triangles"][()].astype(int)] if "triangles" in file else None
             cells = file["cells"][()] if triangles is None else np.pad(triangles.mean(axis=1), ((0, 0), (0, 4)))
             if len(slip) != len(cells) or triangles is None and cells.shape[1] != 7:
-                raise OutputError(f"{path}: /slip has {len(slip)} rows and there are {len(cells)} cells, expected as many, with seven numbers")
+                raise OutputError(f"{path}: /slip has {len(slip)} rows and there are {len(cells)} cells, expected as "
+                                  "many, with seven numbers")
         except (KeyError, ValueError, IndexError) as error:
-            raise OutputError(f"{path}: {error.args[0]}; expected /cells [N, 7] or /vertices and /triangles, and /slip [N, 3]") from None
-        rock = [float(file.attrs.get(name, value)) for name, value in (("shear_modulus", 30e9), ("poisson_ratio", 0.25))]
+            raise OutputError(f"{path}: {error.args[0]}; expected /cells [N, 7] or /vertices and /triangles, and "
+                              "/slip [N, 3]") from None
+        rock = [float(file.attrs.get(name, value))
+                for name, value in (("shear_modulus", 30e9), ("poisson_ratio", 0.25))]
     return Source(path, cells, np.zeros(len(cells)), slip, *rock, "slip of the file", None, triangles)
 
 
@@ -166,8 +179,9 @@ class Elastic:
                 self.source.write(file)
                 file["points"] = points
             command = ["mpirun", "-n", str(self.ranks)] if self.ranks > 1 else []
-            command += [self.program, "-elastic_input", given, "-elastic_output", taken, "-elastic_poisson_ratio", repr(float(self.source.poisson_ratio)),
-                        "-elastic_shear_modulus", repr(float(self.source.shear_modulus)), *options]
+            command += [self.program, "-elastic_input", given, "-elastic_output", taken, "-elastic_poisson_ratio",
+                        repr(float(self.source.poisson_ratio)), "-elastic_shear_modulus",
+                        repr(float(self.source.shear_modulus)), *options]
             done = subprocess.run(command, capture_output=True, text=True)
             if done.returncode:
                 raise OutputError(f"elastic failed: {done.stderr.strip() or done.returncode}")
@@ -179,8 +193,8 @@ class Elastic:
         return self._run(points)["displacement"]
 
     def tractions(self, cells, rake):
-        """Changes [Pa] on cells [N, 7] of rakes [N], at their centres: of the shear stress that drives slip along the rake, [N], and of normal stress, positive in
-        compression, [N]. Frame and signs are those of src/geometry.md."""
+        """Changes [Pa] on cells [N, 7] of rakes [N], at their centres: of the shear stress that drives slip along the
+        rake, [N], and of normal stress, positive in compression, [N]. Frame and signs are those of src/geometry.md."""
         xx, yy, zz, xy, xz, yz = self._run(cells[:, :3], "-elastic_stress")["stress"].T
         stress = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         along, down = directions(cells)
@@ -191,15 +205,16 @@ class Elastic:
         return np.einsum("ni,ni->n", pull, slip), -np.einsum("ni,ni->n", pull, normal)
 
     def coulomb(self, points, receiver, friction):
-        """Change of Coulomb stress [n] on planes of a strike, dip and rake [deg], of the shear stress along the rake, and of normal stress,
-        positive in compression [Pa]."""
-        traction = self._run(points, "-elastic_receiver", ",".join(repr(float(angle)) for angle in receiver))["traction"]
+        """Change of Coulomb stress [n] on planes of a strike, dip and rake [deg], of the shear stress along the rake,
+        and of normal stress, positive in compression [Pa]."""
+        traction = self._run(points, "-elastic_receiver",
+                             ",".join(repr(float(angle)) for angle in receiver))["traction"]
         shear, normal = -traction[:, 0], traction[:, 2]
         return shear - friction * normal, shear, normal
 
 
 def look_vector(azimuth, incidence):
-    """From the ground to a satellite, north, east and down: azimuth of where it is, clockwise from north, and incidence from the vertical
-    [deg]."""
+    """From the ground to a satellite, north, east and down: azimuth of where it is, clockwise from north, and incidence
+    from the vertical [deg]."""
     azimuth, incidence = np.radians(azimuth), np.radians(incidence)
     return np.array([np.sin(incidence) * np.cos(azimuth), np.sin(incidence) * np.sin(azimuth), -np.cos(incidence)])

@@ -1,15 +1,20 @@
 """A fault of any planes drawn flat: where its cells are along strike and down dip.
 
-1. Cells of one strike, or the opposite one, have the distance along it, in the direction of cells.axis_along_strike(), from the origin. A plane whose upper edge is the lower edge of another
-   one (a listric fault) goes on down dip where that ends. What is joined so is a column; it has the cells of a plane beside each other as
-   they are.
-2. A column whose cells begin where those of another one end (a segmented fault) is put beside it: each row of its cells begins where the row
-   ends that is as far down dip. Segments that dip meet in lines that are not along the dip; so lower rows are shifted against upper ones, and
-   none overlap or leave a gap. Where the cells of a column are in no rows, it is put as a whole where it overlaps with nothing.
-3. The column of the first cell stays in its place. Down dip counts from the upper edge; on faults that are vertical everywhere it is the depth.
+1. Cells of one strike, or the opposite one, have the distance along it, in the direction of cells.axis_along_strike(),
+from the origin. A plane whose upper edge is the lower edge of another
+   one (a listric fault) goes on down dip where that ends. What is joined so is a column; it has the cells of a plane
+   beside each other as they are.
+2. A column whose cells begin where those of another one end (a segmented fault) is put beside it: each row of its cells
+begins where the row
+   ends that is as far down dip. Segments that dip meet in lines that are not along the dip; so lower rows are shifted
+   against upper ones, and none overlap or leave a gap. Where the cells of a column are in no rows, it is put as a whole
+   where it overlaps with nothing.
+3. The column of the first cell stays in its place. Down dip counts from the upper edge; on faults that are vertical
+everywhere it is the depth.
 4. What touches nothing, or would lie on other cells, as branches do, is another part, drawn by itself.
 
-    for index, s, d in unroll(cells):        # cells [N, 7]; s, d [2, n]: low and high edges along strike and down dip [m]
+    for index, s, d in unroll(cells):        # cells [N, 7]; s, d [2, n]: low and high edges along strike and down dip
+                                             # [m]
 """
 
 import numpy as np
@@ -25,7 +30,8 @@ def overlap(s, d, others_s, others_d, slack):
     """Whether any rectangle [2, n] lies on one of the others by more than rounding."""
     box = [(max(a.min(), b.min()) + slack, min(a.max(), b.max()) - slack) for a, b in ((s, others_s), (d, others_d))]
     inside = [(s[1] > box[0][0]) & (s[0] < box[0][1]) & (d[1] > box[1][0]) & (d[0] < box[1][1]),
-              (others_s[1] > box[0][0]) & (others_s[0] < box[0][1]) & (others_d[1] > box[1][0]) & (others_d[0] < box[1][1])]
+              (others_s[1] > box[0][0]) & (others_s[0] < box[0][1]) & (others_d[1] > box[1][0])
+              & (others_d[0] < box[1][1])]
     s, d, others_s, others_d = s[:, inside[0]], d[:, inside[0]], others_s[:, inside[1]], others_d[:, inside[1]]
     for k in range(0, s.shape[1], CHUNK):
         one = [axis[:, k:k + CHUNK, None] for axis in (s, d)]
@@ -36,7 +42,8 @@ def overlap(s, d, others_s, others_d, slack):
 
 
 def groups(values, slack, turn=None):
-    """A number for each value, equal where values follow each other by no more than rounding; turn: the value that is 0 again."""
+    """A number for each value, equal where values follow each other by no more than rounding; turn: the value that is 0
+    again."""
     order = np.argsort(values, kind="stable")
     number = np.empty(len(values), int)
     number[order] = np.concatenate([[0], np.cumsum(np.diff(values[order]) > slack)])
@@ -57,15 +64,16 @@ def free_ends(s, d, slack):
     for key, cells in ends.items():
         others = [cell for near in (key - 1, key, key + 1) for cell in begins.get(near, ())]
         if others:
-            touch = np.minimum(d[1, cells][:, None], d[1, others]) - np.maximum(d[0, cells][:, None], d[0, others]) > slack
+            touch = np.minimum(d[1, cells][:, None],
+                               d[1, others]) - np.maximum(d[0, cells][:, None], d[0, others]) > slack
             free[1, cells] &= ~touch.any(axis=1)
             free[0, others] &= ~touch.any(axis=0)
     return free
 
 
 class Column:
-    """Planes of one strike, joined along it: cells, their edges s and d [2, n], their left and right ends from the upper to the lower corner
-    [n, 2, 2, 3], and whether those are of no neighbours [2, n]."""
+    """Planes of one strike, joined along it: cells, their edges s and d [2, n], their left and right ends from the
+    upper to the lower corner [n, 2, 2, 3], and whether those are of no neighbours [2, n]."""
 
     def __init__(self, index, s, d, ends, slack):
         self.index, self.s, self.d, self.ends = index, s, d, ends
@@ -76,7 +84,8 @@ class Column:
 
 
 class Strike:
-    """Cells of one strike or its opposite: they are seen from one side, where r is to the right of the strike and z down."""
+    """Cells of one strike or its opposite: they are seen from one side, where r is to the right of the strike and z
+    down."""
 
     def __init__(self, cells, index):
         own = cells[index]
@@ -89,7 +98,8 @@ class Strike:
         dip = np.radians(own[:, 6])
         self.down = np.stack([np.where(own[:, 6] == 90, 0.0, same * np.cos(dip)), np.sin(dip)])
         centre = np.stack([own[:, 1] * np.cos(angle) - own[:, 0] * np.sin(angle), own[:, 2]])
-        self.edges = centre + np.array([-0.5, 0.5])[:, None, None] * own[:, 4] * self.down  # [upper and lower, r and z, n]
+        # [upper and lower, r and z, n]
+        self.edges = centre + np.array([-0.5, 0.5])[:, None, None] * own[:, 4] * self.down
         along = (centre * self.down).sum(axis=0)
         self.d = np.stack([along - own[:, 4] / 2, along + own[:, 4] / 2])
         self.slack = EDGE * own[:, 3:5].min()
@@ -111,21 +121,25 @@ class Strike:
         return [np.array(own) for own in first.values()]
 
     def lines(self, own):
-        """Lines along strike of the upper and lower edges of cells: r, z, d, and where they are from and to, [5, m] each."""
+        """Lines along strike of the upper and lower edges of cells: r, z, d, and where they are from and to, [5, m]
+        each."""
         found = []
         for side in (0, 1):
             _, which = np.unique(np.round(self.d[side, own] / self.slack), return_inverse=True)
             first = np.array([np.flatnonzero(which == k)[0] for k in range(which.max() + 1)])
-            reach = [np.array([part[which == k].min() for k in range(which.max() + 1)]) for part in (self.s[0, own], -self.s[1, own])]
+            reach = [np.array([part[which == k].min() for k in range(which.max() + 1)])
+                     for part in (self.s[0, own], -self.s[1, own])]
             found.append(np.stack([*self.edges[side][:, own[first]], self.d[side, own[first]], reach[0], -reach[1]]))
         return found
 
     def step(self, upper, lower):
-        """What is to be added to d below a common line of lower edges of the one and upper edges of the other, None without one."""
+        """What is to be added to d below a common line of lower edges of the one and upper edges of the other, None
+        without one."""
         if upper[1][1].max() < lower[0][1].min() - self.slack or upper[1][1].min() > lower[0][1].max() + self.slack:
             return None
         a, b = upper[1][:, :, None], lower[0][:, None, :]
-        meets = (np.hypot(a[0] - b[0], a[1] - b[1]) < self.slack) & (np.minimum(a[4], b[4]) - np.maximum(a[3], b[3]) > self.slack)
+        meets = (np.hypot(a[0] - b[0], a[1] - b[1]) < self.slack) & (np.minimum(a[4], b[4])
+                                                                     - np.maximum(a[3], b[3]) > self.slack)
         where = np.argwhere(meets)
         return a[2, where[0][0], 0] - b[2, 0, where[0][1]] if len(where) else None
 
@@ -143,7 +157,8 @@ class Strike:
                     if more is None:
                         continue
                     d = self.d[:, planes[q]] + shift[p] + more
-                    if any(overlap(self.s[:, planes[q]], d, self.s[:, planes[k]], self.d[:, planes[k]] + shift[k], self.slack) for k in inside):
+                    if any(overlap(self.s[:, planes[q]], d, self.s[:, planes[k]], self.d[:, planes[k]] + shift[k],
+                                   self.slack) for k in inside):
                         continue
                     shift[q] = shift[p] + more
                     inside.append(q)
@@ -164,30 +179,34 @@ def distances(points, ends):
 
 
 def meeting(column, other, cells):
-    """Where two columns meet: the ends, 0 low and 1 high, of the one and of the other, and what is to be added to the other's d; None where
-    they do not."""
+    """Where two columns meet: the ends, 0 low and 1 high, of the one and of the other, and what is to be added to the
+    other's d; None where they do not."""
     best = None
     for side in (1, 0):
         for facing in (0, 1):
-            if np.sum((column.ends[0, side] - column.ends[0, 1 - side]) * (other.ends[0, facing] - other.ends[0, 1 - facing])) >= 0:
+            if np.sum((column.ends[0, side] - column.ends[0, 1 - side])
+                      * (other.ends[0, facing] - other.ends[0, 1 - facing])) >= 0:
                 continue  # they go off in one direction
             rim = [np.flatnonzero(column.free[side]), np.flatnonzero(other.free[facing])]
             if not all(map(len, rim)):
                 continue
             a, b = column.ends[rim[0], side], other.ends[rim[1], facing]
-            near = np.minimum(np.minimum(*(distances(b[:, k], a).T for k in (0, 1))), np.minimum(*(distances(a[:, k], b) for k in (0, 1))))
+            near = np.minimum(np.minimum(*(distances(b[:, k], a).T for k in (0, 1))),
+                              np.minimum(*(distances(a[:, k], b) for k in (0, 1))))
             own = [cells[one.index[ends], 3:5].min(axis=1) for one, ends in ((column, rim[0]), (other, rim[1]))]
             i, j = np.nonzero(near <= NEAR * np.maximum(own[0][:, None], own[1]))
             if len(i) and (best is None or len(i) > best[0]):
                 i, j = rim[0][i], rim[1][j]
                 below = other.ends[j, facing, :, 2].mean(axis=1) - column.ends[i, side, :, 2].mean(axis=1)
                 deeper = below / np.sin(np.radians(cells[column.index[i], 6]))
-                best = len(i), side, facing, np.median(column.d[:, i].mean(axis=0) + deeper - other.d[:, j].mean(axis=0))
+                best = len(i), side, facing, np.median(column.d[:, i].mean(axis=0) + deeper
+                                                       - other.d[:, j].mean(axis=0))
     return best and best[1:]
 
 
 def row_numbers(d, slack):
-    """The row of each cell, None where cells are in no rows: their intervals down dip are neither the same nor apart."""
+    """The row of each cell, None where cells are in no rows: their intervals down dip are neither the same nor
+    apart."""
     _, first, number = np.unique(np.round(d[0] / slack), return_index=True, return_inverse=True)
     low, high = d[:, first]
     if (np.abs(d - d[:, first][:, number]) > 2 * slack).any() or (high[:-1] > low[1:] + 2 * slack).any():

@@ -1,39 +1,40 @@
-"""Between and after events: slip deficit, coupling, episodes of slip within a window of rates, afterslip."""
+"""Between and after events: coupling, episodes of slip within a window of rates, afterslip."""
 
 import numpy as np
 
 
-def deficit(slip, time, rate):
-    """Slip deficit [m] of slips at times since a start, beside plates that move at a rate [m/s] (Savage 1983): rate times time less slip."""
-    return rate * np.asarray(time) - slip
-
-
 def coupling(slip_before, slip_after, span, rate, area=None):
-    """1 less slip rate over the plates' rate, between two times [1]: 1 is locked, 0 creeps with the plates; with areas its mean over them."""
+    """1 less slip rate over the plates' rate, between two times [1]: 1 is locked, 0 creeps with the plates; with areas
+    its mean over them."""
     found = 1 - (np.asarray(slip_after) - slip_before) / (rate * span)
     return found if area is None else float((found * area).sum() / np.sum(area))
 
 
 def seismic_coupling(moment, plates):
-    """Share of the moment that plates bring, shear modulus times area times rate times span [N m], which events release (Scholz and Campos 2012)."""
+    """Share of the moment that plates bring, shear modulus times area times rate times span [N m], which events release
+    (Scholz and Campos 2012)."""
     return float(np.sum(moment) / plates)
 
 
 def crossings(time, rate, level):
-    """(begin, end) of each stretch with rates of a level or more, between rows by a straight line of the logarithm; cut at the first and last row."""
+    """(begin, end) of each stretch with rates of a level or more, between rows by a straight line of the logarithm; cut
+    at the first and last row."""
     fast = np.concatenate([[False], rate >= level, [False]])
     first, last = np.flatnonzero(fast[1:] & ~fast[:-1]), np.flatnonzero(fast[:-1] & ~fast[1:]) - 1
 
     def at(below, above):
         if rate[below] <= 0:
             return time[above]
-        return time[below] + (time[above] - time[below]) * np.log(level / rate[below]) / np.log(rate[above] / rate[below])
+        return (time[below] + (time[above] - time[below]) * np.log(level / rate[below])
+                / np.log(rate[above] / rate[below]))
 
-    return [(at(a - 1, a) if a > 0 else time[0], at(b + 1, b) if b + 1 < len(time) else time[-1]) for a, b in zip(first, last)]
+    return [(at(a - 1, a) if a > 0 else time[0], at(b + 1, b) if b + 1 < len(time) else time[-1])
+            for a, b in zip(first, last)]
 
 
 def episodes(time, rate, low, high, longest=np.inf):
-    """Episodes whose largest slip rate is at least low and stays below high [m/s], and lasts no longer than `longest` [s]: list of (begin, end, largest rate).
+    """Episodes whose largest slip rate is at least low and stays below high [m/s], and lasts no longer than `longest`
+    [s]: list of (begin, end, largest rate).
     Slow slip: low ten times the plates' rate, high that of events; tremor-like: a higher low and a short `longest`."""
     found = []
     for begin, end in crossings(time, rate, low):
@@ -45,7 +46,8 @@ def episodes(time, rate, low, high, longest=np.inf):
 
 
 def fit_afterslip(time, slip):
-    """(a, t0, root mean square) of slip = a ln(1 + time/t0), steady-state friction that grows with the logarithm of the rate (Marone et al. 1991): least squares, times [s] since the event.
+    """(a, t0, root mean square) of slip = a ln(1 + time/t0), steady-state friction that grows with the logarithm of the
+    rate (Marone et al. 1991): least squares, times [s] since the event.
     Slip in any unit, as moment."""
     time, slip = np.asarray(time, float), np.asarray(slip, float)
 

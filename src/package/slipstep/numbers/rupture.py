@@ -15,27 +15,32 @@ def neighbours(cells, shape=None, fault=None):
     """Numbers [N, k] of the cells about each, -1 where there are fewer.
 
     cells  [N, 7]: centre north, east, down, length, width [m], strike and dip [degrees]
-    shape  (nz, nx) of a grid, whose cells have the eight about them; others have the nearest centres of their fault, near their plane
+    shape  (nz, nx) of a grid, whose cells have the eight about them; others have the nearest centres of their fault,
+           near their plane
     fault  [N] labels, or None"""
     n = len(cells)
     if shape:
         number = np.full((shape[0] + 2, shape[1] + 2), -1)
         number[1:-1, 1:-1] = np.arange(n).reshape(shape)
-        return np.stack([number[1 + i:1 + i + shape[0], 1 + j:1 + j + shape[1]].ravel() for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j], axis=1)
+        return np.stack([number[1 + i:1 + i + shape[0], 1 + j:1 + j + shape[1]].ravel() for i in (-1, 0, 1)
+                         for j in (-1, 0, 1) if i or j], axis=1)
     place, size = cells[:, :3], np.sqrt(cells[:, 3] * cells[:, 4])
     along, down = directions(cells)
     normal = np.cross(along, down)
     k = min(NEIGHBOURS, n - 1)
     found = np.full((n, NEIGHBOURS), -1)
-    axis = np.argmax(np.ptp(place, axis=0))  # strips across the longest direction: only those within reach are looked at
+    # strips across the longest direction: only those within reach are looked at
+    axis = np.argmax(np.ptp(place, axis=0))
     order = np.argsort(place[:, axis], kind="stable")
     line, reach = place[order, axis], NEAR * size.max()
     for begin in range(0, n, CHUNK):
         rows = order[begin:begin + CHUNK]
-        others = np.sort(order[np.searchsorted(line, place[rows[0], axis] - reach):np.searchsorted(line, place[rows[-1], axis] + reach, side="right")])
+        others = np.sort(order[np.searchsorted(line, place[rows[0], axis] - reach):np.searchsorted(
+            line, place[rows[-1], axis] + reach, side="right")])
         offset = place[others] - place[rows, None]
         distance = np.sqrt((offset ** 2).sum(axis=2))
-        bad = (distance > NEAR * np.maximum(size[rows, None], size[others])) | (np.abs(np.einsum("ijk,ik->ij", offset, normal[rows])) > FLAT * distance)
+        bad = ((distance > NEAR * np.maximum(size[rows, None], size[others]))
+               | (np.abs(np.einsum("ijk,ik->ij", offset, normal[rows])) > FLAT * distance))
         if fault is not None:
             bad |= fault[rows, None] != fault[others]
         bad |= rows[:, None] == others
@@ -47,10 +52,12 @@ def neighbours(cells, shape=None, fault=None):
 
 
 def speed(time, cells, shape=None, fault=None):
-    """Rupture speed [N] in m/s, one over the length of the gradient of the time [N] in s along the fault; NaN where a cell or too many about it never broke, and inf where all broke at once.
+    """Rupture speed [N] in m/s, one over the length of the gradient of the time [N] in s along the fault; NaN where a
+    cell or too many about it never broke, and inf where all broke at once.
 
-    The gradient is that of the plane of least squares through the times of the cell and its neighbours, in the cell's directions along strike and down dip, weighted by the inverse squared
-    distance, the cell as its nearest: exact where the front is straight and its speed uniform, and of second order on grids."""
+    The gradient is that of the plane of least squares through the times of the cell and its neighbours, in the cell's
+    directions along strike and down dip, weighted by the inverse squared distance, the cell as its nearest: exact where
+    the front is straight and its speed uniform, and of second order on grids."""
     time = np.ravel(time).astype(float)
     about = neighbours(cells, shape, fault)
     there = (about >= 0) & np.isfinite(time[about])
@@ -64,7 +71,8 @@ def speed(time, cells, shape=None, fault=None):
     total = weight.sum(axis=1) + own
     with np.errstate(divide="ignore", invalid="ignore"):
         mx, my, mt = ((weight * v).sum(axis=1) / total for v in (x, y, t))
-        xx, xy, yy = ((weight * a * b).sum(axis=1) - total * ma * mb for a, b, ma, mb in ((x, x, mx, mx), (x, y, mx, my), (y, y, my, my)))
+        xx, xy, yy = ((weight * a * b).sum(axis=1) - total * ma * mb
+                      for a, b, ma, mb in ((x, x, mx, mx), (x, y, mx, my), (y, y, my, my)))
         xt, yt = ((weight * a * t).sum(axis=1) - total * ma * mt for a, ma in ((x, mx), (y, my)))
         flat = xx * yy - xy ** 2
         gx, gy = (yy * xt - xy * yt) / flat, (xx * yt - xy * xt) / flat
@@ -81,7 +89,8 @@ def weighted_quantiles(values, weights, shares):
 
 
 def summary(speeds, time, cells, area=None):
-    """Median of the speeds over the area, and their 16th and 84th percentiles [m/s], without the cells about those that broke first. None: there are too few."""
+    """Median of the speeds over the area, and their 16th and 84th percentiles [m/s], without the cells about those that
+    broke first. None: there are too few."""
     time = np.ravel(time)
     broke = np.isfinite(time)
     if broke.sum() < 3:

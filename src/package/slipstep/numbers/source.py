@@ -1,9 +1,11 @@
-"""Of a moment-rate function: its spectrum, corner frequencies and durations. Functions take times [n], ascending, in s, and rates [n] in N m/s, which go
-by straight lines between and are zero outside."""
+"""Of a moment-rate function: its spectrum, corner frequencies and durations. Functions take times [n], ascending, in s,
+and rates [n] in N m/s, which go by straight lines between and are zero outside."""
 
 import numpy as np
 
-BAND = 5.0  # a spectrum is fitted from this fraction to this multiple of the corner by integrals; farther up the fall-off of smooth sources is not that of any corner
+# a spectrum is fitted from this fraction to this multiple of the corner by integrals; farther up the fall-off of smooth
+# sources is not that of any corner
+BAND = 5.0
 POINTS = 400  # frequencies of a fit, evenly in their logarithm
 
 
@@ -19,8 +21,8 @@ def moments(time, rate):
 
 
 def durations(time, rate, share=0.05):
-    """Seconds: between `share` of the moment and all but `share` of it, and twice the standard deviation of the rate over time (McGuire 2004). Of a box
-    of length T: 0.9 T, and T/sqrt(3)."""
+    """Seconds: between `share` of the moment and all but `share` of it, and twice the standard deviation of the rate
+    over time (McGuire 2004). Of a box of length T: 0.9 T, and T/sqrt(3)."""
     h = np.diff(time)
     so_far = np.concatenate([[0.0], np.cumsum(h * (rate[1:] + rate[:-1]) / 2)])
 
@@ -34,7 +36,8 @@ def durations(time, rate, share=0.05):
 
 
 def spectrum(time, rate, frequency):
-    """Amplitudes [N m] of the Fourier transform at frequencies [m] in Hz, exact for straight lines at any spacing of times."""
+    """Amplitudes [N m] of the Fourier transform at frequencies [m] in Hz, exact for straight lines at any spacing of
+    times."""
     half, middle = np.diff(time) / 2, (time[1:] + time[:-1]) / 2
     mean, change = (rate[1:] + rate[:-1]) / 2, (rate[1:] - rate[:-1]) / 2
     found = np.empty(len(frequency))
@@ -44,13 +47,14 @@ def spectrum(time, rate, frequency):
         safe = np.where(small, 1.0, x)
         even = np.where(small, 1 - x ** 2 / 6 + x ** 4 / 120, np.sin(safe) / safe)
         odd = np.where(small, x / 3 - x ** 3 / 30 + x ** 5 / 840, (np.sin(safe) - safe * np.cos(safe)) / safe ** 2)
-        found[k] = abs((np.exp(-2j * np.pi * f * (middle - time[0])) * 2 * half * (mean * even - 1j * change * odd)).sum())
+        found[k] = abs((np.exp(-2j * np.pi * f * (middle - time[0])) * 2 * half
+                        * (mean * even - 1j * change * odd)).sum())
     return found
 
 
 def corner_of_integrals(time, rate):
-    """Corner frequency [Hz] from the integrals of the squared rate and of its squared derivative (Andrews 1986); no band and no fit. Of Brune's spectrum it is
-    the corner; the rate must be continuous, from 0 to 0."""
+    """Corner frequency [Hz] from the integrals of the squared rate and of its squared derivative (Andrews 1986); no
+    band and no fit. Of Brune's spectrum it is the corner; the rate must be continuous, from 0 to 0."""
     h, a, b = np.diff(time), rate[:-1], rate[1:]
     return np.sqrt(((b - a) ** 2 / h).sum() / (h * (a * a + a * b + b * b) / 3).sum()) / (2 * np.pi)
 
@@ -61,7 +65,8 @@ def brune(frequency, moment, corner, falloff=2.0):
 
 
 def fit_brune(frequency, amplitude, moment):
-    """Corner frequency [Hz] of the omega-square spectrum with a given moment, least squares of the logarithms, and their root mean square (natural logarithm)."""
+    """Corner frequency [Hz] of the omega-square spectrum with a given moment, least squares of the logarithms, and
+    their root mean square (natural logarithm)."""
     def misfit(log_corner):
         return np.mean(np.log(amplitude / brune(frequency, moment, np.exp(log_corner))) ** 2)
 
@@ -76,7 +81,8 @@ def fit_brune(frequency, amplitude, moment):
 
 
 def corner_frequency(time, rate):
-    """(corner [Hz], root mean square of the logarithm): fit_brune() of the spectrum within BAND about Andrews' corner, below what the times resolve."""
+    """(corner [Hz], root mean square of the logarithm): fit_brune() of the spectrum within BAND about Andrews' corner,
+    below what the times resolve."""
     guess = corner_of_integrals(time, rate)
     high = min(BAND * guess, 0.5 / np.median(np.diff(time)))
     frequency = np.geomspace(guess / BAND, max(high, 2 * guess), POINTS)

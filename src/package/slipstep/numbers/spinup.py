@@ -1,4 +1,5 @@
-"""The spin-up of a loaded run: what its artificial start still shows in, up to the end of its first large event, which numbers of cycles leave out."""
+"""The spin-up of a loaded run: what its artificial start still shows in, up to the end of its first large event, which
+numbers of cycles leave out."""
 
 import argparse
 import dataclasses
@@ -10,7 +11,8 @@ from ..errors import Error
 from ..times import seconds, written
 
 LARGE = 0.5  # of the largest moment: events that recur
-AGAIN = 1 / 30  # of its moment, a magnitude less: what has to follow the first large event for that to be left out by default
+# of its moment, a magnitude less: what has to follow the first large event for that to be left out by default
+AGAIN = 1 / 30
 
 
 EXPECTED = "expected a number of events, as 3, or a time with its unit, as 50y"
@@ -18,7 +20,8 @@ EXPECTED = "expected a number of events, as 3, or a time with its unit, as 50y"
 
 @dataclasses.dataclass
 class SpinUp:
-    """events: how many are left out, the first ones; until: what is counted begins then [s]; words: what is said of it in each line, "" where nothing is to be said."""
+    """events: how many are left out, the first ones; until: what is counted begins then [s]; words: what is said of it
+    in each line, "" where nothing is to be said."""
     events: int = 0
     until: float = -np.inf
     words: str = ""
@@ -42,14 +45,16 @@ def parsed(text):
 def is_loaded(run, catalogue):
     """Whether plates load a fault, or, where there is no run, whether anything has done work on it in events."""
     if run is not None:
-        return bool(np.any(run.mesh["loading_rate"] if "loading_rate" in run.mesh else run.parameters.get("loading_rate", 0.0)))
+        return bool(np.any(run.mesh["loading_rate"] if "loading_rate" in run.mesh
+                           else run.parameters.get("loading_rate", 0.0)))
     work = catalogue.event.get("loading_work", np.zeros(1))
     return bool(np.any(np.nan_to_num(work)))
 
 
 def spin_up(run, catalogue, given=None):
-    """The SpinUp of a run and its catalogue. given: a number of events, or a time as "50y"; None: of loaded runs the first event that has LARGE of the largest moment from it on, and those before it, if
-    one with AGAIN of its moment follows; of others nothing."""
+    """The SpinUp of a run and its catalogue. given: a number of events, or a time as "50y"; None: of loaded runs the
+    first event that has LARGE of the largest moment from it on, and those before it, if one with AGAIN of its moment
+    follows; of others nothing."""
     if catalogue is None:
         if given is None or isinstance(parsed(given), int):
             return SpinUp()
@@ -73,7 +78,8 @@ def spin_up(run, catalogue, given=None):
     if not given:
         return SpinUp(0, -np.inf, "with the spin-up" if is_loaded(run, catalogue) else "")
     until = float(catalogue.event["end"][given - 1])
-    return SpinUp(given, until, f"without the first {'event' if given == 1 else f'{given} events'}, until {written(until)}")
+    return SpinUp(given, until,
+                  f"without the first {'event' if given == 1 else f'{given} events'}, until {written(until)}")
 
 
 def counted(events):

@@ -13,10 +13,9 @@ from ..errors import OutputError
 from ..results.fields import Fields, largest_rates
 from ..times import SECONDS, Clock
 from .maps import Span, colour_bar
-from .panels import RED, RUN_STYLES, plt, use_style
+from .panels import RED, RUN_STYLES, plt
 from .snapshots import WIDTH, Layout
 from .titles import titles_of
-from .view import BAR, View, bar
 
 DPI = 100
 EVEN = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"  # numbers of pixels that mp4 needs
@@ -31,7 +30,8 @@ class Gif(animation.AbstractMovieWriter):
         super().setup(fig, outfile, dpi)
         self.frames = []
         greys = np.repeat(np.linspace(0, 1, 30)[:, None], 3, axis=1)
-        inks = [share * np.array(to_rgb(ink)) + 1 - share for ink in (RED, RUN_STYLES[0]["color"]) for share in np.linspace(0.1, 1, 8)]
+        inks = [share * np.array(to_rgb(ink)) + 1 - share for ink in (RED, RUN_STYLES[0]["color"])
+                for share in np.linspace(0.1, 1, 8)]
         shown = plt.get_cmap(self.colours)(np.linspace(0, 1, 210))[:, :3]
         self.palette = Image.new("P", (1, 1))
         self.palette.putpalette(np.round(255 * np.concatenate([shown, greys, inks])).astype(np.uint8).tobytes())
@@ -82,7 +82,8 @@ def writer(path, rate):
     if ending == ".gif":
         return Gif(fps=rate)
     if not animation.FFMpegWriter.isAvailable():
-        raise OutputError(f"--film is {path}, but there is no program ffmpeg (Debian's package ffmpeg); a name that ends with .gif needs none")
+        raise OutputError(f"--film is {path}, but there is no program ffmpeg (Debian's package ffmpeg); a name that "
+                          "ends with .gif needs none")
     return Mp4(fps=rate, codec="libx264", extra_args=["-vf", EVEN, "-pix_fmt", "yuv420p", "-crf", "18"])
 
 
@@ -102,11 +103,14 @@ def draw_course(axes, run, fields, rows, clock):
     rates = np.interp(fields.times[rows], times, series)
     long = SECONDS[clock.unit] > 1
     at = np.arange(len(rows)) if long else clock(fields.times[rows])
-    axes.plot(at if long else clock(times), positive(rates if long else series), color=RUN_STYLES[0]["color"], linewidth=1.0)
+    axes.plot(at if long else clock(times), positive(rates if long else series), color=RUN_STYLES[0]["color"],
+              linewidth=1.0)
     dot, = axes.plot(at[:1], rates[:1], marker="o", markersize=6, color=RED, linestyle="")
-    axes.set(xlabel="frame" if long else clock.label, ylabel="largest slip rate\n(m/s)", xlim=(at[0], at[-1] if at[-1] > at[0] else at[0] + 1))
+    axes.set(xlabel="frame" if long else clock.label, ylabel="largest slip rate\n(m/s)",
+             xlim=(at[0], at[-1] if at[-1] > at[0] else at[0] + 1))
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=long, steps=[1, 2, 5, 10]))
-    drawn = rates if long else np.append(rates, series[(times >= fields.times[rows[0]]) & (times <= fields.times[rows[-1]])])
+    drawn = rates if long else np.append(rates,
+                                         series[(times >= fields.times[rows[0]]) & (times <= fields.times[rows[-1]])])
     if (drawn > 0).any():
         axes.set_yscale("log")
         axes.set_ylim(max(drawn[drawn > 0].min(), drawn.max() * 1e-13) / 2, drawn.max() * 3)
@@ -133,28 +137,8 @@ class Maps:
             artist.show(plane.values(values))
 
 
-class Scene:
-    """A view of the fault in space."""
-
-    def __init__(self, run, viewer):
-        use_style()
-        self.view = View(run, run.parameters, viewer)
-        self.canvas = plt.figure(layout="constrained")
-        self.height = min(self.view.height(0.8 * WIDTH - BAR), 8.0)
-
-    def draw(self, part, values, norm, kind, label):
-        axes = part.subplots()
-        self.artist = self.view.draw(axes, norm, kind.colours)
-        self.artist.show(values)
-        bar(part, values, norm, kind.colours, label, axes, aspect=25, pad=0.02, shrink=0.7)
-        return [self.artist]
-
-    def show(self, values):
-        self.artist.show(values)
-
-
-def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=15.0, frames=500, view=False, viewer=None):
-    """Write the film, of maps or of a view; the numbers of its frames and of the stored rows."""
+def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=15.0, frames=500):
+    """Write the film; the numbers of its frames and of the stored rows."""
     out = writer(path, rate)
     fields = Fields(run, name, window)
     out.colours = fields.kind.colours
@@ -166,7 +150,7 @@ def film(run, path, name, window=None, log=True, wanted=None, years=None, rate=1
     norm = span.norm(fields.kind, log, wanted)
     clock = Clock(*fields.times[rows][[0, -1]], years)
     titles = titles_of(run, fields.times[rows], clock)
-    shown = Scene(run, viewer) if view else Maps(run)
+    shown = Maps(run)
     canvas = shown.canvas
     canvas.set_size_inches(0.8 * WIDTH, shown.height + 1.7)
     above, below = canvas.subfigures(2, 1, height_ratios=(shown.height, 1.7))

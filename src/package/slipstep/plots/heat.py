@@ -1,4 +1,4 @@
-"""Heat maps over policies and meshes for plot_study.py."""
+"""Heat maps over policies and meshes for slipstep plot-study."""
 
 import numpy as np
 from matplotlib.colors import LogNorm
@@ -9,7 +9,8 @@ MISSING, FAILED = "#f0f0f0", "#f3c7c7"
 
 
 class Table:
-    """Values over policies (rows) and meshes (columns) of one size: nan where a run is missing or failed, with marks."""
+    """Values over policies (rows) and meshes (columns) of one size: nan where a run is missing or failed, with
+    marks."""
 
     def __init__(self, policies, meshes):
         self.policies, self.meshes = policies, meshes
@@ -29,7 +30,8 @@ class Table:
                 if not cell.converged:
                     self.marks[i, k] = "failed"
                     continue
-                self.values[i, k] = value(cell, lambda controller: study.one(controller=controller, tolerance=1.0, steps=0, **case))
+                self.values[i, k] = value(cell, lambda controller: study.one(controller=controller, tolerance=1.0,
+                                                                             steps=0, **case))
         return self
 
 
@@ -37,7 +39,8 @@ def ratio_to(controller, quantity):
     """How many times more of a quantity a classical controller takes; nan when it did not converge or is missing."""
     def value(cell, find):
         other = find(controller)
-        return other[quantity] / cell[quantity] if other is not None and other.converged and cell[quantity] > 0 else np.nan
+        return (other[quantity] / cell[quantity] if other is not None and other.converged and cell[quantity] > 0
+                else np.nan)
     return value
 
 
@@ -49,7 +52,8 @@ def error_ratio(controller, measure):
     """How many times larger a policy's error is."""
     def value(cell, find):
         other = find(controller)
-        return cell.error(measure) / other.error(measure) if other is not None and other.converged and other.error(measure) else np.nan
+        return (cell.error(measure) / other.error(measure) if other is not None and other.converged
+                and other.error(measure) else np.nan)
     return value
 
 
@@ -87,7 +91,8 @@ def draw_heat(axes, table, norm, cmap, rows, title):
             else:
                 far = abs(np.log10(max(value, 1e-300)) - middle) > 0.6 * reach
                 dark = far if cmap in ("RdBu", "RdBu_r") else np.log10(max(value, 1e-300)) < middle
-                axes.text(k, i, shorten(value) + mark, ha="center", va="center", fontsize=8, color="white" if dark else "black")
+                axes.text(k, i, shorten(value) + mark, ha="center", va="center", fontsize=8,
+                          color="white" if dark else "black")
     axes.set_xticks(range(len(table.meshes)), [f"{mesh}²" for mesh in table.meshes])
     axes.set_yticks(range(len(table.policies)), rows if rows else [])
     axes.tick_params(length=0, labelsize=8)

@@ -1,4 +1,5 @@
-"""Maps of a fault: its planes of equal or irregular cells, drawn flat along strike and down dip, their colours and contours."""
+"""Maps of a fault: its planes of equal or irregular cells, drawn flat along strike and down dip, their colours and
+contours."""
 
 import numpy as np
 from matplotlib.collections import Collection, PolyCollection
@@ -27,8 +28,8 @@ EXTEND = {(False, False): "neither", (True, False): "min", (False, True): "max",
 
 
 def edges(centres, others, length=None):
-    """Edges of equal cells from their centres; of a single row by its length, or, in files that do not have it, those of squares, by the centres in the
-    other direction."""
+    """Edges of equal cells from their centres; of a single row by its length, or, in files that do not have it, those
+    of squares, by the centres in the other direction."""
     if len(centres) == 1 and length:
         return centres[0] + np.array([-0.5, 0.5]) * length
     spaced = centres if len(centres) > 1 else others
@@ -43,11 +44,13 @@ def aspect_of(extent):
 
 
 class Plane:
-    """Cells that are drawn together: low and high edges along strike and down dip, or three corners of triangles [km], which of a map's values
-    are theirs (None: all, of a grid of this shape), what they are called, also in short, whether down dip is the depth, and whether they are of a bent surface, seen across its mean plane."""
+    """Cells that are drawn together: low and high edges along strike and down dip, or three corners of triangles [km],
+    which of a map's values are theirs (None: all, of a grid of this shape), what they are called, also in short,
+    whether down dip is the depth, and whether they are of a bent surface, seen across its mean plane."""
 
     def __init__(self, x, z, cells=None, shape=None, name="", vertical=True, short="", bent=False):
-        self.x, self.z, self.cells, self.shape, self.name, self.vertical, self.short, self.bent = x, z, cells, shape, name, vertical, short or name, bent
+        self.x, self.z, self.cells, self.shape, self.name, self.vertical, self.short, self.bent = (
+            x, z, cells, shape, name, vertical, short or name, bent)
 
     @classmethod
     def of_grid(cls, run):
@@ -57,7 +60,8 @@ class Plane:
         x, z = edges(x, z, length), edges(z, x, width)
         shape = len(z) - 1, len(x) - 1
         x, z = (np.stack([e[:-1], e[1:]]) for e in (x, z))
-        return cls(np.tile(x, shape[0]), np.repeat(z, shape[1], axis=1), shape=shape, vertical="down_dip" not in run.mesh)
+        return cls(np.tile(x, shape[0]), np.repeat(z, shape[1], axis=1), shape=shape,
+                   vertical="down_dip" not in run.mesh)
 
     @property
     def down(self):
@@ -92,7 +96,8 @@ class Plane:
         corners = np.stack([self.x[around[0]], self.z[around[1]]], axis=-1).swapaxes(0, 1)
         if self.shape:
             extent = (self.x.min(), self.x.max(), self.z.max(), self.z.min())
-            artist = axes.imshow(values.reshape(self.shape), norm=norm, cmap=colours, extent=extent, interpolation="nearest")
+            artist = axes.imshow(values.reshape(self.shape), norm=norm, cmap=colours, extent=extent,
+                                 interpolation="nearest")
             take = artist.set_data
             artist.show = lambda new: take(new.reshape(self.shape))
         else:
@@ -107,7 +112,8 @@ class Plane:
     def between(self):
         """Triangles between the centres of neighbouring cells: none across a notch or a hole."""
         x, z = self.x.mean(axis=0), self.z.mean(axis=0)
-        size = [np.median(np.ptp(sides, axis=0)) for sides in (self.x, self.z)]  # so that flat cells have their neighbours beside them
+        # so that flat cells have their neighbours beside them
+        size = [np.median(np.ptp(sides, axis=0)) for sides in (self.x, self.z)]
         mesh = Triangulation(x / size[0], z / size[1])
         near = np.concatenate([mesh.triangles, opposite(mesh)], axis=1)
         corners = np.stack([x, z], axis=-1)[mesh.triangles]
@@ -122,20 +128,24 @@ class Plane:
         x, z = self.x[:, cells], self.z[:, cells]
         px, pz = points[:, :1], points[:, 1:]
         if len(x) == 2:
-            return (np.abs(px - x.mean(axis=0)) <= WIDER * 0.5 * (x[1] - x[0])) & (np.abs(pz - z.mean(axis=0)) <= WIDER * 0.5 * (z[1] - z[0]))
+            return ((np.abs(px - x.mean(axis=0)) <= WIDER * 0.5 * (x[1] - x[0]))
+                    & (np.abs(pz - z.mean(axis=0)) <= WIDER * 0.5 * (z[1] - z[0])))
         px, pz = (x.mean(axis=0) + (px - x.mean(axis=0)) / WIDER, z.mean(axis=0) + (pz - z.mean(axis=0)) / WIDER)
-        turn = np.array([(x[(k + 1) % 3] - x[k]) * (pz - z[k]) - (z[(k + 1) % 3] - z[k]) * (px - x[k]) for k in range(3)])
+        turn = np.array([(x[(k + 1) % 3] - x[k]) * (pz - z[k]) - (z[(k + 1) % 3] - z[k]) * (px - x[k])
+                         for k in range(3)])
         return (turn >= 0).all(axis=0) | (turn <= 0).all(axis=0)
 
     def contour(self, axes, values, levels):
-        """Lines of equal value through the cells' centres, some with their values; where those are nan there are none, and none outside of the cells."""
+        """Lines of equal value through the cells' centres, some with their values; where those are nan there are none,
+        and none outside of the cells."""
         x, z = self.x.mean(axis=0), self.z.mean(axis=0)
         good = np.isfinite(values)
         if good.sum() < 4 or np.ptp(x[good]) == 0 or np.ptp(z[good]) == 0:
             return
         style = {"levels": levels, "colors": "black", "linewidths": 0.9}
         if self.shape and min(self.shape) > 1:
-            lines = axes.contour(x.reshape(self.shape)[0], z.reshape(self.shape)[:, 0], values.reshape(self.shape), **style)
+            lines = axes.contour(x.reshape(self.shape)[0], z.reshape(self.shape)[:, 0], values.reshape(self.shape),
+                                 **style)
         else:
             mesh = self.between()
             mesh.set_mask(mesh.mask | ~good[mesh.triangles].all(axis=1))
@@ -143,7 +153,8 @@ class Plane:
                 return
             lines = axes.tricontour(mesh, np.where(good, values, 0), **style)
         halo = [withStroke(linewidth=2.2, foreground="white", alpha=0.7)]
-        for line in [lines] if isinstance(lines, Collection) else lines.collections:  # one artist from Matplotlib 3.8 on
+        # one artist from Matplotlib 3.8 on
+        for line in [lines] if isinstance(lines, Collection) else lines.collections:
             line.set_path_effects(halo)
         named = lines.levels[:: -(-len(lines.levels) // NUMBERS)]
         plt.setp(axes.clabel(lines, named, fmt="%g", fontsize=8), path_effects=halo)
@@ -161,10 +172,12 @@ class Plane:
 
 
 def opposite(mesh):
-    """Of each triangle of a Triangulation the corners [n, 3] that the triangles beside it have besides the shared ones; at the rim its own."""
+    """Of each triangle of a Triangulation the corners [n, 3] that the triangles beside it have besides the shared ones;
+    at the rim its own."""
     beside = mesh.neighbors
     total = mesh.triangles.sum(axis=1)
-    shared = mesh.triangles + np.roll(mesh.triangles, -1, axis=1)  # neighbour k is across the side from corner k to the next one
+    # neighbour k is across the side from corner k to the next one
+    shared = mesh.triangles + np.roll(mesh.triangles, -1, axis=1)
     return np.where(beside >= 0, total[beside] - shared, mesh.triangles)
 
 
@@ -172,30 +185,34 @@ def span(angles, turn):
     """Angles in words: one, or from the least to the largest; those that turn may pass 360."""
     middle = np.degrees(np.angle(np.exp(1j * np.radians(angles)).mean())) if turn else 0.0
     around = (angles - middle + 180) % 360 - 180 if turn else angles
-    low, high = (f"{round(float(value + middle) % 360 if turn else float(value), 1) % (360 if turn else 1e9):g}" for value in (around.min(), around.max()))
+    low, high = (f"{round(float(value + middle) % 360 if turn else float(value), 1) % (360 if turn else 1e9):g}"
+                 for value in (around.min(), around.max()))
     return f"{low}°" if low == high else f"{low} to {high}°"
 
 
 def names_of(run, label, cells, part):
     """Of a plane of several: with its strike and dip, and in short."""
     short = run.fault_name(label) + part
-    return {"name": f"{short} (strike {span(run.mesh['strike'][cells], True)}, dip {span(run.mesh['dip'][cells], False)})", "short": short}
+    return {"name": f"{short} (strike {span(run.mesh['strike'][cells], True)}, dip "
+                    f"{span(run.mesh['dip'][cells], False)})", "short": short}
 
 
 def planes_of(run):
-    """The planes of a run, front to back; a grid has one. Of a mesh with strikes and dips its faults, each drawn flat as geometry.unroll
-    says."""
+    """The planes of a run, front to back; a grid has one. Of a mesh with strikes and dips its faults, each drawn flat
+    as geometry.unroll says."""
     if not hasattr(run, "drawn"):
         run.drawn = _planes(run)
     return run.drawn
 
 
 def flat_triangles(mesh, cells):
-    """Corners [3, N] of triangles seen across their mean plane: along cells.axis_along_strike() and down from their highest [m]; and whether normals leave their mean by more than BENT."""
+    """Corners [3, N] of triangles seen across their mean plane: along cells.axis_along_strike() and down from their
+    highest [m]; and whether normals leave their mean by more than BENT."""
     corners = mesh["vertices"][mesh["triangles"][cells]]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(normals, axis=1)
-    normal = np.linalg.eigh((normals / size[:, None]).T @ normals)[1][:, -1]  # of the mean plane, whichever way the corners go round
+    # of the mean plane, whichever way the corners go round
+    normal = np.linalg.eigh((normals / size[:, None]).T @ normals)[1][:, -1]
     strike = np.radians(axis_along_strike(mesh["strike"][cells], size))
     along, right = np.array([np.cos(strike), np.sin(strike), 0]), np.array([-np.sin(strike), np.cos(strike), 0])
     down = np.cross(normal, along)
@@ -212,7 +229,8 @@ def _planes(run):
         found = []
         for label, cells in run.planes:
             s, d, bent = flat_triangles(run.mesh, cells)
-            found.append(Plane(s / 1e3, d / 1e3, cells, **(names_of(run, label, cells, "") if len(run.planes) > 1 else {}), vertical=False, bent=bent))
+            found.append(Plane(s / 1e3, d / 1e3, cells, **(names_of(run, label, cells, "") if len(run.planes) > 1
+                                                           else {}), vertical=False, bent=bent))
         return found
     found, every, mesh = [], mesh_cells(run.mesh), run.mesh
     for label, cells in run.planes:
@@ -221,11 +239,13 @@ def _planes(run):
             for k, (index, s, d) in enumerate(parts):
                 own = cells[index]
                 names = names_of(run, label, own, f", part {k + 1}" if len(parts) > 1 else "")
-                found.append(Plane(np.round(s / 1e3, DIGITS), np.round(d / 1e3, DIGITS), own, **names, vertical=(mesh["dip"][own] == 90).all()))
+                found.append(Plane(np.round(s / 1e3, DIGITS), np.round(d / 1e3, DIGITS), own, **names,
+                                   vertical=(mesh["dip"][own] == 90).all()))
         else:  # vertical, and along x
             x, z, length, width = (mesh[name][cells] / 1e3 for name in ("x", "z", "length", "width"))
             name = run.fault_name(label) if "fault" in mesh else f"plane at y = {label:g} m"
-            found.append(Plane(np.stack([x - length / 2, x + length / 2]), np.stack([z - width / 2, z + width / 2]), cells, name=name))
+            found.append(Plane(np.stack([x - length / 2, x + length / 2]), np.stack([z - width / 2, z + width / 2]),
+                               cells, name=name))
     if len(found) == 1:
         found[0].name = ""
     return found
@@ -243,8 +263,8 @@ def beside(run):
 
 
 def frames_of(run, tall=False):
-    """Limits of the map of each plane: those that hold every plane where x is that of all, else its own, as long as the longest, so that all
-    have one scale; tall: and as wide as the widest."""
+    """Limits of the map of each plane: those that hold every plane where x is that of all, else its own, as long as the
+    longest, so that all have one scale; tall: and as wide as the widest."""
     planes = planes_of(run)
     if beside(run):
         return [extent_of(planes)] * len(planes)
@@ -258,16 +278,19 @@ class Nothing(Normalize):
 
 
 def norm_of(kind, low, high, smallest, log=False, wanted=None):
-    """Colours for values between low and high; smallest: about the least positive one; wanted: limits of the user's own."""
+    """Colours for values between low and high; smallest: about the least positive one; wanted: limits of the user's
+    own."""
     if not wanted and max(abs(low), abs(high)) <= NOISE.get(kind.unit, 0):
         return Nothing(-1 if kind.limits == "even" else 0, 1)
     if wanted:
         low, high = wanted
         if log and low <= 0:
-            raise OutputError(f"--range begins at {low:g}, expected a number > 0 on a logarithmic scale (--no-log-rate: a linear one)")
+            raise OutputError(f"--range begins at {low:g}, expected a number > 0 on a logarithmic scale "
+                              "(--no-log-rate: a linear one)")
         return LogNorm(low, high) if log else Normalize(low, high)
     if log:
-        bottom = 10.0 ** np.floor(np.log10(smallest if 0 < smallest < high else high) - 0.3)  # what creeps is not as what rests
+        # what creeps is not as what rests
+        bottom = 10.0 ** np.floor(np.log10(smallest if 0 < smallest < high else high) - 0.3)
         return LogNorm(min(max(bottom, high * 10.0 ** -DECADES), high / 100), high)
     if kind.limits == "even":
         high = max(abs(low), abs(high)) or 1.0
@@ -285,7 +308,8 @@ def colour_map(name):
 
 
 class Span:
-    """Least, largest and about the least positive value of maps that pass by; and what nearly all values lie between."""
+    """Least, largest and about the least positive value of maps that pass by; and what nearly all values lie
+    between."""
 
     def __init__(self):
         self.low, self.high, self.smallest = np.inf, -np.inf, []
@@ -314,7 +338,8 @@ def colour_bar(canvas, artist, norm, label, extend=None, **place):
     if extend is None:
         values = artist.get_array()
         least = 0 if isinstance(norm, LogNorm) else (norm.vmax - norm.vmin) / SHADES
-        extend = EXTEND[isinstance(norm, LogNorm) or np.nanmin(values) < norm.vmin - least, np.nanmax(values) > norm.vmax + least]
+        extend = EXTEND[isinstance(norm, LogNorm) or np.nanmin(values) < norm.vmin - least,
+                        np.nanmax(values) > norm.vmax + least]
     bar = canvas.colorbar(artist, label=label, extend=extend, **place)
     if isinstance(norm, Nothing):
         bar.set_ticks([0])
@@ -334,7 +359,8 @@ SMALL = 9  # points of their names
 def columns_for(frames):
     """How many maps beside each other make those of all planes largest in a panel."""
     x0, x1, z0, z1 = frames[0]
-    size = {columns: min(PANEL / columns / (x1 - x0), 1 / -(-len(frames) // columns) / (z1 - z0)) for columns in range(1, len(frames) + 1)}
+    size = {columns: min(PANEL / columns / (x1 - x0), 1 / -(-len(frames) // columns) / (z1 - z0))
+            for columns in range(1, len(frames) + 1)}
     return max(size, key=size.get)
 
 
@@ -342,12 +368,13 @@ def heights_of(frames):
     """Inches of each row of the maps of several planes."""
     columns = columns_for(frames)
     rows = [frames[k:k + columns] for k in range(0, len(frames), columns)]
-    return [ROOM + 0.85 * PANEL_WIDTH / columns * max(np.clip((z1 - z0) / (x1 - x0), 0.1, 1.5) for x0, x1, z0, z1 in row) for row in rows]
+    return [ROOM + 0.85 * PANEL_WIDTH / columns
+            * max(np.clip((z1 - z0) / (x1 - x0), 0.1, 1.5) for x0, x1, z0, z1 in row) for row in rows]
 
 
 def draw_map(axes, run, name, time, label, log=False, wanted=None):
-    """A field over the fault plane, near a time [s]; returns the stored time. Several planes lie beside each other or one below the
-    other, as their maps are larger."""
+    """A field over the fault plane, near a time [s]; returns the stored time. Several planes lie beside each other or
+    one below the other, as their maps are larger."""
     fields = Fields(run, name)
     row = int(np.argmin(np.abs(fields.times - time)))
     values = fields.maps([row])[0]
@@ -363,7 +390,8 @@ def draw_map(axes, run, name, time, label, log=False, wanted=None):
     for k, plane in enumerate(planes):
         line, column = divmod(k, columns)
         below = k + columns >= len(planes)
-        own = axes.inset_axes([0.06 + column * width, 1 - ends[line] + 0.55 * room, 0.9 * width, heights[line] / heights.sum() - room]) if many else axes
+        own = axes.inset_axes([0.06 + column * width, 1 - ends[line] + 0.55 * room, 0.9 * width,
+                               heights[line] / heights.sum() - room]) if many else axes
         artist = plane.draw(own, plane.values(values), norm, fields.kind.colours)
         plane.frame(own, frames[k])
         own.set(xlabel=plane.along_label if below else "", ylabel=own.get_ylabel() if column == 0 else "")
@@ -374,5 +402,6 @@ def draw_map(axes, run, name, time, label, log=False, wanted=None):
                 own.xaxis.set_major_locator(MaxNLocator(4 if columns > 1 else 6, steps=[1, 2, 5, 10]))
     if not many:
         axes.set_anchor("W")
-    colour_bar(axes.figure, artist, norm, label, cax=axes.inset_axes([0.97, 0.1, 0.03, 0.8] if many else [1.04, 0.0, 0.05, 1.0]))
+    colour_bar(axes.figure, artist, norm, label,
+               cax=axes.inset_axes([0.97, 0.1, 0.03, 0.8] if many else [1.04, 0.0, 0.05, 1.0]))
     return fields.times[row]

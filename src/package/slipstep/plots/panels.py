@@ -18,9 +18,11 @@ LETTER = 0.6  # width of letters over their size, about
 RUN_STYLES = [{"color": "#0062a5", "marker": "o", "zorder": 5}, {"color": "#e08a00", "marker": "s", "zorder": 4},
               {"color": "#2c8a4b", "marker": "^", "zorder": 3}, {"color": "#8a4fa3", "marker": "D", "zorder": 2}]
 STYLE = {
-    "font.size": 11, "axes.titlesize": 11, "axes.titleweight": "bold", "axes.titlelocation": "left", "axes.labelsize": 11,
-    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e6e6e6", "grid.linewidth": 0.8,
-    "axes.axisbelow": True, "legend.frameon": False, "legend.fontsize": 10, "lines.linewidth": 1.4, "figure.dpi": 100,
+    "font.size": 11, "axes.titlesize": 11, "axes.titleweight": "bold", "axes.titlelocation": "left",
+    "axes.labelsize": 11,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.8, "axes.axisbelow": True, "legend.frameon": False, "legend.fontsize": 10,
+    "lines.linewidth": 1.4, "figure.dpi": 100,
     "savefig.dpi": 150, "savefig.facecolor": "white",
 }
 
@@ -66,7 +68,8 @@ def log_scale(axes):
 
 def draw_reference(axes, run, name, label, clock=np.asarray):
     """A fine run as a broad grey line, under the others."""
-    axes.plot(clock(run.series["time"]), run.series[name], color=REFERENCE, linewidth=3.5, alpha=0.7, label=label, zorder=1)
+    axes.plot(clock(run.series["time"]), run.series[name], color=REFERENCE, linewidth=3.5, alpha=0.7, label=label,
+              zorder=1)
 
 
 DENSE = 3000  # steps from which on each has a small dot, or none
@@ -83,13 +86,15 @@ def legend_of_dots(axes, **place):
 
 def legend_above(axes):
     """A legend above the axes, to the right of the title, where it hides nothing."""
-    legend_of_dots(axes, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2, handlelength=1.2, columnspacing=1.0)
+    legend_of_dots(axes, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2, handlelength=1.2,
+                   columnspacing=1.0)
 
 
 def draw_series(axes, run, name, style, label, clock=np.asarray):
     """One quantity against time, every accepted step marked; clock: times in the unit of the axis."""
     small, dense = len(run.series["time"]) > 60, len(run.series["time"]) > DENSE
-    axes.plot(clock(run.series["time"]), run.series[name], color=style["color"], marker="" if dense else style["marker"], markersize=2.5 if small else 5,
+    axes.plot(clock(run.series["time"]), run.series[name], color=style["color"],
+              marker="" if dense else style["marker"], markersize=2.5 if small else 5,
               markeredgewidth=0, linewidth=0.6 if dense else 1.0, label=label, zorder=style["zorder"], rasterized=dense)
 
 
@@ -98,15 +103,20 @@ def draw_steps(axes, run, style, label, clock=np.asarray):
     time, dt, rejected = clock(run.steps["time"]), run.steps["dt"], run.rejected
     label += ", " if label else ""
     if len(dt) > DENSE:
-        for chosen, colour, text in ((~rejected, style["color"], f"{label}accepted"), (rejected, RED, f"{label}rejected ({rejected.sum()})")):
+        for chosen, colour, text in ((~rejected, style["color"], f"{label}accepted"),
+                                     (rejected, RED, f"{label}rejected ({rejected.sum()})")):
             axes.plot(time[chosen], dt[chosen], **DOTS, color=colour, label=text)
         log_scale(axes)
         return
     axes.step(np.append(time[~rejected], clock(run.steps["time"][~rejected][-1:] + dt[~rejected][-1:])),
-              np.append(dt[~rejected], dt[~rejected][-1:]), where="post", color=style["color"], linewidth=1.0, alpha=0.6, zorder=1)
-    axes.plot(time[~rejected], dt[~rejected], linestyle="", color=style["color"], marker=style["marker"], markersize=4.5 if len(dt) < 100 else 3,
-              markeredgewidth=0, label=f"{label}accepted", zorder=style["zorder"])
+              np.append(dt[~rejected], dt[~rejected][-1:]), where="post", color=style["color"], linewidth=1.0,
+              alpha=0.6, zorder=1)
+    axes.plot(time[~rejected], dt[~rejected], linestyle="", color=style["color"], marker=style["marker"],
+              markersize=4.5 if len(dt) < 100 else 3, markeredgewidth=0, label=f"{label}accepted",
+              zorder=style["zorder"])
     few = rejected.sum() < 40
-    axes.plot(time[rejected], dt[rejected], linestyle="", marker=style["marker"], markersize=6.5 if few else 5, markerfacecolor="none",
-              markeredgecolor=RED, markeredgewidth=1.5 if few else 0.8, label=f"{label}rejected ({rejected.sum()})", zorder=style["zorder"])
+    axes.plot(time[rejected], dt[rejected], linestyle="", marker=style["marker"], markersize=6.5 if few else 5,
+              markerfacecolor="none",
+              markeredgecolor=RED, markeredgewidth=1.5 if few else 0.8, label=f"{label}rejected ({rejected.sum()})",
+              zorder=style["zorder"])
     log_scale(axes)

@@ -39,14 +39,16 @@ class Layout:
         ratio = [np.clip((z1 - z0) / (x1 - x0), 0.15, 2.0) for x0, x1, z0, z1 in self.frames]
         self.columns, self.blocks = columns, blocks
         lines = [self.title(LONGEST if k == 0 else "", plane).count("\n") for k, plane in enumerate(self.planes)]
-        height = sum(WIDTH / columns * 0.8 * one + (0.45 if self.shared else 0.65) + LINE * more for one, more in zip(ratio, lines))
+        height = sum(WIDTH / columns * 0.8 * one + (0.45 if self.shared else 0.65) + LINE * more
+                     for one, more in zip(ratio, lines))
         self.ratio = ratio
         self.canvas = plt.figure(figsize=(WIDTH, 1.1 + height * self.rows + extra), layout="constrained")
         self.canvas.get_layout_engine().set(h_pad=0.06, w_pad=0.06)
 
     def title(self, text, plane):
         """Of a panel: a text and the name of its plane, in short where there are panels beside it."""
-        return wrapped(", ".join(filter(None, (text, plane.name if self.columns == 1 else plane.short))), 0.85 * WIDTH / self.columns, 10)
+        return wrapped(", ".join(filter(None, (text, plane.name if self.columns == 1 else plane.short))),
+                       0.85 * WIDTH / self.columns, 10)
 
     def fill(self, parent):
         """Axes [block][plane] within a figure or part of one; labels only at its rim."""
@@ -91,12 +93,13 @@ def spread(at, count):
 
 
 def chosen_rows(fields, times, count=COUNT):
-    """Rows nearest to the times asked for. Else some at equal times, or of what an event shows, and where most of these would be alike, at equal shares of its slip: at equal times
-    most would be of its slow begin and end, or of rest."""
+    """Rows nearest to the times asked for. Else some at equal times, or of what an event shows, and where most of these
+    would be alike, at equal shares of its slip: at equal times most would be of its slow begin and end, or of rest."""
     if times:
         return np.array([fields.row_at(time) for time in times])
     of_event = fields.name in ("slip_rate", "stress_drop") or event_around(fields.run, *fields.times[[0, -1]])
-    slip = np.maximum.accumulate(np.abs(mean_slip_at(fields.run, fields.times) - mean_slip_at(fields.run, fields.times[0])))
+    slip = np.maximum.accumulate(np.abs(mean_slip_at(fields.run, fields.times)
+                                        - mean_slip_at(fields.run, fields.times[0])))
     rows = spread(fields.times, count)
     same = np.diff(slip[rows]) < SAME * slip[-1]
     return spread(slip, count) if slip[-1] > 0 and (of_event or same.sum() > len(same) / 2) else rows
@@ -111,11 +114,13 @@ def draw_snapshots(canvas, layout, fields, rows, clock, log, wanted):
     blocks = layout.fill(canvas)
     for k, (block, values) in enumerate(zip(blocks, maps)):
         artists = layout.draw(block, values, norm, fields.kind.colours, words[k], k % layout.columns == 0)
-    colour_bar(canvas, artists[0], norm, fields.label, ax=[axes for block in blocks for axes in block], shrink=0.8, aspect=30, pad=0.02)
+    colour_bar(canvas, artists[0], norm, fields.label, ax=[axes for block in blocks for axes in block], shrink=0.8,
+               aspect=30, pad=0.02)
 
 
 def logarithmic(fields, rows, clock, wanted):
-    """Whether snapshots are drawn on a logarithmic scale: also those of an event in which a few cells are so fast at one time that most maps were black."""
+    """Whether snapshots are drawn on a logarithmic scale: also those of an event in which a few cells are so fast at
+    one time that most maps were black."""
     log = clock.logarithmic(fields.name, wanted)
     if log or wanted is not None or fields.name != "slip_rate":
         return log
@@ -178,22 +183,25 @@ def curves(run, fields, rows, clock, log, wanted):
 
 
 def rates_of(run, window):
-    """Rows of the slip rate in the largest event within a window, or in all of it where none of them has rows; and in words what else there is."""
+    """Rows of the slip rate in the largest event within a window, or in all of it where none of them has rows; and in
+    words what else there is."""
     event, count = largest_event(run, window), len(events_within(run, window))
     rates = Fields(run, "slip_rate", window or event)
     inside = (rates.times >= event[0]) & (rates.times <= event[1])
     if not inside.any():
         return rates, ""
-    return Fields(run, "slip_rate", event), f" in the largest of {count} events of the window" if window and count > 1 else ""
+    return Fields(run, "slip_rate",
+                  event), f" in the largest of {count} events of the window" if window and count > 1 else ""
 
 
 def rupture(run, times, window=None, log=None, wanted=None, years=None):
-    """Of the largest event of a run or of a window slip rate at several times, below them slip with contours of the time of rupture, and the static
-    stress drop."""
+    """Of the largest event of a run or of a window slip rate at several times, below them slip with contours of the
+    time of rupture, and the static stress drop."""
     rates, others = rates_of(run, window)
     missing = [name for name in ("slip", "traction") if name not in run.field_names]
     if missing:
-        raise OutputError(f"{run.path}: field {missing[0]} was not stored; a picture of a rupture needs slip_rate, slip and traction: "
+        raise OutputError(f"{run.path}: field {missing[0]} was not stored; a picture of a rupture needs slip_rate, "
+                          "slip and traction: "
                           "run with -fault_output_fields slip_rate,slip,traction")
     rows = chosen_rows(rates, times)
     clock = Clock(*rates.times[[0, -1]], years)
@@ -211,7 +219,8 @@ def rupture(run, times, window=None, log=None, wanted=None, years=None):
 
 
 def contours_of(broke, clock):
-    """A title that names their interval, and the times of rupture at which there are contours, in the clock's unit. The interval is that of most cells:
+    """A title that names their interval, and the times of rupture at which there are contours, in the clock's unit. The
+    interval is that of most cells:
     few late ones would leave the others without. None where all cells broke at about once."""
     good = broke[np.isfinite(broke)]
     if not len(good) or np.ptp(good) < AT_ONCE * float(clock(clock.origin + clock.span)):
@@ -229,9 +238,11 @@ def draw_result(canvas, layout, run, rates, clock):
     broke = clock(rupture_times(rates))
     blocks = layout.fill(canvas)
     title, levels = contours_of(broke, clock)
-    for k, (fields, values, head) in enumerate(((slip, final - first, title), (drops, drops.outer()[1], drops.kind.title))):
+    for k, (fields, values,
+            head) in enumerate(((slip, final - first, title), (drops, drops.outer()[1], drops.kind.title))):
         norm = Span().see(values).norm(fields.kind)
         artists = layout.draw(blocks[k], values, norm, fields.kind.colours, head, k == 0)
         for plane, axes in zip(layout.planes, blocks[k] if k == 0 and len(levels) else ()):
             plane.contour(axes, plane.values(broke), levels)
-        colour_bar(canvas, artists[0], norm, fields.label, ax=blocks[k], location="bottom", shrink=0.7, aspect=30, pad=0.02)
+        colour_bar(canvas, artists[0], norm, fields.label, ax=blocks[k], location="bottom", shrink=0.7, aspect=30,
+                   pad=0.02)

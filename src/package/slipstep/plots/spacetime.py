@@ -19,15 +19,16 @@ def place(text):
 
 
 def crossing(here, across, at):
-    """[2, n]: from where to where the line at `at` is in triangles with corners [3, n] in its direction and in the other one; ends that are equal
-    where it is not."""
+    """[2, n]: from where to where the line at `at` is in triangles with corners [3, n] in its direction and in the
+    other one; ends that are equal where it is not."""
     low, high = np.full(here.shape[1], np.inf), np.full(here.shape[1], -np.inf)
     for k in range(3):
         begin, end = across[k], across[(k + 1) % 3]
         share = (at - begin) / np.where(end == begin, np.inf, end - begin)
         meets = (np.minimum(begin, end) <= at) & (at <= np.maximum(begin, end))
         for point in (here[k] + share * (here[(k + 1) % 3] - here[k]), np.where(end == at, here[(k + 1) % 3], np.nan)):
-            low, high = (np.where(meets, fold(bound, point), bound) for fold, bound in ((np.fmin, low), (np.fmax, high)))
+            low, high = (np.where(meets, fold(bound, point), bound)
+                         for fold, bound in ((np.fmin, low), (np.fmax, high)))
     none = ~(high - low > SLIVER * np.ptp(here, axis=0))
     return np.where(none, 0.0, np.stack([low, high]))
 
@@ -46,7 +47,8 @@ class Line:
         self.at = 0.5 * (low + high) if at is None else at
         if len(here) == 3:
             if not isinstance(self.at, float):
-                raise OutputError(f"--at is {self.at}, which is known of rectangles only; expected a number of km on a fault of triangles")
+                raise OutputError(f"--at is {self.at}, which is known of rectangles only; expected a number of km on a "
+                                  "fault of triangles")
             here = crossing(here, across, self.at)
             across = np.where(here[1] > here[0], [[low], [high]], np.nan)
         edge = np.unique(across)
@@ -55,7 +57,8 @@ class Line:
         self.weight = across[1] - across[0]
         if isinstance(self.at, float):
             if not low <= self.at <= high:
-                raise OutputError(f"--at is {self.at:g} km, expected a number between {low:g} and {high:g}, where the fault is")
+                raise OutputError(f"--at is {self.at:g} km, expected a number between {low:g} and {high:g}, where "
+                                  "the fault is")
             chosen = (across[0] <= self.at) & (self.at < across[1]) | (across[1] == high) & (self.at == high)
         else:
             chosen = np.ones(here.shape[1], dtype=bool)
@@ -90,12 +93,14 @@ class Line:
     def values(self, maps):
         """[n, intervals] of maps [n, ...]; NaN where the line is in no cell, as in a notch."""
         values = self.plane.values(maps)
-        take = {"max": lambda cells: values[:, cells].max(axis=1), "mean": lambda cells: np.average(values[:, cells], axis=1, weights=self.weight[cells])}.get(
-            self.at, lambda cells: values[:, cells[0]])
+        take = {"max": lambda cells: values[:, cells].max(axis=1),
+                "mean": lambda cells: np.average(values[:, cells], axis=1, weights=self.weight[cells])}.get(
+self.at, lambda cells: values[:, cells[0]])
         return np.stack([take(cells) if len(cells) else np.full(len(values), np.nan) for cells in self.over], axis=1)
 
     def drawn(self, values):
-        """Distances and values [..., intervals] of a curve along the line: through the middles, or of a single cell from end to end."""
+        """Distances and values [..., intervals] of a curve along the line: through the middles, or of a single cell
+        from end to end."""
         return (self.centres, values) if len(self.centres) > 1 else (self.edges, np.repeat(values, 2, axis=-1))
 
 
@@ -115,8 +120,9 @@ def along_line(fields, line):
 
 
 def resample(times, values, count, largest):
-    """Equal columns of a picture between the first and the last time: the largest value within each, so that no event is too
-    short to be seen, and between rows the smaller of both neighbours; or the value at its middle, linear between rows."""
+    """Equal columns of a picture between the first and the last time: the largest value within each, so that no event
+    is too short to be seen, and between rows the smaller of both neighbours; or the value at its middle, linear between
+    rows."""
     bounds = np.linspace(times[0], times[-1], count + 1)
     middle = 0.5 * (bounds[1:] + bounds[:-1])
     right = np.clip(np.searchsorted(times, middle), 1, len(times) - 1)
@@ -137,7 +143,8 @@ def draw_time_ticks(axes, fields, clock):
     gaps = np.diff(fields.times[rows]) / SECONDS[clock.unit]
     digits = max(clock.digits, min(digits_for(gaps[gaps > 0].min()), 4) if (gaps > 0).any() else 0)
     words = [f"{float(clock(time)):.{digits}f}" for time in fields.times[rows]]
-    top.set_xticks(ticks, [word if k == 0 or word != words[k - 1] else "" for k, word in enumerate(words)])  # those of an event may be one
+    # those of an event may be one
+    top.set_xticks(ticks, [word if k == 0 or word != words[k - 1] else "" for k, word in enumerate(words)])
     top.set_xlabel(clock.label)
     top.spines["top"].set_visible(True)
 
@@ -157,7 +164,8 @@ def draw_space_time(axes, fields, line, clock, against, log, wanted):
         bounds, values = resample(rows.astype(float), values, COLUMNS, rate)
     else:
         bounds = np.append(rows, len(rows)) - 0.5
-    image = axes.pcolormesh(bounds, line.edges, values.T, norm=norm, cmap=colour_map(fields.kind.colours), rasterized=True)
+    image = axes.pcolormesh(bounds, line.edges, values.T, norm=norm, cmap=colour_map(fields.kind.colours),
+                            rasterized=True)
     if line.along == "depth":
         axes.invert_yaxis()
     axes.grid(False)
@@ -175,7 +183,8 @@ def space_time(run, names, along="strike", at=None, against="time", window=None,
     fields = [Fields(run, name, window) for name in names]
     short = [field for field in fields if len(field.times) < 2]
     if short:
-        raise OutputError(f"{run.path}: a space-time picture needs two rows of /fields, {short[0].kind.source} has one in this window")
+        raise OutputError(f"{run.path}: a space-time picture needs two rows of /fields, {short[0].kind.source} has one "
+                          "in this window")
     lines = lines_of(run, along, at)
     count = len(lines) * len(fields)
     canvas, axes = plt.subplots(count, 1, figsize=(11, 1.2 + 3.2 * count), layout="constrained", squeeze=False,
@@ -183,7 +192,8 @@ def space_time(run, names, along="strike", at=None, against="time", window=None,
     clock = Clock(fields[0].times[0], fields[0].times[-1], years)
     panels = [(line, field) for line in lines for field in fields]
     for own, (line, field) in zip(axes[:, 0], panels):
-        draw_space_time(own, field, line, clock, against, log and field.name == "slip_rate", wanted if len(fields) == 1 else None)
+        draw_space_time(own, field, line, clock, against, log and field.name == "slip_rate",
+                        wanted if len(fields) == 1 else None)
     axes[-1, 0].set_xlabel(clock.label if against == "time" else "stored step")
     if against == "step":
         draw_time_ticks(axes[0, 0], fields[0], clock)

@@ -18,11 +18,14 @@ def wide(values):
 
 
 def points(rows, x, y):
-    """Places on x in their order, and there the mean and the errors below and above [2, n] of values of y: of several runs their standard deviation, of one its own spread; and the number of runs."""
+    """Places on x in their order, and there the mean and the errors below and above [2, n] of values of y: of several
+    runs their standard deviation, of one its own spread; and the number of runs."""
     places = sorted({row[x] for row in rows})
     groups = [[row for row in rows if row[x] == place] for place in places]
-    errors = [[np.std([row[y] for row in own], ddof=1)] * 2 if len(own) > 1 else [max(row[y] - row["low"], 0), max(row["high"] - row[y], 0)] for own in groups for row in own[:1]]
-    return places, np.array([np.mean([row[y] for row in own]) for own in groups]), np.array(errors).T, max(map(len, groups))
+    errors = [[np.std([row[y] for row in own], ddof=1)] * 2 if len(own) > 1
+              else [max(row[y] - row["low"], 0), max(row["high"] - row[y], 0)] for own in groups for row in own[:1]]
+    return places, np.array([np.mean([row[y] for row in own])
+                             for own in groups]), np.array(errors).T, max(map(len, groups))
 
 
 def named(name, unit):
@@ -30,14 +33,17 @@ def named(name, unit):
 
 
 def figure(rows, x, y, by=None, units=(), spreads=None):
-    """A line for each value of `by`; runs without a number of y are left out, and the title says how many. units: of x, y and by, by their names; spreads: from and to of y in each row, or None."""
+    """A line for each value of `by`; runs without a number of y are left out, and the title says how many. units: of x,
+    y and by, by their names; spreads: from and to of y in each row, or None."""
     use_style()
     units = dict(units)
     spreads = spreads or [None] * len(rows)
-    shown = [{**row, "low": (between or (row[y],))[0], "high": (between or (row[y],))[-1]} for row, between in zip(rows, spreads) if number(row[y])]
+    shown = [{**row, "low": (between or (row[y],))[0], "high": (between or (row[y],))[-1]}
+             for row, between in zip(rows, spreads) if number(row[y])]
     if units.get(y) == "s" and shown:  # in the unit that fits
         name = unit_of(max(abs(row[y]) for row in shown))
-        shown, units[y] = [{**row, **{key: row[key] / SECONDS[name] for key in (y, "low", "high")}} for row in shown], NAMES[name]
+        shown, units[y] = [{**row, **{key: row[key] / SECONDS[name] for key in (y, "low", "high")}}
+                           for row in shown], NAMES[name]
     canvas, axes = plt.subplots(figsize=(7, 4.4), layout="constrained")
     texts = None if all(number(row[x]) for row in rows) else sorted({str(row[x]) for row in rows})
     if texts:
@@ -53,8 +59,10 @@ def figure(rows, x, y, by=None, units=(), spreads=None):
             continue
         places, mean, errors, several = points(own, x, y)
         most = max(most, several)
-        axes.errorbar(places, mean, yerr=errors if errors.any() else None, color=shade(0.9 * k / max(len(lines) - 1, 1)), marker=MARKERS[k % len(MARKERS)], markersize=5, capsize=4, elinewidth=1.2,
-                      linestyle="" if texts else "-", label=f"{line:g}" if number(line) else str(line))
+        axes.errorbar(places, mean, yerr=errors if errors.any() else None,
+                      color=shade(0.9 * k / max(len(lines) - 1, 1)), marker=MARKERS[k % len(MARKERS)], markersize=5,
+                      capsize=4, elinewidth=1.2, linestyle="" if texts else "-", label=f"{line:g}" if number(line)
+                      else str(line))
     if shown and not texts and wide([row[x] for row in shown]):
         axes.set_xscale("log")
     if shown and wide([row[y] for row in shown]):
@@ -62,6 +70,8 @@ def figure(rows, x, y, by=None, units=(), spreads=None):
     if by:
         axes.legend(title=named(by, units.get(by)), loc="upper left", bbox_to_anchor=(1.0, 1.0))
     missing = len(rows) - len(shown)
-    bars = f"; mean and standard deviation of up to {most}" if most > 1 else "; bars: spread of each number" if any(row["low"] < row["high"] for row in shown) else ""
-    axes.set(xlabel=named(x, "" if texts else units.get(x)), ylabel=named(y, units.get(y)), title=f"{len(shown)} runs" + (f", {missing} without a number" if missing else "") + bars)
+    bars = (f"; mean and standard deviation of up to {most}" if most > 1 else "; bars: spread of each number"
+            if any(row["low"] < row["high"] for row in shown) else "")
+    axes.set(xlabel=named(x, "" if texts else units.get(x)), ylabel=named(y, units.get(y)),
+             title=f"{len(shown)} runs" + (f", {missing} without a number" if missing else "") + bars)
     return canvas

@@ -9,8 +9,9 @@ FINEST = 1e-4  # s, of digits
 
 
 def titles_of(run, times, clock, named=True):
-    """Each time [s] in words, in any order. Those of a part of a long run count from the clock's origin, which is named (named: unless that stands elsewhere);
-    those too close for its unit, as in an event, count from the event's begin: "64.007629 years + 12.31 s"."""
+    """Each time [s] in words, in any order. Those of a part of a long run count from the clock's origin, which is named
+    (named: unless that stands elsewhere); those too close for its unit, as in an event, count from the event's begin:
+    "64.007629 years + 12.31 s"."""
     order = np.sort(times)
     gaps, size = np.diff(order), SECONDS[clock.unit]
     usual = clock.span / max(len(gaps), 1)
@@ -37,5 +38,6 @@ def close(times, starts):
         own = units == unit
         gaps = np.diff(np.unique(away[own])) / SECONDS[unit]
         digits = max(2, digits_for(gaps.min()) if len(gaps) else 0)
-        words[own] = [f"{name} {'−' if time < 0 else '+'} {abs(time) / SECONDS[unit]:.{digits}f} {NAMES[unit]}" for time in away[own]]
+        words[own] = [f"{name} {'−' if time < 0 else '+'} {abs(time) / SECONDS[unit]:.{digits}f} {NAMES[unit]}"
+                      for time in away[own]]
     return words

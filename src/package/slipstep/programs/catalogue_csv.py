@@ -1,10 +1,12 @@
-"""The catalogue of a run as CSV: a line of names with units, then a line an event, numbers to their last bit. What has a number
-for each of several faults is a column for each label: "fault_moment 7 [N m]".
+"""The catalogue of a run as CSV: a line of names with units, then a line an event, numbers to their last bit. What has
+a number for each of several faults is a column for each label: "fault_moment 7 [N m]".
 
-    output/catalogue_csv.py EVENTS.h5 [OUT.csv]
-    output/catalogue_csv.py EVENTS.h5 [OUT.csv] --csep --origin 13.3 42.5 [--start 2000-01-01]    the columns that pyCSEP reads
+    slipstep catalogue-csv EVENTS.h5 [OUT.csv]
+    slipstep catalogue-csv EVENTS.h5 [OUT.csv] --csep --origin 13.3 42.5 [--start 2000-01-01]
+            the columns that pyCSEP reads
 
-Without OUT.csv it goes to standard output. A catalogue that is still written, EVENTS.h5.part, is read up to its last whole row.
+Without OUT.csv it goes to standard output. A catalogue that is still written, EVENTS.h5.part, is read up to its last
+whole row.
 """
 
 import argparse
@@ -19,7 +21,8 @@ from ..results.catalogue import Catalogue
 from ..results.files import replacing
 
 # These first, as people read them; all others follow.
-FIRST = ("onset", "end", "magnitude", "fault", "x", "y", "z", "mean_slip", "max_slip", "rake", "area", "moment", "stress_drop", "peak_slip_rate")
+FIRST = ("onset", "end", "magnitude", "fault", "x", "y", "z", "mean_slip", "max_slip", "rake", "area", "moment",
+         "stress_drop", "peak_slip_rate")
 
 
 def columns(catalogue):
@@ -50,15 +53,17 @@ def write_csep(catalogue, file, origin, at, start):
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(("lon", "lat", "M", "time_string", "depth", "catalog_id", "event_id"))
     for number, (lon, lat, magnitude, when, depth) in enumerate(zip(*columns), 1):
-        writer.writerow((f"{lon:.6f}", f"{lat:.6f}", f"{magnitude:.4f}", when.isoformat(timespec="microseconds"), f"{depth:.4f}", 0, number))
+        writer.writerow((f"{lon:.6f}", f"{lat:.6f}", f"{magnitude:.4f}", when.isoformat(timespec="microseconds"),
+                         f"{depth:.4f}", 0, number))
 
 
 @one_line
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("catalogue", metavar="EVENTS", help="file of -fault_catalogue")
     parser.add_argument("output", metavar="OUT", nargs="?", help="file to write; default: standard output")
-    parser.add_argument("--csep", action="store_true", help="write the columns lon, lat, M, time_string, depth, catalog_id, event_id that pyCSEP reads")
+    parser.add_argument("--csep", action="store_true", help="write the columns lon, lat, M, time_string, depth, "
+                                                            "catalog_id, event_id that pyCSEP reads")
     add_arguments(parser)
     options = parser.parse_args()
     if options.csep:
@@ -67,7 +72,8 @@ def main():
         parser.error("--origin and --origin-at are for --csep")
 
     def write_rows(file):
-        write_csep(catalogue, file, options.origin, options.origin_at, options.start) if options.csep else write(catalogue, file)
+        write_csep(catalogue, file, options.origin, options.origin_at,
+                   options.start) if options.csep else write(catalogue, file)
 
     catalogue = Catalogue(options.catalogue)
     catalogue.warn()

@@ -1,9 +1,10 @@
-"""The catalogue of a run as QuakeML 1.2: an event each with its origin, moment magnitude, scalar moment, and the plane and rake of its slip.
+"""The catalogue of a run as QuakeML 1.2: an event each with its origin, moment magnitude, scalar moment, and the plane
+and rake of its slip.
 
-    output/catalogue_quakeml.py EVENTS.h5 OUT.xml --origin 13.3 42.5 [--start 2000-01-01]
+    slipstep catalogue-quakeml EVENTS.h5 OUT.xml --origin 13.3 42.5 [--start 2000-01-01]
 
-ObsPy and other programs of seismology read it. Angles are those of the cell where the event began. A catalogue that is still written,
-EVENTS.h5.part, is read up to its last whole row.
+ObsPy and other programs of seismology read it. Angles are those of the cell where the event began. A catalogue that is
+still written, EVENTS.h5.part, is read up to its last whole row.
 """
 
 import argparse
@@ -36,7 +37,8 @@ def tree(catalogue, origin, at, start):
     """The document, an event for each row of the catalogue (QuakeML-BED-1.2, Euchner and Schorlemmer 2013)."""
     ElementTree.register_namespace("q", QUAKEML)
     root = ElementTree.Element(f"{{{QUAKEML}}}quakeml", {"xmlns": BED})
-    name = "".join(c if c.isalnum() or c in "-_." else "_" for c in os.path.splitext(os.path.basename(catalogue.path))[0])
+    name = "".join(c if c.isalnum() or c in "-_." else "_"
+                   for c in os.path.splitext(os.path.basename(catalogue.path))[0])
     prefix = f"smi:local/{name}"
     parameters = add(root, "eventParameters", publicID=prefix)
     cells, when = first_cells(catalogue), dates(catalogue, start)
@@ -46,7 +48,8 @@ def tree(catalogue, origin, at, start):
     for k in range(catalogue.count):
         event = add(parameters, "event", publicID=f"{prefix}/event/{k + 1}")
         ids = {kind: f"{prefix}/{kind}/{k + 1}" for kind in ("origin", "magnitude", "mechanism", "tensor")}
-        for kind, tag in (("origin", "preferredOriginID"), ("magnitude", "preferredMagnitudeID"), ("mechanism", "preferredFocalMechanismID")):
+        for kind, tag in (("origin", "preferredOriginID"), ("magnitude", "preferredMagnitudeID"),
+                          ("mechanism", "preferredFocalMechanismID")):
             add(event, tag, ids[kind])
         add(event, "type", "earthquake")
         add(add(event, "description"), "text", f"event {k + 1} of the simulation {os.path.basename(catalogue.path)}")
@@ -76,7 +79,7 @@ def tree(catalogue, origin, at, start):
 
 @one_line
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("catalogue", metavar="EVENTS", help="file of -fault_catalogue")
     parser.add_argument("output", metavar="OUT", help="file to write")
     add_arguments(parser)

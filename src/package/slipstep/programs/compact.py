@@ -1,9 +1,9 @@
 """Copy an output file without its fields and with few rows, small enough to keep under version control.
 
-    output/compact.py IN.h5 OUT.h5 [--rows 500]
+    slipstep compact IN.h5 OUT.h5 [--rows 500]
 
-/series and /steps keep every k-th row and the last one; /result and /run are kept whole, of /mesh the cell centres. /run gets
-the attribute "rows_kept_every" with k, since the rows of /steps then no longer add up to /result.
+/series and /steps keep every k-th row and the last one; /result and /run are kept whole, of /mesh the cell centres.
+/run gets the attribute "rows_kept_every" with k, since the rows of /steps then no longer add up to /result.
 """
 
 import argparse

@@ -1,9 +1,10 @@
 """Compare runs of one fault under different controllers: a table, and a figure.
 
-    output/compare.py --reference FINE.h5 --figure OUT.png rl=output/rl.h5 heuristic=output/heuristic.h5
+    slipstep compare --reference FINE.h5 --figure OUT.png rl=output/rl.h5 heuristic=output/heuristic.h5
 
 Each run is LABEL=FILE or FILE. Errors are those of the final mean slip and of the mean slip at any time, over the final
-one. The slip-rate map is that of the first run. The reference is such an output file too, of a run with much smaller steps on the same mesh.
+one. The slip-rate map is that of the first run. The reference is such an output file too, of a run with much smaller
+steps on the same mesh.
 """
 
 import argparse
@@ -14,7 +15,8 @@ from ..modules import need, one_line
 need("h5py", "numpy", "matplotlib")
 from ..errors import OutputError
 from ..plots.maps import draw_map
-from ..plots.panels import RUN_STYLES, draw_reference, draw_series, draw_steps, legend_above, legend_of_dots, log_scale, plt, use_style
+from ..plots.panels import (RUN_STYLES, draw_reference, draw_series, draw_steps, legend_above, legend_of_dots,
+                            log_scale, plt, use_style)
 from ..results.course import Course, from_start, history, passage
 from ..results.run import Run
 from ..times import Clock
@@ -36,15 +38,17 @@ def load(argument):
     """(label, Run) of LABEL=FILE; the label of a bare file is its name."""
     label, equals, path = argument.partition("=")
     run = Run(path if equals else argument)
-    run.require_fault("compare.py")
+    run.require_fault("a comparison")
     run.warn()
-    return (label if equals else os.path.splitext(os.path.basename(argument))[0]) + ("" if run.complete else " (unfinished)"), run
+    return ((label if equals else os.path.splitext(os.path.basename(argument))[0])
+            + ("" if run.complete else " (unfinished)"), run)
 
 
 def check_same_case(run, reference):
     """A reference for another mesh or duration would make every error meaningless."""
     if run.shape != reference.shape:
-        raise OutputError(f"{run.path} has {run.shape} cells (depth, strike) but the reference {reference.path} has {reference.shape}")
+        raise OutputError(f"{run.path} has {run.shape} cells (depth, strike) but the reference {reference.path} has "
+                          f"{reference.shape}")
     for axis, mine, theirs in zip("xz", run.axes, reference.axes):
         if abs(mine - theirs).max() > 1e-6 * abs(theirs).max():
             raise OutputError(f"{run.path} and the reference {reference.path} differ in the cell centres {axis}")
@@ -87,15 +91,19 @@ def cost(run):
 
 def table(runs, reference):
     """The comparison as lines of text."""
-    heads = ["controller", "accepted", "rejected", "Bathe solves", "products", "cost (s)", "wall time (s)", "final mean slip (m)", "error (%)", "largest over time (%)", "half of it at (s)"]
-    rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]), products(run), cost(run),
-             f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
-             *((f"{100 * slip_error(run, reference):+.2f}", f"{100 * history_error(run, reference):.2f}") if reference and run.complete else ("-", "-")), f"{half_slip_time(run):.2f}"] for label, run in runs]
+    heads = ["controller", "accepted", "rejected", "Bathe solves", "products", "cost (s)", "wall time (s)",
+             "final mean slip (m)", "error (%)", "largest over time (%)", "half of it at (s)"]
+    rows = [[label, str(run.result["accepted"]), str(run.result["rejected"]), str(run.result["solves"]), products(run),
+             cost(run), f"{run.result['wall_time_solve']:.2f}", f"{run.result['mean_slip']:.5f}",
+             *((f"{100 * slip_error(run, reference):+.2f}", f"{100 * history_error(run, reference):.2f}") if reference
+               and run.complete else ("-", "-")), f"{half_slip_time(run):.2f}"] for label, run in runs]
     if reference:
         rows.append(["reference", str(reference.result["accepted"]), str(reference.result["rejected"]),
-                     str(reference.result["solves"]), products(reference), cost(reference), "-", f"{reference.result['mean_slip']:.5f}", "", "", f"{half_slip_time(reference):.2f}"])
+                     str(reference.result["solves"]), products(reference), cost(reference), "-",
+                     f"{reference.result['mean_slip']:.5f}", "", "", f"{half_slip_time(reference):.2f}"])
     widths = [max(len(row[i]) for row in [heads] + rows) for i in range(len(heads))]
-    line = lambda row: "  ".join(c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths))).rstrip()
+    line = lambda row: "  ".join(c.ljust(w) if i == 0 else c.rjust(w)
+                                 for i, (c, w) in enumerate(zip(row, widths))).rstrip()
     return [line(heads), "  ".join("-" * w for w in widths)] + [line(row) for row in rows]
 
 

@@ -1,13 +1,16 @@
-"""Slip models and patches of faults of other programs to files for fault and elastic, and back; it says what it understood.
+"""Slip models and patches of faults of other programs to files for fault and elastic, and back; it says what it
+understood.
 
-    output/convert.py s1992LANDER01COHE.fsp                                  # only says it
-    output/convert.py s1992LANDER01COHE.fsp slip.h5 [--figure slip.png]      # cells and slip, for elastic, -fault_mesh and surface.py
-    output/convert.py slip.h5 back.fsp                                       # and back
-    output/convert.py model.fsp --receivers faults.h5 --stress change.h5     # what its slip does to other faults
+    slipstep convert s1992LANDER01COHE.fsp                                  # only says it
+    slipstep convert s1992LANDER01COHE.fsp slip.h5 [--figure slip.png]      # cells and slip, for elastic, -fault_mesh
+                                                                            # and slipstep surface
+    slipstep convert slip.h5 back.fsp                                       # and back
+    slipstep convert model.fsp --receivers faults.h5 --stress change.h5     # what its slip does to other faults
 
-IN: .fsp of SRCMOD and the USGS, .param of the USGS, .srf, .inp of Coulomb, .in of HBI and of interact (geom.in), Input_BulkFaultGeometry.txt of
-Quake-DFN, parameter.txt of PyQuake3D, .geojson of traces with dip and depths, .xyz and .grd of depths, meshes (.msh, .ts, .stl, .obj, .h5), .h5 of this program,
-of a run or of a catalogue with maps. OUT: .h5, .fsp, .srf. Nothing is written where a file is refused.
+IN: .fsp of SRCMOD and the USGS, .param of the USGS, .srf, .inp of Coulomb, .in of HBI and of interact (geom.in),
+Input_BulkFaultGeometry.txt of Quake-DFN, parameter.txt of PyQuake3D, .geojson of traces with dip and depths, .xyz and
+.grd of depths, meshes (.msh, .ts, .stl, .obj, .h5), .h5 of this program, of a run or of a catalogue with maps. OUT:
+.h5, .fsp, .srf. Nothing is written where a file is refused.
 """
 
 import argparse
@@ -46,7 +49,8 @@ def shifted(model):
 
 
 def grounded(model):
-    """Rectangles of faults whose upper edge is above the ground by no more than the digits of their file, moved down to it."""
+    """Rectangles of faults whose upper edge is above the ground by no more than the digits of their file, moved down to
+    it."""
     if model.triangles is not None:
         return
     top = model.corners[..., 2].min(axis=1)
@@ -63,7 +67,8 @@ def timed(model, options):
     """Rupture and rise times that the file does not have."""
     model.step = options.step
     if model.slip is not None and options.rupture_speed and "rupture_time" not in model.columns:
-        model.columns["rupture_time"] = (np.linalg.norm(model.cells[:, :3] - model.hypocentre(), axis=1) / options.rupture_speed, "s")
+        model.columns["rupture_time"] = (np.linalg.norm(model.cells[:, :3] - model.hypocentre(), axis=1)
+                                         / options.rupture_speed, "s")
     if model.slip is not None and options.rise_time and "rise_time" not in model.columns:
         model.columns["rise_time"] = (np.full(len(model.cells), options.rise_time), "s")
 
@@ -71,7 +76,8 @@ def timed(model, options):
 def of_rigidity(model, given):
     """The model with the rigidity [Pa] of --rigidity in place of its own."""
     if given == "header" and not (model.slip is not None and model.potency > 0 and model.claims.get("moment")):
-        raise Error(f"--rigidity is header, but {model.path} has no slip, or no moment in a header: expected a number of Pa")
+        raise Error(f"--rigidity is header, but {model.path} has no slip, or no moment in a header: expected a "
+                    "number of Pa")
     model.options["shear_modulus"] = model.claims["moment"] / model.potency if given == "header" else given
     model.layers = None
     for name in ("rigidity", "moment"):
@@ -105,7 +111,8 @@ def write(model, path, points):
         raise Error(f"{model.path} does not say where it is on the Earth, expected --origin LON LAT of x = y = 0")
     missing = [name for name in ("rupture_time", "rise_time") if name not in model.columns and model.rates is None]
     if ending == ".srf" and missing:
-        raise Error(f"{model.path} has no {missing[0]} of its cells, expected " + ("--rupture-speed M/S" if missing[0] == "rupture_time" else "--rise-time S"))
+        raise Error(f"{model.path} has no {missing[0]} of its cells, expected "
+                    + ("--rupture-speed M/S" if missing[0] == "rupture_time" else "--rise-time S"))
     with replacing(path, model.path) as part, open(part, "w", encoding="utf-8") as file:
         WRITERS[ending](model, file)
 
@@ -120,23 +127,27 @@ def receivers_of(options, model):
         model.remarks.append(f"x = y = 0 of {options.receivers} is taken to be that of the frame")
     away = np.hypot(*(np.median(receivers.cells[:, :2], axis=0) - np.median(model.cells[:, :2], axis=0)))
     if away > FALSE_POINT:
-        warn(f"the cells of {options.receivers} are {away / 1e3:.0f} km from those of {options.input}, as where x and y are of a map projection (UTM) whose origin is elsewhere: expected one frame")
+        warn(f"the cells of {options.receivers} are {away / 1e3:.0f} km from those of {options.input}, as where x and "
+             "y are of a map projection (UTM) whose origin is elsewhere: expected one frame")
     mine, theirs = ((p.origin, p.kind) if p else None for p in (model.projection, receivers.projection))
     if mine and theirs and mine != theirs:
-        raise Error(f"{options.receivers} has the frame {receivers.projection.words} and {model.path} {model.projection.words}, expected one: --origin LON LAT")
+        raise Error(f"{options.receivers} has the frame {receivers.projection.words} and {model.path} "
+                    f"{model.projection.words}, expected one: --origin LON LAT")
     return receivers
 
 
 def stress_on(model, receivers, options):
     """Changes of shear and normal stress [Pa] on the receivers' cells, written to a file."""
     if model.slip is None or not np.any(model.slip):
-        raise Error(f"{model.path} has no slip{' in any cell' if model.slip is not None else ''}, expected a slip model for --stress")
+        raise Error(f"{model.path} has no slip{' in any cell' if model.slip is not None else ''}, expected a slip "
+                    "model for --stress")
     source = Source(model.path, model.cells, model.rake, model.slip, *model.rock(), "slip", None, model.triangles)
     shear, normal = Elastic(source).tractions(receivers.cells, receivers.rake)
     if options.background:
         depth = receivers.cells[:, 2]
         fields = {name: at_ground + gradient * depth + change for name, at_ground, gradient, change in
-                  zip(("initial_traction", "normal_stress"), options.background, options.background_gradient or (0.0, 0.0), (shear, normal))}
+                  zip(("initial_traction", "normal_stress"), options.background,
+                      options.background_gradient or (0.0, 0.0), (shear, normal))}
         fields["rake"] = receivers.rake
         check_fields("--background", fields)
     else:
@@ -167,28 +178,43 @@ def check(parser, options):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("input", metavar="IN", help="file to read")
-    parser.add_argument("output", metavar="OUT", nargs="?", help="file to write, .h5, .fsp or .srf; none: only says what it understood")
+    parser.add_argument("output", metavar="OUT", nargs="?",
+                        help="file to write, .h5, .fsp or .srf; none: only says what it understood")
     parser.add_argument("--format", choices=tuple(READERS), help="kind of IN (by its name)")
-    parser.add_argument("--origin", nargs=2, type=float, metavar=("LON", "LAT"), help="longitude and latitude [degrees] of x = y = 0 (hypocentre or middle of the file)")
-    parser.add_argument("--projection", default=TMERC, metavar="P", help="tmerc (default), transverse Mercator about the origin by PROJ; sphere; or a coordinate system of PROJ, as EPSG:32611")
+    parser.add_argument("--origin", nargs=2, type=float, metavar=("LON", "LAT"),
+                        help="longitude and latitude [degrees] of x = y = 0 (hypocentre or middle of the file)")
+    parser.add_argument("--projection", default=TMERC, metavar="P", help="tmerc (default), transverse Mercator about "
+                        "the origin by PROJ; sphere; or a coordinate "
+                        "system of PROJ, as EPSG:32611")
     parser.add_argument("--rake", type=float, metavar="DEGREES", help="rake where the file has none")
-    parser.add_argument("--rigidity", type=rigidity, metavar="PA", help="of the rock, or header: that by which the slip has the moment of the header (what the file says, else 30e9)")
-    parser.add_argument("--rupture-speed", type=float, metavar="M/S", help="of .srf, where IN has no rupture times: they are distances from the hypocentre over it")
+    parser.add_argument("--rigidity", type=rigidity, metavar="PA", help="of the rock, or header: that by which the "
+                        "slip has the moment of the header (what the "
+                        "file says, else 30e9)")
+    parser.add_argument("--rupture-speed", type=float, metavar="M/S",
+                        help="of .srf, where IN has no rupture times: they are distances from the hypocentre over it")
     parser.add_argument("--rise-time", type=float, metavar="S", help="of .srf, where IN has none")
     parser.add_argument("--step", type=float, default=0.1, metavar="S", help="of slip rates in .srf, at most (0.1)")
-    parser.add_argument("--unit", choices=("m", "km"), help="of lengths in files that do not say it: interact, meshes, depths in a grid (km)")
+    parser.add_argument("--unit", choices=("m", "km"),
+                        help="of lengths in files that do not say it: interact, meshes, depths in a grid (km)")
     parser.add_argument("--mesh", metavar="FILE", help="of PyQuake3D (the one beside parameter.txt)")
     parser.add_argument("--event", metavar="N", help="of a catalogue: number from 1 on, or largest (default)")
-    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="of a run (all of it): seconds, or numbers with s, min, h, d, y")
-    parser.add_argument("--shift", action="store_true", help="move cells that rise above the ground down, all by the same")
-    parser.add_argument("--receivers", metavar="FILE", help="file of cells of other faults, which IN's slip changes the stress of: elastic computes at their centres in place of IN's")
-    parser.add_argument("--stress", metavar="OUT.h5", help="write that change: shear along the rakes of --receivers, normal (compression) and coulomb [Pa], a row for each cell")
+    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"),
+                        help="of a run (all of it): seconds, or numbers with s, min, h, d, y")
+    parser.add_argument("--shift", action="store_true",
+                        help="move cells that rise above the ground down, all by the same")
+    parser.add_argument("--receivers", metavar="FILE", help="file of cells of other faults, which IN's slip changes "
+                        "the stress of: elastic computes at their centres in "
+                        "place of IN's")
+    parser.add_argument("--stress", metavar="OUT.h5", help="write that change: shear along the rakes of --receivers, "
+                                                           "normal (compression) and coulomb [Pa], a row for each cell")
     parser.add_argument("--friction", type=float, default=0.4, metavar="MU", help="of the Coulomb stress (0.4)")
-    parser.add_argument("--background", nargs=2, type=float, metavar=("SHEAR", "NORMAL"), help="stress [Pa] before: in place of the change --stress has the sum of both, "
+    parser.add_argument("--background", nargs=2, type=float, metavar=("SHEAR", "NORMAL"),
+                        help="stress [Pa] before: in place of the change --stress has the sum of both, "
                         "initial_traction and normal_stress, and rake, for -fault_parameters")
-    parser.add_argument("--background-gradient", nargs=2, type=float, metavar=("SHEAR", "NORMAL"), help="by which the background grows with depth [Pa/m]: --background is that at the ground")
+    parser.add_argument("--background-gradient", nargs=2, type=float, metavar=("SHEAR", "NORMAL"),
+                        help="by which the background grows with depth [Pa/m]: --background is that at the ground")
     parser.add_argument("--figure", metavar="PNG", help="picture of the cells and their slip")
     options = parser.parse_intermixed_args()  # options may be between IN and OUT
     check(parser, options)
@@ -202,7 +228,8 @@ def main():
     def at(lon, lat):
         return Projection(options.origin or (lon, lat), options.projection)
 
-    model = read(options.input, at, options.format, options.rake, options.unit, options.mesh, event=options.event, window=options.window, step=options.step)
+    model = read(options.input, at, options.format, options.rake, options.unit, options.mesh, event=options.event,
+                 window=options.window, step=options.step)
     if options.origin and model.projection is None:
         model.projection = Projection(options.origin, options.projection)
     if options.shift:
@@ -221,7 +248,8 @@ def main():
             print(f"{'note:':<20}fault refuses these cells: {words}")
     if options.stress:
         shear, normal = stress_on(model, receivers, options)
-        print(f"{'stress:':<20}on {len(shear)} cells of {options.receivers}: shear {said.span(shear, 1e6, 4)} MPa, normal {said.span(normal, 1e6, 4)} MPa, written to {options.stress}")
+        print(f"{'stress:':<20}on {len(shear)} cells of {options.receivers}: shear {said.span(shear, 1e6, 4)} MPa, "
+              f"normal {said.span(normal, 1e6, 4)} MPa, written to {options.stress}")
     if options.figure:
         from ..plots.model import draw
         draw(model).savefig(options.figure)

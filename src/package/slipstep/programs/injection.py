@@ -2,8 +2,9 @@
 
     slipstep injection RUN.h5 EVENTS.h5 [--pressure PRESSURE.h5] [--figure OUT.png] [--csv OUT.csv]
 
-The seismic moment is the sum of the catalogue's events, the moment of all that slipped between their onsets and ends. The total is that of all slip since the start, and the rest is
-aseismic. The pressure is that of the file of -fault_pore_pressure, or of the run's field pore_pressure.
+The seismic moment is the sum of the catalogue's events, the moment of all that slipped between their onsets and ends.
+The total is that of all slip since the start, and the rest is aseismic. The pressure is that of the file of
+-fault_pore_pressure, or of the run's field pore_pressure.
 """
 
 import argparse
@@ -26,7 +27,8 @@ from ..times import Clock, written
 
 
 def moments(run, events):
-    """Times [s], total moments since the start and those of events that have ended or go on [N m], at every step. Slip counts by its amount, fault by fault."""
+    """Times [s], total moments since the start and those of events that have ended or go on [N m], at every step. Slip
+    counts by its amount, fault by fault."""
     if "moment" not in run.series:
         raise OutputError(f"{run.path}: no /series/moment; expected a run of SlipStep 0.4 or later")
     time = run.series["time"]
@@ -35,7 +37,8 @@ def moments(run, events):
     order = np.argsort(events["onset"])
     for onset, end, moment in zip(events["onset"][order], events["end"][order], events["moment"][order]):
         inside = np.interp([onset, end], time, total)
-        grown = np.clip((np.interp(np.clip(time, onset, end), time, total) - inside[0]) / (inside[1] - inside[0]) if inside[1] > inside[0] else (time >= end).astype(float), 0, 1)
+        grown = np.clip((np.interp(np.clip(time, onset, end), time, total) - inside[0]) / (inside[1] - inside[0])
+                        if inside[1] > inside[0] else (time >= end).astype(float), 0, 1)
         seismic += np.abs(moment) * grown
     return time, total, seismic
 
@@ -59,17 +62,21 @@ def figure(run, events, pressure, course):
     use_style()
     time, total, seismic = course
     clock = Clock(0.0, float(time[-1]), None)
-    canvas, panels = plt.subplots(3 if pressure else 2, 1, figsize=(9, 7.6 if pressure else 5.4), layout="constrained", sharex=True)
+    canvas, panels = plt.subplots(3 if pressure else 2, 1, figsize=(9, 7.6 if pressure else 5.4), layout="constrained",
+                                  sharex=True)
     if pressure:
         panels[0].plot(clock(pressure[0]), pressure[1] / 1e6, color=RUN_STYLES[0]["color"])
-        panels[0].set(title="Largest pore pressure", ylabel="pressure (MPa)", ylim=(min(0, float(pressure[1].min()) / 1e6), None))
+        panels[0].set(title="Largest pore pressure", ylabel="pressure (MPa)",
+                      ylim=(min(0, float(pressure[1].min()) / 1e6), None))
     middle, last = panels[-2], panels[-1]
     known = np.isfinite(events["magnitude"])
     if known.any():
         size = events["magnitude"][known]
         bottom = np.floor(2 * size.min() - 0.2) / 2
-        middle.vlines(clock(events["onset"][known]), bottom, size, color=RUN_STYLES[0]["color"], linewidth=0.8, alpha=0.7)
-        middle.plot(clock(events["onset"][known]), size, linestyle="", marker="o", markersize=4, color=RUN_STYLES[0]["color"], markeredgewidth=0)
+        middle.vlines(clock(events["onset"][known]), bottom, size, color=RUN_STYLES[0]["color"], linewidth=0.8,
+                      alpha=0.7)
+        middle.plot(clock(events["onset"][known]), size, linestyle="", marker="o", markersize=4,
+                    color=RUN_STYLES[0]["color"], markeredgewidth=0)
         middle.set_ylim(bottom, size.max() + 0.3)
     count = len(events["onset"])
     middle.set(title=f"{count or 'No'} event{'s' * (count != 1)}", ylabel="moment magnitude")
@@ -77,7 +84,8 @@ def figure(run, events, pressure, course):
     last.plot(clock(time), seismic, color=RUN_STYLES[0]["color"], label="events")
     last.fill_between(clock(time), seismic, total, color="0.85", linewidth=0, label="aseismic")
     share = seismic[-1] / total[-1] if total[-1] > 0 else 0.0
-    last.set(title=f"Moment, {100 * share:.3g} % seismic", ylabel="moment (N m)", xlabel=clock.label, xlim=(0, float(clock(clock.span))), ylim=(0, None))
+    last.set(title=f"Moment, {100 * share:.3g} % seismic", ylabel="moment (N m)", xlabel=clock.label,
+             xlim=(0, float(clock(clock.span))), ylim=(0, None))
     last.legend(loc="upper left")
     return canvas
 
@@ -87,7 +95,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("run", metavar="RUN", help="output file of the run")
     parser.add_argument("catalogue", metavar="EVENTS", help="its catalogue of events")
-    parser.add_argument("--pressure", metavar="FILE", help="that of -fault_pore_pressure (default: the run's field pore_pressure)")
+    parser.add_argument("--pressure", metavar="FILE",
+                        help="that of -fault_pore_pressure (default: the run's field pore_pressure)")
     parser.add_argument("--csv", metavar="OUT", help="table to write, default RUN_injection.csv")
     parser.add_argument("--figure", metavar="OUT", help="picture to write, default RUN_injection.png")
     options = parser.parse_args()
@@ -107,13 +116,17 @@ def main():
             writer.writerow([repr(value) for value in row])
     figure(run, events, pressure, (time, total, seismic)).savefig(picture)
     share = seismic[-1] / total[-1] if total[-1] > 0 else 0.0
-    print(f"{len(events['onset'])} event{'s' * (len(events['onset']) != 1)}" + (f", the largest M {np.nanmax(events['magnitude']):.2f}, the first at {written(float(events['onset'].min()))}" if len(events["onset"]) else ""))
+    print(f"{len(events['onset'])} event{'s' * (len(events['onset']) != 1)}"
+          + (f", the largest M {np.nanmax(events['magnitude']):.2f}, the first at "
+             f"{written(float(events['onset'].min()))}" if len(events["onset"]) else ""))
     if pressure:
-        print(f"Largest pressure: {pressure[1].max() / 1e6:.4g} MPa at {written(float(pressure[0][pressure[1].argmax()]))}")
+        print(f"Largest pressure: {pressure[1].max() / 1e6:.4g} MPa at "
+              f"{written(float(pressure[0][pressure[1].argmax()]))}")
     else:
         print("Pressure: unknown; --pressure FILE, or -fault_output_fields with pore_pressure")
     if not total[-1] > 0:
         print(f"Moment: nothing has slipped\nTable: {table}\nFigure: {picture}")
         return
-    print(f"Moment: {total[-1]:.4g} N m (M {magnitude(total[-1]):.2f}), seismic {seismic[-1]:.4g} N m ({100 * share:.3g} %), aseismic {total[-1] - seismic[-1]:.4g} N m ({100 * (1 - share):.3g} %)\n"
+    print(f"Moment: {total[-1]:.4g} N m (M {magnitude(total[-1]):.2f}), seismic {seismic[-1]:.4g} N m "
+          f"({100 * share:.3g} %), aseismic {total[-1] - seismic[-1]:.4g} N m ({100 * (1 - share):.3g} %)\n"
           f"Table: {table}\nFigure: {picture}")

@@ -1,10 +1,11 @@
 """The moment-rate function of an event: a table as CSV, and a picture.
 
-    output/moment_rate.py RUN.h5 --catalogue EVENTS.h5 [--event largest] [--csv OUT.csv] [--figure OUT.png]
-    output/moment_rate.py RUN.h5 --window 96.4y 96.4y+30s --usgs OUT.mr [--step 0.1]      and the file of source time functions of the USGS
+    slipstep moment-rate RUN.h5 --catalogue EVENTS.h5 [--event largest] [--csv OUT.csv] [--figure OUT.png]
+    slipstep moment-rate RUN.h5 --window 96.4y 96.4y+30s --usgs OUT.mr [--step 0.1]   source time functions of the USGS
 
-The run has it at the start and every accepted step (/series/moment_rate, of every fault); the event, or the window, says from when to when. The moment is
-that of the slip between (/series/moment), which trapezoids of the rates miss where a step raises them many times over.
+The run has it at the start and every accepted step (/series/moment_rate, of every fault); the event, or the window,
+says from when to when. The moment is that of the slip between (/series/moment), which trapezoids of the rates miss
+where a step raises them many times over.
 """
 
 import argparse
@@ -25,7 +26,8 @@ from ..times import seconds, written
 
 
 def write_usgs(file, time, moment, step):
-    """The form of moment_rate.mr of the USGS: step, titles, and rows of time [s] and rate [N m/s], whose sum times the step is the moment."""
+    """The form of moment_rate.mr of the USGS: step, titles, and rows of time [s] and rate [N m/s], whose sum times the
+    step is the moment."""
     grid = step * np.arange(int(np.ceil(time[-1] / step)) + 1)
     edges = np.interp(np.append(grid - step / 2, grid[-1] + step / 2), time, moment.sum(axis=1))
     file.write(f"dt: {step:g}\nTime[s]     Moment_Rate [Nm]\n")
@@ -64,8 +66,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("run", metavar="RUN", help="output file of the run")
     parser.add_argument("--catalogue", metavar="EVENTS", help="its catalogue of events")
-    parser.add_argument("--event", default="largest", metavar="N", help="the event: its number from 1 on, or largest (default)")
-    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="the interval to use if there is no catalogue: seconds, or numbers with s, min, h, d, y")
+    parser.add_argument("--event", default="largest", metavar="N",
+                        help="the event: its number from 1 on, or largest (default)")
+    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"),
+                        help="the interval to use if there is no catalogue: seconds, or numbers with s, min, h, d, y")
     parser.add_argument("--csv", metavar="OUT", help="table to write, default RUN_moment_rate.csv")
     parser.add_argument("--figure", metavar="OUT", help="picture to write, default RUN_moment_rate.png")
     parser.add_argument("--usgs", metavar="OUT.mr", help="file to write in the form of the USGS as well")
@@ -98,4 +102,5 @@ def main():
     total = float(moment[-1].sum())
     if options.usgs:
         print(f"Moment rate: {options.usgs}")
-    print(f"Moment: {total:.4g} N m, M {magnitude(total):.2f}, in {end - begin:.4g} s and {len(time) - 2} steps\nTable: {table}\nFigure: {picture}")
+    print(f"Moment: {total:.4g} N m, M {magnitude(total):.2f}, in {end - begin:.4g} s and {len(time) - 2} steps\n"
+          f"Table: {table}\nFigure: {picture}")

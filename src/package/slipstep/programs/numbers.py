@@ -1,4 +1,5 @@
-"""The numbers that papers quote of a run: rupture speed, stress drops, corner frequency, durations, coupling, b, afterslip.
+"""The numbers that papers quote of a run: rupture speed, stress drops, corner frequency, durations, coupling, b,
+afterslip.
 
     slipstep numbers RUN.h5 --catalogue EVENTS.h5 [--event largest] [--csv OUT.csv] [--figure OUT.png]
     slipstep numbers EVENTS.h5
@@ -38,7 +39,8 @@ def spectrum_panel(axes, run, onset, end):
     corner, _ = source.corner_frequency(time, rate)
     frequency = np.geomspace(corner / 30, 30 * corner, 400)
     axes.loglog(frequency, source.spectrum(time, rate, frequency), color=RUN_STYLES[0]["color"], label="run")
-    axes.loglog(frequency, source.brune(frequency, source.moments(time, rate)[0], corner), color=RUN_STYLES[1]["color"], linestyle="--", label=f"corner {corner:.3g} Hz")
+    axes.loglog(frequency, source.brune(frequency, source.moments(time, rate)[0], corner), color=RUN_STYLES[1]["color"],
+                linestyle="--", label=f"corner {corner:.3g} Hz")
     axes.set(title="Spectrum of the moment rate", xlabel="frequency (Hz)", ylabel="amplitude (N m)")
     axes.legend(loc="lower left")
 
@@ -57,7 +59,8 @@ def speed_panel(axes, catalogue, row, limit):
     plane.contour(axes, plane.values(time), contours_of(plane.values(time), Clock(0, np.nanmax(time)))[1])
     plane.frame(axes)
     known = found is not None and np.isfinite(speed_or_none(found[0], limit)[0])
-    axes.set(xlabel=plane.along_label, title="Rupture speed" + (f", median {found[0] / 1e3:.2f} km/s" if known else "") + (f", {plane.name}" if len(planes) > 1 else "") + "; lines: time (s)")
+    axes.set(xlabel=plane.along_label, title="Rupture speed" + (f", median {found[0] / 1e3:.2f} km/s" if known else "")
+             + (f", {plane.name}" if len(planes) > 1 else "") + "; lines: time (s)")
     colour_bar(axes.figure, artist, norm, "rupture speed (km/s)", extend="max", ax=axes, shrink=0.8)
 
 
@@ -65,7 +68,8 @@ def figure(run, catalogue, event, spin=None):
     """Rupture speed and spectrum of an event, those that the files have."""
     use_style()
     row, onset, end = event_window(catalogue, event, spin_up(run, catalogue, spin))
-    panels = ([lambda axes: speed_panel(axes, Events(catalogue.path), row, fastest(run))] if catalogue.has_maps else []) + ([lambda axes: spectrum_panel(axes, run, onset, end)] if run is not None else [])
+    panels = ([lambda axes: speed_panel(axes, Events(catalogue.path), row, fastest(run))] if catalogue.has_maps
+              else []) + ([lambda axes: spectrum_panel(axes, run, onset, end)] if run is not None else [])
     if not panels:
         raise ValueError(f"{catalogue.path}: no maps (-fault_catalogue_maps) and no run: there is nothing to draw")
     canvas, axes = plt.subplots(1, len(panels), figsize=(6.2 * len(panels), 4.2), layout="constrained", squeeze=False)
@@ -77,19 +81,26 @@ def figure(run, catalogue, event, spin=None):
 
 @one_line
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("file", metavar="FILE", help="output file of a run, or its catalogue of events")
     parser.add_argument("--catalogue", metavar="EVENTS", help="catalogue of the run")
-    parser.add_argument("--event", default="largest", metavar="N", help="the event: its number from 1 on, or largest (default)")
-    parser.add_argument("--spin-up", metavar="N|TIME", help="what is left out at the start: a number of events, or a time as 50y (default: of loaded runs the first large event, with those before it; each line says it)")
-    parser.add_argument("--slow", nargs=2, type=float, metavar=("LOW", "HIGH"), help="slip rates of slow slip [m/s], default ten times the plates' rate, and the rate of events")
+    parser.add_argument("--event", default="largest", metavar="N",
+                        help="the event: its number from 1 on, or largest (default)")
+    parser.add_argument("--spin-up", metavar="N|TIME", help="what is left out at the start: a number of events, or a "
+                        "time as 50y (default: of loaded runs the first large "
+                        "event, with those before it; each line says it)")
+    parser.add_argument("--slow", nargs=2, type=float, metavar=("LOW", "HIGH"),
+                        help="slip rates of slow slip [m/s], default ten times the plates' rate, and the "
+                             "rate of events")
     parser.add_argument("--csv", metavar="OUT", help="table to write")
-    parser.add_argument("--figure", metavar="OUT", help="picture to write: map of the rupture speed (-fault_catalogue_maps) and spectrum of the moment rate")
+    parser.add_argument("--figure", metavar="OUT", help="picture to write: map of the rupture speed "
+                                                        "(-fault_catalogue_maps) and spectrum of the moment rate")
     options = parser.parse_args()
     if options.event != "largest" and not options.event.isdigit():
         parser.error(f"--event is {options.event}, expected a number from 1 on, or largest")
     if options.slow and not 0 < options.slow[0] < options.slow[1]:
-        parser.error(f"--slow is {options.slow[0]:g} {options.slow[1]:g}, expected two rates above 0, the lower one first")
+        parser.error(f"--slow is {options.slow[0]:g} {options.slow[1]:g}, expected two rates above 0, the "
+                     "lower one first")
     with open_any(options.file) as file:
         alone = is_catalogue(file)
     if alone and options.catalogue:
@@ -104,17 +115,20 @@ def main():
     if run is not None:
         found = of_run(run, catalogue, options.event, options.slow, options.spin_up)
     else:
-        found = (of_event(None, catalogue, options.event, options.spin_up) if catalogue.count else []) + of_catalogue(catalogue, spin_up(None, catalogue, options.spin_up))
+        found = ((of_event(None, catalogue, options.event, options.spin_up) if catalogue.count else [])
+                 + of_catalogue(catalogue, spin_up(None, catalogue, options.spin_up)))
     if not found:
         raise ValueError(f"{options.file}: no number: a run without loading needs --catalogue")
     for one in found:
         spread = f"{one.low:.4g} to {one.high:.4g}" if np.isfinite(one.low) else ""
-        print(f"{one.name:27} {one.value:12.5g} {'' if one.unit == '1' else one.unit:4} {spread:22} {one.note}".rstrip())
+        print(f"{one.name:27} {one.value:12.5g} {'' if one.unit == '1' else one.unit:4} {spread:22} "
+              f"{one.note}".rstrip())
     if options.csv:
         with replacing(options.csv) as part, open(part, "w", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(("name", "value", "low", "high", "unit", "note"))
-            writer.writerows((one.name, repr(float(one.value)), repr(float(one.low)), repr(float(one.high)), one.unit, one.note) for one in found)
+            writer.writerows((one.name, repr(float(one.value)), repr(float(one.low)), repr(float(one.high)), one.unit,
+                              one.note) for one in found)
         print(f"Table: {options.csv}")
     if options.figure:
         if catalogue is None:

@@ -1,10 +1,9 @@
-"""Plot a catalogue of events: magnitude against time, magnitude and frequency, where they were; with the run that had them,
-cumulative slip along a line. Or one event: its slip and when each cell broke.
+"""Plot a catalogue of events: magnitude against time, magnitude and frequency, where they were; with the run that had
+them, cumulative slip along a line. Or one event: its slip and when each cell broke.
 
-    output/plot_catalogue.py CATALOGUE.h5 [RUN.h5] [--figure OUT.png]
-    output/plot_catalogue.py CATALOGUE.h5 RUN.h5 --along depth --at 10 --every 5y --every-event 1
-    output/plot_catalogue.py CATALOGUE.h5 --event 3          or --event largest
-    output/plot_catalogue.py CATALOGUE.h5 --event 3 --view --from 120 30
+    slipstep plot-catalogue CATALOGUE.h5 [RUN.h5] [--figure OUT.png]
+    slipstep plot-catalogue CATALOGUE.h5 RUN.h5 --along depth --at 10 --every 5y --every-event 1
+    slipstep plot-catalogue CATALOGUE.h5 --event 3          or --event largest
 """
 
 import argparse
@@ -21,7 +20,6 @@ from ..plots.maps import Span, aspect_of, colour_bar, extent_of, frames_of, plan
 from ..plots.panels import RUN_STYLES, log_scale, plt, use_style, wrapped
 from ..plots.snapshots import WIDTH, Layout, contours_of
 from ..plots.spacetime import place
-from ..plots.view import event_view
 from ..results.events import Events
 from ..results.fields import KINDS
 from ..results.run import Run
@@ -50,23 +48,31 @@ def draw_times(axes, events, clock):
     label = events["fault"][known][order] if several else np.zeros(len(time))
     for style, fault in zip(RUN_STYLES, events.faults if several else [0]):
         own = label == fault
-        axes.vlines(time[stems][own[stems]], bottom, magnitude[stems][own[stems]], color=style["color"], linewidth=0.8, alpha=0.7)
-        axes.plot(time[own], magnitude[own], linestyle="", marker="o", markersize=2 if many else 5, color=style["color"], markeredgewidth=0,
-                  alpha=0.5 if len(time) > 10 * MANY else 1, clip_on=not own.any(), label=events.fault_name(fault))  # an empty one would be at the figure's corner
+        axes.vlines(time[stems][own[stems]], bottom, magnitude[stems][own[stems]], color=style["color"], linewidth=0.8,
+                    alpha=0.7)
+        axes.plot(time[own], magnitude[own], linestyle="", marker="o", markersize=2 if many else 5,
+                  color=style["color"], markeredgewidth=0,
+                  # an empty one would be at the figure's corner
+                  alpha=0.5 if len(time) > 10 * MANY else 1, clip_on=not own.any(), label=events.fault_name(fault))
     if len(time) == 1:
-        axes.annotate(f"M {magnitude[0]:.2f}", (time[0], magnitude[0]), xytext=(8, 0), textcoords="offset points", va="center")
+        axes.annotate(f"M {magnitude[0]:.2f}", (time[0], magnitude[0]), xytext=(8, 0), textcoords="offset points",
+                      va="center")
     if several:
         axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, ncols=len(events.faults))
-    axes.set(title="1 event" if len(events) == 1 else f"{len(events)} events", xlabel=clock.label, ylabel="moment magnitude", ylim=(bottom, magnitude.max() + 0.3))
+    axes.set(title="1 event" if len(events) == 1 else f"{len(events)} events", xlabel=clock.label,
+             ylabel="moment magnitude", ylim=(bottom, magnitude.max() + 0.3))
 
 
 def draw_frequency(axes, events):
-    """How many events have at least each magnitude, that of one cell, and the law of Gutenberg and Richter of larger ones where there are enough."""
+    """How many events have at least each magnitude, that of one cell, and the law of Gutenberg and Richter of larger
+    ones where there are enough."""
     magnitude = np.sort(events["magnitude"][np.isfinite(events["magnitude"])])
     count = len(magnitude) - np.arange(len(magnitude))
-    axes.plot(magnitude, count, linestyle="", marker="o", markersize=3.5, color=RUN_STYLES[0]["color"], markeredgewidth=0)
+    axes.plot(magnitude, count, linestyle="", marker="o", markersize=3.5, color=RUN_STYLES[0]["color"],
+              markeredgewidth=0)
     if events.cell_magnitude is not None:
-        axes.axvline(events.cell_magnitude, color="0.5", linewidth=1.2, linestyle=":", label=f"one cell (M {events.cell_magnitude:.1f})")
+        axes.axvline(events.cell_magnitude, color="0.5", linewidth=1.2, linestyle=":",
+                     label=f"one cell (M {events.cell_magnitude:.1f})")
     law = events.fit()
     if isinstance(law, str):
         axes.plot([], [], linestyle="", label=law)
@@ -82,15 +88,17 @@ def draw_frequency(axes, events):
         axes.set_xlim((low + high - LEAST_SPAN) / 2, (low + high + LEAST_SPAN) / 2)
     axes.set(title="Magnitude and frequency", xlabel="moment magnitude M", ylabel="events of at least M")
     log_scale(axes)
-    axes.set_ylim(0.7, max(0.7 * (len(magnitude) / 0.7) ** 1.35, 12))  # a quarter of it above all events, for the legend
+    # a quarter of it above all events, for the legend
+    axes.set_ylim(0.7, max(0.7 * (len(magnitude) / 0.7) ** 1.35, 12))
 
 
 def hypocentres(events):
-    """What is drawn in each panel: its limits, title, labels along it and downwards, rows of the events that began there, and their places [km]. Vertical planes
-    along x have one panel."""
+    """What is drawn in each panel: its limits, title, labels along it and downwards, rows of the events that began
+    there, and their places [km]. Vertical planes along x have one panel."""
     planes = planes_of(events)
     if not {"dip", "down_dip"} & set(events.mesh) and not events.attributes.get("strike", 0):
-        return [(extent_of(planes), "", planes[0].along_label, planes[0].down_label, np.arange(len(events)), events["x"] / 1e3, events["z"] / 1e3)]
+        return [(extent_of(planes), "", planes[0].along_label, planes[0].down_label, np.arange(len(events)),
+                 events["x"] / 1e3, events["z"] / 1e3)]
     found = []
     for plane, frame in zip(planes, frames_of(events)):
         places = [plane.centre(cell) for cell in events["cell"]]
@@ -101,13 +109,15 @@ def hypocentres(events):
 
 
 def circled(events, places, many):
-    """Which events have a circle of their ruptured area: those whose circle is no wider than their panel is long or deep, and that together fill the panels once at most, the largest first."""
+    """Which events have a circle of their ruptured area: those whose circle is no wider than their panel is long or
+    deep, and that together fill the panels once at most, the largest first."""
     size, share = np.zeros(len(events)), np.zeros(len(events))
     for (x0, x1, z0, z1), _, _, _, rows, _, _ in places:
         size[rows], share[rows] = min(x1 - x0, z1 - z0), events["area"][rows] / ((x1 - x0) * (z1 - z0) * 1e6)
     sized = np.zeros(len(events), bool)
     for row in np.argsort(-events["area"], kind="stable"):
-        if 2e-3 * np.sqrt(events["area"][row] / np.pi) <= size[row] and share[sized].sum() + share[row] <= len(places) and sized.sum() < (CIRCLES if many else len(events)):
+        if (2e-3 * np.sqrt(events["area"][row] / np.pi) <= size[row] and share[sized].sum() + share[row] <= len(places)
+            and sized.sum() < (CIRCLES if many else len(events))):
             sized[row] = True
     return sized
 
@@ -128,30 +138,39 @@ def draw_places(canvas, panels, events):
         order = np.argsort(events["area"][rows])
         rows, x, z = rows[order], x[order], z[order]
         large = rows[sized[rows]]
-        circles = EllipseCollection(2 * radius[large], 2 * radius[large], np.zeros(len(large)), units="xy", offsets=np.stack([x, z], axis=1)[sized[rows]],
-                                    offset_transform=axes.transData, edgecolors=colours(norm(magnitude[large])), facecolors="none", linewidths=1.2, zorder=4)
+        circles = EllipseCollection(2 * radius[large], 2 * radius[large], np.zeros(len(large)), units="xy",
+                                    offsets=np.stack([x, z], axis=1)[sized[rows]],
+                                    offset_transform=axes.transData, edgecolors=colours(norm(magnitude[large])),
+                                    facecolors="none", linewidths=1.2, zorder=4)
         axes.add_collection(circles)
-        dots = axes.scatter(x, z, c=magnitude[rows], norm=norm, cmap=colours, s=22 if not many else 12 if len(events) < MANY else 5, linewidth=0, zorder=3)
+        dots = axes.scatter(x, z, c=magnitude[rows], norm=norm, cmap=colours,
+                            s=22 if not many else 12 if len(events) < MANY else 5, linewidth=0, zorder=3)
         x0, x1, z0, z1 = frame
-        axes.set(xlabel=along if axes is panels[-1] else "", ylabel=down, aspect=aspect_of(frame), xlim=(x0, x1), ylim=(z1, z0))
+        axes.set(xlabel=along if axes is panels[-1] else "", ylabel=down, aspect=aspect_of(frame), xlim=(x0, x1),
+                 ylim=(z1, z0))
         if name:
-            axes.set_title(wrapped(name, WIDTH if len(events) == 1 else BESIDE, SMALL), fontsize=SMALL, fontweight="normal")
+            axes.set_title(wrapped(name, WIDTH if len(events) == 1 else BESIDE, SMALL), fontsize=SMALL,
+                           fontweight="normal")
         axes.spines[:].set_visible(True)
         for axis, ticks in ((axes.xaxis, 6), (axes.yaxis, 5)):
             axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
         axes.grid(False)
     title = "Hypocentre" if len(events) == 1 else "Hypocentres"
     if sized.any():
-        title += f", circle{'s' * int(sized.sum() > 1)} of {'the ruptured area' if sized.all() else f'{sized.sum()} of {len(events)} ruptured areas'}"
+        title += (f", circle{'s' * int(sized.sum() > 1)} of "
+                  f"{'the ruptured area' if sized.all() else f'{sized.sum()} of {len(events)} ruptured areas'}")
     elif aspect_of(places[0][0]) == "equal":
-        title += ": the ruptured area is too large for a circle" if len(events) == 1 else ": ruptured areas are too large for circles"
+        title += (": the ruptured area is too large for a circle" if len(events) == 1
+                  else ": ruptured areas are too large for circles")
     panels[0].set_title("\n".join(filter(None, (title, panels[0].get_title(loc="left")))))
     if len(events) > 1:
-        colour_bar(canvas, dots, norm, "moment magnitude", ax=panels if len(panels) > 1 else panels[0], location="bottom", shrink=0.8, aspect=30, pad=0.02)
+        colour_bar(canvas, dots, norm, "moment magnitude", ax=panels if len(panels) > 1 else panels[0],
+                   location="bottom", shrink=0.8, aspect=30, pad=0.02)
 
 
 def figure(events, lines, years):
-    """All events; lines: courses of slip, one for each plane, or none. The figure, and the number of events with too few rows."""
+    """All events; lines: courses of slip, one for each plane, or none. The figure, and the number of events with too
+    few rows."""
     use_style()
     tall = [4.6 if course.line.along == "strike" else 5.4 for course in lines]
     frames = [frame for frame, *_ in hypocentres(events)]
@@ -167,7 +186,8 @@ def figure(events, lines, years):
     if len(events) > 1:  # of one there is no frequency
         draw_frequency(canvas.add_subplot(grid[1, 0]), events)
     rows = beside.subgridspec(len(frames), 1, height_ratios=ratios)
-    draw_places(canvas, [canvas.add_subplot(row) for row in rows] if len(frames) > 1 else [canvas.add_subplot(beside)], events)
+    draw_places(canvas, [canvas.add_subplot(row) for row in rows] if len(frames) > 1 else [canvas.add_subplot(beside)],
+                events)
     pairs = np.stack([events["onset"], events["end"]], axis=1)
     poor = [draw_cumulative(canvas.add_subplot(grid[2 + k, :]), course, pairs) for k, course in enumerate(lines)]
     canvas.suptitle(os.path.basename(events.path) + ("" if events.complete else " (unfinished)"))
@@ -179,7 +199,8 @@ def broken_faults(events, number):
     if "fault_area" not in events.event:
         return ""
     names = [events.fault_name(label) for label in events.faults[events["fault_area"][number] > 0]]
-    return ", ".join(names[:1] + [name.removeprefix("fault ") for name in names[1:]]).replace("fault ", "faults " if len(names) > 1 else "fault ", 1) + ", "
+    return ", ".join(names[:1] + [name.removeprefix("fault ") for name
+                                  in names[1:]]).replace("fault ", "faults " if len(names) > 1 else "fault ", 1) + ", "
 
 
 def event_figure(events, number):
@@ -201,10 +222,13 @@ def event_figure(events, number):
         if place:
             star, = axes.plot(*place, marker="*", markersize=14, color="white", markeredgecolor="black")
             star.set_clip_on(False)
-    colour_bar(layout.canvas, artists[0], norm, "slip (m)", ax=block, location="bottom", shrink=0.7, aspect=35, pad=0.02)
-    layout.canvas.suptitle(wrapped(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, {broken_faults(events, number)}"
+    colour_bar(layout.canvas, artists[0], norm, "slip (m)", ax=block, location="bottom", shrink=0.7, aspect=35,
+               pad=0.02)
+    layout.canvas.suptitle(wrapped(f"Event {number + 1} at {written(onset)}: M {events['magnitude'][number]:.2f}, "
+                                   f"{broken_faults(events, number)}"
                                    + (f"rake {events['rake'][number]:.0f}°, " if "rake" in events.event else "")
-                                   + f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, {duration:{'.3g' if duration < 999.5 else '.0f'}} s", WIDTH, TITLE))
+                                   + f"stress drop {events['stress_drop'][number] / 1e6:.2g} MPa, "
+                                     f"{duration:{'.3g' if duration < 999.5 else '.0f'}} s", WIDTH, TITLE))
     return layout.canvas
 
 
@@ -212,18 +236,21 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("catalogue", metavar="CATALOGUE", help="file of -fault_catalogue")
     parser.add_argument("run", metavar="RUN", nargs="?", help="output file of the run, for cumulative slip")
-    parser.add_argument("--figure", metavar="PNG", help="file to write, default CATALOGUE with .png; its ending chooses the format")
+    parser.add_argument("--figure", metavar="PNG",
+                        help="file to write, default CATALOGUE with .png; its ending chooses the format")
     parser.add_argument("--event", metavar="N", help="draw only this event: its number from 1 on, or largest")
-    parser.add_argument("--view", action="store_true", help="with --event: draw its slip in space, not on maps")
-    parser.add_argument("--from", nargs=2, type=float, metavar=("AZIMUTH", "ELEVATION"), help="with --view: where it is seen from, degrees clockwise from "
-                        "north and above the horizon; default 40 from across the strike, 25")
     parser.add_argument("--field", metavar="NAME", help="field of the run that is the slip, default slip")
-    parser.add_argument("--along", choices=("strike", "dip", "depth"), help="the line of cumulative slip, default strike; depth is "
+    parser.add_argument("--along", choices=("strike", "dip", "depth"),
+                        help="the line of cumulative slip, default strike; depth is "
                         "another name of dip")
-    parser.add_argument("--at", type=place, metavar="KM", help="where it is in the other direction, or max, or mean over that direction; default the middle")
-    parser.add_argument("--every", type=seconds, metavar="T", help="interval of the lines between events: seconds, or a number with s, min, h, d, y, as 5y")
-    parser.add_argument("--every-event", type=seconds, metavar="T", help="interval of the lines during events, default 1 s")
-    parser.add_argument("--years", action=argparse.BooleanOptionalAction, help="time in years, default for more than one year")
+    parser.add_argument("--at", type=place, metavar="KM", help="where it is in the other direction, or max, or mean "
+                                                               "over that direction; default the middle")
+    parser.add_argument("--every", type=seconds, metavar="T",
+                        help="interval of the lines between events: seconds, or a number with s, min, h, d, y, as 5y")
+    parser.add_argument("--every-event", type=seconds, metavar="T",
+                        help="interval of the lines during events, default 1 s")
+    parser.add_argument("--years", action=argparse.BooleanOptionalAction,
+                        help="time in years, default for more than one year")
     options = parser.parse_args()
     for name in ("field", "along", "at", "every", "every_event"):
         value = getattr(options, name)
@@ -233,13 +260,6 @@ def arguments():
             parser.error(f"--{name.replace('_', '-')} is {value:g} s, expected a time > 0")
     if options.event is not None and options.run:
         parser.error("--event draws one event of the catalogue: leave RUN out")
-    viewer = getattr(options, "from")
-    if options.view and options.event is None:
-        parser.error("--view is of one event: expected with --event")
-    if viewer and not options.view:
-        parser.error("--from is of a view: expected with --event and --view")
-    if viewer and not 0 <= viewer[1] <= 90:
-        parser.error(f"--from has the elevation {viewer[1]:g}, expected degrees from 0 to 90")
     if options.event not in (None, "largest") and not options.event.isdigit():
         parser.error(f"--event is {options.event}, expected a number from 1 on, or largest")
     return options
@@ -248,21 +268,20 @@ def arguments():
 @one_line
 def main():
     options = arguments()
-    suffix = (f"_event_{options.event}" if options.event else "") + ("_view" if options.view else "")
+    suffix = f"_event_{options.event}" if options.event else ""
     target = options.figure or os.path.splitext(options.catalogue)[0] + suffix + ".png"
     events = Events(options.catalogue)
     events.warn()
     if options.event:
-        number = events.number_of(options.event)
-        canvas = event_view(events, number, KINDS["slip"], getattr(options, "from")) if options.view else event_figure(events, number)
-        canvas.savefig(target)
+        event_figure(events, events.number_of(options.event)).savefig(target)
     else:
         lines = []
         if options.run:
             run = Run(options.run)
             run.warn()
             run.require_fault("a line of its slip")
-            lines = courses(run, options.field or "slip", options.along or "strike", options.at, options.every, options.every_event or 1.0)
+            lines = courses(run, options.field or "slip", options.along or "strike", options.at, options.every,
+                            options.every_event or 1.0)
         canvas, poor = figure(events, lines, options.years)
         canvas.savefig(target)
         if poor:

@@ -1,12 +1,11 @@
-"""Plot one run: of a fault slip rate and slip against time and maps near the peak and at the end, of other models their series;
-step size and error estimate against time. Or of a fault: snapshots, a rupture, a space-time picture, a view in space, a film.
+"""Plot one run: of a fault slip rate and slip against time and maps near the peak and at the end, of other models their
+series; step size and error estimate against time. Or of a fault: snapshots, a rupture, a space-time picture, a film.
 
-    output/plot_run.py RUN.h5 [--figure OUT.png]
-    output/plot_run.py RUN.h5 --time 2 4 8 --field slip_rate --log-rate     a field at some times
-    output/plot_run.py RUN.h5 --kind rupture                                the largest event, or the one in --window
-    output/plot_run.py RUN.h5 --kind space-time --along strike --at 5       against time, or --against step
-    output/plot_run.py RUN.h5 --kind view --field slip --from 120 30        all cells in space, from azimuth 120, elevation 30
-    output/plot_run.py RUN.h5 --film OUT.mp4                                or OUT.gif; with --kind view a film of that
+    slipstep plot-run RUN.h5 [--figure OUT.png]
+    slipstep plot-run RUN.h5 --time 2 4 8 --field slip_rate --log-rate     a field at some times
+    slipstep plot-run RUN.h5 --kind rupture                                the largest event, or the one in --window
+    slipstep plot-run RUN.h5 --kind space-time --along strike --at 5       against time, or --against step
+    slipstep plot-run RUN.h5 --film OUT.mp4                                or OUT.gif
 """
 
 import argparse
@@ -18,30 +17,33 @@ need("h5py", "numpy", "matplotlib")
 import numpy as np
 from ..plots.film import film
 from ..plots.maps import draw_map, frames_of, heights_of
-from ..plots.panels import DENSE, DOTS, RED, RUN_STYLES, draw_series, draw_steps, legend_above, log_scale, plt, use_style
+from ..plots.panels import (DENSE, DOTS, RED, RUN_STYLES, draw_series, draw_steps, legend_above, log_scale, plt,
+                            use_style)
 from ..plots.snapshots import rupture, snapshots
 from ..plots.spacetime import place, space_time
-from ..plots.view import views
 from ..results.run import Run
 from ..times import Clock, seconds
 
 # What each kind of picture takes; all take --figure (the film has its own), --range, --years and --log-rate.
 KINDS = {"overview": set(), "snapshots": {"time", "field", "window"}, "rupture": {"time", "window"},
-         "space-time": {"field", "window", "along", "at", "against"}, "view": {"time", "field", "window", "from"},
-         "film": {"field", "window", "fps", "frames"}}
+         "space-time": {"field", "window", "along", "at", "against"}, "film": {"field", "window", "fps", "frames"}}
 
 
 HIGH = 3.7  # inches of a row of panels
 MAP_WIDTH = 4.0  # inches
 MARGIN = 0.03  # of times, at both ends
-LAYOUTS = 3  # of an overview: a bar is as far to the right as the layout before has made its map wide, and the layout leaves room for it
+# of an overview: a bar is as far to the right as the layout before has made its map wide, and the layout leaves room
+# for it
+LAYOUTS = 3
 
 
 def draw_error(axes, run, style, clock):
     """Local error estimate of each attempt that has one, with the limit 1 of the tolerances."""
     known = run.steps["error"] > 0
     for chosen, marker in ((known & run.accepted, {"color": style["color"]}), (known & run.rejected, {"color": RED})):
-        axes.plot(clock(run.steps["time"][chosen]), run.steps["error"][chosen], **(DOTS if len(run.steps["error"]) > DENSE else {"linestyle": "", "marker": "o", "markersize": 4}), **marker)
+        axes.plot(clock(run.steps["time"][chosen]), run.steps["error"][chosen],
+                  **(DOTS if len(run.steps["error"]) > DENSE else {"linestyle": "", "marker": "o", "markersize": 4}),
+                  **marker)
     axes.axhline(1.0, color="black", linewidth=0.8, linestyle="--")
     log_scale(axes)
     axes.set(title="Error estimate (1 is the tolerance)", xlabel=clock.label, ylabel="error over the tolerance")
@@ -64,8 +66,8 @@ def draw_attempts(axes, run, style, clock):
 
 
 def attempt_panels(run):
-    """Rows of panels for what the file has of attempts: files of older versions have none of explicit integrators, and constant steps
-    have no error estimate."""
+    """Rows of panels for what the file has of attempts: files of older versions have none of explicit integrators, and
+    constant steps have no error estimate."""
     if not len(run.steps["dt"]):
         return []
     return [["steps", "error"]] if (run.steps["error"] > 0).any() else [["steps", "steps"]]
@@ -136,8 +138,10 @@ def figure(run, clock, log, wanted=None):
     times = {"slip_rate": run.series["time"][run.peak], "slip": run.series["time"][-1]}
     labels = {"slip_rate": ("Slip rate", "slip rate (m/s)"), "slip": ("Slip", "slip (m)")}
     for plane, name in zip((axes[name] for name in maps), stored):
-        time = draw_map(plane, run, name, times[name], labels[name][1], log and name == "slip_rate", wanted if name == "slip_rate" else None)
-        plane.set_title(f"{labels[name][0]} at {clock.text(time)}" + (", near its largest" if name == "slip_rate" else ""))
+        time = draw_map(plane, run, name, times[name], labels[name][1], log and name == "slip_rate",
+                        wanted if name == "slip_rate" else None)
+        plane.set_title(f"{labels[name][0]} at {clock.text(time)}"
+                        + (", near its largest" if name == "slip_rate" else ""))
     canvas.suptitle(f"{run.title}: {run.result['accepted']} accepted, {run.result['rejected']} rejected, "
                     f"{'final ' if run.complete else ''}mean slip {run.result['mean_slip']:.4f} m")
     for _ in range(LAYOUTS):
@@ -148,26 +152,33 @@ def figure(run, clock, log, wanted=None):
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("run", metavar="FILE", help="output file of a run")
-    parser.add_argument("--figure", metavar="PNG", help="file to write, default FILE with .png; its ending chooses the format (png, pdf, svg)")
+    parser.add_argument("--figure", metavar="PNG",
+                        help="file to write, default FILE with .png; its ending chooses the format (png, pdf, svg)")
     parser.add_argument("--kind", choices=[kind for kind in KINDS if kind != "film"],
                         help="the picture; default: snapshots with --time or --field, else overview")
-    parser.add_argument("--time", nargs="+", type=seconds, metavar="T", help="times of snapshots: seconds, or a number with s, min, h, d, y, as 250y")
-    parser.add_argument("--field", metavar="NAME", help="one of /fields, of two components its magnitude, or a component as slip_up_dip or slip_along_strike, or stress_drop; "
+    parser.add_argument("--time", nargs="+", type=seconds, metavar="T",
+                        help="times of snapshots: seconds, or a number with s, min, h, d, y, as 250y")
+    parser.add_argument("--field", metavar="NAME", help="one of /fields, of two components its magnitude, or a "
+                        "component as slip_up_dip or slip_along_strike, or "
+                        "stress_drop; "
                         "default slip_rate, of space-time slip_rate and slip")
-    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="draw only this part of the run; times as of --time")
-    parser.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="ends of the colour bar of the field, in its unit")
+    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"),
+                        help="draw only this part of the run; times as of --time")
+    parser.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"),
+                        help="ends of the colour bar of the field, in its unit")
     parser.add_argument("--along", choices=("strike", "dip", "depth"), help="of space-time: the line, default strike; "
                         "depth is another name of dip")
-    parser.add_argument("--at", type=place, metavar="KM", help="of space-time: where the line is in the other direction, or max, or mean "
+    parser.add_argument("--at", type=place, metavar="KM",
+                        help="of space-time: where the line is in the other direction, or max, or mean "
                         "over that direction; default the middle")
     parser.add_argument("--against", choices=("time", "step"), help="of space-time: default time")
-    parser.add_argument("--from", nargs=2, type=float, metavar=("AZIMUTH", "ELEVATION"), help="of a view: where it is seen from, degrees clockwise from north "
-                        "and above the horizon; default 40 from across the strike, 25")
-    parser.add_argument("--years", action=argparse.BooleanOptionalAction, help="time in years, default for more than one year")
-    parser.add_argument("--log-rate", action=argparse.BooleanOptionalAction, help="slip rate on a logarithmic scale, default for "
+    parser.add_argument("--years", action=argparse.BooleanOptionalAction,
+                        help="time in years, default for more than one year")
+    parser.add_argument("--log-rate", action=argparse.BooleanOptionalAction,
+                        help="slip rate on a logarithmic scale, default for "
                         "space-time, film and more than three hours")
-    parser.add_argument("--film", metavar="FILE", help="write a film, FILE.mp4 (needs ffmpeg) or FILE.gif, a frame for each row of /fields: "
-                        "of maps, or with --kind view of that")
+    parser.add_argument("--film", metavar="FILE",
+                        help="write a film, FILE.mp4 (needs ffmpeg) or FILE.gif, a frame for each row of /fields")
     parser.add_argument("--fps", type=float, help="frames of the film a second, default 15")
     parser.add_argument("--frames", type=int, help="frames of the film at most, default 500")
     options = parser.parse_args()
@@ -177,18 +188,16 @@ def arguments():
 
 def check(parser, options):
     """Options that do not fit together, or whose values make no sense."""
-    options.view = options.kind == "view"
-    if options.film and (options.kind and not options.view or options.figure):
+    if options.film and (options.kind or options.figure):
         parser.error(f"--film writes no other picture: leave --{'figure' if options.figure else 'kind'} out")
-    options.kind = "film" if options.film else options.kind or ("snapshots" if options.time or options.field else "overview")
-    taken = KINDS[options.kind] | ({"from"} if options.view else set())
-    for name in sorted(set.union(*KINDS.values()) - taken):
+    options.kind = "film" if options.film else options.kind or ("snapshots" if options.time or options.field
+                                                                else "overview")
+    for name in sorted(set.union(*KINDS.values()) - KINDS[options.kind]):
         if getattr(options, name) is not None:
-            takers = " or ".join("--film" if kind == "film" else f"--kind {kind}" for kind in KINDS if name in KINDS[kind])
-            parser.error(f"--{name} is not for {'--film' if options.film else '--kind ' + options.kind}; expected with {takers}")
-    viewer = getattr(options, "from")
-    if viewer and not 0 <= viewer[1] <= 90:
-        parser.error(f"--from has the elevation {viewer[1]:g}, expected degrees from 0 to 90")
+            takers = " or ".join("--film" if kind == "film" else f"--kind {kind}" for kind in KINDS
+                                 if name in KINDS[kind])
+            parser.error(f"--{name} is not for {'--film' if options.film else '--kind ' + options.kind}; expected "
+                         f"with {takers}")
     for name in ("range", "window"):
         pair = getattr(options, name)
         if pair and not pair[0] < pair[1]:
@@ -209,14 +218,14 @@ def picture(run, options):
         return snapshots(run, field, options.time, options.window, **common)
     if options.kind == "rupture":
         return rupture(run, options.time, options.window, **common)
-    if options.kind == "view":
-        return views(run, field, options.time, options.window, viewer=getattr(options, "from"), **common)
     if options.kind == "space-time":
-        fields = [options.field] if options.field else [name for name in ("slip_rate", "slip") if name in run.field_names] or ["slip_rate"]
+        fields = [options.field] if options.field else [name for name in ("slip_rate", "slip")
+                                                        if name in run.field_names] or ["slip_rate"]
         return space_time(run, fields, options.along or "strike", options.at, options.against or "time", options.window,
                           **dict(common, log=options.log_rate is not False))
     clock = Clock(0.0, run.series["time"][-1], options.years)
-    return figure(run, clock, clock.logarithmic("slip_rate", options.log_rate), options.range) if run.is_fault else small_figure(run, clock)
+    return (figure(run, clock, clock.logarithmic("slip_rate", options.log_rate), options.range) if run.is_fault
+            else small_figure(run, clock))
 
 
 @one_line
@@ -229,8 +238,8 @@ def main():
     if options.kind != "overview":
         run.require_fault(f"--{'film' if options.film else 'kind ' + options.kind}")
     if options.film:
-        shown, rows = film(run, target, options.field or "slip_rate", options.window, options.log_rate is not False, options.range, options.years,
-                           options.fps or 15.0, options.frames or 500, options.view, getattr(options, "from"))
+        shown, rows = film(run, target, options.field or "slip_rate", options.window, options.log_rate is not False,
+                           options.range, options.years, options.fps or 15.0, options.frames or 500)
         print(f"Film: {target}, {shown} of {rows} rows of /fields")
     else:
         picture(run, options).savefig(target)

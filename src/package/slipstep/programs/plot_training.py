@@ -1,6 +1,7 @@
-"""Plot learning curves: what training episodes and evaluations of the policy without noise returned, their steps and errors.
+"""Plot learning curves: what training episodes and evaluations of the policy without noise returned, their steps and
+errors.
 
-    output/plot_training.py LOG.h5 [LOG.h5 ...] [--figure OUT.png]
+    slipstep plot-training LOG.h5 [LOG.h5 ...] [--figure OUT.png]
 
 LOG.h5 are files of `train -train_log`, of one problem and one reward. Trainings that differ by their seed alone share a
 colour; the thick line is their mean.
@@ -53,7 +54,8 @@ def read_logs(paths):
     logs = [Log(path) for path in paths]
     for log in logs[1:]:
         if log.task != logs[0].task:
-            raise OutputError(f"{log.path} is of problem {log.task[0]} and reward {log.task[1]}, {logs[0].path} of {logs[0].task[0]} "
+            raise OutputError(f"{log.path} is of problem {log.task[0]} and reward {log.task[1]}, {logs[0].path} of "
+                              f"{logs[0].task[0]} "
                               f"and {logs[0].task[1]}; expected one of each")
     return logs
 
@@ -76,7 +78,8 @@ def draw_group(axes, curves, color, label):
     """Every curve thin; their mean thick over the steps that all have, when there are several."""
     alone = len(curves) == 1
     for x, y in curves:
-        axes.plot(x, y, color=color, linewidth=1.8 if alone else 0.8, alpha=1 if alone else 0.45, label=label if alone else None)
+        axes.plot(x, y, color=color, linewidth=1.8 if alone else 0.8, alpha=1 if alone else 0.45,
+                  label=label if alone else None)
     if alone:
         return
     steps = np.unique(np.concatenate([x for x, _ in curves]))
@@ -106,7 +109,8 @@ def figure(logs):
     shades = colors(list(by_label))
     for label, members in by_label.items():
         color = shades[label]
-        draw_group(training, [running_mean(log.episodes["step"], log.episodes["return"]) for log in members], color, label)
+        draw_group(training, [running_mean(log.episodes["step"], log.episodes["return"]) for log in members], color,
+                   label)
         evaluated = [log.evaluations for log in members if len(log.evaluations["step"])]
         if not evaluated:
             continue
@@ -141,7 +145,7 @@ def figure(logs):
 
 @one_line
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("logs", metavar="LOG", nargs="+", help="log files of train (-train_log)")
     parser.add_argument("--figure", metavar="PNG", help="file to write, default the first LOG with .png")
     options = parser.parse_args()

@@ -1,6 +1,6 @@
 """Write the tables of RESULTS.md from the file of evaluate, so that none of their numbers is typed.
 
-    output/results_table.py output/study.h5 [--page output/RESULTS.md]
+    slipstep results-table output/study.h5 [--page output/RESULTS.md]
 
 The page keeps its text; what stands between <!-- table NAME --> and <!-- end NAME --> is replaced.
 """
@@ -8,7 +8,6 @@ The page keeps its text; what stands between <!-- table NAME --> and <!-- end NA
 import argparse
 import os
 import re
-import sys
 
 from ..modules import need, one_line
 
@@ -78,21 +77,25 @@ def tolerances(cells, controller):
 
 
 def swept(study, case):
-    """Was each controller that has a sweep anywhere swept here? Without that there is no saying what equal accuracy costs."""
+    """Was each controller that has a sweep anywhere swept here? Without that there is no saying what equal accuracy
+    costs."""
     cases = {cell.case for cell in study.cells}
-    wanted = [name for name in ("heuristic", "pi", "dsp", "basic") if any(tolerances(classical(study, other), name) >= 4 for other in cases)]
+    wanted = [name for name in ("heuristic", "pi", "dsp", "basic")
+              if any(tolerances(classical(study, other), name) >= 4 for other in cases)]
     return bool(wanted) and all(tolerances(classical(study, case), name) >= 4 for name in wanted)
 
 
 def advantage(study, cell, measures):
-    """(solves of the cheapest classical run with at most the policy's errors over its own, that run); None without one."""
+    """(solves of the cheapest classical run with at most the policy's errors over its own, that run); None without
+    one."""
     best = cheapest(classical(study, cell.case), {measure: cell.error(measure) for measure in measures})
     return (best["solves"] / cell["solves"], best) if best is not None else (np.nan, None)
 
 
 def bound(study, cell, best):
     """"≤ " where no cheaper classical run was made at all: then the ratio may be smaller still."""
-    return "≤ " if best is not None and best["solves"] <= min(c["solves"] for c in classical(study, cell.case) if c.converged) else ""
+    return "≤ " if best is not None and best["solves"] <= min(c["solves"] for c in classical(study, cell.case)
+                                                              if c.converged) else ""
 
 
 def policy_cells(study, name, treatment, problem="fault"):
@@ -119,8 +122,9 @@ def equal_accuracy(study):
                 row.append(percent(float(np.mean([cell.error(measures[0]) for cell in good]))))
             row.append(f"**{mark}{number(mean(known), 2)}**{spread}")
         rows.append(row)
-    return markdown(["policy", "converged", "its solves", "error of final slip (mean)", "best classical / its solves at that error",
-                     "largest error over time (mean)", "at that error", "at both errors"], [row[:8] for row in rows])
+    return markdown(["policy", "converged", "its solves", "error of final slip (mean)",
+                     "best classical / its solves at that error", "largest error over time (mean)", "at that error",
+                     "at both errors"], [row[:8] for row in rows])
 
 
 def equal_accuracy_cells(study):
@@ -141,10 +145,12 @@ def equal_accuracy_cells(study):
                 ratio, best = advantage(study, cell, measures)
                 if len(measures) == 1:
                     row.append(percent(cell.error(measures[0])))
-                row += [bound(study, cell, best) + number(ratio, 2), f"{best['solves']}: {describe(best)}" if best is not None else NO]
+                row += [bound(study, cell, best) + number(ratio, 2), f"{best['solves']}: {describe(best)}"
+                        if best is not None else NO]
             rows.append(row)
-    return markdown(["policy", "fault", "solves", "error of final slip", "ratio", "best classical run", "largest error over time", "ratio",
-                     "best classical run", "ratio at both", "best classical run"], rows)
+    return markdown(["policy", "fault", "solves", "error of final slip", "ratio", "best classical run",
+                     "largest error over time", "ratio", "best classical run", "ratio at both", "best classical run"],
+                    rows)
 
 
 def equal_accuracy_small(study):
@@ -157,9 +163,11 @@ def equal_accuracy_small(study):
                     rows.append([problem, f"`{name}`", "failed", NO, NO, NO])
                     continue
                 ratio, best = advantage(study, cell, ("history_error",))
-                rows.append([problem, f"`{name}`", cell["solves"], number(cell["history_error"], 2), bound(study, cell, best) + number(ratio, 2),
+                rows.append([problem, f"`{name}`", cell["solves"], number(cell["history_error"], 2),
+                             bound(study, cell, best) + number(ratio, 2),
                              f"{best['solves']}: {describe(best)}" if best is not None else NO])
-    return markdown(["problem", "policy", "solves", "L2 error", "best classical / its solves", "best classical run"], rows)
+    return markdown(["problem", "policy", "solves", "L2 error", "best classical / its solves", "best classical run"],
+                    rows)
 
 
 # ---- beside the published figures ----
@@ -170,8 +178,10 @@ STUDY_PI = "12.8 (5 to 30)"
 STUDY_ERRORS = {3.0: "9.85 %", 5.0: "7.42 %"}
 STUDY_STEPS = {"heuristic": {25: 163, 50: 230, 75: 330, 100: 401}, "rl": {25: 16, 50: 20, 75: 22, 100: 23}}
 STUDY_SMALL = {
-    "sliding_mode": {"pi": ("1.0", "1.9e-4"), "heuristic": ("0.90", "1.7e-4"), "tqc": ("0.44", "2.9e-4"), "td3": ("0.43", "2.7e-4")},
-    "circuit": {"pi": ("0.10", "0.38 %"), "heuristic": ("0.13", "0.44 %"), "tqc": ("0.01", "19.6 %"), "td3": ("1.0", "27.2 %")},
+    "sliding_mode": {"pi": ("1.0", "1.9e-4"), "heuristic": ("0.90", "1.7e-4"), "tqc": ("0.44", "2.9e-4"),
+                     "td3": ("0.43", "2.7e-4")},
+    "circuit": {"pi": ("0.10", "0.38 %"), "heuristic": ("0.13", "0.44 %"), "tqc": ("0.01", "19.6 %"),
+                "td3": ("1.0", "27.2 %")},
 }
 
 
@@ -194,8 +204,8 @@ def ratios(study, cells, controller, quantity):
     """Cost of a classical controller at the reference tolerance over each policy's, same treatment."""
     out = []
     for cell in cells:
-        other = study.one(problem="fault", size_km=cell["size_km"], mesh=cell["mesh"], controller=controller, tolerance=1.0,
-                          error=cell["error"], reaction=cell["reaction"])
+        other = study.one(problem="fault", size_km=cell["size_km"], mesh=cell["mesh"], controller=controller,
+                          tolerance=1.0, error=cell["error"], reaction=cell["reaction"])
         if cell.converged and other is not None and other.converged and cell[quantity] > 0:
             out.append(other[quantity] / cell[quantity])
     return [ratio for ratio in out if np.isfinite(ratio)]
@@ -203,8 +213,8 @@ def ratios(study, cells, controller, quantity):
 
 def errors_of(study, cells, controller):
     """Errors of a classical controller at the reference tolerance on the faults and meshes of policies' cells."""
-    found = {cell.case: study.one(problem="fault", size_km=cell["size_km"], mesh=cell["mesh"], controller=controller, tolerance=1.0,
-                                  error=cell["error"], reaction=cell["reaction"]) for cell in cells}
+    found = {cell.case: study.one(problem="fault", size_km=cell["size_km"], mesh=cell["mesh"], controller=controller,
+                                  tolerance=1.0, error=cell["error"], reaction=cell["reaction"]) for cell in cells}
     return [other.error() for other in found.values() if other is not None and other.converged]
 
 
@@ -223,14 +233,16 @@ def published(study):
                 continue
             same = treatment == PUBLISHED
             rows.append([f"{size:g} km", ", ".join(treatment), f"{len(done)} of {len(cells)}",
-                         spread(ratios(study, cells, "heuristic", "attempts")), spread(ratios(study, cells, "heuristic", "solves")),
+                         spread(ratios(study, cells, "heuristic", "attempts")),
+                         spread(ratios(study, cells, "heuristic", "solves")),
                          spread(ratios(study, cells, "heuristic", "cpu")),
-                         " ".join(f"({text})" if k else text for k, text in enumerate(STUDY_RATIOS.get(size, (NO,)))) if same else NO,
-                         spread(ratios(study, cells, "pi", "cpu")), STUDY_PI if same and size == 3.0 else NO,
-                         mean_percent([cell.error() for cell in done]),
+                         " ".join(f"({text})" if k else text for k, text in enumerate(STUDY_RATIOS.get(size, (NO,))))
+                         if same else NO, spread(ratios(study, cells, "pi", "cpu")),
+                         STUDY_PI if same and size == 3.0 else NO, mean_percent([cell.error() for cell in done]),
                          STUDY_ERRORS.get(size, NO) if same else NO, mean_percent(errors_of(study, cells, "heuristic")),
                          mean_percent(errors_of(study, cells, "pi"))])
-    return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, attempts", "heuristic/rl, solves", "heuristic/rl, processor time", "study", "pi/rl, processor time",
+    return markdown(["fault", "estimate, reaction", "converged", "heuristic/rl, attempts", "heuristic/rl, solves",
+                     "heuristic/rl, processor time", "study", "pi/rl, processor time",
                      "study", "slip error of rl", "study", "of heuristic", "of pi"], rows)
 
 
@@ -242,11 +254,11 @@ def requirements(study):
             cells = sweep_cells(study, size, treatment)
             middle = [cell.error() for cell in sweep_cells(study, size, treatment, (1, 8)) if cell.converged]
             if cells:
-                rows.append([f"{size:g} km", ", ".join(treatment), len(cells), sum(not cell.converged for cell in cells),
-                             sum(cell["guarded"] > 0 for cell in cells), mean_percent(middle),
-                             percent(max(middle)) if middle else NO])
-    return markdown(["fault", "estimate, reaction", "cells of the sweep", "failed", "guard rails stepped in", "slip error, alpha 1 to 8 (mean)",
-                     "(largest)"], rows)
+                rows.append([f"{size:g} km", ", ".join(treatment), len(cells),
+                             sum(not cell.converged for cell in cells), sum(cell["guarded"] > 0 for cell in cells),
+                             mean_percent(middle), percent(max(middle)) if middle else NO])
+    return markdown(["fault", "estimate, reaction", "cells of the sweep", "failed", "guard rails stepped in",
+                     "slip error, alpha 1 to 8 (mean)", "(largest)"], rows)
 
 
 def accepted_steps(study):
@@ -256,17 +268,21 @@ def accepted_steps(study):
     for mesh in study.axis("mesh", problem="fault", size_km=3.0):
         case = {"problem": "fault", "size_km": 3.0, "mesh": mesh}
         row = [f"{mesh} x {mesh}"]
-        for controller, treatment in (("heuristic", PUBLISHED), ("heuristic", DEFAULT), ("rl", PUBLISHED), ("rl", DEFAULT)):
+        for controller, treatment in (("heuristic", PUBLISHED), ("heuristic", DEFAULT), ("rl", PUBLISHED),
+                                      ("rl", DEFAULT)):
             if controller == "rl":
-                cell = study.one(policy=members.get(2.0), error=treatment[0], reaction=treatment[1], **case) if 2.0 in members else None
+                cell = study.one(policy=members.get(2.0), error=treatment[0], reaction=treatment[1],
+                                 **case) if 2.0 in members else None
             else:
-                cell = study.one(controller=controller, tolerance=1.0, error=treatment[0], reaction=treatment[1], **case)
-            row.append(NO if cell is None else "failed" if not cell.converged else f"{cell['accepted']} ({percent(cell.error())})")
+                cell = study.one(controller=controller, tolerance=1.0, error=treatment[0], reaction=treatment[1],
+                                 **case)
+            row.append(NO if cell is None else "failed" if not cell.converged
+                       else f"{cell['accepted']} ({percent(cell.error())})")
             if treatment == PUBLISHED:
                 row.append(STUDY_STEPS[controller].get(mesh, NO))
         rows.append(row)
-    return markdown(["3 km fault", "heuristic, doubling, implicit", "study", "heuristic, default", "rl alpha 2, doubling, implicit", "study",
-                     "rl alpha 2, default"], rows)
+    return markdown(["3 km fault", "heuristic, doubling, implicit", "study", "heuristic, default",
+                     "rl alpha 2, doubling, implicit", "study", "rl alpha 2, default"], rows)
 
 
 def small(study):
@@ -285,38 +301,45 @@ def small(study):
                     continue
                 scale = "" if problem == "sliding_mode" else " %"
                 value = cell["l2_error"] * (100 if scale else 1)
-                rows.append([problem, ", ".join(treatment), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
-                             number(cell["wall_min"] / slowest, 2), runtime, number(value, 2) + scale, error])
-    return markdown(["problem", "estimate, reaction", "controller", "solves", "run time / slowest", "study", "L2 error", "study"], rows)
+                rows.append([problem, ", ".join(treatment), f"`{cell.name}`" if cell.learned else cell.name,
+                             cell["solves"], number(cell["wall_min"] / slowest, 2), runtime, number(value, 2) + scale,
+                             error])
+    return markdown(["problem", "estimate, reaction", "controller", "solves", "run time / slowest", "study", "L2 error",
+                     "study"], rows)
 
 
 def cost(study):
-    """What a solve costs with each controller but those of the sweep of alphas at the reference tolerance, default integrator."""
+    """What a solve costs with each controller but those of the sweep of alphas at the reference tolerance, default
+    integrator."""
     rows = []
     for case in sorted({cell.case for cell in study.select(problem="fault", tolerance=1.0)}):
         for cell in study.select(problem="fault", tolerance=1.0, error=DEFAULT[0], reaction=DEFAULT[1], converged=1):
             if cell.case == case and SWEEP not in cell.name:
                 rows.append([case.replace("_", " "), f"`{cell.name}`" if cell.learned else cell.name, cell["solves"],
-                             number(cell["newton_iterations"] / cell["solves"], 2), number(cell["linear_iterations"] / cell["solves"], 2),
+                             number(cell["newton_iterations"] / cell["solves"], 2),
+                             number(cell["linear_iterations"] / cell["solves"], 2),
                              number(1e3 * cell["cpu"] / cell["solves"], 2), number(cell["wall"], 2),
                              number(cell["wall_min"], 2) + " to " + number(cell["wall_max"], 2)])
-    return markdown(["case", "controller", "solves", "Newton iterations a solve", "linear iterations a solve", "processor time a solve (ms)",
-                     "wall time (s, median)", "range"], rows)
+    return markdown(["case", "controller", "solves", "Newton iterations a solve", "linear iterations a solve",
+                     "processor time a solve (ms)", "wall time (s, median)", "range"], rows)
 
 
 def references(study):
     """The references and how far the run of half as many steps is from them."""
     rows = []
-    for case, attributes in sorted(study.references.items(), key=lambda item: (item[1]["problem"], item[1]["size_km"], item[1]["mesh"])):
+    for case, attributes in sorted(study.references.items(),
+                                   key=lambda item: (item[1]["problem"], item[1]["size_km"], item[1]["mesh"])):
         final = f"{attributes['final']:.5f}" if attributes["problem"] == "fault" else NO
         known = attributes["steps"] > 0
         rows.append([case.replace("_", " "), attributes["kind"], attributes["steps"] if known else NO, final,
-                     f"{abs(attributes['self_final']):.1e}" if known else NO, f"{attributes['self_max']:.1e}" if known else NO])
+                     f"{abs(attributes['self_final']):.1e}" if known else NO, f"{attributes['self_max']:.1e}" if known
+                     else NO])
     return markdown(["case", "kind", "steps", "final mean slip (m)", "half as many steps: at the end", "at most"], rows)
 
 
 def processor_time(study, case, cells):
-    """What all runs of a case took, its reference included [s]; of runs too short for the processor's clock the wall time."""
+    """What all runs of a case took, its reference included [s]; of runs too short for the processor's clock the wall
+    time."""
     runs = sum(cell["repetitions"] * (cell["cpu"] if cell["cpu"] > 0 else cell["wall"]) for cell in cells)
     return runs + study.references.get(case, {}).get("wall", 0)
 
@@ -333,21 +356,26 @@ def contents(study):
         swept_by = [f"{', '.join(key)}: {count}" for key in TREATMENTS
                     if (count := sum(not c.learned and not c["steps"] and c.treatment == key for c in cells))]
         rows.append([case.replace("_", " "), sum(cell.learned for cell in cells), "; ".join(swept_by),
-                     sum(cell["steps"] > 0 for cell in cells), len(failed), sum(cell["guarded"] > 0 for cell in cells), f"{time:.0f}"])
-    rows += [[f"**all {name}**"] + [""] * 5 + [f"**{time:.0f}** ({number(time / 60)} min)"] for name, time in total.items()]
-    return markdown(["case", "cells of policies", "cells of tolerance-driven controllers", "of constant steps", "failed", "guard rails stepped in",
-                     "processor time of all runs, reference included (s)"], rows)
+                     sum(cell["steps"] > 0 for cell in cells), len(failed), sum(cell["guarded"] > 0 for cell in cells),
+                     f"{time:.0f}"])
+    rows += [[f"**all {name}**"] + [""] * 5 + [f"**{time:.0f}** ({number(time / 60)} min)"]
+             for name, time in total.items()]
+    return markdown(["case", "cells of policies", "cells of tolerance-driven controllers", "of constant steps",
+                     "failed", "guard rails stepped in", "processor time of all runs, reference included (s)"], rows)
 
 
 def failures(study):
     """Every cell that did not converge, and why."""
-    rows = [[cell.case.replace("_", " "), f"`{cell.name}`", ", ".join(cell.treatment), f"{cell['tolerance']:g}", cell["reason"].replace("|", "\\|")]
+    rows = [[cell.case.replace("_", " "), f"`{cell.name}`", ", ".join(cell.treatment), f"{cell['tolerance']:g}",
+             cell["reason"].replace("|", "\\|")]
             for cell in study.cells if not cell.converged]
-    return markdown(["case", "controller", "estimate, reaction", "tolerance x", "reason"], rows) if rows else "No cell failed."
+    return markdown(["case", "controller", "estimate, reaction", "tolerance x", "reason"],
+                    rows) if rows else "No cell failed."
 
 
 TABLES = {"equal_accuracy": equal_accuracy, "equal_accuracy_small": equal_accuracy_small, "published": published,
-          "requirements": requirements, "accepted_steps": accepted_steps, "small": small, "equal_accuracy_cells": equal_accuracy_cells,
+          "requirements": requirements, "accepted_steps": accepted_steps, "small": small,
+          "equal_accuracy_cells": equal_accuracy_cells,
           "references": references, "cost": cost, "contents": contents, "failures": failures}
 
 
@@ -371,7 +399,7 @@ def fill(text, study, page):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="FILE", help="output file of evaluate")
-    parser.add_argument("--page", metavar="MD", default=os.path.join(os.path.dirname(os.path.realpath(sys.argv[0])), "RESULTS.md"),
+    parser.add_argument("--page", metavar="MD", default=os.path.join("output", "RESULTS.md"),
                         help="page to fill, default RESULTS.md beside this script")
     options = parser.parse_args()
     study = Study(options.study)

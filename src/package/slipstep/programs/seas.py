@@ -1,14 +1,16 @@
-"""The files of a SEAS benchmark from a run of it, and a picture: how often it breaks beside what other codes have found.
+"""The files of a SEAS benchmark from a run of it, and a picture: how often it breaks beside what other codes have
+found.
 
-    output/seas.py bp5 RUN.h5 CATALOGUE.h5 [--folder DIR] [--figure OUT.png]
-    output/seas.py bp4 RUN.h5 CATALOGUE.h5
-    output/seas.py bp1 RUN.h5 CATALOGUE.h5
-    output/seas.py bp3 RUN.h5 CATALOGUE.h5
-    output/seas.py bp6 RUN.h5 CATALOGUE.h5
-    output/seas.py bp7 RUN.h5 CATALOGUE.h5
+    slipstep seas bp5 RUN.h5 CATALOGUE.h5 [--folder DIR] [--figure OUT.png]
+    slipstep seas bp4 RUN.h5 CATALOGUE.h5
+    slipstep seas bp1 RUN.h5 CATALOGUE.h5
+    slipstep seas bp3 RUN.h5 CATALOGUE.h5
+    slipstep seas bp6 RUN.h5 CATALOGUE.h5
+    slipstep seas bp7 RUN.h5 CATALOGUE.h5
 
-bp5 and bp4: fltst_strk*dp*, global.dat, rupture.dat; bp1 and bp3: fltst_dp*, slip.dat, and of bp3 srfst_fn*; bp6: fltst_strk*, global.dat, slip.dat;
-bp7: fltst_strk*dp*, global.dat. slipstep/results/seas.py says what is in them. examples/seas_bp5.sh, seas_bp4.sh, seas_bp1.sh, seas_bp3.sh, seas_bp6.sh and seas_bp7.sh make the runs.
+bp5 and bp4: fltst_strk*dp*, global.dat, rupture.dat; bp1 and bp3: fltst_dp*, slip.dat, and of bp3 srfst_fn*; bp6:
+fltst_strk*, global.dat, slip.dat; bp7: fltst_strk*dp*, global.dat. slipstep/results/seas.py says what is in them.
+examples/seas_bp5.sh, seas_bp4.sh, seas_bp1.sh, seas_bp3.sh, seas_bp6.sh and seas_bp7.sh make the runs.
 """
 
 import argparse
@@ -29,20 +31,22 @@ from ..results.catalogue import Catalogue
 from ..results.events import Events
 from ..results.fields import KINDS, RUPTURE_RATE, kind_of
 from ..results.run import Run
-from ..results.seas import BENCHMARKS, DAY, FRONT_RATE, ORIGIN, STOP, cycles, dip_of, first_event, front, has_waves, name_of, pressure, stations_of, surface_of, write_files
+from ..results.seas import (BENCHMARKS, DAY, FRONT_RATE, ORIGIN, STOP, cycles, dip_of, first_event, front, has_waves,
+                            name_of, pressure, stations_of, surface_of, write_files)
 from ..times import YEAR
 
-# Recurrence [years] once cycles repeat, of boundary-element codes, as github.com/thwbecker/interact has found and compared it: BP5 with cells
-# of 1 km, BP1 with cells of 25 to 100 m
+# Recurrence [years] once cycles repeat, of boundary-element codes, as github.com/thwbecker/interact has found and
+# compared it: BP5 with cells of 1 km, BP1 with cells of 25 to 100 m
 PUBLISHED = {"bp5": (235.4, "interact, cells of 1 km: 235.4 years"), "bp1": (78.2, "other codes: 78.2 years")}
-# Intervals [years] of BP3 that repeat in this order, for a dip and 1 (thrust) or -1 (normal): FDRA with cells of 25 m, as
-# github.com/rmskarbek/RSFaultZ has them
+# Intervals [years] of BP3 that repeat in this order, for a dip and 1 (thrust) or -1 (normal): FDRA with cells of 25 m,
+# as github.com/rmskarbek/RSFaultZ has them
 CYCLE = {(60, 1): (63.31, 87.12, 91.12, 97.45), (30, -1): (74.05, 109.75)}
 # Displacement of the ground there [m], to the right and down, by years and km from the trace
 GROUND = {(60, 1): {50.0307: {16: (-0.400304, -0.418260), -16: (-0.031915, 0.527212), 0: (-0.303663, 0.227878)},
                     150.0728: {16: (-1.183382, -1.256208), -16: (-0.085960, 1.584125)}}}
-# Slip along strike and up dip [m] of BP7-QD-A's first event at places [m], as EQquasi has it with finite elements of 25 m in a box of 1 km; what it
-# has at (100, -100) has the sign and size of the side away from the perturbation, (100, 100) here
+# Slip along strike and up dip [m] of BP7-QD-A's first event at places [m], as EQquasi has it with finite elements of 25
+# m in a box of 1 km; what it has at (100, -100) has the sign and size of the side away from the perturbation, (100,
+# 100) here
 QUASI = {(0, 0): (0.021122, -0.000085), (100, 0): (0.015508, -0.000169), (100, 100): (0.012076, -0.000224)}
 STEADY = 2  # intervals that the start still shows in: the later ones are averaged
 SNAPSHOTS = (5, 10, 25, 50, 100, 200, 400, 730)  # days, of BP6
@@ -69,7 +73,8 @@ def summary(events):
         yield f"first interval: {intervals(events)[0]:.3f} years"
     if np.isfinite(repeated):
         yield f"recurrence from cycle {STEADY + 1} on: {repeated:.3f} years"
-    for name, scale, unit, digits in (("peak_slip_rate", 1, "m/s", 3), ("mean_slip", 1, "m", 3), ("stress_drop", 1e-6, "MPa", 3), ("moment", 1, "N m", 4)):
+    for name, scale, unit, digits in (("peak_slip_rate", 1, "m/s", 3), ("mean_slip", 1, "m", 3),
+                                      ("stress_drop", 1e-6, "MPa", 3), ("moment", 1, "N m", 4)):
         values = scale * events[name][first]
         yield f"{name.replace('_', ' ')}: {values[0]:.{digits}g} {unit} first, {values[-1]:.{digits}g} {unit} last"
     duration = (events["end"] - events["onset"])[first]
@@ -86,14 +91,16 @@ def ground_summary(run):
                 continue
             time, displacement, _ = found[x]
             right, down = (np.interp(years * YEAR, time, displacement[:, k]) for k in (0, 1))
-            yield f"ground at {x:+d} km after {years:g} years: {right:.4f} m to the right, {down:.4f} m down (FDRA: {wanted[0]:.4f}, {wanted[1]:.4f})"
+            yield (f"ground at {x:+d} km after {years:g} years: {right:.4f} m to the right, {down:.4f} m down (FDRA: "
+                   f"{wanted[0]:.4f}, {wanted[1]:.4f})")
 
 
 def draw_rate(axes, run, events):
     time = run.series["time"] / YEAR
     axes.plot(time, run.series["max_slip_rate"], color=RUN_STYLES[0]["color"], linewidth=0.9)
     axes.axhline(RUPTURE_RATE, color=RED, linewidth=0.8, linestyle=(0, (4, 2)), label="1 mm/s: events are faster")
-    axes.set(title=f"Largest slip rate: {len(cycles(events))} cycles", xlabel="time (years)", ylabel="m/s", xlim=(0, time[-1]))
+    axes.set(title=f"Largest slip rate: {len(cycles(events))} cycles", xlabel="time (years)", ylabel="m/s",
+             xlim=(0, time[-1]))
     log_scale(axes)
     axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.12))
 
@@ -111,9 +118,11 @@ def draw_recurrence(axes, run, events, benchmark):
     if label:
         axes.axhline(value, color=REFERENCE, linewidth=3.5, alpha=0.7, label=label)
     axes.plot(number, years, **{**RUN_STYLES[0], "linestyle": "", "markersize": 6}, markeredgewidth=0,
-              label=f"SlipStep, from interval {STEADY + 1} on: {repeated:.2f} years" if np.isfinite(repeated) else "SlipStep")
+              label=f"SlipStep, from interval {STEADY + 1} on: {repeated:.2f} years" if np.isfinite(repeated)
+              else "SlipStep")
     reach = max(0.02 * value, 1.15 * abs(years - value).max()) if len(years) else 0.02 * value
-    axes.set(title="From one event to the next", xlabel="interval", ylabel="years", xlim=(0.5, max(len(years), 1) + 0.5), ylim=(value - reach, value + reach))
+    axes.set(title="From one event to the next", xlabel="interval", ylabel="years",
+             xlim=(0.5, max(len(years), 1) + 0.5), ylim=(value - reach, value + reach))
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
     axes.legend(loc="best")
 
@@ -128,10 +137,12 @@ def draw_cycle(axes, run, events):
         later = years[STEADY:] if len(years) > STEADY else years
         shifts = [np.abs(later - cycle[(np.arange(len(later)) + k) % len(cycle)]).mean() for k in range(len(cycle))]
         first = int(np.argmin(shifts)) - (STEADY if len(years) > STEADY else 0)
-        axes.plot(number, cycle[(np.arange(len(years)) + first) % len(cycle)], color=REFERENCE, linestyle="", marker="_", markersize=22, markeredgewidth=3,
+        axes.plot(number, cycle[(np.arange(len(years)) + first) % len(cycle)], color=REFERENCE, linestyle="",
+                  marker="_", markersize=22, markeredgewidth=3,
                   label="FDRA, repeated")
     axes.plot(number, years, **{**RUN_STYLES[0], "linestyle": "", "markersize": 6}, markeredgewidth=0, label="SlipStep")
-    axes.set(title="From one event to the next", xlabel="interval", ylabel="years", xlim=(0.5, max(len(years), 1) + 0.5))
+    axes.set(title="From one event to the next", xlabel="interval", ylabel="years",
+             xlim=(0.5, max(len(years), 1) + 0.5))
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
     axes.legend(loc="best")
 
@@ -141,8 +152,10 @@ def draw_normal(axes, run):
     stations = stations_of(run)
     for station, colour in zip(stations[::2], plt.get_cmap("viridis")(np.linspace(0, 0.92, len(stations[::2])))):
         along = station["z"] / np.sin(np.radians(dip_of(run)[0])) / 1e3
-        axes.plot(station["time"] / YEAR, station["normal_stress"] / 1e6, color=colour, linewidth=0.8, label=f"{along:g} km")
-    axes.set(title="Normal stress at distances along the dip", xlabel="time (years)", ylabel="MPa", xlim=(0, run.series["time"][-1] / YEAR))
+        axes.plot(station["time"] / YEAR, station["normal_stress"] / 1e6, color=colour, linewidth=0.8,
+                  label=f"{along:g} km")
+    axes.set(title="Normal stress at distances along the dip", xlabel="time (years)", ylabel="MPa",
+             xlim=(0, run.series["time"][-1] / YEAR))
     axes.legend(fontsize=8, ncols=6, loc="upper left", bbox_to_anchor=(0, -0.16))
 
 
@@ -159,7 +172,8 @@ def draw_front(canvas, axes, run, events):
     if len(levels):
         plane.contour(axes, broke, levels)
     plane.frame(axes)
-    axes.set(title=f"First {'large ' if window[0] else ''}event: slip, and when {FRONT_RATE:g} m/s\nwas reached, every 5 s", xlabel="along strike (km)")
+    axes.set(title=f"First {'large ' if window[0] else ''}event: slip, and when {FRONT_RATE:g} m/s\nwas "
+                   "reached, every 5 s", xlabel="along strike (km)")
     colour_bar(canvas, artist, norm, "slip (m)", ax=axes, location="bottom", shrink=0.8, aspect=30, pad=0.02)
 
 
@@ -168,7 +182,8 @@ def draw_slip(axes, benchmark, run, events):
     plane, = planes_of(run)
     pairs = np.stack([events["onset"], events["end"]], axis=1)
     if benchmark in ("bp4", "bp5"):
-        draw_cumulative(axes, Course(run, Line(plane, "strike", 40.0 if benchmark == "bp4" else 10.0), "slip", None, 10.0), pairs)
+        draw_cumulative(axes, Course(run, Line(plane, "strike", 40.0 if benchmark == "bp4" else 10.0), "slip", None,
+                                     10.0), pairs)
         return
     course = Course(run, Line(plane, "depth"), "slip", 5 * YEAR, 10.0)
     draw_cumulative(axes, course, pairs)
@@ -186,7 +201,8 @@ def injection_summary(run):
     yield f"largest slip rate: {rate.max():.4g} m/s at {time[rate.argmax()] / DAY:.2f} days"
     for days in (STOP / DAY, times[-1] / DAY):
         if days <= times[-1] / DAY * (1 + 1e-9):
-            yield f"slip at the injection after {days:.4g} days: {np.interp(days * DAY, times, slip[:, middle, 0]):.5f} m"
+            yield (f"slip at the injection after {days:.4g} days: "
+                   f"{np.interp(days * DAY, times, slip[:, middle, 0]):.5f} m")
 
 
 def injection_figure(run):
@@ -211,7 +227,8 @@ def injection_figure(run):
         axes.set(xlabel="distance from the injection (km)", xlim=(-reach, reach))
     axes = canvas.add_subplot(grid[1, :])
     norm = LogNorm(1e-13, rates.max())
-    image = axes.pcolormesh(times / DAY, z, np.maximum(rates, 1e-13).T, norm=norm, cmap="magma", shading="nearest", rasterized=True)
+    image = axes.pcolormesh(times / DAY, z, np.maximum(rates, 1e-13).T, norm=norm, cmap="magma", shading="nearest",
+                            rasterized=True)
     p = np.array([pressure(1e3 * z, t) for t in times]) / 1e6
     lines = axes.contour(times / DAY, z, p.T, levels=[0.1, 0.8, 2, 4], colors="white", linewidths=0.9)
     axes.clabel(lines, fmt="%g MPa", fontsize=8)
@@ -226,12 +243,14 @@ def injection_figure(run):
 
 def vector_summary(run, events):
     """Of BP7, a line each."""
-    yield f"first event: {events['end'][0] - events['onset'][0]:.3g} s, peak slip rate {events['peak_slip_rate'][0]:.4g} m/s, moment {events['moment'][0]:.4g} N m"
+    yield (f"first event: {events['end'][0] - events['onset'][0]:.3g} s, peak slip rate "
+           f"{events['peak_slip_rate'][0]:.4g} m/s, moment {events['moment'][0]:.4g} N m")
     for station in stations_of(run):
         place = tuple(round(station[axis] - ORIGIN["bp7"]) for axis in ("x", "z"))
         slip = [np.interp(events["end"][0] + 10, station["time"], station["slip"][:, k]) for k in (0, 1)]
         other = "" if place not in QUASI else " (EQquasi: {:.6f}, {:.6f})".format(*QUASI[place])
-        yield f"slip 10 s after it at ({place[0]}, {place[1]}) m: {slip[0]:.6f} m along strike, {slip[1]:.6f} m up dip{other}"
+        yield (f"slip 10 s after it at ({place[0]}, {place[1]}) m: {slip[0]:.6f} m along strike, {slip[1]:.6f} m up "
+               f"dip{other}")
 
 
 def vector_figure(run, events):
@@ -251,7 +270,8 @@ def vector_figure(run, events):
         norm, axes = Span().see(values).norm(kind), canvas.add_subplot(grid[1, k])
         artist = plane.draw(axes, plane.values(values), norm, kind.colours)
         axes.set(title=f"{kind.title} after the first event")
-        colour_bar(canvas, artist, norm, f"{kind.title.lower()} (m)", ax=axes, location="bottom", shrink=0.8, aspect=30, pad=0.02)
+        colour_bar(canvas, artist, norm, f"{kind.title.lower()} (m)", ax=axes, location="bottom", shrink=0.8, aspect=30,
+                   pad=0.02)
     canvas.suptitle(f"SEAS {name_of('bp7', run)}, cells of {np.diff(run.axes[1])[0]:g} m: {run.title}")
     return canvas
 
@@ -283,7 +303,8 @@ def arguments():
     parser.add_argument("run", metavar="RUN", help="output file of the run")
     parser.add_argument("catalogue", metavar="CATALOGUE", help="file of its -fault_catalogue")
     parser.add_argument("--folder", metavar="DIR", help="folder for the benchmark's files, default RUN without .h5")
-    parser.add_argument("--figure", metavar="PNG", help="file to write, default RUN with _seas.png; its ending chooses the format")
+    parser.add_argument("--figure", metavar="PNG",
+                        help="file to write, default RUN with _seas.png; its ending chooses the format")
     return parser.parse_args()
 
 
@@ -298,9 +319,11 @@ def main():
     if run.planes or len(run.axes[1]) < 2:
         raise OutputError(f"{run.path}: expected a run on a grid, with two rows of cells at least")
     paths = write_files(options.benchmark, run, events, options.folder or stem)
-    canvas = injection_figure(run) if injection else vector_figure(run, events) if options.benchmark == "bp7" else figure(options.benchmark, run, events)
+    canvas = (injection_figure(run) if injection else vector_figure(run, events) if options.benchmark == "bp7"
+              else figure(options.benchmark, run, events))
     save(canvas, target) if target.endswith(".png") else canvas.savefig(target)
-    lines = list(injection_summary(run) if injection else vector_summary(run, events) if options.benchmark == "bp7" else summary(events))
+    lines = list(injection_summary(run) if injection else vector_summary(run, events) if options.benchmark == "bp7"
+                 else summary(events))
     for line in lines + (list(ground_summary(run)) if options.benchmark == "bp3" else []):
         print(line)
     if published(options.benchmark, run):

@@ -1,12 +1,15 @@
-"""What slip does to the ground and to other faults: maps of displacement, of the line of sight of a satellite, vectors at GNSS points, and the
-change of Coulomb stress, for a run, a part of it, or an event of a catalogue.
+"""What slip does to the ground and to other faults: maps of displacement, of the line of sight of a satellite, vectors
+at GNSS points, and the change of Coulomb stress, for a run, a part of it, or an event of a catalogue.
 
-    output/surface.py RUN.h5                                            # the whole run: north, east and up
-    output/surface.py RUN.h5 --window 113.2y 113.3y --look 257 39       # a part of it, as a satellite in the west sees it
-    output/surface.py EVENTS.h5 --event largest --points stations.txt   # an event (-fault_catalogue_maps) with vectors at points
-    output/surface.py EVENTS.h5 --event 3 --receiver 30 60 90 --depth 8 --friction 0.4
-    output/surface.py RUN.h5 --look 257 39 --numbers los.h5             # or los.csv
-    output/surface.py SLIP.h5                                           # a slip model of convert.py, or another input of elastic
+    slipstep surface RUN.h5                                            # the whole run: north, east and up
+    slipstep surface RUN.h5 --window 113.2y 113.3y --look 257 39       # a part of it, as a satellite in the west sees
+                                                                       # it
+    slipstep surface EVENTS.h5 --event largest --points stations.txt   # an event (-fault_catalogue_maps) with vectors
+                                                                       # at points
+    slipstep surface EVENTS.h5 --event 3 --receiver 30 60 90 --depth 8 --friction 0.4
+    slipstep surface RUN.h5 --look 257 39 --numbers los.h5             # or los.csv
+    slipstep surface SLIP.h5                                           # a slip model of slipstep convert, or another
+                                                                       # input of elastic
 
 Formulas are those of the library, by its program elastic (build/bin, or SLIPSTEP_BUILD).
 """
@@ -58,7 +61,8 @@ class Map:
             extent = [1e3 * km for km in extent]
         self.extent = extent
         spacing = 1e3 * spacing if spacing else max(extent[1] - extent[0], extent[3] - extent[2]) / (ACROSS - 1)
-        self.axes = [np.linspace(low, high, max(2, round((high - low) / spacing) + 1)) for low, high in (extent[:2], extent[2:])]
+        self.axes = [np.linspace(low, high, max(2, round((high - low) / spacing) + 1))
+                     for low, high in (extent[:2], extent[2:])]
         self.x, self.y = np.meshgrid(*self.axes, indexing="ij")
         self.depth = 1e3 * depth
 
@@ -71,7 +75,8 @@ def points_of(text, path):
     """Points [n, 2] [m] of a list "x,y;x,y", a file as of -fault_surface_stations, or those of the run itself."""
     if text == "":
         with open_any(path) as file:
-            points = [[plain(file[f"surface/{name}"].attrs[axis]) for axis in "xy"] for name in sorted(file.get("surface", ()), key=int)]
+            points = [[plain(file[f"surface/{name}"].attrs[axis]) for axis in "xy"]
+                      for name in sorted(file.get("surface", ()), key=int)]
         if not points:
             raise OutputError(f"{path} has no points of -fault_surface_stations: expected --points FILE or \"x,y;x,y\"")
         return np.array(points)
@@ -87,7 +92,8 @@ def points_of(text, path):
             x, y = map(float, line.replace(",", " ", 1).split())
             points.append((x, y))
         except ValueError:
-            raise OutputError(f"{where}: \"{line}\", expected a point x,y in m" + ("" if where != "--points" else ", or a file of such lines")) from None
+            raise OutputError(f"{where}: \"{line}\", expected a point x,y in m"
+                              + ("" if where != "--points" else ", or a file of such lines")) from None
     if not points or not np.isfinite(points).all():
         raise OutputError(f"{text}: expected points x,y in m")
     return np.array(points)
@@ -104,25 +110,29 @@ class Picture:
         rows = -(-count // columns)
         wide = np.clip(11 / columns, 3.6, 7)
         high = np.clip((wide - 0.7) * tall, 2.2, 9) + 1.7  # title and bar
-        self.canvas, axes = plt.subplots(rows, columns, figsize=(columns * wide, rows * high + 0.4), squeeze=False, layout="constrained")
+        self.canvas, axes = plt.subplots(rows, columns, figsize=(columns * wide, rows * high + 0.4), squeeze=False,
+                                         layout="constrained")
         self.axes = axes.ravel()
         for spare in self.axes[count:]:
             spare.remove()
         self.used = 0
 
     def draw(self, title, values, label, scale, most=None, depth=None):
-        """A map; values and most in the unit of the file, scale: of the bar in it; depth: of the map below the ground [m]."""
+        """A map; values and most in the unit of the file, scale: of the bar in it; depth: of the map below the ground
+        [m]."""
         axes, plane = self.axes[self.used], self.plane
         self.used += 1
         most = (most if most is not None else np.abs(values).max()) / scale or 1.0
-        artist = axes.pcolormesh(plane.axes[1] / 1e3, plane.axes[0] / 1e3, values.reshape(plane.x.shape) / scale, norm=Normalize(-most, most),
-                                 cmap="RdBu_r", shading="gouraud", rasterized=True)
+        artist = axes.pcolormesh(plane.axes[1] / 1e3, plane.axes[0] / 1e3, values.reshape(plane.x.shape) / scale,
+                                 norm=Normalize(-most, most), cmap="RdBu_r", shading="gouraud", rasterized=True)
         upper, others = (edges[:, :, 1::-1] / 1e3 for edges in self.source.outline())  # east, north
         axes.add_collection(LineCollection(others, colors="black", linewidths=0.8, zorder=3))
         axes.add_collection(LineCollection(upper, colors="black", linewidths=2.6, zorder=4, capstyle="round"))
         if depth is not None:
-            axes.add_collection(LineCollection(self.source.level(depth)[:, :, 1::-1] / 1e3, colors="black", linewidths=1.0, linestyles="dashed", zorder=3))
-        axes.set(title=title, xlabel="east (km)", aspect="equal", xlim=np.array(plane.extent[2:]) / 1e3, ylim=np.array(plane.extent[:2]) / 1e3)
+            axes.add_collection(LineCollection(self.source.level(depth)[:, :, 1::-1] / 1e3, colors="black",
+                                               linewidths=1.0, linestyles="dashed", zorder=3))
+        axes.set(title=title, xlabel="east (km)", aspect="equal", xlim=np.array(plane.extent[2:]) / 1e3,
+                 ylim=np.array(plane.extent[:2]) / 1e3)
         if axes.get_subplotspec().is_first_col():
             axes.set_ylabel("north (km)")
         axes.grid(False)
@@ -136,31 +146,34 @@ class Picture:
         key = float(f"{length or 1:.1g}")
         reach = max(self.plane.extent[1] - self.plane.extent[0], self.plane.extent[3] - self.plane.extent[2]) / 1e3
         y, x = points[:, 1] / 1e3, points[:, 0] / 1e3
-        axes.scatter(y, x, c=-u[:, 2] / scale, norm=norm, cmap="RdBu_r", s=20, edgecolor="black", linewidth=0.7, zorder=6)
+        axes.scatter(y, x, c=-u[:, 2] / scale, norm=norm, cmap="RdBu_r", s=20, edgecolor="black", linewidth=0.7,
+                     zorder=6)
         size = ARROW * reach / (length or 1)  # km for each of the unit
         self.arrows(axes, np.stack([y, x], axis=1), size * u[:, 1::-1] / scale, reach)
         south, north, west, east = np.array(self.plane.extent) / 1e3
         begin = np.array([west + 0.04 * (east - west), south + 0.05 * (north - south)])
         self.arrows(axes, begin[None], np.array([[size * key, 0.0]]), reach)
-        axes.text(begin[0] + 0.5 * size * key, begin[1] + 0.012 * reach, f"{key:g} {unit}", ha="center", va="bottom", zorder=8,
-                  path_effects=[withStroke(linewidth=3, foreground="white")])
+        axes.text(begin[0] + 0.5 * size * key, begin[1] + 0.012 * reach, f"{key:g} {unit}", ha="center", va="bottom",
+                  zorder=8, path_effects=[withStroke(linewidth=3, foreground="white")])
 
     @staticmethod
     def arrows(axes, begin, vectors, reach):
-        """Arrows [n, 2] km from points [n, 2]; heads of short ones are a share of them, so that each has a shaft that shows where it goes. Above the
-        points' dots, which would hide the short ones."""
+        """Arrows [n, 2] km from points [n, 2]; heads of short ones are a share of them, so that each has a shaft that
+        shows where it goes. Above the points' dots, which would hide the short ones."""
         length = np.linalg.norm(vectors, axis=1)
         begin, vectors, length = begin[length > 0], vectors[length > 0], length[length > 0, None]
         head, along = np.minimum(HEAD * reach, length / SHAFT), vectors / length
         tip, foot, across = begin + vectors, begin + vectors - head * along, 0.4 * head * along[:, ::-1] * [-1, 1]
         halo = [withStroke(linewidth=2.4, foreground="white"), Normal()]
-        axes.add_collection(LineCollection(np.stack([begin, foot + 0.2 * head * along], axis=1), colors="black", linewidths=1.3, path_effects=halo, zorder=7))
-        axes.add_collection(PolyCollection(np.stack([tip, foot + across, foot - across], axis=1), facecolors="black", edgecolors="white", linewidths=0.4, zorder=7))
+        axes.add_collection(LineCollection(np.stack([begin, foot + 0.2 * head * along], axis=1), colors="black",
+                                           linewidths=1.3, path_effects=halo, zorder=7))
+        axes.add_collection(PolyCollection(np.stack([tip, foot + across, foot - across], axis=1), facecolors="black",
+                                           edgecolors="white", linewidths=0.4, zorder=7))
 
 
 def numbers_of(target, source, plane, on_map, points, at_points):
-    """HDF5 with groups /map and /points, or CSV with a line for each of the points, or of the map where none are given. What is in both
-    dicts: (array, unit, columns)."""
+    """HDF5 with groups /map and /points, or CSV with a line for each of the points, or of the map where none are given.
+    What is in both dicts: (array, unit, columns)."""
     if target.endswith(".csv"):
         where, columns = (points, at_points) if at_points else (plane.points[:, :2], on_map)
         head, table = ["x [m]", "y [m]"], [*where.T]
@@ -175,7 +188,8 @@ def numbers_of(target, source, plane, on_map, points, at_points):
     else:
         with replacing(target) as out, h5py.File(out, "w") as file:
             file.attrs["source"], file.attrs["slip"] = source.path, source.words
-            for group, axes, columns in (("map", plane.axes, on_map), ("points", points.T if at_points else [], at_points)):
+            for group, axes, columns in (("map", plane.axes, on_map),
+                                         ("points", points.T if at_points else [], at_points)):
                 for name, (data, unit, parts) in columns.items():
                     shape = plane.x.shape if group == "map" else (len(points),)
                     file[f"{group}/{name}"] = data.reshape(shape + ((len(parts),) if parts else ()))
@@ -190,7 +204,8 @@ def numbers_of(target, source, plane, on_map, points, at_points):
 def draw(source, options, points):
     """The figure, and what is drawn on the map and at the points."""
     elastic = Elastic(source, options.ranks)
-    depth = options.depth if options.depth is not None else 0.5e-3 * (source.corners[..., 2].min() + source.corners[..., 2].max())
+    depth = options.depth if options.depth is not None else 0.5e-3 * (source.corners[..., 2].min()
+                                                                      + source.corners[..., 2].max())
     plane = Map(source, options.extent, options.spacing, depth)
     parts = ["north", "east", "down"]
     components = options.components or not (options.look or options.receiver or points is not None)
@@ -200,17 +215,22 @@ def draw(source, options, points):
         on_map["displacement"] = u, "m", parts
         size = unit_of(np.abs(u).max())
         if components:
-            panels += [(name.capitalize(), sign * u[:, k], f"displacement ({size[1]})", size[0], None) for name, sign, k in
+            panels += [(name.capitalize(), sign * u[:, k], f"displacement ({size[1]})", size[0], None)
+                       for name, sign, k in
                        (("north", 1, 0), ("east", 1, 1), ("up", -1, 2))]
         if options.look:
             seen = u @ look_vector(*options.look)
             on_map["line_of_sight"] = seen, "m", None
             size = unit_of(np.abs(seen).max())
-            panels.append(("Towards a satellite\nazimuth {:g}°, incidence {:g}°".format(*options.look), seen, f"line of sight ({size[1]})", size[0], None))
+            panels.append(("Towards a satellite\nazimuth {:g}°, incidence {:g}°".format(*options.look), seen,
+                           f"line of sight ({size[1]})", size[0], None))
     if options.receiver:
-        on_map["coulomb"], on_map["shear"], on_map["normal"] = ((values, "Pa", None) for values in elastic.coulomb(plane.points, options.receiver, options.friction))
+        on_map["coulomb"], on_map["shear"], on_map["normal"] = ((values, "Pa", None)
+                                                                for values in elastic.coulomb(
+                                                                    plane.points, options.receiver, options.friction))
         stress = on_map["coulomb"][0]
-        title = "Coulomb stress at {:g} km, μ = {:g}\nstrike {:g}°, dip {:g}°, rake {:g}°".format(round(depth, 3), options.friction, *options.receiver)
+        title = "Coulomb stress at {:g} km, μ = {:g}\nstrike {:g}°, dip {:g}°, rake {:g}°".format(
+            round(depth, 3), options.friction, *options.receiver)
         panels.append((title, stress, "ΔCFS (MPa)", 1e6, np.quantile(np.abs(stress), 1 - BEYOND), plane.depth))
     picture = Picture(source, plane, len(panels) + (points is not None))
     for panel in panels:
@@ -229,27 +249,40 @@ def draw(source, options, points):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0], epilog="\n\n".join(__doc__.split("\n\n")[1:]),
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0],
+                                     epilog="\n\n".join(__doc__.split("\n\n")[1:]),
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", metavar="FILE", help="output of a run, or catalogue with maps (-fault_catalogue_maps)")
-    parser.add_argument("--figure", metavar="PNG", help="file to write, default FILE with _surface and --event, look, points and receiver where they are drawn, as "
+    parser.add_argument("--figure", metavar="PNG", help="file to write, default FILE with _surface and --event, look, "
+                        "points and receiver where they are drawn, as "
                         "_surface_look.png; its ending chooses the format (png, pdf, svg)")
-    parser.add_argument("--numbers", metavar="OUT", help="write what is drawn to OUT.h5 or OUT.csv: x north, y east [m], displacement north, east, down [m], stress [Pa]")
-    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"), help="part of a run: seconds, or a number with s, min, h, d, y; default all")
-    parser.add_argument("--field", choices=("displacement", "slip"), help="quantity of a run: displacement, relative to the far field, as stations have it (default), or slip")
+    parser.add_argument("--numbers", metavar="OUT", help="write what is drawn to OUT.h5 or OUT.csv: x north, y east "
+                                                         "[m], displacement north, east, down [m], stress [Pa]")
+    parser.add_argument("--window", nargs=2, type=seconds, metavar=("BEGIN", "END"),
+                        help="part of a run: seconds, or a number with s, min, h, d, y; default all")
+    parser.add_argument("--field", choices=("displacement", "slip"), help="quantity of a run: displacement, relative "
+                        "to the far field, as stations have it "
+                        "(default), or slip")
     parser.add_argument("--event", metavar="N", help="event of a catalogue: its number from 1 on, or largest (default)")
-    parser.add_argument("--components", action="store_true", help="north, east and up, default without --look, --points and --receiver")
-    parser.add_argument("--look", nargs=2, type=float, metavar=("AZIMUTH", "INCIDENCE"), help="line of sight, positive towards the satellite: azimuth, clockwise "
-                        "from north, of the direction from the ground to it, and incidence from the vertical, degrees. A satellite with the heading h "
+    parser.add_argument("--components", action="store_true",
+                        help="north, east and up, default without --look, --points and --receiver")
+    parser.add_argument("--look", nargs=2, type=float, metavar=("AZIMUTH", "INCIDENCE"),
+                        help="line of sight, positive towards the satellite: azimuth, clockwise "
+                        "from north, of the direction from the ground to it, and incidence from the vertical, degrees. "
+                        "A satellite with the heading h "
                         "that looks to its right is at the azimuth h - 90: 257 39 is about Sentinel-1, ascending")
-    parser.add_argument("--points", nargs="?", const="", metavar="FILE", help="vectors at points: a file with a point x,y or x y [m] on each line, or \"x,y;x,y\"; "
+    parser.add_argument("--points", nargs="?", const="", metavar="FILE",
+                        help="vectors at points: a file with a point x,y or x y [m] on each line, or \"x,y;x,y\"; "
                         "without FILE those of -fault_surface_stations")
-    parser.add_argument("--receiver", nargs=3, type=float, metavar=("STRIKE", "DIP", "RAKE"), help="change of Coulomb stress on planes of this direction, degrees: "
+    parser.add_argument("--receiver", nargs=3, type=float, metavar=("STRIKE", "DIP", "RAKE"),
+                        help="change of Coulomb stress on planes of this direction, degrees: "
                         "shear stress along the rake less friction times normal stress, positive in compression")
     parser.add_argument("--depth", type=float, metavar="KM", help="of these planes, default the middle of the fault")
     parser.add_argument("--friction", type=float, default=0.4, help="of these planes, default 0.4")
-    parser.add_argument("--extent", nargs=4, type=float, metavar=("SOUTH", "NORTH", "WEST", "EAST"), help="of the map [km], default the fault and half of its extent around")
-    parser.add_argument("--spacing", type=float, metavar="KM", help=f"of the map's points, default {ACROSS} on the longer side")
+    parser.add_argument("--extent", nargs=4, type=float, metavar=("SOUTH", "NORTH", "WEST", "EAST"),
+                        help="of the map [km], default the fault and half of its extent around")
+    parser.add_argument("--spacing", type=float, metavar="KM",
+                        help=f"of the map's points, default {ACROSS} on the longer side")
     parser.add_argument("--ranks", type=int, default=1, help="processes that compute, default 1")
     options = parser.parse_args()
     check(parser, options)
@@ -263,7 +296,8 @@ def check(parser, options):
     if options.extent and not (options.extent[0] < options.extent[1] and options.extent[2] < options.extent[3]):
         parser.error("--extent is {:g} {:g} {:g} {:g}, expected south, north, west, east in km".format(*options.extent))
     if options.look and not 0 <= options.look[1] < 90:
-        parser.error(f"--look has the incidence {options.look[1]:g}, expected degrees from the vertical, from 0 to below 90")
+        parser.error(f"--look has the incidence {options.look[1]:g}, expected degrees from the vertical, from 0 "
+                     "to below 90")
     if options.receiver and not 0 <= options.receiver[1] <= 90:
         parser.error(f"--receiver has the dip {options.receiver[1]:g}, expected degrees from 0 to 90")
     if options.depth is not None and not options.receiver:
@@ -271,7 +305,8 @@ def check(parser, options):
     for name, least in (("spacing", 0), ("ranks", 0.5), ("depth", -1e-300), ("friction", -1e-300)):
         value = getattr(options, name)
         if value is not None and not value > least:
-            parser.error(f"--{name} is {value:g}, expected a number {'>' if least == 0 else '>='} {max(0, round(least + 0.1))}")
+            parser.error(f"--{name} is {value:g}, expected a number {'>' if least == 0 else '>='} "
+                         f"{max(0, round(least + 0.1))}")
     if options.numbers and not options.numbers.endswith((".h5", ".csv")):
         parser.error(f"--numbers is {options.numbers}, expected a name that ends with .h5 or .csv")
     if options.event not in (None, "largest") and not options.event.isdigit():
@@ -279,7 +314,8 @@ def check(parser, options):
 
 
 def suffix_of(options):
-    """What tells pictures of one file apart: those of all of it have none but for what is drawn besides displacement."""
+    """What tells pictures of one file apart: those of all of it have none but for what is drawn besides
+    displacement."""
     event = f"_event_{options.event}" if options.event not in (None, "largest") else ""
     return event + "".join(f"_{name}" for name in ("look", "points", "receiver") if getattr(options, name) is not None)
 
@@ -294,7 +330,8 @@ def source_of(options):
         return slip_of_input(options.file)
     if not of_events:
         if options.event:
-            raise OutputError(f"--event is one of a catalogue, but {options.file} is none: expected the file of -fault_catalogue, or --window")
+            raise OutputError(f"--event is one of a catalogue, but {options.file} is none: expected the file of "
+                              "-fault_catalogue, or --window")
         run = Run(options.file)
         run.warn()
         return slip_of_run(run, *(options.window or (None, None)), options.field or "displacement")
@@ -315,7 +352,8 @@ def main():
     canvas.savefig(target)
     south, north, west, east = plane.extent
     outside = 0 if points is None else int(((points < (south, west)) | (points > (north, east))).any(axis=1).sum())
-    print(f"Figure: {target}" + (f", without {outside} of {len(points)} points that are outside of the map (--extent)" if outside else ""))
+    print(f"Figure: {target}" + (f", without {outside} of {len(points)} points that are outside of the map (--extent)"
+                                 if outside else ""))
     if options.numbers:
         numbers_of(options.numbers, source, plane, on_map, points, at_points)
         print(f"Numbers: {options.numbers}")

@@ -26,15 +26,17 @@ def collected(study, path):
     """Write the table, say what it has, and return the number of runs that failed."""
     study.write_csv(path)
     status = [run.status for run in study.runs]
-    words = [f"{status.count(name)} {text}" for name, text in (("ended", "ended"), ("early", "ended before their final time"), ("failed", "failed"), ("begun", "begun"), ("open", "not started"))
-             if name in status]
+    words = [f"{status.count(name)} {text}"
+             for name, text in (("ended", "ended"), ("early", "ended before their final time"), ("failed", "failed"),
+                                ("begun", "begun"), ("open", "not started")) if name in status]
     for run in study.runs:
         if run.status == "failed":
             print(f"run {run.number} failed ({run.file('log.txt')}): {run.error}")
     for name, why in study.empty:
         print(f"sweep: warning: the column {name} is empty in all runs that ended: {why}", file=sys.stderr)
     for line, runs in study.warnings:
-        print(f"{counted(len(runs), 'run')} of {len(status)} warn{'s' * (len(runs) == 1)}, the first of them run {runs[0].number} ({runs[0].file('log.txt')}): {line}")
+        print(f"{counted(len(runs), 'run')} of {len(status)} warn{'s' * (len(runs) == 1)}, the first of them run "
+              f"{runs[0].number} ({runs[0].file('log.txt')}): {line}")
     warned = sum(bool(run.warnings) for run in study.runs)
     print(f"Table: {path}, {len(status)} runs: {', '.join(words)}; {warned or 'none'} with warnings")
     return status.count("failed")
@@ -44,13 +46,16 @@ def collected(study, path):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("study", metavar="STUDY", help="study file, TOML")
-    parser.add_argument("--cores", type=int, metavar="N", help="cores that runs share; default: those of the study, or all of this machine")
+    parser.add_argument("--cores", type=int, metavar="N",
+                        help="cores that runs share; default: those of the study, or all of this machine")
     parser.add_argument("--retry", action="store_true", help="begin failed runs anew")
     parser.add_argument("--csv", metavar="OUT", help="table to write, default STUDY.csv")
     action = parser.add_mutually_exclusive_group()
     action.add_argument("--table", action="store_true", help="write the table of what is there, and run nothing")
-    action.add_argument("--plot", nargs="+", metavar="COLUMN", help="Y X [BY]: picture of a column against what is varied, a line for each value of BY; run nothing")
-    action.add_argument("--slurm", nargs="?", const="", metavar="OUT", help="write a job array for the runs that are not over, default STUDY.slurm.sh; run nothing")
+    action.add_argument("--plot", nargs="+", metavar="COLUMN", help="Y X [BY]: picture of a column against what is "
+                                                                    "varied, a line for each value of BY; run nothing")
+    action.add_argument("--slurm", nargs="?", const="", metavar="OUT",
+                        help="write a job array for the runs that are not over, default STUDY.slurm.sh; run nothing")
     action.add_argument("--task", type=int, metavar="N", help="run number N alone, as tasks of the job array do")
     action.add_argument("--list", action="store_true", help="list all runs and what has become of them; run nothing")
     parser.add_argument("--figure", metavar="OUT", help="picture to write, default STUDY_Y.png")

@@ -1,7 +1,7 @@
 """The error of a run against a reference, of its whole course: what a position of the accuracy dial promises.
 
-A course is mean slip s(t) and mean slip rate at the ends of the accepted steps, the start included, and the final slip of
-every cell. Between steps s(t) is the cubic Hermite polynomial of both. All measures are relative:
+A course is mean slip s(t) and mean slip rate at the ends of the accepted steps, the start included, and the final slip
+of every cell. Between steps s(t) is the cubic Hermite polynomial of both. All measures are relative:
 
     final    |s(T) / s_ref(T) - 1|
     history  largest |s(t) - s_ref(t)| over time, over s_ref(T). The difference is a cubic between neighbours of both
@@ -46,7 +46,8 @@ class Course:
 
 
 def from_start(series, names=("time", "mean_slip", "mean_slip_rate")):
-    """Columns of /series with the start. Files of SlipStep 0.4 and older have no row of it: their runs start at rest at time 0."""
+    """Columns of /series with the start. Files of SlipStep 0.4 and older have no row of it: their runs start at rest at
+    time 0."""
     before = [0.0] if series["time"][:1] > 0 else []
     return [np.append(before, series[name][()]) for name in names]
 
@@ -60,7 +61,8 @@ def read(path):
         area = mesh["length"][()] * mesh["width"][()] if "length" in mesh else np.ones(len(field))
         area = np.repeat(area, len(field) // len(area))  # slip may have two components
         if abs(file["fields/time"][-1] - series[0][-1]) > SAME_END * series[0][-1]:
-            raise CourseError(f"{path}: the last row of /fields is of another time than the last of /series; expected the run's end")
+            raise CourseError(f"{path}: the last row of /fields is of another time than the last of /series; expected "
+                              "the run's end")
     return Course(*series, field, area)
 
 
@@ -147,7 +149,8 @@ def history(run, reference):
 def errors(run, reference):
     """The parts of a run's error, by name, and the signed `slip_error` of its final mean slip."""
     if abs(run.time[-1] - reference.time[-1]) > SAME_END * reference.time[-1]:
-        raise CourseError(f"a run ends at {run.time[-1]:.10g} s and its reference at {reference.time[-1]:.10g} s; expected the same end")
+        raise CourseError(f"a run ends at {run.time[-1]:.10g} s and its reference at {reference.time[-1]:.10g} s; "
+                          "expected the same end")
     rise = passage(reference, 0.9) - passage(reference, 0.1)
     difference = run.field - reference.field
     slip_error = float(run.slip[-1] / reference.slip[-1] - 1)

@@ -15,8 +15,8 @@ FITTED = 30  # events from the magnitude of completeness on, below which no b is
 RANGE = 0.5  # of magnitudes, likewise
 FEW = 5  # events of one cell, below which their median is not one
 SEVERAL = 1.5  # areas of a cell, above which an event is one of several cells
-COLUMNS = {"onset": "s", "end": "s", "x": "m", "z": "m", "area": "m^2", "mean_slip": "m", "max_slip": "m", "moment": "N m",
-           "magnitude": "1", "stress_drop": "Pa", "peak_slip_rate": "m/s"}
+COLUMNS = {"onset": "s", "end": "s", "x": "m", "z": "m", "area": "m^2", "mean_slip": "m", "max_slip": "m",
+           "moment": "N m", "magnitude": "1", "stress_drop": "Pa", "peak_slip_rate": "m/s"}
 
 
 class Events(Catalogue, Cells):
@@ -49,8 +49,8 @@ class Events(Catalogue, Cells):
 
     @property
     def cell_magnitude(self):
-        """Magnitude of an event of one cell: the median of those that there are, or, where they are few, a circular crack (Eshelby 1957,
-        nu = 1/4) of its area with the median of the stress drops."""
+        """Magnitude of an event of one cell: the median of those that there are, or, where they are few, a circular
+        crack (Eshelby 1957, nu = 1/4) of its area with the median of the stress drops."""
         drops = self["stress_drop"][self["stress_drop"] > 0]
         if self.cell_area is None or not len(drops):
             return None
@@ -60,8 +60,8 @@ class Events(Catalogue, Cells):
         return (np.log10(16 / 7 * np.median(drops) * (self.cell_area / np.pi) ** 1.5) - 9.1) / 1.5
 
     def fit(self):
-        """The law of Gutenberg and Richter: (least magnitude, b, its standard error, number of events), or why there is none, in words. Events of
-        one cell are left out: how many there are, and how large, is of the mesh."""
+        """The law of Gutenberg and Richter: (least magnitude, b, its standard error, number of events), or why there is
+        none, in words. Events of one cell are left out: how many there are, and how large, is of the mesh."""
         if not self.attributes.get("weakens", 1):
             return "no b: friction weakens nowhere"
         several = np.isfinite(self["magnitude"]) & self.over
@@ -71,7 +71,8 @@ class Events(Catalogue, Cells):
         words = "events" if self.cell_area is None else "events of several cells"
         if len(magnitude) < FITTED:
             return f"no b: {len(magnitude)} {words.replace('events', 'event') if len(magnitude) == 1 else words}"
-        least = max(completeness(magnitude), -np.inf if self.cell_magnitude is None else self.cell_magnitude + np.log10(SEVERAL))
+        least = max(completeness(magnitude), -np.inf if self.cell_magnitude is None else self.cell_magnitude
+                    + np.log10(SEVERAL))
         above = int((magnitude >= least).sum())
         if above < FITTED:
             return f"no b: {above} {words} from M {least:.1f} on"
@@ -83,12 +84,15 @@ class Events(Catalogue, Cells):
         """One line on stderr for a run that has not ended, and for an event that goes on."""
         super().warn()
         if not self.complete:
-            print(f"{program()}: {self.path} is unfinished: complete = 0, its last event is at {written(self['onset'][-1])}", file=sys.stderr)
+            print(f"{program()}: {self.path} is unfinished: complete = 0, its last event is at "
+                  f"{written(self['onset'][-1])}", file=sys.stderr)
 
     def map_of(self, name, event):
-        """Slip [m], or time of rupture after the onset [s], of each cell in one event: [Nz, Nx], or [N] of irregular cells."""
+        """Slip [m], or time of rupture after the onset [s], of each cell in one event: [Nz, Nx], or [N] of irregular
+        cells."""
         maps = self.map(name)
         expected = (len(self.mesh["x"]),) if self.planes else self.shape
         if maps.shape[1:] != expected:
-            raise OutputError(f"{self.path}: /maps/{name} is {maps.shape[1:]} for each event, expected {expected} as the cells of /mesh")
+            raise OutputError(f"{self.path}: /maps/{name} is {maps.shape[1:]} for each event, expected {expected} as "
+                              "the cells of /mesh")
         return maps[event]

@@ -1,5 +1,5 @@
-"""Fields of a run as pictures need them: rows of /fields read when they are asked for, and what follows from them, the static
-stress drop and the times of rupture.
+"""Fields of a run as pictures need them: rows of /fields read when they are asked for, and what follows from them, the
+static stress drop and the times of rupture.
 
     fields = Fields(run, "slip_rate", window=(0, 20))
     fields.times, fields.maps([3, 7])                # [n], [2, Nz, Nx] or [2, N]
@@ -16,7 +16,8 @@ from .files import COMPONENTS, drawn, plain, split
 RUPTURE_RATE = 1e-3  # m/s: what slips faster is in an event
 CHUNK = 128  # rows that are in memory at once
 
-# source: the dataset; scale: from its unit to the one drawn; limits: "zero" begins colours at 0, "even" puts 0 in the middle
+# source: the dataset; scale: from its unit to the one drawn; limits: "zero" begins colours at 0, "even" puts 0 in the
+# middle
 Kind = collections.namedtuple("Kind", "source title unit scale colours limits")
 KINDS = {
     "slip_rate": Kind("slip_rate", "Slip rate", "m/s", 1.0, "magma", "zero"),
@@ -28,14 +29,15 @@ KINDS = {
 
 
 def kind_of(name, unit):
-    """How a field is drawn; one without a row above in its own unit, and a component of slip as the field whose it is."""
+    """How a field is drawn; one without a row above in its own unit, and a component of slip as the field whose it
+    is."""
     if name in KINDS:
         return KINDS[name]
     for part, words in COMPONENTS.items():
         if name.endswith(part):
             whole = kind_of(name.removesuffix(part), unit)
-            return whole._replace(title=f"{whole.title} {words}", limits="even" if whole.limits == "zero" else whole.limits,
-                                  colours="coolwarm" if whole.limits == "zero" else whole.colours)
+            return whole._replace(title=f"{whole.title} {words}", limits="even" if whole.limits == "zero"
+                                  else whole.limits, colours="coolwarm" if whole.limits == "zero" else whole.colours)
     scale = 1e-6 if unit == "Pa" else 1.0
     return Kind(name, name.replace("_", " ").capitalize(), "MPa" if unit == "Pa" else unit, scale, "viridis", "free")
 
@@ -55,7 +57,8 @@ class Fields:
         self.rows = np.flatnonzero((times >= low) & (times <= high))
         self.times = times[self.rows]
         if not len(self.rows):
-            part = f" between {low:g} and {high:g} s; it has {rows} rows from {times[0]:g} to {times[-1]:g} s" if rows else ""
+            part = (f" between {low:g} and {high:g} s; it has {rows} rows from {times[0]:g} to {times[-1]:g} s" if rows
+                    else "")
             raise OutputError(f"{run.path}: /fields/{source} has no rows{part}")
         after = int(np.searchsorted(times, high))
         self._outer = max(int(np.searchsorted(times, low, side="right")) - 1, 0), min(after, rows - 1)
@@ -69,9 +72,11 @@ class Fields:
         if data.shape[1:] == (*expected, 2):
             return
         if self._part is not None:
-            raise OutputError(f"{self.run.path}: {data.name} has one component; expected a run with -fault_slip_components 2")
+            raise OutputError(f"{self.run.path}: {data.name} has one component; expected a run with "
+                              "-fault_slip_components 2")
         if data.shape[1:] != expected:
-            raise OutputError(f"{self.run.path}: {data.name} is {data.shape[1:]} at each time, expected {expected} as the cells of /mesh")
+            raise OutputError(f"{self.run.path}: {data.name} is {data.shape[1:]} at each time, expected {expected} as "
+                              "the cells of /mesh")
 
     @property
     def label(self):
@@ -121,7 +126,8 @@ def drop(start, traction):
 
 
 def rupture_times(fields, threshold=RUPTURE_RATE):
-    """When the slip rate of each cell first passes a threshold [s], linear between stored rows; nan where it never does."""
+    """When the slip rate of each cell first passes a threshold [s], linear between stored rows; nan where it never
+    does."""
     found = before = previous = None
     for rows, maps in fields.chunks():
         for time, rate in zip(fields.times[rows], np.abs(maps)):
@@ -130,13 +136,15 @@ def rupture_times(fields, threshold=RUPTURE_RATE):
             else:
                 fresh = np.isnan(found) & (rate >= threshold)
                 share = (threshold - before[fresh]) / (rate[fresh] - before[fresh])
-                found[fresh] = previous + (time - previous) * share.astype(float)  # in single precision, as rates are stored, centuries have steps of 512 s
+                # in single precision, as rates are stored, centuries have steps of 512 s
+                found[fresh] = previous + (time - previous) * share.astype(float)
             before, previous = rate, time
     return found
 
 
 def events(times, rates, threshold=RUPTURE_RATE):
-    """(begin, end) of the stretches of time in which the largest slip rate is above a threshold, with the rows around them."""
+    """(begin, end) of the stretches of time in which the largest slip rate is above a threshold, with the rows around
+    them."""
     fast = np.concatenate(([False], rates >= threshold, [False]))
     first, last = np.flatnonzero(fast[1:] & ~fast[:-1]), np.flatnonzero(fast[:-1] & ~fast[1:]) - 1
     last_row = len(times) - 1
@@ -166,8 +174,8 @@ def mean_slip_at(run, times):
 
 
 def largest_event(run, window=None):
-    """Of the events within a window, or in all of the run, the one with most slip, as of the largest moment; the window itself, or the whole run,
-    where nothing is that fast."""
+    """Of the events within a window, or in all of the run, the one with most slip, as of the largest moment; the window
+    itself, or the whole run, where nothing is that fast."""
     found = events_within(run, window)
     if not found:
         return window or (0.0, run.series["time"][-1])

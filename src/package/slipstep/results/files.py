@@ -1,4 +1,5 @@
-"""HDF5 files of SlipStep: opened for reading, also while they grow; attributes, columns and components; new files that are whole or not there."""
+"""HDF5 files of SlipStep: opened for reading, also while they grow; attributes, columns and components; new files that
+are whole or not there."""
 
 import contextlib
 import os
@@ -9,8 +10,11 @@ import numpy as np
 
 from ..errors import OutputError
 
-ATTEMPTS = 5  # to open a file that grows: HDF5 takes its length first and its superblock then, between which a run may have written it twice
-COMPONENTS = {"_along_strike": "along strike", "_up_dip": "up dip"}  # of a field of two: what follows its name, and words for it
+# to open a file that grows: HDF5 takes its length first and its superblock then, between which a run may have written
+# it twice
+ATTEMPTS = 5
+# of a field of two: what follows its name, and words for it
+COMPONENTS = {"_along_strike": "along strike", "_up_dip": "up dip"}
 CATALOGUE = "slipstep-catalogue"  # the attribute format of a catalogue
 
 
@@ -18,7 +22,8 @@ def open_file(path, writer):
     """The HDF5 file, for reading; writer: the words that say which program would write it."""
     path = os.fspath(path)
     if not os.path.exists(path):
-        part = f"; {path}.part is there, of a run that has not ended: read that one" if os.path.exists(f"{path}.part") else ""
+        part = (f"; {path}.part is there, of a run that has not ended: read that one" if os.path.exists(f"{path}.part")
+                else "")
         raise OutputError(f"{path}: no such file{part or '; ' + writer}")
     for attempt in reversed(range(ATTEMPTS if path.endswith(".part") else 1)):
         try:
@@ -44,9 +49,11 @@ def plain(value):
 
 
 def names_of(data):
-    """Names of faults by their labels, which the dataset of labels may have: "1 North; 2 South"; empty where it is None or has none."""
+    """Names of faults by their labels, which the dataset of labels may have: "1 North; 2 South"; empty where it is None
+    or has none."""
     text = plain(data.attrs.get("names", "")) if data is not None else ""
-    return {int(word.split(" ", 1)[0]): word.split(" ", 1)[1] for word in text.split("; ") if " " in word and word.split(" ", 1)[0].lstrip("-").isdigit()}
+    return {int(word.split(" ", 1)[0]): word.split(" ", 1)[1] for word in text.split("; ") if " " in word
+            and word.split(" ", 1)[0].lstrip("-").isdigit()}
 
 
 def attributes(item):
@@ -70,10 +77,12 @@ def datasets(group):
 
 
 def columns(group, grows=False, rows="time"):
-    """(arrays, units) by name of the datasets of a group. Of a file that grows those with a row for each of the dataset rows have as many as all of
-    them have, as some may have more; axes, and all of a group without that dataset, are whole."""
+    """(arrays, units) by name of the datasets of a group. Of a file that grows those with a row for each of the dataset
+    rows have as many as all of them have, as some may have more; axes, and all of a group without that dataset, are
+    whole."""
     found = datasets(group)
-    cut = [name for name, item in found.items() if grows and rows in found and (name == rows or "CLASS" not in item.attrs)]
+    cut = [name for name, item in found.items() if grows and rows in found
+           and (name == rows or "CLASS" not in item.attrs)]
     least = min((len(found[name]) for name in cut), default=0)
     return ({name: item[:least] if name in cut else item[()] for name, item in found.items()},
             {name: plain(item.attrs.get("units", "")) for name, item in found.items()})
@@ -94,8 +103,8 @@ def drawn(vectors, part=None):
 
 @contextlib.contextmanager
 def replacing(target, source=None):
-    """with replacing("out.csv") as part: write to the file part, which takes the target's name at the end. After an error it is removed, and an older
-    target stays as it was. The source, which is read, is no target."""
+    """with replacing("out.csv") as part: write to the file part, which takes the target's name at the end. After an
+    error it is removed, and an older target stays as it was. The source, which is read, is no target."""
     if source and os.path.exists(target) and os.path.samefile(source, target):
         raise OutputError(f"{target} is the file itself that is read, expected another name")
     part = target + ".part"

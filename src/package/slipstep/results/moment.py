@@ -7,10 +7,12 @@ from ..times import written
 
 
 def moment_rate(run, begin, end):
-    """Times since begin [s], moment rates [N m/s] and moments since begin [N m], both [n, faults], of the steps from begin to end and of both ends.
+    """Times since begin [s], moment rates [N m/s] and moments since begin [N m], both [n, faults], of the steps from
+    begin to end and of both ends.
 
-    Within a step a rate goes by a straight line of its logarithm, as that of the catalogue does, and the moment as its integral; by a straight line of
-    itself where the rate of one end is no more than 0. Files of before SlipStep 0.4 have no moments: trapezoids of the rates.
+    Within a step a rate goes by a straight line of its logarithm, as that of the catalogue does, and the moment as its
+    integral; by a straight line of itself where the rate of one end is no more than 0. Files of before SlipStep 0.4
+    have no moments: trapezoids of the rates.
     """
     if "moment_rate" not in run.series:
         raise OutputError(f"{run.path}: no /series/moment_rate; expected a run of SlipStep 0.3 or later")
@@ -19,12 +21,15 @@ def moment_rate(run, begin, end):
         raise OutputError(f"{run.path}: no steps from {written(begin)} to {written(end)}")
     total = run.series.get("moment")
     start = run.steps["time"][0] if len(run.steps["time"]) else time[0]
-    if start < time[0]:  # files of SlipStep 0.4 and older have no row of the start: that of a straight line with the first step's moment, or rest
+    # files of SlipStep 0.4 and older have no row of the start: that of a straight line with the first step's moment, or
+    # rest
+    if start < time[0]:
         first = np.zeros_like(rate[0]) if total is None else np.maximum(2 * total[0] / (time[0] - start) - rate[0], 0)
         time, rate = np.append(start, time), np.vstack([first, rate])
         total = total if total is None else np.vstack([np.zeros_like(rate[0]), total])
     if total is None:
-        total = np.vstack([np.zeros_like(rate[0]), np.cumsum(np.diff(time)[:, None] * (rate[1:] + rate[:-1]) / 2, axis=0)])
+        total = np.vstack([np.zeros_like(rate[0]),
+                           np.cumsum(np.diff(time)[:, None] * (rate[1:] + rate[:-1]) / 2, axis=0)])
 
     def within(at):
         """Rate and moment at a time."""
@@ -38,7 +43,8 @@ def moment_rate(run, begin, end):
         safe = np.where(curved, growth, 1.0)
         straight = low + x * (high - low)
         whole = np.where(low + high == 0, 1.0, low + high)
-        share = np.where(curved, np.expm1(safe * x) / np.expm1(safe), np.where(low + high == 0, x, x * (low + straight) / whole))
+        share = np.where(curved, np.expm1(safe * x) / np.expm1(safe),
+                         np.where(low + high == 0, x, x * (low + straight) / whole))
         return np.where(curved, low * np.exp(growth * x), straight), total[k] + share * (total[k + 1] - total[k])
 
     inside = (time > begin) & (time < end)

@@ -19,14 +19,17 @@ class Whole(Contents):
     def read(self, file):
         super().read(file)
         self.fields = self.group(file, "fields")
-        self.stations, self.surface = ([self.group(file, f"{name}/{k}") for k in range(len(file.get(name, ())))] for name in ("stations", "surface"))
+        self.stations, self.surface = ([self.group(file, f"{name}/{k}") for k in range(len(file.get(name, ())))]
+                                       for name in ("stations", "surface"))
 
 
 class Result:
     """What a run found, in SI units.
 
-    fields      dict: "time" [n], "slip" [n, nz, nx], ... of a mesh [n, cells]; of two components of slip one more dimension
-    series      dict: "time" [1 + steps], "mean_slip", "moment_rate" [1 + steps, faults], ..., the start and each accepted step
+    fields      dict: "time" [n], "slip" [n, nz, nx], ... of a mesh [n, cells]; of two components of slip one more
+                dimension
+    series      dict: "time" [1 + steps], "mean_slip", "moment_rate" [1 + steps, faults], ..., the start and each
+                accepted step
     steps       dict, a number for each attempt of a step: "dt", "error", "accepted", ...
     mesh        dict: centres "x", "z" of a grid, of a mesh a number for each cell; parameters of the cells
     stations    list of dicts, as series, for each point of -fault_stations, with attributes "x", "z"; surface likewise
@@ -52,7 +55,8 @@ class Result:
             self._read_events(Catalogue(catalogue), run is None)
 
     def _read(self, found):
-        self.complete, self.run, self.summary, self.parameters = found.complete, found.run, found.summary, found.parameters
+        self.complete, self.run, self.summary, self.parameters = (found.complete, found.run, found.summary,
+                                                                  found.parameters)
         self.series, self.steps = found.series, found.steps
         self.mesh = {name: values for name, values in found.mesh.items() if f"/mesh/{name}" in found.units}
         self.fields, self.stations, self.surface = found.fields, found.stations, found.surface
@@ -69,7 +73,8 @@ class Result:
     def _read_events(self, found, alone):
         self._event_units = found.units
         order = ["onset", "end", "magnitude"] + sorted(set(found.event) - {"onset", "end", "magnitude"})
-        self._events = np.zeros(found.count, dtype=[(name, found.event[name].dtype, found.event[name].shape[1:]) for name in order])
+        self._events = np.zeros(found.count,
+                                dtype=[(name, found.event[name].dtype, found.event[name].shape[1:]) for name in order])
         for name in order:
             self._events[name] = found.event[name]
         if alone:
@@ -79,7 +84,8 @@ class Result:
         for group in (self.fields, self.series):
             if name in group:
                 return group[name]
-        raise KeyError(f"{name}: fields has {', '.join(self.fields) or 'nothing'}; series has {', '.join(self.series) or 'nothing'}")
+        raise KeyError(f"{name}: fields has {', '.join(self.fields) or 'nothing'}; series has "
+                       f"{', '.join(self.series) or 'nothing'}")
 
     @property
     def time(self):
@@ -115,30 +121,36 @@ class Result:
             import xarray
         except ImportError:
             raise Error("dataset needs xarray; Debian's package is python3-xarray") from None
-        variables = {name: (dims, self.fields[name], {"units": self.units.get(f"fields/{name}", self.units[name])}) for name, dims in self.dimensions.items()}
+        variables = {name: (dims, self.fields[name], {"units": self.units.get(f"fields/{name}", self.units[name])})
+                     for name, dims in self.dimensions.items()}
         coordinates = {"time": ("time", self.fields["time"], {"units": "s"})} if "time" in self.fields else {}
         if "length" not in self.mesh and "x" in self.mesh:
             coordinates.update((axis, (axis, self.mesh[axis], {"units": "m"})) for axis in ("x", "z"))
         elif "x" in self.mesh and variables:
             coordinates.update((axis, ("cell", self.mesh[axis], {"units": "m"})) for axis in ("x", "y", "z"))
-        return xarray.Dataset(variables, coordinates, {name: value for name, value in self.parameters.items() if isinstance(value, (int, float, str))})
+        return xarray.Dataset(variables, coordinates, {name: value for name, value in self.parameters.items()
+                                                       if isinstance(value, (int, float, str))})
 
     def __repr__(self):
         if not self.series:
-            return f"<slipstep.Result: a catalogue of {len(self._events)} events>" if self._events is not None else "<slipstep.Result: empty>"
+            return (f"<slipstep.Result: a catalogue of {len(self._events)} events>" if self._events is not None
+                    else "<slipstep.Result: empty>")
         end = self.series["time"][-1] if len(self.series["time"]) else 0.0
         events = "" if self._events is None else f", {len(self._events)} events"
         slip = f", mean slip {self.series['mean_slip'][-1]:.6g} m" if len(self.series.get("mean_slip", ())) else ""
-        return f"<slipstep.Result: {'ended' if self.complete else 'stopped'} at {end:.6g} s{slip}, {int(self.steps['accepted'].sum())} steps{events}>"
+        return (f"<slipstep.Result: {'ended' if self.complete else 'stopped'} at {end:.6g} s{slip}, "
+                f"{int(self.steps['accepted'].sum())} steps{events}>")
 
 
 def open(path, catalogue=None):
-    """The Result of a file that the program wrote: of -fault_output, with the file of -fault_catalogue if it is given, or of a catalogue
-    alone. FILE.part of a run that has not ended is read as far as it has come. Error: it is missing, or no such file."""
+    """The Result of a file that the program wrote: of -fault_output, with the file of -fault_catalogue if it is given,
+    or of a catalogue alone. FILE.part of a run that has not ended is read as far as it has come. Error: it is missing,
+    or no such file."""
     with open_any(path) as file:
         events, groups = is_catalogue(file), set(file)
     if events:
         return Result(None, path)
     if not {"run", "series"} <= groups:
-        raise OutputError(f"{os.fspath(path)}: neither the output of a run (-fault_output) nor a catalogue (-fault_catalogue)")
+        raise OutputError(f"{os.fspath(path)}: neither the output of a run (-fault_output) nor a catalogue "
+                          "(-fault_catalogue)")
     return Result(path, catalogue)

@@ -1,5 +1,5 @@
-"""Read the HDF5 file of one run, of the fault (-fault_output), the sliding mode controller, the circuit or a model of one's own:
-Run(path) and its steps, series, fields and results in SI units.
+"""Read the HDF5 file of one run, of the fault (-fault_output), the sliding mode controller, the circuit or a model of
+one's own: Run(path) and its steps, series, fields and results in SI units.
 
     from slipstep import Run
     run = Run("output/fault.h5")
@@ -20,7 +20,8 @@ from ..times import written
 from .files import attributes, columns, drawn, is_complete, names_of, open_file, split
 
 STEPS = ("time", "dt", "accepted", "error", "converged", "newton_iterations", "linear_iterations", "reason", "wall")
-RESULT = ("accepted", "rejected", "solves", "newton_iterations", "linear_iterations", "wall_time_setup", "wall_time_solve")
+RESULT = ("accepted", "rejected", "solves", "newton_iterations", "linear_iterations", "wall_time_setup",
+          "wall_time_solve")
 # Besides, of a fault:
 SERIES = ("mean_slip_rate", "max_slip_rate", "mean_slip", "mean_displacement", "sliding_fraction")
 MESH = ("x", "z")
@@ -28,8 +29,8 @@ TIMES = ("time", "time_rest")  # the second of runs of thousands of years: what 
 
 
 class Cells:
-    """What has the cells of a fault in a dict mesh: x, z, and of irregular cells y, length, width [m], where they are not all vertical
-    along x also strike and dip [degrees] and the fault's label."""
+    """What has the cells of a fault in a dict mesh: x, z, and of irregular cells y, length, width [m], where they are
+    not all vertical along x also strike and dip [degrees] and the fault's label."""
 
     @property
     def shape(self):
@@ -50,9 +51,9 @@ class Cells:
 
     @property
     def planes(self):
-        """Of a mesh of irregular cells: offset y across strike [m] of each of its planes and the numbers of their cells, front
-        to back; of one that names its faults, or whose cells are not all vertical along x, labels of faults in place of
-        offsets; None on a grid."""
+        """Of a mesh of irregular cells: offset y across strike [m] of each of its planes and the numbers of their
+        cells, front to back; of one that names its faults, or whose cells are not all vertical along x, labels of
+        faults in place of offsets; None on a grid."""
         if "length" not in self.mesh:
             return None
         if "fault" in self.mesh:
@@ -61,10 +62,12 @@ class Cells:
 
 
 class Contents:
-    """What the file of a run holds but for its fields, as it is, in memory after construction; the file is not kept open.
+    """What the file of a run holds but for its fields, as it is, in memory after construction; the file is not kept
+    open.
 
     steps   dict of arrays, one value per attempt: time at its start [s], dt [s], error, ...
-    series  dict of arrays, a value for the start and one per accepted step: time [s], mean_slip_rate [m/s], mean_slip [m], ...
+    series  dict of arrays, a value for the start and one per accepted step: time [s], mean_slip_rate [m/s], mean_slip
+            [m], ...
     mesh    dict: x, z cell centres [m] and the per-cell parameters; of irregular cells also y, length, width [m];
             empty for other models than the fault
     summary dict of attributes of /result, of a run that has not ended empty
@@ -85,7 +88,8 @@ class Contents:
 
     def read(self, file):
         self.complete = is_complete(file)
-        self.run, self.summary, self.parameters = (attributes(file.get(name)) for name in ("run", "result", "parameters"))
+        self.run, self.summary, self.parameters = (attributes(file.get(name))
+                                                   for name in ("run", "result", "parameters"))
         self.steps, self.series, self.mesh = (self.group(file, name) for name in ("steps", "series", "mesh"))
 
     def group(self, file, name):
@@ -100,15 +104,18 @@ class Contents:
 class Run(Contents, Cells):
     """The contents of a file that has all that pictures and tables need, and what follows from them.
 
-    result  dict of numbers: accepted, rejected, solves, mean_slip [m] of a fault, ...; so far, of a run that has not ended
-    faults  labels of the faults that series["moment_rate"] [n, faults] has a column for; of older files and other models none
+    result  dict of numbers: accepted, rejected, solves, mean_slip [m] of a fault, ...; so far, of a run that has not
+            ended
+    faults  labels of the faults that series["moment_rate"] [n, faults] has a column for; of older files and other
+            models none
     accepted  for each attempt
     """
 
     def read(self, file):
         self.is_fault = "mesh" in file or "mean_slip" in file.get("series", ())
         fault = self.is_fault
-        for name, names in (("steps", STEPS), ("series", ("time",) + (SERIES if fault else ())), *((("mesh", MESH),) if fault else ())):
+        for name, names in (("steps", STEPS), ("series", ("time",) + (SERIES if fault else ())),
+                            *((("mesh", MESH),) if fault else ())):
             self._require_datasets(file, name, names)
         self._require_attributes(file, "run", ())
         if is_complete(file):
@@ -117,9 +124,12 @@ class Run(Contents, Cells):
         for name, data in (("steps", self.steps), ("series", self.series)):
             self._check_rows(name, data)
         self.result = self.summary if self.complete else self._so_far()
-        self.field_names = [name for name, data in file.get("fields", {}).items() if name not in TIMES and "CLASS" not in data.attrs]  # without axes
+        # without axes
+        self.field_names = [name for name, data in file.get("fields", {}).items() if name not in TIMES
+                            and "CLASS" not in data.attrs]
         rates = file["series"].get("moment_rate")
-        self.faults = np.atleast_1d(rates.attrs["faults"]) if rates is not None and "faults" in rates.attrs else np.array([], int)
+        self.faults = (np.atleast_1d(rates.attrs["faults"]) if rates is not None and "faults" in rates.attrs
+                       else np.array([], int))
         self.accepted = self.steps["accepted"].astype(bool)
 
     def _require_datasets(self, file, name, required):
@@ -135,7 +145,8 @@ class Run(Contents, Cells):
             raise OutputError(f"{self.path}: group /{name} is missing; did the run reach its end?")
         missing = [key for key in required if key not in file[name].attrs]
         if missing:
-            raise OutputError(f"{self.path}: attribute {missing[0]} of /{name} is missing; it has {sorted(file[name].attrs)}")
+            raise OutputError(f"{self.path}: attribute {missing[0]} of /{name} is missing; it has "
+                              f"{sorted(file[name].attrs)}")
 
     def _so_far(self):
         """What /result will hold, from the rows of a run that has not ended."""
@@ -144,7 +155,8 @@ class Run(Contents, Cells):
         accepted = int(self.steps["accepted"].sum())
         result = {"accepted": accepted, "rejected": len(self.steps["accepted"]) - accepted, "wall_time_setup": 0.0,
                   "wall_time_solve": float(self.steps["wall"].sum())}
-        result.update((key, int(self.steps[key].sum())) for key in ("solves", "newton_iterations", "linear_iterations") if key in self.steps)
+        result.update((key, int(self.steps[key].sum())) for key in ("solves", "newton_iterations", "linear_iterations")
+                      if key in self.steps)
         if self.is_fault:
             result["mean_slip"] = float(self.series["mean_slip"][-1])
         return result
@@ -152,12 +164,14 @@ class Run(Contents, Cells):
     @property
     def title(self):
         """The name of the file, and that its run has not ended."""
-        return os.path.basename(self.path) + ("" if self.complete else f" (unfinished, to {written(self.series['time'][-1])})")
+        return os.path.basename(self.path) + ("" if self.complete
+                                              else f" (unfinished, to {written(self.series['time'][-1])})")
 
     def warn(self):
         """One line on stderr for a run that has not ended."""
         if not self.complete:
-            print(f"{program()}: {self.path} is unfinished: complete = 0, its rows end at {written(self.series['time'][-1])}", file=sys.stderr)
+            print(f"{program()}: {self.path} is unfinished: complete = 0, its rows end at "
+                  f"{written(self.series['time'][-1])}", file=sys.stderr)
 
     def _check_rows(self, name, columns):
         rows = {key: len(value) for key, value in columns.items() if isinstance(value, np.ndarray) and value.ndim}
@@ -178,7 +192,8 @@ class Run(Contents, Cells):
     def require_fault(self, purpose):
         """What only a fault has is asked for."""
         if not self.is_fault:
-            raise OutputError(f"{self.path}: not the output of a fault (/series has {', '.join(self.columns)}); {purpose} needs one")
+            raise OutputError(f"{self.path}: not the output of a fault (/series has {', '.join(self.columns)}); "
+                              f"{purpose} needs one")
 
     @property
     def rejected(self):
@@ -191,8 +206,8 @@ class Run(Contents, Cells):
         return int(np.argmax(self.series["mean_slip_rate"]))
 
     def field(self, name):
-        """Times [n] and maps [n, Nz, Nx], or [n, N] of irregular cells, of a field that the run stored; of two components the magnitude, or
-        one of them, as of "slip_along_strike" and "slip_up_dip"."""
+        """Times [n] and maps [n, Nz, Nx], or [n, N] of irregular cells, of a field that the run stored; of two
+        components the magnitude, or one of them, as of "slip_along_strike" and "slip_up_dip"."""
         source, part = split(name)
         with self.open() as file:
             times, data = self.stored(file, source)
@@ -200,14 +215,16 @@ class Run(Contents, Cells):
             if maps.ndim > (2 if self.planes else 3):
                 maps = drawn(maps, part)
             elif part is not None:
-                raise OutputError(f"{self.path}: {source} has one component; expected a run with -fault_slip_components 2")
+                raise OutputError(f"{self.path}: {source} has one component; expected a run with "
+                                  "-fault_slip_components 2")
             return times, maps
 
     def stored(self, file, source):
         """Times of the rows that a dataset of /fields has, and the dataset, which may have more."""
         group = file.get("fields")
         if group is None or source not in group or "time" not in group or source in TIMES:
-            raise OutputError(f"{self.path}: field {source} was not stored (there are: {', '.join(self.field_names) or 'none'}); "
+            raise OutputError(f"{self.path}: field {source} was not stored (there are: "
+                              f"{', '.join(self.field_names) or 'none'}); "
                               f"run with -fault_output_fields {source}")
         return group["time"][:len(group[source])], group[source]
 

@@ -34,7 +34,8 @@ def integral(time, values):
 
 
 class Cell:
-    """One run of the matrix: cell["solves"], cell["attempts"] and other attributes; series, attempts and profile are read when asked for."""
+    """One run of the matrix: cell["solves"], cell["attempts"] and other attributes; series, attempts and profile are
+    read when asked for."""
 
     def __init__(self, study, path, attributes):
         self.study, self.path, self.attributes = study, path, attributes
@@ -52,10 +53,13 @@ class Cell:
         return self.attributes[key]
 
     def _history_error(self):
-        """Error between the steps too, at the times of the reference. Errors at the ends of steps miss what a long step jumps over.
+        """Error between the steps too, at the times of the reference. Errors at the ends of steps miss what a long step
+        jumps over.
 
-        Fault: the largest error of mean slip over its final value, the run taken by the cubics of mean slip and its rate.
-        Others: the L2 error of the states, the run linear between its steps; over that of the reference but for sliding_mode.
+        Fault: the largest error of mean slip over its final value, the run taken by the cubics of mean slip and its
+        rate.
+        Others: the L2 error of the states, the run linear between its steps; over that of the reference but for
+        sliding_mode.
         """
         reference, own = self.study.reference(self.case), self.series()
         time = reference["time"]
@@ -113,13 +117,15 @@ class Cell:
         return dict(zip(ATTEMPTS, self._read("attempts").T))
 
     def profile(self):
-        """Times [n] and slip rate averaged along strike [n, mesh] by depth, of a converged run at the reference tolerance."""
+        """Times [n] and slip rate averaged along strike [n, mesh] by depth, of a converged run at the reference
+        tolerance."""
         data = self._read("profile")
         return data[:, 0], data[:, 1:]
 
 
 class Study:
-    """All cells and references of a file, but for cells of replaced policies: how many those are, outdated says for each name."""
+    """All cells and references of a file, but for cells of replaced policies: how many those are, outdated says for
+    each name."""
 
     def __init__(self, path):
         self.path = os.fspath(path)
@@ -127,7 +133,8 @@ class Study:
             self.attributes = attributes(file)
             found = self.attributes.get("format", "")
             if found != FORMAT:
-                raise OutputError(f"{self.path}: not a file of evaluate (attribute format is \"{found}\", expected \"{FORMAT}\")")
+                raise OutputError(f"{self.path}: not a file of evaluate (attribute format is \"{found}\", expected "
+                                  f"\"{FORMAT}\")")
             self.cells = [Cell(self, cell.name, attributes(cell))
                           for case in file.get("cells", {}).values() for cell in case.values()]
             self.cells, self.outdated = newest(self.cells)
@@ -136,14 +143,16 @@ class Study:
     def warn(self):
         """Say on the error output which cells are left out."""
         for name, count in self.outdated.items():
-            print(f"{program()}: warning: {self.path} has {count} cells of another file of the policy {name}, which are left out; "
+            print(f"{program()}: warning: {self.path} has {count} cells of another file of the policy {name}, which "
+                  "are left out; "
                   "evaluate makes them anew", file=sys.stderr)
 
     def open(self):
         return open_file(self.path, f"evaluate -evaluate_output {self.path} writes it")
 
     def select(self, **wanted):
-        """Cells whose attributes have these values (a tuple: one of them); failed ones too unless converged=1 is asked for."""
+        """Cells whose attributes have these values (a tuple: one of them); failed ones too unless converged=1 is asked
+        for."""
         def fits(cell):
             return all(cell.get(key) in value if isinstance(value, tuple) else cell.get(key) == value
                        for key, value in wanted.items())
@@ -173,29 +182,35 @@ class Study:
     def policies(self, problem):
         """Names of the policies of a problem, by family and alpha."""
         alphas = {cell["policy"]: cell["policy_alpha"] for cell in self.select(problem=problem, controller="rl")}
-        return sorted(alphas, key=lambda name: (family(name), family(name) != name, alphas[name] if np.isfinite(alphas[name]) else 0.0, name))
+        return sorted(alphas, key=lambda name: (family(name), family(name) != name,
+                                                alphas[name] if np.isfinite(alphas[name]) else 0.0, name))
 
     def sweeps(self, problem="fault"):
         """Families of policies that differ in alpha: {family: {alpha: name}}, the largest first."""
         found = {}
         for cell in self.select(problem=problem, controller="rl"):
-            if np.isfinite(cell["policy_alpha"]) and family(cell["policy"]) != cell["policy"]:  # its name says the alpha
+            # its name says the alpha
+            if np.isfinite(cell["policy_alpha"]) and family(cell["policy"]) != cell["policy"]:
                 found.setdefault(family(cell["policy"]), {})[cell["policy_alpha"]] = cell["policy"]
-        return dict(sorted(((k, dict(sorted(v.items()))) for k, v in found.items() if len(v) > 1), key=lambda item: -len(item[1])))
+        return dict(sorted(((k, dict(sorted(v.items()))) for k, v in found.items() if len(v) > 1),
+                           key=lambda item: -len(item[1])))
 
 
 def newest(cells):
-    """Cells without those of a policy that has been replaced by another file of its name, and how many these are for each name.
+    """Cells without those of a policy that has been replaced by another file of its name, and how many these are for
+    each name.
 
     The file that the newest cell of the name was made with counts; cells without a date are the oldest.
     """
     latest = {}
     for cell in cells:
         if cell.learned:
-            latest.setdefault(cell["policy_name"], {}).setdefault(cell["policy_hash"], []).append(cell.get("created", ""))
+            latest.setdefault(cell["policy_name"], {}).setdefault(cell["policy_hash"],
+                                                                  []).append(cell.get("created", ""))
     current = {name: max(files, key=lambda file: max(files[file])) for name, files in latest.items()}
     old = [cell for cell in cells if cell.learned and cell["policy_hash"] != current[cell["policy_name"]]]
-    counts = {name: sum(cell["policy_name"] == name for cell in old) for name in sorted({cell["policy_name"] for cell in old})}
+    counts = {name: sum(cell["policy_name"] == name for cell in old)
+              for name in sorted({cell["policy_name"] for cell in old})}
     return [cell for cell in cells if cell not in old], counts
 
 
@@ -217,6 +232,8 @@ def envelope(cells, measure="final_error"):
 
 
 def cheapest(cells, limits):
-    """The converged run of fewest solves whose errors are at most the limits, {measure: limit}; None when there is none."""
-    good = [cell for cell in cells if cell.converged and all(cell.error(measure) <= limit for measure, limit in limits.items())]
+    """The converged run of fewest solves whose errors are at most the limits, {measure: limit}; None when there is
+    none."""
+    good = [cell for cell in cells if cell.converged
+            and all(cell.error(measure) <= limit for measure, limit in limits.items())]
     return min(good, key=lambda cell: cell["solves"]) if good else None

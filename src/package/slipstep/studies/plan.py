@@ -5,7 +5,8 @@
     before = "make_fault.py {folder}/fields.h5 --seed {seed}"
     ranks = 1
     table = ["magnitude", "duration", "cost"]
-    spin_up = 2                                      # events, or a time as "50y", that the columns leave out; by default of loaded runs the first large event
+    spin_up = 2                                      # events, or a time as "50y", that the columns leave out; by
+                                                     # default of loaded runs the first large event
 
     [options]                                        # of all runs, as the keywords of slipstep.Fault
     ts_max_time = "30s"
@@ -18,7 +19,8 @@
     nx = [10, 20]
     nz = [10, 20]
 
-A run is known by its command, its options and the content of the files that these name, not by its number: values may be added later.
+A run is known by its command, its options and the content of the files that these name, not by its number: values may
+be added later.
 """
 
 import dataclasses
@@ -36,15 +38,19 @@ from ..numbers.spinup import parsed
 from ..running import OPTION, options_of, word
 from . import table
 
-KEYS = {"command": "fault", "options_file": None, "options": {}, "vary": {}, "zip": [], "seeds": [], "before": None, "ranks": 1, "launcher": None,
-        "cores": None, "checkpoint": True, "table": None, "spin_up": None, "folder": None, "slurm": {}}
-OWN = ("output", "catalogue", "checkpoint", "restart", "progress", "output_xdmf", "output_overwrite", "sweep", "stop_file")  # of a fault, for each run
+KEYS = {"command": "fault", "options_file": None, "options": {}, "vary": {}, "zip": [], "seeds": [], "before": None,
+        "ranks": 1, "launcher": None, "cores": None, "checkpoint": True, "table": None, "spin_up": None, "folder": None,
+        "slurm": {}}
+# of a fault, for each run
+OWN = ("output", "catalogue", "checkpoint", "restart", "progress", "output_xdmf", "output_overwrite", "sweep",
+       "stop_file")
 MOST = 100000  # runs
 
 
 @dataclasses.dataclass
 class Planned:
-    """One run: its number from 1 on, what it is known by, the values that differ between runs, all options, seed or None, ranks."""
+    """One run: its number from 1 on, what it is known by, the values that differ between runs, all options, seed or
+    None, ranks."""
     number: int
     name: str
     values: dict
@@ -80,8 +86,10 @@ def values_of_range(source, key, given):
     unknown = set(given) - {"from", "to", "count", "step", "spacing"}
     numbers = {name: value for name, value in given.items() if name != "spacing"}
     if unknown or not {"from", "to"} <= set(given) or ("count" in given) == ("step" in given) or not all(
-            isinstance(v, (int, float)) and not isinstance(v, bool) for v in numbers.values()) or given.get("spacing", "linear") not in ("linear", "log"):
-        refuse(source, key, given, 'a range of numbers with from, to and one of count and step, and spacing = "log" where it is one')
+            isinstance(v, (int, float)) and not isinstance(v, bool) for v in numbers.values()) or given.get(
+                "spacing", "linear") not in ("linear", "log"):
+        refuse(source, key, given,
+               'a range of numbers with from, to and one of count and step, and spacing = "log" where it is one')
     low, high, log = given["from"], given["to"], given.get("spacing") == "log"
     if log and ("step" in given or low <= 0 or high <= 0):
         refuse(source, key, given, "numbers above 0 and a count with the spacing log")
@@ -97,13 +105,15 @@ def values_of_range(source, key, given):
         share = [k / (count - 1) for k in range(count)]
         values = [low * (high / low) ** s if log else low + s * (high - low) for s in share]
         values[-1] = high
-    return [float(f"{value:.12g}") if isinstance(value, float) else value for value in values]  # 0.3, not 0.30000000000000004
+    # 0.3, not 0.30000000000000004
+    return [float(f"{value:.12g}") if isinstance(value, float) else value for value in values]
 
 
 def seeds_of(source, given):
     if isinstance(given, int) and not isinstance(given, bool) and 0 < given <= MOST:
         return list(range(1, given + 1))
-    if isinstance(given, (list, tuple)) and all(isinstance(seed, int) and not isinstance(seed, bool) for seed in given) and len(set(given)) == len(given):
+    if (isinstance(given, (list, tuple)) and all(isinstance(seed, int) and not isinstance(seed, bool) for seed in given)
+        and len(set(given)) == len(given)):
         return list(given)
     return refuse(source, "seeds", given, "a number of seeds, or a list of different whole numbers")
 
@@ -113,16 +123,24 @@ def checked(source, given):
     for key in given:
         if key not in KEYS:
             near = difflib.get_close_matches(key, KEYS, 1)
-            raise Error(f"{source}: there is no key {key}" + (f"; did you mean {near[0]}?" if near else f"; expected {', '.join(KEYS)}"))
+            raise Error(f"{source}: there is no key {key}"
+                        + (f"; did you mean {near[0]}?" if near else f"; expected {', '.join(KEYS)}"))
     whole = {**KEYS, **given}
-    for key, kind, words in (("command", str, "a command"), ("options_file", str, "a file"), ("before", str, "a command"), ("launcher", str, "words such as \"mpirun -n {ranks}\""),
-                             ("folder", str, "a folder"), ("cores", int, "a number of cores"), ("checkpoint", bool, "true or false"), ("options", dict, "a table of options"),
-                             ("vary", dict, "a table of lists and ranges"), ("slurm", dict, "a table of options of sbatch"), ("ranks", int, "a number of ranks"), ("table", (list, tuple), "a list of columns")):
-        if whole[key] is not None and (not isinstance(whole[key], kind) or (kind is int and (isinstance(whole[key], bool) or whole[key] < 1)) or (kind is str and not whole[key].strip())):
+    for key, kind, words in (("command", str, "a command"), ("options_file", str, "a file"),
+                             ("before", str, "a command"), ("launcher", str, "words such as \"mpirun -n {ranks}\""),
+                             ("folder", str, "a folder"), ("cores", int, "a number of cores"),
+                             ("checkpoint", bool, "true or false"), ("options", dict, "a table of options"),
+                             ("vary", dict, "a table of lists and ranges"),
+                             ("slurm", dict, "a table of options of sbatch"), ("ranks", int, "a number of ranks"),
+                             ("table", (list, tuple), "a list of columns")):
+        if whole[key] is not None and (not isinstance(whole[key], kind)
+                                       or (kind is int and (isinstance(whole[key], bool) or whole[key] < 1))
+                                       or (kind is str and not whole[key].strip())):
             refuse(source, key, whole[key], words)
     if isinstance(whole["zip"], dict):
         whole["zip"] = [whole["zip"]]
-    if not isinstance(whole["zip"], (list, tuple)) or not all(isinstance(group, dict) and group for group in whole["zip"]):
+    if not isinstance(whole["zip"], (list, tuple)) or not all(isinstance(group, dict) and group
+                                                              for group in whole["zip"]):
         refuse(source, "zip", whole["zip"], "tables of lists")
     for key, value in whole["options"].items():
         if not is_plain(value):
@@ -136,14 +154,17 @@ def checked(source, given):
             raise Error(f"{source}: {error}") from None
     for k, name in enumerate(whole["table"] or ()):
         if name in table.RESERVED or name in whole["table"][:k]:
-            raise Error(f"{source}: table names {name}, which is {'a column of each table' if name in table.RESERVED else 'there twice'}: expected other columns, each once")
+            raise Error(f"{source}: table names {name}, which is "
+                        f"{'a column of each table' if name in table.RESERVED else 'there twice'}: expected other "
+                        "columns, each once")
     whole["seeds"] = seeds_of(source, whole["seeds"])
     return whole
 
 
 def axes_of(source, whole):
     """What is varied: for each axis its names, and for each of its positions their values."""
-    axes = [((key,), [(value,) for value in values_of(source, f"vary.{key}", given)]) for key, given in whole["vary"].items()]
+    axes = [((key,), [(value,) for value in values_of(source, f"vary.{key}", given)])
+            for key, given in whole["vary"].items()]
     for group in whole["zip"]:
         lists = [values_of_zip(source, f"zip.{key}", given) for key, given in group.items()]
         if len(set(map(len, lists))) > 1:
@@ -160,7 +181,8 @@ def axes_of(source, whole):
         if name in table.RESERVED:
             raise Error(f"{source}: {name} is varied, and is a column of each table: expected another name")
         if name in (whole["table"] or ()):
-            raise Error(f"{source}: table names {name}, which is varied and has a column of its own; expected what runs find")
+            raise Error(f"{source}: table names {name}, which is varied and has a column of its own; expected "
+                        "what runs find")
     return axes
 
 
@@ -202,12 +224,15 @@ class Plan:
         self.placed = "{" in self.command  # options go where the command has their names
         self.known = {}
         if math.prod(len(positions) for _, positions in self.axes) > MOST:
-            raise Error(f"{source}: {math.prod(len(positions) for _, positions in self.axes)} runs, expected at most {MOST}")
-        self.runs = [self.planned(number, values) for number, values in enumerate(itertools.product(*(positions for _, positions in self.axes)), 1)]
+            raise Error(f"{source}: {math.prod(len(positions) for _, positions in self.axes)} runs, expected at "
+                        f"most {MOST}")
+        self.runs = [self.planned(number, values)
+                     for number, values in enumerate(itertools.product(*(positions for _, positions in self.axes)), 1)]
         names = {}
         for run in self.runs:
             if run.name in names:
-                raise Error(f"{source}: runs {names[run.name]} and {run.number} are the same, {run.values}: expected runs that differ")
+                raise Error(f"{source}: runs {names[run.name]} and {run.number} are the same, {run.values}: expected "
+                            "runs that differ")
             names[run.name] = run.number
         if self.command == "fault":
             self.check_columns()
@@ -218,9 +243,11 @@ class Plan:
         of_file = dict.fromkeys(options_of(self.file(file))) if file else {}
         for name in self.given["table"] or ():
             table.check_name(self.source, name)
-            needs = [table.missing(name, {**of_file, **{key.removeprefix("fault_"): value for key, value in run.options.items()}}) for run in self.runs]
+            needs = [table.missing(name, {**of_file, **{key.removeprefix("fault_"): value
+                                                        for key, value in run.options.items()}}) for run in self.runs]
             if all(needs):
-                raise Error(f"{self.source}: table names {name}, which needs {needs[0]}: no run has that, and the column would be empty")
+                raise Error(f"{self.source}: table names {name}, which needs {needs[0]}: no run has that, and the "
+                            "column would be empty")
 
     def planned(self, number, positions):
         values = {name: value for (names, _), row in zip(self.axes, positions) for name, value in zip(names, row)}
@@ -235,8 +262,10 @@ class Plan:
                 if key in options:
                     raise Error(f"{self.source}: {name} and another name of it are given, expected one")
                 if self.command == "fault" and key.removeprefix("fault_") in OWN:
-                    raise Error(f"{self.source}: {name} is of each run, whose files are in its folder: expected no {name}")
-                options[key] = filled(value, {k: v for k, v in places.items() if k != name}) if isinstance(value, str) else value
+                    raise Error(f"{self.source}: {name} is of each run, whose files are in its folder: expected "
+                                f"no {name}")
+                options[key] = (filled(value, {k: v for k, v in places.items() if k != name}) if isinstance(value, str)
+                                else value)
         return Planned(number, self.name(options, seed, values), values, options, seed, ranks)
 
     def file(self, name):
@@ -248,15 +277,19 @@ class Plan:
         return self.known[path]
 
     def name(self, options, seed, values):
-        """Twelve digits of a hash of all that decides what a run finds; ranks count where they are varied, as then their times are asked for."""
+        """Twelve digits of a hash of all that decides what a run finds; ranks count where they are varied, as then
+        their times are asked for."""
         file = self.given["options_file"]
         if file and not os.path.isfile(self.file(file)):
             raise Error(f"{self.source}: cannot read {file} (options_file) from {self.base}")
-        texts = [*map(str, options.values()), *shlex.split(self.command), *shlex.split(self.given["before"] or ""), *([file] if file else [])]
+        texts = [*map(str, options.values()), *shlex.split(self.command), *shlex.split(self.given["before"] or ""),
+                 *([file] if file else [])]
         files = {text: self.digest(self.file(text)) for text in texts if os.path.isfile(self.file(text))}
-        content = [self.command, self.given["before"], sorted((name, word(value)) for name, value in options.items()), seed, values.get("ranks"), file, sorted(files.items())]
+        content = [self.command, self.given["before"], sorted((name, word(value)) for name, value in options.items()),
+                   seed, values.get("ranks"), file, sorted(files.items())]
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:12]
 
     def places(self, run, folder):
         """What braces stand for."""
-        return {**run.options, **run.values, "seed": "" if run.seed is None else run.seed, "folder": folder, "ranks": run.ranks, "number": run.number}
+        return {**run.options, **run.values, "seed": "" if run.seed is None else run.seed, "folder": folder,
+                "ranks": run.ranks, "number": run.number}

@@ -1,7 +1,8 @@
 """What is on disk of one run of a study: its folder, its lock, and the record that says it is over.
 
     RUN/run.json      the run, by its options
-    RUN/result.json   status ended (0), early (3: before its final time) or failed, exit code, error, wall time [s]; written at once and last
+    RUN/result.json   status ended (0), early (3: before its final time) or failed, exit code, error, wall time [s];
+                      written at once and last
     RUN/attempts      a line each time that it was started
     RUN/log.txt       what it printed; run.h5, events.h5, state.h5 of a fault
 """
@@ -52,7 +53,8 @@ def lock(path, shared=False):
         os.close(descriptor)
         if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
             return None
-        raise Error(f"{path}: no lock of files here ({error.strerror}), without which two studies could write one run; expected a folder of a file system with flock") from None
+        raise Error(f"{path}: no lock of files here ({error.strerror}), without which two studies could write one run; "
+                    "expected a folder of a file system with flock") from None
     return descriptor
 
 
@@ -87,7 +89,8 @@ class Record:
 
     @property
     def warnings(self):
-        """Lines of the different warnings that its commands have printed, be they those of faults, of scripts or of Python."""
+        """Lines of the different warnings that its commands have printed, be they those of faults, of scripts or of
+        Python."""
         try:
             with open(self.file("log.txt"), encoding="utf-8", errors="replace") as file:
                 return warnings_of(file.read())
@@ -95,7 +98,8 @@ class Record:
             return []
 
     def finish(self, status, code, error, wall):
-        write_whole(self.file("result.json"), {"status": status, "code": code, "error": error, "wall_time": wall, "attempts": self.attempts})
+        write_whole(self.file("result.json"),
+                    {"status": status, "code": code, "error": error, "wall_time": wall, "attempts": self.attempts})
 
     def forget(self):
         """A failed run begins anew; what it printed stays."""

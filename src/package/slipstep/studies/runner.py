@@ -1,8 +1,8 @@
 """The processes of a study: as many runs at once as cores and ranks allow, each over once.
 
-A run is recorded as over in one file, after it has ended (record.py). Whoever starts one holds its lock, and so do the processes of the run: when a
-driver is killed, they are asked by the system to stop after their step, and the next driver waits until they have. The run then goes on from its
-checkpoint, or anew where it has none.
+A run is recorded as over in one file, after it has ended (record.py). Whoever starts one holds its lock, and so do the
+processes of the run: when a driver is killed, they are asked by the system to stop after their step, and the next
+driver waits until they have. The run then goes on from its checkpoint, or anew where it has none.
 """
 
 import contextlib
@@ -23,7 +23,8 @@ from .plan import filled
 from .record import Record, lock, write_whole
 
 ENDED = {0: "ended", 3: "early"}  # exit codes of runs that are over without an error
-STOPPED = tuple(128 + n for n in (signal.SIGUSR1, signal.SIGXCPU, signal.SIGTERM, signal.SIGINT)) + tuple(-n for n in (signal.SIGUSR1, signal.SIGXCPU, signal.SIGTERM, signal.SIGINT))
+STOPPED = (tuple(128 + n for n in (signal.SIGUSR1, signal.SIGXCPU, signal.SIGTERM, signal.SIGINT))
+           + tuple(-n for n in (signal.SIGUSR1, signal.SIGXCPU, signal.SIGTERM, signal.SIGINT)))
 LAUNCHER = "mpirun --bind-to none -n {ranks}"  # bound, the ranks of all runs would share the first cores
 SRUN = "srun -n {ranks}"
 PAUSE = 0.02  # between two looks at the processes [s]
@@ -48,7 +49,8 @@ def resolved(command, base):
 
 
 class Process:
-    """One run under way: its commands one after the other, what they print into log.txt. The lock is held until it is over."""
+    """One run under way: its commands one after the other, what they print into log.txt. The lock is held until it is
+    over."""
 
     def __init__(self, plan, record, descriptor):
         self.plan, self.record, self.descriptor = plan, record, descriptor
@@ -62,14 +64,18 @@ class Process:
             self.stages.insert(0, [filled(text, self.places) for text in resolved(before, plan.base)])
         self.launched = run.ranks > 1 or plan.given["launcher"] is not None
         if self.launched:
-            self.stages[-1][:0] = shlex.split((plan.given["launcher"] or (SRUN if os.environ.get("SLURM_JOB_ID") else LAUNCHER)).replace("{ranks}", str(run.ranks)))
+            self.stages[-1][:0] = shlex.split((plan.given["launcher"]
+                                               or (SRUN if os.environ.get("SLURM_JOB_ID")
+                                                   else LAUNCHER)).replace("{ranks}", str(run.ranks)))
         with contextlib.suppress(FileNotFoundError):
             os.remove(record.file("stop"))
-        write_whole(record.file("run.json"), {"number": run.number, "values": run.values, "command": self.stages[-1], "folder": plan.base})
+        write_whole(record.file("run.json"),
+                    {"number": run.number, "values": run.values, "command": self.stages[-1], "folder": plan.base})
         with open(record.file("attempts"), "a", encoding="utf-8") as file:
             file.write(time.strftime("%Y-%m-%dT%H:%M:%S%z") + f" {'goes on' if continued else 'begins'}\n")
         record.clean()
-        self.temporary = tempfile.mkdtemp(prefix="slipstep-", dir="/tmp" if len(tempfile.gettempdir()) > SHORT else None)
+        self.temporary = tempfile.mkdtemp(prefix="slipstep-", dir="/tmp" if len(tempfile.gettempdir()) > SHORT
+                                          else None)
         os.symlink(self.temporary, record.file("tmp"))
         self.log = open(record.file("log.txt"), "ab")
         self.start = self.log.tell()
@@ -85,7 +91,9 @@ class Process:
         for name, value in run.options.items():
             command += [f"-{name}", filled(word(value), {"folder": folder})]
         if self.plan.command == "fault":
-            command += ["-fault_stop_file", self.record.file("stop"), "-fault_output", self.record.file("run.h5"), "-fault_catalogue", self.record.file("events.h5"), "-fault_progress", "no", "-fault_output_xdmf", "no"]
+            command += ["-fault_stop_file", self.record.file("stop"), "-fault_output", self.record.file("run.h5"),
+                        "-fault_catalogue", self.record.file("events.h5"), "-fault_progress", "no",
+                        "-fault_output_xdmf", "no"]
             if self.plan.given["checkpoint"]:
                 command += ["-fault_checkpoint", self.record.file("state.h5")]
             command += ["-fault_restart", self.record.file("state.h5")] if continued else ["-fault_output_overwrite"]
@@ -98,15 +106,18 @@ class Process:
             environment.pop("OMPI_MCA_ess_singleton_isolated", None)  # of a program without mpirun
         parent = os.getpid()
         try:
-            self.child = subprocess.Popen(self.stages[0], cwd=self.plan.base, env=environment, stdin=subprocess.DEVNULL, stdout=self.log, stderr=subprocess.STDOUT,
-                                          start_new_session=True, pass_fds=(self.descriptor,), preexec_fn=lambda: follow(parent))
+            self.child = subprocess.Popen(self.stages[0], cwd=self.plan.base, env=environment, stdin=subprocess.DEVNULL,
+                                          stdout=self.log, stderr=subprocess.STDOUT,
+                                          start_new_session=True, pass_fds=(self.descriptor,),
+                                          preexec_fn=lambda: follow(parent))
         except OSError as error:
             self.child = None
             self.log.write(f"{self.stages[0][0]}: {error.strerror}\n".encode())
             self.log.flush()
 
     def poll(self):
-        """None while it goes on, then its status: one of ENDED, "failed" or "stopped"; recorded, and the lock let go."""
+        """None while it goes on, then its status: one of ENDED, "failed" or "stopped"; recorded, and the lock let
+        go."""
         code = 127 if self.child is None else self.child.poll()
         if code is None:
             return None
@@ -189,21 +200,24 @@ def check_options(plan):
     if plan.command != "fault" or plan.placed:
         return
     file = plan.given["options_file"]
-    words = [*(["-options_file", file] if file else []), *(text for name, value in plan.runs[0].options.items() for text in (f"-{name}", word(value)))]
-    done = subprocess.run([program_fault(), *words, "-help", "fault"], cwd=plan.base, env={**ENVIRONMENT, **os.environ}, capture_output=True, encoding="utf-8", errors="replace", check=False)
+    words = [*(["-options_file", file] if file else []),
+             *(text for name, value in plan.runs[0].options.items() for text in (f"-{name}", word(value)))]
+    done = subprocess.run([program_fault(), *words, "-help", "fault"], cwd=plan.base, env={**ENVIRONMENT, **os.environ},
+                          capture_output=True, encoding="utf-8", errors="replace", check=False)
     found = re.search(r"error: (there is no option .*)", done.stderr)
     if found:
         raise Error(f"{plan.source}: {found[1]}")
 
 
 def drive(plan, folder, runs, cores, say=None):
-    """Runs that are not over, as many at once as fit, until all are or a signal stops them: the number of signals. say(record, status, active, left)
-    is called for each that ends."""
+    """Runs that are not over, as many at once as fit, until all are or a signal stops them: the number of signals.
+    say(record, status, active, left) is called for each that ends."""
     cores = cores or plan.given["cores"] or cores_here()
     waiting = [record for record in (Record(folder, run) for run in runs) if not record.outcome]
     largest = max((record.planned.ranks for record in waiting), default=0)
     if largest > cores:
-        raise Error(f"{plan.source}: a run has {largest} ranks, and there are {cores} cores: expected at most as many, or cores = {largest}")
+        raise Error(f"{plan.source}: a run has {largest} ranks, and there are {cores} cores: expected at most as many, "
+                    f"or cores = {largest}")
     resolved(plan.command, plan.base)
     if waiting:
         check_options(plan)
@@ -211,7 +225,8 @@ def drive(plan, folder, runs, cores, say=None):
     with Stop() as stop:
         asked = 0
         while active or ((waiting or busy) and not stop.count):
-            while waiting and not stop.count and waiting[0].planned.ranks <= cores - sum(process.record.planned.ranks for process in active):
+            while (waiting and not stop.count and waiting[0].planned.ranks <= cores
+                   - sum(process.record.planned.ranks for process in active)):
                 record = waiting.pop(0)
                 process = begin(plan, record)
                 if process:
@@ -220,7 +235,8 @@ def drive(plan, folder, runs, cores, say=None):
                     busy.append(record)
             if busy and not waiting and not active:
                 if not told:
-                    print(f"{plan.source}: run {busy[0].planned.number} still stops under a driver that was killed; waiting", file=sys.stderr)
+                    print(f"{plan.source}: run {busy[0].planned.number} still stops under a driver that was "
+                          "killed; waiting", file=sys.stderr)
                 told = True
                 time.sleep(10 * PAUSE)
             if not waiting:

@@ -1,4 +1,5 @@
-"""A job array of Slurm for a study: each task runs its one run and goes back into the queue until that is over; the table is collected afterwards."""
+"""A job array of Slurm for a study: each task runs its one run and goes back into the queue until that is over; the
+table is collected afterwards."""
 
 import shlex
 
@@ -10,7 +11,8 @@ AGAIN = 75  # exit code of a task whose run goes on (EX_TEMPFAIL)
 
 SCRIPT = """#!/usr/bin/env bash
 # A job array, a task for each run of a study: sbatch {name}
-# A task that Slurm is about to end stops after its step, with a checkpoint, and goes back into the queue. Afterwards: {program} {study} --table
+# A task that Slurm is about to end stops after its step, with a checkpoint, and goes back into the queue.
+# Afterwards: {program} {study} --table
 #SBATCH --job-name={job}
 #SBATCH --array={array}
 #SBATCH --ntasks={ranks}
@@ -54,7 +56,8 @@ def script(plan, folder, study, numbers, name, program):
     if not numbers:
         raise Error(f"{plan.source}: all runs are over, there is none for a job array")
     ranks, job = max(run.ranks for run in plan.runs), given.pop("job-name", "study")
-    more = "".join(f"#SBATCH --{key}" + ("" if value is True else f"={value}") + "\n" for key, value in {**DEFAULT, **given}.items() if value is not False)
-    return SCRIPT.format(name=name, program=" ".join(map(shlex.quote, program)), study=shlex.quote(study), job=job, array=ranges(numbers),
-                         ranks=ranks, folder=folder, more=more, again=AGAIN)
+    more = "".join(f"#SBATCH --{key}" + ("" if value is True else f"={value}") + "\n"
+                   for key, value in {**DEFAULT, **given}.items() if value is not False)
+    return SCRIPT.format(name=name, program=" ".join(map(shlex.quote, program)), study=shlex.quote(study), job=job,
+                         array=ranges(numbers), ranks=ranks, folder=folder, more=more, again=AGAIN)
 

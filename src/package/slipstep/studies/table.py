@@ -12,7 +12,8 @@ from ..numbers.report import UNITS, event_window, fastest, intervals, speed_or_n
 from ..numbers.spinup import LARGE
 from ..results import Catalogue, Run
 
-DEFAULT = ("left_out", "events", "magnitude", "duration", "peak_slip_rate", "recurrence", "mean_slip", "accepted", "products_all", "cost", "wall_time", "warnings")
+DEFAULT = ("left_out", "events", "magnitude", "duration", "peak_slip_rate", "recurrence", "mean_slip", "accepted",
+           "products_all", "cost", "wall_time", "warnings")
 
 
 class Files:
@@ -55,7 +56,8 @@ class Files:
         """What slipstep.numbers has of the run."""
         if "quoted" not in self.read:
             found = [] if self.run is None else of_run(self.run, self.catalogue, spin=self.spin)
-            self.read["quoted"], self.read["spreads"] = {one.name: float(one.value) for one in found}, {one.name: (float(one.low), float(one.high)) for one in found}
+            self.read["quoted"], self.read["spreads"] = {one.name: float(one.value) for one in found}, {
+                one.name: (float(one.low), float(one.high)) for one in found}
         return self.read["quoted"]
 
     @property
@@ -69,13 +71,15 @@ class Files:
     def largest(self):
         """The row of the largest event after the spin-up; None: there is none."""
         found = self.catalogue
-        return None if found is None or found.count == self.left.events else event_window(found, "largest", self.left)[0]
+        return (None if found is None or found.count == self.left.events
+                else event_window(found, "largest", self.left)[0])
 
 
 def of_largest(name):
     """A column of the catalogue, of the event of largest moment."""
     def column(files):
-        return None if files.largest is None or name not in files.catalogue.event else float(files.catalogue.event[name][files.largest])
+        return (None if files.largest is None or name not in files.catalogue.event
+                else float(files.catalogue.event[name][files.largest]))
 
     return column
 
@@ -124,7 +128,8 @@ COLUMNS = {
     "area": ("m^2", "area of the largest event", of_largest("area")),
     "event_slip": ("m", "mean slip of the largest event", of_largest("mean_slip")),
     "stress_drop": ("Pa", "stress drop of the largest event", of_largest("stress_drop")),
-    "rupture_speed": ("m/s", "rupture speed of the largest event, none where it is above that of longitudinal waves", rupture_speed),
+    "rupture_speed": ("m/s", "rupture speed of the largest event, none where it is above that of longitudinal waves",
+                      rupture_speed),
     "radiated_efficiency": ("1", "radiated efficiency of the largest event", of_largest("radiated_efficiency")),
     "peak_slip_rate": ("m/s", "largest slip rate of the run", peak_slip_rate),
     "recurrence": ("s", f"mean time between events of at least {LARGE:g} of the largest moment", recurrence),
@@ -134,18 +139,27 @@ COLUMNS = {
 }
 OF_RECORD = {"wall_time": "s", "attempts": "1", "code": "1"}
 # attributes of /result that runs of faults may have, with their units
-OF_RESULT = {**dict.fromkeys(("accepted", "rejected", "solves", "explicit_attempts", "newton_iterations", "linear_iterations", "right_hand_sides", "products", "products_k", "products_h", "products_pc",
-                              "products_all", "products_k_setup", "products_h_setup", "device_puts", "device_fetches", "device_numbers", "policy_decisions", "policy_outside_range", "policy_halvings",
-                              "policy_steps", "heir_steps", "check_solves", "rtol", "accuracy", "accuracy_requested", "least_resolution", "cells_fail_alone", "cells_without_stress",
+OF_RESULT = {**dict.fromkeys(("accepted", "rejected", "solves", "explicit_attempts", "newton_iterations",
+                              "linear_iterations", "right_hand_sides", "products", "products_k", "products_h",
+                              "products_pc",
+                              "products_all", "products_k_setup", "products_h_setup", "device_puts", "device_fetches",
+                              "device_numbers", "policy_decisions", "policy_outside_range", "policy_halvings",
+                              "policy_steps", "heir_steps", "check_solves", "rtol", "accuracy", "accuracy_requested",
+                              "least_resolution", "cells_fail_alone", "cells_without_stress",
                               "magnitude_so_far"), "1"),
-             **dict.fromkeys(("cost", "cost_setup", "cost_output", "processor_time", "wall_time_setup", "wall_time_solve", "policy_handover_time"), "s"), "mean_slip": "m", "largest_opening": "m", "max_slip_rate": "m/s",
+             **dict.fromkeys(("cost", "cost_setup", "cost_output", "processor_time", "wall_time_setup",
+                              "wall_time_solve", "policy_handover_time"), "s"), "mean_slip": "m",
+             "largest_opening": "m", "max_slip_rate": "m/s",
              "least_normal_stress": "Pa", "largest_frequency": "rad/s"}
 ERRORS = r"\w+_error(_\w+)?|check_error_\w+"  # and those of their errors
 RESERVED = ("run", "status", "folder", "error")  # columns of each table
 PLATES = ("slip_deficit", "coupling", "seismic_coupling", "seismic_share", "slow_slip_episodes", "slow_slip_duration")
-WHY = {"recurrence": "it needs two events of at least half of the largest moment after the spin-up", "recurrence_spread": "it needs three events of at least half of the largest moment after the spin-up",
-       "stress_drop_area": "it needs the fields slip and traction, and an event", "rupture_speed_median": "it needs an event with a front, and -fault_catalogue_maps or the field slip_rate",
-       "b": "it needs 30 events from the magnitude of completeness on", "completeness": "it needs 30 events", **dict.fromkeys(PLATES, "it needs a loading rate")}
+WHY = {"recurrence": "it needs two events of at least half of the largest moment after the spin-up",
+       "recurrence_spread": "it needs three events of at least half of the largest moment after the spin-up",
+       "stress_drop_area": "it needs the fields slip and traction, and an event",
+       "rupture_speed_median": "it needs an event with a front, and -fault_catalogue_maps or the field slip_rate",
+       "b": "it needs 30 events from the magnitude of completeness on", "completeness": "it needs 30 events",
+       **dict.fromkeys(PLATES, "it needs a loading rate")}
 WHY["stress_drop_energy"], WHY["completeness_fit"] = WHY["stress_drop_area"], WHY["completeness"]
 
 
@@ -171,15 +185,19 @@ def check_name(source, name):
     known = [*COLUMNS, *UNITS, *OF_RECORD, *OF_RESULT]
     if name not in known and not re.fullmatch(ERRORS, name):
         near = difflib.get_close_matches(name, known, 1)
-        raise Error(f"{source}: table names {name}, which no run has" + (f"; did you mean {near[0]}?" if near else "; its columns are in examples/howto/studies.md"))
+        raise Error(f"{source}: table names {name}, which no run has"
+                    + (f"; did you mean {near[0]}?" if near else "; its columns are in examples/howto/studies.md"))
 
 
 def missing(name, options):
-    """What a column needs and a run with these options of the program (names without "fault_") does not have; "": nothing that is known before it runs."""
+    """What a column needs and a run with these options of the program (names without "fault_") does not have; "":
+    nothing that is known before it runs."""
     fields = set(str(options["output_fields"]).split(",")) if options.get("output_fields") else None
-    if name.startswith("stress_drop_") and name != "stress_drop_moment" and fields is not None and not {"slip", "traction"} <= fields:
+    if (name.startswith("stress_drop_") and name != "stress_drop_moment" and fields is not None
+        and not {"slip", "traction"} <= fields):
         return "output_fields with slip and traction"
-    if name == "rupture_speed_median" and fields is not None and "slip_rate" not in fields and "catalogue_maps" not in options:
+    if (name == "rupture_speed_median" and fields is not None and "slip_rate" not in fields
+        and "catalogue_maps" not in options):
         return "catalogue_maps, or output_fields with slip_rate"
     return "loading_rate" if name in PLATES and not {"loading_rate", "parameters"} & set(options) else ""
 
@@ -187,7 +205,8 @@ def missing(name, options):
 def why_empty(name, own):
     """Why a column has no number in any run; own: names of the numbers that programs of one's own have written."""
     near = difflib.get_close_matches(name, own, 1)
-    return WHY.get(name) or ("it needs an event" if is_spun(name) else "no run has such a number" + (f"; did you mean {near[0]}?" if near else ""))
+    return WHY.get(name) or ("it needs an event" if is_spun(name) else "no run has such a number"
+                             + (f"; did you mean {near[0]}?" if near else ""))
 
 
 def unit(name):
@@ -195,7 +214,8 @@ def unit(name):
 
 
 def value(name, files, outcome):
-    """A column of one run that is over: a number or text, None where it has none. Of a program of one's own its numbers go first."""
+    """A column of one run that is over: a number or text, None where it has none. Of a program of one's own its numbers
+    go first."""
     if name in OF_RECORD:
         return outcome.get(name)
     if name in files.numbers:
