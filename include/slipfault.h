@@ -88,19 +88,19 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, PetscReal t
 /* Elastic shear stress on each cell [Pa], positive where it drives slip forward */
 PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T);
 
-/* -fault_catalogue: a row an event in a file of its own: /onset, /end, /x, /y, /z, /cell, /area, /mean_slip, /max_slip,
-   /direction, /moment, /magnitude, /stress_drop, /peak_slip_rate, /elastic_energy, /kinetic_energy, /dissipated_energy,
-   /radiated_energy, /loading_work, /energy_residual, /steps, /fault, /rake, /rupture_speed, /radiated_efficiency, /goes_on,
-   /images [event], of several faults /fault_moment and its like [event, faults], /mesh (centres), and /maps/slip,
-   /maps/rupture_time as [event, Nz, Nx], or [event, N] of a mesh; output/README.md says what they are.
-   SlipFaultOutputStart() and SlipFaultOutputFinish() begin and end it. -fault_output: attaches monitors that write the
-   file of slipoutput.h, with /parameters (scalars and choices), /mesh (x, z of the centres [m], per-cell parameters)
-   and /fields (time, and slip_rate, slip, displacement,
-   traction, state, pore_pressure as [n, Nz, Nx], or [n, N] of a mesh), and of -fault_stations /stations/K (K = 0, 1,
-   ...; time, slip, slip_rate, traction, state at the start and every accepted step; attributes x, z, cell, cell_x,
-   cell_z), of -fault_surface_stations /ground (time, displacement and velocity [n, stations, 3]) with /ground_points
-   (x, y), and /surface/K (time, displacement and velocity [n, 3]; attributes x, y); /xdmf (corners of the cells) and
-   FILE.xdmf2 beside it; finish writes /result and /run and renames into place. */
+/* -fault_catalogue: a row an event in a file of its own: /onset, /end, /x, /y, /z, /cell, /area, /mean_slip,
+   /max_slip, /direction, /moment, /magnitude, /stress_drop, /peak_slip_rate, /elastic_energy, /kinetic_energy,
+   /dissipated_energy, /radiated_energy, /loading_work, /energy_residual, /steps, /fault, /rake, /rupture_speed,
+   /radiated_efficiency, /goes_on, /images [event], of several faults /fault_moment and its like [event, faults],
+   /mesh (centres), and /maps/slip, /maps/rupture_time as [event, Nz, Nx], or [event, N] of a mesh; output/README.md
+   says what they are. SlipFaultOutputStart() and SlipFaultOutputFinish() begin and end it. -fault_output: attaches
+   monitors that write the file of slipoutput.h, with /parameters (scalars and choices), /mesh (x, z of the centres
+   [m], per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction, state, pore_pressure as
+   [n, Nz, Nx], or [n, N] of a mesh), and of -fault_stations /stations/K (K = 0, 1, ...; time, slip, slip_rate,
+   traction, state at the start and every accepted step; attributes x, z, cell, cell_x, cell_z), of
+   -fault_surface_stations /ground (time, displacement and velocity [n, stations, 3]) with /ground_points (x, y), and
+   /surface/K (time, displacement and velocity [n, 3]; attributes x, y); /xdmf (corners of the cells) and FILE.xdmf2
+   beside it; finish writes /result and /run and renames into place. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
 /* before a sweep: an error, naming the lines, where two of n runs write one file */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckSweepFiles(MPI_Comm comm, PetscInt n, const PetscOptions options[],

@@ -4,7 +4,7 @@
 #include <slipcompat.h>
 
 #define SLIPSTEP_VERSION_MAJOR 0
-#define SLIPSTEP_VERSION_MINOR 4
+#define SLIPSTEP_VERSION_MINOR 5
 #define SLIPSTEP_VERSION_PATCH 0
 #define SLIPSTEP_VERSION                                                                                               \
   PetscStringize(SLIPSTEP_VERSION_MAJOR) "." PetscStringize(SLIPSTEP_VERSION_MINOR) "." PetscStringize(                \

@@ -3,7 +3,7 @@
 #include <slipcompat.h>
 
 /*@C
-  SlipStepGetVersion - tells the version of the library that the program runs with, for example "0.4.0"
+  SlipStepGetVersion - tells the version of the library that the program runs with, for example "0.5.0"
 
   Not collective.
 

@@ -159,7 +159,7 @@ for name, factor in (("one.h5", 1), ("same.h5", 1), ("twice.h5", 2)):
         file["stiffness"] = factor * np.where(distance, -1e6 / (1 + distance ** 2), 1e7)
 # a checkpoint of an older version of the format
 good = open("grid.state", "rb").read()
-open("older.state", "wb").write(good.replace(b"slipstep-checkpoint 10\n", b"slipstep-checkpoint 09\n", 1))
+open("older.state", "wb").write(good.replace(b"slipstep-checkpoint 11\n", b"slipstep-checkpoint 10\n", 1))
 P
 file=("$fault" -fault_nx 2 -fault_nz 2 -fault_viscosity none -ts_max_time 4)
 "${file[@]}" -fault_stiffness_file one.h5 -ts_max_steps 5 -fault_checkpoint file.state >/dev/null
@@ -168,7 +168,7 @@ mpirun --oversubscribe -n 2 "${file[@]}" -fault_stiffness_file same.h5 -fault_re
   fail "a copy of the stiffness file on 2 ranks: $(cat err.txt)"
 refuses "file.state" "stiffness is of 4 x 4 entries" -- "${file[@]}" -fault_stiffness_file twice.h5 -fault_restart file.state
 refuses "file.state" "stiffness is no entries" -- "${file[@]}" -fault_restart file.state
-refuses "older.state" "another format than 10" -- "${run[@]}" -fault_restart older.state
+refuses "older.state" "another format than 11" -- "${run[@]}" -fault_restart older.state
 
 # ---- one name for two files, links and what the run makes of names included: refused before anything is written ----
 ln -s grid.state soft.state

@@ -55,7 +55,7 @@ for name, path, shape in (("wide", "cells", (3, 10**9)), ("long", "cells", (10**
         f.create_dataset(path, shape, chunks=(1, 5))
 
 def policy(name, edit, checksum=False):
-    """A policy with six observations, and one thing wrong; without its checksum, so that this is what is found."""
+    """A policy with five observations, and one thing wrong; without its checksum, so that this is what is found."""
     shutil.copy(os.environ["SLIPSTEP_SOURCE"] + "/training/study/policies/fault_tqc_alpha8.h5", name)
     with h5py.File(name, "r+") as f:
         edit(f)
@@ -218,7 +218,7 @@ expect "not.h5 is not an HDF5 file (-ts_adapt_rl_policy)" "${rl[@]}" -ts_adapt_r
 expect "p_truncated.h5 is an HDF5 file, but truncated or damaged" "${rl[@]}" -ts_adapt_rl_policy p_truncated.h5
 expect "Policy p_nan.h5: /layers/0/weight has the value nan" "${rl[@]}" -ts_adapt_rl_policy p_nan.h5
 expect "Policy p_inf.h5: /layers/1/bias has the value inf" "${rl[@]}" -ts_adapt_rl_policy p_inf.h5
-expect "/layers/0/weight in p_shape.h5 has shape [64, 5]" "${rl[@]}" -ts_adapt_rl_policy p_shape.h5
+expect "/layers/0/weight in p_shape.h5 has shape [64, 4]" "${rl[@]}" -ts_adapt_rl_policy p_shape.h5
 expect "/observation/scale in p_scale.h5 has shape [2]" "${rl[@]}" -ts_adapt_rl_policy p_scale.h5
 expect 'p_edited.h5: the checksum of its content is' "${rl[@]}" -ts_adapt_rl_policy p_edited.h5
 expect 'entry 0 of /observation/names is "weather"' "${rl[@]}" -ts_adapt_rl_policy p_names.h5

@@ -71,7 +71,7 @@ find_package(slipstep 0.4 REQUIRED)
 add_executable(user user.c)
 target_link_libraries(user PRIVATE slipstep::slipstep)
 CMAKE
-expected="SlipStep 0.4.0 (headers 0.4.0) has TS type bathe"
+expected="SlipStep 0.5.0 (headers 0.5.0) has TS type bathe"
 
 cmake -S "$room/user" -B "$room/user/build" -DCMAKE_PREFIX_PATH="$prefix" >"$room/user.log" || { cat "$room/user.log"; fail "find_package(slipstep)"; }
 cmake --build "$room/user/build" >>"$room/user.log" || { cat "$room/user.log"; fail "building with CMake"; }

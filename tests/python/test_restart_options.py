@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Every option of `fault -help fault`, changed where a run goes on from its checkpoint. Rows of
-src/fault/setup/parameters.c say what they are part of, and -help says it: what is of the problem is refused by its name with both values, what is of
-the steps is announced likewise, and what is of the run or of the output leaves the result as it is. An option that
--help has and the table below has not is a failure, and so is one that changes the result without a word.
+src/fault/setup/parameters.c say what they are part of, and -help says it: what is of the problem is refused by its
+name with both values, what is of the steps is announced likewise, and what is of the run or of the output leaves the
+result as it is. An option that -help has and the table below has not is a failure, and so is one that changes the
+result without a word.
 
     test_restart_options.py --table     prints what became of each"""
 import os

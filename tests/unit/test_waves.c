@@ -237,8 +237,8 @@ static void Irregular(PetscInt nx, PetscReal with, PetscReal f[])
   Destroy(&m);
 }
 
-/* Exponentials against those of a tenth of the tolerance, of both modes: rates change by 1 m/s at most 80 times, of which each
-   leaves the error of the poles and of single precision, some 1e-6 and 1e-7; they add up like noise. */
+/* Exponentials against those of a tenth of the tolerance, of both modes: rates change by 1 m/s at most 80 times, of
+   which each leaves the error of the poles and of single precision, some 1e-6 and 1e-7; they add up like noise. */
 static void test_exponentials(void **state)
 {
   PetscReal f[2 * 24 * 24], exact[2 * 24 * 24];
