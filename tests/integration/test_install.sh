@@ -67,7 +67,7 @@ C
 cat >"$room/user/CMakeLists.txt" <<'CMAKE'
 cmake_minimum_required(VERSION 3.25)
 project(user LANGUAGES C)
-find_package(slipstep 0.4 REQUIRED)
+find_package(slipstep 0.5 REQUIRED)
 add_executable(user user.c)
 target_link_libraries(user PRIVATE slipstep::slipstep)
 CMAKE
@@ -123,7 +123,7 @@ cp "$SLIPSTEP_SOURCE"/examples/train_oscillator.c "$SLIPSTEP_SOURCE"/examples/os
 cat >"$room/train/CMakeLists.txt" <<'CMAKE'
 cmake_minimum_required(VERSION 3.25)
 project(user LANGUAGES C)
-find_package(slipstep 0.4 REQUIRED)
+find_package(slipstep 0.5 REQUIRED)
 add_executable(train train_oscillator.c)
 target_link_libraries(train PRIVATE slipstep::sliptrain)
 CMAKE
