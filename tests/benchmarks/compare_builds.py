@@ -251,7 +251,9 @@ SWEEP = """-fault_nx 3 -fault_nz 2 -fault_output a.h5 -ts_adapt_type heuristic
 # file), and lines of stdout
 IGNORED = re.compile(
     r"wall|^cpu$|version$|_LIST$|^(cost|processor_time|options|policy|policy_file|created|date|checksum)$")
-IGNORED_LINE = re.compile(r"wall time|\bleft\b|memory|^set-up of|^calibration, up to about|\bafter \d+ s$")
+# Progress is printed by the clock, and -fault_view has the times of parts
+IGNORED_LINE = re.compile(r"wall time|\bleft\b|memory|^set-up of|^calibration, up to about|\bafter \d+ s$"
+                          r"|^time .* largest slip rate|^  [a-z -]+ +[\d.]+( +[\d.]+ %)? +[\d.]+( +[\d.]+ %)?$")
 SECONDS = re.compile(r"(^generation .*) \d+ s\b", re.M)  # of a training so far
 # How the solvers went, not what they found: named in the table only if nothing else differs
 WORK = re.compile(r"residual|iterations|products|^(restarted )?std(out|err)")
