@@ -486,7 +486,7 @@ if x == 4:
         for run in study.runs:
             for name in run.result.summary:
                 table.check_name("study", name)
-        sources = glob.glob(os.path.join(SOURCE, "src", "*", "*.c"))
+        sources = glob.glob(os.path.join(SOURCE, "src", "**", "*.c"), recursive=True)
         named = {name for path in sources
                  for name in re.findall(r'SlipOutputAddResult\(\w+, "(\w+)"|"/result", "(\w+)", t->',
                                         pathlib.Path(path).read_text(encoding="utf-8")) for name in name if name}

@@ -209,7 +209,7 @@ class Wells(FaultTest, PictureTest):
 
     def test_ranges_are_those_of_fault(self):
         """What the package and the program both know has one range."""
-        with open(os.path.join(SOURCE, "src", "record", "warn.c"), encoding="utf-8") as file:
+        with open(os.path.join(SOURCE, "src", "run", "watch", "warn.c"), encoding="utf-8") as file:
             found = re.search(r"\{FAULT_INJECTION_PRESSURE, (\S+), (\S+), \"(.*?)\"", file.read())
         self.assertEqual((float(found[1]), float(found[2]), found[3]), checks.PLAUSIBLE["pressure"][1:4])
 
