@@ -406,7 +406,7 @@ PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts the cells without normal stress in the state w at t that bare does not mark; least: least normal stress [Pa] */
+/* Counts the cells without normal stress in the state w at t that bare does not mark; least: the least of all [Pa] */
 PetscErrorCode SlipFaultDeviceBare(SlipFault fault, PetscReal t, Vec w, Vec bare, PetscInt *more, PetscReal *least)
 {
   const int n = (int)fault->mesh.n;
