@@ -123,7 +123,7 @@ static PetscErrorCode SlipFaultObserversLayout(SlipOutput output, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Visits the observers for a checkpoint. For compatibility built-in ones keep their groups, and share some. */
+/* Visits the observers for a checkpoint. Built-in ones have the groups of earlier versions, and share some. */
 PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState s)
 {
   SlipFaultRun *run = fault->run;

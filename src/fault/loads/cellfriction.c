@@ -1,4 +1,4 @@
-/* The friction of a fault: its law with the parameters of the cells. */
+/* Combines the friction law of a fault with the parameters of its cells. */
 #include <slipstep/private/slipfault.h>
 
 /* Returns law and parameters of the cells, with this effective normal stress [n] [Pa] (NULL: not needed). */

@@ -1,13 +1,13 @@
-/* The slip rates at which friction, elasticity and radiation damping balance: of faults whose cells always slide, by
-   rate-and-state friction and the like, and of those whose cells stick while friction holds them. Without inertia the
-   slip rate is a function of displacement and state,
+/* Computes slip rates at which friction, elasticity and radiation damping balance, for faults whose cells always slide,
+   as with rate-and-state friction, and for those whose cells stick while friction holds them. Without inertia the slip
+   rate is a function of displacement and state,
 
       T - K u - eta (v - v_inf) = sigma mu(s, |v|) sign(v),   du/dt = v - v_inf,   ds/dt of the law,
 
    with v/|v| for sign(v) where slip has two components: v is then along T - K u + eta v_inf, and |v| follows from its
    magnitude; or v = 0 where |T - K u + eta v_inf| does not exceed sigma mu(s, 0). It is an explicit problem in (u, s)
    with one product with K for each right-hand side, and one with Kn where slip changes sigma. The component v of the
-   state vector has no rate of its own: after a step it is made that of the balance, for all who read it. */
+   state vector has no rate of its own: after a step it is set to that of the balance, for all readers. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>

@@ -354,7 +354,7 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
       a[SlipFaultRateAt(fault, i) + k] = v[c * i + k];
       a[SlipFaultDisplacementAt(fault, i) + k] = u0[c * i + k] + fault->stage.theta * v[c * i + k];
     }
-  for (PetscInt i = 0; i < fault->mesh.n && SlipFaultOpens(fault); i++) { /* what closes stops: it does not bounce */
+  for (PetscInt i = 0; i < fault->mesh.n && SlipFaultOpens(fault); i++) { /* closing cells stop: no bounce */
     const PetscReal open = fault->stage.theta * v[3 * i + 2];
 
     a[SlipFaultDisplacementAt(fault, i) + 2] = open;

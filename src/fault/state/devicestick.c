@@ -23,7 +23,7 @@ PetscBool SlipFaultSticksOnDevice(SlipFault fault, PetscInt n, const SlipArrays 
 {
   if (!fault->device.device || fault->layout.components != 1 || fault->layout.block != 3 || LawOf(fault) < 0)
     return PETSC_FALSE;
-  if (fault->mesh.kind != &SlipFaultMeshGrid || fault->kind.oblique) return PETSC_FALSE; /* whose weights are 1 */
+  if (fault->mesh.kind != &SlipFaultMeshGrid || fault->kind.oblique) return PETSC_FALSE; /* its weights are 1 */
   if (fault->kind.heals || fault->friction.healing || fault->kind.coupled || fault->loads.pressed) return PETSC_FALSE;
   return SlipDeviceArraysAre(n, list);
 }

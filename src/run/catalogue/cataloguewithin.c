@@ -131,7 +131,7 @@ static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the same on a straight line. A cell that starts to slide does so when its slip requires, at its final rate. */
+/* Does the same on a straight line. The slip of a cell that starts to slide determines when, at its final rate. */
 static PetscErrorCode Straight(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal share, Vec w)
 {
   const Vec last = step->node[step->nodes - 1];

@@ -25,7 +25,7 @@ static const SlipOutputColumn StepColumns[] = {
   {.name = "wall", .unit = "s"},
 };
 
-static const PetscInt TimeColumn = 0; /* column of our tables, and of others where it is named time */
+static const PetscInt TimeColumn = 0; /* column of built-in tables, and of others if it is named time */
 
 SlipH5 *SlipOutputFile(SlipOutput out)
 {

@@ -91,7 +91,8 @@ static PetscBool Contains(const SlipFaultCell *cell, const PetscReal off[2], Pet
 }
 
 /* Finds the cell that contains the point, of several the first one of the nearest plane, or else the nearest cell;
-   inside says which. y: NULL when it was not given. several: cells of several planes contain it, in different places */
+   inside: the cell contains it. y: NULL when it was not given. several: cells of several planes contain it, elsewhere
+   */
 static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, PetscBool *inside, PetscBool *several)
 {
   PetscReal least = PETSC_MAX_REAL, found[3] = {0, 0, 0};
