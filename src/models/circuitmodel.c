@@ -1,5 +1,5 @@
-/* The circuit with an ideal Zener diode, states (V1, V2, i), see slipmodels.h: the system, what policies observe, its
-   exact solution. */
+/* Defines the circuit with an ideal Zener diode, states (V1, V2, i), see slipmodels.h: the system, the observations of
+   policies, and its exact solution. */
 #include <slipmodels.h>
 #include <slipcompat.h>
 #include <string.h>
@@ -126,7 +126,7 @@ static PetscReal LogEnergy(SlipModel model, PetscReal t, const PetscReal w[], Pe
   return PetscLog10Real(PetscMax(Energy(model, t, w, k), (PetscReal)1e-16));
 }
 
-/* Where V1 crosses zero its rate jumps by up to 2 m/C1, and a step across that is of first order only. */
+/* Where V1 crosses zero its rate jumps by up to 2 m/C1, and a step across the jump has only first order. */
 static PetscReal LogEvent(SlipModel model, PetscReal t, const PetscReal w[], PetscInt k)
 {
   const SlipCircuit *c = (const SlipCircuit *)model;
@@ -159,13 +159,13 @@ static const SlipModelObservation Observations[] = {
                                    it does not or is there */
   {"log_level", LogLevel, 0}, /* log10 of the V1 that the energy allows over the voltage m R at which the diode holds
                                    V1, in [-3, 3]; 3 without a diode */
-  {"state_0", State, 0},      /* V1, V2, i over what they are measured in */
+  {"state_0", State, 0},      /* V1, V2, i over their units */
   {"state_1", State, 1},        {"state_2", State, 2}, {NULL, NULL, 0},
 };
 
 /* ---- the exact solution, phase by phase ---- */
 
-/* See SlipCircuitFlow(); the table calls it some 1e5 times, which an exported function would not inline. */
+/* Implements SlipCircuitFlow(). The table calls it some 1e5 times, and an exported function would not be inlined. */
 static void Flow(const SlipCircuit *c, int sign, PetscReal t, const PetscReal from[], PetscReal to[])
 {
   const PetscReal inertia[N] = {c->C1, c->C2, c->L};
@@ -184,21 +184,21 @@ static void Flow(const SlipCircuit *c, int sign, PetscReal t, const PetscReal fr
   }
 }
 
-/* Does a phase go on at a state? V1 keeps its sign; at rest V2 drives no more current than the diode bears. */
+/* Returns whether a phase continues: V1 keeps its sign, or at rest V2 drives no more current than the diode bears. */
 static PetscBool PhaseHolds(const SlipCircuit *c, int sign, const PetscReal w[])
 {
   if (sign) return sign * w[0] >= 0 ? PETSC_TRUE : PETSC_FALSE;
   return PetscAbsReal(w[1]) <= c->m * c->R ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The sign of the phase that begins at a state with V1 = 0 */
+/* Returns the sign of the phase that begins at a state with V1 = 0. */
 static int PhaseFromRest(const SlipCircuit *c, const PetscReal w[])
 {
   if (PhaseHolds(c, 0, w)) return 0;
   return w[1] > 0 ? 1 : -1;
 }
 
-/* See SlipCircuitAdvance() */
+/* Implements SlipCircuitAdvance(). */
 static void Advance(const SlipCircuit *c, PetscReal t, int *sign, PetscReal w[])
 {
   PetscReal to[N];
@@ -227,7 +227,7 @@ static void Advance(const SlipCircuit *c, PetscReal t, int *sign, PetscReal w[])
 }
 
 /*@C
-  SlipCircuitFlow - the exact state of the circuit some time on, while V1 keeps its sign or rests
+  SlipCircuitFlow - computes the exact state of the circuit after a time, while V1 keeps its sign or rests
 
   Not collective.
 
@@ -253,13 +253,13 @@ void SlipCircuitFlow(const SlipCircuit *c, int sign, PetscReal t, const PetscRea
 }
 
 /*@C
-  SlipCircuitAdvance - the exact state of the circuit some time on, across the ends of phases
+  SlipCircuitAdvance - computes the exact state of the circuit after a time, across the ends of phases
 
   Not collective.
 
   Input Parameters:
 + c - the circuit
-- t - the time [s], so short that no phase begins and ends within it, and as SlipCircuitFlow() asks
+- t - the time [s], so short that no phase begins and ends within it, and short enough for SlipCircuitFlow()
 
   Input/Output Parameters:
 + sign - of the phase: that of V1, 0 while it rests
@@ -268,7 +268,7 @@ void SlipCircuitFlow(const SlipCircuit *c, int sign, PetscReal t, const PetscRea
   Level: developer
 
   Note:
-  The end of a phase is found by bisection.
+  Bisection finds the end of a phase.
 
 .seealso: SlipModelExactTable(), SlipCircuitFlow()
 @*/

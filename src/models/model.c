@@ -1,4 +1,4 @@
-/* What all small models do alike: their life, their options' frame, a TS of each. */
+/* Implements what all small models share: creation, set-up and destruction, options, and the TS. */
 #include <slipmodels.h>
 #include <slipsys.h>
 #include <slipadapt.h>
@@ -8,12 +8,12 @@
 const char *const SlipModelCases[] = {"training", "evaluation", "SlipModelCase", "", NULL};
 
 /*@C
-  SlipModelCreate - create a small model with the parameters of one of the study's settings
+  SlipModelCreate - creates a small model with the parameters of one of the study's settings
 
   Not collective.
 
   Input Parameters:
-+ ops     - its rules: &SlipSlidingModeOps, &SlipCircuitOps, or a table of one's own
++ ops     - its functions: &SlipSlidingModeOps, &SlipCircuitOps, or a table of the caller's
 - setting - SLIP_MODEL_TRAINING or SLIP_MODEL_EVALUATION
 
   Output Parameter:
@@ -39,7 +39,7 @@ PetscErrorCode SlipModelCreate(const SlipModelOps *ops, SlipModelCase setting, S
 }
 
 /*@C
-  SlipModelDestroy - destroy a small model; a TS that integrates it must be destroyed before
+  SlipModelDestroy - destroys a small model; a TS that integrates it must be destroyed before
 
   Not collective.
 
@@ -58,7 +58,7 @@ PetscErrorCode SlipModelDestroy(SlipModel *model)
 }
 
 /*@C
-  SlipModelSetFromOptions - parameters of a small model from the options database
+  SlipModelSetFromOptions - sets parameters of a small model from the options database
 
   Collective on PETSC_COMM_WORLD.
 
@@ -66,22 +66,22 @@ PetscErrorCode SlipModelDestroy(SlipModel *model)
 . model - the model; its parameters are replaced by those of its setting and of the options
 
   Options Database Keys:
-+ -sliding_mode_case <training, evaluation> - setting that the options below start from
++ -sliding_mode_case <training, evaluation> - setting whose values the options below replace
 . -sliding_mode_gain - bound k of the reaction [1/s]
 . -sliding_mode_amplitude - amplitude D of the disturbance [1/s]
 . -sliding_mode_frequency - angular frequency omega of the disturbance [rad/s]
 . -sliding_mode_start - start w(0)
-. -circuit_case <training, evaluation> - setting that the options below start from
+. -circuit_case <training, evaluation> - setting whose values the options below replace
 . -circuit_c1, -circuit_c2 - capacities [F]
 . -circuit_r - resistance [Ohm]
 . -circuit_l - inductance [H]
 . -circuit_m - current of the diode [A]
 . -circuit_start - V1 [V], V2 [V], i [A] at the start
-- -circuit_unit <amplitude, start> - what policies observe states over
+- -circuit_unit <amplitude, start> - unit of the states in observations of policies
 
   Level: beginner
 
-  Errors: PETSC_ERR_ARG_OUTOFRANGE and PETSC_ERR_ARG_SIZ, with the option and what was expected.
+  Errors: PETSC_ERR_ARG_OUTOFRANGE and PETSC_ERR_ARG_SIZ, with the option and the expected value
 
 .seealso: SlipModelCreate(), SlipModelSetUp()
 @*/
@@ -108,7 +108,7 @@ PetscErrorCode SlipModelSetFromOptions(SlipModel model)
 }
 
 /*@C
-  SlipModelSetUp - check the parameters of a small model and compute what follows from them
+  SlipModelSetUp - checks the parameters of a small model and computes the numbers that follow from them
 
   Not collective; after a parameter has been changed, before SlipModelConfigureTS().
 
@@ -117,7 +117,7 @@ PetscErrorCode SlipModelSetFromOptions(SlipModel model)
 
   Level: intermediate
 
-  Errors: PETSC_ERR_ARG_OUTOFRANGE, with the parameter's option and what was expected.
+  Errors: PETSC_ERR_ARG_OUTOFRANGE, with the parameter's option and the expected value
 
 .seealso: SlipModelSetFromOptions()
 @*/
@@ -138,13 +138,13 @@ static PetscErrorCode Bound(PetscReal t, const PetscReal w[], PetscReal q[], Pet
 }
 
 /*@C
-  SlipModelFindObservation - the row of a name in a small model's table of observations
+  SlipModelFindObservation - finds the row of a name in a small model's table of observations
 
   Not collective.
 
   Input Parameters:
 + model - the model
-- name  - such as "energy"
+- name  - name of an observation, such as "energy"
 
   Level: developer
 
@@ -208,19 +208,19 @@ static const SlipProblemOps ModelProblem = {
   .name = Name_Model, .time_scale = TimeScale_Model, .find = Find_Model, .observe = Observe_Model};
 
 /*@C
-  SlipModelConfigureTS - make a TS integrate a small model
+  SlipModelConfigureTS - makes a TS integrate a small model
 
   Logically collective; before TSSetFromOptions().
 
   Input Parameters:
 + model - the model, set up; it must live as long as the TS
-- ts    - the TS, of one process; the model becomes its application context
+- ts    - the TS, on one process; the model becomes its application context
 
   Notes:
-  Sets the type bathe with implicit steps, the final time, the first step, the study's tolerances, the controller
-  heuristic and its steps' limits: from 1e-9 s. The study's least step of 1e-5 s is for its policies, whose files hold
-  their own bounds: across an event an error estimate falls as slowly as the step, and controllers that obey it need
-  less for some starts.
+  The function sets the type bathe with implicit steps, the final time, the first step, the study's tolerances, the
+  controller heuristic and the limits of its steps: from 1e-9 s. The study's least step of 1e-5 s is for its policies,
+  whose files have their own bounds: across an event an error estimate falls as slowly as the step, and controllers that
+  satisfy it need less for some starts.
 
   Level: beginner
 
@@ -243,7 +243,7 @@ PetscErrorCode SlipModelConfigureTS(SlipModel model, TS ts)
   PetscFunctionBegin;
   PetscCall(SlipSmallConfigureTS(&problem, ts));
   PetscCall(PetscObjectTypeCompare((PetscObject)ts, TSBATHE, &bathe));
-  if (bathe) PetscCall(TSBatheSetMethod(ts, TSBATHE_METHOD_IMPLICIT)); /* of the study */
+  if (bathe) PetscCall(TSBatheSetMethod(ts, TSBATHE_METHOD_IMPLICIT)); /* as in the study */
   PetscCall(TSSetMaxTime(ts, model->max_time));
   PetscCall(TSSetTimeStep(ts, model->dt));
   PetscCall(TSSetTolerances(ts, model->atol, NULL, model->rtol, NULL));
@@ -256,7 +256,7 @@ PetscErrorCode SlipModelConfigureTS(SlipModel model, TS ts)
 }
 
 /*@C
-  SlipModelCreateState - create the vector of a small model's states, at its start
+  SlipModelCreateState - creates the vector of a small model's states, at its start
 
   Not collective.
 
@@ -264,7 +264,7 @@ PetscErrorCode SlipModelConfigureTS(SlipModel model, TS ts)
 . model - the model
 
   Output Parameter:
-. w - the states [n], to be destroyed
+. w - the states [n]; the caller destroys it
 
   Level: beginner
 
@@ -283,7 +283,7 @@ PetscErrorCode SlipModelCreateState(SlipModel model, Vec *w)
 }
 
 /*@C
-  SlipModelEnergy - energy w'A w/2 of a state of a small model, which only the load raises
+  SlipModelEnergy - computes the energy w'A w/2 of a state of a small model, which only the load raises
 
   Not collective.
 
@@ -294,7 +294,7 @@ PetscErrorCode SlipModelCreateState(SlipModel model, Vec *w)
   Level: intermediate
 
   Note:
-  Of the circuit in J. Two solutions of one model approach each other in this norm of their difference.
+  The energy of the circuit is in J. Two solutions of one model approach each other in this norm of their difference.
 
 .seealso: SlipModelCreate()
 @*/
@@ -307,7 +307,7 @@ PetscReal SlipModelEnergy(SlipModel model, const PetscReal w[])
 }
 
 /*@C
-  SlipModelExactTable - the exact solution of a small model at equal intervals
+  SlipModelExactTable - computes the exact solution of a small model at equal intervals
 
   Not collective.
 

@@ -1,5 +1,5 @@
-/* The first-order sliding mode controller, dw/dt = D sin(omega t) + r, r in -k Sign(w): the system, what policies
-   observe, its exact solution. */
+/* Defines the first-order sliding mode controller, dw/dt = D sin(omega t) + r, r in -k Sign(w): the system, the
+   observations of policies, and its exact solution. */
 #include <slipmodels.h>
 #include <slipcompat.h>
 #include <string.h>
@@ -86,8 +86,8 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
 }
 
 /*@C
-  SlipSlidingModeEvent - time to the next change of regime, as it looks now: while w moves, until it is zero at its
-  present rate; at rest, until the disturbance exceeds the gain
+  SlipSlidingModeEvent - predicts the time to the next change of regime: while w moves, until it is zero at its present
+  rate; at rest, until the disturbance exceeds the gain
 
   Not collective.
 
@@ -99,7 +99,7 @@ static PetscErrorCode Jacobian(PetscReal t, const PetscReal w[], PetscReal J[], 
   Level: developer
 
   Note:
-  Returns the time in s, PETSC_MAX_REAL when no change is in sight.
+  Returns the time in s, or PETSC_MAX_REAL when no change is predicted.
 
 .seealso: SlipModelCreate()
 @*/
@@ -179,13 +179,13 @@ static const SlipModelObservation Observations[] = {
 
 /* ---- the exact solution, phase by phase ---- */
 
-/* s w at time t while w slides with the sign s from w0 at t0 */
+/* Returns s w at time t while w slides with the sign s from w0 at t0. */
 static PetscReal Slide(const SlipSlidingMode *m, PetscReal s, PetscReal t0, PetscReal w0, PetscReal t)
 {
   return s * (w0 + m->D / m->omega * (PetscCosReal(m->omega * t0) - PetscCosReal(m->omega * t))) - m->k * (t - t0);
 }
 
-/* First time after t at which omega t is an angle of the form angle + n period */
+/* Returns the first time after t at which omega t is an angle of the form angle + n period. */
 static PetscReal Next(const SlipSlidingMode *m, PetscReal t, PetscReal angle, PetscReal period)
 {
   const PetscReal phase = m->omega * t, rounding = 1e-9;
@@ -195,8 +195,8 @@ static PetscReal Next(const SlipSlidingMode *m, PetscReal t, PetscReal angle, Pe
   return (angle + n * period) / m->omega;
 }
 
-/* When the slide from (t0, w0) ends at w = 0; t when it does not end before. Between the turning points, where
-   D sin(omega t) = s k, w is monotone: bisection. */
+/* Returns when the slide from (t0, w0) ends at w = 0, or t when it does not end before. Bisection finds it, as w is
+   monotone between the turning points, where D sin(omega t) = s k. */
 static PetscReal Arrest(const SlipSlidingMode *m, PetscReal s, PetscReal t0, PetscReal w0, PetscReal t)
 {
   const PetscReal angle = m->k < m->D ? PetscAsinReal(s * m->k / m->D) : 0;
@@ -223,7 +223,7 @@ static PetscReal Arrest(const SlipSlidingMode *m, PetscReal s, PetscReal t0, Pet
   return t;
 }
 
-/* When w leaves zero, being there at t0: once |D sin(omega t)| passes k, in that direction */
+/* Returns when w leaves zero, where it is at t0: once |D sin(omega t)| passes k, in that direction. */
 static PetscReal Depart(const SlipSlidingMode *m, PetscReal t0, PetscReal *s)
 {
   PetscReal t = t0, load = m->D * PetscSinReal(m->omega * t0);

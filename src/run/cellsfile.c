@@ -1,4 +1,4 @@
-/* A file with the cells of a fault, for programs that compute fields of them. */
+/* Writes a file with the cells of a fault, for programs that compute fields for them. */
 #include <slipstep/private/sliprun.h>
 
 static PetscErrorCode Write(SlipFault fault, const char file[])
@@ -24,22 +24,22 @@ static PetscErrorCode Write(SlipFault fault, const char file[])
 }
 
 /*@C
-  SlipFaultWriteCells - write where the cells of a fault are and which way they face
+  SlipFaultWriteCells - writes positions, areas and directions of the cells of a fault to a file
 
   Collective; calls SlipFaultSetUpMesh()
 
   Input Parameters:
 + fault - the fault
-- file  - HDF5; /x, /y, /z [m], /area [m^2], /strike, /dip [degrees] and /fault as SlipFaultGetGeometry() has them, each
-          in the shape that fields of -fault_parameters have: [Nz][Nx] of a grid, [N] of a mesh. One that is there is
+- file  - HDF5 file; /x, /y, /z [m], /area [m^2], /strike, /dip [degrees] and /fault as in SlipFaultGetGeometry(), each
+          in the shape of fields of -fault_parameters: [Nz][Nx] for a grid, [N] for a mesh. An existing file is
           replaced.
 
   Options Database Key:
-. -fault_cells FILE - of the program fault: write it, and end
+. -fault_cells FILE - writes it in the program fault, which then ends
 
   Level: intermediate
 
-  Errors: those of SlipFaultSetUpMesh(), and a file that cannot be written
+  Errors: those of SlipFaultSetUpMesh(), and of a file that cannot be written
 
 .seealso: SlipFaultGetGeometry(), SlipFaultSetField()
 @*/

@@ -1,8 +1,8 @@
-/* The options of a fault: all its parameters are read here, and their names declared. */
+/* Reads all parameters of a fault from options. */
 #include <slipstep/private/sliprun.h>
 #include <string.h>
 
-/* PETSc's own message for a value that is no number does not name the option. */
+/* Checks that a value is a number. PETSc's own message does not name the option. */
 static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipParameter *p, const char option[])
 {
   char text[64], bounds[128];
@@ -28,7 +28,7 @@ static PetscErrorCode SlipFaultCheckOption(SlipFault fault, const SlipParameter 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a row says it is part of, for -help; what a law brings is of the problem. */
+/* Returns the name of a row's part for -help; parameters of a law belong to the problem. */
 static const char *PartText(SlipPart part)
 {
   static const char *const text[SLIP_NUM_PARTS] = {"problem", "problem", "problem", "steps", "run", "output"};
@@ -54,7 +54,7 @@ static PetscErrorCode SlipFaultRealFromOptions(SlipFault fault, PetscInt id, Sli
 
     PetscCall(PetscOptionsInt(option, help, "SlipFaultSetReal", whole, &whole, &set));
     value = (PetscReal)whole;
-  } else if (PetscIsNanReal(value)) { /* a default that others decide; as a number PETSc refuses it from 3.22 on */
+  } else if (PetscIsNanReal(value)) { /* a default that is derived later; PETSc from 3.22 on refuses NaN as a number */
     PetscCall(PetscOptionsString(option, help, "SlipFaultSetReal", "derived", text, sizeof(text), &set));
     if (set) PetscCall(PetscOptionsStringToReal(text, &value));
   } else
@@ -104,7 +104,7 @@ static PetscErrorCode SlipFaultSwitchFromOptions(SlipFault fault, const SlipFaul
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The options that a mesh makes idle: a newcomer who gives both should know which counts. */
+/* Warns of options that a mesh makes unused: users who give both should know which one has an effect. */
 static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
@@ -128,7 +128,7 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 }
 
 /*@
-  SlipFaultSetFromOptions - read every parameter from the options database, as -<prefix>fault_<name>
+  SlipFaultSetFromOptions - reads every parameter from the options database, as -<prefix>fault_<name>
 
   Collective.
 
@@ -136,12 +136,12 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
 . fault - the fault
 
   Options Database Keys:
-+ -fault_<name> <value>           - -help lists them with unit and default
-. -fault_progress <yes>           - print how far a run is
-. -fault_output_xdmf <yes>        - write FILE.xdmf2 beside FILE of -fault_output
-. -fault_view                     - print all of them after set-up, and the operators with their memory; at the end
-                                    where the time of the run went
-- -fault_stiffness_view <viewer>  - write K after scaling, for example to binary:K.bin
++ -fault_<name> <value>           - sets a parameter; -help lists them with unit and default
+. -fault_progress <yes>           - prints the progress of a run
+. -fault_output_xdmf <yes>        - writes FILE.xdmf2 beside FILE of -fault_output
+. -fault_view                     - prints all of them after set-up, and the operators with their memory; at the end
+                                    also the time of each part of the run
+- -fault_stiffness_view <viewer>  - writes K after scaling, for example to binary:K.bin
 
   Level: beginner
 
@@ -149,8 +149,8 @@ static PetscErrorCode SlipFaultWarnOfGrid(SlipFault fault)
   Only a fault that has read its options prints lines of progress (-fault_progress) and writes an XDMF file beside its
   output (-fault_output_xdmf). Times may have a unit, see SlipExpandTimes().
 
-  Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_UNKNOWN_TYPE, naming the option and what was
-  expected, for a value that is no number, out of bounds, missing or not one of the choices
+  Errors: PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_OUTOFRANGE or PETSC_ERR_ARG_UNKNOWN_TYPE, with the option and the expected
+  values, for a value that is no number, out of bounds, missing or not one of the choices
 
 .seealso: SlipFaultSetReal(), SlipFaultSetString(), SlipFaultSetOptionsPrefix()
 @*/
@@ -173,7 +173,7 @@ PetscErrorCode SlipFaultSetFromOptions(SlipFault fault)
   for (PetscInt i = 0; i < FAULT_NUM_SWITCHES; i++)
     PetscCall(SlipFaultSwitchFromOptions(fault, &SlipFaultSwitches[i], PetscOptionsObject));
   PetscCall(SlipFaultWarnOfGrid(fault));
-  PetscCall(SlipFaultCheckFileNames(fault)); /* viewers open theirs at once */
+  PetscCall(SlipFaultCheckFileNames(fault)); /* viewers open their files at once */
   PetscCall(PetscViewerDestroy(&fault->options.viewer));
   PetscCall(PetscOptionsViewer("-fault_view",
                                "Print the parameters and the operators after set-up, and at the end where time went",

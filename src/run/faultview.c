@@ -1,4 +1,4 @@
-/* -fault_view: the parameters of a fault, what its operators are and take, and where the time of its run went. */
+/* Prints for -fault_view a fault's parameters, its operators and their memory, and the times of the parts of a run. */
 #include <slipstep/private/sliprun.h>
 #include <stdio.h>
 
@@ -28,8 +28,8 @@ static PetscErrorCode ViewOperators(SlipFault fault, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a run uses of a parameter: least, mean (by area) and largest of all cells, and where they come from when this is
-   not the scalar of its name. */
+/* Prints the values of a parameter in use: least, mean (by area) and largest of all cells, and their origin unless it
+   is the scalar of this name. */
 static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
 {
   const SlipParameter *p = SlipFaultFieldRow(f);
@@ -56,8 +56,8 @@ static PetscErrorCode ViewField(SlipFault fault, PetscInt f, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the time of this process went, at the end of a run that -fault_view was given for: the seconds of each share,
-   and what it costs by counts of work; in detail these counts. Collective. */
+/* Prints at the end of a run with -fault_view the processor time of this process in each share of the work, its cost by
+   counts of work, and in detail these counts. Collective. */
 PetscErrorCode SlipFaultViewTimes(SlipFault fault)
 {
   const SlipWorkTotals now = SlipWorkGet(), *before = &fault->run->work;
@@ -89,9 +89,8 @@ PetscErrorCode SlipFaultViewTimes(SlipFault fault)
 }
 
 /*@C
-  SlipFaultView - print the fault's parameters with their units; after SlipFaultSetUp() those that are used, cell by
-  cell
-                  the least, mean and largest, and its operators as well
+  SlipFaultView - prints the fault's parameters with their units; after SlipFaultSetUp() also its operators, and of each
+  field the least, mean and largest value in use
 
   Collective.
 
@@ -100,10 +99,10 @@ PetscErrorCode SlipFaultViewTimes(SlipFault fault)
 - viewer - an ASCII viewer, NULL for standard output
 
   Notes:
-  After SlipFaultSetUp() also whether there is inertia, and how many cells a cohesive zone has.
+  After SlipFaultSetUp() it prints also whether there is inertia, and how many cells a cohesive zone has.
 
-  Of K, H, the stage operator B and its preconditioner: the type and why it was chosen, the memory on the rank that has
-  the most and in all, the compression against a dense matrix, ranks of low-rank blocks.
+  For K, H, the stage operator B and its preconditioner it prints the type and why it was chosen, the memory on the rank
+  with the most and in all, the compression against a dense matrix, and ranks of low-rank blocks.
 
   Level: intermediate
 

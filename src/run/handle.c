@@ -1,16 +1,16 @@
-/* A fault's life: create, set up, state, destroy. */
+/* Creates a fault, sets it up and destroys it. */
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/slipfaultfeatures.h>
 #include <math.h>
 #include <slipstep/private/slipwork.h>
 
 /*@
-  SlipFaultCreate - create a fault, with the parameters of the reference case "3 km" and one cell
+  SlipFaultCreate - creates a fault with the parameters of the reference case "3 km" and one cell
 
   Collective.
 
   Input Parameter:
-. comm - its processes
+. comm - the processes of the fault
 
   Output Parameter:
 . fault - the fault; change it with SlipFaultSetReal(), SlipFaultSetString(), SlipFaultSetFromOptions()
@@ -46,7 +46,7 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
 }
 
 /*@
-  SlipFaultSetUpMesh - make the cells of a fault, before its fields are given
+  SlipFaultSetUpMesh - creates the cells of a fault, before its fields are given
 
   Collective. Calling it again does nothing.
 
@@ -56,10 +56,10 @@ PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault)
   Level: intermediate
 
   Note:
-  SlipFaultSetUp() does it as well. Called before, SlipFaultGetGeometry() and SlipFaultGetCentres() say where the cells
-  are, so that fields can be functions of them: SlipFaultSetField(). All other parameters must be set before.
+  SlipFaultSetUp() calls it as well. After it, SlipFaultGetGeometry() and SlipFaultGetCentres() give the positions of
+  the cells, so that fields can be functions of them: SlipFaultSetField(). All other parameters must be set before.
 
-  Errors: a mesh that cannot be read or used, friction laws that there are not
+  Errors: a mesh that cannot be read or used, an unknown friction law
 
 .seealso: SlipFaultSetUp(), SlipFaultGetGeometry(), SlipFaultSetField()
 @*/
@@ -110,7 +110,7 @@ static PetscErrorCode SetUp(SlipFault fault)
 }
 
 /*@
-  SlipFaultSetUp - compute or load stiffness K, viscosity H, per-cell parameters and the critical state
+  SlipFaultSetUp - computes or loads stiffness K, viscosity H, per-cell parameters and the critical state
 
   Collective. Calling it again does nothing.
 
@@ -119,14 +119,14 @@ static PetscErrorCode SetUp(SlipFault fault)
 
   Level: beginner
 
-  Errors: parameters out of range, files that cannot be read or hold other shapes, a K that is not positive definite;
-  PETSC_ERR_ARG_INCOMP for features that do not go together, which SlipFaultFeaturesView() lists.
+  Errors: parameters out of range, files that cannot be read or have other shapes, a K that is not positive definite;
+  PETSC_ERR_ARG_INCOMP for features that cannot be combined, which SlipFaultFeaturesView() lists
 
 .seealso: SlipFaultCreate(), SlipFaultGetOperators()
 @*/
 PetscErrorCode SlipFaultSetUp(SlipFault fault)
 {
-  static PetscBool begun = PETSC_FALSE; /* a run in this process */
+  static PetscBool begun = PETSC_FALSE; /* another fault was set up in this process */
   PetscErrorCode ierr;
 
   PetscFunctionBegin;
@@ -134,26 +134,26 @@ PetscErrorCode SlipFaultSetUp(SlipFault fault)
   if (fault->setup) PetscFunctionReturn(PETSC_SUCCESS);
   for (int i = 0; i < SLIP_PRODUCTS_USERS; i++) SlipProductsGetOf((SlipProductsUser)i, &fault->run->before[i]);
   fault->run->work = SlipWorkGet();
-  fault->run->time = begun ? SlipProcessorTime() : 0; /* what comes before the first is part of it */
+  fault->run->time = begun ? SlipProcessorTime() : 0; /* the first run includes the time before it */
   if (!begun) PetscCall(PetscMemzero(&fault->run->work, sizeof(fault->run->work)));
   begun = PETSC_TRUE;
   SlipWorkPrepare();
   PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
   SlipWorkAdd(SLIP_WORK_RUN, 1);
   ierr = SetUp(fault);
-  if (ierr) SlipProductsRun(); /* a program may go on with another fault */
+  if (ierr) SlipProductsRun(); /* the program may continue with another fault */
   PetscCall(ierr);
   PetscCall(SlipProductsPop());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
-  SlipFaultDestroy - release the fault; a TS that it configured keeps it alive until that is destroyed as well
+  SlipFaultDestroy - destroys the fault; a TS that it configured keeps it alive until the TS is destroyed as well
 
   Collective.
 
   Input Parameter:
-. fault - set to NULL
+. fault - the fault; set to NULL
 
   Level: beginner
 
@@ -198,7 +198,7 @@ PetscErrorCode SlipFaultDestroy(SlipFault *fault)
 }
 
 /*@
-  SlipFaultReference - add a reference to a fault
+  SlipFaultReference - adds a reference to a fault
 
   Logically collective
 
@@ -218,7 +218,7 @@ PetscErrorCode SlipFaultReference(SlipFault fault)
 }
 
 /*@C
-  SlipFaultSetOptionsPrefix - set the prefix of this fault's options, for two faults in one program
+  SlipFaultSetOptionsPrefix - sets the prefix of this fault's options, for several faults in one program
 
   Logically collective; before SlipFaultSetFromOptions()
 
@@ -229,7 +229,7 @@ PetscErrorCode SlipFaultReference(SlipFault fault)
   Level: intermediate
 
   Notes:
-  Stiffness, viscosity and stage operator have the prefix too, and so has the solver of the critical state,
+  Stiffness, viscosity and stage operator have the prefix too, and so does the solver of the critical state,
   -<prefix>fault_start_ksp_type. A TS has a prefix of its own.
 
 .seealso: SlipFaultAppendOptionsPrefix(), SlipFaultGetOptionsPrefix(), SlipFaultSetFromOptions()
@@ -243,13 +243,13 @@ PetscErrorCode SlipFaultSetOptionsPrefix(SlipFault fault, const char prefix[])
 }
 
 /*@C
-  SlipFaultAppendOptionsPrefix - append to the prefix of this fault's options
+  SlipFaultAppendOptionsPrefix - appends to the prefix of this fault's options
 
   Logically collective; before SlipFaultSetFromOptions()
 
   Input Parameters:
 + fault  - the fault
-- prefix - comes after the prefix that there is
+- prefix - appended to the present prefix
 
   Level: advanced
 
@@ -264,7 +264,7 @@ PetscErrorCode SlipFaultAppendOptionsPrefix(SlipFault fault, const char prefix[]
 }
 
 /*@C
-  SlipFaultGetOptionsPrefix - get the prefix of this fault's options
+  SlipFaultGetOptionsPrefix - gets the prefix of this fault's options
 
   Not collective
 

@@ -1,5 +1,5 @@
-/* Who watches a run: rows of one table, ours and those of users, which are created, started, told of each accepted
-   step, visited for checkpoints, finished and destroyed in its order. The file of the run is what they share. */
+/* Calls the observers of a run, built-in ones and users', which are rows of one table and share the run's file. In its
+   order they are created, started, called for each step, visited for checkpoints, finished and destroyed. */
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/slipfaultfeatures.h>
 #include <slipstep/private/slipsys.h>
@@ -7,7 +7,7 @@
 #include <string.h>
 #include <slipstep/private/slipwork.h>
 
-/* Ours. A new one is a file with its row, and its name here. */
+/* The built-in observers. A new one is a file with its row, and its name here. */
 extern const SlipFaultObserver SlipFaultProgressObserver, SlipFaultOutputObserver, SlipFaultXdmfObserver,
   SlipFaultStationsObserver, SlipFaultSurfaceObserver, SlipFaultCatalogueObserver, SlipFaultCouplingObserver,
   SlipFaultEstimateObserver;
@@ -16,7 +16,7 @@ static const SlipFaultObserver *const Observers[] = {
   &SlipFaultSurfaceObserver,  &SlipFaultCatalogueObserver, &SlipFaultCouplingObserver, &SlipFaultEstimateObserver};
 enum { NUM_OBSERVERS = PETSC_STATIC_ARRAY_LENGTH(Observers) };
 
-/* Those of users, until the process ends */
+/* Observers of users, until the process ends */
 #define OBSERVERS_REGISTERED 32
 static SlipFaultObserver registered[OBSERVERS_REGISTERED];
 static PetscInt nregistered = 0;
@@ -27,7 +27,7 @@ struct _n_SlipFaultWatch {
   void *ctx;
 };
 
-/* The last of ours is the last of all: at its end the estimate of errors may repeat the run. */
+/* The last built-in observer is the last of all: at its end the estimate of errors may repeat the run. */
 static const SlipFaultObserver *ObserverAt(PetscInt i)
 {
   const PetscInt first = NUM_OBSERVERS - 1;
@@ -36,7 +36,7 @@ static const SlipFaultObserver *ObserverAt(PetscInt i)
 }
 
 /*@C
-  SlipFaultRegisterObserver - add an observer that runs of faults call
+  SlipFaultRegisterObserver - adds an observer to all runs of faults
 
   Not collective, on every process; before SlipFaultOutputStart()
 
@@ -47,25 +47,25 @@ static const SlipFaultObserver *ObserverAt(PetscInt i)
   Level: advanced
 
   Notes:
-  All functions are collective and called for every fault whose SlipFaultOutputStart() is.
+  All functions are collective and called for every fault whose SlipFaultOutputStart() is called.
 .vb
-  create(fault, ts, &wanted, &ctx)    the run is set up: ctx is that of the row, or what is put there; wanted
-                                      PETSC_FALSE: no more of it
-  layout(fault, output, ctx)          -fault_output is made: SlipOutputAddTable() for datasets of its own
-  start(fault, ts, time, w, ctx)      TSSolve() begins with the state w, also in a run that goes on from a checkpoint:
+  create(fault, ts, &wanted, &ctx)    the run is set up: ctx is that of the row, or what the function sets; wanted
+                                      PETSC_FALSE: there are no more calls
+  layout(fault, output, ctx)          -fault_output is created: SlipOutputAddTable() for datasets of its own
+  start(fault, ts, time, w, ctx)      TSSolve() begins with the state w, also in a run that continues from a checkpoint:
                                       SlipOutputAddRows() for the row of the start
   step(fault, ts, step, time, w, ctx) an accepted step has ended: SlipOutputAddRows() for its tables, before the row of
                                       /series
-  visit(fault, state, ctx)            a checkpoint is written or read: SlipStateReal() and others for all that it
-                                      remembers
+  visit(fault, state, ctx)            a checkpoint is written or read: SlipStateReal() and others for all data of the
+                                      observer that must survive
   finish(fault, ts, output, ctx)      the run has ended: SlipOutputAddResult() for the summary
-  destroy(&ctx)                       of a run that has ended or failed
+  destroy(&ctx)                       the run has ended or failed
 .ve
-  In a checkpoint it has a group of its own, observer_NAME; one without it, of a run without this observer, is not
-  visited. With `repeats` it sees the repetition of -fault_check_error as well, from start on, after the other ones have
-  finished.
+  The observer has a group of its own in a checkpoint, observer_NAME. It is not visited for a checkpoint without that
+  group, from a run without this observer. With `repeats` it is also called in the repetition of -fault_check_error,
+  from start on, after the other ones have finished.
 
-  Errors: PETSC_ERR_ARG_WRONG without a name of at most 40 characters, or for one that is taken
+  Errors: PETSC_ERR_ARG_WRONG without a name of at most 40 characters, or for a name in use
 
 .seealso: SlipFaultOutputStart(), SlipFaultOutputFinish(), SlipOutputAddTable(), SlipStateReal()
 @*/
@@ -87,7 +87,7 @@ PetscErrorCode SlipFaultRegisterObserver(const SlipFaultObserver *observer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor: what TSSolve() starts from, or the end of a step */
+/* TSMonitor: called for the state that TSSolve() starts from, and for the end of each step. */
 static PetscErrorCode SlipFaultObserversMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -111,7 +111,7 @@ static PetscErrorCode SlipFaultObserversMonitor(TS ts, PetscInt step, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the run's file: what it has besides /run, /steps and /series */
+/* Adds to the run's file what it has besides /run, /steps and /series. */
 static PetscErrorCode SlipFaultObserversLayout(SlipOutput output, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -123,7 +123,7 @@ static PetscErrorCode SlipFaultObserversLayout(SlipOutput output, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Our observers have the groups that they have always had, and share some. */
+/* Visits the observers for a checkpoint. Built-in ones have the groups of earlier versions, and share some. */
 PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState s)
 {
   SlipFaultRun *run = fault->run;
@@ -147,7 +147,7 @@ PetscErrorCode SlipFaultObserversVisit(SlipFault fault, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At the end of a run, or of one that failed or was stopped, whose files stay unfinished */
+/* Destroys the observers at the end of a run, or of one that failed or was stopped, whose files stay unfinished. */
 PetscErrorCode SlipFaultObserversDestroy(SlipFault fault)
 {
   SlipFaultRun *run = fault->run;
@@ -162,7 +162,7 @@ PetscErrorCode SlipFaultObserversDestroy(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whoever refuses the run leaves nothing behind of those before. */
+/* Creates the observers; if one refuses the run, those before it are destroyed. */
 static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
 {
   SlipFaultRun *run = fault->run;
@@ -186,8 +186,8 @@ static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
 }
 
 /*@
-  SlipFaultOutputStart - start the observers of a run, which write -fault_output and -fault_catalogue, estimate the
-  slip's error and print how far it is, and by the observers of SlipFaultRegisterObserver()
+  SlipFaultOutputStart - starts the observers of a run, built-in ones and those of SlipFaultRegisterObserver(). They
+  write -fault_output and -fault_catalogue, estimate the error of slip and print the progress
 
   Collective; after TSSetFromOptions(), before TSSolve().
 
@@ -196,20 +196,20 @@ static PetscErrorCode SlipFaultObserversCreate(SlipFault fault, TS ts)
 - ts    - the TS that it configured
 
   Options Database Keys:
-+ -fault_output <F.h5>          - file for the run
-. -fault_output_size <1e8>      - what its fields take at most where no other option says when they are written [bytes]
-. -fault_catalogue <F.h5>       - file for its events, a row each; every one is also a line on standard output
-. -fault_event_rate <1e-3>      - slip rate of a cell from which on an event lasts, until all are below a tenth [m/s]
-- -fault_catalogue_maps <no>    - slip and rupture time of every cell as well
++ -fault_output <F.h5>          - writes the run to this file
+. -fault_output_size <1e8>      - limits the size of its fields where no other option sets their times [bytes]
+. -fault_catalogue <F.h5>       - writes a row for each event to this file; each is also a line on standard output
+. -fault_event_rate <1e-3>      - slip rate of a cell at which an event begins; it ends below a tenth everywhere [m/s]
+- -fault_catalogue_maps <no>    - writes slip and rupture time of every cell as well
 
   Level: intermediate
 
   Errors: PETSC_ERR_FILE_OPEN when a file cannot be created, PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown field,
-  PETSC_ERR_ARG_INCOMP for what does not go together, see SlipFaultFeaturesView().
+  PETSC_ERR_ARG_INCOMP for features that cannot be combined, see SlipFaultFeaturesView()
 
   Notes:
-  The content goes to FILE.part, made at the start of TSSolve(), which takes FILE's name in SlipFaultOutputFinish(): a
-  run that fails leaves an older FILE as it was. FILE.part can be read all the time, see SlipOutputCreate(). slipfault.h
+  The content goes to FILE.part, created at the start of TSSolve(), which SlipFaultOutputFinish() renames to FILE: a run
+  that fails leaves an older FILE as it was. FILE.part can be read all the time, see SlipOutputCreate(). slipfault.h
   describes the layout.
 
 .seealso: SlipFaultOutputFinish(), SlipFaultRegisterObserver(), SlipFaultCheckpointStart(), SlipFaultFeaturesView()
@@ -237,13 +237,13 @@ PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts)
   PetscCall(SlipFaultReportSteps(fault, ts));
   PetscCall(TSMonitorSet(ts, SlipFaultObserversMonitor, fault, NULL)); /* before that of /series; PETSc has it once */
   PetscCall(SlipFaultObserversCreate(fault, ts));
-  PetscCall(SlipFaultStressPrint(fault)); /* now that nothing is refused any more */
+  PetscCall(SlipFaultStressPrint(fault)); /* no check can refuse the run any more */
   PetscCall(SlipFaultResolutionPrint(fault));
   PetscCall(SlipFaultViscosityPrint(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the run has cost; products are those of today and of before, with those of output and estimates */
+/* Adds the cost of the run. Products include those before a restart, and "products" those of output and estimates. */
 static PetscErrorCode ProductsResult(const SlipFaultRun *run, SlipOutput file)
 {
   SlipProducts p[SLIP_PRODUCTS_USERS];
@@ -277,7 +277,7 @@ static PetscErrorCode ProductsResult(const SlipFaultRun *run, SlipOutput file)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What went between the processor and the device since the run began */
+/* Adds the number of transfers between the processor and the device since the run began. */
 static PetscErrorCode TrafficResult(SlipFault fault, SlipOutput file)
 {
   const SlipDeviceTraffic now = SlipDeviceGetTraffic(), *before = &fault->run->traffic;
@@ -295,7 +295,7 @@ static PetscErrorCode TrafficResult(SlipFault fault, SlipOutput file)
 }
 
 /*@
-  SlipFaultOutputFinish - print the summary of a run and complete its output file
+  SlipFaultOutputFinish - prints the summary of a run and completes its output file
 
   Collective; after TSSolve().
 
@@ -306,25 +306,25 @@ static PetscErrorCode TrafficResult(SlipFault fault, SlipOutput file)
 - wall_solve - wall time of TSSolve() [s]
 
   Options Database Key:
-. -fault_check_error - repeat the run with every step computed in four parts, for a Richardson estimate of its errors;
-                       five times the Bathe solves of the run more; with TSBATHE only
+. -fault_check_error - repeats the run with every step computed in four parts, for a Richardson estimate of its errors;
+                       this costs five times the Bathe solves of the run; with TSBATHE only
 
   Level: intermediate
 
   Notes:
   Attributes of /result, where friction weakens and there are several cells: least_resolution, the cells in the least
-  cohesive zone (in the least length of nucleation where there is none), and cells_fail_alone, the share of the cells
-  that weaken which can fail by themselves.
+  cohesive zone (in the least length of nucleation where there is none), and cells_fail_alone, the share of weakening
+  cells that can fail by themselves.
 
   When the fault rests at the end, the summary has an estimate of the error that `TSAdaptRLGetMeasure()` names (of the
-  history with controllers that have no measure), which nine in ten runs stay below and for which
-  `SlipFaultOutputStart()` must have been called, or the reason why it is unknown. A policy that observes log_accuracy
-  has its dial judged by it: likely met, or unknown; the check says met or not met. Attributes of /result, X being slip
-  (the final mean slip), history and event_time: X_error_estimate, X_error_measure (the estimate before its
-  calibration), slip_error_signed (the first variation, computed minus exact), accuracy_requested,
-  slip_error_estimate_met (of the run's measure: 1 or -1), and with the check X_error_check, slip_error_check_signed,
-  slip_error_check_met (of the run's measure: 1 or 0), check_error_final, check_error_history, check_error_shift,
-  check_error_peak, check_error_field, check_solves.
+  history with controllers that have no measure), which nine in ten runs stay below, or the reason why it is unknown;
+  `SlipFaultOutputStart()` must have been called. The estimate judges the accuracy of a policy that observes
+  log_accuracy: likely met, or unknown; the check finds met or not met. Attributes of /result, X being slip (the final
+  mean slip), history and event_time: X_error_estimate, X_error_measure (the estimate before its calibration),
+  slip_error_signed (the first variation, computed minus exact), accuracy_requested, slip_error_estimate_met (of the
+  run's measure: 1 or -1), and with the check X_error_check, slip_error_check_signed, slip_error_check_met (of the
+  run's measure: 1 or 0), check_error_final, check_error_history, check_error_shift, check_error_peak,
+  check_error_field, check_solves.
 
 .seealso: SlipFaultOutputStart(), TSAdaptRLSetMeasure()
 @*/
@@ -361,7 +361,7 @@ PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setu
   run->file = NULL;
   PetscCall(SlipOutputFinish(&file, wall_setup, wall_solve));
   PetscCall(SlipFaultViewTimes(fault));
-  SlipProductsGetOf(SLIP_PRODUCTS_RUN, &run->before[SLIP_PRODUCTS_RUN]); /* from where the next one is prepared */
+  SlipProductsGetOf(SLIP_PRODUCTS_RUN, &run->before[SLIP_PRODUCTS_RUN]); /* the next run is prepared from here on */
   run->complete = PETSC_TRUE;
   PetscCall(SlipFaultObserversDestroy(fault));
   PetscCall(SlipClockStop(ts));

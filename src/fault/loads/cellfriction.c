@@ -1,7 +1,7 @@
-/* The friction of a fault: its law with the parameters of the cells. */
+/* Combines the friction law of a fault with the parameters of its cells. */
 #include <slipstep/private/slipfault.h>
 
-/* Law and parameters of the cells, with this effective normal stress [n] [Pa] (NULL where none is asked for) */
+/* Returns law and parameters of the cells, with this effective normal stress [n] [Pa] (NULL: not needed). */
 SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const PetscReal stress[])
 {
   return (SlipFrictionCells){.law = fault->friction.law,
@@ -24,7 +24,7 @@ SlipFrictionCells SlipFaultCellFriction(SlipFault fault, const PetscReal stress[
                              .known = fault->friction.known};
 }
 
-/* After the loads are known: does the state follow normal stress? */
+/* Finds whether the state follows normal stress; after the loads. */
 PetscErrorCode SlipFaultFollowSetUp(SlipFault fault)
 {
   const PetscReal *alpha = fault->fields.cell[FIELD_FRICTION_ALPHA], *b = fault->fields.cell[FIELD_FRICTION_B];
@@ -48,7 +48,7 @@ PetscErrorCode SlipFaultFollowSetUp(SlipFault fault)
 }
 
 /*@
-  SlipFaultGetFriction - the friction of the cells of this process, for SlipFrictionStrength() and its like
+  SlipFaultGetFriction - gets the friction of the cells of this process, for SlipFrictionStrength() and its like
 
   Collective; after SlipFaultSetUp()
 
@@ -57,8 +57,8 @@ PetscErrorCode SlipFaultFollowSetUp(SlipFault fault)
 - t     - time of the effective normal stress [s], which a pore pressure changes
 
   Output Parameter:
-. friction - law and parameters, borrowed arrays in the order of the state; the effective normal stress [Pa] counts with
-             the weights of the cells, area over mean area, and is valid until the fault is asked about another time
+. friction - law and parameters, borrowed arrays in the order of the state; strengths multiply the effective normal
+             stress [Pa] by the cells' weights, area over mean area; it is valid until the next call for another time
 
   Level: advanced
 

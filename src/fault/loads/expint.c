@@ -1,15 +1,15 @@
-/* The exponential integral E1(x), of e^-t/t from x > 0 on, which each stage of a step asks for in thousands of cells:
-   to 1 by its power series, beyond by polynomials for x e^x E1(x) in 1/x, which is smooth from 0 to 1, made once of
-   Lentz' continued fraction (Abramowitz & Stegun 1964, 5.1.11 and 5.1.22). */
+/* Computes the exponential integral E1(x) of e^-t/t from x > 0 on, which each stage of a step needs in thousands of
+   cells: up to 1 by its power series, beyond by polynomials for x e^x E1(x) in 1/x, which is smooth from 0 to 1. Lentz'
+   continued fraction gives these once (Abramowitz & Stegun 1964, 5.1.11 and 5.1.22). */
 #include <slipcompat.h>
 #include <slipstep/private/slipfault.h>
 
-/* Pieces of 0 to 1 and coefficients of each: an interpolation in Chebyshev's points is right to 1e-15 */
+/* Pieces of 0 to 1 and coefficients of each: an interpolation at Chebyshev's points is exact to 1e-15 */
 enum { PIECES = 64, TERMS = 9, SERIES = 20 };
 static PetscReal piece[PIECES][TERMS], series[SERIES];
 static PetscBool made = PETSC_FALSE;
 
-/* x e^x E1(x) at x = 1/z > 1: Lentz' method */
+/* Returns x e^x E1(x) at x = 1/z > 1 by Lentz' method. */
 static PetscReal Fraction(PetscReal z)
 {
   const PetscReal x = 1 / z;
@@ -27,7 +27,7 @@ static PetscReal Fraction(PetscReal z)
   return x * product;
 }
 
-/* Of the polynomial that has the values f in the points x: divided differences, then powers */
+/* Finds the polynomial with the values f at the points x: divided differences, then powers. */
 static void Interpolate(const PetscReal x[TERMS], PetscReal f[TERMS], PetscReal power[TERMS])
 {
   for (int k = 1; k < TERMS; k++)

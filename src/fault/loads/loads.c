@@ -1,5 +1,5 @@
-/* What loads and unclamps a fault in time: the shear stress that is there at the start and its rate, and the pore
-   pressure, from a record, a function or a point source. */
+/* Computes what loads and unclamps a fault in time: the shear stress at the start and its rate, and the pore pressure
+   from a record, a function or a point source. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -11,7 +11,7 @@
 
 /* ---- the record of -fault_pore_pressure ---- */
 
-/* Row of the record before t, and what share of the way to the next one t is; constant beyond the ends */
+/* Returns the record's row before t, and the share of the way from it to the next row; constant beyond the ends. */
 PetscInt SlipLoadsInterval(const SlipFaultLoads *loads, PetscReal t, PetscReal *share)
 {
   PetscInt low = 0, high = loads->rows - 1;
@@ -31,7 +31,7 @@ PetscInt SlipLoadsInterval(const SlipFaultLoads *loads, PetscReal t, PetscReal *
   return low;
 }
 
-/* Adds to p [n] the pressure of the record at t [Pa] */
+/* Adds the pressure of the record at t [Pa] to p [n]. */
 void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
 {
   const PetscInt n = loads->n;
@@ -42,7 +42,7 @@ void SlipLoadsAddRecord(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
   for (PetscInt i = 0; i < n; i++) p[i] += (1 - share) * a[i] + share * b[i];
 }
 
-/* Number of the record's first time after t; rows: there is none */
+/* Returns the number of the record's first time after t, or the number of rows if there is none. */
 PetscInt SlipLoadsRowAfter(const SlipFaultLoads *loads, PetscReal t)
 {
   const PetscReal after = t + SAME_TIME * PetscAbsReal(t);
@@ -52,7 +52,7 @@ PetscInt SlipLoadsRowAfter(const SlipFaultLoads *loads, PetscReal t)
   return after < loads->times[0] ? 0 : SlipLoadsInterval(loads, after, &share) + 1;
 }
 
-/* Rank 0: times [rows] and pressures [rows][N] of the open file, checked */
+/* On rank 0: reads and checks times [rows] and pressures [rows][N] of the open file. */
 static PetscErrorCode ReadRecord(SlipFault fault, SlipH5 *h, PetscInt *rows, PetscReal **times, PetscReal **pressure)
 {
   const char *prefix = SlipFaultPrefix(fault);
@@ -88,7 +88,7 @@ static PetscErrorCode ReadRecord(SlipFault fault, SlipH5 *h, PetscInt *rows, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Each process keeps the columns of its own cells. */
+/* Reads the record; each process stores the columns of its own cells. */
 static PetscErrorCode LoadRecord(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
@@ -128,8 +128,8 @@ static PetscErrorCode LoadRecord(SlipFault fault)
 
 /* ---- the point source of -fault_injection ---- */
 
-/* p = p* [E1(r^2/(4 D t)) - E1(r^2/(4 D (t - stop)))]; a cell around the source has the pressure of its equivalent
-   radius' mean, for which r is kept away from 0 */
+/* Adds p = p* [E1(r^2/(4 D t)) - E1(r^2/(4 D (t - stop)))]. A cell around the source gets the mean pressure over a disc
+   of equal area, for which r has a lower bound. */
 static void SourcePressure(const SlipFaultSource *source, PetscInt n, PetscReal t, PetscReal p[])
 {
   const PetscReal scale = source->pressure, stop = source->stop, D = source->diffusivity;
@@ -141,11 +141,11 @@ static void SourcePressure(const SlipFaultSource *source, PetscInt n, PetscReal 
   }
 }
 
-/* The point [x, y, z], from "x,z" of the one plane, or "x,y,z" where there are several [m] */
+/* Reads the point [x, y, z] from "x,z" for one plane, or from "x,y,z" for several [m]. */
 static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal point[3])
 {
   SlipFaultCell cell;
-  PetscBool planes; /* then x and z alone are no point */
+  PetscBool planes; /* then x and z alone do not define a point */
   char **part;
   int n, want;
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -165,7 +165,7 @@ static PetscErrorCode ParsePoint(SlipFault fault, const char text[], PetscReal p
     planes ? "three numbers x,y,z of m, as the mesh has several planes or a level one: along strike, across, and depth"
            : "two numbers x,z of m: along strike, and depth");
   if (planes) PetscFunctionReturn(PETSC_SUCCESS);
-  /* on the plane: x along its strike s, the depth says where along its dip d; both from the foot of the origin, D n */
+  /* on the plane: x is along its strike s, depth gives the place along its dip d; both from the origin's foot, D n */
   {
     const PetscReal *s = cell.direction[0], *d = cell.direction[1], *m = cell.direction[2], *c = cell.centre;
     const PetscReal x = point[0], z = point[1], D = c[0] * m[0] + c[1] * m[1] + c[2] * m[2];
@@ -195,8 +195,8 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
 
     fault->mesh.kind->cell(&fault->mesh, SlipFaultMeshRow(&fault->mesh, i), &cell);
     for (int k = 0; k < 3; k++) distance2 += PetscSqr(cell.centre[k] - point[k]);
-    /* The mean of -ln r^2 over a disc of the cell's area is that of r^2 = area/(pi e): E1 is that logarithm near the
-       source. */
+    /* The mean of -ln r^2 over a disc of the cell's area is its value at r^2 = area/(pi e), and E1 is this logarithm
+       near the source. */
     source->distance2[i] = PetscMax(distance2, area / (PETSC_PI * PetscExpReal(1)));
     least = PetscMin(least, source->distance2[i] / (4 * source->diffusivity));
   }
@@ -204,9 +204,9 @@ static PetscErrorCode SourceSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- all together ---- */
+/* ---- all loads together ---- */
 
-/* loads->own [n], of the function of SlipFaultSetPressureFunction() */
+/* Fills loads->own [n] by the function of SlipFaultSetPressureFunction(). */
 PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t)
 {
   PetscFunctionBegin;
@@ -219,7 +219,7 @@ PetscErrorCode SlipLoadsOwnPressure(const SlipFaultLoads *loads, PetscReal t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The pore pressure of the cells of this process at t [Pa] */
+/* Computes the pore pressure of the cells of this process at t [Pa]. */
 PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, PetscReal p[])
 {
   PetscFunctionBegin;
@@ -232,8 +232,8 @@ PetscErrorCode SlipLoadsPressure(const SlipFaultLoads *loads, PetscReal t, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The shear load, times weights, along the rake of each cell, which of one component is 1. The sum of both times would
-   lose what t adds in the steps of an event. */
+/* Computes the shear load, times weights, along the rake of each cell (1 for one component). Adding t to the origin
+   first would lose the changes within the steps of an event to rounding. */
 static void ShearAt(const SlipFaultLoads *loads, PetscReal t, PetscReal *restrict a)
 {
   const PetscReal *restrict weight = loads->weight, *restrict traction = loads->traction, *restrict rate = loads->rate;
@@ -247,10 +247,10 @@ static void ShearAt(const SlipFaultLoads *loads, PetscReal t, PetscReal *restric
 }
 
 /*
-  SlipLoadsEvaluate - shear load and effective normal stress at the time t
+  SlipLoadsEvaluate - computes shear load and effective normal stress at the time t
 
-  Collective. A pure function: the same t gives the same bits, whatever was asked before. out is zero before the first
-  call and keeps its arrays, which SlipLoadDestroy() frees; nothing is computed when it is of that time already.
+  Collective. A pure function: the same t gives the same bits, whatever calls came before. out is zero before the first
+  call and owns its arrays, which SlipLoadDestroy() frees; nothing is computed when it has that time already.
 */
 PetscErrorCode SlipLoadsEvaluate(const SlipFaultLoads *loads, PetscReal t, SlipFaultLoad *out)
 {
@@ -296,7 +296,7 @@ PetscErrorCode SlipLoadDestroy(SlipFaultLoad *load)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The load at t, borrowed until somebody asks for that of another time */
+/* Gets the load at t, borrowed until the next call for another time. */
 PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoad **load)
 {
   PetscFunctionBegin;
@@ -305,7 +305,7 @@ PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The next corner of the record or of the source after t; PETSC_MAX_REAL: there is none */
+/* Returns the next corner of the record or of the source after t; PETSC_MAX_REAL: there is none. */
 PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t)
 {
   const PetscReal after = t + SAME_TIME * PetscAbsReal(t), stop = loads->source.stop;
@@ -317,7 +317,7 @@ PetscReal SlipLoadsNextCorner(const SlipFaultLoads *loads, PetscReal t)
   return next;
 }
 
-/* For how long after t the pressure is as good as linear in time: what a search for an onset may step over */
+/* Returns for how long after t pressure is nearly linear in time, which limits the pieces of a search for an onset. */
 PetscReal SlipLoadsPressureScale(const SlipFaultLoads *loads, PetscReal t, PetscReal duration)
 {
   const PetscReal stop = loads->source.stop, scale = loads->function ? duration / 1000 : NEVER;
@@ -326,7 +326,7 @@ PetscReal SlipLoadsPressureScale(const SlipFaultLoads *loads, PetscReal t, Petsc
   return PetscMin(scale, (stop > 0 && t >= stop ? t - stop : t) / 20 + loads->source.time / 1000);
 }
 
-/* What sort of problem the loads and the healing make */
+/* Finds the kind of problem that the loads and the healing make. */
 static PetscErrorCode KindSetUp(SlipFault fault, PetscBool stressed, PetscBool heals)
 {
   SlipFaultKind *kind = &fault->kind;
@@ -352,7 +352,7 @@ static PetscErrorCode KindSetUp(SlipFault fault, PetscBool stressed, PetscBool h
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After the cells and the weights are known */
+/* Sets up the loads; after the cells and the weights. */
 PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
@@ -371,7 +371,7 @@ PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault)
     if (fault->fields.cell[FIELD_HEALING_TIME][i] > 0) any[2] = 1;
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, any, 3, MPIU_INT, MPI_MAX, fault->comm));
-  /* a smooth law's start is balanced by a traction, and what presses cells that open is a load */
+  /* A traction balances the start of a smooth law, and the normal stress of cells that open is a load. */
   loads->shears = any[0] || fault->friction.law->always_slides || SlipFaultOpens(fault) ? PETSC_TRUE : PETSC_FALSE;
   loads->grows = any[1] ? PETSC_TRUE : PETSC_FALSE;
   if (fault->options.text[FAULT_PORE_PRESSURE][0]) PetscCall(LoadRecord(fault));
@@ -400,21 +400,21 @@ PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault)
 }
 
 /*@C
-  SlipFaultSetPressureFunction - pore pressure in time and space from the caller's function
+  SlipFaultSetPressureFunction - sets a function of the caller that gives the pore pressure in time and space
 
   Logically collective; before SlipFaultSetUp().
 
   Input Parameters:
 + fault    - the fault
 . function - fills p [n] with the pore pressure [Pa] of the n cells of this process at the time t [s], in the order of
-             the state; smooth in time, and of the time alone: times come in any order
-- ctx      - given to the function, kept
+             the state; smooth in time, and dependent on time alone, as times come in any order
+- ctx      - context of the function; the fault stores the pointer
 
   Level: intermediate
 
   Notes:
-  The strength is mu (sigma_n - p), never below 0. It adds to -fault_pore_pressure and -fault_injection. The end of rest
-  is looked for in thousandths of the run's duration: pressure that comes and goes within less may be missed.
+  The strength is mu (sigma_n - p), never below 0. p adds to -fault_pore_pressure and -fault_injection. The search for
+  the end of rest steps by thousandths of the run's duration: it may miss shorter pulses of pressure.
 
   Errors: PETSC_ERR_ORDER after SlipFaultSetUp(); of the run PETSC_ERR_FP for a pressure that is not finite
 

@@ -1,8 +1,7 @@
-/* Do cells resolve a rupture? Where friction weakens it sets lengths of its own, and cells must be smaller: else the
-   mesh decides the result, and a cell can fail without its neighbours. With W [Pa/m] what the strength falls by per
-   metre of slip, K_c [Pa/m] the stiffness below which slip is unstable, and the shear modulus G of antiplane slip,
-   which makes shorter lengths than the G/(1 - nu) of inplane slip:
-
+/* Checks whether cells resolve a rupture. Where friction weakens it sets lengths, and cells must be smaller: else the
+   mesh decides the result, and a cell can fail without its neighbours. W [Pa/m] is the fall of strength per metre of
+   slip, K_c [Pa/m] the stiffness below which slip is unstable, and G the shear modulus, which for antiplane slip makes
+   shorter lengths than G/(1 - nu) for inplane slip:
      rate and state    cohesive zone L_b = G/W, W = b sigma/d_c (Rubin & Ampuero 2005); K_c = sigma (b - a)/d_c (Ruina
                        1983), nucleation h* = (2/pi) G/K_c (Rice 1993)
      slip weakening    cohesive zone (9 pi/32) G/W (Day et al. 2005), W = K_c = -dq/ds at the start, dmu sigma/d_c;
@@ -20,8 +19,8 @@
 #define CELLS_OF_ZONE 3
 #define CELLS_OF_NUCLEATION 1
 
-/* What a cell's friction sets: the length of its cohesive zone, 0: none, and of nucleation [m], and K_c [Pa/m]; false
-   where it does not weaken. damping: H of the cell [Pa s/m] */
+/* Finds the lengths [m] that a cell's friction sets, of its cohesive zone (0: none) and of nucleation, and K_c [Pa/m].
+   Returns false where it does not weaken. damping: H of the cell [Pa s/m] */
 static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal damping,
                          PetscReal length[2], PetscReal *critical)
 {
@@ -52,8 +51,8 @@ static PetscBool Lengths(SlipFault fault, const SlipFrictionCells *friction, Pet
   return *critical > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The longer side of a cell; a side along which a grid has no other cell does not count, as antiplane faults have cells
-   of 10,000 km along strike. */
+/* Returns the longer side of a cell. A side along which a grid has no other cell does not count, as antiplane faults
+   have cells of 10,000 km along strike. */
 static PetscReal Extent(SlipFault fault, PetscInt i)
 {
   const SlipFaultMesh *mesh = &fault->mesh;
@@ -65,7 +64,7 @@ static PetscReal Extent(SlipFault fault, PetscInt i)
   return PetscMax(cell.size[0], cell.size[1]);
 }
 
-/* After the start is known. One cell is the whole fault: nothing is to be resolved. */
+/* Sets up the resolution; after the start. A fault of one cell needs none. */
 PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
 {
   SlipFaultResolution *r = &fault->resolution;
@@ -104,7 +103,7 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
   PetscCall(VecRestoreArrayRead(k, &stiffness));
   r->least = best[0];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &r->least, 1, MPIU_REAL, MPIU_MIN, fault->comm));
-  if (best[0] > r->least) best[1] = PETSC_MAX_REAL; /* another process has it */
+  if (best[0] > r->least) best[1] = PETSC_MAX_REAL; /* the smallest ratio is on another process */
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, best + 1, 2, MPIU_REAL, MPIU_MIN, fault->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 3, MPIU_REAL, MPIU_SUM, fault->comm));
   r->weakens = count[0] > 0 ? PETSC_TRUE : PETSC_FALSE;
@@ -119,8 +118,8 @@ PetscErrorCode SlipFaultResolutionSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "0.64 cells of 1000 m in the smallest cohesive zone of 640 m, nucleation length at least 1222 m, 100 % of the cells
-   that weaken can fail alone" */
+/* Writes, for example, "0.64 cells of 1000 m in the smallest cohesive zone of 640 m, nucleation length at least 1222 m,
+   100 % of the cells that weaken can fail alone". */
 PetscErrorCode SlipFaultResolutionText(SlipFault fault, char text[], size_t len)
 {
   const SlipFaultResolution *r = &fault->resolution;
@@ -135,7 +134,7 @@ PetscErrorCode SlipFaultResolutionText(SlipFault fault, char text[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A line before the run. Collective. */
+/* Prints a line before the run. Collective. */
 PetscErrorCode SlipFaultResolutionPrint(SlipFault fault)
 {
   char text[256];
@@ -147,7 +146,7 @@ PetscErrorCode SlipFaultResolutionPrint(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For /result and the summary */
+/* Adds the resolution to /result and the summary. */
 PetscErrorCode SlipFaultResolutionResult(SlipFault fault, SlipOutput run)
 {
   const SlipFaultResolution *r = &fault->resolution;
@@ -160,7 +159,8 @@ PetscErrorCode SlipFaultResolutionResult(SlipFault fault, SlipOutput run)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0. A fault that starts at its instability and is not loaded slides as a whole: there is no front to resolve. */
+/* Warns of a poor resolution, on rank 0. A fault that starts at its instability without loading slides as a whole: it
+   has no front to resolve. */
 PetscErrorCode SlipFaultResolutionWarn(SlipFault fault)
 {
   const SlipFaultResolution *r = &fault->resolution;

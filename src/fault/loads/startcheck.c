@@ -1,16 +1,16 @@
-/* What a run says of the stress that it starts under: the range of the effective normal stress, which decides a result
-   and may be another one than was thought of, and where the shear stress exceeds the strength. A stress at the start
-   that exceeds the strength is refused, or with -fault_initial_unstable said: in how many cells, where, by how much,
-   and how many of them are outside of the largest patch. A patch is where slip is meant to begin; other cells that
-   start above their strength slip at once as well, with a stress drop that nobody chose. */
+/* Reports the stress at the start: the range of the effective normal stress, which decides a result and may differ from
+   what the user intended, and where the shear stress exceeds the strength. Such an excess is an error, or with
+   -fault_initial_unstable it is reported: in how many cells, where, by how much, and how many of them are outside of
+   the largest patch. Slip should begin in a patch. Other cells that start above their strength slip at once as well,
+   with a stress drop that nobody chose. */
 #include <slipstep/private/slipfault.h>
 #include <slipsys.h>
 #include <stdio.h>
 
-/* Rank 0: cells above their strength, by row, and the number of a cell of the patch of each */
+/* On rank 0: the cells above their strength, by row, each with the number of a cell of its patch */
 typedef struct {
   const SlipFaultMesh *mesh;
-  PetscInt *patch; /* [N] -1: at most at its strength */
+  PetscInt *patch; /* [N]; -1: the cell is at most at its strength */
 } Patches;
 
 static PetscInt Root(Patches *p, PetscInt row)
@@ -24,7 +24,7 @@ static void Join(Patches *p, PetscInt a, PetscInt b)
   p->patch[Root(p, a)] = Root(p, b);
 }
 
-/* Cells that share a corner */
+/* Joins cells that share a corner. */
 static PetscErrorCode JoinAtCorners(Patches *p)
 {
   const SlipFaultMesh *mesh = p->mesh;
@@ -52,8 +52,8 @@ static PetscErrorCode JoinAtCorners(Patches *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rectangles that touch, of any size: apart by no more than half of both along the strike and the dip of one, and off
-   its plane by no more than half of the shorter sides */
+/* Returns whether two rectangles of any size touch: they are apart by no more than half of both along the strike and
+   the dip of one, and off its plane by no more than half of the shorter sides. */
 static PetscBool Touch(const SlipFaultCell *a, const SlipFaultCell *b)
 {
   const PetscReal room = 1 + PETSC_SQRT_MACHINE_EPSILON;
@@ -69,8 +69,8 @@ static PetscBool Touch(const SlipFaultCell *a, const SlipFaultCell *b)
   return PETSC_TRUE;
 }
 
-/* A list of rectangles, which need not share corners: each with those before it in the order of x that are near
-   enough */
+/* Joins touching rectangles of a list, which need not share corners: compares each with the near ones before it in the
+   order of x. */
 static PetscErrorCode JoinWhereTheyTouch(Patches *p)
 {
   const SlipFaultMesh *mesh = p->mesh;
@@ -95,7 +95,7 @@ static PetscErrorCode JoinWhereTheyTouch(Patches *p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How many of the cells with above [N] > 0, by row, are outside of the largest patch. Rank 0. */
+/* On rank 0: counts the cells with above [N] > 0, by row, that are outside of the largest patch. */
 static PetscErrorCode OutsideOfPatch(const SlipFaultMesh *mesh, const PetscReal above[], PetscInt *outside)
 {
   Patches p = {.mesh = mesh};
@@ -122,7 +122,7 @@ static PetscErrorCode OutsideOfPatch(const SlipFaultMesh *mesh, const PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* text: what exceeds the strength where. Collective. */
+/* Prints where the stress exceeds the strength, as text describes. Collective. */
 static PetscErrorCode SayIt(SlipFault fault, const PetscReal above[], const char text[])
 {
   PetscReal *all;
@@ -155,7 +155,7 @@ static PetscErrorCode SayIt(SlipFault fault, const PetscReal above[], const char
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* No cell may start above its strength, unless that is wanted. Collective. */
+/* Refuses cells that start above their strength, unless an option allows them. Collective. */
 PetscErrorCode SlipFaultCheckTraction(SlipFault fault)
 {
   const PetscReal tiny = 10 * PETSC_MACHINE_EPSILON;
@@ -200,7 +200,7 @@ PetscErrorCode SlipFaultCheckTraction(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A line before the run: effective normal stress at the start. Collective. */
+/* Prints a line before the run with the effective normal stress at the start. Collective. */
 PetscErrorCode SlipFaultStressPrint(SlipFault fault)
 {
   const SlipFaultLoad *load;
@@ -223,7 +223,7 @@ PetscErrorCode SlipFaultStressPrint(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Explicit steps follow the slowest slip at a pace that radiation sets. */
+/* Warns that radiation limits explicit steps even in the slowest slip. */
 PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts)
 {
   PetscMPIInt rank;

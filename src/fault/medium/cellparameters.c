@@ -1,17 +1,17 @@
-/* Parameters cell by cell, uniform or from -fault_parameters. */
+/* Sets the parameters of each cell: uniform values, or those of -fault_parameters. */
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include <stdio.h>
 
-/* Values [N] of all cells, those of a mesh in the order of its file: each process takes those of its own. */
+/* Takes this process's share of the values [N] of all cells; those of a mesh are in the order of its file. */
 static void SlipFaultTakeField(SlipFault fault, PetscInt f, const char source[], const PetscReal values[])
 {
   fault->fields.source[f] = source;
   for (PetscInt i = 0; i < fault->mesh.n; i++) fault->fields.cell[f][i] = values[SlipFaultMeshRow(&fault->mesh, i)];
 }
 
-/* What the root of an input file may hold, which one file can be for all of them: fields, cells and their faults,
-   stiffness; slip and points of `elastic`; /model, in which slipstep convert keeps what else a slip model said. */
+/* Lists the datasets at the root of an input file, which may serve several inputs: fields, cells and their faults,
+   stiffness; slip and points of `elastic`; /model, where slipstep convert stores the rest of a slip model. */
 const char *SlipFaultFieldNames(void)
 {
   static char names[FAULT_MAX_NAMES];
@@ -25,8 +25,8 @@ const char *SlipFaultFieldNames(void)
   return names;
 }
 
-/* A field's values must lie in the bounds of its parameter; the normal stress must be positive everywhere. source:
-   where they come from */
+/* Checks that a field's values are in the bounds of its parameter, and normal stress is positive. source: their origin
+   */
 static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], PetscInt f, const PetscReal data[])
 {
   SlipParameter p = *SlipFaultFieldRow(f);
@@ -43,7 +43,7 @@ static PetscErrorCode SlipFaultCheckField(SlipFault fault, const char source[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On rank 0, from the open file: data [field][N] and which fields the file holds. */
+/* On rank 0: reads data [field][N] from the open file, and finds which fields it has. */
 static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal data[], PetscInt has[])
 {
   const SlipFaultMesh *mesh = &fault->mesh;
@@ -76,7 +76,7 @@ static PetscErrorCode SlipFaultReadFields(SlipFault fault, SlipH5 *h, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The fields of -fault_parameters, which rank 0 reads. */
+/* Loads the fields of -fault_parameters, which rank 0 reads. */
 static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 {
   SlipH5 h;
@@ -112,7 +112,7 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
 }
 
 /*@C
-  SlipFaultSetField - set a parameter cell by cell
+  SlipFaultSetField - sets a parameter cell by cell
 
   Logically collective; before SlipFaultSetUp().
 
@@ -124,13 +124,13 @@ static PetscErrorCode SlipFaultLoadFields(SlipFault fault)
            SlipFaultRegisterFrictionLaw() brings
 . n      - number of cells, nx nz (of all ranks), or cells of a mesh
 - values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
-           rank; copied
+           rank; the fault copies them
 
   Level: intermediate
 
   Notes:
-  A dataset of -fault_parameters overrides it, and it overrides the scalar parameters. Normal stress given this way
-  is not added to the gradient's.
+  A dataset of -fault_parameters overrides the field, which overrides the scalar parameter. The gradient of normal
+  stress is not added to normal stress that is set this way.
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for a name without a field; at SlipFaultSetUp() PETSC_ERR_ARG_SIZ for another
   number of cells, PETSC_ERR_ARG_OUTOFRANGE for values out of bounds
@@ -153,7 +153,7 @@ PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The parameters that the fault's law brings, cell by cell, and room for what it remembers */
+/* Gathers the law's own parameters cell by cell, and allocates room for its cached values. */
 static PetscErrorCode GatherOwn(SlipFault fault)
 {
   const PetscReal *cell[FAULT_MAX_OWN];
@@ -180,7 +180,7 @@ PetscErrorCode SlipFaultCellsSetUp(SlipFault fault)
   PetscInt any = 0;
 
   PetscFunctionBegin;
-  /* fields: what the scalar parameters give, then what SlipFaultSetField() and the file give instead */
+  /* scalar parameters fill the fields first, then SlipFaultSetField() and the file override them */
   for (PetscInt f = 0; (p = SlipFaultFieldRow(f)); f++) {
     PetscCall(PetscMalloc1(PetscMax(fault->mesh.n, 1), &fault->fields.cell[f]));
     PetscCall(SlipFaultGetReal(fault, p->name, &value));

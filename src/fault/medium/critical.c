@@ -1,7 +1,7 @@
-/* The critical state, in which elastic stress equals the strength: its solve with K, and the means of it. */
+/* Computes the critical state, in which elastic stress equals the strength, by a solve with K, and its means. */
 #include <slipstep/private/slipfault.h>
 
-/* What uc's growth at the start is made of */
+/* Computes the weakening and the inertia that determine how uc grows at the start. */
 static PetscErrorCode CriticalMode(SlipFault fault)
 {
   SlipFrictionCells friction;
@@ -29,7 +29,7 @@ static PetscErrorCode CriticalMode(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* uc = K^-1 q(0); uc holds K^-1 sigma_n, which is proportional to it when friction is uniform: a good first guess. */
+/* Computes uc = K^-1 q(0) from the first guess K^-1 sigma_n in uc, which is proportional for uniform friction. */
 PetscErrorCode SlipFaultCriticalSetUp(SlipFault fault)
 {
   SlipFrictionCells friction;

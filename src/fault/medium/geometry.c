@@ -1,9 +1,9 @@
-/* What a fault asks of its mesh: its cells by the options, the kernel between them, their stiffness, and sums over
-   them. */
+/* Connects a fault with its mesh: creates the cells by the options, and the kernel and stiffness between them, and sums
+   over the cells. */
 #include <slipstep/private/slipfault.h>
 #include <string.h>
 
-/* The kernel that was chosen, of cells of a shape */
+/* Gets the kernel for the options and the shape of the cells. */
 static PetscErrorCode KernelOf(SlipFault fault, PetscBool triangles, SlipKernel *kernel)
 {
   const char *text = fault->options.text[FAULT_STIFFNESS_AVERAGE];
@@ -34,7 +34,7 @@ PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cells, their owners and weights; collective */
+/* Creates the cells, their distribution and weights. Collective. */
 PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
 {
   const char(*text)[PETSC_MAX_PATH_LEN] = (const char(*)[PETSC_MAX_PATH_LEN])fault->options.text;
@@ -55,7 +55,7 @@ PetscErrorCode SlipFaultMeshSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* K of the mesh, and Kn unless it is NULL; collective */
+/* Computes K of the mesh, and Kn unless it is NULL. Collective. */
 PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
 {
   const char *type = fault->options.text[FAULT_OPERATOR];
@@ -70,7 +70,7 @@ PetscErrorCode SlipFaultMeshStiffness(SlipFault fault, Mat *K, Mat *Kn)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sum of the weighted values of a vector of slip along the rake, collective. */
+/* Sums the weighted values of a vector of slip along the rake. Collective. */
 PetscErrorCode SlipFaultWeightedSum(SlipFault fault, Vec x, PetscReal *sum)
 {
   const PetscReal *a;

@@ -1,11 +1,11 @@
-/* Stiffness of the mesh or from a file, its scaling, the viscosity, and the stage operator. */
+/* Sets up the stiffness, from the mesh or a file, its scaling, the viscosity, and the stage operator. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipmatcommon.h>
 #include <math.h>
 
 #define SLIP_FAULT_MAX_DENSE 10000 /* cells up to which K is written as a dense matrix */
 
-/* "F.h5:/dataset" to file and dataset. */
+/* Splits "F.h5:/dataset" into file and dataset. */
 static PetscErrorCode SlipFaultSplitPath(const char text[], char file[], char dataset[], size_t len)
 {
   char *colon;
@@ -35,7 +35,7 @@ static PetscErrorCode SlipFaultCheckEntries(SlipFault fault, const char file[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On rank 0: the N*N entries of the file, checked for size and finite values. */
+/* On rank 0: reads the N*N entries of the file, and checks their number and that they are finite. */
 static PetscErrorCode SlipFaultReadStiffness(SlipFault fault, PetscReal **entries)
 {
   char file[PETSC_MAX_PATH_LEN], dataset[PETSC_MAX_PATH_LEN];
@@ -77,7 +77,7 @@ static PetscErrorCode SlipFaultLoadStiffness(SlipFault fault, Mat *K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sum over all cells of a vector along the rake */
+/* Sums a vector along the rake over all cells. */
 static PetscErrorCode SumAlong(SlipFault fault, Vec x, PetscReal *sum)
 {
   Vec along;
@@ -94,7 +94,7 @@ static PetscErrorCode SumAlong(SlipFault fault, Vec x, PetscReal *sum)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* K <- K a such that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G; on return x is K^-1 sigma_n of the scaled K. */
+/* Scales K such that mean(K^-1 sigma_n) = mean(sigma_n) Ly/G; on return x is K^-1 sigma_n of the scaled K. */
 static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
 {
   PetscReal mean_slip, mean_stress, thickness;
@@ -114,7 +114,7 @@ static PetscErrorCode SlipFaultScaleStiffness(SlipFault fault, Vec sigma, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows and columns in the order of the mesh's file. */
+/* Reorders rows and columns to the order of the mesh's file. */
 static PetscErrorCode SlipFaultReorder(SlipFault fault, Mat *dense)
 {
   const size_t N = (size_t)fault->mesh.N;
@@ -151,7 +151,7 @@ static PetscErrorCode SlipFaultViewStiffness(SlipFault fault, Mat K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Without inertia a cell whose strength falls with rate by more than viscosity gains has no slip rate to balance it. */
+/* Without inertia no slip rate balances a cell whose strength falls with rate by more than viscosity gains. */
 static PetscErrorCode CheckBalance(SlipFault fault)
 {
   SlipFrictionCells friction;
@@ -182,12 +182,12 @@ static PetscErrorCode CheckBalance(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Conjugate gradients within which a mode of no stiffness is met, on planes up to the ground (measured) */
+/* Iterations of conjugate gradients that find a mode without stiffness, on planes up to the ground (measured) */
 #define SLIP_OPENING_PRODUCTS 100
 
-/* Rock above cells that are wide against their depth bends like a plate: uniform opening hardly presses the centre of
-   such a cell, and a little more of it even pulls there, so that the stiffness is indefinite and cells open by
-   themselves. Averages are energies, and positive. */
+/* Refuses an indefinite stiffness. Rock above cells that are wide against their depth bends like a plate: uniform
+   opening hardly presses the centre of such a cell, and a little more of it even pulls there, so that cells open by
+   themselves. Averages over cells are energies, and positive. */
 static PetscErrorCode CheckOpening(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
@@ -204,7 +204,7 @@ static PetscErrorCode CheckOpening(SlipFault fault)
     for (PetscInt k = 0; k < 3; k++) {
       const PetscInt number = 3 * SlipFaultMeshRow(&fault->mesh, i) + k;
 
-      a[3 * i + k] = PetscSinReal(2 + (PetscReal)3.7 * (PetscReal)number); /* of no symmetry */
+      a[3 * i + k] = PetscSinReal(2 + (PetscReal)3.7 * (PetscReal)number); /* without symmetry */
     }
   PetscCall(VecRestoreArrayWrite(b, &a));
   PetscCall(SlipElasticIsIndefinite(fault->medium, SLIP_OPENING_PRODUCTS, b, x, &indefinite));
@@ -219,7 +219,7 @@ static PetscErrorCode CheckOpening(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Before the loads, as a medium may be one */
+/* Creates the medium; before the loads, as a medium may load the fault. */
 PetscErrorCode SlipFaultMediumCreate(SlipFault fault)
 {
   PetscFunctionBegin;
@@ -229,7 +229,7 @@ PetscErrorCode SlipFaultMediumCreate(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The matrices that the mesh or a file makes, in the medium */
+/* Gives the medium the matrices of the mesh or of a file. */
 static PetscErrorCode FillMedium(SlipFault fault)
 {
   Mat K = NULL, Kn = NULL;
@@ -249,7 +249,8 @@ static PetscErrorCode FillMedium(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* G/(2 cs), cs = sqrt(G/rho), and across cells rho cp/2, cp^2/cs^2 = 2 (1 - nu)/(1 - 2 nu) */
+/* Collects the properties of the rock: impedance G/(2 cs), cs = sqrt(G/rho), and across cells rho cp/2, where cp^2/cs^2
+   = 2 (1 - nu)/(1 - 2 nu). */
 static SlipElasticRock Rock(SlipFault fault)
 {
   const PetscReal *value = fault->options.value, nu = value[FAULT_POISSON_RATIO];
@@ -271,7 +272,7 @@ static SlipElasticRock Rock(SlipFault fault)
                            .order = fault->mesh.order};
 }
 
-/* Of a uniform grid */
+/* Describes the cells of a uniform grid. */
 static SlipElasticGrid Grid(SlipFault fault)
 {
   const PetscReal *extent = fault->mesh.extent;

@@ -1,10 +1,10 @@
-/* What other languages ask of a fault: switches by their names, texts, and numbers of all cells as arrays. */
+/* Lets Python and other languages set options of a fault by name and read texts and arrays of all cells. */
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include <string.h>
 
 /*@C
-  SlipFaultSetBool - set a parameter of the fault that is yes or no
+  SlipFaultSetBool - sets a parameter of a fault that is yes or no
 
   Logically collective; before SlipFaultSetUp() (inertia and initial_unstable) or SlipFaultOutputStart()
 
@@ -12,7 +12,7 @@
 + fault - the fault
 . name  - "inertia", "initial_unstable", "check_error", "output_overwrite", "output_xdmf", "progress" or
           "catalogue_maps": the option's name without "fault_"
-- value - what the option would be
+- value - the new value
 
   Level: intermediate
 
@@ -45,7 +45,7 @@ PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[], PetscBool va
 }
 
 /*@C
-  SlipFaultGetString - get a choice or a file name of the fault
+  SlipFaultGetString - gets a text parameter of a fault, which names a choice or a file
 
   Not collective
 
@@ -87,7 +87,7 @@ static PetscErrorCode CheckSize(SlipFault fault, PetscInt n)
 }
 
 /*@C
-  SlipFaultGetField - get a parameter of all cells
+  SlipFaultGetField - gets a parameter of all cells
 
   Collective; after SlipFaultSetUp()
 
@@ -97,7 +97,7 @@ static PetscErrorCode CheckSize(SlipFault fault, PetscInt n)
 - n     - number of cells, of all processes
 
   Output Parameter:
-. values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; the same on every
+. values - [n] in the unit of the parameter, by cells iz nx + ix, or by rows of the mesh's file; it is the same on every
            process
 
   Level: intermediate
@@ -151,14 +151,14 @@ static PetscReal Geometry(const SlipFaultMesh *mesh, PetscInt row, PetscInt whic
 }
 
 /*@C
-  SlipFaultGetGeometry - get where the cells are and which way they face
+  SlipFaultGetGeometry - gets the positions, areas and directions of the cells
 
   Not collective; after SlipFaultSetUpMesh() or SlipFaultSetUp()
 
   Input Parameters:
 + fault - the fault
 . name  - "x", "y", "z": the centre [m], north or along strike, east or to the right of it, and down; "area" [m^2];
-          "strike", "dip" [degrees] as Aki and Richards define them; "fault": the label of its fault
+          "strike", "dip" [degrees] as Aki and Richards define them; "fault": the label of the cell's fault
 - n     - number of cells, of all processes
 
   Output Parameter:
@@ -187,7 +187,7 @@ PetscErrorCode SlipFaultGetGeometry(SlipFault fault, const char name[], PetscInt
 }
 
 /*@
-  SlipFaultGetCentres - get the centres of the cells
+  SlipFaultGetCentres - gets the centres of the cells
 
   Not collective; after SlipFaultSetUpMesh() or SlipFaultSetUp()
 
@@ -197,7 +197,7 @@ PetscErrorCode SlipFaultGetGeometry(SlipFault fault, const char name[], PetscInt
 
   Output Parameters:
 + x - [n] centres along strike [m]
-. y - [n] across, 0 of a grid [m]
+. y - [n] across the strike, 0 for a grid [m]
 - z - [n] depths [m]
 
   Level: intermediate
@@ -218,7 +218,7 @@ PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Component j of each numbers a cell, gathered by rows in values, each of them a row */
+/* Gathers component j of the cells, which have "each" numbers apiece, into column j of values, whose rows are cells. */
 static PetscErrorCode GatherComponent(SlipFault fault, PetscInt each, PetscInt j, const PetscReal local[],
                                       PetscReal values[])
 {
@@ -239,7 +239,7 @@ static PetscErrorCode GatherComponent(SlipFault fault, PetscInt each, PetscInt j
 
 enum { RATE, DISPLACEMENT, SLIP, STATE, NORMAL, OPENING, TRACTION, STRESS, COUNT };
 
-/* Which of them a name is, and which state of friction, and how many numbers a cell has of it */
+/* Finds which of these values, or which state of friction, the name means, and how many numbers a cell has of it. */
 static PetscErrorCode FindValues(SlipFault fault, const char name[], PetscInt *k, PetscInt *state, PetscInt *each)
 {
   static const char *const names[COUNT] = {"slip_rate",     "displacement", "slip",     NULL,
@@ -269,16 +269,16 @@ static PetscErrorCode FindValues(SlipFault fault, const char name[], PetscInt *k
 }
 
 /*@C
-  SlipFaultGetCellComponents - how many numbers each cell has of what SlipFaultGetCellValues() gets
+  SlipFaultGetCellComponents - gets how many numbers of SlipFaultGetCellValues() a cell has
 
   Not collective; after SlipFaultSetUp()
 
   Input Parameters:
 + fault - the fault
-- name  - one of the names there
+- name  - one of the names of SlipFaultGetCellValues()
 
   Output Parameter:
-. n - 1; 2 with two components of slip, of all but states, normal stress and opening
+. n - 1; with two components of slip 2, but for states, normal stress and opening
 
   Level: intermediate
 
@@ -298,7 +298,7 @@ PetscErrorCode SlipFaultGetCellComponents(SlipFault fault, const char name[], Pe
 }
 
 /*@C
-  SlipFaultGetCellValues - get the values of a state in all cells
+  SlipFaultGetCellValues - gets the values of a state in all cells
 
   Collective; after SlipFaultSetUp(), for the traction after SlipFaultConfigureTS()
 
@@ -306,20 +306,20 @@ PetscErrorCode SlipFaultGetCellComponents(SlipFault fault, const char name[], Pe
 + fault - the fault
 . t     - time of the state [s]
 . w     - state, of SlipFaultCreateState()
-. name  - "slip_rate" [m/s], "displacement" [m], relative to the far field, "slip" [m], since the start, "state", of a
-          law with several the name of one, or "traction" [Pa], as outputs have them, "normal_stress" [Pa], effective,
+. name  - "slip_rate" [m/s], "displacement" [m] relative to the far field, "slip" [m] since the start, "state" (where a
+          law has several states, the name of one), "traction" [Pa] as in output files, "normal_stress" [Pa], effective,
           "opening" [m], 0 where cells cannot open, or "stress" [Pa], the elastic shear stress of SlipFaultStress()
 - n     - number of cells, of all processes
 
   Output Parameter:
-. values - [n], with two components of slip [n][2] of all but state, normal stress and opening, in the unit of the name,
+. values - [n], or with two components of slip [n][2] but for state, normal stress and opening; in the unit of the name,
            in the order of SlipFaultGetField(), the same on every process
 
   Level: intermediate
 
   Notes:
-  The slip of two components, or of a fault that heals or has a state of its own, is that of the displacement and the
-  far field since time 0.
+  Where slip has two components, heals or has a state of its law's own, it is computed from the displacement and that of
+  the far field since time 0.
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another name, PETSC_ERR_ARG_SIZ for another number of cells
 
@@ -378,7 +378,7 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
 }
 
 /*@C
-  SlipFaultGetLabels - the faults of a mesh by their labels, in the order in which files have their numbers
+  SlipFaultGetLabels - gets the labels of the faults of a mesh, in the order in which output files number the faults
 
   Not collective; after SlipFaultSetUp()
 
@@ -388,8 +388,8 @@ PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t, Vec w, const
 
   Output Parameters:
 + n     - number of faults
-- label - [n] as far as there is room, ascending: of /fault in the file of -fault_mesh, else the numbers of the planes,
-          as they come in the file, from 0; of a grid, or of more planes than 21, 0 alone; NULL: only n is wanted
+- label - [n] as far as there is room, ascending: the values of /fault in the file of -fault_mesh, else the numbers of
+          the planes in the file, from 0; for a grid, or for more than 21 planes, only 0; NULL: only n is wanted
 
   Level: intermediate
 
@@ -408,7 +408,7 @@ PetscErrorCode SlipFaultGetLabels(SlipFault fault, PetscInt size, PetscInt *n, P
 }
 
 /*@C
-  SlipFaultGetEvents - get a column of the catalogue of a run
+  SlipFaultGetEvents - gets a column of the catalogue of a run
 
   Collective; after SlipFaultOutputFinish()
 
@@ -418,14 +418,14 @@ PetscErrorCode SlipFaultGetLabels(SlipFault fault, PetscInt size, PetscInt *n, P
 - size   - room in values
 
   Output Parameters:
-+ n      - number of events; of a column with a number for each of several faults, "fault_moment" and its like, that of
++ n      - number of events; for a column with a number for each of several faults, such as "fault_moment", it is
            events times faults
-- values - [n], an event after the other, as far as there is room, in SI units; the same on every process; NULL: only n
+- values - [n], one event after the other, as far as there is room, in SI units; the same on every process; NULL: only n
            is wanted
 
   Level: intermediate
 
-  Errors: PETSC_ERR_ORDER without -fault_catalogue; those of a file that cannot be read, or has no such column
+  Errors: PETSC_ERR_ORDER without -fault_catalogue; an error of reading where the file or the column cannot be read
 
 .seealso: SlipFaultOutputFinish(), SlipFaultSetString(), SlipFaultGetLabels()
 @*/
@@ -466,18 +466,18 @@ PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt
 }
 
 /*@
-  SlipFaultSetInertia - set whether the fault has inertia
+  SlipFaultSetInertia - sets whether the fault has inertia
 
   Logically collective; before SlipFaultSetUp()
 
   Input Parameters:
 + fault   - the fault
-- inertia - PETSC_TRUE (the default but for laws whose cells always slide), or PETSC_FALSE: M = 0, the quasi-dynamic
+- inertia - PETSC_TRUE (the default unless cells always slide), or PETSC_FALSE: M = 0, the quasi-dynamic
             balance H (v - v_inf) + K u = T + tau, in which H, still made with M = rho Ly or radiation damping, limits
             slip rates
 
   Options Database Key:
-. -fault_inertia <yes,no> - the same
+. -fault_inertia <yes,no> - sets the same
 
   Level: intermediate
 
@@ -497,7 +497,7 @@ PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia)
 }
 
 /*@
-  SlipFaultGetOperators - get stiffness, viscosity and mass of the fault
+  SlipFaultGetOperators - gets stiffness, viscosity and mass of the fault
 
   Not collective; after SlipFaultSetUp()
 
@@ -525,7 +525,7 @@ PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal 
 }
 
 /*@
-  SlipFaultGetTimeScale - get T* = Ly sqrt(rho/G) [s], the time of a shear wave across the mobilised thickness
+  SlipFaultGetTimeScale - gets T* = Ly sqrt(rho/G) [s], the time of a shear wave across the mobilised thickness
 
   Not collective; after SlipFaultSetUp()
 

@@ -1,4 +1,4 @@
-/* Sums over the cells of a state, from which follows what a run and a controller know of it. */
+/* Computes the sums over the cells of a state, from which observations and results follow. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
@@ -6,13 +6,13 @@
 
 /* ---- cells that always slide, along their rakes ---- */
 
-/* A sum in order would wait for each of its terms: one for each place of so many cells at a time */
+/* Each addition of one sum waits for the one before it: PLACES cells at a time go into separate sums instead. */
 enum { PLACES = 64 };
 typedef struct {
   PetscReal of[FAULT_NUM_SUMS][PLACES], largest[PLACES];
 } Places;
 
-/* v, u, s, force, q: of n cells in a row, q their strength, rate their loading rate */
+/* Adds n consecutive cells; q: strength; rate: loading rate. */
 SLIP_VECTOR static void AddMotion(PetscInt n, const PetscReal *restrict weight, const PetscReal *restrict rate,
                                   const PetscReal *restrict v, const PetscReal *restrict u, const PetscReal *restrict s,
                                   const PetscReal *restrict force, const PetscReal *restrict q, Places *restrict p)
@@ -37,7 +37,7 @@ SLIP_VECTOR static void AddMotion(PetscInt n, const PetscReal *restrict weight, 
   }
 }
 
-/* t: time since the start of the loading, start and rise: shear load then, and its rate */
+/* Adds the work of the shear load: start at the start of the loading, and rise per time t since then. */
 SLIP_VECTOR static void AddLoads(PetscInt n, const PetscReal *restrict weight, const PetscReal *restrict rate,
                                  PetscReal t, const PetscReal *restrict start, const PetscReal *restrict rise,
                                  const PetscReal *restrict u, Places *restrict p)
@@ -50,7 +50,7 @@ SLIP_VECTOR static void AddLoads(PetscInt n, const PetscReal *restrict weight, c
   }
 }
 
-/* SlipFaultAddUp() of one component of friction whose cells always slide, whose weakest strength is 0 */
+/* SlipFaultAddUp() for one component of slip and cells that always slide, whose weakest strength is 0. */
 static PetscErrorCode AddUpSliding(SlipFault fault, PetscReal t, Vec w, Vec ku, PetscReal sum[], PetscReal *max_v)
 {
   const PetscReal *weight = fault->mesh.weight, *rate = fault->fields.cell[FIELD_LOADING_RATE], *a, *f, *r;
@@ -88,9 +88,9 @@ static PetscErrorCode AddUpSliding(SlipFault fault, PetscReal t, Vec w, Vec ku, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- of any fault ---- */
+/* ---- sums of any fault ---- */
 
-/* This rank's part of the sums, weighted by area; ku = K u is weighted already. */
+/* Adds this rank's part of the sums, weighted by area; ku = K u contains the weights already. */
 static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku, PetscReal sum[], PetscReal *max_v)
 {
   SlipFrictionCells friction;
@@ -139,7 +139,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
       sum[SUM_LOADING_T] +=
         weight * (fault->fields.cell[FIELD_LOADING_RATE][i] * shear - SlipFaultDot(fault, u, along) * rate);
     }
-    if (SlipFaultOpens(fault)) { /* pressed together by what does not change, and pushed apart by the pressure */
+    if (SlipFaultOpens(fault)) { /* the constant normal stress closes the cell, the pore pressure opens it */
       const PetscReal normal = fault->loads.normal[i];
 
       sum[SUM_U_T] -= weight * SlipFaultAcross(fault, u) * normal;
@@ -158,7 +158,7 @@ static PetscErrorCode SlipFaultAddUp(SlipFault fault, PetscReal t, Vec w, Vec ku
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of the state w of time t, computed (one product with K, two reductions) only when either has changed. */
+/* Gets the sums of the state w at t; computes them (one product with K, two reductions) when either has changed. */
 PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums)
 {
   SlipFaultSums *c = &fault->known.sums;

@@ -1,4 +1,4 @@
-/* What a run and a controller may know of the fault's state: sums over the cells, energies and powers. */
+/* Computes, from a state of the fault, what observers and controllers use: sums over the cells, energies and powers. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
@@ -6,8 +6,8 @@
 #include <petscblaslapack.h>
 #include <slipcompat.h>
 
-/* x: displacements or rates [n], kx = K x, nx = Kn x or NULL, w: the state in which they weaken the strength. What they
-   take from the strength by its normal stress acts as stiffness does. */
+/* Adds this rank's sums for the motion x, displacements or rates [n], with kx = K x, nx = Kn x or NULL, and w the state
+   whose friction weakens. The strength that x takes away by changing normal stress acts as stiffness does. */
 static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, Vec nx, PetscReal sum[])
 {
   SlipFrictionCells friction;
@@ -38,8 +38,8 @@ static PetscErrorCode AddMode(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of what moves, or where all rest of uc: of the step's inner rate where it was explicit, which takes no
-   product, else of the rate; computed only when the state or its time has changed. */
+/* Gets the sums for the moving cells, or for uc where all cells rest. x is the inner rate of an explicit step, which
+   costs no product, else the rate in w. The sums are computed only when the state or its time has changed. */
 static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool moves, const SlipFaultMode **mode)
 {
   SlipFaultMode *c = &fault->known.mode;
@@ -56,7 +56,7 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
   if (moves) PetscCall(SlipFaultInnerRate(fault, t, w, x, kx, nx, &found));
   if (!found && moves) PetscCall(SlipFaultGetRate(fault, w, x));
   if (!found && !moves) PetscCall(VecCopy(fault->critical.uc, x));
-  if (!found && fault->device.device && nx) { /* which the cells' numbers are not on */
+  if (!found && fault->device.device && nx) { /* nx is not on the device */
     PetscCall(SlipElasticApply(fault->medium, x, kx, NULL));
     PetscCall(SlipElasticApply(fault->medium, x, NULL, nx));
   } else if (!found)
@@ -71,10 +71,10 @@ static PetscErrorCode GetMode(SlipFault fault, PetscReal t, Vec w, PetscBool mov
 }
 
 /*
-  SlipFaultKeepEstimates - add up the integrator's error estimates for observations
+  SlipFaultKeepEstimates - adds up the integrator's error estimates for observations
 
-  Collective. w: state after the attempt; error, derivative: the attempt's local error and dw/dt at its end, NULL when
-  not known. A cell that has just stopped has no derivative.
+  Collective. w: state after the attempt; error, derivative: the attempt's local error and dw/dt at its end, or NULL. A
+  cell that has just stopped has no derivative.
 */
 PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative)
 {
@@ -111,10 +111,10 @@ PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec der
 
 /* ---- the fastest relaxation: of the stress on a cell by its own slip ---- */
 
-#define POWER_PRODUCTS 30 /* by which the largest eigenvalue of the reference faults is known to 1 % */
+#define POWER_PRODUCTS 30 /* gives the largest eigenvalue of the reference faults to 1 % */
 
-/* The largest eigenvalue of K over the weights, once a run, by power iteration from a short wave of no symmetry,
-   the same on any number of ranks */
+/* Finds the largest eigenvalue of K over the weights, once a run, by power iteration. It starts from a short wave
+   without symmetry, which is the same on any number of ranks. */
 PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscReal *largest)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -153,8 +153,8 @@ PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscReal *largest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* dv/dtau of the balance of cell i, 1/(eta + sigma dmu/dv), of two components along v. v: rate; force: K u; load: the
-   shear load. Where the law has a short cut, the balance tells without an exponential whether it holds. */
+/* dv/dtau = 1/(eta + sigma dmu/dv) from the balance of cell i; with two components, along v. v: rate; force: K u; load:
+   the shear load. The balance shows without an exponential whether the law's short cut holds. */
 static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *friction, PetscInt i, const PetscReal s[],
                             const PetscReal v[], const PetscReal load[], const PetscReal force[])
 {
@@ -174,8 +174,8 @@ static PetscReal Compliance(const SlipFault fault, const SlipFrictionCells *fric
 
 enum { COMPLIANCES = 64 };
 
-/* Of so many cells of one component whose short cut holds, into the largest so far in each place; returns how many it
-   does not hold for */
+/* Takes n cells of one component and puts each compliance by the short cut into largest, if it is the largest so far in
+   its place. Returns the number of cells for which the short cut does not hold. */
 SLIP_VECTOR static PetscInt Compliances(PetscInt n, PetscReal eta, const PetscReal *restrict v,
                                         const PetscReal *restrict load, const PetscReal *restrict force,
                                         const PetscReal *restrict weight, const PetscReal *restrict vinf,
@@ -194,8 +194,8 @@ SLIP_VECTOR static PetscInt Compliances(PetscInt n, PetscReal eta, const PetscRe
   return others;
 }
 
-/* SlipProblemOps.relaxation, of the rates that the last right-hand side found, as those in w are of the step's start
-   while it is judged; 0 where rates follow from momentum. Of friction that sticks, what sliding cells relax at. */
+/* SlipProblemOps.relaxation, from the rates of the last right-hand side, as w has the step's first ones while it is
+   judged; 0 where rates follow from momentum. Where friction sticks, it is the rate at which sliding cells relax. */
 PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -224,7 +224,7 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(SlipFaultGetLoad(fault, b->time, &of_now));
-  if (fault->coupling.balanced) /* the normal stress of that right-hand side too: a product less for each attempt */
+  if (fault->coupling.balanced) /* the normal stress of that right-hand side saves a product in each attempt */
     PetscCall(SlipFaultCoupledFriction(fault, b->time, 0, &friction));
   else
     PetscCall(SlipFaultGetFrictionOf(fault, b->time, w, &friction));
@@ -249,7 +249,7 @@ PetscErrorCode SlipFaultRelaxation(TS ts, Vec w, PetscReal *relaxation, void *ct
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What follows from the sums */
+/* Fills in the numbers that follow from the sums. */
 static PetscErrorCode KnowSums(SlipFault fault, PetscReal t, Vec w, SlipFaultNumbers *known)
 {
   const PetscReal N = (PetscReal)fault->mesh.N;
@@ -273,7 +273,7 @@ static PetscErrorCode KnowSums(SlipFault fault, PetscReal t, Vec w, SlipFaultNum
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Values of the rows of SlipObservations in the state w */
+/* Computes the values of the rows of SlipObservations in the state w. */
 PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
                                 PetscReal value[])
 {
@@ -319,7 +319,7 @@ PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the medium loses beside the damping of the rate rel, of the state w, which several observers ask for */
+/* Gets the power that the medium loses beside the damping of the rate rel; it is cached for several observers. */
 static PetscErrorCode GetLost(SlipFault fault, PetscReal t, Vec w, Vec rel, PetscReal *lost)
 {
   SlipFaultLost *c = &fault->known.lost;
@@ -340,8 +340,8 @@ static PetscErrorCode GetLost(SlipFault fault, PetscReal t, Vec w, Vec rel, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of friction that sticks. States within a step, of which nothing is known, leave what is
-   known of its end. */
+/* Gets the powers where friction sticks, and caches those of a step's end. States within a step, for which there is no
+   balance, do not replace them. */
 static PetscErrorCode GetStickingPowers(SlipFault fault, PetscReal t, Vec w, PetscReal power[3], PetscReal friction[])
 {
   SlipFaultPowers *c = &fault->known.powers;
@@ -361,7 +361,7 @@ static PetscErrorCode GetStickingPowers(SlipFault fault, PetscReal t, Vec w, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* sum += sign times this rank's part of x . y, by many numbers at a time */
+/* Adds to sum this rank's part of x . y times sign; BLAS adds many numbers at a time. */
 static PetscErrorCode AddProducts(Vec x, Vec y, PetscReal sign, PetscReal *sum)
 {
   const PetscReal *a, *b;
@@ -390,7 +390,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(power, 3));
-  if (SlipFaultOnDevice(fault, w)) { /* all cells slide there, so that r is -q(w) sign(v) */
+  if (SlipFaultOnDevice(fault, w)) { /* all cells on the device slide, so that r is -q(w) sign(v) */
     PetscCall(SlipFaultDevicePowers(fault, t, w, power));
     if (friction && mesh->faults == 1) friction[0] = power[2];
     if (friction && mesh->faults > 1) PetscCall(SlipFaultDeviceShares(fault, t, w, friction, NULL, NULL, NULL));
@@ -448,7 +448,7 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
 }
 
 /*@
-  SlipFaultGetObservables - means over the cells of a state: rates, slip, energies and powers
+  SlipFaultGetObservables - computes the means of a state over the cells: rates, slip, energies and powers
 
   Collective.
 
@@ -463,8 +463,8 @@ PetscErrorCode SlipFaultGetPowers(SlipFault fault, PetscReal t, Vec w, Vec r, Pe
 . obs - the means; d(kinetic + elastic)/dt + viscous_power + friction_power = loading_power, with
         kinetic = M v.v/2, elastic = u.K u/2 - T.u, viscous = (v - v_inf).H (v - v_inf), friction = -v.r and
         loading = -v_inf.(K u - T + H (v - v_inf)) - dT/dt.u, each divided by the number of cells; T is the shear stress
-        of -fault_initial_traction and -fault_stressing_rate at t. Where cells open, u, v and K have the opening too, T
-        the normal stress before any slip, as -sigma0, and loading the pore pressure's power p v_n
+        of -fault_initial_traction and -fault_stressing_rate at t. Where cells open, u, v and K include the opening, T
+        includes the normal stress before any slip, as -sigma0, and loading includes the pore pressure's power p v_n
 
   Level: intermediate
 
@@ -485,7 +485,7 @@ PetscErrorCode SlipFaultGetObservables(SlipFault fault, PetscReal t, Vec w, Vec 
   obs->mean_slip_rate = s->sum[SUM_V] / N;
   obs->max_slip_rate = s->max_v;
   obs->mean_slip = s->sum[SUM_S] / N;
-  /* A state that heals is no slip: that is the displacement relative to the start and the far field. */
+  /* A state that heals is not the slip: the slip is the displacement relative to the start and the far field. */
   if (fault->kind.heals || fault->friction.law->nstates)
     obs->mean_slip = (s->sum[SUM_U] + (fault->loads.origin + t) * s->sum[SUM_VINF]) / N -
                      fault->critical.start_share * fault->critical.mean_uc;

@@ -1,5 +1,5 @@
-/* -fault_device auto: a graphics card where there is one that can compute this fault, else the processor. What was
-   chosen stands in the place of "auto" in the options from then on, so that everything else knows two choices. */
+/* Decides -fault_device auto: a graphics card if there is one that can compute this fault, else the processor. The
+   choice replaces "auto" in the options, so that all other code has only two cases. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipfaultfeatures.h>
@@ -14,7 +14,7 @@ static PetscErrorCode Choose(SlipFault fault, const char device[], const char wh
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A TS of the type that the options ask for, for what devices do not go with; NULL: of none that there is */
+/* Creates a TS of the type that the options select, for checks of what devices support; NULL: no such type. */
 static PetscErrorCode AskedType(SlipFault fault, TS *ts)
 {
   const char *prefix = ((PetscObject)fault)->prefix;
@@ -31,7 +31,7 @@ static PetscErrorCode AskedType(SlipFault fault, TS *ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Before features are checked: what the fault is, how many processes there are, whether there is a card. Collective */
+/* Decides from the fault, the number of processes and the cards; before features are checked. Collective. */
 PetscErrorCode SlipFaultDeviceChoose(SlipFault fault)
 {
   SlipFaultDevice *d = &fault->device;
@@ -56,7 +56,7 @@ PetscErrorCode SlipFaultDeviceChoose(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is there room for device.bytes? Where there is none auto takes the processor, else this ends with a line. */
+/* Finds whether there is room for device.bytes. Without room, auto takes the processor, and opencl is an error. */
 PetscErrorCode SlipFaultDeviceRoom(SlipFault fault, PetscBool *room)
 {
   SlipFaultDevice *d = &fault->device;

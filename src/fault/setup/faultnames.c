@@ -1,4 +1,4 @@
-/* The names of the options of faults, by which unknown ones are found. */
+/* Lists the names of the options of faults, so that unknown options can be found. */
 #include <slipstep/private/slipfault.h>
 #include <string.h>
 
@@ -10,7 +10,7 @@ static PetscErrorCode AddName(char names[], size_t len, const char before[], con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All that may follow "fault_", with blanks between */
+/* Lists all that may follow "fault_", separated by blanks. */
 PetscErrorCode SlipFaultOptionNames(char names[], size_t len)
 {
   const SlipParameter *p;
@@ -23,7 +23,7 @@ PetscErrorCode SlipFaultOptionNames(char names[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A row that does not say what it is part of would be forgotten by checkpoints. */
+/* Checks that each row states its part, without which checkpoints would omit it. */
 static PetscErrorCode CheckParts(void)
 {
   PetscFunctionBegin;
@@ -40,10 +40,10 @@ static PetscErrorCode CheckParts(void)
 }
 
 /*@
-  SlipFaultDeclareOptions - name the options of faults, for SlipCheckOptionNames(): those of the tables, the others that
-  SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state
+  SlipFaultDeclareOptions - declares the options of faults to SlipCheckOptionNames(): those of the tables, the others
+  that SlipFaultSetFromOptions() reads, and PETSc's for the solver of the critical state
 
-  Not collective; SlipStepInitializePackage() does it, and SlipFaultRegisterFrictionLaw() for what a law brings.
+  Not collective; SlipStepInitializePackage() calls it, and SlipFaultRegisterFrictionLaw() for a law's parameters.
 
   Level: developer
 

@@ -1,5 +1,5 @@
-/* The features of a fault, and which go together: one table of both, from which combinations are refused, the reference
-   of them is printed and a test tries every pair. */
+/* Lists the features of a fault and the combinations that it refuses. The same table refuses combinations, prints their
+   reference, and lets a test try every pair. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipfaultfeatures.h>
 #include <slipts.h>
@@ -28,7 +28,7 @@ static PetscBool Lists(SlipFault fault, const char name[])
                                                                                                : PETSC_FALSE;
 }
 
-/* Is a number other than 0 in some cell? Collective */
+/* Returns whether a parameter is not 0 in some cell. Collective. */
 static PetscBool AnyCell(SlipFault fault, PetscInt field)
 {
   int any = 0;
@@ -192,7 +192,7 @@ const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES] = {
 #define EXCLUDES PETSC_FALSE
 #define NEEDS PETSC_TRUE
 
-/* In this order; the first that is broken is said. */
+/* The rules are checked in this order, and the first broken one gives the message. */
 const SlipFaultRule SlipFaultRules[] = {
   {F(ALWAYS_SLIDES), EXCLUDES, F(CRITICAL) | F(REST), 0,
    "-fault_initial % does not go with -fault_friction_law %, whose cells always slide: expected rate or traction"},
@@ -317,7 +317,7 @@ SlipFaultFeatureSet SlipFaultFeaturesOn(SlipFault fault, TS ts)
   return on;
 }
 
-/* The value of an option of choices, with "auto" decided */
+/* Returns the value of an option with choices, where "auto" is decided. */
 static const char *ValueOf(SlipFault fault, TS ts, const char name[])
 {
   if (ts && !strcmp(name, "ts_type")) return ((PetscObject)ts)->type_name;
@@ -397,7 +397,7 @@ static PetscErrorCode PrintSet(PetscViewer viewer, SlipFaultFeatureSet set)
 }
 
 /*@C
-  SlipFaultFeaturesView - print what goes with what: which features of a fault and of its runs are refused together
+  SlipFaultFeaturesView - prints which features of a fault and of its runs cannot be combined
 
   Collective
 
@@ -405,14 +405,14 @@ static PetscErrorCode PrintSet(PetscViewer viewer, SlipFaultFeatureSet set)
 . viewer - an ASCII viewer, `NULL` for standard output
 
   Options Database Key:
-. -fault_features - print it, of the program fault
+. -fault_features - prints them, in the program fault
 
   Level: intermediate
 
   Note:
-  A line for each rule, with " | " between: features; "not with" or "only with"; others, of which one suffices;
+  There is a line for each rule, with " | " between: features; "not with" or "only with"; others, of which one suffices;
   features that lift it; the sentence by which SlipFaultSetUp() or SlipFaultOutputStart() refuses it, ... in place of
-  values. A last line has the features that no rule names.
+  values. A last line lists the features that no rule names.
 
 .seealso: SlipFaultSetUp(), SlipFaultOutputStart(), SlipObservationView()
 @*/

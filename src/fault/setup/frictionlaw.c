@@ -1,8 +1,8 @@
-/* Friction laws of others: a row of the table of laws, and the parameters that it brings. */
+/* Registers users' friction laws: a row of the table of laws, and the law's parameters. */
 #include <slipstep/private/slipfault.h>
 #include <string.h>
 
-/* Is the word one of a list with blanks between? */
+/* Returns whether the word is in a list separated by blanks. */
 static PetscBool IsListed(const char word[], const char list[])
 {
   const size_t len = strlen(word);
@@ -12,7 +12,7 @@ static PetscBool IsListed(const char word[], const char list[])
   return PETSC_FALSE;
 }
 
-/* May a parameter, a state, be called so? */
+/* Returns whether this is a valid name of a parameter or a state. */
 static PetscBool IsName(const char name[])
 {
   static const char letters[] = "abcdefghijklmnopqrstuvwxyz0123456789_";
@@ -21,7 +21,7 @@ static PetscBool IsName(const char name[])
   return len > 0 && len < FAULT_MAX_NAME && strspn(name, letters) == len ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Is the parameter what a state can start with? */
+/* Returns whether a state can start with this parameter. */
 static PetscBool IsStart(const SlipFrictionLaw *law, const char name[])
 {
   if (!name) return PETSC_FALSE;
@@ -30,7 +30,7 @@ static PetscBool IsStart(const SlipFrictionLaw *law, const char name[])
   return strcmp(name, "initial_state") ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* Does a state start with the parameter, so that it has no default? */
+/* Returns whether a state starts with this parameter, so that it has no default. */
 static PetscBool Starts(const SlipFrictionLaw *law, const char name[])
 {
   for (PetscInt k = 0; k < law->nstates; k++)
@@ -38,7 +38,7 @@ static PetscBool Starts(const SlipFrictionLaw *law, const char name[])
   return PETSC_FALSE;
 }
 
-/* Refuses parameters whose names belong to another option or dataset, and rows that cannot be */
+/* Refuses parameters whose names belong to another option or dataset, and invalid rows. */
 static PetscErrorCode CheckOwn(const SlipFrictionLaw *law)
 {
   static const char datasets[] = "cells stiffness x y z length width critical_displacement"; /* of inputs and outputs */
@@ -99,38 +99,38 @@ static PetscErrorCode CheckStates(const SlipFrictionLaw *law)
 }
 
 /*@C
-  SlipFaultRegisterFrictionLaw - add a choice to -fault_friction_law
+  SlipFaultRegisterFrictionLaw - adds a choice to -fault_friction_law
 
   Not collective, on every process in the same order; before the options of a fault are read
 
   Input Parameter:
 . law - its name; mu and its derivatives with respect to the states s[] and to v = |slip rate| [m/s]; a formula for
-        -help; for a law with states of its own, what they are, their rates with derivatives, and the s that are steady
-        at a rate; parameters that it brings. Copied; strings, states, parameters and context stay the caller's
+        -help; for a law with states of its own, their names, their rates with derivatives, and the s that are steady
+        at a rate; its parameters. Copied; strings, states, parameters and context stay the caller's
 
   Level: advanced
 
   Notes:
-  All functions are pure, of one cell, whose parameters they find in SlipFriction. A law without states of its own
-  gets the slip of both signs as s[0] and gives what mu exceeds -fault_friction_residual by; |tau| <= sigma mu is its
-  bound. A law whose cells always slide gives mu itself, 0 at v = 0 and growing with v: without inertia the fault is
-  an explicit problem for TSRK and TSADAMS.
+  All functions are pure functions of one cell, whose parameters they get in SlipFriction. A law without states of its
+  own gets the slip of both signs as s[0] and gives mu minus -fault_friction_residual; |tau| <= sigma mu is its bound.
+  A law whose cells always slide gives mu itself, which is 0 at v = 0 and grows with v: without inertia the fault is an
+  explicit problem for TSRK and TSADAMS.
 
   A law declares up to SLIP_MAX_STATES states (SlipFrictionState), and one function gives the rates of all of them. No
-  rate may grow with its own state. A change of s[k] by 1 is to matter as slip by -fault_friction_slip does, as
-  tolerances take both alike. Stages of TSBATHE need no more: s = s0 + theta ds/dt is solved with the derivatives.
-  Each state is a field of -fault_output_fields, a column of stations and a name for SlipFaultGetCellValues(), shown
-  as its functions shown and of_shown say, in its unit. Where all cells slide it starts with the parameter that it
-  names, initial_state or one of own with the default NaN, and steady where no number is given.
+  rate may grow with its own state. A change of s[k] by 1 should matter as much as slip by -fault_friction_slip, as
+  tolerances treat both alike. Stages of TSBATHE need no more: they solve s = s0 + theta ds/dt with the derivatives.
+  Each state is a field of -fault_output_fields, a column of stations and a name for SlipFaultGetCellValues(), in its
+  unit, converted by its functions shown and of_shown. Where all cells slide, a state starts with the parameter that it
+  names, initial_state or one of own with the default NaN, or is steady where no number is given.
 
-  Each row of own is from then on what the numbers of every fault are: an option -fault_<name>, with a unit of time
-  where it is in s, an argument of SlipFaultSetReal(), SlipFaultSetField() and SlipFaultGetField(), and a dataset of
-  -fault_parameters and of outputs. The law's functions find those of their cell in SlipFriction, own[k] of the k-th
-  row. All have a default, and names that no other option of faults has.
+  Each row of own becomes a parameter of every fault: an option -fault_<name>, with a unit of time where it is in s, an
+  argument of SlipFaultSetReal(), SlipFaultSetField() and SlipFaultGetField(), and a dataset of -fault_parameters and
+  of outputs. The law's functions get those of their cell in SlipFriction, own[k] for the k-th row. Each has a default,
+  and a name that no other option of faults has.
 
   See examples/friction_law.c.
 
-  Errors: PETSC_ERR_ARG_WRONG for a name that is taken, of the law, of a parameter or of a state, and for a law without
+  Errors: PETSC_ERR_ARG_WRONG for a used name of the law, of a parameter or of a state, and for a law without
   the functions that it needs; PETSC_ERR_ARG_OUTOFRANGE for a default out of bounds and too many parameters or states
 
 .seealso: SlipFaultSetString(), SlipFaultSetReal(), SlipFaultSetField(), SlipFaultSetFromOptions()

@@ -1,4 +1,4 @@
-/* The parameters of a fault: tables used by options, setters, views and error messages, and the setters. */
+/* Tables of the parameters of a fault, which options, setters, views and error messages use, and the setters. */
 #include <slipstep/private/slipfault.h>
 #include <math.h>
 #include <stddef.h>
@@ -293,7 +293,7 @@ const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES] = {
    "Write slip and rupture time of every cell for each event of -fault_catalogue (default no)"},
 };
 
-/* The number that each field replaces; slides: only laws whose cells always slide read it */
+/* The number that each field replaces; slides: only laws whose cells always slide use it */
 static const struct {
   SlipFaultRealId real;
   PetscBool slides;
@@ -317,7 +317,7 @@ static const struct {
   [FIELD_RAKE] = {FAULT_RAKE, PETSC_FALSE},
 };
 
-/* ---- rows of the tables, and behind them those that registered laws bring, which all are fields ---- */
+/* ---- rows of the tables, followed by those of registered laws, which are all fields ---- */
 
 const SlipParameter *SlipFaultOwnRow(PetscInt k, const SlipFrictionLaw **law)
 {
@@ -359,7 +359,7 @@ PetscInt SlipFaultFindField(const char name[])
   return -1;
 }
 
-/* Does the fault's law read this field? */
+/* Returns whether the fault's law uses this field. */
 PetscBool SlipFaultHasField(SlipFault fault, PetscInt field)
 {
   const SlipFrictionLaw *law = NULL;
@@ -387,14 +387,14 @@ static PetscErrorCode SlipFaultFindReal(SlipFault fault, const char name[], Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Upper bounds are excluded, but for this one. */
+/* Upper bounds are excluded except for these parameters. */
 static PetscBool MayBeUpper(const SlipParameter *p)
 {
   return p == &SlipFaultReals[FAULT_ACCURACY] || p == &SlipFaultReals[FAULT_DIP] ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* What a parameter's value, or that of a cell, must be, for example "a number > 0 m"; C's own %g, since PETSc's writes
-   "0." for 0. */
+/* Describes the valid values of a parameter, or of a cell, for example "a number > 0 m"; with C's own %g, since PETSc's
+   writes "0." for 0. */
 void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len)
 {
   const char *kind = p->integer ? "whole " : "";
@@ -433,15 +433,15 @@ PetscErrorCode SlipFaultCheckReal(SlipFault fault, const SlipParameter *p, Petsc
 }
 
 /*@C
-  SlipFaultSetReal - set a scalar parameter of the fault
+  SlipFaultSetReal - sets a scalar parameter of the fault
 
-  Logically collective; before SlipFaultSetUp() only (except velocity_scale, accuracy and what -help calls of the
-  output).
+  Logically collective; only before SlipFaultSetUp() (except velocity_scale, accuracy and those that -help calls "of
+  the output")
 
   Input Parameters:
 + fault - the fault
 . name  - the option's name without "fault_", for example "length_x"
-- value - in the unit that -help names
+- value - in the unit that -help gives
 
   Level: intermediate
 
@@ -466,18 +466,17 @@ PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal va
 }
 
 /*@C
-  SlipFaultGetReal - get a scalar parameter of the fault; until they are set, thickness is length_x, rate_tolerance is
-                     1e-10 m over T*, accuracy is 1e-2, and normal_stress_gradient 15e3 Pa/m, or 0 where a normal_stress
-                     is set
+  SlipFaultGetReal - gets a scalar parameter of the fault
 
-  Not collective.
+  Not collective. Defaults: thickness is length_x, rate_tolerance 1e-10 m over T*, accuracy 1e-2, and
+  normal_stress_gradient 15e3 Pa/m, or 0 where a normal_stress is set.
 
   Input Parameters:
 + fault - the fault
 - name  - the option's name without "fault_", for example "length_x"
 
   Output Parameter:
-. value - in the unit that -help names
+. value - in the unit that -help gives
 
   Level: intermediate
 
@@ -507,8 +506,8 @@ PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *v
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The choices of a parameter as a message lists them; those of the friction law are the rows of its table. *is: value
-   is one of them (NULL allowed) */
+/* Lists the choices of a parameter for a message; those of the friction law are the rows of its table. *is: value is
+   one of them (NULL allowed). */
 PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[], char list[], size_t len,
                                     PetscBool *is)
 {
@@ -538,9 +537,9 @@ PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[]
 }
 
 /*@C
-  SlipFaultSetString - set a choice or a file name of the fault
+  SlipFaultSetString - sets a text parameter of the fault, which selects a choice or names a file
 
-  Logically collective; before SlipFaultSetUp() only (except what -help calls of the output).
+  Logically collective; only before SlipFaultSetUp() (except those that -help calls "of the output")
 
   Input Parameters:
 + fault - the fault
@@ -550,7 +549,7 @@ PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const char value[]
   Level: intermediate
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for an unknown name or choice, PETSC_ERR_ARG_OUTOFRANGE for a value of
-  PETSC_MAX_PATH_LEN characters or more that is no list of points.
+  PETSC_MAX_PATH_LEN characters or more that is no list of points
 
 .seealso: SlipFaultSetReal(), SlipFaultSetFromOptions()
 @*/
@@ -587,7 +586,7 @@ PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char
   SETERRQ(fault->comm, PETSC_ERR_ARG_UNKNOWN_TYPE, "a fault has no choice \"%s\"", name);
 }
 
-/* -fault_operator keeps its "auto", which the type of K tells */
+/* Returns the text in use. -fault_operator stays "auto", as the type of K shows the choice. */
 const char *SlipFaultGetText(SlipFault fault, PetscInt id)
 {
   if (fault->setup && id == FAULT_INITIAL) return fault->kind.initial;

@@ -1,4 +1,4 @@
-/* Points of an option, -fault_stations or -fault_surface_stations: a list, or a file with one on each line. */
+/* Reads the points of -fault_stations or -fault_surface_stations: a list, or a file with one point on each line. */
 #include <slipstep/private/slipfault.h>
 #include <errno.h>
 #include <stdio.h>
@@ -7,7 +7,7 @@
 
 enum { LONGEST_LINE = 256 };
 
-/* Two or three numbers with commas between, or where it may be so only space, and nothing else */
+/* Reads two or three numbers, separated by commas, or also by space if allowed, and nothing else. */
 static PetscBool ReadPoint(const char text[], PetscBool space, PetscBool three, PetscReal point[3])
 {
   static const char Space[] = " \t\r\n";
@@ -36,7 +36,7 @@ static PetscBool ReadPoint(const char text[], PetscBool space, PetscBool three, 
   return PETSC_TRUE;
 }
 
-/* Rank 0: n points of a text file, freed with PetscFree() */
+/* On rank 0: reads n points from a text file; the caller frees them with PetscFree(). */
 static PetscErrorCode ReadFile(const char option[], const char name[], const char forms[], PetscBool three, PetscInt *n,
                                PetscReal **point)
 {

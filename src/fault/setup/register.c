@@ -1,4 +1,4 @@
-/* What faults register with PETSc. */
+/* Registers the classes and types of faults with PETSc. */
 #include <slipstep/private/slipfault.h>
 #include <slipadapt.h>
 
@@ -14,9 +14,9 @@ static PetscErrorCode Register_Fault(void)
 }
 
 /*@C
-  SlipFaultInitializePackage - register the class of faults and all that a TS of a fault can be made of
+  SlipFaultInitializePackage - registers the class of faults and all types that a TS of a fault can consist of
 
-  Not collective; after PetscInitialize(). Again it does nothing.
+  Not collective; after PetscInitialize(). A second call does nothing.
 
   Level: developer
 

@@ -1,15 +1,15 @@
-/* Tolerances of controllers by the accuracy that they keep, from a file (training/policies/README.md): rank 0 reads,
-   all ranks get its numbers and its errors. */
+/* Reads the tolerances at which controllers satisfy accuracies from a file (training/policies/README.md): rank 0 reads,
+   and all ranks get its numbers and its errors. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slippolicy.h>
 #include <math.h>
 #include <string.h>
 
 #define TOLERANCES_FORMAT "slipstep-tolerances"
-#define TOLERANCES_VERSION 2 /* 1: what training kept of the runs alone */
+#define TOLERANCES_VERSION 2 /* version 1 stored only results of the training runs */
 
-/* Finer accuracies follow, and need tolerances as tight at least; 0, which ends a row: the controller keeps none of
-   these. */
+/* Checks that accuracies become finer, with tolerances that do not grow. 0 ends a row: the controller satisfies no
+   finer accuracy. */
 static PetscErrorCode CheckNumbers(const SlipH5 *h, const char kind[], const SlipFaultTolerances *t)
 {
   PetscFunctionBegin;
@@ -89,7 +89,7 @@ static PetscErrorCode ReadFile(const char prefix[], const char file[], const cha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective. file "": the library's, or that of SLIPSTEP_POLICY_DIR */
+/* Reads the tolerances of a kind of runs. Collective. file "": the library's, or that of SLIPSTEP_POLICY_DIR */
 PetscErrorCode SlipFaultTolerancesRead(MPI_Comm comm, const char prefix[], const char file[], const char kind[],
                                        SlipFaultTolerances *t)
 {
@@ -105,8 +105,8 @@ PetscErrorCode SlipFaultTolerancesRead(MPI_Comm comm, const char prefix[], const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Logarithms between two columns; negative: beyond the last one that the controller keeps, by the slope before it.
-   0: it keeps none of two such columns */
+/* Interpolates logarithms between two columns. The result is negative beyond the last accuracy that the controller
+   satisfies, by the slope before it, and 0 where it does not satisfy two such columns. */
 static PetscReal Interpolate(const SlipFaultTolerances *t, const PetscReal rtol[], PetscReal accuracy)
 {
   PetscInt k = 0;
@@ -119,7 +119,7 @@ static PetscReal Interpolate(const SlipFaultTolerances *t, const PetscReal rtol[
   return share > 1 ? -found : found;
 }
 
-/* Without its filter a type counts as it is by default. -1: there is no such controller. */
+/* Returns the row of a controller. A type without a filter may match with its default one. -1: there is none. */
 static PetscInt RowOf(const SlipFaultTolerances *t, const char controller[])
 {
   const size_t type = strcspn(controller, ":");
@@ -131,7 +131,7 @@ static PetscInt RowOf(const SlipFaultTolerances *t, const char controller[])
   return -1;
 }
 
-/* 0: there is no such controller */
+/* Returns the tolerance of a controller for an accuracy; 0: there is no such controller. */
 PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, const char controller[], PetscReal accuracy)
 {
   const PetscInt row = RowOf(t, controller);
@@ -139,8 +139,8 @@ PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, const char contr
   return row < 0 ? 0 : Interpolate(t, t->row[row].rtol, accuracy);
 }
 
-/* The other way round: the accuracy that is kept at a tolerance, the finest of the file at a tighter one; 0: none is
-   known to be. */
+/* Returns the accuracy that a tolerance satisfies, the finest one of the file for a tighter tolerance; 0: none is
+   established. */
 PetscReal SlipFaultTolerancesAccuracy(const SlipFaultTolerances *t, const char controller[], PetscReal rtol)
 {
   const PetscInt row = RowOf(t, controller);

@@ -1,13 +1,13 @@
-/* The slip rates at which friction, elasticity and radiation damping balance: of faults whose cells always slide, by
-   rate-and-state friction and the like, and of those whose cells stick while friction holds them. Without inertia the
-   slip rate is a function of displacement and state,
+/* Computes slip rates at which friction, elasticity and radiation damping balance, for faults whose cells always slide,
+   as with rate-and-state friction, and for those whose cells stick while friction holds them. Without inertia the slip
+   rate is a function of displacement and state,
 
       T - K u - eta (v - v_inf) = sigma mu(s, |v|) sign(v),   du/dt = v - v_inf,   ds/dt of the law,
 
    with v/|v| for sign(v) where slip has two components: v is then along T - K u + eta v_inf, and |v| follows from its
    magnitude; or v = 0 where |T - K u + eta v_inf| does not exceed sigma mu(s, 0). It is an explicit problem in (u, s)
    with one product with K for each right-hand side, and one with Kn where slip changes sigma. The component v of the
-   state vector has no rate of its own: after a step it is made that of the balance, for all who read it. */
+   state vector has no rate of its own: after a step it is set to that of the balance, for all readers. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -19,7 +19,7 @@
 
 /* ---- set-up ---- */
 
-/* A choice, or what "auto" is in its place: what the user chose stays as it is */
+/* Gets the user's choice, or the given one in place of "auto". */
 static PetscErrorCode Choose(SlipFault fault, SlipFaultStringId id, const char otherwise[], const char **choice)
 {
   PetscBool automatic;
@@ -30,9 +30,9 @@ static PetscErrorCode Choose(SlipFault fault, SlipFaultStringId id, const char o
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Inertia is a lumped mass, not waves: what a rupture passes through is better described by radiation damping alone. It
-   stays the default where all slides at once, as from the critical start, where the strength falls with the slip rate,
-   which has no balance without it, and where there is no viscosity to limit slip rates. Waves have all of it. */
+/* Inertia is a lumped mass, not waves: radiation damping alone describes better what a rupture passes through. It is
+   the default where all cells slide at once, as from the critical start, where strength falls with the slip rate, which
+   has no balance without inertia, and where no viscosity limits slip rates. Waves contain all inertia. */
 static PetscErrorCode ChooseInertia(SlipFault fault, PetscBool traction)
 {
   PetscBool none;
@@ -48,7 +48,7 @@ static PetscErrorCode ChooseInertia(SlipFault fault, PetscBool traction)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A line before the run where -fault_inertia yes has changed the default of another option */
+/* Prints a line before the run where -fault_inertia yes has changed the default of another option. */
 PetscErrorCode SlipFaultViscosityPrint(SlipFault fault)
 {
   const char *prefix = SlipFaultPrefix(fault);
@@ -68,7 +68,7 @@ PetscErrorCode SlipFaultViscosityPrint(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What "auto" is for the law and the start, and whether there is inertia. */
+/* Chooses what "auto" means for the law and the start, and whether there is inertia. */
 PetscErrorCode SlipFaultChooseDefaults(SlipFault fault)
 {
   PetscBool traction;
@@ -105,7 +105,7 @@ static PetscErrorCode FindCreep(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is steady slip at this rate unstable where the surroundings are soft enough? */
+/* Returns whether steady slip at this rate is unstable in sufficiently soft surroundings. */
 PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate)
 {
   PetscReal fall, critical;
@@ -115,15 +115,15 @@ PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, Pe
   return critical > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The states of cell i at the start, which fields have as users give them */
+/* Gets the states of cell i at the start; the fields have them in users' units. */
 static void StartStates(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal s[])
 {
   for (PetscInt k = 0; k < fault->layout.states; k++)
     s[k] = SlipFrictionOfShown(friction, i, k, fault->friction.start[k][i]);
 }
 
-/* States of cell i that were not given are steady at a rate, but for the first of them where the friction mu is
-   known; false: it is no number */
+/* Makes the states of cell i that were not given steady at a rate; where mu is not NULL, the first of them follows from
+   the friction mu. Returns false where a state is not finite. */
 static PetscBool FillStates(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal rate,
                             const PetscReal *mu)
 {
@@ -146,7 +146,7 @@ static PetscBool FillStates(SlipFault fault, const SlipFrictionCells *friction, 
   return good;
 }
 
-/* Are all states of cell i given? */
+/* Returns whether all states of cell i are given. */
 static PetscBool KnowsStates(SlipFault fault, PetscInt i)
 {
   for (PetscInt k = 0; k < fault->layout.states; k++)
@@ -154,9 +154,9 @@ static PetscBool KnowsStates(SlipFault fault, PetscInt i)
   return PETSC_TRUE;
 }
 
-/* Rate and state that were not given, as far as that does not need the stress. Fields keep theta. All cells at the rate
-   of loading, with the state that is steady there, would be an equilibrium, and where cells weaken an unstable one,
-   which only rounding leaves: unless a rate is given cells that weaken begin locked, as some time after an event. */
+/* Fills in the rate and state that were not given, as far as they do not need the stress. The fields contain theta. All
+   cells at the loading rate in the steady state would be an equilibrium, unstable where cells weaken, which only
+   rounding leaves: unless a rate is given, cells that weaken begin locked, as some time after an event. */
 static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *friction, PetscBool traction)
 {
   PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE];
@@ -196,7 +196,7 @@ static PetscErrorCode FillStart(SlipFault fault, const SlipFrictionCells *fricti
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* T0 = sigma mu + H (v - v_inf): what balances the start, along the rake. */
+/* Sets T0 = sigma mu + H (v - v_inf), which balances the start, along the rake. */
 static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *friction)
 {
   const PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *vinf = fault->fields.cell[FIELD_LOADING_RATE], *f;
@@ -227,7 +227,7 @@ static PetscErrorCode FillTraction(SlipFault fault, const SlipFrictionCells *fri
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Room for what right-hand sides find */
+/* Creates the vectors that right-hand sides fill. */
 static PetscErrorCode CreateRoom(SlipFault fault)
 {
   Vec *vecs[] = {&fault->balance.u, &fault->balance.rate, &fault->balance.force};
@@ -238,7 +238,7 @@ static PetscErrorCode CreateRoom(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After the operators are known. The start, and what right-hand sides need. */
+/* Sets up the start, and what right-hand sides need; after the operators are set up. */
 PetscErrorCode SlipFaultBalanceSetUp(SlipFault fault)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -288,8 +288,8 @@ PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault)
 
 /* ---- slip rates ---- */
 
-/* Of two components, from the stress tau that friction and radiation damping balance: its magnitude gives that of v,
-   along it; the rates of u and s into f, unless NULL */
+/* Finds rates of two components from the stress tau that friction and radiation damping balance: v is along tau, and
+   |v| follows from its magnitude. The rates of u and s go into f, unless that is NULL. */
 static void BalanceVectors(SlipFault fault, const SlipFrictionCells *friction, const PetscReal tau[],
                            const PetscReal a[], PetscReal v[], PetscReal f[])
 {
@@ -303,8 +303,8 @@ static void BalanceVectors(SlipFault fault, const SlipFrictionCells *friction, c
     for (PetscInt k = 0; k < 2; k++) v[2 * i + k] = size[i] > 0 ? speed[i] * (tau[2 * i + k] / size[i]) : 0;
 }
 
-/* The shear stress that friction and radiation damping balance, of a number for each component and cell; shear NULL: no
-   load */
+/* Computes the shear stress that friction and radiation damping balance, for each component and cell; shear NULL: no
+   load. */
 static void StressToBalance(SlipFault fault, const PetscReal *restrict shear, const PetscReal *restrict force,
                             const PetscReal *restrict vinf, PetscReal *restrict tau)
 {
@@ -319,7 +319,7 @@ static void StressToBalance(SlipFault fault, const PetscReal *restrict shear, co
     for (PetscInt i = 0; i < n; i++) tau[i] = shear[i] - force[i] + eta * weight[i / c] * vinf[i];
 }
 
-/* Those of displacements, and none of rates, into the rates f of a state */
+/* Writes the rates of displacements into the rates f of a state, and 0 for those of slip rates. */
 static void RatesOfDisplacement(SlipFault fault, const PetscReal *restrict v, const PetscReal *restrict vinf,
                                 PetscReal *restrict f)
 {
@@ -333,7 +333,7 @@ static void RatesOfDisplacement(SlipFault fault, const PetscReal *restrict v, co
     }
 }
 
-/* b->rate of the state w at t, and unless F is NULL its rates */
+/* Computes b->rate for the state w at t, and the rates F of the state unless F is NULL. */
 PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -397,7 +397,7 @@ PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Put b->rate into the state w. */
+/* Puts b->rate into the state w. */
 PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
 {
   const PetscReal *v;
@@ -418,7 +418,7 @@ PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The state of the start */
+/* Fills w with the start. */
 PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
 {
   const PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *vinf = fault->fields.cell[FIELD_LOADING_RATE];
@@ -435,12 +435,12 @@ PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w)
   }
   PetscCall(VecRestoreArray(w, &a));
   if (fault->kind.inertia || fault->balance.eta == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SlipFaultRates(fault, 0, w, NULL)); /* "traction" with a state of its own has another rate */
+  PetscCall(SlipFaultRates(fault, 0, w, NULL)); /* "traction" with a given state has another rate */
   PetscCall(SlipFaultPutRates(fault, w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The friction of a state, as the reaction that it is in other laws */
+/* Computes the friction of a state in the form of the reaction of other laws. */
 PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w, Vec r)
 {
   const PetscReal *a;

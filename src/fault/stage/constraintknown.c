@@ -1,11 +1,11 @@
-/* Products that stages need not make, as those before have made them: what the medium is told at a stage's start and at
-   its end. */
+/* Passes to the medium the products with K that are known already at a stage's start and at its end, so that stages do
+   not compute them again. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
 
-/* Of a fault that is loaded or heals nothing is known of a step's end, SlipFaultStoreEnd(), but the last product of
-   its solve. What output has asked for must not change the rounding of the next step: its stages begin with sums
-   always, for which the products with the start, w, and with the loading are here. */
+/* SlipFaultStoreEnd() stores nothing at a step's end for a fault that is loaded or heals, and only the last product of
+   the solve is cached. Output must not change the rounding of the next step. Its stages therefore always begin with
+   sums of the products with the start, w, and with the loading, which are computed here. */
 static PetscErrorCode KnowWhole(SlipFault fault, Vec w)
 {
   Vec u, product;
@@ -22,8 +22,8 @@ static PetscErrorCode KnowWhole(SlipFault fault, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* K u0 is known where those of the states are that the stage starts from: u0 = base_u + theta (ex_u - v_inf), of slips
-   and slip rates of those. */
+/* K u0 follows from cached products, as u0 = base_u + theta (ex_u - v_inf) is a sum of slips and slip rates of the
+   states that the stage starts from. */
 PetscErrorCode SlipFaultStoreStart(SlipFault fault, const SlipStage *stage)
 {
   const PetscBool explicit_part = stage->explicit_part ? PETSC_TRUE : PETSC_FALSE;
@@ -54,10 +54,9 @@ PetscErrorCode SlipFaultStoreStart(SlipFault fault, const SlipStage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the solve has left: B x = g + c, and of the end u = u0 + theta x. Of a fault that is loaded or heals nothing is
-   known of a step's end, so that its next one starts from products of its own: displacements of years lie behind the
-   stress at which slip begins, and with rounding that adds up from step to step one block had 113 events in place of
-   20. */
+/* Stores products of the solve: B x = g + c, and that of the end u = u0 + theta x. A fault that is loaded or heals
+   stores none at a step's end, and its next step computes its own. Displacements of years lie behind the stress at
+   which slip begins: with rounding that added up from step to step, one block had 113 events instead of 20. */
 PetscErrorCode SlipFaultStoreEnd(SlipFault fault, Vec g, Vec x, Vec w)
 {
   const PetscReal factor[] = {1, fault->stage.theta};

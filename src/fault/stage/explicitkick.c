@@ -1,21 +1,21 @@
-/* The fault's part in explicit steps (TSMOREAU): one product with K and one with H a step, and each cell by itself in
-   between. What the step has computed is kept, so that outputs, energies and observations of its nodes need none. */
+/* Computes the fault's part in explicit steps (TSMOREAU): one product with K and one with H a step, and in between each
+   cell by itself. Its results are cached for outputs, energies and observations of the step's nodes. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <string.h>
 #include <slipstep/private/slipwork.h>
 
-/* Error of a product with H, of the accuracy of the run: of the history of slip it makes a half of that, or less */
+/* Error of a product with H over the accuracy of the run; at most half of it enters the error of the slip history */
 static const PetscReal share_of_accuracy = 0.02;
 
-/* Is all damping a cell's own? */
+/* Returns whether all damping depends on a cell's own rate alone. */
 static PetscBool Radiates(SlipFault fault)
 {
   return strcmp(fault->kind.viscosity, "radiation") ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* v - v_inf of a state */
+/* Computes v - v_inf of a state. */
 static PetscErrorCode Relative(SlipFault fault, Vec w, Vec relative)
 {
   PetscFunctionBegin;
@@ -26,7 +26,7 @@ static PetscErrorCode Relative(SlipFault fault, Vec w, Vec relative)
 
 /* ---- SlipExplicitOps ---- */
 
-/* T - f(u, 0, t), and what slip adds to the normal stress */
+/* Computes T - f(u, 0, t), and what slip adds to the normal stress. */
 static PetscErrorCode Drive(SlipConstraint con, PetscReal t, Vec w, Vec f, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -86,14 +86,14 @@ static PetscErrorCode Undamped(SlipConstraint con, PetscReal t, Vec w, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What cells move by in a kick */
+/* The inputs of a kick of the cells */
 typedef struct {
   SlipFrictionCells friction;
-  const PetscReal *push, *eta, *vinf; /* g, the damping of a cell's own rate, NULL: 0, and v_inf, of vectors of slip */
+  const PetscReal *push, *eta, *vinf; /* g, the damping of a cell's own rate (NULL: 0), and v_inf, of vectors of slip */
 } Kick;
 
-/* v of cell i after a of M dv/dt = g - eta (v - v_inf) + r, from base, by friction with the states s. Where cells open
-   their pressure is known at once: it stays as it is. */
+/* Computes v of cell i after the time a of M dv/dt = g - eta (v - v_inf) + r, from base, with friction of the states s.
+   Where cells open, the pressure is that of the kick's start. */
 static void KickCell(SlipFault fault, const Kick *kick, PetscInt i, PetscReal a, const PetscReal base[],
                      PetscBool backward, const PetscReal s[], PetscBool open, PetscReal v[], PetscBool *ok)
 {
@@ -121,8 +121,8 @@ static void KickCell(SlipFault fault, const Kick *kick, PetscInt i, PetscReal a,
   for (PetscInt k = 0; k < plane; k++) v[k] = speed > 0 ? speed * (load[k] / size) : 0;
 }
 
-/* Of friction that does not depend on the rate a kick is exact; else Alexander's second formula, of second order and
-   L-stable as friction at low rates is stiff */
+/* A kick is exact for friction that does not depend on the rate. Else it uses Alexander's second formula, which is of
+   second order and L-stable, as friction at low rates is stiff. */
 static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Vec g, Vec w, PetscBool *ok, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -182,7 +182,7 @@ static PetscErrorCode KickCells(SlipConstraint con, PetscReal t, PetscReal a, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* du/dt = v - v_inf, and the states. What closes stops: it does not bounce. */
+/* Advances du/dt = v - v_inf and the states. A cell that closes stops: it does not bounce. */
 static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, PetscReal h, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -202,7 +202,7 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
     PetscCall(SlipFaultStickRun(fault, KERNEL_STICK_DRIFT, 1, &h, 2, there));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (fault->kind.coupled) /* that of the start, where states follow it */
+  if (fault->kind.coupled) /* friction of the start, where states follow normal stress */
     friction = SlipFaultCellFriction(fault, fault->coupling.stress);
   else
     PetscCall(SlipFaultGetFriction(fault, t + 0.5 * h, &friction));
@@ -223,7 +223,7 @@ static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* That of the last right-hand side, if it is of this state */
+/* Stores the force of the last right-hand side, if it is that of this state. */
 static PetscErrorCode KeepForce(SlipFault fault, PetscReal t, Vec w)
 {
   SlipFaultSettled *s = &fault->settled;
@@ -262,7 +262,7 @@ static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec
     PetscCall(VecCopy(p, s->damping[node]));
   s->known[node] = PETSC_TRUE;
   s->time[node] = t;
-  if (!fault->balance.known) { /* of a run that goes on from a checkpoint */
+  if (!fault->balance.known) { /* the run continues from a checkpoint */
     PetscCall(SlipFaultGetWork(fault, &f));
     PetscCall(SlipProductsPush(SLIP_PRODUCTS_SETUP));
     PetscCall(Drive(con, t, w, f, ctx));
@@ -273,8 +273,8 @@ static PetscErrorCode Settle(SlipConstraint con, SlipNode node, PetscReal t, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x, the inner rate of the explicit step that led to the state w of t, K x [n], which the change of the force over the
-   step is, and Kn x, that of the normal stress, unless nx is NULL: *found tells whether there was one, and whether
+/* Gets x, the inner rate of the explicit step that led to the state w at t, K x [n], as the change of the force over
+   the step, and Kn x, as that of the normal stress, unless nx is NULL. *found is true if there was such a step and
    anything moved in it. Collective. */
 PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, Vec nx, PetscBool *found)
 {
@@ -287,11 +287,11 @@ PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Ve
   *found = PETSC_FALSE;
   PetscCall(SlipElasticRests(fault->medium, &rests));
   if (!rests || fault->kind.loaded || !s->forced) PetscFunctionReturn(PETSC_SUCCESS);
-  if (SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS); /* what closes moves by less than its rate says */
+  if (SlipFaultOpens(fault)) PetscFunctionReturn(PETSC_SUCCESS); /* what closes moves by less than its rate */
   if (nx && fault->device.device) PetscFunctionReturn(PETSC_SUCCESS);
   for (int node = 0; node < SLIP_NUM_NODES; node++)
     if (!s->known[node]) PetscFunctionReturn(PETSC_SUCCESS);
-  h = time[SLIP_NODE_END] - time[SLIP_NODE_START]; /* not of two steps, of which the second is half of a doubled one */
+  h = time[SLIP_NODE_END] - time[SLIP_NODE_START]; /* not two steps, the second of which is half of a doubled one */
   if (!(h > 0) || time[SLIP_NODE_END] != fault->balance.time ||
       PetscAbsReal(time[SLIP_NODE_INSIDE] - time[SLIP_NODE_START] - 0.5 * h) > (PetscReal)0.01 * h)
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,11 +1,11 @@
-/* The fault's constraint: elimination of u and s from a stage, and the strength as the bound of the reaction. */
+/* Formulates the fault's constraint: eliminates u and s from a stage, and bounds the reaction by the strength. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsnes.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipwork.h>
 
-/* u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w: the weights. Without
-   inertia the balance is that of the stage's end alone. */
+/* Computes u0 = base_u + theta (ex_u - v_inf), s0 = base_s + theta ex_s, c = (w M/theta) base_v + ex_v, w: the weights.
+   Without inertia the balance is that of the stage's end alone. */
 static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage)
 {
   const PetscReal theta = stage->theta;
@@ -34,8 +34,8 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
         c[k] = fault->mesh.weight[i] * (fault->operators.mass / theta) * base[rate] + (ex ? ex[rate] : 0);
       u0[k] = base[displacement] + theta * ((ex ? ex[displacement] : 0) - vinf[k]);
     }
-    /* A base below 0 is of a cell that has closed since the step's start, a w1 - b w0 of w1 = 0: backward differences
-       across an impact would have it bounce. */
+    /* A base below 0 belongs to a cell that has closed since the step's start, as a w1 - b w0 with w1 = 0: backward
+       differences across an impact would let it bounce. */
     if (SlipFaultOpens(fault) && base[SlipFaultDisplacementAt(fault, i) + 2] < 0) {
       const PetscReal fall = base[SlipFaultRateAt(fault, i) + 2];
 
@@ -50,9 +50,8 @@ static PetscErrorCode SlipFaultEliminate(SlipFault fault, const SlipStage *stage
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where cells open: x is the rate that opens a cell from the closed state, w/theta of the stage's end, as this and
-   nothing else must not be negative. v = x - u0/theta there, so that B v - c = B x - (c + B u0/theta), of the opening
-   in u0. */
+/* Where cells open, x is the rate that opens a cell from the closed state: w/theta of the stage's end, as only this
+   must not be negative. There v = x - u0/theta, so that B v - c = B x - (c + B u0/theta), for the opening in u0. */
 static PetscErrorCode CountFromClosed(SlipFault fault)
 {
   PetscReal *a, any = 0;
@@ -151,7 +150,7 @@ static PetscErrorCode Jacobian(SlipConstraint con, Vec x, Mat *B, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |v| of the cells of a vector of slip: v itself of one component, whose sign does not matter to friction */
+/* Returns |v| of the cells of a vector of slip; for one component v itself, whose sign does not matter to friction. */
 static const PetscReal *Speeds(SlipFault fault, const PetscReal v[])
 {
   const PetscInt c = fault->layout.components;
@@ -161,7 +160,7 @@ static const PetscReal *Speeds(SlipFault fault, const PetscReal v[])
   return fault->layout.sizes;
 }
 
-/* The same of a state: of one component v stays where it is, a block from the next cell's */
+/* Does the same for a state; for one component v stays in place, a block from the next cell's. */
 static const PetscReal *StateSpeeds(SlipFault fault, const PetscReal a[])
 {
   if (fault->layout.components == 1) return a + fault->layout.rate;
@@ -169,7 +168,7 @@ static const PetscReal *StateSpeeds(SlipFault fault, const PetscReal a[])
   return fault->layout.sizes;
 }
 
-/* The friction of cells whose pressure the constraint finds: strengths are over that */
+/* Returns the friction of cells whose pressure the constraint finds, as strength over pressure. */
 static SlipFrictionCells FrictionOverPressure(SlipFault fault)
 {
   SlipFrictionCells friction = SlipFaultCellFriction(fault, fault->coupling.one);
@@ -178,7 +177,7 @@ static SlipFrictionCells FrictionOverPressure(SlipFault fault)
   return friction;
 }
 
-/* q_i = mu(s_i, |v_i|) sigma_i and dq_i/d|v_i|, s the state at the stage's end; where cells open without sigma_i. */
+/* Computes q_i = mu(s_i, |v_i|) sigma_i, without sigma_i where cells open, and dq_i/d|v_i|; s: at the stage's end. */
 static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -218,7 +217,7 @@ static PetscErrorCode Bound(SlipConstraint con, Vec x, Vec q, Vec dq, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* dq_i of the slip of all cells: mu_i w_i theta (Kn dv)_i */
+/* Gets the change of q_i with the slip of all cells: mu_i w_i theta (Kn dv)_i. */
 static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -230,7 +229,7 @@ static PetscErrorCode Coupling(SlipConstraint con, Mat *C, Vec a, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* That of the last Bound(), where slip changes normal stress */
+/* Gets the friction of the last Bound(), where slip changes normal stress. */
 static PetscErrorCode StageFriction(SlipFault fault, SlipFrictionCells *friction)
 {
   PetscFunctionBegin;
@@ -243,8 +242,8 @@ static PetscErrorCode StageFriction(SlipFault fault, SlipFrictionCells *friction
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* dq_i/d|v_i| of laws that weaken with slip alone, at the state that the stage starts from. Healing, which takes years
-   and which a long stage sets against the weakening, does not count: instabilities take seconds. */
+/* Computes dq_i/d|v_i| of laws that weaken with slip alone, at the state that the stage starts from. Healing does not
+   count: it takes years, and a long stage sets it against the weakening, but instabilities take seconds. */
 static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -271,7 +270,7 @@ static PetscErrorCode StartSlope(SlipConstraint con, Vec dq, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Smooth laws: each cell's own balance */
+/* Solves each cell's own balance for smooth laws. */
 static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec f, Vec x, PetscBool *unstable,
                                  void *ctx)
 {
@@ -296,7 +295,7 @@ static PetscErrorCode SolveCells(SlipConstraint con, PetscReal omega, Vec D, Vec
       .diagonal = d[i], .omega = omega, .theta = fault->stage.theta, .s0 = s0 + fault->layout.states * i};
     PetscBool stable = PETSC_TRUE;
 
-    if (creeps && creeps[i]) { /* prescribed; of two components a vector, which is there */
+    if (creeps && creeps[i]) { /* the rate is prescribed, and for two components x contains it already */
       if (fault->layout.components == 1) v[i] = vinf[i];
       continue;
     }
@@ -330,7 +329,7 @@ static PetscErrorCode Reduce(SlipConstraint con, Vec w, Vec x, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* w = (v, u0 + theta v, s); the opening as CountFromClosed() has it */
+/* Sets w = (v, u0 + theta v, s), with the opening counted as in CountFromClosed(). */
 PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
 {
   SlipFrictionCells friction;
@@ -355,7 +354,7 @@ PetscErrorCode SlipFaultConstraintLift(SlipFault fault, Vec x, Vec w)
       a[SlipFaultRateAt(fault, i) + k] = v[c * i + k];
       a[SlipFaultDisplacementAt(fault, i) + k] = u0[c * i + k] + fault->stage.theta * v[c * i + k];
     }
-  for (PetscInt i = 0; i < fault->mesh.n && SlipFaultOpens(fault); i++) { /* what closes stops: it does not bounce */
+  for (PetscInt i = 0; i < fault->mesh.n && SlipFaultOpens(fault); i++) { /* closing cells stop: no bounce */
     const PetscReal open = fault->stage.theta * v[3 * i + 2];
 
     a[SlipFaultDisplacementAt(fault, i) + 2] = open;
@@ -380,7 +379,7 @@ static PetscErrorCode Lift(SlipConstraint con, Vec x, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* F = (-f(u, v - v_inf, t) + T, v - v_inf, ds/dt), in Pa, m/s, m/s. */
+/* Computes F = (-f(u, v - v_inf, t) + T, v - v_inf, ds/dt), in Pa, m/s, m/s. */
 PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFrictionCells friction;
@@ -401,7 +400,7 @@ PetscErrorCode SlipFaultSmooth(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(SlipFaultGetRate(fault, w, rel));
   if (fault->kind.loaded) PetscCall(VecAXPY(rel, -1, fault->operators.vinf));
-  if (fault->balance.known) { /* of an explicit step, which knows both */
+  if (fault->balance.known) { /* an explicit step has cached both */
     Vec damping;
 
     PetscCall(SlipFaultGetWork(fault, &damping));
@@ -470,7 +469,7 @@ static PetscErrorCode AddReaction(SlipConstraint con, PetscReal a, Vec r, Vec F,
 
       if (k < 2)
         *force += a * tau[c * i + k];
-      else if (tau[c * i + k] > 0) /* whatever presses a closed cell, it stays closed: r of an impact does not go on */
+      else if (tau[c * i + k] > 0) /* a closed cell stays closed under pressure: r of an impact does not go on */
         *force = 0;
     }
   PetscCall(SlipArraysRestore(2, arrays));
@@ -499,7 +498,7 @@ static PetscErrorCode SolveMass(SlipConstraint con, Vec F, Vec k, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* q = mu(s, |v|) sigma_n w [Pa], a vector of cells, of a state at t; the weights w are 1 on a grid. */
+/* Computes q = mu(s, |v|) sigma_n w [Pa], a vector of cells, for a state at t; the weights w are 1 on a grid. */
 PetscErrorCode SlipFaultStrength(SlipFault fault, PetscReal t, Vec w, Vec q)
 {
   SlipFrictionCells friction;

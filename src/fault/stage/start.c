@@ -1,11 +1,11 @@
-/* The state of a fault: its vector and its start. */
+/* Creates the state vector of a fault and fills it with the start. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 
 /*@
-  SlipFaultCreateState - create a vector for the state w: block size 3, (v [m/s], u [m], s [m]) per cell, or with two
-  components of
-                         slip block size 5, (v, v, u, u, s), and more where the friction law has several states s
+  SlipFaultCreateState - creates a vector for the state w of block size 3, (v [m/s], u [m], s [m]) per cell
+
+  The block size is 5, (v, v, u, u, s), where slip has two components, and larger where the law has several states s.
 
   Collective; after SlipFaultSetUp().
 
@@ -13,7 +13,7 @@
 . fault - the fault
 
   Output Parameter:
-. w - zero, of global size 3 N, or 5 N, or more; destroy it
+. w - vector of zeros, of global size 3 N, or 5 N, or more; the caller destroys it
 
   Level: beginner
 
@@ -38,28 +38,28 @@ PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w)
 }
 
 /*@
-  SlipFaultSetInitialState - set the initial state that -fault_initial selects
+  SlipFaultSetInitialState - sets the initial state that -fault_initial selects
 
   Collective. "critical": v = 0, s = 0, u = -(1 + perturbation) K^-1 q(0), so that -K u slightly exceeds the strength
   everywhere; "rest" and "traction": all zero. The shear stress is T0 - K u, T0 the field initial_traction.
 
-  With rate-and-state friction u = 0, and "rate" takes v and theta from the fields initial_rate and initial_state and
-  makes T0 what balances them, sigma mu + H (v - v_inf); "traction" has T0 given, and v follows from theta, or theta
-  from v where initial_state is not given. Where no initial_rate is given it is the loading rate, and with "rate" a
-  thousandth of that in cells that weaken with the rate: all of them at the loading rate, in the state that is steady
-  there, would be an unstable equilibrium.
+  With rate-and-state friction u = 0. "rate" takes v and theta from the fields initial_rate and initial_state, and
+  computes T0 as what balances them, sigma mu + H (v - v_inf). "traction" takes T0 as given, and v follows from theta,
+  or theta from v where initial_state is not given. initial_rate is by default the loading rate, and with "rate" a
+  thousandth of that in cells that weaken with the rate: if all cells slid at the loading rate, in the state that is
+  steady there, the start would be an unstable equilibrium.
 
   Input Parameters:
 + fault - the fault
-- w     - of SlipFaultCreateState(); overwritten
+- w     - state of SlipFaultCreateState(); overwritten
 
   Options Database Keys:
-+ -fault_initial <auto,critical,rest,traction,rate> - which start; auto: rate with smooth friction, else critical
++ -fault_initial <auto,critical,rest,traction,rate> - selects the start; auto: rate with smooth friction, else critical
 . -fault_initial_perturbation <1e-5>      - relative excess of the critical start, dimensionless
 . -fault_initial_traction <T0>            - shear stress of "traction" [Pa], or a field of -fault_parameters
-- -fault_initial_unstable <no>            - "traction" may exceed the strength: the fault begins to slip at once. A line
-                                            says where, and how many cells are outside of the largest patch of such
-                                            cells
+- -fault_initial_unstable <no>            - allows "traction" to exceed the strength: the fault begins to slip at once.
+                                            A line says where, and how many such cells are outside of their largest
+                                            patch
 
   Level: beginner
 
@@ -96,8 +96,8 @@ PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Vector of cells: slip [m] of the state w at t, of two components its magnitude: s, or where that is the state of
-   friction the displacement since the start and that of the loading */
+/* Computes a vector of cells with the slip [m] of the state w at t, or its magnitude for two components: s, or where s
+   is the state of friction, the displacement since the start plus that of the loading. */
 PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w, Vec slip)
 {
   const PetscReal *vinf = fault->fields.cell[FIELD_LOADING_RATE], *a, *uc;

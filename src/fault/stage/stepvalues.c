@@ -1,9 +1,9 @@
-/* What several observers need of the end of a step: who asks first has it computed, the others get the same. What is
-   known is known of a state under the load of a time (SlipFaultMoment). Sums over the cells are in faultobserve.c. */
+/* Caches values at the end of a step that several observers need, so that only the first of them computes. A value is
+   valid for one state under the load of one time (SlipFaultMoment). faultobserve.c computes sums over the cells. */
 #include <slipstep/private/slipfault.h>
 
-/* Collective. The traction is the static one of the state, which the next step starts from: where a cell has just come
-   to rest it does not contain the impulse that stopped it. Weighted by area. */
+/* Computes the static traction of the state, which the next step starts from, weighted by area. Where a cell has just
+   come to rest it does not contain the impulse that stopped it. Collective. */
 PetscErrorCode SlipFaultTraction(SlipFault fault, PetscReal time, Vec w, Vec r)
 {
   PetscFunctionBegin;
@@ -34,7 +34,7 @@ PetscErrorCode SlipFaultStepTraction(SlipFault fault, PetscReal time, Vec w, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Largest |v| [m/s] */
+/* Gets the largest |v| [m/s]. */
 PetscErrorCode SlipFaultStepRate(SlipFault fault, PetscReal time, Vec w, PetscReal *largest)
 {
   SlipFaultStepValues *known = &fault->known.step;

@@ -1,24 +1,24 @@
-/* Friction that sticks in explicit steps without inertia. Cell by cell the slip rate is a function of the stress,
+/* Computes friction that sticks in explicit steps without inertia. In each cell the slip rate is a function of stress,
 
       eta v = max(|T - K u + eta v_inf| - q(s, |v|), 0) along that stress,
 
-   continuous, with a kink where a cell starts or stops: it is a right-hand side for TSRKC, TSRK and TSADAMS, whose
-   cells rest with v = 0 exactly. While all of them do, until the next one starts, nothing is solved: such a step is one
-   of constant rates, which formulas of any order add up to the state that SlipFaultRest() knows. */
+   continuous, with a kink where a cell starts or stops. It is a right-hand side for TSRKC, TSRK and TSADAMS, whose
+   cells rest with v = 0 exactly. While all of them rest, until the next one starts, nothing is solved: such a step has
+   constant rates, which formulas of any order add up to the state that SlipFaultRest() finds. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 #include <slipstep/private/slipwork.h>
 
-/* Of the end of an event: slip that may be left, over the tolerance of a step; solves with what slides, each to a share
-   of its stress, and products of each at most */
+/* At the end of an event: the slip that may remain, over the tolerance of a step; the share of stress to which solves
+   with the sliding cells converge; and the largest numbers of solves and of products in each. */
 #define LANDING_SLIP 0.1
 #define LANDING_SHARE 1e-3
-#define LANDING_FAR 1e3 /* steps of a rupture up to its end, with fewer of which it is cheaper to go on */
+#define LANDING_FAR 1e3 /* steps of a rupture up to its end, below which going on is cheaper */
 enum { LANDING_SOLVES = 8, LANDING_PRODUCTS = 200 };
 
-/* Tolerances of a state: errors of u and s count against d_c or the largest displacement so far (tolerance.c), by
-   rtol */
+/* Sets the tolerances of a state: errors of u and s are measured against d_c or the largest displacement so far
+   (tolerance.c), times rtol. */
 PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, PetscReal atol[])
 {
   SlipFaultBalance *b = &fault->balance;
@@ -37,7 +37,7 @@ PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, Pets
     if (!weakens || wanted < rtol * scale) follows = PETSC_TRUE;
     least = PetscMin(least, scale);
     for (PetscInt k = 0; k < fault->layout.components; k++) {
-      atol[SlipFaultRateAt(fault, i) + k] = 1; /* it has no rate */
+      atol[SlipFaultRateAt(fault, i) + k] = 1; /* nothing integrates the rate */
       atol[SlipFaultDisplacementAt(fault, i) + k] = wanted;
     }
     for (PetscInt k = 0; k < fault->layout.states; k++) atol[SlipFaultStateAt(fault, i) + k] = wanted;
@@ -48,8 +48,9 @@ PetscErrorCode SlipFaultStickingTolerances(SlipFault fault, PetscReal rtol, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The friction of a state as a reaction, weighted: of sliding cells the strength, of others what balances the stress. A
-   product less than SlipConstraintInitialReaction() where the last right-hand side was that of the state. */
+/* Computes the friction of a state as a weighted reaction: the strength of sliding cells, and what balances the stress
+   of others. Where the last right-hand side was that of the state, SlipConstraintInitialReaction() needs a product
+   more. */
 PetscErrorCode SlipFaultStickingTraction(SlipFault fault, PetscReal t, Vec w, Vec r)
 {
   const PetscReal *weight = fault->mesh.weight, eta = fault->balance.eta;
@@ -82,9 +83,9 @@ PetscErrorCode SlipFaultStickingTraction(SlipFault fault, PetscReal t, Vec w, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a cell that starts or stops within a step, its rate and the square of that in the middle by which Simpson's rule
-   gives its slip and what is radiated as its rate grows or falls by a straight line: rate [c], *along its way, which
-   may be negative, and *square; false: it slides, or rests, all the while. from, to: the step's ends, as states */
+/* For a cell that starts or stops within a step, finds the rate and its square in the middle with which Simpson's rule
+   gives the slip and the radiated energy of a rate that changes linearly: rate [c]; *along, its size, which may be
+   negative; *square. Returns false for a cell that slides, or rests, all the while. from, to: the states at the ends */
 static PetscBool StartsOrStops(SlipFault fault, PetscInt i, const PetscReal from[], const PetscReal to[], PetscReal dt,
                                const PetscReal vinf[], PetscReal rate[], PetscReal *along, PetscReal *square)
 {
@@ -102,8 +103,8 @@ static PetscBool StartsOrStops(SlipFault fault, PetscInt i, const PetscReal from
   return PETSC_TRUE;
 }
 
-/* SlipFaultGetPowers(), r being the friction of the state, in one pass. step: the state is the middle of that, or
-   NULL */
+/* Does SlipFaultGetPowers(), r being the friction of the state, in one pass. step: the step of which the state is the
+   middle, or NULL. */
 PetscErrorCode SlipFaultStickingPowers(SlipFault fault, PetscReal t, Vec w, const SlipFaultStickingStep *step,
                                        PetscReal power[3], PetscReal friction[])
 {
@@ -157,7 +158,7 @@ PetscErrorCode SlipFaultStickingPowers(SlipFault fault, PetscReal t, Vec w, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of cells: the slip rate to which stress and strength drive each [m/s], less than 0 of one that friction holds */
+/* Computes for each cell the slip rate to which stress and strength drive it [m/s], below 0 where friction holds it. */
 PetscErrorCode SlipFaultStickingPush(SlipFault fault, PetscReal t, Vec w, Vec push)
 {
   const PetscReal *weight = fault->mesh.weight, eta = fault->balance.eta;
@@ -199,7 +200,7 @@ PetscErrorCode SlipFaultStickingPush(SlipFault fault, PetscReal t, Vec w, Vec pu
 
 /* ---- the end of an event ---- */
 
-/* Zero where a cell does not slide, by its rate */
+/* Sets x to zero in cells that do not slide. */
 static PetscErrorCode KeepSliding(SlipFault fault, Vec x)
 {
   const PetscInt c = fault->layout.components;
@@ -217,7 +218,7 @@ static PetscErrorCode KeepSliding(SlipFault fault, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* K x = r of the cells that slide, by conjugate gradients to LANDING_SHARE of r, which is lost */
+/* Solves K x = r for the sliding cells by conjugate gradients to LANDING_SHARE of r, and overwrites r. */
 static PetscErrorCode SolveSliding(SlipFault fault, Vec r, Vec x)
 {
   PetscReal square, first, next, curvature;
@@ -246,7 +247,7 @@ static PetscErrorCode SolveSliding(SlipFault fault, Vec r, Vec x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u and s of the state w after a slip x more */
+/* Adds a slip x to u and s of the state w. */
 static PetscErrorCode AddSlip(SlipFault fault, Vec x, Vec w)
 {
   const PetscInt c = fault->layout.components;
@@ -265,11 +266,11 @@ static PetscErrorCode AddSlip(SlipFault fault, Vec x, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the fault come to rest at once, within what the tolerance lets it slip? At its end an event dies away
-   exponentially, for ever but for rounding, and long explicit steps do not follow that. The slip that is left takes the
-   stress by which sliding cells exceed their strength: K du = eta v of those, repeated as du weakens them and loads
-   others. It is tried when the largest rate has halved since the last step, which that of a nucleation or of steady
-   creep has not, and is so small that the slip which is left does not count. */
+/* Brings the fault to rest at once, if that is within the tolerance. An event ends by dying away exponentially, for
+   ever but for rounding, and long explicit steps do not follow that. The remaining slip relieves the stress by which
+   sliding cells exceed their strength: K du = eta v in those, repeated as du weakens them and loads others. The
+   function tries this when the largest rate has halved since the last step, as it does not in a nucleation or in steady
+   creep, and is so small that the remaining slip is negligible. */
 static PetscErrorCode Land(SlipFault fault, PetscReal t, Vec w, PetscBool *landed)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -309,8 +310,8 @@ static PetscErrorCode Land(SlipFault fault, PetscReal t, Vec w, PetscBool *lande
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Before a step: if all cells rest, it is one until the next of them starts, the loading has a corner or the run ends;
-   else TSRK, which asks nobody, is to end it at a corner. */
+/* Prepares a step: if all cells rest, it lasts until one of them starts, the loading has a corner or the run ends. Else
+   it must end at a corner, which TSRK does not look for. */
 PetscErrorCode SlipFaultBeginRest(SlipFault fault, TS ts)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -346,8 +347,7 @@ PetscErrorCode SlipFaultBeginRest(SlipFault fault, TS ts)
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTNONE, &constant));
   if (constant) b->next = h;
   h = end - t;
-  if (t + h < end)
-    h = nextafter(h, PETSC_MAX_REAL); /* a step that ends by rounding before it would leave another one */
+  if (t + h < end) h = nextafter(h, PETSC_MAX_REAL); /* a step that rounding ends too early would need another one */
   PetscCall(VecWAXPY(b->way, -1, w, b->rested));
   PetscCall(VecScale(b->way, 1 / h));
   PetscCall(TSSetTimeStep(ts, h));
@@ -355,7 +355,7 @@ PetscErrorCode SlipFaultBeginRest(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After such a step */
+/* Finishes such a step. */
 PetscErrorCode SlipFaultEndRest(SlipFault fault, TS ts)
 {
   SlipFaultBalance *b = &fault->balance;

@@ -1,29 +1,29 @@
-/* How large the local error of a step may be, for faults that rest and creep for years between events.
+/* Limits the local error of a step on faults that rest and creep for years between events.
 
-   What such runs are about are the times and the slips of events. A slip is right when it is so against d_c, in which
-   strength changes; a slip rate against the largest one of the fault now. Each cell counts by itself, as an event
-   begins in a few of them. While all is slow, rates do not count: they jump whenever a cell joins or leaves those that
-   slide, within the time that inertia or radiation take for one cell, in which a slow slip is no slip at all.
+   The results of such runs are the times and the slips of events. The error of a slip is measured against d_c, over
+   which strength changes, and that of a slip rate against the fault's largest rate now. Each cell counts by itself, as
+   an event begins in a few of them. While all is slow, rates do not count: they jump whenever a cell starts or stops
+   sliding, within the time that inertia or radiation take for one cell, in which a slow slip is negligible.
 
-   With inertia a rate lasts, and its error is that of the slip which it leads to: times the time in which the cell
-   would swing, against d_c. Relative to the rate itself it would be too loose while an event slips, and too tight while
-   the cell creeps, where long steps do not follow the swing.
+   With inertia a rate lasts, and its error is that of the slip which it leads to: the rate times the time in which the
+   cell would swing, against d_c. Relative to the rate itself the limit would be too loose while an event slips, and too
+   tight while the cell creeps, where long steps do not follow the swing.
 
-   A cell of constant friction has no d_c: its strength does not fall with slip, nothing there is unstable, and without
-   inertia stages that end in balance are exact whatever the step while slip goes on in one direction. Its slip is right
-   when it is so against the largest displacement of the fault so far, the only slip that such a run knows of. */
+   A cell of constant friction has no d_c: its strength does not fall with slip, so that nothing there is unstable.
+   Without inertia, stages that end in balance are exact at any length while slip goes on in one direction. Its slip is
+   measured against the largest displacement of the fault so far, the only slip that such a run can compare it with. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
-/* Wanted errors in units of the relative tolerance: of the slip and the state over d_c, of the slip rate over the
-   largest one, which the next steps forget unless it grows, and of the slip that a rate leads to, which they keep */
+/* Wanted errors over the relative tolerance: of the slip and the state over d_c, of the slip rate over the largest one,
+   which later steps correct unless it grows, and of the slip that a rate leads to, which they do not correct. */
 static const PetscReal of_slip = 1, of_rate = 10, of_swing = 0.05;
-/* What a step of second order leaves of a strength that falls with slip, likewise: the slip over d_c, cubed, times the
-   share of the weakening rate that the cell still has; whatever the embedded estimate sees of it in cells that begin or
-   cease to slip within the step. */
+/* Likewise, the error of a second-order step where strength falls with slip: the slip over d_c, cubed, times the share
+   of the weakening rate that the cell still has. It does not depend on the embedded estimate, which may miss cells that
+   begin or cease to slip within the step. */
 static const PetscReal of_cube = 0.5;
 
-/* The slip against which that of a cell counts [m]. *weakens: it is d_c, else the largest displacement */
+/* Returns the slip against which the error of a cell is measured [m]: d_c where the cell weakens, else displacement. */
 PetscReal SlipFaultSlipScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i, PetscReal displacement,
                              PetscBool *weakens)
 {
@@ -31,13 +31,13 @@ PetscReal SlipFaultSlipScale(SlipFault fault, const SlipFrictionCells *friction,
   return *weakens ? fault->fields.cell[FIELD_FRICTION_SLIP][i] : displacement;
 }
 
-/* Size of what opens a cell, of a state or an error from its displacement on; 0 where cells do not open */
+/* Returns the size of the opening in a state or an error, from its displacement on; 0 where cells do not open. */
 static PetscReal Opening(SlipFault fault, const PetscReal u[])
 {
   return PetscAbsReal(SlipFaultAcross(fault, u));
 }
 
-/* The largest |u| or opening of a state [m]; SLIP_FAULT_ATOL: it has not moved. Collective. */
+/* Finds the largest |u| or opening of a state [m]; SLIP_FAULT_ATOL means no motion yet. Collective. */
 PetscErrorCode SlipFaultLargestDisplacement(SlipFault fault, Vec w, PetscReal *largest)
 {
   const PetscReal *a;
@@ -53,10 +53,10 @@ PetscErrorCode SlipFaultLargestDisplacement(SlipFault fault, Vec w, PetscReal *l
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Without inertia the rate is what the balance makes of the slip, and changes with it at once: its error is that of the
-   slip times K/(H + theta K) of the cell. K/H would do for short steps; in long ones the next stage takes most of such
-   an error away again. slow: the least of the cells' rates d_c over the time that inertia or radiation take. swing: of
-   cells with inertia that weaken with slip, which largest leaves out, the error over the wanted one. */
+/* Without inertia the balance gives the rate from the slip at once: its error is that of the slip times K/(H + theta K)
+   of the cell. K/H would do for short steps; after long ones the next stage removes most of such an error. slow: the
+   least of the cells' rates d_c over the time that inertia or radiation take. swing: for cells with inertia that weaken
+   with slip, which are not in largest, the error over the wanted one. */
 static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal tolerance, const SlipFrictionCells *friction,
                                 PetscReal displacement, Vec e, PetscReal *largest, PetscReal *slow, PetscReal *swing)
 {
@@ -93,7 +93,7 @@ static PetscErrorCode RateError(SlipFault fault, PetscReal rtol, PetscReal toler
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rate of weakening with slip of cell i, which weakens, in the state s, over the friction drop by d_c: at most 1 */
+/* Returns the rate of weakening with slip of cell i in the state s, over the friction drop by d_c: at most 1. */
 static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, const PetscReal s[])
 {
   PetscReal mu, ds, dv;
@@ -102,9 +102,9 @@ static PetscReal Weakening(const SlipFrictionCells *friction, PetscInt i, const 
   return PetscMin(1, -ds * friction->slip[i] / friction->drop[i]);
 }
 
-/* Of a smooth law: a slip counts against d_c, the state, a logarithm, and with inertia the slip rate against itself by
-   the same share, as each then changes the friction by as much. Without inertia the rate is what the balance makes of
-   the others. */
+/* Norm for a smooth law. The slip is measured against d_c, and the state, a logarithm, by the same share; with inertia
+   also the slip rate against itself: equal shares change the friction equally. Without inertia the balance gives the
+   rate. */
 static PetscErrorCode SmoothErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Vec w0, Vec w1, PetscReal *E)
 {
   const PetscReal *a, *b, *c, *vinf = fault->fields.cell[FIELD_LOADING_RATE],
@@ -129,9 +129,9 @@ static PetscErrorCode SmoothErrorNorm(SlipFault fault, PetscReal rtol, Vec e, Ve
 }
 
 /*
-  SlipFaultErrorNorm - the largest of the cells' errors over the wanted ones
+  SlipFaultErrorNorm - finds the largest ratio of a cell's error to the wanted one
 
-  Collective. e: local error of a step h from w0 to w1, the state of the time t.
+  Collective. e: local error of a step h from w0 to w1; w1: the state at the time t.
 */
 PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, PetscReal h, Vec e, Vec w0, Vec w1,
                                   PetscReal *E)
@@ -185,30 +185,30 @@ PetscErrorCode SlipFaultErrorNorm(SlipFault fault, PetscReal rtol, PetscReal t, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does stress change with time, so that one event follows another? */
+/* Returns whether stress changes with time, so that one event follows another. */
 static PetscBool IsLoaded(SlipFault fault)
 {
   return fault->kind.sequence || fault->loads.pressed ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Share of the largest displacement against which slips count as a rupture begins */
+/* Share of the largest displacement against which slips are measured as a rupture begins */
 static const PetscReal of_displacement = 0.1;
 
-/* Likewise in explicit steps without inertia. As the only rupture of a run begins, what is wrong with its slip grows
-   with it, and makes it earlier or later: slips count against the displacement so far as long as that is of the order
-   of d_c. */
+/* Returns the scale of a slip in explicit steps without inertia. As the only rupture of a run begins, errors of slip
+   grow with it and make it earlier or later: slips are measured against the displacement so far while that is of the
+   order of d_c. */
 PetscReal SlipFaultStickingScale(SlipFault fault, PetscReal scale, PetscBool weakens, PetscReal displacement)
 {
   return weakens && !IsLoaded(fault) ? PetscMin(scale, of_displacement * displacement) : scale;
 }
 
 /*
-  SlipFaultStickingErrorNorm - likewise, of an explicit step without inertia that ended in w1 at the last right-hand
-  side
+  SlipFaultStickingErrorNorm - does the same for an explicit step without inertia, which ends in w1 at the last
+  right-hand side
 
-  Collective. Formulas of higher order that average no stop need no more than the first two of these errors, of slips
-  and, of faults that are loaded, of the rates that follow from them: by those a later nucleation counts against itself,
-  long before its slip does.
+  Collective. Formulas of higher order that do not average over a stop need only the first two of these errors: of slips
+  and, where the fault is loaded, of the rates that follow from them. The latter measures a later nucleation against
+  itself, long before its slip is large.
 */
 PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, PetscReal theta, Vec e, Vec w0, Vec w1,
                                           PetscReal *E)
@@ -220,7 +220,7 @@ PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Petsc
   Vec diagonal[2];
 
   PetscFunctionBegin;
-  PetscCall(SlipFaultGetFriction(fault, 0, &friction)); /* of which no stress is asked for */
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction)); /* no stress is needed, so any time will do */
   PetscCall(SlipFaultLargestDisplacement(fault, w1, &displacement));
   PetscCall(SlipElasticGetDiagonals(fault->medium, &diagonal[0], &diagonal[1]));
   const SlipArrays arrays[] = {{e, .read = &a},
@@ -253,7 +253,7 @@ PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* K u.u of the fault that slips as a whole, over its area [Pa/m]: no other slip costs less stress, but for its shape */
+/* Finds K u.u of a fault that slips as a whole, over its area [Pa/m]: no other slip costs less, but for its shape. */
 PetscErrorCode SlipFaultLeastStiffness(SlipFault fault, PetscReal *stiffness)
 {
   Vec u, ku;
@@ -276,11 +276,11 @@ PetscErrorCode SlipFaultLeastStiffness(SlipFault fault, PetscReal *stiffness)
 }
 
 /*
-  SlipFaultLoadTolerance - what the pressure of the cells may be off by [n] [Pa]
+  SlipFaultLoadTolerance - finds the largest acceptable error of the pressure of the cells [n] [Pa]
 
-  Collective. Stress that is worth a slip of relative times d_c, or times the largest displacement so far where that is
-  less: a history is to be right before slip is as large as d_c, too. A smooth law answers to a stress of a sigma by e
-  times the rate.
+  Collective. It is the stress of a slip of relative times d_c, or times the largest displacement so far where that is
+  less: a history must be right before slip is as large as d_c, too. With a smooth law, a stress of a sigma changes the
+  rate by the factor e.
 */
 PetscErrorCode SlipFaultLoadTolerance(SlipFault fault, PetscReal relative, PetscReal t, Vec w, PetscReal tolerance[])
 {

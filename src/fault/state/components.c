@@ -1,13 +1,13 @@
-/* Slip of one component, along the rake of each cell, or of two, along its strike and up its dip: vectors of slip. In
-   two, loading, the shear load and what starts are along the rake, friction opposes the slip rate whatever its
-   direction, and what has no direction, such as the state of friction, goes with the magnitude. Cells that open have
-   their opening behind the two. */
+/* Handles vectors of slip: one component, along the rake of each cell, or two, along its strike and up its dip. With
+   two, loading, shear load and start are along the rake, friction opposes the slip rate in any direction, and
+   quantities without direction, such as the state of friction, depend on the magnitude. Opening is a third component.
+   */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipsys.h>
 
-/* Before the mesh: where the numbers of a cell are */
+/* Chooses the places of a cell's numbers in a state; before the mesh. */
 PetscErrorCode SlipFaultChooseComponents(SlipFault fault)
 {
   const PetscInt c = (PetscInt)fault->options.value[FAULT_SLIP_COMPONENTS];
@@ -23,7 +23,7 @@ PetscErrorCode SlipFaultChooseComponents(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After the fields: along which each cell is loaded, a vector of cells, and room for their magnitudes */
+/* Sets up the direction in which each cell is loaded, a vector of cells, and room for magnitudes; after the fields. */
 PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault)
 {
   const PetscInt c = fault->layout.components;
@@ -44,7 +44,7 @@ PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x: the numbers of a state from an offset in the block of each cell on, as many as slip has components */
+/* Copies to x the numbers of a state from an offset in the block of each cell, as many as slip has components. */
 static PetscErrorCode Take(SlipFault fault, Vec w, PetscInt offset, Vec x)
 {
   const PetscInt c = fault->layout.components, block = fault->layout.block;
@@ -83,7 +83,7 @@ PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec u)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x: along the rake of each cell, value [n] of it, or NULL: 1, times the weight of its cell if weighted */
+/* Fills x along the rake of each cell with value [n], or with 1 for NULL, times the cell's weight if weighted. */
 PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], PetscBool weighted, Vec x)
 {
   const PetscInt c = fault->layout.components;
@@ -100,7 +100,7 @@ PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Largest |v| of a state [m/s]; collective */
+/* Finds the largest |v| of a state [m/s]. Collective. */
 PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
 {
   const PetscReal *a;
@@ -124,7 +124,7 @@ PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A vector of slip for the time of a function, of any content */
+/* Gets a vector of slip for use within a function; its content is arbitrary. */
 PetscErrorCode SlipFaultGetWork(SlipFault fault, Vec *x)
 {
   PetscInt k = 0;

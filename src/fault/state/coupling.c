@@ -1,11 +1,11 @@
-/* Normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), where cells open 0 for those that
-   are, u the displacement relative to the far field, which loading by backslip leaves as it is, and u0 that of the
-   start, which is not 0 where elastic stress is to be critical there: sigma0 is the normal stress before any slip. */
+/* Computes normal stress that changes with slip: sigma = max(sigma0 - p + Kn (u - u0), 0), and 0 for open cells. u is
+   the displacement relative to the far field, which loading by backslip leaves as it is. u0 is that of the start, which
+   is not 0 where elastic stress is critical there: sigma0 is the normal stress before any slip. */
 #include <slipstep/private/slipfault.h>
 #include <slipelasticity.h>
 #include <slipstep/private/slipsys.h>
 
-/* Is every rake the same multiple of 180 degrees, so that the vertical kernel holds? */
+/* Finds whether every rake is the same multiple of 180 degrees, so that the vertical kernel holds. */
 static PetscErrorCode AlongStrike(SlipFault fault, PetscBool *along)
 {
   const PetscReal *rake = fault->fields.cell[FIELD_RAKE];
@@ -21,7 +21,7 @@ static PetscErrorCode AlongStrike(SlipFault fault, PetscBool *along)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After the fields are known: which kernel, and whether normal stress follows slip. */
+/* Chooses the kernel, and whether normal stress follows slip; after the fields are set. */
 PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
 {
   const char *file = fault->options.text[FAULT_STIFFNESS_FILE];
@@ -31,12 +31,12 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
   PetscFunctionBegin;
   PetscCall(PetscStrcmp(fault->options.text[FAULT_NORMAL_COUPLING], "yes", &yes));
   PetscCall(PetscStrcmp(fault->options.text[FAULT_NORMAL_COUPLING], "no", &no));
-  if (vectors) /* slip in a vertical plane leaves normal stress there as it is, whatever its direction: by symmetry */
+  if (vectors) /* by symmetry, slip of any direction in a vertical plane does not change its normal stress */
     along = fault->mesh.planes == 1 ? PETSC_TRUE : PETSC_FALSE;
   else
     PetscCall(AlongStrike(fault, &along));
   fault->kind.oblique = fault->mesh.dips || !along ? PETSC_TRUE : PETSC_FALSE;
-  /* waves are of a plane without ground, whose normal stress stays by symmetry as well */
+  /* -fault_medium waves has one plane without a free surface, whose normal stress does not change by symmetry either */
   fault->kind.coupled =
     !file[0] && !no && (yes || opens || (fault->kind.oblique && !fault->kind.waves)) ? PETSC_TRUE : PETSC_FALSE;
   fault->kind.dipping =
@@ -44,7 +44,7 @@ PetscErrorCode SlipFaultChooseCoupling(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After the operators and the critical state are known. */
+/* Sets up the vectors of the coupling; after the operators and the critical state. */
 PetscErrorCode SlipFaultCouplingSetUp(SlipFault fault)
 {
   SlipFaultCoupling *c = &fault->coupling;
@@ -83,7 +83,7 @@ PetscErrorCode SlipFaultCouplingDestroy(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a stage with u = u0 + theta x at its end, and what the strength gains there where the rates change. Collective. */
+/* Gets the friction of a stage with u = u0 + theta x at its end, under the normal stress there. Collective. */
 PetscErrorCode SlipFaultCoupledBound(SlipFault fault, Vec x, SlipFrictionCells *friction)
 {
   SlipFaultCoupling *c = &fault->coupling;
@@ -96,8 +96,8 @@ PetscErrorCode SlipFaultCoupledBound(SlipFault fault, Vec x, SlipFrictionCells *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* c->stress of Kn u in c->rise, after rest more of rest, at t; another one than of the state known before.
-   Collective. */
+/* Computes c->stress from Kn u in c->rise at t, after a further rest of the length rest. It replaces that of the cached
+   state. Collective. */
 PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal rest, SlipFrictionCells *friction)
 {
   SlipFaultCoupling *c = &fault->coupling;
@@ -125,7 +125,7 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
 }
 
 /*@C
-  SlipFaultGetFrictionOf - the friction of the cells of this process in a state, whose slip may have changed normal
+  SlipFaultGetFrictionOf - gets the friction of the cells of this process in a state, whose slip may have changed normal
   stress
 
   Collective; after SlipFaultSetUp()
@@ -136,13 +136,13 @@ PetscErrorCode SlipFaultCoupledFriction(SlipFault fault, PetscReal t, PetscReal 
 - w     - state, of SlipFaultCreateState()
 
   Output Parameter:
-. friction - as of SlipFaultGetFriction(), with the normal stress sigma0 - p + Kn (u - u0), u0 of the start, and valid
-             until the fault is asked about another state or time
+. friction - as from SlipFaultGetFriction(), with the normal stress sigma0 - p + Kn (u - u0), u0: that of the start;
+             valid until the next call for another state or time
 
   Level: advanced
 
-  Note: where slip leaves normal stress alone it is SlipFaultGetFriction(); else a product with Kn, unless the state is
-  the one that was asked about before, or that of the last right-hand side
+  Note: where slip does not change normal stress, it is that of SlipFaultGetFriction(). Else it costs a product with Kn,
+  unless the state is that of the last call, or of the last right-hand side
 
 .seealso: SlipFaultGetFriction(), SlipFrictionStrength()
 @*/
@@ -170,12 +170,12 @@ PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipF
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what a run says of it ---- */
+/* ---- results and messages ---- */
 
-/* Least normal stress so far [Pa], the largest opening [m], and the cells that had none or were open at some time */
+/* Least normal stress so far [Pa], largest opening [m], and the cells that had no normal stress or were open */
 typedef struct {
   PetscReal least, widest;
-  Vec bare; /* 1 of those */
+  Vec bare; /* 1 in those cells */
   PetscInt cells;
 } Clamping;
 
@@ -195,7 +195,7 @@ static PetscErrorCode CouplingCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The lowest number of a cell that has lost its normal stress in this step, once */
+/* Warns once of the cells that have lost their normal stress in this step, and names the lowest one. */
 static PetscErrorCode SayBare(SlipFault fault, PetscReal time, PetscInt row, PetscInt cells)
 {
   PetscMPIInt rank;
@@ -228,7 +228,7 @@ static PetscErrorCode CouplingStep(SlipFault fault, TS ts, PetscInt step, PetscR
   PetscFunctionBegin;
   (void)ts;
   (void)step;
-  if (SlipFaultOnDevice(fault, w)) { /* where none is new that is all */
+  if (SlipFaultOnDevice(fault, w)) { /* the device counts new cells, and without any there is nothing else to do */
     PetscReal least;
 
     PetscCall(SlipFaultDeviceBare(fault, time, w, c->bare, &cells, &least));

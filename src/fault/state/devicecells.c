@@ -1,15 +1,15 @@
-/* The cells of a fault of rate and state on a device: what they keep, the loads of a time, slip rates in balance, and
-   sums, as balance.c, loads.c, coupling.c and faultobserve.c have them. */
+/* Computes the cells of a rate-and-state fault on a device: stored numbers, loads at a time, slip rates in balance, and
+   sums, as balance.c, loads.c, coupling.c and faultobserve.c do on the processor. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipmatcommon.h>
 
-/* What the cells keep, in the order of kernels/ratestate.cl: of the law and its load; with two components; where the
-   normal stress or the shear load changes */
+/* Numbers stored for each cell, in the order of kernels/ratestate.cl: law and load; then for two components; then where
+   the normal stress or the shear load changes */
 enum { OFFSET, SLOPE, INVERSE, SCALE, LOAD, SLIP, LOADING, TRACTION, WEIGHT, CREEP, SHIFT, NUM_ONE };
 enum { LOAD_UP = NUM_ONE, ALONG, ALONG_UP, NUM_TWO };
 enum { GROWTH = NUM_TWO, DIRECT, REFERENCE, FOLLOW, NORMAL, STRESS, NUM_CHANGING };
-/* Vectors of a state, of slip: of TSADAMS of the highest order, its tolerances, the fault's work (counted) */
+/* Counted vectors of states and of slip: those of TSADAMS of the highest order, its tolerances, and the fault's work */
 enum { STATE_VECTORS = 19, SLIP_VECTORS = 14 };
 
 static PetscBool Changes(SlipFault fault)
@@ -22,8 +22,8 @@ static size_t NumKept(SlipFault fault)
   return Changes(fault) ? NUM_CHANGING : fault->layout.components > 1 ? NUM_TWO : NUM_ONE;
 }
 
-/* Before any vector: is there room for the fault? Then products with K, and with Kn unless that is NULL, are formed
-   there, and vectors that K makes, and those that are made like them, are there. */
+/* Puts K, and Kn unless that is NULL, on the device if the fault fits there; before any vector exists. Products are
+   then computed there, and vectors from K and their duplicates are there. */
 PetscErrorCode SlipFaultDeviceOperators(SlipFault fault, Mat K, Mat Kn)
 {
   SlipFaultDevice *d = &fault->device;
@@ -46,9 +46,9 @@ PetscErrorCode SlipFaultDeviceOperators(SlipFault fault, Mat K, Mat Kn)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what the cells keep ---- */
+/* ---- numbers stored for each cell ---- */
 
-/* [NumKept()][n] of what does not change, and of the law under the normal stress of the start */
+/* Fills [NumKept()][n] with the constants, and with the law under the normal stress of the start. */
 static PetscErrorCode FillCells(SlipFault fault, PetscReal a[])
 {
   const PetscInt n = fault->mesh.n;
@@ -83,7 +83,7 @@ static PetscErrorCode PutThere(SlipFault fault, size_t n, const PetscReal from[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Put there once */
+/* Copies the cells' numbers to the device, once. */
 static PetscErrorCode CreateCells(SlipFault fault)
 {
   SlipFaultDevice *d = &fault->device;
@@ -103,7 +103,7 @@ static PetscErrorCode CreateCells(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The pore pressure at t. That of a function of the user's is put there, the others are computed there. */
+/* Sets the pore pressure at t: a user's function is evaluated here and copied, and the device computes the others. */
 static PetscErrorCode Pressure(SlipFault fault, PetscReal t)
 {
   SlipFaultDevice *d = &fault->device;
@@ -134,7 +134,7 @@ static PetscErrorCode Pressure(SlipFault fault, PetscReal t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the cells keep at t, with Kn u in rise where slip changes normal stress: computed where it is of another time */
+/* Updates the numbers of the cells to the time t; rise: Kn u where slip changes normal stress, else NULL. */
 static PetscErrorCode Cells(SlipFault fault, PetscReal t, Vec rise, SlipDeviceMemory *cells)
 {
   SlipFaultDevice *d = &fault->device;
@@ -177,7 +177,7 @@ static PetscErrorCode Cells(SlipFault fault, PetscReal t, Vec rise, SlipDeviceMe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Those of the state w of t, whose slip may have changed normal stress: SlipFaultGetFrictionOf() */
+/* Gets the numbers for the state w at t, whose slip may have changed normal stress: see SlipFaultGetFrictionOf(). */
 static PetscErrorCode CellsOf(SlipFault fault, PetscReal t, Vec w, SlipDeviceMemory *cells)
 {
   SlipFaultCoupling *c = &fault->coupling;
@@ -200,7 +200,7 @@ static PetscErrorCode CellsOf(SlipFault fault, PetscReal t, Vec w, SlipDeviceMem
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For others: those of the state w of t, or whatever they are where w is NULL; changes: do they have normal stress? */
+/* Gets the numbers for the state w at t, or the present ones for w NULL; changes: do they include normal stress? */
 PetscErrorCode SlipFaultDeviceCells(SlipFault fault, PetscReal t, Vec w, struct _cl_mem **cells, PetscBool *changes)
 {
   PetscFunctionBegin;
@@ -211,7 +211,7 @@ PetscErrorCode SlipFaultDeviceCells(SlipFault fault, PetscReal t, Vec w, struct 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The shear load at t, times weights, a vector of slip that is there */
+/* Gets the shear load at t, times weights, as a vector of slip on the device. */
 PetscErrorCode SlipFaultDeviceShear(SlipFault fault, PetscReal t, Vec *shear)
 {
   SlipFaultDevice *d = &fault->device;
@@ -240,7 +240,7 @@ PetscErrorCode SlipFaultDeviceShear(SlipFault fault, PetscReal t, Vec *shear)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How many cells the pore pressure of t opens */
+/* Counts the cells that the pore pressure at t opens. */
 PetscErrorCode SlipFaultDeviceOpen(SlipFault fault, PetscReal t, PetscInt *opened)
 {
   const int n = (int)fault->mesh.n;
@@ -254,7 +254,7 @@ PetscErrorCode SlipFaultDeviceOpen(SlipFault fault, PetscReal t, PetscInt *opene
     PetscCall(Cells(fault, t, NULL, &cells));
   else if (!fault->device.pressed || fault->device.time != t || fault->device.origin != fault->loads.origin) {
     PetscCall(Pressure(fault, t));
-    fault->device.pressed = PETSC_FALSE; /* what is kept is of another time */
+    fault->device.pressed = PETSC_FALSE; /* the stored strength is of another time */
   }
   {
     const SlipDeviceArg args[] = {SLIP_DEVICE_ARG(n), SLIP_DEVICE_ARG(cells), SLIP_DEVICE_ARG(fault->device.pressure)};
@@ -265,9 +265,9 @@ PetscErrorCode SlipFaultDeviceOpen(SlipFault fault, PetscReal t, PetscInt *opene
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- of a state ---- */
+/* ---- results of a state ---- */
 
-/* The slip rates of the state w at t, whose K u is in balance.force, into balance.rate; unless F is NULL its rates */
+/* Computes balance.rate from the state w at t, whose K u is in balance.force, and unless F is NULL the rates F of w */
 PetscErrorCode SlipFaultDeviceRates(SlipFault fault, PetscReal t, Vec w, Vec F)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -302,8 +302,8 @@ PetscErrorCode SlipFaultDeviceRates(SlipFault fault, PetscReal t, Vec w, Vec F)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest dv/dtau of the balance, of the rates of the last right-hand side, with its normal stress where that is
-   known */
+/* Finds the largest dv/dtau of the balance for the rates of the last right-hand side, with its normal stress where that
+   is cached. */
 PetscErrorCode SlipFaultDeviceCompliance(SlipFault fault, Vec w, PetscReal *most)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -326,7 +326,7 @@ PetscErrorCode SlipFaultDeviceCompliance(SlipFault fault, Vec w, PetscReal *most
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sums of a state of t whose K u is force, and its largest |v| */
+/* Computes the sums of a state at t whose K u is force, and its largest |v|. */
 PetscErrorCode SlipFaultDeviceSums(SlipFault fault, PetscReal t, Vec w, Vec force, PetscReal sum[], PetscReal *max_v)
 {
   const PetscReal eta = fault->balance.eta, since = fault->loads.origin + t;
@@ -352,7 +352,7 @@ PetscErrorCode SlipFaultDeviceSums(SlipFault fault, PetscReal t, Vec w, Vec forc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipFaultGetPowers(), of friction that is that of the state */
+/* Does SlipFaultGetPowers() with the friction of the state. */
 PetscErrorCode SlipFaultDevicePowers(SlipFault fault, PetscReal t, Vec w, PetscReal power[3])
 {
   const PetscReal eta = fault->balance.eta;
@@ -371,8 +371,8 @@ PetscErrorCode SlipFaultDevicePowers(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of each of several faults: what friction takes in the state w of t, as SlipFaultGetPowers() has it, and the sums of
-   slip rate, displacement and loading along the rake, weighted by area; NULL: not wanted */
+/* Computes for each of several faults the power of friction in the state w at t, as SlipFaultGetPowers() does, and the
+   sums of slip rate, displacement and loading along the rake, weighted by area; NULL: not wanted. */
 PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, Vec w, PetscReal friction[], PetscReal rate[],
                                      PetscReal displacement[], PetscReal loading[])
 {
@@ -406,7 +406,7 @@ PetscErrorCode SlipFaultDeviceShares(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In the state w of t: how many cells have lost their normal stress, other than those of bare; and the least [Pa] */
+/* Counts the cells without normal stress in the state w at t that bare does not mark; least: the least of all [Pa] */
 PetscErrorCode SlipFaultDeviceBare(SlipFault fault, PetscReal t, Vec w, Vec bare, PetscInt *more, PetscReal *least)
 {
   const int n = (int)fault->mesh.n;
@@ -426,7 +426,7 @@ PetscErrorCode SlipFaultDeviceBare(SlipFault fault, PetscReal t, Vec w, Vec bare
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest slip since displacements were u, a time dt ago */
+/* Finds the largest slip within the last time dt, at whose start displacements were u. */
 PetscErrorCode SlipFaultDeviceSlip(SlipFault fault, PetscReal dt, Vec w, Vec u, PetscReal *largest)
 {
   const int n = (int)fault->mesh.n, c = (int)fault->layout.components;

@@ -1,10 +1,10 @@
-/* What observers read of the cells of a fault of rate and state on a device at the end of a step: a few numbers. */
+/* Copies from a device the few numbers that observers need of a rate-and-state fault at the end of a step. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 
-enum { GROUND_AT_ONCE = 12 }; /* numbers of the ground, as kernels/record.cl has it */
+enum { GROUND_AT_ONCE = 12 }; /* as many numbers of the ground as kernels/record.cl sums at once */
 
-/* A vector of cells, on the device where the states are */
+/* Creates a vector of cells, on the device where the states are there. */
 PetscErrorCode SlipFaultDeviceCellVector(SlipFault fault, Vec *x)
 {
   PetscFunctionBegin;
@@ -14,7 +14,7 @@ PetscErrorCode SlipFaultDeviceCellVector(SlipFault fault, Vec *x)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For the numbers of m cells, by their place among those of this process */
+/* Prepares to read the numbers of m cells, given by their places on this process. */
 PetscErrorCode SlipFaultDeviceLookCreate(SlipFault fault, PetscInt m, const PetscInt cell[], SlipFaultDeviceLook *look)
 {
   const size_t width = 2 * (size_t)fault->layout.components + 3;
@@ -33,7 +33,7 @@ PetscErrorCode SlipFaultDeviceLookCreate(SlipFault fault, PetscInt m, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* look->values of the state w of t */
+/* Fills look->values from the state w at t. */
 PetscErrorCode SlipFaultDeviceLookAt(SlipFault fault, PetscReal t, Vec w, SlipFaultDeviceLook *look)
 {
   const int m = (int)look->m, n = (int)fault->mesh.n, c = (int)fault->layout.components;
@@ -57,7 +57,7 @@ PetscErrorCode SlipFaultDeviceLookAt(SlipFault fault, PetscReal t, Vec w, SlipFa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* matrix [components n][m]: m numbers of the ground for 1 m of slip of each cell and component */
+/* Copies matrix [components n][m] to the device: m numbers of the ground for 1 m of slip of each cell and component */
 PetscErrorCode SlipFaultDeviceGroundCreate(SlipFault fault, PetscInt m, const PetscReal matrix[],
                                            SlipFaultDeviceLook *look)
 {
@@ -76,7 +76,7 @@ PetscErrorCode SlipFaultDeviceGroundCreate(SlipFault fault, PetscInt m, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What those are [m] of the displacement of w since start [components n], and of its rate relative to the far field */
+/* Computes them [m] for the displacement of w since start [components n], and for its rate relative to the far field */
 PetscErrorCode SlipFaultDeviceGround(SlipFault fault, Vec w, Vec start, const SlipFaultDeviceLook *look,
                                      PetscReal moved[], PetscReal moves[])
 {
@@ -116,7 +116,7 @@ PetscErrorCode SlipFaultDeviceLookDestroy(SlipFault fault, SlipFaultDeviceLook *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Marks in rupture, a vector of cells, those that are above the rate of events at a step's end for the first time */
+/* Marks in rupture, a vector of cells, the cells that first exceed the rate of events in this step. */
 PetscErrorCode SlipFaultDeviceRupture(SlipFault fault, PetscInt nodes, const Vec node[], const PetscReal share[],
                                       PetscReal begin, PetscReal dt, Vec rupture)
 {

@@ -1,14 +1,14 @@
-/* Cells whose friction sticks on a device: what the loops of faultconstraint.c, explicitkick.c and of sums over cells
-   do, by kernels (kernels/stage.cl), of slip with one component and laws of ours whose normal stress stays as it is.
-   Others go through the processor, by the mirrors of vectors. */
+/* Computes cells whose friction sticks on a device. Kernels (kernels/stage.cl) replace the loops of faultconstraint.c,
+   explicitkick.c and the sums over cells, for slip with one component and built-in laws under constant normal stress.
+   The processor computes others, from the mirrors of vectors. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 
-/* What the cells keep, in the order of kernels/stage.cl */
+/* Numbers stored for each cell, in the order of kernels/stage.cl */
 enum { RESIDUAL, DROP, DISTANCE, RATE, STRESS, VINF, TRACTION, STRESSING, NUM_KEPT };
 enum { MOST_ARRAYS = 12 };
 
-/* In the order of kernels/stage.cl; -1: another one */
+/* Returns the number of the law in the order of kernels/stage.cl, or -1. */
 static int LawOf(SlipFault fault)
 {
   static const char *const laws[] = {"exponential_slip_weakening", "linear_slip_weakening", "rate_weakening",
@@ -23,12 +23,12 @@ PetscBool SlipFaultSticksOnDevice(SlipFault fault, PetscInt n, const SlipArrays 
 {
   if (!fault->device.device || fault->layout.components != 1 || fault->layout.block != 3 || LawOf(fault) < 0)
     return PETSC_FALSE;
-  if (fault->mesh.kind != &SlipFaultMeshGrid || fault->kind.oblique) return PETSC_FALSE; /* whose weights are 1 */
+  if (fault->mesh.kind != &SlipFaultMeshGrid || fault->kind.oblique) return PETSC_FALSE; /* its weights are 1 */
   if (fault->kind.heals || fault->friction.healing || fault->kind.coupled || fault->loads.pressed) return PETSC_FALSE;
   return SlipDeviceArraysAre(n, list);
 }
 
-/* Put there once */
+/* Gets the numbers of the cells; copies them to the device once. */
 static PetscErrorCode GetCells(SlipFault fault, Vec *cells)
 {
   const PetscInt n = fault->mesh.n;
@@ -84,7 +84,7 @@ PetscErrorCode SlipFaultStickFriction(SlipFault fault, SlipDeviceKernel kernel, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Put there anew where it has changed */
+/* Replaces the shear load by its copy on the device, which is renewed when the load has changed. */
 PetscErrorCode SlipFaultStickShear(SlipFault fault, Vec *shear)
 {
   SlipFaultDevice *d = &fault->device;

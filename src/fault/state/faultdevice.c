@@ -1,10 +1,10 @@
-/* A fault of rate and state on a device of OpenCL, -fault_device: its vectors are there (VECSLIPOPENCL), K u is formed
-   there, and so is all that a step needs of the cells (devicecells.c). The processor gets a few numbers. What is not
-   done there works all the same, on the mirrors of vectors, which then are fetched. */
+/* Runs a fault with rate-and-state friction on an OpenCL device, -fault_device. Its vectors are there (VECSLIPOPENCL),
+   and K u and all that a step needs of the cells (devicecells.c) are computed there; the processor gets a few numbers.
+   It computes the rest from the mirrors of vectors, which are then fetched. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 
-/* Before the stiffness: the device */
+/* Opens the device; before the stiffness. */
 PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault)
 {
   SlipFaultDevice *d = &fault->device;
@@ -44,7 +44,7 @@ PetscErrorCode SlipFaultDeviceDestroy(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are slip rates balanced there? */
+/* Returns whether slip rates are balanced on the device. */
 PetscBool SlipFaultDeviceBalances(SlipFault fault)
 {
   return fault->device.device && fault->friction.law->keep && fault->balance.eta > 0 && !fault->kind.inertia
@@ -52,7 +52,7 @@ PetscBool SlipFaultDeviceBalances(SlipFault fault)
            : PETSC_FALSE;
 }
 
-/* Is this a state for kernels? One that a user has made elsewhere is none. */
+/* Returns whether kernels can compute with this state. They cannot with a state that a user has created elsewhere. */
 PetscBool SlipFaultOnDevice(SlipFault fault, Vec w)
 {
   return SlipFaultDeviceBalances(fault) && SlipDeviceVecIs(w) ? PETSC_TRUE : PETSC_FALSE;
@@ -60,7 +60,7 @@ PetscBool SlipFaultOnDevice(SlipFault fault, Vec w)
 
 /* ---- the numbers of a state, and vectors of slip ---- */
 
-/* Those from an offset in the block of each cell on, as many as slip has components, into x; or back from there */
+/* Copies the numbers from an offset in the block of each cell, as many as slip has components, into x; or back. */
 PetscErrorCode SlipFaultDeviceMove(SlipFault fault, Vec w, PetscInt offset, PetscBool back, Vec x)
 {
   const int n = (int)fault->mesh.n, c = (int)fault->layout.components, block = (int)fault->layout.block,
@@ -83,7 +83,7 @@ PetscErrorCode SlipFaultDeviceMove(SlipFault fault, Vec w, PetscInt offset, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Largest |v| of a state */
+/* Finds the largest |v| of a state. */
 PetscErrorCode SlipFaultDeviceFastest(SlipFault fault, Vec w, PetscReal *largest)
 {
   const int n = (int)fault->mesh.n, c = (int)fault->layout.components, block = (int)fault->layout.block;
@@ -100,7 +100,7 @@ PetscErrorCode SlipFaultDeviceFastest(SlipFault fault, Vec w, PetscReal *largest
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How many displacements and states are not within these bounds */
+/* Counts the displacements and states that are not within these bounds. */
 PetscErrorCode SlipFaultDeviceOutside(SlipFault fault, Vec w, PetscReal displacement, PetscReal bound,
                                       PetscInt *outside)
 {

@@ -1,39 +1,39 @@
-/* How long a fault at rest stays at rest, and what it is like when it stops to.
+/* Finds how long a fault at rest stays at rest, and its state when a cell starts to slide.
 
-   At v = 0 the force on a cell is f(t) = T(t) - K u + H v_inf; as du/dt = -v_inf it changes at the constant rate
-   K v_inf + dT/dt. The strength q(t) = mu(s(t)) (sigma - p(t)) changes too when the state s heals or the pressure p
-   does, and falls at the rate mu Kn v_inf where slip changes normal stress. A cell starts to slip at the first root of
+   At v = 0 the force on a cell is f(t) = T(t) - K u + H v_inf. As du/dt = -v_inf, f changes at the constant rate
+   K v_inf + dT/dt. The strength q(t) = mu(s(t)) (sigma - p(t)) changes when the state s heals or the pressure p does,
+   and falls at the rate mu Kn v_inf where slip changes normal stress. A cell starts to slip at the first root of
    |f| - q. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
 enum { MAX_BISECTIONS = 200, MAX_PIECES = 100000000 };
-/* Pieces of the search, in which |f| - q is taken to have no more than one root: shares of the healing time, and of the
-   time since the search began, as healing slows down with it */
+/* Lengths of the pieces of the search, in each of which |f| - q has at most one root by assumption: shares of the
+   healing time, and of the time since the search began, as healing slows down with it. */
 static const PetscReal piece_of_healing = 0.05, piece_of_past = 0.1;
-/* A first step after the onset, in times of the growth of the cell that starts. Where it does not grow, a share of the
-   rest, which is as long as rounding makes it where the cell has only just stopped, and at least a fiftieth of the time
-   in which the cell finds its rate, or a hundred of them where it would swing. */
+/* First step after the onset, over the time of growth of the cell that starts. Where it does not grow, it is a share of
+   the rest, which only rounding limits where the cell has just stopped, and at least a fiftieth of the time in which
+   the cell finds its rate, or a hundred of them where it would swing. */
 static const PetscReal step_of_growth = 0.5, step_of_rest = 1e-3, step_of_relaxation = 0.02, steps_of_swing = 100;
-/* Over the strength of the cell that starts, a force that is left to it which is only the rounding of K u. The rest
-   would be so short that displacements do not change, and another would follow, and so on. */
+/* Where the remaining force over the strength of the starting cell is at most this, it is only the rounding of K u. The
+   rest would be too short to change displacements, and another one would follow, and so on. */
 static const PetscReal rounding = 4 * PETSC_MACHINE_EPSILON;
 
 typedef struct {
   SlipFault fault;
   SlipFrictionCells friction;
-  PetscReal t;            /* when it rested like this [s] */
-  const PetscReal *w;     /* the state then */
+  PetscReal t;            /* start of the rest [s] */
+  const PetscReal *w;     /* the state at that start */
   const PetscReal *ku;    /* K u [Pa] */
   const PetscReal *hold;  /* H v_inf [Pa] */
   const PetscReal *drive; /* rate of the force [Pa/s] */
   const PetscReal *shear; /* T(t) [Pa]; NULL: 0 */
   const PetscReal *clamp; /* Kn v_inf [Pa/s]; NULL: 0 */
-  PetscReal held;         /* strength over that of friction: explicit steps hold cells by rounding more */
-  Vec load, force;        /* that shear and ku are of, between RestBegin() and RestEnd() */
+  PetscReal held;         /* factor of the strength: explicit steps hold cells that exceed it by rounding */
+  Vec load, force;        /* vectors of shear and ku, between RestBegin() and RestEnd() */
 } Rest;
 
-/* K v_inf + w dT/dt and H v_inf, once */
+/* Computes K v_inf + w dT/dt and H v_inf, once. */
 PetscErrorCode SlipFaultRestSetUp(SlipFault fault)
 {
   SlipFaultLoads *loads = &fault->loads;
@@ -88,7 +88,7 @@ static PetscErrorCode Moves(SlipFault fault, Vec w, PetscBool *moves)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* q of cell i after dt of rest [Pa]; the friction is of that time */
+/* Returns q of cell i after the rest dt [Pa]; r->friction must be that of this time. */
 static PetscReal Strength(const Rest *r, PetscInt i, PetscReal dt)
 {
   PetscReal s[SLIP_MAX_STATES], mu, ds, dv;
@@ -98,13 +98,13 @@ static PetscReal Strength(const Rest *r, PetscInt i, PetscReal dt)
   return r->held * mu * r->fault->mesh.weight[i] * r->friction.stress[i];
 }
 
-/* f of number k of a vector of slip at the start, without the rate [Pa] */
+/* Returns f of number k of a vector of slip at the start [Pa]. */
 static PetscReal Force(const Rest *r, PetscInt k)
 {
   return (r->shear ? r->shear[k] : 0) + r->hold[k] - r->ku[k];
 }
 
-/* That of all cells is of dt after the start from here on. Collective. */
+/* Sets the friction of all cells to that of the time dt after the start. Collective. */
 static PetscErrorCode FrictionAfter(Rest *r, PetscReal dt)
 {
   PetscFunctionBegin;
@@ -115,8 +115,8 @@ static PetscErrorCode FrictionAfter(Rest *r, PetscReal dt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest |f| - q of all cells after dt of rest, or what opens one [Pa], and the cell of this process that has it,
-   -1 elsewhere. Collective. */
+/* Finds the largest |f| - q of all cells after the rest dt [Pa], or the stress that opens a cell, and the number of
+   that cell on its process, -1 on others. Collective. */
 static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt *cell)
 {
   SlipFault fault = r->fault;
@@ -149,7 +149,7 @@ static PetscErrorCode Excess(Rest *r, PetscReal dt, PetscReal *excess, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* When +-(f + d t) meets q - e t; PETSC_MAX_REAL: never */
+/* Returns the time at which +-(f + d t) equals q - e t; PETSC_MAX_REAL: never. */
 static PetscReal CoupledOnset(PetscReal f, PetscReal d, PetscReal q, PetscReal e)
 {
   PetscReal first = PETSC_MAX_REAL;
@@ -159,9 +159,9 @@ static PetscReal CoupledOnset(PetscReal f, PetscReal d, PetscReal q, PetscReal e
   return first;
 }
 
-/* When |f + d t| of two components meets q - e t, which it does not exceed at 0; PETSC_MAX_REAL: never. Its square is a
-   t^2 + 2 b t + c with c <= 0, of which the first root after 0 has q - e t >= 0, as the square is not negative where
-   that is 0. */
+/* Returns the time at which |f + d t| of two components equals q - e t, which it does not exceed at 0; PETSC_MAX_REAL:
+   never. The difference of squares is a t^2 + 2 b t + c with c <= 0. Its first root after 0 has q - e t >= 0, as it is
+   not negative where q - e t is 0. */
 static PetscReal VectorOnset(const PetscReal f[2], const PetscReal d[2], PetscReal q, PetscReal e)
 {
   const PetscReal a = d[0] * d[0] + d[1] * d[1] - e * e, b = f[0] * d[0] + f[1] * d[1] + q * e;
@@ -176,7 +176,7 @@ static PetscReal VectorOnset(const PetscReal f[2], const PetscReal d[2], PetscRe
   return b + root > 0 ? -c / (b + root) : PETSC_MAX_REAL;
 }
 
-/* Strengths that do not change, or like the force linearly: the first cell's root is a quotient. */
+/* Finds the onset where strengths are constant, or linear as the force: a quotient gives the root of each cell. */
 static PetscErrorCode LinearOnset(Rest *r, PetscReal limit, PetscReal *rest)
 {
   SlipFault fault = r->fault;
@@ -203,7 +203,7 @@ static PetscErrorCode LinearOnset(Rest *r, PetscReal limit, PetscReal *rest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The piece that begins dt after the start of the search */
+/* Finds the length of the piece that begins dt after the start of the search. */
 static PetscErrorCode Piece(Rest *r, PetscReal dt, PetscReal limit, PetscReal *piece)
 {
   SlipFault fault = r->fault;
@@ -218,8 +218,8 @@ static PetscErrorCode Piece(Rest *r, PetscReal dt, PetscReal limit, PetscReal *p
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The first root in [0, limit], found in a piece at whose end the excess is positive; at the end returned it is not
-   negative */
+/* Finds the first root in [0, limit], in a piece at whose end the excess is positive. The excess is not negative at the
+   returned time. */
 static PetscErrorCode SearchOnset(Rest *r, PetscReal limit, PetscReal *rest)
 {
   PetscReal low = 0, high = 0, excess, piece = 0, at_low, at_high = 0;
@@ -239,7 +239,7 @@ static PetscErrorCode SearchOnset(Rest *r, PetscReal limit, PetscReal *rest)
     at_low = at_high;
   }
   if (*rest == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  /* Illinois' false position, which halves the weight of the end that stays */
+  /* Illinois' false position halves the weight of the end that does not move. */
   for (PetscInt k = 0; k < MAX_BISECTIONS && high - low > 4 * PETSC_MACHINE_EPSILON * (PetscAbsReal(r->t) + high);
        k++) {
     PetscReal x = (low * at_high - high * at_low) / (at_high - at_low);
@@ -271,8 +271,8 @@ static PetscErrorCode Onset(Rest *r, PetscReal limit, PetscReal *rest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a rest changes force or strength of cell i of this process, which starts at its end, by more than rounding;
-   i < 0: it is another's. Collective. */
+/* Finds whether a rest changes force or strength of cell i, which starts at its end, by more than rounding; i < 0 on
+   other processes. Collective. */
 static PetscErrorCode IsLong(Rest *r, PetscReal rest, PetscInt i, PetscBool *is)
 {
   PetscReal begin = 0, end, force;
@@ -291,8 +291,8 @@ static PetscErrorCode IsLong(Rest *r, PetscReal rest, PetscInt i, PetscBool *is)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step to go on with from the onset. Cell i, which starts, grows as M x^2 + (H + dq/dv) x + K + dq/ds = 0 says of it
-   alone; i < 0: it is another process's. */
+/* Finds a step to continue with from the onset. The growth x of cell i, which starts, follows from M x^2 + (H + dq/dv)
+   x + K + dq/ds = 0 for this cell alone; i < 0 on other processes. */
 static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscInt i, PetscReal *h)
 {
   SlipFault fault = r->fault;
@@ -318,7 +318,7 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscInt i, PetscReal *
     else if (M == 0 && damping > 0)
       rate[0] = -stiffness / damping;
     if (stiffness > 0) rate[1] = M > 0 ? PetscSqrtReal(stiffness / M) : -rate[0];
-    /* It would swing and stick again within the step: long ones average that. */
+    /* The cell would swing and stick again within the step; long steps average that. */
     if (M > 0 && damping < 0) rate[1] *= step_of_relaxation / steps_of_swing;
     PetscCall(VecRestoreArrayRead(diagonal[1], &viscosity));
     PetscCall(VecRestoreArrayRead(diagonal[0], &k));
@@ -332,7 +332,7 @@ static PetscErrorCode FirstStep(Rest *r, PetscReal rest, PetscInt i, PetscReal *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* w after dt of rest */
+/* Computes the state after the rest dt. */
 static PetscErrorCode StateAfter(const Rest *r, PetscReal dt, Vec after)
 {
   const PetscReal *vinf = r->fault->fields.cell[FIELD_LOADING_RATE];
@@ -353,7 +353,7 @@ static PetscErrorCode StateAfter(const Rest *r, PetscReal dt, Vec after)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For a state w that rests at t; ku, work: to be given back with RestEnd() */
+/* Prepares r for a state w that rests at t; RestEnd() returns its arrays. */
 static PetscErrorCode RestBegin(SlipFault fault, PetscReal t, Vec w, Rest *r)
 {
   const SlipFaultLoad *load;
@@ -396,10 +396,10 @@ static PetscErrorCode RestEnd(Vec w, Rest *r)
 }
 
 /*
-  SlipFaultRestTime - SlipProblemOps.rest_time: for how long the state w of time t stays exactly at rest [s]
+  SlipFaultRestTime - SlipProblemOps.rest_time: finds how long the state w at t stays exactly at rest [s]
 
-  Collective. 0 when a cell moves or its force exceeds the strength; PETSC_MAX_REAL for ever, which is not looked for
-  when strengths change in time, as they may with states of the law's own: then 0, too.
+  Collective. *rest is 0 when a cell moves or its force exceeds the strength, and PETSC_MAX_REAL for ever. It is 0 as
+  well when strengths may change in time, as with states of the law's own: then there is no search.
 */
 PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx)
 {
@@ -421,10 +421,10 @@ PetscErrorCode SlipFaultRestTime(TS ts, PetscReal t, Vec w, PetscReal *rest, voi
 }
 
 /*
-  SlipFaultRest - SlipProblemOps.rest: the rest that begins with the state w of time t: until when, at most limit, and
-  the states halfway and at its end, exactly
+  SlipFaultRest - SlipProblemOps.rest: finds the end of the rest that begins with the state w at t, at most limit, and
+  the exact states halfway and at its end
 
-  Collective. *end = t when a cell moves or is at its strength. *h: a step to go on with [s].
+  Collective. *end = t when a cell moves or is at its strength. *h: a step to continue with [s].
 */
 PetscErrorCode SlipFaultRest(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end,
                              PetscReal *h, void *ctx)

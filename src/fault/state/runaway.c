@@ -1,15 +1,15 @@
-/* Instability by the loss of damping: where strength falls with the slip rate by more than the viscosity, a cell that
-   is stiff swings about the rate of loading and sticks within seconds, over and over, which long steps average: it
-   creeps. Where stiffness is small against the loss, as it is in large parts that slide together, motion runs away. The
-   matrices of long stages are positive definite there too, and their steps would go past the event: they are errors
-   while what slides runs away, for a cell by itself, or for the slip rates that there are. */
+/* Detects instability by the loss of damping. Where strength falls with the slip rate by more than the viscosity, a
+   stiff cell swings about the loading rate and sticks within seconds, repeatedly; long steps average that, as creep.
+   Where stiffness is small against the loss, as in large parts that slide together, motion runs away. The matrices of
+   long stages are positive definite there too, and their steps would go past the event. So they count as errors while
+   motion runs away, for a cell by itself or for the present slip rates. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
-/* A stage's theta over the time of growth */
+/* Largest accepted theta of a stage over the time of growth */
 static const PetscReal share = 0.5;
 
-/* The time in which a motion with mass m, damping d and stiffness k grows, if it does so without swinging */
+/* Returns the time in which a motion with mass m, damping d and stiffness k grows, if it grows without swinging. */
 static PetscReal Time(PetscReal m, PetscReal d, PetscReal k)
 {
   const PetscReal root = d * d - 4 * m * k;
@@ -18,15 +18,15 @@ static PetscReal Time(PetscReal m, PetscReal d, PetscReal k)
 }
 
 /*
-  SlipFaultRunaway - the stage's theta over the longest one that follows what runs away, 0 where nothing does
+  SlipFaultRunaway - computes the stage's theta over the longest one that follows runaway motion, else 0
 
-  Collective; at the last stage, w: the state at its end, t. A product with H and one with K where strength falls with
-  rate.
+  Collective; at the last stage, w: the state at its end, at the time t. It costs a product with H and one with K where
+  strength falls with rate.
 */
 PetscErrorCode SlipFaultRunaway(SlipFault fault, PetscReal t, Vec w, PetscReal *ratio)
 {
   const PetscInt c = fault->layout.components;
-  Vec v, d, Kv; /* which has the slopes [n] before */
+  Vec v, d, Kv; /* Kv contains the slopes [n] first */
   const PetscReal *a, *k, *h, *dv, *rate;
   SlipFrictionCells friction;
   PetscReal sum[3] = {0, 0, 0}, least = PETSC_MAX_REAL; /* v M v, v (H + D) v, v K v */

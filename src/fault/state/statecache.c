@@ -1,8 +1,9 @@
-/* Whether a state has changed since results were computed of it and cached. */
+/* Finds whether a state has changed since results were computed from it and cached. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipdevice.h>
 
-/* now: everything that results of the state w depend on; *same: it equals `known`, of the cached results */
+/* Sets now to everything that results of the state w depend on; *same: it equals `known`, that of the cached results.
+   */
 PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, const SlipFaultMoment *known,
                                        SlipFaultMoment *now, PetscBool *same)
 {
@@ -17,8 +18,8 @@ PetscErrorCode SlipFaultStateUnchanged(SlipFault fault, PetscReal t, Vec w, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Was this the displacement of the last right-hand side, bit by bit, and its time where the medium asks for that?
-   Collective. */
+/* Finds whether u is bit by bit the displacement of the last right-hand side, at the same time where the medium depends
+   on it. Collective. */
 PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec u, PetscBool *same)
 {
   PetscBool here, rests;
@@ -32,8 +33,7 @@ PetscErrorCode SlipFaultDisplacementUnchanged(SlipFault fault, PetscReal t, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u of the state w of time t, and f(u, t): that of the last right-hand side where its u was the very same.
-   Collective. */
+/* Gets u of w and f(u, t), which is cached where u is exactly that of the last right-hand side. Collective. */
 PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec force)
 {
   PetscBool same;
@@ -48,7 +48,7 @@ PetscErrorCode SlipFaultForce(SlipFault fault, PetscReal t, Vec w, Vec u, Vec fo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* (df/dv) v_rel: that of a node of the last step where its rate was the very same. Collective. */
+/* Gets (df/dv) v_rel, which is cached where the rate is exactly that of a node of the last step. Collective. */
 PetscErrorCode SlipFaultDamping(SlipFault fault, PetscReal t, Vec relative, Vec damping)
 {
   const SlipFaultSettled *s = &fault->settled;

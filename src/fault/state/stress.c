@@ -1,10 +1,10 @@
-/* The elastic shear stress of a fault, its energy, and what loading does: here, and nowhere else, stands what acts on a
-   cell besides friction and viscosity. */
+/* Computes the elastic shear stress of a fault, its energy and the power of loading. Only this file combines what acts
+   on a cell besides friction and viscosity. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 
-/* The shear load at t, times weights, borrowed until somebody asks for that of another time; on the device where rates
-   are balanced there; NULL: none */
+/* Gets the shear load at t, times weights, or NULL for none. It is borrowed until the next call for another time, and
+   is on the device where rates are balanced there. */
 PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear)
 {
   const SlipFaultLoad *load;
@@ -23,7 +23,7 @@ PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear)
 }
 
 /*@
-  SlipFaultStress - elastic shear stress on each cell
+  SlipFaultStress - computes the elastic shear stress on each cell
 
   Collective; after SlipFaultSetUp()
 
@@ -39,9 +39,9 @@ PetscErrorCode SlipFaultGetShear(SlipFault fault, PetscReal t, Vec *shear)
   Level: intermediate
 
   Notes:
-  T0 + t dT/dt - K u, per area of the cell itself, also on meshes, where rows of K are weighted by area; T0 and dT/dt
-  are the fields initial_traction and stressing_rate. It costs a product with K. Friction and viscosity are not part of
-  it.
+  T = T0 + t dT/dt - K u, per area of the cell itself, also on meshes, where rows of K are weighted by area; T0 and
+  dT/dt are the fields initial_traction and stressing_rate. It costs a product with K. Friction and viscosity are not
+  part of it.
 
 .seealso: SlipFaultGetObservables(), SlipFaultGetOperators()
 @*/
@@ -66,7 +66,7 @@ PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sum of w p x, x [n][3] what opens each cell, p the pore pressure at t; 0 where cells do not open */
+/* Sums w p x, p: pore pressure at t, x: opening of each cell, or its rate; 0 where cells do not open. */
 static PetscErrorCode PressureTimes(SlipFault fault, PetscReal t, Vec x, PetscInt first, PetscInt block, PetscReal *sum)
 {
   const SlipFaultLoad *load;
@@ -84,8 +84,8 @@ static PetscErrorCode PressureTimes(SlipFault fault, PetscReal t, Vec x, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u f(u)/2 and what else the medium stores - u T, T the shear load, and where cells open -sigma0, of the whole fault
-   [J]; a product with K. Collective. */
+/* Computes u f(u)/2 plus the other energy of the medium, minus u T, of the whole fault [J]; T: the shear load, and
+   where cells open -sigma0. It costs a product with K. Collective. */
 PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, PetscReal *energy)
 {
   PetscReal work = 0, stored, pressure;
@@ -106,8 +106,8 @@ PetscErrorCode SlipFaultElasticEnergy(SlipFault fault, PetscReal t, Vec w, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What loading adds to the elastic energy, v_inf (T - f(u, t)) - u dT/dt, and where cells open p v_n [W]: with K v_inf
-   + dT/dt, computed once, no product but where f is not K u. Collective. */
+/* Computes the power of loading, v_inf (T - f(u, t)) - u dT/dt, and where cells open p v_n [W]. As K v_inf + dT/dt is
+   computed once, it costs no product, unless f is not K u. Collective. */
 PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscReal *power)
 {
   PetscReal work = 0, pressure, more, slow;
@@ -125,7 +125,7 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
   PetscCall(SlipFaultGetDisplacement(fault, w, u));
   PetscCall(SlipElasticRests(fault->medium, &rests));
   PetscCall(VecDot(fault->loads.drive, u, power));
-  if (!rests && fault->kind.loaded) { /* v_inf (f - K u), too */
+  if (!rests && fault->kind.loaded) { /* plus v_inf (f - K u) */
     PetscCall(SlipFaultForce(fault, t, w, u, force));
     PetscCall(VecDot(fault->operators.vinf, force, &more));
     PetscCall(VecDot(fault->loads.pull, u, &slow));
@@ -140,10 +140,10 @@ PetscErrorCode SlipFaultLoadingPower(SlipFault fault, PetscReal t, Vec w, PetscR
 }
 
 /*
-  SlipFaultReportOpening - warn once that cells have opened: their pressure exceeds their normal stress, and they have
-  no strength
+  SlipFaultReportOpening - warns once that cells have opened, as their pressure exceeds their normal stress, and that
+  they have no strength
 
-  Collective; for times that the run has reached, not those that an attempt or a search for an onset looks at.
+  Collective; for times that the run has reached, not for those of an attempt or of a search for an onset.
 */
 PetscErrorCode SlipFaultReportOpening(SlipFault fault, PetscReal t)
 {

@@ -1,15 +1,15 @@
-/* Which corners of a record of pressure a step ends at.
+/* Chooses the corners of a record of pressure at which steps end.
 
-   A step that passes a corner goes by a pressure that has none. The pressure that stages do not see is off the record's
-   by no more than the record is off its chord between the ends of the step. Slip under friction follows a load without
-   adding up what it is off by: stress that is off by d at any times leaves slip off by d over the stiffness of the
-   fault. So a step passes corners while mu times that distance is small against the stress that the wanted error of
-   slip is worth (SlipFaultLoadTolerance()), and else ends at the last corner up to which this is so. Steps end at the
-   corners of large jumps, and of records of few corners, as exactly as time is; records that sample a smooth curve cost
-   what the curve costs. */
+   A step that passes a corner uses a pressure without one. The pressure that its stages do not see differs from the
+   record by at most the distance of the record from its chord between the ends of the step. Slip under friction follows
+   a load without adding up its errors: a stress error d at any times leaves a slip error of d over the stiffness of the
+   fault. So a step passes corners while mu times that distance is small against the stress that corresponds to the
+   wanted error of slip (SlipFaultLoadTolerance()), and else ends at the last corner up to which this holds. Steps end
+   at the corners of large jumps, and of records of few corners, to the rounding of time; a record that samples a smooth
+   curve costs as much as the curve. */
 #include <slipstep/private/slipfault.h>
 
-/* The fault, asked whether it may step over the corners from t to end */
+/* The inputs and work arrays of the search for corners between t and end that a step may pass */
 typedef struct {
   SlipFault fault;
   PetscReal t, end;
@@ -18,7 +18,7 @@ typedef struct {
   PetscReal *low, *high;                /* [n] slopes of chords from t that miss no corner by more [Pa/s] */
 } Chord;
 
-/* Of corner k, or of the end behind the last one before it */
+/* Returns the time of corner k, or the end after the last corner. */
 static PetscReal TimeOf(const Chord *c, PetscInt k)
 {
   const SlipFaultLoads *loads = &c->fault->loads;
@@ -32,8 +32,8 @@ static void PressureOf(const Chord *c, PetscInt k)
   SlipLoadsAddRecord(&c->fault->loads, TimeOf(c, k), c->there);
 }
 
-/* The last corner, or the end, to which a chord misses none before it: slopes that miss those so far by no more narrow
-   down, cell by cell. Of all ranks. */
+/* Finds the last corner, or the end, to which a chord satisfies the tolerance at all corners before it, for all ranks.
+   The bounds of its slope narrow at each corner, cell by cell. */
 static PetscErrorCode Last(Chord *c, PetscInt *last)
 {
   PetscInt k = c->first;
@@ -60,10 +60,10 @@ static PetscErrorCode Last(Chord *c, PetscInt *last)
 }
 
 /*
-  SlipFaultNextCorner - SlipProblemOps.corner: the next corner at which a step from t is to end
+  SlipFaultNextCorner - SlipProblemOps.corner: finds the next corner at which a step from t must end
 
-  Collective. t: where the step of ts begins, from its solution. PETSC_MAX_REAL: it may end anywhere. Constant steps,
-  and runs that keep no error, meet every corner.
+  Collective. t: start of the step of ts, from its solution. PETSC_MAX_REAL: it may end anywhere. Constant steps, and
+  runs without error control, end at every corner.
 */
 PetscErrorCode SlipFaultNextCorner(TS ts, PetscReal t, PetscReal *next, void *ctx)
 {

@@ -1,22 +1,22 @@
-/* Cycles of friction whose cells always slide, by TSADAMS: controller, tolerance, and what error a tolerance leaves in
-   the times of events, over the recurrence. Numbers are of 78 drawn lines of 32 to 96 cells, 57 of them by dsp, whose
-   errors at a tolerance are those of pi, and of 17 planes of 128 to 648 (tests/benchmarks/cycles.py --drawn). */
+/* Chooses controller and tolerance for cycles of friction whose cells always slide, by TSADAMS, and gives the error of
+   event times over the recurrence at a tolerance. Numbers are from 78 drawn lines of 32 to 96 cells, 57 of them by dsp,
+   whose errors at a tolerance equal those of pi, and 17 planes of 128 to 648 (tests/benchmarks/cycles.py --drawn). */
 #include <slipadapt.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipts.h>
 
-#define OTHERS_RTOL 1e-3 /* of other types and controllers, and of other runs */
+#define OTHERS_RTOL 1e-3 /* for other types, controllers and runs */
 
-/* Tolerances that keep the times of the events of a cycle within an accuracy, over the recurrence, in 95 % of drawn
-   faults, and the error that 95 % have at a tolerance: of lines, and of planes, whose errors are a tenth */
+/* Tolerances at which the errors of event times of a cycle, over the recurrence, stay within an accuracy in 95 % of
+   drawn faults, and the error that 95 % have at a tolerance: for lines, and for planes, whose errors are a tenth */
 enum { LINE, PLANE, SHAPES, ACCURACIES = 4, TOLERANCES = 6 };
 static const PetscReal Tolerance[SHAPES][ACCURACIES][2] = {{{1e-1, 2e-2}, {1e-2, 2e-3}, {3e-3, 2e-4}, {1e-3, 3e-5}},
                                                            {{1e-1, 3e-2}, {1e-2, 2e-2}, {3e-3, 3e-3}, {1e-3, 3e-4}}};
 static const PetscReal Error[SHAPES][TOLERANCES][2] = {
   {{2e-2, 7e-2}, {1e-2, 3e-2}, {2e-3, 9.5e-3}, {5e-4, 5e-3}, {2e-4, 2.9e-3}, {3e-5, 9.5e-4}},
   {{3e-2, 9e-3}, {1e-2, 5e-3}, {3e-3, 1.8e-3}, {1e-3, 1.4e-3}, {1e-4, 3e-4}, {3e-5, 1e-4}}};
-/* Cells in a cohesive zone from which a plane is one of those */
+/* A plane counts as one only with at least so many cells in a cohesive zone */
 #define CELLS_OF_PLANE 2
 
 static PetscBool IsCycle(SlipFault fault)
@@ -34,7 +34,7 @@ static PetscInt ShapeOf(SlipFault fault)
   return row || !(fault->resolution.least >= CELLS_OF_PLANE) ? LINE : PLANE;
 }
 
-/* Is the type, or the controller, one that an option names otherwise? */
+/* Sets *other if an option names a type, or a controller, other than ours. */
 static PetscErrorCode NamesOther(TS ts, const char option[], const char ours[], PetscBool *other)
 {
   const char *prefix;
@@ -49,10 +49,10 @@ static PetscErrorCode NamesOther(TS ts, const char option[], const char ours[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* basic takes 1.2 times the time on lines at equal errors of times. dsp takes 0.93 of it, but accepts steps with errors
-   of ten tolerances and more, whose slip rates may pass those of events: a small one may be two such steps. Under a
-   pore pressure it is what was measured. All types see the error of the worst cell: a mean over the cells hides one
-   that goes unstable, the more so the more others are quiet. */
+/* Chooses TSADAMS and a controller. At equal errors of times on lines, basic takes 1.2 times the time of pi, and dsp
+   0.93 of it. But dsp accepts steps with errors of ten tolerances and more, whose slip rates may exceed those of
+   events: a small event may be two such steps. Under a pore pressure dsp was measured. All types use the error of the
+   worst cell: a mean over the cells hides a cell that becomes unstable, the more so the quieter the others are. */
 PetscErrorCode SlipFaultCycleSteps(SlipFault fault, TS ts, PetscReal *rtol)
 {
   const PetscReal accuracy = SlipFaultAccuracy(fault);

@@ -1,16 +1,16 @@
-/* Faults without inertia as an explicit TS, of friction whose cells always slide, as rate-and-state friction, or which
-   sticks (sticking.c): tolerances, right-hand side, and what follows a step. */
+/* Formulates faults without inertia as an explicit TS: tolerances, right-hand side, and the end of a step. Their cells
+   always slide, as with rate-and-state friction, or friction sticks (sticking.c). */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipts.h>
 #include <slipadapt.h>
 
-#define EXPLICIT_RTOL 1e-3       /* under waves, of the worst cell */
+#define EXPLICIT_RTOL 1e-3       /* with waves, for the worst cell */
 #define FIRST_STEP 0.01          /* over the time in which the fastest cell slips its d_c */
 #define STICKING_FIRST_STEP 0.01 /* over T* */
-#define EXPLICIT_FARTHEST 1e6    /* from where loading would have a cell be [m] */
+#define EXPLICIT_FARTHEST 1e6    /* distance from the displacement of the loading [m] */
 
-/* |e_u| <= rtol d_c and |e_s| <= rtol in every cell, whatever the size of u and s: the friction of a cell changes with
-   either by the same. Made anew when rtol has changed. */
+/* Sets |e_u| <= rtol d_c and |e_s| <= rtol in every cell, whatever the size of u and s: equal shares of both change
+   friction equally. It is called again when rtol has changed. */
 static PetscErrorCode SetTolerances(SlipFault fault, TS ts, PetscReal rtol)
 {
   Vec atol, none;
@@ -50,10 +50,10 @@ static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
   }
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   if (rtol != b->rtol) PetscCall(SetTolerances(fault, ts, rtol));
-  if (b->first) PetscCall(TSGetStages(ts, NULL, &stage)); /* of TSRK */
-  if (b->first && w == stage[0]) { /* the first stage of each attempt at the first step of a run that goes on */
+  if (b->first) PetscCall(TSGetStages(ts, NULL, &stage)); /* the stages of TSRK */
+  if (b->first && w == stage[0]) { /* at a restart, this is the first stage of each attempt at the first step */
     PetscCall(VecCopy(b->first, F));
-    ts->steprestart = PETSC_FALSE; /* to its controller */
+    ts->steprestart = PETSC_FALSE; /* for its controller */
   } else {
     PetscCall(SlipFaultRates(fault, t, w, F));
     b->sides++;
@@ -64,7 +64,7 @@ static PetscErrorCode RHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 
 enum { BOUNDED = 64 };
 
-/* How many of n numbers are not within their bounds, where these are positive */
+/* Counts those of n numbers that are not within their bounds, where these are positive. */
 SLIP_VECTOR static PetscInt Outside(PetscInt n, const PetscReal *restrict a, const PetscReal *restrict bound)
 {
   PetscInt outside = 0;
@@ -73,9 +73,9 @@ SLIP_VECTOR static PetscInt Outside(PetscInt n, const PetscReal *restrict a, con
   return outside;
 }
 
-/* TSSetFunctionDomainError(). TSRK takes a rejected step back by subtracting what it had added, which leaves the state
-   wrong by rounding of that: what a step that is far too long leads to (rates go as V0 exp(-psi)/d_c) must be rejected
-   before it is added. The new state of pairs whose last stage is the step's end is a stage as well. */
+/* TSSetFunctionDomainError(). TSRK subtracts a rejected step from the state, which leaves rounding of the size of what
+   it had added. The result of a step that is far too long (rates grow as V0 exp(-psi)/d_c) must therefore be rejected
+   before it is added. With pairs whose last stage is the step's end, the new state is a stage as well. */
 static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
 {
   PetscReal bound[BOUNDED * (2 * 3 + SLIP_MAX_STATES)] = {0};
@@ -110,11 +110,11 @@ static PetscErrorCode InDomain(TS ts, PetscReal t, Vec w, PetscBool *accept)
   PetscCallMPI(MPI_Allreduce(&good, accept, 1, MPIU_BOOL, MPI_LAND, PetscObjectComm((PetscObject)ts)));
   if (*accept) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipGuardConstant(ts, ts->time_step));
-  PetscCall(SlipGuardStep(ts)); /* else TSRK would shorten for ever the steps from a state that none leads away from */
+  PetscCall(SlipGuardStep(ts)); /* without this TSRK would shorten steps for ever from a state that no step can leave */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Was the last right-hand side of TSRK that of the step's end? */
+/* Finds whether the last right-hand side of TSRK was that of the step's end. */
 static PetscErrorCode EndIsKnown(SlipFault fault, TS ts, PetscReal t, PetscBool *known)
 {
   PetscBool rk;
@@ -128,8 +128,8 @@ static PetscErrorCode EndIsKnown(SlipFault fault, TS ts, PetscReal t, PetscBool 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.finish: TSADAMS and TSRKC ask for the slip rates within their steps: those of their last right-hand
-   side. */
+/* SlipProblemOps.finish. TSADAMS and TSRKC call it for the slip rates within their steps, which are those of the last
+   right-hand side. */
 PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -141,8 +141,8 @@ PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of slips that count against the largest displacement so far. TSRKC asks for the error of each step instead, and for
-   the tolerances where cells do not weaken, for the end of an event. */
+/* Updates tolerances of slips that are relative to the largest displacement so far. TSRKC uses the error of each step
+   instead, and needs the tolerances where cells do not weaken, for the end of an event. */
 static PetscErrorCode FollowTolerances(SlipFault fault, TS ts)
 {
   PetscReal moved;
@@ -160,8 +160,8 @@ static PetscErrorCode FollowTolerances(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSPostEvaluate: after a step of PETSc's own types, before monitors. To PETSc the state has not changed: otherwise the
-   next step would begin anew, without the last right-hand side of this one. Ours know by SlipFaultMoment. */
+/* TSPostEvaluate: runs after a step of PETSc's own types, before monitors. It hides the change of the state from PETSc,
+   as the next step would otherwise begin anew, without the last right-hand side. Our types use SlipFaultMoment. */
 static PetscErrorCode SlipFaultAfterStep(TS ts)
 {
   PetscObjectState state;
@@ -185,7 +185,7 @@ static PetscErrorCode SlipFaultAfterStep(TS ts)
   PetscCall(PetscObjectStateGet((PetscObject)w, &state));
   PetscCall(EndIsKnown(fault, ts, t, &known));
   if (!known) {
-    PetscCall(InDomain(ts, t, w, &good)); /* no stage was this state */
+    PetscCall(InDomain(ts, t, w, &good)); /* no stage had this state */
     PetscCheck(good, fault->comm, PETSC_ERR_FP,
                "At time %g s a step ended in what is no state of the fault, not refused by -ts_adapt_type; expected a "
                "shorter step: a smaller -ts_rtol, or -ts_rk_type 3bs or 5dp, which see it",
@@ -197,9 +197,8 @@ static PetscErrorCode SlipFaultAfterStep(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* *seen: the state w of t that a controller observes, with its slip rates. While an attempt is judged, w is its end but
-   for the rates, which are still those of the start: one right-hand side more, of the state itself, as the last one was
-   of another. */
+/* Gets *seen: the state w at t, with its slip rates, for a controller. While an attempt is judged, w is its end but has
+   the rates of the start. This costs a right-hand side of the state itself, as the last one was of another state. */
 PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w, Vec *seen)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -208,7 +207,7 @@ PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w
   PetscFunctionBegin;
   *seen = w;
   PetscCall(TSGetTime(ts, &start));
-  if (!(t > start)) PetscFunctionReturn(PETSC_SUCCESS); /* no attempt is under way */
+  if (!(t > start)) PetscFunctionReturn(PETSC_SUCCESS); /* there is no attempt */
   if (!b->seen) PetscCall(VecDuplicate(w, &b->seen));
   PetscCall(VecCopy(w, b->seen));
   PetscCall(SlipFaultRates(fault, t, b->seen, NULL));
@@ -217,9 +216,8 @@ PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A checkpoint's part: the rates of the last stage of the step before, which differ from those of the state by
-   rounding, where the next step takes them over. TSRK asks for them where a step begins anew, which the next one does
-   to it alone. */
+/* Saves or loads a checkpoint's part. It has the rates of the last stage of the step before, where the next step uses
+   them, as they differ from those of the state by rounding. TSRK would compute them anew at a restart. */
 PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
 {
   SlipFaultBalance *b = &fault->balance;
@@ -247,7 +245,7 @@ PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The first step of a smooth law [s], explicit or not */
+/* Finds the first step of a smooth law [s], explicit or not. */
 PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
 {
   const PetscReal *rate = fault->fields.cell[FIELD_INITIAL_RATE], *slip = fault->fields.cell[FIELD_FRICTION_SLIP];
@@ -261,7 +259,7 @@ PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Steps of constant slip rates, of a medium that remembers its waves */
+/* Sets up steps of constant slip rates, for a medium that remembers its waves. */
 static PetscErrorCode ConfigureWaves(TS ts, PetscReal shortest)
 {
   TSAdapt adapt;
@@ -275,8 +273,8 @@ static PetscErrorCode ConfigureWaves(TS ts, PetscReal shortest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Friction that sticks. A cell that starts or stops is a kink of its right-hand side, which formulas of low order cross
-   at the smallest loss: no step ends there, as with many cells each step would be one of a cell. */
+/* Sets up friction that sticks. A cell that starts or stops is a kink of its right-hand side, which formulas of low
+   order cross at the least loss. No step ends there: with many cells, each step would end at one of them. */
 static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts, const char type[])
 {
   TSAdapt adapt;
@@ -294,7 +292,7 @@ static PetscErrorCode ConfigureSticking(SlipFault fault, TS ts, const char type[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The explicit problem */
+/* Sets up the explicit problem. */
 PetscErrorCode SlipFaultExplicitConfigure(SlipFault fault, TS ts)
 {
   PetscReal step, shortest, rtol = EXPLICIT_RTOL;

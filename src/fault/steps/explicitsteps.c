@@ -1,26 +1,25 @@
-/* Ruptures without inertia, which explicit steps compute by default: formulas and tolerances.
+/* Chooses formulas and tolerances for ruptures without inertia, which explicit steps compute by default.
 
-   Only stress that is there at the start drives such a rupture, so that it is over after some times that S waves take
-   along the fault. That is some hundreds of the times in which a cell relaxes, by which explicit steps are bounded; an
-   implicit one takes more products than it saves. Where stress goes on to change, slip may last for years, and they
-   lose.
+   Only the stress at the start drives such a rupture, so that it ends within a few travel times of S waves along the
+   fault. That is some hundreds of the times in which a cell relaxes, which bound explicit steps; an implicit step takes
+   more products than it saves. Where stress continues to change, slip may last for years, and explicit steps lose.
 
-   TSRKC it is: TSADAMS, of higher order, is faster up to 6,000 cells where the error bounds a step, but once stability
-   does, as an event ends, its slip rates fall too late, and with them the end of the event (by 1 of 29 s at 1e-2 in the
-   tutorial's). */
+   The default is TSRKC. TSADAMS, of higher order, is faster up to 6,000 cells where the error bounds a step. But once
+   stability does, as an event ends, its slip rates fall too late, and with them the end of the event (by 1 of 29 s at
+   1e-2 in the tutorial's). */
 #include <slipadapt.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
 #include <string.h>
 
-#define RKC_RTOL 1e-2 /* of TSRKC, and of the others, in runs that are no such ruptures */
+#define RKC_RTOL 1e-2 /* for TSRKC, and below for the others, in runs that are no such ruptures */
 #define OTHERS_RTOL 1e-3
 
-/* A number that goes with powers of another, in rows of both */
+/* Two numbers, one of which is a power of the other from row to row */
 typedef PetscReal Row[2];
 
-/* Tolerances that keep an accuracy in 95 % of each of six classes of drawn ruptures, by the history and by when cells
-   break: of 36, and the finer ones as 24 others showed (tests/benchmarks/ruptures.py) */
+/* Tolerances that satisfy an accuracy in 95 % of each of six classes of drawn ruptures, for the history and the times
+   when cells break: from 36 ruptures, and the finer ones from 24 others (tests/benchmarks/ruptures.py) */
 enum { ACCURACIES = 4, TOLERANCES = 6 };
 static const Row OfAdams[ACCURACIES] = {{1e-1, 0.3}, {1e-2, 0.015}, {3e-3, 6e-3}, {1e-3, 8e-4}};
 static const Row OfRKC[ACCURACIES] = {{1e-1, 0.3}, {1e-2, 0.013}, {3e-3, 4e-3}, {1e-3, 7e-4}};
@@ -41,7 +40,7 @@ PetscReal SlipFaultBetween(PetscInt rows, const PetscReal row[][2], PetscReal x)
   return large[1] * PetscPowReal(x / large[0], power);
 }
 
-/* A rupture that friction makes by weakening with slip, from a stress that does not change */
+/* Returns whether this is a rupture due to weakening with slip, from a stress that does not change. */
 static PetscBool IsRupture(SlipFault fault)
 {
   const SlipFrictionLaw *law = fault->friction.law;
@@ -52,7 +51,8 @@ static PetscBool IsRupture(SlipFault fault)
            : PETSC_FALSE;
 }
 
-/* Does an option speak to TSBATHE, to its solver, or to a controller, whose tolerances were measured with it? */
+/* Finds whether an option belongs to TSBATHE, to its solver, or to a controller with tolerances measured for TSBATHE.
+   */
 static PetscErrorCode NamesOptionOfBathe(SlipFault fault, TS ts, PetscBool *named)
 {
   static const char *const stems[] = {"ts_bathe_", "ts_adapt_type", "ts_adapt_rl_", "ts_adapt_pi_",
@@ -73,7 +73,7 @@ static PetscErrorCode NamesOptionOfBathe(SlipFault fault, TS ts, PetscBool *name
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* of a fault whose balance is explicit, of a TS whose type nobody has named */
+/* Finds whether explicit steps are the default, for a fault with an explicit balance and a TS without a chosen type. */
 PetscErrorCode SlipFaultExplicitIsDefault(SlipFault fault, TS ts, PetscBool *is)
 {
   PetscBool named, bathe;
@@ -107,7 +107,7 @@ PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, char type[], size_
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A tolerance that somebody has changed since is the user's. */
+/* Finds whether the tolerance follows the accuracy: if it has changed since, it is the user's. */
 PetscErrorCode SlipFaultExplicitFollows(SlipFault fault, TS ts, PetscBool *follows)
 {
   PetscBool constant;
@@ -124,7 +124,7 @@ PetscErrorCode SlipFaultExplicitFollows(SlipFault fault, TS ts, PetscBool *follo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Errors go with slips: what is left of the slip at the end counts less than a tenth of it. */
+/* Estimates the error, which is relative to slip: the estimate needs less than a tenth of the slip to remain. */
 PetscErrorCode SlipFaultExplicitEstimate(SlipFault fault, TS ts, PetscReal *error, const char **why)
 {
   PetscBool basic, adams, rkc;

@@ -1,4 +1,4 @@
-/* The fault as a TS problem. */
+/* Formulates the fault as a problem of a TS. */
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipfaultfeatures.h>
 #include <slipstep/private/slipts.h>
@@ -68,8 +68,8 @@ static PetscErrorCode Name_Fault(TS ts, const char **name, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What policies whose steps are shares of T* were trained for: single events. Loading has no end, and its steps last
-   years. */
+/* Gives a reason where policies whose steps are shares of T* are unsuitable. They were trained for single events, but
+   loading has no end, and its steps last years. */
 static PetscErrorCode Untrained_Fault(TS ts, const char **why, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -125,13 +125,13 @@ static PetscErrorCode Error_Sticking(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E,
 
   PetscFunctionBegin;
   *E = 0;
-  if (((SlipFault)ctx)->balance.resting) PetscFunctionReturn(PETSC_SUCCESS); /* which is exact */
+  if (((SlipFault)ctx)->balance.resting) PetscFunctionReturn(PETSC_SUCCESS); /* a step of rest is exact */
   PetscCall(TSGetTolerances(ts, NULL, NULL, &rtol, NULL));
   PetscCall(SlipFaultStickingErrorNorm((SlipFault)ctx, rtol, 0, e, w0, w1, E));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- a medium that remembers ---- */
+/* ---- a medium with memory ---- */
 
 static PetscErrorCode Accept_Fault(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx)
 {
@@ -169,8 +169,8 @@ static PetscErrorCode RollBack_Fault(TS ts, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSPreStep, which PETSc does not call for a step that an event looks into again: types of PETSc's own know no
-   SlipProblemOps */
+/* TSPreStep. PETSc does not call it again for a step that an event searches. PETSc's own types do not use
+   SlipProblemOps. */
 static PetscErrorCode BeforeStep(TS ts)
 {
   const SlipProblemOps *problem;
@@ -204,7 +204,7 @@ static const SlipProblemOps FaultProblem = {.name = Name_Fault,
                                             .find = Find_Fault,
                                             .observe = Observe_Fault,
                                             .measures = PETSC_TRUE};
-/* dw/dt = A^-1 F_s(w), the smooth part: what integrators without the constraint see. */
+/* Computes dw/dt = A^-1 F_s(w), the smooth part, for integrators that do not handle the constraint. */
 static PetscErrorCode SlipFaultRHS(TS ts, PetscReal t, Vec w, Vec F, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -243,7 +243,8 @@ static PetscErrorCode SlipFaultSetTolerances(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Friction of 1e8 Pa balances slip rates of 1e-9 m/s that radiation damping makes 1e-3 Pa of. */
+/* Tightens the residual: friction of 1e8 Pa balances slip rates of 1e-9 m/s, of which radiation damping makes 1e-3 Pa
+   */
 static PetscErrorCode ConfigureDriven(TS ts)
 {
   const PetscReal residual = 1e-13;
@@ -256,11 +257,11 @@ static PetscErrorCode ConfigureDriven(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A smooth law makes the Jacobian's diagonal range over decades, from cell to cell: what is to be small is the force,
-   in all cells alike, and the diagonal is most of the Jacobian in steps that are exact enough. */
+/* With a smooth law the Jacobian's diagonal varies by decades from cell to cell: the force must be small in all cells
+   alike, and the diagonal is most of the Jacobian in sufficiently exact steps. */
 static PetscErrorCode ConfigureSmooth(SlipFault fault, TS ts)
 {
-  const PetscReal residual = 1e-11; /* of 1e7 Pa; a sigma, what ln v makes, is some 1e5 Pa */
+  const PetscReal residual = 1e-11; /* relative to 1e7 Pa; a sigma, the effect of ln v, is some 1e5 Pa */
   PetscReal step;
   SNES snes;
   KSP ksp;
@@ -286,7 +287,7 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   PetscCall(SlipFaultConstraintCreate(fault));
   PetscCall(TSSetProblemType(ts, TS_NONLINEAR));
   PetscCall(TSBatheIs(ts, &ours));
-  if (!ours) PetscCall(TSSetType(ts, TSBATHE)); /* which -ts_type may make TSMOREAU later */
+  if (!ours) PetscCall(TSSetType(ts, TSBATHE)); /* -ts_type may change it to TSMOREAU later */
   PetscCall(TSSetRHSFunction(ts, NULL, SlipFaultRHS, fault));
   PetscCall(TSBatheSetConstraint(ts, fault->stage.con));
   if (fault->kind.driven) PetscCall(ConfigureDriven(ts));
@@ -297,9 +298,9 @@ static PetscErrorCode ConfigureBathe(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Friction without inertia, under radiation damping, is an explicit problem: smooth friction unless the options ask for
-   TSBATHE or TSMOREAU, a rupture by default, and other friction that sticks where they ask for TSRKC, TSRK or TSADAMS.
-   Those that are asked for in vain are refused here, before somebody misses the constraint. */
+/* Finds whether the problem is explicit, as friction without inertia under radiation damping may be: smooth friction
+   unless options select TSBATHE or TSMOREAU, some ruptures by default, and other sticking friction where options select
+   TSRKC, TSRK or TSADAMS. Other faults refuse such a type here, before an error about a missing constraint. */
 static PetscErrorCode IsExplicit(SlipFault fault, TS ts, PetscBool *is)
 {
   const PetscBool balanced = !fault->kind.inertia && fault->balance.eta > 0 && !SlipFaultOpens(fault);
@@ -349,9 +350,9 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
   problem->waits = is_explicit && !fault->friction.law->always_slides ? SlipFaultWaits : NULL;
   problem->begin = is_explicit ? NULL : SlipFaultBeginSteps;
   problem->hand_over = is_explicit ? NULL : SlipFaultHandOverSteps;
-  if (fault->kind.driven) { /* it rests for years between events */
+  if (fault->kind.driven) { /* a driven fault rests for years between events */
     problem->corner = SlipFaultNextCorner;
-    problem->rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* in which states of the law's own evolve */
+    problem->rest = fault->friction.law->nstates ? NULL : SlipFaultRest; /* own states evolve at rest */
     problem->error = !is_explicit ? Error_Fault : fault->friction.law->always_slides ? NULL : Error_Sticking;
     if (fault->kind.inertia && !fault->friction.law->by_rate) problem->stop = Stop_Fault;
   }
@@ -362,7 +363,7 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 }
 
 /*@
-  SlipFaultConfigureTS - make a TS integrate the fault
+  SlipFaultConfigureTS - makes a TS integrate the fault
 
   Collective; after SlipFaultSetUp(), before TSSetFromOptions().
 
@@ -371,52 +372,51 @@ static PetscErrorCode SlipFaultAttach(SlipFault fault, TS ts, PetscBool is_expli
 - ts    - the TS
 
   Notes:
-  Sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of absolute
-  tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance says otherwise), max time 30 s
+  The function sets the type bathe with the fault's friction as its constraint, the smooth right-hand side, a vector of
+  absolute tolerances (1e-10 m for u and s, 1e-10 m/T* for v unless -fault_rate_tolerance sets it), max time 30 s
   (-ts_max_time), exact final time matchstep (-ts_exact_final_time), unlimited rejections and failed solves, first step
-  0.01 T* (-ts_dt), and what controllers ask of the fault (TSSetSlipProblem()). Controller (-ts_adapt_type): TSADAPTRL
-  from the instability (with inertia), from another start and under a pore pressure, with slip weakening, where its
-  policy is there, -fault_accuracy is one that it was trained for, and no tolerance is given (-ts_rtol,
-  TSSetTolerances(), -fault_tolerances, options of pi and dsp). With inertia it takes, from the instability and
-  from a given stress, steps that are explicit or implicit as needs fewer products (-ts_bathe_method auto), of the
-  former by the policy fault_products.h5, unless -ts_bathe_method or TSBatheSetMethod() says otherwise, the damping
-  ratio is above 0.6, an option speaks to implicit steps (-ts_bathe_gamma, -ts_bathe_first_stage,
-  -ts_bathe_reaction, -ts_bathe_stage_error), another error is bounded than that of the history, or the policy that is
-  named was trained on implicit steps. Cells that may open take pi, with inertia by such steps down to the accuracy
-  1e-2. Else pi with the filter fault_history from the
-  instability, pi from another start, basic under a pore pressure and heuristic with smooth friction; dsp for a fault
-  that is loaded or heals.
+  0.01 T* (-ts_dt), and the functions that controllers call (TSSetSlipProblem()).
 
-  The relative tolerance is set where TSSolve() begins, when the controller is known, unless -ts_rtol is given or
-  TSSetTolerances() was called after this function: that at which the controller keeps -fault_accuracy, 1e-2 by default,
-                    see
-  SlipFaultFindTolerance(), or what the file of -fault_tolerances says; with smooth friction and for other controllers
-  1e-3, and 1e-4 for a fault that is loaded or heals. -fault_accuracy is the dial of TSADAPTRL as well, unless it has
-  one.
+  The controller (-ts_adapt_type) is TSADAPTRL from the instability (with inertia), from another start and under a pore
+  pressure, with slip weakening, where its policy exists, was trained for -fault_accuracy, and no tolerance is given
+  (-ts_rtol, TSSetTolerances(), -fault_tolerances, options of pi and dsp). With inertia, from the instability and from a
+  given stress, its steps are explicit or implicit, whichever needs fewer products (-ts_bathe_method auto); from the
+  instability it uses the policy fault_products.h5. This does not apply where -ts_bathe_method or TSBatheSetMethod()
+  selects a method, the damping ratio is above 0.6, an option of implicit steps is given (-ts_bathe_gamma,
+  -ts_bathe_first_stage, -ts_bathe_reaction, -ts_bathe_stage_error), another error than that of the history is bounded,
+  or the named policy was trained on implicit steps. Cells that may open use pi, with inertia by such steps down to the
+  accuracy 1e-2. Other faults use pi with the filter fault_history from the instability, pi from another start, basic
+  under a pore pressure, heuristic with smooth friction, and dsp where the fault is loaded or heals.
+
+  TSSolve() sets the relative tolerance when it begins, for the controller of the run, unless -ts_rtol is given or
+  TSSetTolerances() was called after this function. It is the tolerance at which the controller satisfies
+  -fault_accuracy, 1e-2 by default (see SlipFaultFindTolerance()), or that of the file of -fault_tolerances. With smooth
+  friction and for other controllers it is 1e-3, and 1e-4 for a fault that is loaded or heals. -fault_accuracy is also
+  the accuracy of TSADAPTRL, unless that has its own.
 
   With smooth friction (rate_and_state), no inertia and radiation damping the fault is an explicit problem instead: u
-  and the state are integrated, one product with K for a right-hand side, v is made that of the balance after each
-  step. The type is TSADAMS, under TSADAPTPI, with a pore pressure under TSADAPTDSP. Under loading rtol is that which
-  keeps -fault_accuracy, 1e-2 by default, in the times of events, over the recurrence, in 95 % of drawn faults; it is
-  1e-3 under a pore pressure, with waves, and where an option names another type or controller. That means errors of
-  1e-3 d_c in u and 1e-3 in ln theta of the worst cell (SlipAdaptSetNorm()); the first step is 0.01 of the time in
-  which the fastest cell slips its d_c. With -ts_type bathe among the options, and with inertia, it is bathe, with
+  and the state are integrated, a right-hand side costs one product with K, and v is set to that of the balance after
+  each step. The type is TSADAMS under TSADAPTPI, or with a pore pressure under TSADAPTDSP. Under loading, rtol
+  satisfies -fault_accuracy, 1e-2 by default, for the times of events, over the recurrence, in 95 % of drawn faults; it
+  is 1e-3 under a pore pressure, with waves, and where an option names another type or controller. 1e-3 means errors of
+  1e-3 d_c in u and 1e-3 in ln theta of the worst cell (SlipAdaptSetNorm()). The first step is 0.01 of the time in which
+  the fastest cell slips its d_c. With -ts_type bathe among the options, and with inertia, the type is bathe, with
   errors relative to d_c and the slip rate.
 
   Friction that sticks is an explicit problem, too, without inertia, with radiation damping and without opening: the
-  slip rate of a cell follows from its stress, 0 where friction holds it. A rupture that weakening with slip makes, from
-  a given stress that nothing changes, is one by default, by TSRKC, unless the type of the TS is TSBATHE already, or an
-  option names a type, a controller, tolerances (-fault_tolerances) or the check of -fault_check_error, or is of
+  slip rate of a cell follows from its stress, 0 where friction holds it. A rupture due to weakening with slip, from a
+  given stress that nothing changes, is one by default, by TSRKC, unless the TS has the type TSBATHE already, or an
+  option names a type, a controller, tolerances (-fault_tolerances) or the check of -fault_check_error, or belongs to
   TSBATHE, its SNES, KSP or PC. Other runs are where the options name -ts_type rkc, rk or adams. With TSRKC and TSADAMS
-  -fault_accuracy sets the tolerance of such a rupture; else it is 1e-2 of TSRKC, and 1e-3 of the others, in errors of
-  the worst cell over d_c or the largest displacement; in such a rupture over d_c, or a tenth of the largest
-  displacement while that is less. Rest is skipped, as with bathe, and steps end at corners of the loading; while any
-  cell slips they are seconds to minutes, so that events of seconds win by them, and slip of days or years loses.
-  Where stress changes in time, classical controllers of TSBATHE therefore take these steps or implicit ones, as costs
-  less (-ts_bathe_method auto, the default there).
+  -fault_accuracy sets the tolerance of such a rupture. Otherwise it is 1e-2 for TSRKC and 1e-3 for the others. Errors
+  are those of the worst cell over d_c or the largest displacement; in such a rupture over d_c, or a tenth of the
+  largest displacement while that is less. Rest is skipped, as with bathe, and steps end at corners of the loading.
+  While any cell slips they are seconds to minutes, so that they are faster for events of seconds, and slower for slip
+  of days or years. Where stress changes in time, classical controllers of TSBATHE therefore choose these steps or
+  implicit ones by cost (-ts_bathe_method auto, the default there).
 
-  With -ts_type moreau, or of that type already, a fault with inertia takes explicit steps, with friction found cell by
-  cell; without inertia that is refused.
+  With -ts_type moreau, or where the TS has that type already, a fault with inertia takes explicit steps, and friction
+  is solved cell by cell; without inertia this is an error.
 
   Errors: PETSC_ERR_ORDER before SlipFaultSetUp(); PETSC_ERR_FILE_OPEN or PETSC_ERR_FILE_UNEXPECTED, naming file and
   dataset, where the file of tolerances is needed and missing, damaged or of another version

@@ -1,12 +1,12 @@
-/* Steps of constant slip rates: what a state is after one, and how long it may be. */
+/* Computes steps of constant slip rates: the state after a step, and its longest length. */
 #include <slipstep/private/slipfault.h>
 #include <slipadapt.h>
 
-#define MOST_SLIP 0.5 /* of a step, over d_c */
-/* Waves may start a rupture where all rests while the largest stress that is still under way exceeds the first share of
-   the least distance to strength, as waves from several places may add up, and the second one of the largest strength,
-   what the exponentials of their kernels are off by. Only cells whose strength can still fall by the third share of it
-   count: others slip on by as much as the wave that passes, and start nothing. */
+#define MOST_SLIP 0.5 /* slip in a step, over d_c */
+/* Waves may start a rupture where all cells rest while the largest stress that is still to arrive exceeds the first
+   share of the least distance to strength, as waves from several places may add up, and the second share of the largest
+   strength, which is the error of the exponentials in their kernels. Only cells count whose strength can still fall by
+   the third share of it: others slip only as much as the passing wave makes them, and start nothing. */
 #define WAITS_DISTANCE 0.1
 #define WAITS_STRENGTH 1e-6
 #define WAITS_DROP 0.01
@@ -53,8 +53,8 @@ PetscErrorCode SlipFaultDrift(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The share of d_c that a cell may slip in a step while it is stable, of Lapusta et al. (2000), equations 15: a sigma,
-   (b - a) sigma and its stiffness k; half where others weaken */
+/* Returns the share of d_c that a cell may slip in a step while it is stable, by Lapusta et al. (2000), equations
+   15, from a sigma, (b - a) sigma and its stiffness k; at most half. */
 static PetscReal Share(PetscReal A, PetscReal weakening, PetscReal stiffness)
 {
   const PetscReal root = PetscSqr(stiffness - weakening) / 4 - stiffness * A;
@@ -64,7 +64,7 @@ static PetscReal Share(PetscReal A, PetscReal weakening, PetscReal stiffness)
   return PetscMin(1 - weakening / stiffness, (PetscReal)MOST_SLIP);
 }
 
-/* No policy was trained with waves: the dial of one for cycles without them moved events by years, to and fro. */
+/* Refuses rl with waves: the policy for cycles without waves moved events by years, both ways. */
 PetscErrorCode SlipFaultRefuseLearnedWaves(SlipFault fault, TS ts)
 {
   PetscReal shortest;
@@ -90,7 +90,7 @@ PetscErrorCode SlipFaultShortestStep(TS ts, PetscReal *step, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.slip_step. Cells that stick have no rate to go by: while any slides steps are the shortest. */
+/* SlipProblemOps.slip_step. Sticking cells have no rate to limit a step: while any slides steps are the shortest. */
 PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -123,8 +123,8 @@ PetscErrorCode SlipFaultSlipStep(TS ts, PetscReal t, Vec w, PetscReal *longest, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.waits. What waves still do to the stress is its difference to that of the same slip when all have
-   gone; loading, which is steady, meets its impedance for ever. */
+/* SlipProblemOps.waits. The stress that waves will still bring is the difference to the stress of the same slip when
+   all waves have gone; steady loading meets its impedance for ever. */
 PetscErrorCode SlipFaultWaits(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;

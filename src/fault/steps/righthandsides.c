@@ -1,9 +1,9 @@
-/* Friction that sticks, without inertia, for TSBATHE: right-hand sides of explicit steps beside its implicit ones. Slip
-   rates are a function of displacement and state (balance.c); the component v of a state follows from the others. */
+/* Gives TSBATHE right-hand sides of explicit steps for friction that sticks without inertia. Slip rates are a function
+   of displacement and state (balance.c); the component v of a state follows from the others. */
 #include <slipstep/private/slipfault.h>
 
-/* Times the rate below which friction holds a cell that exceeds its strength by rounding (SLIP_FRICTION_HOLD): what is
-   slower starts and stops by turns in explicit steps, where implicit ones go on */
+/* Least slip rate that counts, over that at which friction holds a cell that exceeds its strength by rounding
+   (SLIP_FRICTION_HOLD). Slower cells start and stop in turn in explicit steps, where implicit ones continue. */
 #define MOVES 1e3
 
 static PetscErrorCode Rate(TS ts, Vec w, PetscReal *rate, void *ctx)
@@ -15,7 +15,7 @@ static PetscErrorCode Rate(TS ts, Vec w, PetscReal *rate, void *ctx)
 
   PetscFunctionBegin;
   *rate = 0;
-  PetscCall(SlipFaultGetFriction(fault, 0, &friction)); /* whose stress the start has */
+  PetscCall(SlipFaultGetFriction(fault, 0, &friction)); /* the stress of the start suffices */
   PetscCall(VecGetArrayRead(w, &a));
   for (PetscInt i = 0; i < fault->mesh.n && !moves; i++)
     if (fault->balance.eta * SlipFaultSpeed(fault, a, i) > MOVES * SLIP_FRICTION_HOLD * friction.stress[i])
@@ -30,13 +30,13 @@ static PetscErrorCode Side(TS ts, PetscReal t, Vec w, Vec f, void *ctx)
 {
   PetscFunctionBegin;
   (void)ts;
-  PetscCall(SlipElasticForget(((SlipFault)ctx)->medium)); /* what solves have left is right to their rounding only */
+  PetscCall(SlipElasticForget(((SlipFault)ctx)->medium)); /* stored products of solves contain their rounding */
   PetscCall(SlipFaultRates((SlipFault)ctx, t, w, f));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Hermite's cubic, and its slope as slip rates, by which Simpson's rule gives the slip. A cell whose slope opposes its
-   way starts or stops within the step, and rests there. */
+/* Computes Hermite's cubic, and from its slope the slip rates with which Simpson's rule gives the slip. A cell whose
+   slope opposes its slip starts or stops within the step, and rests there. */
 static PetscErrorCode Middle(TS ts, PetscReal h, Vec w0, Vec w2, Vec f0, Vec f2, Vec w1, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -72,8 +72,8 @@ static PetscErrorCode Middle(TS ts, PetscReal h, Vec w0, Vec w2, Vec f0, Vec f2,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At these, segments of 100 drawn sequences have the errors that implicit steps leave (dials -problem sequence): how
-   much larger the estimated error of a step may be, and in how many steps an error of its slip may wear off */
+/* How much larger the estimated error of a step may be, and in how many steps an error of its slip may decay. With
+   these, segments of 100 drawn sequences have the errors of implicit steps (dials -problem sequence). */
 static const PetscReal beside = 2, steps = 5;
 
 static PetscErrorCode Error(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx)
@@ -95,7 +95,7 @@ static PetscErrorCode Reaction(TS ts, PetscReal t, Vec w, Vec r, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a fault whose TS is TSBATHE */
+/* Attaches the functions to a fault whose TS is TSBATHE. */
 PetscErrorCode SlipFaultSidesAttach(SlipFault fault)
 {
   SlipProblemOps *problem = &fault->problem;

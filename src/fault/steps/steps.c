@@ -1,5 +1,4 @@
-/* Which controller a run takes that names none, and at which tolerance a controller keeps the accuracy that is
-   wanted. */
+/* Chooses the default controller of a run, and the tolerance at which a controller satisfies the wanted accuracy. */
 #include <slipadapt.h>
 #include <slipstep/private/slipfault.h>
 #include <slipstep/private/slipsys.h>
@@ -16,28 +15,27 @@ typedef enum {
   KINDS
 } Kind;
 
-/* Of sequences, and of ruptures under a pore pressure: looser ones lose events of faults that hardly weaken enough. */
+/* Largest tolerance of sequences, and of ruptures under a pore pressure: larger ones lose events of marginal faults. */
 #define MARGINAL 0.01
-/* So much tighter with inertia: what an event is late adds up, and twenty of them are to be within an accuracy of
-   1e-2. */
+/* Divisor of tolerances with inertia: delays of events add up, and twenty of them should be within the accuracy 1e-2.
+   */
 #define STOPS 5
-/* Likewise where a pore pressure starts ruptures, which the draws of injections do not have. basic at 1e-3 keeps 1e-2
-   in 45 of 48 pulses of 1.5 s to a day with ramps of 0.1 s to a day, under constant friction and slip weakening, and
-   1.8e-2 in all, by 6340 products (heuristic 43, dsp 37, pi 27); rl takes 14800 for that, by -ts_rtol 1e-3. */
+/* Likewise where a pore pressure starts ruptures, which the draws of injections do not contain. basic at 1e-3 satisfies
+   1e-2 in 45 of 48 pulses of 1.5 s to a day with ramps of 0.1 s to a day, under constant friction and slip weakening,
+   and 1.8e-2 in all, by 6340 products (heuristic 43, dsp 37, pi 27); rl takes 14800 for that, by -ts_rtol 1e-3. */
 #define PULSES 3
 
-/* Kinds of runs. controller is the classical one that is the default and that rl hands over to: the cheapest at the
-   accuracy 1e-2; fine likewise, of finer accuracies than 3e-3. */
+/* Kinds of runs. controller is the default classical one, to which rl hands over: the cheapest at the accuracy 1e-2;
+   fine is the same for accuracies finer than 3e-3. */
 static const struct {
   const char *name, *meaning;
-  const char
-    *policy; /* the problem whose default policy it takes; "fault", which hands over, where none is made for it */
-  const char *by_products;       /* with inertia: that of steps which are explicit or implicit; NULL: none */
+  const char *policy;      /* the problem of its default policy; "fault", which hands over, where none is made for it */
+  const char *by_products; /* with inertia: problem of the policy for explicit or implicit steps; NULL: none */
   const char *controller, *fine; /* a type, and a filter after a colon */
-  const char *group;             /* of a file of tolerances (-fault_tolerances); NULL: nobody has measured them */
-  PetscReal learned;             /* the finest accuracy at which rl, by the policy, is the default; 0: nowhere */
-  PetscReal rtol;                /* of controllers without a row: those that were not calibrated, rl, constant steps */
-  PetscReal loosest, tighter;    /* others are at most the first, and so many times smaller */
+  const char *group;             /* group of a file of tolerances (-fault_tolerances); NULL: none measured */
+  PetscReal learned;             /* the finest accuracy for which rl, by the policy, is the default; 0: none */
+  PetscReal rtol;                /* for controllers without a row: uncalibrated ones, rl, constant steps */
+  PetscReal loosest, tighter;    /* an upper bound of the other tolerances, and their divisor */
 } Kinds[KINDS] = {
   [KIND_EVENT] = {"event", "an event from the instability", "fault", "fault_products", "pi:fault_history", "dsp",
                   "event", 1e-3, 1e-3, PETSC_MAX_REAL, 1},
@@ -55,10 +53,10 @@ static const struct {
                    PETSC_MAX_REAL, 1},
 };
 #define FINE 3e-3
-/* Damping ratio up to which fault_products was trained. Beyond it explicit steps are stable over so short a time that
-   implicit ones take fewer products (24 x 24 cells of the 3 km fault at 1: 670 in place of 930). */
+/* Largest damping ratio in the training of fault_products. Beyond it explicit steps are stable for so short a time that
+   implicit ones take fewer products (24 x 24 cells of the 3 km fault at 1: 670 instead of 930). */
 #define MOST_DAMPED 0.6
-/* Cells that may open: the finest accuracy that pi keeps by explicit steps, at a seventh of the products */
+/* The finest accuracy that pi satisfies by explicit steps where cells may open, at a seventh of the products */
 #define OPENING_LEAST 1e-2
 
 static const char *ControllerAt(PetscInt kind, PetscReal accuracy)
@@ -66,7 +64,7 @@ static const char *ControllerAt(PetscInt kind, PetscReal accuracy)
   return accuracy < FINE ? Kinds[kind].fine : Kinds[kind].controller;
 }
 
-/* Collective; file "": the library's */
+/* Reads the tolerances of a kind. Collective. file "": the library's */
 static PetscErrorCode ReadTolerances(MPI_Comm comm, const char prefix[], const char file[], PetscInt kind,
                                      SlipFaultTolerances *t)
 {
@@ -79,19 +77,19 @@ static PetscErrorCode ReadTolerances(MPI_Comm comm, const char prefix[], const c
 }
 
 /*@C
-  SlipFaultFindTolerance - the relative tolerance at which a controller keeps an accuracy in 95 % of random faults
+  SlipFaultFindTolerance - finds the relative tolerance at which a controller satisfies an accuracy in 95 % of faults
 
   Not collective; reads the file of the library, or of SLIPSTEP_POLICY_DIR
 
   Input Parameters:
-+ kind       - of a run: "event" (from the instability), "rupture" (from a given stress), "sequence" (loaded, or
++ kind       - kind of run: "event" (from the instability), "rupture" (from a given stress), "sequence" (loaded, or
                healing), "sequence_inertia", "injection" (a pore pressure alone), "injection_weakening" (where friction
                weakens) or "smooth" (rate-and-state friction under TSBATHE)
-. controller - as `SlipAdaptSetController()` takes it
-- accuracy   - relative error of the run, as of -fault_accuracy, dimensionless
+. controller - as in SlipAdaptSetController()
+- accuracy   - relative error of the run, as in -fault_accuracy, dimensionless
 
   Output Parameter:
-. rtol - the tolerance, dimensionless; 0: none is known for this controller, or it keeps the accuracy at none
+. rtol - the tolerance, dimensionless; 0: the file has none for this controller, or it satisfies the accuracy at none
 
   Level: intermediate
 
@@ -132,13 +130,13 @@ void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit)
   const PetscInt kind = KindOf(fault);
 
   if (kind != fault->steps.kind) fault->steps.tolerances.controllers = 0;
-  /* What was read stays, as a fault may run many times. */
+  /* Tolerances that were read stay, as a fault may run many times. */
   fault->steps = (SlipFaultSteps){.kind = kind, .policy = Kinds[kind].policy, .tolerances = fault->steps.tolerances};
   fault->problem.controller =
     is_explicit ? NULL : ControllerAt(kind, SlipFaultAccuracy(fault)); /* NULL: the integrator's */
 }
 
-/* Whether an option of the TS is given, before it was read */
+/* Finds whether an option of the TS is given, before TSSetFromOptions() reads it. */
 static PetscErrorCode Names(TS ts, const char option[], PetscBool *names)
 {
   const char *prefix;
@@ -149,19 +147,19 @@ static PetscErrorCode Names(TS ts, const char option[], PetscBool *names)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* -ts_adapt_type NAME means the type as it is by itself, also where it is the default with a filter. */
+/* Finds whether -ts_adapt_type is given. NAME alone means the type without a filter, also where the default has one. */
 static PetscErrorCode NamesType(TS ts, PetscBool *names)
 {
   return Names(ts, "ts_adapt_type", names);
 }
 
-/* What policies were trained on and held out with */
+/* Returns whether policies were trained and tested with this law. */
 static PetscBool IsTrainedLaw(const char law[])
 {
   return !strcmp(law, "exponential_slip_weakening") || !strcmp(law, "linear_slip_weakening") ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Whether an option names a controller or tolerances, or is one of the classical controller that is the default else */
+/* Finds whether an option names a controller or tolerances, or belongs to the default classical controller. */
 static PetscErrorCode NamesClassical(SlipFault fault, TS ts, const char controller[], PetscBool *names)
 {
   static const char *const common[] = {"ts_adapt_type", "ts_rtol", "ts_adapt_safety"};
@@ -179,7 +177,7 @@ static PetscErrorCode NamesClassical(SlipFault fault, TS ts, const char controll
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether rl is the default: where it has won, its policy is there, and no option speaks to a classical controller */
+/* Finds whether rl is the default: it was the best, its policy exists, and no option sets a classical controller. */
 static PetscErrorCode IsLearned(SlipFault fault, TS ts, PetscBool *learned)
 {
   const PetscInt kind = fault->steps.kind;
@@ -189,7 +187,7 @@ static PetscErrorCode IsLearned(SlipFault fault, TS ts, PetscBool *learned)
   PetscFunctionBegin;
   *learned = Kinds[kind].learned > 0 && SlipFaultAccuracy(fault) >= Kinds[kind].learned ? PETSC_TRUE : PETSC_FALSE;
   if (kind == KIND_EVENT && fault->kind.driven) *learned = PETSC_FALSE; /* without inertia */
-  if (SlipFaultOpens(fault)) *learned = PETSC_FALSE; /* the policies lose its dial on half of such faults, pi on none */
+  if (SlipFaultOpens(fault)) *learned = PETSC_FALSE; /* policies exceed the accuracy on half of these, pi on none */
   if (!IsTrainedLaw(fault->friction.law->name)) *learned = PETSC_FALSE;
   PetscCall(NamesClassical(fault, ts, fault->problem.controller, &named));
   if (named) *learned = PETSC_FALSE;
@@ -197,7 +195,7 @@ static PetscErrorCode IsLearned(SlipFault fault, TS ts, PetscBool *learned)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* -fault_velocity_scale, once the policy is known; names NULL: there is none */
+/* Warns that -fault_velocity_scale is unused, when the policy is chosen; names NULL: there is no policy. */
 static PetscErrorCode WarnOfVelocity(SlipFault fault, PetscInt n, const char *const names[])
 {
   const char *prefix = SlipFaultPrefix(fault);
@@ -217,7 +215,7 @@ static PetscErrorCode WarnOfVelocity(SlipFault fault, PetscInt n, const char *co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Options of the fault that nothing of the chosen steps follows, before a run */
+/* Warns before a run of options of the fault that the chosen steps do not use. */
 static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
 {
   const PetscBool is_explicit = fault->problem.any_integrator;
@@ -254,7 +252,7 @@ static PetscErrorCode WarnOfIdle(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Once */
+/* Reads the tolerances once. */
 static PetscErrorCode ReadOwnTolerances(SlipFault fault)
 {
   SlipFaultSteps *steps = &fault->steps;
@@ -266,14 +264,14 @@ static PetscErrorCode ReadOwnTolerances(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Events follow each other, or fluid is injected: no estimate of the steps themselves is known. */
+/* Returns whether events follow each other, or fluid is injected: there is no estimate of the steps themselves. */
 static PetscBool HasToleranceError(SlipFault fault)
 {
   return (PetscBool)(fault->steps.kind >= KIND_SEQUENCE && fault->steps.kind <= KIND_TRIGGERED);
 }
 
-/* Of such runs: the accuracy that the controller kept at this tolerance in 97 % of the faults of the calibration.
-   0: unknown, as where no file was read at the start */
+/* Gets for such runs the accuracy that the controller satisfied at this tolerance in 97 % of the faults of the
+   calibration. 0: unknown, as where no file was read at the start */
 PetscErrorCode SlipFaultToleranceError(SlipFault fault, TS ts, PetscReal *error)
 {
   char controller[64];
@@ -303,7 +301,7 @@ static PetscErrorCode Set(SlipFault fault, TS ts, const char controller[], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The default controller and its tolerance */
+/* Sets the default controller and its tolerance. */
 PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
 {
   const char *controller = fault->problem.controller;
@@ -329,7 +327,7 @@ PetscErrorCode SlipFaultConfigureSteps(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A policy that is only the default gives way to a tolerance that the user has set. */
+/* Replaces a policy that is only the default where the user has set a tolerance. */
 static PetscErrorCode GiveWay(SlipFault fault, TSAdapt adapt)
 {
   char controller[64];
@@ -345,7 +343,7 @@ static PetscErrorCode GiveWay(SlipFault fault, TSAdapt adapt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does an option speak to implicit steps alone? */
+/* Finds whether an option belongs to implicit steps only. */
 static PetscErrorCode NamesStages(TS ts, PetscBool *names)
 {
   static const char *const options[] = {"ts_bathe_gamma", "ts_bathe_first_stage", "ts_bathe_reaction",
@@ -357,7 +355,7 @@ static PetscErrorCode NamesStages(TS ts, PetscBool *names)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does a policy choose the steps that knows explicit ones, or ruptures whose steps were cut as those are? */
+/* Finds whether the policy was trained with explicit steps, or with ruptures whose steps were limited like those. */
 static PetscErrorCode LearnsByProducts(SlipFault fault, TSAdapt adapt, PetscBool *learns)
 {
   const char *problem = Kinds[fault->steps.kind].by_products, *measure, *trained = NULL;
@@ -381,9 +379,9 @@ static PetscErrorCode LearnsByProducts(SlipFault fault, TSAdapt adapt, PetscBool
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How steps are computed unless somebody says it: explicit or implicit, as costs less, where that was measured to keep
-   the accuracy; with inertia for single events, without it where stress changes in time, under classical controllers.
-   Else by implicit steps, on which other policies were trained and tolerances measured. */
+/* Chooses how steps are computed unless the user does: explicit or implicit, whichever costs less, where errors were
+   measured to satisfy the accuracy: with inertia for single events, without it where stress changes in time, under
+   classical controllers. Else steps are implicit, as in the training of other policies and the measured tolerances. */
 static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
 {
   const Kind kind = (Kind)fault->steps.kind;
@@ -409,7 +407,7 @@ static PetscErrorCode ChooseMethod(SlipFault fault, TS ts, TSAdapt adapt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* SlipProblemOps.begin: the controller is known now. A tolerance that neither the fault nor a policy has set is the
+/* SlipProblemOps.begin: uses the controller of the run. A tolerance that neither the fault nor a policy has set is the
    user's, as is that of -ts_rtol. */
 PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
 {
@@ -444,7 +442,7 @@ PetscErrorCode SlipFaultBeginSteps(TS ts, PetscBool chosen, void *ctx)
   PetscCall(TSAdaptRLSetDefaultAccuracy(adapt, SlipFaultAccuracy(fault)));
   PetscCall(ChooseMethod(fault, ts, adapt));
   PetscCall(TSAdaptRLGetAccuracy(adapt, &dial));
-  if (dial > 0) fault->problem.controller = ControllerAt(steps->kind, dial); /* that rl hands over to */
+  if (dial > 0) fault->problem.controller = ControllerAt(steps->kind, dial); /* rl hands over to it */
   if (steps->given) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipAdaptGetController(adapt, controller, sizeof(controller)));
   PetscCall(Set(fault, ts, controller, SlipFaultAccuracy(fault)));
@@ -468,9 +466,9 @@ PetscErrorCode SlipFaultHandOverSteps(TS ts, TSAdapt fallback, PetscReal accurac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what is said of it ---- */
+/* ---- what a run reports of its steps ---- */
 
-/* The controller whose tolerance counts: under rl its fallback. empty: none */
+/* Gets the controller that uses the tolerance: rl's fallback after it has handed over. It is empty for rl itself. */
 static PetscErrorCode InCharge(TS ts, char controller[], size_t len)
 {
   PetscBool learned, handed;
@@ -488,10 +486,10 @@ static PetscErrorCode InCharge(TS ts, char controller[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the dial of a policy, what tolerances of classical controllers are of their accuracy at 1e-2, about */
+/* Tolerances over the accuracy, for classical controllers at 1e-2, about: stands in for the tolerance under a policy */
 #define OF_DIAL 0.3
 
-/* The relative error of a step, by the tolerance, or under a policy by its dial. 0: steps are given */
+/* Gets the relative error of a step, from the tolerance, or under a policy from its accuracy. 0: steps are given */
 PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative)
 {
   char controller[64];
@@ -509,7 +507,7 @@ PetscErrorCode SlipFaultStepsError(SlipFault fault, TS ts, PetscReal *relative)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* rl that somebody asked for, and the file of the policy that was named */
+/* Prints that the user chose rl, with the file of the policy. */
 static PetscErrorCode ReportNamedPolicy(SlipFault fault, TSAdapt adapt)
 {
   const char *file = NULL;
@@ -527,7 +525,7 @@ static PetscErrorCode ReportNamedPolicy(SlipFault fault, TSAdapt adapt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Before the run: what follows from the accuracy, and may be chosen otherwise */
+/* Prints before the run what follows from the accuracy, and may be chosen otherwise. */
 PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
 {
   const SlipFaultSteps *steps = &fault->steps;
@@ -575,7 +573,7 @@ PetscErrorCode SlipFaultReportSteps(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After it: /result has rtol, and accuracy where it follows one */
+/* After the run, adds rtol to /result, and accuracy if rtol follows one. */
 PetscErrorCode SlipFaultStepsResult(SlipFault fault, TS ts, SlipOutput run)
 {
   const SlipFaultSteps *steps = &fault->steps;

@@ -1,16 +1,16 @@
-/* Where in a step a cell stops that has most of the slip rate. With inertia its acceleration jumps there, and a step
-   across the jump has an error of its slip that goes with the square of the step and by where in it the stop is; one
-   that turns back has an error of its rate that goes with the step, which the next ones keep. Steps that end at the
-   stop have neither. Of many cells that slide some stop in every step and count little: they are left to the error
-   estimate. */
+/* Finds where in a step the cell stops that has most of the slip rate. With inertia its acceleration jumps there. A
+   step across the jump has an error of slip that grows with the square of the step and depends on the place of the stop
+   in it. A step in which the cell turns back has an error of its rate that grows with the step, and later steps do not
+   correct it. Steps that end at the stop have neither error. Of many sliding cells some stop in every step and matter
+   little: the error estimate covers them. */
 #include <slipstep/private/slipfault.h>
 
-/* The least share of the sum of all slip rates; and the slip that is left to the stop, over d_c and the relative
+/* The least share of the sum of all slip rates; and the remaining slip up to the stop, over d_c and the relative
    tolerance, below which the stop does not matter */
 static const PetscReal least_share = 0.5, least_slip = 0.03;
 
-/* The root of v in (0, h], by the parabola through v0 with the slope k0 and vm at x; before x when vm is beyond the
-   root */
+/* Returns the root of v in (0, h] on the parabola through v0 with the slope k0 and through vm at x; at most x when vm
+   is beyond the root. */
 static PetscReal Root(PetscReal v0, PetscReal k0, PetscReal vm, PetscReal x, PetscReal h)
 {
   const PetscReal c = (vm - v0 - k0 * x) / (x * x);
@@ -21,18 +21,18 @@ static PetscReal Root(PetscReal v0, PetscReal k0, PetscReal vm, PetscReal x, Pet
   return root > x && root < h ? root : h;
 }
 
-/* Of x along v, whose length is size */
+/* Returns the component of x along v, whose length is size. */
 static PetscReal Component(SlipFault fault, const PetscReal v[], PetscReal size, const PetscReal x[])
 {
   return fault->layout.components == 1 ? (v[0] < 0 ? -x[0] : x[0]) : SlipFaultDot(fault, v, x) / size;
 }
 
 /*
-  SlipFaultStop - when after the start of a step h [s] the cell stops that has most of the slip rate, PETSC_MAX_REAL if
-  it does not
+  SlipFaultStop - finds how long after the start of a step h [s] the cell with most of the slip rate stops;
+  PETSC_MAX_REAL if it does not
 
-  Collective. state: at the shares 0, share and 1 of the step; k0: the derivative at its start. Slip that is small
-  against rtol d_c does not count.
+  Collective. state: states at the shares 0, share and 1 of the step; k0: the derivative at its start. A stop before
+  which slip is small against rtol d_c does not count.
 */
 PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscReal rtol, PetscReal share, const Vec state[3], Vec k0,
                              PetscReal *stop)

@@ -1,27 +1,25 @@
-/* -fault_catalogue: events of a run, from the first cell whose slip rate exceeds -fault_event_rate to the last that
-   does, until all are much slower: what passes the bound again before that is the same event.
-
-   The rates at the ends of accepted steps say which steps belong to an event; onset and end are where they pass the
-   bound within the first and the last of these. What is integrated over a step, and where cells pass the bound in it,
-   is in cataloguestep.c. Between events a step costs one reduction. Products with K are needed at the onset and the
-   end, and where cells always slide for states within steps. */
+/* Finds the events of a run for -fault_catalogue. An event lasts from the first cell whose slip rate exceeds
+   -fault_event_rate to the last one, until all are much slower: a rate that exceeds the bound again before is part of
+   it. The rates at the ends of accepted steps show which steps belong to an event. Onset and end are the times at which
+   they pass the bound within the first and the last of these. cataloguestep.c integrates over a step, and finds when
+   cells pass the bound in it. Between events a step costs one reduction. Products with K are necessary at the onset and
+   the end, and where cells always slide for states within steps. */
 #include <slipstep/private/sliprunfiles.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 #include <stdio.h>
 
-/* An event is over when all rates have fallen below the bound over this: until then it may go on. Rates that creep up
-   to the bound pass it to and fro, in the minute before an event of SEAS BP5 by less than a factor of 2; a decade is
-   more than that, and little of the nine by which rates fall after an event. */
+/* An event is over when all rates are below the bound over this; until then it may continue. Slowly growing rates cross
+   the bound repeatedly, in the minute before an event of SEAS BP5 within a factor of 2. A decade is more than that, and
+   small against the nine decades by which rates fall after an event. */
 #define EVENT_OVER 10
-/* From this share of the energies on what is left of their balance is told of: a moment that is off by as much changes
-   the magnitude by 0.01, 2/3 of log10(1.035), the last digit that is printed. Steps that follow an event leave less
-   than 0.004. */
+/* An energy residual is reported from this share of the energies on. A moment with such an error changes the magnitude
+   by 0.01, 2/3 of log10(1.035), its last printed digit. Steps that follow an event leave less than 0.004. */
 #define LARGE_RESIDUAL 0.035
 
 /* ---- an event ---- */
 
-/* May waves of images of the events before, some of which may have begun within those of others, be under way? */
+/* Finds whether waves of images of earlier events, which may overlap in time, may still be present at the onset. */
 static PetscErrorCode OfImages(SlipFaultCatalogue cat, PetscReal onset, PetscBool *images)
 {
   const PetscReal time = cat->fault->loads.origin + onset;
@@ -34,7 +32,7 @@ static PetscErrorCode OfImages(SlipFaultCatalogue cat, PetscReal onset, PetscBoo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* w: state at the onset, in which the fastest cell is the first */
+/* Begins an event; w: state at the onset, in which the fastest cell is the first one */
 static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
 {
   SlipFault fault = cat->fault;
@@ -57,7 +55,7 @@ static PetscErrorCode BeginEvent(SlipFaultCatalogue cat, PetscReal onset, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The first step of an event, in which the rate is passed */
+/* Begins an event in its first step, in which the rate exceeds the bound. */
 static PetscErrorCode Onset(SlipFaultCatalogue cat, SlipEventStep *step)
 {
   SlipFaultEvent *e = &cat->event;
@@ -71,7 +69,7 @@ static PetscErrorCode Onset(SlipFaultCatalogue cat, SlipEventStep *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest slip rate, which is max at the end of the step */
+/* Updates the largest slip rate, which is max at the end of the step. */
 static void FollowPeak(SlipFaultEvent *e, const SlipEventStep *step, PetscReal max)
 {
   const PetscReal time[] = {e->time[0], e->time[1], step->begin + step->dt}, rate[] = {e->rate[0], e->rate[1], max};
@@ -84,8 +82,8 @@ static void FollowPeak(SlipFaultEvent *e, const SlipEventStep *step, PetscReal m
   e->steps++;
 }
 
-/* What is left of the balance of energies over the larger of the two terms that it is left of: an event of a fault that
-   loading moves may release next to nothing */
+/* Returns the energy residual over the larger of the two terms of the balance: an event of a fault that loading moves
+   may release almost no energy. */
 static PetscReal Residual(PetscReal left, PetscReal elastic, PetscReal dissipated)
 {
   const PetscReal size = PetscMax(PetscAbsReal(elastic), PetscAbsReal(dissipated));
@@ -115,7 +113,7 @@ static PetscErrorCode PrintEvent(SlipFault fault, const PetscReal row[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The event is over */
+/* Closes an event that is over. */
 static PetscErrorCode Close(SlipFaultCatalogue cat)
 {
   PetscFunctionBegin;
@@ -127,8 +125,8 @@ static PetscErrorCode Close(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step that ended in w. One in which the rate is passed downwards leaves the event's row, should the event not go
-   on. */
+/* Follows a step that ended in w. Where the rate falls below the bound, the event's row is filled, in case the event
+   does not continue. */
 static PetscErrorCode Follow(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w)
 {
   SlipFault fault = cat->fault;
@@ -168,7 +166,7 @@ static PetscErrorCode Remember(SlipFaultCatalogue cat, PetscReal time, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What TSSolve() starts from may be within an event. */
+/* Begins the catalogue; TSSolve() may start within an event. */
 static PetscErrorCode CatalogueStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
 {
   SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
@@ -266,7 +264,7 @@ static PetscErrorCode CatalogueCreate(SlipFault fault, TS ts, PetscBool *wanted,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An event that goes on at the end of the run has a row of what there is of it, which a restart takes out. */
+/* Adds a row for an event that is unfinished at the end of the run; a restart removes this row. */
 static PetscErrorCode GoesOn(SlipFaultCatalogue cat, TS ts, SlipOutput run)
 {
   char when[32], text[160];
@@ -298,7 +296,7 @@ static PetscErrorCode WarnOfResiduals(SlipFaultCatalogue cat)
   PetscCall(SlipCatalogueReadColumn(cat, EVENT_ENERGY_RESIDUAL, &rows, &left));
   PetscCall(SlipCatalogueReadColumn(cat, EVENT_ELASTIC_ENERGY, &rows, &elastic));
   PetscCall(SlipCatalogueReadColumn(cat, EVENT_DISSIPATED_ENERGY, &rows, &dissipated));
-  n = PetscMin(rows, cat->fault->run->events); /* those that are over */
+  n = PetscMin(rows, cat->fault->run->events); /* the events that are over */
   for (PetscInt k = 0; k < n; k++) {
     const PetscReal residual = Residual(left[k], elastic[k], dissipated[k]);
 
@@ -343,7 +341,7 @@ static PetscErrorCode WarnOfImages(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The file is complete, and the summary says how many events there were. */
+/* Completes the file, and adds the number of events to the summary. */
 static PetscErrorCode CatalogueFinish(SlipFault fault, TS ts, SlipOutput run, void *ctx)
 {
   SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;

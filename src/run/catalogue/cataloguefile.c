@@ -1,5 +1,5 @@
-/* The file of -fault_catalogue: a dataset of each column, with an entry for each event, the mesh, and maps; and what a
-   checkpoint keeps of a catalogue. */
+/* Writes the file of -fault_catalogue: a dataset for each column, with an entry for each event, the mesh, and maps; and
+   visits the catalogue for checkpoints. */
 #include <slipstep/private/sliprunfiles.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
@@ -69,10 +69,10 @@ static PetscErrorCode WriteAttributes(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Columns that are times of the run; the last of several faults alone */
+/* Columns with times of the run; only several faults have the last one */
 static const PetscInt Times[] = {EVENT_ONSET, EVENT_END, EVENT_FAULT_ONSET};
 
-/* rows: of the file of an earlier run, -1: it is new */
+/* Creates the table; rows: those of the file of an earlier run, or -1 for a new file */
 static PetscErrorCode CreateTable(SlipFaultCatalogue cat, PetscInt rows)
 {
   PetscInt entries[EVENT_ALL_COLUMNS] = {0};
@@ -90,7 +90,7 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
 {
   SlipFault fault = cat->fault;
   const PetscInt *const dims = fault->mesh.dims, ndim = fault->mesh.ndim;
-  const PetscInt of_slip[] = {dims[0], ndim == 2 ? dims[1] : 2, 2}; /* of two components */
+  const PetscInt of_slip[] = {dims[0], ndim == 2 ? dims[1] : 2, 2}; /* for two components */
   SlipH5 *h = &cat->file;
 
   PetscFunctionBegin;
@@ -116,7 +116,7 @@ static PetscErrorCode Create(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the file the catalogue that the checkpoint was written with? */
+/* Checks that the file is the catalogue of the checkpoint. */
 static PetscErrorCode CheckLast(SlipFaultCatalogue cat)
 {
   SlipFault fault = cat->fault;
@@ -143,7 +143,7 @@ static PetscErrorCode CheckLast(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The file of an earlier run, cut to the events of the checkpoint */
+/* Continues the file of an earlier run, cut to the events of the checkpoint. */
 static PetscErrorCode Continue(SlipFaultCatalogue cat)
 {
   SlipH5 *h = &cat->file;
@@ -157,7 +157,7 @@ static PetscErrorCode Continue(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the rows before an error that ends the program */
+/* On rank 0: writes the last rows before an error that ends the program. */
 static PetscErrorCode FlushBeforeExit(void *ctx)
 {
   SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
@@ -167,7 +167,7 @@ static PetscErrorCode FlushBeforeExit(void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the direction of the maps' slip, in the place of a map on rank 0 */
+/* Gathers on rank 0 the direction of the maps' slip, in place of a map. Collective. */
 static PetscErrorCode GatherRake(SlipFaultCatalogue cat)
 {
   PetscReal *a;
@@ -184,7 +184,7 @@ static PetscErrorCode GatherRake(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the file, unless it is there */
+/* Creates the file, unless it exists. Collective. */
 PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -200,7 +200,7 @@ PetscErrorCode SlipCatalogueBegin(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the maps that were gathered */
+/* On rank 0: writes the gathered maps. */
 static PetscErrorCode WriteMaps(SlipFaultCatalogue cat)
 {
   const PetscInt c = cat->fault->layout.components, plane = cat->fault->layout.plane;
@@ -224,7 +224,7 @@ static PetscErrorCode WriteMaps(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the row of an event, with its maps */
+/* Adds the row of an event, with its maps. Collective. */
 PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat)
 {
   const Vec from[2] = {cat->slip, cat->rupture};
@@ -246,7 +246,7 @@ PetscErrorCode SlipCatalogueAdd(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: all rows to the disk */
+/* On rank 0: writes all rows to the disk. */
 static PetscErrorCode Flush(SlipFaultCatalogue cat)
 {
   PetscFunctionBegin;
@@ -255,7 +255,7 @@ static PetscErrorCode Flush(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: of all rows [n], freed with PetscFree() */
+/* On rank 0: reads the values of a column in all rows [n]; the caller frees them with PetscFree(). */
 PetscErrorCode SlipCatalogueReadColumn(SlipFaultCatalogue cat, SlipEventColumn column, PetscInt *n, PetscReal **values)
 {
   char path[64];
@@ -267,8 +267,8 @@ PetscErrorCode SlipCatalogueReadColumn(SlipFaultCatalogue cat, SlipEventColumn c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: rows to the disk, so often that it costs a hundredth of the time; asked after every step, as the next
-   event may be hours away */
+/* Writes rows to the disk, at most as often as costs a hundredth of the time. It is called after every step, as the
+   next event may be hours away. Collective. */
 PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -289,7 +289,7 @@ PetscErrorCode SlipCatalogueFlush(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: all rows to the disk now */
+/* Writes all rows to the disk now. Collective. */
 PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -302,7 +302,7 @@ PetscErrorCode SlipCatalogueSync(SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the end of a run, or of one that did not reach it */
+/* Closes the file at the end of a run, or of one that did not reach it. Collective. */
 PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -318,7 +318,7 @@ PetscErrorCode SlipCatalogueClose(SlipFaultCatalogue cat, PetscBool complete)
 
 /* ---- a checkpoint ---- */
 
-/* The origin of times may have moved since they were noted. */
+/* Updates stored times when the origin of time has moved. */
 void SlipCatalogueFollowOrigin(SlipFaultCatalogue cat)
 {
   static const PetscInt times[] = {EVENT_ONSET, EVENT_END};
@@ -334,7 +334,7 @@ void SlipCatalogueFollowOrigin(SlipFaultCatalogue cat)
     cat->row[EVENT_NUM_COLUMNS + (EVENT_FAULT_ONSET - EVENT_NUM_COLUMNS) * faults + k] -= by;
 }
 
-/* The event under way */
+/* Visits the present event. */
 static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
 {
   SlipFaultEvent *e = &cat->event;
@@ -363,8 +363,8 @@ static PetscErrorCode VisitEvent(SlipState s, SlipFaultCatalogue cat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: what a checkpoint remembers of the catalogue. One of a run without it has none: the catalogue begins
-   there; it goes on in the file of the run as it was, or from here in a new one. */
+/* Visits the catalogue for a checkpoint. A checkpoint of a run without a catalogue has none: the catalogue begins
+   there. It continues in the file of the earlier run, or from here in a new one. Collective. */
 PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx)
 {
   SlipFaultCatalogue cat = (SlipFaultCatalogue)ctx;
@@ -377,7 +377,7 @@ PetscErrorCode SlipCatalogueVisit(SlipFault fault, SlipState s, void *ctx)
   PetscCall(SlipStateHas(s, "catalogue", &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
   if (!SlipStateIsLoading(s)) PetscCall(SlipCatalogueSync(cat));
-  SlipCatalogueFollowOrigin(cat); /* before anything is read, and of what is written */
+  SlipCatalogueFollowOrigin(cat); /* before anything is read or written */
   PetscCall(SlipStateGroup(s, "catalogue"));
   PetscCall(SlipStateReal(s, "event_rate", 1, &rate));
   PetscCheck(rate == fault->options.value[FAULT_EVENT_RATE], fault->comm, PETSC_ERR_ARG_INCOMP,

@@ -1,13 +1,13 @@
-/* The numbers of an event: those of its row, and of several faults those of each. What friction dissipates is a sum
-   over cells, and so are moment, area, slip and stress drop; elastic energy and what is radiated are of the
-   interactions of all cells, and have no share that is a fault's own. */
+/* Computes the numbers of an event: those of its row, and of several faults those of each. The energy that friction
+   dissipates is a sum over cells, and so are moment, area, slip and stress drop. Elastic and radiated energy depend on
+   the interactions of all cells, so that a fault has no share of its own. */
 #include <slipstep/private/sliprunfiles.h>
 #include <slipstep/private/slipelasticity.h>
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 
-/* Of several that are the fastest to this relative difference, the one with the least number counts: rounding, and
-   so the number of ranks, does not choose. */
+/* Of several cells that are the fastest to this relative difference, the one with the least number is used: so the
+   result does not depend on rounding or on the number of ranks. */
 #define EVENT_TIE 1e-6
 
 PetscErrorCode SlipCatalogueEnergies(SlipFault fault, PetscReal t, Vec w, PetscReal *elastic, PetscReal *kinetic)
@@ -49,9 +49,9 @@ PetscErrorCode SlipCatalogueFastest(SlipFault fault, Vec w, PetscInt n, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: those of the faults that broke in a step of this length, which ended in w: the cell that was above the
-   rate first, of several at once the fastest; costs three reductions until all faults have broken, and none after
-   that */
+/* Finds the hypocentres of the faults that broke in a step of this length, which ended in w: the cell that exceeded the
+   rate first, of several at once the fastest. This costs three reductions until all faults have broken, and then none.
+   Collective. */
 PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, PetscReal dt, Vec w)
 {
   SlipFault fault = cat->fault;
@@ -93,12 +93,12 @@ PetscErrorCode SlipCatalogueHypocentres(SlipFaultCatalogue cat, PetscReal dt, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the cell of a fault at rest whose stress exceeds its strength by most in the state w, to which it slips
-   first, however long the step is in which that is seen; as it was where none does */
+/* Finds the cell of a fault at rest whose stress exceeds its strength most in the state w. It slips first, however long
+   the step in which this appears. *first does not change where there is none. Collective. */
 PetscErrorCode SlipCatalogueFirstToSlip(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscInt *first)
 {
   SlipFault fault = cat->fault;
-  const PetscReal tiny = 1e-9; /* of the strength: what rounding leaves of both */
+  const PetscReal tiny = 1e-9; /* over the strength: the rounding of both */
   const PetscReal *stress, *strength;
   const SlipArrays arrays[] = {{cat->stress, .read = &stress}, {fault->cells, .read = &strength}};
   const PetscInt c = fault->layout.components;
@@ -128,14 +128,14 @@ PetscErrorCode SlipCatalogueFirstToSlip(SlipFaultCatalogue cat, PetscReal t, Vec
 
 /* ---- sums ---- */
 
-/* Over the cells, areas over their mean: of slip; of those that ruptured of area, slip, stress drop; and of their
-   second components */
+/* Sums over the cells, areas over their mean: of slip; of the ruptured cells of area, slip and stress drop; and of
+   their second components */
 enum { SUM_SLIP, SUM_AREA, SUM_BROKEN, SUM_DROP, SUM_SLIP_UP, SUM_BROKEN_UP, SUM_DROP_UP, NUM_SUMS };
-/* and the two components of their slip, along strike and up dip; of all cells the stress at the onset times slip */
+/* and of the two components of their slip, along strike and up dip; of all cells the stress at the onset times slip */
 enum { SUM_ALONG = NUM_SUMS, SUM_UP, SUM_WORK, NUM_ALL_SUMS };
 
-/* work: of the stress at the onset. Less what is released it is half the static stress drop times slip, whatever waves
-   are still under way. */
+/* Returns the radiated over the available energy; work: that of the stress at the onset. Minus the released energy it
+   is half the static stress drop times slip, whatever waves are still present. */
 static PetscReal RadiatedEfficiency(const PetscReal row[], PetscReal work)
 {
   const PetscReal available = work + row[EVENT_ELASTIC_ENERGY] - row[EVENT_LOADING_WORK];
@@ -143,15 +143,15 @@ static PetscReal RadiatedEfficiency(const PetscReal row[], PetscReal work)
   return available > 0 ? row[EVENT_RADIATED_ENERGY] / available : (PetscReal)NAN;
 }
 
-/* Slip of the event up to the state w of time t; sum [NUM_ALL_SUMS], behind that NUM_SUMS of each of several faults;
-   the largest slip forward and backward; of several faults the least time of rupture of each */
+/* Computes the slip of the event up to the state w at t; sum [NUM_ALL_SUMS], followed by NUM_SUMS for each of several
+   faults; the largest slip forward and backward; for several faults the least time of rupture of each. */
 static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscReal sum[], PetscReal largest[2],
                             PetscReal first[])
 {
   SlipFault fault = cat->fault;
   const PetscInt faults = cat->hypocentre ? fault->mesh.faults : 0;
   const PetscInt components = fault->layout.components,
-                 up = fault->layout.plane - 1; /* without a second one: the first */
+                 up = fault->layout.plane - 1; /* without a second component: the first */
   const PetscReal time = t - cat->event.onset, *a, *u0, *stress0, *stress, *rupture, *vinf;
   PetscReal *slip;
   const SlipArrays arrays[] = {{w, .read = &a},
@@ -213,14 +213,14 @@ static PetscErrorCode SumUp(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- the speed of its front ---- */
+/* ---- the rupture speed ---- */
 
-/* Distances [m] of all cells from where the event began: the mean place of those that ruptured, of which the earliest
-   count; mean: of the times of rupture. Collective. */
+/* Computes the distances [m] of all cells from the place where the event began: the mean place of the ruptured cells,
+   with the largest weights for the earliest; mean: mean time of rupture. Collective. */
 static PetscErrorCode Distances(const SlipFaultMesh *mesh, const PetscReal rupture[], PetscReal *mean, PetscReal far[])
 {
   enum { X, Y, Z, WEIGHT, NUM };
-  const PetscReal early = 0.1; /* of the mean time: a time later by that counts by 1/e */
+  const PetscReal early = 0.1; /* over the mean time: a time later by this has the weight 1/e */
   PetscReal sum[2] = {0, 0}, centre[NUM] = {0};
   SlipFaultCell cell;
 
@@ -251,14 +251,14 @@ static PetscErrorCode Distances(const SlipFaultMesh *mesh, const PetscReal ruptu
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* That of the straight line of times of rupture by these distances whose errors have the least sum of sizes, over the
-   area: cells that reach the rate long before the front, in a nucleation, or after it, as slip that follows an event
-   spreads, do not turn it, as they would that of least squares. By weights over the errors of the line before
-   (Schlossmacher 1973); errors below a share of the mean time count as that. Unknown where later is not farther.
+/* Finds the speed from the straight line of rupture times over these distances with the least sum of absolute errors,
+   over the area. Cells that reach the rate long before the front, in a nucleation, or after it, as slip spreads after
+   an event, do not turn this line, as they would that of least squares. The weights are the inverse errors of the line
+   before (Schlossmacher 1973), with errors of at least a share of the mean time. Unknown where later is not farther.
    Collective. */
 static PetscErrorCode RuptureSpeed(SlipFaultCatalogue cat, PetscReal *speed)
 {
-  enum { AREA, FAR, TIME, FAR_FAR, FAR_TIME, NUM, PASSES = 30 }; /* as many on any number of ranks */
+  enum { AREA, FAR, TIME, FAR_FAR, FAR_TIME, NUM, PASSES = 30 }; /* the same number on any number of ranks */
   const PetscReal small = 1e-3;                                  /* errors over the mean time */
   const SlipFaultMesh *mesh = &cat->fault->mesh;
   const PetscReal *rupture;
@@ -294,14 +294,14 @@ static PetscErrorCode RuptureSpeed(SlipFaultCatalogue cat, PetscReal *speed)
 
 /* ---- the row ---- */
 
-/* Of sums with one component, times the sign of the event's slip; with two, along its direction */
+/* Returns sums along the event's direction; with one component, times the sign of its slip. */
 static PetscReal AlongEvent(const PetscReal direction[2], const PetscReal sum[], PetscInt first, PetscInt second)
 {
   return direction[0] * sum[first] + direction[1] * sum[second];
 }
 
-/* Of each fault; what is a mean over what ruptured is unknown where nothing did. along: unit vector of the event's
-   slip, of one component its sign */
+/* Fills in the numbers of each fault. Means over ruptured cells are unknown where none ruptured. along: unit vector of
+   the event's slip, or its sign for one component */
 static void FillFaults(SlipFaultCatalogue cat, const PetscReal along[2], const PetscReal sums[],
                        const PetscReal first[])
 {
@@ -329,7 +329,7 @@ static void FillFaults(SlipFaultCatalogue cat, const PetscReal along[2], const P
   }
 }
 
-/* Of a slip with these components [degrees], in (-180, 180]; a zero may have either sign */
+/* Returns the rake of a slip with these components [degrees], in (-180, 180]; a zero may have either sign. */
 static PetscReal Rake(PetscReal along, PetscReal up)
 {
   const PetscReal rake = PetscAtan2Real(up, along) * 180 / PETSC_PI;

@@ -1,24 +1,21 @@
-/* A step of an event: where the bound is passed in it, when cells pass it, and integrals over it, with the states that
-   the integrator itself has within the step.
-
-   TSBATHE has one, of its first stage. Between these three rates go as core/event.c says, and every integral has the
-   weights by which the integrator forms displacements of slip rates (TSBatheGetQuadrature()): a cheaper rule, such as
-   the two ends alone, would cost the balance of energies its order, or the sign of its error where a stage has stopped
-   a cell. What of the step lies outside of the event, where every cell is slower than the bound, is a trapezoidal
-   rule's.
-
+/* Handles a step of an event: where the largest rate passes the bound in it, when cells pass it, and integrals over it,
+   with the states that the integrator has within the step. TSBATHE has one such state, of its first stage. Between
+   these three states rates are interpolated as in core/event.c, and every integral has the weights with which the
+   integrator forms displacements from slip rates (TSBatheGetQuadrature()). A cheaper rule, such as the two ends alone,
+   would reduce the order of the energy balance, or the sign of its error where a stage has stopped a cell. The
+   trapezoidal rule integrates the part of the step outside of the event, where every cell is slower than the bound.
    Where cells always slide, displacement and state are smooth within a step, and the rate, an exponential function of
-   both, may grow by decades: the mean of the two ends was off by 30 % of an event. So rates are those of the balance of
-   what TSInterpolate() gives for u and s, and the halves, quarters and eighths of a step are added until Romberg's rule
-   has converged: a product with K each, or none where friction sticks (cataloguewithin.c). */
+   both, may grow by decades: the mean of the two ends had an error of 30 % for an event. So rates are those of the
+   balance of u and s from TSInterpolate(), and halves, quarters and eighths of a step are added until Romberg's rule
+   has converged. Each costs a product with K, or none where friction sticks (cataloguewithin.c). */
 #include <slipstep/private/sliprunfiles.h>
 #include <slipstep/private/slipsys.h>
 
-/* Romberg's rule is done when a halving changes it by less than this share: the change left is its power 1.5 over 12,
-   1e-3, for rates that grow exponentially (by Simpson's 1e-4), which is the integrators' default tolerance. Three
-   halvings do for a growth by e^7. */
+/* Romberg's rule ends when a halving changes it by less than this share. The remaining error is its power 1.5 over 12,
+   1e-3, for rates that grow exponentially (by Simpson 1e-4), which is the integrators' default tolerance. Three
+   halvings suffice for growth by e^7. */
 #define ROMBERG_ENOUGH 0.05
-/* Largest logarithm of the largest rate over the bound where it is passed: of the time in which rates grow by e */
+/* Largest logarithm of the largest rate over the bound at a crossing: its error over the time of growth by e */
 #define CROSSING_ENOUGH 1e-4
 enum { CROSSING_MOST = 20 };
 
@@ -27,8 +24,8 @@ static void AddWork(SlipFaultCatalogue cat, PetscReal time, const PetscReal powe
   for (PetscInt k = 0; k < cat->nwork; k++) work[k] += time * power[k];
 }
 
-/* Does TSInterpolate() follow the solution? That of TSADAMS and of TSRKC does, of TSRK's pairs 5dp alone: the others
-   have a straight line. */
+/* Finds whether TSInterpolate() follows the solution. It does with TSADAMS and TSRKC, but of TSRK's pairs only with
+   5dp: the others use a straight line. */
 static PetscErrorCode HasDenseOutput(TS ts, PetscBool *has)
 {
   PetscBool rk;
@@ -43,7 +40,7 @@ static PetscErrorCode HasDenseOutput(TS ts, PetscBool *has)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The step that ended in w */
+/* Gets the step that ended in w. */
 PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal time, Vec w, SlipEventStep *step)
 {
   SlipAttempt attempt;
@@ -76,18 +73,18 @@ PetscErrorCode SlipCatalogueGetStep(SlipFaultCatalogue cat, TS ts, PetscReal tim
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Share of a step before which nothing has changed */
+/* A crossing before this share of a step is at its start */
 static const PetscReal at_once = 1e-12;
 
-/* ---- where the bound is passed ---- */
+/* ---- where the rate passes the bound ---- */
 
-/* The rate of cell i in a state that passes the bound: of one component with its sign, of two its magnitude */
+/* Returns the rate of cell i for a crossing: signed for one component, the magnitude for two. */
 static PetscReal EventRate(SlipFault fault, const PetscReal a[], PetscInt i)
 {
   return fault->layout.components == 1 ? a[SlipFaultRateAt(fault, i)] : SlipFaultSpeed(fault, a, i);
 }
 
-/* The least share of the way from slow, where no such cell is above the rate, to fast after which one is */
+/* Finds the least share of the way from slow, where no such cell exceeds the rate, to fast, after which a cell does. */
 static PetscErrorCode FirstCrossing(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal *share)
 {
   SlipFault fault = cat->fault;
@@ -106,8 +103,8 @@ static PetscErrorCode FirstCrossing(SlipFaultCatalogue cat, Vec slow, Vec fast, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rate at a share of the way: of two components its magnitude is between those of the ends as a rate of one is, in
-   a direction between theirs */
+/* Computes the rate at a share of the way. For two components the magnitude is interpolated like a rate of one, and the
+   direction is between those of the ends. */
 static void RateBetween(SlipFault fault, const PetscReal from[], const PetscReal to[], PetscReal share, PetscReal v[])
 {
   PetscReal size, length;
@@ -122,8 +119,8 @@ static void RateBetween(SlipFault fault, const PetscReal from[], const PetscReal
   for (int k = 0; k < 2 && length > 0; k++) v[k] *= size / length;
 }
 
-/* State at a share of the way from slow to fast, dt away from slow, negative when it is the earlier one: the
-   displacements go with the mean of the two rates, from the side on which they are small. */
+/* Computes the state at a share of the way from slow to fast, dt away from slow, negative when it is earlier. The
+   displacements follow the mean of the two rates, starting from the end where they are small. */
 static PetscErrorCode Cut(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal share, PetscReal dt)
 {
   SlipFault fault = cat->fault;
@@ -150,9 +147,9 @@ static PetscErrorCode Cut(SlipFaultCatalogue cat, Vec slow, Vec fast, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the largest rate passes the bound in a step that ends at rest, and has no inertia: stress dies away
-   exponentially then, and the length of the step, in which slip was of no account any more, says nothing of it. It goes
-   on as it fell in the step before. */
+/* Returns where the largest rate passes the bound in a step without inertia that ends at rest. Stress then decays
+   exponentially, and the length of the step, in which slip has become negligible, has no relation to it. The decay of
+   the step before is continued. */
 static PetscReal DiesAway(SlipFaultCatalogue cat, const SlipEventStep *step)
 {
   const SlipFaultEvent *e = &cat->event;
@@ -163,9 +160,9 @@ static PetscReal DiesAway(SlipFaultCatalogue cat, const SlipEventStep *step)
                        PetscLogReal(e->rate[0] / e->rate[1]) / step->dt);
 }
 
-/* Of TSBATHE, from one of the three states to the next. That of a backward first stage is of first order only: without
-   it where both ends move, between which what grows or decays exponentially goes by a straight line of its
-   logarithm. */
+/* Finds the crossing for TSBATHE, between two of the three states. The state of a backward first stage has only first
+   order: where both ends move it is not used, and the logarithm of what grows or decays exponentially is linear between
+   them. */
 static PetscErrorCode CrossNodes(SlipFaultCatalogue cat, SlipEventStep *step)
 {
   const PetscReal rate = cat->fault->options.value[FAULT_EVENT_RATE];
@@ -196,8 +193,8 @@ static PetscErrorCode CrossNodes(SlipFaultCatalogue cat, SlipEventStep *step)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a smooth solution, the zero of the logarithm of the largest rate over the bound by the regula falsi of Illinois;
-   of rates that grow exponentially the first guess */
+/* Finds the crossing of a smooth solution, the zero of the logarithm of the largest rate over the bound, by the regula
+   falsi of Illinois. Where rates grow exponentially, the first guess is exact. */
 static PetscErrorCode CrossWithin(SlipFaultCatalogue cat, SlipEventStep *step)
 {
   const PetscReal rate = cat->fault->options.value[FAULT_EVENT_RATE];
@@ -224,12 +221,12 @@ static PetscErrorCode CrossWithin(SlipFaultCatalogue cat, SlipEventStep *step)
     y[side] = value;
     last = side;
   }
-  if (step->cut < at_once) step->cut = 0; /* friction that sticks slips from the start by more than the bound */
+  if (step->cut < at_once) step->cut = 0; /* with friction that sticks, slip may exceed the bound from its start on */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where the largest rate passes the bound, upwards: the step's event begins there, or downwards. The state there is in
-   cat->cut. */
+/* Finds where the largest rate passes the bound: upwards, where an event begins in the step, or downwards. The state
+   there is in cat->cut. */
 PetscErrorCode SlipCatalogueCross(SlipFaultCatalogue cat, SlipEventStep *step, PetscBool upwards)
 {
   PetscFunctionBegin;
@@ -238,7 +235,7 @@ PetscErrorCode SlipCatalogueCross(SlipFaultCatalogue cat, SlipEventStep *step, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cells that are above the rate at the end of a step for the first time in this event, from which of its nodes on */
+/* Marks cells that exceed the rate at the end of a step for the first time in this event, with the time. */
 PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEventStep *step)
 {
   SlipFault fault = cat->fault;
@@ -273,9 +270,9 @@ PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEvent
       continue;
     }
     while (SlipFaultSpeed(fault, a[k], i) <= rate) k++;
-    t[i] = 0; /* one that was above it all along when the event began has no crossing */
+    t[i] = 0; /* a cell that exceeds it since the event began has no crossing */
     if (!k) continue;
-    if (push && push[i] < 0) /* it started within the step */
+    if (push && push[i] < 0) /* the cell started within the step */
       t[i] = SlipEventCrossing(push[i], SlipFaultSpeed(fault, a[nodes - 1], i), rate);
     else
       t[i] = step->share[k - 1] + (step->share[k] - step->share[k - 1]) *
@@ -296,8 +293,8 @@ PetscErrorCode SlipCatalogueMarkRuptured(SlipFaultCatalogue cat, const SlipEvent
 
 /* ---- integrals ---- */
 
-/* What cells lose that fall shut within the step: with inertia the energy of their opening, M v_n^2/2 [J], of the rate
-   at its start */
+/* Adds the energy that cells lose which close within the step: with inertia that of their opening, M v_n^2/2 [J], with
+   the rate at its start. */
 static PetscErrorCode AddImpacts(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal work[])
 {
   SlipFault fault = cat->fault;
@@ -320,9 +317,9 @@ static PetscErrorCode AddImpacts(SlipFaultCatalogue cat, const SlipEventStep *st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of TSBATHE: the whole by its weights. The slow part goes from its end over the state of the first stage, where that
-   is slow too, by the integrator's rules of its stages, and to the crossing by a trapezoid, as the displacement
-   there. */
+/* Integrates for TSBATHE. The whole step has its weights. The slow part uses the integrator's rules of its stages, from
+   its end over the state of the first stage, where that is slow too, and a trapezoid to the crossing, as the
+   displacement there does. */
 static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal fast[],
                                      PetscReal slow[])
 {
@@ -358,8 +355,8 @@ static PetscErrorCode IntegrateNodes(SlipFaultCatalogue cat, const SlipEventStep
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Romberg's rule from one share to another, whose powers are known, in steps by a straight line that of the trapezoid,
-   where friction sticks Simpson's; the state in their middle to middle */
+/* Applies Romberg's rule from one share to another, whose powers are given; in straight steps the trapezoidal rule, and
+   where friction sticks Simpson's. middle: gets the state in between */
 static PetscErrorCode Romberg(SlipFaultCatalogue cat, SlipEventStep *step, const PetscReal share[2],
                               const PetscReal *const power[2], Vec middle, PetscReal work[])
 {
@@ -409,7 +406,7 @@ static PetscErrorCode Romberg(SlipFaultCatalogue cat, SlipEventStep *step, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A new node of the step before its last one */
+/* Inserts a new node of the step before its last one. */
 static void AddNode(SlipEventStep *step, PetscReal share, Vec node)
 {
   const PetscInt last = step->nodes++;
@@ -445,8 +442,8 @@ static PetscErrorCode IntegrateWithin(SlipFaultCatalogue cat, SlipEventStep *ste
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The integrals [nwork] over the part of a step that belongs to the event, and over the other one where its event
-   ends */
+/* Computes the integrals [nwork] over the part of a step that belongs to the event, and over the other part where its
+   event ends. */
 PetscErrorCode SlipCatalogueIntegrate(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal fast[], PetscReal slow[])
 {
   PetscFunctionBegin;

@@ -1,15 +1,13 @@
-/* States within a step of other integrators than TSBATHE, and powers of states.
-
-   Where cells always slide rates are those of the balance of what TSInterpolate() gives for u and s: a product with K.
-
-   Friction that sticks has rates that damping bounds, and known slopes of u and s at both ends: between these go
-   Hermite's cubics, whose slopes are the rates within, without any product. Steps in which the bound is passed, two an
-   event, have those of the balance: a cubic does not know when the first cell starts, nor that of a fault that slips
-   from its start the rate there is not 0. */
+/* Computes states within a step of other integrators than TSBATHE, and powers of states. Where cells always slide,
+   rates follow from the balance of the u and s of TSInterpolate(): this costs a product with K. Friction that sticks
+   has rates that damping bounds, and the slopes of u and s at both ends are available: Hermite's cubics connect these,
+   and their slopes are the rates within, without any product. Steps in which the bound is passed, two in an event, use
+   the balance instead. A cubic does not show when the first cell starts, or that on a fault that slips from its start
+   the rate there is not 0. */
 #include <slipstep/private/sliprunfiles.h>
 #include <slipstep/private/slipsys.h>
 
-/* Powers of a state [W] from sum [3], and of faults behind those, as SlipFaultGetPowers() gives them */
+/* Computes powers of a state [W] from sum [3], and of faults after those, as SlipFaultGetPowers() returns them. */
 static PetscErrorCode Assemble(SlipFaultCatalogue cat, PetscReal t, Vec w, const PetscReal sum[3], PetscReal power[])
 {
   const PetscReal area = cat->fault->mesh.area;
@@ -29,7 +27,7 @@ static PetscReal *OfFaults(SlipFaultCatalogue cat, PetscReal power[])
   return cat->nwork > FAULT_NUM_WORKS ? power + FAULT_NUM_WORKS : NULL;
 }
 
-/* A product with H */
+/* Computes the powers of a state; costs a product with H. */
 PetscErrorCode SlipCataloguePowers(SlipFaultCatalogue cat, PetscReal t, Vec w, PetscReal power[])
 {
   PetscReal sum[3];
@@ -40,7 +38,7 @@ PetscErrorCode SlipCataloguePowers(SlipFaultCatalogue cat, PetscReal t, Vec w, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same of the middle of an explicit step without inertia. No product. */
+/* Does the same for the middle of an explicit step without inertia; needs no product. */
 PetscErrorCode SlipCatalogueMiddlePowers(SlipFaultCatalogue cat, const SlipEventStep *step, Vec w, PetscReal power[])
 {
   const SlipFaultStickingStep ends = {step->node[0], step->node[step->nodes - 1], step->dt};
@@ -53,7 +51,7 @@ PetscErrorCode SlipCatalogueMiddlePowers(SlipFaultCatalogue cat, const SlipEvent
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is known of the last right-hand side, from which the integrator goes on, and of the friction of its state */
+/* Cached data of the last right-hand side, from which the integrator continues, and of the friction of its state */
 typedef struct {
   PetscBool known, balanced;
   PetscReal time, *friction;
@@ -75,7 +73,7 @@ static PetscErrorCode Swap(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* While states within the step are looked at, until it is taken back */
+/* Puts the cached data aside during computations of states within the step, until TakeBack(). */
 static PetscErrorCode PutAside(SlipFault fault, Last *last)
 {
   PetscFunctionBegin;
@@ -98,8 +96,8 @@ static PetscErrorCode TakeBack(SlipFault fault, const Last *last)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives a state within the last step the slip rates of its balance; F: its rates, power [3] and friction: as of
-   SlipFaultGetPowers(), or NULL. Costs a product with K, where slip changes normal stress with Kn as well. */
+/* Computes the slip rates of the balance for a state within the last step; F: its rates, power [3] and friction: as in
+   SlipFaultGetPowers(), or NULL. Costs a product with K, and with Kn where slip changes normal stress. */
 static PetscErrorCode BalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, PetscReal power[3],
                                     PetscReal friction[])
 {
@@ -114,8 +112,8 @@ static PetscErrorCode BalanceWithin(SlipFault fault, PetscReal t, Vec w, Vec F, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Hermite's cubic between the ends, for integrators without a dense output: slopes are their right-hand sides, a
-   product with K each. */
+/* Computes Hermite's cubic between the ends, for integrators without a dense output. The slopes are their right-hand
+   sides, which cost a product with K each. */
 static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal share, Vec w)
 {
   const PetscReal s = share, h = step->dt;
@@ -133,7 +131,7 @@ static PetscErrorCode Cubic(SlipFaultCatalogue cat, SlipEventStep *step, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same on a straight line. Of a cell that starts to slide its slip says when, at the rate of the step's end. */
+/* Does the same on a straight line. The slip of a cell that starts to slide determines when, at its final rate. */
 static PetscErrorCode Straight(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal share, Vec w)
 {
   const Vec last = step->node[step->nodes - 1];
@@ -162,8 +160,8 @@ static PetscErrorCode Straight(SlipFaultCatalogue cat, const SlipEventStep *step
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers within a step of length h, of those at its ends and of their slopes: the cubic and its slope are sums with
-   these weights, those of the ends being of their difference */
+/* Numbers within a step of length h follow from those at its ends and their slopes: the cubic and its slope are sums
+   with these weights; that of the ends multiplies their difference */
 typedef struct {
   PetscReal rise, first, last;                   /* beside the number at the start */
   PetscReal slope_rise, slope_first, slope_last; /* [1/s] of the first */
@@ -175,8 +173,8 @@ static Hermite HermiteAt(PetscReal s, PetscReal h)
                    6 * s * (1 - s) / h, (1 - s) * (1 - 3 * s),     s * (3 * s - 2)};
 }
 
-/* Of friction that sticks. A cell whose slope opposes its way starts or stops within the step, and rests there. In the
-   middle the slope is that by which Simpson's rule of the rate gives the slip: as exact as the rule. */
+/* Computes the state for friction that sticks. A cell whose slope opposes its slip starts or stops within the step, and
+   rests there. In the middle Simpson's rule with the slope gives the slip, and it is as exact as the rule. */
 static PetscErrorCode Sticking(SlipFaultCatalogue cat, const SlipEventStep *step, PetscReal share, Vec w)
 {
   SlipFault fault = cat->fault;
@@ -212,7 +210,7 @@ static PetscErrorCode Sticking(SlipFaultCatalogue cat, const SlipEventStep *step
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The state at a share of the step, and unless NULL its powers */
+/* Computes the state at a share of the step, and unless NULL its powers. */
 PetscErrorCode SlipCatalogueStateWithin(SlipFaultCatalogue cat, SlipEventStep *step, PetscReal share, Vec w,
                                         PetscReal power[])
 {

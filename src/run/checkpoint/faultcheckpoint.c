@@ -1,4 +1,4 @@
-/* Checkpoints of a fault's run: all that it remembers. Which run a file is of is samerun.c's. */
+/* Saves and loads checkpoints of a fault's run: all data that outlive a step. samerun.c compares runs. */
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/slipfaultfeatures.h>
 #include <slipstep/private/slipadapt.h>
@@ -8,8 +8,8 @@
 
 /* ---- the state ---- */
 
-/* Everything: who adds a memory that outlives a step visits it as an observer, or composes SLIP_STATE_METHOD with its
-   object. */
+/* Visits everything. New data that outlive a step are visited by an observer, or by SLIP_STATE_METHOD of their object.
+   */
 static PetscErrorCode VisitFaultState(SlipState s, TS ts, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -28,20 +28,20 @@ static PetscErrorCode VisitFaultState(SlipState s, TS ts, void *ctx)
   if (SlipStateIsLoading(s) && fault->problem.begin) PetscCall((*fault->problem.begin)(ts, PETSC_FALSE, fault));
   PetscCall(SlipStateAdapt(s, ts));
   PetscCall(SlipElasticVisit(fault->medium, s));
-  /* Without a step to take nobody watches: files stay as they are. */
+  /* without a step to take there are no observers, and files stay as they are */
   PetscCall(left ? SlipFaultObserversVisit(fault, s) : SlipFaultObserversDestroy(fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* ---- the run ---- */
 
-/* The step is the checkpoint's, unless another one is asked for by name. */
+/* Sets the checkpoint's step, unless -fault_restart_dt gives another one. */
 static PetscErrorCode RestartStep(SlipFault fault, TS ts)
 {
   const char *prefix;
   const PetscReal dt = fault->options.value[FAULT_RESTART_DT];
   PetscReal step, least;
-  PetscBool given, renamed; /* as PETSc calls it from 3.25 on */
+  PetscBool given, renamed; /* its name in PETSc from 3.25 on */
 
   PetscFunctionBegin;
   PetscCall(TSGetOptionsPrefix(ts, &prefix));
@@ -88,7 +88,7 @@ static PetscErrorCode Restart(SlipFault fault, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An older checkpoint is not lost to a run that does not go on from it. */
+/* Refuses to overwrite an older checkpoint in a run that does not continue from it. */
 static PetscErrorCode CheckFile(SlipFault fault)
 {
   const char *file = fault->options.text[FAULT_CHECKPOINT], *prefix = SlipFaultPrefix(fault);
@@ -107,7 +107,7 @@ static PetscErrorCode CheckFile(SlipFault fault)
 }
 
 /*@
-  SlipFaultCheckpointStart - continue from -fault_restart, and write checkpoints of the run
+  SlipFaultCheckpointStart - continues from -fault_restart, and writes checkpoints of the run
 
   Collective; after SlipFaultOutputStart() with the solution set, before TSSolve().
 
@@ -116,32 +116,31 @@ static PetscErrorCode CheckFile(SlipFault fault)
 - ts    - the TS that it configured, of type TSBATHE, or TSRKC, TSRK or TSADAMS without inertia
 
   Options Database Keys:
-+ -fault_checkpoint <F.h5>           - file for the state of the run; the one before it stays as F.h5.previous
++ -fault_checkpoint <F.h5>           - writes the state of the run to this file; the one before stays as F.h5.previous
 . -fault_checkpoint_interval <600>   - wall time from one checkpoint to the next [s]
-. -fault_restart <F.h5>              - go on from this checkpoint, or from F.h5.previous when it is damaged
-. -fault_restart_dt <dt>             - next step of a run that goes on [s]; 0: the checkpoint's
-. -fault_wall_limit <S>              - stop in time for the program to end within S seconds
-- -fault_stop_file <F>               - stop after the step in work when F appears, for the first process to see
+. -fault_restart <F.h5>              - continues from this checkpoint, or from F.h5.previous when it is damaged
+. -fault_restart_dt <dt>             - next step of a run that continues [s]; 0: the checkpoint's
+. -fault_wall_limit <S>              - stops in time for the program to end within S seconds
+- -fault_stop_file <F>               - stops after the present step when F appears where the first process sees it
 
   Level: intermediate
 
   Notes:
-  A run that goes on is the same run: on as many processes with the same bits, on others to rounding. Options that say
-  what is computed are refused where they differ from those of the checkpoint, with both values; those of steps and
-  solvers may, and are announced; those of what is written may. The memory of the controller is part of it, that of dsp,
-  which is PETSc's, as well; another controller begins without memory. A policy other than the checkpoint's is
-  announced. A larger -ts_max_time lengthens a run that has reached its end. One that has no step to take, its final
-  time or -ts_max_steps being reached, writes nothing: a line says so, observers are gone, and TSSolve() returns at
-  once.
+  A continued run is the same run: on as many processes with the same bits, on others to rounding. It refuses options
+  that change what is computed, with both values, announces changed options of steps and solvers, and accepts others
+  for what is written. The memory of the controller is part of the checkpoint, also that of dsp, which is PETSc's;
+  another controller begins without memory. A policy other than the checkpoint's is announced. A larger -ts_max_time
+  lengthens a run that has reached its end. A run without a step to take, because its final time or -ts_max_steps is
+  reached, writes nothing: it prints a line, its observers are destroyed, and TSSolve() returns at once.
 
-  A run whose steps fail, which ends by an error, writes the state before that.
+  A run whose steps fail ends by an error, and writes the state before that.
 
-  After `SlipSignalsPush()`, SIGTERM, SIGINT, SIGUSR1 and SIGXCPU stop the run after the step in work, with a
-  checkpoint: ask `SlipFaultCheckpointFinish()` after TSSolve().
+  After `SlipSignalsPush()`, SIGTERM, SIGINT, SIGUSR1 and SIGXCPU stop the run after the present step, with a
+  checkpoint; `SlipFaultCheckpointFinish()` returns this after TSSolve().
 
-  Errors: PETSC_ERR_ARG_INCOMP for another TS type, PETSC_ERR_FILE_OPEN when the file is there and is not gone on from
-  or cannot be written, PETSC_ERR_ARG_INCOMP for the checkpoint of another run, PETSC_ERR_ARG_OUTOFRANGE for a final
-  time before the checkpoint's, or a next step below the rounding of its time, which -fault_restart_dt replaces
+  Errors: PETSC_ERR_ARG_INCOMP for another TS type, PETSC_ERR_FILE_OPEN when the file exists and the run does not
+  continue from it, or cannot write it, PETSC_ERR_ARG_INCOMP for the checkpoint of another run, PETSC_ERR_ARG_OUTOFRANGE
+  for a final time before the checkpoint's, or a step below the rounding of its time, which -fault_restart_dt replaces
 
 .seealso: SlipFaultCheckpointFinish(), SlipSignalsPush(), SlipFaultOutputStart()
 @*/
@@ -174,9 +173,9 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
 }
 
 /*@
-  SlipFaultCheckpointFinish - the last checkpoint of a run; of one that was stopped before its end, a line on stderr
-  says
-                              how to go on
+  SlipFaultCheckpointFinish - writes the last checkpoint of a run
+
+  For a run that was stopped before its end it prints on stderr how to continue.
 
   Collective; after TSSolve(), before SlipFaultOutputFinish().
 
@@ -185,8 +184,8 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
 - ts    - the TS, after SlipFaultCheckpointStart()
 
   Output Parameter:
-. code - what the program should return: 128 plus the number of the signal, 152 (SIGXCPU) for -fault_wall_limit, 138
-         (SIGUSR1) for -fault_stop_file; 0: it was not stopped
+. code - exit code for the program: 128 plus the number of the signal, 152 (SIGXCPU) for -fault_wall_limit, 138
+         (SIGUSR1) for -fault_stop_file; 0: the run was not stopped
 
   Level: intermediate
 
@@ -194,7 +193,7 @@ PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts)
   (TSSetErrorIfStepFails())
 
   Note:
-  The output of a run that was stopped ends here, unfinished: call `SlipFaultReportStop()` then in place of
+  The output of a run that was stopped stays unfinished: call `SlipFaultReportStop()` instead of
   `SlipFaultOutputFinish()`.
 
 .seealso: SlipFaultCheckpointStart(), SlipFaultReportStop()

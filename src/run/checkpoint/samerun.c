@@ -1,5 +1,5 @@
-/* Which run a checkpoint is of: every row of the tables of parameters.c that says it is part of the problem or of its
-   steps, and what files and options have made of them, is in it, and is compared where a run goes on. */
+/* Compares a run with that of a checkpoint. The checkpoint has every row of the tables of parameters.c whose part is
+   the problem or its steps, and what files and options result in; they are compared where a run continues. */
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/slipsys.h>
 #include <inttypes.h>
@@ -7,15 +7,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Numbers that a solver has computed, such as the critical energy, are the same to this relative difference; on other
-   numbers of ranks they differ by rounding. */
+/* Relative difference within which computed numbers, such as the critical energy, are the same; on other numbers of
+   ranks they differ by rounding. */
 #define CHECKPOINT_SAME 1e-6
 
 typedef struct {
   SlipState s;
-  PetscBool told;  /* what is compared may differ, and is announced */
-  char text[2048]; /* what differs, and may not */
-  char news[2048]; /* what differs, and may */
+  PetscBool told;  /* differences are allowed, and announced */
+  char text[2048]; /* differences that are refused */
+  char news[2048]; /* differences that are allowed */
 } Differences;
 
 static PetscErrorCode Differ(Differences *d, const char format[], const char name[], const char now[],
@@ -30,7 +30,7 @@ static PetscErrorCode Differ(Differences *d, const char format[], const char nam
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The shortest of these that tells two numbers apart */
+/* Writes two numbers with the fewest digits that distinguish them. */
 static void Numbers(PetscReal x, PetscReal y, const char unit[], char a[64], char b[64])
 {
   for (int digits = 6; digits <= 17; digits++) {
@@ -40,7 +40,7 @@ static void Numbers(PetscReal x, PetscReal y, const char unit[], char a[64], cha
   }
 }
 
-/* tolerance: relative, of numbers that were computed */
+/* Compares a number; tolerance: relative, for computed numbers */
 static PetscErrorCode CompareReal(Differences *d, const char name[], PetscReal now, const char unit[],
                                   PetscReal tolerance)
 {
@@ -68,8 +68,8 @@ static PetscErrorCode CompareText(Differences *d, const char name[], const char 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers of the local cells, told apart by a hash that does not depend on who holds them, and described by the least,
-   the mean and the largest of them. */
+/* Compares numbers of the local cells by a hash that does not depend on their distribution; least, mean and largest
+   value describe them in messages. */
 static PetscErrorCode CompareCells(Differences *d, SlipFault fault, const char name[], const char unit[],
                                    const PetscReal x[])
 {
@@ -102,7 +102,7 @@ static PetscErrorCode CompareCells(Differences *d, SlipFault fault, const char n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The type without what PETSc puts before it on one process or several */
+/* Compares the type of a matrix, without PETSc's prefix for one process or several. */
 static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
 {
   MatType type;
@@ -114,8 +114,7 @@ static PetscErrorCode CompareType(Differences *d, const char name[], Mat A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what the rows of parameters.c say they are part of; those of the run and of the output may be another one
-   ---- */
+/* ---- rows of parameters.c, by their parts; those of the run and of the output may change ---- */
 
 static PetscErrorCode CompareReals(Differences *d, SlipFault fault)
 {
@@ -142,13 +141,13 @@ static PetscErrorCode CompareStrings(Differences *d, SlipFault fault)
     PetscBool has, same;
 
     d->told =
-      p->part == SLIP_PART_STEPS && p->choices ? PETSC_TRUE : PETSC_FALSE; /* what a file says is told elsewhere */
+      p->part == SLIP_PART_STEPS && p->choices ? PETSC_TRUE : PETSC_FALSE; /* content of files is announced elsewhere */
     if (!d->told && p->part != SLIP_PART_PROBLEM) continue;
     PetscCall(SlipStateHasValue(d->s, p->name, &has));
     PetscCall(PetscStrcmp(text, p->value, &same));
     if (has)
       PetscCall(CompareText(d, p->name, text[0] ? text : "none"));
-    else if (!same) /* of a version that knew the default alone */
+    else if (!same) /* the checkpoint's version had only the default */
       PetscCall(Differ(d, "%s is %s, was %s", p->name, text, p->value));
   }
   d->told = PETSC_FALSE;
@@ -163,13 +162,13 @@ static PetscErrorCode CompareSwitches(Differences *d, SlipFault fault)
     const PetscBool *at = (const PetscBool *)((const char *)fault + p->offset);
 
     if (p->part != SLIP_PART_PROBLEM) continue;
-    if (at == &fault->options.inertia) at = &fault->kind.inertia; /* where it was not given, the law has decided */
+    if (at == &fault->options.inertia) at = &fault->kind.inertia; /* where it was not given, the law determined it */
     PetscCall(CompareText(d, p->name, *at ? "yes" : "no"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- options of PETSc's objects, which all are of how a run is computed, as they were given ---- */
+/* ---- given options of PETSc's objects, all of which are part of the steps ---- */
 
 static PetscBool IsOfSolver(const char name[])
 {
@@ -184,7 +183,7 @@ static PetscBool IsOfSolver(const char name[])
   return is && !strstr(name, "monitor") && !strstr(name, "view") ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Those of the options that are such, and values: "-name value -name value" */
+/* Lists these options with their values: "-name value -name value". */
 static PetscErrorCode SolverOptions(TS ts, char text[], size_t len)
 {
   const char *prefix;
@@ -207,7 +206,7 @@ static PetscErrorCode SolverOptions(TS ts, char text[], size_t len)
       taken =
         (!prefix || !strncmp(words[i] + 1, prefix, skip - 1)) && IsOfSolver(words[i] + skip) ? PETSC_TRUE : PETSC_FALSE;
     if (name && taken)
-      PetscCall(SlipHasOption(((PetscObject)ts)->options, NULL, words[i] + 1, &taken)); /* no word of a value */
+      PetscCall(SlipHasOption(((PetscObject)ts)->options, NULL, words[i] + 1, &taken)); /* not a word of a value */
     if (!taken) continue;
     PetscCall(PetscStrlcat(text, text[0] ? " " : "", len));
     PetscCall(PetscStrlcat(text, words[i], len));
@@ -217,7 +216,7 @@ static PetscErrorCode SolverOptions(TS ts, char text[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers may be written in more than one way. */
+/* Compares options; numbers may be written in more than one way. */
 static PetscErrorCode CompareOption(Differences *d, const char name[], const char now[], const char then[])
 {
   PetscReal a, b;
@@ -270,7 +269,7 @@ static PetscErrorCode CompareOptions(Differences *d, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what their files and set-up have made ---- */
+/* ---- results of files and set-up ---- */
 
 static PetscErrorCode CompareMesh(Differences *d, SlipFault fault)
 {
@@ -282,8 +281,8 @@ static PetscErrorCode CompareMesh(Differences *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The entries of -fault_stiffness_file as they were read, whatever the file is called: scaling differs by rounding. A
-   stiffness that is computed is known by mesh, kernel and elastic moduli. */
+/* Compares the entries of -fault_stiffness_file as they were read, whatever the file's name, as scaling rounds them.
+   Mesh, kernel and elastic moduli determine a computed stiffness. */
 static PetscErrorCode CompareStiffness(Differences *d, SlipFault fault)
 {
   char digest[128] = "no entries of a file";
@@ -296,8 +295,8 @@ static PetscErrorCode CompareStiffness(Differences *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The record of -fault_pore_pressure by its content, whatever its file is called; sums of hashes do not depend on who
-   holds which cells. A function of SlipFaultSetPressureFunction() is the caller's to keep. */
+/* Compares the content of the record of -fault_pore_pressure, whatever its file's name; sums of hashes do not depend on
+   the distribution of cells. The caller must ensure that a function of SlipFaultSetPressureFunction() is the same. */
 static PetscErrorCode CompareRecord(Differences *d, SlipFault fault)
 {
   const SlipFaultLoads *loads = &fault->loads;
@@ -320,7 +319,7 @@ static PetscErrorCode CompareRecord(Differences *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tolerances by which controllers keep -fault_accuracy, by their content; checkpoints of before have none. */
+/* Compares the content of the tolerances for -fault_accuracy; older checkpoints have none. */
 static PetscErrorCode CompareTolerances(Differences *d, SlipFault fault)
 {
   const SlipFaultTolerances *t = &fault->steps.tolerances;
@@ -346,7 +345,7 @@ static PetscErrorCode CompareTolerances(Differences *d, SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses the checkpoint of another run, naming what differs; another way to compute the same is announced. */
+/* Refuses the checkpoint of another run, with the differences, and announces another way to compute the same. */
 PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
 {
   Differences d = {.s = s};
@@ -366,7 +365,7 @@ PetscErrorCode SlipFaultVisitRun(SlipFault fault, SlipState s, TS ts)
   PetscCall(CompareStiffness(&d, fault));
   PetscCall(CompareType(&d, "operator", K));
   PetscCall(CompareType(&d, "viscosity", H));
-  cells = d.text[0] ? PETSC_FALSE : PETSC_TRUE; /* as many as they were */
+  cells = d.text[0] ? PETSC_FALSE : PETSC_TRUE; /* the number of cells is the same */
   for (PetscInt f = 0; (p = SlipFaultFieldRow(f)) && cells; f++)
     if (SlipFaultHasField(fault, f)) PetscCall(CompareCells(&d, fault, p->name, p->unit, fault->fields.cell[f]));
   if (cells) PetscCall(CompareRecord(&d, fault));

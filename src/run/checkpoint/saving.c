@@ -1,6 +1,6 @@
-/* A run that can be stopped and continued: after each step the processes agree whether one of them was asked to stop,
-   and whether the state is to be written. That is done before the next step, or after TSSolve(), when monitors have
-   written what belongs to it. What the state is belongs to those who have it (slipstate.h). */
+/* Stops and continues runs. After each step the processes agree whether one of them received a request to stop, and
+   whether the state must be written. That happens before the next step, or after TSSolve(), when monitors have written
+   what belongs to the state. The objects that own a state visit it (slipstate.h). */
 #define _POSIX_C_SOURCE 200809L
 #include <petsc/private/tsimpl.h>
 #include <slipcompat.h>
@@ -18,19 +18,19 @@
 
 static const char key[] = "SlipCheckpoint";
 
-/* A wall limit counts as this signal, which batch systems send for it: exit code 152. */
+/* A wall limit is treated as this signal, which batch systems send for it: exit code 152. */
 #define CHECKPOINT_LIMIT SIGXCPU
-/* And a file that asks for the end as this one: exit code 138. */
+/* A stop file is treated as this signal: exit code 138. */
 #define CHECKPOINT_FILE SIGUSR1
-/* What is left of a wall limit must hold a step and a checkpoint as long as the longest so far, times these, and this
-   much for the rest of the program [s]. */
+/* The remaining time of a wall limit must suffice for a step and a checkpoint as long as the longest so far, times
+   these factors, plus this time for the rest of the program [s]. */
 #define CHECKPOINT_STEPS 1.5
 #define CHECKPOINT_WRITES 2.0
 #define CHECKPOINT_REST 1.0
-/* Processes agree after every step, or when steps are shorter than this after as many as take about as long [s]: a
+/* Processes agree after every step, or if steps are shorter than this, after as many as take about as long [s]: a
    reduction then costs less than 0.1 % of the time, as a step of 25 x 25 cells has 167. */
 #define CHECKPOINT_AGREE 0.05
-#define CHECKPOINT_UNASKED 20 /* steps at most, as later ones may take much longer */
+#define CHECKPOINT_UNASKED 20 /* largest number of steps between, as later ones may take much longer */
 /* The first checkpoint of a run with a wall limit is written after this share of it, so that its time is known. */
 #define CHECKPOINT_FIRST 0.1
 
@@ -42,21 +42,21 @@ typedef struct {
   PetscReal interval, limit;
   SlipCheckpointFn visit;
   void *ctx;
-  PetscErrorCode (*poststep)(TS), (*prestep)(TS); /* of others */
+  PetscErrorCode (*poststep)(TS), (*prestep)(TS); /* the functions that were set before */
   PetscInt wait;                                  /* steps to the next agreement */
-  PetscBool due;                                  /* before the next step */
-  PetscBool over;                                 /* the run is: what the TS does now is no run to go on with */
+  PetscBool due;                                  /* a checkpoint is due before the next step */
+  PetscBool over;                                 /* the run has ended: what the TS does now is not part of it */
   int stopped;                                    /* signal, or 0 */
-  PetscBool by_limit, by_file;                    /* nobody sent it */
-  PetscLogDouble last_step, last_write;           /* when the last ones ended [s] */
+  PetscBool by_limit, by_file;                    /* no signal was sent */
+  PetscLogDouble last_step, last_write;           /* ends of the last ones [s] */
   PetscLogDouble longest_step, longest_write;     /* [s] */
   PetscInt written;                               /* checkpoints */
-  PetscInt first;                                 /* steps before this run, which writes nothing while it has no more */
-  PetscBool raises; /* an error of PETSc's for a step that failed, which waits for Finish */
+  PetscInt first;                                 /* steps before this run, which writes nothing without another one */
+  PetscBool raises;                               /* Finish raises PETSc's error for a failed step */
 } SlipCheckpoint;
 
-/* Is the TS at its final time, that of an earlier run with the same one included? The last step may have gone beyond
-   it. */
+/* Finds whether the TS is at its final time, or at the one that an earlier run reached. The last step may have gone
+   beyond it. */
 static PetscErrorCode SlipCheckpointAtEnd(TS ts, PetscReal reached, PetscBool *is)
 {
   PetscReal end;
@@ -83,7 +83,7 @@ static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
   PetscCall(SlipCheckpointAtEnd(c->ts, final_time, &ended));
   if (ended || c->ts->ptime >= c->ts->max_time) PetscCall(SlipClockRead(c->ts, NULL, &final_time));
   PetscCall(SlipStateGroup(state, "run"));
-  PetscCall(SlipStateReal(state, "final_time", 1, &final_time)); /* that was reached, if one was */
+  PetscCall(SlipStateReal(state, "final_time", 1, &final_time)); /* the one that was reached, if any */
   PetscCall(SlipStateClose(&state));
   PetscCall(PetscTime(&c->last_write));
   c->longest_write = PetscMax(c->longest_write, c->last_write - begin);
@@ -93,8 +93,8 @@ static PetscErrorCode SlipCheckpointWrite(SlipCheckpoint *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What this process wants: the signal that it caught, or that time is over on rank 0; and on rank 0 a checkpoint, the
-   number of steps that need no agreement, and the end where the file is there that asks for it. */
+/* Collects this process's requests: the signal that it caught, or on rank 0 the end of the time; and on rank 0 a
+   checkpoint, the number of steps that need no agreement, and the end if the stop file exists. */
 static PetscErrorCode SlipCheckpointRequests(SlipCheckpoint *c, int wish[4])
 {
   PetscLogDouble now, begun;
@@ -117,7 +117,7 @@ static PetscErrorCode SlipCheckpointRequests(SlipCheckpoint *c, int wish[4])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* After each step. */
+/* Runs after each step. */
 static PetscErrorCode SlipCheckpointAfterStep(TS ts)
 {
   SlipCheckpoint *c;
@@ -131,7 +131,7 @@ static PetscErrorCode SlipCheckpointAfterStep(TS ts)
   c->longest_step = PetscMax(c->longest_step, now - c->last_step);
   if (c->wait-- > 0 || ts->reason) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipCheckpointRequests(c, wish));
-  all[0] = PetscMax(wish[0], 0); /* a signal goes before a limit */
+  all[0] = PetscMax(wish[0], 0); /* a signal has priority over a limit */
   all[1] = PetscMax(-wish[0], 0);
   all[2] = wish[1];
   all[3] = wish[2];
@@ -156,14 +156,14 @@ static PetscErrorCode SlipCheckpointBeforeStep(TS ts)
   PetscCall(SlipObjectQueryData((PetscObject)ts, key, &c));
   if (c->due) PetscCall(SlipCheckpointWrite(c));
   c->due = PETSC_FALSE;
-  if (c->prestep) PetscCall((*c->prestep)(ts)); /* it may change the state, as the run that goes on will again */
+  if (c->prestep) PetscCall((*c->prestep)(ts)); /* it may change the state, and the continued run repeats that */
   PetscCall(PetscTime(&c->last_step));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode SlipCheckpointFailed(TS ts); /* below */
 
-/* One that is there already would end every run after its first step. */
+/* Refuses a stop file that exists already, as it would end every run after its first step. */
 static PetscErrorCode SlipCheckpointCheckStop(const SlipCheckpoint *c)
 {
   PetscInt there;
@@ -219,9 +219,9 @@ PetscErrorCode SlipCheckpointStart(TS ts, const SlipCheckpointPlan *plan)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- how to go on ---- */
+/* ---- how to continue ---- */
 
-/* A word as a shell must be given it */
+/* Appends a word, quoted for a shell if necessary. */
 static PetscErrorCode AppendQuoted(char text[], size_t len, const char word[])
 {
   static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,/:%@";
@@ -239,7 +239,7 @@ static PetscErrorCode AppendQuoted(char text[], size_t len, const char word[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The command line of this program, going on from the checkpoint. */
+/* Composes the command line of this program that continues from the checkpoint. */
 static PetscErrorCode SlipCheckpointCommand(SlipCheckpoint *c, char text[], size_t len)
 {
   PetscMPIInt size;
@@ -265,7 +265,7 @@ static PetscErrorCode SlipCheckpointCommand(SlipCheckpoint *c, char text[], size
 
     PetscCall(PetscStrcmp(argv[i], c->restart, &restart));
     if (restart && i + 1 < argc)
-      i++; /* and the file that it names */
+      i++; /* and the name of its file */
     else
       PetscCall(AppendQuoted(text, len, argv[i]));
   }
@@ -274,7 +274,7 @@ static PetscErrorCode SlipCheckpointCommand(SlipCheckpoint *c, char text[], size
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0 says where the state of a run is that has failed by its steps, the error of which follows. */
+/* On rank 0: prints where the state of a run is whose steps have failed; its error follows. */
 static PetscErrorCode SlipCheckpointSayFailed(SlipCheckpoint *c)
 {
   char command[8192];
@@ -291,7 +291,7 @@ static PetscErrorCode SlipCheckpointSayFailed(SlipCheckpoint *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a run that fails by its steps, before its error: the start of the step that leads nowhere */
+/* Writes, before the error of a run whose steps fail, the start of the step that cannot be computed. */
 static PetscErrorCode SlipCheckpointFailed(TS ts)
 {
   SlipCheckpoint *c;
@@ -348,7 +348,7 @@ PetscErrorCode SlipCheckpointFinish(TS ts, int *code)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether PetscOptions has a final time for the TS */
+/* Finds whether PetscOptions has a final time for the TS. */
 static PetscErrorCode SlipCheckpointGivesEnd(TS ts, const char **prefix, PetscBool *given)
 {
   PetscFunctionBegin;

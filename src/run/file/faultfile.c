@@ -1,4 +1,4 @@
-/* What the output file of a run holds: its layout, the mesh, and the fields. */
+/* Writes the content of the output file of a run: its layout, the mesh, and the fields. */
 #include <slipstep/private/sliprunfiles.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipwork.h>
@@ -18,13 +18,13 @@ enum {
 
 static const struct {
   const char *name, *unit;
-  PetscBool vector; /* as many numbers a cell as slip has components */
+  PetscBool vector; /* a cell has as many numbers as slip has components */
 } OutputFields[OUTPUT_NUM_FIELDS] = {
   [OUTPUT_SLIP_RATE] = {"slip_rate", "m/s", PETSC_TRUE},
   [OUTPUT_DISPLACEMENT] = {"displacement", "m", PETSC_TRUE},
   [OUTPUT_SLIP] = {"slip", "m", PETSC_TRUE},
   [OUTPUT_TRACTION] = {"traction", "Pa", PETSC_TRUE},
-  [OUTPUT_STATE] = {NULL, NULL, PETSC_FALSE}, /* as the law calls it */
+  [OUTPUT_STATE] = {NULL, NULL, PETSC_FALSE}, /* the law names it */
   [OUTPUT_PORE_PRESSURE] = {"pore_pressure", "Pa", PETSC_FALSE},
   [OUTPUT_NORMAL_STRESS] = {"normal_stress", "Pa", PETSC_FALSE},
   [OUTPUT_OPENING] = {"opening", "m", PETSC_FALSE},
@@ -35,26 +35,26 @@ PetscInt SlipFaultOutputCount(SlipFault fault)
   return OUTPUT_NUM_FIELDS + fault->layout.states - 1;
 }
 
-/* Which state of friction a field is, -1: none */
+/* Returns the state of friction that a field is; -1: none. */
 static PetscInt StateOf(PetscInt f)
 {
   return f == OUTPUT_STATE ? 0 : f < OUTPUT_NUM_FIELDS ? -1 : f - OUTPUT_NUM_FIELDS + 1;
 }
 
-/* Name of a field of /fields */
+/* Returns the name of a field of /fields. */
 const char *SlipFaultOutputField(SlipFault fault, PetscInt f)
 {
   return StateOf(f) < 0 ? OutputFields[f].name : SlipFrictionStateName(fault->friction.law, StateOf(f));
 }
 
-/* Numbers of a field for each cell */
+/* Returns how many numbers a cell has of a field. */
 PetscInt SlipFaultOutputComponents(SlipFault fault, PetscInt f)
 {
   return StateOf(f) < 0 && OutputFields[f].vector ? fault->layout.plane : 1;
 }
 
-/* G times the sums of area times slip rate, along the rake, [N m/s] of each fault, and of area times slip since the
-   start, which the integrator forms of the rates within steps, [N m]. One fault has its sums already; several cost a
+/* Computes for each fault G times the sums over area of slip rate along the rake [N m/s] and of slip since the start [N
+   m], which the integrator computes from the rates within steps. One fault has its sums already; several cost a
    reduction. */
 static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rate[], PetscReal moment[])
 {
@@ -71,7 +71,7 @@ static PetscErrorCode Moments(SlipFault fault, PetscReal t, Vec w, PetscReal rat
     t += fault->loads.origin;
     rate[0] = sums->sum[SUM_V];
     moment[0] = sums->sum[SUM_U] + t * sums->sum[SUM_VINF] - start * fault->critical.mean_uc * (PetscReal)fault->mesh.N;
-  } else if (SlipFaultOnDevice(fault, w)) { /* from no critical start */
+  } else if (SlipFaultOnDevice(fault, w)) { /* the start is not critical there */
     PetscReal *loading;
 
     PetscCall(PetscMalloc1(n, &loading));
@@ -131,7 +131,7 @@ static PetscErrorCode SlipFaultOutputSides(void *ctx, PetscInt *n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The states of the fault's law, with commas between */
+/* Lists the states of the fault's law, separated by commas. */
 static PetscErrorCode StateNames(SlipFault fault, char names[], size_t len)
 {
   PetscFunctionBegin;
@@ -143,7 +143,7 @@ static PetscErrorCode StateNames(SlipFault fault, char names[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: which fields -fault_output_fields names, and the output of the run. */
+/* Finds the fields that -fault_output_fields names, and creates the output of the run. Collective. */
 PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
 {
   SlipFault fault = out->fault;
@@ -166,8 +166,7 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
       "normal_stress or opening",
       SlipFaultPrefix(fault), names[i], states);
   }
-  if (SlipFaultOpens(fault))
-    out->wanted[OUTPUT_OPENING] = PETSC_TRUE; /* without which slip_rate and the others mislead */
+  if (SlipFaultOpens(fault)) out->wanted[OUTPUT_OPENING] = PETSC_TRUE; /* without it slip_rate and the others mislead */
   PetscCall(PetscStrToArrayDestroy(n, names));
   PetscCall(SlipOutputCreate(ts, fault->options.text[FAULT_OUTPUT], PETSC_STATIC_ARRAY_LENGTH(SeriesColumns),
                              SeriesColumns, SlipFaultOutputSeries, fault, &fault->run->file));
@@ -176,13 +175,13 @@ PetscErrorCode SlipFaultOutputCreateRun(SlipFaultOutput out, TS ts)
   fault->run->file->kind.restart = "fault_restart";
   fault->run->file->sides = SlipFaultOutputSides;
   fault->run->file->entries[1 + SERIES_MOMENT_RATE] = fault->run->file->entries[1 + SERIES_MOMENT] = fault->mesh.faults;
-  fault->run->file->moving_only = PETSC_TRUE; /* for friction_power: a product with K less for each row */
+  fault->run->file->moving_only = PETSC_TRUE; /* friction_power then costs no product with K for each row */
   PetscCall(SlipOutputAddRun(fault->run->file, "stiffness_scaling_factor", fault->operators.scaling));
   PetscCall(SlipOutputAddRun(fault->run->file, "time_scale", fault->operators.tstar));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The values of a vector of cells, gathered, as the dataset /mesh/name. Collective. */
+/* Gathers a vector of cells and writes it as the dataset /mesh/name. Collective. */
 static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[], const char unit[], Vec x)
 {
   SlipFault fault = out->fault;
@@ -203,8 +202,8 @@ static PetscErrorCode SlipFaultOutputCells(SlipFaultOutput out, const char name[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: slip [N], or [N][2], of a fault that heals, whose state s is none, or of two components, from the gathered
-   state; NULL for others. Free it. */
+/* On rank 0: computes slip [N], or [N][2], from the gathered state where s is not the slip, as with healing or two
+   components; NULL for others. The caller frees it. */
 static PetscErrorCode SlipOfDisplacement(SlipFaultOutput out, PetscReal time, const PetscReal w[], PetscReal **slip)
 {
   const PetscInt c = out->fault->layout.components, plane = out->fault->layout.plane;
@@ -224,8 +223,8 @@ static PetscErrorCode SlipOfDisplacement(SlipFaultOutput out, PetscReal time, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers from an offset in the block of each cell on, as many as slip has components; those of one component stay
-   where they are, others are copied */
+/* Gets the numbers from an offset in the block of each cell, as many as slip has components; those of one component
+   stay in place, others are copied. */
 static PetscErrorCode TakeVector(SlipFault fault, const PetscReal w[], PetscInt block, PetscInt offset,
                                  PetscReal **copy, SlipH5Rows *rows)
 {
@@ -244,7 +243,7 @@ static PetscErrorCode TakeVector(SlipFault fault, const PetscReal w[], PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: what the slip of a fault that heals is relative to */
+/* Gathers the start and the loading rate, to which the slip of a fault that heals is relative. Collective. */
 static PetscErrorCode GatherStart(SlipFaultOutput out)
 {
   SlipFault fault = out->fault;
@@ -262,7 +261,7 @@ static PetscErrorCode GatherStart(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: one entry of every field wanted, from the gathered state and reaction; the reaction is weighted by area. */
+/* On rank 0: writes an entry of every wanted field from the gathered state and reaction, which is weighted by area. */
 static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal time)
 {
   const SlipFaultMesh *mesh = &out->fault->mesh;
@@ -314,7 +313,7 @@ static PetscErrorCode SlipFaultOutputWriteFields(SlipFaultOutput out, PetscReal 
     case OUTPUT_DISPLACEMENT:
       PetscCall(TakeVector(out->fault, w, layout->block, layout->displacement, &copy[f], rows));
       break;
-    default: /* the state, which is the slip of most faults */
+    default: /* the first state, which is the slip of most faults */
       rows->data = f == OUTPUT_SLIP && out->start0 ? slip : w + layout->state + PetscMax(StateOf(f), 0);
       if (rows->data != slip) rows->stride = layout->block;
     }
@@ -336,7 +335,7 @@ static PetscErrorCode FieldStorage(SlipFault fault, SlipH5Storage *storage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the fields of an earlier run, cut; they go on as they are stored */
+/* On rank 0: cuts the fields of an earlier run; new entries have their storage. */
 static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
 {
   SlipH5 *h = SlipOutputFile(out->fault->run->file);
@@ -371,7 +370,7 @@ static PetscErrorCode SlipFaultOutputCut(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One number for all cells that says what is computed, and not how it is written */
+/* Returns whether a parameter is one number for all cells that affects the results, not their output. */
 static PetscBool IsScalar(SlipFault fault, PetscInt id)
 {
   return SlipFaultFieldOf(id) < 0 && id < FAULT_OUTPUT_INTERVAL && !(fault->mesh.ndim == 1 && id < MESH_REALS)
@@ -379,7 +378,7 @@ static PetscBool IsScalar(SlipFault fault, PetscInt id)
            : PETSC_FALSE;
 }
 
-/* Rank 0: /parameters, what the run has of the fault besides fields */
+/* On rank 0: writes /parameters, the parameters of the fault besides fields. */
 static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
 {
   PetscFunctionBegin;
@@ -400,7 +399,7 @@ static PetscErrorCode WriteParameters(SlipFault fault, SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: series of the fields, and the axes or cells */
+/* On rank 0: creates the series of the fields, and the axes or cells. */
 static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
 {
   SlipFault fault = out->fault;
@@ -428,8 +427,8 @@ static PetscErrorCode SlipFaultOutputCreateFields(SlipFaultOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: names of the dimensions of /mesh, and of a group whose datasets have rows and a number for each cell; both
-   have the axes */
+/* On rank 0: names the dimensions of /mesh, and of a group whose datasets have rows with a number for each cell; both
+   have the axes. */
 PetscErrorCode SlipFaultNameDimensions(SlipFault fault, SlipH5 *h, const char group[], const char row[])
 {
   static const char *const grid[] = {"z", "x"}, *const list[] = {"cell", "vertex"};
@@ -459,7 +458,7 @@ PetscErrorCode SlipFaultNameDimensions(SlipFault fault, SlipH5 *h, const char gr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: what the file of a fault has besides that of any run */
+/* Adds to the run's file what is specific to a fault. Collective. */
 PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
 {
   SlipFaultOutput out = (SlipFaultOutput)ctx;
@@ -498,7 +497,7 @@ PetscErrorCode SlipFaultOutputLayout(SlipFault fault, SlipOutput run, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the state with what outputs call those of friction: w itself, or a copy */
+/* Gets the state with friction's states as output shows them: w itself, or a copy. Collective. */
 static PetscErrorCode ShowState(SlipFaultOutput out, PetscReal t, Vec w, Vec *shown)
 {
   SlipFault fault = out->fault;
@@ -523,7 +522,7 @@ static PetscErrorCode ShowState(SlipFaultOutput out, PetscReal t, Vec w, Vec *sh
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: the pore pressure of a time (w: NULL), or the effective normal stress of a state, gathered in *x0 */
+/* Gathers in *x0 the pore pressure at a time (w: NULL), or the effective normal stress of a state. Collective. */
 static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, Vec *x0)
 {
   SlipFault fault = out->fault;
@@ -545,7 +544,7 @@ static PetscErrorCode GatherNumbers(SlipFaultOutput out, PetscReal time, Vec w, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: an entry of /fields */
+/* Writes an entry of /fields. Collective. */
 PetscErrorCode SlipFaultOutputFields(SlipFaultOutput out, PetscReal time, Vec w)
 {
   SlipFault fault = out->fault;

@@ -1,7 +1,8 @@
-/* -fault_output: the file of a run, with /series, and /fields for the start and the steps after which they are due. */
+/* Writes -fault_output: the file of a run, with /series, and /fields for the start and for the steps after which they
+   are due. */
 #include <slipstep/private/sliprunfiles.h>
 
-/* Also without -fault_output, as checkpoints count what a run has cost */
+/* Creates the observer also without -fault_output, as checkpoints store the cost of a run. */
 static PetscErrorCode OutputCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
   SlipFaultOutput out;
@@ -37,7 +38,7 @@ static PetscErrorCode OutputDestroy(void **ctx)
   SlipFaultOutput out = (SlipFaultOutput)*ctx;
 
   PetscFunctionBegin;
-  PetscCall(SlipOutputDestroy(&out->fault->run->file)); /* of a run that did not finish */
+  PetscCall(SlipOutputDestroy(&out->fault->run->file)); /* the file of a run that did not finish */
   PetscCall(VecScatterDestroy(&out->gather_w));
   PetscCall(VecScatterDestroy(&out->gather_r));
   PetscCall(VecScatterDestroy(&out->gather_c));
@@ -51,7 +52,7 @@ static PetscErrorCode OutputDestroy(void **ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The start of a run that goes on is in the file, and what the newest entry was is in its checkpoint. */
+/* Writes the start, unless the run continues: then the file contains it, and the checkpoint has the newest entry. */
 static PetscErrorCode OutputStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
 {
   SlipFaultOutput out = (SlipFaultOutput)ctx;
@@ -85,7 +86,7 @@ static PetscErrorCode OutputStep(SlipFault fault, TS ts, PetscInt step, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The last step has an entry in any case. */
+/* Writes an entry for the last step in any case. */
 static PetscErrorCode OutputFinish(SlipFault fault, TS ts, SlipOutput output, void *ctx)
 {
   SlipFaultOutput out = (SlipFaultOutput)ctx;
@@ -105,7 +106,7 @@ static PetscErrorCode OutputFinish(SlipFault fault, TS ts, SlipOutput output, vo
 
 /* ---- checkpoints ---- */
 
-/* Rank 0: is the row of /series the one of this time? */
+/* On rank 0: checks that the row of /series is the one of this time. */
 static PetscErrorCode CheckRow(SlipFault fault, const char file[], PetscInt row, PetscReal time)
 {
   const char *prefix = SlipFaultPrefix(fault);
@@ -128,7 +129,7 @@ static PetscErrorCode CheckRow(SlipFault fault, const char file[], PetscInt row,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In the file of the run as it was, or from here in a new one. rows: of /steps, /series and /fields to keep */
+/* Continues in the file of the run, or from here in a new one. rows: those of /steps, /series and /fields to keep */
 static PetscErrorCode Resume(SlipFaultOutput out, const PetscInt rows[3])
 {
   SlipFault fault = out->fault;

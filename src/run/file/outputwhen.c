@@ -1,19 +1,18 @@
-/* When the next entry of /fields is due: by steps, slip, time or slip rate, whichever is first, or by what they may
-   take; and how much disk they take.
-
-   Without a rule, all entries take at most -fault_output_size. A share of them may be of steps in a row, at the start,
-   which is all that short runs of small faults have; the others become free as the run proceeds, half of them as time
-   passes, half as the mean slip does, which is known beforehand of a fault that starts at its instability or is loaded.
-   An event that takes seconds of centuries so has entries by its share of all slip. */
+/* Decides when the next entry of /fields is due: by steps, slip, time or slip rate, whichever is first, or by the size
+   of all entries; and reports that size. Without a rule, all entries take at most -fault_output_size. A share of them
+   may belong to steps in a row at the start, which are all steps of a short run of a small fault. The others become
+   available as the run proceeds, half of them with time, half with the mean slip where its final value is predictable,
+   as for a fault that starts at its instability or is loaded. An event that takes seconds of centuries thus has entries
+   according to its share of all slip. */
 #include <slipstep/private/sliprunfiles.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-/* Of two times that are told apart, one may be rounded. */
+/* Two times that differ by less are equal but for rounding. */
 #define WHEN_ROUNDING 1e-12
 
-/* Share of the entries that may be of steps in a row */
+/* Share of the entries that may belong to steps in a row */
 #define WHEN_AT_ONCE 0.2
 
 static PetscBool ByOther(SlipFault fault)
@@ -29,7 +28,7 @@ static PetscBool ByStep(SlipFault fault)
   return !ByOther(fault) || fault->options.interval_given ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* What an entry takes [bytes] */
+/* Returns the size of an entry [bytes]. */
 static PetscReal EntrySize(SlipFaultOutput out)
 {
   PetscReal bytes = sizeof(PetscReal);
@@ -42,7 +41,7 @@ static PetscReal EntrySize(SlipFaultOutput out)
   return bytes;
 }
 
-/* How far a run is, from 0 to 1. Collective. */
+/* Finds how far a run has proceeded, from 0 to 1. Collective. */
 static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, PetscReal *progress)
 {
   SlipFault fault = out->fault;
@@ -73,7 +72,7 @@ static PetscErrorCode Progress(SlipFaultOutput out, PetscReal time, Vec w, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is there an entry left for this state? The last one is for the end of the run. Collective. */
+/* Finds whether an entry is available for this state. The last one is for the end of the run. Collective. */
 static PetscErrorCode IsLeft(SlipFaultOutput out, PetscReal time, Vec w, PetscBool *left)
 {
   const PetscReal most = out->when.most, next = (PetscReal)(out->fault->run->entries + 2);
@@ -97,7 +96,7 @@ PetscErrorCode SlipFaultOutputWhenCheck(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Largest |slip| [m] of a cell since the newest entry, from du/dt = v - v_inf. Collective. */
+/* Finds the largest |slip| [m] of a cell since the newest entry, from du/dt = v - v_inf. Collective. */
 static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w, PetscReal *largest)
 {
   SlipFault fault = out->fault;
@@ -125,7 +124,7 @@ static PetscErrorCode SlipSinceEntry(SlipFaultOutput out, PetscReal time, Vec w,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Largest |v| [m/s]; at least the tolerance of the integrator, below which rates mean nothing. Collective. */
+/* Finds the largest |v| [m/s], or the tolerance of the integrator, below which rates mean nothing. Collective. */
 static PetscErrorCode LargestRate(SlipFault fault, PetscReal time, Vec w, PetscReal *rate)
 {
   PetscReal tolerance;
@@ -137,7 +136,7 @@ static PetscErrorCode LargestRate(SlipFault fault, PetscReal time, Vec w, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: is an entry due for the state after this step? */
+/* Finds whether an entry is due for the state after this step. Collective. */
 PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscReal time, Vec w, PetscBool *due)
 {
   SlipFault fault = out->fault;
@@ -171,7 +170,7 @@ PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt step, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: an entry of this state was written, from which slip and rate count. */
+/* Notes that an entry of this state was written, from which slip and rate count. Collective. */
 PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Vec w)
 {
   SlipFault fault = out->fault;
@@ -188,7 +187,7 @@ PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the run has cost so far */
+/* Saves or loads the cost of the run so far. */
 static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
 {
   static const SlipProductsUser users[] = {SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_LOOK};
@@ -209,8 +208,8 @@ static PetscErrorCode VisitCounts(SlipFault fault, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A checkpoint's part: the newest entry of /fields. What the run of before did not need is counted from where this one
-   goes on. */
+/* Saves or loads a checkpoint's part: the newest entry of /fields. Data that the earlier run did not need start here.
+   */
 PetscErrorCode SlipFaultOutputState(SlipFaultOutput out, SlipState s)
 {
   SlipFault fault = out->fault;
@@ -242,7 +241,7 @@ PetscErrorCode SlipFaultOutputState(SlipFaultOutput out, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- their size ---- */
+/* ---- the size of entries ---- */
 
 static void SizeText(PetscReal bytes, char text[], size_t len)
 {
@@ -253,8 +252,8 @@ static void SizeText(PetscReal bytes, char text[], size_t len)
   (void)snprintf(text, len, "%.3g %s", (double)bytes, unit[k]);
 }
 
-/* How many entries there may be; prints what one takes, and all of them where their number has a bound, else those of a
-   thousand steps. Collective. */
+/* Finds how many entries there may be. Prints the size of one, and of all where their number has a bound, else of those
+   of a thousand steps. Collective. */
 PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts)
 {
   SlipFault fault = out->fault;

@@ -1,19 +1,20 @@
-/* The names of all files that a fault's run reads and writes, before one is opened. */
+/* Checks the names of all files that a fault's run reads and writes, before one is opened. */
 #include <slipstep/private/sliprun.h>
 #include <string.h>
 
-/* A run goes on from the checkpoint that it writes. */
+/* Files of one family may be the same: a run may continue from the checkpoint that it writes. */
 #define FAMILY_STATE 1
 
-/* Temporary files are made under locks beside the file (h5claim.c), the checkpoint before stays (statefile.c). */
+/* Endings of a file that is written. Locks beside it protect temporary files (h5claim.c); the checkpoint before stays.
+   */
 #define GROWING "", ".part", ".part.new"
 
-/* Options that are no strings of the fault: of viewers, TYPE:FILE[:FORMAT], and of others that it only looks at, once
-   it was said which options nobody has read */
+/* Options that are no strings of the fault: those of viewers, TYPE:FILE[:FORMAT], and others that are only looked up
+   here, after the report of unused options */
 #define A_VIEWER FAULT_NUM_STRINGS
 #define ANOTHER (FAULT_NUM_STRINGS + 1)
 
-/* Options of files, and endings of files that the run makes of a name */
+/* Options of files, and the endings that the run adds to a name */
 static const struct {
   const char *option;
   PetscInt id;
@@ -25,7 +26,7 @@ static const struct {
   {"fault_parameters", FAULT_PARAMETERS, PETSC_FALSE, 0, {""}},
   {"fault_stiffness_file", FAULT_STIFFNESS_FILE, PETSC_FALSE, 0, {""}},
   {"fault_pore_pressure", FAULT_PORE_PRESSURE, PETSC_FALSE, 0, {""}},
-  {"fault_stations", FAULT_STATIONS, PETSC_FALSE, 0, {""}}, /* or a list, which names no file */
+  {"fault_stations", FAULT_STATIONS, PETSC_FALSE, 0, {""}}, /* or a list without a file */
   {"fault_surface_stations", FAULT_SURFACE_STATIONS, PETSC_FALSE, 0, {""}},
   {"fault_tolerances", FAULT_TOLERANCES, PETSC_FALSE, 0, {""}},
   {"fault_estimates", FAULT_ESTIMATES, PETSC_FALSE, 0, {""}},
@@ -41,7 +42,7 @@ static const struct {
 };
 enum { NUM_FILES = PETSC_STATIC_ARRAY_LENGTH(SlipFaultFiles) };
 
-/* The file of a viewer, TYPE:FILE[:FORMAT], if it has one */
+/* Gets the file of a viewer, TYPE:FILE[:FORMAT], or "". */
 static PetscErrorCode ViewedFile(char value[], char file[PETSC_MAX_PATH_LEN])
 {
   char *begin = strchr(value, ':'), *end;
@@ -55,7 +56,7 @@ static PetscErrorCode ViewedFile(char value[], char file[PETSC_MAX_PATH_LEN])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The file of an option that is no string of the fault, if it has one */
+/* Gets the file of an option that is no string of the fault, or "". */
 static PetscErrorCode FileOf(SlipFault fault, const char option[], PetscBool viewer, char file[PETSC_MAX_PATH_LEN])
 {
   char value[PETSC_MAX_PATH_LEN] = "", name[96];
@@ -73,7 +74,7 @@ static PetscErrorCode FileOf(SlipFault fault, const char option[], PetscBool vie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: PETSC_ERR_FILE_OPEN when two options name one file that one of them writes */
+/* Reports PETSC_ERR_FILE_OPEN when two options name one file that one of them writes. Collective. */
 PetscErrorCode SlipFaultCheckFileNames(SlipFault fault)
 {
   SlipNamedFile *file;
@@ -101,7 +102,7 @@ PetscErrorCode SlipFaultCheckFileNames(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The file that an option of a run in a sweep writes, if it does; a view may be added to a file */
+/* Gets the file that an option of a run in a sweep writes, or ""; a view may be appended to a file. */
 static PetscErrorCode FileOfRun(PetscOptions options, PetscInt row, char file[PETSC_MAX_PATH_LEN])
 {
   char name[96], value[PETSC_MAX_PATH_LEN] = "", *append;
@@ -120,8 +121,8 @@ static PetscErrorCode FileOfRun(PetscOptions options, PetscInt row, char file[PE
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Which runs may write the same files as run k: the run itself, or the one before whose checkpoint it goes on from and
-   whose files it continues */
+/* Finds which runs may write the same files as run k: the run itself, or an earlier one from whose checkpoint it
+   continues. */
 static PetscErrorCode FamilyOfRun(PetscInt k, const PetscOptions options[], PetscInt family[])
 {
   char restart[PETSC_MAX_PATH_LEN] = "", checkpoint[PETSC_MAX_PATH_LEN];
@@ -140,22 +141,22 @@ static PetscErrorCode FamilyOfRun(PetscInt k, const PetscOptions options[], Pets
 }
 
 /*@C
-  SlipFaultCheckSweepFiles - refuse runs of which one would write over a file of another one
+  SlipFaultCheckSweepFiles - refuses runs of which one would overwrite a file of another one
 
   Collective; before the first run of a sweep
 
   Input Parameters:
 + comm    - the processes
 . n       - number of runs
-. options - [n] the options of each, as -fault_output, -fault_catalogue, -fault_checkpoint and viewers of files
+. options - [n] the options of each run, with -fault_output, -fault_catalogue, -fault_checkpoint and viewers of files
 - line    - [n] number of the line that each comes from, for the message
 
   Level: advanced
 
   Note:
-  A run that goes on (-fault_restart) from the checkpoint of one before may continue its files.
+  A run that continues (-fault_restart) from the checkpoint of an earlier one may continue its files.
 
-  Errors: PETSC_ERR_FILE_OPEN, with both lines, when two runs write one file; links and what runs make of names are
+  Errors: PETSC_ERR_FILE_OPEN, with both lines, when two runs write one file; links and endings that runs add are
   included
 
 .seealso: SlipFaultSetFromOptions(), SlipFaultOutputStart()

@@ -1,10 +1,10 @@
-/* -fault_output_xdmf: a text file beside the output, by which ParaView opens it. FILE.part has FILE.part.xdmf2,
-   replaced as a whole from time to time, and FILE has FILE.xdmf2, so that a run that goes on, one that was killed
-   and one that has ended can all be looked at. It lists the entries of /fields; cells are quadrilaterals or
-   triangles, whose corners are in /xdmf of the output.
+/* Writes for -fault_output_xdmf a text file beside the output, with which ParaView opens it. FILE.part has
+   FILE.part.xdmf2, which is replaced as a whole from time to time, and FILE has FILE.xdmf2: a run can be viewed while
+   it continues, after it was killed, and when it has ended. The text lists the entries of /fields. Cells are
+   quadrilaterals or triangles, whose corners are in /xdmf of the output.
 
-   By this ending ParaView takes its "XDMF Reader" (vtkXdmfReader). With .xdmf it offers its Xdmf3 readers too, and
-   opens those in scripts, which know no hyperslabs, parts of a dataset, and would show cells without fields. */
+   For this ending ParaView uses its "XDMF Reader" (vtkXdmfReader). For .xdmf it offers its Xdmf3 readers too, and uses
+   them in scripts. They do not support hyperslabs, parts of a dataset, and would show cells without fields. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/sliprunfiles.h>
 #include <errno.h>
@@ -16,23 +16,23 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-/* All of it on rank 0 */
+/* State of the observer; all of it is on rank 0 */
 typedef struct {
   SlipFault fault;
   PetscBool wanted;
-  PetscBool field[OUTPUT_MAX_FIELDS]; /* which the output has */
+  PetscBool field[OUTPUT_MAX_FIELDS]; /* the output has this field */
   char target[PETSC_MAX_PATH_LEN];    /* the output's final name */
-  PetscInt n, size;                   /* entries of /fields, room for */
-  PetscReal *time;                    /* theirs [s] */
+  PetscInt n, size;                   /* entries of /fields, and room for them */
+  PetscReal *time;                    /* their times [s] */
   PetscInt written;                   /* entries in the file */
   int failed;                         /* errno of the last attempt to write it, or 0 */
-  PetscLogDouble last, cost;          /* when that was, and how long it took [s] */
+  PetscLogDouble last, cost;          /* time of the last attempt, and how long it took [s] */
 } Xdmf;
 
-#define XDMF_SHARE 100 /* the file is written again after so many times what that took, except at the end */
+#define XDMF_SHARE 100 /* the pause before the file is written again, over the time of the last write */
 
-/* Rank 0, as all that follows: corners [npoints][3], z upward, and their numbers for each cell [N][sides], in the order
-   of the output */
+/* All functions below run on rank 0. Writes corners [npoints][3], z upward, and their numbers for each cell [N][sides],
+   in the order of the output. */
 static PetscErrorCode WriteCorners(SlipFault fault, SlipH5 *h)
 {
   const SlipFaultMesh *mesh = &fault->mesh;
@@ -82,7 +82,7 @@ static PetscErrorCode LayOut(Xdmf *x, SlipOutput output, SlipH5 *h)
   if (!x->wanted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscStrncpy(x->target, h->target, sizeof(x->target)));
   slash = strrchr(x->target, '/');
-  if (strchr(slash ? slash : x->target, ':')) { /* which ends a file's name in XDMF */
+  if (strchr(slash ? slash : x->target, ':')) { /* a colon ends a file's name in XDMF */
     PetscCall(SlipWarning("no %s.xdmf2 is written, as its form has no name with a colon", x->target));
     x->wanted = PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -94,11 +94,11 @@ static PetscErrorCode LayOut(Xdmf *x, SlipOutput output, SlipH5 *h)
     x->size = x->n;
   }
   (void)snprintf(name, sizeof(name), "%s.part.xdmf2", x->target);
-  unlink(name); /* of an earlier run, with entries that are no more */
+  unlink(name); /* it has outdated entries of an earlier run */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The newest entry of /fields, unless it is known */
+/* Adds the newest entry of /fields, unless it is in the list. */
 static PetscErrorCode Add(Xdmf *x)
 {
   const SlipFaultRun *run = x->fault->run;
@@ -144,7 +144,7 @@ static PetscErrorCode XdmfFinish(SlipFault fault, TS ts, SlipOutput output, void
 
 /* ---- the text ---- */
 
-/* The output's name as it is written in XML, without its folder */
+/* Writes the output's name for XML, without its folder. */
 static void Escape(const char name[], const char ending[], char text[], size_t len)
 {
   const char *c = strrchr(name, '/');
@@ -158,7 +158,7 @@ static void Escape(const char name[], const char ending[], char text[], size_t l
   (void)snprintf(text + n, len - n, "%s", ending);
 }
 
-/* A field of two components in entry k: a number along strike and one up dip */
+/* Prints a field of two components in entry k: a number along strike and one up dip. */
 static void PutComponents(const Xdmf *x, FILE *f, const char h5[], PetscInt k, PetscInt field)
 {
   static const char *const along[2] = {"along_strike", "up_dip"};
@@ -183,7 +183,7 @@ static void PutComponents(const Xdmf *x, FILE *f, const char h5[], PetscInt k, P
             list ? "1" : "1 1", cells, (long long)x->n, cells, bytes, h5, SlipFaultOutputField(fault, field));
 }
 
-/* One entry; h5: the output's name in XML */
+/* Prints one entry; h5: the output's name in XML */
 static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
 {
   const SlipFault fault = x->fault;
@@ -231,7 +231,7 @@ static void PutEntry(const Xdmf *x, FILE *f, const char h5[], PetscInt k)
   fprintf(f, "   </Grid>\n");
 }
 
-/* In memory; NULL when there is not enough */
+/* Composes the text in memory; returns NULL when there is not enough. */
 static char *Text(const Xdmf *x, const char ending[], size_t *len)
 {
   char h5[PETSC_MAX_PATH_LEN], *text = NULL;
@@ -250,14 +250,14 @@ static char *Text(const Xdmf *x, const char ending[], size_t *len)
   return text;
 }
 
-/* Beside, and then in its place; 0, or errno */
+/* Writes a file beside, and renames it to its place; returns 0, or errno. */
 static int Replace(const char name[], const char text[], size_t len)
 {
   char beside[PETSC_MAX_PATH_LEN + 32];
   struct rlimit limit;
   int fd, reason = 0;
 
-  /* beyond this limit there is a signal, whose default ends the process */
+  /* beyond this limit a signal ends the process by default */
   if (!getrlimit(RLIMIT_FSIZE, &limit) && limit.rlim_cur != RLIM_INFINITY && len > limit.rlim_cur) return EFBIG;
   (void)snprintf(beside, sizeof(beside), "%s.new", name);
   fd = open(beside, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
@@ -274,7 +274,7 @@ static int Replace(const char name[], const char text[], size_t len)
   return reason;
 }
 
-/* ending: "" or ".part" */
+/* Writes the text; ending: "" or ".part" */
 static PetscErrorCode Write(Xdmf *x, const char ending[])
 {
   char name[PETSC_MAX_PATH_LEN + 16], *text;
@@ -293,7 +293,7 @@ static PetscErrorCode Write(Xdmf *x, const char ending[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The output is on the disk with all its entries. What cannot be written now is tried again later: the run goes on. */
+/* Writes the text when the output is on the disk with all its entries. After a failure it tries again later. */
 static PetscErrorCode Flushed(Xdmf *x, PetscBool last)
 {
   PetscLogDouble now;
@@ -326,7 +326,7 @@ static PetscErrorCode XdmfLayout(SlipFault fault, SlipOutput output, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The output has its name, or stays unfinished. */
+/* Writes the text for the final name of the output, or for its unfinished file. */
 static PetscErrorCode XdmfDestroy(void **ctx)
 {
   Xdmf *x = (Xdmf *)*ctx;

@@ -1,6 +1,6 @@
-/* /steps: a row for each attempt of an integrator. TSBATHE tells of its attempts; of others the controller knows them,
-   and counts say what each has cost. Their rows are written when the step has ended, as it may go on after its
-   controller has accepted it. */
+/* Writes /steps: a row for each attempt of an integrator. TSBATHE reports its attempts. With others the controller has
+   them, and differences of counts give their costs; their rows are written at the end of a step, as it may still change
+   after the controller has accepted it. */
 #include <slipstep/private/sliprunoutput.h>
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>
@@ -8,7 +8,7 @@
 #include <slipsys.h>
 #include <petsctime.h>
 
-/* Collective: the row of an attempt */
+/* Adds the row of an attempt. Collective. */
 static PetscErrorCode Add(SlipOutput out, const SlipAttempt *attempt, PetscInt sides)
 {
   const PetscReal row[] = {attempt->time,
@@ -63,9 +63,9 @@ PetscErrorCode SlipOutputAttemptsStart(TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- others ---- */
+/* ---- other integrators ---- */
 
-/* Right-hand sides, iterations and time since the last row; right-hand sides that nobody counts are -1 */
+/* Computes right-hand sides, iterations and time since the last row; right-hand sides that are not counted are -1. */
 static PetscErrorCode Spend(SlipOutput out, SlipAttempt *attempt, PetscInt *spent)
 {
   SlipOutputAttempts *a = &out->attempts;
@@ -110,7 +110,7 @@ static PetscErrorCode Attempted(TS ts, const SlipAttempt *attempt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective: a step has ended, or TSSolve() begins. Integrators without a controller have steps alone. */
+/* Adds a row when a step ends; begins when TSSolve() does. Without a controller only steps have rows. Collective. */
 PetscErrorCode SlipOutputAttemptsStep(SlipOutput out, PetscInt step, PetscReal time)
 {
   SlipOutputAttempts *a = &out->attempts;

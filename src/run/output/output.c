@@ -1,4 +1,4 @@
-/* Output of a run of any TS problem: the monitor that fills /series, and the summary at its end. */
+/* Writes the output of a run of any TS problem: the monitor fills /series, and the end prints the summary. */
 #include <slipstep/private/sliprunoutput.h>
 #include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
@@ -8,12 +8,13 @@
 #include <petsctime.h>
 #include <math.h>
 
-/* The TS knows its output by this name, and its monitors find it there: they stay when the output is gone. */
+/* The TS has its output under this name. Its monitors look for it there, as they outlive the output. */
 static const char key[] = SLIP_OUTPUT_KEY, key_monitored[] = "SlipOutputMonitored";
 
-/* Borrowed: the static reaction of the state, which the next step starts from; NULL when the integrator has none. That
-   of the last step's end, which costs nothing, also holds the impulse that has stopped what came to rest. Before the
-   first step there is none of that kind: NULL too, as what moves then has the strength of its state. */
+/* Gets the borrowed static reaction of the state, which the next step starts from; NULL when the integrator has none.
+   The reaction of the last step's end costs nothing, but contains the impulse that stopped a cell. With moving_only
+   that one suffices, and before the first step there is none: NULL, as moving cells then have the strength of their
+   state. */
 static PetscErrorCode SlipOutputReaction(SlipOutput out, PetscReal t, Vec w, Vec *r)
 {
   PetscBool bathe;
@@ -34,7 +35,7 @@ static PetscErrorCode SlipOutputReaction(SlipOutput out, PetscReal t, Vec w, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: tables that nobody has given a row of the start to get one of its time without values, so that their rows are
+/* On rank 0: adds a row with the time and no values to tables without a row of the start, so that their rows match
    those of /series. */
 static PetscErrorCode SlipOutputFillTables(SlipOutput out, PetscReal time)
 {
@@ -52,7 +53,7 @@ static PetscErrorCode SlipOutputFillTables(SlipOutput out, PetscReal time)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSMonitor: the file at the start of TSSolve(), and a row of /series for it and for each accepted step. */
+/* TSMonitor: creates the file when TSSolve() starts, and adds a row of /series for the start and each accepted step. */
 static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   SlipOutput out;
@@ -82,34 +83,34 @@ static PetscErrorCode SlipOutputStepMonitor(TS ts, PetscInt step, PetscReal time
 }
 
 /*@C
-  SlipOutputCreate - write what a TS does to an HDF5 file
+  SlipOutputCreate - creates an HDF5 file for the steps and states of a TS
 
   Collective; after the type of ts is set, before TSSolve().
 
   Input Parameters:
 + ts     - the TS
-. file   - name of the file; NULL or empty: none, SlipOutputFinish() then only prints
+. file   - name of the file; NULL or empty: no file, SlipOutputFinish() then only prints
 . n      - columns of /series besides time, at most 31
 . column - their names and units [n]
-. row    - computes a row of them
+. row    - function that computes a row
 - ctx    - context of row
 
   Output Parameter:
-. output - to be finished by SlipOutputFinish()
+. output - the output; SlipOutputFinish() ends it
 
   Level: intermediate
 
-  Errors: PETSC_ERR_FILE_OPEN when the file cannot be created.
+  Errors: PETSC_ERR_FILE_OPEN when the file cannot be created
 
   Notes:
   /steps gets a row per attempt, /series one for the start and one per accepted step. The content goes to FILE.part,
-  made at the start of TSSolve(), which takes FILE's name in SlipOutputFinish(): a run that fails leaves an older FILE
-  as it was. FILE.part can be read while the run goes on and after it was killed: it holds whole rows, and its attribute
+  created at the start of TSSolve(), which SlipOutputFinish() renames to FILE: a run that fails leaves an older FILE as
+  it was. FILE.part can be read during the run and after it was killed: it has whole rows, and its attribute
   "complete" is 0. One with rows is not overwritten, see SlipOutputSetOption().
 
-  The row of the start has the state that TSSolve() begins with. The reaction that a row gets is the static one of the
-  state, which the next step starts from: where something has just come to rest it does not contain the impulse that
-  stopped it.
+  The row of the start has the state that TSSolve() begins with. The reaction in a row is the static one of the state,
+  which the next step starts from: where something has just come to rest it does not contain the impulse that stopped
+  it.
 
 .seealso: SlipOutputSetOption(), SlipOutputResume(), SlipOutputAddResult(), SlipOutputFinish()
 @*/
@@ -151,7 +152,7 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
   out->column[0] = (SlipOutputColumn){"time", "s", PETSC_FALSE};
   PetscCall(PetscArraycpy(out->column + 1, column, n));
 
-  /* monitors, once for a TS, whatever runs it does */
+  /* monitors are set once for a TS, for all its runs */
   PetscCall(SlipObjectQueryData((PetscObject)ts, key_monitored, &monitored));
   if (monitored) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TSMonitorSet(ts, SlipOutputStepMonitor, NULL, NULL));
@@ -161,7 +162,7 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
 }
 
 /*@C
-  SlipOutputSetOption - set the name of the option that names the file, for messages
+  SlipOutputSetOption - sets the name of the option for the file, for messages
 
   Logically collective; before TSSolve()
 
@@ -169,8 +170,8 @@ PetscErrorCode SlipOutputCreate(TS ts, const char file[], PetscInt n, const Slip
 + output    - the output
 . prefix    - options prefix, or NULL
 . option    - name of the option without dash and prefix
-- overwrite - the rows of an unfinished FILE.part of an earlier run may be thrown away; a program that offers it calls
-              its option as the message about such a file does: option_overwrite
+- overwrite - allows to overwrite the rows of an unfinished FILE.part of an earlier run; a program with an option for
+              this calls it as the message about such a file does: option_overwrite
 
   Level: intermediate
 
@@ -188,7 +189,7 @@ PetscErrorCode SlipOutputSetOption(SlipOutput output, const char prefix[], const
 }
 
 /*@
-  SlipOutputSync - bring all rows to the disk, and count them, for a checkpoint
+  SlipOutputSync - writes all rows to the disk, and counts them, for a checkpoint
 
   Collective
 
@@ -228,24 +229,23 @@ PetscErrorCode SlipOutputSync(SlipOutput output, PetscInt *steps, PetscInt *seri
 }
 
 /*@
-  SlipOutputResume - continue the file of an earlier run
+  SlipOutputResume - continues the file of an earlier run
 
   Collective; after SlipOutputCreate(), before TSSolve()
 
   Input Parameters:
 + output - the output, with the name and the columns of the earlier run's
-. steps  - rows of /steps to keep, as SlipOutputSync() counted them
-- series - rows of /series to keep
+. steps  - rows of /steps that stay, as SlipOutputSync() counted them
+- series - rows of /series that stay
 
   Level: advanced
 
   Notes:
-  The file is FILE.part or, when there is none, FILE, whose run has ended: that one stays as it is until this run ends
-  too. What is cut is a copy, which takes FILE.part's place when it is whole. TSSolve() then writes no row for the state
-  that it starts from, unless series is 0. Wall times of /run and /result go on, and the attribute restarts of /run
-  counts.
+  The file is FILE.part or, when there is none, FILE of a run that has ended, which stays as it is until this run ends
+  too. A copy is cut, and replaces FILE.part when it is complete. TSSolve() then writes no row for the state that it
+  starts from, unless series is 0. Wall times of /run and /result continue, and the attribute restarts of /run counts.
 
-  Where there is to be no file nothing is done.
+  Without a file name the function does nothing.
 
   Errors: PETSC_ERR_FILE_OPEN when there is neither file or another program is writing it, PETSC_ERR_FILE_UNEXPECTED
   when it has fewer rows or other datasets, PETSC_ERR_FILE_WRITE when it cannot be copied
@@ -285,16 +285,16 @@ static PetscErrorCode SlipOutputAdd(SlipOutput out, SlipOutputNumber list[], Pet
 }
 
 /*@C
-  SlipOutputAddResult - add a result of the run to /result and the summary
+  SlipOutputAddResult - adds a result of the run to /result and the summary
 
   Logically collective
 
   Input Parameters:
 + output - the output
-. name   - of the attribute of /result
-. label  - what the summary calls it, NULL to leave it out there
+. name   - name of the attribute of /result
+. label  - name in the summary, NULL to omit it there
 . unit   - printed after it, NULL for none
-- value  - the number, in that unit; NaN: it is not known, the summary has unit in its place and /result no attribute
+- value  - the number, in that unit; NaN: unknown, the summary prints unit instead and /result has no attribute
 
   Level: intermediate
 
@@ -309,13 +309,13 @@ PetscErrorCode SlipOutputAddResult(SlipOutput output, const char name[], const c
 }
 
 /*@C
-  SlipOutputAddRun - add a number that describes the run, an attribute of /run
+  SlipOutputAddRun - adds a number that describes the run, an attribute of /run
 
   Logically collective
 
   Input Parameters:
 + output - the output
-. name   - of the attribute
+. name   - name of the attribute
 - value  - the number, in SI units
 
   Level: intermediate
@@ -352,7 +352,7 @@ PetscErrorCode SlipOutputClose(SlipOutput out)
     t->implicit = t->newton > 0 ? PETSC_TRUE : PETSC_FALSE;
   }
 
-  /* what the guard rails of a policy did; in the summary what should worry */
+  /* counts of a policy's guard rails; the summary has those that deserve attention */
   PetscCall(TSGetAdapt(out->ts, &adapt));
   PetscCall(PetscObjectTypeCompare((PetscObject)adapt, TSADAPTRL, &learned));
   if (learned) {
@@ -414,12 +414,12 @@ static PetscErrorCode SlipOutputPrint(SlipOutput out, const SlipOutputTotals *t)
 }
 
 /*@
-  SlipOutputFinish - complete the file of a run and print its summary
+  SlipOutputFinish - completes the file of a run and prints its summary
 
   Collective; after TSSolve().
 
   Input Parameters:
-+ output     - set to NULL
++ output     - the output; set to NULL
 . wall_setup - wall time of set-up [s]
 - wall_solve - wall time of TSSolve() [s]
 
@@ -454,12 +454,12 @@ PetscErrorCode SlipOutputFinish(SlipOutput *output, PetscReal wall_setup, PetscR
 }
 
 /*@
-  SlipOutputDestroy - close the output of a run that did not finish: FILE.part keeps its rows, FILE is untouched
+  SlipOutputDestroy - closes the output of a run that did not finish: FILE.part stays with its rows, and FILE as it was
 
   Collective
 
   Input Parameter:
-. output - set to NULL
+. output - the output; set to NULL
 
   Level: intermediate
 
@@ -474,7 +474,7 @@ PetscErrorCode SlipOutputDestroy(SlipOutput *output)
   PetscFunctionBegin;
   if (!out) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscObjectGetReference((PetscObject)out->box, &owners));
-  if (owners == 1) out->policy_known = PETSC_TRUE; /* the TS was destroyed before, and knows no policy any more */
+  if (owners == 1) out->policy_known = PETSC_TRUE; /* the TS was destroyed before, and has no policy any more */
   if (out->file.id > 0) {
     if (out->file.live) ierr = SlipOutputFlush(out);
     if (!ierr) ierr = SlipH5Abandon(&out->file);
@@ -486,7 +486,7 @@ PetscErrorCode SlipOutputDestroy(SlipOutput *output)
   for (PetscInt k = 0; k < out->nmore && !out->rank; k++) PetscCall(SlipTableDestroy(&out->more[k]));
   PetscCall(PetscFree(out->more));
   PetscCall(PetscFree(out->numbers));
-  PetscCall(PetscContainerSetPointer(out->box, NULL)); /* the TS, if it is still there, keeps the box */
+  PetscCall(PetscContainerSetPointer(out->box, NULL)); /* the TS, if it still exists, owns the box */
   PetscCall(PetscContainerDestroy(&out->box));
   PetscCall(PetscFree(*output));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,11 +1,11 @@
-/* The groups /run and /result of an output file. Rank 0 only. */
+/* Writes the groups /run and /result of an output file, on rank 0 only. */
 #include <slipstep/private/sliprunoutput.h>
 #include <slipcompat.h>
 #include <slipadapt.h>
 #include <slipsys.h>
 #include <petsctime.h>
 
-/* Which policy chooses the steps, when one does. A default policy is loaded in the first step only. */
+/* Writes which policy chooses the steps, if one does. A default policy is loaded only in the first step. */
 PetscErrorCode SlipOutputPolicy(SlipOutput out)
 {
   SlipH5 *h = &out->file;
@@ -35,9 +35,9 @@ static PetscErrorCode SlipOutputRunNumbers(SlipOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-#define SLIP_OUTPUT_WARNINGS 8192 /* bytes; more is cut */
+#define SLIP_OUTPUT_WARNINGS 8192 /* bytes; a longer text is cut */
 
-/* Warnings so far, a line each: those of the set-up at the start, and what came later at the end */
+/* Writes the warnings so far, a line each: those of the set-up at the start, and later ones at the end. */
 static PetscErrorCode SlipOutputWarnings(SlipOutput out)
 {
   char *text, *old = NULL, before[SLIP_OUTPUT_WARNINGS] = "", all[SLIP_OUTPUT_WARNINGS];
@@ -47,14 +47,14 @@ static PetscErrorCode SlipOutputWarnings(SlipOutput out)
   PetscCall(SlipWarningsTake(&text));
   PetscCall(SlipH5HasAttribute(&out->file, "/run", "warnings", &has));
   if (has) PetscCall(SlipH5ReadAttrString(&out->file, "/run", "warnings", before, sizeof(before)));
-  PetscCall(PetscStrstr(before, text, &old)); /* a run that continues is warned of the same */
+  PetscCall(PetscStrstr(before, text, &old)); /* a run that continues repeats its warnings */
   PetscCall(PetscSNPrintf(all, sizeof(all), "%s%s", before, old ? "" : text));
   PetscCall(PetscFree(text));
   PetscCall(SlipH5WriteAttrString(&out->file, "/run", "warnings", all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is known at the start; of a run that is continued, the numbers that go on are taken from the file. */
+/* Writes what is available at the start. A run that continues takes its counts so far from the file. */
 PetscErrorCode SlipOutputRun(SlipOutput out)
 {
   SlipH5 *h = &out->file;
@@ -107,7 +107,7 @@ PetscErrorCode SlipOutputRun(SlipOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Wall time since the output was created, and that of the runs before. The end of a run has a better number. */
+/* Writes the wall time since the output was created, with that of earlier runs. A run's end has a better number. */
 PetscErrorCode SlipOutputWall(SlipOutput out)
 {
   PetscLogDouble now;

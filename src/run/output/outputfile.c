@@ -1,4 +1,4 @@
-/* The file of a run: its tables, and how they grow. */
+/* Creates the file of a run with its tables, and appends to them. */
 #include <slipstep/private/sliprunoutput.h>
 #include <slipstep/private/slipsys.h>
 #include <slipcompat.h>
@@ -25,14 +25,14 @@ static const SlipOutputColumn StepColumns[] = {
   {.name = "wall", .unit = "s"},
 };
 
-static const PetscInt TimeColumn = 0; /* of our tables, and of others where it is named time */
+static const PetscInt TimeColumn = 0; /* column of built-in tables, and of others if it is named time */
 
 SlipH5 *SlipOutputFile(SlipOutput out)
 {
   return out->begun && !out->rank ? &out->file : NULL;
 }
 
-/* Rank 0: the file with /run, /result and the tables; its layout is complete when the problem has added to it. */
+/* On rank 0: opens the file with /run, /result and the tables; the problem adds to this layout afterwards. */
 static PetscErrorCode SlipOutputOpen(SlipOutput out)
 {
   SlipH5 *h = &out->file;
@@ -52,17 +52,17 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
 }
 
 /*@C
-  SlipOutputAddTable - add a table with a row for each row of /series
+  SlipOutputAddTable - adds a table with a row for each row of /series
 
-  Collective; while the file of a run is made, as in the function layout of a SlipFaultObserver
+  Collective; while the file of a run is created, as in the function layout of a SlipFaultObserver
 
   Input Parameters:
 + output  - the output
-. group   - of its datasets, such as "/stations/0"
-. n       - columns, at most 40; the first is by use time
+. group   - group of its datasets, such as "/stations/0"
+. n       - columns, at most 40; the first is usually time
 . column  - their names and units [n]; the strings are borrowed
-- entries - numbers of a column in a row [n], whose dataset is then [rows, entries], 0 for one number and [rows], -m for
-            m vectors of 3 numbers and [rows, m, 3]; NULL: one each
+- entries - numbers of a column in a row [n]: m for a dataset [rows, m], 0 for one number and [rows], -m for
+            m vectors of 3 numbers and [rows, m, 3]; NULL: one number in each
 
   Output Parameter:
 . table - its number, for SlipOutputAddRows()
@@ -70,13 +70,13 @@ static PetscErrorCode SlipOutputOpen(SlipOutput out)
   Level: advanced
 
   Notes:
-  In the file of a run that goes on the table is there, and is cut to its rows of then. Before each row of /series, so
-  for the start and for each accepted step, SlipOutputAddRows() is called. Without it the start has a row of its time
-  and NaN.
+  The file of a run that continues has the table already, and it is cut to the rows of the checkpoint.
+  SlipOutputAddRows() is called before each row of /series: for the start and for each accepted step. Without a call the
+  start has a row of its time and NaN.
 
-  A first column named time is of the TS in rows, and of the run in the file, see `TSGetSlipOrigin()`.
+  Times in a first column named time are those of the TS in rows, and of the run in the file, see `TSGetSlipOrigin()`.
 
-  Errors: PETSC_ERR_FILE_UNEXPECTED when the file of a run that goes on has no such table
+  Errors: PETSC_ERR_FILE_UNEXPECTED when the file of a run that continues has no such table
 
 .seealso: SlipOutputAddRows(), SlipOutputAddAttribute(), SlipFaultRegisterObserver()
 @*/
@@ -100,20 +100,20 @@ PetscErrorCode SlipOutputAddTable(SlipOutput out, const char group[], PetscInt n
 }
 
 /*@
-  SlipOutputAddRows - add a row to each of several tables
+  SlipOutputAddRows - adds a row to each of several tables
 
   Collective; once for each row of /series, before it, as in the functions start and step of a SlipFaultObserver
 
   Input Parameters:
 + output - the output
 . table  - number of the first table
-. n      - how many tables get a row
-- row    - their rows one after the other, each of the numbers of all columns, in SI units; those of rank 0 are written
+. n      - number of tables that get a row
+- row    - their rows one after the other, each with numbers for all columns, in SI units; those of rank 0 are written
 
   Level: advanced
 
   Notes:
-  The start of a run that goes on in its file has a row there, and gets no other one.
+  A run that continues in its file has the row of the start there, and gets no other one.
 
   Errors: PETSC_ERR_FILE_WRITE when the file cannot be written
 
@@ -139,20 +139,20 @@ PetscErrorCode SlipOutputAddRows(SlipOutput out, PetscInt table, PetscInt n, con
 }
 
 /*@C
-  SlipOutputAddAttribute - add a number that describes a table of the file
+  SlipOutputAddAttribute - adds a number that describes a table of the file
 
-  Collective; while the file is made, after SlipOutputAddTable()
+  Collective; while the file is created, after SlipOutputAddTable()
 
   Input Parameters:
 + output - the output
-. group  - of the table
-. name   - of the attribute
+. group  - group of the table
+. name   - name of the attribute
 - value  - the number, in SI units
 
   Level: advanced
 
   Notes:
-  The file of a run that goes on has it already, and keeps it.
+  The file of a run that continues has it already, and it stays.
 
 .seealso: SlipOutputAddTable(), SlipOutputAddResult()
 @*/
@@ -166,7 +166,7 @@ PetscErrorCode SlipOutputAddAttribute(SlipOutput out, const char group[], const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the rows before an error that ends the program */
+/* On rank 0: writes the last rows before an error that ends the program. */
 static PetscErrorCode SlipOutputLast(void *ctx)
 {
   SlipOutput out = (SlipOutput)ctx;
@@ -178,7 +178,7 @@ static PetscErrorCode SlipOutputLast(void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: rows are those of a time. What else a dataset has a dimension for is a component, or of /series a fault. */
+/* On rank 0: names dimensions. Rows are times; another dimension is of components, or in /series of faults. */
 static PetscErrorCode NameDimensions(SlipOutput out)
 {
   const SlipH5Axes rows = {.row = "time"}, series = {.row = "time", .rest = "fault_index"};
@@ -211,7 +211,7 @@ PetscErrorCode SlipOutputBegin(SlipOutput out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0, as the next: all rows to the file */
+/* On rank 0, like the next function: writes all rows to the file. */
 PetscErrorCode SlipOutputFlush(SlipOutput out)
 {
   PetscLogDouble begin;
@@ -222,12 +222,12 @@ PetscErrorCode SlipOutputFlush(SlipOutput out)
   if (!out->policy_known) PetscCall(SlipOutputPolicy(out));
   PetscCall(SlipOutputWall(out));
   PetscCall(SlipH5Flush(&out->file));
-  out->file.cost = out->file.flushed - begin; /* most of it is in the tables, where there are many stations */
+  out->file.cost = out->file.flushed - begin; /* with many stations the tables take most of it */
   if (out->flushed) PetscCall((*out->flushed)(out, out->flushed_ctx));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A row, and what was collected to disk from time to time */
+/* Adds a row, and writes collected rows to the disk from time to time. */
 PetscErrorCode SlipOutputRow(SlipOutput out, SlipTable *table, const PetscReal row[])
 {
   PetscBool due;

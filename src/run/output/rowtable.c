@@ -1,4 +1,4 @@
-/* Tables of an output file: rows collected in memory, appended to HDF5 in blocks. */
+/* Collects rows of an output file's tables in memory, and appends them to HDF5 in blocks. */
 #include <slipstep/private/sliprunoutput.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipwork.h>
@@ -20,7 +20,7 @@ PetscErrorCode SlipTableRest(const SlipClock *clock, SlipH5 *h, const char path[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Columns that say what the doubles of times leave; numbers: of a row, without and with them */
+/* Creates columns for the rests of times beyond a double; numbers: those of a row, without and then with them */
 static PetscErrorCode CreateRests(SlipTable *t, SlipH5 *h, PetscInt rows, PetscInt *numbers)
 {
   char path[128];
@@ -39,7 +39,7 @@ static PetscErrorCode CreateRests(SlipTable *t, SlipH5 *h, PetscInt rows, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tables move in memory as others are added, so no name of a column may point into its own table. */
+/* Returns the name of a column. Tables move in memory as others are added: no pointer may refer into its own table */
 static const char *ColumnName(const SlipTable *t, PetscInt c)
 {
   return c < t->ncolumns ? t->column[c].name : t->rest[c - t->ncolumns];
@@ -50,7 +50,7 @@ static PetscInt Columns(const SlipTable *t)
   return t->ncolumns + (t->rests ? t->ntimes : 0);
 }
 
-/* One series group/name per column; group "" is the root. Rank 0 only, as the rest of this file. */
+/* Creates a series group/name per column; group "" is the root. Rank 0 only, as the rest of this file. */
 PetscErrorCode SlipTableCreate(SlipTable *t, SlipH5 *h, const char group[], PetscInt ncolumns,
                                const SlipOutputColumn column[], const PetscInt entries[], PetscInt rows)
 {

@@ -1,22 +1,21 @@
-/* -fault_stations: points of the fault whose cells are recorded at the start and every accepted step, in the groups
-   /stations/0, /stations/1, ... of the output. Their rows are those of /series, so that a checkpoint's count of the one
-   is that of the other. */
+/* Records for -fault_stations the cells of points of the fault, at the start and at every accepted step, in the groups
+   /stations/0, /stations/1, ... of the output. Each has the rows of /series, so that a checkpoint counts only those. */
 #include <slipstep/private/sliprun.h>
 #include <stdio.h>
 
-/* A point may be outside of a cell by this part of its size: coordinates of edges are rounded. Where y is given it may
-   be so far off the plane: who writes metres, or decimetres, seldom meets one that dips. */
+/* A point may be outside of a cell by this share of its size, as coordinates of edges are rounded. Where y is given the
+   point may be so far off the plane, as coordinates in metres or decimetres seldom lie on a dipping plane. */
 #define STATION_EDGE 1e-9
 #define STATION_OFF 1e-2
-#define STATION_OFF_TRIANGLE 0.1 /* of triangles, which are near to a curved surface only */
+#define STATION_OFF_TRIANGLE 0.1 /* for triangles, which only approximate a curved surface */
 
 static const SlipOutputColumn Columns[] = {
   {"time", "s", PETSC_FALSE},      {"slip", "m", PETSC_FALSE},  {"slip_rate", "m/s", PETSC_FALSE},
   {"traction", "Pa", PETSC_FALSE}, {"state", "m", PETSC_FALSE}, {"normal_stress", "Pa", PETSC_FALSE},
   {"opening", "m", PETSC_FALSE},
 };
-/* The normal stress where slip changes it only, the opening where cells open; slip, its rate and traction have a
-   number for each component of slip. In place of the state there are those of the law. */
+/* There is a normal stress only where slip changes it, and an opening only where cells open. Slip, its rate and
+   traction have a number for each component of slip. The law's states replace "state". */
 enum {
   STATION_SLIP = 1,
   STATION_RATE,
@@ -28,33 +27,33 @@ enum {
 };
 
 typedef struct {
-  PetscReal x, z;      /* asked for [m] */
+  PetscReal x, z;      /* given point [m] */
   PetscReal centre[3]; /* x, y, z of the cell's centre [m] */
   PetscInt cell;       /* in the order of the file or grid */
-  PetscInt local;      /* number among this rank's cells, -1: of another rank */
+  PetscInt local;      /* number among this rank's cells, -1: on another rank */
   PetscReal u0[2];     /* displacement at the start [m] */
 } Station;
 
 typedef struct {
   PetscInt n;
   Station *station;
-  PetscBool known;          /* a checkpoint says where they began */
+  PetscBool known;          /* a checkpoint has the start */
   PetscReal start;          /* time of the start [s] */
-  PetscInt columns;         /* of their tables */
-  PetscInt numbers;         /* of a row */
+  PetscInt columns;         /* columns of their tables */
+  PetscInt numbers;         /* numbers in a row */
   PetscReal *row;           /* [numbers n] */
-  SlipFaultDeviceLook look; /* their numbers on the device; m 0: they are not asked for there */
-  PetscReal *stress;        /* [cells] room for normal stresses that come from there */
-  SlipOutput output;        /* which has their tables, from this one on; NULL: none, there are no stations */
+  SlipFaultDeviceLook look; /* their numbers on the device; m 0: the device does not send them */
+  PetscReal *stress;        /* [cells] room for normal stresses from the device */
+  SlipOutput output;        /* output with their tables, from this one on; NULL: there are no stations */
   PetscInt table;
   SlipFault fault;
 } Stations;
 
-/* ---- where they are ---- */
+/* ---- positions of stations ---- */
 
-/* How far the point is from a cell's centre [3] along its strike, along its dip and off its plane; of a point without y
-   x is the distance along the strike from the origin, and the depth says where along the dip. at [3]: the point on the
-   plane */
+/* Computes the distance of the point from a cell's centre [3] along its strike, along its dip and off its plane. Of a
+   point without y, x is the distance along the strike from the origin, and the depth gives the place along the dip. at
+   [3]: the point on the plane */
 static void Offsets(const SlipFaultCell *cell, const Station *s, const PetscReal *y, PetscReal off[3], PetscReal at[3])
 {
   const PetscReal *strike = cell->direction[0], *dip = cell->direction[1], *normal = cell->direction[2];
@@ -66,7 +65,7 @@ static void Offsets(const SlipFaultCell *cell, const Station *s, const PetscReal
   for (PetscInt k = 0; k < 3; k++) at[k] = cell->centre[k] + off[0] * strike[k] + off[1] * dip[k];
 }
 
-/* Does a cell contain the point of its plane that is off its centre by this much? */
+/* Returns whether a cell contains the point of its plane with these distances from its centre. */
 static PetscBool Contains(const SlipFaultCell *cell, const PetscReal off[2], PetscReal size)
 {
   PetscReal p[3][2];
@@ -82,7 +81,7 @@ static PetscBool Contains(const SlipFaultCell *cell, const PetscReal off[2], Pet
       p[k][j] = 0;
       for (int i = 0; i < 3; i++) p[k][j] += (cell->vertices[3 * k + i] - cell->centre[i]) * cell->direction[j][i];
     }
-  for (int k = 0; k < 3; k++) { /* on the side of the centre, or on the edge */
+  for (int k = 0; k < 3; k++) { /* the point is on the side of the centre, or on the edge */
     const PetscReal *a = p[k], *b = p[(k + 1) % 3], e[2] = {b[0] - a[0], b[1] - a[1]};
     const PetscReal inner = e[1] * a[0] - e[0] * a[1], own = e[0] * (off[1] - a[1]) - e[1] * (off[0] - a[0]);
 
@@ -91,8 +90,9 @@ static PetscBool Contains(const SlipFaultCell *cell, const PetscReal off[2], Pet
   return left == 3 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The cell that contains the point, of several the first one of the nearest plane, or else the nearest one: inside says
-   which. y: NULL when it was not given. several: cells of several planes contain it, in different places */
+/* Finds the cell that contains the point, of several the first one of the nearest plane, or else the nearest cell;
+   inside: the cell contains it. y: NULL when it was not given. several: cells of several planes contain it, elsewhere
+   */
 static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, PetscBool *inside, PetscBool *several)
 {
   PetscReal least = PETSC_MAX_REAL, found[3] = {0, 0, 0};
@@ -128,7 +128,7 @@ static PetscErrorCode FindCell(SlipFault fault, const PetscReal *y, Station *s, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* This rank's number of the cell */
+/* Finds this rank's number of the cell. */
 static void FindLocal(SlipFault fault, Station *s)
 {
   s->local = -1;
@@ -136,7 +136,7 @@ static void FindLocal(SlipFault fault, Station *s)
     if (SlipFaultMeshRow(&fault->mesh, i) == s->cell) s->local = i;
 }
 
-/* The cell of a point [3], x, y or NaN, z */
+/* Finds the cell of a point [3]: x, y or NaN, z. */
 static PetscErrorCode PlaceStation(SlipFault fault, const PetscReal point[3], Station *s)
 {
   const char *prefix = SlipFaultPrefix(fault);
@@ -169,7 +169,7 @@ static PetscErrorCode StationsCreate(SlipFault fault, TS ts, PetscBool *wanted, 
 
   PetscFunctionBegin;
   (void)ts;
-  (void)wanted; /* also without stations, as checkpoints say so */
+  (void)wanted; /* the observer exists also without stations, as checkpoints store that */
   PetscCall(PetscNew(&list));
   *ctx = list;
   list->fault = fault;
@@ -197,7 +197,7 @@ static PetscErrorCode StationsDestroy(void **ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- their groups ---- */
+/* ---- groups of stations ---- */
 
 static PetscErrorCode WritePlace(SlipFault fault, SlipH5 *h, const char group[], const Station *s)
 {
@@ -211,7 +211,7 @@ static PetscErrorCode WritePlace(SlipFault fault, SlipH5 *h, const char group[],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: a file that goes on has the same stations. */
+/* On rank 0: checks that a file that is continued has the same stations. */
 static PetscErrorCode CheckPlaces(SlipFault fault, SlipH5 *h, const Stations *list)
 {
   const char *prefix = SlipFaultPrefix(fault);
@@ -237,13 +237,13 @@ static PetscErrorCode CheckPlaces(SlipFault fault, SlipH5 *h, const Stations *li
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The groups with their tables, or those of an earlier run, cut as /series is */
+/* Creates the groups with their tables, or cuts those of an earlier run as /series is cut. */
 static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *ctx)
 {
   Stations *list = (Stations *)ctx;
   SlipH5 *h = SlipOutputFile(output);
   const PetscInt c = fault->layout.plane, states = fault->layout.states,
-                 entries[STATION_COLUMNS + SLIP_MAX_STATES] = {0, c, c, c}; /* a number of the others */
+                 entries[STATION_COLUMNS + SLIP_MAX_STATES] = {0, c, c, c}; /* one number in the other columns */
   SlipOutputColumn columns[STATION_COLUMNS + SLIP_MAX_STATES];
   PetscErrorCode ierr = PETSC_SUCCESS;
   char group[64];
@@ -270,9 +270,9 @@ static PetscErrorCode StationsLayout(SlipFault fault, SlipOutput output, void *c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- their rows ---- */
+/* ---- rows of stations ---- */
 
-/* What slip counts from */
+/* Stores the displacements from which slip counts. */
 static PetscErrorCode StationsBegin(SlipFault fault, PetscReal time, Vec w, Stations *list)
 {
   const PetscInt c = fault->layout.plane;
@@ -292,8 +292,8 @@ static PetscErrorCode StationsBegin(SlipFault fault, PetscReal time, Vec w, Stat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of each station the numbers of its state, traction, and the friction of the cells by which the state is shown: from
-   the device, where a few numbers of the cells are all that is asked for */
+/* Gets from the device the numbers of each station, its state and traction, and the friction of the cells with which
+   the state is shown, as the device sends only a few numbers. */
 static PetscErrorCode Look(SlipFault fault, PetscReal time, Vec w, Stations *list, SlipFrictionCells *friction)
 {
   const PetscInt width = fault->layout.block + 2;
@@ -315,7 +315,7 @@ static PetscErrorCode Look(SlipFault fault, PetscReal time, Vec w, Stations *lis
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The traction of station k from there [Pa], along component j */
+/* Returns the traction of station k from the device [Pa], along component j. */
 static PetscReal LookTraction(SlipFault fault, const Stations *list, PetscInt k, PetscInt j)
 {
   const PetscInt block = fault->layout.block;
@@ -326,7 +326,7 @@ static PetscReal LookTraction(SlipFault fault, const Stations *list, PetscInt k,
   return speed > 0 ? -strength * (v[j] / speed) : 0;
 }
 
-/* Slip is what du/dt = v - v_inf makes of it, signed. */
+/* Adds a row for each station. Slip is signed, and follows from du/dt = v - v_inf. */
 static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscReal time, Vec w, void *ctx)
 {
   Stations *list = (Stations *)ctx;
@@ -385,7 +385,7 @@ static PetscErrorCode StationsStep(SlipFault fault, TS ts, PetscInt step, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A checkpoint may have said what slip counts from, and the file may have the row of the start. */
+/* Stores the start of slip unless a checkpoint has it, and adds the row of the start unless the file has it. */
 static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
 {
   Stations *list = (Stations *)ctx;
@@ -397,7 +397,7 @@ static PetscErrorCode StationsStart(SlipFault fault, TS ts, PetscReal time, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where they began. Those that the run of before did not have begin where this one goes on. */
+/* Saves or loads the start of slip. Stations that the earlier run did not have begin where this run continues. */
 static PetscErrorCode StationsVisit(SlipFault fault, SlipState s, void *ctx)
 {
   Stations *list = (Stations *)ctx;

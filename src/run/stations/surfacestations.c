@@ -1,10 +1,10 @@
-/* -fault_surface_stations: points of the free surface, in a list or a file, whose displacement and velocity are
-   recorded at the start and every accepted step, in /ground of the output, which the groups /surface/0, /surface/1, ...
-   show station by station. What moves a point is the slip of all cells along their rakes less that of the far field,
-   u - u(start). That is the motion relative to plates that load the fault, which is known for any faults; that of the
-   plates themselves, half of the loading rate on either side, is -fault_surface_motion total (as of Savage 1983), for
-   one plane. A row is a product of a dense matrix, made once, with displacements and slip rates, of which each process
-   has the columns of its cells. */
+/* Records for -fault_surface_stations displacement and velocity of points of the free surface, from a list or a file,
+   at the start and at every accepted step, in /ground of the output; the groups /surface/0, /surface/1, ... show each
+   station. The slip of all cells along their rakes less that of the far field, u - u(start), moves a point. That is the
+   motion relative to the plates that load the fault, which follows for any faults. The motion of the plates themselves,
+   half of the loading rate on either side, is added by -fault_surface_motion total (as in Savage 1983), for one plane.
+   A row is a product of a dense matrix, computed once, with displacements and slip rates; each process has the columns
+   of its cells. */
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/slipmatcells.h>
 #include <slipstep/private/slipelasticity.h>
@@ -15,20 +15,20 @@ static const SlipOutputColumn Columns[] = {
 enum { SURFACE_COLUMNS = PETSC_STATIC_ARRAY_LENGTH(Columns) };
 #define ALL "/ground"
 #define PLACES "/ground_points"
-/* Stations whose own datasets have named dimensions: the list of what uses a dimension is written anew with each */
+/* Number of stations whose own datasets have named dimensions: each of them rewrites the list of a dimension's users */
 enum { SURFACE_NAMED = 100 };
 
 typedef struct {
   PetscInt n;
   PetscReal *point;           /* [n][2] x, y [m] */
   PetscReal *matrix;          /* [local cells][components][n][3] displacement for 1 m of slip or opening [m/m] */
-  PetscReal *plates;          /* [n][3] velocity of the plates [m/s]; NULL: it is left out */
+  PetscReal *plates;          /* [n][3] velocity of the plates [m/s]; NULL: not included */
   PetscReal begin;            /* time of the start [s] */
   PetscReal *row;             /* [1 + 6 n] time, displacements, velocities */
-  PetscBool known;            /* a checkpoint has it */
+  PetscBool known;            /* a checkpoint has the start */
   Vec start;                  /* displacement at the start [m] */
   SlipFaultDeviceLook ground; /* the matrix on the device; m 0: it is not there */
-  SlipOutput output;          /* which has their tables, from this one on */
+  SlipOutput output;          /* output with their tables, from this one on */
   PetscInt table;
   SlipFault fault;
 } Surface;
@@ -46,8 +46,8 @@ static SlipDippingRectangle RectangleOf(const SlipFaultCell *c)
                                 PetscMin(90, degrees * PetscAtan2Real(down[2], hypot(down[0], down[1])))};
 }
 
-/* For 1 m of slip of a cell along its rake, or along strike and up dip, and of opening. Strike slip on planes along x
-   has a form of its own. */
+/* Computes the displacements for 1 m of slip of a cell along its rake, or along strike and up dip, and of opening.
+   Strike slip on planes along x has a simpler formula. */
 static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
 {
   const PetscReal nu = fault->options.value[FAULT_POISSON_RATIO], *rakes = fault->fields.cell[FIELD_RAKE];
@@ -85,8 +85,9 @@ static PetscErrorCode MakeMatrix(SlipFault fault, Surface *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Plates slide past each other on the plane of the fault, on and on beyond its edges: what is on the side of its
-   hanging wall, or on its trace, moves with half of the loading rate along the rake, the other one against it. */
+/* Computes the velocities of plates that slide past each other on the fault's plane, also beyond its edges: points on
+   the side of the hanging wall, or on the trace, move with half of the loading rate along the rake, others against it.
+   */
 static PetscErrorCode MovePlates(SlipFault fault, Surface *s)
 {
   const SlipFaultMesh *mesh = &fault->mesh;
@@ -128,7 +129,7 @@ static PetscErrorCode MovePlates(SlipFault fault, Surface *s)
     const PetscReal off =
       (p[0] - first.centre[0]) * normal[0] + (p[1] - first.centre[1]) * normal[1] - first.centre[2] * normal[2];
     const PetscReal far = PetscMax(hypot(p[0], p[1]), hypot(first.centre[0], first.centre[1])) + size;
-    const PetscReal side = off >= -1e-14 * far ? 0.5 : -0.5; /* what rounding leaves of a point on the trace */
+    const PetscReal side = off >= -1e-14 * far ? 0.5 : -0.5; /* rounding puts a point on the trace slightly off it */
 
     for (PetscInt j = 0; j < 3; j++) s->plates[3 * k + j] = side * bounds[0] * slip[j];
   }
@@ -165,7 +166,7 @@ static PetscErrorCode SurfaceCreate(SlipFault fault, TS ts, PetscBool *wanted, v
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: a file that goes on has the same points, moved in the same way. */
+/* On rank 0: checks that a file that is continued has the same points and the same motion. */
 static PetscErrorCode CheckPlaces(SlipFault fault, SlipH5 *h, const Surface *s)
 {
   const char *prefix = SlipFaultPrefix(fault), *name[] = {PLACES "/x", PLACES "/y"};
@@ -192,7 +193,7 @@ static PetscErrorCode CheckPlaces(SlipFault fault, SlipH5 *h, const Surface *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: where stations are, and a group for each, which shows its part of all */
+/* On rank 0: writes the positions of stations, and a group for each, which shows its part of all. */
 static PetscErrorCode WriteStations(const Surface *s, SlipH5 *h)
 {
   const char *const station[] = {"station"}, *const name[] = {"x", "y"};
@@ -228,7 +229,7 @@ static PetscErrorCode WriteStations(const Surface *s, SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of long runs, also of one that was none when the file was made */
+/* Links the rests of times of long runs, also where the run was not long when the file was created. */
 static PetscErrorCode LinkRests(Surface *s, SlipH5 *h)
 {
   char path[96];
@@ -320,7 +321,7 @@ static PetscErrorCode SurfaceStart(SlipFault fault, TS ts, PetscReal time, Vec w
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where they began; those that the run of before did not have begin where this one goes on. */
+/* Saves or loads the start. Stations that the earlier run did not have begin where this run continues. */
 static PetscErrorCode SurfaceVisit(SlipFault fault, SlipState state, void *ctx)
 {
   Surface *s = (Surface *)ctx;

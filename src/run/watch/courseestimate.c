@@ -1,16 +1,16 @@
-/* The course of a run, mean slip over time, and an estimate of how far local errors shift it.
+/* Records the course of a run, mean slip over time, and estimates how far local errors shift it.
 
-   With v, a = dv/dt and s of the exact run, a local error (e_v, e_s) of the state is, for one cell, a step of e_s/v
-   along the trajectory, and at equal slip a change of the kinetic energy by M (v e_v - a e_s). Along the slip that
-   change decays as exp(-H/M t), as the energy of slipestimate.c does, and by it the run gains
-       d(early)/dt = (change of M v^2/2) / (M v^2)
-   on the exact one. Sums over the cells take the place of one cell's numbers. In exponential growth the integrand falls
-   as fast as v^2 grows, so that what happened while v was small has done all of its harm when the slip is largest: the
-   shift of the event is what was gained until then. Later v falls, the linear formula grows without bounds, and what is
-   left to err about is the final slip.
+   For one cell with v, a = dv/dt and s of the exact run, a local error (e_v, e_s) of the state is a step of e_s/v along
+   the trajectory, and at equal slip a change of the kinetic energy by M (v e_v - a e_s). Along the slip that change
+   decays as exp(-H/M t), like the energy in slipestimate.c, and it makes the run early against the exact one by
+       d(early)/dt = (change of M v^2/2) / (M v^2).
+   Sums over the cells replace one cell's numbers. In exponential growth the integrand falls as fast as v^2 grows, so
+   that errors from the time of small v have had all of their effect when v is largest: the shift of the event is the
+   integral up to then. Later v falls, the linear formula grows without bounds, and the final slip has the remaining
+   error.
 
-   Between the ends of a step the course is a cubic. A quintic, which knows the accelerations too, differs from it in
-   the middle by h (v0 - v1)/32 + h^2 (a0 + a1)/64. */
+   Between the ends of a step the course is a cubic. A quintic with the accelerations differs from it in the middle by
+   h (v0 - v1)/32 + h^2 (a0 + a1)/64. */
 #include <slipstep/private/sliprun.h>
 
 enum {
@@ -25,7 +25,7 @@ enum {
 
 /* ---- the course ---- */
 
-/* A node at a time; later ones were of attempts that did not become steps. */
+/* Adds a node at a time, and removes later ones, which belong to attempts that were rejected. */
 PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, PetscReal time, Vec w)
 {
   PetscReal sum[TIMING_SUMS] = {0};
@@ -59,7 +59,7 @@ PetscErrorCode SlipFaultCourseAdd(SlipFault fault, SlipFaultCourse *course, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* For checkpoints, in the group of the estimate */
+/* Saves or loads a checkpoint's part, in the group of the estimate. */
 PetscErrorCode SlipFaultCourseState(SlipFault fault, SlipState s)
 {
   SlipFaultCourse *course = &fault->run->error.course;
@@ -84,7 +84,7 @@ PetscErrorCode SlipFaultCourseState(SlipFault fault, SlipState s)
 
 /* ---- the estimate ---- */
 
-/* Of the state w after a step, its error e and its derivative d; a cell that has just stopped has none. */
+/* Sums for the state w after a step, its error e and its derivative d; a cell that has just stopped has none. */
 static PetscErrorCode TimingSums(SlipFault fault, Vec w, Vec e, Vec d, PetscReal sum[TIMING_SUMS])
 {
   const PetscReal *a, *b, *c;
@@ -116,7 +116,7 @@ static PetscErrorCode TimingSums(SlipFault fault, Vec w, Vec e, Vec d, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Mean of 1/x over a step in which x goes exponentially from one value to another */
+/* Returns the mean of 1/x over a step in which x changes exponentially from one value to another. */
 static PetscReal MeanInverse(PetscReal x0, PetscReal x1)
 {
   const PetscReal growth = PetscLogReal(x1 / x0);
@@ -124,7 +124,7 @@ static PetscReal MeanInverse(PetscReal x0, PetscReal x1)
   return PetscAbsReal(growth) < 1e-6 ? 1 / x1 : (1 / x0 - 1 / x1) / growth;
 }
 
-/* After an accepted step with a local error e, which is to be multiplied by scale */
+/* Updates the shift after an accepted step with a local error e, which must be multiplied by scale. */
 PetscErrorCode SlipFaultTimingStep(SlipFault fault, TS ts, const SlipAttempt *attempt, Vec w, Vec e, PetscReal scale)
 {
   SlipFaultRunError *est = &fault->run->error;

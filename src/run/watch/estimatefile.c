@@ -1,5 +1,5 @@
-/* The calibration of estimated errors, from a file (training/policies/README.md): rank 0 reads, all ranks get its
-   numbers and its errors. */
+/* Reads the calibration of estimated errors from a file (training/policies/README.md): rank 0 reads, and all ranks get
+   its numbers and its errors. */
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/slippolicy.h>
 #include <math.h>
@@ -29,7 +29,7 @@ static PetscErrorCode ReadAttributes(SlipH5 *h, SlipFaultCalibration *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* column: of each estimate */
+/* Finds the column of each estimate. */
 static PetscErrorCode FindColumns(SlipH5 *h, const char *const measure[], PetscInt column[NUM_ESTIMATES])
 {
   char **names;
@@ -68,7 +68,7 @@ static PetscErrorCode CheckFactors(const SlipH5 *h, const char group[], const Sl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* GROUP/steps and GROUP/factor */
+/* Reads GROUP/steps and GROUP/factor. */
 static PetscErrorCode ReadFactors(SlipH5 *h, const char group[], const PetscInt column[], SlipFaultFactors *f)
 {
   PetscInt want[2] = {0, NUM_ESTIMATES}, dims[2];
@@ -96,7 +96,7 @@ static PetscErrorCode ReadFactors(SlipH5 *h, const char group[], const PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Files of SlipStep 0.4 and older have nothing for explicit steps. */
+/* Reads all numbers. Files of SlipStep 0.4 and older have none for explicit steps. */
 static PetscErrorCode ReadNumbers(SlipH5 *h, const char *const measure[], SlipFaultCalibration *c)
 {
   PetscInt column[NUM_ESTIMATES];

@@ -1,11 +1,10 @@
-/* Options that were given and change nothing of a run, because another choice leaves what they set out: named before
-   it, one line each. Only a fault whose options were read speaks, and rank 0 for all. What belongs to steps is in
-   adapt/rlidle.c. */
+/* Warns before a run, one line each, of options that were given without effect, because another choice excludes them.
+   Only a fault that has read its options warns, on rank 0. adapt/rlidle.c does the same for options of steps. */
 #include <slipstep/private/sliprun.h>
 #include <slipsys.h>
 #include <string.h>
 
-/* ---- what leaves something out ---- */
+/* ---- conditions under which options are unused ---- */
 
 static PetscBool Is(const char choice[], const char name[])
 {
@@ -27,7 +26,7 @@ static PetscBool NoState(SlipFault fault)
   return fault->friction.law->always_slides ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* The state heals by its own law. With inertia the steps of a fault that heals are others. */
+/* The law evolves the state by itself; with inertia, healing changes the steps nevertheless. */
 static PetscBool OwnHealing(SlipFault fault)
 {
   return fault->friction.law->nstates && !fault->kind.inertia ? PETSC_TRUE : PETSC_FALSE;
@@ -44,7 +43,7 @@ static PetscBool NoLanczos(SlipFault fault)
   return Is(fault->kind.viscosity, "lanczos") ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* By what the matrices have become, as -fault_operator auto may choose it */
+/* Checks the types of the matrices, as -fault_operator auto may have chosen them. */
 static PetscBool NoHierarchy(SlipFault fault)
 {
   PetscBool is[2] = {PETSC_FALSE, PETSC_FALSE};
@@ -97,7 +96,7 @@ static PetscBool KFromFile(SlipFault fault)
 }
 
 static const struct {
-  const char *names; /* with blanks between */
+  const char *names; /* separated by blanks */
   PetscBool (*idle)(SlipFault);
   const char *why;
 } Rows[] = {
@@ -120,7 +119,7 @@ static const struct {
   {"restart_dt", NoRestart, "there is no -fault_restart"},
 };
 
-/* ---- what is said of it ---- */
+/* ---- warnings ---- */
 
 static PetscErrorCode Given(SlipFault fault, const char name[], PetscBool *given)
 {
@@ -132,7 +131,7 @@ static PetscErrorCode Given(SlipFault fault, const char name[], PetscBool *given
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The numbers of friction that the law does not read; of a law of the user's nobody knows which. Zero disables. */
+/* Warns of numbers of friction that the law does not use; a user's law may use any. */
 static PetscErrorCode WarnOfFriction(SlipFault fault)
 {
   const SlipFrictionLaw *law = fault->friction.law;
@@ -154,7 +153,7 @@ static PetscErrorCode WarnOfFriction(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fields override numbers, but for the gradient, which warn.c knows. */
+/* Warns of numbers that fields override; warn.c handles the gradient. */
 static PetscErrorCode WarnOfFields(SlipFault fault)
 {
   const SlipParameter *p;

@@ -1,9 +1,9 @@
-/* Runs of thousands of years: whether the origin of their time may move (src/ts/clock.c). */
+/* Decides whether the origin of time may move in runs of thousands of years (src/ts/clock.c). */
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/slipts.h>
 #include <slipstep/private/slipsys.h>
 
-/* Why not: what reads absolute times beyond the room ts. NULL: it may */
+/* Finds what uses absolute times other than through ts, so that the origin cannot move; NULL: it can. */
 static PetscErrorCode Obstacle(SlipFault fault, TS ts, const char **what)
 {
   PetscBool known, history, rests;
@@ -24,9 +24,9 @@ static PetscErrorCode Obstacle(SlipFault fault, TS ts, const char **what)
 }
 
 /*
-  SlipFaultClockStart - let the origin of a long run's time move, or say why it cannot
+  SlipFaultClockStart - lets the origin of a long run's time move, or warns why it cannot
 
-  Collective; before the observers of the run are there, which hold times.
+  Collective; before the observers of the run, which store times.
 */
 PetscErrorCode SlipFaultClockStart(SlipFault fault, TS ts)
 {
@@ -36,7 +36,7 @@ PetscErrorCode SlipFaultClockStart(SlipFault fault, TS ts)
   char limit[32], last[32];
 
   PetscFunctionBegin;
-  fault->loads.origin = 0; /* a run before may have failed */
+  fault->loads.origin = 0; /* an earlier run may have failed */
   PetscCall(Obstacle(fault, ts, &what));
   PetscCall(SlipClockStart(ts, what ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(SlipClockRead(ts, NULL, &end));

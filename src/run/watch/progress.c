@@ -1,5 +1,5 @@
-/* -fault_progress: a line every few seconds on a terminal, and once a minute elsewhere, says how far a run is and
-   when it will be done; a set-up of seconds says what it does. */
+/* Prints for -fault_progress a line every few seconds on a terminal, and once a minute elsewhere, with the progress of
+   a run and the time left; a set-up that takes seconds prints its parts. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/sliprun.h>
 #include <petsctime.h>
@@ -8,17 +8,17 @@
 #include <string.h>
 #include <unistd.h>
 
-#define PROGRESS_FIRST 2                /* first line on a terminal after [s] */
-#define PROGRESS_TERMINAL 5             /* from one line to the next on a terminal [s] */
-#define PROGRESS_FILE 60                /* and elsewhere [s] */
-#define PROGRESS_SETUP 1                /* a set-up is long from here on [s] */
-#define PROGRESS_CLEAR "\033[K"         /* the terminal's line */
-#define PROGRESS_AGREE 0.25             /* ranks agree about a line so often [s] */
-#define PROGRESS_MAX_STEPS_BETWEEN 1000 /* and after so many steps at the latest */
+#define PROGRESS_FIRST 2                /* time of the first line on a terminal [s] */
+#define PROGRESS_TERMINAL 5             /* between lines on a terminal [s] */
+#define PROGRESS_FILE 60                /* between lines elsewhere [s] */
+#define PROGRESS_SETUP 1                /* a set-up that takes longer prints lines [s] */
+#define PROGRESS_CLEAR "\033[K"         /* clears the terminal's line */
+#define PROGRESS_AGREE 0.25             /* interval at which ranks agree about a line [s] */
+#define PROGRESS_MAX_STEPS_BETWEEN 1000 /* largest number of steps between */
 #define PROGRESS_OVER 10                /* an event is over below the event rate over this, as in the catalogue */
-#define PROGRESS_REACH 20               /* a run is not longer than so many times what is known of it */
+#define PROGRESS_REACH 20               /* the longest prediction, over the length of the cycles so far */
 
-/* Is a line due? elapsed: since the run began, since: since the last line, or likewise [s] */
+/* Returns whether a line is due. elapsed: time since the run began; since: time since the last line [s] */
 PetscBool SlipFaultProgressDue(PetscBool terminal, PetscReal elapsed, PetscReal since)
 {
   if (!terminal) return since >= PROGRESS_FILE ? PETSC_TRUE : PETSC_FALSE;
@@ -26,8 +26,8 @@ PetscBool SlipFaultProgressDue(PetscBool terminal, PetscReal elapsed, PetscReal 
 }
 
 /*
-  Does somebody read stdout as it is written? Open MPI gives its processes pseudo-terminals whatever the stdout of
-  mpirun is, so that below it the one of the parent counts.
+  Returns whether stdout is a terminal. Open MPI gives its processes pseudo-terminals whatever the stdout of mpirun is,
+  so that under it the stdout of the parent decides.
 */
 static PetscBool IsTerminal(void)
 {
@@ -43,11 +43,11 @@ static PetscBool IsTerminal(void)
   return !strncmp(name, "/dev/pts/", 9) || !strncmp(name, "/dev/tty", 8) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* ---- how long it will take ---- */
+/* ---- the time left ---- */
 
-/* What is known of the wall time of a run: of a fault that is driven, in which seconds take as long as years, that it
-   has so far rested or has been through cycles, each from the onset of an event to that of another. now, rate: wall and
-   model time [s], largest slip rate and the rate of events [m/s] */
+/* Updates the cycles from which the wall time of a driven fault follows, as its seconds of events take as long as years
+   of rest: a cycle lasts from the onset of an event to that of another. now, time: wall and model time [s]; rate,
+   bound: largest slip rate and rate of events [m/s] */
 void SlipFaultProgressSee(SlipFaultProgress *p, PetscLogDouble now, PetscReal time, PetscReal rate, PetscReal bound)
 {
   if (!p->fast && rate > bound) {
@@ -62,7 +62,7 @@ void SlipFaultProgressSee(SlipFaultProgress *p, PetscLogDouble now, PetscReal ti
     p->fast = PETSC_FALSE;
 }
 
-/* Wall time that is left at a wall and a model time [s]; negative: nobody knows */
+/* Returns the wall time that is left at a wall and a model time [s]; negative: unknown. */
 PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBool driven, PetscLogDouble now, PetscReal time,
                                 PetscReal end)
 {
@@ -71,14 +71,14 @@ PetscReal SlipFaultProgressLeft(const SlipFaultProgress *p, PetscBool driven, Pe
   if (time <= p->start || end <= time) return -1;
   if (!driven || !p->onsets) return (PetscReal)(now - p->begin) * ((end - time) / (time - p->start));
   if (cycles <= 0 || end - p->newest_time > PROGRESS_REACH * cycles) return -1;
-  /* from the newest onset, since which a part has passed */
+  /* counted from the newest onset, since which some time has passed */
   return PetscMax((PetscReal)(p->newest - p->first) * ((end - p->newest_time) / cycles) - (PetscReal)(now - p->newest),
                   0);
 }
 
 /* ---- the set-up ---- */
 
-/* On a terminal a line is overwritten by the next, so that a short set-up leaves no trace. */
+/* Prints what the set-up does. On a terminal the next line overwrites it, so that a short set-up leaves no trace. */
 PetscErrorCode SlipFaultProgressSetUp(SlipFault fault, const char what[])
 {
   SlipFaultProgress *p = &fault->run->progress;
@@ -117,7 +117,7 @@ PetscErrorCode SlipFaultProgressSetUpEnd(SlipFault fault)
 
 /* ---- the run ---- */
 
-/* Rank 0: the line. rate: the largest slip rate [m/s] */
+/* On rank 0: prints the line. rate: the largest slip rate [m/s] */
 static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscReal rate, PetscLogDouble now)
 {
   const SlipFaultProgress *p = &fault->run->progress;
@@ -153,7 +153,7 @@ static PetscErrorCode PrintLine(SlipFault fault, TS ts, PetscReal time, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0 decides; word[0]: whether a line is due, word[1]: the number of steps until the next decision */
+/* Decides on rank 0; word[0]: whether a line is due, word[1]: the number of steps until the next decision */
 static PetscErrorCode ProgressLineDue(SlipFaultProgress *p, PetscLogDouble now, int word[2])
 {
   const PetscReal since = (PetscReal)(now - p->printed);

@@ -1,10 +1,10 @@
-/* What a summary says of the end of a fault's run, one that was stopped among them. */
+/* Prints the end of a summary of a fault's run, also of one that was stopped. */
 #include <slipstep/private/sliprun.h>
 #include <stdio.h>
 
 /*@
-  SlipFaultReportEnd - print the last lines of a fault's summary: by how much its stiffness was scaled, when the run
-  ended and, when this was before its final time, why, and whether the fault rests
+  SlipFaultReportEnd - prints the last lines of a fault's summary: the scaling of its stiffness, when the run ended and,
+  when this was before its final time, why, and whether the fault rests
 
   Collective; after SlipFaultOutputFinish().
 
@@ -50,10 +50,10 @@ PetscErrorCode SlipFaultReportEnd(SlipFault fault, TS ts, PetscBool *complete)
 }
 
 /*@
-  SlipFaultReportStop - print the summary of a run that was stopped before its end: steps, final mean slip, wall times,
+  SlipFaultReportStop - prints the summary of a run that was stopped before its end: steps, final mean slip, wall times,
   when and where it ended. Its output stays unfinished
 
-  Collective; after SlipFaultCheckpointFinish() has said that the run was stopped.
+  Collective; after SlipFaultCheckpointFinish() has returned that the run was stopped.
 
   Input Parameters:
 + fault      - the fault

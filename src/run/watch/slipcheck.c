@@ -1,18 +1,16 @@
-/* -fault_check_error: the run once more under the same controller, each step computed in n parts, and Richardson's
-   estimate from the two runs.
-
-   The method is of order p = 2, or 1 with -ts_bathe_reaction implicit, so that the error of the run is (s_h -
-   s_(h/n)) n^p/(n^p - 1) to leading order. The controller sees the states of the finer run and so puts its steps
-   where that run needs them. Repeating the old steps at their old times was tried and misleads: the finer run's event
-   comes later, often after the short steps meant for it. */
+/* Repeats a run for -fault_check_error under the same controller, with each step computed in n parts, and applies
+   Richardson's estimate to the two runs. The method is of order p = 2, or 1 with -ts_bathe_reaction implicit, so that
+   the error of the run is (s_h - s_(h/n)) n^p/(n^p - 1) to leading order. The controller observes the states of the
+   finer run and so puts its steps where that run needs them. Repeating the old steps at their old times misleads: the
+   event of the finer run comes later, often after the short steps that were chosen for it. */
 #include <slipstep/private/sliprun.h>
 #include <slipstep/private/sliprunoutput.h>
 
-/* Two are enough where errors add up. Where those of long steps cancel, they do not in the halves: of a run of 10 steps
-   whose event was off by 5 % of its rise time, 2 parts said 12 %, 4 parts 10 % and 8 parts 7 %. */
+/* Two parts suffice where errors add up. Where errors of long steps cancel, they do not in the halves: for a run of 10
+   steps whose event was off by 5 % of its rise time, 2 parts gave 12 %, 4 parts 10 % and 8 parts 7 %. */
 #define CHECK_PARTS 4
 
-/* Before the run: remember where it begins */
+/* Stores the start of the run. */
 PetscErrorCode SlipFaultCheckStart(SlipFault fault, TS ts)
 {
   SlipFaultRunError *est = &fault->run->error;
@@ -41,7 +39,7 @@ static PetscErrorCode RecordPart(TS ts, PetscReal time, Vec w, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The run from its start in parts of steps; w is its end */
+/* Repeats the run from its start in parts of steps; w is its end. */
 static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
 {
   SlipFaultRunError *est = &fault->run->error;
@@ -64,8 +62,8 @@ static PetscErrorCode Repeat(SlipFault fault, TS ts, Vec w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* RMS over the area of the difference of two slips at t, over that of the second one; of two components of their
-   magnitudes */
+/* Computes the RMS over the area of the difference of two slips at t, over that of the second one; for two components
+   from their magnitudes. */
 static PetscErrorCode FieldError(SlipFault fault, PetscReal t, Vec run, Vec reference, PetscReal *error)
 {
   PetscReal sum[2] = {0, 0};
@@ -90,9 +88,9 @@ static PetscErrorCode FieldError(SlipFault fault, PetscReal t, Vec run, Vec refe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Errors [SLIP_NUM_ERRORS] of the run that ts did, see SlipErrorKind; the signed one of its final mean slip, relative;
-   and the Bathe solves that finding them took. Not numbers when the repetition was stopped before its end, as by a
-   signal. ts ends with the state and time of its run. Collective. */
+/* Finds the errors [SLIP_NUM_ERRORS] of the run of ts, see SlipErrorKind, the signed relative error of its final mean
+   slip, and the Bathe solves that this took. They are NaN when the repetition was stopped, for example by a signal. ts
+   ends with the state and time of its run. Collective. */
 PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, PetscReal error[], PetscReal *final,
                                    PetscInt *solves)
 {
@@ -103,7 +101,7 @@ PetscErrorCode SlipFaultCheckError(SlipFault fault, TS ts, SlipOutput run, Petsc
 
   PetscFunctionBegin;
   PetscCall(SlipOutputClose(run));
-  fault->run->started = PETSC_FALSE; /* for observers that watch the repetition */
+  fault->run->started = PETSC_FALSE; /* for observers of the repetition */
   PetscCall(TSGetSolution(ts, &w));
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetStepNumber(ts, &step));

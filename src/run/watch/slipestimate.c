@@ -1,33 +1,32 @@
-/* The errors of a run, estimated along the way from the integrator's local error estimates: here that of its final
-   slip; that of its timing is in courseestimate.c.
+/* Estimates the errors of a run from the integrator's local error estimates: here that of its final slip, and in
+   courseestimate.c that of its timing.
 
-   What one step does wrong changes the final slip through everything that follows. For the fault that is short to
-   say, because the final slip does not depend on when things happen: with P = v.M v/2 + u.K u/2 + (integral of q over
-   s), the energy that can still do work, dP/dt = -v.H v. A local error e = (e_v, e_u, e_s) of the state is a step
-   along the trajectory, which changes the timing alone, and a change of P,
+   An error of one step changes the final slip through everything that follows. For a fault this has a short formula, as
+   the final slip does not depend on times. P = v.M v/2 + u.K u/2 + (integral of q over s) is the energy that can still
+   do work, and dP/dt = -v.H v. A local error e = (e_v, e_u, e_s) of the state is a step along the trajectory, which
+   changes only the timing, and a change of P,
        dP = M v.e_v + K u.e_u + q.e_s.
-   Along the slip, dP/ds = -H v with v = sqrt(2 (P - P_potential)/M), so a change of P decays as exp(-H/M t), here with
-   H/M = 2 zeta w, w^2 = uc.K uc / (uc.M uc) the frequency of the critical displacement. When everything rests, what
-   is left of the changes is balanced by a longer or shorter slip: with slips in proportion to those that there are,
-   s_i/mean(s),
+   Along the slip, dP/ds = -H v with v = sqrt(2 (P - P_potential)/M), so that a change of P decays as exp(-H/M t), here
+   with H/M = 2 zeta w, w^2 = uc.K uc / (uc.M uc) the frequency of the critical displacement. When everything rests, a
+   longer or shorter slip balances the remaining changes. With slips in proportion to the present ones, s_i/mean(s),
        (error of mean slip) = dP / sum_i (K u + q)_i s_i / mean(s).
-   Cells stop one after another, and the share of dP that their slip has taken by then decays no more: the decay
-   goes with the share of the slip on cells that still slide. For one cell under slip weakening all this is the
-   exact first variation. */
+   Cells stop one after another, and the share of dP in their slip then decays no more: the decay is proportional to
+   the share of the slip on cells that still slide. For one cell under slip weakening all this is the exact first
+   variation. */
 #include <slipstep/private/sliprun.h>
 #include <slipadapt.h>
 
 /*
-  What is reported is an error that nine in ten runs stay below (19 in 20 of 4 or 5 steps, of the final slip), a factor
-  by the number of steps times, of the final slip and relative to it,
+  The reported error is one that nine in ten runs stay below (19 in 20 of 4 or 5 steps, for the final slip). It is a
+  factor that depends on the number of steps, times, for the final slip and relative to it,
       (late + share of the slip made in steps in which cells come to rest) max(|signed|, floor magnitudes)
-  of the time of the event, over the time from 10 to 90 % of the slip,
+  for the time of the event, over the time from 10 to 90 % of the slip,
       max(|signed|, shift_floor magnitudes)
-  and of the history the sum of the latter, history_final times the former, and the error of the cubic between the ends
+  and for the history the sum of the latter, history_final times the former, and the error of the cubic between the ends
   of a step.
-  First variations are right for one smooth event. With few steps, or with several events, the signs of local errors
-  mean little, so that the sum of their magnitudes counts too; and an arrest somewhere within a step is an error that no
-  smooth formula sees, so that slip in such steps counts more. All numbers come from a file (estimatefile.c), which
+  First variations hold for one smooth event. With few steps, or with several events, the signs of local errors mean
+  little, so that the sum of their magnitudes counts too. A stop within a step is an error that no smooth formula
+  contains, so that slip in such steps counts more. All numbers come from a file (estimatefile.c), which
   tests/benchmarks/verdict.py --calibrate makes.
 */
 static const struct {
@@ -38,7 +37,7 @@ static const char *const Measured[NUM_ESTIMATES] = {"history", "final_slip", "ev
 /* Sums over the cells */
 enum {
   STEP_WORK, /* dP of the step's error [J/m^2] */
-  STEP_RESTRAINT /* sum (K u + q) s [J/m^2]: mean(s) of it restrains further slip */,
+  STEP_RESTRAINT /* sum (K u + q) s [J/m^2]: over mean(s) it resists further slip */,
   STEP_SLIP,   /* sum of s [m] */
   STEP_MOVING, /* sum of s where v is not 0 [m] */
   STEP_SUMS
@@ -64,7 +63,7 @@ static PetscErrorCode DecayRate(SlipFault fault, PetscReal *rate)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the state w after a step and the error e of it; one product with K, unless the step has computed it */
+/* Sums for the state w after a step and its error e; costs a product with K, unless the step has computed it. */
 static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, PetscReal sum[STEP_SUMS])
 {
   SlipFrictionCells friction;
@@ -116,7 +115,7 @@ static PetscErrorCode StepSums(SlipFault fault, PetscReal t, Vec w, Vec e, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All rest: what the changes of P amount to becomes an error of the slip */
+/* Converts the changes of P to an error of the slip, when all cells rest. */
 static PetscErrorCode Settle(SlipFault fault, const PetscReal sum[])
 {
   SlipFaultRunError *est = &fault->run->error;
@@ -145,7 +144,7 @@ static PetscErrorCode Reset(SlipFaultRunError *est)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSBatheAttemptFn: the error of a step that was accepted */
+/* TSBatheAttemptFn: adds the error of an accepted step. */
 static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, void *ctx)
 {
   SlipFault fault = (SlipFault)ctx;
@@ -173,19 +172,19 @@ static PetscErrorCode EstimateStep(TS ts, const SlipAttempt *attempt, Vec w, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Events that follow each other, and slow slip, have no such error. */
+/* Returns whether the run is one event: sequences of events, and slow slip, have no such error. */
 static PetscBool IsOneEvent(SlipFault fault)
 {
   return fault->kind.sequence || fault->loads.pressed || fault->friction.law->always_slides ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* The faults that the estimate was calibrated on, see WhyUnknown() */
+/* Returns whether the estimate was calibrated on such faults, see WhyUnknown(). */
 static PetscBool IsCalibrated(SlipFault fault)
 {
   return fault->kind.driven || fault->friction.law != SlipFrictionLaws ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* Also where nothing is estimated, as checkpoints say so */
+/* Creates the observer also where nothing is estimated, as checkpoints store that. */
 static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, void **ctx)
 {
   SlipFaultRunError *est = &fault->run->error;
@@ -198,7 +197,7 @@ static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, 
   PetscCall(TSBatheIs(ts, &bathe));
   PetscCall(Reset(est));
   est->known = PETSC_FALSE; /* until a step is accepted */
-  /* The estimate is of a single event: nothing is known of sequences but by repetition. */
+  /* The estimate is for a single event: for sequences only a repetition gives the error. */
   est->recorded = !fault->kind.driven || fault->options.check_error ? PETSC_TRUE : PETSC_FALSE;
   if (est->recorded) est->course.n = 0;
   if (!est->recorded || !bathe) PetscFunctionReturn(PETSC_SUCCESS);
@@ -208,13 +207,12 @@ static PetscErrorCode EstimateCreate(SlipFault fault, TS ts, PetscBool *wanted, 
                                        Measured, &est->calibration));
   if (fault->options.check_error) PetscCall(SlipFaultCheckStart(fault, ts));
   PetscCall(PetscObjectGetId((PetscObject)ts, &id));
-  if (est->id != id)
-    PetscCall(TSBatheMonitorSet(ts, EstimateStep, fault, NULL)); /* once for a TS, whatever runs it does */
+  if (est->id != id) PetscCall(TSBatheMonitorSet(ts, EstimateStep, fault, NULL)); /* once for a TS, for all its runs */
   est->id = id;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the learned controller was asked for; 0 when its policy does not look at the dial */
+/* Gets the accuracy of the learned controller; 0 when its policy does not observe it. */
 static PetscErrorCode WantedAccuracy(TS ts, PetscReal *wanted)
 {
   TSAdapt adapt;
@@ -233,7 +231,7 @@ static PetscErrorCode WantedAccuracy(TS ts, PetscReal *wanted)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An estimate means two digits */
+/* Rounds to two digits, as an estimate has no more. */
 static PetscReal TwoDigits(PetscReal x)
 {
   const PetscReal unit = x > 0 ? PetscPowReal(10, PetscFloorReal(PetscLog10Real(x)) - 1) : 1;
@@ -241,13 +239,13 @@ static PetscReal TwoDigits(PetscReal x)
   return PetscFloorReal(x / unit + (PetscReal)0.5) * unit;
 }
 
-/* Does a run have the factors of explicit steps? */
+/* Returns whether the factors of explicit steps apply to a run. */
 static PetscBool MostlyExplicit(const SlipFaultRunError *est, PetscInt steps)
 {
   return est->calibration.of_explicit.n && 2 * est->explicit_steps >= steps ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* What the estimate was not calibrated for; NULL: nothing */
+/* Gives the reason why the estimate was not calibrated for this run; NULL: it was. */
 static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const char **why)
 {
   const SlipFaultRunError *est = &fault->run->error;
@@ -281,7 +279,7 @@ static PetscErrorCode WhyUnknown(SlipFault fault, TS ts, PetscInt steps, const c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Estimates before their calibration, relative as the errors that they are of */
+/* Computes the estimates before their calibration, relative like the errors that they estimate. */
 static void Measures(const SlipFaultRunError *est, PetscReal mean_slip, PetscReal measure[NUM_ESTIMATES])
 {
   const SlipFaultCalibration *c = &est->calibration;
@@ -298,7 +296,7 @@ static void Measures(const SlipFaultRunError *est, PetscReal mean_slip, PetscRea
     measure[ESTIMATE_TIME] + c->history_final * measure[ESTIMATE_FINAL] + timing->bend / mean_slip;
 }
 
-/* Errors of explicit steps cancel more than those of implicit ones. */
+/* Returns the factor of an estimate. Errors of explicit steps cancel more than those of implicit ones. */
 static PetscReal Factor(const SlipFaultRunError *est, SlipFaultEstimate which, PetscInt steps)
 {
   const SlipFaultCalibration *c = &est->calibration;
@@ -309,7 +307,7 @@ static PetscReal Factor(const SlipFaultRunError *est, SlipFaultEstimate which, P
   return f->row[i].factor[which];
 }
 
-/* The row of Estimates of a run: that of its controller's measure, of the history with a controller that has none */
+/* Finds the row of Estimates that judges a run: its controller's measure, or the history where there is none. */
 static PetscErrorCode Judged(TS ts, SlipFaultEstimate *which)
 {
   TSAdapt adapt;
@@ -324,8 +322,8 @@ static PetscErrorCode Judged(TS ts, SlipFaultEstimate *which)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An attribute WHICH_error_KIND of /result, and for the one that is judged a line of the summary "KIND WHICH error",
-   with the verdict on the wanted accuracy */
+/* Adds an attribute WHICH_error_KIND to /result, and for the judging measure a line "KIND WHICH error" with the verdict
+   on the wanted accuracy to the summary. */
 static PetscErrorCode Report(SlipOutput run, SlipFaultEstimate which, const char kind[], const char participle[],
                              PetscReal error, const char text[])
 {
@@ -338,8 +336,8 @@ static PetscErrorCode Report(SlipOutput run, SlipFaultEstimate which, const char
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* "(wanted 0.01: verdict)", and an attribute of /result: 1 when the accuracy was met (by the estimate: likely), 0 when
-   not, -1 when that cannot be known. Empty when none was wanted */
+/* Writes "(wanted 0.01: verdict)", and adds an attribute to /result: 1 when the accuracy is satisfied (by the estimate:
+   likely), 0 when not, -1 when that is unknown. The text is empty when no accuracy is wanted. */
 static PetscErrorCode Verdict(SlipOutput run, const char attribute[], PetscReal wanted, PetscReal met,
                               const char verdict[], char text[], size_t len)
 {
@@ -351,7 +349,7 @@ static PetscErrorCode Verdict(SlipOutput run, const char attribute[], PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An estimate of the one measure that is judged, with its verdict */
+/* Reports an estimate of the judging measure only, with its verdict. */
 static PetscErrorCode ReportVerdict(SlipOutput run, SlipFaultEstimate judged, PetscReal wanted, PetscReal error,
                                     const char met[], const char unsure[])
 {
@@ -364,7 +362,7 @@ static PetscErrorCode ReportVerdict(SlipOutput run, SlipFaultEstimate judged, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the run knows without doing more */
+/* Reports the estimates that need no repetition. */
 static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, PetscReal mean_slip, PetscReal wanted)
 {
   const SlipFaultRunError *est = &fault->run->error;
@@ -406,8 +404,8 @@ static PetscErrorCode ReportEstimates(SlipFault fault, TS ts, SlipOutput run, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Explicit steps have estimates of each step, but nothing of how these add up: the tolerance tells, of runs such as
-   those of its calibration. */
+/* Reports the error of explicit steps, which have estimates of each step but none of how these add up: the tolerance
+   gives it, for runs like those of its calibration. */
 static PetscErrorCode ReportExplicit(SlipFault fault, TS ts, SlipOutput run)
 {
   const PetscReal wanted = fault->steps.accuracy;
@@ -443,7 +441,7 @@ static PetscErrorCode ReportExplicit(SlipFault fault, TS ts, SlipOutput run)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a repetition says */
+/* Reports the errors that a repetition finds. */
 static PetscErrorCode ReportCheck(SlipFault fault, TS ts, SlipOutput run, PetscReal wanted)
 {
   static const char *const names[SLIP_NUM_ERRORS] = {"final", "history", "shift", "peak", "field"};
@@ -477,18 +475,17 @@ static PetscErrorCode ReportCheck(SlipFault fault, TS ts, SlipOutput run, PetscR
 }
 
 /*
-  The estimates in the summary and in /result, each relative to what TSAdaptRLSetMeasure() says; X is slip, history or
-  event_time:
+  Adds the estimates to the summary and to /result, each relative as TSAdaptRLSetMeasure() describes; X is slip, history
+  or event_time:
     slip_error_signed    the first variation above, computed minus exact
-    X_error_measure      what is calibrated
+    X_error_measure      the estimate before its calibration
     X_error_estimate     nine in ten runs stay below it
-    X_error_check        of -fault_check_error; slip_error_check_signed, and check_error_* of every kind of
-    SlipErrorKind
+    X_error_check        of -fault_check_error; slip_error_check_signed, and check_error_* for each SlipErrorKind
     accuracy_requested   of a policy that observes log_accuracy; slip_error_estimate_met and slip_error_check_met
                          judge it by the measure of the run, which has a line in the summary
-  The estimate says "likely met" or that it does not know: an error above the accuracy wanted cannot be told from one
-  below it (of the final slip, where |signed| was four times the accuracy, it was missed in 84 % of 141 runs, and a run
-  that misses by less shows nothing).
+  The verdict of the estimate is "likely met" or unknown: an error above the wanted accuracy cannot be told from one
+  below it (for the final slip, where |signed| was four times the accuracy, 84 % of 141 runs exceeded it, and a run that
+  exceeds it by less shows nothing).
 */
 static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, void *ctx)
 {
@@ -513,7 +510,7 @@ static PetscErrorCode EstimateFinish(SlipFault fault, TS ts, SlipOutput run, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The start and every accepted step */
+/* Records the start and every accepted step. */
 static PetscErrorCode EstimateStart(SlipFault fault, TS ts, PetscReal time, Vec w, void *ctx)
 {
   SlipFaultRunError *est = &fault->run->error;
@@ -533,7 +530,7 @@ static PetscErrorCode EstimateNext(SlipFault fault, TS ts, PetscInt step, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The course, and the estimates of its errors */
+/* Saves or loads the course, and the estimates of its errors. */
 static PetscErrorCode EstimateVisit(SlipFault fault, SlipState s, void *ctx)
 {
   SlipFaultRunError *est = &fault->run->error;

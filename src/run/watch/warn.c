@@ -1,14 +1,14 @@
-/* What a run is warned of before it begins, a line each: numbers that no fault has, as in other units; starts and
-   thicknesses that decide a result in silence; what the equations leave out. Only a fault whose options were read
-   speaks, and rank 0 for all. */
+/* Warns before a run, a line each, of implausible numbers, as in other units; of starts and thicknesses that decide a
+   result without notice; and of what the equations leave out. Only a fault that has read its options warns, on rank 0.
+   */
 #include <slipstep/private/sliprun.h>
 #include <slipsys.h>
 #include <math.h>
 
 /* ---- units ---- */
 
-/* The largest magnitude that a parameter has on a fault in nature or in a laboratory, and what a smaller or a larger
-   one looks like. 0 is plausible everywhere. */
+/* Magnitudes of a parameter on faults in nature or in a laboratory, and the unit that smaller or larger ones suggest. 0
+   is plausible everywhere. */
 static const struct {
   SlipFaultRealId id;
   PetscReal least, most;
@@ -32,11 +32,11 @@ static const struct {
   {FAULT_INJECTION_PRESSURE, 100, 1e10, "MPa", "less than a Pa"},
 };
 
-/* A small length is that of a laboratory where d_c is below this share of it: samples of 0.1 to 3 m have d_c of 1e-7 to
-   1e-5 m, faults of 1 to 100 km whose lengths are given in km have 1e-3 m and more. */
+/* A small length is plausible for a laboratory where d_c is below this share of it: samples of 0.1 to 3 m have d_c of
+   1e-7 to 1e-5 m, and faults of 1 to 100 km whose lengths are given in km have 1e-3 m and more. */
 #define LABORATORY_SLIP 3e-5
 
-/* The largest magnitude of a parameter, of all cells where it comes from a file or an array. Collective. */
+/* Finds the largest magnitude of a parameter, over all cells where it comes from a file or an array. Collective. */
 static PetscErrorCode LargestMagnitude(SlipFault fault, SlipFaultRealId id, PetscReal *largest, const char **source)
 {
   const PetscInt f = SlipFaultFieldOf(id);
@@ -78,7 +78,7 @@ static PetscErrorCode WarnOfUnits(SlipFault fault, PetscMPIInt rank)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- what a law brings ---- */
+/* ---- parameters of a law ---- */
 
 static PetscErrorCode WarnOfOtherLaws(SlipFault fault, PetscMPIInt rank)
 {
@@ -98,7 +98,7 @@ static PetscErrorCode WarnOfOtherLaws(SlipFault fault, PetscMPIInt rank)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A field has all of the normal stress: a gradient that somebody gave is not added. */
+/* Warns that a given gradient is not added to a field, which contains all of the normal stress. */
 static PetscErrorCode WarnOfGradient(SlipFault fault, PetscMPIInt rank)
 {
   const char *source = fault->fields.source[FIELD_NORMAL_STRESS], *prefix = SlipFaultPrefix(fault);
@@ -118,12 +118,12 @@ static PetscErrorCode WarnOfGradient(SlipFault fault, PetscMPIInt rank)
 
 /* ---- the start of rate-and-state friction ---- */
 
-/* Relative deviations from the steady rate and state, below which a cell starts steady */
+/* Largest relative deviations from the steady rate and state with which a cell counts as steady */
 #define STEADY 1e-3
 
-/* Every cell at the loading rate with the state that is steady there is an equilibrium; where cells weaken, and the
-   fault is not too small for it, it is unstable, and rounding alone would decide when the first event comes.
-   Collective. */
+/* Warns of a steady start. Every cell at the loading rate with its steady state is an equilibrium. It is unstable where
+   cells weaken and the fault is not too small, and rounding alone would decide when the first event comes. Collective.
+   */
 static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
 {
   const PetscReal width = PetscMin(fault->mesh.extent[FAULT_LENGTH_X], fault->mesh.extent[FAULT_LENGTH_Z]);
@@ -168,10 +168,11 @@ static PetscErrorCode WarnOfSteadyStart(SlipFault fault, PetscMPIInt rank)
 
 /* A front passes a cohesive zone, of about G/W, while the cells in it gain speed: with the mass rho Ly and the
    weakening W that takes sqrt(rho Ly/W), so that ruptures run at v1 = k cs sqrt(G/(W Ly)). k grows with the stress at
-   the start, as the share f of the drop that it is above the residual strength. Radiation damping limits them as well,
-   1/v^2 = 1/v0^2 + 1/v1^2, with v0 = c cs without inertia; sqrtm, which is made of the same mass, does not. Strips of 4
-   km, G/W = 600 m: k = 0.30, 0.43, 0.53, 0.74, 1.00 and c = 0.22, 0.39, 0.55, 0.89, 1.32 for f = 0.5, 0.55, 0.6, 0.7,
-   0.8 (src/physics.md), which these lines are through; less on strips as narrow as some cohesive zones. */
+   the start, as the share f of the drop by which it exceeds the residual strength. Radiation damping is a limit as
+   well, 1/v^2 = 1/v0^2 + 1/v1^2, with v0 = c cs without inertia; sqrtm, which contains the same mass, is none. Strips
+   of 4 km with G/W = 600 m gave k = 0.30, 0.43, 0.53, 0.74, 1.00 and c = 0.22, 0.39, 0.55, 0.89, 1.32 for f = 0.5,
+   0.55, 0.6, 0.7, 0.8 (src/physics.md), which these lines fit; both are less on strips as narrow as some cohesive
+   zones. */
 static PetscReal FrontOfMass(PetscReal f)
 {
   return PetscMax(2.1 * (f - 0.35), 0.1);
@@ -180,15 +181,15 @@ static PetscReal FrontOfRadiation(PetscReal f)
 {
   return PetscMax(3.3 * (f - 0.43), 0.1);
 }
-/* k at the common f of 0.6 and a little more, by which thicknesses are called too large: low stress makes ruptures slow
+/* k at the common f of 0.6 and a little more, for the warning of too large thicknesses: low stress makes ruptures slow
    as well */
 #define FRONT_SPEED 0.6
-/* of cs: what nearly all earthquakes exceed, and what a thickness is proposed for where they would be faster than
-   waves */
+/* Rupture speeds over cs: nearly all earthquakes exceed the first one, and the second one gives the proposed thickness
+   where ruptures would be faster than waves */
 #define SLOW_FRONT 0.3
 #define FAST_FRONT 0.9
 
-/* f of the cells that weaken and start at their strength at most; 0: there are none. Collective. */
+/* Finds the mean f of the cells that weaken and start at most at their strength; 0: there are none. Collective. */
 static PetscErrorCode StressShare(SlipFault fault, PetscReal *share)
 {
   PetscReal sum[2] = {0, 0};
@@ -254,13 +255,14 @@ static PetscErrorCode WarnOfThickness(SlipFault fault, PetscMPIInt rank)
 
 /* ---- the mesh ---- */
 
-/* Cells across a fault up to which `centre` is known to be off by a fifth and more where the whole fault slides: the
-   final slip of the 3 km fault by 22.5 % on 20 x 20 cells, 50.2 % on 10 x 10 (src/accuracy.md, "What a mesh of n cells
-   is worth") */
+/* Cells across a fault up to which `centre` has errors of a fifth and more where the whole fault slides: the final slip
+   of the 3 km fault is off by 22.5 % on 20 x 20 cells, and by 50.2 % on 10 x 10 (src/accuracy.md, "What a mesh of n
+   cells is worth") */
 #define FEW_CELLS 20
 
-/* A fault that starts at its instability, and is not loaded, slides as a whole, up to its edges. Planes that dip, and
-   slip with two components, have no other average; there the numbers of the vertical fault are a guide. */
+/* Warns of few cells on a fault that starts at its instability without loading, and so slides as a whole, up to its
+   edges. Dipping planes, and slip with two components, have no other average; there the numbers of the vertical fault
+   are a guide. */
 static PetscErrorCode WarnOfMesh(SlipFault fault, PetscMPIInt rank)
 {
   const SlipFaultMesh *mesh = &fault->mesh;
@@ -289,8 +291,8 @@ static PetscErrorCode WarnOfMesh(SlipFault fault, PetscMPIInt rank)
 
 /* ---- friction without a length ---- */
 
-/* TPV3 with such friction at a scale of 5 m/s, and more stress, slips by 0.13, 0.15 and 0.20 m in the mean with cells
-   of 500, 250 and 125 m. */
+/* Warns that results depend on the cells. TPV3 with such friction at a scale of 5 m/s, and more stress, slips by 0.13,
+   0.15 and 0.20 m in the mean with cells of 500, 250 and 125 m. */
 static PetscErrorCode WarnOfRate(SlipFault fault, PetscMPIInt rank)
 {
   const SlipFrictionLaw *law = fault->friction.law;
@@ -318,7 +320,7 @@ static PetscErrorCode WarnOfPlanes(SlipFault fault, PetscMPIInt rank)
 
 /* ---- waves ---- */
 
-/* A line, which is no warning: a run may be over before, and what comes may be too weak. */
+/* Prints a line, which is no warning: a run may end before, and the waves may be too weak. */
 static PetscErrorCode TellOfImages(SlipFault fault)
 {
   PetscReal first, last;
@@ -332,7 +334,7 @@ static PetscErrorCode TellOfImages(SlipFault fault)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective, at the end of the set-up */
+/* Prints all warnings at the end of the set-up. Collective. */
 PetscErrorCode SlipFaultWarn(SlipFault fault)
 {
   PetscMPIInt rank;
