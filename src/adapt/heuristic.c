@@ -60,9 +60,8 @@ static PetscErrorCode SlipState_Heuristic(TSAdapt adapt, SlipState s)
 
   The weighted error estimate E is proportional to h^(1/q) (TSEvaluateWLTE()). E > 1 rejects the step and repeats it
   with h E^-q; otherwise the next step is min(h_max, h min(growth, E^-q)). A second rejection in a row multiplies the
-  step by
-  -ts_adapt_reject_safety, too, and -ts_adapt_safety multiplies every E^-q. A solve that does not converge is repeated
-  with the failure factor times h. A step below -ts_adapt_dt_min ends the run with an error.
+  step by -ts_adapt_reject_safety, too, and -ts_adapt_safety multiplies every E^-q. A solve that does not converge is
+  repeated with the failure factor times h. A step below -ts_adapt_dt_min ends the run with an error.
 
   Options Database Keys:
 + -ts_adapt_heuristic_growth <2>           - largest ratio of successive steps
