@@ -42,9 +42,8 @@ PETSC_EXTERN PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *hande
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps);
 PETSC_EXTERN PetscErrorCode TSAdaptRLGetFallback(TSAdapt adapt, TSAdaptType *type);
 
-/* A trainer replaces the policy: it is called once before the first step (last == NULL) and once after every attempt,
-   with the observations that names lists, and returns the next step [s]. guarded is true if a guard rail will override
-   its choice. */
+/* A trainer replaces the policy: called once before the first step (last == NULL) and once after every attempt, with
+   the observations that names lists, it returns the next step [s]. guarded is true if a guard rail will override it. */
 typedef PetscErrorCode (*TSAdaptRLActorFn)(TSAdapt adapt, TS ts, PetscInt n, const PetscReal obs[],
                                            const SlipAttempt *last, PetscBool guarded, PetscReal *h, void *ctx);
 PETSC_EXTERN PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const names[], PetscReal dt_min,

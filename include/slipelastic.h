@@ -1,4 +1,4 @@
-/* The medium around a fault: the stress that slip causes on the fault. SlipElastic is a class whose types are tables of
+/* The medium around a fault: the stress that slip causes there. SlipElastic is a class; its types are tables of
    operations. */
 #pragma once
 #include <petscmat.h>
@@ -52,8 +52,7 @@ typedef struct {
   PetscReal waves_tolerance, waves_padding; /* type "waves": tolerance of kernels, period over length */
   PetscInt components;                      /* components of slip per cell */
   const SlipElasticGrid *grid;              /* NULL: the cells are not a grid; borrowed, during setup */
-  const PetscInt *order; /* [cells] number of each, the same on any number of processes; NULL: its row; borrowed
-                            likewise */
+  const PetscInt *order; /* [cells] numbers, the same on any number of processes; NULL: rows; borrowed */
   Vec along;             /* stress of 1 Pa along the rake of each cell, in rows of stress; borrowed, during setup */
 } SlipElasticRock;
 
@@ -67,8 +66,7 @@ typedef struct {
   /* Matrices of a stage that ends at t, where u = u0 + theta v: B(theta) = M/theta + df/dv + theta df/du [Pa s/m] and C
      = d normal/du [Pa/m], NULL: 0; both are borrowed until the next stage. */
   PetscErrorCode (*stage)(SlipElastic, PetscReal t, PetscReal theta, Mat *B, Mat *C);
-  /* Energy in addition to u.f(u, t)/2, and dissipation in addition to v.(df/dv) v, of the cells of this process [J/m^2,
-     W/m^2] */
+  /* Energy besides u.f(u, t)/2 and dissipation besides v.(df/dv) v, of the cells of this process [J/m^2, W/m^2] */
   PetscErrorCode (*energy)(SlipElastic, PetscReal t, Vec u, PetscReal *stored);
   PetscErrorCode (*power)(SlipElastic, PetscReal t, Vec u, Vec v,
                           PetscReal *lost); /* part of /series/viscous_power; < 0: gained */

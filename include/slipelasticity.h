@@ -155,8 +155,7 @@ PETSC_EXTERN PetscErrorCode SlipTriangleStress(PetscReal G, PetscReal nu, PetscB
                                                const PetscReal points[], PetscReal stress[]);
 PETSC_EXTERN PetscErrorCode SlipTriangleDirections(const PetscReal vertices[], const PetscReal side[],
                                                    PetscReal angles[], PetscReal directions[]);
-/* The same for many triangles: vertices [ncells][3][3], slip [ncells][3], and hanging walls at the sides [ncells][3] or
-   NULL */
+/* The same for many triangles: vertices [ncells][3][3], slip [ncells][3], hanging walls at sides [ncells][3] or NULL */
 PETSC_EXTERN PetscErrorCode SlipTrianglesDisplacement(PetscReal nu, PetscBool full_space, PetscInt ncells,
                                                       const PetscReal vertices[], const PetscReal side[],
                                                       const PetscReal slip[], PetscInt n, const PetscReal points[],

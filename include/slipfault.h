@@ -15,8 +15,7 @@ PETSC_EXTERN PetscClassId SLIP_FAULT_CLASSID;
 PETSC_EXTERN PetscErrorCode SlipFaultInitializePackage(void); /* creation routines call it; later calls do nothing */
 PETSC_EXTERN PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault); /* reference case "3 km", one cell */
 PETSC_EXTERN PetscErrorCode SlipFaultSetFromOptions(SlipFault fault);         /* -fault_* */
-/* Sets or gets any scalar parameter by its option's name without "fault_": "length_x", "thickness", "friction_slip",
-   "nx", ... */
+/* Sets or gets any scalar parameter by its option's name without "fault_": "length_x", "thickness", "nx", ... */
 PETSC_EXTERN PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal value);
 PETSC_EXTERN PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *value);
 /* Sets a choice or a file name likewise: "friction_law", "operator", "viscosity", "initial", "mesh", ... */
@@ -30,8 +29,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[],
 PETSC_EXTERN PetscErrorCode SlipFaultGetString(SlipFault fault, const char name[], char value[], size_t len);
 /* Gets values of all cells on every rank, in the order of the grid or of the mesh's file, after SlipFaultSetUp(). */
 PETSC_EXTERN PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n, PetscReal values[]);
-/* Gets "x", "y", "z" [m], "area" [m^2], "strike", "dip" [degrees] or "fault"; like the centres, after
-   SlipFaultSetUpMesh(). */
+/* Gets "x", "y", "z" [m], "area" [m^2], "strike", "dip" [degrees] or "fault", after SlipFaultSetUpMesh(). */
 PETSC_EXTERN PetscErrorCode SlipFaultGetGeometry(SlipFault fault, const char name[], PetscInt n, PetscReal values[]);
 PETSC_EXTERN PetscErrorCode SlipFaultWriteCells(SlipFault fault, const char file[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], PetscReal y[],
@@ -48,8 +46,7 @@ PETSC_EXTERN PetscErrorCode
 SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law); /* adds a friction law with its parameters; slipcore.h */
 PETSC_EXTERN PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia);
 PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx);
-PETSC_EXTERN PetscErrorCode SlipFaultSetUpMesh(SlipFault fault); /* creates the cells, so that fields can be functions
-                                                                    of them */
+PETSC_EXTERN PetscErrorCode SlipFaultSetUpMesh(SlipFault fault); /* creates the cells, which fields may need */
 PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault);     /* creates K, H, parameters and the critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipFaultFeaturesView(PetscViewer viewer); /* which features can be combined */

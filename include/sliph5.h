@@ -67,8 +67,7 @@ PETSC_EXTERN PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char 
 PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);   /* writing: renames to the final name */
 PETSC_EXTERN PetscErrorCode SlipH5Abandon(SlipH5 *h); /* writing: a live file remains as file.part */
 PETSC_EXTERN void SlipH5AbandonAll(void);             /* all that this process writes, before an error ends it */
-PETSC_EXTERN PetscErrorCode SlipH5CheckCreate(const char file[]); /* raises the errors of SlipH5Create() and leaves no
-                                                                     file */
+PETSC_EXTERN PetscErrorCode SlipH5CheckCreate(const char file[]); /* raises errors of SlipH5Create(), leaves no file */
 PETSC_EXTERN PetscErrorCode SlipH5CheckCreateKind(const SlipH5Kind *kind, const char file[]);
 /* Renames a growing file to file.part once its layout is complete. From then on only rows, values of attributes, and
    attributes of groups made by SlipH5GroupOfNumbers() change. */

@@ -7,11 +7,7 @@
 
 #define SLIP_MODEL_STATES 3 /* of a model at most */
 
-typedef enum {
-  SLIP_MODEL_TRAINING,
-  SLIP_MODEL_EVALUATION
-} SlipModelCase; /* the two settings of each model in the
-                                                                              published study */
+typedef enum { SLIP_MODEL_TRAINING, SLIP_MODEL_EVALUATION } SlipModelCase; /* those of the published study */
 PETSC_EXTERN const char *const SlipModelCases[];
 
 /* A small model: SlipSlidingMode, SlipCircuit, or a user's own */

@@ -30,10 +30,9 @@ PETSC_EXTERN PetscClassId SLIP_CONSTRAINT_CLASSID;
 /* Position of a state in an explicit step */
 typedef enum { SLIP_NODE_START, SLIP_NODE_INSIDE, SLIP_NODE_END, SLIP_NUM_NODES } SlipNode;
 
-/* What a problem supplies in addition for explicit steps (TSMOREAU), which move x and the other rows of a state w in
-   turn. The rows of x in A dw/dt = F_s + r are g = f(t, w) - p(t, w): f does not depend on x, and p is damping without
-   the part that is due to a row's own x. f, p and g are reduced, in the units of r [Pa for the fault]. All are
-   collective. */
+/* What a problem supplies besides for explicit steps (TSMOREAU), which move x and the other rows of a state w in turn.
+   The rows of x in A dw/dt = F_s + r are g = f(t, w) - p(t, w): f does not depend on x; p is damping without that by a
+   row's own x. f, p and g are reduced, in the units of r [Pa for the fault]. All are collective. */
 typedef struct {
   /* Computes f of a state. The other operations, also those of SlipConstraintOps, may use what was computed for it. */
   PetscErrorCode (*drive)(SlipConstraint, PetscReal t, Vec w, Vec f, void *ctx);
@@ -65,8 +64,8 @@ typedef struct {
   PetscErrorCode (*stage)(SlipConstraint, const SlipStage *, void *ctx); /* prepares B and c for this stage */
   PetscErrorCode (*residual)(SlipConstraint, Vec x, Vec g, void *ctx);   /* g = G(x), reduced */
   PetscErrorCode (*jacobian)(SlipConstraint, Vec x, Mat *B, void *ctx);  /* borrowed: B = dG/dx, symmetric */
-  /* q_i >= 0 and dq_i/d|x_i| at the stage (through s_i(|x_i|) and the rate); rows with q_i = 0 are unconstrained; dq
-     may be NULL */
+  /* q_i >= 0 and dq_i/d|x_i| at the stage (through s_i(|x_i|) and the rate); rows with q_i = 0 are free; dq may be
+     NULL */
   PetscErrorCode (*bound)(SlipConstraint, Vec x, Vec q, Vec dq, void *ctx);
   PetscErrorCode (*reduce)(SlipConstraint, Vec w, Vec x, void *ctx); /* x of the full state w */
   PetscErrorCode (*lift)(SlipConstraint, Vec x, Vec w, void *ctx);   /* full state at the stage's end from x */
@@ -100,8 +99,7 @@ PETSC_EXTERN PetscErrorCode SlipConstraintCreate(MPI_Comm comm, const SlipConstr
 PETSC_EXTERN PetscErrorCode SlipConstraintDestroy(SlipConstraint *con);
 /* Reduced vectors have c numbers per cell side by side. With 2, |r_i| <= q_i in the Euclidean norm and r_i = -q_i x_i /
    |x_i| where x_i != 0. With 3, the third is the opening x >= 0 with the reaction r >= 0 and x r = 0, and q is a bound
-   in addition to that r. cells: a vector with one number per cell, the layout of q; to be called before the first
-   solve. */
+   in addition to that r. cells: a vector with one number per cell, as q. To be called before the first solve. */
 PETSC_EXTERN PetscErrorCode SlipConstraintSetComponents(SlipConstraint con, PetscInt c, Vec cells);
 PETSC_EXTERN PetscErrorCode SlipConstraintGetComponents(SlipConstraint con, PetscInt *c);
 PETSC_EXTERN PetscErrorCode SlipConstraintGetContext(SlipConstraint con, void *ctx);
@@ -113,8 +111,8 @@ PETSC_EXTERN PetscErrorCode SlipConstraintInitialReaction(SlipConstraint con, Pe
 PETSC_EXTERN PetscErrorCode SlipConstraintReactionOf(SlipConstraint con, PetscReal t, Vec w, Vec Fs, Vec r);
 
 /* A small dense system A dw/dt = F_s(t, w) + F_r of n states on one process: F_r acts on the listed rows, with one
-   reaction |F_r| <= q each. All data are arrays. The user chooses the units; A dw/dt, F_s and q share those of their
-   row. */
+   reaction |F_r| <= q each. All data are arrays. The user chooses the units, which A dw/dt, F_s and q of a row
+   share. */
 typedef struct {
   PetscInt n;            /* states */
   const PetscReal *mass; /* diagonal of A, positive [n] */
@@ -123,8 +121,7 @@ typedef struct {
   PetscErrorCode (*force)(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx);    /* F_s [n] */
   PetscErrorCode (*jacobian)(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx); /* J[i n + j] = dF_i/dw_j,
                                                                                              zero on entry */
-  /* q >= 0 [nrows], and its derivative by |w_rows[k]| unless dq is NULL (zero on entry); q = 0: there is no reaction
-     now */
+  /* q >= 0 [nrows], and unless dq is NULL its derivative by |w_rows[k]| (zero on entry); q = 0: there is no reaction */
   PetscErrorCode (*bound)(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx);
   void *ctx;
 } SlipSmall;

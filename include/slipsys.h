@@ -61,13 +61,12 @@ PETSC_EXTERN PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions o
 /* Programs: declares the names, separated by blanks, of their own options with a prefix (without dashes; "word*" for
    all that begin so). */
 PETSC_EXTERN PetscErrorCode SlipDeclareOptions(const char prefix[], const char names[]);
-/* Programs, at the very start: an unknown option with one of our prefixes, or a word that belongs to no option, is an
+/* Programs, at the start: an unknown option with one of our prefixes, or a word that belongs to no option, is an
    error. */
 PETSC_EXTERN PetscErrorCode SlipCheckOptionNames(void);
 PETSC_EXTERN PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const char where[]);
 PETSC_EXTERN PetscErrorCode SlipCheckOwnOptions(MPI_Comm comm, PetscOptions options, const char prefix[]);
-/* Programs, before the solve: prints a warning for each unused option, and raises an error for one that resembles a
-   known option. */
+/* Programs, before the solve: warns of unused options, and raises an error for one that resembles a known option. */
 PETSC_EXTERN PetscErrorCode SlipCheckUnusedOptions(void);
 /* Prints a warning for each unused option, which is most often mistyped. */
 PETSC_EXTERN PetscErrorCode SlipWarnOfUnusedOptions(void);

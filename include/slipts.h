@@ -43,8 +43,7 @@ typedef struct {
   PetscReal wall;        /* wall time [s] */
 } SlipAttempt;
 
-/* Called after each attempt, once it is accepted or rejected; w is the state after it (the restored one if it was
-   rejected). */
+/* Called after each attempt, once it is accepted or rejected; w is the state after it (restored if rejected). */
 typedef PetscErrorCode (*TSBatheAttemptFn)(TS ts, const SlipAttempt *attempt, Vec w, void *ctx);
 
 PETSC_EXTERN PetscErrorCode SlipTSInitializePackage(void);   /* creation routines call it; later calls do nothing */
@@ -115,7 +114,7 @@ PETSC_EXTERN PetscErrorCode TSRKCSetMaxStages(TS ts, PetscInt stages);
    on TS, by TSBATHE
      "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *) */
 
-/* The functions by which a problem informs controllers and integrators. Any of them may be NULL. ctx is that of
+/* By these functions a problem informs controllers and integrators; any may be NULL. ctx is that of
    TSSetSlipProblem(). */
 typedef struct {
   PetscErrorCode (*name)(TS ts, const char **name, void *ctx);      /* its name, which selects a default policy */

@@ -1,5 +1,5 @@
-/* Code that controllers share: the error estimate of a step, the two ends of a choice that follows it, and the step
-   after a failure. */
+/* Code that controllers share: the error estimate, the two ends of a choice that follows it, the step after a
+   failure */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipts.h>
 

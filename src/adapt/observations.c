@@ -1,5 +1,4 @@
-/* The observations of TSADAPTRL: it computes the numbers that the formulas of slipcore.h need, and the problem's own
-   rows. */
+/* The observations of TSADAPTRL: computes the numbers for the formulas of slipcore.h, and the problem's own rows. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipwork.h>
 #include <slipstep/private/slipclock.h>

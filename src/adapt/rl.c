@@ -6,7 +6,7 @@
 
 /* After so many decisions in a row with an observation outside the training range a classical controller takes over. Of
    828 runs of random faults 3 were outside for one or two, and 101 for three or more: of these the policy reached the
-   accuracy 1e-2 in 64 %, and the heuristic, from the third decision on, in 96 % (tests/benchmarks/verdict.py draws such
+   accuracy 1e-2 in 64 %, and the heuristic, from the third on, in 96 % (tests/benchmarks/verdict.py draws such
    faults). */
 #define OUTSIDE_IN_A_ROW 3
 

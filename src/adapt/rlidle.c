@@ -19,8 +19,8 @@ static PetscErrorCode FollowsDial(const TSAdapt_RL *rl, PetscBool *follows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* True if a step depends on the tolerances: the error relative to them is observed (not that of slip itself), or a
-   ceiling limits it */
+/* True if a step depends on the tolerances: their error, not that of slip itself, is observed, or a ceiling limits
+   it */
 static PetscErrorCode FollowsTolerance(const TSAdapt_RL *rl, PetscBool *follows)
 {
   const char *const *names;

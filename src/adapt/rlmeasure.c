@@ -1,4 +1,4 @@
-/* TSADAPTRL: which error its accuracy bounds, the default policy for that error, and accuracies outside the training
+/* TSADAPTRL: the error that its accuracy bounds, the default policy for it, and accuracies outside the training
    range */
 #include <slipstep/private/slipadapt.h>
 

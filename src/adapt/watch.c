@@ -1,7 +1,6 @@
 /* Records attempts of integrators that do not record them, such as PETSc's, by what they pass to their controller and
-   what it returns. The controller is not called for attempts that failed in a stage. These count among the rejections
-   of the TS, and each shortens the step by the factor of TSAdaptSetScaleSolveFailed(), so that their steps can be
-   computed. */
+   what it returns. It is not called for attempts that failed in a stage. These count among the rejections of the TS,
+   and each shortens the step by the factor of TSAdaptSetScaleSolveFailed(), from which their steps follow. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>
 

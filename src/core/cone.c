@@ -51,7 +51,7 @@ void SlipConeSmooth(PetscInt n, PetscReal omega, const PetscReal x[], const Pets
   }
 }
 
-/* Sets x to exactly zero where it sticks, or slides against its own direction by less than the tolerance; r is its
+/* Sets x to exactly zero where it sticks, or slides against its direction by less than the tolerance; r is its
    reaction. */
 void SlipConeFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal q[], const PetscReal rho[],
                     PetscReal x[], PetscReal r[])
@@ -158,8 +158,8 @@ void SlipDiskNatural(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[
   }
 }
 
-/* The same if the bound is smooth and nothing sticks: F = g + omega q x / |x|, and 0 where mask is 0; at x = 0, q / |x|
-   is q' */
+/* The same for a smooth bound, where nothing sticks: F = g + omega q x / |x|, 0 where mask is 0; at x = 0, q / |x| is
+   q' */
 void SlipDiskSmooth(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal g[],
                     const PetscReal q[], const PetscReal dq[], const PetscReal mask[], PetscReal F[],
                     PetscReal normal[], PetscReal hold[])

@@ -1,4 +1,4 @@
-/* Rules by which a controller computes steps, on plain numbers, for the TSAdapt types and the trainer's loops without
+/* Rules by which controllers compute steps, on plain numbers, for TSAdapt types and the trainer's loops without
    objects */
 #include <slipcompat.h>
 #include <slipcore.h>
@@ -11,8 +11,7 @@ PetscReal SlipControlHeuristic(PetscReal E, PetscReal q, PetscReal growth)
   return E > 0 ? PetscMin(growth, PetscPowReal(E, -q)) : growth;
 }
 
-/* The same after a step whose error exceeds a ceiling; the new step is between a tenth and nine tenths of the old
-   one. */
+/* The same after a step whose error exceeds a ceiling; the new step is between 0.1 and 0.9 of the old one. */
 PetscReal SlipControlCeiling(PetscReal E, PetscReal ceiling, PetscReal q)
 {
   return PetscClipInterval(SlipControlHeuristic(E / ceiling, q, 1), (PetscReal)0.1, (PetscReal)0.9);

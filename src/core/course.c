@@ -10,8 +10,7 @@
 #define PEAK_SHARE 0.2 /* weight of an error of the peak rate */
 #define CHORDS 16      /* chords per cubic, for the Levy distance */
 
-/* The interval after a node: the cubic y = a + x (b + x (c + x d)) from values and slopes at its ends, in units of its
-   length */
+/* The interval after a node: the cubic y = a + x (b + x (c + x d)) by values and slopes at its ends, per its length */
 typedef struct {
   PetscReal t, h;       /* start and length [s] */
   PetscReal a, b, c, d; /* x = (time - t)/h */
@@ -209,8 +208,7 @@ static void WalkOn(Walk *w)
                     most = 3 * (c[1].slip - c[0].slip) / h;
     Cubic p;
 
-    /* Steeper ends would make it decrease in between (Fritsch & Carlson 1980), as rates before a corner of loads
-       may. */
+    /* Steeper ends, as rates before a corner of loads may be, would let it decrease (Fritsch & Carlson 1980). */
     Fit(c[0].time, h, c[0].slip, PetscMin(c[0].rate, most), c[1].slip, PetscMin(c[1].rate, most), &p);
     time = part + 1 == CHORDS ? c[1].time : p.t + x * h;
     slip = part + 1 == CHORDS ? c[1].slip : PetscMax(Value(&p, x), w->highest);

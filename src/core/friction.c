@@ -8,8 +8,7 @@
 #define WEAK_SLIP 1e30
 #define WEAK_RATE 1e30
 
-/* A step of Newton's method, relative to the unknown, after which the error, of the order of its square, is below
-   rounding */
+/* A relative step of Newton's method after which the error, of the order of its square, is below rounding */
 #define NEWTON_ENOUGH 1e-9
 
 enum { FRICTION_REGISTERED = 64, STATE_MAX_IT = 300 };

@@ -7,7 +7,7 @@
 enum { MAX_IT = 100 };
 #define ENOUGH 1e-14 /* last relative change of the rate */
 
-/* Kick with a cell's own damping, M dv/dt = g - eta v: exactly, v becomes left v + a/M mean g with x = eta a/M. Returns
+/* Kick with a cell's own damping, M dv/dt = g - eta v: v becomes left v + a/M mean g exactly, x = eta a/M. Returns
    mean. */
 PetscReal SlipKickDamping(PetscReal x, PetscReal *left)
 {

@@ -1,7 +1,6 @@
 /* Observations: what a policy may observe before it chooses a step, one row each, all dimensionless. The formulas use
    plain numbers, so that the controller, the fault and the trainer's loops without objects share them. A new
-   observation is a row and its formula here, and a member of SlipRunNumbers or SlipFaultNumbers if it needs another
-   sum. */
+   observation is a row and its formula here, and a member of SlipRunNumbers or SlipFaultNumbers for another sum. */
 #include <slipcompat.h>
 #include <slipcore.h>
 #include <stdlib.h>
@@ -96,8 +95,7 @@ static PetscReal LogTimeLeft(const SlipRunNumbers *r)
   return LogWithin(left, (PetscReal)1e-3, (PetscReal)1e3);
 }
 
-/* Step over the duration and over the time passed: diffusion, which scales like the root of time, has no other
-   scale. */
+/* Step over the duration, and over the time passed: diffusion scales like the root of time and has no other scale. */
 static PetscReal LogStepShare(const SlipRunNumbers *r)
 {
   return r->started && r->max_time < PETSC_MAX_REAL ? LogWithin(r->dt / r->max_time, (PetscReal)1e-9, 1) : -9;
@@ -476,8 +474,8 @@ PetscInt SlipObservationFind(const char name[], PetscInt *component)
   return -1;
 }
 
-/* Sets the row and component of a name; the problem's own row is found later. "change_" before a name makes another row
-   of any row. */
+/* Sets the row and component of a name, not yet the problem's own row. "change_" before a name makes a row of any
+   row. */
 void SlipObservedSet(SlipObserved *seen, const char name[])
 {
   const size_t length = sizeof(Change) - 1;

@@ -16,8 +16,7 @@
 #include <slipcore.h>
 #include <math.h>
 
-/* No natural state has psi below -200; far too long steps must still give a finite number, so that they can be
-   rejected. */
+/* No natural state has psi below -200; far too long steps must give finite numbers, so that they can be rejected. */
 #define MOST_HEALING 200.0
 
 /* ln(V/(2 V0)) + (f0 + b psi)/a: the logarithm of the argument of asinh, because a small a makes the argument large */

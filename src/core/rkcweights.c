@@ -5,8 +5,7 @@
 
 /* Damping of all but the slowest modes, from the paper */
 #define DAMPING (2.0 / 13.0)
-/* Number of stages squared over h rho for which a step is stable, as stability ends at 0.65 (s^2 - 1); from the
-   paper */
+/* Stages squared over h rho for which a step is stable, as stability ends at 0.65 (s^2 - 1); from the paper */
 #define STAGES_SQUARED 1.54
 
 /* Chebyshev polynomial of the first kind of degree j at x with two derivatives, computed from the previous degrees */

@@ -93,7 +93,7 @@ PetscErrorCode SlipErrorHandlerBegin(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PETSc calls the first step -ts_time_step from 3.25 on and warns of -ts_dt; this makes both names valid with every
+/* PETSc calls the first step -ts_time_step from 3.25 on and warns of -ts_dt; both names become valid with every
    version. */
 static PetscErrorCode SlipRenameStep(void)
 {

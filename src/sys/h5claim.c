@@ -1,5 +1,4 @@
-/* Which file an output may be: it resolves links, locks out other programs, and protects existing files that must not
-   be lost. */
+/* Which file an output may be: resolves links, locks out other programs, and protects files that must not be lost. */
 #define _GNU_SOURCE /* F_OFD_SETLK */
 #include <slipstep/private/slipsys.h>
 #include <errno.h>
@@ -29,8 +28,7 @@ PetscErrorCode SlipH5Follow(const char file[], const char source[], char target[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* If the system has locks of open file descriptions, they hold until the description is closed, whatever else the
-   process opens. */
+/* Locks of open file descriptions, if the system has any, hold until one is closed, whatever else the process opens. */
 static int SlipH5Lock(int fd)
 {
   struct flock all = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
@@ -50,8 +48,7 @@ PetscErrorCode SlipH5Refuse(const SlipH5 *h, const char file[], int reason)
   SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot create %s: %s%s", file, strerror(reason), h->source);
 }
 
-/* Opens a file beside the target for writing, which must be a regular file, not a link, and locks it; -1 if it does not
-   exist. */
+/* Opens a regular file beside the target for writing, not a link, and locks it; -1 if it does not exist. */
 static PetscErrorCode SlipH5OpenBeside(const SlipH5 *h, const char file[], int flags, int *fd)
 {
   struct stat info, now;

@@ -8,8 +8,7 @@
    of 6684 states between any two writes of two such files, one of them compressed (test_h5.c growing()).
 
    After a failed write nothing more is written. HDF5 does not get the error: it could not close the file, and its
-   clean-up at the end of the program would then crash or never end. Writers check SlipH5.failed (test_output_whole.py
-   limited()). */
+   clean-up at the end would crash or never end. Writers check SlipH5.failed (test_output_whole.py limited()). */
 #define _GNU_SOURCE /* fallocate() */
 #include <slipstep/private/slipsys.h>
 #include <errno.h>
@@ -85,9 +84,7 @@ static int SlipH5SetEnd(SlipH5 *h, off_t end, off_t length)
       (SlipH5Superblock(block, (uint64_t)end) && pwrite(h->fd, block, SUPERBLOCK, 0) != SUPERBLOCK))
     return errno ? errno : EIO;
   h->end = end;
-  if (ftruncate(h->fd, length) && length <= end)
-    return errno; /* beyond the end the length is optional: limits of the
-                                                                  file size may forbid it */
+  if (ftruncate(h->fd, length) && length <= end) return errno; /* optional: limits of the file size may forbid it */
   return 0;
 }
 

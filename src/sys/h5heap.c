@@ -16,12 +16,7 @@ typedef struct {
   PetscInt64 size, *object;
 } SlipH5Heap;
 
-enum {
-  OBJECTS = 65536,
-  LENGTH = 4,
-  INDEX = 4
-}; /* number of indices of a heap; bytes of a reference besides its
-                                                    address */
+enum { OBJECTS = 65536, LENGTH = 4, INDEX = 4 }; /* indices of a heap; bytes of a reference besides its address */
 
 /* Decodes a number; -1 if it exceeds the range of PetscInt64 */
 static PetscInt64 SlipH5Number(const unsigned char bytes[], size_t n)

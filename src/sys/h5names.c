@@ -1,5 +1,4 @@
-/* Finds content of an HDF5 input that no code reads: datasets and attributes with unknown names, and unexpected
-   units. */
+/* Finds content of an HDF5 input that no code reads: unknown names of datasets and attributes, and unexpected units. */
 #include <sliph5.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>

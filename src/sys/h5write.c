@@ -326,8 +326,7 @@ static PetscErrorCode SlipH5OpenSeries(SlipH5 *h, const char path[], hid_t *set,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Appends rows. Numbers with a stride are copied to contiguous memory first, because HDF5 would copy them one by
-   one. */
+/* Appends rows. Numbers with a stride are first copied to contiguous memory: HDF5 would copy them one by one. */
 static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t rows, const SlipH5Rows *series)
 {
   const size_t stride = (size_t)series->stride;

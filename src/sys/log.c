@@ -110,8 +110,7 @@ PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Replaces MATOP_MULT of A by another function and returns the previous one in *before; products are logged as
-   before. */
+/* Replaces MATOP_MULT of A, and returns the previous function in *before; products are logged as before. */
 PetscErrorCode SlipLogProductsReplace(Mat A, PetscErrorCode (*mult)(Mat, Vec, Vec),
                                       PetscErrorCode (**before)(Mat, Vec, Vec))
 {

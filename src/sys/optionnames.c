@@ -245,8 +245,7 @@ PetscBool SlipIsHelpOption(const char name[])
 
 /* ---- words ---- */
 
-/* Number of bytes of a dash other than hyphen-minus at the beginning of a word, as in texts copied from pages and
-   mails */
+/* Number of bytes of a dash other than hyphen-minus at the beginning of a word, as in text copied from pages */
 static size_t SlipForeignDash(const char word[])
 {
   static const char *const dashes[] = {"\xE2\x80\x90", "\xE2\x80\x91", "\xE2\x80\x92", "\xE2\x80\x93", "\xE2\x80\x94",
@@ -327,8 +326,7 @@ static PetscErrorCode SlipIsRetired(PetscOptions options, const char name[], con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Raises an error for unknown options with our prefixes; words: also for any option with a wrong dash or an equals
-   sign */
+/* Raises an error for unknown options with our prefixes; words: also for options with a wrong dash or an equals sign */
 static PetscErrorCode SlipCheckNames(MPI_Comm comm, PetscOptions options, const char prefix[], PetscBool words)
 {
   const size_t len = strlen(prefix);
@@ -436,8 +434,7 @@ static PetscErrorCode SlipCheckUnused(PetscBool before)
     if (SlipIsReadLater(names[i], !before)) continue;
     if (!rank) PetscCall(SlipWarning("nothing has read the option -%s%s", names[i], hint));
     PetscCall(PetscSNPrintf(option, sizeof(option), "-%s", names[i]));
-    PetscCall(PetscOptionsHasName(NULL, NULL, option, &known)); /* this marks it as read, so that there is no second
-                                                                   warning */
+    PetscCall(PetscOptionsHasName(NULL, NULL, option, &known)); /* marks it as read, which avoids a second warning */
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);

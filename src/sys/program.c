@@ -46,8 +46,7 @@ static void SlipProgramShowVersion(int *argc, char ***argv, const char program[]
 
 /* ---- -help PROGRAM ---- */
 
-/* The help text is printed line by line, without options of PETSc's that are not listed and headings that then have
-   none. */
+/* Help is printed line by line, without unlisted options of PETSc, and without headings that then have none. */
 static struct {
   char line[4096], heading[4096];
   PetscBool shown; /* the last option was printed */
@@ -138,8 +137,7 @@ static void SlipProgramLeavePagers(int argc, char **argv)
 
 /* ---- options before a file of options ---- */
 
-/* PETSc reads -options_file at its position, so that values in the file replace earlier ones. No option has been read
-   yet. */
+/* PETSc reads -options_file at its position: values in the file replace earlier ones. No option has been read yet. */
 static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
 {
   PetscInt n;

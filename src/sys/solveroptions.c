@@ -48,7 +48,7 @@ static const SlipNumber SlipSolverNumbers[] = {
   {"-ts_bathe_order", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_bathe_max_failures", ANY, NONE, SLIP_WHOLE, ""},
   /* A stage below -snes_atol is accepted without iterations: residuals are relative to the strength, which the critical
-     start exceeds by 1e-5, so that with 1e-4 a fault would never move. Below -snes_rtol Newton steps continue down to
+     start exceeds by 1e-5, so that a fault would never move with 1e-4. Below -snes_rtol Newton steps continue to
      rounding. */
   {"-snes_rtol", 0, 1, SLIP_OPEN_HIGH, ""}, {"-snes_atol", 0, 1e-8, 0, ""}, {"-snes_stol", 0, 1, SLIP_OPEN_HIGH, ""},
   {"-snes_max_it", 0, NONE, SLIP_WHOLE, ""}, {"-snes_max_funcs", -1, NONE, SLIP_WHOLE, ""},
@@ -163,8 +163,7 @@ static PetscErrorCode SlipParseNumber(MPI_Comm comm, const char prefix[], const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Options that have not been read yet; looking them up here does not mark them as read, so that programs still warn of
-   unused ones. */
+/* Options that have not been read yet; this does not mark them as read, so that programs still warn of unused ones. */
 typedef struct {
   MPI_Comm comm;
   const char *prefix;
