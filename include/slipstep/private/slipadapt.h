@@ -146,8 +146,7 @@ static inline PetscErrorCode TSAdaptRLContext_Private(TSAdapt adapt, TSAdapt_RL 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /* finds the default policy if none is
-                                                                                  set */
+PETSC_INTERN PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts); /* the default one if none is set */
 
 /* ---- adaptstate.c: for checkpoints ---- */
 PETSC_INTERN PetscErrorCode SlipStateController(SlipState s, const char name[], TSAdapt adapt);

@@ -1,12 +1,11 @@
-/* Internal: the parts of the fields of a dipping rectangle or triangle, which are sums over its corners, for several
-   points at once */
+/* Internal: the fields of a dipping rectangle or triangle as sums over its corners, for several points at once */
 #pragma once
 #include <slipstep/private/slipelasticity.h>
 
 /* Number of points at once: their data fit into the first cache. */
 #define SLIP_LANES 16
-/* SLIP_WITHIN functions are inlined into loops that the loader selects for vectors of four where the processor has
-   them; they use no fused products, so that all versions give the same bits. */
+/* The loader selects a version with vectors of four where the processor has them; no version uses fused products, so
+   that all give the same bits. The loops' functions must be inlined, SLIP_WITHIN. */
 #if defined(__GNUC__)
   #define SLIP_WITHIN static inline __attribute__((always_inline))
 #else
@@ -24,8 +23,8 @@
 #define SLIP_ROUNDING 1.4210854715202004e-14 /* 2^-46, 64 units in the last place */
 
 /* Derivatives of the potential V, the integral of 1/R over a plane area, along its strike x, up its dip t and across it
-   q; all others follow from d_xx + d_tt + d_qq = 0. Rows of third[] and fourth[] are named by their t and q, the rest
-   is x. */
+   q; all others follow from d_xx + d_tt + d_qq = 0. Rows of third[] and fourth[] are named by t and q; the rest is
+   x. */
 typedef struct {
   PetscReal first[3][SLIP_LANES];  /* x t q */
   PetscReal second[5][SLIP_LANES]; /* xx xt xq tt tq */

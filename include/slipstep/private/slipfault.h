@@ -276,8 +276,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w
 /* components.c */
 PETSC_INTERN PetscErrorCode SlipFaultChooseComponents(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault);
-PETSC_EXTERN PetscErrorCode SlipFaultGetRate(SlipFault fault, Vec w, Vec v); /* v and u of a state, as vectors of
-                                                                                slip */
+PETSC_EXTERN PetscErrorCode SlipFaultGetRate(SlipFault fault, Vec w, Vec v); /* v and u of w as vectors of slip */
 PETSC_EXTERN PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec u);
 PETSC_INTERN PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], PetscBool weighted, Vec x);
 PETSC_EXTERN PetscErrorCode SlipFaultGetWork(SlipFault fault, Vec *x); /* a vector of slip with undefined content */
@@ -292,8 +291,7 @@ PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, co
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoad **load);
-/* devicestick.c: loops over cells whose friction sticks, by the arrays of the processor; true if the device can run
-   them */
+/* devicestick.c: loops over cells whose friction sticks, by the processor's arrays; true if the device can run them */
 PETSC_INTERN PetscBool SlipFaultSticksOnDevice(SlipFault fault, PetscInt n, const SlipArrays list[]);
 PETSC_INTERN PetscErrorCode SlipFaultStickRun(SlipFault fault, SlipDeviceKernel kernel, PetscInt numbers,
                                               const PetscReal number[], PetscInt n, const SlipArrays list[]);
