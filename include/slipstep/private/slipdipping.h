@@ -23,8 +23,7 @@
 #define SLIP_ROUNDING 1.4210854715202004e-14 /* 2^-46, 64 units in the last place */
 
 /* Derivatives of the potential V, the integral of 1/R over a plane area, along its strike x, up its dip t and across it
-   q; all others follow from d_xx + d_tt + d_qq = 0. Rows of third[] and fourth[] are named by t and q; the rest is
-   x. */
+   q; all others follow from d_xx + d_tt + d_qq = 0. Rows of third[] and fourth[] are named by t, q and the rest, x. */
 typedef struct {
   PetscReal first[3][SLIP_LANES];  /* x t q */
   PetscReal second[5][SLIP_LANES]; /* xx xt xq tt tq */

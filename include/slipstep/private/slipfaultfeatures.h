@@ -99,8 +99,7 @@ PETSC_EXTERN const SlipFaultRule SlipFaultRules[]; /* the last one has no senten
 PETSC_EXTERN SlipFaultFeatureSet SlipFaultFeaturesOn(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultRuleText(SlipFault fault, TS ts, const SlipFaultRule *rule, char text[],
                                               size_t len);
-/* Gets the sentence of the first rule that forbids these with the active features, but not those alone; "": none
-   does */
+/* Gets the sentence of the first rule that forbids these with the active features, but not those alone, or "". */
 PETSC_INTERN PetscErrorCode SlipFaultRefuses(SlipFault fault, TS ts, SlipFaultFeatureSet these, char text[],
                                              size_t len);
 /* Raises errors for forbidden combinations, before any computation with ts NULL, and again before a run. */

@@ -1,5 +1,5 @@
-/* Cached results for a state: sums over its cells, observations, energies and powers, stored with the moment for which
-   they were computed */
+/* Cached results for a state: sums over its cells, observations, energies and powers, with the moments they belong
+   to */
 #pragma once
 #include <slipfault.h>
 #include <slipcore.h>
@@ -66,8 +66,7 @@ typedef struct {
   SlipFaultMoment moment;
 } SlipFaultLost;
 
-/* Result of SlipFaultGetPowers() for friction that sticks, which the catalogue and the series need at the end of a
-   step */
+/* Result of SlipFaultGetPowers() for friction that sticks; the catalogue and the series need it at the end of a step */
 typedef struct {
   PetscReal power[3];
   SlipFaultMoment moment;
@@ -121,8 +120,8 @@ PETSC_INTERN PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscRea
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
                                              PetscReal value[]);
-/* explicitkick.c: gets the inner rate of the explicit step that led to w, and K times it; found: there was such a step
-   with motion */
+/* explicitkick.c: gets the inner rate of the explicit step that led to w, and K times it; found: one existed and
+   moved */
 PETSC_INTERN PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, Vec nx,
                                                PetscBool *found);
 PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);

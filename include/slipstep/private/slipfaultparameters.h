@@ -155,10 +155,8 @@ typedef enum {
   FAULT_NUM_FIELDS
 } SlipFaultFieldId;
 enum { FAULT_MAX_FIELDS = FAULT_NUM_FIELDS + FAULT_MAX_OWN };
-PETSC_INTERN const SlipParameter *
-SlipFaultFieldRow(PetscInt field);                           /* row of the number that it replaces; NULL after the
-                                                                last */
-PETSC_INTERN PetscInt SlipFaultFieldOf(PetscInt id);         /* the field that replaces a number; -1: none */
-PETSC_INTERN PetscInt SlipFaultFindField(const char name[]); /* -1: none */
+PETSC_INTERN const SlipParameter *SlipFaultFieldRow(PetscInt field); /* of that number; NULL after the last */
+PETSC_INTERN PetscInt SlipFaultFieldOf(PetscInt id);                 /* the field that replaces a number; -1: none */
+PETSC_INTERN PetscInt SlipFaultFindField(const char name[]);         /* -1: none */
 /* Row k among those of registered laws, and its law (NULL allowed) */
 PETSC_INTERN const SlipParameter *SlipFaultOwnRow(PetscInt k, const SlipFrictionLaw **law);

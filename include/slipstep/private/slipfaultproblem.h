@@ -78,7 +78,7 @@ typedef struct {
   Vec rate[SLIP_NUM_NODES], damping[SLIP_NUM_NODES]; /* [m/s], [Pa]; NULL before the first such step */
 } SlipFaultSettled;
 
-/* tolerancefile.c: relative tolerances with which controllers reach accuracies on a kind of faults, from one group of a
+/* tolerancefile.c: relative tolerances with which controllers reach accuracies on a kind of faults, a group of a
    file */
 enum { TOLERANCES_MOST = 16 }; /* largest number of controllers, and of accuracies */
 typedef struct {
@@ -113,8 +113,7 @@ PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitIsDefault(SlipFault fault, TS ts, PetscBool *is);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, char type[], size_t len, PetscReal *rtol);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitFollows(SlipFault fault, TS ts, PetscBool *follows);
-/* Interpolates by powers between rows of two numbers, the first of which decreases; beyond the rows those of the
-   ends. */
+/* Interpolates by powers between rows of two numbers, the first of which decreases; beyond them those of the ends. */
 PETSC_INTERN PetscReal SlipFaultBetween(PetscInt rows, const PetscReal row[][2], PetscReal x);
 /* The error that nine in ten such runs do not exceed, or why it is unknown */
 PETSC_INTERN PetscErrorCode SlipFaultToleranceError(SlipFault fault, TS ts, PetscReal *error);

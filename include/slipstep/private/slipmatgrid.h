@@ -33,8 +33,7 @@ PETSC_INTERN void SlipMirrorUnfold(PetscInt nx, PetscInt nz, PetscInt parity, co
 #define SLIP_LANES 8                 /* fields */
 #define SLIP_NUMBER (2 * SLIP_LANES) /* reals of a number: the real parts of all lanes, and the imaginary ones */
 typedef struct _n_SlipLanesFFT *SlipLanesFFT;
-/* Layout of their numbers: how many, and the distance in reals between numbers, between fields, and between real and
-   imaginary parts */
+/* Layout of their numbers: count, and distances in reals of numbers, of fields, and of real and imaginary parts */
 typedef struct {
   PetscInt n, step, apart, imaginary;
 } SlipLanesFields;
@@ -49,8 +48,7 @@ PETSC_INTERN void SlipLanesJoin(SlipLanesFFT fft, PetscReal *room[2], PetscInt f
 PETSC_INTERN void SlipLanesBackward(SlipLanesFFT fft, const SlipLanesFields *g, PetscReal scale, PetscReal *room[2],
                                     PetscReal field[]);
 
-/* ---- transposed_fft.c: transforms along strike, from rows of cells over the ranks to wavenumbers over the ranks
-   ---- */
+/* ---- transposed_fft.c: transforms along strike, from rows of cells to wavenumbers over the ranks ---- */
 typedef struct {
   PetscInt rows, row_start;       /* this rank's rows of a table */
   PetscInt columns, column_start; /* columns of a table, which are rows of its transpose */
@@ -183,8 +181,7 @@ PETSC_INTERN PetscErrorCode SlipToeplitzDeviceCombine(SlipToeplitz plane, PetscR
 typedef struct {
   PetscReal identity, root, stiffness, slope, limit, smallest;
 } SlipToeplitzInverse;
-/* values: the same as [local nk][count] numbers, needed only for devices that share the processor's memory; x and y
-   differ. */
+/* values: the same as [local nk][count] numbers, only for devices that share the processor's memory; x and y differ. */
 PETSC_INTERN PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToeplitzInverse *f,
                                                            const PetscReal values[], Vec x, Vec y);
 

@@ -32,8 +32,7 @@ typedef PetscErrorCode (*SlipProductFn)(void *ctx, Vec x, PetscReal allowed, Pet
 #define SLIP_RECYCLED_MAX 20
 typedef struct {
   PetscInt n;
-  Vec q[SLIP_RECYCLED_MAX], image[SLIP_RECYCLED_MAX]; /* the first n: orthonormal directions and their products with
-                                                         H */
+  Vec q[SLIP_RECYCLED_MAX], image[SLIP_RECYCLED_MAX]; /* the first n: orthonormal directions and H times them */
   PetscReal error[SLIP_RECYCLED_MAX];                 /* of the images, in the 2-norm */
   PetscReal least;                                    /* relative error of the next products, if above the tolerance */
   PetscReal loose;    /* relative error for an iterate far from all others; 0: the tolerance */

@@ -1,8 +1,8 @@
-/* What a run costs and where its time goes: kinds of work, which are counted where they are done. */
+/* The cost of a run and the distribution of its time: kinds of work, which are counted where they occur */
 #pragma once
 #include <petscsys.h>
 
-/* Shares of the time of a run. What is done for set-up or output is theirs, whatever it is. */
+/* Shares of the time of a run. All work during set-up or output belongs to these two. */
 typedef enum {
   SLIP_SHARE_SETUP,
   SLIP_SHARE_PRODUCTS,
@@ -52,23 +52,24 @@ typedef enum { SLIP_WORK_LIST(SLIP_WORK_NAME) SLIP_WORKS } SlipWork;
 PETSC_INTERN const char *const SlipWorkNames[SLIP_WORKS];
 
 PETSC_INTERN void SlipWorkAdd(SlipWork work, PetscReal units);
-PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides); /* friction is evaluated */
-PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops);            /* logs them as well */
-PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops); /* somebody has logged them */
-/* What was done since the last call is for the user, and of the share, of now. */
+PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides); /* counts evaluations of
+                                                                                              friction */
+PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops);            /* and logs them */
+PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops);                     /* they are logged already */
+/* Assigns the work since the last call to the present user and share. */
 PETSC_INTERN void SlipWorkTake(void);
-/* Up to its end, what a run does is of this share. */
+/* From Begin to End, work of a run belongs to this share. */
 PETSC_INTERN void SlipWorkBegin(SlipShare share);
 PETSC_INTERN void SlipWorkEnd(void);
-/* What is done from now on is set-up, or that of a run, whatever an error has left begun. */
+/* From now on work belongs to the set-up, or to a run, whatever an error has left unfinished. */
 PETSC_INTERN void SlipWorkPrepare(void);
 PETSC_INTERN void SlipWorkReset(void);
-/* Checkpoints, which a clock asks for, and what a restart reads are no work. */
+/* Checkpoints, which depend on a clock, and the reading of a restart are not counted. */
 PETSC_INTERN void SlipWorkPause(PetscBool pause);
-/* The time of shares from now on, up to now that of set-up: a clock is read at each change. */
+/* Measures the time of shares from now on, by reading a clock at each change; the time before is that of set-up. */
 PETSC_INTERN void SlipWorkMeasure(void);
 
-/* Of this process so far */
+/* Totals of this process so far */
 typedef struct {
   PetscReal units[SLIP_WORKS][SLIP_SHARES];
   PetscReal cost[SLIP_SHARES];    /* by prices [s] */
