@@ -1,5 +1,4 @@
-/* Cached results for a state: sums over its cells, observations, energies and powers, with the moments they belong
-   to */
+/* Cached results for a state: sums over its cells, observations, energies and powers, each with the moment it is for */
 #pragma once
 #include <slipfault.h>
 #include <slipcore.h>
@@ -120,8 +119,7 @@ PETSC_INTERN PetscErrorCode SlipFaultLargestEigenvalue(SlipFault fault, PetscRea
 PETSC_EXTERN PetscErrorCode SlipFaultGetSums(SlipFault fault, PetscReal t, Vec w, const SlipFaultSums **sums);
 PETSC_EXTERN PetscErrorCode SlipFaultObserve(SlipFault fault, PetscReal t, Vec w, PetscInt n, const PetscInt row[],
                                              PetscReal value[]);
-/* explicitkick.c: gets the inner rate of the explicit step that led to w, and K times it; found: one existed and
-   moved */
+/* explicitkick.c: gets the inner rate of the explicit step that led to w, and K times it; found: it exists and moves */
 PETSC_INTERN PetscErrorCode SlipFaultInnerRate(SlipFault fault, PetscReal t, Vec w, Vec x, Vec kx, Vec nx,
                                                PetscBool *found);
 PETSC_EXTERN PetscErrorCode SlipFaultKeepEstimates(SlipFault fault, Vec w, Vec error, Vec derivative);

@@ -78,8 +78,7 @@ typedef struct {
   Vec rate[SLIP_NUM_NODES], damping[SLIP_NUM_NODES]; /* [m/s], [Pa]; NULL before the first such step */
 } SlipFaultSettled;
 
-/* tolerancefile.c: relative tolerances with which controllers reach accuracies on a kind of faults, a group of a
-   file */
+/* tolerancefile.c: relative tolerances by which controllers reach accuracies on a kind of faults, by group of a file */
 enum { TOLERANCES_MOST = 16 }; /* largest number of controllers, and of accuracies */
 typedef struct {
   PetscInt accuracies, controllers;

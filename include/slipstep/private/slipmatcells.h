@@ -4,8 +4,7 @@
 #include <slipstep/private/slipmatcommon.h>
 
 /* ---- irregular.c ---- */
-/* S_ij of MatCreateSlipCellStiffness() with unit = 1 / (2 mean(A)), or with unit 0 the effect of slip on normal
-   stress */
+/* S_ij of MatCreateSlipCellStiffness() with unit 1 / (2 mean(A)), or with unit 0 the effect of slip on normal stress */
 PETSC_INTERN void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
                                    const PetscInt column[], PetscInt lda, PetscReal a[]);
 PETSC_INTERN PetscErrorCode SlipCellsRows(MPI_Comm comm, const SlipCells *cells, PetscInt *nlocal);

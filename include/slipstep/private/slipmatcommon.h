@@ -50,8 +50,7 @@ PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor);
 PETSC_INTERN PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *info);
 PETSC_INTERN PetscErrorCode SlipViscosityNote(Mat K, Mat H, const char asked[]);
 
-/* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', ordered by decreasing |lambda|; set to zero first
-   ---- */
+/* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', by decreasing |lambda|; initialise to zero ---- */
 typedef struct {
   PetscInt n, rank, head; /* order, number of terms, number of them in double precision */
   PetscReal *W;           /* [n * head], column-major; [n * rank] before SlipLowRankDemote() */

@@ -14,8 +14,7 @@
 #define MESH_MAX_REACH 4e7
 #define MESH_MAX_DEPTH 1e6
 
-/* Parameters of a uniform grid, which files of any mesh have for the whole: cells, extents and depth [m], angles
-   [deg] */
+/* Parameters of a uniform grid, in files those of the whole mesh: cells, extents and depth [m], angles [deg] */
 enum { MESH_NX, MESH_NZ, MESH_LENGTH_X, MESH_LENGTH_Z, MESH_DEPTH_TOP, MESH_STRIKE, MESH_DIP, MESH_REALS };
 
 /* A cell; x north, y east, z down [m]; on vertical planes along x, x is along strike and y to its right */
@@ -70,8 +69,7 @@ typedef struct {
   const PetscReal *rake; /* [n] of the cells of this process, if dipping [deg] */
 } SlipFaultStiffness;
 
-/* Cells are numbered by their rows in a file, or iz nx + ix in a grid; those of this process are cells start, start + 1
-   ... */
+/* Cells are numbered by their rows in a file, or iz nx + ix in a grid; this process has cells start, start + 1 ... */
 typedef struct {
   /* sets all but n, start and weight; file: content of -fault_mesh on rank 0, else empty except for triangles */
   PetscErrorCode (*create)(SlipFaultMesh *mesh, const SlipFaultMeshOptions *o, const SlipFaultMeshFile *file);

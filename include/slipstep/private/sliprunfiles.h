@@ -1,5 +1,4 @@
-/* The files of a run of a fault: its output with fields, stations and the file for ParaView, and the catalogue of
-   events */
+/* The files of a run of a fault: its output with fields and stations, the file for ParaView, the catalogue of events */
 #pragma once
 #include <slipstep/private/sliprun.h>
 
@@ -161,8 +160,7 @@ struct _n_SlipFaultCatalogue {
   PetscReal time_before; /* its time [s] */
   Vec stress, slip;      /* work: shear stress [Pa], slip of the event [m] */
   /* cataloguestep.c: states in a step, at the crossing of the bound and elsewhere, slopes at its ends; powers [nwork]
-     at the end of the last step and, as work space, of this one, at the crossing and inside; integrals [nwork] over a
-     step */
+     at the end of the last step and, as work space, of this one, at the crossing and inside; integrals [nwork] */
   Vec cut, middle, within, slope[2];
   PetscBool power_known; /* that at the end of the last step is valid */
   PetscBool unbroken;    /* friction that sticks: cells that have not exceeded the rate in this event */

@@ -26,8 +26,7 @@ struct _p_SlipConstraint {
   PetscReal resnorm;            /* relative residual of the last solve */
   PetscInt worst;               /* global index of the cell with the largest residual of the last solve, or: */
 #define SLIP_WORST_UNKNOWN (-2) /* not searched yet, in F */
-  const PetscInt *number;       /* the user's number of the cell of each global index, borrowed from the problem; NULL:
-                             equal */
+  const PetscInt *number;       /* the user's number of each cell (global index), borrowed; NULL: equal */
   Mat B;                        /* dG/dx at the last iterate, borrowed from the problem */
 
   /* at the last point evaluated */
@@ -46,8 +45,8 @@ struct _p_SlipConstraint {
   PetscBool balanced; /* g is G of the last solution, no entry of which was set to zero afterwards */
 };
 
-/* A stage with A x + offset instead of G(x) and the same cone; functions with a model solve the stage itself if it is
-   NULL. */
+/* A stage with A x + offset instead of G(x) and the same cone; functions that get NULL for it solve the stage
+   itself. */
 typedef struct {
   Mat A;
   Vec offset;
@@ -65,8 +64,7 @@ PETSC_INTERN PetscErrorCode SlipConstraintEvaluate(SlipConstraint, const SlipSta
 PETSC_INTERN PetscErrorCode SlipConstraintNorm(SlipConstraint, Vec v, PetscReal *norm);
 /* Multiplies v, of cells, by the pressure at the last evaluated point if cells open. */
 PETSC_INTERN PetscErrorCode SlipConstraintPress(SlipConstraint, Vec x, Vec v);
-/* Computes the slope at the last evaluated point with dq (NULL: 0) instead of its own; cross is NULL with one
-   component. */
+/* Computes the slope at the last evaluated point with dq (NULL: 0); cross is NULL with one component. */
 PETSC_INTERN PetscErrorCode SlipConstraintSlope(SlipConstraint, Vec x, Vec dq, Vec slope, Vec *cross);
 /* For a step that subtracts x, y = B x: y_i += row_i (C x)_i, nothing without a coupling */
 PETSC_INTERN PetscErrorCode SlipConstraintAddCoupling(SlipConstraint, Vec x, Vec y);
@@ -88,8 +86,7 @@ PETSC_INTERN PetscErrorCode MatSlipJacobianGetProduct(Mat J, Vec *product);
 /* Sets the coupling of the bounds in a generalised Jacobian; C NULL and row: by the normal rows; both NULL: none. */
 PETSC_INTERN PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row);
 
-/* Does one self-adaptive projection step from the evaluated point x; rho is updated from call to call, x1 and g1 are
-   work. */
+/* Does one self-adaptive projection step from the evaluated point x; rho is updated, x1 and g1 are work. */
 PETSC_INTERN PetscErrorCode SlipProjectionStep(SlipConstraint, const SlipStageModel *, Vec x, Vec rho, Vec x1, Vec g1);
 
 /* Solves the dense system on the sliding set: J_ss dx_s = rhs_s, with cross as above, by Cholesky, or by LU with C and
@@ -138,7 +135,7 @@ typedef struct {
    linear solve succeeded. */
 PETSC_INTERN PetscErrorCode SlipSemismoothDirection(SNES, SlipConstraint, Mat A, Vec x, PetscBool *picard,
                                                     PetscBool *ok);
-/* Computes direction number `it` and searches along it from x, the last evaluated point, for a residual below
+/* Computes the it-th direction and searches along it from x, the last evaluated point, for a residual below
    tolerance. */
 PETSC_INTERN PetscErrorCode SlipSemismoothStep(SNES, SlipConstraint, const SlipStageModel *, PetscInt it,
                                                PetscReal tolerance, Vec x, PetscBool *ok);

@@ -5,14 +5,13 @@
 #include <slipcompat.h>
 #include <slipsys.h>
 
-/* An object with a memory composes this name with a function (object, SlipState), which is called after a check of its
-   type. */
+/* An object with a memory composes this name with a function (object, SlipState), called after a check of its type. */
 #define SLIP_STATE_METHOD "SlipState_C"
 
 /* ---- statefile.c: files with a checksum; the previous one is retained as FILE.previous ---- */
 PETSC_INTERN PetscErrorCode SlipStateCreate(MPI_Comm comm, const char file[], SlipState *state);
-/* source: option that names the file, for messages. A damaged or missing file is replaced by the previous one, with a
-   warning. */
+/* source: option that names the file, for messages. A warning is printed if the previous file replaces a damaged
+   one. */
 PETSC_INTERN PetscErrorCode SlipStateOpen(MPI_Comm comm, const char file[], const char source[], SlipState *state);
 PETSC_INTERN PetscErrorCode SlipStateClose(SlipState *state); /* writing: renames the file to its final name */
 /* Raises errors that name the option, if the file exists and is no state, or cannot be written. *exists: it exists */

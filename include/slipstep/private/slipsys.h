@@ -7,8 +7,7 @@
 #include <sys/stat.h>
 
 /* ---- package.c ---- */
-/* Calls a function that registers a folder's classes, types and events, once between PetscInitialize() and
-   PetscFinalize(). */
+/* Calls a function that registers classes, types and events, once between PetscInitialize() and PetscFinalize(). */
 PETSC_INTERN PetscErrorCode SlipRegisterOnce(PetscErrorCode (*registers)(void));
 PETSC_INTERN PetscErrorCode SlipGetStartTime(PetscLogDouble *time); /* time of the first such call, by PetscTime() */
 
@@ -34,8 +33,7 @@ PETSC_EXTERN PetscErrorCode SlipAllreduceLargest(MPI_Comm comm, PetscInt n, Pets
 PETSC_EXTERN PetscErrorCode SlipVecLargest(Vec x, PetscReal *largest);
 
 /* ---- compose.c ---- */
-/* Attaches data, which replace those of the same name. destroy: SlipContainerDestroyDefault for memory of
-   PetscMalloc() */
+/* Attaches data, replacing those of the same name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */
 PETSC_INTERN PetscErrorCode SlipObjectComposeData(PetscObject obj, const char name[], void *data,
                                                   PetscErrorCode (*destroy)(SlipContainerArg));
 /* data: address of a pointer, borrowed; NULL if there are no data of that name */
@@ -45,8 +43,8 @@ PETSC_INTERN PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name
 PETSC_INTERN const char *
 SlipNumberOption(size_t i); /* name of the i-th number of PETSc's solvers, NULL after the last */
 
-/* Gets whether an option is given, without marking it as read, so that it may still be reported as unused. name:
-   without dash */
+/* Gets whether an option is given, without marking it as read: it may still be reported as unused. name: without
+   dash */
 PETSC_INTERN PetscErrorCode SlipHasOption(PetscOptions options, const char prefix[], const char name[], PetscBool *has);
 
 /* ---- optionintegers.c ---- */
@@ -164,8 +162,7 @@ PETSC_INTERN SlipH5 *SlipH5Written(int i);                     /* the i-th file 
 PETSC_INTERN SlipH5 *SlipH5WrittenAs(const struct stat *info); /* the one with this inode, or NULL */
 PETSC_INTERN PetscErrorCode SlipH5Enlist(SlipH5 *h);           /* until it is released */
 PETSC_INTERN void SlipH5IgnoreLimitSignal(void);               /* until no file is enlisted */
-PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep);    /* closes the descriptor, and removes the file unless
-                                                                  keep */
+PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep);    /* closes the descriptor, removes the file unless keep */
 PETSC_INTERN int SlipH5CloseId(SlipH5 *h);                     /* 0, or errno */
 
 /* ---- h5driver.c ---- */

@@ -120,8 +120,7 @@ static inline PetscReal SlipTriangleNormal(const PetscReal vertices[9], PetscRea
   return square[longest];
 }
 
-/* An edge's distances from a point, along its outward normal and along itself from its end; those within rounding are
-   0. */
+/* An edge's distances from a point: along its outward normal, and along itself from its end; 0 within rounding */
 SLIP_WITHIN PetscReal SlipEdgeAcross(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscInt edge, PetscInt k)
 {
   const PetscReal v = (p->x[k] - e->x[edge][k]) * e->up[edge][k] - (p->t[k] - e->t[edge][k]) * e->along[edge][k];

@@ -45,8 +45,7 @@ typedef struct {
   PetscInt order;                               /* p of doubling's (2^p - 1) */
   PetscInt max_failures;                        /* attempts in a row that may fail to converge */
   PetscReal stage_error;                        /* allowed error of stages, relative to that of the step */
-  PetscBool lifted_failures, lifted_rejections; /* PETSc's default limits were changed, and are restored for another
-                                                   type */
+  PetscBool lifted_failures, lifted_rejections; /* PETSc's default limits, restored for another type */
   PetscInt parts;                               /* parts in which the solution of each step is computed; 0 or 1: one */
   TSBathePartFn part;                           /* called at the end of each, or NULL */
   void *part_ctx;
@@ -255,8 +254,7 @@ typedef struct {
   PetscInt dense;      /* derivatives in the last step's polynomial, that at its end first */
   PetscBool estimated; /* norm is valid for this attempt, to choose the next order */
   PetscReal norm;
-  PetscBool normed; /* norms are valid for this attempt, by their type, for its order, the one below and the one
-                       above */
+  PetscBool normed; /* norms are valid for this attempt, by type, and orders around its own */
   NormType type;
   PetscReal norms[3];
   PetscInt most;        /* corrections of a step */
@@ -279,13 +277,12 @@ PETSC_INTERN PetscErrorCode SlipMeetCorner(TS ts, PetscReal *whole, PetscReal *c
 /* From TSPreStep: the same before a step of a type of PETSc's. Prints a warning, once, if constant steps of PETSc's
    types pass a corner, or if ours, which end there, are longer than the time to the next one. */
 PETSC_EXTERN PetscErrorCode SlipMeetCornerBefore(TS ts, PetscBool ours, PetscBool *warned);
-/* From TSPreStep: limits ts->time_step, of an explicit type of PETSc's, so that no slip rate oscillates from step to
-   step. */
+/* From TSPreStep: limits ts->time_step, of an explicit type of PETSc's, so that no slip rate oscillates. */
 PETSC_EXTERN PetscErrorCode SlipMeetRelaxation(TS ts);
 
 /* ---- guard.c ---- */
-/* Gets the constant step after one that was shortened to end at a corner of the loading, at end [s]. whole: that step
-   [s] */
+/* Gets the constant step after one that was shortened to end at a corner of the loading, at end [s]; whole: its
+   length */
 PETSC_INTERN PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole);
 PETSC_INTERN PetscReal SlipTimeAfterStep(TS ts);
 PETSC_INTERN PetscErrorCode SlipStepAfterFailure(TS ts, PetscReal *next_h);
@@ -300,8 +297,7 @@ PETSC_INTERN PetscBool SlipStepIsLost(TS ts, PetscReal h, PetscReal *least);
    state of the step's start is that of rollback(). */
 #define SLIP_RUN_FAILS_METHOD "SlipRunFails_C"
 PETSC_INTERN PetscErrorCode SlipRunFails(TS ts);
-PETSC_INTERN PetscErrorCode SlipGuardState(Vec w, PetscBool *good); /* true if all entries are finite numbers;
-                                                                       collective */
+PETSC_INTERN PetscErrorCode SlipGuardState(Vec w, PetscBool *good); /* true if all entries are finite; collective */
 
 /* ---- bathestate.c: for checkpoints ---- */
 PETSC_INTERN PetscErrorCode SlipStateTS(SlipState, TS);

@@ -20,8 +20,7 @@ struct _n_SlipWaveSpace {
   PetscInt n, stride;
   PetscInt length[2];   /* period in cells along strike and down dip; of a mirrored line including the mirror */
   PetscReal *k;         /* [stride] wavenumber, 0 beyond n [1/m] */
-  PetscReal *share;     /* [stride] weight of products of two spectra in the sum over all cells of the product of their
-                           fields */
+  PetscReal *share;     /* [stride] weight of products of two spectra in that of their fields, summed over all cells */
   PetscReal *ex, *ez;   /* [n] its direction, on planes */
   PetscReal *ux, *uz;   /* [rows of cells of this process] of slip with one component on a plane */
   PetscReal *real[2];   /* fields along strike and down dip, of the same */
@@ -62,8 +61,7 @@ PETSC_INTERN void SlipWaveMemoryAdvance(const SlipWaveMemory *m, const float E[]
                                         PetscReal now[], PetscReal next[]);
 PETSC_INTERN void SlipWaveMemorySteady(const SlipWaveMemory *m, const PetscReal V[], float z[]);
 
-/* ---- waveimages.c: the fault's periodic images, whose static stress is subtracted once their waves have arrived
-   ---- */
+/* ---- waveimages.c: the fault's periodic images, whose static stress is subtracted once their waves arrive ---- */
 typedef struct _n_SlipWaveImages *SlipWaveImages;
 PETSC_INTERN PetscErrorCode SlipWaveImagesCreate(SlipWaveSpace space, const SlipElasticRock *rock,
                                                  SlipWaveImages *images);
@@ -108,8 +106,7 @@ typedef struct {
   SlipWaveMemory memory[SLIP_WAVE_KERNELS];
   PetscReal *stiffness;              /* [modes][stride] of the periodic K [Pa/m] */
   PetscReal cp;                      /* of P waves [m/s] */
-  PetscReal eta, cs, least, longest; /* G/(2 cs), the smallest step and the time after which nothing is remembered
-                                        [s] */
+  PetscReal eta, cs, least, longest; /* G/(2 cs), smallest step, time after which all is forgotten [s] */
   SlipWaveTable table[SLIP_WAVE_TABLES];
   PetscInt clock;
   SlipWavePast past;

@@ -52,8 +52,7 @@ typedef enum { SLIP_WORK_LIST(SLIP_WORK_NAME) SLIP_WORKS } SlipWork;
 PETSC_INTERN const char *const SlipWorkNames[SLIP_WORKS];
 
 PETSC_INTERN void SlipWorkAdd(SlipWork work, PetscReal units);
-PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides); /* counts evaluations of
-                                                                                              friction */
+PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides); /* evaluations of friction */
 PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops);            /* and logs them */
 PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops);                     /* they are logged already */
 /* Assigns the work since the last call to the present user and share. */
