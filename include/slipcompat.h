@@ -79,7 +79,7 @@ typedef PetscErrorCodeFn SlipMatFn;
   #define SLIP_TS_DT "ts_time_step"
   #define SLIP_TS_DT_OTHER "ts_dt"
 #endif
-/* The function that destroys what a PetscContainer holds gets the pointer until 3.22, the pointer's address from 3.23:
+/* The function that destroys the content of a PetscContainer gets the pointer until 3.22, its address from 3.23 on:
      static PetscErrorCode XDestroy_Container(SlipContainerArg arg) { X *x = SlipContainerArgPointer(arg); ... } */
 #if PETSC_VERSION_LT(3, 23, 0)
 typedef void *SlipContainerArg;

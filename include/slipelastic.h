@@ -85,7 +85,7 @@ typedef struct {
   /* f depends only on u and v, neither on t, even linearly, nor on history, so that the loads of a fault alone decide
      how long it sticks, and times at rest are skipped without a solve. "static" sets it. */
   PetscBool rests;
-  /* The longest step in which slip is known to change stress only at its own cell [s]; NULL: 0 */
+  /* The longest step in which slip changes stress only at its own cell [s]; NULL: 0 */
   PetscErrorCode (*shortest)(SlipElastic, PetscReal *step);
   PetscBool loads; /* it loads the fault by itself, for example by growing stress: steps are those of a loaded fault */
   /* From when until when after slip [s] stress may arrive that only the numerical method causes, as from periodic

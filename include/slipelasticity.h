@@ -74,7 +74,7 @@ struct _SlipKernelType {
   PetscInt symmetry[2]; /* sums of SlipKernelSymmetry: below the free surface, in a full space */
   /* at the receiver's centre */
   void (*centre)(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source, PetscReal block[]);
-  /* averaged over the receiver: symmetric times the receiver's area; NULL: refused */
+  /* averaged over the receiver: symmetric after multiplication with its area; NULL: not supported */
   void (*average)(const SlipKernel *kernel, const SlipCell *receiver, const SlipCell *source, PetscReal block[]);
   /* Part of the free surface in the symmetric part of K, for cells a x b of one plane at the depths z and z', dx apart
      along strike: part[0] - z z' part[1], which are functions of dx and of z + z'. Products by transforms in depth need

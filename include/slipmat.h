@@ -48,7 +48,7 @@ PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetShare(Mat K, PetscBool share);   
 PETSC_EXTERN PetscErrorCode MatSlipStiffnessSetFromOptions(Mat K);
 
 PETSC_EXTERN PetscErrorCode SlipMatInitializePackage(void); /* creation routines call it; later calls do nothing */
-/* Memory of a matrix [bytes]: largest on one process, and in total; -1 if the type cannot tell. */
+/* Memory of a matrix [bytes]: largest on one process, and in total; -1 if the type does not report it. */
 PETSC_EXTERN PetscErrorCode MatSlipGetMemory(Mat A, PetscReal *most, PetscReal *all);
 /* Why this type was chosen, as text; borrowed, "" if there is nothing to report. */
 PETSC_EXTERN PetscErrorCode MatSlipGetNotes(Mat A, const char **why);

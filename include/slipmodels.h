@@ -1,7 +1,7 @@
 /* Small models with one set-valued reaction, on one process:
      A dw/dt = F_s(t, w) + r e_0,   r in -q Sign(w_0),   A diagonal.
-   The first-order sliding mode controller and the circuit with an ideal Zener diode: parameters, rules, what policies
-   observe, exact solutions. Programs, trainer and tests share them; they know nothing of output or training. */
+   These are the first-order sliding mode controller and the circuit with an ideal Zener diode: parameters, equations,
+   observations of policies, exact solutions. Programs, trainer and tests use them. */
 #pragma once
 #include <slipts.h>
 

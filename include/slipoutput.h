@@ -1,8 +1,8 @@
-/* What a run leaves behind, for any TS problem: an HDF5 file and the summary that is printed at its end. The file,
-   whose attribute complete is 1 when the run has ended:
+/* The output of a run, for any TS problem: an HDF5 file and the summary that is printed at its end. The attribute
+   complete of the file is 1 when the run has ended:
      /run      attributes: options, versions, ranks, policy and its hash, wall time, restarts
      /steps    a row per attempt: time (start), dt, accepted, error, converged, iterations, right-hand sides, reason,
-     wall
+               wall
      /series   a row for the start and per accepted step: time and the problem's columns
      /result   attributes: the problem's results, accepted, rejected, solves, iterations, wall times */
 #pragma once

@@ -142,9 +142,9 @@ PETSC_EXTERN PetscErrorCode SNESSlipGetWorstCell(SNES snes, PetscInt *cell, Pets
 /* KSP type: conjugate gradients for that Jacobian, which also compute B x of their solution x */
 #define KSPSLIPCG "slipcg"
 
-/* The generalised Jacobian as a Mat: (J y)_i = [B (m.y)]_i m_i + d_i m_i y_i + (1 - m_i) y_i, m the 0/1 mask of sliding
-   cells, d the slope of the bound (a block of two rows where cells have two components). Symmetric. The PC
-   "slipstage" reads its parts. */
+/* The generalised Jacobian as a Mat: (J y)_i = [B (m.y)]_i m_i + d_i m_i y_i + (1 - m_i) y_i, with the 0/1 mask m of
+   sliding cells and the slope d of the bound (a block of two rows if cells have two components). It is symmetric. The
+   PC "slipstage" reads its parts. */
 #define MATSLIPJACOBIAN "slipjacobian"
 PETSC_EXTERN PetscErrorCode MatCreateSlipJacobian(Mat B, Mat *J);
 PETSC_EXTERN PetscErrorCode MatSlipJacobianSetParts(Mat J, Mat B, Vec mask, Vec slope);

@@ -39,7 +39,7 @@ typedef struct {
   PetscInt linear;       /* linear iterations */
   TSBatheMethod method;  /* implicit or explicit */
   PetscInt reason;       /* last SNESConvergedReason */
-  SlipProducts products; /* since the attempt before: those of the step, its controller and what it starts from */
+  SlipProducts products; /* since the last attempt: those of the step, its controller and its start */
   PetscReal wall;        /* wall time [s] */
 } SlipAttempt;
 
@@ -81,8 +81,8 @@ PETSC_EXTERN PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *sc
 PETSC_EXTERN PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order);
 /* Quadrature over the last accepted step: borrowed states at these fractions of the step, with their weights */
 PETSC_EXTERN PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[3], Vec state[3]);
-/* Divides each step into parts, which leave the steps and their estimates as they are and make the solution finer; the
-   function gets the state [v, u, s per cell] at the end of each part. */
+/* Divides each step into parts, which change neither steps nor estimates and make the solution finer; the function gets
+   the state [v, u, s per cell] at the end of each part. */
 typedef PetscErrorCode (*TSBathePartFn)(TS ts, PetscReal time, Vec w, void *ctx);
 PETSC_EXTERN PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn told, void *ctx);
 /* Totals since TSSolve() began */

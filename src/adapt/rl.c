@@ -74,7 +74,7 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Stores what is known of the last attempt; for a TS that records none, that is the arguments of the controller. */
+/* Stores the data of the last attempt; for a TS that records none, they are the arguments of the controller. */
 static PetscErrorCode Record_RL(TSAdapt adapt, TS ts, PetscReal h, PetscBool converged, PetscBool need_error)
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;

@@ -382,7 +382,7 @@ PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict)
 . adapt - the controller
 
   Output Parameters (each may be `NULL`):
-+ handed - whether the policy was given up; `PETSC_FALSE` when the type of adapt is not `TSADAPTRL`
++ handed - whether the policy was replaced; `PETSC_FALSE` when the type of adapt is not `TSADAPTRL`
 - time   - when [s]
 
   Level: intermediate

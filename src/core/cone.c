@@ -116,20 +116,19 @@ PetscBool SlipConeAdaptStep(PetscInt trial, const PetscReal sum[2], PetscReal *f
   return PETSC_FALSE;
 }
 
-/* ---- two components a cell: |r| <= q in the Euclidean norm, a disk, and r = -q x / |x| where x != 0. x, g, F, mask
-   and rho hold the two numbers of a cell side by side (mask and rho twice the same) in blocks of c numbers, of which
-   others are left alone; q, dq, hold and cross have one for each of n cells.
+/* ---- two components per cell: |r| <= q in the Euclidean norm, a disk, and r = -q x / |x| where x != 0. x, g, F, mask
+   and rho have the two numbers of a cell side by side (those of mask and of rho are equal) in blocks of c numbers,
+   whose others are not changed; q, dq, hold and cross have one for each of n cells.
 
    With z = x - rho g and n = z / |z| a cell sticks where |z| <= rho omega q; elsewhere F = g + omega q n, and with
    P = I - n n'
      dF = (I - rho omega q / |z| P) dg + [omega q' n (x / |x|)' + omega q / |z| P] dx.
-   Along n that is symmetric but for x / |x|, of which the part along n is kept: all of it at a solution. Across n the
-   rows of the Newton step are divided by 1 - rho omega q / |z| > 0, and with P z = 0, that is P x = rho P g, they
-   become
+   Along n this is symmetric except for x / |x|, of which only the part along n is used, which is all of it at a
+   solution. Across n the rows of the Newton step are divided by 1 - rho omega q / |z| > 0, and with P z = 0, that is
+   P x = rho P g, they become
      P (g + dg) + k P (x + dx) = 0,   k = omega q / (|z| - rho omega q),
    which is q / |x| at a solution, so that the whole is symmetric: dG/dx + omega q' n n' + k P. k grows without bound
-   towards the edge of sticking, where it says no more than that x + dx goes along n; a large number says the same.
-   ---- */
+   towards the edge of sticking, where it only makes x + dx parallel to n, as any large number does. ---- */
 
 /* Largest k rho: the step leaves this fraction of the part across n; a larger one would cost digits along n. */
 static const PetscReal largest_hold = 1e6;

@@ -514,7 +514,7 @@ PetscReal SlipObservedTake(SlipObserved *seen, PetscReal now)
   return seen->value;
 }
 
-/* An attempt at the step h has ended; run->dt is still that of the one before. */
+/* Updates the history after an attempt at the step h; run->dt is still that of the previous one. */
 void SlipRunAttempt(SlipRunNumbers *run, PetscReal h, PetscBool converged, PetscBool accepted)
 {
   const PetscBool rejected = converged && !accepted ? PETSC_TRUE : PETSC_FALSE;

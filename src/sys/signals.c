@@ -46,7 +46,7 @@ static void SlipSignalHandler(int number)
   not. Runs with a checkpoint of `SlipFaultCheckpointStart()` then end after the current step, whichever process got the
   signal. A second signal, at least a tenth of a second later, ends the process at once, as without this function.
 
-  Errors: PETSC_ERR_SYS when the system refuses a handler
+  Errors: PETSC_ERR_SYS if the system does not install a handler
 
 .seealso: SlipSignalsPop(), SlipSignalsCaught(), SlipFaultCheckpointStart()
 @*/

@@ -133,18 +133,18 @@ PETSC_INTERN PetscErrorCode SlipDeviceReduce(SlipDevice device, SlipDeviceKernel
 enum { DEVICE_MAX_RESULTS = 24, DEVICE_MAX_ARGS = 32 };
 
 /* ---- vec.c: a Vec type whose array is on the device ---- */
-/* On one process. The processor has a mirror of the array, which is fetched when VecGetArray() and the like ask for it
-   and has changed on the device since, and put back when the device asks next. Operations that are not done on the
-   device are VECSEQ's, on the mirror. Arrays cannot be placed. */
+/* The vector is on one process. The processor has a mirror of its array, which VecGetArray() and similar functions
+   update if the array has changed on the device; the next use on the device copies it back. Operations that the device
+   does not support are those of VECSEQ, on the mirror. VecPlaceArray() is not supported. */
 #define VECSLIPOPENCL "slipopencl"
 PETSC_EXTERN PetscErrorCode SlipDeviceRegisterVec(void); /* before the first vector; later calls do nothing */
 PETSC_EXTERN PetscBool SlipDeviceVecIs(Vec x);
 PETSC_INTERN PetscErrorCode SlipDeviceVecRead(Vec x, SlipDeviceMemory *memory);   /* borrowed */
 PETSC_INTERN PetscErrorCode SlipDeviceVecChange(Vec x, SlipDeviceMemory *memory); /* read and written */
 PETSC_INTERN PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory);  /* all entries are written */
-/* On a device that computes in the processor's memory: VECSEQs with the same arrays as n vectors, the first `read` of
-   which are read, the others written, all of them, for what the processor does better than kernels; until they are
-   returned nothing else may take them; lend.c */
+/* For operations that the processor does better than kernels, on a device that computes in its memory: VECSEQs with the
+   arrays of n vectors, the first `read` of which are read; all others are written completely. Until they are returned
+   no other code may access the vectors; lend.c */
 PETSC_EXTERN PetscErrorCode SlipDeviceVecsLend(PetscInt n, PetscInt read, const Vec x[], Vec host[]);
 PETSC_EXTERN PetscErrorCode SlipDeviceVecsReturn(PetscInt n, const Vec x[], Vec host[]);
 /* Compares the local entries of two vectors, on the device or not, bit by bit; on the device -0 equals 0. */

@@ -137,10 +137,10 @@ PETSC_INTERN void SlipDippingAdd_Private(const SlipDipping *const source[], Pets
                                          const PetscReal z[], const SlipPotential *v,
                                          const PetscReal (*rest)[SLIP_LANES], PetscBool image, PetscBool gradient,
                                          PetscReal out[]);
-/* 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of points with x and y
-   (as t) from the centre of their rectangles and the depth (as q), the only numbers that are there yet; below the
-   ground or on it. All rectangles are of one rock, with the ground or without. of [slips][n]: the rectangles with each
-   of the slips, which alone differ; out [slips] ---- */
+/* 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of points below the
+   ground or on it with x and y (as t) from the centre of their rectangles and the depth (as q), the only numbers that
+   are set yet. All rectangles are in one rock, with or without a free surface. of [slips][n]: the rectangles with each
+   of the slips, which differ in nothing else; out [slips] ---- */
 PETSC_INTERN void SlipDippingFields_Private(PetscInt slips, const SlipDipping *const *const of[],
                                             SlipPlatePoints *points, PetscBool gradient, PetscReal *const out[]);
 /* ---- dipping_potential.c ---- */

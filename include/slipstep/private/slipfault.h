@@ -79,7 +79,7 @@ typedef struct {
   PetscInt state;        /* of friction: cumulative slip [m], or the law's own states */
   PetscInt states;       /* number of states */
   PetscReal *along;      /* [n][components] unit vector of the rake: of loading and shear load */
-  PetscReal *sizes;      /* [2 n] of several components: room for magnitudes; else NULL */
+  PetscReal *sizes;      /* [2 n] of several components: work space for magnitudes; else NULL */
 } SlipFaultLayout;
 
 /* The friction of the cells, without their normal stress, which SlipFaultLoads has */

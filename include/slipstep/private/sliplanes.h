@@ -162,9 +162,9 @@ LANES_TARGET static void LANES_NAME(Pass)(PetscInt r, PetscInt m, PetscInt s, co
   }
 }
 
-/* Fields, of g->n numbers each, as two halves of the 2 n numbers that they are the first of, which transforms of length
-   n make the even and the odd numbers of their transform: as they are, and times turn [n] complex. v, unless NULL: the
-   same of z times the fields. */
+/* Splits fields, of g->n numbers each, the first of 2 n numbers, into two halves, whose transforms of length n are the
+   even and the odd numbers of their transform: unchanged, and multiplied by turn [n] complex. v, unless NULL: the same
+   for z times the fields. */
 LANES_TARGET static void LANES_NAME(Load)(PetscInt n, const PetscReal turn[], const SlipLanesFields *g,
                                           const PetscReal z[], const PetscReal field[], PetscReal *const u[2],
                                           PetscReal *const v[2])

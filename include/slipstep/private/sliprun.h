@@ -26,7 +26,7 @@ typedef struct {
 
 /* ---- errors of a run; formulas in slipestimate.c, courseestimate.c and slipcheck.c ---- */
 typedef struct {
-  PetscInt n, size; /* nodes, room for */
+  PetscInt n, size; /* number of nodes, allocated nodes */
   SlipCourseNode *node;
 } SlipFaultCourse;
 

@@ -18,8 +18,8 @@ typedef struct {
   void *ctx;
 } SlipCheckpointPlan;
 
-/* Collective; called when a checkpoint is read, after SlipStateTS(), when the final time of ts is known. *left: a run
-   that continues from it has a step to take; otherwise a message says why not. It is an error if the checkpoint is
+/* Collective; called when a checkpoint is read, after SlipStateTS() and once the final time of ts is set. *left: a run
+   that continues from it has a step to take; otherwise a message states the reason. It is an error if the checkpoint is
    after the final time. source: option and file, for messages */
 PETSC_INTERN PetscErrorCode SlipCheckpointStepsLeft(SlipState state, TS ts, const char source[], PetscBool *left);
 /* Collective; before TSSolve(). The plan's texts are copied, ts stores the rest. */

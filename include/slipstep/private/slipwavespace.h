@@ -106,7 +106,7 @@ typedef struct {
   SlipWaveMemory memory[SLIP_WAVE_KERNELS];
   PetscReal *stiffness;              /* [modes][stride] of the periodic K [Pa/m] */
   PetscReal cp;                      /* of P waves [m/s] */
-  PetscReal eta, cs, least, longest; /* G/(2 cs), smallest step, time after which all is forgotten [s] */
+  PetscReal eta, cs, least, longest; /* G/(2 cs), smallest step, time after which memory is 0 [s] */
   SlipWaveTable table[SLIP_WAVE_TABLES];
   PetscInt clock;
   SlipWavePast past;
