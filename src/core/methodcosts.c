@@ -27,7 +27,7 @@ PetscReal SlipMethodSolve(const SlipMethodCosts *costs, PetscReal x)
 }
 
 /* True if explicit steps cost less over h [s]. limit: the longest stable one [s], 0: there is none. switched: the last
-   step was implicit, so that the first explicit one takes one more evaluation. */
+   step was implicit, so that the first explicit one costs as much as two. */
 PetscBool SlipMethodIsExplicit(const SlipMethodCosts *costs, PetscReal h, PetscReal limit, PetscBool switched)
 {
   const PetscReal x = limit > 0 ? h / limit : 0;

@@ -19,6 +19,7 @@ PETSC_INTERN PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscRe
 #define SLIP_CLIP_LOW 0.1
 #define SLIP_CLIP_HIGH 10
 PETSC_INTERN PetscBool SlipAdaptClips(TSAdapt adapt, PetscReal low, PetscReal high);
+/* Raises an error that names -ts_adapt_dt_min if h is below it. why: what made h so small */
 PETSC_INTERN PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const char why[]);
 
 /* Context of a controller that uses the error estimate; the context of each such type begins with it. next is its rule,

@@ -137,7 +137,7 @@ struct _p_SlipFault {
   SlipFaultKnown known;
   SlipFaultCoupling coupling;
   struct _n_SlipFaultRun *run;                           /* of src/record */
-  PetscErrorCode (*told)(SlipFault fault, const char[]); /* called when the set-up begins */
+  PetscErrorCode (*told)(SlipFault fault, const char[]); /* called before long parts of the set-up */
   Vec work[FAULT_WORK];                                  /* of slip, SlipFaultGetWork() */
   PetscBool taken[FAULT_WORK];
   Vec cells; /* of cells: work within a function, and for its layout */

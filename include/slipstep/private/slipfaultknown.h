@@ -85,7 +85,7 @@ typedef struct {
   Vec start;          /* Kn u of the start, which has no effect [Pa]; NULL: 0 */
   Vec factor;         /* of a stage: theta dq/dsigma at the rates of the last bound */
   PetscReal *stress;  /* [n] effective normal stress, at least 0 [Pa] */
-  PetscReal *one;     /* [n] if cells open: 1, the derivative of the pressure; else NULL */
+  PetscReal *one;     /* [n] if cells open: 1, the pressure over itself; else NULL */
   PetscReal *pull;    /* [n] likewise: the tension on closed cells [Pa] */
   PetscBool balanced; /* rise belongs to the last right-hand side */
   SlipFaultMoment moment;

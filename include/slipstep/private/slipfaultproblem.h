@@ -25,7 +25,7 @@ typedef struct {
   PetscReal fastest;  /* the largest slip rate before the last step [m/s] */
   PetscReal least;    /* smallest reference slip for the errors of cells [m] */
   PetscBool follows;  /* tolerances grow with the largest displacement, the reference slip: */
-  PetscBool steady;   /* some cells do not weaken, and their tolerances therefore do not grow */
+  PetscBool steady;   /* those of some cells grow because these do not weaken */
   PetscReal moved;    /* its value [m] */
   Vec seen;           /* end of an attempt with its rates, which a controller observes; NULL: none */
   PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: not computed */

@@ -17,7 +17,7 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 PETSC_INTERN PetscErrorCode SlipShellReplace(Mat A, Mat dense, MatReuse reuse, Mat *D);
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
 /* Operations of a matrix-free matrix; diagonal, scale, info, view, state (for checkpoints) and device may be NULL.
-   device gets the memory on the device for its products [bytes], and copies it there if it is to be used. */
+   device gets the memory that products need on the device [bytes], and copies the data there if it is used. */
 typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscErrorCode (*diagonal)(Mat, Vec);

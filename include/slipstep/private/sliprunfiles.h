@@ -59,7 +59,6 @@ PETSC_EXTERN PetscErrorCode SlipFaultOutputIsDue(SlipFaultOutput out, PetscInt s
                                                  PetscBool *due);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputWasWritten(SlipFaultOutput out, PetscReal time, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputSize(SlipFaultOutput out, TS ts); /* prints it */
-/* Gets the shape of a field in a file, [Nz, Nx], or [n] for a mesh, as its number of dimensions. */
 
 /* ---- catalogue.c, cataloguestep.c, cataloguewithin.c, cataloguerow.c, cataloguefile.c: events, a row each ---- */
 /* Quantities integrated over an event; with several faults, the dissipation of friction on each follows. */
