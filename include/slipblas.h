@@ -1,5 +1,5 @@
-/* BLAS and LAPACK of PETSc, whatever brings them: routines of which PETSc declares none, under the names that its BLAS
-   has (underscores, capitals, suffixes of 64-bit integers). */
+/* Declarations of BLAS and LAPACK routines that PETSc does not declare, under the names that PETSc's BLAS uses
+   (underscores, capitals, suffixes of 64-bit integers). */
 #pragma once
 #include <petscsys.h>
 #include <petscblaslapack.h>
@@ -29,5 +29,5 @@ extern void SLIP_dsyevd(const char *jobz, const char *uplo, const PetscBLASInt *
                         double *w, double *work, const PetscBLASInt *lwork, PetscBLASInt *iwork,
                         const PetscBLASInt *liwork, PetscBLASInt *info);
 
-/* Threads that BLAS may use in this process, where it is one that can be told so. */
+/* Sets how many threads BLAS may use in this process, if its BLAS has a function for that. */
 PETSC_EXTERN void SlipBLASSetNumThreads(int n);

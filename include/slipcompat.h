@@ -1,11 +1,11 @@
-/* Everything that depends on the version of PETSc, or on the compiler. Built against PETSc 3.18; breaks up to 3.25 are
-   met here. */
+/* All code that depends on the version of PETSc, or on the compiler. PETSc 3.18 is the base; changes of its interface
+   up to 3.25 are handled here. */
 #pragma once
 #include <petscconf.h>
 #include <petscversion.h>
 #include <petscsys.h>
 
-/* The PETSc that the library was built against; its structs, and the size of PetscInt, are those of no other. */
+/* The library was built against one PETSc, and its structs and the size of PetscInt match no other. */
 #if defined(__has_include)
   #if __has_include(<slipbuild.h>)
     #include <slipbuild.h>
@@ -24,13 +24,13 @@
 #if PETSC_VERSION_LT(3, 20, 0) && !defined(PetscAssertPointer)
   #define PetscAssertPointer(p, arg) PetscValidPointer(p, arg)
 #endif
-/* Type of the options argument of a setfromoptions op: a pointer until 3.22, by value from 3.23. */
+/* Type of the options argument of a setfromoptions operation: a pointer up to 3.22, a value from 3.23 on */
 #if PETSC_VERSION_LT(3, 23, 0)
 typedef PetscOptionItems *SlipOptionItems;
 #else
 typedef PetscOptionItems SlipOptionItems;
 #endif
-/* Function type that MatShellSetOperation and MatSetOperation take. */
+/* Function type that MatShellSetOperation() and MatSetOperation() take */
 #if PETSC_VERSION_LT(3, 24, 0)
 typedef void(SlipMatFn)(void);
   #define SlipMatShellFn(f) ((void (*)(void))(f))
@@ -38,13 +38,13 @@ typedef void(SlipMatFn)(void);
 typedef PetscErrorCodeFn SlipMatFn;
   #define SlipMatShellFn(f) ((PetscErrorCodeFn *)(f))
 #endif
-/* No limit on failed solves and rejections. */
+/* Value for no limit on failed solves and rejections */
 #if PETSC_VERSION_LT(3, 22, 0)
   #define SLIP_UNLIMITED (-1)
 #else
   #define SLIP_UNLIMITED PETSC_UNLIMITED
 #endif
-/* Defaults of a SNES type that the user's own tolerances survive; needs petsc/private/snesimpl.h where it is used. */
+/* Sets SNES defaults without overwriting tolerances of the user; users include petsc/private/snesimpl.h. */
 #if PETSC_VERSION_LT(3, 22, 0)
   #define SlipSNESDefaults(snes, r, m)                                                                                 \
     do {                                                                                                               \
@@ -61,7 +61,7 @@ typedef PetscErrorCodeFn SlipMatFn;
       PetscObjectParameterSetDefault(snes, max_its, m);                                                                \
     } while (0)
 #endif
-/* The MPI type of PetscBool, an enumeration until 3.23, which then has no name of PETSc's own. */
+/* The MPI type of PetscBool, which was an enumeration up to 3.23; after that PETSc has no name for it. */
 #if PETSC_VERSION_GE(3, 24, 0)
   #undef MPIU_BOOL
   #define MPIU_BOOL MPI_C_BOOL
@@ -71,7 +71,7 @@ typedef PetscErrorCodeFn SlipMatFn;
 #else
   #define SLIP_SNES_DIVERGED_NAN SNES_DIVERGED_FUNCTION_NANORINF
 #endif
-/* The option of the first step; the other name is taken as well, see SlipErrorHandlerPush(). */
+/* The option of the first step in this version; SlipErrorHandlerPush() makes programs accept the other name as well. */
 #if PETSC_VERSION_LT(3, 25, 0)
   #define SLIP_TS_DT "ts_dt"
   #define SLIP_TS_DT_OTHER "ts_time_step"
@@ -79,7 +79,7 @@ typedef PetscErrorCodeFn SlipMatFn;
   #define SLIP_TS_DT "ts_time_step"
   #define SLIP_TS_DT_OTHER "ts_dt"
 #endif
-/* The function that destroys what a PetscContainer holds gets the pointer until 3.22, the pointer's address from 3.23:
+/* The function that destroys the content of a PetscContainer gets the pointer until 3.22, its address from 3.23 on:
      static PetscErrorCode XDestroy_Container(SlipContainerArg arg) { X *x = SlipContainerArgPointer(arg); ... } */
 #if PETSC_VERSION_LT(3, 23, 0)
 typedef void *SlipContainerArg;
@@ -97,8 +97,8 @@ typedef PetscCtxRt SlipContainerArg;
   #define SlipContainerDestroyDefault PetscCtxDestroyDefault
 #endif
 
-/* Loops for vector units: of functions so marked there is a version for each kind of processor, and a run takes that of
-   the machine that it meets, not only of the one that compiled it. */
+/* The compiler makes one version of a function marked SLIP_VECTOR for each kind of processor, and a run uses that of
+   its machine, so that loops use vector units that the compiling machine may not have. */
 #if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) &&                       \
   !defined(__SANITIZE_ADDRESS__)
   #define SLIP_VECTOR __attribute__((target_clones("avx512f", "avx2,fma", "default")))
@@ -106,7 +106,7 @@ typedef PetscCtxRt SlipContainerArg;
   #define SLIP_VECTOR
 #endif
 
-/* Of a function that these call, with constants that choose its loop */
+/* Marks a function that such functions call with constants, which choose its loop */
 #if defined(__GNUC__)
   #define SLIP_VECTOR_PART static inline __attribute__((always_inline))
 #else

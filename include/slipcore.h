@@ -1,36 +1,36 @@
 /* Pure functions on arrays and scalars: rules that the integrator, the solvers, the controllers and the trainer share.
-   None knows an object of PETSc, so that a loop without objects follows the same rules. */
+   None uses an object of PETSc, so that a loop without such objects follows the same rules. */
 #pragma once
 #include <petscsys.h>
 #include <stdint.h>
 
-/* What an option is part of, which says what becomes of a run that goes on with another value. Whoever adds one must
-   say it: without, SlipStepInitializePackage() fails. */
+/* The part of a run that an option belongs to, which decides whether a continued run may change its value. Every option
+   must have one, else SlipStepInitializePackage() fails. */
 typedef enum {
   SLIP_PART_UNSAID,
-  SLIP_PART_PROBLEM, /* what is computed: in checkpoints, another value is refused */
-  SLIP_PART_CONTENT, /* likewise, by what it makes, as the cells of a mesh, whatever its file is called */
-  SLIP_PART_STEPS,   /* how it is computed: in checkpoints, another value is announced */
-  SLIP_PART_RUN,     /* its start, its time on a machine, and what it goes on from: may be another one */
-  SLIP_PART_OUTPUT,  /* what is written and printed: may be another one, as far as a file that goes on can have it */
+  SLIP_PART_PROBLEM, /* what is computed: checkpoints store it, and another value is an error */
+  SLIP_PART_CONTENT, /* likewise, but compared by content, as the cells of a mesh whatever its file is called */
+  SLIP_PART_STEPS,   /* how it is computed: checkpoints store it, and a message announces another value */
+  SLIP_PART_RUN,     /* start of a run, its time on a machine, what it continues from: may change */
+  SLIP_PART_OUTPUT,  /* what is written and printed: may change as far as a continued file allows it */
   SLIP_NUM_PARTS
 } SlipPart;
 
-/* A number that users give: an option, an argument of setters, for some a field of the cells */
+/* A number that users set by an option or as an argument of a setter, some also cell by cell */
 typedef struct {
-  const char *name;  /* of the option, without what all of them begin with */
-  PetscReal value;   /* default; NaN: derived when not given */
+  const char *name;  /* name of the option without the common prefix */
+  PetscReal value;   /* default; NaN: computed if not given */
   const char *unit;  /* "" for numbers */
   PetscReal lower;   /* PETSC_MIN_REAL: no bound */
   PetscReal upper;   /* excluded; PETSC_MAX_REAL: no bound */
-  PetscBool open;    /* lower bound excluded as well */
+  PetscBool open;    /* the lower bound is excluded, too */
   PetscBool integer; /* whole numbers only */
   const char *help;
-  SlipPart part; /* of what a law brings always the problem */
+  SlipPart part; /* for parameters of a friction law always SLIP_PART_PROBLEM */
 } SlipParameter;
 
-/* ---- friction.c: laws, and what makes of them the strength of a stage ---- */
-/* Of one cell */
+/* ---- friction.c: friction laws, and the strength of a stage that follows from them ---- */
+/* Friction parameters of one cell */
 typedef struct {
   PetscReal residual;       /* mu_d */
   PetscReal drop;           /* dmu */
@@ -41,93 +41,93 @@ typedef struct {
   PetscReal reference;      /* f_0, its steady friction at the rate V_0 */
   PetscReal reference_rate; /* V_0 [m/s] */
   PetscBool slip_law;       /* its state evolves by the slip law, not the aging law */
-  PetscReal shift;          /* s - psi, as normal stress has changed (ratestate.c) */
-  const PetscReal *own;     /* parameters of the law's own, in the order of their rows */
-  const void *ctx;          /* of the law */
+  PetscReal shift;          /* s - psi, the effect of changed normal stress (ratestate.c) */
+  const PetscReal *own;     /* parameters that the law declares, in the order of its table */
+  const void *ctx;          /* context of the law */
 } SlipFriction;
 
-/* The states of a law are s[0], s[1], ...: its own, as it declares them, or one, the cumulative slip >= 0 [m], of
-   laws without. Changes of its own by 1 are to matter as slip by d_c does, as of a logarithm: steps keep errors of
+/* A law has the states s[0], s[1], ... that it declares, or else one, the cumulative slip >= 0 [m]. A declared state
+   should be scaled like a logarithm, so that a change by 1 matters as much as slip by d_c: steps keep the errors of
    both to the same tolerance. */
 enum { SLIP_MAX_STATES = 8 };
-/* What mu(s, v) exceeds its residual by, and its derivatives with respect to each state and to v [s/m], |slip rate|
-   [m/s] */
+/* Computes by how much mu(s, v) exceeds its residual, and the derivatives with respect to each state and to v [s/m]; v
+   is |slip rate| [m/s]. */
 typedef void (*SlipFrictionFn)(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess,
                                PetscReal dmu_ds[], PetscReal *dmu_dv);
-/* ds/dt of a law's own states, and its derivatives with respect to s, [n][n] by rows, 0 where they are not set, whose
-   diagonal is nowhere positive, and to v */
+/* Computes ds/dt of declared states, and the derivatives with respect to s, [n][n] by rows, 0 if not set, with no
+   positive number on the diagonal, and with respect to v. */
 typedef void (*SlipStateFn)(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal rate[],
                             PetscReal drate_ds[], PetscReal drate_dv[]);
 typedef void (*SlipSteadyFn)(const SlipFriction *p, PetscReal v, PetscReal s[]); /* s with ds/dt = 0 at the rate v */
-/* A number of a law in another, for example a state as outputs show it */
+/* Converts a number of a law, for example a state into the value that outputs show */
 typedef PetscReal (*SlipFrictionNumberFn)(const SlipFriction *p, PetscReal x);
 /* A state that a law declares */
 typedef struct {
-  const char *name; /* of datasets, and of -fault_output_fields; "state" is that of our own laws */
-  const char *unit; /* as users give it and outputs show it; NULL: "1" */
-  /* the parameter that it starts with where cells always slide: "initial_state", or one of the law's own whose default
-     is NaN; steady where no number is given */
+  const char *name; /* name in datasets and -fault_output_fields; built-in laws call it "state" */
+  const char *unit; /* unit of inputs and outputs; NULL: "1" */
+  /* The parameter that sets its start if cells always slide: "initial_state", or a parameter of the law whose default
+     is NaN; without a number the state starts steady. */
   const char *start;
-  SlipFrictionNumberFn shown;    /* of s; NULL: s itself */
-  SlipFrictionNumberFn of_shown; /* s of it */
-  PetscReal largest;             /* |s| that only a step far too long leads to; 0: none is known */
+  SlipFrictionNumberFn shown;    /* value in outputs, from s; NULL: s itself */
+  SlipFrictionNumberFn of_shown; /* s from that value */
+  PetscReal largest;             /* only far too long steps lead to a larger |s|; 0: no such bound */
 } SlipFrictionState;
-/* The friction of many cells, below */
+/* The friction of many cells, defined below */
 typedef struct _n_SlipFrictionCells SlipFrictionCells;
-/* SlipFrictionBalance() of many cells at once; kept: numbers of SlipFrictionKeep(), or NULL */
+/* SlipFrictionBalance() of many cells at once; kept: the numbers of SlipFrictionKeepFn, or NULL */
 typedef void SlipFrictionBalanceFn(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
                                    const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
                                    PetscReal ds[]);
-/* kept [nkept n]: what balances of these cells need that no state changes; eta: radiation damping [Pa s/m] */
+/* Computes kept [nkept n], the parts of the balance that no state changes; eta: radiation damping [Pa s/m]. */
 typedef void (*SlipFrictionKeepFn)(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[]);
-/* mu of n cells; from one cell to the next s has the stride, and v, of either sign, the stride rates */
+/* Computes mu of n cells, which are `stride` apart in s and `rates` apart in v; v may have either sign. */
 typedef void SlipFrictionValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
                                 PetscInt rates, const PetscReal v[], PetscReal mu[]);
-/* A row of the table of laws: functions and traits. What may be NULL or 0 says what that means. */
+/* A row of the table of laws: functions and properties. A comment says what NULL or 0 means where that is allowed. */
 typedef struct {
   const char *name;
   SlipFrictionFn eval;
-  const char *formula;     /* what -help and messages say */
+  const char *formula;     /* for -help and messages */
   PetscBool by_rate,       /* mu depends on v */
-    remembers;             /* mu is of one state alone, and takes longer than to remember it */
-  PetscBool always_slides; /* mu is 0 at v = 0 and grows with v, at least with the help of radiation damping */
-  /* NULL and 0: s is the slip of both signs, ds/dt = |v| - s/t_h */
+    remembers;             /* mu depends on one state alone, and caching it is faster than computing it */
+  PetscBool always_slides; /* mu is 0 at v = 0 and grows with v, at least if radiation damping is added */
+  /* Without declared states, NULL and 0, s is the slip of both signs and ds/dt = |v| - s/t_h. */
   const SlipFrictionState *states; /* [nstates] */
   PetscInt nstates;                /* at most SLIP_MAX_STATES */
-  SlipStateFn rate;                /* of all of them */
+  SlipStateFn rate;                /* ds/dt of all states */
   SlipSteadyFn steady;
-  const SlipParameter *own;                   /* parameters that it brings, the last row with a NULL name; NULL: none */
-  const void *ctx;                            /* handed to the functions in SlipFriction; then short cuts, for speed */
-  PetscReal (*direct)(const SlipFriction *p); /* a, where mu > 10 a has dmu/dv = a/v to 1e-9; NULL: nowhere */
-  SlipFrictionBalanceFn *balance;             /* NULL: cell by cell, by Newton's method */
-  SlipFrictionKeepFn keep;    /* the numbers of kept, for as long as the normal stress does not change */
-  PetscInt nkept;             /* of a cell */
-  SlipFrictionValues *values; /* NULL: cell by cell; of laws that remember where nothing is to be remembered */
-  /* s of n cells after h [s] at the rates v; NULL: by a formula of second order, stable at any step */
+  const SlipParameter *own;                   /* parameters of the law, ended by a row with a NULL name; NULL: none */
+  const void *ctx;                            /* passed in SlipFriction; the members below are for speed */
+  PetscReal (*direct)(const SlipFriction *p); /* a, if dmu/dv = a/v to 1e-9 wherever mu > 10 a; NULL: not so */
+  SlipFrictionBalanceFn *balance;             /* NULL: Newton's method, cell by cell */
+  SlipFrictionKeepFn keep;    /* computes `kept`, which is valid while the normal stress does not change */
+  PetscInt nkept;             /* numbers per cell */
+  SlipFrictionValues *values; /* NULL: cell by cell; for laws that cache mu, used where no cache is needed */
+  /* Computes s of n cells after h [s] at the rates v. NULL: a formula of second order, stable at any step */
   void (*drift)(const SlipFrictionCells *, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
                 PetscReal s[]);
-  const char *reads; /* numbers of friction in it, "residual slip", others being named as without effect; NULL: any */
+  const char *reads; /* friction parameters that it uses, as "residual slip"; messages name others; NULL: any */
 } SlipFrictionLaw;
-PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* ours; ends with a NULL name */
+PETSC_EXTERN const SlipFrictionLaw SlipFrictionLaws[]; /* built-in laws, ended by a NULL name */
 PETSC_EXTERN PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law);
 PETSC_EXTERN PetscErrorCode SlipFrictionCheck(const SlipFrictionLaw *law);
 PETSC_EXTERN PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law);
 PETSC_EXTERN const SlipFrictionLaw *SlipFrictionNext(const SlipFrictionLaw *law); /* NULL: the first; NULL at the end */
 
-/* Of many cells; borrowed arrays [n]. */
+/* Friction of many cells; the arrays [n] are borrowed. */
 struct _n_SlipFrictionCells {
   const SlipFrictionLaw *law;
   const PetscReal *residual, *drop, *slip, *rate;
   const PetscReal *stress;            /* effective normal stress [Pa] */
-  const PetscReal *weight;            /* of the cells' rows; NULL: 1 */
+  const PetscReal *weight;            /* of the rows of the cells; NULL: 1 */
   const PetscReal *healing;           /* NULL: 0 */
-  const PetscReal *a, *b, *reference; /* NULL where no law needs them */
+  const PetscReal *a, *b, *reference; /* NULL if no law needs them */
   PetscReal reference_rate;           /* [m/s] */
   PetscBool slip_law;
   const PetscReal *alpha, *start; /* of ratestate.c, and the normal stress before any change [Pa]; NULL: none */
   const PetscReal *own;           /* [n][nown]; NULL where nown is 0 */
   PetscInt nown;
-  PetscReal *known; /* [n][4] of laws that remember, NULL or NaN: nothing yet (friction.c) */
+  PetscReal *known; /* [n][4] cached values of laws that cache mu; NULL or NaN: nothing cached (friction.c) */
 };
 
 PETSC_EXTERN PetscInt SlipFrictionStates(const SlipFrictionLaw *law);
@@ -159,15 +159,15 @@ PETSC_EXTERN void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, 
                                         PetscReal *critical);
 PETSC_EXTERN void SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal mu, PetscReal v,
                                       PetscReal s[]);
-/* One cell in a stage that always slides: D [Pa s/m] of the stage operator, weight of the reaction, theta [s] and the
-   states that it starts from */
+/* One cell in a stage of a law that always slides: the diagonal D [Pa s/m] of the stage operator, the weight of the
+   reaction, theta [s], and the states at the start */
 typedef struct {
   PetscReal diagonal, omega, theta;
   const PetscReal *s0;
 } SlipFrictionStageCell;
 PETSC_EXTERN PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c,
                                              PetscReal load, PetscReal guess, PetscBool *stable);
-/* kickrule.c: a cell, and its states, in an explicit step */
+/* kickrule.c: a cell and its states in an explicit step */
 PETSC_EXTERN PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c,
                                         PetscReal load, PetscReal guess, PetscBool *ok);
 PETSC_EXTERN void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[],
@@ -175,7 +175,7 @@ PETSC_EXTERN void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n,
 PETSC_EXTERN PetscReal SlipKickDamping(PetscReal x, PetscReal *left);
 PETSC_EXTERN PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal g, PetscReal q,
                                         PetscReal v);
-/* frictionstate.c: states of a law's own */
+/* frictionstate.c: states that laws declare */
 PETSC_EXTERN void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta,
                                          const PetscReal s0[], PetscReal rate, PetscReal s[], PetscReal ds[]);
 PETSC_EXTERN void SlipFrictionInstability(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal v,
@@ -198,10 +198,10 @@ enum { SLIP_RATE_AND_STATE_KEPT = 4 };
 PETSC_EXTERN void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[]);
 PETSC_EXTERN SlipFrictionBalanceFn SlipRateAndStateBalance, SlipExponentialWeakeningBalance, SlipFrictionBalance;
 PETSC_EXTERN SlipFrictionValues SlipRateAndStateValues, SlipExponentialWeakeningValues;
-/* Share of its strength by which explicit steps have a cell exceed it before it slips: stress dies away exponentially
-   when an event ends, and below the rounding of products with K it would never be still */
+/* Explicit steps let a cell slip once stress exceeds its strength by this fraction. Stress decays exponentially when an
+   event ends, and below the rounding of products with K a cell would never come to rest. */
 #define SLIP_FRICTION_HOLD 1e-12
-/* SlipFrictionStrength() of exponential slip weakening, theta > 0, for vector units */
+/* SlipFrictionStrength() of exponential slip weakening for theta > 0, vectorised */
 PETSC_EXTERN void SlipExponentialWeakeningStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta,
                                                    PetscInt stride, const PetscReal s0[], PetscInt rates,
                                                    const PetscReal v[], PetscReal q[], PetscReal dq[]);
@@ -213,24 +213,24 @@ PETSC_EXTERN PetscReal SlipAdamsReach(PetscInt k, PetscInt m);
 PETSC_EXTERN const PetscReal (*SlipAdamsFactors(PetscInt k, PetscInt m))[2];
 
 /* ---- lag.c ---- */
-#define SLIP_LAG_MARGIN (PetscReal)0.97 /* how near explicit steps come to what is stable */
+#define SLIP_LAG_MARGIN (PetscReal)0.97 /* explicit steps use this fraction of the stable step */
 PETSC_EXTERN PetscReal SlipLagLimit(PetscReal zeta, PetscReal weight);
 PETSC_EXTERN PetscReal SlipLagWeight(PetscReal h, PetscReal h1, PetscReal h2, PetscReal omega, PetscReal zeta);
 
 /* ---- rkcweights.c ---- */
 enum { SLIP_RKC_MOST = 200 };
 typedef struct {
-  PetscReal one, two;    /* weights of the stage before and of the one before that */
-  PetscReal rate, start; /* of the rates of the stage before, and at the step's start */
-  PetscReal share;       /* when it is, over the step */
+  PetscReal one, two;    /* weights of the previous stage and of the one before that */
+  PetscReal rate, start; /* weights of the rates of the previous stage and of the start of the step */
+  PetscReal share;       /* time of the stage as a fraction of the step */
 } SlipRKCStage;
 PETSC_EXTERN PetscReal SlipRKCStages(PetscReal hrho);
 PETSC_EXTERN PetscReal SlipRKCLongest(PetscInt stages);
 PETSC_EXTERN void SlipRKCCoefficients(PetscInt s, SlipRKCStage c[]); /* [s + 1], the first unused */
 
 /* ---- cone.c ---- */
-/* Where x - rho g lies: inside the shrinkage interval (sticking), beyond it (sliding one way or the other), or on a row
-   that has no bound and therefore always "slides". */
+/* Where x - rho g lies: inside the shrinkage interval (sticking), outside of it (sliding one way or the other), or on a
+   row without a bound, which always "slides". */
 typedef enum {
   SLIP_REGION_NEGATIVE = -1,
   SLIP_REGION_STICK = 0,
@@ -252,7 +252,7 @@ static inline PetscReal SlipConeClip(PetscReal r, PetscReal q)
   return r > q ? q : (r < -q ? -q : r);
 }
 
-/* Region of p = x - rho g; wq = omega q, zero on rows without a bound; one that is no number slides */
+/* Region of p = x - rho g; wq = omega q, zero on rows without a bound; a p that is not a number counts as sliding. */
 static inline SlipRegion SlipConeRegion(PetscReal x, PetscReal g, PetscReal rho, PetscReal wq)
 {
   const PetscReal p = x - rho * g;
@@ -262,8 +262,8 @@ static inline SlipRegion SlipConeRegion(PetscReal x, PetscReal g, PetscReal rho,
   return p >= -rho * wq ? SLIP_REGION_STICK : SLIP_REGION_NEGATIVE;
 }
 
-/* Reaction of a solution: -q sign(x) where x != 0, the balance g / omega clipped into the cone where x = 0. Of a state
-   at rest g is the static balance -F_s, omega 1. */
+/* Reaction of a solution: -q sign(x) if x != 0, else the balance g / omega clipped into the cone. In a state at rest g
+   is the static balance -F_s and omega is 1. */
 static inline PetscReal SlipConeReaction(PetscReal omega, PetscReal x, PetscReal g, PetscReal q)
 {
   if (x > 0.0) return -q;
@@ -271,7 +271,7 @@ static inline PetscReal SlipConeReaction(PetscReal omega, PetscReal x, PetscReal
   return SlipConeClip(g / omega, q);
 }
 
-/* What the elastic force ku exceeds the strength q by along the motion v; of a cell at rest by its size, 0 at least */
+/* By how much the elastic force ku exceeds the strength q along the motion v, or at rest in magnitude (at least 0) */
 static inline PetscReal SlipConePush(PetscReal v, PetscReal ku, PetscReal q)
 {
   return v != 0 ? -(v > 0 ? 1 : -1) * ku - q : PetscMax(PetscAbsReal(ku) - q, 0);
@@ -292,8 +292,8 @@ PETSC_EXTERN void SlipConeChanges(PetscInt n, const PetscReal x[], const PetscRe
 PETSC_EXTERN PetscBool SlipConeAdaptStep(PetscInt trial, const PetscReal sum[2], PetscReal *factor);
 PETSC_EXTERN PetscBool SlipConeStopTurning(PetscInt n, const PetscReal q[], const PetscReal from[], PetscReal to[]);
 
-/* The same of cells with two components, n cells: x, g, F, mask, rho, normal, slope and r have two numbers a
-   cell, side by side, the first of c each */
+/* The same for cells with two components of slip, n cells: x, g, F, mask, rho, normal, slope and r have c numbers per
+   cell side by side, of which the first two are used. */
 PETSC_EXTERN void SlipDiskNatural(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal g[],
                                   const PetscReal q[], const PetscReal rho[], PetscReal F[], PetscReal mask[],
                                   PetscReal normal[], PetscReal hold[]);
@@ -313,7 +313,7 @@ PETSC_EXTERN void SlipDiskProject(PetscInt n, PetscInt c, PetscReal omega, const
 PETSC_EXTERN PetscBool SlipDiskStopTurning(PetscInt n, PetscInt c, const PetscReal q[], const PetscReal from[],
                                            PetscReal to[]);
 
-/* Contact across a cell's plane, whose third number it is (of three): r >= 0, x >= 0, x r = 0 (contact.c) */
+/* Contact normal to the plane of a cell, in the third of its three numbers: r >= 0, x >= 0, x r = 0 (contact.c) */
 PETSC_EXTERN void SlipContactPressure(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[],
                                       const PetscReal rho[], PetscReal p[]);
 PETSC_EXTERN void SlipContactNatural(PetscInt n, const PetscReal x[], const PetscReal g[], const PetscReal rho[],
@@ -324,15 +324,15 @@ PETSC_EXTERN void SlipContactProject(PetscInt n, const PetscReal x[], const Pets
                                      PetscReal x1[]);
 
 /* ---- numbers and decisions of the semismooth Newton method, for the SNES type and the trainer's loop: when a step is
-   taken, shortened, lengthened or replaced by projections, and when the solution is as exact as rounding lets it be */
+   accepted, shortened, lengthened or replaced by projections, and when rounding prevents a better solution */
 #define SLIP_SEARCH_RTOL 1e-10     /* natural residual over the characteristic traction */
-#define SLIP_SEARCH_ROUNDING 1e-15 /* relative residual that summation errors leave */
+#define SLIP_SEARCH_ROUNDING 1e-15 /* relative residual left by summation errors */
 enum {
   SLIP_SEARCH_MAX_IT = 50,
   SLIP_SEARCH_MEMORY = 5,      /* merits that a new one is compared with */
-  SLIP_SEARCH_HALVINGS = 4,    /* of a step that does not lower them */
-  SLIP_SEARCH_DOUBLINGS = 40,  /* of a step that left out the slope of the bound */
-  SLIP_SEARCH_PROJECTIONS = 20 /* projection steps when stuck */
+  SLIP_SEARCH_HALVINGS = 4,    /* of a step that does not lower the merit */
+  SLIP_SEARCH_DOUBLINGS = 40,  /* of a step that ignored the slope of the bound */
+  SLIP_SEARCH_PROJECTIONS = 20 /* projection steps when Newton steps stall */
 };
 
 typedef struct {
@@ -340,19 +340,19 @@ typedef struct {
   PetscInt stalls;                      /* steps in a row without enough decrease */
 } SlipSearch;
 
-/* All remembered merits are this one */
+/* Sets all stored merits to this one */
 static inline void SlipSearchForget(SlipSearch *search, PetscReal merit)
 {
   for (PetscInt i = 0; i < SLIP_SEARCH_MEMORY; i++) search->recent[i] = merit;
 }
 
-/* The newest merit takes the place of the oldest */
+/* The newest merit replaces the oldest. */
 static inline void SlipSearchRemember(SlipSearch *search, PetscInt it, PetscReal merit)
 {
   search->recent[it % SLIP_SEARCH_MEMORY] = merit;
 }
 
-/* The step lambda dx is taken when it is no worse than the worst of the recent ones */
+/* A step lambda dx is accepted if its merit is no worse than the worst of the recent ones. */
 static inline PetscBool SlipSearchAccepts(const SlipSearch *search, PetscReal lambda, PetscReal merit)
 {
   PetscReal limit = 0.0;
@@ -361,30 +361,30 @@ static inline PetscBool SlipSearchAccepts(const SlipSearch *search, PetscReal la
   return merit < (1.0 - 1e-4 * lambda) * limit ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Does the full step lower the merit so much that the one that turns no cell round (SlipConeStopTurning()) need not be
-   tried? Sliding that comes to rest seldom goes the other way at once, and sets of cells that turn round together in
-   one step and back in the next shrink by a few cells in each. */
+/* True if the full step lowers the merit so much that the step without reversing cells (SlipConeStopTurning()) need not
+   be tried. Cells seldom reverse when they come to rest, and sets of cells that reverse together in one step and back
+   in the next shrink only by a few cells in each. */
 static inline PetscBool SlipSearchSuffices(PetscReal last, PetscReal merit)
 {
   return merit <= 0.1 * last ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Count the steps in a row that stalled: against sets that cycle projections help, if slopes of the bound are small */
+/* Counts stalled steps in a row; projections help against cycling sets of cells if slopes of the bound are small. */
 static inline PetscBool SlipSearchStuck(SlipSearch *search, PetscBool stalled, PetscReal merit)
 {
   search->stalls = stalled ? search->stalls + 1 : 0;
   return search->stalls >= 3 && !PetscIsInfOrNanReal(merit) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* A step without the slope of the bound is doubled while the balance of the sliding cells along it, negative, still
-   pushes the same way, else an instability that has hardly begun would take hundreds of steps to grow. Of the last two
-   points the better balanced one is kept: is that the shorter? */
+/* A step without the slope of the bound is doubled while the balance of the sliding cells along it, which is negative,
+   keeps its sign; otherwise an instability that has hardly begun would take hundreds of steps to grow. Of the last two
+   points the one with the better balance is used; true if that is the shorter step. */
 static inline PetscBool SlipSearchOvershoots(PetscReal last_push, PetscReal push)
 {
   return push > -last_push ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Newton steps beyond the tolerance end when the residual no longer halves, or when the step is rounding */
+/* Newton steps beyond the tolerance end when the residual no longer halves, or when the step is below rounding. */
 static inline PetscBool SlipSearchPolished(PetscReal last, PetscReal norm, PetscReal step, PetscReal size)
 {
   return norm > 0.5 * last || step <= 1e-11 * size ? PETSC_TRUE : PETSC_FALSE;
@@ -393,15 +393,15 @@ static inline PetscBool SlipSearchPolished(PetscReal last, PetscReal norm, Petsc
 /* ---- batheweights.c: numbers of the composite step ---- */
 /* The split gamma is in (0, 1); A dw/dt = F_s + r. A stage from base is A (w - base) = theta h (F_s(w) + ...). */
 typedef struct {
-  PetscReal gamma; /* share of the step that stage 1 ends at */
+  PetscReal gamma; /* fraction of the step at which stage 1 ends */
   PetscReal theta[2];
   PetscReal a1, a0;    /* stage 2: base = a1 w1 - a0 w0 */
   PetscReal weight[3]; /* of the derivatives k at t, t + gamma h, t + h: w2 = w0 + h sum weight_i k_i */
-  PetscReal error[3];  /* e = h sum error_i k_i, to third order */
+  PetscReal error[3];  /* e = h sum error_i k_i, of third order */
   PetscReal divisor;   /* the same as one difference: e = h/divisor ((1 - gamma) k0 - k1 + gamma k2) */
 } SlipBathe;
 
-/* k2 = (w2 - a1 w1 + a0 w0)/theta, of a step whose stage 2 has theta [s] */
+/* k2 = (w2 - a1 w1 + a0 w0)/theta, where theta [s] is that of stage 2 */
 static inline PetscReal SlipBatheEndRate(const SlipBathe *c, PetscReal theta, PetscReal w0, PetscReal w1, PetscReal w2)
 {
   return (w2 - c->a1 * w1 + c->a0 * w0) / theta;
@@ -409,12 +409,12 @@ static inline PetscReal SlipBatheEndRate(const SlipBathe *c, PetscReal theta, Pe
 
 PETSC_EXTERN void SlipBatheSetUp(PetscReal gamma, SlipBathe *c);
 PETSC_EXTERN void SlipBatheSetUpBackward(SlipBathe *c);
-PETSC_EXTERN PetscReal SlipBatheRoundError(PetscReal error); /* an estimate, to the digits that mean something */
+PETSC_EXTERN PetscReal SlipBatheRoundError(PetscReal error); /* rounds an estimate to its significant digits */
 
-/* ---- methodcosts.c: explicit or implicit steps, by moving means of what attempts took ---- */
+/* ---- methodcosts.c: chooses explicit or implicit steps by moving means of the cost of attempts ---- */
 typedef struct {
-  PetscReal step;  /* products of an explicit step */
-  PetscReal solve; /* of an implicit solve, over those that SlipMethodSolve() has for it where this is 1 */
+  PetscReal step;  /* products per explicit step */
+  PetscReal solve; /* measured products of implicit solves over those that SlipMethodSolve() predicts where this is 1 */
 } SlipMethodCosts;
 PETSC_EXTERN void SlipMethodSetUp(SlipMethodCosts *costs); /* before any attempt */
 PETSC_EXTERN PetscReal SlipMethodSolve(const SlipMethodCosts *costs, PetscReal x);
@@ -422,17 +422,17 @@ PETSC_EXTERN PetscBool SlipMethodIsExplicit(const SlipMethodCosts *c, PetscReal 
 PETSC_EXTERN void SlipMethodLearn(SlipMethodCosts *c, PetscBool is_explicit, PetscReal h, PetscReal limit,
                                   PetscReal products);
 
-/* ---- event.c: of a catalogue of events ---- */
+/* ---- event.c: numbers of a catalogue of events ---- */
 PETSC_EXTERN PetscReal SlipEventCrossing(PetscReal slow, PetscReal fast, PetscReal bound);
 PETSC_EXTERN PetscReal SlipEventRate(PetscReal a, PetscReal b, PetscReal share);
 PETSC_EXTERN PetscReal SlipEventPeak(const PetscReal t[3], const PetscReal y[3]);
 PETSC_EXTERN PetscReal SlipEventMagnitude(PetscReal moment);
 
-/* ---- observation.c: what a policy may be told ---- */
-/* Of any run. h, E and residuals are those of the last attempt. */
+/* ---- observation.c: what a policy may observe ---- */
+/* Numbers of any run. dt, error and residual are those of the last attempt. */
 typedef struct {
-  PetscBool started;   /* an attempt was made */
-  PetscBool converged; /* the last one did */
+  PetscBool started;   /* at least one attempt was made */
+  PetscBool converged; /* the last attempt converged */
   PetscReal error;     /* its weighted error estimate E */
   PetscReal residual;  /* sum of its final relative residuals */
   PetscReal dt;        /* its step [s] */
@@ -443,83 +443,83 @@ typedef struct {
   PetscReal accuracy;  /* wanted relative error of the run's result */
   PetscReal dt_min;    /* bounds of the steps that can be chosen [s] */
   PetscReal dt_max;
-  /* of the state, for problems without such a row: 2-norm, mean and an entry; those and the largest of the start */
+  /* of the state, for problems without such rows: 2-norm, mean, one entry; the same and the largest at the start */
   PetscReal norm, mean, component;
   PetscReal norm0, max0, component0;
-  /* of the attempts so far, SlipRunAttempt() */
-  PetscReal order;      /* the power of h that the error estimate goes with, 1/q; 0: not known */
-  PetscBool accepted;   /* the last one was */
-  PetscReal dt_before;  /* step of the last accepted one before it [s]; 0: there was none */
+  /* of the attempts so far, by SlipRunAttempt() */
+  PetscReal order;      /* power of h in the error estimate, 1/q; 0: unknown */
+  PetscBool accepted;   /* the last attempt was accepted */
+  PetscReal dt_before;  /* step of the accepted attempt before the last one [s]; 0: there was none */
   PetscInt rejected;    /* converged attempts in a row that were rejected */
-  PetscReal rejections; /* share of rejected ones lately */
+  PetscReal rejections; /* recent fraction of rejected attempts */
 } SlipRunNumbers;
 
-/* Of a fault; means over the cells where nothing else is said. */
+/* Numbers of a fault; means are over the cells. */
 typedef struct {
-  /* the same throughout a run */
+  /* constant throughout a run */
   PetscReal tstar;           /* T* [s] */
   PetscReal velocity_scale;  /* estimated maximum of the mean rate [m/s] */
   PetscReal mean_dc;         /* d_c [m] */
   PetscReal mean_uc;         /* displacement at the instability [m] */
   PetscReal mean_q0;         /* strength at the start [Pa] */
-  PetscReal mean_drop;       /* what all weakening takes from it [Pa] */
-  PetscReal drop_slip;       /* slip that this implies, D [m] */
+  PetscReal mean_drop;       /* largest possible weakening [Pa] */
+  PetscReal drop_slip;       /* corresponding slip D [m] */
   PetscReal critical_energy; /* uc' K uc [Pa m], a sum */
   PetscReal mass;            /* per area [kg/m^2] */
   PetscReal damping_ratio;
-  /* of uc at the start: uc'K uc and the weakening uc'(-dq/ds) uc, over uc'M uc [1/s^2] */
+  /* quotients of uc at the start: uc' K uc and the weakening uc' (-dq/ds) uc, both over uc' M uc [1/s^2] */
   PetscReal critical_stiffness, critical_weakening;
   /* of the state */
   PetscReal velocity, rate, peak; /* v, |v|, the largest |v| [m/s] */
   PetscReal total_rate;           /* sum of |v| [m/s] */
   PetscReal displacement, slip;   /* u, s [m] */
-  PetscReal sliding;              /* share of cells with v != 0 */
+  PetscReal sliding;              /* fraction of cells with v != 0 */
   PetscReal energy, kinetic;      /* u' K u, v' M v [Pa m], sums */
   PetscReal power;                /* v' K u [Pa m/s], a sum */
-  PetscReal strength, weakening;  /* strength, and what it can still lose [Pa] */
-  PetscReal push;                 /* what the elastic force along the motion exceeds the strength by [Pa] */
-  /* of v, where all rest of uc: as critical_stiffness and critical_weakening [1/s^2] */
+  PetscReal strength, weakening;  /* strength, and the part that it can still lose [Pa] */
+  PetscReal push;                 /* excess of the elastic force along the motion over the strength [Pa] */
+  /* like critical_stiffness and critical_weakening, for v, or for uc if all cells rest [1/s^2] */
   PetscReal mode_stiffness, mode_weakening;
-  PetscReal relaxation; /* largest eigenvalue of K times largest change of v with the stress [1/s]; 0: not known */
-  PetscBool estimated;  /* the last attempt says the following */
+  PetscReal relaxation; /* largest eigenvalue of K times largest dv/dstress [1/s]; 0: unknown */
+  PetscBool estimated;  /* the last attempt estimated the following */
   PetscReal slip_error; /* |error of s| [m] */
   PetscReal growth;     /* sum of d|v|/dt of sliding cells [m/s^2] */
   /* of the integrator */
-  PetscReal step_limit; /* the longest explicit step that is stable [s]; PETSC_MAX_REAL: any is, 0: there are none */
+  PetscReal step_limit; /* longest stable explicit step [s]; PETSC_MAX_REAL: any is stable, 0: none exists */
   PetscReal solve_cost; /* products of an implicit solve of that step over those of an explicit step */
 } SlipFaultNumbers;
 
 enum {
-  SLIP_READS_STATE = 1,      /* the solution: kept over a failed attempt; the problem's own row goes first */
+  SLIP_READS_STATE = 1,      /* the solution: cached over a failed attempt; rows of the problem take precedence */
   SLIP_READS_ERROR = 2,      /* the error estimate */
   SLIP_READS_RESIDUAL = 4,   /* the residuals */
   SLIP_READS_ESTIMATES = 8,  /* slip_error and growth */
-  SLIP_READS_MODE = 16,      /* mode_stiffness and mode_weakening: another product with K, but after explicit steps */
+  SLIP_READS_MODE = 16,      /* mode_stiffness, mode_weakening: cost a product with K unless steps are explicit */
   SLIP_READS_ATTEMPTS = 32,  /* the attempts so far */
-  SLIP_READS_STIFFNESS = 64, /* relaxation: no product with K, unlike the other numbers of a fault's state */
+  SLIP_READS_STIFFNESS = 64, /* relaxation: needs no product with K, unlike other numbers of the state */
   SLIP_READS_METHOD = 128    /* step_limit and solve_cost */
 };
 
-/* A row: what it reads (above), its formula, its meaning. */
+/* A row: what it reads (above), its formula and its meaning */
 typedef struct {
   const char *name;
   PetscInt reads;
-  PetscReal (*run)(const SlipRunNumbers *);     /* NULL: not of any run */
-  PetscReal (*fault)(const SlipFaultNumbers *); /* NULL: not of a fault */
+  PetscReal (*run)(const SlipRunNumbers *);     /* NULL: not defined for any run */
+  PetscReal (*fault)(const SlipFaultNumbers *); /* NULL: not defined for a fault */
   const char *meaning;
 } SlipObservation;
 PETSC_EXTERN const SlipObservation SlipObservations[]; /* ends with a NULL name */
 
-#define SLIP_OBSERVES_ACCURACY "log_accuracy" /* the row that reads the dial */
+#define SLIP_OBSERVES_ACCURACY "log_accuracy" /* the row that reads the wanted accuracy */
 
-/* One value that a policy asked for by name. */
+/* One value that a policy names */
 typedef struct {
   char name[64];
-  size_t change; /* length of "change_" when it begins so: the value less that at the accepted step before */
-  const SlipObservation *row; /* NULL: only the problem knows it */
+  size_t change; /* length of the prefix "change_", of a value minus its value at the previous accepted step; else 0 */
+  const SlipObservation *row; /* NULL: only the problem defines it */
   PetscInt component;         /* k of state_k */
   PetscInt own;               /* number of the problem's own row, -1: none */
-  PetscBool has_base;         /* a change is taken from */
+  PetscBool has_base;         /* base is set */
   PetscReal base;             /* the value at the accepted step before */
   PetscReal value;            /* last value */
 } SlipObserved;
@@ -531,19 +531,19 @@ PETSC_EXTERN PetscBool SlipObservedOfRun(const SlipObserved *seen);
 PETSC_EXTERN PetscReal SlipObservedTake(SlipObserved *seen, PetscReal now);
 PETSC_EXTERN void SlipRunAttempt(SlipRunNumbers *run, PetscReal h, PetscBool converged, PetscBool accepted);
 
-/* ---- course.c: how far one course of slip is from another ---- */
+/* ---- course.c: the distance between two slip histories ---- */
 /* The end of an accepted step: mean slip and mean |slip rate| over the cells */
 typedef struct {
   PetscReal time, slip, rate; /* [s], [m], [m/s] */
 } SlipCourseNode;
 
-/* Errors of a run against a reference, all relative */
+/* Errors of a run relative to a reference run */
 typedef enum {
   SLIP_ERROR_FINAL,   /* final mean slip */
-  SLIP_ERROR_HISTORY, /* largest distance of the mean slips at equal times, over the final one of the reference */
+  SLIP_ERROR_HISTORY, /* largest difference of mean slip at equal times, over the final mean slip of the reference */
   SLIP_ERROR_SHIFT,   /* of the time of half the slip, over the reference's time from 10 to 90 % of it */
   SLIP_ERROR_PEAK,    /* largest mean rate */
-  SLIP_ERROR_FIELD,   /* RMS over the area of the final slip's error, over that of the slip */
+  SLIP_ERROR_FIELD,   /* RMS over the area of the error of the final slip, over the RMS of that slip */
   SLIP_NUM_ERRORS
 } SlipErrorKind;
 
@@ -554,7 +554,7 @@ PETSC_EXTERN void SlipCourseCompare(PetscInt n, const SlipCourseNode run[], Pets
 PETSC_EXTERN PetscReal SlipCourseLevy(PetscInt n, const SlipCourseNode run[], PetscInt m,
                                       const SlipCourseNode reference[]);
 
-/* What -ts_adapt_rl_measure means: the largest of the errors, each times its share */
+/* The error that -ts_adapt_rl_measure selects: the largest of the errors, each times its share */
 typedef struct {
   const char *name;
   PetscReal share[SLIP_NUM_ERRORS];
@@ -564,15 +564,15 @@ PETSC_EXTERN const SlipMeasure SlipMeasures[]; /* ends with a NULL name; the fir
 PETSC_EXTERN const SlipMeasure *SlipMeasureFind(const char name[]);
 PETSC_EXTERN PetscReal SlipMeasureOf(const SlipMeasure *measure, const PetscReal error[]);
 
-/* ---- control.c: how controllers size steps ---- */
+/* ---- control.c: how controllers choose steps ---- */
 PETSC_EXTERN PetscReal SlipControlHeuristic(PetscReal E, PetscReal q, PetscReal growth);
 PETSC_EXTERN PetscReal SlipControlCeiling(PetscReal E, PetscReal ceiling, PetscReal q);
 
 /* A digital filter: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa). */
 typedef struct {
   const char *name;
-  PetscReal g1, g2, kappa; /* PETSC_INFINITY leaves a factor out */
-  PetscReal r_min, r_max;  /* smaller ratios of steps reject, larger ones are capped */
+  PetscReal g1, g2, kappa; /* PETSC_INFINITY omits a factor */
+  PetscReal r_min, r_max;  /* smaller ratios of steps reject the step, larger ones are limited */
 } SlipFilter;
 enum { SLIP_NUM_FILTERS = 8 };
 PETSC_EXTERN const SlipFilter SlipFilters[SLIP_NUM_FILTERS];
@@ -580,11 +580,11 @@ PETSC_EXTERN const SlipFilter SlipFilters[SLIP_NUM_FILTERS];
 typedef struct {
   PetscReal error;  /* E_(n-1); 1 at the start */
   PetscReal h_last; /* last accepted step [s]; 0 at the start */
-} SlipFilterMemory; /* its history */
+} SlipFilterMemory; /* the history of a filter */
 PETSC_EXTERN PetscReal SlipControlFilter(const SlipFilter *filter, SlipFilterMemory *memory, PetscReal q, PetscReal E,
                                          PetscReal h, PetscBool always, PetscBool *accept);
 
-enum { SLIP_MAX_FAILURES = 3 }; /* attempts in a row before steps are halved, unless an option says otherwise */
+enum { SLIP_MAX_FAILURES = 3 }; /* in a row, before steps are halved; the default of an option */
 PETSC_EXTERN PetscBool SlipControlHalve(PetscInt failures, PetscInt max_failures, PetscReal *h);
 PETSC_EXTERN PetscReal SlipControlShrink(PetscReal h, PetscReal next, PetscInt rejected);
 PETSC_EXTERN PetscReal SlipControlRest(PetscReal h, PetscReal limit, PetscReal rest, PetscReal left);
@@ -592,7 +592,7 @@ PETSC_EXTERN PetscReal SlipControlMatch(PetscReal h, PetscReal left);
 PETSC_EXTERN PetscBool SlipControlAtEnd(PetscReal t, PetscReal end);
 PETSC_EXTERN PetscReal SlipControlEnd(PetscReal h, PetscReal t, PetscReal end);
 
-/* ---- hash.c: FNV-1a, of policies and of what caches hold ---- */
+/* ---- hash.c: FNV-1a hashes of policies and of the content of caches ---- */
 #define SLIP_HASH_START UINT64_C(14695981039346656037)
 PETSC_EXTERN uint64_t SlipHashBytes(uint64_t hash, const void *data, size_t n);
 PETSC_EXTERN uint64_t SlipHashReals(uint64_t hash, const PetscReal a[], size_t n);

@@ -1,4 +1,4 @@
-/* The strike-slip fault as a TS problem: parameters, friction laws, observables, output. */
+/* The strike-slip fault as a TS problem: parameters, friction laws, observables and output */
 #pragma once
 #include <petscts.h>
 #include <slipmat.h>
@@ -12,24 +12,24 @@
 typedef struct _p_SlipFault *SlipFault;
 PETSC_EXTERN PetscClassId SLIP_FAULT_CLASSID;
 
-PETSC_EXTERN PetscErrorCode SlipFaultInitializePackage(void); /* called by what creates objects; again does nothing */
+PETSC_EXTERN PetscErrorCode SlipFaultInitializePackage(void); /* creation routines call it; later calls do nothing */
 PETSC_EXTERN PetscErrorCode SlipFaultCreate(MPI_Comm comm, SlipFault *fault); /* reference case "3 km", one cell */
 PETSC_EXTERN PetscErrorCode SlipFaultSetFromOptions(SlipFault fault);         /* -fault_* */
-/* Any scalar parameter by its option's name without "fault_": "length_x", "thickness", "friction_slip", "nx", ... */
+/* Sets or gets any scalar parameter by its option's name without "fault_": "length_x", "thickness", "nx", ... */
 PETSC_EXTERN PetscErrorCode SlipFaultSetReal(SlipFault fault, const char name[], PetscReal value);
 PETSC_EXTERN PetscErrorCode SlipFaultGetReal(SlipFault fault, const char name[], PetscReal *value);
-/* A choice or a file name likewise: "friction_law", "operator", "viscosity", "initial", "mesh", ... */
+/* Sets a choice or a file name likewise: "friction_law", "operator", "viscosity", "initial", "mesh", ... */
 PETSC_EXTERN PetscErrorCode SlipFaultSetString(SlipFault fault, const char name[], const char value[]);
-/* A parameter cell by cell, as a dataset of -fault_parameters would: values [n = nx nz, or the cells of a mesh in
+/* Sets a parameter cell by cell, as a dataset of -fault_parameters does: values [n = nx nz, or the cells of a mesh in
    the order of its file], all on every rank. */
 PETSC_EXTERN PetscErrorCode SlipFaultSetField(SlipFault fault, const char name[], PetscInt n, const PetscReal values[]);
-/* Switches: "inertia", "initial_unstable", "check_error", "output_overwrite", "output_xdmf", "progress",
-   "catalogue_maps" */
+/* Sets a switch: "inertia", "initial_unstable", "check_error", "output_overwrite", "output_xdmf", "progress",
+   "catalogue_maps". */
 PETSC_EXTERN PetscErrorCode SlipFaultSetBool(SlipFault fault, const char name[], PetscBool value);
 PETSC_EXTERN PetscErrorCode SlipFaultGetString(SlipFault fault, const char name[], char value[], size_t len);
-/* Of all cells, in the order of the grid or of the mesh's file, on every rank; after SlipFaultSetUp() */
+/* Gets values of all cells on every rank, in the order of the grid or of the mesh's file, after SlipFaultSetUp(). */
 PETSC_EXTERN PetscErrorCode SlipFaultGetField(SlipFault fault, const char name[], PetscInt n, PetscReal values[]);
-/* "x", "y", "z" [m], "area" [m^2], "strike", "dip" [degrees], "fault"; after SlipFaultSetUpMesh(), as the centres */
+/* Gets "x", "y", "z" [m], "area" [m^2], "strike", "dip" [degrees] or "fault", after SlipFaultSetUpMesh(). */
 PETSC_EXTERN PetscErrorCode SlipFaultGetGeometry(SlipFault fault, const char name[], PetscInt n, PetscReal values[]);
 PETSC_EXTERN PetscErrorCode SlipFaultWriteCells(SlipFault fault, const char file[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetCentres(SlipFault fault, PetscInt n, PetscReal x[], PetscReal y[],
@@ -40,35 +40,35 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetCellValues(SlipFault fault, PetscReal t,
 PETSC_EXTERN PetscErrorCode SlipFaultGetLabels(SlipFault fault, PetscInt size, PetscInt *n, PetscInt label[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetEvents(SlipFault fault, const char column[], PetscInt size, PetscInt *n,
                                                PetscReal values[]);
-/* Pore pressure p [n] in Pa of the n cells of this process at t [s], in the order of the state */
+/* Computes the pore pressure p [n] in Pa of the n cells of this process at t [s], in the order of the state. */
 typedef PetscErrorCode (*SlipFaultPressureFn)(SlipFault fault, PetscReal t, PetscInt n, PetscReal p[], void *ctx);
 PETSC_EXTERN PetscErrorCode
-SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law); /* a row of one's own, with parameters; slipcore.h */
+SlipFaultRegisterFrictionLaw(const SlipFrictionLaw *law); /* adds a friction law with its parameters; slipcore.h */
 PETSC_EXTERN PetscErrorCode SlipFaultSetInertia(SlipFault fault, PetscBool inertia);
 PETSC_EXTERN PetscErrorCode SlipFaultSetPressureFunction(SlipFault fault, SlipFaultPressureFn function, void *ctx);
-PETSC_EXTERN PetscErrorCode SlipFaultSetUpMesh(SlipFault fault); /* the cells, of which fields can be functions */
-PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault);     /* K, H, parameters, critical state */
+PETSC_EXTERN PetscErrorCode SlipFaultSetUpMesh(SlipFault fault); /* creates the cells, which fields may need */
+PETSC_EXTERN PetscErrorCode SlipFaultSetUp(SlipFault fault);     /* creates K, H, parameters and the critical state */
 PETSC_EXTERN PetscErrorCode SlipFaultView(SlipFault fault, PetscViewer viewer);
-PETSC_EXTERN PetscErrorCode SlipFaultFeaturesView(PetscViewer viewer); /* what goes with what */
+PETSC_EXTERN PetscErrorCode SlipFaultFeaturesView(PetscViewer viewer); /* which features can be combined */
 PETSC_EXTERN PetscErrorCode SlipFaultDestroy(SlipFault *fault);
 PETSC_EXTERN PetscErrorCode SlipFaultReference(SlipFault fault);
-/* "upper_" makes -upper_fault_nx of -fault_nx */
+/* The prefix "upper_" turns -fault_nx into -upper_fault_nx. */
 PETSC_EXTERN PetscErrorCode SlipFaultSetOptionsPrefix(SlipFault fault, const char prefix[]);
 PETSC_EXTERN PetscErrorCode SlipFaultAppendOptionsPrefix(SlipFault fault, const char prefix[]);
 PETSC_EXTERN PetscErrorCode SlipFaultGetOptionsPrefix(SlipFault fault, const char *prefix[]);
 
-/* State w: block size 3, (v, u, s) per cell [m/s, m, m], more with two components of slip or several states of
-   friction; cell e = iz * nx + ix; PETSc's default distribution of cells. */
+/* The state w has the block size 3, (v, u, s) per cell [m/s, m, m], or more with two components of slip or several
+   states of friction; cell e = iz * nx + ix; PETSc's default distribution of cells. */
 PETSC_EXTERN PetscErrorCode SlipFaultCreateState(SlipFault fault, Vec *w);
 PETSC_EXTERN PetscErrorCode SlipFaultSetInitialState(SlipFault fault, Vec w);
-/* TS of type bathe (changed by -ts_type afterwards), smooth right-hand side, constraint, reference tolerances, max time
-   30 s, unlimited rejections and SNES failures, and what controllers ask of it (TSSetSlipProblem()). Call
-   TSSetFromOptions after it. */
+/* SlipFaultConfigureTS() makes a TS of type bathe (which -ts_type may change afterwards), with smooth right-hand side,
+   constraint, reference tolerances, max time 30 s, unlimited rejections and SNES failures, and the functions that
+   controllers call (TSSetSlipProblem()). Call TSSetFromOptions() after it. */
 PETSC_EXTERN PetscErrorCode SlipFaultFindTolerance(const char kind[], const char controller[], PetscReal accuracy,
                                                    PetscReal *rtol);
 PETSC_EXTERN PetscErrorCode SlipFaultConfigureTS(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultGetOperators(SlipFault fault, Mat *K, Mat *H, PetscReal *mass); /* borrowed */
-/* borrowed arrays of the local cells */
+/* Gets the friction of the local cells, with borrowed arrays. */
 PETSC_EXTERN PetscErrorCode SlipFaultGetFriction(SlipFault fault, PetscReal t, SlipFrictionCells *friction);
 PETSC_EXTERN PetscErrorCode SlipFaultGetFrictionOf(SlipFault fault, PetscReal t, Vec w, SlipFrictionCells *friction);
 PETSC_EXTERN PetscErrorCode SlipFaultGetTimeScale(SlipFault fault, PetscReal *tstar); /* T* = Ly sqrt(rho/G) [s] */
@@ -79,34 +79,33 @@ typedef struct {
   PetscReal mean_displacement;                            /* u [m] */
   PetscReal sliding_fraction;                             /* share of cells with v != 0 */
   PetscReal kinetic, elastic;                             /* mean energy per unit area [J/m^2] */
-  PetscReal viscous_power, friction_power, loading_power; /* mean [W/m^2], instantaneous */
+  PetscReal viscous_power, friction_power, loading_power; /* mean [W/m^2] at the time of the state */
 } SlipFaultObservables;
-/* r: reaction, may be NULL */
+/* r: the reaction, or NULL */
 PETSC_EXTERN PetscErrorCode SlipFaultGetObservables(SlipFault fault, PetscReal t, Vec w, Vec r,
                                                     SlipFaultObservables *obs);
 
-/* Elastic shear stress on each cell [Pa], positive where it drives slip forward */
+/* Elastic shear stress on each cell [Pa], positive if it drives slip forward */
 PETSC_EXTERN PetscErrorCode SlipFaultStress(SlipFault fault, PetscReal t, Vec w, Vec T);
 
-/* -fault_catalogue: a row an event in a file of its own: /onset, /end, /x, /y, /z, /cell, /area, /mean_slip,
+/* -fault_catalogue writes a row per event to a file of its own: /onset, /end, /x, /y, /z, /cell, /area, /mean_slip,
    /max_slip, /direction, /moment, /magnitude, /stress_drop, /peak_slip_rate, /elastic_energy, /kinetic_energy,
    /dissipated_energy, /radiated_energy, /loading_work, /energy_residual, /steps, /fault, /rake, /rupture_speed,
-   /radiated_efficiency, /goes_on, /images [event], of several faults /fault_moment and its like [event, faults],
+   /radiated_efficiency, /goes_on, /images [event], for several faults /fault_moment and others [event, faults],
    /mesh (centres), and /maps/slip, /maps/rupture_time as [event, Nz, Nx], or [event, N] of a mesh; output/README.md
-   says what they are. SlipFaultOutputStart() and SlipFaultOutputFinish() begin and end it. -fault_output: attaches
-   monitors that write the file of slipoutput.h, with /parameters (scalars and choices), /mesh (x, z of the centres
-   [m], per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction, state, pore_pressure as
-   [n, Nz, Nx], or [n, N] of a mesh), and of -fault_stations /stations/K (K = 0, 1, ...; time, slip, slip_rate,
-   traction, state at the start and every accepted step; attributes x, z, cell, cell_x, cell_z), of
-   -fault_surface_stations /ground (time, displacement and velocity [n, stations, 3]) with /ground_points (x, y), and
+   defines them. -fault_output writes the file of slipoutput.h by monitors, with /parameters (scalars and choices),
+   /mesh (x, z of the centres [m], per-cell parameters) and /fields (time, and slip_rate, slip, displacement, traction,
+   state, pore_pressure as [n, Nz, Nx], or [n, N] of a mesh), with -fault_stations /stations/K (K = 0, 1, ...; time,
+   slip, slip_rate, traction, state at the start and every accepted step; attributes x, z, cell, cell_x, cell_z), with
+   -fault_surface_stations /ground (time, displacement and velocity [n, stations, 3]) and /ground_points (x, y), and
    /surface/K (time, displacement and velocity [n, 3]; attributes x, y); /xdmf (corners of the cells) and FILE.xdmf2
-   beside it; finish writes /result and /run and renames into place. */
+   beside it. SlipFaultOutputStart() opens the files; SlipFaultOutputFinish() writes /result and /run and renames. */
 PETSC_EXTERN PetscErrorCode SlipFaultOutputStart(SlipFault fault, TS ts);
-/* before a sweep: an error, naming the lines, where two of n runs write one file */
+/* Before a sweep: raises an error that names the lines if two of n runs write one file. */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckSweepFiles(MPI_Comm comm, PetscInt n, const PetscOptions options[],
                                                      const PetscInt line[]);
 PETSC_EXTERN PetscErrorCode SlipFaultOutputFinish(SlipFault fault, TS ts, PetscReal wall_setup, PetscReal wall_solve);
-/* Who watches runs of faults; any function may be NULL, see SlipFaultRegisterObserver() */
+/* An observer of runs of faults; any function may be NULL, see SlipFaultRegisterObserver(). */
 typedef struct {
   const char *name;
   PetscErrorCode (*create)(SlipFault fault, TS ts, PetscBool *wanted, void **ctx);
@@ -116,12 +115,12 @@ typedef struct {
   PetscErrorCode (*visit)(SlipFault fault, SlipState state, void *ctx);
   PetscErrorCode (*finish)(SlipFault fault, TS ts, SlipOutput output, void *ctx);
   PetscErrorCode (*destroy)(void **ctx);
-  void *ctx;         /* the first that create gets */
-  PetscBool repeats; /* it sees the repetition of -fault_check_error as well */
+  void *ctx;         /* what create() finds in ctx */
+  PetscBool repeats; /* it also observes the repetition of -fault_check_error */
 } SlipFaultObserver;
 PETSC_EXTERN PetscErrorCode SlipFaultRegisterObserver(const SlipFaultObserver *observer);
-/* -fault_checkpoint, -fault_restart, -fault_wall_limit; the end of the run: exit code of one that was stopped, else
-   0. */
+/* Start and end of -fault_checkpoint, -fault_restart and -fault_wall_limit; code is the exit code of a run that was
+   stopped early, else 0. */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointStart(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckpointFinish(SlipFault fault, TS ts, int *code);
 PETSC_EXTERN PetscErrorCode SlipFaultDeclareOptions(void);

@@ -1,37 +1,37 @@
-/* Serial HDF5 with errors that name the file and the dataset. Call on one rank only (rank 0) and broadcast. */
+/* Serial HDF5 with errors that name the file and the dataset. Only rank 0 calls it, and broadcasts what it read. */
 #pragma once
 #include <petscsys.h>
 #include <hdf5.h>
 
-/* A file open for reading or writing, with its name for messages. */
+/* A file that is open for reading or writing, with its name for messages */
 typedef struct {
   hid_t id;
   char name[PETSC_MAX_PATH_LEN];
-  char target[PETSC_MAX_PATH_LEN];   /* writing: final name, taken at SlipH5Close(), links resolved; "": reading */
+  char target[PETSC_MAX_PATH_LEN];   /* writing: the final name after SlipH5Close(), with links resolved; "": reading */
   char source[64];                   /* for messages: " (-option)" that named the file, or "" */
-  int fd;                            /* writing: a descriptor of our own, which holds the lock */
-  PetscBool live;                    /* writing: it is target.part, which others may read while it grows */
-  int failed;                        /* writing: errno of a write that failed, after which there is none; 0 */
+  int fd;                            /* writing: a separate descriptor, which holds the lock */
+  PetscBool live;                    /* writing: the file is target.part, which others may read while it grows */
+  int failed;                        /* writing: errno of a failed write, after which none follows; else 0 */
   PetscInt64 ahead;                  /* bytes that may be written before the next flush ends */
-  PetscInt64 end;                    /* live: length of the file as its superblock says it, 0 before that [bytes] */
-  int first;                         /* of SlipH5Kind */
-  PetscErrorCode (*last)(void *ctx); /* NULL, or appends rows that are collected, when an error ends the program */
+  PetscInt64 end;                    /* live: length of the file by its superblock, 0 before that [bytes] */
+  int first;                         /* that of SlipH5Kind */
+  PetscErrorCode (*last)(void *ctx); /* NULL, or a function that appends collected rows if an error ends the program */
   void *ctx;
-  PetscLogDouble flushed, cost; /* when the last flush ended, how long it took [s] */
+  PetscLogDouble flushed, cost; /* time of the last flush and its duration [s] */
 } SlipH5;
 
-/* How an output file is named and protected: options prefix and option that name it, without dash; the option by which
-   an unfinished one is continued. Each may be NULL. */
+/* How an output file is named and protected. prefix and option name the option that gave the file, restart the one that
+   continues an unfinished file, without dashes; each may be NULL. */
 typedef struct {
   const char *prefix, *option, *restart;
-  const char *discard; /* the option by which one that is there is thrown away; NULL: option_overwrite */
-  int first;           /* rows of a series from before a run: they are no result */
-  PetscBool growing;   /* rows will be appended: it is to be readable all the time, and never lost */
-  PetscBool overwrite; /* rows of an unfinished one that is there may go */
-  PetscInt block;      /* bytes before those of HDF5, for something else: 0, or a power of two from 512 on */
+  const char *discard; /* the option that discards an existing file; NULL: option_overwrite */
+  int first;           /* number of rows of a series that precede the run and are no result */
+  PetscBool growing;   /* rows will be appended: the file must be readable at any time, and never be lost */
+  PetscBool overwrite; /* rows of an existing unfinished file may be overwritten */
+  PetscInt block;      /* bytes before those of HDF5, for other content: 0, or a power of two from 512 on */
 } SlipH5Kind;
 
-/* Rows for a series: entries data[0], data[stride], ... */
+/* Rows of a series: the entries data[0], data[stride], ... */
 typedef struct {
   const char *path;
   const PetscReal *data;
@@ -40,56 +40,56 @@ typedef struct {
 
 /* Names of the dimensions of the datasets of a group, see SlipH5NameDimensions() */
 typedef struct {
-  const char *row;         /* of the first dimension, NULL: none */
-  PetscInt n;              /* axes, at most 4 */
-  const char *const *axis; /* of those after it [n] */
-  const char *rest;        /* of those that remain, NULL: component */
+  const char *row;         /* name of the first dimension; NULL: it has none */
+  PetscInt n;              /* number of axes, at most 4 */
+  const char *const *axis; /* names of the dimensions after it [n] */
+  const char *rest;        /* name of all others; NULL: component */
 } SlipH5Axes;
 
 /* How the numbers of a series are stored */
 typedef struct {
-  PetscBool integer; /* 64-bit integers instead of doubles */
-  PetscBool single;  /* single precision instead of doubles */
-  PetscInt deflate;  /* level of compression, 1 to 9, with bytes shuffled; 0: none */
+  PetscBool integer; /* stored as 64-bit integers instead of doubles */
+  PetscBool single;  /* stored in single precision */
+  PetscInt deflate;  /* level of compression, 1 to 9, with shuffled bytes; 0: none */
 } SlipH5Storage;
 
 PETSC_EXTERN PetscErrorCode SlipH5OpenRead(const char file[],
                                            SlipH5 *h); /* PETSC_ERR_FILE_OPEN: missing, truncated or not HDF5 */
-/* Likewise, and errors name the option that named the file: its prefix, or NULL, and its name without dash. */
+/* Opens likewise; errors name the option that gave the file: its prefix, or NULL, and its name without dash. */
 PETSC_EXTERN PetscErrorCode SlipH5OpenReadOption(const char prefix[], const char option[], const char file[],
                                                  SlipH5 *h);
-/* Collective: errors of opening it; for objects that read the file of an option later */
+/* Collective: raises the errors of opening a file, for objects that read the file of an option later. */
 PETSC_EXTERN PetscErrorCode SlipH5CheckRead(MPI_Comm comm, const char prefix[], const char option[], const char file[]);
 PETSC_EXTERN PetscErrorCode SlipH5Create(const char file[], SlipH5 *h); /* opens file.part.new */
 PETSC_EXTERN PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH5 *h);
-/* Writes to a copy of the file from, which takes the name of file at the end; NULL: file.part or, without one, file */
+/* Writes to a copy of `from`, which is renamed to `file` at the end; NULL: copies file.part or, without one, file. */
 PETSC_EXTERN PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const char file[], SlipH5 *h);
-PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);   /* writing: renames into place */
-PETSC_EXTERN PetscErrorCode SlipH5Abandon(SlipH5 *h); /* writing: what is live stays as file.part */
-PETSC_EXTERN void SlipH5AbandonAll(void);             /* that this process writes, before an error ends it */
-PETSC_EXTERN PetscErrorCode SlipH5CheckCreate(const char file[]); /* errors of SlipH5Create(), nothing is left */
+PETSC_EXTERN PetscErrorCode SlipH5Close(SlipH5 *h);   /* writing: renames to the final name */
+PETSC_EXTERN PetscErrorCode SlipH5Abandon(SlipH5 *h); /* writing: a live file remains as file.part */
+PETSC_EXTERN void SlipH5AbandonAll(void);             /* all that this process writes, before an error ends it */
+PETSC_EXTERN PetscErrorCode SlipH5CheckCreate(const char file[]); /* raises errors of SlipH5Create(), leaves no file */
 PETSC_EXTERN PetscErrorCode SlipH5CheckCreateKind(const SlipH5Kind *kind, const char file[]);
-/* A growing file whose layout is there becomes file.part: from now on only rows and values of attributes change, and
-   attributes of groups made by SlipH5GroupOfNumbers() are added. */
+/* Renames a growing file to file.part once its layout is complete. From then on only rows, values of attributes, and
+   attributes of groups made by SlipH5GroupOfNumbers() change. */
 PETSC_EXTERN PetscErrorCode SlipH5Live(SlipH5 *h);
 PETSC_EXTERN PetscErrorCode SlipH5Flush(SlipH5 *h);
 PETSC_EXTERN PetscErrorCode SlipH5FlushIsDue(SlipH5 *h, PetscBool *due);
-PETSC_EXTERN PetscErrorCode SlipH5Sync(SlipH5 *h); /* flush, and wait for the disk */
+PETSC_EXTERN PetscErrorCode SlipH5Sync(SlipH5 *h); /* flushes, and waits for the disk */
 
 PETSC_EXTERN PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *has); /* group or dataset */
 PETSC_EXTERN PetscErrorCode SlipH5HasAttribute(SlipH5 *h, const char path[], const char attr[], PetscBool *has);
-PETSC_EXTERN PetscErrorCode SlipH5Group(SlipH5 *h, const char path[]); /* create, with parents; may exist */
+PETSC_EXTERN PetscErrorCode SlipH5Group(SlipH5 *h, const char path[]); /* creates it with its parents; it may exist */
 PETSC_EXTERN PetscErrorCode SlipH5GroupOfNumbers(SlipH5 *h, const char path[]);
-PETSC_EXTERN PetscErrorCode SlipH5RemoveGroup(SlipH5 *h, const char path[]); /* need not be there */
+PETSC_EXTERN PetscErrorCode SlipH5RemoveGroup(SlipH5 *h, const char path[]); /* it need not exist */
 PETSC_EXTERN PetscErrorCode SlipH5CountMembers(SlipH5 *h, const char path[], PetscInt *n);
 
-/* Reading: allocates *data (PetscFree). ndim must equal rank of the dataset (<= 4); dims returned. Any HDF5 number
-   type. */
+/* Reading allocates *data (free it by PetscFree()). ndim must equal the rank of the dataset (<= 4); dims is returned.
+   Any HDF5 number type is converted. */
 PETSC_EXTERN PetscErrorCode SlipH5GetRank(SlipH5 *h, const char path[], PetscInt *ndim);
 PETSC_EXTERN PetscErrorCode SlipH5GetSize(SlipH5 *h, const char path[], PetscInt dim, PetscInt *size);
 PETSC_EXTERN PetscErrorCode SlipH5ReadReal(SlipH5 *h, const char path[], PetscInt ndim, PetscInt dims[],
                                            PetscReal **data);
-/* Likewise, where the shape is known: want [ndim], -1 for any size; what: of that shape, for messages, or NULL. */
+/* Reads a dataset of known shape: want [ndim], -1 for any size; what: what has that shape, for messages, or NULL. */
 PETSC_EXTERN PetscErrorCode SlipH5ReadRealSized(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt want[],
                                                 const char what[], PetscInt dims[], PetscReal **data);
 PETSC_EXTERN PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n,
@@ -100,12 +100,12 @@ PETSC_EXTERN PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], cons
 PETSC_EXTERN PetscErrorCode SlipH5ReadAttrString(SlipH5 *h, const char path[], const char attr[], char value[],
                                                  size_t len);
 
-/* Inputs: errors for what nothing reads, with the nearest known name, and for other units than those expected. */
+/* Checks of input files: errors for names that no code reads, with the nearest valid name, and for unexpected units */
 PETSC_EXTERN PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[]);
 PETSC_EXTERN PetscErrorCode SlipH5CheckAttributes(SlipH5 *h, const char path[], const char names[]);
 PETSC_EXTERN PetscErrorCode SlipH5CheckUnits(SlipH5 *h, const char path[], const char unit[], PetscBool *has);
 
-/* Writing. path's parents are created; units may be NULL. */
+/* Writing creates the parents of path; units may be NULL. */
 PETSC_EXTERN PetscErrorCode SlipH5WriteReal(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
                                             const PetscReal data[], const char units[]);
 PETSC_EXTERN PetscErrorCode SlipH5WriteFloat(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
@@ -118,8 +118,8 @@ PETSC_EXTERN PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], con
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrInts(SlipH5 *h, const char path[], const char attr[], PetscInt n,
                                                 const PetscInt values[]);
 PETSC_EXTERN PetscErrorCode SlipH5WriteAttrString(SlipH5 *h, const char path[], const char attr[], const char value[]);
-/* Extendable datasets: first dimension grows. integer chooses int64 storage, else double; row has prod(dims) entries of
-   PetscReal. ndim counts the fixed dimensions (0: a scalar a row). */
+/* Creates a dataset whose first dimension grows. integer stores int64, else double; a row has prod(dims) entries of
+   PetscReal. ndim counts the fixed dimensions (0: a row is a scalar). */
 PETSC_EXTERN PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
                                                PetscBool integer, const char units[]);
 PETSC_EXTERN PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt ndim, const PetscInt dims[],
@@ -134,4 +134,4 @@ PETSC_EXTERN PetscErrorCode SlipH5CountAxes(SlipH5 *h, const char group[], Petsc
 PETSC_EXTERN PetscErrorCode SlipH5MakeDimension(SlipH5 *h, const char path[], PetscInt n);
 PETSC_EXTERN PetscErrorCode SlipH5Link(SlipH5 *h, const char path[], const char name[]);
 PETSC_EXTERN PetscErrorCode SlipH5AppendZeros(SlipH5 *h, const char path[], PetscInt rows);
-PETSC_EXTERN PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows); /* fewer than there are */
+PETSC_EXTERN PetscErrorCode SlipH5SetRows(SlipH5 *h, const char path[], PetscInt rows); /* fewer than exist */

@@ -1,5 +1,5 @@
 /* SlipPolicy: a small network that maps an observation to a step size. Its HDF5 file:
-     /              attributes: format "slipstep-policy", version 1, and what its trainer notes, text or numbers:
+     /              attributes: format "slipstep-policy", version 1, and the trainer's notes, text or numbers:
                     algorithm, problem, alpha, training_steps, seed, library_version, created, moving_dt_max (below),
                     ...; and checksum, SlipPolicyGetHash() of all the rest, compared when the file is read (older files
                     have none)
@@ -16,7 +16,7 @@
 typedef struct _p_SlipPolicy *SlipPolicy;
 PETSC_EXTERN PetscClassId SLIP_POLICY_CLASSID;
 
-/* What a layer applies to its sums, in the order of SlipActivations[]; hardtanh2 clips to [-2, 2]. */
+/* The activation of a layer, in the order of SlipActivations[]; hardtanh2 clips to [-2, 2]. */
 typedef enum {
   SLIP_ACTIVATION_LINEAR,
   SLIP_ACTIVATION_RELU,
@@ -25,11 +25,10 @@ typedef enum {
 } SlipActivation;
 PETSC_EXTERN const char *const SlipActivations[];
 
-PETSC_EXTERN PetscErrorCode SlipPolicyInitializePackage(void); /* called by what creates objects; again does nothing */
+PETSC_EXTERN PetscErrorCode SlipPolicyInitializePackage(void); /* creation routines call it; later calls do nothing */
 PETSC_EXTERN PetscErrorCode SlipPolicyCreate(MPI_Comm comm, SlipPolicy *policy);
 PETSC_EXTERN PetscErrorCode SlipPolicyLoad(SlipPolicy policy, const char file[]);
-/* The policy that comes with the library for a problem ("fault", ...): in SLIPSTEP_POLICY_DIR, the installation or the
-   source. */
+/* Finds the library's policy for a problem ("fault", ...) in SLIPSTEP_POLICY_DIR, the installation or the source. */
 PETSC_EXTERN PetscErrorCode SlipPolicyFindDefault(MPI_Comm comm, const char problem[], char file[], size_t len,
                                                   PetscBool *found);
 PETSC_EXTERN PetscErrorCode SlipPolicyStore(SlipPolicy policy, const char file[]); /* via a temporary file and rename */
@@ -37,7 +36,7 @@ PETSC_EXTERN PetscErrorCode SlipPolicyView(SlipPolicy p, PetscViewer viewer);
 PETSC_EXTERN PetscErrorCode SlipPolicyDestroy(SlipPolicy *policy);
 PETSC_EXTERN PetscErrorCode SlipPolicyReference(SlipPolicy policy);
 
-/* Building one in memory (trainer). Arrays are copied. weight is row-major [out][in]. */
+/* Functions that build a policy in memory, for trainers; they copy arrays. weight is row-major [out][in]. */
 PETSC_EXTERN PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, const char *const names[],
                                                       const PetscReal scale[], const PetscReal offset[]);
 PETSC_EXTERN PetscErrorCode SlipPolicyAddLayer(SlipPolicy p, PetscInt in, PetscInt out, const PetscReal weight[],
@@ -53,42 +52,42 @@ PETSC_EXTERN PetscErrorCode SlipPolicySetRange(SlipPolicy p, const PetscReal min
 PETSC_EXTERN PetscErrorCode SlipPolicyGetAttribute(SlipPolicy p, const char name[], const char **value); /* borrowed */
 PETSC_EXTERN PetscErrorCode SlipPolicySetAttribute(SlipPolicy p, const char name[], const char value[]);
 
-/* Attribute: the longest step [T*] while anything moves. Where a policy has it and the problem rests (SlipProblemOps of
-   slipts.h), the step goes to the end of the rest whatever the policy says. */
+/* Attribute: the longest step [T*] while any cell moves. If a policy has it, a step at rest (SlipProblemOps of
+   slipts.h) ends where the rest ends, whatever the network computes. */
 #define SLIP_POLICY_MOVING_DT_MAX "moving_dt_max"
-/* Attributes: with the dial at a, the tolerance -ts_rtol of the run is factor a^power */
+/* Attributes: with the wanted accuracy a the run has the tolerance -ts_rtol = factor a^power */
 #define SLIP_POLICY_RTOL_FACTOR "rtol_factor"
 #define SLIP_POLICY_RTOL_POWER "rtol_power"
-/* Attributes of a policy in units of h: the first step is factor a^power T*, and the attempts after a failed solve in
-   which the step does not grow */
+/* Attributes of a policy in units of h: the first step is factor a^power T*, and hold is the number of attempts after a
+   failed solve in which the step does not grow */
 #define SLIP_POLICY_FIRST_STEP_FACTOR "first_step_factor"
 #define SLIP_POLICY_FIRST_STEP_POWER "first_step_power"
 #define SLIP_POLICY_HOLD "hold"
-/* Attribute of such a policy: attempts with a larger error estimate are rejected, 1 without it */
+/* Attribute of such a policy: attempts with a larger error estimate are rejected; the default is 1 */
 #define SLIP_POLICY_CEILING "error_ceiling"
-/* Attribute: the observation whose power of ten multiplies every step, so that the action is in units of a time that
-   the problem knows at every moment. */
+/* Attribute: the name of an observation; every step is multiplied by ten to its power, so that the action has the unit
+   of a time that the problem computes at every state. */
 #define SLIP_POLICY_STEP_FACTOR "step_factor"
-/* Attribute: the error that its accuracy dial bounds, see TSAdaptRLSetMeasure(); without it final_slip. */
+/* Attribute: the error that the wanted accuracy bounds, see TSAdaptRLSetMeasure(); the default is final_slip */
 #define SLIP_POLICY_MEASURE "measure"
-/* Attribute of a policy whose training has not ended: why its dial cannot be relied on */
+/* Attribute of a policy whose training has not ended: why its accuracy is not reliable */
 #define SLIP_POLICY_UNFINISHED "unfinished"
 PETSC_EXTERN PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *value, PetscBool *has);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *const *names[]);
-/* of training; NULL: not known */
+/* of the training; NULL: unknown */
 PETSC_EXTERN PetscErrorCode SlipPolicyGetRange(SlipPolicy p, const PetscReal *min[], const PetscReal *max[]);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal tmax, PetscReal *dt_min,
                                                     PetscReal *dt_max);              /* [s] */
 PETSC_EXTERN PetscErrorCode SlipPolicyIsRelative(SlipPolicy p, PetscBool *relative); /* unit "h" */
-/* hex digest of the file's content, for provenance */
+/* Hexadecimal hash of the file's content, which identifies the policy in outputs */
 PETSC_EXTERN PetscErrorCode SlipPolicyGetHash(SlipPolicy p, const char *hash[]);
 PETSC_EXTERN PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[]);
-/* Pure, no allocation, no communication. obs [n], raw (unscaled); the network sees obs * scale + offset. action in
-   [low, high]. outside: number of observations outside the training range (NULL allowed). */
+/* Evaluates the network without allocation or communication. obs [n] is unscaled; the network gets obs * scale +
+   offset. action is in [low, high]; outside counts the observations outside the training range (NULL is allowed). */
 PETSC_EXTERN PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal *action,
                                                PetscInt *outside);
 PETSC_EXTERN PetscErrorCode SlipPolicyActionToStep(SlipPolicy p, PetscReal action, PetscReal tstar, PetscReal tmax,
                                                    PetscReal *h); /* [s] */
-/* Both, and the step factor */
+/* Both, and the step factor is applied */
 PETSC_EXTERN PetscErrorCode SlipPolicyChoose(SlipPolicy p, const PetscReal obs[], PetscReal tstar, PetscReal tmax,
                                              PetscReal *h, PetscInt *outside);

@@ -1,36 +1,37 @@
-/* TSBATHE: the implicit composite (trapezoidal, then three-point backward) integrator; TSMOREAU: the explicit one. */
+/* Time integrators: TSBATHE, implicit and composite (a trapezoidal stage, then a three-point backward one), TSMOREAU,
+   the explicit one for set-valued reactions, and the functions that problems supply to all of them. */
 #pragma once
 #include <petscts.h>
 #include <slipsnes.h>
 #include <slipsys.h>
 
 #define TSBATHE "bathe"
-#define TSMOREAU "moreau"   /* explicit, with the same set-valued reactions; moreau.c */
-#define TSADAMS "adams"     /* explicit, of variable order; adams.c */
-#define TSLAPUSTA "lapusta" /* explicit, of constant slip rates within a step, for media that remember; lapusta.c */
+#define TSMOREAU "moreau"   /* explicit, for the same set-valued reactions; moreau.c */
+#define TSADAMS "adams"     /* explicit, with variable order; adams.c */
+#define TSLAPUSTA "lapusta" /* explicit, with constant slip rates in a step, for media with memory; lapusta.c */
 #define TSRKC "rkc"         /* explicit, of second order, with as many stages as stability needs; rkc.c */
 
-/* How an attempt is computed: by implicit stages, or by an explicit step of a constraint with SlipExplicitOps; auto: by
-   that which takes fewer products */
+/* How an attempt is computed: by implicit stages, or by an explicit step of a constraint that has SlipExplicitOps; auto
+   chooses the one that takes fewer products. */
 typedef enum { TSBATHE_METHOD_IMPLICIT, TSBATHE_METHOD_EXPLICIT, TSBATHE_METHOD_AUTO } TSBatheMethod;
-/* Treatment of the reaction in stage 1: by the mean of start and end (second order), or at the end (first order). */
+/* How stage 1 treats the reaction: as the mean of start and end (second order), or as that at the end (first order). */
 typedef enum { TSBATHE_REACTION_TRAPEZOIDAL, TSBATHE_REACTION_IMPLICIT } TSBatheReactionType;
-/* Rule of stage 1: trapezoidal, or backward, which reads no force of the step's start. */
+/* Rule of stage 1: trapezoidal, or backward, which does not use the force at the start of the step. */
 typedef enum { TSBATHE_STAGE_TRAPEZOIDAL, TSBATHE_STAGE_BACKWARD } TSBatheFirstStage;
-/* Error estimate of a step: from the stage derivatives (no extra solve), by two half steps, or none. */
+/* How the error of a step is estimated: from the stage derivatives (no extra solve), by two half steps, or not. */
 typedef enum { TSBATHE_ERROR_EMBEDDED, TSBATHE_ERROR_DOUBLING, TSBATHE_ERROR_NONE } TSBatheError;
 PETSC_EXTERN const char *const TSBatheMethods[];
 PETSC_EXTERN const char *const TSBatheReactionTypes[];
 PETSC_EXTERN const char *const TSBatheFirstStages[];
 PETSC_EXTERN const char *const TSBatheErrors[];
 
-/* One attempted step, accepted or not. Everything that outputs, controllers and trainers may know of it. */
+/* One attempted step, accepted or not: all that outputs, controllers and trainers may use of it. */
 typedef struct {
   PetscInt step;         /* number of accepted steps before it */
   PetscReal time;        /* time at its start [s] */
-  PetscReal dt;          /* step tried [s] */
+  PetscReal dt;          /* attempted step [s] */
   PetscBool converged;   /* every stage solve of the attempt converged */
-  PetscBool accepted;    /* the controller took it */
+  PetscBool accepted;    /* the controller accepted it */
   PetscReal error;       /* weighted RMS error estimate; -1 when none was computed */
   PetscReal residual;    /* sum of the Bathe steps' final relative residuals, 2 for each that was not run or failed */
   PetscInt solves;       /* Bathe steps computed (1, or up to 3 with doubling) */
@@ -38,22 +39,21 @@ typedef struct {
   PetscInt linear;       /* linear iterations */
   TSBatheMethod method;  /* implicit or explicit */
   PetscInt reason;       /* last SNESConvergedReason */
-  SlipProducts products; /* since the attempt before: those of the step, its controller and what it starts from */
+  SlipProducts products; /* since the last attempt: those of the step, its controller and its start */
   PetscReal wall;        /* wall time [s] */
 } SlipAttempt;
 
-/* Called after each attempt, once accepted or rejected is known; w is the state after it (the restored one when
-   rejected). */
+/* Called after each attempt, once it is accepted or rejected; w is the state after it (restored if rejected). */
 typedef PetscErrorCode (*TSBatheAttemptFn)(TS ts, const SlipAttempt *attempt, Vec w, void *ctx);
 
-PETSC_EXTERN PetscErrorCode SlipTSInitializePackage(void);   /* called by what creates objects; again does nothing */
-PETSC_EXTERN PetscErrorCode TSBatheIs(TS ts, PetscBool *is); /* of type bathe or moreau? */
-/* Of the next attempts */
+PETSC_EXTERN PetscErrorCode SlipTSInitializePackage(void);   /* creation routines call it; later calls do nothing */
+PETSC_EXTERN PetscErrorCode TSBatheIs(TS ts, PetscBool *is); /* is ts of type bathe or moreau? */
+/* The method of the next attempts */
 PETSC_EXTERN PetscErrorCode TSBatheSetMethod(TS ts, TSBatheMethod method);
 PETSC_EXTERN PetscErrorCode TSBatheSetDefaultMethod(TS ts, TSBatheMethod method);
 PETSC_EXTERN PetscErrorCode TSBatheGetMethod(TS ts, TSBatheMethod *method);
-PETSC_EXTERN PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h);  /* of an explicit step from here [s] */
-PETSC_EXTERN PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost); /* over that of an explicit step */
+PETSC_EXTERN PetscErrorCode TSBatheGetLongestStep(TS ts, PetscReal *h);  /* the longest stable explicit step [s] */
+PETSC_EXTERN PetscErrorCode TSBatheGetSolveCost(TS ts, PetscReal *cost); /* relative to an explicit step */
 PETSC_EXTERN PetscErrorCode TSBatheSetGamma(TS ts, PetscReal gamma);
 PETSC_EXTERN PetscErrorCode TSBatheGetGamma(TS ts, PetscReal *gamma);
 PETSC_EXTERN PetscErrorCode TSBatheSetReactionType(TS ts, TSBatheReactionType type);
@@ -67,132 +67,133 @@ PETSC_EXTERN PetscErrorCode TSBatheSetStageError(TS ts, PetscReal share);
 PETSC_EXTERN PetscErrorCode TSBatheGetDoublingOrder(TS ts, PetscInt *p);
 PETSC_EXTERN PetscErrorCode TSBatheSetConstraint(TS ts, SlipConstraint con);
 PETSC_EXTERN PetscErrorCode TSBatheGetConstraint(TS ts, SlipConstraint *con);
-/* borrowed: accepted reaction at the current time; restart state */
+/* A borrowed vector: the accepted reaction at the current time, which a restarted run starts with */
 PETSC_EXTERN PetscErrorCode TSBatheGetReaction(TS ts, Vec *r);
 PETSC_EXTERN PetscErrorCode TSBatheSetInitialReaction(TS ts, Vec r);
 PETSC_EXTERN PetscErrorCode TSBatheGetLastAttempt(TS ts, SlipAttempt *attempt);
-/* several are called in order */
+/* Several monitors are called in the order in which they were set. */
 PETSC_EXTERN PetscErrorCode TSBatheMonitorSet(TS ts, TSBatheAttemptFn monitor, void *ctx,
                                               PetscErrorCode (*destroy)(void **));
 PETSC_EXTERN PetscErrorCode TSBatheMonitorCancel(TS ts);
-/* Of the last attempt, borrowed; NULL: not known. scale makes error solution minus exact; derivative is dw/dt at its
-   end. */
+/* Estimates of the last attempt, borrowed; NULL means that there is none. scale times error is solution minus exact
+   solution; derivative is dw/dt at the end of the attempt. */
 PETSC_EXTERN PetscErrorCode TSBatheGetEstimates(TS ts, Vec *error, PetscReal *scale, Vec *derivative);
 PETSC_EXTERN PetscErrorCode TSBatheGetOrder(TS ts, PetscReal *order);
-/* Integrals over the last accepted step: states, borrowed, at shares of it, with their weights */
+/* Quadrature over the last accepted step: borrowed states at these fractions of the step, with their weights */
 PETSC_EXTERN PetscErrorCode TSBatheGetQuadrature(TS ts, PetscReal share[3], PetscReal weight[3], Vec state[3]);
-/* Same steps and estimates, finer solution; told of the state [v, u, s per cell] at the end of each part */
+/* Divides each step into parts, which change neither steps nor estimates and make the solution finer; the function gets
+   the state [v, u, s per cell] at the end of each part. */
 typedef PetscErrorCode (*TSBathePartFn)(TS ts, PetscReal time, Vec w, void *ctx);
 PETSC_EXTERN PetscErrorCode TSBatheSetParts(TS ts, PetscInt parts, TSBathePartFn told, void *ctx);
-/* Totals since TSSolve began. */
+/* Totals since TSSolve() began */
 PETSC_EXTERN PetscErrorCode TSBatheGetTotals(TS ts, PetscInt *attempts, PetscInt *accepted, PetscInt *solves,
                                              PetscInt *newton, PetscInt *linear);
 PETSC_EXTERN PetscErrorCode TSBatheGetExplicitAttempts(TS ts, PetscInt *attempts);
-/* Make a TS of type bathe integrate a small system (slipsnes.h); and fail when -ts_type has made it another type since,
-   which would ignore the constraint. */
+/* Makes a TS of type bathe integrate a small system (slipsnes.h). TSBatheCheckOptions() fails if -ts_type has changed
+   the type since then, because another type would ignore the constraint. */
 PETSC_EXTERN PetscErrorCode SlipSmallConfigureTS(const SlipSmall *problem, TS ts);
 PETSC_EXTERN PetscErrorCode TSBatheCheckOptions(TS ts);
-/* SlipSmallConfigureTS() for languages that have no structs of C's: the members of SlipSmall one by one. */
+/* SlipSmallConfigureTS() for languages without C structs: it takes the members of SlipSmall one by one. */
 PETSC_EXTERN PetscErrorCode SlipSmallConfigureTSByMembers(
   TS ts, PetscInt n, const PetscReal mass[], PetscInt nrows, const PetscInt rows[],
   PetscErrorCode (*force)(PetscReal t, const PetscReal w[], PetscReal F[], void *ctx),
   PetscErrorCode (*jacobian)(PetscReal t, const PetscReal w[], PetscReal J[], void *ctx),
   PetscErrorCode (*bound)(PetscReal t, const PetscReal w[], PetscReal q[], PetscReal dq[], void *ctx), void *ctx);
-/* The last line of a summary: when a run ended, and why it did before its final time. */
+/* Prints the last line of a summary: when a run ended, and why if that was before its final time. */
 PETSC_EXTERN PetscErrorCode SlipReportEnd(TS ts, const char state[], PetscBool *complete);
 
 PETSC_EXTERN PetscErrorCode TSAdamsSetMaxOrder(TS ts, PetscInt order);
 PETSC_EXTERN PetscErrorCode TSRKCSetMaxStages(TS ts, PetscInt stages);
 
-/* Composed functions by which TSBATHE, controllers and problems meet without including each other:
+/* Composed functions by which TSBATHE, controllers and problems call each other without including each other's headers:
    on TSAdapt
-     "TSAdaptChooseFirst_C"        (TSAdapt, TS, PetscReal *h)   the first step, before anything is known
+     "TSAdaptChooseFirst_C"        (TSAdapt, TS, PetscReal *h)   chooses the first step, before any attempt
      "TSAdaptChooseAfterFailure_C" (TSAdapt, TS, PetscReal h_failed, PetscReal *h_next)
-     "TSAdaptNeedsError_C"         (TSAdapt, PetscBool *flg)     no: TSBATHE skips step doubling (absent: yes)
-     "TSAdaptResume_C"             (TSAdapt, TS)                 a run goes on from a checkpoint; then "SlipState_C"
+     "TSAdaptNeedsError_C"         (TSAdapt, PetscBool *flg)     false: TSBATHE skips step doubling (absent: true)
+     "TSAdaptResume_C"             (TSAdapt, TS)                 a run continues from a checkpoint; then "SlipState_C"
    on TS, by TSBATHE
      "TSBatheGetLastAttempt_C"     (TS, SlipAttempt *) */
 
-/* What a problem tells controllers and the integrator of itself. Any function may be NULL. ctx is that of
+/* By these functions a problem informs controllers and integrators; any may be NULL. ctx is that of
    TSSetSlipProblem(). */
 typedef struct {
-  PetscErrorCode (*name)(TS ts, const char **name, void *ctx);      /* whose default policy -ts_adapt_type rl takes */
+  PetscErrorCode (*name)(TS ts, const char **name, void *ctx);      /* its name, which selects a default policy */
   PetscErrorCode (*time_scale)(TS ts, PetscReal *tstar, void *ctx); /* T* [s]; NULL: 1 s */
-  PetscErrorCode (*untrained)(TS ts, const char **why,
-                              void *ctx); /* why no policy was trained for the like of it, asked once a
-                                                                  run; NULL: one may have been */
-  const char
-    *controller; /* the classical type of TSAdapt for it, and after a colon its filter, which -ts_adapt_type rl hands a
-                             run over to; NULL: TSADAPTHEURISTIC */
-  /* Asked by TSBATHE where a solve begins, before its controller chooses the first step and after (chosen): sets the
-     tolerances of ts that the accuracy wanted needs, then remembers those that the controller has set */
+  /* Why no policy was trained for such a problem, called once a run; NULL: one may have been trained */
+  PetscErrorCode (*untrained)(TS ts, const char **why, void *ctx);
+  /* The classical TSAdapt type of the problem, and after a colon its filter, with which a run under -ts_adapt_type rl
+     continues outside of the policy's training; NULL: TSADAPTHEURISTIC */
+  const char *controller;
+  /* TSBATHE calls it when a solve begins, before the controller chooses the first step and after it (chosen): sets the
+     tolerances of ts for the wanted accuracy, and afterwards stores those that the controller has set. */
   PetscErrorCode (*begin)(TS ts, PetscBool chosen, void *ctx);
-  /* Asked by TSADAPTRL when it hands a run over, with the accuracy that it was asked for: sets the tolerances of ts for
-     fallback */
+  /* TSADAPTRL calls it when another controller (fallback) takes over a run; it sets the tolerances of ts that this
+     controller needs for the accuracy. */
   PetscErrorCode (*hand_over)(TS ts, TSAdapt fallback, PetscReal accuracy, void *ctx);
-  /* For how long the state w of time t [s] stays exactly at rest, in s; 0 when something moves or is about to,
-     PETSC_MAX_REAL for ever */
+  /* How long the state w at t [s] stays exactly at rest [s]: 0 if a cell moves or is about to, PETSC_MAX_REAL for ever
+     */
   PetscErrorCode (*rest_time)(TS ts, PetscReal t, Vec w, PetscReal *rest, void *ctx);
-  /* Asked by TSBATHE, TSADAMS and TSLAPUSTA before a step, whose length is that of TSGetTimeStep(): the next time at
-     which its loading has a corner that a step is to end at, [s] and after t. PETSC_MAX_REAL: none */
+  /* TSBATHE, TSADAMS and TSLAPUSTA call it before a step of the length TSGetTimeStep(). next is the first time after t
+     [s] at which the loading has a corner where a step must end; PETSC_MAX_REAL: there is none. */
   PetscErrorCode (*corner)(TS ts, PetscReal t, PetscReal *next, void *ctx);
-  /* Likewise: does the state w of time t [s] stay at rest beyond t? Then *end is until when, at most limit; half and
-     after are the states halfway and at the end, exactly, and *h a step to go on with from there [s]. Otherwise *end =
-     t. */
+  /* They call it likewise to learn whether the state w at t [s] stays at rest beyond t. If so, *end is until when, at
+     most limit; half and after are the exact states halfway and at the end, and *h is a step to continue with [s].
+     Otherwise *end = t. */
   PetscErrorCode (*rest)(TS ts, PetscReal t, PetscReal limit, Vec w, Vec half, Vec after, PetscReal *end, PetscReal *h,
                          void *ctx);
-  /* Asked by TSBATHE after an attempt whose states w0, wm and w1 are at the shares 0, share and 1 of the step; k0 is
-     dw/dt at its start. *stop: when after its start [s] something stops of which the step should not average the stop,
-     PETSC_MAX_REAL: nothing does. Steps end there. */
+  /* TSBATHE calls it after an attempt whose states w0, wm and w1 are at the fractions 0, share and 1 of the step; k0 is
+     dw/dt at its start. *stop is how long after the start [s] a motion stops over which the step should not average,
+     PETSC_MAX_REAL if none does; a step then ends there. */
   PetscErrorCode (*stop)(TS ts, PetscReal share, Vec w0, Vec wm, Vec w1, Vec k0, PetscReal *stop, void *ctx);
-  /* Asked by TSBATHE and TSRKC: the norm of the estimate e of the error of a step from w0 to w1, at most 1 where it is
-     as wanted; NULL: the weighted one of the TS */
+  /* TSBATHE and TSRKC call it for the norm of the error estimate e of a step from w0 to w1; a step is accurate enough
+     if the norm is at most 1. NULL: the weighted norm of the TS */
   PetscErrorCode (*error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);
-  /* Asked by TSLAPUSTA: w1 is the state w0 after h [s] at constant slip rates, of which F has those of displacements */
+  /* TSLAPUSTA calls it: w1 is the state h [s] after w0 at constant slip rates; F has the rates of the displacements. */
   PetscErrorCode (*drift)(TS ts, PetscReal h, Vec w0, Vec F, Vec w1, void *ctx);
-  /* Asked by TSADAPTLAPUSTA of the end of an attempt, F there: the longest step that lets no cell slip too far [s] */
+  /* TSADAPTLAPUSTA calls it after an attempt, with F at its end: the longest step in which no cell slips too far [s] */
   PetscErrorCode (*slip_step)(TS ts, PetscReal t, Vec w, PetscReal *longest, void *ctx);
-  /* Asked by TSLAPUSTA: the shortest step that there is any use in [s]; 0: there is none */
+  /* TSLAPUSTA calls it: the shortest useful step [s]; 0: there is none */
   PetscErrorCode (*shortest)(TS ts, PetscReal *step, void *ctx);
-  /* Likewise, of a step's start (t, w): does all rest, but waves are under way that may start something? Then steps are
-     four times the shortest at most, and the shortest where something starts, whatever a controller makes of a state
-     that does not change */
+  /* TSLAPUSTA calls it at the start (t, w) of a step: do all cells rest while waves are under way that may start slip?
+     If so, steps are at most four times the shortest one, and the shortest one where slip starts, because a controller
+     would lengthen the steps of a state that does not change. */
   PetscErrorCode (*waits)(TS ts, PetscReal t, Vec w, PetscBool *waits, void *ctx);
-  /* Asked by TSADAMS and TSRKC at the end t [s] of a step, after the right-hand side there: makes those components of
-     the state w that no derivative goes into follow from the others */
+  /* TSADAMS and TSRKC call it at the end t [s] of a step, after the right-hand side there: it computes the components
+     of w that have no derivative from the others. */
   PetscErrorCode (*finish)(TS ts, PetscReal t, Vec w, void *ctx);
-  /* Likewise, and after it: the fastest rate at which the solution relaxes at the state w [1/s], which bounds stable
-     steps under controllers that observe no such thing; 0: not known */
+  /* They call it likewise, and then: the fastest rate at which the solution relaxes at the state w [1/s]. It bounds
+     stable steps under controllers that do not observe it; 0: unknown */
   PetscErrorCode (*relaxation)(TS ts, Vec w, PetscReal *rate, void *ctx);
-  /* Asked by TSBATHE, which goes by explicit steps as well as by solves where there are all of these four, finish() and
-     relaxation(), whose rate 0 means solves: f = dw/dt of the state w at t [s], 0 where no derivative goes into; the
-     state w1 in the middle of a step h [s] from w0 to w2, whose right-hand sides are f0 and f2; the norm of the error e
-     of such a step, as error() is of the others; and the reaction of a state w that finish() has completed */
+  /* TSBATHE takes explicit steps besides implicit ones if a problem has these four functions, finish() and
+     relaxation(), where the rate 0 means implicit steps. side(): f = dw/dt of the state w at t [s], 0 where a component
+     has no derivative. middle(): the state w1 in the middle of a step h [s] from w0 to w2, whose right-hand sides are
+     f0 and f2. side_error(): the norm of the error e of such a step, as error() is of the others. reaction(): that of a
+     state w which finish() has completed. */
   PetscErrorCode (*side)(TS ts, PetscReal t, Vec w, Vec f, void *ctx);
   PetscErrorCode (*middle)(TS ts, PetscReal h, Vec w0, Vec w2, Vec f0, Vec f2, Vec w1, void *ctx);
   PetscErrorCode (*side_error)(TS ts, Vec e, Vec w0, Vec w1, PetscReal *E, void *ctx);
   PetscErrorCode (*reaction)(TS ts, PetscReal t, Vec w, Vec r, void *ctx);
-  /* Of a problem that remembers its history, for TSBATHE, TSADAMS and TSRKC, all or none of them. A step begins from
-     the state w of t [s], which was accepted; first: a run begins, with nothing before it. It is called where the next
-     step begins: states in between follow from the history before, as they did when the step was tried. */
+  /* For problems with a history; TSBATHE, TSADAMS and TSRKC call all three, or the problem has none of them. accept():
+     a step begins from the accepted state w at t [s]; first: a run begins, without a history. It is called when the
+     next step begins, so that states inside the last step still follow from the history before it. */
   PetscErrorCode (*accept)(TS ts, PetscReal t, Vec w, PetscBool first, void *ctx);
-  /* The next part of an attempt begins from w, which is only tried; and an attempt, or a step that an event looks into
-     again, is given up: back to the start of the step */
+  /* advance(): the next part of an attempt begins from w, which is not accepted yet. rollback(): an attempt is given
+     up, or a step that an event interpolates again; the history is that of the start of the step. */
   PetscErrorCode (*advance)(TS ts, PetscReal t, Vec w, void *ctx);
   PetscErrorCode (*rollback)(TS ts, void *ctx);
-  /* Observations of its own: number of the row of a name, -1 for none, asked once a run; values of rows [n] in the
-     current solution, which is of the time t [s], asked once a state. TSGetTime() is the step's start until the
-     controller has chosen. */
+  /* Observations of the problem's own. find(), called once a run: the number of the row with a name, -1 for none.
+     observe(), called once a state: values of rows [n] in the current solution at the time t [s]; TSGetTime() is the
+     start of the step until the controller has chosen. */
   PetscErrorCode (*find)(TS ts, const char name[], PetscInt *row, void *ctx);
   PetscErrorCode (*observe)(TS ts, PetscReal t, PetscInt n, const PetscInt row[], PetscReal value[], void *ctx);
-  /* Of a problem that can do with times which count from an origin that moves (TSGetSlipOrigin()). Between two steps:
-     the origin is now this one [s], and all times that it remembers fall by so much */
+  /* For problems that allow times to count from a moving origin (TSGetSlipOrigin()). Between two steps the origin
+     becomes this one [s], and the problem subtracts `by` from all times that it stores. */
   PetscErrorCode (*origin)(TS ts, PetscReal origin, PetscReal by, void *ctx);
-  PetscBool any_integrator; /* it has no constraint: types other than TSBATHE solve it as well */
-  PetscBool measures;       /* its errors are those that -ts_adapt_rl_measure names; no: it has one of its own */
+  PetscBool any_integrator; /* it has no constraint, so that types other than TSBATHE solve it as well */
+  PetscBool measures;       /* -ts_adapt_rl_measure names its errors; false: it has an error measure of its own */
 } SlipProblemOps;
 
 PETSC_EXTERN PetscErrorCode TSSetSlipProblem(TS ts, const SlipProblemOps *problem, void *ctx);
 PETSC_EXTERN PetscErrorCode TSGetSlipProblem(TS ts, const SlipProblemOps **problem, void *ctx);
-/* What times of ts count from, in runs of thousands of years [s] */
+/* The origin of the times of ts in runs of thousands of years [s] */
 PETSC_EXTERN PetscErrorCode TSGetSlipOrigin(TS ts, PetscReal *origin);

@@ -1,11 +1,12 @@
-/* What controllers share: the error estimate of the step, the two ends of a choice that follows it, and the step after
-   a failure. */
+/* Code that controllers share: the error estimate, the two ends of a choice that follows it, the step after a
+   failure */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipts.h>
 
 /*
-  Types with their own estimate (theta, bdf, alpha, bathe) give E and its order, the power of h that it goes with;
-  embedded Runge-Kutta pairs give a second solution instead, as in PETSc's own controllers. q = 1/order.
+  Types with their own estimate (theta, bdf, alpha, bathe) supply E and its order, the power of h to which it is
+  proportional; embedded Runge-Kutta pairs supply a second solution instead, as for PETSc's own controllers. q =
+  1/order.
 */
 PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscReal *q, PetscReal *E)
 {
@@ -25,7 +26,7 @@ PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscReal *q, PetscR
     PetscCall(TSErrorWeightedNorm(ts, ts->vec_sol, y, adapt->wnormtype, E, &unused[0], &unused[1]));
     PetscCall(SlipGuardState(y, &good));
     PetscCall(VecDestroy(&y));
-    if (!good) *E = (PetscReal)NAN; /* which PETSc's infinity norm passes over */
+    if (!good) *E = (PetscReal)NAN; /* PETSc's infinity norm ignores NaN */
   }
   PetscCheck(!PetscIsNanReal(*E), PetscObjectComm((PetscObject)adapt), PETSC_ERR_FP,
              "At time %g s the error estimate of a step of %g s is not a number (-ts_type %s)", (double)ts->ptime,
@@ -37,7 +38,7 @@ PetscErrorCode SlipAdaptEvaluateError(TSAdapt adapt, TS ts, PetscReal *q, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are the limits of the ratio of steps, -ts_adapt_clip, these? */
+/* True if -ts_adapt_clip, the limits of the ratio of steps, has these values */
 PetscBool SlipAdaptClips(TSAdapt adapt, PetscReal low, PetscReal high)
 {
   return adapt->clip[0] == low && adapt->clip[1] == high ? PETSC_TRUE : PETSC_FALSE;
@@ -54,14 +55,14 @@ PetscErrorCode SlipAdaptCheckMinimum(TSAdapt adapt, TS ts, PetscReal h, const ch
 }
 
 /*@
-  SlipAdaptSetNorm - set the norm that a controller measures the error of a step in
+  SlipAdaptSetNorm - sets the norm in which a controller measures the error of a step
 
   Logically collective; before TSSetFromOptions(), whose -ts_adapt_wnormtype overrides it
 
   Input Parameters:
 + adapt - of any type
-- type  - `NORM_2`, PETSc's default: the root mean square over the components of the state, in which the error of one of
-          them counts the less the more there are; `NORM_INFINITY`: the largest of them
+- type  - `NORM_2`, PETSc's default: the root mean square over the components of the state, in which the error of one
+          component counts the less the more there are; `NORM_INFINITY`: the largest of them
 
   Options Database Key:
 . -ts_adapt_wnormtype <2> - the same; infinity in explicit runs of a SlipFault
@@ -84,8 +85,8 @@ PetscErrorCode SlipAdaptSetNorm(TSAdapt adapt, NormType type)
 }
 
 /*
-  A TSAdapt type that goes by the error estimate: the next step and whether this one is accepted follow from E and q by
-  the type's own rule. Without an estimate there is nothing to go by: the step is accepted and kept.
+  A TSAdapt type based on the error estimate: its rule computes the next step, and whether this one is accepted, from E
+  and q. Without an estimate the step is accepted and its size unchanged.
 */
 static PetscErrorCode TSAdaptChoose_Error(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
                                           PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
@@ -145,7 +146,7 @@ PetscErrorCode SlipAdaptCreateByError(TSAdapt adapt, SlipAdaptByError *ctx, Slip
   ctx->failure = 0.6;
   ctx->safety = adapt->safety;
   ctx->reject_safety = adapt->reject_safety;
-  if (SlipAdaptClips(adapt, SLIP_CLIP_LOW, SLIP_CLIP_HIGH)) { /* nobody has set it: the type's own limits are enough */
+  if (SlipAdaptClips(adapt, SLIP_CLIP_LOW, SLIP_CLIP_HIGH)) { /* it was not set: the limits of the type suffice */
     adapt->clip[0] = 0;
     adapt->clip[1] = PETSC_MAX_REAL;
   }

@@ -1,14 +1,14 @@
-/* What a controller remembers, for checkpoints: ours compose a function of their own, PETSc's are known here. */
+/* The memory of controllers, for checkpoints: our types compose a function, and this file covers PETSc's types. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipstate.h>
 
-/* TSADAPTDSP keeps its memory to itself and has no getters: this is its context as of
-   src/ts/adapt/impls/dsp/adaptdsp.c, the same in PETSc 3.8 to 3.25. Without it a run of the default controller of
-   loaded faults would not go on to the bit (tests/integration/restarts.py). CheckDSP() compares a new one with it,
-   number by number, before it is believed. */
+/* TSADAPTDSP has no getters for its memory, so this is a copy of its context in src/ts/adapt/impls/dsp/adaptdsp.c,
+   which is the same in PETSc 3.8 to 3.25. Without it a continued run with the default controller of loaded faults would
+   differ from an unbroken one (tests/integration/restarts.py). CheckDSP() compares a new context with it, number by
+   number, before it is used. */
 typedef struct {
   PetscReal kBeta[3], Alpha[2];   /* the filter */
-  PetscReal cerror[3], hratio[3]; /* errors and ratios of steps before */
+  PetscReal cerror[3], hratio[3]; /* errors and ratios of earlier steps */
   PetscBool rollback;
 } TSAdapt_DSP;
 
@@ -46,7 +46,7 @@ static PetscErrorCode SlipState_DSP(TSAdapt adapt, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A controller of any type; another one than the file's begins without memory. */
+/* Visits a controller of any type; if the file has another type, the controller starts without memory. */
 PetscErrorCode SlipStateController(SlipState s, const char name[], TSAdapt adapt)
 {
   PetscBool dsp;
@@ -59,7 +59,7 @@ PetscErrorCode SlipStateController(SlipState s, const char name[], TSAdapt adapt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective; between two steps, after SlipStateTS(). */
+/* Collective; called between two steps, after SlipStateTS() */
 PetscErrorCode SlipStateAdapt(SlipState s, TS ts)
 {
   TSAdapt adapt;

@@ -1,14 +1,14 @@
-/* TSADAPTHEURISTIC: accept when the error estimate is at most 1, and size the next step from it. */
+/* TSADAPTHEURISTIC accepts a step if the error estimate is at most 1, and computes the next step from it. */
 #include <slipstep/private/slipadapt.h>
 
 typedef struct {
   SlipAdaptByError base;
   PetscReal growth; /* c_up, largest ratio of successive steps */
-  PetscBool again;  /* the attempt before was rejected too */
+  PetscBool again;  /* the previous attempt was rejected, too */
 } TSAdapt_Heuristic;
 
-/* Where E falls slower than h^(1/q), h E^-q creeps towards E = 1 from above without getting there: a step that was
-   rejected before is cut further. */
+/* If E falls more slowly than h^(1/q), h E^-q approaches E = 1 from above without reaching it; a step that was rejected
+   before is therefore shortened further. */
 static PetscReal Next_Heuristic(TSAdapt adapt, TS ts, PetscReal h, PetscReal E, PetscReal q, PetscBool *accept)
 {
   TSAdapt_Heuristic *ctx = (TSAdapt_Heuristic *)adapt->data;
@@ -37,7 +37,7 @@ static PetscErrorCode TSAdaptSetFromOptions_Heuristic(TSAdapt adapt, SlipOptionI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSAdaptView() calls it for ASCII viewers only. */
+/* TSAdaptView() calls it only for ASCII viewers */
 static PetscErrorCode TSAdaptView_Heuristic(TSAdapt adapt, PetscViewer viewer)
 {
   const TSAdapt_Heuristic *ctx = (const TSAdapt_Heuristic *)adapt->data;
@@ -56,19 +56,19 @@ static PetscErrorCode SlipState_Heuristic(TSAdapt adapt, SlipState s)
 }
 
 /*MC
-  TSADAPTHEURISTIC - the controller of textbooks, without a filter
+  TSADAPTHEURISTIC - controls steps by the textbook rule, without a filter
 
-  With the weighted error estimate E, which goes with h^(1/q) (TSEvaluateWLTE()): E > 1 rejects the step and repeats it
-  with h E^-q; otherwise the next step is min(h_max, h min(growth, E^-q)). A second rejection in a row multiplies by
-  -ts_adapt_reject_safety as well, and -ts_adapt_safety multiplies every E^-q. A solve that does not converge repeats
-  with the failure factor times h. A step below -ts_adapt_dt_min ends the run with an error.
+  The weighted error estimate E is proportional to h^(1/q) (TSEvaluateWLTE()). E > 1 rejects the step and repeats it
+  with h E^-q; otherwise the next step is min(h_max, h min(growth, E^-q)). A second rejection in a row multiplies the
+  step by -ts_adapt_reject_safety, too, and -ts_adapt_safety multiplies every E^-q. A solve that does not converge is
+  repeated with the failure factor times h. A step below -ts_adapt_dt_min ends the run with an error.
 
   Options Database Keys:
 + -ts_adapt_heuristic_growth <2>           - largest ratio of successive steps
 . -ts_adapt_heuristic_failure_factor <0.6> - factor on the step when a solve did not converge
 . -ts_adapt_safety <1>                     - factor on E^-q
 . -ts_adapt_reject_safety <0.9>            - further factor when a step is rejected again
-- -ts_adapt_clip <low,high>                - limits of the ratio of steps besides; none unless given
+- -ts_adapt_clip <low,high>                - further limits of the ratio of steps; none unless given
 
   Level: beginner
 

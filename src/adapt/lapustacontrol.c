@@ -1,10 +1,10 @@
-/* TSADAPTLAPUSTA: steps in which no cell slips too far. */
+/* TSADAPTLAPUSTA chooses steps in which no cell slips too far. */
 #include <slipstep/private/slipadapt.h>
 #include <slipts.h>
 
-#define GROWTH 2       /* of a step, over the one before */
-#define TOO_LONG 4     /* over the longest one at its end: a step is refused */
-#define LEAST_CUT 1e-3 /* of one that was */
+#define GROWTH 2       /* largest ratio of successive steps */
+#define TOO_LONG 4     /* ratio to the longest allowed step at its end above which a step is rejected */
+#define LEAST_CUT 1e-3 /* smallest factor on a rejected step */
 
 static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, PetscInt *next_sc, PetscReal *next_h,
                                             PetscBool *accept, PetscReal *wlte, PetscReal *wltea, PetscReal *wlter)
@@ -31,13 +31,13 @@ static PetscErrorCode TSAdaptChoose_Lapusta(TSAdapt adapt, TS ts, PetscReal h, P
 }
 
 /*MC
-  TSADAPTLAPUSTA - steps in which no cell slips by more than a share of its d_c that keeps it stable
+  TSADAPTLAPUSTA - chooses steps in which no cell slips by more than a fraction of its d_c that is stable
 
   Level: beginner
 
   Notes:
-  The rule of codes for earthquake cycles with waves, with -ts_type lapusta, which knows the shortest step. The error is
-  not estimated.
+  This is the rule of codes for earthquake cycles with waves. It is used with -ts_type lapusta, which supplies the
+  shortest step. The error is not estimated.
 
   Reference: Lapusta, Rice, Ben-Zion & Zheng (2000)
 

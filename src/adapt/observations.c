@@ -1,11 +1,11 @@
-/* What TSADAPTRL observes: the numbers that the formulas of slipcore.h are given, and the problem's own rows. */
+/* The observations of TSADAPTRL: computes the numbers for the formulas of slipcore.h, and the problem's own rows. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipwork.h>
 #include <slipstep/private/slipclock.h>
 #include <slipstep/private/slipsys.h>
 
 /*@C
-  SlipObservationView - print the table of observations: those of any problem and those of faults
+  SlipObservationView - prints the table of observations, those of any problem and those of faults
 
   Collective
 
@@ -88,7 +88,7 @@ PetscErrorCode SlipObserverFindRows(SlipObserver *o, PetscInt n, SlipObserved se
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One entry of a vector, on every rank */
+/* Gets one entry of a vector on every rank */
 static PetscErrorCode GlobalEntry(Vec w, PetscInt k, PetscReal *value)
 {
   PetscInt start, end, n;
@@ -107,7 +107,7 @@ static PetscErrorCode GlobalEntry(Vec w, PetscInt k, PetscReal *value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What rows read of the state of a problem that does not supply them */
+/* Computes what rows of the state need for a problem that does not supply them */
 static PetscErrorCode MeasureState(SlipObserver *o, PetscInt k)
 {
   const Vec w = o->ts->vec_sol;

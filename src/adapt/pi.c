@@ -1,21 +1,21 @@
-/* TSADAPTPI: digital filters with two errors of memory.
+/* TSADAPTPI: digital filters with a memory of two errors.
 
-   PETSc's dsp has the same filters (H211b4 is its H211b). What is its own here: a step is accepted by the ratios of
-   steps that the filter and E alone ask for, at least ratio_min, and not by E <= 1 only, the ratio is capped, the
-   memory of a capped step is that of the cap (SlipControlFilter()), and a solve that did not converge is repeated as
-   TSBATHE wants it. At the accuracy 1e-2 it needs more solves than dsp with H211b: 103 for 57 of an event on 8 x 8
-   cells, 166 for 147 of 12 x 12 cells under loading (-fault_loading_rate 1e-2 -ts_max_time 60). fault_history, tuned on
-   faults, wins there: 68 for 119 of the default filter on 20 x 20 cells of the 3 km fault. */
+   PETSc's dsp has the same filters (H211b4 is its H211b). Four rules differ here: a step is accepted if the ratios of
+   steps by the filter and by E alone are at least ratio_min, and not only if E <= 1; the ratio is limited; the memory
+   of a limited step is that of the limit (SlipControlFilter()); and TSBATHE decides how a failed solve is repeated. At
+   the accuracy 1e-2 it needs more solves than dsp with H211b: 103 instead of 57 for an event on 8 x 8 cells, 166
+   instead of 147 on 12 x 12 cells under loading (-fault_loading_rate 1e-2 -ts_max_time 60). fault_history, tuned on
+   faults, is better: 68 instead of 119 of the default filter on 20 x 20 cells of the 3 km fault. */
 #include <slipstep/private/slipadapt.h>
 #include <string.h>
 
-#define REJECT_SAFETY 0.5 /* of a TSAdapt that has no type yet */
+#define REJECT_SAFETY 0.5 /* default of a TSAdapt without a type */
 #define DEFAULT_FILTER 6  /* H211b4 */
 
 typedef struct {
   SlipAdaptByError base;
   SlipFilter filter;
-  SlipFilterMemory memory; /* moved by accepted steps only */
+  SlipFilterMemory memory; /* changed by accepted steps only */
 } TSAdapt_PI;
 
 static PetscReal Next_PI(TSAdapt adapt, TS ts, PetscReal h, PetscReal E, PetscReal q, PetscBool *accept)
@@ -70,7 +70,7 @@ static PetscErrorCode TSAdaptSetFromOptions_PI(TSAdapt adapt, SlipOptionItems Pe
 }
 
 /*@C
-  TSAdaptPISetFilter - set the named filter of the controller: its exponents and the limits of the ratio of steps
+  TSAdaptPISetFilter - sets the named filter of the controller: its exponents and the limits of the ratio of steps
 
   Logically collective; without effect when the type of adapt is not `TSADAPTPI`
 
@@ -103,8 +103,8 @@ PetscErrorCode TSAdaptPISetFilter(TSAdapt adapt, const char name[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PETSc's dsp leaves its factor of refused steps to the next type: basic, chosen by options where dsp is the default,
-   would retry other steps than it does alone. */
+/* PETSc's dsp leaves its factor of rejected steps in the TSAdapt. Without this reset, the type basic, chosen by options
+   where dsp is the default, would retry other steps than it does on its own. */
 static PetscErrorCode (*destroy_dsp)(TSAdapt adapt);
 
 static PetscErrorCode DestroyDSP(TSAdapt adapt)
@@ -116,7 +116,7 @@ static PetscErrorCode DestroyDSP(TSAdapt adapt)
 }
 
 /*@C
-  SlipAdaptSetController - set the type of a controller and, after a colon, its named filter
+  SlipAdaptSetController - sets the type of a controller and, after a colon, its named filter
 
   Logically collective
 
@@ -152,8 +152,8 @@ PetscErrorCode SlipAdaptSetController(TSAdapt adapt, const char name[])
 }
 
 /*@C
-  SlipAdaptGetController - the type of a controller and, of `TSADAPTPI` with another named filter than its default one,
-                           that after a colon
+  SlipAdaptGetController - gets the type of a controller and, after a colon, the filter of `TSADAPTPI` unless that is
+                           the default one
 
   Not collective
 
@@ -162,7 +162,7 @@ PetscErrorCode SlipAdaptSetController(TSAdapt adapt, const char name[])
 - len   - bytes of name
 
   Output Parameter:
-. name - as `SlipAdaptSetController()` takes it; empty: it has no type yet
+. name - in the form that `SlipAdaptSetController()` accepts; empty: it has no type yet
 
   Level: advanced
 
@@ -192,7 +192,7 @@ PetscErrorCode SlipAdaptGetController(TSAdapt adapt, char name[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSAdaptView() calls it for ASCII viewers only. */
+/* TSAdaptView() calls it only for ASCII viewers */
 static PetscErrorCode TSAdaptView_PI(TSAdapt adapt, PetscViewer viewer)
 {
   const TSAdapt_PI *ctx = (const TSAdapt_PI *)adapt->data;
@@ -216,12 +216,12 @@ static PetscErrorCode SlipState_PI(TSAdapt adapt, SlipState s)
 }
 
 /*MC
-  TSADAPTPI - digital filters: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa)
+  TSADAPTPI - controls steps by digital filters: h_new = h E_n^(-q/g1) E_(n-1)^(-q/g2) (h_(n-1)/h_(n-2))^(-kappa)
 
-  The error estimate E goes with h^(1/q) (TSEvaluateWLTE()). A ratio h_new/h below ratio_min rejects the step, and so
-  does E^-q below it, whatever the errors before were: no step with E > ratio_min^(-1/q) is accepted, 1.95 for q = 1/3.
-  Nor is one with E <= 1 rejected. A ratio above ratio_max is capped. The history (E_(n-1), h_(n-2)) moves on accepted
-  steps only.
+  The error estimate E is proportional to h^(1/q) (TSEvaluateWLTE()). A ratio h_new/h below ratio_min rejects the step,
+  and so does E^-q below it, whatever the earlier errors were: no step with E > ratio_min^(-1/q) is accepted, 1.95 for
+  q = 1/3. A step with E <= 1 is never rejected. A ratio above ratio_max is limited to it. Only accepted steps change
+  the history (E_(n-1), h_(n-2)).
 
   Options Database Keys:
 + -ts_adapt_pi_filter <H211b4>      - elementary, PI33, PI34, PI42, H211PI, H211b2, H211b4, fault_history
@@ -229,16 +229,15 @@ static PetscErrorCode SlipState_PI(TSAdapt adapt, SlipState s)
 . -ts_adapt_pi_ratio_min <0.8>      - smaller step ratios reject
 . -ts_adapt_pi_ratio_max <1.2>      - larger step ratios are capped
 . -ts_adapt_pi_failure_factor <0.6> - factor on the step when a solve did not converge
-. -ts_adapt_safety <1>              - factor on the ratio that the filter asks for, its cap included
-. -ts_adapt_reject_safety <1>       - further factor when the step is rejected
-- -ts_adapt_clip <low,high>         - limits of the ratio of steps besides, accepted or rejected; none unless given
+. -ts_adapt_safety <1>              - factor on the ratio that the filter computes, and on its upper limit
+. -ts_adapt_reject_safety <1>       - further factor if the step is rejected
+- -ts_adapt_clip <low,high>         - further limits of the ratio of all steps; none unless given
 
   Level: beginner
 
   Note:
-  fault_history was tuned on random faults by CMA-ES for the fewest solves at an error a of the
-  whole course of slip, with -ts_rtol 0.888 a^1.5: 0.028 for a = 1e-1, 0.00088 for 1e-2. It has limits of the ratio of
-  its own, 0.1642 and 18.62.
+  fault_history was tuned on random faults by CMA-ES for the fewest solves at an error a of the whole slip history, with
+  -ts_rtol 0.888 a^1.5: 0.028 for a = 1e-1, 0.00088 for 1e-2. It has its own limits of the ratio, 0.1642 and 18.62.
 
 .seealso: TSAdaptPISetFilter(), TSADAPTHEURISTIC, TSADAPTRL, TSADAPTDSP
 M*/

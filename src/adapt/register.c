@@ -1,4 +1,4 @@
-/* What the step-size controllers register with PETSc. */
+/* Registers the step-size controllers with PETSc. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slippolicy.h>
 #include <slipstep/private/slipsys.h>
@@ -16,9 +16,9 @@ static PetscErrorCode Register_Adapt(void)
 }
 
 /*@C
-  SlipAdaptInitializePackage - register the step-size controllers, with the integrator and policies
+  SlipAdaptInitializePackage - registers the step-size controllers, with the integrator and policies
 
-  Not collective; after PetscInitialize(). Again it does nothing.
+  Not collective; after PetscInitialize(). Later calls do nothing.
 
   Level: developer
 

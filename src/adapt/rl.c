@@ -1,22 +1,23 @@
-/* TSADAPTRL: a learned policy chooses the step; guard rails keep a run going where it would not. */
+/* TSADAPTRL: a trained policy chooses the step, and guard rails let a run continue where the policy fails. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipts.h>
 #include <sliph5.h>
 
-/* Decisions in a row with an observation outside the training range that hand the run over. Of 828 runs of random
-   faults 3 were outside for one or two, 101 for three or more, in which the policy kept the accuracy 1e-2 in 64 % and
-   the heuristic from the third on in 96 % (tests/benchmarks/verdict.py draws such faults). */
+/* After so many decisions in a row with an observation outside the training range a classical controller takes over. Of
+   828 runs of random faults 3 were outside for one or two, and 101 for three or more: of these the policy reached the
+   accuracy 1e-2 in 64 %, and the heuristic, from the third on, in 96 % (tests/benchmarks/verdict.py draws such
+   faults). */
 #define OUTSIDE_IN_A_ROW 3
 
-/* So many decisions are looked at together, and a run whose time left is so many times what they covered will not end:
-   at 0.1 ms a step, in three hours at least. */
+/* The pace is measured over PACE_DECISIONS decisions. A run is stopped if the time left is more than PACE_WINDOWS times
+   what they covered: at 0.1 ms a step it would take three hours at least. */
 #define PACE_DECISIONS 10000
 #define PACE_WINDOWS 10000
 
 /*
-  A run goes on by a classical controller, as one of that type would from here. An actor learns from such runs, and
-  -ts_adapt_rl_strict wants the policy whatever it is worth.
+  The run continues with a classical controller, as a run of that type would from here. There is no handover for actors,
+  which learn from such runs, nor with -ts_adapt_rl_strict.
 */
 static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
 {
@@ -37,7 +38,7 @@ static PetscErrorCode HandOver_RL(TSAdapt adapt, TS ts, const char why[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A solve begins: the state of now is the start. */
+/* A solve begins: the present state becomes the start. */
 static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -73,7 +74,7 @@ static PetscErrorCode Begin_RL(TSAdapt adapt, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What is known of the attempt that just ended; a TS that records none gives what the controller's arguments say. */
+/* Stores the data of the last attempt; for a TS that records none, they are the arguments of the controller. */
 static PetscErrorCode Record_RL(TSAdapt adapt, TS ts, PetscReal h, PetscBool converged, PetscBool need_error)
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
@@ -110,7 +111,7 @@ static PetscErrorCode Record_RL(TSAdapt adapt, TS ts, PetscReal h, PetscBool con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How far outside a range, in widths of it */
+/* Distance from a range, in widths of the range */
 static PetscReal Excess(PetscReal x, PetscReal min, PetscReal max)
 {
   const PetscReal beyond = PetscMax(min - x, x - max);
@@ -118,8 +119,8 @@ static PetscReal Excess(PetscReal x, PetscReal min, PetscReal max)
   return beyond <= 0 ? 0 : max > min ? beyond / (max - min) : PETSC_MAX_REAL;
 }
 
-/* The guard rail against situations that the policy was not trained for: counted, said once, and when they stay the
-   run is handed over */
+/* Guard rail against situations that the policy was not trained for: counts them, prints one message, and hands the run
+   over if they last */
 static PetscErrorCode WatchRange_RL(TSAdapt adapt, TS ts, PetscInt outside)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -146,8 +147,8 @@ static PetscErrorCode WatchRange_RL(TSAdapt adapt, TS ts, PetscInt outside)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The guard rail against a fault that creeps: to a policy of single events it moves, and steps are shares of T* as long
-   as anything moves. Without -ts_adapt_rl_strict such a run is handed over; relative steps grow. */
+/* Guard rail against a creeping fault, which always moves by the criteria of a policy for single events, so that its
+   steps are limited to fractions of T*. Without -ts_adapt_rl_strict such a run is handed over; relative steps grow. */
 static PetscErrorCode WatchPace_RL(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -168,7 +169,7 @@ static PetscErrorCode WatchPace_RL(TSAdapt adapt, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Observe, and ask the actor or the policy for the next step. */
+/* Computes the observations; the actor or the policy chooses the next step. */
 static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, PetscBool guarded, PetscReal *h)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -195,9 +196,9 @@ static PetscErrorCode Decide_RL(TSAdapt adapt, TS ts, PetscBool state_changed, P
     PetscCall(SlipPolicyChoose(rl->policy, rl->obs, o->run.tstar, o->run.max_time, h, &outside));
     PetscCall(PetscLogEventEnd(SLIP_Policy, adapt, 0, 0, 0));
     if (rl->relative) *h *= o->last.dt;
-    /* A policy trained on a few cells cannot know how little of a fine mesh may still be sliding: its attribute limits
-       the step while anything moves, and a state at rest is left alone until something slips, which the problem
-       knows. */
+    /* A policy trained on a few cells cannot observe how few cells of a fine mesh may still slide. Its attribute
+       therefore limits the step while any cell moves, and a step at rest lasts until a cell slips, which the problem
+       computes. */
     PetscCall(SlipPolicyGetNumber(rl->policy, SLIP_POLICY_MOVING_DT_MAX, &limit, &limited));
     if (limited && problem && problem->rest_time) {
       PetscCall(TSGetTime(ts, &t));
@@ -226,7 +227,7 @@ static PetscErrorCode TSAdaptChooseFirst_RL(TSAdapt adapt, TS ts, PetscReal *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the policy says to an attempt that converged */
+/* The policy's decision after an attempt that converged */
 static PetscErrorCode Converged_RL(TSAdapt adapt, TS ts, PetscReal h, PetscReal *next_h, PetscBool *accept)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -245,7 +246,7 @@ static PetscErrorCode Converged_RL(TSAdapt adapt, TS ts, PetscReal h, PetscReal 
   }
   SlipRunAttempt(&o->run, o->last.dt, PETSC_TRUE, *accept);
   PetscCall(Decide_RL(adapt, ts, *accept, *accept || rl->relative ? PETSC_FALSE : PETSC_TRUE, next_h));
-  /* PETSc has shortened the step, maybe more than once, because a solve failed: it does not grow back at once */
+  /* PETSc has shortened the step, perhaps more than once, after a failed solve: it must not grow back at once. */
   if (ts->num_snes_failures > rl->solves_failed) rl->hold = rl->hold_after_failure;
   rl->solves_failed = ts->num_snes_failures;
   if (rl->relative && rl->hold > 0) {
@@ -280,12 +281,12 @@ static PetscErrorCode TSAdaptChoose_RL(TSAdapt adapt, TS ts, PetscReal h, PetscI
     PetscCall(Converged_RL(adapt, ts, h, next_h, accept));
     *wlte = rl->observer.last.error;
   }
-  /* of the attempt that hands over too: the one that goes on judges it */
+  /* Also for the attempt that causes the handover: the new controller accepts or rejects it. */
   if (rl->handed) PetscCall(TSAdaptRLFallbackChoose_Private(adapt, ts, h, next_sc, next_h, accept, wlte, wltea, wlter));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the policy says to one that did not */
+/* The policy's decision after an attempt that did not converge */
 static PetscErrorCode Failed_RL(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -319,7 +320,7 @@ static PetscErrorCode TSAdaptChooseAfterFailure_RL(TSAdapt adapt, TS ts, PetscRe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The trainer's rewards use the error, so an actor always gets it. */
+/* The trainer's rewards contain the error, so that an actor always needs it. */
 static PetscErrorCode TSAdaptNeedsError_RL(TSAdapt adapt, PetscBool *flg)
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
@@ -385,7 +386,7 @@ static PetscErrorCode TSAdaptSetFromOptions_RL(TSAdapt adapt, SlipOptionItems Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* TSAdaptView() calls it for ASCII viewers only. */
+/* TSAdaptView() calls it only for ASCII viewers */
 static PetscErrorCode TSAdaptView_RL(TSAdapt adapt, PetscViewer viewer)
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
@@ -426,14 +427,14 @@ static PetscErrorCode TSAdaptReset_RL(TSAdapt adapt)
   PetscCall(SlipObserverReset(&rl->observer));
   PetscCall(TSAdaptDestroy(&rl->fallback));
   rl->handed = PETSC_FALSE;
-  /* a policy that was found, not given, is looked for again: the next problem may be another */
+  /* A default policy is looked up again, because the next problem may be another one. */
   if (rl->default_of[0]) PetscCall(SlipPolicyDestroy(&rl->policy));
   rl->default_of[0] = 0;
   rl->begun = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A solve has begun. Another policy than the file's begins with what it sees next. */
+/* A solve has begun. If the file's policy is another one, this policy starts with its next observation. */
 static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -443,7 +444,7 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   char name[32];
 
   PetscFunctionBegin;
-  if (!rl->policy) PetscFunctionReturn(PETSC_SUCCESS); /* an actor's */
+  if (!rl->policy) PetscFunctionReturn(PETSC_SUCCESS); /* there is an actor instead */
   PetscCall(SlipStateInt(s, "decisions", 1, &rl->decisions));
   PetscCall(SlipStateInt(s, "failures", 1, &rl->failures));
   PetscCall(SlipStateInt(s, "halvings", 1, &rl->halvings));
@@ -458,7 +459,7 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   if (rl->handed && !rl->fallback) PetscCall(TSAdaptRLFallbackCreate_Private(adapt, rl->observer.ts));
   if (rl->handed) {
     PetscCall(SlipStateController(s, "heir", rl->fallback));
-    PetscCall(SlipStateGroup(s, "adapt")); /* what follows has names that the fallback's memory has too */
+    PetscCall(SlipStateGroup(s, "adapt")); /* the fallback's memory has the names below as well */
   }
   PetscCall(SlipPolicyGetHash(rl->policy, &hash));
   PetscCall(SlipStateSame(s, "policy", hash, &same));
@@ -483,7 +484,7 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
     PetscCall(SlipStateReal(s, "rejections", 1, &run->rejections));
     PetscCall(SlipStateInt(s, "hold", 1, &rl->hold));
   }
-  /* what the problem does not observe itself refers to the start, which then is part of the state */
+  /* Observations that the problem does not supply refer to the start, which is therefore part of the state. */
   PetscCall(SlipStateReal(s, "norm_of_start", 1, &rl->observer.run.norm0));
   PetscCall(SlipStateReal(s, "largest_of_start", 1, &rl->observer.run.max0));
   for (PetscInt i = 0; i < rl->n; i++)
@@ -500,7 +501,7 @@ static PetscErrorCode SlipState_RL(TSAdapt adapt, SlipState s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What TSBATHE and checkpoints find by name; destroying takes it off again. */
+/* Composes the functions that TSBATHE and checkpoints look up by name, and removes them on destruction. */
 static PetscErrorCode Compose_RL(TSAdapt adapt, PetscBool on)
 {
   const struct {
@@ -534,40 +535,39 @@ static PetscErrorCode TSAdaptDestroy_RL(TSAdapt adapt)
 }
 
 /*MC
-  TSADAPTRL - step sizes from a learned policy
+  TSADAPTRL - chooses steps by a trained policy
 
-  The policy maps an observation of the last attempt to the next step, and every converged step is accepted. It never
-  needs what its file does not list: without accuracy or log_error the TS is told to skip its error estimate.
+  The policy maps an observation of the last attempt to the next step, and every converged step is accepted. Only the
+  observations that its file lists are computed: without accuracy or log_error the TS skips its error estimate.
 
   Guard rails: after max_failures failed attempts in a row the step is halved until one converges, because a policy may
-  answer the same observation with the same failing step forever; with an error ceiling a step with a larger estimate is
+  repeat a failing step forever for the same observation; with an error ceiling a step with a larger estimate is
   repeated with the heuristic's h (E/ceiling)^(-q), limited to [0.1, 0.9] h; observations outside the training range are
   counted and reported once.
 
-  A run is handed over to a classical controller, for good and with one line of message, when the problem says that no
-  policy was trained for the like of it (a fault that is loaded), at the start, or when three decisions in a row had an
-  observation outside the training range. The problem names the controller (SlipProblemOps), else it is
-  TSADAPTHEURISTIC. From there it is a run of that type, with its options and -ts_rtol; without that option the problem
-  sets the tolerance at which that type keeps the dial, where it knows one. Where -ts_adapt_rl_strict forbids
-  that and 10,000 decisions have covered less than 1e-4 of the time left, as on a fault that creeps, the run ends with
-  an error.
+  A classical controller takes over a run for good, with one line of message, if the problem states that no policy was
+  trained for it (a loaded fault), at the start, or after three decisions in a row with an observation outside the
+  training range. The problem names the controller (SlipProblemOps); the default is TSADAPTHEURISTIC. The rest is a run
+  of that type, with its options and -ts_rtol; without that option the problem sets the tolerance with which that type
+  reaches the wanted accuracy, if it has one. If -ts_adapt_rl_strict forbids this and 10,000 decisions have covered less
+  than 1e-4 of the time left, as on a creeping fault, the run ends with an error.
 
-  A policy whose steps are multiples of the last one (unit "h" of its action, as those of the general policy ode.h5,
-  which is taken where a problem has none of its own) goes by the error estimate: E > 1, or above the policy's attribute
-  error_ceiling, rejects the attempt, a rejected step is followed by one of 0.9 h at most, or 0.5 h when the one before
-  was rejected too, a failed solve by h/2, and the first step is the TS's own. After a failed solve the step does not
-  grow for four attempts, or as many as the policy's attribute hold says.
+  A policy whose steps are multiples of the last one (unit "h" of its action, such as the general policy ode.h5, which
+  problems without their own policy use) relies on the error estimate: E > 1, or above the policy's attribute
+  error_ceiling, rejects the attempt; the step after a rejection is at most 0.9 h, or 0.5 h after two in a row, and h/2
+  after a failed solve; the first step is that of the TS. After a failed solve the step does not grow for four attempts,
+  or as many as the policy's attribute hold.
 
-  A policy with the attribute rtol_factor was trained with a tolerance that follows the dial a: -ts_rtol is rtol_factor
-  a^rtol_power unless the option is given, which is said. Likewise the first step is first_step_factor
-  a^first_step_power T* unless -ts_dt is given.
+  A policy with the attribute rtol_factor was trained with a tolerance that depends on the wanted accuracy a: -ts_rtol
+  is rtol_factor a^rtol_power unless the option is given, and then a message says so. Likewise the first step is
+  first_step_factor a^first_step_power T* unless -ts_dt is given.
 
-  With a TS other than bathe, failed solves stay PETSc's business (-ts_adapt_scale_solve_failed), the residual counts as
-  0, the first step is the TS's own, and the start that energy, velocity and state_k refer to is the first state seen.
+  With a TS other than bathe, PETSc handles failed solves (-ts_adapt_scale_solve_failed), the residual is 0, the first
+  step is that of the TS, and energy, velocity and state_k refer to the first state that the controller gets.
 
   Options Database Keys:
 + -ts_adapt_rl_policy <file.h5>      - the policy; without it, TSAdaptRLSetPolicy() or an actor, the problem's default
-. -ts_adapt_rl_problem <name>        - the problem whose default policy that is, see SlipPolicyFindDefault()
+. -ts_adapt_rl_problem <name>        - the problem whose default policy is used, see SlipPolicyFindDefault()
 . -ts_adapt_rl_accuracy <1e-2>       - wanted relative error of the run, for policies that observe log_accuracy
 . -ts_adapt_rl_measure <history>     - which error that is, see TSAdaptRLSetMeasure()
 . -ts_adapt_rl_max_failures <3>      - failed attempts in a row before steps are halved

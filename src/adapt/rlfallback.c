@@ -1,13 +1,13 @@
-/* TSADAPTRL: the classical controller that a run continues with once the policy is given up. It is a separate TSAdapt,
-   so that it may be of any type, PETSc's among them; limits of the step and the like stay those of the one that hands
-   over. */
+/* TSADAPTRL: the classical controller with which a run continues once the policy is given up. It is a separate TSAdapt,
+   so that it may have any type, including PETSc's; limits of the step and similar settings remain those of the
+   TSADAPTRL. */
 #include <slipstep/private/slipadapt.h>
 #include <slipts.h>
 
-/* Types that problems name (SlipProblemOps), whose options a run by rl knows too */
+/* Types that problems name (SlipProblemOps); a run with rl accepts their options, too. */
 static const char *const Types[] = {TSADAPTHEURISTIC, TSADAPTPI, TSADAPTDSP, TSADAPTBASIC};
 
-/* The type that goes on: what the problem names, or the heuristic. */
+/* The type of the fallback: the one that the problem names, or the heuristic */
 const char *TSAdaptRLFallbackType_Private(const TSAdapt_RL *rl)
 {
   const SlipProblemOps *problem = rl->observer.problem;
@@ -15,7 +15,7 @@ const char *TSAdaptRLFallbackType_Private(const TSAdapt_RL *rl)
   return problem && problem->controller ? problem->controller : TSADAPTHEURISTIC;
 }
 
-/* A controller without memory */
+/* Creates a controller without memory */
 static PetscErrorCode Create(TSAdapt adapt, const char type[], TSAdapt *fallback)
 {
   PetscFunctionBegin;
@@ -33,7 +33,7 @@ static PetscErrorCode ReadOptions(TSAdapt fallback, SlipOptionItems PetscOptions
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The options of all types, for -help and so that a wrong value ends the run before its start */
+/* Declares the options of all types, for -help and so that a wrong value ends the run before it starts */
 PetscErrorCode TSAdaptRLFallbackOptions_Private(TSAdapt adapt, SlipOptionItems PetscOptionsObject)
 {
   PetscFunctionBegin;
@@ -48,7 +48,7 @@ PetscErrorCode TSAdaptRLFallbackOptions_Private(TSAdapt adapt, SlipOptionItems P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What belongs to the run and not to the type */
+/* Copies settings that belong to the run and not to the type */
 static void Share(TSAdapt from, TSAdapt to)
 {
   to->dt_min = from->dt_min;
@@ -56,7 +56,7 @@ static void Share(TSAdapt from, TSAdapt to)
   to->always_accept = from->always_accept;
   to->wnormtype = from->wnormtype;
   to->ignore_max = from->ignore_max;
-  if (!SlipAdaptClips(from, SLIP_CLIP_LOW, SLIP_CLIP_HIGH)) { /* else that of its type */
+  if (!SlipAdaptClips(from, SLIP_CLIP_LOW, SLIP_CLIP_HIGH)) { /* otherwise those of its type apply */
     to->clip[0] = from->clip[0];
     to->clip[1] = from->clip[1];
   }
@@ -65,7 +65,7 @@ static void Share(TSAdapt from, TSAdapt to)
   to->timestepjustdecreased_delay = from->timestepjustdecreased_delay;
 }
 
-/* The problem knows at which tolerance the fallback keeps what the policy was asked for. */
+/* The problem computes the tolerance with which the fallback reaches the wanted accuracy. */
 static PetscErrorCode SetTolerance(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -78,7 +78,7 @@ static PetscErrorCode SetTolerance(TSAdapt adapt, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Begin to go on by it, without memory. */
+/* Makes the fallback, which has no memory, take over. */
 PetscErrorCode TSAdaptRLFallbackCreate_Private(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -113,7 +113,7 @@ PetscErrorCode TSAdaptRLFallbackChoose_Private(TSAdapt adapt, TS ts, PetscReal h
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of a type that knows nothing of failed solves the next step is the one that PETSc has shortened, as in TSBATHE. */
+/* If the type does not handle failed solves, the next step is the one that PETSc has shortened, as in TSBATHE. */
 PetscErrorCode TSAdaptRLFallbackAfterFailure_Private(TSAdapt adapt, TS ts, PetscReal h_failed, PetscReal *h_next)
 {
   TSAdapt fallback = ((TSAdapt_RL *)adapt->data)->fallback;

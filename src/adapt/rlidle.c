@@ -1,4 +1,4 @@
-/* TSADAPTRL: options that were given and that nothing of the run follows, named at its start. */
+/* TSADAPTRL: warnings, at the start of a run, of options that were given and have no effect on it */
 #include <slipstep/private/slipadapt.h>
 #include <slipsys.h>
 
@@ -7,7 +7,7 @@ static PetscErrorCode Given(TS ts, const char option[], PetscBool *given)
   return PetscOptionsHasName(((PetscObject)ts)->options, ((PetscObject)ts)->prefix, option, given);
 }
 
-/* Does the policy's file have a number that follows the dial? */
+/* True if the policy's file has a number that depends on the wanted accuracy */
 static PetscErrorCode FollowsDial(const TSAdapt_RL *rl, PetscBool *follows)
 {
   PetscReal number;
@@ -19,7 +19,8 @@ static PetscErrorCode FollowsDial(const TSAdapt_RL *rl, PetscBool *follows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does a step follow the tolerances: is the error over them observed, not that of slip itself, or held to a ceiling? */
+/* True if a step depends on the tolerances: their error, not that of slip itself, is observed, or a ceiling limits
+   it */
 static PetscErrorCode FollowsTolerance(const TSAdapt_RL *rl, PetscBool *follows)
 {
   const char *const *names;
@@ -37,7 +38,7 @@ static PetscErrorCode FollowsTolerance(const TSAdapt_RL *rl, PetscBool *follows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Options of types that could go on where the policy hands over, and that does not */
+/* Warns of options of other types than the one that would take over */
 static PetscErrorCode WarnOfFallbacks(TSAdapt_RL *rl, TS ts)
 {
   static const struct {
@@ -53,7 +54,7 @@ static PetscErrorCode WarnOfFallbacks(TSAdapt_RL *rl, TS ts)
              {TSADAPTPI, "-ts_adapt_pi_failure_factor"},
              {TSADAPTDSP, "-ts_adapt_dsp_filter"},
              {TSADAPTDSP, "-ts_adapt_dsp_pid"},
-             {NULL, "-ts_adapt_clip"}, /* of each of them: the ratio of a policy's steps is its own */
+             {NULL, "-ts_adapt_clip"}, /* options of each type: a policy computes its own ratio of steps */
              {NULL, "-ts_adapt_safety"},
              {NULL, "-ts_adapt_reject_safety"}};
   const char *fallback = TSAdaptRLFallbackType_Private(rl), *prefix = ((PetscObject)ts)->prefix;
@@ -79,7 +80,7 @@ static PetscErrorCode WarnOfFallbacks(TSAdapt_RL *rl, TS ts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0 speaks, once */
+/* Rank 0 prints the warnings, once */
 PetscErrorCode TSAdaptRLWarnOfIdle_Private(TSAdapt adapt, TS ts)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -102,7 +103,7 @@ PetscErrorCode TSAdaptRLWarnOfIdle_Private(TSAdapt adapt, TS ts)
       (double)rl->accuracy, source,
       rl->relative ? ". Its steps follow -ts_rtol and -ts_atol" : ", it was trained for one accuracy"));
   if (rl->relative) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(TSBatheIs(ts, &bathe)); /* other types do not ask for a first step */
+  PetscCall(TSBatheIs(ts, &bathe)); /* other types do not call for a first step */
   PetscCall(Given(ts, "-" SLIP_TS_DT, &first));
   if (first && bathe)
     PetscCall(

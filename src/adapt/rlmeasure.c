@@ -1,11 +1,12 @@
-/* TSADAPTRL: which error its dial promises, the default policy for it, and a dial beyond what that was trained for. */
+/* TSADAPTRL: the error that its accuracy bounds, the default policy for it, and accuracies outside the training
+   range */
 #include <slipstep/private/slipadapt.h>
 
-#define MEASURE_OF_OLD "final_slip" /* policies that do not name their measure */
-#define DIAL_MARGIN 0.1             /* of the range's width: observations as far beyond it count as inside */
+#define MEASURE_OF_OLD "final_slip" /* for policies without the attribute */
+#define DIAL_MARGIN 0.1             /* fraction of the range's width by which observations may exceed it */
 
 /*@C
-  TSAdaptRLSetMeasure - set which error of the run the accuracy dial bounds
+  TSAdaptRLSetMeasure - sets which error of the run the wanted accuracy bounds
 
   Logically collective; without effect when the type of adapt is not `TSADAPTRL`
 
@@ -13,8 +14,7 @@
 + adapt   - the controller
 - measure - "history": the largest of all relative errors (final mean slip; mean slip at any time, over the final one;
             time of half the slip, over the time from 10 to 90 % of it; a fifth of that of the peak mean slip rate; RMS
-            of the final slip field), "final_slip": the final mean slip alone, or "event_time": the time of half the
-            slip
+            of the final slip field), "final_slip": only the final mean slip, or "event_time": the time of half the slip
 
   Options Database Key:
 . -ts_adapt_rl_measure <history,final_slip,event_time> - the same
@@ -22,12 +22,12 @@
   Level: beginner
 
   Notes:
-  The measure chooses the default policy: PROBLEM.h5 is for history, PROBLEM_MEASURE.h5 for another one if there is such
-  a file. A policy bounds the measure that it was trained for, its attribute measure (final_slip when it has none);
-  without this call or the option that is the measure of the run. Another measure than that of a policy that was named
-  is refused by `TSSolve()`, except that one for history bounds event_time too.
+  The measure selects the default policy: PROBLEM.h5 is for history, PROBLEM_MEASURE.h5 for another one if that file
+  exists. A policy bounds the measure that it was trained for, its attribute measure (final_slip if it has none), which
+  is the measure of the run without this call or the option. `TSSolve()` raises an error if the measure differs from
+  that of a policy that was named, except that a policy for history bounds event_time, too.
 
-  Problems with one error of their own, as `SlipSmall` are, take history only, which then means that error.
+  Problems with only one error of their own, such as `SlipSmall`, accept only history, which then means that error.
 
   Errors: PETSC_ERR_ARG_UNKNOWN_TYPE for another name
 
@@ -52,14 +52,14 @@ PetscErrorCode TSAdaptRLSetMeasure(TSAdapt adapt, const char measure[])
   }
   if (!rl || rl->measure == SlipMeasureFind(measure)) PetscFunctionReturn(PETSC_SUCCESS);
   rl->measure = SlipMeasureFind(measure);
-  /* a policy that was found is looked for again */
+  /* A default policy is looked up again. */
   if (rl->default_of[0]) PetscCall(SlipPolicyDestroy(&rl->policy));
   rl->default_of[0] = 0;
   rl->begun = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a policy was trained for */
+/* Gets the measure that a policy was trained for */
 static PetscErrorCode MeasureOf(SlipPolicy policy, const char **measure)
 {
   PetscFunctionBegin;
@@ -69,7 +69,7 @@ static PetscErrorCode MeasureOf(SlipPolicy policy, const char **measure)
 }
 
 /*@C
-  TSAdaptRLGetMeasure - get which error of the run the accuracy dial bounds
+  TSAdaptRLGetMeasure - gets which error of the run the wanted accuracy bounds
 
   Not collective
 
@@ -77,7 +77,7 @@ static PetscErrorCode MeasureOf(SlipPolicy policy, const char **measure)
 . adapt - the controller
 
   Output Parameter:
-. measure - its name: as set, or that of the policy, or "history" while there is none; `NULL` when the type of adapt is
+. measure - its name: as set, or that of the policy, or "history" while there is none; `NULL` if the type of adapt is
             not `TSADAPTRL`
 
   Level: intermediate
@@ -99,7 +99,7 @@ PetscErrorCode TSAdaptRLGetMeasure(TSAdapt adapt, const char *measure[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The policy of PROBLEM for a measure: PROBLEM_MEASURE.h5 goes before PROBLEM.h5 */
+/* Finds the default policy of PROBLEM for a measure: PROBLEM_MEASURE.h5 takes precedence over PROBLEM.h5. */
 PetscErrorCode TSAdaptRLFindDefault_Private(MPI_Comm comm, const char problem[], const char measure[], char file[],
                                             size_t len, PetscBool *found)
 {
@@ -115,7 +115,7 @@ PetscErrorCode TSAdaptRLFindDefault_Private(MPI_Comm comm, const char problem[],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A measure was asked for: the problem has it, and so has a policy that was named. */
+/* Checks that the problem, and a policy that was named, support the measure that was set. */
 PetscErrorCode TSAdaptRLCheckMeasure_Private(TSAdapt adapt, const SlipProblemOps *problem, const char name[])
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
@@ -132,7 +132,7 @@ PetscErrorCode TSAdaptRLCheckMeasure_Private(TSAdapt adapt, const SlipProblemOps
   PetscCall(MeasureOf(rl->policy, &trained));
   if (!strcmp(trained, rl->measure->name)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SlipPolicyGetFile(rl->policy, &source));
-  /* that of the time is one of the errors of the history */
+  /* the error of the time is one of those of history */
   PetscCheck(!strcmp(trained, SlipMeasures[0].name) && !strcmp(rl->measure->name, "event_time"), comm,
              PETSC_ERR_ARG_WRONG,
              "Policy %s was trained for the measure %s, not for -ts_adapt_rl_measure %s: leave one of the two out",
@@ -140,7 +140,7 @@ PetscErrorCode TSAdaptRLCheckMeasure_Private(TSAdapt adapt, const SlipProblemOps
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The dials that a policy was trained for; PETSC_FALSE: any, or it does not look */
+/* Gets the range of accuracies that a policy was trained for; PETSC_FALSE: any, or it does not observe them */
 static PetscErrorCode Trained(SlipPolicy policy, PetscReal dial[2], PetscBool *known)
 {
   const PetscReal *min, *max;
@@ -160,7 +160,7 @@ static PetscErrorCode Trained(SlipPolicy policy, PetscReal dial[2], PetscBool *k
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What serves a dial that the default policy of another measure does not; empty: nothing */
+/* Suggests a measure whose default policy covers an accuracy that this one does not; empty: there is none */
 static PetscErrorCode Alternative(TSAdapt adapt, PetscReal used, char text[], size_t len)
 {
   const TSAdapt_RL *rl = (const TSAdapt_RL *)adapt->data;
@@ -187,8 +187,8 @@ static PetscErrorCode Alternative(TSAdapt adapt, PetscReal used, char text[], si
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* At the start of a run: the dial that the policy sees, within its training range. Outside of it the run would go to
-   the heuristic after three decisions. Not for an actor. */
+/* At the start of a run: clips the accuracy that the policy observes to its training range, because outside of it the
+   run would be handed over after three decisions. This does not apply to an actor. */
 PetscErrorCode TSAdaptRLClipDial_Private(TSAdapt adapt, PetscReal *used)
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;

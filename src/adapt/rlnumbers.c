@@ -1,15 +1,15 @@
-/* TSADAPTRL: what a policy's file says in numbers besides its network: tolerance, first step, caution after a failed
-   solve, the error that rejects. */
+/* TSADAPTRL: the numbers in a policy's file besides its network: tolerance, first step, attempts without growth after a
+   failed solve, and the error above which attempts are rejected. */
 #include <slipstep/private/slipadapt.h>
 
-/* Attempts without growth after PETSc has shortened a step because a solve failed: a relative policy, which is not
-   told, would otherwise take the step back to where it failed each time */
+/* Attempts without growth after PETSc has shortened a step because a solve failed. A relative policy does not observe
+   this, and would otherwise return each time to the step that failed. */
 #define HOLD 4
 
-/* A relative policy goes by the error estimate: this one rejects. */
+/* Above this error estimate a relative policy rejects an attempt. */
 #define CEILING 1
 
-/* factor a^power with the dial at a; has: the policy has such a number */
+/* factor a^power for the wanted accuracy a; has: the policy has such a number */
 static PetscErrorCode OfDial(const TSAdapt_RL *rl, const char factor[], const char power[], PetscReal *number,
                              PetscBool *has)
 {

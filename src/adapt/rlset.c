@@ -1,8 +1,8 @@
-/* TSADAPTRL: what it is given - a policy or an actor, the accuracy dial - and what it tells of itself. The setters ask
-   for the type of the controller, not for a composed function: nothing else can take what they set. */
+/* TSADAPTRL: setters of a policy or an actor and of the wanted accuracy, and getters. The setters compare the type of
+   the controller and compose no function, because no other type can use what they set. */
 #include <slipstep/private/slipadapt.h>
 
-/* Names of what is observed, in the order of the policy or the actor. */
+/* Sets the names of the observations, in the order of the policy or the actor. */
 static PetscErrorCode TSAdaptRLSetNames(TSAdapt adapt, PetscInt n, const char *const names[])
 {
   TSAdapt_RL *rl = (TSAdapt_RL *)adapt->data;
@@ -18,7 +18,7 @@ static PetscErrorCode TSAdaptRLSetNames(TSAdapt adapt, PetscInt n, const char *c
 
     SlipObservedSet(&rl->seen[i], names[i]);
     row = rl->seen[i].row;
-    /* a problem's own observation of the error estimate is called so */
+    /* the observation of a problem's own error estimate has such a name */
     PetscCall(PetscStrendswith(names[i], "_error", &error));
     if (row ? row->reads & SLIP_READS_ERROR : error) rl->needs_error = PETSC_TRUE;
     PetscCall(PetscStrcmp(names[i], SLIP_OBSERVES_ACCURACY, &dial));
@@ -29,7 +29,7 @@ static PetscErrorCode TSAdaptRLSetNames(TSAdapt adapt, PetscInt n, const char *c
 }
 
 /*@
-  TSAdaptRLSetPolicy - set the policy that chooses the steps
+  TSAdaptRLSetPolicy - sets the policy that chooses the steps
 
   Logically collective; without effect when the type of adapt is not `TSADAPTRL`
 
@@ -65,7 +65,7 @@ PetscErrorCode TSAdaptRLSetPolicy(TSAdapt adapt, SlipPolicy policy)
 }
 
 /*@C
-  TSAdaptRLSetPolicyFile - load the policy that chooses the steps
+  TSAdaptRLSetPolicyFile - loads the policy that chooses the steps
 
   Collective
 
@@ -102,7 +102,7 @@ PetscErrorCode TSAdaptRLSetPolicyFile(TSAdapt adapt, const char file[])
 }
 
 /*@
-  TSAdaptRLGetPolicy - get the policy that chooses the steps
+  TSAdaptRLGetPolicy - gets the policy that chooses the steps
 
   Not collective
 
@@ -127,7 +127,7 @@ PetscErrorCode TSAdaptRLGetPolicy(TSAdapt adapt, SlipPolicy *policy)
 }
 
 /*@C
-  TSAdaptRLSetActor - set a function that chooses the steps instead of a policy, for trainers
+  TSAdaptRLSetActor - sets a function that chooses the steps instead of a policy, for trainers
 
   Logically collective
 
@@ -167,13 +167,13 @@ PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const na
 }
 
 /*@
-  TSAdaptRLSetAccuracy - set the accuracy dial, the relative error of the result that the run should keep
+  TSAdaptRLSetAccuracy - sets the wanted accuracy, the relative error that the result of the run may have
 
   Logically collective; without effect when the type of adapt is not `TSADAPTRL`
 
   Input Parameters:
 + adapt    - the controller
-- accuracy - wanted relative error of the run, which `TSAdaptRLSetMeasure()` names, dimensionless, between
+- accuracy - relative error of the run that `TSAdaptRLSetMeasure()` selects, dimensionless, between
              `TSADAPTRL_ACCURACY_MIN` and `TSADAPTRL_ACCURACY_MAX`
 
   Options Database Key:
@@ -184,9 +184,9 @@ PetscErrorCode TSAdaptRLSetActor(TSAdapt adapt, PetscInt n, const char *const na
   Errors: PETSC_ERR_ARG_OUTOFRANGE for an accuracy outside of the bounds
 
   Note:
-  A policy that lists the observation log_accuracy follows the dial; any other one was trained for one trade of accuracy
-  against cost and ignores it, which `TSAdaptView()` says. A dial outside of the policy's training range is used at the
-  end of that range, with one line of message.
+  A policy that lists the observation log_accuracy depends on the accuracy. Any other one was trained for one compromise
+  of accuracy and cost and ignores it, as `TSAdaptView()` prints. An accuracy outside of the policy's training range is
+  clipped to that range, with one line of message.
 
 .seealso: TSAdaptRLGetAccuracy(), TSAdaptRLSetMeasure(), TSAdaptRLSetPolicyFile()
 @*/
@@ -210,13 +210,13 @@ PetscErrorCode TSAdaptRLSetAccuracy(TSAdapt adapt, PetscReal accuracy)
 }
 
 /*@
-  TSAdaptRLSetDefaultAccuracy - the accuracy dial where neither `TSAdaptRLSetAccuracy()` nor its option has set it
+  TSAdaptRLSetDefaultAccuracy - sets the wanted accuracy if neither `TSAdaptRLSetAccuracy()` nor its option has set it
 
   Logically collective; without effect when the type of adapt is not `TSADAPTRL`
 
   Input Parameters:
 + adapt    - the controller
-- accuracy - as of `TSAdaptRLSetAccuracy()`, dimensionless
+- accuracy - see `TSAdaptRLSetAccuracy()`, dimensionless
 
   Level: developer
 
@@ -235,7 +235,7 @@ PetscErrorCode TSAdaptRLSetDefaultAccuracy(TSAdapt adapt, PetscReal accuracy)
 }
 
 /*@
-  TSAdaptRLHasActor - get whether a function chooses the steps, `TSAdaptRLSetActor()`, in place of a policy
+  TSAdaptRLHasActor - gets whether a function, `TSAdaptRLSetActor()`, chooses the steps instead of a policy
 
   Not collective
 
@@ -261,7 +261,7 @@ PetscErrorCode TSAdaptRLHasActor(TSAdapt adapt, PetscBool *has)
 }
 
 /*@
-  TSAdaptRLIsChosen - get whether a policy, an actor, the accuracy, the measure or strictness was set
+  TSAdaptRLIsChosen - gets whether a policy, an actor, the accuracy, the measure or strictness was set
 
   Not collective
 
@@ -269,12 +269,12 @@ PetscErrorCode TSAdaptRLHasActor(TSAdapt adapt, PetscBool *has)
 . adapt - the controller
 
   Output Parameter:
-. chosen - whether; false when the type of adapt is not `TSADAPTRL`, and for a policy that it has found by itself
+. chosen - whether; false if the type of adapt is not `TSADAPTRL`, and for a default policy
 
   Level: developer
 
   Note:
-  A problem whose default is this controller may take another one where nobody has chosen it.
+  A problem whose default is this controller may use another one if the user has set none of these.
 
 .seealso: TSAdaptRLSetPolicy(), TSAdaptRLSetActor(), TSAdaptRLSetDefaultAccuracy()
 @*/
@@ -291,7 +291,7 @@ PetscErrorCode TSAdaptRLIsChosen(TSAdapt adapt, PetscBool *chosen)
 }
 
 /*@
-  TSAdaptRLGetAccuracy - get the accuracy dial
+  TSAdaptRLGetAccuracy - gets the wanted accuracy
 
   Not collective
 
@@ -316,7 +316,7 @@ PetscErrorCode TSAdaptRLGetAccuracy(TSAdapt adapt, PetscReal *accuracy)
 }
 
 /*@
-  TSAdaptRLGetCounts - get the counts of decisions, and of how often guard rails acted
+  TSAdaptRLGetCounts - gets the numbers of decisions and of interventions by guard rails
 
   Not collective
 
@@ -348,7 +348,7 @@ PetscErrorCode TSAdaptRLGetCounts(TSAdapt adapt, PetscInt *decisions, PetscInt *
 }
 
 /*@
-  TSAdaptRLSetStrict - set whether the policy is used in runs unlike those of its training too
+  TSAdaptRLSetStrict - sets whether the policy also controls runs unlike those of its training
 
   Logically collective; without effect when the type of adapt is not `TSADAPTRL`
 
@@ -374,7 +374,7 @@ PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict)
 }
 
 /*@
-  TSAdaptRLGetHandover - get whether a classical controller has replaced the policy, and since when
+  TSAdaptRLGetHandover - gets whether a classical controller has replaced the policy, and since when
 
   Not collective
 
@@ -382,7 +382,7 @@ PetscErrorCode TSAdaptRLSetStrict(TSAdapt adapt, PetscBool strict)
 . adapt - the controller
 
   Output Parameters (each may be `NULL`):
-+ handed - whether the policy was given up; `PETSC_FALSE` when the type of adapt is not `TSADAPTRL`
++ handed - whether the policy was replaced; `PETSC_FALSE` when the type of adapt is not `TSADAPTRL`
 - time   - when [s]
 
   Level: intermediate
@@ -401,7 +401,7 @@ PetscErrorCode TSAdaptRLGetHandover(TSAdapt adapt, PetscBool *handed, PetscReal 
 }
 
 /*@
-  TSAdaptRLGetHandoverStep - how many accepted steps the policy had chosen when the run was handed over
+  TSAdaptRLGetHandoverStep - gets how many accepted steps the policy had chosen when the run was handed over
 
   Not collective
 
@@ -427,7 +427,7 @@ PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps)
 }
 
 /*@C
-  TSAdaptRLGetFallback - get the type of the classical controller that replaces the policy
+  TSAdaptRLGetFallback - gets the type of the classical controller that replaces the policy
 
   Not collective
 
@@ -435,8 +435,8 @@ PetscErrorCode TSAdaptRLGetHandoverStep(TSAdapt adapt, PetscInt *steps)
 . adapt - the controller
 
   Output Parameter:
-. type - of `TSAdapt`, and after a colon its named filter as of `SlipAdaptGetController()`, borrowed; `NULL` when the
-         run was not handed over or the type of adapt is not `TSADAPTRL`
+. type - of `TSAdapt`, and after a colon its filter as in `SlipAdaptGetController()`, borrowed; `NULL` if the run was
+         not handed over or the type of adapt is not `TSADAPTRL`
 
   Level: intermediate
 
@@ -454,11 +454,11 @@ PetscErrorCode TSAdaptRLGetFallback(TSAdapt adapt, TSAdaptType *type)
 
 /* ---- without a policy: the default one of its problem ---- */
 
-#define GENERAL "ode" /* for any TS with an error estimate: what problems without a policy of their own take */
+#define GENERAL "ode" /* for any TS with an error estimate: problems without a policy of their own use it */
 
 /*
-  A policy that names its problem is for that one, unless -ts_adapt_rl_problem names it too. Without any it is the
-  default one of -ts_adapt_rl_problem, or of what the problem calls itself, or else the general one.
+  A policy that names its problem is used for that one, unless -ts_adapt_rl_problem names it, too. Without a policy it
+  is the default one of -ts_adapt_rl_problem, or of the problem's own name, or else the general one.
 */
 PetscErrorCode TSAdaptRLFindPolicy_Private(TSAdapt adapt, TS ts)
 {

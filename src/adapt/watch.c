@@ -1,7 +1,6 @@
-/* Attempts of integrators that do not tell of them, such as PETSc's: what they ask their controller, and what it
-   answers. Attempts that a stage has ended are not asked about. They are counted among the rejections of the TS, and
-   each has made the step shorter by the factor of TSAdaptSetScaleSolveFailed(), so that their steps are known as
-   well. */
+/* Records attempts of integrators that do not record them, such as PETSc's, by what they pass to their controller and
+   what it returns. It is not called for attempts that failed in a stage. These count among the rejections of the TS,
+   and each shortens the step by the factor of TSAdaptSetScaleSolveFailed(), from which their steps follow. */
 #include <slipstep/private/slipadapt.h>
 #include <slipstep/private/slipsys.h>
 
@@ -11,10 +10,10 @@ typedef struct {
   PetscErrorCode (*choose)(TSAdapt, TS, PetscReal, PetscInt *, PetscReal *, PetscBool *, PetscReal *, PetscReal *,
                            PetscReal *); /* of the controller */
   SlipAdaptWatchFn told;
-  PetscInt rejected; /* attempts that were told of */
+  PetscInt rejected; /* reported attempts */
 } Watch;
 
-/* Those of before the attempt h that ended in a stage */
+/* Reports those attempts before the attempt h that failed in a stage */
 static PetscErrorCode TellFailed(Watch *watch, TSAdapt adapt, TS ts, PetscReal h)
 {
   PetscInt rejected;
@@ -45,8 +44,8 @@ static PetscErrorCode TSAdaptChoose_Watched(TSAdapt adapt, TS ts, PetscReal h, P
 }
 
 /*
-  SlipAdaptWatch - be told of each attempt of a TS with its controller from now on; between steps, and again where the
-  type of the controller may have changed since
+  SlipAdaptWatch - calls a function for each attempt of a TS with its controller from now on; to be called between
+  steps, and again if the type of the controller may have changed since
 */
 PetscErrorCode SlipAdaptWatch(TS ts, SlipAdaptWatchFn told)
 {

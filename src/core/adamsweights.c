@@ -1,13 +1,13 @@
-/* Adams' formulas of variable step: their weights, integrals of Lagrange's polynomials, and how a step is corrected
-   more than once. */
+/* Adams formulas of variable step: their weights, which are integrals of Lagrange polynomials, and the coefficients of
+   repeated corrections of a step */
 #include <slipcompat.h>
 #include <slipcore.h>
 
 /*
-  SlipAdamsWeights - weight[j] = the integral over [0, 1] of the polynomial that is 1 at node[j] and 0 at the others
+  SlipAdamsWeights - computes weight[j], the integral over [0, 1] of the polynomial with 1 at node[j], 0 at the others
 
-  n <= SLIP_ADAMS_NODES nodes that differ, in units of the step, 0 its start and 1 its end. A factor (t - x_m)/(x_j -
-  x_m) is taken as a + b t, so that nodes far in the past, after a step that was cut, do no harm.
+  The n <= SLIP_ADAMS_NODES nodes differ, in units of the step: 0 is its start and 1 its end. A factor (t - x_m)/(x_j -
+  x_m) is computed as a + b t, so that nodes far in the past, after a step was shortened, do no harm.
 */
 void SlipAdamsWeights(PetscInt n, const PetscReal node[], PetscReal weight[])
 {
@@ -29,18 +29,18 @@ void SlipAdamsWeights(PetscInt n, const PetscReal node[], PetscReal weight[])
 
 /* ---- corrections ---- */
 
-/* A step y' = lambda y of a predictor y* of order k, y* + gamma h (f - f^), f^ what f_n ... f_n-k+1 extrapolate
-   to, is y^ + Q (y* - y^), y^ what those of y extrapolate to, with Q = 1 - x, x = -gamma h lambda. Corrected m times,
-   each time from y to y + tau h (f(y) - f^), Q is a polynomial of degree m, the product of 1 - tau/gamma x. All of
-   its sums of tau are gamma, so that each has the order of the formula; those here are chosen such that the roots of
-   the recurrence in n are below 0.97 from h |lambda| = 1 to the largest x, for constant steps and steps that grow by
-   1.2 or shrink by 0.85 each time, and that x is as large as then can be (a linear program for each x; with k = 2
-   they are near Fejer's kernel, whose x is 0.33 ((m + 1)^2 - 1)). Factors 1 - a x + b x^2, from those that are least
-   at the largest x on. With predictors of higher order there is no use in more of them. */
+/* For y' = lambda y, a predictor y* of order k and y* + gamma h (f - f^), where f_n ... f_n-k+1 extrapolate to f^, a
+   step is y^ + Q (y* - y^), where y^ is the extrapolation of y, Q = 1 - x and x = -gamma h lambda. With m corrections,
+   each from y to y + tau h (f(y) - f^), Q is a polynomial of degree m, the product of 1 - tau/gamma x. All sums of tau
+   are gamma, so that each has the order of the formula. The factors below are chosen such that the roots of the
+   recurrence in n are below 0.97 from h |lambda| = 1 to the largest x, for constant steps and steps that grow by 1.2 or
+   shrink by 0.85 each time, and such that this x is as large as possible (a linear program for each x; with k = 2 they
+   are close to Fejer's kernel, whose x is 0.33 ((m + 1)^2 - 1)). Each row has the factors 1 - a x + b x^2, beginning
+   with those that are smallest at the largest x. Predictors of higher order do not benefit from more factors. */
 enum { ORDERS = 4, FACTORS = (SLIP_ADAMS_CORRECTIONS + 1) / 2 };
 
 typedef struct {
-  PetscReal reach; /* largest x, 0 where there is no formula */
+  PetscReal reach; /* largest x, 0 if there is no formula */
   PetscReal factor[FACTORS][2];
 } Corrections;
 
@@ -82,17 +82,17 @@ static const Corrections table[ORDERS][SLIP_ADAMS_CORRECTIONS + 1] = {
 };
 
 /*
-  SlipAdamsReach - the largest gamma h r at which a step is stable, of a predictor of order k and m >= 2 corrections,
-  with real rates of relaxation up to r
+  SlipAdamsReach - gets the largest gamma h r for which a step is stable, for a predictor of order k and m >= 2
+  corrections, if all relaxation rates are real and at most r
 
-  gamma is the weight of the new derivative in the corrector, over h. 0 where there is no such formula.
+  gamma is the weight of the new derivative in the corrector, over h. Without such a formula the result is 0.
 */
 PetscReal SlipAdamsReach(PetscInt k, PetscInt m)
 {
   return k >= 1 && k <= ORDERS && m >= 2 && m <= SLIP_ADAMS_CORRECTIONS ? table[k - 1][m].reach : 0;
 }
 
-/* SlipAdamsFactors - their factors 1 - a x + b x^2, a and b: (m + 1)/2 of them */
+/* SlipAdamsFactors - gets the (m + 1)/2 factors 1 - a x + b x^2 as pairs of a and b */
 const PetscReal (*SlipAdamsFactors(PetscInt k, PetscInt m))[2]
 {
   return table[k - 1][m].factor;

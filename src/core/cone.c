@@ -7,10 +7,10 @@
 #include <slipcore.h>
 #include <math.h>
 
-/* Natural residual in units of g: g + omega q sign(p) where sliding, x / rho where sticking; mask is 1 where sliding.
-   slope is the diagonal that the bound adds to a sliding row of dG/dx: omega dq/d|x| sign(p) sign(x), with sign(p) for
-   sign(0); 0 elsewhere. A row that slides against the sign of its x is no solution, and its residual says so: p > rho
-   omega q and x < 0 make x > rho F, so that |F| > |x| / rho. */
+/* Natural residual in units of g: g + omega q sign(p) where cells slide, x / rho where they stick; mask is 1 where they
+   slide. slope is the diagonal that the bound adds to a sliding row of dG/dx: omega dq/d|x| sign(p) sign(x), with
+   sign(p) for sign(0); elsewhere it is 0. A row that slides against the sign of its x is no solution, and its residual
+   is not 0: p > rho omega q and x < 0 give x > rho F, so that |F| > |x| / rho. */
 void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
                      const PetscReal dq[], const PetscReal rho[], PetscReal F[], PetscReal mask[], PetscReal slope[])
 {
@@ -40,8 +40,8 @@ void SlipConeNatural(PetscInt n, PetscReal omega, const PetscReal x[], const Pet
   }
 }
 
-/* The same where the bound is smooth and nothing sticks: F = g + omega q sign(x), 0 where mask is 0 as x is prescribed
-   there */
+/* The same if the bound is smooth and nothing sticks: F = g + omega q sign(x), and 0 where mask is 0, because x is
+   prescribed there */
 void SlipConeSmooth(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
                     const PetscReal dq[], const PetscReal mask[], PetscReal F[], PetscReal slope[])
 {
@@ -51,8 +51,8 @@ void SlipConeSmooth(PetscInt n, PetscReal omega, const PetscReal x[], const Pets
   }
 }
 
-/* x becomes exactly zero where it sticks, or slides against its own direction by less than the tolerance; r is its
-   reaction */
+/* Sets x to exactly zero where it sticks, or slides against its direction by less than the tolerance; r is its
+   reaction. */
 void SlipConeFinish(PetscInt n, PetscReal omega, const PetscReal g[], const PetscReal q[], const PetscReal rho[],
                     PetscReal x[], PetscReal r[])
 {
@@ -66,8 +66,8 @@ void SlipConeFinish(PetscInt n, PetscReal omega, const PetscReal g[], const Pets
   }
 }
 
-/* Stops at zero the cells that the step from one point to another would turn round; rows without a bound are left
-   alone. Whether there were any */
+/* Stops at zero those cells whose sliding a step from one point to another would reverse, except rows without a bound.
+   Returns whether there were any. */
 PetscBool SlipConeStopTurning(PetscInt n, const PetscReal q[], const PetscReal from[], PetscReal to[])
 {
   PetscBool turned = PETSC_FALSE;
@@ -82,14 +82,14 @@ PetscBool SlipConeStopTurning(PetscInt n, const PetscReal q[], const PetscReal f
 
 /* ---- the self-adaptive fixed point x <- S(x - rho G(x), rho omega q), He and Liao (2002), JOTA 112 ---- */
 
-/* One step of it, from x with g = G(x) to x1 */
+/* Does one step, from x with g = G(x) to x1. */
 void SlipConeProject(PetscInt n, PetscReal omega, const PetscReal x[], const PetscReal g[], const PetscReal q[],
                      const PetscReal rho[], PetscReal x1[])
 {
   for (PetscInt i = 0; i < n; i++) x1[i] = SlipConeShrink(x[i] - rho[i] * g[i], rho[i] * omega * q[i]);
 }
 
-/* Add to the sums over the cells of rho (g1 - g)^2 and of (x1 - x)^2 / rho */
+/* Adds rho (g1 - g)^2 and (x1 - x)^2 / rho of the cells to the sums. */
 void SlipConeChanges(PetscInt n, const PetscReal x[], const PetscReal x1[], const PetscReal g[], const PetscReal g1[],
                      const PetscReal rho[], PetscReal sum[2])
 {
@@ -99,8 +99,8 @@ void SlipConeChanges(PetscInt n, const PetscReal x[], const PetscReal x1[], cons
   }
 }
 
-/* The ratio of those sums says whether rho suits: above 0.9 it is shortened by 2/3 and the step repeated (yes is
-   returned), below 0.3 lengthened by 3/2. factor: on rho, 1 to leave it */
+/* The ratio of those sums decides about rho: above 0.9 rho is multiplied by 2/3 and the step repeated (returns true),
+   below 0.3 rho is multiplied by 3/2. factor: that on rho, 1 for no change */
 PetscBool SlipConeAdaptStep(PetscInt trial, const PetscReal sum[2], PetscReal *factor)
 {
   const PetscReal ratio_high = 0.9, ratio_low = 0.3, shorten = 2.0 / 3.0, lengthen = 1.5;
@@ -116,22 +116,21 @@ PetscBool SlipConeAdaptStep(PetscInt trial, const PetscReal sum[2], PetscReal *f
   return PETSC_FALSE;
 }
 
-/* ---- two components a cell: |r| <= q in the Euclidean norm, a disk, and r = -q x / |x| where x != 0. x, g, F, mask
-   and rho hold the two numbers of a cell side by side (mask and rho twice the same) in blocks of c numbers, of which
-   others are left alone; q, dq, hold and cross have one for each of n cells.
+/* ---- two components per cell: |r| <= q in the Euclidean norm, a disk, and r = -q x / |x| where x != 0. x, g, F, mask
+   and rho have the two numbers of a cell side by side (those of mask and of rho are equal) in blocks of c numbers,
+   whose others are not changed; q, dq, hold and cross have one for each of n cells.
 
    With z = x - rho g and n = z / |z| a cell sticks where |z| <= rho omega q; elsewhere F = g + omega q n, and with
    P = I - n n'
      dF = (I - rho omega q / |z| P) dg + [omega q' n (x / |x|)' + omega q / |z| P] dx.
-   Along n that is symmetric but for x / |x|, of which the part along n is kept: all of it at a solution. Across n the
-   rows of the Newton step are divided by 1 - rho omega q / |z| > 0, and with P z = 0, that is P x = rho P g, they
-   become
+   Along n this is symmetric except for x / |x|, of which only the part along n is used, which is all of it at a
+   solution. Across n the rows of the Newton step are divided by 1 - rho omega q / |z| > 0, and with P z = 0, that is
+   P x = rho P g, they become
      P (g + dg) + k P (x + dx) = 0,   k = omega q / (|z| - rho omega q),
    which is q / |x| at a solution, so that the whole is symmetric: dG/dx + omega q' n n' + k P. k grows without bound
-   towards the edge of sticking, where it says no more than that x + dx goes along n; a large number says the same.
-   ---- */
+   towards the edge of sticking, where it only makes x + dx parallel to n, as any large number does. ---- */
 
-/* Largest k rho: the step leaves this share of what is across n; above it the rows along n lose as many digits. */
+/* Largest k rho: the step leaves this fraction of the part across n; a larger one would cost digits along n. */
 static const PetscReal largest_hold = 1e6;
 
 static inline PetscReal SlipDiskDot(const PetscReal a[2], const PetscReal b[2])
@@ -139,7 +138,7 @@ static inline PetscReal SlipDiskDot(const PetscReal a[2], const PetscReal b[2])
   return a[0] * b[0] + a[1] * b[1];
 }
 
-/* Natural residual as above; where nothing slides against a bound normal and hold are 0 */
+/* Natural residual as above; normal and hold are 0 in cells that do not slide against a bound. */
 void SlipDiskNatural(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal g[],
                      const PetscReal q[], const PetscReal rho[], PetscReal F[], PetscReal mask[], PetscReal normal[],
                      PetscReal hold[])
@@ -148,7 +147,7 @@ void SlipDiskNatural(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[
     const PetscReal wq = omega * q[i], z[] = {x[0] - rho[0] * g[0], x[1] - rho[0] * g[1]}, size = hypot(z[0], z[1]);
     const PetscReal beyond = size - rho[0] * wq;
 
-    mask[0] = mask[1] = wq == 0.0 || !(beyond <= 0.0) ? 1.0 : 0.0; /* NaN slides: F is to show it */
+    mask[0] = mask[1] = wq == 0.0 || !(beyond <= 0.0) ? 1.0 : 0.0; /* NaN counts as sliding, so that F becomes NaN */
     normal[0] = normal[1] = hold[i] = 0.0;
     if (mask[0] != 0.0 && wq != 0.0) {
       for (int k = 0; k < 2; k++) normal[k] = z[k] / size;
@@ -158,8 +157,8 @@ void SlipDiskNatural(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[
   }
 }
 
-/* The same where the bound is smooth and nothing sticks: F = g + omega q x / |x|, 0 where mask is 0; at x = 0 q / |x|
-   is q' */
+/* The same for a smooth bound, where nothing sticks: F = g + omega q x / |x|, 0 where mask is 0; at x = 0, q / |x| is
+   q' */
 void SlipDiskSmooth(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal g[],
                     const PetscReal q[], const PetscReal dq[], const PetscReal mask[], PetscReal F[],
                     PetscReal normal[], PetscReal hold[])
@@ -174,7 +173,7 @@ void SlipDiskSmooth(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[]
   }
 }
 
-/* omega q' n n' + k P of each cell: its diagonal and the entry beside it; dq NULL: without q'. A cell that slides
+/* omega q' n n' + k P of each cell: its diagonal and off-diagonal entry; dq NULL: without q'. A cell that slides
    backwards has its sign changed as with one component. */
 void SlipDiskSlope(PetscInt n, PetscInt c, PetscReal omega, const PetscReal x[], const PetscReal dq[],
                    const PetscReal normal[], const PetscReal hold[], PetscReal slope[], PetscReal cross[])
@@ -214,8 +213,8 @@ void SlipDiskReaction(PetscReal omega, const PetscReal x[2], const PetscReal g[2
       r[k] = balance > q ? q * (g[k] / omega / balance) : g[k] / omega;
 }
 
-/* As SlipConeFinish(). x is turned by what the tolerance leaves of its part across n, so that r is opposite to it and
-   in balance however slow the cell is. */
+/* As SlipConeFinish(). x is rotated by the part across n that the tolerance allows, so that r is opposite to x and in
+   balance however slow the cell is. */
 void SlipDiskFinish(PetscInt n, PetscInt c, PetscReal omega, const PetscReal g[], const PetscReal q[],
                     const PetscReal rho[], PetscReal x[], PetscReal r[])
 {
@@ -229,7 +228,7 @@ void SlipDiskFinish(PetscInt n, PetscInt c, PetscReal omega, const PetscReal g[]
   }
 }
 
-/* As SlipConeStopTurning(): those that would turn by more than a right angle */
+/* As SlipConeStopTurning(), for cells that would turn by more than a right angle */
 PetscBool SlipDiskStopTurning(PetscInt n, PetscInt c, const PetscReal q[], const PetscReal from[], PetscReal to[])
 {
   PetscBool turned = PETSC_FALSE;

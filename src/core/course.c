@@ -1,16 +1,16 @@
-/* How far one course of slip is from another. A course is mean slip over time: the ends of accepted steps, a cubic
-   between two of them (Hermite, of slips and rates), and its first and last slip before and after. */
+/* The distance between two slip histories. A history is mean slip over time: the ends of accepted steps, a cubic
+   between two of them (Hermite, from slips and rates), and constant first and last slip before and after. */
 #include <slipcompat.h>
 #include <slipcore.h>
 #include <string.h>
 
 #define HALF 0.5
-#define RISE_FROM 0.1 /* the rise time is between these shares of the final slip */
+#define RISE_FROM 0.1 /* the rise time is between these fractions of the final slip */
 #define RISE_TO 0.9
-#define PEAK_SHARE 0.2 /* an error of the peak rate counts as a fifth */
-#define CHORDS 16      /* of a cubic, for the Levy distance */
+#define PEAK_SHARE 0.2 /* weight of an error of the peak rate */
+#define CHORDS 16      /* chords per cubic, for the Levy distance */
 
-/* In the interval behind a node: values and slopes at its ends in units of its length, y = a + x (b + x (c + x d)). */
+/* The interval after a node: the cubic y = a + x (b + x (c + x d)) by values and slopes at its ends, per its length */
 typedef struct {
   PetscReal t, h;       /* start and length [s] */
   PetscReal a, b, c, d; /* x = (time - t)/h */
@@ -31,7 +31,7 @@ static PetscReal Slope(const Cubic *p, PetscReal x)
   return (p->b + x * (2 * p->c + x * 3 * p->d)) / p->h;
 }
 
-/* Where the slope vanishes within the interval, in order; their number */
+/* Computes where the slope vanishes in the interval, in order; returns the number of such points. */
 static PetscInt Extrema(const Cubic *p, PetscReal x[2])
 {
   const PetscReal a = 3 * p->d, b = p->c, c = p->b, D = b * b - a * c;
@@ -39,7 +39,7 @@ static PetscInt Extrema(const Cubic *p, PetscReal x[2])
   PetscInt n = 0;
 
   if (D < 0 || (a == 0 && b == 0)) return 0;
-  q = -(b + (b < 0 ? -PetscSqrtReal(D) : PetscSqrtReal(D))); /* no difference of equal numbers */
+  q = -(b + (b < 0 ? -PetscSqrtReal(D) : PetscSqrtReal(D))); /* avoids a difference of equal numbers */
   root[0] = a != 0 ? q / a : -1;
   root[1] = q != 0 ? c / q : 0;
   if (root[0] > root[1]) {
@@ -53,7 +53,7 @@ static PetscInt Extrema(const Cubic *p, PetscReal x[2])
   return n;
 }
 
-/* The part of a course behind its node k; k = -1 and n - 1: before and after */
+/* The part of a history after node k; k = -1 and n - 1 are the parts before and after all nodes */
 static void Part(PetscInt n, const SlipCourseNode c[], PetscInt k, Cubic *p)
 {
   if (k < 0 || k == n - 1)
@@ -62,7 +62,7 @@ static void Part(PetscInt n, const SlipCourseNode c[], PetscInt k, Cubic *p)
     Fit(c[k].time, c[k + 1].time - c[k].time, c[k].slip, c[k].rate, c[k + 1].slip, c[k + 1].rate, p);
 }
 
-/* The largest |difference| of two parts between two times, both in both */
+/* The largest |difference| of two parts between two times that lie in both parts */
 static PetscReal Apart(const Cubic *p, const Cubic *q, PetscReal t0, PetscReal t1)
 {
   const PetscReal x0 = (t0 - p->t) / p->h, x1 = (t1 - p->t) / p->h, y0 = (t0 - q->t) / q->h, y1 = (t1 - q->t) / q->h;
@@ -78,7 +78,7 @@ static PetscReal Apart(const Cubic *p, const Cubic *q, PetscReal t0, PetscReal t
   return most;
 }
 
-/* The largest distance over all times of either */
+/* The largest distance over all times of either history */
 static PetscReal Distance(PetscInt n, const SlipCourseNode a[], PetscInt m, const SlipCourseNode b[])
 {
   const PetscReal end = PetscMax(a[n - 1].time, b[m - 1].time);
@@ -101,7 +101,7 @@ static PetscReal Distance(PetscInt n, const SlipCourseNode a[], PetscInt m, cons
   return most;
 }
 
-/* When a part first has a slip, which it does not have at its start but at x in [0, 1] at the latest; to rounding */
+/* When a part first reaches a slip, which is larger than that at its start and reached by x in [0, 1], to rounding */
 static PetscReal Meets(const Cubic *p, PetscReal slip, PetscReal x)
 {
   PetscReal low = 0, high = x;
@@ -118,9 +118,9 @@ static PetscReal Meets(const Cubic *p, PetscReal slip, PetscReal x)
 }
 
 /*
-  SlipCourseTime - when the slip first reaches a share of the last one
+  SlipCourseTime - computes when the slip first reaches a fraction of the final slip
 
-  c: n >= 1 nodes in the order of their times. The time [s]; that of the first node when nothing slips.
+  c: n >= 1 nodes in the order of their times. Returns the time [s]; that of the first node if there is no slip.
 */
 PetscReal SlipCourseTime(PetscInt n, const SlipCourseNode c[], PetscReal share)
 {
@@ -142,7 +142,7 @@ PetscReal SlipCourseTime(PetscInt n, const SlipCourseNode c[], PetscReal share)
 }
 
 /*
-  SlipCoursePeak - the largest rate of n >= 1 nodes and of the cubics between them [m/s]
+  SlipCoursePeak - computes the largest rate of n >= 1 nodes and of the cubics between them [m/s]
 */
 PetscReal SlipCoursePeak(PetscInt n, const SlipCourseNode c[])
 {
@@ -161,10 +161,10 @@ PetscReal SlipCoursePeak(PetscInt n, const SlipCourseNode c[])
 }
 
 /*
-  SlipCourseCompare - the errors of a run against a reference, but for that of the final field
+  SlipCourseCompare - computes the errors of a run relative to a reference, except that of the final field
 
-  run [n], reference [m]: nodes in the order of their times, n and m >= 1; the reference has slipped. error
-  [SLIP_NUM_ERRORS]: all relative, see SlipErrorKind; that of the field becomes 0.
+  run [n], reference [m]: nodes in the order of their times, n and m >= 1; the final slip of the reference is not 0.
+  error [SLIP_NUM_ERRORS]: all relative, see SlipErrorKind; that of the field is set to 0.
 */
 void SlipCourseCompare(PetscInt n, const SlipCourseNode run[], PetscInt m, const SlipCourseNode reference[],
                        PetscReal error[])
@@ -181,13 +181,13 @@ void SlipCourseCompare(PetscInt n, const SlipCourseNode run[], PetscInt m, const
 
 /* ---- the Levy distance ---- */
 
-/* A walk along the graph of a course, chord by chord, in coordinates that are turned by 45 degrees: a = time + slip,
-   which grows along the graph, jumps included, and b = slip - time, both over their scales */
+/* A walk along the graph of a history, chord by chord, in coordinates rotated by 45 degrees: a = time + slip, which
+   grows along the graph, including jumps, and b = slip - time, each over its scale */
 typedef struct {
-  PetscInt n, at; /* nodes, chords behind */
+  PetscInt n, at; /* nodes, chords passed */
   const SlipCourseNode *c;
   PetscReal duration, slip; /* scales */
-  PetscReal highest;        /* slip so far [m] */
+  PetscReal highest;        /* largest slip so far [m] */
   PetscReal a[2], b[2];     /* ends of the chord; beyond the last one the graph is horizontal */
 } Walk;
 
@@ -208,7 +208,7 @@ static void WalkOn(Walk *w)
                     most = 3 * (c[1].slip - c[0].slip) / h;
     Cubic p;
 
-    /* Faster ends would make it fall within (Fritsch & Carlson 1980): rates before a corner of the loads may be. */
+    /* Steeper ends, as rates before a corner of loads may be, would let it decrease (Fritsch & Carlson 1980). */
     Fit(c[0].time, h, c[0].slip, PetscMin(c[0].rate, most), c[1].slip, PetscMin(c[1].rate, most), &p);
     time = part + 1 == CHORDS ? c[1].time : p.t + x * h;
     slip = part + 1 == CHORDS ? c[1].slip : PetscMax(Value(&p, x), w->highest);
@@ -238,12 +238,12 @@ static PetscReal WalkAt(const Walk *w, PetscReal a)
 }
 
 /*
-  SlipCourseLevy - the Levy distance of a run's course from that of a reference
+  SlipCourseLevy - computes the Levy distance of a run's slip history from that of a reference
 
-  run [n], reference [m]: nodes in the order of their times, n and m >= 1, whose slips do not fall; the reference has
-  slipped, over a time > 0. The least e such that within e times the duration of the reference, before or after, either
-  has the other's slip to e times the final one. Where slip jumps, as in an event of seconds among months, it is the
-  error of the time, where it rests that of the slip; it is at most the largest difference of slips.
+  run [n], reference [m]: nodes in the order of their times, n and m >= 1, whose slips do not decrease; the reference
+  has slipped, over a time > 0. The distance is the least e such that within e times the duration of the reference,
+  before or after, each has the slip of the other to e times the final one. Where slip jumps, as in an event of seconds
+  among months, it is the error of the time; at rest it is that of the slip. The largest difference of slips bounds it.
 */
 PetscReal SlipCourseLevy(PetscInt n, const SlipCourseNode run[], PetscInt m, const SlipCourseNode reference[])
 {
@@ -269,7 +269,7 @@ const SlipMeasure SlipMeasures[] = {
 };
 
 /*
-  SlipMeasureFind - find the measure with a name, or NULL
+  SlipMeasureFind - finds the measure with a name, or NULL
 */
 const SlipMeasure *SlipMeasureFind(const char name[])
 {
@@ -279,9 +279,9 @@ const SlipMeasure *SlipMeasureFind(const char name[])
 }
 
 /*
-  SlipMeasureOf - one number for the errors of a run
+  SlipMeasureOf - computes one number from the errors of a run
 
-  error [SLIP_NUM_ERRORS]. NaN when an error that counts is NaN.
+  error [SLIP_NUM_ERRORS]. The result is NaN if an error with a share is NaN.
 */
 PetscReal SlipMeasureOf(const SlipMeasure *measure, const PetscReal error[])
 {

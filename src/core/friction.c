@@ -1,15 +1,14 @@
-/* Friction laws: one row each, with derivatives; the evolution of their state over a stage; the strength that they give
-   a cell. Pure functions: the fault's constraint and the trainer's loop without objects both call them, so that a law
-   is written here and nowhere else. */
+/* Friction laws, one row each, with derivatives; the evolution of their state over a stage; the strength of a cell. All
+   are pure functions, because the fault's constraint and the trainer's loop without objects both call them. */
 #include <slipcompat.h>
 #include <slipcore.h>
 #include <stdlib.h>
 
-/* Slip and slip rate beyond which no law weakens any more; finite, so that laws can divide by them. */
+/* Slip and slip rate beyond which no law weakens further; finite, so that laws can divide by them */
 #define WEAK_SLIP 1e30
 #define WEAK_RATE 1e30
 
-/* A step of Newton's method, over the unknown, whose square is below rounding: what is left after it */
+/* A relative step of Newton's method after which the error, of the order of its square, is below rounding */
 #define NEWTON_ENOUGH 1e-9
 
 enum { FRICTION_REGISTERED = 64, STATE_MAX_IT = 300 };
@@ -35,7 +34,7 @@ static void LinearSlipWeakening(const SlipFriction *p, const PetscReal s[], Pets
   *dmu_dv = 0;
 }
 
-/* Burridge and Knopoff (1967), Carlson and Langer (1989), above a residual. */
+/* Burridge and Knopoff (1967), Carlson and Langer (1989), with a residual added */
 static void RateWeakening(const SlipFriction *p, const PetscReal s[], PetscReal v, PetscReal *excess,
                           PetscReal dmu_ds[], PetscReal *dmu_dv)
 {
@@ -80,13 +79,13 @@ const SlipFrictionLaw SlipFrictionLaws[] = {
   {.name = NULL},
 };
 
-/* ---- the table, which users may add to ---- */
+/* ---- the table, to which users may add laws ---- */
 
-/* Rows of others, in the order in which they came */
+/* Laws of users, in the order of registration */
 static SlipFrictionLaw *registered[FRICTION_REGISTERED];
 static PetscInt nregistered = 0;
 
-/* The rows one after another: the first after NULL, NULL after the last */
+/* The rows in sequence: the first after NULL, NULL after the last */
 const SlipFrictionLaw *SlipFrictionNext(const SlipFrictionLaw *law)
 {
   if (!law) return SlipFrictionLaws;
@@ -97,9 +96,9 @@ const SlipFrictionLaw *SlipFrictionNext(const SlipFrictionLaw *law)
 }
 
 /*
-  SlipFrictionFind - find the friction law with a name
+  SlipFrictionFind - finds the friction law with a name
 
-  Not collective. law is NULL when there is none.
+  Not collective. law is NULL if there is none.
 */
 PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
 {
@@ -115,13 +114,13 @@ PetscErrorCode SlipFrictionFind(const char name[], const SlipFrictionLaw **law)
 }
 
 /*@C
-  SlipFrictionCheck - refuse a friction law that lacks what belongs together
+  SlipFrictionCheck - raises an error for an incomplete friction law
 
   Not collective
 
   Input Parameter:
-. law - the row: with a name and a formula, and for states of its own what they are, their rates, and the states that
-        are steady at a rate
+. law - the row: it needs a name and a formula and, if it declares states, their descriptions, their rates and a
+        function for the steady states at a rate
 
   Level: developer
 
@@ -152,11 +151,10 @@ PetscErrorCode SlipFrictionCheck(const SlipFrictionLaw *law)
 }
 
 /*
-  SlipFrictionRegister - add a friction law to the table
+  SlipFrictionRegister - adds a friction law to the table
 
-  Not collective. The row is copied; strings, context, states and parameters of its own, which
-  SlipFaultRegisterFrictionLaw() checks, are not. PETSC_ERR_ARG_WRONG for a name that is taken, a row without functions,
-  and too many rows.
+  Not collective. The row is copied; its strings, context, states and parameters, which SlipFaultRegisterFrictionLaw()
+  checks, are not. It raises PETSC_ERR_ARG_WRONG for a name that is taken, a row without functions, and too many rows.
 */
 PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law)
 {
@@ -168,28 +166,28 @@ PetscErrorCode SlipFrictionRegister(const SlipFrictionLaw *law)
   PetscCheck(!same, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "There is a friction law %s already", law->name);
   PetscCheck(nregistered < FRICTION_REGISTERED, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
              "The friction law %s would be one of more than %d", law->name, FRICTION_REGISTERED);
-  /* until the process ends: faults refer to it */
+  /* never freed, because faults refer to it */
   registered[nregistered] = (SlipFrictionLaw *)malloc(sizeof(*law));
   PetscCheck(registered[nregistered], PETSC_COMM_SELF, PETSC_ERR_MEM, "No memory for the friction law %s", law->name);
   *registered[nregistered++] = *law;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- states: a law's own, or the slip s of both signs, which rest lets heal: ds/dt = |v| - s/t_h ---- */
+/* ---- states: those that a law declares, or the slip s of both signs, which heals at rest: ds/dt = |v| - s/t_h ---- */
 
-/* How many */
+/* Number of states */
 PetscInt SlipFrictionStates(const SlipFrictionLaw *law)
 {
   return law->nstates ? law->nstates : 1;
 }
 
-/* Of datasets */
+/* Name in datasets */
 const char *SlipFrictionStateName(const SlipFrictionLaw *law, PetscInt k)
 {
   return law->nstates ? law->states[k].name : "state";
 }
 
-/* As users give it and outputs show it */
+/* Unit of inputs and outputs */
 const char *SlipFrictionStateUnit(const SlipFrictionLaw *law, PetscInt k)
 {
   if (!law->nstates) return "m";
@@ -207,14 +205,14 @@ static void StateRate(const SlipFrictionLaw *law, const SlipFriction *p, const P
     *f = rate - *s * p->healing;
 }
 
-/* At the end of a stage that is implicit by theta, s = s0 + theta ds/dt, and its derivatives with respect to the rate
-   there */
+/* Computes the states at the end of a stage that is implicit with theta, s = s0 + theta ds/dt, and their derivatives
+   with respect to the rate there. */
 static void StateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, const PetscReal s0[],
                          PetscReal rate, PetscReal s[], PetscReal ds[])
 {
   const PetscReal share = 1 / (1 + theta * p->healing);
 
-  if (theta == 0) { /* states as they are */
+  if (theta == 0) { /* states do not change */
     for (PetscInt k = 0; k < SlipFrictionStates(law); k++) {
       s[k] = s0[k];
       ds[k] = 0;
@@ -227,7 +225,7 @@ static void StateAdvance(const SlipFrictionLaw *law, const SlipFriction *p, Pets
   }
 }
 
-/* The change of mu with the rate by that of the states */
+/* Derivative of mu with respect to the rate through the states */
 static PetscReal Along(const SlipFrictionLaw *law, const PetscReal ds_dv[], const PetscReal dmu_ds[])
 {
   PetscReal sum = ds_dv[0] * dmu_ds[0];
@@ -257,9 +255,9 @@ static inline SlipFriction At(const SlipFrictionCells *f, PetscInt i)
 
 static const PetscReal unslipped[SLIP_MAX_STATES] = {0};
 
-/* What mu of cell i exceeds its residual by, or mu where cells always slide. Of a step's end it is asked for six times,
-   for kicks, sums and estimates: of laws that remember f->known has that state, its excess and the derivative, and the
-   excess after all weakening. */
+/* Computes by how much mu of cell i exceeds its residual, or mu if cells always slide. At the end of a step it is
+   called six times, for kicks, sums and estimates; for laws that cache mu, f->known stores that state, its excess and
+   derivative, and the excess after all weakening. */
 static void Excess(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v, PetscReal *excess,
                    PetscReal dmu_ds[], PetscReal *dmu_dv)
 {
@@ -280,7 +278,7 @@ static void Excess(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], 
   known[2] = *dmu_ds;
 }
 
-/* mu of cell i and its derivatives, with respect to all states together and to |v|; s NULL: 0 */
+/* mu of cell i and its derivatives with respect to all states together and to |v|; s NULL: 0 */
 void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v, PetscReal *mu,
                           PetscReal *dmu_ds, PetscReal *dmu_dv)
 {
@@ -292,7 +290,7 @@ void SlipFrictionEvaluate(const SlipFrictionCells *f, PetscInt i, const PetscRea
   for (PetscInt k = 1; k < f->law->nstates; k++) *dmu_ds += ds[k];
 }
 
-/* What mu of cell i exceeds its residual by; s NULL: 0 */
+/* By how much mu of cell i exceeds its residual; s NULL: 0 */
 PetscReal SlipFrictionExcess(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal v)
 {
   const SlipFriction p = At(f, i);
@@ -302,7 +300,7 @@ PetscReal SlipFrictionExcess(const SlipFrictionCells *f, PetscInt i, const Petsc
   return excess;
 }
 
-/* mu of cell i after all weakening; where cells always slide there is no such end */
+/* mu of cell i after all weakening; if cells always slide there is no such limit */
 PetscReal SlipFrictionWeakest(const SlipFrictionCells *f, PetscInt i)
 {
   static const PetscReal weak[SLIP_MAX_STATES] = {WEAK_SLIP, WEAK_SLIP, WEAK_SLIP, WEAK_SLIP,
@@ -314,8 +312,8 @@ PetscReal SlipFrictionWeakest(const SlipFrictionCells *f, PetscInt i)
   return f->residual[i] + (f->known ? f->known[4 * i + 3] : SlipFrictionExcess(f, i, weak, WEAK_RATE));
 }
 
-/* mu of cell i at the end of a stage that starts from s0 and is implicit by theta [s], with the rate v there; its
-   derivatives and those of the states there with respect to |v| */
+/* mu of cell i at the end of a stage that starts from s0 and is implicit with theta [s], with the rate v there; also
+   its derivatives, and those of the states there, with respect to |v| */
 void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, const PetscReal s0[], PetscReal v,
                        PetscReal *mu, PetscReal dmu_ds[], PetscReal *dmu_dv, PetscReal ds_dv[])
 {
@@ -323,7 +321,7 @@ void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, 
   PetscReal s[SLIP_MAX_STATES];
   SlipFriction p;
 
-  if (f->known && theta == 0) { /* one state, as it is */
+  if (f->known && theta == 0) { /* one state, unchanged */
     Excess(f, i, s0, rate, mu, dmu_ds, dmu_dv);
     *mu = f->residual[i] + *mu;
     *ds_dv = 0;
@@ -335,19 +333,18 @@ void SlipFrictionStage(const SlipFrictionCells *f, PetscInt i, PetscReal theta, 
   if (!f->law->always_slides) *mu = p.residual + *mu;
 }
 
-/* dq/dsigma of q = mu sigma at the end of that stage: mu, less what the state's share of the stress takes from it
-   (At()) */
+/* dq/dsigma of q = mu sigma at the end of that stage: mu, minus the effect of stress on the state (At()) */
 PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscReal theta, const PetscReal s0[],
                                  PetscReal v)
 {
   PetscReal mu, dmu_ds[SLIP_MAX_STATES], dmu_dv, ds_dv[SLIP_MAX_STATES];
 
   SlipFrictionStage(f, i, theta, s0, v, &mu, dmu_ds, &dmu_dv, ds_dv);
-  if (f->alpha && f->alpha[i] > 0 && f->stress[i] > 0) { /* of the law with one state that knows alpha */
+  if (f->alpha && f->alpha[i] > 0 && f->stress[i] > 0) { /* the law has one state and uses alpha */
     const SlipFriction p = At(f, i);
     PetscReal s, rate, rate_s, rate_v;
 
-    /* s - shift changes with the shift by -1/(1 - theta f_s), as s = s0 + theta f(s - shift) */
+    /* s - shift depends on the shift with the derivative -1/(1 - theta f_s), because s = s0 + theta f(s - shift) */
     StateAdvance(f->law, &p, theta, s0, PetscAbsReal(v), &s, ds_dv);
     f->law->rate(&p, &s, PetscAbsReal(v), &rate, &rate_s, &rate_v);
     mu -= f->alpha[i] / f->b[i] * *dmu_ds / (1 - theta * rate_s);
@@ -355,8 +352,8 @@ PetscReal SlipFrictionStressGain(const SlipFrictionCells *f, PetscInt i, PetscRe
   return mu;
 }
 
-/* q = mu sigma w [Pa] at the end of a stage (theta 0: of the states s0), and, unless dq is NULL, dq/d|v|. From one
-   cell to the next s0 has the stride, and v the stride rates: the numbers of a cell in states (v, u, s) of a fault. */
+/* q = mu sigma w [Pa] at the end of a stage (theta 0: for the states s0), and, unless dq is NULL, dq/d|v|. Successive
+   cells are `stride` apart in s0 and `rates` apart in v, as in the states (v, u, s) of a fault. */
 void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
                           const PetscReal s0[], PetscInt rates, const PetscReal v[], PetscReal q[], PetscReal dq[])
 {
@@ -379,7 +376,7 @@ void SlipFrictionStrength(const SlipFrictionCells *f, PetscInt n, PetscReal thet
   }
 }
 
-/* ds/dt at the state (v, s); s and ds have the stride, v the stride rates */
+/* ds/dt at the state (v, s); s and ds have the stride `stride`, v has the stride `rates` */
 void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[], PetscInt rates,
                            const PetscReal v[], PetscReal ds[])
 {
@@ -390,7 +387,7 @@ void SlipFrictionStateRate(const SlipFrictionCells *f, PetscInt n, PetscInt stri
   }
 }
 
-/* The states at the end of a stage with the rates v from s0 [n][states]; s has a stride */
+/* Computes the states at the end of a stage with the rates v from s0 [n][states]; s has a stride. */
 void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal theta, const PetscReal s0[],
                               const PetscReal v[], PetscInt stride, PetscReal s[])
 {
@@ -404,7 +401,7 @@ void SlipFrictionStateAdvance(const SlipFrictionCells *f, PetscInt n, PetscReal 
   }
 }
 
-/* The states of cell i after t [s] of rest, exactly, of laws without states of their own */
+/* The exact states of cell i after t [s] of rest, for laws without declared states */
 void SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, const PetscReal s0[], PetscReal t, PetscReal s[])
 {
   const PetscReal healing = f->healing ? f->healing[i] : 0;
@@ -412,7 +409,7 @@ void SlipFrictionStateAtRest(const SlipFrictionCells *f, PetscInt i, const Petsc
   s[0] = healing > 0 ? s0[0] * PetscExpReal(-t * healing) : s0[0];
 }
 
-/* What outputs call state k, s, of cell i, and what users give */
+/* Converts state k, s, of cell i to the value in inputs and outputs */
 PetscReal SlipFrictionShown(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal s)
 {
   const SlipFriction p = At(f, i);
@@ -420,7 +417,7 @@ PetscReal SlipFrictionShown(const SlipFrictionCells *f, PetscInt i, PetscInt k, 
   return f->law->nstates && f->law->states[k].shown ? f->law->states[k].shown(&p, s) : s;
 }
 
-/* State k of cell i that outputs call this */
+/* Converts that value to the state k of cell i */
 PetscReal SlipFrictionOfShown(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal shown)
 {
   const SlipFriction p = At(f, i);
@@ -428,8 +425,7 @@ PetscReal SlipFrictionOfShown(const SlipFrictionCells *f, PetscInt i, PetscInt k
   return f->law->nstates && f->law->states[k].of_shown ? f->law->states[k].of_shown(&p, shown) : shown;
 }
 
-/* dmu/d ln v of cell i, to 1e-9 where mu is more than ten times that; infinite where it is not known without the
-   state */
+/* dmu/d ln v of cell i, to 1e-9 where mu is more than ten times that; infinite if it depends on the state */
 PetscReal SlipFrictionDirect(const SlipFrictionCells *f, PetscInt i)
 {
   const SlipFriction p = At(f, i);
@@ -437,7 +433,7 @@ PetscReal SlipFrictionDirect(const SlipFrictionCells *f, PetscInt i)
   return f->law->direct ? f->law->direct(&p) : PETSC_INFINITY;
 }
 
-/* The states of cell i at which nothing changes with the rate v */
+/* Computes the states of cell i that are steady at the rate v. */
 void SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal s[])
 {
   const SlipFriction p = At(f, i);
@@ -448,9 +444,9 @@ void SlipFrictionSteady(const SlipFrictionCells *f, PetscInt i, PetscReal v, Pet
     *s = 0;
 }
 
-/* Of a law with states of its own, where those are steady at the rate v > 0: what mu falls by per metre of slip that
-   the states follow (b/d_c of rate-and-state friction), and the stiffness over the normal stress below which steady
-   slip is unstable ((b - a)/d_c; Ruina 1983), not positive where it is stable */
+/* For a law with declared states that are steady at the rate v > 0: the decrease of mu per metre of slip that the
+   states follow (b/d_c in rate-and-state friction), and the stiffness over the normal stress below which steady slip is
+   unstable ((b - a)/d_c; Ruina 1983), which is not positive where it is stable */
 void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, PetscReal v, PetscReal *fall, PetscReal *critical)
 {
   const SlipFriction p = At(f, i);
@@ -458,8 +454,8 @@ void SlipFrictionWeakening(const SlipFrictionCells *f, PetscInt i, PetscReal v, 
   SlipFrictionInstability(f->law, &p, v, fall, critical);
 }
 
-/* s[k] with which the friction of cell i is mu with the rate v, by Newton's method from s, the others as they are;
-   NaN if there is none. Rate-and-state friction is almost linear in its state. */
+/* Computes s[k] for which the friction of cell i is mu at the rate v, by Newton's method from s with the other states
+   fixed; NaN if there is none. Rate-and-state friction is almost linear in its state. */
 void SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscInt k, PetscReal mu, PetscReal v, PetscReal s[])
 {
   const SlipFriction p = At(f, i);
@@ -479,10 +475,10 @@ void SlipFrictionStateOf(const SlipFrictionCells *f, PetscInt i, PetscInt k, Pet
   }
 }
 
-/* The slip rate of a cell that may stick: none while sigma mu(s, 0) holds it, but for rounding, else that of the
-   balance. The strength of laws that do not depend on the rate is that of rest. Others fall with it by less than eta
-   gains, so that the balance grows with v and has one root, between 0 and tau/eta: Newton's method inside of this
-   bracket. */
+/* The slip rate of a cell that may stick: 0 while sigma mu(s, 0) holds it, except for rounding, else that of the
+   balance. For laws that do not depend on the rate, the strength is that at rest. Other laws decrease with the rate by
+   less than eta v grows, so that the balance grows with v and has one root between 0 and tau/eta, which Newton's method
+   finds in this bracket. */
 static PetscReal BalanceSticking(const SlipFrictionCells *f, PetscInt i, const PetscReal s[], PetscReal eta,
                                  PetscReal tau)
 {
@@ -508,9 +504,10 @@ static PetscReal BalanceSticking(const SlipFrictionCells *f, PetscInt i, const P
   return tau < 0 ? -v : v;
 }
 
-/* The slip rates v [n] at which friction and radiation damping balance the traction: w sigma mu(s, |v|) sign(v) + w eta
-   v = tau [Pa], w the weights, 0 where friction holds it; and, unless ds is NULL, the rates of the state; s and ds have
-   the stride. kept [nkept n]: what the law's function keep made of f and eta, or NULL */
+/* Computes the slip rates v [n] at which friction and radiation damping balance the traction: w sigma mu(s, |v|)
+   sign(v) + w eta v = tau [Pa], with the weights w, and 0 where friction holds the cell; and, unless ds is NULL, the
+   rates of the state. s and ds have the stride. kept [nkept n]: output of the law's function keep for f and eta, or
+   NULL */
 void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
                          const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
 {
@@ -522,7 +519,7 @@ void SlipFrictionBalance(const SlipFrictionCells *f, const PetscReal kept[], Pet
     const PetscReal weight = f->weight ? f->weight[i] : 1;
 
     if (!f->law->always_slides) v[i] = BalanceSticking(f, i, s + stride * i, eta, tau[i] / weight);
-    if (ds && !f->law->nstates) /* as StateRate() has it */
+    if (ds && !f->law->nstates) /* as in StateRate() */
       ds[stride * i] = PetscAbsReal(v[i]) - s[stride * i] * (f->healing ? f->healing[i] : 0);
     if (!f->law->nstates) continue;
     const SlipFriction p = At(f, i);
@@ -546,8 +543,8 @@ static PetscReal StageExcess(const SlipFrictionCells *f, PetscInt i, const SlipF
   return strength * mu + c->diagonal * v - load;
 }
 
-/* ln v to begin with: that of the guess, if it goes the right way; else of the state that rest would lead to, which
-   leaves the cell stronger than it is, so that this is below the root */
+/* Initial ln v: that of the guess if it has the right sign, else that for the state after rest. Rest makes the cell
+   stronger than it is, so that this value is below the root. */
 static PetscReal StageStart(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
                             PetscReal guess)
 {
@@ -561,13 +558,13 @@ static PetscReal StageStart(const SlipFrictionCells *f, PetscInt i, const SlipFr
 }
 
 /*
-  SlipFrictionStageRate - the slip rate v of cell i alone at the end of a stage, D v + omega w sigma mu(s(v), |v|)
-  sign(v) = load, of a law whose cells always slide
+  SlipFrictionStageRate - computes the slip rate v of cell i alone at the end of a stage, D v + omega w sigma mu(s(v),
+  |v|) sign(v) = load, for a law whose cells always slide
 
-  s(v) = s0 + theta ds/dt is the state there. Newton's method in ln v inside a bracket, from the guess or the rate that
-  it finds itself. Without the state's change friction grows with v, and the root is the only one. With it a long stage
-  can weaken faster than D v grows: then the root next to the guess is taken, and *stable is false where none is at
-  which the sum grows without a fall in between.
+  s(v) = s0 + theta ds/dt is the state there. Newton's method in ln v works in a bracket, from the guess or an initial
+  rate of its own. At constant state friction grows with v, and there is one root. With a changing state a long stage
+  can weaken faster than D v grows: then the root next to the guess is used, and *stable is false if there is no root at
+  which the sum grows without a decrease in between.
 */
 PetscReal SlipFrictionStageRate(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
                                 PetscReal guess, PetscBool *stable)

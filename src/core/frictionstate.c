@@ -1,13 +1,13 @@
-/* States of a friction law's own: what they are at the end of an implicit stage, and when steady slip is unstable.
-   Pure functions of a law's rates and their derivatives, for any number of states. */
+/* States that a friction law declares: their values at the end of an implicit stage, and when steady slip is unstable.
+   All are pure functions of a law's rates and their derivatives, for any number of states. */
 #include <slipcompat.h>
 #include <slipcore.h>
 
-/* A step of Newton's method whose square is below rounding: what is left after it */
+/* A step of Newton's method after which the error, of the order of its square, is below rounding */
 #define NEWTON_ENOUGH 1e-9
 
-/* Frequencies over the rates of relaxation among which instabilities are looked for, and from one to the next: a law
-   with one state has its own at sqrt(b/a - 1) */
+/* Range of frequencies, over the relaxation rates, in which instabilities are searched, and the ratio of successive
+   ones; that of a law with one state is sqrt(b/a - 1) */
 #define FREQUENCY_RANGE 1e4
 #define FREQUENCY_STEP 1.5
 
@@ -29,7 +29,7 @@ static void Swap(PetscReal *a, PetscReal *b)
   *b = c;
 }
 
-/* x = A^-1 x by Gauss's elimination with pivots; A [n][n] is lost */
+/* x = A^-1 x by Gaussian elimination with pivoting; A [n][n] is overwritten */
 static void Solve(PetscInt n, PetscReal A[], PetscReal x[])
 {
   for (PetscInt k = 0; k < n; k++) {
@@ -55,9 +55,9 @@ static void Solve(PetscInt n, PetscReal A[], PetscReal x[])
 /* ---- the end of an implicit stage ---- */
 
 /* The root of s - s0 - theta ds/dt(s), which grows with s, by Newton's method; ds: its derivative with respect to the
-   rate. It is between s0 and the steady state of the rate. A step that leaves what brackets the root, one after the
-   residual has grown, and every eighth (far from the root, where an exponential rules, Newton's steps are of length
-   1) is of bisection. */
+   rate. It lies between s0 and the steady state of the rate. Bisection replaces a step that leaves the bracket, one
+   after the residual has grown, and every eighth (far from the root, where an exponential dominates, Newton's steps
+   have the length 1). */
 static PetscReal AdvanceOne(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, PetscReal s0,
                             PetscReal rate, PetscReal *ds)
 {
@@ -100,7 +100,7 @@ static PetscReal Residual(const SlipFrictionLaw *law, const SlipFriction *p, Pet
   Rates(law, p, s, rate, g, f_s, f_v);
   for (PetscInt k = 0; k < law->nstates; k++) {
     g[k] = s[k] - s0[k] - theta * g[k];
-    if (!(PetscAbsReal(g[k]) <= largest)) largest = PetscAbsReal(g[k]); /* takes what is no number */
+    if (!(PetscAbsReal(g[k]) <= largest)) largest = PetscAbsReal(g[k]); /* also if it is NaN */
   }
   return largest;
 }
@@ -112,7 +112,7 @@ static void NewtonMatrix(PetscInt n, PetscReal theta, const PetscReal f_s[], Pet
 }
 
 /* The root of several states, by Newton's method from s0 or the steady states, whichever has the smaller residual:
-   short stages end near the one, long ones near the other. A step is halved until it lowers the residual. */
+   short stages end near the former, long ones near the latter. A step is halved until it lowers the residual. */
 static void AdvanceAll(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, const PetscReal s0[],
                        PetscReal rate, PetscReal s[], PetscReal ds[])
 {
@@ -146,8 +146,8 @@ static void AdvanceAll(const SlipFrictionLaw *law, const SlipFriction *p, PetscR
   Solve(n, A, ds);
 }
 
-/* The states at the end of a stage that is implicit by theta [s], s = s0 + theta ds/dt, with the rate there, and
-   their derivatives with respect to it */
+/* Computes the states at the end of a stage that is implicit with theta [s], s = s0 + theta ds/dt, with the rate there,
+   and their derivatives with respect to it. */
 void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal theta, const PetscReal s0[],
                             PetscReal rate, PetscReal s[], PetscReal ds[])
 {
@@ -159,15 +159,15 @@ void SlipFrictionAdvanceOwn(const SlipFrictionLaw *law, const SlipFriction *p, P
 
 /* ---- instability of steady slip ---- */
 
-/* Of steady slip that is disturbed by exp(i w t), with s' = f(s, v): the stress over the normal stress that answers
-   to slip is -k + i w d, d = mu_v - mu_s f_s y and k = -w^2 mu_s y with y = (w^2 + f_s^2)^-1 f_v, as (i w - f_s)^-1 =
-   -(i w + f_s)(w^2 + f_s^2)^-1. A spring of the stiffness k sigma lets it go on for ever where d is 0. */
+/* Steady slip is disturbed by exp(i w t), with s' = f(s, v). The response of stress to slip, over the normal stress, is
+   -k + i w d, with d = mu_v - mu_s f_s y, k = -w^2 mu_s y and y = (w^2 + f_s^2)^-1 f_v, because (i w - f_s)^-1 = -(i w
+   + f_s)(w^2 + f_s^2)^-1. With a spring of the stiffness k sigma it continues for ever where d is 0. */
 typedef struct {
   PetscInt n;
   PetscReal mu_v, mu_s[SLIP_MAX_STATES], f_s[ENTRIES], f_v[SLIP_MAX_STATES];
 } Steady;
 
-/* d, and k */
+/* Computes d and k */
 static PetscReal Damping(const Steady *c, PetscReal w, PetscReal *k)
 {
   const PetscInt n = c->n;
@@ -215,8 +215,8 @@ static PetscReal Largest(const Steady *c)
   return most;
 }
 
-/* SlipFrictionWeakening() of a law's functions. With one state x' = f(x, v) they are -mu_x f_v and mu_v f_x - mu_x
-   f_v. With two of Ruina's d is 0 where a = sum b_k/(1 + (d_k w/v)^2) (Gu et al. 1984). */
+/* SlipFrictionWeakening() from a law's functions. With one state x' = f(x, v) the results are -mu_x f_v and mu_v f_x -
+   mu_x f_v. With two of Ruina's, d is 0 where a = sum b_k/(1 + (d_k w/v)^2) (Gu et al. 1984). */
 void SlipFrictionInstability(const SlipFrictionLaw *law, const SlipFriction *p, PetscReal v, PetscReal *fall,
                              PetscReal *critical)
 {

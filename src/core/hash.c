@@ -1,12 +1,12 @@
-/* Fowler, Noll & Vo's 64-bit hash, FNV-1a (IETF draft-eastlake-fnv): not for security, only to tell policies and cached
-   operators apart. */
+/* Fowler, Noll & Vo's 64-bit hash, FNV-1a (IETF draft-eastlake-fnv): it identifies policies and cached operators, and
+   is not for security. */
 #include <slipcore.h>
 #include <string.h>
 
 #define PRIME UINT64_C(1099511628211)
 
 /*@C
-  SlipHashBytes - continue a hash over bytes, FNV-1a
+  SlipHashBytes - continues an FNV-1a hash over bytes
 
   Not collective.
 
@@ -28,7 +28,7 @@ uint64_t SlipHashBytes(uint64_t hash, const void *data, size_t n)
 }
 
 /*@C
-  SlipHashReals - continue a hash over numbers, each as one word: eight times as fast as over their bytes
+  SlipHashReals - continues a hash over numbers, each as one word, which is eight times as fast as over their bytes
 
   Not collective.
 
@@ -40,7 +40,7 @@ uint64_t SlipHashBytes(uint64_t hash, const void *data, size_t n)
   Level: developer
 
   Note:
-  High halves are folded in after each word, for a product moves bits up only.
+  Each word is followed by a shift of the high half into the low one, because a product moves bits only upwards.
 
 .seealso: SlipHashBytes()
 @*/

@@ -1,23 +1,23 @@
-/* What a cell does in an explicit step (TSMOREAU): its rate in a kick, in which its own balance is all that counts, and
-   its states in a drift, in which its rate stays. */
+/* The update of a cell in an explicit step (TSMOREAU): of its rate in a kick, in which only its own balance counts, and
+   of its states in a drift, in which its rate is constant */
 #include <slipcompat.h>
 #include <slipcore.h>
 #include <math.h>
 
 enum { MAX_IT = 100 };
-#define ENOUGH 1e-14 /* last change of the rate, relative */
+#define ENOUGH 1e-14 /* last relative change of the rate */
 
-/* Of a kick with a cell's own damping, M dv/dt = g - eta v: v becomes left v + a/M mean g, x = eta a/M, exactly.
-   Returns mean. */
+/* Kick with a cell's own damping, M dv/dt = g - eta v: v becomes left v + a/M mean g exactly, x = eta a/M. Returns
+   mean. */
 PetscReal SlipKickDamping(PetscReal x, PetscReal *left)
 {
   *left = PetscExpReal(-x);
   return x > 0 ? -(PetscReal)expm1((double)-x) / x : 1;
 }
 
-/* v after a of M dv/dt = g - eta v + r, r in -q Sign(v), with g and q as they are: exactly, also where it comes to rest
-   and goes the other way. The projection of M v + a g on the cone, which is the same elsewhere, holds what turns round
-   until the next kick, or has the friction of the end from the start on: an error of the first order in each turn. */
+/* v after a of M dv/dt = g - eta v + r, r in -q Sign(v), with constant g and q: exact, also if the cell comes to rest
+   and reverses. The projection of M v + a g on the cone, which is the same otherwise, stops a reversing cell until the
+   next kick, or applies the friction of the end from the start on: an error of the first order in each reversal. */
 PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal g, PetscReal q, PetscReal v)
 {
   const PetscReal sign = v > 0 || (v == 0 && g > 0) ? 1 : -1, push = sign * g - q, speed = PetscAbsReal(v);
@@ -26,17 +26,17 @@ PetscReal SlipKickConstant(PetscReal mass, PetscReal eta, PetscReal a, PetscReal
   end = a / mass * push * SlipKickDamping(eta * a / mass, &left);
   end += left * speed;
   if (end > 0 || PetscIsInfOrNanReal(end)) return sign * end;
-  if (v == 0 || push > -2 * q) return 0; /* at rest it is held */
+  if (v == 0 || push > -2 * q) return 0; /* friction holds it at rest */
   turn = eta > 0 ? mass / eta * (PetscReal)log1p((double)(eta * speed / -push)) : mass * speed / -push;
   return SlipKickConstant(mass, eta, PetscMax(a - turn, 0), g, q, 0);
 }
 
 /*
-  SlipFrictionKick - the speed v of cell i with D v + omega w sigma mu(s, v) = load, 0 where friction holds it
+  SlipFrictionKick - computes the speed v of cell i with D v + omega w sigma mu(s, v) = load, 0 if friction holds it
 
-  load >= 0; s are the states of c, with theta 0. Of a law that depends on the rate by Newton's method in a bracket,
-  from guess, the rate before; *ok becomes false where friction falls with the rate faster than D v grows, so that there
-  may be several.
+  load >= 0; s are the states of c, with theta 0. For a law that depends on the rate, Newton's method works in a bracket
+  from guess, the previous rate; *ok becomes false if friction decreases with the rate faster than D v grows, so that
+  there may be several roots.
 */
 PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, const SlipFrictionStageCell *c, PetscReal load,
                            PetscReal guess, PetscBool *ok)
@@ -76,9 +76,9 @@ PetscReal SlipFrictionKick(const SlipFrictionCells *f, PetscInt i, const SlipFri
   return v;
 }
 
-/* The states after h [s] at the rates v [n], in place; from one cell to the next s has the stride; work [n states].
-   Alexander's second formula, of second order and L-stable (batheweights.c), by which slip is v h to the last bits, and
-   what does not change stays as it is. */
+/* Computes the states after h [s] at the rates v [n], in place; s has a stride; work [n states]. Alexander's second
+   formula, of second order and L-stable (batheweights.c), makes slip v h to the last bits, and leaves states that do
+   not change as they are. */
 void SlipFrictionStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
                             PetscReal s[], PetscReal work[])
 {

@@ -1,32 +1,32 @@
 /*
-  How long explicit steps may be where damping follows earlier rates. Kick, drift, kick (Verlet's velocity form) of
+  The longest stable explicit steps with damping by earlier rates. Kick, drift, kick (Verlet's velocity form) is
 
      M v' + H v + K u = 0,   v+ = v - (h/2) M^-1 (K u0 + e),   u1 = u0 + h v+,   v1 = v+ - (h/2) M^-1 (K u1 - e + 2 p),
 
-  with p = H v+ and e, what the first kick takes for it, from the p of the steps before, p' and p'':
-  e = weight p' + (1 - weight) p''. A whole step is damped by h p, so that steps are of second order for any weight; at
-  7/4, which reaches the middle of the first kick, the lag's error is of third.
+  with p = H v+, the first kick uses e instead of it, from the p of the last steps, p' and p'': e = weight p' +
+  (1 - weight) p''. A whole step is damped by h p, so that steps are of second order for any weight; at 7/4, which
+  reaches the middle of the first kick, the error of the lag is of third order.
 
-  Every K and H that are symmetric give a mode x numbers k = h^2 x.Kx/x.Mx and c = h x.Hx/x.Mx and
+  For symmetric K and H, a mode x has the numbers k = h^2 x.Kx/x.Mx and c = h x.Hx/x.Mx, and
 
      (v+ of the next step) - (v+) = -k u1 - c ((1 + weight/2) v+ + (1/2 - weight) v+' - (1 - weight)/2 v+''),
 
-  stable while k + 4 weight c < 4, where the mode turns round in each step. Hence the bound below also holds for part of
-  the cells, the others sticking, for H that do not share the modes of K, and for those that damp less.
+  stable while k + 4 weight c < 4; at the limit the mode reverses in each step. Hence the bound below also holds if part
+  of the cells stick, for H that do not share the modes of K, and for smaller damping.
 */
 #include <slipcompat.h>
 #include <slipcore.h>
 
-#define MOST_WEIGHT (PetscReal)1.75 /* of the last product with H in the first kick */
+#define MOST_WEIGHT (PetscReal)1.75 /* weight of the last product with H in the first kick */
 
 /*@
-  SlipLagLimit - the longest stable step of an explicit scheme with lagged damping
+  SlipLagLimit - computes the longest stable step of an explicit scheme with lagged damping
 
   Not collective
 
   Input Parameters:
 + zeta   - damping ratio, H at most 2 zeta M (M^-1 K)^(1/2), zero or positive, dimensionless
-- weight - of the last product with H in what the first kick takes for it, dimensionless, 1/2 to 7/4; 1: it alone
+- weight - of the last product with H in the first kick's estimate, dimensionless, 1/2 to 7/4; 1: only this product
 
   Return value:
   the step times the largest frequency, dimensionless: 2 where zeta is 0
@@ -34,12 +34,12 @@
   Level: developer
 
   Notes:
-  Damping that is solved for in each kick, as that of radiation, does not count: zeta is 0 then.
+  Damping that each kick solves for, such as that of radiation, does not count: zeta is 0 then.
 
-  The bound is that of constant steps. Where steps vary, by up to 2 from one to the next, it is safe for zeta >= 0.12,
-  and four fifths of it for zeta >= 0.08. With less damping no bound below 2 is: steps that go up and down in turn can
-  pump a mode, at h omega of 1.6 by 15 % a step, at 1.2 by 3 % (products of amplification matrices over periods of 2 to
-  5 steps).
+  The bound is that of constant steps. If steps vary by up to a factor of 2 from one to the next, it is safe for zeta >=
+  0.12, and four fifths of it for zeta >= 0.08. With less damping no bound below 2 is safe: steps that alternate can
+  amplify a mode, at h omega of 1.6 by 15 % per step, at 1.2 by 3 % (products of amplification matrices over periods of
+  2 to 5 steps).
 
 .seealso: SlipElasticGetFrequency()
 @*/
@@ -50,9 +50,9 @@ PetscReal SlipLagLimit(PetscReal zeta, PetscReal weight)
   return 2 / (b + PetscSqrtReal(1 + b * b)); /* W^2 + 8 weight zeta W = 4, without cancellation */
 }
 
-/* Of the last step's damping in what the first kick of a step h takes, of the last two, which were of h1 and h2 [s], 0:
-   there was none: to the middle of the kick, which makes the lag's error one of third order, but no more than is
-   stable. omega: the largest frequency [1/s], 0: not known */
+/* Weight of the last step's damping in the first kick of a step h; the last two steps were h1 and h2 [s], 0: there was
+   none. It extrapolates to the middle of the kick, so that the error of the lag is of third order, but not beyond what
+   is stable. omega: the largest frequency [1/s], 0: unknown */
 PetscReal SlipLagWeight(PetscReal h, PetscReal h1, PetscReal h2, PetscReal omega, PetscReal zeta)
 {
   const PetscReal W = h * omega, middle = 0.25 * h + 0.5 * h1, apart = 0.5 * (h1 + h2);

@@ -1,16 +1,16 @@
-/* Observations: what a policy may be told before it chooses a step, one row each, all dimensionless. Formulas of plain
-   numbers, so that the controller, the fault and the trainer's loops without objects say the same: a new observation is
-   a row and its formula here, and a member of SlipRunNumbers or SlipFaultNumbers when it needs another sum. */
+/* Observations: what a policy may observe before it chooses a step, one row each, all dimensionless. The formulas use
+   plain numbers, so that the controller, the fault and the trainer's loops without objects share them. A new
+   observation is a row and its formula here, and a member of SlipRunNumbers or SlipFaultNumbers for another sum. */
 #include <slipcompat.h>
 #include <slipcore.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define CRITICAL_RESIDUAL 4            /* E_c of the residual */
-#define FAILED_RESIDUAL 2              /* what a solve that failed or was not run counts as */
+#define FAILED_RESIDUAL 2              /* residual of a solve that failed or was not run */
 #define LOG_FLOOR 1e-16                /* smallest argument of a logarithm */
-#define REJECTIONS_KEPT (PetscReal)0.8 /* what an attempt counts less with each one after it */
-#define RATE_FLOOR 1e-12 /* slip rates below count as standing still where their logarithm is taken [m/s] */
+#define REJECTIONS_KEPT (PetscReal)0.8 /* factor on the weight of an attempt with each later one */
+#define RATE_FLOOR 1e-12               /* smallest slip rate in logarithms [m/s] */
 
 static const char Change[] = "change_";
 
@@ -31,7 +31,7 @@ static PetscReal PositiveOr1(PetscReal x)
 
 /* ---- of any run ---- */
 
-/* Before the first attempt its residual counts as that of one failed solve. */
+/* Before the first attempt the residual is that of one failed solve. */
 static PetscReal LastResidual(const SlipRunNumbers *r)
 {
   return r->started ? r->residual : FAILED_RESIDUAL;
@@ -95,7 +95,7 @@ static PetscReal LogTimeLeft(const SlipRunNumbers *r)
   return LogWithin(left, (PetscReal)1e-3, (PetscReal)1e3);
 }
 
-/* Against the duration, and against the time that has passed: what spreads like the root of time has no other scale */
+/* Step over the duration, and over the time passed: diffusion scales like the root of time and has no other scale. */
 static PetscReal LogStepShare(const SlipRunNumbers *r)
 {
   return r->started && r->max_time < PETSC_MAX_REAL ? LogWithin(r->dt / r->max_time, (PetscReal)1e-9, 1) : -9;
@@ -116,7 +116,7 @@ static PetscReal Failures(const SlipRunNumbers *r)
   return (PetscReal)r->failures;
 }
 
-/* The elementary controller's ratio of steps; half after a failure, as then the step is halved */
+/* The elementary controller's ratio of steps; one half after a failure, because the step is halved then */
 static PetscReal ErrorStep(const SlipRunNumbers *r)
 {
   if (!r->started || r->order <= 0) return 0;
@@ -162,7 +162,7 @@ static PetscReal Component(const SlipRunNumbers *r)
 
 /* ---- of a fault ---- */
 
-/* The slip that the strength drop implies, D [m]; d_c for friction that does not weaken */
+/* The slip that corresponds to the strength drop, D [m]; d_c for friction that does not weaken */
 static PetscReal DropSlip(const SlipFaultNumbers *f)
 {
   return f->drop_slip > 0 ? f->drop_slip : f->mean_dc;
@@ -251,7 +251,7 @@ static PetscReal LogDrop(const SlipFaultNumbers *f)
   return PetscLog10Real(DropSlip(f) / f->mean_dc);
 }
 
-/* Before the first attempt and where the integrator gives no estimate: as if a thousandth of D */
+/* A thousandth of D before the first attempt and if the integrator gives no estimate */
 static PetscReal LogSlipError(const SlipFaultNumbers *f)
 {
   return f->estimated ? LogWithin(f->slip_error / DropSlip(f), (PetscReal)1e-9, (PetscReal)1e3) : -3;
@@ -262,7 +262,7 @@ static PetscReal Growth(const SlipFaultNumbers *f)
   return f->estimated && f->total_rate != 0 ? PetscAsinhReal(f->tstar * f->growth / f->total_rate) : 0;
 }
 
-/* ---- of what grows: the rate v, or where nothing moves yet the critical displacement ---- */
+/* ---- of the growing mode: the rate v, or the critical displacement if no cell moves yet ---- */
 
 /* The faster root of lambda^2 + 2 zeta w lambda + w^2 - W = 0 [1/s], its real part where they are complex: a mode of
    stiffness w^2 and weakening W, both over its inertia, whose damping is that of H = 2 zeta sqrt(M K) */
@@ -273,7 +273,7 @@ static PetscReal Root(PetscReal stiffness, PetscReal weakening, PetscReal zeta)
   return -zeta * w + (D > 0 ? PetscSqrtReal(D) : 0);
 }
 
-/* 1/(w + lambda/2) [s]: the time in which the mode swings, or grows */
+/* 1/(w + lambda/2) [s]: the time in which the mode oscillates, or grows */
 static PetscReal TimeOf(PetscReal stiffness, PetscReal root)
 {
   const PetscReal rate = PetscSqrtReal(stiffness) + PetscMax(root, 0) / 2;
@@ -313,7 +313,7 @@ static PetscReal SeenGrowth(const SlipFaultNumbers *f)
   return f->estimated && f->total_rate != 0 ? PetscAsinhReal(ModeTime(f) * f->growth / f->total_rate) : 0;
 }
 
-/* w of uc [1/s]; 1/T* where there is none */
+/* w of uc [1/s]; 1/T* if there is none */
 static PetscReal CriticalFrequency(const SlipFaultNumbers *f)
 {
   return f->critical_stiffness > 0 ? PetscSqrtReal(f->critical_stiffness) : 1 / f->tstar;
@@ -363,8 +363,8 @@ static PetscReal LogRelaxation(const SlipFaultNumbers *f)
   return LogWithin(f->relaxation * f->tstar, (PetscReal)1e-30, (PetscReal)1e30);
 }
 
-/* h, E and residuals are those of the last attempt. What follows "else" serves problems that do not supply the row;
-   rows without a formula of any run are those of faults. */
+/* h, E and residuals are those of the last attempt. The text after "else" applies to problems that do not supply the
+   row; rows without a formula for any run are those of faults. */
 const SlipObservation SlipObservations[] = {
   {"energy", SLIP_READS_STATE, SquaredNorm, Energy, "mean internal energy / critical energy; else |w|^2/|w_0|^2"},
   {"velocity", SLIP_READS_STATE, Mean, Velocity, "mean rate / its estimated maximum; else mean of w / max |w_0|"},
@@ -447,10 +447,10 @@ const SlipObservation SlipObservations[] = {
   {NULL, 0, NULL, NULL, NULL},
 };
 
-/* ---- names, once, and values ---- */
+/* ---- names, looked up once, and values ---- */
 
-/* Number of the row of a name, -1 when there is none. A row that ends in _ has a component k behind it; it is 0 for
-   others. */
+/* Finds the number of the row with a name, -1 if there is none. A row that ends in _ is followed by a component k,
+   which is 0 for others. */
 PetscInt SlipObservationFind(const char name[], PetscInt *component)
 {
   *component = 0;
@@ -474,7 +474,8 @@ PetscInt SlipObservationFind(const char name[], PetscInt *component)
   return -1;
 }
 
-/* What a name means; the problem's own row is not known yet. "change_" before a name is a row of every row. */
+/* Sets the row and component of a name, not yet the problem's own row. "change_" before a name makes a row of any
+   row. */
 void SlipObservedSet(SlipObserved *seen, const char name[])
 {
   const size_t length = sizeof(Change) - 1;
@@ -488,13 +489,13 @@ void SlipObservedSet(SlipObserved *seen, const char name[])
   seen->own = -1;
 }
 
-/* May the problem have a row of its own that goes first? Is the value kept over a failed attempt? */
+/* May the problem have a row of its own that takes precedence? Is the value cached over a failed attempt? */
 PetscBool SlipObservedOfState(const SlipObserved *seen)
 {
   return !seen->row || seen->change || seen->row->reads & SLIP_READS_STATE ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Can the row be told from the numbers of a run whose state, error estimate, residuals and attempts are not known? */
+/* Can the row be computed from the numbers of a run without its state, error estimate, residuals and attempts? */
 PetscBool SlipObservedOfRun(const SlipObserved *seen)
 {
   const PetscInt unknown = SLIP_READS_STATE | SLIP_READS_ERROR | SLIP_READS_RESIDUAL | SLIP_READS_ATTEMPTS;
@@ -502,7 +503,7 @@ PetscBool SlipObservedOfRun(const SlipObserved *seen)
   return seen->row && seen->row->run && !(seen->row->reads & unknown) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The value that the policy is told: of a change, what is left of it after that at the accepted step before */
+/* The value that the policy gets: for a change, the difference to the value at the previous accepted step */
 PetscReal SlipObservedTake(SlipObserved *seen, PetscReal now)
 {
   seen->value = now;
@@ -513,7 +514,7 @@ PetscReal SlipObservedTake(SlipObserved *seen, PetscReal now)
   return seen->value;
 }
 
-/* An attempt at the step h has ended; run->dt is still that of the one before. */
+/* Updates the history after an attempt at the step h; run->dt is still that of the previous one. */
 void SlipRunAttempt(SlipRunNumbers *run, PetscReal h, PetscBool converged, PetscBool accepted)
 {
   const PetscBool rejected = converged && !accepted ? PETSC_TRUE : PETSC_FALSE;

@@ -6,22 +6,20 @@
      dpsi/dt = V0/d_c exp(-psi) - V/d_c                    aging law, dtheta/dt = 1 - V theta/d_c
      dpsi/dt = -V/d_c (ln(V/V0) + psi)                     slip law, dtheta/dt = -(V theta/d_c) ln(V theta/d_c)
 
-  where normal stress acts on the state with alpha/b ln(sigma/sigma0) in place of psi (Linker & Dieterich 1992: d psi/dt
-  of the law less alpha/(b sigma) dsigma/dt). The state is s = psi + alpha/b ln(sigma/sigma0), whose rate is that of the
-  law alone, so that nobody needs the rate of sigma; sigma0 is the normal stress before any change.
+  where normal stress changes the state by alpha/b ln(sigma/sigma0) (Linker & Dieterich 1992: d psi/dt is that of the
+  law minus alpha/(b sigma) dsigma/dt). The state is s = psi + alpha/b ln(sigma/sigma0), whose rate is that of the law
+  alone, so that the rate of sigma is not needed; sigma0 is the normal stress before any change.
 
-  And the slip rate at which friction and radiation damping eta V balance a shear stress.
+  The file also computes the slip rate at which friction and radiation damping eta V balance a shear stress.
 */
 #include <slipcompat.h>
 #include <slipcore.h>
 #include <math.h>
 
-/* No state of nature has psi below -200; what a step that is far too long makes of it is to be a number, so that the
-   step can be rejected. */
+/* No natural state has psi below -200; far too long steps must give finite numbers, so that they can be rejected. */
 #define MOST_HEALING 200.0
 
-/* ln(V/(2 V0)) + (f0 + b psi)/a, whose exponential is the argument of asinh: the logarithm, as a small a makes it
-   large. */
+/* ln(V/(2 V0)) + (f0 + b psi)/a: the logarithm of the argument of asinh, because a small a makes the argument large */
 static PetscReal Argument(const SlipFriction *p, PetscReal s, PetscReal v)
 {
   return PetscLogReal(v / (2 * p->reference_rate)) + (p->reference + p->b * (s - p->shift)) / p->a;
@@ -38,7 +36,7 @@ void SlipRateAndState(const SlipFriction *p, const PetscReal s[], PetscReal v, P
                               (2 * p->reference_rate),
                             1e300);
   if (v <= 0) return;
-  v = PetscMax(v, 1e-300); /* of steps that are refused, without a logarithm of 0 */
+  v = PetscMax(v, 1e-300); /* avoids a logarithm of 0 in steps that are rejected */
   x = Argument(p, *s, v);
   small = PetscExpReal(-PetscAbsReal(x));
   /* asinh(e^x) = x + ln(1 + sqrt(1 + e^-2x)) */
@@ -67,7 +65,7 @@ void SlipRateAndStateRate(const SlipFriction *p, const PetscReal s[], PetscReal 
   *drate_dv = -1 / p->slip;
 }
 
-/* Where nothing is left of the normal stress, this much of it: the strength is 0 there, and psi a number. */
+/* If normal stress vanishes, this fraction of it is used, so that the strength is 0 and psi a finite number */
 #define LEAST_STRESS 1e-12
 
 /* s - psi */
@@ -76,13 +74,13 @@ PetscReal SlipRateAndStateShift(PetscReal alpha, PetscReal b, PetscReal stress, 
   return alpha > 0 ? alpha / b * PetscLogReal(PetscMax(stress / start, LEAST_STRESS)) : 0;
 }
 
-/* theta = d_c/V */
+/* The steady state: theta = d_c/V */
 void SlipRateAndStateSteady(const SlipFriction *p, PetscReal v, PetscReal s[])
 {
   *s = PetscLogReal(p->reference_rate / v) + p->shift;
 }
 
-/* theta [s] of psi, as outputs show the state */
+/* theta [s] of psi, the state in outputs */
 PetscReal SlipRateAndStateTheta(const SlipFriction *p, PetscReal s)
 {
   return p->slip / p->reference_rate * PetscExpReal(s - p->shift);
@@ -94,7 +92,7 @@ PetscReal SlipRateAndStateOfTheta(const SlipFriction *p, PetscReal theta)
   return PetscLogReal(p->reference_rate * theta / p->slip) + p->shift;
 }
 
-/* dmu/d ln v where friction is much more than a */
+/* dmu/d ln v where friction is much larger than a */
 PetscReal SlipRateAndStateDirect(const SlipFriction *p)
 {
   return p->a;
@@ -114,10 +112,10 @@ static PetscReal Excess(const SlipFrictionLaw *law, const SlipFriction *p, const
 }
 
 /*
-  The slip rate v of one cell, sigma mu(s, |v|) sign(v) + eta v = tau, by Newton's method in ln v inside a bracket, for
-  any law whose cells always slide, sigma >= 0 and eta > 0. Without friction v is tau/eta, which bounds it; below that
-  the bracket is opened until it holds the root, by factors that square themselves, so that 300 decades take nine of
-  them.
+  The slip rate v of one cell, sigma mu(s, |v|) sign(v) + eta v = tau, by Newton's method in ln v in a bracket, for any
+  law whose cells always slide, sigma >= 0 and eta > 0. Without friction v is tau/eta, which bounds it; from there the
+  bracket is extended downwards until it contains the root, by factors that are squared each time, so that 300 decades
+  take nine of them.
 */
 PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction *p, const PetscReal s[],
                                  PetscReal sigma, PetscReal eta, PetscReal tau)
@@ -154,15 +152,15 @@ PetscReal SlipFrictionBalanceOne(const SlipFrictionLaw *law, const SlipFriction 
 
 /* ---- the balance of many cells ---- */
 
-/* Exponential and logarithm that compilers make vector code of: no calls, no branches, no errors. To 2 ulp; Exp() takes
-   what it is given as at least -708 and needs at most 709: with a bound there compilers would multiply e^709 into lanes
-   that do not take it, which overflows under -fp_trap. Log() needs a positive normal number. */
+/* Exponential and logarithm that compilers can vectorise, without calls, branches or errors, to 2 ulp. Exp() replaces
+   arguments below -708 by -708 and requires at most 709: with a bound there compilers would multiply e^709 in lanes
+   that discard it, which overflows under -fp_trap. Log() requires a positive normal number. */
 typedef union {
   double x;
   uint64_t bits;
 } Word;
 
-#define ROUNDER 6755399441055744.0 /* 1.5 * 2^52: what is added to it is rounded to a whole number in its low bits */
+#define ROUNDER 6755399441055744.0 /* 1.5 * 2^52: adding it rounds a number to an integer in its low bits */
 #define LN2_HIGH 6.93147180369123816490e-01
 #define LN2_LOW 1.90821492927058770002e-10
 
@@ -174,7 +172,7 @@ static inline double Exp(double x)
   x = x < -708 ? -708 : x;
   k.x = x * 1.44269504088896340736 + ROUNDER;
   r = x - (k.x - ROUNDER) * LN2_HIGH - (k.x - ROUNDER) * LN2_LOW;
-  /* Taylor's series: |r| <= ln 2/2, so that the term left out is below 1e-17 */
+  /* Taylor series: |r| <= ln 2/2, so that the omitted term is below 1e-17 */
   sum = 1.0 / 6227020800;
   sum = 1.0 / 479001600 + r * sum;
   sum = 1.0 / 39916800 + r * sum;
@@ -201,7 +199,7 @@ static inline double Split(double x, double *exponent)
   uint64_t shift;
 
   m.x = x;
-  shift = (m.bits - sqrt_half + (2048ULL << 52)) >> 52; /* 2048: it is not to be negative */
+  shift = (m.bits - sqrt_half + (2048ULL << 52)) >> 52; /* 2048 avoids negative numbers */
   e.bits = 0x4330000000000000ULL | shift;
   *exponent = e.x - (4503599627370496.0 + 2048);
   m.bits -= (shift - 2048) << 52;
@@ -212,7 +210,7 @@ static inline double Log(double x)
 {
   double exponent, m = Split(x, &exponent), s = (m - 1) / (m + 1), s2 = s * s, sum; /* |s| <= 0.172 */
 
-  sum = 1.0 / 21; /* the term left out is below 1e-17 */
+  sum = 1.0 / 21; /* the omitted term is below 1e-17 */
   sum = 1.0 / 19 + s2 * sum;
   sum = 1.0 / 17 + s2 * sum;
   sum = 1.0 / 15 + s2 * sum;
@@ -225,8 +223,8 @@ static inline double Log(double x)
   return exponent * LN2_LOW + (2 * s * s2 * sum + (2 * s + exponent * LN2_HIGH));
 }
 
-/* The same with an error of 1e-5, relative, and 1.1e-5. Divisions take most of the time of a balance: this polynomial,
-   whose largest error is least, does without. */
+/* The same with relative errors of 1e-5 and 1.1e-5. Divisions take most of the time of a balance; this minimax
+   polynomial avoids them. */
 static inline double RoughExp(double x)
 {
   Word k, scale;
@@ -252,8 +250,8 @@ static inline double RoughLog(double x)
 
      w (1 + z/(1 + w) (q - z)/(q - 2 z)),   z = L - ln w - w,   q = 2 (1 + w) (1 + w + 2 z/3),
 
-   the first of which may be as rough as its logarithm. At the second one z/(1 + w) is below 1e-4, and the quotients are
-   1 + r + 2 r^2 with r = z/q, to rounding. */
+   where the first step may use a rough logarithm. At the second one z/(1 + w) is below 1e-4, and the quotients are 1 +
+   r + 2 r^2 with r = z/q, to rounding. */
 static inline double LambertOfExp(double L, double *inverse)
 {
   const double x = RoughExp(L > 20 ? 20 : L), more = RoughLog(1 + x), p = L > 20 ? L : (x < 1e-3 ? x : more);
@@ -267,31 +265,31 @@ static inline double LambertOfExp(double L, double *inverse)
   return solution;
 }
 
-/* Where the closed form below stands: y is large enough, and ln V in the range of numbers */
+/* The closed form below holds if y is this large and ln V in the range of floating-point numbers. */
 #define SINH_IS_EXP 10.0
 #define LEAST_LOG (-700.0)
 /* L of slow cells: slip rates below 1.5e-3 a sigma/eta */
 #define MOST_SLOW (-6.5)
 
-/* Of the balance of a cell: ln(eta V0/(a sigma)) - f0/a, b/a, 1/(a sigma w) [1/Pa], a sigma/eta [m/s] */
+/* Constants of the balance of a cell: ln(eta V0/(a sigma)) - f0/a, b/a, 1/(a sigma w) [1/Pa], a sigma/eta [m/s] */
 typedef struct {
   PetscReal *offset, *slope, *inverse, *scale;
 } Constants;
 
-/* Those from cell i on of n cells, as they are kept one array behind the other */
+/* The constants from cell i on of n cells; one array is stored after the other */
 static Constants ConstantsAt(PetscReal kept[], PetscInt n, PetscInt i)
 {
   return (Constants){kept + i, kept + n + i, kept + 2 * n + i, kept + 3 * n + i};
 }
 
-/* Cells at a time: their numbers stay in the nearest cache, one after another, whatever the stride of the state is. */
+/* Cells per chunk: contiguous copies of their numbers fit in the nearest cache, whatever the stride of the state */
 enum { CHUNK = 256, AT_ONCE = 32 };
 
 /*
-  With y = mu/a the balance is  a sigma y + eta 2 V0 e^-Q sinh y = tau,  Q = (f0 + b psi)/a. Where sinh is e^y/2 it is w
-  + ln w = L in w = eta V/(a sigma), L = tau/(a sigma) - Q + ln(eta V0/(a sigma)). One step of Newton's method adds the
-  other half of sinh: what is left is of the order of e^-4y, below rounding from y = 10 on. The few cells below that are
-  solved one by one. Loops over cells without branches or calls, for vector units.
+  With y = mu/a the balance is  a sigma y + eta 2 V0 e^-Q sinh y = tau,  Q = (f0 + b psi)/a. If sinh is e^y/2 it is w +
+  ln w = L in w = eta V/(a sigma), L = tau/(a sigma) - Q + ln(eta V0/(a sigma)). One step of Newton's method adds the
+  other half of sinh; the remaining error is of the order of e^-4y, below rounding from y = 10 on. The few cells below
+  that are solved one by one. Loops over cells have no branches or calls, so that they are vectorised.
 */
 SLIP_VECTOR static void BalanceFast(PetscInt n, const PetscReal *restrict scale, const PetscReal *restrict load,
                                     const PetscReal *restrict L, PetscReal *restrict v)
@@ -302,18 +300,18 @@ SLIP_VECTOR static void BalanceFast(PetscInt n, const PetscReal *restrict scale,
     const PetscReal tail = RoughExp(y > SINH_IS_EXP ? -2 * y : -2 * SINH_IS_EXP);
     const PetscReal V = w * scale[i] * (1 + w * tail * inverse_w) * (1 - tail);
 
-    /* a number that no balance has marks the others, and those of the loop below */
+    /* an impossible rate marks the others, and those of the loop below */
     v[i] = (y > SINH_IS_EXP) & (L[i] > MOST_SLOW) & (scale[i] > 0) ? V : PETSC_MAX_REAL;
   }
 }
 
-/* The same where L is at most MOST_SLOW, by the series of w in e^L, which is as exact there and spares four divisions
-   and four logarithms: of most cells between events. Others keep the rate that they have. */
+/* The same where L is at most MOST_SLOW, by the series of w in e^L, which is as exact there and saves four divisions
+   and four logarithms; most cells between events are slow. Other cells keep their rate. */
 SLIP_VECTOR static void BalanceSlow(PetscInt n, const PetscReal *restrict scale, const PetscReal *restrict load,
                                     const PetscReal *restrict L, PetscReal *restrict v)
 {
   for (PetscInt i = 0; i < n; i++) {
-    /* of the cells marked below too these are numbers, or -fp_trap ends a run for what nobody uses */
+    /* marked cells also need finite numbers here, or -fp_trap would end a run because of unused values */
     const PetscReal least = L[i] > LEAST_LOG ? L[i] : LEAST_LOG, x = Exp(least < MOST_SLOW ? least : MOST_SLOW);
     const PetscReal w =
       x * (1 - x * (1 - x * (1.5 - x * (8.0 / 3 - x * (125.0 / 24 - x * (10.8 - x * (16807.0 / 720)))))));
@@ -325,7 +323,7 @@ SLIP_VECTOR static void BalanceSlow(PetscInt n, const PetscReal *restrict scale,
   }
 }
 
-/* load and L of cells, and how many have L beyond MOST_SLOW */
+/* Computes load and L of cells, and how many have L beyond MOST_SLOW. */
 SLIP_VECTOR static PetscInt Loads(PetscInt n, const Constants *c, const PetscReal *restrict tau,
                                   const PetscReal *restrict s, PetscReal *restrict load, PetscReal *restrict L)
 {
@@ -335,7 +333,7 @@ SLIP_VECTOR static PetscInt Loads(PetscInt n, const Constants *c, const PetscRea
   for (PetscInt i = 0; i < n; i++) {
     load[i] = PetscAbsReal(tau[i]) * inverse[i];
     L[i] = load[i] + offset[i] - slope[i] * s[i];
-    fast += !(L[i] <= MOST_SLOW); /* also what is no number */
+    fast += !(L[i] <= MOST_SLOW); /* also if it is NaN */
   }
   return fast;
 }
@@ -350,7 +348,7 @@ static void BalanceSome(PetscInt n, const Constants *c, const PetscReal tau[], c
   for (PetscInt i = 0; i < n; i++) v[i] = tau[i] < 0 && v[i] != PETSC_MAX_REAL ? -v[i] : v[i];
 }
 
-/* Of SlipRateAndStateKeep(), but for the weights */
+/* The constants of SlipRateAndStateKeep(), without weights */
 SLIP_VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, const PetscReal *restrict a,
                                        const PetscReal *restrict b, const PetscReal *restrict f0,
                                        const PetscReal *restrict stress, const Constants *c)
@@ -361,7 +359,7 @@ SLIP_VECTOR static void ConstantsChunk(PetscInt n, PetscReal eta, PetscReal V0, 
   for (PetscInt i = 0; i < n; i++) {
     const PetscReal strength = a[i] * stress[i];
 
-    inverse[i] = 1 / (strength > 0 ? strength : 1); /* without strength nobody uses it */
+    inverse[i] = 1 / (strength > 0 ? strength : 1); /* unused without strength */
     scale[i] = strength / eta;
     slope[i] = b[i] / a[i];
     offset[i] = Log(eta * V0 * inverse[i]) - f0[i] / a[i];
@@ -392,7 +390,7 @@ SLIP_VECTOR static void SlipChunk(PetscInt n, PetscReal V0, const PetscReal *res
   }
 }
 
-/* What SlipRateAndStateBalance() needs of each cell, for as long as its normal stress does not change: kept [4 n] */
+/* Computes kept [4 n], the constants of SlipRateAndStateBalance(), valid while the normal stress does not change. */
 void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, PetscReal eta, PetscReal kept[])
 {
   const Constants c = ConstantsAt(kept, n, 0);
@@ -401,7 +399,7 @@ void SlipRateAndStateKeep(const SlipFrictionCells *f, PetscInt n, PetscReal eta,
   for (PetscInt i = 0; i < n && f->weight; i++) c.inverse[i] /= f->weight[i];
 }
 
-/* psi of n cells from start on */
+/* psi of n cells from cell start on */
 static void StatesOf(const SlipFrictionCells *f, PetscInt start, PetscInt n, PetscInt stride, const PetscReal s[],
                      PetscReal state[])
 {
@@ -410,7 +408,7 @@ static void StatesOf(const SlipFrictionCells *f, PetscInt start, PetscInt n, Pet
     state[i] -= SlipRateAndStateShift(f->alpha[start + i], f->b[start + i], f->stress[start + i], f->start[start + i]);
 }
 
-/* A cell that the closed form does not hold for */
+/* The balance of a cell for which the closed form does not hold */
 static PetscReal BalanceCell(const SlipFrictionCells *f, PetscInt i, PetscReal eta, PetscReal tau, PetscReal s)
 {
   const SlipFriction p = {
@@ -419,7 +417,7 @@ static PetscReal BalanceCell(const SlipFrictionCells *f, PetscInt i, PetscReal e
   return SlipFrictionBalanceOne(f->law, &p, &s, f->stress[i], eta, tau / (f->weight ? f->weight[i] : 1));
 }
 
-/* SlipFrictionBalance() of this law; kept: as above, or NULL */
+/* SlipFrictionBalance() of this law; kept: see above, or NULL */
 void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
                              const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[], PetscReal ds[])
 {
@@ -455,8 +453,8 @@ void SlipRateAndStateBalance(const SlipFrictionCells *f, const PetscReal kept[],
 
 /* ---- the friction of many cells ---- */
 
-/* mu of rates v > 0 where exp(x), the argument of asinh, is large: a (x + ln 2 + exp(-2 x)/4), to 1e-17 of x from
-   x = SINH_IS_EXP on. What no friction is marks the others. */
+/* mu of rates v > 0 where exp(x), the argument of asinh, is large: a (x + ln 2 + exp(-2 x)/4), to 1e-17 of x from x =
+   SINH_IS_EXP on. An impossible value marks the other cells. */
 SLIP_VECTOR static void ValuesChunk(PetscInt n, PetscReal V0, const PetscReal *restrict a, const PetscReal *restrict b,
                                     const PetscReal *restrict f0, const PetscReal *restrict s,
                                     const PetscReal *restrict v, PetscReal *restrict mu)
@@ -472,7 +470,7 @@ SLIP_VECTOR static void ValuesChunk(PetscInt n, PetscReal V0, const PetscReal *r
   }
 }
 
-/* Of a cell that this does not hold for */
+/* mu of a cell for which this does not hold */
 static PetscReal ValueOfCell(const SlipFrictionCells *f, PetscInt i, PetscReal s, PetscReal v)
 {
   const SlipFriction p = {
@@ -500,8 +498,8 @@ void SlipRateAndStateValues(const SlipFrictionCells *f, PetscInt n, PetscInt str
   }
 }
 
-/* psi of n cells after h at constant rates, exactly. theta goes exponentially to its steady value d_c/v by the aging
-   law, its logarithm by the slip law. */
+/* Computes psi of n cells after h at constant rates, exactly: theta approaches its steady value d_c/v exponentially by
+   the aging law, as its logarithm does by the slip law. */
 void SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, const PetscReal v[], PetscInt stride,
                            PetscReal s[])
 {
@@ -527,7 +525,7 @@ void SlipRateAndStateDrift(const SlipFrictionCells *f, PetscInt n, PetscReal h, 
 
 /* ---- exponential slip weakening of many cells ---- */
 
-/* By the exponential of the law above: one loop without branches or calls, for vector units */
+/* Uses the exponential above: one loop without branches or calls, which is vectorised */
 SLIP_VECTOR static void WeakeningChunk(PetscInt n, const PetscReal *restrict residual, const PetscReal *restrict drop,
                                        const PetscReal *restrict slip, const PetscReal *restrict s,
                                        PetscReal *restrict mu)
@@ -535,7 +533,7 @@ SLIP_VECTOR static void WeakeningChunk(PetscInt n, const PetscReal *restrict res
   for (PetscInt i = 0; i < n; i++) mu[i] = residual[i] + drop[i] * Exp(-s[i] / slip[i]);
 }
 
-/* SlipFrictionValues, in which the rates have no part */
+/* SlipFrictionValues, independent of the rates */
 void SlipExponentialWeakeningValues(const SlipFrictionCells *f, PetscInt n, PetscInt stride, const PetscReal s[],
                                     PetscInt rates, const PetscReal v[], PetscReal mu[])
 {
@@ -550,7 +548,7 @@ void SlipExponentialWeakeningValues(const SlipFrictionCells *f, PetscInt n, Pets
   }
 }
 
-/* q holds the states, then mu */
+/* Computes the strength; q stores the states first, and then mu. */
 void SlipExponentialWeakeningStrength(const SlipFrictionCells *f, PetscInt n, PetscReal theta, PetscInt stride,
                                       const PetscReal s0[], PetscInt rates, const PetscReal v[], PetscReal q[],
                                       PetscReal dq[])
@@ -567,7 +565,7 @@ void SlipExponentialWeakeningStrength(const SlipFrictionCells *f, PetscInt n, Pe
   }
 }
 
-/* SlipFrictionBalanceFn of cells that stick; v holds mu first */
+/* SlipFrictionBalanceFn of cells that may stick; v stores mu first */
 void SlipExponentialWeakeningBalance(const SlipFrictionCells *f, const PetscReal kept[], PetscInt n, PetscReal eta,
                                      const PetscReal tau[], PetscInt stride, const PetscReal s[], PetscReal v[],
                                      PetscReal ds[])

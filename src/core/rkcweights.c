@@ -3,13 +3,12 @@
 #include <slipcompat.h>
 #include <slipcore.h>
 
-/* Damping of all but the slowest modes, of the paper */
+/* Damping of all but the slowest modes, from the paper */
 #define DAMPING (2.0 / 13.0)
-/* Over h rho, stages squared that keep it inside of the region of stability, which ends at 0.65 (s^2 - 1): of the
-   paper */
+/* Stages squared over h rho for which a step is stable, as stability ends at 0.65 (s^2 - 1); from the paper */
 #define STAGES_SQUARED 1.54
 
-/* Chebyshev's polynomial of the first kind of degree j at x, and its first two derivatives, from those before */
+/* Chebyshev polynomial of the first kind of degree j at x with two derivatives, computed from the previous degrees */
 typedef struct {
   PetscReal T, d, dd;
 } Chebyshev;
@@ -20,20 +19,20 @@ static Chebyshev Next(PetscReal x, const Chebyshev *one, const Chebyshev *two)
                      4 * one->d + 2 * x * one->dd - two->dd};
 }
 
-/* Stages, at least 2, with which a step of h is stable whose modes relax at rates up to rho; hrho = h rho */
+/* Number of stages, at least 2, with which a step h is stable if modes relax at rates up to rho; hrho = h rho */
 PetscReal SlipRKCStages(PetscReal hrho)
 {
   return PetscMax(2, 1 + PetscFloorReal(PetscSqrtReal(STAGES_SQUARED * hrho + 1)));
 }
 
-/* The longest h rho of so many stages */
+/* The largest stable h rho of this number of stages */
 PetscReal SlipRKCLongest(PetscInt stages)
 {
   return (PetscSqr((PetscReal)stages) - 1) / STAGES_SQUARED * (1 - 1e-12);
 }
 
 /*
-  SlipRKCCoefficients - c[j] of stages j = 1 ... s, at most SLIP_RKC_MOST:
+  SlipRKCCoefficients - computes c[j] of the stages j = 1 ... s, at most SLIP_RKC_MOST:
 
   Y_1 = y + c[1].rate h F_0; Y_j = (1 - one - two) y + one Y_j-1 + two Y_j-2 + rate h F(Y_j-1) + start h F_0, at the
   time t + share h; Y_s is the step's end. */

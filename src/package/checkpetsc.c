@@ -1,4 +1,5 @@
-/* Run while CMake configures: the libraries that a program gets are those of the headers, and it gets one HDF5. */
+/* CMake runs this program to check that the libraries match the headers it is compiled with, and that there is one
+   HDF5. */
 #define _GNU_SOURCE
 #include <petscsys.h>
 #include <petscblaslapack.h>
@@ -14,7 +15,7 @@ typedef struct {
   int n;
 } Found;
 
-/* Libraries by what they define, whatever they are called. */
+/* Finds libraries by the symbols that they define, whatever their names are. */
 static int Look(struct dl_phdr_info *info, size_t size, void *ctx)
 {
   Found *found = (Found *)ctx;

@@ -1,8 +1,8 @@
-/* The library as a whole: every room registers its own classes, types and events, here they are all called. */
+/* Registration of the whole library: every folder registers its classes, types and events, and this calls them all. */
 #include <slipstep.h>
 #include <slipcompat.h>
 
-/* A plugin meets the PETSc of the program, which may be another than that of its headers. */
+/* A plugin uses the PETSc of the program, which may differ from that of its headers. */
 static PetscErrorCode SlipStepCheckPetsc(void)
 {
   PetscInt major, minor, patch;
@@ -21,17 +21,17 @@ static PetscErrorCode SlipStepCheckPetsc(void)
 }
 
 /*@C
-  SlipStepInitializePackage - register every class, type and event of SlipStep with PETSc
+  SlipStepInitializePackage - registers every class, type and event of SlipStep with PETSc
 
-  Not collective; call after PetscInitialize(). Calling it again does nothing.
+  Not collective; call after PetscInitialize(). Later calls do nothing.
 
   Notes:
-  Creating an object initializes what that object uses: a fault all of it, a constraint the solvers, a policy only
-  itself. Programs that choose controllers of SlipStep for problems of their own call this.
+  Creating an object registers what that object uses: a fault all of it, a constraint the solvers, a policy only itself.
+  Programs that choose controllers of SlipStep for problems of their own call this.
 
   Level: advanced
 
-  Errors: PETSC_ERR_SUP when the program's PETSc is of another version, or has another PetscInt, than the library's.
+  Errors: PETSC_ERR_SUP if the program's PETSc differs from the library's in version or in the size of PetscInt.
 
 .seealso: PetscDLLibraryRegister_slipstep()
 @*/
@@ -51,12 +51,12 @@ PetscErrorCode SlipStepInitializePackage(void)
 }
 
 /*@C
-  PetscDLLibraryRegister_slipstep - entry point of the plugin, called by PETSc for `-dll_prepend libslipstep.so`
+  PetscDLLibraryRegister_slipstep - registers the library as a plugin; PETSc calls it for `-dll_prepend libslipstep.so`
 
   Collective
 
   Note:
-  PETSc reads `-dll_prepend` in PetscInitialize() only. A program that runs already loads the library by
+  PETSc reads `-dll_prepend` only in PetscInitialize(). A program that is already running loads the library by
   PetscDLLibraryAppend(PETSC_COMM_WORLD, &PetscDLLibrariesLoaded, "libslipstep.so"); from Python,
   ctypes.CDLL("libslipstep.so").SlipStepInitializePackage() after petsc4py.init() does the same.
 

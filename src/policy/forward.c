@@ -1,4 +1,4 @@
-/* The forward pass: pure functions on arrays. */
+/* Evaluates the network by pure functions on arrays. */
 #include <slipstep/private/slippolicy.h>
 
 static PetscReal Activate(SlipActivation activation, PetscReal y)
@@ -16,10 +16,10 @@ static PetscReal Activate(SlipActivation activation, PetscReal y)
 }
 
 /*
-  y [out] = f(W x + b), x [in], weight [in][out]; no PETSc object.
+  y [out] = f(W x + b), x [in], weight [in][out], without PETSc objects.
 
-  With the transposed weight the inner loop runs over outputs: it vectorises without reordering any sum, so results do
-  not depend on the compiler's flags. Inputs that are zero, half of them after a relu, cost nothing.
+  With the transposed weight the inner loop runs over outputs: it vectorises without reordering any sum, so that results
+  do not depend on the compiler's flags. Inputs that are 0, half of them after a relu, cost nothing.
 */
 static void LayerForward(PetscInt in, PetscInt out, const PetscReal *weight, const PetscReal *bias,
                          SlipActivation activation, const PetscReal *restrict x, PetscReal *restrict y)
@@ -36,7 +36,7 @@ static void LayerForward(PetscInt in, PetscInt out, const PetscReal *weight, con
 }
 
 /*@C
-  SlipPolicyEvaluate - the action of a policy for one observation
+  SlipPolicyEvaluate - computes the action of a policy for one observation
 
   Not collective; no allocation, no communication
 
@@ -46,8 +46,8 @@ static void LayerForward(PetscInt in, PetscInt out, const PetscReal *weight, con
 
   Output Parameters:
 + action  - low + (tanh(y) + 1)/2 (high - low), y the last layer's output; dimensionless
-- outside - number of observations beyond the training range by more than a tenth of its width (`NULL` allowed); 0 when
-            the policy does not know its range
+- outside - number of observations beyond the training range by more than a tenth of its width (`NULL` allowed); 0 if
+            the policy has no range
 
   Level: intermediate
 
@@ -83,7 +83,7 @@ PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal
 }
 
 /*@
-  SlipPolicyActionToStep - the step size that an action means
+  SlipPolicyActionToStep - converts an action to a step size
 
   Not collective
 
@@ -95,7 +95,7 @@ PetscErrorCode SlipPolicyEvaluate(SlipPolicy p, const PetscReal obs[], PetscReal
 
   Output Parameter:
 . h - dt_min + x (dt_max - dt_min), or dt_min (dt_max/dt_min)^x with logarithmic spacing [s];
-      x = (action - low)/(high - low); over the last attempt's step when SlipPolicyIsRelative()
+      x = (action - low)/(high - low); relative to the last attempt's step if SlipPolicyIsRelative()
 
   Level: intermediate
 
@@ -116,7 +116,7 @@ PetscErrorCode SlipPolicyActionToStep(SlipPolicy p, PetscReal action, PetscReal 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Which observation the attribute names */
+/* Finds the observation that the attribute names. */
 static PetscErrorCode FindFactor(SlipPolicy p)
 {
   const char *name;
@@ -136,7 +136,7 @@ static PetscErrorCode FindFactor(SlipPolicy p)
 }
 
 /*@
-  SlipPolicyChoose - the step that the policy takes
+  SlipPolicyChoose - computes the step that the policy chooses
 
   Not collective
 
@@ -147,9 +147,9 @@ static PetscErrorCode FindFactor(SlipPolicy p)
 - tmax  - end of the simulated time [s]
 
   Output Parameters:
-+ h       - what `SlipPolicyActionToStep()` makes of the action, times ten to the power of the observation that the
++ h       - step of `SlipPolicyActionToStep()` for the action, times ten to the power of the observation that the
             attribute `SLIP_POLICY_STEP_FACTOR` names, if there is one [s]
-- outside - number of observations outside the training range by more than a tenth of it, `NULL` allowed
+- outside - number of observations beyond the training range by more than a tenth of its width, `NULL` allowed
 
   Level: intermediate
 

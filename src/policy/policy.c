@@ -1,15 +1,15 @@
-/* SlipPolicy: a small network that maps an observation to a step size. Life, digest and view of the object. */
+/* SlipPolicy, a small network that maps an observation to a step size: creation, destruction, hash and view */
 #include <slipstep/private/slippolicy.h>
 #include <slipcore.h>
 #include <slipsys.h>
 
 /*@
-  SlipPolicyCreate - create an empty policy
+  SlipPolicyCreate - creates an empty policy
 
   Collective
 
   Input Parameter:
-. comm - the communicator; every rank holds the same numbers
+. comm - the communicator; every rank stores the same numbers
 
   Output Parameter:
 . policy - the new object
@@ -50,7 +50,7 @@ PetscErrorCode SlipPolicyClear_Private(SlipPolicy p)
 }
 
 /*@
-  SlipPolicyDestroy - release a policy; the last release frees it
+  SlipPolicyDestroy - removes a reference to a policy, which is freed with the last one
 
   Collective
 
@@ -76,7 +76,7 @@ PetscErrorCode SlipPolicyDestroy(SlipPolicy *policy)
 }
 
 /*@
-  SlipPolicyReference - add a reference to a policy
+  SlipPolicyReference - adds a reference to a policy
 
   Logically collective
 
@@ -96,7 +96,7 @@ PetscErrorCode SlipPolicyReference(SlipPolicy policy)
 }
 
 /*@C
-  SlipPolicyGetHash - get a digest of the policy's content, for provenance
+  SlipPolicyGetHash - gets a hash of the policy's content, which identifies it in outputs
 
   Not collective
 
@@ -128,7 +128,7 @@ PetscErrorCode SlipPolicyGetHash(SlipPolicy p, const char *hash[])
 }
 
 /*@C
-  SlipPolicyView - print a policy
+  SlipPolicyView - prints a policy
 
   Collective
 

@@ -1,5 +1,4 @@
-/* Where the policies and measured numbers that come with the library are: beside it, wherever it was installed or moved
-   to. */
+/* Finds the policies and measured numbers that come with the library, wherever that was installed or moved to. */
 #define _GNU_SOURCE /* dladdr() */
 #include <slippolicy.h>
 #include <slipsys.h>
@@ -10,15 +9,15 @@
 #include <string.h>
 
 #ifndef SLIPSTEP_LIB_TO_POLICIES
-  #define SLIPSTEP_LIB_TO_POLICIES "../share/slipstep/policies" /* as installed with the usual names of folders */
+  #define SLIPSTEP_LIB_TO_POLICIES "../share/slipstep/policies" /* as installed with default folder names */
 #endif
-#ifndef SLIPSTEP_INSTALLED_POLICIES /* for a program anywhere that the static library is part of */
+#ifndef SLIPSTEP_INSTALLED_POLICIES /* for programs anywhere that contain the static library */
   #define SLIPSTEP_INSTALLED_POLICIES "/usr/local/share/slipstep/policies"
 #endif
-/* The build tree has a link beside the library, to training/policies. Its address also says which library this is. */
+/* In the build tree a link beside the library points to training/policies. Its address identifies the library. */
 static const char build_policies[] = "slipstep-policies";
 
-/* The folder of the shared library, or of the program that the static one is part of, without a / at its end */
+/* Gets the folder of the shared library, or of the program that contains the static one, without a / at its end. */
 static PetscErrorCode LibraryFolder(char folder[], size_t len)
 {
   Dl_info info;
@@ -27,16 +26,16 @@ static PetscErrorCode LibraryFolder(char folder[], size_t len)
   PetscFunctionBegin;
   folder[0] = 0;
   if (!dladdr(build_policies, &info) || !info.dli_fname) PetscFunctionReturn(PETSC_SUCCESS);
-  /* a program found by PATH has no folder in its name */
+  /* the name of a program found by PATH has no folder */
   PetscCall(PetscGetRealPath(strchr(info.dli_fname, '/') ? info.dli_fname : "/proc/self/exe", path));
-  PetscCall(PetscStrrchr(path, '/', &slash)); /* what follows the last /, or path itself */
+  PetscCall(PetscStrrchr(path, '/', &slash)); /* the text after the last /, or path itself */
   if (slash == path) PetscFunctionReturn(PETSC_SUCCESS);
   slash[-1] = 0;
   PetscCall(PetscStrncpy(folder, path, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On one rank: the library's own */
+/* On one rank: the folder of the library's own policies */
 static PetscErrorCode OwnFolder(char folder[], size_t len)
 {
   char library[PETSC_MAX_PATH_LEN];
@@ -53,7 +52,7 @@ static PetscErrorCode OwnFolder(char folder[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On one rank */
+/* On one rank: the folder that is used */
 static PetscErrorCode PolicyFolder(char folder[], size_t len)
 {
   const char *given = getenv("SLIPSTEP_POLICY_DIR");
@@ -66,7 +65,7 @@ static PetscErrorCode PolicyFolder(char folder[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A folder of one's own may have policies alone. */
+/* Opens a file of measured numbers. A user's folder may have only policies; the library's own is searched then. */
 PetscErrorCode SlipPolicyOpenData(const char name[], const char what[], SlipH5 *h)
 {
   char folder[PETSC_MAX_PATH_LEN], path[PETSC_MAX_PATH_LEN];
@@ -88,7 +87,7 @@ PetscErrorCode SlipPolicyOpenData(const char name[], const char what[], SlipH5 *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the files of policies and measured numbers begin with */
+/* Checks format and version, with which files of policies and measured numbers begin. */
 PetscErrorCode SlipPolicyCheckFormat(SlipH5 *h, const char format[], PetscInt version)
 {
   char found[64];
@@ -106,26 +105,26 @@ PetscErrorCode SlipPolicyCheckFormat(SlipH5 *h, const char format[], PetscInt ve
 }
 
 /*@C
-  SlipPolicyFindDefault - the file of the policy that comes with the library for a problem
+  SlipPolicyFindDefault - finds the file of the policy that comes with the library for a problem
 
   Collective
 
   Input Parameters:
-+ comm    - communicator; its first rank looks, all get its answer
++ comm    - communicator; its first rank searches, and all get the result
 . problem - such as "fault": the policy is the file problem.h5
 - len     - length of file, including the terminating zero
 
   Output Parameters:
-+ file  - where the policy is, or would have to be
-- found - whether it is there and can be read
++ file  - path of the policy, or where it would have to be
+- found - whether it exists and can be read
 
   Level: intermediate
 
   Note:
   The folder is that of the environment variable `SLIPSTEP_POLICY_DIR` if it is set; else share/slipstep/policies of the
   installation that the shared library belongs to, wherever that was moved; else, in the build tree, training/policies
-  of the source. With the static library, the program's place counts, and then the folder that CMake was told to install
-  to.
+  of the source. With the static library the path is relative to the program, and then the folder that CMake was told
+  to install to is searched.
 
 .seealso: SlipPolicyLoad(), TSAdaptRLSetPolicyFile(), TSADAPTRL
 @*/

@@ -1,4 +1,4 @@
-/* A policy as an HDF5 file (slippolicy.h): rank 0 reads or writes, all ranks get its numbers and its errors. */
+/* Policies as HDF5 files (slippolicy.h): rank 0 reads or writes, and all ranks get its numbers and its errors. */
 #include <slipstep/private/slippolicy.h>
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
@@ -76,7 +76,7 @@ static PetscErrorCode ReadLayer(SlipH5 *h5, SlipPolicy p, const char group[])
 
 enum { max_layers = 64 };
 
-/* /layers/0, /layers/1, ... without gaps; a gap would silently drop the layers behind it. */
+/* Reads /layers/0, /layers/1, ..., which must be contiguous, as layers after a gap would be ignored silently. */
 static PetscErrorCode ReadLayers(SlipH5 *h5, SlipPolicy p)
 {
   char group[64];
@@ -128,7 +128,7 @@ static PetscErrorCode ReadAction(SlipH5 *h5, SlipPolicy p)
 
 enum { max_attributes = 64 };
 
-/* What the file says of the training: every attribute of the root, numbers as text. */
+/* Reads the description of the training: every attribute of the root, numbers as text. */
 static PetscErrorCode ReadAttributes(SlipH5 *h5, SlipPolicy p)
 {
   char *name[max_attributes], value[1024];
@@ -154,7 +154,7 @@ static PetscErrorCode ReadAttributes(SlipH5 *h5, SlipPolicy p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What was read is what was written; files of before have no checksum. */
+/* Compares the checksum with that of the content; older files have none. */
 static PetscErrorCode CheckSum(SlipH5 *h5, SlipPolicy p)
 {
   char noted[64];
@@ -187,7 +187,7 @@ static PetscErrorCode ReadContent(SlipH5 *h5, SlipPolicy p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On rank 0: the packed content of a file. The file is closed in any case. */
+/* On rank 0: reads the content of a file and packs it. The file is closed in any case. */
 static PetscErrorCode ReadPacked(const char file[], size_t *n, char **bytes)
 {
   SlipH5 h5;
@@ -209,18 +209,18 @@ static PetscErrorCode ReadPacked(const char file[], size_t *n, char **bytes)
 }
 
 /*@C
-  SlipPolicyLoad - read a policy from an HDF5 file
+  SlipPolicyLoad - reads a policy from an HDF5 file
 
-  Collective; rank 0 reads, all ranks get identical numbers. When an error is raised the policy keeps what it held.
+  Collective; rank 0 reads, all ranks get identical numbers. If an error is raised the policy is not changed.
 
   Input Parameters:
 + policy - the policy
 - file   - its name; slippolicy.h describes the format
 
-  Errors: PETSC_ERR_FILE_OPEN when the file is missing, truncated or not HDF5; PETSC_ERR_FILE_UNEXPECTED, PETSC_ERR_FP,
+  Errors: PETSC_ERR_FILE_OPEN if the file is missing, truncated or not HDF5; PETSC_ERR_FILE_UNEXPECTED, PETSC_ERR_FP,
   PETSC_ERR_ARG_SIZ, PETSC_ERR_ARG_UNKNOWN_TYPE or PETSC_ERR_ARG_OUTOFRANGE, with the dataset or attribute and what was
   expected, for another format or version, missing parts, wrong shapes, numbers that are not finite, unknown activations
-  and units, bounds in the wrong order, or a content that is not the one its checksum was taken of.
+  and units, bounds in the wrong order, or a content that does not match its checksum.
 
   Level: beginner
 
@@ -321,7 +321,7 @@ static PetscErrorCode WriteContent(SlipH5 *h5, SlipPolicy p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* On rank 0: closing gives the file its name, so a half-written one is given up. */
+/* On rank 0: closing gives the file its name, so that an incomplete one is abandoned. */
 static PetscErrorCode WriteFile(SlipPolicy p, const char file[])
 {
   SlipH5 h5;
@@ -338,7 +338,7 @@ static PetscErrorCode WriteFile(SlipPolicy p, const char file[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Date and library are noted unless the caller has set them; rank 0's clock counts. */
+/* Sets date and library version, by the clock of rank 0, unless the caller has set them. */
 static PetscErrorCode NoteOrigin(SlipPolicy p)
 {
   char created[32] = "";
@@ -360,12 +360,12 @@ static PetscErrorCode NoteOrigin(SlipPolicy p)
 }
 
 /*@C
-  SlipPolicyStore - write a policy to an HDF5 file
+  SlipPolicyStore - writes a policy to an HDF5 file
 
-  Collective; rank 0 writes file.part.new and renames it, so an older file stays whole when an error is raised
+  Collective; rank 0 writes file.part.new and renames it, so that an older file is not changed if an error is raised
 
   Input Parameters:
-+ policy - the policy; attributes created and library_version are added when they are missing
++ policy - the policy; the attributes created and library_version are added if they are missing
 - file   - the name
 
   Level: beginner

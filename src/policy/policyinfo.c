@@ -1,8 +1,8 @@
-/* What one may ask of a SlipPolicy: observations, step bounds, range, attributes, file. */
+/* Getters of a SlipPolicy: observations, step bounds, range, attributes, file */
 #include <slipstep/private/slippolicy.h>
 
 /*@C
-  SlipPolicyGetAttribute - get an attribute that describes the training
+  SlipPolicyGetAttribute - gets an attribute that describes the training
 
   Not collective
 
@@ -11,7 +11,7 @@
 - name - of the attribute, such as "problem"
 
   Output Parameter:
-. value - its text, borrowed; `NULL` when there is none
+. value - its text, borrowed; `NULL` if there is none
 
   Level: intermediate
 
@@ -32,7 +32,7 @@ PetscErrorCode SlipPolicyGetAttribute(SlipPolicy p, const char name[], const cha
 }
 
 /*@C
-  SlipPolicyGetNumber - an attribute that is a number
+  SlipPolicyGetNumber - gets an attribute that is a number
 
   Not collective
 
@@ -41,7 +41,7 @@ PetscErrorCode SlipPolicyGetAttribute(SlipPolicy p, const char name[], const cha
 - name - of the attribute, such as `SLIP_POLICY_MOVING_DT_MAX`
 
   Output Parameters:
-+ value - the number, in the unit that the attribute's writer gave it; 0 when there is none
++ value - the number, in the unit in which it was set; 0 if there is none
 - has   - whether there is one
 
   Level: intermediate
@@ -61,7 +61,7 @@ PetscErrorCode SlipPolicyGetNumber(SlipPolicy p, const char name[], PetscReal *v
 }
 
 /*@C
-  SlipPolicyGetObservations - names of what the policy observes
+  SlipPolicyGetObservations - gets the names of the policy's observations
 
   Not collective
 
@@ -86,7 +86,7 @@ PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *
 }
 
 /*@
-  SlipPolicyGetStepBounds - the smallest and the largest step the policy can choose
+  SlipPolicyGetStepBounds - gets the smallest and the largest step that the policy can choose
 
   Not collective
 
@@ -96,7 +96,7 @@ PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *
 - tmax  - end of the simulated time [s]
 
   Output Parameters:
-+ dt_min - [s]; over the last attempt's step, dimensionless, when SlipPolicyIsRelative()
++ dt_min - [s]; relative to the last attempt's step, dimensionless, if SlipPolicyIsRelative()
 - dt_max - [s], likewise
 
   Note:
@@ -104,7 +104,7 @@ PetscErrorCode SlipPolicyGetObservations(SlipPolicy p, PetscInt *n, const char *
 
   Level: intermediate
 
-  Errors: PETSC_ERR_ARG_WRONGSTATE without an action, or without a maximum time that the steps are parts of
+  Errors: PETSC_ERR_ARG_WRONGSTATE without an action, or without the maximum time that the steps are fractions of
 
 .seealso: SlipPolicySetAction()
 @*/
@@ -132,7 +132,7 @@ PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal 
 }
 
 /*@
-  SlipPolicyIsRelative - whether the steps of a policy are multiples of the last attempt's (unit "h" of its action)
+  SlipPolicyIsRelative - gets whether the steps of a policy are multiples of the last attempt's (unit "h" of its action)
 
   Not collective
 
@@ -140,7 +140,7 @@ PetscErrorCode SlipPolicyGetStepBounds(SlipPolicy p, PetscReal tstar, PetscReal 
 . p - the policy
 
   Output Parameter:
-. relative - `PETSC_TRUE`: SlipPolicyActionToStep() gives the ratio of the next step to the last attempt's
+. relative - `PETSC_TRUE`: SlipPolicyActionToStep() computes the ratio of the next step to the last attempt's
 
   Level: intermediate
 
@@ -155,7 +155,7 @@ PetscErrorCode SlipPolicyIsRelative(SlipPolicy p, PetscBool *relative)
 }
 
 /*@C
-  SlipPolicyGetFile - the file a policy came from or was stored to
+  SlipPolicyGetFile - gets the file that a policy was loaded from or stored to
 
   Not collective
 
@@ -163,7 +163,7 @@ PetscErrorCode SlipPolicyIsRelative(SlipPolicy p, PetscBool *relative)
 . p - the policy
 
   Output Parameter:
-. file - borrowed; "(in memory)" when there is none
+. file - borrowed; "(in memory)" if there is none
 
   Level: intermediate
 
@@ -178,7 +178,7 @@ PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[])
 }
 
 /*@C
-  SlipPolicyGetRange - smallest and largest values of the observations in training
+  SlipPolicyGetRange - gets the smallest and largest values of the observations in training
 
   Not collective
 
@@ -186,7 +186,7 @@ PetscErrorCode SlipPolicyGetFile(SlipPolicy p, const char *file[])
 . p - the policy
 
   Output Parameters:
-+ min - one per observation, dimensionless, borrowed; `NULL` when the policy does not know
++ min - one per observation, dimensionless, borrowed; `NULL` if the policy has no range
 - max - likewise, dimensionless
 
   Level: intermediate

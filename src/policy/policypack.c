@@ -1,7 +1,7 @@
-/* A policy as a string of bytes: what ranks send each other and what the digest is taken of. */
+/* Policies as strings of bytes, which ranks exchange and of which the hash is computed */
 #include <slipstep/private/slippolicy.h>
 
-/* A cursor that counts (bytes == NULL), writes, or reads. */
+/* A position in the bytes, for counting (bytes == NULL), writing or reading */
 typedef struct {
   char *bytes;
   const char *source;
@@ -64,7 +64,7 @@ static void Write(SlipPolicy p, Stream *s)
   for (PetscInt i = 0; i < 2 * p->nattributes; i++) PutString(s, p->attributes[i]);
 }
 
-/* The content of a policy as bytes, the same on every rank; free with PetscFree(). */
+/* Packs the content of a policy, the same on every rank; free it by PetscFree(). */
 PetscErrorCode SlipPolicyPack_Private(SlipPolicy p, size_t *n, char **bytes)
 {
   Stream s = {NULL, NULL, 0};
@@ -137,7 +137,7 @@ static PetscErrorCode GetLayer(SlipPolicy p, Stream *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fill an empty policy from the bytes of a complete one. */
+/* Fills an empty policy from the bytes of a complete one. */
 PetscErrorCode SlipPolicyUnpack_Private(SlipPolicy p, size_t n, const char *bytes)
 {
   Stream s = {NULL, bytes, 0};

@@ -1,4 +1,4 @@
-/* What a SlipPolicy holds: its parts, each checked when it is set, and whether they fit. */
+/* Setters of a SlipPolicy, which check each part, and a check that the parts match */
 #include <slipstep/private/slippolicy.h>
 #include <stdlib.h>
 
@@ -11,7 +11,7 @@ const char *SlipPolicySource_Private(SlipPolicy p)
   return p->file ? p->file : "(in memory)";
 }
 
-/* The content has changed: the digest and the work arrays are out of date. */
+/* The content has changed: the hash and the work arrays are out of date. */
 static PetscErrorCode Changed(SlipPolicy p)
 {
   PetscFunctionBegin;
@@ -21,7 +21,7 @@ static PetscErrorCode Changed(SlipPolicy p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Every number of a dataset is finite, or an error names the first that is not. */
+/* Checks that every number of a dataset is finite; the error names the first that is not. */
 static PetscErrorCode CheckFinite(SlipPolicy p, const char dataset[], PetscInt n, const PetscReal values[])
 {
   PetscFunctionBegin;
@@ -33,7 +33,7 @@ static PetscErrorCode CheckFinite(SlipPolicy p, const char dataset[], PetscInt n
 }
 
 /*@C
-  SlipPolicySetObservations - what the policy observes
+  SlipPolicySetObservations - sets what the policy observes
 
   Logically collective
 
@@ -86,13 +86,13 @@ PetscErrorCode SlipPolicySetObservations(SlipPolicy p, PetscInt n, const char *c
 }
 
 /*@C
-  SlipPolicyAddLayer - append a dense layer to the network
+  SlipPolicyAddLayer - appends a dense layer to the network
 
   Logically collective
 
   Input Parameters:
 + p          - the policy
-. in         - number of inputs, the outputs of the layer before
+. in         - number of inputs, which is the number of outputs of the layer before
 . out        - number of outputs; 1 in the last layer
 . weight     - row-major [out][in], copied, dimensionless
 . bias       - [out], copied, dimensionless
@@ -159,7 +159,7 @@ static PetscErrorCode FindUnit(SlipPolicy p, const char attribute[], const char 
 }
 
 /*@C
-  SlipPolicySetAction - what the network's output means
+  SlipPolicySetAction - sets how the network's output is converted to a step
 
   Logically collective
 
@@ -170,7 +170,7 @@ static PetscErrorCode FindUnit(SlipPolicy p, const char attribute[], const char 
 . dt_min      - step at the lowest action, in dt_min_unit; >= 0, > 0 with log_spacing
 . dt_min_unit - "s", "T*" (the problem's time scale), "t_max" (the simulated duration) or "h" (the last attempt's step)
 . dt_max      - step at the highest action, in dt_max_unit
-. dt_max_unit - as dt_min_unit
+. dt_max_unit - see dt_min_unit
 - log_spacing - steps in geometric proportion between the bounds instead of linear
 
   Level: intermediate
@@ -219,7 +219,7 @@ PetscErrorCode SlipPolicySetAction(SlipPolicy p, PetscReal low, PetscReal high, 
 }
 
 /*@C
-  SlipPolicySetRange - the smallest and the largest value of each observation in training
+  SlipPolicySetRange - sets the smallest and the largest value of each observation in training
 
   Logically collective; call it after `SlipPolicySetObservations()`
 
@@ -254,7 +254,7 @@ PetscErrorCode SlipPolicySetRange(SlipPolicy p, const PetscReal min[], const Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Complete, and every layer fits the one before; makes the work arrays. */
+/* Checks that the policy is complete, and that every layer matches the one before; creates the work arrays. */
 PetscErrorCode SlipPolicyCheck_Private(SlipPolicy p)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)p);
@@ -283,7 +283,7 @@ PetscErrorCode SlipPolicyCheck_Private(SlipPolicy p)
   if (!p->work) PetscCall(PetscMalloc1(2 * p->width, &p->work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-/* The number that a text stands for, NaN when it is none. */
+/* Converts a text to a number, NaN if it is none. */
 PetscReal SlipPolicyParseNumber_Private(const char text[])
 {
   char *end;
@@ -292,7 +292,7 @@ PetscReal SlipPolicyParseNumber_Private(const char text[])
   return *end || end == text || PetscIsInfOrNanReal(number) ? NAN : number;
 }
 
-/* Attributes that a file holds as numbers, when their text is one; all others are strings. */
+/* Attributes that files store as numbers if their text is one; all others are strings */
 static const char *const NumericAttributes[] = {"alpha",
                                                 "seed",
                                                 "training_steps",
@@ -304,13 +304,13 @@ static const char *const NumericAttributes[] = {"alpha",
                                                 SLIP_POLICY_HOLD,
                                                 SLIP_POLICY_CEILING};
 
-/* Attributes of the root that say what the file is, not what its policy is. */
+/* True for attributes of the root that describe the file and not its policy */
 PetscBool SlipPolicyOwnAttribute_Private(const char name[])
 {
   return !strcmp(name, "format") || !strcmp(name, "version") || !strcmp(name, "checksum") ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The number that an attribute stands for, NaN when it is a text. */
+/* Gets the number of an attribute, NaN if it is a text. */
 PetscErrorCode SlipPolicyAttributeNumber_Private(const char name[], const char value[], PetscReal *number)
 {
   PetscBool numeric = PETSC_FALSE;
@@ -322,7 +322,7 @@ PetscErrorCode SlipPolicyAttributeNumber_Private(const char name[], const char v
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The shortest of two texts that reads back as the same number; 0 for -0, which a file holds as an integer. */
+/* Writes the shortest text that reads back as the same number; 0 for -0, which a file stores as an integer. */
 PetscErrorCode SlipPolicyNumberText_Private(PetscReal number, size_t len, char text[])
 {
   PetscFunctionBegin;
@@ -333,7 +333,7 @@ PetscErrorCode SlipPolicyNumberText_Private(PetscReal number, size_t len, char t
 }
 
 /*@C
-  SlipPolicySetAttribute - note something about the training, kept as an attribute of the file's root
+  SlipPolicySetAttribute - adds a note about the training, which is stored as an attribute of the file's root
 
   Logically collective
 
@@ -344,7 +344,7 @@ PetscErrorCode SlipPolicyNumberText_Private(PetscReal number, size_t len, char t
 
   Level: intermediate
 
-  Errors: PETSC_ERR_ARG_WRONG for format, version and checksum, which the file has of its own
+  Errors: PETSC_ERR_ARG_WRONG for format, version and checksum, which the file sets itself
 
 .seealso: SlipPolicyStore(), SlipPolicyView()
 @*/

@@ -1,4 +1,4 @@
-/* What policies register with PETSc. */
+/* Registers the class of policies with PETSc. */
 #include <slipstep/private/slippolicy.h>
 #include <slipstep/private/slipsys.h>
 
@@ -13,9 +13,9 @@ static PetscErrorCode Register_Policy(void)
 }
 
 /*@C
-  SlipPolicyInitializePackage - register the class of policies and the event of their forward pass
+  SlipPolicyInitializePackage - registers the class of policies and the event of their evaluation
 
-  Not collective; after PetscInitialize(). Again it does nothing.
+  Not collective; after PetscInitialize(). Later calls do nothing.
 
   Level: developer
 

@@ -1,4 +1,4 @@
-/* The arrays of several vectors at a time. */
+/* Access to the arrays of several vectors at once */
 #include <slipstep/private/slipsys.h>
 
 static PetscErrorCode SlipArraysEach(PetscInt n, const SlipArrays list[],

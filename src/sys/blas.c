@@ -1,5 +1,5 @@
-/* Threads of BLAS. Which BLAS a program has is known when it runs only (Debian chooses by update-alternatives), so that
-   its function is looked up by name; PetscBLASSetNumThreads() of PETSc 3.20 and later knows that of its
+/* Threads of BLAS. The BLAS of a program is known only when it runs (Debian selects it by update-alternatives), so that
+   its function is looked up by name; PetscBLASSetNumThreads() of PETSc 3.20 and later uses that of PETSc's
    configuration. */
 #define _GNU_SOURCE /* RTLD_DEFAULT */
 #include <slipblas.h>
@@ -7,9 +7,9 @@
 #include <string.h>
 
 /*@C
-  SlipBLASSetNumThreads - say how many threads BLAS may use in this process
+  SlipBLASSetNumThreads - sets how many threads BLAS may use in this process
 
-  Not collective; does nothing where BLAS is none of OpenBLAS, MKL and BLIS.
+  Not collective; only OpenBLAS, MKL and BLIS obey it.
 
   Input Parameter:
 . n - the number of threads
@@ -20,7 +20,7 @@
 @*/
 void SlipBLASSetNumThreads(int n)
 {
-  /* OpenBLAS, MKL and BLIS; the last takes its dim_t */
+  /* functions of OpenBLAS, MKL and BLIS; that of BLIS has a dim_t argument */
   static const char *const names[] = {"openblas_set_num_threads", "MKL_Set_Num_Threads", "bli_thread_set_num_threads"};
 
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(names); i++) {
@@ -28,7 +28,7 @@ void SlipBLASSetNumThreads(int n)
     void (*set)(long);
 
     if (!symbol) continue;
-    memcpy(&set, &symbol, sizeof(set)); /* ISO C knows no conversion */
+    memcpy(&set, &symbol, sizeof(set)); /* ISO C has no conversion for this */
     set((long)n);
   }
 }

@@ -1,7 +1,7 @@
-/* Data carried by objects of PETSc's (PetscObjectContainerCompose() of later PETSc releases). */
+/* Attaches data to PETSc objects (PetscObjectContainerCompose() of later PETSc releases). */
 #include <slipstep/private/slipsys.h>
 
-/* The container is each process's own, since one process may have data where another has none. */
+/* Each process has its own container, because one process may have data where another has none. */
 PetscErrorCode SlipObjectComposeData(PetscObject obj, const char name[], void *data,
                                      PetscErrorCode (*destroy)(SlipContainerArg))
 {

@@ -1,5 +1,5 @@
-/* Errors and warnings of programs: one line for the user; and an error of rank 0 as one of every rank. The name of the
-   program is PETSc's. */
+/* Errors and warnings of programs, as one line for the user, and errors of rank 0 raised on every rank. The program's
+   name is that of PETSc. */
 #include <slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
@@ -9,11 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SLIP_ABORT_WAIT 5.0 /* time that other ranks leave rank 0 to print and abort [s] */
-#define SLIP_SPEAK_WAIT 1.0 /* time that other ranks leave rank 0 to report an error that all ranks meet alone [s] */
+#define SLIP_ABORT_WAIT 5.0 /* time that other ranks give rank 0 to print and abort [s] */
+#define SLIP_SPEAK_WAIT 1.0 /* time that other ranks give rank 0 to report an error that occurs on all ranks [s] */
 
-/* "program: kind: message" on stderr, after what is on its way to stdout; in one piece, or mpirun's own lines come
-   between. */
+/* Prints "program: kind: message" on stderr after flushing stdout, in one write, because mpirun's own lines may come
+   between several. */
 static void SlipSpeak(const char kind[], const char format[], va_list args)
 {
   char path[PETSC_MAX_PATH_LEN] = "slipstep", message[2 * PETSC_MAX_PATH_LEN];
@@ -35,8 +35,8 @@ void SlipErrorAtEnd(void (*end)(void))
 }
 
 enum { LINES = 8192 };       /* bytes */
-static char warnings[LINES]; /* those of this process, a line each */
-static char kept[LINES];     /* those that nobody has seen yet */
+static char warnings[LINES]; /* all of this process, one line each */
+static char kept[LINES];     /* those that were not shown yet */
 static PetscBool keeping = PETSC_FALSE;
 
 static void SlipSay(const char kind[], const char format[], ...)
@@ -48,11 +48,11 @@ static void SlipSay(const char kind[], const char format[], ...)
   va_end(args);
 }
 
-/* On a communicator all of whose ranks fail alike, rank 0 speaks; on a rank's own it speaks itself. */
+/* If all ranks of a communicator fail, rank 0 prints the message; an error on one rank is printed by that rank. */
 static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *function, const char *file,
                                        PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
 {
-  static PetscBool ending = PETSC_FALSE; /* an error in the clean-up after an error is no news */
+  static PetscBool ending = PETSC_FALSE; /* errors in the clean-up after an error are not reported */
   int world = 1, here = 0, size = 1, rank = 0;
   const char *general = NULL;
 
@@ -62,7 +62,7 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   (void)ctx;
   if (type == PETSC_ERROR_REPEAT || ending) return code;
   ending = PETSC_TRUE;
-  (void)SlipSignalsPop(); /* MPI_Abort() ends the other ranks by a signal that would only be noted */
+  (void)SlipSignalsPop(); /* MPI_Abort() ends the other ranks by a signal, which would otherwise only be recorded */
   MPI_Comm_size(MPI_COMM_WORLD, &world);
   MPI_Comm_rank(MPI_COMM_WORLD, &here);
   if (comm != MPI_COMM_NULL && comm != 0) {
@@ -76,15 +76,15 @@ static PetscErrorCode SlipErrorHandler(MPI_Comm comm, int line, const char *func
   } else
     PetscSleep(SLIP_ABORT_WAIT);
   if (at_end) (*at_end)();
-  if (world == 1) exit(EXIT_FAILURE); /* nobody to wait for, and MPI_Abort() is talkative */
+  if (world == 1) exit(EXIT_FAILURE); /* there is no other rank, and MPI_Abort() prints more lines */
   MPI_Abort(MPI_COMM_WORLD, (int)code);
   return code;
 }
 
-static PetscBool begun = PETSC_FALSE; /* the handler has been there since before PetscInitialize() */
+static PetscBool begun = PETSC_FALSE; /* the handler was installed before PetscInitialize() */
 
-/* The handler for errors of PetscInitialize() itself. PETSc forgets it with the program: memory of this time is not its
-   own debugging allocator's to free. */
+/* Installs the handler for errors of PetscInitialize() itself. PETSc drops it at the end of the program: its debugging
+   allocator could not free memory of this time. */
 PetscErrorCode SlipErrorHandlerBegin(void)
 {
   PetscFunctionBegin;
@@ -93,7 +93,8 @@ PetscErrorCode SlipErrorHandlerBegin(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PETSc calls the first step -ts_time_step from 3.25 on, and warns of -ts_dt: both names do with every version. */
+/* PETSc calls the first step -ts_time_step from 3.25 on and warns of -ts_dt; both names become valid with every
+   version. */
 static PetscErrorCode SlipRenameStep(void)
 {
   const char *const given = "-" SLIP_TS_DT_OTHER, *const known = "-" SLIP_TS_DT;
@@ -111,7 +112,7 @@ static PetscErrorCode SlipRenameStep(void)
 }
 
 /*@C
-  SlipErrorHandlerPush - let errors end this program with one line on stderr, "program: error: message"
+  SlipErrorHandlerPush - makes errors end this program with one line on stderr, "program: error: message"
 
   Collective on PETSC_COMM_WORLD.
 
@@ -119,15 +120,15 @@ static PetscErrorCode SlipRenameStep(void)
 . program - its name, given to PetscSetProgramName()
 
   Options Database Key:
-. -slip_traceback - keep PETSc's traceback instead
+. -slip_traceback - prints PETSc's traceback instead
 
   Level: intermediate
 
   Notes:
-  For programs of one's own: the library itself only raises errors, as PETSc does. The handler prints the message of the
-  error as it was raised, and ends the program with a failure.
+  Users call it in their own programs; the library itself only raises errors, as PETSc does. The handler prints the
+  message of the error and ends the program with a failure.
 
-  Programs then take both -ts_dt and -ts_time_step, as PETSc calls it from 3.25 on, with every version.
+  Programs then accept both -ts_dt and -ts_time_step, PETSc's name from 3.25 on, with every version.
 
 .seealso: SlipProgramInitialize(), SlipCheckSolverOptions(), SlipErrorBcast()
 @*/
@@ -149,7 +150,7 @@ PetscErrorCode SlipErrorHandlerPush(const char program[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A line more, cut where it must be; whether it was not */
+/* Appends a line, which is cut if there is not enough room; returns whether it fits */
 static PetscBool Append(char lines[LINES], const char format[], va_list args)
 {
   const size_t n = strlen(lines), room = LINES - n - 1;
@@ -162,13 +163,13 @@ static PetscBool Append(char lines[LINES], const char format[], va_list args)
 }
 
 /*@C
-  SlipWarning - one line on stderr, "program: warning: message"
+  SlipWarning - prints one line on stderr, "program: warning: message"
 
   Not collective: every process that calls it prints, unless SlipWarningsKeep() says otherwise.
 
   Input Parameters:
-+ format - as of printf()
-- ...    - what it is filled with
++ format - see printf()
+- ...    - its arguments
 
   Level: developer
 
@@ -193,18 +194,18 @@ PetscErrorCode SlipWarning(const char format[], ...)
 }
 
 /*@C
-  SlipWarnOfUnit - a warning where a number looks as if it were in another unit
+  SlipWarnOfUnit - warns of a number that looks as if it were in another unit
 
   Not collective: every process that calls it prints.
 
   Input Parameters:
-+ what  - what has the value, with its verb, as "-fault_normal_stress is"
++ what  - subject and verb of the message, such as "-fault_normal_stress is"
 . value - in its unit; 0 and NaN are plausible
 . unit  - of the number, "" for none
-. least - the least magnitude that is plausible [unit]
-. most  - the largest one [unit]
-. small - the unit that a smaller magnitude looks like
-- large - the unit that a larger one looks like
+. least - the least plausible magnitude [unit]
+. most  - the largest plausible magnitude [unit]
+. small - the unit that a smaller magnitude suggests
+- large - the unit that a larger magnitude suggests
 
   Level: developer
 
@@ -224,7 +225,7 @@ PetscErrorCode SlipWarnOfUnit(const char what[], PetscReal value, const char uni
 }
 
 /*@C
-  SlipWarningsTake - the warnings of this process since the last call, for a report of a run
+  SlipWarningsTake - gets the warnings of this process since the last call, for the report of a run
 
   Not collective.
 
@@ -244,17 +245,17 @@ PetscErrorCode SlipWarningsTake(char **text)
 }
 
 /*@C
-  SlipWarningsKeep - let warnings of this process wait, without a line on stderr, for who shows those of a run's report
+  SlipWarningsKeep - stores warnings of this process instead of printing them, for programs that show them in a report
 
   Not collective.
 
   Input Parameters:
 + keep - PETSC_FALSE: print them again
-- say  - print those that were kept, as where there is no report; else they are forgotten
+- say  - print stored warnings, if there is no report; otherwise they are discarded
 
   Level: developer
 
-  Note: what there is no room for, 8 kB, is printed at once.
+  Note: warnings beyond 8 kB are printed at once.
 
 .seealso: SlipWarning(), SlipWarningsTake()
 @*/
@@ -272,7 +273,7 @@ PetscErrorCode SlipWarningsKeep(PetscBool keep, PetscBool say)
 }
 
 /*@C
-  SlipErrorBcast - make an error of rank 0 one of every rank
+  SlipErrorBcast - raises an error of rank 0 on every rank
 
   Collective.
 

@@ -1,9 +1,9 @@
-/* Writing attributes to HDF5 files, live ones too. */
+/* Writes attributes to HDF5 files, including live ones. */
 #include <slipstep/private/slipsys.h>
 #include <string.h>
 
-/* n = 0: a scalar. An attribute that exists is replaced; in place when its type stays, which a live file allows: a
-   list does not change its length. */
+/* n = 0: a scalar. An existing attribute is replaced, in place if its type is the same, which a live file allows; a
+   list cannot change its length. */
 static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char attr[], PetscInt n, hid_t file_type,
                                       hid_t mem_type, const void *value)
 {
@@ -41,7 +41,7 @@ static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char a
 }
 
 /*@C
-  SlipH5WriteAttrReal - write a real attribute; the group is created when the path does not exist
+  SlipH5WriteAttrReal - writes a real attribute; the group is created if the path does not exist
 
   Not collective.
 
@@ -49,7 +49,7 @@ static PetscErrorCode SlipH5WriteAttr(SlipH5 *h, const char path[], const char a
 + h     - file
 . path  - group or dataset
 . attr  - name of the attribute
-- value - the number, in a unit that the reader must know
+- value - the number, in a unit that readers must know
 
   Level: developer
 
@@ -63,7 +63,7 @@ PetscErrorCode SlipH5WriteAttrReal(SlipH5 *h, const char path[], const char attr
 }
 
 /*@C
-  SlipH5WriteAttrInt - write an integer attribute (64 bits); the group is created when the path does not exist
+  SlipH5WriteAttrInt - writes an integer attribute (64 bits); the group is created if the path does not exist
 
   Not collective.
 
@@ -85,14 +85,14 @@ PetscErrorCode SlipH5WriteAttrInt(SlipH5 *h, const char path[], const char attr[
 }
 
 /*@C
-  SlipH5WriteAttrInts - write a list of integers (64 bits) as an attribute; the group is created when it does not exist
+  SlipH5WriteAttrInts - writes a list of integers (64 bits) as an attribute; the group is created if it does not exist
 
   Not collective.
 
   Input Parameters:
 + h      - file
 . path   - group or dataset
-. attr   - name of the attribute, which must not be there with another length
+. attr   - name of the attribute, which must not exist with another length
 . n      - number of integers, 1 to 8000: HDF5 has 64 kB for an attribute
 - values - the integers
 
@@ -110,7 +110,7 @@ PetscErrorCode SlipH5WriteAttrInts(SlipH5 *h, const char path[], const char attr
 }
 
 /*@C
-  SlipH5WriteAttrString - write a string attribute (fixed length, UTF-8); the group is created when it does not exist
+  SlipH5WriteAttrString - writes a string attribute (fixed length, UTF-8); the group is created if it does not exist
 
   Not collective.
 

@@ -1,5 +1,4 @@
-/* Which file an output may be: its name behind links, the lock that keeps other programs off, and what is there already
-   and must not be lost. */
+/* Which file an output may be: resolves links, locks out other programs, and protects files that must not be lost. */
 #define _GNU_SOURCE /* F_OFD_SETLK */
 #include <slipstep/private/slipsys.h>
 #include <errno.h>
@@ -9,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* The file that a name stands for: symbolic links are followed, also to a file that is not there yet. */
+/* Resolves symbolic links of a name, also to a file that does not exist yet. */
 PetscErrorCode SlipH5Follow(const char file[], const char source[], char target[PETSC_MAX_PATH_LEN])
 {
   char link[PETSC_MAX_PATH_LEN], folder[PETSC_MAX_PATH_LEN], *slash;
@@ -29,8 +28,7 @@ PetscErrorCode SlipH5Follow(const char file[], const char source[], char target[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Locks of an open file description, where there are any, hold until it is closed and do not depend on what else the
-   process opens. */
+/* Locks of open file descriptions, if the system has any, hold until one is closed, whatever else the process opens. */
 static int SlipH5Lock(int fd)
 {
   struct flock all = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
@@ -50,7 +48,7 @@ PetscErrorCode SlipH5Refuse(const SlipH5 *h, const char file[], int reason)
   SETERRQ(PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot create %s: %s%s", file, strerror(reason), h->source);
 }
 
-/* Opens a file beside the target for writing: no link, nothing special, and locked; -1 when it is not there. */
+/* Opens a regular file beside the target for writing, not a link, and locks it; -1 if it does not exist. */
 static PetscErrorCode SlipH5OpenBeside(const SlipH5 *h, const char file[], int flags, int *fd)
 {
   struct stat info, now;
@@ -79,7 +77,7 @@ static PetscErrorCode SlipH5OpenBeside(const SlipH5 *h, const char file[], int f
   }
 }
 
-/* H5Lvisit(): the rows of the longest series */
+/* For H5Lvisit(): finds the number of rows of the longest series */
 static herr_t SlipH5VisitSeries(hid_t location, const char *name, const H5L_info_t *info, void *ctx)
 {
   const hid_t id = H5Oopen(location, name, H5P_DEFAULT);
@@ -106,7 +104,7 @@ hsize_t SlipH5MostRows(hid_t id, int first)
   return rows > (hsize_t)first ? rows - (hsize_t)first : 0;
 }
 
-/* An unfinished file with rows stays, unless told otherwise; so does one that cannot be read. */
+/* An unfinished file with rows is not overwritten unless the options say so; nor is one that cannot be read. */
 static PetscErrorCode SlipH5KeepRows(const SlipH5 *h, const SlipH5Kind *kind)
 {
   const char *prefix = kind->prefix ? kind->prefix : "";
@@ -145,7 +143,7 @@ static PetscErrorCode SlipH5KeepRows(const SlipH5 *h, const SlipH5Kind *kind)
           (unsigned long long)rows, advice, h->source);
 }
 
-/* The names of an output file, which may replace a file of HDF5 that is no input; its temporary file is opened. */
+/* Sets the names of an output file, which may replace an HDF5 file that is no input, and opens its temporary file. */
 PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], SlipH5 *h)
 {
   struct stat info;

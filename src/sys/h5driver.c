@@ -1,15 +1,14 @@
 /* How HDF5 files are written to the disk.
 
-   HDF5 keeps the metadata of a file opened for single-writer-multiple-reader access (SWMR) in an order in which every
-   state on disk is a valid file, at whatever moment the process is killed; but it marks the file as being written, so
-   that others than SWMR readers refuse it, also after a kill, and writes its length last. Both are in the superblock.
-   So we write by HDF5's own driver with two functions replaced: one writes the superblock without the mark and with the
-   length of the file, the other leaves this length alone until the file is closed. Of 6684 states between any two
-   writes of two such files, one compressed, plain readers then open all (test_h5.c growing()).
+   HDF5 writes the metadata of a file opened for single-writer-multiple-reader access (SWMR) in an order in which every
+   state on disk is a valid file, whenever the process is killed. But it marks the file as being written, so that only
+   SWMR readers open it, also after a kill, and it writes the file's length last; both are in the superblock. Therefore
+   this driver is HDF5's own with two functions replaced: one writes the superblock without the mark and with the length
+   of the file, and the other does not change this length until the file is closed. In a test, plain readers opened all
+   of 6684 states between any two writes of two such files, one of them compressed (test_h5.c growing()).
 
-   A write that fails is the last one. HDF5 is not told of it: it could not close the file, and its clean-up at the end
-   of the program crashes or does not end where it cannot. Who writes asks SlipH5.failed (test_output_whole.py
-   limited()). */
+   After a failed write nothing more is written. HDF5 does not get the error: it could not close the file, and its
+   clean-up at the end would crash or never end. Writers check SlipH5.failed (test_output_whole.py limited()). */
 #define _GNU_SOURCE /* fallocate() */
 #include <slipstep/private/slipsys.h>
 #include <errno.h>
@@ -21,9 +20,9 @@
   #include <H5FDdevelop.h>
 #endif
 
-/* Room for the index of chunks and for HDF5's own blocks [bytes] */
+/* Space for the index of chunks and for HDF5's own blocks [bytes] */
 #define SLIP_H5_SLACK 65536
-/* How many times more than this time a growing file may need the next time */
+/* Largest ratio of the space that a growing file needs next time to that of this time */
 #define SLIP_H5_NEXT 4
 
 /* Version 3 of the superblock, with addresses of 8 bytes: HDF5 file format specification, II.A */
@@ -59,7 +58,7 @@ static uint32_t SlipLookup3(const unsigned char data[], size_t n)
   return x[2];
 }
 
-/* The superblock as every reader takes it, of a file with this end; false: older formats have no flags */
+/* Builds the superblock of a file with this end as every reader accepts it; false: older formats have no flags */
 static PetscBool SlipH5Superblock(unsigned char block[SUPERBLOCK], uint64_t end)
 {
   uint32_t sum;
@@ -72,8 +71,8 @@ static PetscBool SlipH5Superblock(unsigned char block[SUPERBLOCK], uint64_t end)
   return PETSC_TRUE;
 }
 
-/* Lets the superblock say this end of the file, which grows before that where it is shorter, and has the length after
-   that. 0, or errno */
+/* Writes this end of the file to its superblock. The file is extended first if it is shorter, and gets the length
+   afterwards. Returns 0 or errno. */
 static int SlipH5SetEnd(SlipH5 *h, off_t end, off_t length)
 {
   unsigned char block[SUPERBLOCK];
@@ -85,7 +84,7 @@ static int SlipH5SetEnd(SlipH5 *h, off_t end, off_t length)
       (SlipH5Superblock(block, (uint64_t)end) && pwrite(h->fd, block, SUPERBLOCK, 0) != SUPERBLOCK))
     return errno ? errno : EIO;
   h->end = end;
-  if (ftruncate(h->fd, length) && length <= end) return errno; /* beyond the end it is a wish: of a limit of sizes */
+  if (ftruncate(h->fd, length) && length <= end) return errno; /* optional: limits of the file size may forbid it */
   return 0;
 }
 
@@ -93,7 +92,7 @@ static int SlipH5SetEnd(SlipH5 *h, off_t end, off_t length)
 
 static const H5FD_class_t *sec2; /* HDF5's own driver of files */
 
-/* The file of ours that HDF5 has open; NULL: it was released */
+/* The SlipH5 that HDF5 has open; NULL: it was released */
 static SlipH5 *SlipH5DriverFile(H5FD_t *file)
 {
   struct stat info;
@@ -137,7 +136,7 @@ static herr_t SlipH5DriverTruncate(H5FD_t *file, hid_t dxpl, hbool_t closing)
   return 0;
 }
 
-/* Access by this driver to files that are enlisted */
+/* Makes HDF5 access registered files by this driver. */
 void SlipH5SetDriver(hid_t access)
 {
   static H5FD_class_t ours;
@@ -150,7 +149,7 @@ void SlipH5SetDriver(hid_t access)
     ours = *sec2;
     ours.name = "slipstep";
 #if H5_VERSION_GE(1, 13, 0)
-    ours.value = (H5FD_class_value_t)512; /* the first that nobody has reserved */
+    ours.value = (H5FD_class_value_t)512; /* the first value that is not reserved */
 #endif
     ours.terminate = NULL;
     ours.write = SlipH5DriverWrite;
@@ -164,10 +163,10 @@ void SlipH5SetDriver(hid_t access)
 /* ---- disk space ---- */
 
 /*
-  Takes the disk space of what is to be written before HDF5 begins: a full disk is then found out while the file is
-  whole, and HDF5 meets none. File systems that cannot reserve leave it to the checks of each write. A growing file also
-  gets that length, so that its superblock covers what the next flush writes, and length for the next time: readers look
-  at the length of a file before they read its superblock, which must not have grown beyond it by then. 0, or errno
+  Allocates the disk space for the next write before HDF5 begins: a full disk is then detected while the file is whole,
+  and HDF5 never meets it. If a file system cannot reserve space, the checks of each write detect it. A growing file
+  also gets that length, so that its superblock covers what the next flush writes, and length for the next time: readers
+  get the length of a file before they read its superblock, whose end must not exceed it by then. Returns 0 or errno.
 */
 int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes)
 {
@@ -176,7 +175,7 @@ int SlipH5MakeRoom(SlipH5 *h, PetscInt64 bytes)
   off_t begin, end;
 
   if (h->fd < 0) return 0;
-  SlipH5IgnoreLimitSignal(); /* of a handler that came after the file */
+  SlipH5IgnoreLimitSignal(); /* a handler may have been installed after the file was opened */
   errno = 0;
   if (H5Fget_filesize(h->id, &size) < 0 || fstat(h->fd, &info)) return errno ? errno : EIO;
   h->ahead += bytes;

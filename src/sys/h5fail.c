@@ -1,4 +1,5 @@
-/* The files that this process writes, and the end of one whose write fails: the error says where and why. */
+/* The list of files that this process writes, and how a file ends whose write fails: the error message has the place
+   and the reason. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipsys.h>
 #include <errno.h>
@@ -9,7 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* Also of one whose SlipH5 is gone, as after an error that a program outlives: that one is found no more. */
+/* An entry may remain without its SlipH5, after an error that a program survives; it is then not found any more. */
 typedef struct SlipH5Entry {
   SlipH5 *h;
   dev_t device;
@@ -34,10 +35,9 @@ SlipH5 *SlipH5WrittenAs(const struct stat *info)
   return entry ? entry->h : NULL;
 }
 
-/* While files are written, one that reaches the limit of sizes (RLIMIT_FSIZE) is an error of the write: by default
-   there is a signal that ends the process, as the handlers of compilers for OpenCL end it, which MPI may load when it
-   looks for devices. Who handled it before has it again when all files are closed, unless somebody else has taken it
-   meanwhile. */
+/* While files are open for writing, exceeding the limit of the file size (RLIMIT_FSIZE) becomes an error of the write.
+   By default a signal ends the process, also by handlers of OpenCL compilers, which MPI may load when it looks for
+   devices. The previous handler is restored when all files are closed, unless another one was installed meanwhile. */
 static struct sigaction limit_before;
 static PetscBool limit_ours = PETSC_FALSE;
 
@@ -76,7 +76,7 @@ PetscErrorCode SlipH5Enlist(SlipH5 *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives up what was claimed */
+/* Releases the lock and the temporary file. */
 void SlipH5Release(SlipH5 *h, PetscBool keep)
 {
   for (SlipH5Entry **at = &written, *entry; (entry = *at);) {
@@ -94,7 +94,7 @@ void SlipH5Release(SlipH5 *h, PetscBool keep)
   if (!written) SlipH5RestoreLimitSignal();
 }
 
-/* Closes a file for HDF5; after a write that failed nothing more is written. 0, or errno */
+/* Closes a file in HDF5; after a failed write nothing more is written. Returns 0 or errno. */
 int SlipH5CloseId(SlipH5 *h)
 {
   if (h->id > 0 && H5Fclose(h->id) < 0 && !h->failed) h->failed = EIO;

@@ -1,18 +1,18 @@
-/* Opening HDF5 files for reading, and what is in them. */
+/* Opens HDF5 files for reading, and queries their content. */
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 #include <stdio.h>
 #include <sys/stat.h>
 #include <slipstep/private/slipwork.h>
 
-/* Files that options have named for reading: none of them may be an output. The last ones count. */
+/* The most recent files that options have named for reading, none of which may be an output */
 #define SLIP_H5_INPUTS 32
 static struct {
   char name[PETSC_MAX_PATH_LEN], source[64];
 } inputs[SLIP_H5_INPUTS];
 static PetscInt ninputs;
 
-/* No file open yet, with what its messages will say of it. */
+/* Initialises a SlipH5 without a file, with the option that messages will name. */
 PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h)
 {
   PetscFunctionBegin;
@@ -20,19 +20,19 @@ PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h)
   h->id = -1;
   h->fd = -1;
   if (option) PetscCall(PetscSNPrintf(h->source, sizeof(h->source), " (-%s%s)", prefix ? prefix : "", option));
-  /* HDF5 prints its own stack of errors otherwise; ours name the file and the dataset. */
+  /* HDF5 would print its own stack of errors, without the names of file and dataset. */
   PetscCheck(H5Eset_auto2(H5E_DEFAULT, NULL, NULL) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 cannot be initialised");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@C
-  SlipH5OpenReadOption - open an HDF5 file that an option names for reading
+  SlipH5OpenReadOption - opens an HDF5 file that an option names for reading
 
   Not collective: call on one rank and broadcast what was read.
 
   Input Parameters:
 + prefix - options prefix of the object that reads it, or NULL
-. option - name of the option without dash and prefix, for messages; NULL: the caller's user has named no option
+. option - name of the option without dash and prefix, for messages; NULL: no option named the file
 - file   - its name
 
   Output Parameter:
@@ -40,7 +40,7 @@ PetscErrorCode SlipH5Clear(const char prefix[], const char option[], SlipH5 *h)
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_OPEN when it is missing, cannot be read, is no HDF5 file or is truncated.
+  Errors: PETSC_ERR_FILE_OPEN if it is missing, cannot be read, is no HDF5 file or is truncated.
 
 .seealso: SlipH5OpenRead(), SlipH5Close()
 @*/
@@ -73,7 +73,7 @@ PetscErrorCode SlipH5OpenReadOption(const char prefix[], const char option[], co
 }
 
 /*@C
-  SlipH5OpenRead - open an HDF5 file for reading
+  SlipH5OpenRead - opens an HDF5 file for reading
 
   Not collective: call on one rank and broadcast what was read.
 
@@ -97,9 +97,9 @@ PetscErrorCode SlipH5OpenRead(const char file[], SlipH5 *h)
 }
 
 /*@C
-  SlipH5CheckRead - can the HDF5 file that an option names be read?
+  SlipH5CheckRead - checks that the HDF5 file that an option names can be read
 
-  Collective; rank 0 looks.
+  Collective; rank 0 opens it.
 
   Input Parameters:
 + comm   - the processes
@@ -130,13 +130,13 @@ PetscErrorCode SlipH5CheckRead(MPI_Comm comm, const char prefix[], const char op
 }
 
 /*@C
-  SlipH5CheckNoInput - an output must be no file that an option names for reading
+  SlipH5CheckNoInput - checks that an output is not a file that an option names for reading
 
   Not collective.
 
   Input Parameters:
 + file   - the output
-- source - what names it, for the message
+- source - option that names it, for the message
 
   Level: developer
 
@@ -158,7 +158,7 @@ PetscErrorCode SlipH5CheckNoInput(const char file[], const char source[])
 }
 
 /*@C
-  SlipH5Has - does the file hold a group or dataset of this path?
+  SlipH5Has - checks whether the file has a group or dataset of this path
 
   Not collective.
 
@@ -167,7 +167,7 @@ PetscErrorCode SlipH5CheckNoInput(const char file[], const char source[])
 - path - absolute path
 
   Output Parameter:
-. has - whether it is there
+. has - whether it exists
 
   Level: developer
 
@@ -182,7 +182,7 @@ PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *has)
   *has = PETSC_FALSE;
   PetscCall(PetscStrncpy(part, path, sizeof(part)));
   PetscCall(PetscStrlen(part, &len));
-  /* H5Lexists() wants every parent to exist, so test the parents first. */
+  /* H5Lexists() requires that every parent exists, so test the parents first. */
   for (size_t i = 1; i <= len; i++) {
     const char keep = part[i];
 
@@ -197,16 +197,16 @@ PetscErrorCode SlipH5Has(SlipH5 *h, const char path[], PetscBool *has)
 }
 
 /*@C
-  SlipH5HasAttribute - does a group or dataset carry an attribute of this name?
+  SlipH5HasAttribute - checks whether a group or dataset has an attribute of this name
 
   Not collective.
 
   Input Parameters:
-+ h, path - file, and a group or dataset that is there
++ h, path - file, and an existing group or dataset
 - attr    - name of the attribute
 
   Output Parameter:
-. has - whether it is there
+. has - whether it exists
 
   Level: developer
 
@@ -241,7 +241,7 @@ static PetscErrorCode SlipH5MakeGroup(SlipH5 *h, const char path[], PetscBool nu
 }
 
 /*@C
-  SlipH5Group - create a group and its parents; those that exist are left as they are
+  SlipH5Group - creates a group and its parents unless they exist
 
   Not collective.
 
@@ -263,7 +263,7 @@ PetscErrorCode SlipH5Group(SlipH5 *h, const char path[])
 }
 
 /*@C
-  SlipH5GroupOfNumbers - SlipH5Group() for a group to which attributes can be added after SlipH5Live()
+  SlipH5GroupOfNumbers - creates a group, as SlipH5Group(), to which attributes can be added after SlipH5Live()
 
   Not collective.
 
@@ -274,8 +274,8 @@ PetscErrorCode SlipH5Group(SlipH5 *h, const char path[])
   Level: developer
 
   Note:
-  All its attributes stay in its header, whose changes SWMR writes in a safe order; from nine on they would move to a
-  heap, of which that is not so.
+  All its attributes are in its header, whose changes SWMR writes in a safe order; from nine on they would move to a
+  heap, whose changes it does not.
 
 .seealso: SlipH5Live()
 @*/
@@ -287,7 +287,7 @@ PetscErrorCode SlipH5GroupOfNumbers(SlipH5 *h, const char path[])
 }
 
 /*@C
-  SlipH5RemoveGroup - remove a group and what is in it, if it is there
+  SlipH5RemoveGroup - removes a group and its content, if it exists
 
   Not collective.
 
@@ -313,7 +313,7 @@ PetscErrorCode SlipH5RemoveGroup(SlipH5 *h, const char path[])
 }
 
 /*@C
-  SlipH5CountMembers - number of groups and datasets in a group
+  SlipH5CountMembers - gets the number of groups and datasets in a group
 
   Not collective.
 

@@ -1,9 +1,8 @@
-/* Is what the strings of variable length of a file refer to there?
+/* Checks that references of a file to strings of variable length are valid.
 
-   A file has 16 bytes for each such string: its length, and a place in a heap. HDF5 1.10 trusts them: it copies what
-   the heap has there to a buffer of the length that the reference says, and goes round for ever in a heap with a free
-   piece of 0 bytes. So both are looked at before HDF5 reads a string. HDF5 file format
-   specification, III.E and IV.B. */
+   A file has 16 bytes for each such string: its length, and a place in a heap. HDF5 1.10 does not check them: it copies
+   the string from the heap to a buffer of the length in the reference, and loops for ever in a heap with a free piece
+   of 0 bytes. So both are checked before HDF5 reads a string. HDF5 file format specification, III.E and IV.B. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipsys.h>
 #include <fcntl.h>
@@ -13,13 +12,13 @@
 
 typedef struct {
   unsigned char *bytes; /* of the whole heap */
-  PetscInt64 at;        /* where it begins, as references say it; 0: none */
+  PetscInt64 at;        /* address in references; 0: none */
   PetscInt64 size, *object;
 } SlipH5Heap;
 
-enum { OBJECTS = 65536, LENGTH = 4, INDEX = 4 }; /* indices of a heap; bytes of a reference beside its address */
+enum { OBJECTS = 65536, LENGTH = 4, INDEX = 4 }; /* indices of a heap; bytes of a reference besides its address */
 
-/* -1: more than this counts */
+/* Decodes a number; -1 if it exceeds the range of PetscInt64 */
 static PetscInt64 SlipH5Number(const unsigned char bytes[], size_t n)
 {
   uint64_t x = 0;
@@ -31,10 +30,10 @@ static PetscInt64 SlipH5Number(const unsigned char bytes[], size_t n)
   return (PetscInt64)x;
 }
 
-/* Sizes of the heap's objects by their index, -1: none. false: it is not whole */
+/* Finds the sizes of the heap's objects by index, -1: none. Returns false if the heap is damaged. */
 static PetscBool SlipH5HeapLoad(int fd, PetscInt64 base, size_t width, SlipH5Heap *heap)
 {
-  const size_t head = 8 + width; /* of the heap, and of each object */
+  const size_t head = 8 + width; /* bytes of the head of the heap, and of each object */
   unsigned char start[8 + sizeof(hsize_t)];
   struct stat info;
 
@@ -50,14 +49,14 @@ static PetscBool SlipH5HeapLoad(int fd, PetscInt64 base, size_t width, SlipH5Hea
   for (PetscInt64 i = (PetscInt64)head, needs; heap->size - i >= (PetscInt64)head; i += needs) {
     const PetscInt64 index = SlipH5Number(heap->bytes + i, 2), size = SlipH5Number(heap->bytes + i + 8, width);
 
-    needs = index ? (PetscInt64)head + (size + 7) / 8 * 8 : size; /* free space counts its head */
+    needs = index ? (PetscInt64)head + (size + 7) / 8 * 8 : size; /* the size of free space includes its head */
     if (size < 0 || needs < (PetscInt64)head || needs > heap->size - i) return PETSC_FALSE;
     heap->object[index] = index ? size : -1;
   }
   return PETSC_TRUE;
 }
 
-/* H5T_conv_t: bytes of references as they are in the file, for which HDF5 has no conversion */
+/* A H5T_conv_t that passes on the bytes of references as they are in the file; HDF5 has no such conversion */
 static herr_t SlipH5Reference(hid_t from, hid_t to, H5T_cdata_t *data, size_t n, size_t stride, size_t other, void *buf,
                               void *background, hid_t properties)
 {
@@ -83,7 +82,7 @@ static PetscBool SlipH5ReadReferences(hid_t id, size_t size, unsigned char bytes
   return err >= 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Of a file with references of this size to addresses of this width; total: bytes of the strings */
+/* Checks references of a given size to addresses of a given width; total: bytes of the strings */
 static PetscBool SlipH5FollowReferences(int fd, PetscInt64 base, size_t address, size_t width, PetscInt n,
                                         const unsigned char bytes[], SlipH5Heap *heap, PetscInt64 *total)
 {
@@ -91,7 +90,7 @@ static PetscBool SlipH5FollowReferences(int fd, PetscInt64 base, size_t address,
     const PetscInt64 length = SlipH5Number(bytes, LENGTH), at = SlipH5Number(bytes + LENGTH, address);
     const PetscInt64 index = SlipH5Number(bytes + LENGTH + address, INDEX);
 
-    if (!at) continue; /* no text */
+    if (!at) continue; /* an empty string */
     if (at != heap->at) {
       heap->at = at;
       if (at < 0 || !SlipH5HeapLoad(fd, base, width, heap)) return PETSC_FALSE;
@@ -102,7 +101,7 @@ static PetscBool SlipH5FollowReferences(int fd, PetscInt64 base, size_t address,
   return PETSC_TRUE;
 }
 
-/* Of an open dataset or attribute with n strings, whether they can be read, and have at most so many bytes together */
+/* Checks whether the n strings of an open dataset or attribute can be read, and have at most so many bytes in total. */
 PetscErrorCode SlipH5StringsAreWhole(hid_t id, PetscInt n, PetscInt64 most, PetscBool *whole)
 {
   const hid_t file = H5Iget_file_id(id), made = H5Fget_create_plist(file);
@@ -118,7 +117,7 @@ PetscErrorCode SlipH5StringsAreWhole(hid_t id, PetscInt n, PetscInt64 most, Pets
   H5Pget_userblock(made, &base);
   H5Pget_sizes(made, &address, &width);
   H5Fget_name(file, name, sizeof(name));
-  H5Fflush(file, H5F_SCOPE_LOCAL); /* of one that is being written */
+  H5Fflush(file, H5F_SCOPE_LOCAL); /* the file may be open for writing */
   fd = open(name, O_RDONLY | O_CLOEXEC);
   PetscCall(PetscMalloc1(OBJECTS, &heap.object));
   PetscCall(PetscCalloc1(PetscMax(n, 1) * (LENGTH + address + INDEX), &bytes));

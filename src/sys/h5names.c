@@ -1,5 +1,4 @@
-/* What nobody reads in an HDF5 file: datasets and attributes with names that are not known, and units other than those
-   that are meant. */
+/* Finds content of an HDF5 input that no code reads: unknown names of datasets and attributes, and unexpected units. */
 #include <sliph5.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
@@ -7,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Is name one of names, which blanks separate? */
+/* True if name is one of names, which blanks separate */
 static PetscBool SlipH5IsAmong(const char name[], const char names[])
 {
   char each[SLIP_NAME_LENGTH];
@@ -22,7 +21,7 @@ typedef struct {
   PetscInt n, most;
 } SlipH5Names;
 
-/* H5Aiterate2(): stops, with 1, at one attribute too many */
+/* For H5Aiterate2(): stops, with 1, at one attribute too many */
 static herr_t SlipH5AddName(hid_t location, const char *name, const H5A_info_t *info, void *ctx)
 {
   SlipH5Names *names = (SlipH5Names *)ctx;
@@ -36,7 +35,7 @@ static herr_t SlipH5AddName(hid_t location, const char *name, const H5A_info_t *
 PetscErrorCode SlipH5GetAttributes(SlipH5 *h, PetscInt most, PetscInt *n, char *names[])
 {
   SlipH5Names list = {.name = names, .most = most};
-  herr_t failed = H5Aexists(h->id, "/"); /* reads all of them; in one that it cannot read, H5Aiterate2() crashes */
+  herr_t failed = H5Aexists(h->id, "/"); /* this reads all attributes; if it fails, H5Aiterate2() would crash */
 
   PetscFunctionBegin;
   if (failed >= 0) failed = H5Aiterate2(h->id, H5_INDEX_NAME, H5_ITER_INC, NULL, SlipH5AddName, &list);
@@ -61,17 +60,17 @@ PetscErrorCode SlipH5IsText(SlipH5 *h, const char path[], const char attr[], Pet
 }
 
 /*@C
-  SlipH5CheckNames - refuse a file whose root holds datasets or groups that are not known
+  SlipH5CheckNames - raises an error if the root of a file has unknown datasets or groups
 
   Not collective.
 
   Input Parameters:
 + h     - file
-- names - those that are, with blanks between
+- names - known names, separated by blanks
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest that is known
+  Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest known one
 
 .seealso: SlipH5CheckAttributes()
 @*/
@@ -91,19 +90,19 @@ PetscErrorCode SlipH5CheckNames(SlipH5 *h, const char names[])
 }
 
 /*@C
-  SlipH5CheckAttributes - refuse a dataset with attributes that are not known
+  SlipH5CheckAttributes - raises an error if a dataset has unknown attributes
 
   Not collective.
 
   Input Parameters:
 + h     - file
-. path  - the dataset, which is there
-- names - attributes that are known, with blanks between. Names that begin with a capital or "_" are those of HDF5's and
-          netCDF's conventions, and not looked at.
+. path  - the dataset, which must exist
+- names - known attributes, separated by blanks. Names that begin with a capital or "_" are those of HDF5's and netCDF's
+          conventions, and are ignored.
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest that is known
+  Errors: PETSC_ERR_FILE_UNEXPECTED, with the name and the nearest known one
 
 .seealso: SlipH5CheckNames()
 @*/
@@ -124,17 +123,17 @@ PetscErrorCode SlipH5CheckAttributes(SlipH5 *h, const char path[], const char na
 }
 
 /*@C
-  SlipH5CheckUnits - refuse a dataset that says that it has other units than those it is read in
+  SlipH5CheckUnits - raises an error if a dataset has other units than those expected
 
   Not collective.
 
   Input Parameters:
 + h    - file
-. path - the dataset, which is there
+. path - the dataset, which must exist
 - unit - "" for numbers without one
 
   Output Parameter:
-. has - whether it says its units, in the attribute "units"
+. has - whether it has units, in the attribute "units"
 
   Level: developer
 

@@ -1,9 +1,9 @@
-/* Writing HDF5 files so that nothing is lost.
+/* Writes HDF5 files so that no data are lost.
 
-   A file is made as FILE.part.new, under a lock of its own, and takes FILE's place when it is complete and on the disk.
-   One that grows for the length of a run becomes FILE.part as soon as its layout is there: from then on every reader
-   may open it, after a kill too, and it holds whole rows (h5driver.c). A write that fails ends it: the file keeps the
-   rows that are there. */
+   A file is written as FILE.part.new, with its own lock, and is renamed to FILE when it is complete and on the disk.
+   One that grows during a run becomes FILE.part as soon as its layout is complete: from then on every reader may open
+   it, also after a kill, and it has whole rows (h5driver.c). After a failed write nothing more is written, and the file
+   has the rows before it. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
@@ -16,14 +16,14 @@
 #include <unistd.h>
 #include <slipstep/private/slipwork.h>
 
-/* Wall time between two flushes [s]: such that they take a hundredth of it, within these bounds */
+/* Wall time between two flushes [s], such that flushes take a hundredth of the time, within these bounds */
 #define SLIP_H5_FLUSH_MIN 0.1
 #define SLIP_H5_FLUSH_MAX 10.0
 
 /* ---- creating ---- */
 
-/* Access properties: nobody's lock but ours; for a file that grows the format that SWMR needs, which HDF5 1.10 reads,
-   and no metadata on disk before a flush. */
+/* Access properties: only our own lock; for a growing file the format that SWMR needs, which HDF5 1.10 reads, and no
+   metadata on disk before a flush */
 static hid_t SlipH5Access(PetscBool growing)
 {
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
@@ -40,8 +40,8 @@ static hid_t SlipH5Access(PetscBool growing)
 #else
   H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
 #endif
-  /* Who writes alone reads what it wrote: where a write failed, the 100 attempts of SWMR, each of which waits twice as
-     long as the one before, would not end. HDF5 takes 1 for its default. */
+  /* The only writer may still read what it wrote: after a failed write the 100 attempts of SWMR, each of which waits
+     twice as long as the one before, would not end. HDF5 replaces 1 by its default. */
   H5Pset_metadata_read_attempts(access, 2);
   H5Pget_mdc_config(access, &cache);
   cache.evictions_enabled = 0;
@@ -53,13 +53,13 @@ static hid_t SlipH5Access(PetscBool growing)
 }
 
 /*@C
-  SlipH5CreateKind - start writing an HDF5 file
+  SlipH5CreateKind - starts writing an HDF5 file
 
   Not collective: call on one rank.
 
   Input Parameters:
-+ kind - by which option it is named, and whether it grows
-- file - final name, taken at SlipH5Close(); links are followed
++ kind - the option that names it, and whether it grows
+- file - final name, which SlipH5Close() gives it; links are followed
 
   Output Parameter:
 . h - the open file
@@ -69,9 +69,8 @@ static hid_t SlipH5Access(PetscBool growing)
   Notes:
   The content is in file.part.new, and in file.part from SlipH5Live() on.
 
-  Errors: PETSC_ERR_FILE_OPEN when file is a directory or something special, an input of this program or of another
-  format, when file.part.new cannot be created, when another program is writing it, and when it grows and there is a
-  file.part with rows.
+  Errors: PETSC_ERR_FILE_OPEN if file is a directory or special file, an input of this program or of another format, if
+  file.part.new cannot be created, if another program is writing it, and if it grows and there is a file.part with rows.
 
 .seealso: SlipH5Create(), SlipH5Live(), SlipH5Close()
 @*/
@@ -100,7 +99,7 @@ PetscErrorCode SlipH5CreateKind(const SlipH5Kind *kind, const char file[], SlipH
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* 0, or errno */
+/* Returns 0 or errno. */
 static int SlipH5CopyBytes(const char from[], int to)
 {
   static char buffer[1 << 16];
@@ -120,21 +119,21 @@ static int SlipH5CopyBytes(const char from[], int to)
 }
 
 /*@C
-  SlipH5CreateCopy - start writing an HDF5 file that begins as the copy of another
+  SlipH5CreateCopy - starts writing an HDF5 file that begins as the copy of another
 
   Not collective: call on one rank.
 
   Input Parameters:
-+ kind - by which option it is named, and whether it grows
-. from - the file to copy, NULL for file.part or, when there is none, file
-- file - final name, taken at SlipH5Close()
++ kind - the option that names it, and whether it grows
+. from - the file to copy, NULL for file.part or, if there is none, file
+- file - final name, which SlipH5Close() gives it
 
   Output Parameter:
 . h - the open file
 
   Level: developer
 
-  Errors: those of SlipH5CreateKind(), except that rows of a file.part do not count, and PETSC_ERR_FILE_WRITE when it
+  Errors: those of SlipH5CreateKind(), except that rows of a file.part are no error, and PETSC_ERR_FILE_WRITE if it
   cannot be copied
 
 .seealso: SlipH5CreateKind(), SlipH5SetRows()
@@ -175,12 +174,12 @@ PetscErrorCode SlipH5CreateCopy(const SlipH5Kind *kind, const char from[], const
 }
 
 /*@C
-  SlipH5Create - SlipH5CreateKind() of a file that no option names and that is written in one go
+  SlipH5Create - starts writing an HDF5 file that no option names and that does not grow, see SlipH5CreateKind()
 
   Not collective: call on one rank.
 
   Input Parameter:
-. file - final name, taken at SlipH5Close()
+. file - final name, which SlipH5Close() gives it
 
   Output Parameter:
 . h - the open file
@@ -201,17 +200,17 @@ PetscErrorCode SlipH5Create(const char file[], SlipH5 *h)
 }
 
 /*@C
-  SlipH5CheckCreateKind - would SlipH5CreateKind() work? For files that are written after something long
+  SlipH5CheckCreateKind - checks that SlipH5CreateKind() will succeed, before a long computation
 
   Not collective.
 
   Input Parameters:
-+ kind - by which option it is named, and whether it grows
++ kind - the option that names it, and whether it grows
 - file - final name; an empty one is no file and no error
 
   Level: developer
 
-  Errors: those of SlipH5CreateKind(), and PETSC_ERR_FILE_OPEN when an option of this program has file as its input
+  Errors: those of SlipH5CreateKind(), and PETSC_ERR_FILE_OPEN if an option of this program has file as its input
 
 .seealso: SlipH5CheckCreate(), SlipH5CreateKind()
 @*/
@@ -228,7 +227,7 @@ PetscErrorCode SlipH5CheckCreateKind(const SlipH5Kind *kind, const char file[])
 }
 
 /*@C
-  SlipH5CheckCreate - SlipH5CheckCreateKind() of a file that no option names
+  SlipH5CheckCreate - checks a file that no option names, see SlipH5CheckCreateKind()
 
   Not collective.
 
@@ -253,7 +252,7 @@ PetscErrorCode SlipH5CheckCreate(const char file[])
 /* ---- writing ---- */
 
 /*@C
-  SlipH5Live - let a growing file be read from now on, as file.part
+  SlipH5Live - makes a growing file readable from now on, as file.part
 
   Not collective.
 
@@ -263,8 +262,8 @@ PetscErrorCode SlipH5CheckCreate(const char file[])
   Level: developer
 
   Notes:
-  Its attribute "complete" is 0 until SlipH5Close(). Nothing can be added any more but rows, and attributes of groups
-  made by SlipH5GroupOfNumbers().
+  Its attribute "complete" is 0 until SlipH5Close(). From now on only rows can be added, and attributes of groups made
+  by SlipH5GroupOfNumbers().
 
   Errors: PETSC_ERR_FILE_WRITE when the file cannot be written
 
@@ -288,7 +287,7 @@ PetscErrorCode SlipH5Live(SlipH5 *h)
 }
 
 /*@C
-  SlipH5Flush - bring what was written so far to the file
+  SlipH5Flush - writes all data so far to the file
 
   Not collective.
 
@@ -318,7 +317,7 @@ PetscErrorCode SlipH5Flush(SlipH5 *h)
 }
 
 /*@C
-  SlipH5FlushIsDue - has enough time passed since the last flush? Flushes are to take a hundredth of the wall time
+  SlipH5FlushIsDue - checks whether it is time to flush; flushes should take a hundredth of the wall time
 
   Not collective.
 
@@ -344,7 +343,7 @@ PetscErrorCode SlipH5FlushIsDue(SlipH5 *h, PetscBool *due)
 }
 
 /*@C
-  SlipH5Sync - SlipH5Flush(), and wait until the disk has it
+  SlipH5Sync - flushes, see SlipH5Flush(), and waits for the disk
 
   Not collective.
 
@@ -366,10 +365,9 @@ PetscErrorCode SlipH5Sync(SlipH5 *h)
 }
 
 /*@C
-  SlipH5Abandon - close a file that is not complete: one that was written in one go is removed, a growing one stays as
-  file.part
+  SlipH5Abandon - closes an incomplete file: a file that does not grow is removed, a growing one remains as file.part
 
-  Not collective. A file that is not open is left alone.
+  Not collective. A file that is not open is ignored.
 
   Input Parameter:
 . h - file
@@ -394,7 +392,7 @@ PetscErrorCode SlipH5Abandon(SlipH5 *h)
 }
 
 /*@C
-  SlipH5AbandonAll - SlipH5Abandon() for every file that this process writes, when an error ends the program
+  SlipH5AbandonAll - calls SlipH5Abandon() for every file that this process writes, when an error ends the program
 
   Not collective.
 
@@ -410,7 +408,7 @@ void SlipH5AbandonAll(void)
   static PetscBool busy = PETSC_FALSE;
   SlipH5 *h;
 
-  if (busy) return; /* an error in what follows */
+  if (busy) return; /* an error in the code below calls this again */
   busy = PETSC_TRUE;
   for (int i = 0; (h = SlipH5Written(i)); i += SlipH5Written(i) == h) {
     if (h->live && h->last) (void)(*h->last)(h->ctx);
@@ -424,19 +422,19 @@ void SlipH5AbandonAll(void)
   busy = PETSC_FALSE;
 }
 
-/* Closes a file that was written for HDF5; it is complete, but has its temporary name and its lock. */
+/* Closes a file in HDF5; it is complete, but still has its temporary name and its lock. */
 PetscErrorCode SlipH5CloseBeside(SlipH5 *h)
 {
   PetscFunctionBegin;
-  PetscCall(SlipH5Flush(h)); /* all that is before "complete" */
+  PetscCall(SlipH5Flush(h)); /* writes all data before "complete" */
   if (h->live) PetscCall(SlipH5WriteAttrInt(h, "/", "complete", 1));
-  PetscCall(SlipH5Flush(h)); /* what follows is the superblock alone */
+  PetscCall(SlipH5Flush(h)); /* writes only the superblock */
   if (SlipH5CloseId(h)) PetscCall(SlipH5WriteFailed(h, 0, "%s", h->target));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The folder of a file is on the disk, and with it the name; file systems that cannot sync one say EINVAL. 0, or
-   errno */
+/* Syncs the folder of a file, and with it the file's name; file systems that cannot sync a folder return EINVAL.
+   Returns 0 or errno. */
 static int SlipH5SyncFolder(const char file[])
 {
   char folder[PETSC_MAX_PATH_LEN] = ".";
@@ -450,7 +448,7 @@ static int SlipH5SyncFolder(const char file[])
   return reason;
 }
 
-/* A file that was closed beside takes its final name when the disk has it. */
+/* Renames a file closed by SlipH5CloseBeside() to its final name once it is on the disk. */
 PetscErrorCode SlipH5PutInPlace(SlipH5 *h)
 {
   int reason = 0;
@@ -467,7 +465,7 @@ PetscErrorCode SlipH5PutInPlace(SlipH5 *h)
 }
 
 /*@C
-  SlipH5Close - close a file; one that was written is complete now, and takes its final name when the disk has it
+  SlipH5Close - closes a file; one that was written is complete, and gets its final name once it is on the disk
 
   Not collective. Closing twice does nothing.
 

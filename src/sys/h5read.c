@@ -1,4 +1,4 @@
-/* Reading datasets and attributes of HDF5 files, with errors that say what was expected. */
+/* Reads datasets and attributes of HDF5 files, with errors that state what was expected. */
 #include <sliph5.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
@@ -7,9 +7,9 @@
 
 #define SLIP_H5_MAX_DIM 4
 #define SLIP_H5_MAX_NUMBER 16     /* bytes of a number */
-#define SLIP_H5_MAX_TEXT 1048576  /* bytes of a list of strings, and entries; those of a string attribute */
-#define SLIP_H5_UNWRITTEN 1048576 /* bytes of a dataset of any shape that may be fill values only, without storage */
-#define SLIP_H5_DEFLATE 1032      /* most that deflate can shrink by (zlib, Technical Details) */
+#define SLIP_H5_MAX_TEXT 1048576  /* limit for lists of strings (bytes, entries), string attributes (bytes) */
+#define SLIP_H5_UNWRITTEN 1048576 /* limit of bytes of a dataset of any shape with only fill values */
+#define SLIP_H5_DEFLATE 1032      /* largest ratio by which deflate can compress (zlib, Technical Details) */
 
 static PetscErrorCode SlipH5OpenDataset(SlipH5 *h, const char path[], hid_t *set)
 {
@@ -46,11 +46,11 @@ static H5T_class_t SlipH5TypeClass(hid_t type)
   return c;
 }
 
-/* Of a size that numbers have, too: a damaged type may have 0 bytes, gigabytes that HDF5 would allocate, or bits that
-   it would look for elsewhere. Closes the type. */
+/* The size must be one that numbers have, too: a damaged type may have 0 bytes, gigabytes that HDF5 would allocate, or
+   bits outside of it. Closes the type. */
 static PetscBool SlipH5IsNumber(hid_t type)
 {
-  const size_t size = H5Tget_size(type), bits = H5Tget_precision(type); /* 0: an enumeration of no numbers */
+  const size_t size = H5Tget_size(type), bits = H5Tget_precision(type); /* 0: an enumeration without numbers */
   const H5T_class_t c = SlipH5TypeClass(type);
 
   return (c == H5T_INTEGER || c == H5T_FLOAT || c == H5T_ENUM) && size && size <= SLIP_H5_MAX_NUMBER && bits &&
@@ -59,7 +59,7 @@ static PetscBool SlipH5IsNumber(hid_t type)
            : PETSC_FALSE;
 }
 
-/* "3, 4"; "any" for a size below 0 */
+/* Describes a shape, as "3, 4", with "any" for a size below 0 */
 static void SlipH5DescribeShape(PetscInt rank, const PetscInt64 shape[], char text[], size_t len)
 {
   size_t used = 0;
@@ -75,7 +75,7 @@ static void SlipH5DescribeShape(PetscInt rank, const PetscInt64 shape[], char te
   }
 }
 
-/* Type and shape of an open dataset, before anything of it is read: sizes are 64 bit, whatever PetscInt is. */
+/* Checks type and shape of an open dataset before anything of it is read; sizes have 64 bits, whatever PetscInt is. */
 static PetscErrorCode SlipH5CheckShape(SlipH5 *h, const char path[], hid_t set, PetscInt ndim, const PetscInt want[],
                                        const char what[], PetscInt dims[], size_t *n)
 {
@@ -126,7 +126,7 @@ static PetscErrorCode SlipH5CheckShape(SlipH5 *h, const char path[], hid_t set, 
 }
 
 /*@C
-  SlipH5GetRank - number of dimensions of a dataset
+  SlipH5GetRank - gets the number of dimensions of a dataset
 
   Not collective.
 
@@ -157,7 +157,7 @@ PetscErrorCode SlipH5GetRank(SlipH5 *h, const char path[], PetscInt *ndim)
 }
 
 /*@C
-  SlipH5GetSize - size of one dimension of a dataset, where the shape decides what is read
+  SlipH5GetSize - gets the size of one dimension of a dataset, if the shape decides what is read
 
   Not collective.
 
@@ -167,7 +167,7 @@ PetscErrorCode SlipH5GetRank(SlipH5 *h, const char path[], PetscInt *ndim)
 - dim  - dimension, from 0
 
   Output Parameter:
-. size - -1 where the dataset has fewer dimensions, or more than PetscInt holds
+. size - -1 if the dataset has fewer dimensions, or more entries than PetscInt can hold
 
   Level: developer
 
@@ -194,7 +194,7 @@ PetscErrorCode SlipH5GetSize(SlipH5 *h, const char path[], PetscInt dim, PetscIn
 }
 
 /*@C
-  SlipH5ReadRealSized - read a dataset of numbers whose shape is known, or part of it
+  SlipH5ReadRealSized - reads a dataset of numbers whose shape is known, at least in part
 
   Not collective.
 
@@ -203,7 +203,7 @@ PetscErrorCode SlipH5GetSize(SlipH5 *h, const char path[], PetscInt dim, PetscIn
 . path - dataset
 . ndim - number of dimensions it must have, 0 (scalar) to 4
 . want - the shape it must have [ndim], -1 for any size; NULL: any shape
-- what - for messages, what that shape is, such as "one for each observation", or NULL
+- what - for messages, the meaning of that shape, such as "one for each observation", or NULL
 
   Output Parameters:
 + dims - its shape [ndim]
@@ -212,10 +212,10 @@ PetscErrorCode SlipH5GetSize(SlipH5 *h, const char path[], PetscInt dim, PetscIn
   Level: developer
 
   Note:
-  Nothing is read before the shape is found good: one that is not all known must be backed by bytes of the file.
+  The shape is checked before values are read: a shape that is partly unknown must be backed by bytes of the file.
 
-  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, is not numeric, has another shape, or one that the file cannot
-  hold; PETSC_ERR_FILE_READ when its values cannot be read.
+  Errors: PETSC_ERR_FILE_UNEXPECTED if it is missing, is not numeric, has another shape, or one that the file is too
+  small for; PETSC_ERR_FILE_READ if its values cannot be read.
 
 .seealso: SlipH5ReadReal(), SlipH5ReadStrings()
 @*/
@@ -245,7 +245,7 @@ PetscErrorCode SlipH5ReadRealSized(SlipH5 *h, const char path[], PetscInt ndim, 
 }
 
 /*@C
-  SlipH5ReadReal - read a dataset of numbers of any shape
+  SlipH5ReadReal - reads a dataset of numbers of any shape
 
   Not collective.
 
@@ -319,7 +319,7 @@ static PetscErrorCode SlipH5ReadStringsOf(hid_t set, hid_t space, PetscInt n, ch
     char **raw;
 
     PetscCall(PetscCalloc1(PetscMax(n, 1), &raw));
-    PetscCall(SlipH5StringsAreWhole(set, n, SLIP_H5_MAX_TEXT, &whole)); /* many entries may be one long string */
+    PetscCall(SlipH5StringsAreWhole(set, n, SLIP_H5_MAX_TEXT, &whole)); /* many entries may refer to one long string */
     *err = whole ? 0 : -1;
     if (whole) *err = H5Dread(set, mem, H5S_ALL, H5S_ALL, H5P_DEFAULT, raw);
     for (PetscInt i = 0; i < n && *err >= 0; i++) PetscCall(PetscStrallocpy(raw[i] ? raw[i] : "", &strings[i]));
@@ -338,7 +338,7 @@ static PetscErrorCode SlipH5ReadStringsOf(hid_t set, hid_t space, PetscInt n, ch
 }
 
 /*@C
-  SlipH5ReadStrings - read a one-dimensional dataset of strings, of fixed or variable length
+  SlipH5ReadStrings - reads a one-dimensional dataset of strings, of fixed or variable length
 
   Not collective.
 
@@ -352,8 +352,8 @@ static PetscErrorCode SlipH5ReadStringsOf(hid_t set, hid_t space, PetscInt n, ch
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, holds no strings or has more than one dimension;
-  PETSC_ERR_FILE_READ when the file does not have the text, as where it is damaged.
+  Errors: PETSC_ERR_FILE_UNEXPECTED if it is missing, has no strings or more than one dimension; PETSC_ERR_FILE_READ if
+  the text is not in the file, for example because it is damaged.
 
 .seealso: SlipH5ReadReal(), SlipH5FreeStrings()
 @*/
@@ -401,7 +401,7 @@ PetscErrorCode SlipH5ReadStrings(SlipH5 *h, const char path[], PetscInt *n, char
 }
 
 /*@C
-  SlipH5FreeStrings - free what SlipH5ReadStrings() returned
+  SlipH5FreeStrings - frees the output of SlipH5ReadStrings()
 
   Not collective.
 
@@ -426,7 +426,7 @@ PetscErrorCode SlipH5FreeStrings(PetscInt n, char ***strings)
 }
 
 /*@C
-  SlipH5ReadAttrReal - read a scalar (or one-entry) attribute as a real number
+  SlipH5ReadAttrReal - reads a scalar (or one-entry) attribute as a real number
 
   Not collective.
 
@@ -465,7 +465,7 @@ PetscErrorCode SlipH5ReadAttrReal(SlipH5 *h, const char path[], const char attr[
 }
 
 /*@C
-  SlipH5ReadAttrInt - read a scalar (or one-entry) attribute as an integer
+  SlipH5ReadAttrInt - reads a scalar (or one-entry) attribute as an integer
 
   Not collective.
 
@@ -496,7 +496,7 @@ PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], const char attr[]
 }
 
 /*@C
-  SlipH5ReadAttrString - read a string attribute, of fixed or variable length
+  SlipH5ReadAttrString - reads a string attribute, of fixed or variable length
 
   Not collective.
 
@@ -504,15 +504,15 @@ PetscErrorCode SlipH5ReadAttrInt(SlipH5 *h, const char path[], const char attr[]
 + h    - file
 . path - group or dataset
 . attr - name of the attribute
-- len  - room in value; a longer string is an error
+- len  - size of value; a longer string is an error
 
   Output Parameter:
 . value - the text
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_UNEXPECTED when it is missing, not one string, or too long; PETSC_ERR_FILE_READ when the file
-  does not have the text, as where it is damaged.
+  Errors: PETSC_ERR_FILE_UNEXPECTED if it is missing, not one string, or too long; PETSC_ERR_FILE_READ if the text is
+  not in the file, for example because it is damaged.
 
 .seealso: SlipH5ReadAttrReal()
 @*/

@@ -1,13 +1,13 @@
-/* Dimensions with names, as netCDF-4 has them: HDF5's dimension scales, by its high-level library. xarray, ncdump and
-   Panoply then show slip(time, z, x). */
+/* Named dimensions, as in netCDF-4: HDF5's dimension scales, by its high-level library. With them xarray, ncdump and
+   Panoply show slip(time, z, x). */
 #include <slipstep/private/slipsys.h>
 #include <hdf5_hl.h>
 #include <string.h>
 
 #define SLIP_H5_MAX_DIM 4
 
-/* Axes that are no data of their group: those of fields, which are shared with /mesh, of stations, and that of
-   vectors */
+/* Axes that are no data of their group: those of fields, which are shared with /mesh, of stations, and of vector
+   components */
 static const char *const Axes[] = {"x", "z", "cell", "station", "component"};
 
 static PetscErrorCode Failed(SlipH5 *h, const char path[])
@@ -18,7 +18,7 @@ static PetscErrorCode Failed(SlipH5 *h, const char path[])
 }
 
 /*@C
-  SlipH5MakeDimension - make a dimension that has a name and a length, and no coordinates
+  SlipH5MakeDimension - creates a dimension that has a name and a length, and no coordinates
 
   Not collective.
 
@@ -30,7 +30,7 @@ static PetscErrorCode Failed(SlipH5 *h, const char path[])
   Level: developer
 
   Notes:
-  As netCDF-4 writes what it calls a dimension without variable: ncdump and xarray show the dimension alone.
+  The dataset is netCDF-4's dimension without variable: ncdump and xarray show only the dimension.
 
   Errors: PETSC_ERR_FILE_WRITE when it cannot be written
 
@@ -56,7 +56,7 @@ PetscErrorCode SlipH5MakeDimension(SlipH5 *h, const char path[], PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The scale group/name as an open dataset: one that is there, or a dimension of n */
+/* Opens the scale group/name as a dataset: an existing one, or a new dimension of length n. */
 static PetscErrorCode OpenScale(SlipH5 *h, const char group[], const char name[], hsize_t n, hid_t *scale)
 {
   char path[128];
@@ -71,7 +71,7 @@ static PetscErrorCode OpenScale(SlipH5 *h, const char group[], const char name[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the scale of this name, if it is there, have n entries? */
+/* Checks whether the scale of this name, if it exists, has n entries. */
 static PetscErrorCode Fits(SlipH5 *h, const char group[], const char name[], hsize_t n, PetscBool *fits)
 {
   char path[128];
@@ -86,7 +86,7 @@ static PetscErrorCode Fits(SlipH5 *h, const char group[], const char name[], hsi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Names of the dimensions of a dataset: the row, then those axes that fit, and the last one for what remains */
+/* Names the dimensions of a dataset: the row, then the axes of matching length, and the last name for all others. */
 static PetscErrorCode NameOf(SlipH5 *h, const char group[], const char name[], const SlipH5Axes *axes)
 {
   const char *const rest = axes->n ? group : "/";
@@ -131,22 +131,22 @@ static PetscErrorCode NameOf(SlipH5 *h, const char group[], const char name[], c
 }
 
 /*@C
-  SlipH5NameDimensions - name the dimensions of the datasets of a group, as netCDF-4 does
+  SlipH5NameDimensions - names the dimensions of the datasets of a group, as netCDF-4 does
 
   Not collective.
 
   Input Parameters:
-+ h     - file, not live, of which no other group has these datasets
++ h     - file, not live, in which no other group has these datasets
 . group - absolute path; "/" is the root
 - axes  - names of the dimensions
 
   Level: developer
 
   Notes:
-  The first dimension is the axis row, where there is one; the next ones are those axes that have as many entries, and
-  what remains is the axis rest. An axis is a dataset of the group; rest is one of the root where there are no other
-  axes, as all data of a table have its rows. One that is not there is made, without coordinates; a rest of another
-  length than the first has that in its name. Dimensions that have a name already stay.
+  The first dimension is the axis row, if there is one; the next ones are the axes of matching length, and all others
+  are the axis rest. An axis is a dataset of the group; rest is one of the root if there are no other axes, because all
+  data of a table have its rows. A missing axis is created, without coordinates; if rests differ in length, all but the
+  first have the length in their names. Dimensions that have a name already are not changed.
 
   Errors: PETSC_ERR_FILE_WRITE when the disk is full
 
@@ -166,7 +166,7 @@ PetscErrorCode SlipH5NameDimensions(SlipH5 *h, const char group[], const SlipH5A
              "%s has no group %s", h->name, group);
   if (axes->row) first[n++] = axes->row;
   for (PetscInt i = 0; i < axes->n; i++) first[n++] = axes->axis[i];
-  for (PetscInt i = 0; i < n; i++) { /* those that are there become scales, before they would get some themselves */
+  for (PetscInt i = 0; i < n; i++) { /* existing axes become scales before they could get scales themselves */
     char path[128];
     PetscBool has;
 
@@ -176,7 +176,7 @@ PetscErrorCode SlipH5NameDimensions(SlipH5 *h, const char group[], const SlipH5A
     PetscCall(OpenScale(h, group, first[i], 0, &scale));
     H5Dclose(scale);
   }
-  links = info.nlinks; /* what is made on the way is a scale itself */
+  links = info.nlinks; /* datasets created in the loop are scales themselves */
   for (hsize_t i = 0; i < links; i++) {
     if (H5Lget_name_by_idx(h->id, group, H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof(name), H5P_DEFAULT) < 0) break;
     PetscCall(NameOf(h, group, name, axes));
@@ -188,7 +188,7 @@ PetscErrorCode SlipH5NameDimensions(SlipH5 *h, const char group[], const SlipH5A
 }
 
 /*@C
-  SlipH5CountAxes - number of datasets of a group that are axes alone, not data
+  SlipH5CountAxes - gets the number of datasets of a group that are only axes, not data
 
   Not collective.
 
@@ -221,13 +221,13 @@ PetscErrorCode SlipH5CountAxes(SlipH5 *h, const char group[], PetscInt *n)
 }
 
 /*@C
-  SlipH5Link - give a dataset a second name
+  SlipH5Link - gives a dataset a second name
 
   Not collective.
 
   Input Parameters:
 + h    - file, not live
-. path - the dataset, which need not be there
+. path - the dataset, which need not exist yet
 - name - absolute path of the other name
 
   Level: developer

@@ -1,22 +1,22 @@
-/* Datasets that show a part of another one (HDF5's virtual datasets): the numbers are in the file once. */
+/* Datasets that show a part of another one (HDF5's virtual datasets), so that the file stores the numbers only once */
 #include <slipstep/private/slipsys.h>
 
 /*@C
-  SlipH5CreateView - create a dataset that shows one entry of each row of a series of vectors
+  SlipH5CreateView - creates a dataset that shows one entry of each row of a series of vectors
 
   Not collective.
 
   Input Parameters:
 + h      - file, not live
-. path   - of the dataset, [rows, 3], whose group is there; it has as many rows as the series, also while that grows
-. series - path of a series [rows, entries, 3], which is there
-. entry  - which one
+. path   - of the dataset, [rows, 3], whose group exists; it has as many rows as the series, also while that grows
+. series - path of an existing series [rows, entries, 3]
+. entry  - index of the entry
 - units  - attribute "units"
 
   Level: developer
 
   Notes:
-  Programs with HDF5 1.10 or later read it as any dataset. It costs some 500 bytes.
+  Programs with HDF5 1.10 or later read it as any other dataset. It takes about 500 bytes.
 
   Errors: PETSC_ERR_FILE_WRITE when there is no such series, the path exists or cannot be written
 

@@ -1,12 +1,12 @@
-/* Can all metadata of an HDF5 file be read?
+/* Checks that all metadata of an HDF5 file can be read.
 
-   HDF5 takes a block of metadata whose checksum is wrong for one that another process is writing where the file is open
-   for SWMR, and reads it 100 times, after twice the time before each: for ever. A file that is damaged must be known as
-   such before it is written in this mode. */
+   If a file is open for SWMR, HDF5 assumes that a block of metadata with a wrong checksum is being written by another
+   process, and reads it 100 times, doubling the wait each time: for ever. A damaged file must therefore be detected
+   before it is opened in this mode. */
 #include <slipstep/private/slipsys.h>
 
-/* H5Lvisit(): header of an object and, of a dataset, the index of its chunks, which its storage is the sum of; 1: it
-   cannot be read */
+/* For H5Lvisit(): reads the header of an object and, of a dataset, the index of its chunks, whose sizes its storage
+   sums up; 1: it cannot be read */
 static herr_t SlipH5ReadObject(hid_t location, const char *name, const H5L_info_t *info, void *ctx)
 {
   const hid_t id = H5Oopen(location, name, H5P_DEFAULT);
@@ -14,7 +14,7 @@ static herr_t SlipH5ReadObject(hid_t location, const char *name, const H5L_info_
 
   (void)info;
   if (good && H5Iget_type(id) == H5I_DATASET) {
-    (void)H5Dget_storage_size(id); /* 0 also when it fails */
+    (void)H5Dget_storage_size(id); /* also 0 on failure */
     if (H5Eget_num(H5E_DEFAULT) != 0) good = PETSC_FALSE;
   }
   if (id >= 0 && H5Oclose(id) < 0) good = PETSC_FALSE;
@@ -23,7 +23,7 @@ static herr_t SlipH5ReadObject(hid_t location, const char *name, const H5L_info_
   return 1;
 }
 
-/* Of a file that is not open for SWMR; object: name of the first that cannot be read, as far as it has one */
+/* The file must not be open for SWMR; object: name of the first unreadable object, as far as it has one */
 PetscBool SlipH5IsWhole(hid_t id, char object[PETSC_MAX_PATH_LEN])
 {
   object[0] = '\0';

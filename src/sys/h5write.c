@@ -1,13 +1,13 @@
-/* Writing datasets and growing series to HDF5 files. */
+/* Writes datasets and growing series to HDF5 files. */
 #include <slipstep/private/slipsys.h>
 #include <string.h>
 
 #define SLIP_H5_MAX_DIM 4
-#define SLIP_H5_CHUNK 65536   /* size of a series' chunk aimed at [bytes] */
-#define SLIP_H5_MAX_CHUNK 256 /* rows a chunk has at most */
-#define SLIP_H5_CACHE 1048576 /* size of what HDF5 keeps of a dataset's chunks unless told otherwise [bytes] */
+#define SLIP_H5_CHUNK 65536   /* wanted size of a series' chunk [bytes] */
+#define SLIP_H5_MAX_CHUNK 256 /* largest number of rows per chunk */
+#define SLIP_H5_CACHE 1048576 /* size of HDF5's default cache of a dataset's chunks [bytes] */
 
-/* Intermediate groups are made on the way. */
+/* Creates a dataset and its parent groups. */
 static hid_t SlipH5Dataset(SlipH5 *h, const char path[], hid_t type, hid_t space, hid_t dcpl)
 {
   const hid_t lcpl = H5Pcreate(H5P_LINK_CREATE);
@@ -68,7 +68,7 @@ PetscErrorCode SlipH5WritePiece(SlipH5 *h, const char path[], PetscInt N, PetscI
 }
 
 /*@C
-  SlipH5WriteReal - write an array of real numbers as a new dataset of doubles
+  SlipH5WriteReal - writes an array of real numbers as a new dataset of doubles
 
   Not collective.
 
@@ -77,7 +77,7 @@ PetscErrorCode SlipH5WritePiece(SlipH5 *h, const char path[], PetscInt N, PetscI
 . path  - dataset, whose parents are created
 . ndim  - number of dimensions, 0 to 4
 . dims  - shape [ndim]
-. data  - values, row-major, in those units
+. data  - values, row-major, in the units below
 - units - attribute "units", or NULL
 
   Level: developer
@@ -95,12 +95,12 @@ PetscErrorCode SlipH5WriteReal(SlipH5 *h, const char path[], PetscInt ndim, cons
 }
 
 /*@C
-  SlipH5WriteFloat - write an array in single precision; see SlipH5WriteReal()
+  SlipH5WriteFloat - writes an array in single precision; see SlipH5WriteReal()
 
   Not collective.
 
   Input Parameters:
-+ h, path, ndim, dims, units - as of SlipH5WriteReal()
++ h, path, ndim, dims, units - see SlipH5WriteReal()
 - data                       - values, row-major
 
   Level: developer
@@ -116,13 +116,13 @@ PetscErrorCode SlipH5WriteFloat(SlipH5 *h, const char path[], PetscInt ndim, con
 }
 
 /*@C
-  SlipH5WriteInt - write an array of integers, stored in 64 bits; see SlipH5WriteReal()
+  SlipH5WriteInt - writes an array of integers, stored in 64 bits; see SlipH5WriteReal()
 
   Not collective.
 
   Input Parameters:
-+ h, path, ndim, dims, units - as of SlipH5WriteReal()
-- data                       - integers, row-major, of whatever width PetscInt has here
++ h, path, ndim, dims, units - see SlipH5WriteReal()
+- data                       - integers, row-major, whatever width PetscInt has
 
   Level: developer
 
@@ -137,7 +137,7 @@ PetscErrorCode SlipH5WriteInt(SlipH5 *h, const char path[], PetscInt ndim, const
 }
 
 /*@C
-  SlipH5WriteStrings - write a list of strings (variable length, UTF-8)
+  SlipH5WriteStrings - writes a list of strings (variable length, UTF-8)
 
   Not collective.
 
@@ -166,11 +166,11 @@ PetscErrorCode SlipH5WriteStrings(SlipH5 *h, const char path[], PetscInt n, cons
 }
 
 /*
-  The shape of a series' chunks, whose fixed dimensions are in chunk already; size: of a number [bytes].
+  Sets the shape of a series' chunks; chunk has the fixed dimensions already; size: of a number [bytes].
 
-  A chunk that is compressed has one row, so that it is written once: another row in it would compress to another size
-  and move it, and what it leaves is lost to a file that is read while it grows. Nor is it larger than HDF5's cache,
-  for readers of a part.
+  A compressed chunk has one row, so that it is written once: another row would change its compressed size and move it,
+  and a file that is read while it grows cannot reuse the old place. A chunk is not larger than HDF5's cache, for
+  readers of a part.
 */
 static void SlipH5Chunk(PetscInt ndim, const SlipH5Storage *storage, hsize_t size, hsize_t chunk[])
 {
@@ -184,12 +184,12 @@ static void SlipH5Chunk(PetscInt ndim, const SlipH5Storage *storage, hsize_t siz
 }
 
 /*@C
-  SlipH5CreateStoredSeries - SlipH5CreateSeries() with a choice of how numbers are stored
+  SlipH5CreateStoredSeries - creates a series, as SlipH5CreateSeries(), with a choice of how numbers are stored
 
   Not collective.
 
   Input Parameters:
-+ h, path, ndim, dims, units - as of SlipH5CreateSeries()
++ h, path, ndim, dims, units - see SlipH5CreateSeries()
 - storage                    - their type, and whether they are compressed
 
   Level: developer
@@ -232,22 +232,22 @@ PetscErrorCode SlipH5CreateStoredSeries(SlipH5 *h, const char path[], PetscInt n
 }
 
 /*@C
-  SlipH5CreateSeries - create a dataset whose first dimension grows with SlipH5Append()
+  SlipH5CreateSeries - creates a dataset whose first dimension grows by SlipH5Append()
 
   Not collective.
 
   Input Parameters:
 + h       - file
 . path    - dataset, whose parents are created
-. ndim    - number of fixed dimensions, 0 (one number a row) to 3
+. ndim    - number of fixed dimensions, 0 (a row is one number) to 3
 . dims    - the fixed dimensions [ndim]
 . integer - store 64-bit integers instead of doubles
 - units   - attribute "units", or NULL
 
   Level: developer
 
-  Errors: PETSC_ERR_ARG_OUTOFRANGE for another number of dimensions or an empty one, PETSC_ERR_FILE_WRITE when the path
-  exists or cannot be written
+  Errors: PETSC_ERR_ARG_OUTOFRANGE for another number of dimensions or a dimension of length 0, PETSC_ERR_FILE_WRITE if
+  the path exists or cannot be written
 
 .seealso: SlipH5Append(), SlipH5CreateStoredSeries()
 @*/
@@ -262,7 +262,7 @@ PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, c
 }
 
 /*@C
-  SlipH5GetStorage - how the numbers of a dataset are stored
+  SlipH5GetStorage - gets how the numbers of a dataset are stored
 
   Not collective.
 
@@ -271,7 +271,7 @@ PetscErrorCode SlipH5CreateSeries(SlipH5 *h, const char path[], PetscInt ndim, c
 - path - the dataset
 
   Output Parameter:
-. storage - as of SlipH5CreateStoredSeries()
+. storage - see SlipH5CreateStoredSeries()
 
   Level: developer
 
@@ -304,7 +304,7 @@ PetscErrorCode SlipH5GetStorage(SlipH5 *h, const char path[], SlipH5Storage *sto
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A series opened, with its shape and that of its chunks */
+/* Opens a series, and gets its shape and that of its chunks. */
 static PetscErrorCode SlipH5OpenSeries(SlipH5 *h, const char path[], hid_t *set, int *rank, hsize_t shape[],
                                        hsize_t chunk[])
 {
@@ -326,7 +326,7 @@ static PetscErrorCode SlipH5OpenSeries(SlipH5 *h, const char path[], hid_t *set,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rows behind those that are there. Numbers that are apart are put together first: HDF5 would pick them one by one. */
+/* Appends rows. Numbers with a stride are first copied to contiguous memory: HDF5 would copy them one by one. */
 static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t rows, const SlipH5Rows *series)
 {
   const size_t stride = (size_t)series->stride;
@@ -356,7 +356,7 @@ static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t row
 }
 
 /*@C
-  SlipH5AppendAll - append rows to several series: to all of them or, when the disk is full, to none
+  SlipH5AppendAll - appends rows to several series: to all of them or, if the disk is full, to none
 
   Not collective.
 
@@ -369,7 +369,7 @@ static herr_t SlipH5AppendRows(hid_t set, int rank, hsize_t shape[], hsize_t row
 
   Level: developer
 
-  Errors: PETSC_ERR_FILE_WRITE when there is no such series or the rows cannot be written: the file is then closed, with
+  Errors: PETSC_ERR_FILE_WRITE if a series does not exist or the rows cannot be written: the file is then closed, with
   the rows before them
 
 .seealso: SlipH5Append(), SlipH5CreateSeries()
@@ -397,8 +397,8 @@ PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[],
     for (int d = 0; d < open[i].rank; d++) bytes *= chunk[d];
     for (int d = 1; d < open[i].rank; d++) parts *= (shape[d] + chunk[d] - 1) / chunk[d];
     chunks = (shape[0] + (hsize_t)rows + chunk[0] - 1) / chunk[0] - (shape[0] + chunk[0] - 1) / chunk[0];
-    /* and for the index, whose blocks grow as the square root of the number of chunks; what is compressed never takes
-       more, as HDF5 leaves chunks alone that it would make larger */
+    /* space for the index, whose blocks grow as the square root of the number of chunks; compression never takes more,
+       as HDF5 does not compress chunks that would grow */
     if (chunks)
       room += (PetscInt64)(chunks * parts * (bytes + 64)) + 512 +
               64 * (PetscInt64)PetscSqrtReal((PetscReal)(parts * (shape[0] / chunk[0])));
@@ -406,7 +406,7 @@ PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[],
   last = 0;
   row = open[0].shape[0];
   reason = SlipH5MakeRoom(h, room);
-  for (i = 0; i < n; i++) { /* none is left open by a failure */
+  for (i = 0; i < n; i++) { /* every series is closed, also after a failure */
     if (!reason && err >= 0 && !h->failed) {
       last = i;
       row = open[i].shape[0];
@@ -422,7 +422,7 @@ PetscErrorCode SlipH5AppendAll(SlipH5 *h, PetscInt n, const SlipH5Rows series[],
 }
 
 /*@C
-  SlipH5Append - SlipH5AppendAll() for one series
+  SlipH5Append - appends rows to one series, see SlipH5AppendAll()
 
   Not collective.
 
@@ -448,7 +448,7 @@ PetscErrorCode SlipH5Append(SlipH5 *h, const char path[], PetscInt rows, const P
 }
 
 /*@C
-  SlipH5AppendZeros - append rows of zeros to a series that is new, in no time; the file must not be live
+  SlipH5AppendZeros - appends rows of zeros to a new series without writing them; the file must not be live
 
   Not collective.
 
@@ -480,14 +480,14 @@ PetscErrorCode SlipH5AppendZeros(SlipH5 *h, const char path[], PetscInt rows)
 }
 
 /*@C
-  SlipH5SetRows - cut a series; the file must not be live
+  SlipH5SetRows - truncates a series; the file must not be live
 
   Not collective.
 
   Input Parameters:
 + h    - file
 . path - dataset made by SlipH5CreateSeries()
-- rows - number of rows to keep, at most those that are there
+- rows - number of remaining rows, at most the present number
 
   Level: developer
 

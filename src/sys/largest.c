@@ -1,17 +1,17 @@
-/* Largest numbers over the processes. MPI defines no order of what is no number, and with MPI_MAX it gets lost, or the
-   processes get different results, so that they would decide differently. */
+/* Largest numbers over the processes. MPI defines no order for NaN: MPI_MAX may drop it, or give processes different
+   results, which would then take different branches. */
 #include <slipstep/private/slipsys.h>
 
 enum { MOST = 16 };
 
 /*
-  SlipAllreduceLargest - the largest of each of n numbers over the processes; NaN where any process has it
+  SlipAllreduceLargest - computes the largest of each of n numbers over the processes, or NaN if any process has NaN
 
   Collective. x [n], n at most 16
 */
 PetscErrorCode SlipAllreduceLargest(MPI_Comm comm, PetscInt n, PetscReal x[])
 {
-  PetscReal all[2 * MOST]; /* with a 1 behind them for each that is no number */
+  PetscReal all[2 * MOST]; /* followed by a 1 for each NaN */
 
   PetscFunctionBegin;
   PetscCheck(n <= MOST, comm, PETSC_ERR_PLIB, "%" PetscInt_FMT " numbers, expected at most %d", n, MOST);
@@ -25,7 +25,7 @@ PetscErrorCode SlipAllreduceLargest(MPI_Comm comm, PetscInt n, PetscReal x[])
 }
 
 /*
-  SlipVecLargest - the largest |x_i|; NaN where any entry is no number, on whichever process
+  SlipVecLargest - computes the largest |x_i|, or NaN if an entry on any process is NaN
 
   Collective
 */
@@ -38,7 +38,7 @@ PetscErrorCode SlipVecLargest(Vec x, PetscReal *largest)
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  if (size == 1) { /* where the vector is, which may be on a device */
+  if (size == 1) { /* computed where the vector is stored, which may be on a device */
     PetscCall(VecNorm(x, NORM_INFINITY, largest));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

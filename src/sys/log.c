@@ -1,4 +1,4 @@
-/* Events and stages of -log_view, and products of any Mat as an event of their own, which are counted. */
+/* Events and stages of -log_view; products of any Mat are logged as events of their own, and counted. */
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
 #include <slipstep/private/slipwork.h>
@@ -8,7 +8,7 @@ PetscLogStage SLIP_STAGE_SETUP, SLIP_STAGE_RUN, SLIP_STAGE_OUTPUT;
 PetscLogEvent SLIP_StiffnessSetUp, SLIP_StiffnessMult, SLIP_ViscositySetUp, SLIP_ViscosityMult, SLIP_StageMult;
 PetscLogEvent SLIP_PCSetUp, SLIP_PCApply, SLIP_Direct, SLIP_Cells, SLIP_Cone, SLIP_Policy, SLIP_Observe, SLIP_Output;
 
-/* One row per event; the classes are PETSc's that stand nearest, by which -log_exclude leaves events out. */
+/* One row per event; each is assigned to the most similar class of PETSc, by which -log_exclude excludes events. */
 static const struct {
   const char *name;
   const PetscClassId *classid;
@@ -52,11 +52,11 @@ PetscErrorCode SlipLogRegister(void)
   return SlipRegisterOnce(Register_Log);
 }
 
-/* What the product of a matrix was before it was logged. */
+/* The product of a matrix before logging was added */
 typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscLogEvent event;
-  PetscBool made; /* H whose products are made of those with K */
+  PetscBool made; /* H whose products consist of those with K */
   PetscBool dense;
 } Product;
 
@@ -85,8 +85,8 @@ static PetscErrorCode LoggedMult(Mat A, Vec x, Vec y)
 }
 
 /*
-  Logs every product with A as the event, beside PETSc's own MatMult, whatever its type, and counts it: users then see
-  K, H and B apart even where two of them are of one type. Again does nothing.
+  Logs every product with A as the event, in addition to PETSc's MatMult, whatever its type, and counts it: users then
+  see K, H and B separately even if two of them have the same type. Further calls do nothing.
 */
 PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
 {
@@ -110,7 +110,7 @@ PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* MATOP_MULT of A becomes another function, *before what it was; products are logged as they were. */
+/* Replaces MATOP_MULT of A, and returns the previous function in *before; products are logged as before. */
 PetscErrorCode SlipLogProductsReplace(Mat A, PetscErrorCode (*mult)(Mat, Vec, Vec),
                                       PetscErrorCode (**before)(Mat, Vec, Vec))
 {
@@ -130,7 +130,7 @@ PetscErrorCode SlipLogProductsReplace(Mat A, PetscErrorCode (*mult)(Mat, Vec, Ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are the products with A counted? */
+/* Gets whether products with A are counted. */
 PetscErrorCode SlipLogsProducts(Mat A, PetscBool *counted)
 {
   const Product *product;

@@ -1,5 +1,5 @@
-/* Integers of options that PetscInt does not hold. PETSc reads what is left of them without a message: -ts_max_steps
-   4294967300 as 4, where integers have 32 bits. */
+/* Checks that integers of options fit into PetscInt. PETSc truncates them without a message: with 32-bit integers it
+   reads -ts_max_steps 4294967300 as 4. */
 #include <slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
@@ -9,14 +9,14 @@
 #include <strings.h>
 
 /*@C
-  SlipCheckInteger - refuse whole numbers that PetscInt does not hold, by what was written
+  SlipCheckInteger - raises an error for integers in a text that overflow PetscInt
 
   Not collective.
 
   Input Parameters:
 + comm - the processes that fail together
 . name - of the option, without the dash
-- text - its value: a number, or several with commas, colons or dashes between; other texts are not looked at
+- text - its value: a number, or several separated by commas, colons or dashes; other texts are ignored
 
   Level: developer
 
@@ -47,10 +47,10 @@ PetscErrorCode SlipCheckInteger(MPI_Comm comm, const char name[], const char tex
 }
 
 /*@C
-  SlipCheckIntegerOption - refuse the value of an option that is read as an integer, or as a list of them, where
-  PetscInt does not hold it
+  SlipCheckIntegerOption - raises an error if the value of an option that is read as an integer, or as a list of them,
+  overflows PetscInt
 
-  Not collective; before PetscOptionsInt(), which takes what is left of it.
+  Not collective; before PetscOptionsInt(), which would truncate it.
 
   Input Parameters:
 + comm    - the processes that fail together
@@ -76,7 +76,7 @@ PetscErrorCode SlipCheckIntegerOption(MPI_Comm comm, PetscOptions options, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Whether a name ends with this, whatever the case of letters: one of an option, with a prefix or without */
+/* True if a name ends with this, ignoring case: the name of an option with or without a prefix */
 PetscBool SlipEndsWith(const char name[], const char end[])
 {
   const size_t len = strlen(name), tail = strlen(end);

@@ -1,5 +1,5 @@
-/* What a program does not know: options and words that nothing will read, with the nearest name that is known. Only
-   programs that ask for it end by these errors: a library in somebody else's program knows neither its words nor its
+/* Finds options and words that no code will read, and suggests the nearest known name. Only programs that call these
+   functions end with such errors, because the library in another program has no list of that program's words and
    options. */
 #include <slipsys.h>
 #include <slipcompat.h>
@@ -14,8 +14,8 @@ typedef struct {
   const char *prefix, *names;
 } SlipNames;
 
-/* Options that the library reads, but for those of faults, which declare theirs from their tables, and for the numbers
-   of solveroptions.c. test_options.py holds the list to the sources. */
+/* Options that the library reads, except those of faults, which declare theirs from their tables, and the numbers of
+   solveroptions.c. test_options.py compares the list with the sources. */
 static const SlipNames SlipLibrary[] = {
   {"slip_", "traceback"},
   {"slipstep_", "version"},
@@ -31,7 +31,7 @@ static const SlipNames SlipLibrary[] = {
   {"circuit_", "case c1 c2 r l m start unit"},
   {"sliding_mode_", "case gain amplitude frequency start"},
 };
-/* Options that were there once: old scripts that give them run on, with a warning why they do nothing */
+/* Removed options: old scripts that give them still run, with a warning why they have no effect */
 static const struct {
   const char *name, *why;
 } SlipRetired[] = {
@@ -40,8 +40,7 @@ static const struct {
 static SlipNames SlipDeclared[SLIP_MAX_DECLARED];
 static int SlipNumDeclared;
 
-/* Options of PETSc's that runs of ours read, beside the numbers of solveroptions.c: what a mistyped one was meant to
-   be. */
+/* PETSc's options that our runs read, besides the numbers of solveroptions.c, for suggestions */
 static const SlipNames SlipPetsc[] = {
   {"ts_", "type exact_final_time monitor monitor_cancel view rk_type error_if_step_fails save_trajectory"},
   {"ts_adapt_", "type always_accept clip monitor wnormtype dsp_filter dsp_pid"},
@@ -49,11 +48,11 @@ static const SlipNames SlipPetsc[] = {
   {"ksp_", "type monitor monitor_true_residual view converged_reason norm_type gmres_restart pc_side"},
   {"pc_", "type factor_levels factor_mat_ordering_type view"},
 };
-/* Those of all PETSc's that every run needs, for -help of a program's own options */
+/* Those of PETSc's options that every run needs, for the -help of a program's own options */
 static const char SlipEssential[] = "ts_type ts_max_time ts_max_steps ts_dt ts_time_step ts_rtol ts_adapt_type "
                                     "ts_adapt_dt_min ts_adapt_dt_max snes_type";
 
-/* Options that PETSc reads during the solve, by their ends, and those that it reads when it ends. */
+/* Endings of options that PETSc reads during the solve, and of those that it reads when it ends */
 static const char *const SlipReadInSolve[] = {"_view", "_view_solution", "_view_pre", "_converged_reason"};
 static const char *const SlipReadAtEnd[] = {"citations",    "get_total_flops", "memory_view", "objects_dump",
                                             "options_left", "options_view",    "malloc_",     "log_"};
@@ -65,19 +64,19 @@ static PetscErrorCode SlipForgetDeclared(void)
 }
 
 /*@C
-  SlipDeclareOptions - name options that begin with a prefix of one's own, for SlipCheckOptionNames()
+  SlipDeclareOptions - declares options that begin with a user's own prefix, for SlipCheckOptionNames()
 
   Not collective; after PetscInitialize().
 
   Input Parameters:
-+ prefix - such as "oscillator_", borrowed; no other options begin so
-- names  - what follows it, separated by blanks, such as "mass stiffness"; one that ends with * stands for all that
++ prefix - such as "oscillator_", borrowed; no other options begin with it
+- names  - the rest of the names, separated by blanks, such as "mass stiffness"; one that ends with * covers all that
            begin so. Borrowed: constant text
 
   Level: intermediate
 
   Note:
-  A prefix may be declared in parts.
+  Several calls may declare options of one prefix.
 
   Errors: PETSC_ERR_PLIB for too many lists
 
@@ -106,8 +105,8 @@ static const SlipNames *SlipList(size_t i)
   return i - library < (size_t)SlipNumDeclared ? &SlipDeclared[i - library] : NULL;
 }
 
-/* Letters to insert, remove, replace or swap with their neighbour that make b of a, in any case (the restricted
-   distance of Damerau 1964, Comm. ACM 7, 171) */
+/* Number of letters to insert, remove, replace or swap with their neighbour that turn a into b, ignoring case (the
+   restricted distance of Damerau 1964, Comm. ACM 7, 171) */
 static int SlipNameDistance(const char a[], const char b[])
 {
   static int row[3][SLIP_NAME_LENGTH + 1];
@@ -129,7 +128,7 @@ static int SlipNameDistance(const char a[], const char b[])
   return row[m % 3][n];
 }
 
-/* The nearest of names behind prefix, if it is nearer than *distance, which takes its distance */
+/* Finds the nearest of names after prefix, if it is nearer than *distance, which is updated. */
 static void SlipNearer(const char word[], const char prefix[], const char names[], int *distance,
                        char nearest[SLIP_NAME_LENGTH])
 {
@@ -144,10 +143,10 @@ static void SlipNearer(const char word[], const char prefix[], const char names[
   }
 }
 
-/* ": did you mean -x?" of the nearest name, of whose own letters a third may differ; "" when it is not near. Its own
-   letters are those behind what both have in common up to a _: the "fault_" of all is no likeness. Returns the distance
-   where it is at most two of eight own letters or more, or one of fewer: no option of PETSc's that we do not know is so
-   near to one we do; else SLIP_NAME_LENGTH. */
+/* Writes ": did you mean -x?" for the nearest name if at most a third of its own letters differ, else "". Its own
+   letters are those after the part that both names share up to a _, because "fault_" makes no name similar. Returns the
+   distance if it is at most two of eight or more own letters, or one of fewer, because no option of PETSc that we do
+   not list is so close to one that we do; otherwise SLIP_NAME_LENGTH. */
 static int SlipSuggest(const char word[], const char dash[], const char nearest[], int distance,
                        char text[SLIP_HINT_LENGTH])
 {
@@ -163,8 +162,7 @@ static int SlipSuggest(const char word[], const char dash[], const char nearest[
   return distance <= (own < 8 ? 1 : 2) ? distance : SLIP_NAME_LENGTH;
 }
 
-/* A word's nearest name among names, which blanks separate, as text that ends a message: ": did you mean NAME?", or
-   "" */
+/* Writes the end of a message, ": did you mean NAME?" with the name nearest to a word, or "". */
 PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[SLIP_HINT_LENGTH])
 {
   char nearest[SLIP_NAME_LENGTH] = "";
@@ -176,7 +174,7 @@ PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the name belong to another class of PETSc's than the option? -dm_view is no -ts_view. */
+/* True if the name and the option belong to different classes of PETSc, as -dm_view and -ts_view */
 static PetscBool SlipIsOfOtherClass(const char name[], const char option[])
 {
   static const char *const classes[] = {"ts_", "snes_", "ksp_", "pc_", "mat_", "vec_", "dm_", "is_", "tao_"};
@@ -187,7 +185,7 @@ static PetscBool SlipIsOfOtherClass(const char name[], const char option[])
   return PETSC_FALSE;
 }
 
-/* Suggests the nearest option that is known, ours or one of PETSc's that runs of ours read */
+/* Suggests the nearest known option, of ours or of PETSc's that our runs read. */
 static int SlipSuggestOption(const char name[], const char dash[], char hint[SLIP_HINT_LENGTH])
 {
   char nearest[SLIP_NAME_LENGTH] = "";
@@ -204,7 +202,7 @@ static int SlipSuggestOption(const char name[], const char dash[], char hint[SLI
   return SlipSuggest(name, dash, nearest, distance, hint);
 }
 
-/* Is the name in a list? patterns: a name there that ends with * stands for all that begin so */
+/* True if the name is in a list; patterns: a name there that ends with * covers all that begin so */
 static PetscBool SlipIsListed(const char name[], const SlipNames *list, PetscBool patterns)
 {
   const char *place = list->names;
@@ -218,7 +216,7 @@ static PetscBool SlipIsListed(const char name[], const SlipNames *list, PetscBoo
   return PETSC_FALSE;
 }
 
-/* Does the name begin with a prefix of ours, and is it known? */
+/* True if the name begins with one of our prefixes; known: it is a known option */
 static PetscBool SlipIsOurs(const char name[], PetscBool patterns, PetscBool *known)
 {
   const SlipNames *list;
@@ -236,7 +234,7 @@ static PetscBool SlipIsOurs(const char name[], PetscBool patterns, PetscBool *kn
   return ours;
 }
 
-/* Ours by its full name, or one of PETSc's that every run needs */
+/* True for our options by their full names, and for those of PETSc that every run needs */
 PetscBool SlipIsHelpOption(const char name[])
 {
   const SlipNames essential = {"", SlipEssential};
@@ -248,7 +246,7 @@ PetscBool SlipIsHelpOption(const char name[])
 
 /* ---- words ---- */
 
-/* Bytes of a dash that is no hyphen-minus at the beginning of a word: texts copied from pages and mails have them */
+/* Number of bytes of a dash other than hyphen-minus at the beginning of a word, as in text copied from pages */
 static size_t SlipForeignDash(const char word[])
 {
   static const char *const dashes[] = {"\xE2\x80\x90", "\xE2\x80\x91", "\xE2\x80\x92", "\xE2\x80\x93", "\xE2\x80\x94",
@@ -259,7 +257,7 @@ static size_t SlipForeignDash(const char word[])
   return 0;
 }
 
-/* "--name", "-name=value": PETSc keeps them as options that nobody reads */
+/* Raises an error for "--name" and "-name=value", which PETSc stores as options that no code reads. */
 static PetscErrorCode SlipCheckSpelling(const char name[], const char where[])
 {
   const char *equals = strchr(name, '=');
@@ -273,15 +271,15 @@ static PetscErrorCode SlipCheckSpelling(const char name[], const char where[])
 }
 
 /*@C
-  SlipCheckOptionWords - refuse words among options that are none: without a dash, with another sign for it, with two,
-  or with an equals sign. PETSc passes over them without a message
+  SlipCheckOptionWords - raises an error for words that are no options: without a dash, with another sign for it, with
+  two, or with an equals sign. PETSc ignores them without a message
 
   Collective on PETSC_COMM_WORLD
 
   Input Parameters:
 + n     - their number
 . words - [n], as a shell would split them
-- where - where they stand, for messages: " (file.txt)"; "" for the command line
+- where - their source, for messages: " (file.txt)"; "" for the command line
 
   Level: developer
 
@@ -291,7 +289,7 @@ static PetscErrorCode SlipCheckSpelling(const char name[], const char where[])
 @*/
 PetscErrorCode SlipCheckOptionWords(PetscInt n, const char *const words[], const char where[])
 {
-  PetscBool value = PETSC_FALSE, key; /* value: the word may be that of the option before it */
+  PetscBool value = PETSC_FALSE, key; /* value: the word may be the value of the option before it */
 
   PetscFunctionBegin;
   for (PetscInt i = 0; i < n; i++) {
@@ -323,13 +321,13 @@ static PetscErrorCode SlipIsRetired(PetscOptions options, const char name[], con
     if (strcasecmp(name, SlipRetired[i].name)) continue;
     PetscCall(SlipWarning("-%s%s does nothing: %s", prefix, SlipRetired[i].name, SlipRetired[i].why));
     PetscCall(PetscSNPrintf(whole, sizeof(whole), "-%s%s", prefix, name));
-    PetscCall(PetscOptionsHasName(options, NULL, whole, &set)); /* it counts as read */
+    PetscCall(PetscOptionsHasName(options, NULL, whole, &set)); /* this marks it as read */
     *retired = PETSC_TRUE;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses options of ours that are not known; words: and those of anybody that a dash or an equals sign spoils */
+/* Raises an error for unknown options with our prefixes; words: also for options with a wrong dash or an equals sign */
 static PetscErrorCode SlipCheckNames(MPI_Comm comm, PetscOptions options, const char prefix[], PetscBool words)
 {
   const size_t len = strlen(prefix);
@@ -343,7 +341,7 @@ static PetscErrorCode SlipCheckNames(MPI_Comm comm, PetscOptions options, const 
     char hint[SLIP_HINT_LENGTH], dash[SLIP_NAME_LENGTH];
     PetscBool known, retired;
 
-    if (words) PetscCall(SlipCheckSpelling(names[i], "")); /* of files and the environment */
+    if (words) PetscCall(SlipCheckSpelling(names[i], "")); /* options from files and the environment */
     if (strncasecmp(names[i], prefix, len) || !SlipIsOurs(name, PETSC_TRUE, &known) || known) continue;
     PetscCall(SlipIsRetired(options, name, prefix, &retired));
     if (retired) continue;
@@ -356,15 +354,15 @@ static PetscErrorCode SlipCheckNames(MPI_Comm comm, PetscOptions options, const 
 }
 
 /*@
-  SlipCheckOptionNames - refuse what a program does not know: options with a prefix of the library's or of those that
-  SlipDeclareOptions() named, and words of the command line that belong to no option
+  SlipCheckOptionNames - raises an error for unknown options with a prefix of the library or of SlipDeclareOptions(),
+  and for words of the command line that belong to no option
 
   Collective on PETSC_COMM_WORLD; in a program, before anything is set up.
 
   Level: intermediate
 
   Note:
-  The message has the nearest name that is known. Other options may be anybody's: SlipCheckUnusedOptions().
+  The message has the nearest known name. Other options may belong to other code: SlipCheckUnusedOptions().
 
   Errors: PETSC_ERR_ARG_WRONG, with the option or word and what was expected
 
@@ -383,18 +381,18 @@ PetscErrorCode SlipCheckOptionNames(void)
 }
 
 /*@C
-  SlipCheckOwnOptions - refuse options that begin like those of the library and are not known, and no others
+  SlipCheckOwnOptions - raises an error for unknown options with a prefix of the library, and for no others
 
-  Not collective; in a language or program whose words and other options are its own.
+  Not collective; for languages or programs that have words and other options of their own.
 
   Input Parameters:
 + comm    - the processes that fail together
 . options - the database, NULL for the global one
-- prefix  - what names begin with, for two faults in one program; NULL for none
+- prefix  - prefix of all names, for two faults in one program; NULL for none
 
   Level: developer
 
-  Errors: PETSC_ERR_ARG_WRONG, with the option and the nearest one that is known
+  Errors: PETSC_ERR_ARG_WRONG, with the option and the nearest known one
 
 .seealso: SlipCheckOptionNames(), SlipDeclareOptions()
 @*/
@@ -405,7 +403,7 @@ PetscErrorCode SlipCheckOwnOptions(MPI_Comm comm, PetscOptions options, const ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* ---- options that nothing reads ---- */
+/* ---- unused options ---- */
 
 static PetscBool SlipIsReadLater(const char name[], PetscBool solved)
 {
@@ -416,7 +414,7 @@ static PetscBool SlipIsReadLater(const char name[], PetscBool solved)
   return PETSC_FALSE;
 }
 
-/* before: the solve is still to come, and nearly known names are errors */
+/* before: the solve is still to come, and names that resemble known ones are errors */
 static PetscErrorCode SlipCheckUnused(PetscBool before)
 {
   PetscInt n;
@@ -431,28 +429,28 @@ static PetscErrorCode SlipCheckUnused(PetscBool before)
     const int distance = SlipSuggestOption(names[i], "-", hint);
     PetscBool known;
 
-    if (!distance) hint[0] = '\0'; /* it is one that is known */
+    if (!distance) hint[0] = '\0'; /* the option is a known one */
     PetscCheck(!before || !distance || distance == SLIP_NAME_LENGTH || SlipIsOurs(names[i], PETSC_TRUE, &known),
                PETSC_COMM_WORLD, PETSC_ERR_ARG_WRONG, "nothing reads the option -%s%s", names[i], hint);
     if (SlipIsReadLater(names[i], !before)) continue;
     if (!rank) PetscCall(SlipWarning("nothing has read the option -%s%s", names[i], hint));
     PetscCall(PetscSNPrintf(option, sizeof(option), "-%s", names[i]));
-    PetscCall(PetscOptionsHasName(NULL, NULL, option, &known)); /* read now: there is no second warning */
+    PetscCall(PetscOptionsHasName(NULL, NULL, option, &known)); /* marks it as read, which avoids a second warning */
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*@
-  SlipCheckUnusedOptions - warn of the options that nothing has read, which a run will go without, and refuse those that
-  differ by a letter or two from one that is known
+  SlipCheckUnusedOptions - warns of unused options, and raises an error for those that differ by a letter or two from a
+  known one
 
   Collective on PETSC_COMM_WORLD; in a program, after everything is set up and before the solve.
 
   Level: intermediate
 
   Note:
-  Options that PETSc reads later are left to SlipWarnOfUnusedOptions().
+  Options that PETSc reads later are checked by SlipWarnOfUnusedOptions().
 
   Errors: PETSC_ERR_ARG_WRONG, with the option and the known one
 
@@ -466,14 +464,14 @@ PetscErrorCode SlipCheckUnusedOptions(void)
 }
 
 /*@
-  SlipWarnOfUnusedOptions - name the options that nothing has read: most often they are mistyped
+  SlipWarnOfUnusedOptions - warns of unused options, which are most often mistyped
 
   Collective on PETSC_COMM_WORLD; at the end of a program.
 
   Level: intermediate
 
   Note:
-  What SlipCheckUnusedOptions() has named is not named again.
+  Options that SlipCheckUnusedOptions() has named are not named again.
 
 .seealso: SlipErrorHandlerPush(), SlipCheckUnusedOptions()
 @*/

@@ -1,5 +1,5 @@
-/* Times with units: those of options, as 100y, are made seconds in the database, before PETSc or anybody else reads
-   them; those of messages are written in the unit that fits. */
+/* Times with units: values of options, such as 100y, are converted to seconds in the database before any code reads
+   them; messages show times in the unit that fits. */
 #include <slipsys.h>
 #include <slipcompat.h>
 #include <slipstep/private/slipsys.h>
@@ -11,10 +11,10 @@
 
 enum { SLIP_MAX_TIMES = 16 };
 
-/* m is none of them: it could be minutes, months or metres. */
+/* m is not a unit: it could be minutes, months or metres. */
 static const struct {
   const char *name, *word;
-  PetscReal seconds, end; /* times below end are written in it [s] */
+  PetscReal seconds, end; /* times below end [s] are shown in this unit */
 } SlipTimeUnits[] = {{"s", "s", 1, 120},
                      {"min", "min", 60, 120 * 60},
                      {"h", "h", 3600, 48 * 3600},
@@ -22,7 +22,7 @@ static const struct {
                      {"y", "years", 365.25 * 86400, PETSC_MAX_REAL}};
 
 static const char SlipSolverTimes[] = "ts_dt ts_time_step ts_init_time ts_max_time ts_adapt_dt_min ts_adapt_dt_max";
-static const char *SlipTimes[SLIP_MAX_TIMES]; /* names of options, with blanks between */
+static const char *SlipTimes[SLIP_MAX_TIMES]; /* names of options, separated by blanks */
 static int SlipNumTimes;
 
 static PetscErrorCode SlipForgetTimes(void)
@@ -32,12 +32,12 @@ static PetscErrorCode SlipForgetTimes(void)
 }
 
 /*@C
-  SlipDeclareTimes - names options that are times, which may have a unit from then on
+  SlipDeclareTimes - declares options that are times, which may have a unit from then on
 
   Not collective.
 
   Input Parameter:
-. names - without dashes, with blanks between, with any prefix or none before each; not copied
+. names - without dashes, separated by blanks, each valid with any prefix or none; not copied
 
   Level: developer
 
@@ -57,7 +57,7 @@ PetscErrorCode SlipDeclareTimes(const char names[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the name one of a list, or one of it behind a prefix? */
+/* True if the name is in a list, with or without a prefix */
 static PetscBool SlipIsListed(const char name[], const char names[])
 {
   const size_t n = strlen(name);
@@ -79,7 +79,7 @@ PetscBool SlipIsTimeOption(const char name[])
   return PETSC_FALSE;
 }
 
-/* "1.5h" as seconds; false for a text without a unit, or that is no number with one */
+/* Converts "1.5h" to seconds; false for a text without a unit, or without a number before it */
 static PetscBool SlipParseTime(const char text[], PetscReal *seconds)
 {
   char *unit;
@@ -94,8 +94,8 @@ static PetscBool SlipParseTime(const char text[], PetscReal *seconds)
 }
 
 /*@C
-  SlipExpandTimes - replaces times with a unit in the options database by their seconds: 90s, 10min, 12h, 20d, 100y, a
-  year having 365.25 days
+  SlipExpandTimes - replaces times with a unit in the options database by their seconds: 90s, 10min, 12h, 20d, 100y; a
+  year has 365.25 days
 
   Not collective; SlipFaultSetFromOptions() and SlipCheckSolverOptions() call it, before anything is read.
 
@@ -106,8 +106,8 @@ static PetscBool SlipParseTime(const char text[], PetscReal *seconds)
 
   Notes:
   Times are the options of PETSc's TS (-ts_max_time, -ts_dt, -ts_init_time, -ts_adapt_dt_min and _max) and the numbers
-  of a fault in seconds, with any prefix. What is no number with one of these units stays as it is, for whoever reads it
-  to refuse.
+  of a fault in seconds, with any prefix. A value that is not a number with one of these units is not changed, and the
+  code that reads it raises the error.
 
 .seealso: SlipCheckSolverOptions(), SlipFaultSetFromOptions()
 @*/

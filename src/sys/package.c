@@ -1,4 +1,4 @@
-/* What is registered with PETSc once, from PetscInitialize() to PetscFinalize(). */
+/* Registrations with PETSc that happen once between PetscInitialize() and PetscFinalize() */
 #include <slipstep/private/slipsys.h>
 #include <petsctime.h>
 
@@ -6,9 +6,9 @@ enum { SLIP_MAX_PACKAGES = 16 };
 
 static PetscErrorCode (*SlipRegistered[SLIP_MAX_PACKAGES])(void);
 static PetscInt SlipNumRegistered;
-static PetscLogDouble SlipStartTime; /* of the first */
+static PetscLogDouble SlipStartTime; /* time of the first registration */
 
-/* A program may finalize PETSc and initialize it again: what was registered is gone then. */
+/* A program may finalize PETSc and initialize it again, which removes all that was registered. */
 static PetscErrorCode SlipForgetRegistered(void)
 {
   SlipNumRegistered = 0;
@@ -26,7 +26,7 @@ PetscErrorCode SlipRegisterOnce(PetscErrorCode (*registers)(void))
     PetscCall(PetscRegisterFinalize(SlipForgetRegistered));
     PetscCall(PetscTime(&SlipStartTime));
   }
-  SlipRegistered[SlipNumRegistered++] = registers; /* before the call: what it calls may come back here */
+  SlipRegistered[SlipNumRegistered++] = registers; /* set before the call, which may call this function again */
   PetscCall((*registers)());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,4 @@
-/* The beginning of a program: PetscInitialize() with errors of one line, -version, and -help of our options alone. */
+/* The start of a program: PetscInitialize() with errors of one line, -version, and -help with only our options */
 #define _POSIX_C_SOURCE 200809L /* setenv() */
 #include <slipsys.h>
 #include <slipcompat.h>
@@ -23,7 +23,8 @@ static PetscBool SlipProgramWantsVersion(int argc, char **argv)
   return PETSC_FALSE;
 }
 
-/* Prints the versions of what runs, on one process, and ends the program. PETSc is not begun: it would add its own. */
+/* Prints the versions of all libraries, on one process, and ends the program. PETSc is not initialised, because it
+   would print its own. */
 static void SlipProgramShowVersion(int *argc, char ***argv, const char program[])
 {
   PetscInt major = 0, minor = 0, patch = 0;
@@ -45,13 +46,13 @@ static void SlipProgramShowVersion(int *argc, char ***argv, const char program[]
 
 /* ---- -help PROGRAM ---- */
 
-/* What is printed line by line, of which options of PETSc's are left out, and headings that then have none */
+/* Help is printed line by line, without unlisted options of PETSc, and without headings that then have none. */
 static struct {
   char line[4096], heading[4096];
-  PetscBool shown; /* the last option was */
+  PetscBool shown; /* the last option was printed */
 } SlipHelp;
 
-/* A line "  -name: ..." or "  -name <now ...": the option's name, else NULL */
+/* The name of the option in a line "  -name: ..." or "  -name <now ...", else NULL */
 static const char *SlipHelpOption(const char line[], char name[], size_t len)
 {
   const char *dash = line + strspn(line, " ");
@@ -75,15 +76,15 @@ static void SlipHelpLine(const char line[])
     fputs(SlipHelp.heading, stdout);
     SlipHelp.heading[0] = '\0';
     fputs(line, stdout);
-  } else if (!strncmp(line, "    ", 4)) { /* more of an option */
+  } else if (!strncmp(line, "    ", 4)) { /* continuation of an option */
     if (SlipHelp.shown) fputs(line, stdout);
   } else if (line[0] != '-' && line[0] != '\n')
     (void)snprintf(SlipHelp.heading, sizeof(SlipHelp.heading), "%s", line);
 }
 
-static PetscErrorCode (*print)(FILE *, const char[], va_list); /* PETSc's */
+static PetscErrorCode (*print)(FILE *, const char[], va_list); /* PETSc's own function */
 
-/* Takes the place of PetscVFPrintf, by which PETSc prints help in pieces of lines */
+/* Replaces PetscVFPrintf, by which PETSc prints help in pieces of lines */
 static PetscErrorCode SlipHelpPrint(FILE *file, const char format[], va_list args)
 {
   const size_t size = sizeof(SlipHelp.line), before = strlen(SlipHelp.line);
@@ -103,11 +104,11 @@ static PetscErrorCode SlipHelpPrint(FILE *file, const char format[], va_list arg
     SlipHelpLine(SlipHelp.line);
     (void)snprintf(SlipHelp.line, size, "%s", rest);
   }
-  if (strlen(SlipHelp.line) > size / 2) SlipHelp.line[0] = '\0'; /* no line of options is so long */
+  if (strlen(SlipHelp.line) > size / 2) SlipHelp.line[0] = '\0'; /* longer than any line of options */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes the program's name after -help away, which PETSc refuses there */
+/* Removes the program's name after -help, which PETSc would refuse there. */
 static PetscBool SlipProgramTakeHelp(int *argc, char **argv, const char program[], const char file[])
 {
   for (int i = 1; i + 1 < *argc; i++) {
@@ -119,8 +120,8 @@ static PetscBool SlipProgramTakeHelp(int *argc, char **argv, const char program[
   return PETSC_FALSE;
 }
 
-/* Help may go to a pager that is left before its end. PETSc's handler makes a long error of that, and only an option
-   keeps it away from PetscInitialize(), which prints most of the help. */
+/* Help may be piped to a pager that quits early. PETSc's handler turns this into a long error, and only an option
+   disables it before PetscInitialize(), which prints most of the help. */
 static void SlipProgramLeavePagers(int argc, char **argv)
 {
   const char *options = getenv("PETSC_OPTIONS");
@@ -136,8 +137,7 @@ static void SlipProgramLeavePagers(int argc, char **argv)
 
 /* ---- options before a file of options ---- */
 
-/* PETSc reads -options_file where it stands: what the file has as well replaces what stood before it. Nothing has been
-   read yet. */
+/* PETSc reads -options_file at its position: values in the file replace earlier ones. No option has been read yet. */
 static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
 {
   PetscInt n;
@@ -155,7 +155,7 @@ static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
     PetscCall(PetscOptionsValidKey(argv[i], &key));
     if (!key || !strcasecmp(argv[i], "-options_file")) continue;
     for (int k = i + 1; k < argc; k++)
-      if (!strcasecmp(argv[k], argv[i])) again = PETSC_TRUE; /* the last one counts */
+      if (!strcasecmp(argv[k], argv[i])) again = PETSC_TRUE; /* the last one takes effect */
     PetscCall(PetscOptionsValidKey(argv[i + 1], &more));
     if (!more) value = argv[i + 1];
     for (PetscInt k = 0; k < n && !again; k++)
@@ -171,8 +171,8 @@ static PetscErrorCode SlipProgramWarnOfFiles(int argc, char **argv)
 
 /* ---- the beginning ---- */
 
-/* One thread of BLAS for each rank, unless the user has said how many: our blocks are too small for more, which costs
-   processor time. */
+/* Sets one BLAS thread per rank unless the user has chosen a number: our blocks are too small for more, which would
+   only cost processor time. */
 static void SlipProgramLimitBLAS(void)
 {
   static const char *const said[] = {"OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS",
@@ -184,38 +184,37 @@ static void SlipProgramLimitBLAS(void)
 }
 
 /*@C
-  SlipProgramInitialize - PetscInitialize() of a program of SlipStep's: its errors end the program with one line,
-  -version prints the versions of all that runs, and -help with the program's name the options of SlipStep alone
+  SlipProgramInitialize - calls PetscInitialize() for a program of SlipStep: errors end it with one line, -version
+  prints the versions of all libraries, and -help with the program's name prints only the options of SlipStep
 
-  Collective on MPI_COMM_WORLD; in place of PetscInitialize().
+  Collective on MPI_COMM_WORLD; replaces PetscInitialize().
 
   Input Parameters:
 + argc    - of main()
 . argv    - of main()
 . program - its name
-- help    - what it does, for -help
+- help    - description, for -help
 
   Options Database Keys:
 + -version        - print the versions of SlipStep, PETSc, MPI and HDF5, and end with exit code 0; also --version
 . -help           - print all options, those of PETSc as well
-- -help <program> - print those of SlipStep, also by the name of its file, and the few of PETSc that every run needs
+- -help <program> - print those of SlipStep, also with its file name, and the few of PETSc that every run needs
 
   Level: intermediate
 
   Notes:
-  BLAS has one thread in each process, unless OPENBLAS_NUM_THREADS, MKL_NUM_THREADS, BLIS_NUM_THREADS or
-  OMP_NUM_THREADS says how many.
+  Each process has one BLAS thread, unless OPENBLAS_NUM_THREADS, MKL_NUM_THREADS, BLIS_NUM_THREADS or OMP_NUM_THREADS
+  sets another number.
 
-  SlipErrorHandlerPush() is part of it. A file of -options_file that cannot be read is one line as well, and so is each
-                         option
-  before one whose value in the file is another: PETSc takes that of the file. SIGPIPE is what it was before
-  PetscInitialize(): a program whose output nobody reads any more ends without a word.
+  It calls SlipErrorHandlerPush(). An unreadable file of -options_file is one line of error, too, and there is a warning
+  for each option before it that has another value in the file, because PETSc uses that of the file. SIGPIPE is handled
+  as before PetscInitialize(): a program whose output is not read any more ends without a message.
 
 .seealso: SlipErrorHandlerPush(), SlipStepInitializePackage(), SlipCheckOptionNames()
 @*/
 PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program[], const char help[])
 {
-  static char text[8192]; /* PETSc keeps the pointer until it is printed */
+  static char text[8192]; /* PETSc stores the pointer until it prints the text */
   const char *path = *argc > 0 ? (*argv)[0] : program, *slash = strrchr(path, '/');
   const char *file = slash ? slash + 1 : path; /* such as slipstep-fault */
   struct sigaction pipes;
@@ -235,11 +234,11 @@ PetscErrorCode SlipProgramInitialize(int *argc, char ***argv, const char program
                  "reads options from a file, -version prints the version.\n\n%s",
                  file, file, file, help);
   (void)sigaction(SIGPIPE, NULL, &pipes);
-  /* Open MPI's hwloc would load the drivers of OpenCL, which takes a third of the start and changes what signals do. */
+  /* Open MPI's hwloc would load the drivers of OpenCL, which takes a third of the start and changes signal handlers. */
   (void)setenv("HWLOC_COMPONENTS", "-opencl", 0);
   PetscCall(PetscInitialize(argc, argv, NULL, text));
   SlipProgramLimitBLAS();
-  (void)sigaction(SIGPIPE, &pipes, NULL); /* where output is not read to its end, as by head, a program ends quietly */
+  (void)sigaction(SIGPIPE, &pipes, NULL); /* a program ends quietly if its output is not read to the end, as by head */
   if (own && !PetscGlobalRank) fputs(text, stdout);
   PetscCall(SlipErrorHandlerPush(program));
   PetscCall(SlipCheckIntegers(PETSC_COMM_WORLD, NULL));

@@ -1,11 +1,11 @@
-/* Signals that ask a program to stop: noted, so that the work in hand can end; a second one ends it at once. */
+/* Signals that ask a program to stop are recorded, so that the current step can end; a second one ends it at once. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
 #include <signal.h>
 #include <time.h>
 
-#define SLIP_SIGNAL_ECHO 0.1 /* a batch system may send one signal by two ways: within this time it is the same [s] */
+#define SLIP_SIGNAL_ECHO 0.1 /* a batch system may send one signal twice: within this time it counts once [s] */
 
 static const struct {
   int number;
@@ -13,10 +13,10 @@ static const struct {
 } SlipSignals[] = {{SIGTERM, "SIGTERM"}, {SIGINT, "SIGINT"}, {SIGUSR1, "SIGUSR1"}, {SIGXCPU, "SIGXCPU"}};
 static struct sigaction SlipSignalsBefore[PETSC_STATIC_ARRAY_LENGTH(SlipSignals)];
 static volatile sig_atomic_t SlipSignalCaught = 0;
-static struct timespec SlipSignalTime; /* of the first; written by the handler before it is ever read there */
+static struct timespec SlipSignalTime; /* time of the first signal, which the handler writes before it is read */
 static PetscBool SlipSignalsPushed = PETSC_FALSE;
 
-/* Calls only what POSIX lists as safe in a handler. */
+/* Calls only functions that POSIX lists as safe in a handler */
 static void SlipSignalHandler(int number)
 {
   struct timespec now;
@@ -35,18 +35,18 @@ static void SlipSignalHandler(int number)
 }
 
 /*@
-  SlipSignalsPush - let SIGTERM, SIGINT, SIGUSR1 and SIGXCPU ask this process to stop after the step in work
+  SlipSignalsPush - makes SIGTERM, SIGINT, SIGUSR1 and SIGXCPU end this process after the current step
 
   Not collective: call it on every process.
 
   Level: intermediate
 
   Notes:
-  For programs of one's own, after `PetscInitialize()`, whose handlers are replaced: the library itself never does this.
-  Runs with a checkpoint of `SlipFaultCheckpointStart()` then end after the step in work, whichever process was sent the
-  signal. A second signal, a tenth of a second later or more, ends the process at once, as it would have without this.
+  Users call it in their own programs, after `PetscInitialize()`, whose handlers it replaces; the library itself does
+  not. Runs with a checkpoint of `SlipFaultCheckpointStart()` then end after the current step, whichever process got the
+  signal. A second signal, at least a tenth of a second later, ends the process at once, as without this function.
 
-  Errors: PETSC_ERR_SYS when the system refuses a handler
+  Errors: PETSC_ERR_SYS if the system does not install a handler
 
 .seealso: SlipSignalsPop(), SlipSignalsCaught(), SlipFaultCheckpointStart()
 @*/
@@ -57,7 +57,7 @@ PetscErrorCode SlipSignalsPush(void)
   PetscFunctionBegin;
   if (SlipSignalsPushed) PetscFunctionReturn(PETSC_SUCCESS);
   SlipSignalCaught = 0;
-  sigemptyset(&action.sa_mask); /* the handler is not interrupted by itself */
+  sigemptyset(&action.sa_mask); /* the handler cannot interrupt itself */
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++) sigaddset(&action.sa_mask, SlipSignals[i].number);
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++)
     PetscCheck(!sigaction(SlipSignals[i].number, &action, &SlipSignalsBefore[i]), PETSC_COMM_SELF, PETSC_ERR_SYS,
@@ -67,7 +67,7 @@ PetscErrorCode SlipSignalsPush(void)
 }
 
 /*@
-  SlipSignalsPop - give the signals of SlipSignalsPush() back to what handled them before
+  SlipSignalsPop - restores the previous handlers of the signals of SlipSignalsPush()
 
   Not collective
 
@@ -86,7 +86,7 @@ PetscErrorCode SlipSignalsPop(void)
 }
 
 /*@
-  SlipSignalsCaught - the signal that asked this process to stop
+  SlipSignalsCaught - gets the signal that asked this process to stop
 
   Not collective
 
@@ -104,7 +104,7 @@ PetscErrorCode SlipSignalsCaught(int *number)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the signals that are caught */
+/* Name of a caught signal */
 const char *SlipSignalName(int number)
 {
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(SlipSignals); i++)

@@ -1,4 +1,4 @@
-/* Options of PETSc's solvers, checked before PETSc reads them: its messages about them do not name the option. */
+/* Checks options of PETSc's solvers before PETSc reads them, because its error messages do not name the option. */
 #include <slipsys.h>
 #include <slipcompat.h>
 #include <petsc/private/petscimpl.h>
@@ -10,7 +10,7 @@
 #include <string.h>
 #include <strings.h>
 
-/* Bounds of a number: which of them it may not reach, and what it is read as. */
+/* Properties of a number: bounds that are excluded, integers, infinite values */
 enum { SLIP_OPEN_LOW = 1, SLIP_OPEN_HIGH = 2, SLIP_WHOLE = 4, SLIP_INFINITE = 8 };
 #define NONE PETSC_MAX_REAL
 #define ANY PETSC_MIN_REAL
@@ -22,8 +22,8 @@ typedef struct {
   const char *unit;
 } SlipNumber;
 
-/* Options with a number as value, those of PETSc that a run of ours meets and those of TSBATHE and our controllers,
-   which check the bounds of their own themselves: here these must be finite. */
+/* Options with a number as value: PETSc's that our runs use, which have bounds here, and those of TSBATHE and our
+   controllers, which check their bounds themselves and must only be finite here */
 /* clang-format off */
 static const SlipNumber SlipSolverNumbers[] = {
   {"-ts_dt", 0, NONE, SLIP_OPEN_LOW, "s"}, {"-ts_time_step", 0, NONE, SLIP_OPEN_LOW, "s"},
@@ -47,9 +47,9 @@ static const SlipNumber SlipSolverNumbers[] = {
   {"-ts_bathe_gamma", ANY, NONE, 0, ""}, {"-ts_bathe_stage_error", ANY, NONE, 0, ""},
   {"-ts_bathe_order", ANY, NONE, SLIP_WHOLE, ""},
   {"-ts_bathe_max_failures", ANY, NONE, SLIP_WHOLE, ""},
-  /* a stage below -snes_atol is taken as it is: residuals are relative to the strength, which the critical start
-     exceeds by 1e-5, so that 1e-4 would leave a fault where it stands; -snes_rtol is followed by Newton steps down to
-     rounding */
+  /* A stage below -snes_atol is accepted without iterations: residuals are relative to the strength, which the critical
+     start exceeds by 1e-5, so that a fault would never move with 1e-4. Below -snes_rtol Newton steps continue to
+     rounding. */
   {"-snes_rtol", 0, 1, SLIP_OPEN_HIGH, ""}, {"-snes_atol", 0, 1e-8, 0, ""}, {"-snes_stol", 0, 1, SLIP_OPEN_HIGH, ""},
   {"-snes_max_it", 0, NONE, SLIP_WHOLE, ""}, {"-snes_max_funcs", -1, NONE, SLIP_WHOLE, ""},
   {"-snes_slip_direct_max", ANY, NONE, SLIP_WHOLE, ""}};
@@ -69,7 +69,7 @@ PetscErrorCode SlipHasOption(PetscOptions options, const char prefix[], const ch
   PetscCall(PetscOptionsLeftGet(options, &n, &names, &values));
   for (PetscInt i = 0; i < n && !*has; i++) *has = strcasecmp(names[i], whole + 1) ? PETSC_FALSE : PETSC_TRUE;
   PetscCall(PetscOptionsLeftRestore(options, &n, &names, &values));
-  if (!*has) PetscCall(PetscOptionsHasName(options, NULL, whole, has)); /* it has been read, or is not there */
+  if (!*has) PetscCall(PetscOptionsHasName(options, NULL, whole, has)); /* it was read before, or is not given */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,8 +81,8 @@ const char *SlipNumberOption(size_t i)
   return i - n < PETSC_STATIC_ARRAY_LENGTH(SlipLinearNumbers) ? SlipLinearNumbers[i - n].option + 1 : NULL;
 }
 
-/* Options that PETSc's TS, SNES, KSP and PC read as integers, by the PetscOptionsInt() of their sources, beside those
-   of the tables above. Others, as times, may be as large. */
+/* Options that PETSc's TS, SNES, KSP and PC read as integers, by PetscOptionsInt() in their sources, besides those of
+   the tables above. Others, such as times, may be larger. */
 static const char *const SlipIntegers[] = {"ts_max_step_rejections",
                                            "ts_run_steps",
                                            "ts_monitor_solution_vtk_interval",
@@ -129,7 +129,7 @@ static const char *const SlipIntegers[] = {"ts_max_step_rejections",
                                            "pc_sor_lits",
                                            "pc_mg_levels"};
 
-/* What a number must be, for example "a number > 0 s"; C's own %g, since PETSc's writes "0." for 0. */
+/* Describes the allowed values, for example "a number > 0 s", by C's %g, because PETSc's writes "0." for 0. */
 static void SlipDescribeNumber(const SlipNumber *n, char text[], size_t len)
 {
   char low[32] = "", high[32] = "";
@@ -142,7 +142,7 @@ static void SlipDescribeNumber(const SlipNumber *n, char text[], size_t len)
                  n->flags & SLIP_WHOLE ? "whole " : "", low, high, n->unit[0] ? " " : "", n->unit);
 }
 
-/* A text as number; PETSc's messages do not name the option. */
+/* Converts a text to a number; PETSc's own messages do not name the option. */
 static PetscErrorCode SlipParseNumber(MPI_Comm comm, const char prefix[], const char option[], const char text[],
                                       PetscBool whole, PetscReal *value)
 {
@@ -163,7 +163,7 @@ static PetscErrorCode SlipParseNumber(MPI_Comm comm, const char prefix[], const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Options that nothing has read yet. Looking at them here does not make them read ones, of which programs warn. */
+/* Options that have not been read yet; this does not mark them as read, so that programs still warn of unused ones. */
 typedef struct {
   MPI_Comm comm;
   const char *prefix;
@@ -171,7 +171,7 @@ typedef struct {
   char **names, **values;
 } SlipUnread;
 
-/* The text of an option, "" where it has none; NULL when it was not given. */
+/* The text of an option, "" if it has none, NULL if it was not given */
 static const char *SlipUnreadValue(const SlipUnread *u, const char option[])
 {
   const size_t len = u->prefix ? strlen(u->prefix) : 0;
@@ -182,7 +182,7 @@ static const char *SlipUnreadValue(const SlipUnread *u, const char option[])
   return NULL;
 }
 
-/* Holds numbers to their bounds. A word for one, as PETSc has them (unlimited, default), is PETSc's. */
+/* Checks the bounds of numbers. PETSc checks words in their place (unlimited, default). */
 static PetscErrorCode SlipCheckNumbers(const SlipUnread *u, size_t count, const SlipNumber number[])
 {
   PetscFunctionBegin;
@@ -208,7 +208,7 @@ static PetscErrorCode SlipCheckNumbers(const SlipUnread *u, size_t count, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* PETSc's options of several numbers */
+/* Checks PETSc's options with several numbers. */
 static PetscErrorCode SlipCheckLists(const SlipUnread *u)
 {
   static const struct {
@@ -246,7 +246,7 @@ static PetscBool IsWhole(const SlipNumber *n, const char name[])
 }
 
 /*@C
-  SlipCheckIntegers - refuse integers of PETSc's options that PetscInt does not hold, whatever their prefix
+  SlipCheckIntegers - raises an error for integers in PETSc's options that overflow PetscInt, whatever their prefix
 
   Not collective; SlipProgramInitialize() and SlipCheckSolverOptions() call it.
 
@@ -284,7 +284,7 @@ PetscErrorCode SlipCheckIntegers(MPI_Comm comm, PetscOptions options)
 }
 
 /*@C
-  SlipCheckNumberOption - refuse a value that is no number, with a message that names the option, which PETSc's does not
+  SlipCheckNumberOption - raises an error that names the option for a value that is no number, unlike PETSc's message
 
   Not collective.
 
@@ -318,7 +318,7 @@ PetscErrorCode SlipCheckNumberOption(MPI_Comm comm, PetscOptions options, const 
 }
 
 /*@C
-  SlipCheckFiniteOption - refuse a value of an option that is no finite number, with a message that names the option
+  SlipCheckFiniteOption - raises an error that names the option for a value that is not a finite number
 
   Not collective.
 
@@ -346,8 +346,8 @@ PetscErrorCode SlipCheckFiniteOption(MPI_Comm comm, const char option[])
 }
 
 /*@C
-  SlipCheckBoolOption - refuse a value that is neither yes nor no, with a message that names the option, which PETSc's
-  does not
+  SlipCheckBoolOption - raises an error that names the option for a value that is neither yes nor no, unlike PETSc's
+  message
 
   Not collective.
 
@@ -380,7 +380,7 @@ PetscErrorCode SlipCheckBoolOption(MPI_Comm comm, PetscOptions options, const ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* -ts_adapt_type: the list of its types is PETSc's own, so that the question is put to an object. */
+/* Checks -ts_adapt_type by an object, because the list of types is private to PETSc. */
 static PetscErrorCode SlipCheckAdaptType(const SlipUnread *u)
 {
   const char *text = SlipUnreadValue(u, "-ts_adapt_type");
@@ -401,7 +401,7 @@ static PetscErrorCode SlipCheckAdaptType(const SlipUnread *u)
 }
 
 /*@C
-  SlipCheckLinearOptions - refuse numbers for a KSP that make no sense, with a message that names the option
+  SlipCheckLinearOptions - raises errors that name the option for invalid numbers of a KSP
 
   Collective; before KSPSetFromOptions().
 
@@ -428,9 +428,9 @@ PetscErrorCode SlipCheckLinearOptions(MPI_Comm comm, PetscOptions options, const
 }
 
 /*@
-  SlipCheckSolverOptions - refuse values of PETSc's options that PETSc refuses without naming the option: types that are
-  not known, texts that are no numbers or no whole ones, numbers out of their bounds, bounds of the step in the wrong
-  order. Times with a unit, as -ts_max_time 100y, are made seconds
+  SlipCheckSolverOptions - raises errors for values that PETSc refuses without naming the option: unknown types, texts
+  that are no numbers or no integers, numbers out of their bounds, bounds of the step in the wrong order. Times with a
+  unit, such as -ts_max_time 100y, are converted to seconds
 
   Collective; before TSSetFromOptions().
 

@@ -1,6 +1,6 @@
-/* Files that hold the state of a run: HDF5 behind a block of 512 bytes with the checksum of the rest, so that a file
-   that was changed or cut is known as such before HDF5 sees it. A new one is written as every file is (h5output.c); the
-   one before stays as FILE.previous. */
+/* Files with the state of a run: HDF5 after a block of 512 bytes that has the checksum of the rest, so that changed or
+   truncated files are detected before HDF5 reads them. A new file is written like every output (h5output.c), and the
+   previous one is renamed to FILE.previous. */
 #define _POSIX_C_SOURCE 200809L
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
@@ -16,12 +16,12 @@
 
 #define STATE_FORMAT "slipstep-checkpoint"
 #define STATE_VERSION 11
-#define STATE_BLOCK 512    /* bytes before those of HDF5, which wants a power of two from 512 on */
+#define STATE_BLOCK 512    /* bytes before those of HDF5, which requires a power of two from 512 on */
 #define STATE_WORDS 131072 /* words that are hashed at a time */
 #define STATE_PREVIOUS ".previous"
 #define STATE_SUFFIX_LEN 16
 
-/* What the first block says of the bytes after it. */
+/* Writes the first block, which describes the bytes after it. */
 static void StateBlock(uint64_t checksum, uint64_t bytes, char block[STATE_BLOCK])
 {
   memset(block, 0, STATE_BLOCK);
@@ -29,7 +29,7 @@ static void StateBlock(uint64_t checksum, uint64_t bytes, char block[STATE_BLOCK
                  STATE_VERSION, checksum, bytes);
 }
 
-/* Hash of what follows the first block; what does not fill a word counts with zeros behind it. */
+/* Hashes the bytes after the first block; an incomplete last word is filled with zeros. */
 static PetscErrorCode StateChecksum(FILE *f, const char name[], uint64_t *checksum, uint64_t *bytes)
 {
   PetscReal *words;
@@ -51,7 +51,7 @@ static PetscErrorCode StateChecksum(FILE *f, const char name[], uint64_t *checks
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Why the file is not a state as it was written, or NULL. */
+/* Finds why the file differs from a state as it was written, or NULL if it does not. */
 static PetscErrorCode StateVerify(const char name[], const char **why)
 {
   static const char format[] = STATE_FORMAT " " PetscStringize(STATE_VERSION) "\n";
@@ -78,7 +78,7 @@ static PetscErrorCode StateVerify(const char name[], const char **why)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the file is complete; its first block, then it takes its place, and the one before is kept. */
+/* Rank 0: completes the file by its first block and renames it; the previous file is retained. */
 static PetscErrorCode StateFinish(SlipState s)
 {
   SlipH5 *h = &s->file;
@@ -116,7 +116,7 @@ static PetscErrorCode StateCreateFile(SlipState s, const char file[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the newest file that is whole. */
+/* Rank 0: opens the newest undamaged file. */
 static PetscErrorCode StateOpenFile(SlipState s, const char file[], const char source[])
 {
   char target[PETSC_MAX_PATH_LEN], previous[PETSC_MAX_PATH_LEN + STATE_SUFFIX_LEN];
@@ -137,7 +137,7 @@ static PetscErrorCode StateOpenFile(SlipState s, const char file[], const char s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: the numbers of the cells are written, or where each of the file's cells is now is found out. */
+/* Rank 0: writes the numbers of the cells, or finds where each cell of the file is now. */
 static PetscErrorCode StateOrder(SlipState s, PetscInt cells, const PetscInt order[])
 {
   PetscReal *numbers;

@@ -1,15 +1,15 @@
-/* Visiting the state of a run, see slipstate.h: numbers are attributes, arrays and vectors datasets of a group for each
-   object. Vectors pass through rank 0 in pieces. */
+/* Visits the state of a run, see slipstate.h: each object has a group, in which numbers are attributes, and arrays and
+   vectors are datasets. Rank 0 transfers vectors in pieces. */
 #include <petsc/private/petscimpl.h> /* type_name */
 #include <slipstep/private/slipstate.h>
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
 #include <string.h>
 
-#define SLIP_STATE_PIECE 1048576 /* entries of a vector that rank 0 holds at a time */
+#define SLIP_STATE_PIECE 1048576 /* entries of a vector in the memory of rank 0 at a time */
 
 /*@
-  SlipStateIsLoading - is a checkpoint read, or written?
+  SlipStateIsLoading - gets whether a checkpoint is read or written
 
   Not collective
 
@@ -51,7 +51,7 @@ PetscErrorCode SlipStateHas(SlipState s, const char group[], PetscBool *has)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the group have a number or text of this name? Always when writing */
+/* Checks whether the group has a number or text of this name; true when writing. */
 PetscErrorCode SlipStateHasValue(SlipState s, const char name[], PetscBool *has)
 {
   PetscErrorCode ierr = PETSC_SUCCESS;
@@ -72,7 +72,7 @@ static PetscErrorCode SlipStatePath(SlipState s, const char name[], char path[],
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Rank 0: n > 1 numbers as a dataset */
+/* Rank 0: reads or writes n > 1 numbers as a dataset. */
 static PetscErrorCode SlipStateArray(SlipState s, const char name[], PetscInt n, PetscReal x[])
 {
   PetscReal *data = NULL;
@@ -95,15 +95,15 @@ static PetscErrorCode SlipStateArray(SlipState s, const char name[], PetscInt n,
 }
 
 /*@C
-  SlipStateReal - write numbers to a checkpoint, or read them
+  SlipStateReal - writes numbers to a checkpoint, or reads them
 
   Collective
 
   Input Parameters:
 + state - the checkpoint
-. name  - of an attribute for one number, of a dataset for several
-. n     - how many
-- x     - the numbers [n], in SI units, the same on all ranks; reading puts those of the file here
+. name  - name of an attribute for one number, of a dataset for several
+. n     - number of numbers
+- x     - the numbers [n], in SI units, the same on all ranks; reading stores those of the file here
 
   Level: advanced
 
@@ -129,15 +129,15 @@ PetscErrorCode SlipStateReal(SlipState s, const char name[], PetscInt n, PetscRe
 }
 
 /*@C
-  SlipStateInt - write integers to a checkpoint, or read them
+  SlipStateInt - writes integers to a checkpoint, or reads them
 
   Collective
 
   Input Parameters:
 + state - the checkpoint
-. name  - of an attribute for one number, of a dataset for several
-. n     - how many
-- x     - the numbers [n], the same on all ranks, of several each at most 2^53; reading puts those of the file here
+. name  - name of an attribute for one number, of a dataset for several
+. n     - number of integers
+- x     - the integers [n], the same on all ranks, at most 2^53 if n > 1; reading stores those of the file here
 
   Level: advanced
 
@@ -151,7 +151,7 @@ PetscErrorCode SlipStateInt(SlipState s, const char name[], PetscInt n, PetscInt
   PetscReal *real;
 
   PetscFunctionBegin;
-  if (n != 1) { /* doubles hold counts up to 2^53 */
+  if (n != 1) { /* doubles represent integers up to 2^53 */
     PetscCall(PetscMalloc1(n, &real));
     for (PetscInt i = 0; i < n; i++) real[i] = (PetscReal)x[i];
     PetscCall(SlipStateReal(s, name, n, real));
@@ -191,14 +191,14 @@ PetscErrorCode SlipStateCount(SlipState s, const char name[], PetscInt most, Pet
 }
 
 /*@C
-  SlipStateBool - write a switch to a checkpoint, or read it
+  SlipStateBool - writes a boolean to a checkpoint, or reads it
 
   Collective
 
   Input Parameters:
 + state - the checkpoint
-. name  - of an attribute, 0 or 1
-- x     - the switch, the same on all ranks; reading puts that of the file here
+. name  - name of an attribute, 0 or 1
+- x     - the boolean, the same on all ranks; reading stores that of the file here
 
   Level: advanced
 
@@ -255,7 +255,7 @@ PetscErrorCode SlipStateObject(SlipState s, const char name[], PetscObject objec
 
 /* ---- vectors ---- */
 
-/* Rank 0: entries start to start + n of a vector of N, to or from the file. */
+/* Rank 0: reads or writes the entries start to start + n of a vector of N. */
 static PetscErrorCode SlipStatePiece(SlipState s, const char path[], PetscInt N, PetscInt start, PetscInt n,
                                      PetscReal a[])
 {
@@ -267,8 +267,8 @@ static PetscErrorCode SlipStatePiece(SlipState s, const char path[], PetscInt N,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* All of a vector, rank by rank, in pieces between each and rank 0, which reads or writes them; what failed before on
-   rank 0 has left nothing to read or write. buffer: rank 0 */
+/* Reads or writes a vector rank by rank, in pieces between each rank and rank 0; after an earlier failure on rank 0 no
+   file is accessed. buffer: that of rank 0 */
 static PetscErrorCode SlipStateTransfer(SlipState s, const char path[], PetscErrorCode *failed, Vec x,
                                         PetscReal buffer[])
 {
@@ -283,7 +283,7 @@ static PetscErrorCode SlipStateTransfer(SlipState s, const char path[], PetscErr
   if (s->loading)
     PetscCall(VecGetArrayWrite(x, &a));
   else {
-    PetscCall(VecGetArrayRead(x, &read)); /* leaves the state of x alone, which says whether it was changed */
+    PetscCall(VecGetArrayRead(x, &read)); /* does not change the object state of x, by which others detect changes */
     a = (PetscReal *)read;
   }
   for (PetscMPIInt p = 0; p < size; p++)
@@ -307,7 +307,7 @@ static PetscErrorCode SlipStateTransfer(SlipState s, const char path[], PetscErr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Loading where the cells had other numbers: rank 0 puts each entry in its place. */
+/* Reads a vector whose cells had other numbers: rank 0 scatters each entry to its place. */
 static PetscErrorCode SlipStateScatter(SlipState s, const char path[], PetscErrorCode *failed, Vec x,
                                        PetscReal buffer[])
 {
@@ -333,15 +333,15 @@ static PetscErrorCode SlipStateScatter(SlipState s, const char path[], PetscErro
 }
 
 /*@C
-  SlipStateVec - write a vector to a checkpoint, or read it
+  SlipStateVec - writes a vector to a checkpoint, or reads it
 
   Collective
 
   Input Parameters:
 + state - the checkpoint
-. name  - of a dataset
-- x     - the vector; reading puts the entries of the file here, each where its cell is now, whatever the number of
-          ranks
+. name  - name of a dataset
+- x     - the vector; reading stores the entries of the file here, each at the present place of its cell, whatever the
+          number of ranks
 
   Level: advanced
 

@@ -1,4 +1,4 @@
-/* The names of all files that a run reads and writes: none of them twice. */
+/* Checks that no file is used twice among all files that a run reads and writes. */
 #define _XOPEN_SOURCE 700 /* realpath() */
 #include <slipstep/private/slipsys.h>
 #include <slipsys.h>
@@ -6,16 +6,16 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* One of the files that a name stands for */
+/* The file that a name refers to, one of several */
 typedef struct {
   PetscInt owner;
-  char path[PETSC_MAX_PATH_LEN]; /* without links and dots, as far as its folder is there */
+  char path[PETSC_MAX_PATH_LEN]; /* without links and dots, as far as its folder exists */
   PetscBool exists;
   dev_t device;
   ino_t number;
 } SlipFilePlace;
 
-/* The file NAME + ENDING, behind links */
+/* Finds the file NAME + ENDING and resolves links. */
 static PetscErrorCode SlipFileFind(const SlipNamedFile *f, const char ending[], SlipFilePlace *place)
 {
   char target[PETSC_MAX_PATH_LEN], folder[PETSC_MAX_PATH_LEN], source[128], *slash, *real;
@@ -78,7 +78,7 @@ static PetscErrorCode SlipFilesCompare(PetscInt n, const SlipNamedFile file[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective; rank 0 looks. PETSC_ERR_FILE_OPEN when two names, one of which is written, stand for one file. */
+/* Collective; rank 0 checks. PETSC_ERR_FILE_OPEN if two names, one of them an output, refer to the same file. */
 PetscErrorCode SlipFilesCheckNames(MPI_Comm comm, PetscInt n, const SlipNamedFile file[])
 {
   PetscErrorCode ierr = PETSC_SUCCESS;

@@ -1,9 +1,9 @@
-/* The version of the library that runs, for programs that were linked against another one. */
+/* The version of the library at run time, for programs that were linked with another one */
 #include <slipsys.h>
 #include <slipcompat.h>
 
 /*@C
-  SlipStepGetVersion - tells the version of the library that the program runs with, for example "0.5.0"
+  SlipStepGetVersion - gets the version of the library that the program runs with, for example "0.5.0"
 
   Not collective.
 
@@ -11,7 +11,7 @@
 . len - size of version [characters, with the final zero]
 
   Output Parameter:
-. version - the version, cut where it is too long; compare it with SLIPSTEP_VERSION of the headers
+. version - the version, truncated to len; compare it with SLIPSTEP_VERSION of the headers
 
   Level: beginner
 
@@ -25,12 +25,12 @@ PetscErrorCode SlipStepGetVersion(char version[], size_t len)
 }
 
 /*@
-  SlipStepGetVersionNumber - tells the version of the library that the program runs with, as numbers to compare
+  SlipStepGetVersionNumber - gets the version of the library that the program runs with, as numbers to compare
 
   Not collective.
 
   Output Parameters:
-+ major - changes when programs must be changed; NULL where it is not wanted
++ major - changes when programs must be changed; may be NULL
 . minor - changes with new features, and before 1.0 when programs must be changed; may be NULL
 - patch - changes with repairs; may be NULL
 

@@ -1,4 +1,4 @@
-/* Lists of names in one text, which blanks separate. */
+/* Lists of names in one text, separated by blanks */
 #include <slipstep/private/slipsys.h>
 #include <string.h>
 

@@ -1,7 +1,7 @@
-/* What a run costs: products with K, H and stage operators, and processor time by kinds of work, which are counted
-   where they are done, each at a fixed price. The same run costs the same to the bit, whatever else the machine does.
+/* The cost of a run: products with K, H and stage operators, and processor time by kinds of work, which are counted
+   where they occur, each at a fixed price. The same run has exactly the same cost, whatever else the machine does.
    Counts are those of this process; operators are collective, so that all processes count the same products.
-   tests/benchmarks/cost.py finds the prices. */
+   tests/benchmarks/cost.py measures the prices. */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime() */
 #include <slipsys.h>
 #include <slipstep/private/slipsys.h>
@@ -9,7 +9,7 @@
 #include <time.h>
 #include "workprices.h"
 
-/* For whom they are made, the last of users now */
+/* The users for whom products are counted; the last one is the present user. */
 #define USERS_MOST 32
 static SlipProducts counts[SLIP_PRODUCTS_USERS];
 static SlipProductsUser users[USERS_MOST];
@@ -17,8 +17,8 @@ static PetscInt last;
 
 const char *const SlipShareNames[] = {"set-up", "products", "direct solves", "cells", "observation", "output"};
 
-/* Costs are multiples of this [s], of which sums and differences have no rounding: attempts add up to the run, and a
-   run that goes on costs what it would have cost at once. */
+/* Costs are multiples of this [s], so that sums and differences have no rounding: attempts add up to the run, and a
+   continued run costs the same as an unbroken one. */
 #define QUANTUM (1.0 / (1 << 30))
 
 #define WORK_NAME(name, share) #name,
@@ -28,13 +28,14 @@ const char *const SlipWorkNames[] = {SLIP_WORK_LIST(WORK_NAME)};
 static const SlipShare ShareOf[] = {SLIP_WORK_LIST(SHARE_OF)};
 
 static SlipWorkTotals totals;
-static PetscLogDouble flops_seen, flops_ours; /* of PETSc's log: at the last look, and those since that have a kind */
+static PetscLogDouble flops_seen, flops_ours; /* flops in PETSc's log: at the last call, and those since then that
+                                                 belong to a kind of work */
 
-/* Shares that are begun, one inside of the other */
+/* Shares that have begun, nested */
 #define DEPTH_MOST 16
 static SlipShare begun[DEPTH_MOST];
 static PetscInt depth;
-static PetscBool preparing = PETSC_TRUE, paused; /* between runs; for a checkpoint */
+static PetscBool preparing = PETSC_TRUE, paused; /* between runs; during a checkpoint */
 
 static PetscBool measured;
 static PetscReal clock_seen;
@@ -47,7 +48,7 @@ PetscReal SlipProcessorTime(void)
   return (PetscReal)t.tv_sec + (PetscReal)1e-9 * (PetscReal)t.tv_nsec;
 }
 
-/* In a run what is done is of this share. */
+/* The share of work during a run */
 static SlipShare ShareNow(SlipShare in_run)
 {
   const SlipProductsUser user = users[last];
@@ -57,8 +58,8 @@ static SlipShare ShareNow(SlipShare in_run)
                                                   : in_run;
 }
 
-/* Files and what else belongs to set-up or output is no attempt's, also where it is met on the way: a run that goes on
-   from a checkpoint reads others. */
+/* Work on files and other parts of set-up or output never belongs to an attempt, even if it occurs during one, because
+   a run that continues from a checkpoint reads other files. */
 static SlipProductsUser UserOf(SlipShare share)
 {
   const SlipProductsUser now = users[last];
@@ -92,7 +93,7 @@ void SlipWorkLogged(SlipWork work, PetscLogDouble flops)
   SlipWorkAdd(work, (PetscReal)flops);
 }
 
-/* Whole ones, as their sums have no rounding then. */
+/* Rounds to integers, whose sums are exact. */
 PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops)
 {
   const PetscLogDouble whole = PetscFloorReal(flops);
@@ -179,7 +180,7 @@ SlipProducts SlipProductsRow(SlipProducts *last_row)
   return SlipProductsSince(last_row, &before);
 }
 
-/* Formed beside MatMult(), or inside of it as one */
+/* Counts products that are computed outside of MatMult(), or several in one. */
 void SlipProductsAdd(SlipProducts more)
 {
   SlipProducts *c = &counts[users[last]];
@@ -198,7 +199,7 @@ SlipProducts SlipProductsSince(const SlipProducts *now, const SlipProducts *befo
                         now->cost - before->cost};
 }
 
-/* Those that follow are made for this user, until it is popped. */
+/* Counts the following products for this user, until it is popped. */
 PetscErrorCode SlipProductsPush(SlipProductsUser user)
 {
   PetscFunctionBegin;
@@ -218,7 +219,7 @@ PetscErrorCode SlipProductsPop(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A run begins, or nothing does, whatever an error has left. */
+/* Resets the state at the beginning or end of a run, whatever an error has left. */
 void SlipProductsRun(void)
 {
   SlipWorkTake();
@@ -233,26 +234,26 @@ void SlipProductsGetOf(SlipProductsUser of, SlipProducts *products)
 }
 
 /*@
-  SlipProductsGet - products with stiffness and viscosity of this process so far
+  SlipProductsGet - gets the products with stiffness and viscosity of this process so far
 
   Not collective
 
   Output Parameter:
-. products - those with K and H and applications of the preconditioner, but for those of set-up and of output and
-             estimates; differences say what something took
+. products - those with K and H and applications of the preconditioner, except those of set-up, output and estimates;
+             differences are the cost of an operation
 
   Level: advanced
 
   Notes:
-  `k` are those with K or Kn, those that products with H are made of included, `h` those with a viscosity that is no
-  multiple of the identity. A stage operator that forms both at once counts in both. `pc` are applications of
-  PCSLIPSTAGE by transforms, which cost about as much. `all` are those with K, and those with H that are not made of
-  them, a product with both at once counted once. Solves with the rows of a few cells have none. What a medium of your
-  own does in a call of its force counts as one product with K unless it multiplies by matrices of slipmat.h.
+  `k` counts products with K or Kn, including those inside of products with H; `h` counts products with a viscosity that
+  is no multiple of the identity. A stage operator that computes both at once counts in both. `pc` counts applications
+  of PCSLIPSTAGE by transforms, which cost about as much. `all` counts products with K, and those with H that do not
+  consist of them; a product with both at once counts once. Solves with the rows of a few cells count none. A call of
+  the force of a user's own medium counts as one product with K unless it multiplies by matrices of slipmat.h.
 
-  `cost` is the processor time [s] of what was done, without set-up, output and estimates: kinds of work that are
-  counted, each at a fixed price. The same run costs the same to the bit, on any machine and whatever else that does.
-  On a device it is what the processor would have taken for the same products.
+  `cost` is the processor time [s] of all work without set-up, output and estimates: each kind of work is counted, at a
+  fixed price. The same run has exactly the same cost on any machine, whatever else that does. On a device it is the
+  time that the processor would have taken for the same products.
 
 .seealso: SlipAttempt, TSBatheGetLastAttempt()
 @*/

@@ -1,61 +1,60 @@
-/* A graphics card, or another device of OpenCL: finding it, its memory, its kernels, vectors and transforms on it. One
-   device a process, with one context and one queue that is worked off in order, so that results do not depend on
-   chance: sums have a fixed tree. Where the library was built without OpenCL, SlipDeviceOpen() says what is missing,
-   and nothing else is ever called. */
+/* A graphics card, or another OpenCL device: its selection, memory and kernels, and vectors and transforms on it. Each
+   process has one device, with one context and one in-order queue, and sums have a fixed tree, so that results are
+   reproducible. If the library was built without OpenCL, SlipDeviceOpen() raises an error, and no other function is
+   called. */
 #pragma once
 #include <petscvec.h>
 #include <slipstep/private/slipsys.h>
 
 typedef struct _n_SlipDevice *SlipDevice;
-typedef struct _cl_mem *SlipDeviceMemory; /* what OpenCL calls cl_mem */
+typedef struct _cl_mem *SlipDeviceMemory; /* OpenCL's cl_mem */
 
-/* ---- device.c: one a process ---- */
+/* ---- device.c: one device per process ---- */
 
-/* The device whose name, or that of its platform, has these letters, or of this number in the order of clinfo -l; "":
-   a card of the first platform that has one, else the first device. asked: the option and its value, for messages.
-   Later calls give the same device, and refuse the name of another one. Handlers of signals, and which of them are
-   blocked in the process's own threads, stay as they are. */
+/* Opens the device whose name, or that of its platform, has these letters, or of this number in the order of clinfo -l;
+   "": a card of the first platform that has one, else the first device. asked: the option and its value, for messages.
+   Later calls return the same device, and raise an error for another name. Signal handlers, and which signals are
+   blocked in the process's own threads, do not change. */
 PETSC_EXTERN PetscErrorCode SlipDeviceOpen(MPI_Comm comm, const char asked[], const char name[], SlipDevice *device);
-/* Is there a graphics card, of that name or number, with double precision? It is not opened. Else why: none, in a few
-   words. */
+/* Checks whether there is a graphics card, of that name or number, with double precision, without opening it. why: a
+   short reason if there is none. */
 PETSC_EXTERN PetscErrorCode SlipDeviceFindCard(const char name[], PetscBool *found, char why[], size_t len);
 PETSC_EXTERN PetscBool SlipDeviceBuiltIn(void);                /* was the library built with OpenCL? */
-PETSC_INTERN PetscErrorCode SlipDeviceGet(SlipDevice *device); /* that is open; NULL: none is */
+PETSC_INTERN PetscErrorCode SlipDeviceGet(SlipDevice *device); /* the open device; NULL: there is none */
 /* Its name and memory, "NAME (PLATFORM) with 1.73e+04 MB", for views */
 PETSC_INTERN PetscErrorCode SlipDeviceText(SlipDevice device, char text[], size_t len);
 
-/* Numbers [bytes] in its memory, checked before they are asked for; what: of them, for the message. Freed by
-   SlipDeviceFree(). */
+/* Allocates bytes in its memory after a check; what: their meaning, for the message. SlipDeviceFree() frees them. */
 PETSC_EXTERN PetscErrorCode SlipDeviceAllocate(SlipDevice device, size_t bytes, const char what[],
                                                SlipDeviceMemory *memory);
 PETSC_EXTERN PetscErrorCode SlipDeviceFree(SlipDevice device, SlipDeviceMemory *memory);
-PETSC_INTERN size_t SlipDeviceLargest(SlipDevice device); /* of one array [bytes] */
-/* Is there room for so much more? Reserve ends with a line that says how much is needed. */
+PETSC_INTERN size_t SlipDeviceLargest(SlipDevice device); /* largest array [bytes] */
+/* Checks whether there is memory for so much more. Reserve raises an error that states how much is needed. */
 PETSC_INTERN PetscBool SlipDeviceFits(SlipDevice device, size_t bytes);
 PETSC_EXTERN PetscErrorCode SlipDeviceReserve(SlipDevice device, size_t bytes, const char what[]);
 PETSC_EXTERN PetscErrorCode SlipDevicePut(SlipDevice device, size_t n, const PetscReal from[], SlipDeviceMemory to);
-/* The same from number start of its memory on */
+/* The same, starting at number `start` of the device's memory */
 PETSC_INTERN PetscErrorCode SlipDevicePutAt(SlipDevice device, size_t start, size_t n, const PetscReal from[],
                                             SlipDeviceMemory to);
 PETSC_EXTERN PetscErrorCode SlipDeviceFetch(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[]);
-/* The same of a few numbers, which count as such */
+/* The same for a few numbers, which are counted separately */
 PETSC_EXTERN PetscErrorCode SlipDeviceFetchNumbers(SlipDevice device, size_t n, SlipDeviceMemory from, PetscReal to[]);
 PETSC_INTERN PetscErrorCode SlipDeviceCopy(SlipDevice device, size_t n, SlipDeviceMemory from, SlipDeviceMemory to);
-/* Does it compute in the processor's memory, as pocl does? Then arrays are at hand there without a copy: n numbers,
-   which all are written or only read, until they are returned. Of several the last one alone has to wait. */
+/* Some devices, as pocl, compute in the processor's memory. Arrays are then mapped there without a copy: n numbers,
+   which are all written or only read until they are unmapped. Of several maps only the last one has to wait. */
 PETSC_EXTERN PetscBool SlipDeviceShares(SlipDevice device);
 PETSC_INTERN PetscErrorCode SlipDeviceMap(SlipDevice device, size_t n, PetscBool write, PetscBool wait,
                                           SlipDeviceMemory memory, PetscReal **a);
 PETSC_INTERN PetscErrorCode SlipDeviceUnmap(SlipDevice device, SlipDeviceMemory memory, PetscReal **a);
 
-/* What went between the processor and the device since the start: whole vectors and other arrays, and single numbers;
-   and memory in use there [bytes], beside what VkFFT has */
+/* Transfers between processor and device since the start: vectors and other arrays, and single numbers; and memory in
+   use there [bytes], without that of VkFFT */
 typedef struct {
   PetscInt64 puts, fetches, numbers, bytes;
 } SlipDeviceTraffic;
 PETSC_EXTERN SlipDeviceTraffic SlipDeviceGetTraffic(void);
 
-/* ---- the kernels of the files kernels/NAME.cl, a list each: place in SlipDeviceKernel and name there ---- */
+/* ---- the kernels of the files kernels/NAME.cl, one list per file: value of SlipDeviceKernel, and name ---- */
 /* clang-format off */
 #define SLIP_KERNELS_COMMON(X)                                                                                         \
   X(FOLD, fold_groups)
@@ -120,37 +119,37 @@ typedef struct {
   {                                                                                                                    \
     sizeof(x), &(x)                                                                                                    \
   }
-/* For columns x rows items; more are started, which do nothing */
+/* Runs a kernel for columns x rows items; more are started, which do nothing. */
 PETSC_INTERN PetscErrorCode SlipDeviceRun(SlipDevice device, SlipDeviceKernel kernel, size_t columns, size_t rows,
                                           PetscInt nargs, const SlipDeviceArg args[]);
-/* By so many groups of 128 items */
+/* Runs a kernel with so many groups of 128 items. */
 PETSC_INTERN PetscErrorCode SlipDeviceRunGroups(SlipDevice device, SlipDeviceKernel kernel, size_t groups,
                                                 PetscInt nargs, const SlipDeviceArg args[]);
-/* Of a kernel that ends with fold(): results [nresults] of n items, the first `sums` of which are sums, the others
-   largest values. The kernel's own arguments come first. */
+/* Runs a kernel that ends with fold(), for results [nresults] over n items: the first `sums` results are sums, the
+   others largest values. The kernel's own arguments come first. */
 PETSC_INTERN PetscErrorCode SlipDeviceReduce(SlipDevice device, SlipDeviceKernel kernel, size_t n, PetscInt nargs,
                                              const SlipDeviceArg args[], PetscInt nresults, PetscInt sums,
                                              PetscReal results[]);
 enum { DEVICE_MAX_RESULTS = 24, DEVICE_MAX_ARGS = 32 };
 
 /* ---- vec.c: a Vec type whose array is on the device ---- */
-/* On one process. The processor has a mirror of the array, which is fetched when VecGetArray() and the like ask for it
-   and has changed on the device since, and put back when the device asks next. Operations that are not done on the
-   device are VECSEQ's, on the mirror. Arrays cannot be placed. */
+/* The vector is on one process. The processor has a mirror of its array, which VecGetArray() and similar functions
+   update if the array has changed on the device; the next use on the device copies it back. Operations that the device
+   does not support are those of VECSEQ, on the mirror. VecPlaceArray() is not supported. */
 #define VECSLIPOPENCL "slipopencl"
-PETSC_EXTERN PetscErrorCode SlipDeviceRegisterVec(void); /* before the first; again does nothing */
+PETSC_EXTERN PetscErrorCode SlipDeviceRegisterVec(void); /* before the first vector; later calls do nothing */
 PETSC_EXTERN PetscBool SlipDeviceVecIs(Vec x);
 PETSC_INTERN PetscErrorCode SlipDeviceVecRead(Vec x, SlipDeviceMemory *memory);   /* borrowed */
 PETSC_INTERN PetscErrorCode SlipDeviceVecChange(Vec x, SlipDeviceMemory *memory); /* read and written */
-PETSC_INTERN PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory);  /* all of it is written */
-/* On a device that computes in the processor's memory: VECSEQs with the same arrays as n vectors, the first `read` of
-   which are read, the others written, all of them, for what the processor does better than kernels; until they are
-   returned nothing else may take them; lend.c */
+PETSC_INTERN PetscErrorCode SlipDeviceVecWrite(Vec x, SlipDeviceMemory *memory);  /* all entries are written */
+/* For operations that the processor does better than kernels, on a device that computes in its memory: VECSEQs with the
+   arrays of n vectors, the first `read` of which are read; all others are written completely. Until they are returned
+   no other code may access the vectors; lend.c */
 PETSC_EXTERN PetscErrorCode SlipDeviceVecsLend(PetscInt n, PetscInt read, const Vec x[], Vec host[]);
 PETSC_EXTERN PetscErrorCode SlipDeviceVecsReturn(PetscInt n, const Vec x[], Vec host[]);
-/* What this process has of two vectors, on the device or not, bit by bit; there -0 is 0 */
+/* Compares the local entries of two vectors, on the device or not, bit by bit; on the device -0 equals 0. */
 PETSC_EXTERN PetscErrorCode SlipDeviceVecSame(Vec x, Vec y, PetscBool *same);
-/* A copy there of a vector of the processor */
+/* Creates a copy on the device of a vector of the processor. */
 PETSC_INTERN PetscErrorCode SlipDeviceVecOf(Vec x, Vec *there);
 /* Largest |x| of entries start, start + step, ... */
 PETSC_INTERN PetscErrorCode SlipDeviceVecLargest(Vec x, PetscInt start, PetscInt step, PetscReal *largest);
@@ -162,9 +161,9 @@ PETSC_INTERN PetscErrorCode SlipDeviceArraysRun(SlipDeviceKernel kernel, PetscIn
                                                 PetscInt results, PetscInt sums, PetscReal result[]);
 
 /* ---- fft.c: transforms in two directions of several fields of reals, in place, by VkFFT ---- */
-/* Fields [rows][columns] of reals, each row in columns + 2 numbers: the transform's row has columns/2 + 1 complex ones.
-   Backward divides by columns x rows. One row a field: they are transformed along it alone. ApplyAt: of other
-   fields than those in room. */
+/* Fields [rows][columns] of reals, each row in columns + 2 numbers, because the transform's row has columns/2 + 1
+   complex numbers. Backward divides by columns x rows. Fields with one row are transformed only along it. ApplyAt
+   transforms other fields than those in room. */
 typedef struct _n_SlipDeviceFFT *SlipDeviceFFT;
 PETSC_INTERN PetscErrorCode SlipDeviceFFTCreate(SlipDevice device, PetscInt columns, PetscInt rows, PetscInt fields,
                                                 SlipDeviceMemory room, SlipDeviceFFT *fft);

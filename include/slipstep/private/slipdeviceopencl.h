@@ -1,4 +1,4 @@
-/* Inside the room device: what OpenCL calls the device of the process. */
+/* Internal header of src/device: OpenCL's objects of the process's device */
 #pragma once
 #include <CL/cl.h>
 #include <slipstep/private/slipdevice.h>

@@ -1,12 +1,11 @@
-/* Private: what the fields of a dipping rectangle or triangle are put together from, sums over its corners for some
-   points at once. */
+/* Internal: the fields of a dipping rectangle or triangle as sums over its corners, for several points at once */
 #pragma once
 #include <slipstep/private/slipelasticity.h>
 
-/* So many points at once: what is kept of them fits into the first cache. */
+/* Number of points at once: their data fit into the first cache. */
 #define SLIP_LANES 16
-/* Vectors of four where the processor has them, by the loader's choice; without fused products, so with the same
-   bits. What such a function calls in its loops must be within it. */
+/* The loader selects a version with vectors of four where the processor has them; no version uses fused products, so
+   that all give the same bits. The loops' functions must be inlined, SLIP_WITHIN. */
 #if defined(__GNUC__)
   #define SLIP_WITHIN static inline __attribute__((always_inline))
 #else
@@ -18,14 +17,13 @@
 #else
   #define SLIP_WIDE
 #endif
-/* The distance from an edge that a point of the edge is taken to have, as a share of rounding: nothing beside any
-   other length. */
+/* The distance from an edge of a point on it, relative to rounding: negligible beside any other length */
 #define SLIP_AT_EDGE 9.5367431640625e-07 /* 2^-20 */
-/* What of a point's coordinates is rounding, as a share of the largest length. */
+/* Rounding of a point's coordinates, relative to the largest length */
 #define SLIP_ROUNDING 1.4210854715202004e-14 /* 2^-46, 64 units in the last place */
 
 /* Derivatives of the potential V, the integral of 1/R over a plane area, along its strike x, up its dip t and across it
-   q; what is missing follows from d_xx + d_tt + d_qq = 0. Rows of third[] and fourth[]: so many t and q, the rest x. */
+   q; all others follow from d_xx + d_tt + d_qq = 0. Rows of third[] and fourth[] are named by t, q and the rest, x. */
 typedef struct {
   PetscReal first[3][SLIP_LANES];  /* x t q */
   PetscReal second[5][SLIP_LANES]; /* xx xt xq tt tq */
@@ -39,18 +37,18 @@ typedef struct {
   PetscReal along_second[6][SLIP_LANES], across_second[6][SLIP_LANES]; /* xx yy zz xy xz yz */
 } SlipLogPotential;
 
-/* Points, each as its own rectangle sees it from its centre. */
+/* Points, each in the coordinates of its own rectangle, from its centre */
 typedef struct {
   PetscInt n; /* at most SLIP_LANES */
   PetscReal x[SLIP_LANES], t[SLIP_LANES], q[SLIP_LANES];
-  PetscReal rounding[SLIP_LANES]; /* of the coordinates: what is less from an edge or the plane is on it [m] */
-  PetscReal move[SLIP_LANES];     /* what is to be added to t at corners, less than rounding */
+  PetscReal rounding[SLIP_LANES]; /* of the coordinates: a point is on an edge or the plane if it is closer [m] */
+  PetscReal move[SLIP_LANES];     /* added to t at corners, less than rounding */
   PetscReal half_length[SLIP_LANES], half_width[SLIP_LANES]; /* of the rectangle [m] */
   PetscReal ty[SLIP_LANES], tz[SLIP_LANES];                  /* y and z of the direction t of the image */
   PetscReal lean[SLIP_LANES];                                /* ty / (1 + tz) */
 } SlipPlatePoints;
 
-/* From a corner: an edge's distance of rounding is 0. */
+/* Distance from a corner; one within rounding is 0. */
 SLIP_WITHIN PetscReal SlipCorner(PetscReal centre, PetscReal half, PetscReal rounding)
 {
   const PetscReal v = centre + half;
@@ -58,9 +56,9 @@ SLIP_WITHIN PetscReal SlipCorner(PetscReal centre, PetscReal half, PetscReal rou
   return PetscAbsReal(v) <= rounding ? 0 : v;
 }
 
-/* A line along which an edge lies: s = +-1 is the side of its middle, r2 the square of the distance from it. */
+/* A line that contains an edge: s = +-1 is the side of its middle, r2 the squared distance from it */
 typedef struct {
-  PetscReal sum, Y, Z, W; /* R + s t, and what dipping_potential.c says */
+  PetscReal sum, Y, Z, W; /* R + s t; the others are defined in dipping_potential.c */
 } SlipLine;
 
 SLIP_WITHIN SlipLine SlipLineOf(PetscReal t, PetscReal s, PetscReal r2, PetscReal R, PetscReal inverse)
@@ -76,11 +74,11 @@ SLIP_WITHIN SlipLine SlipLineOf(PetscReal t, PetscReal s, PetscReal r2, PetscRea
   return line;
 }
 
-/* A corner of the image of an edge that goes along t, in the vertical plane of y and w: dipping_surface.c. */
+/* A corner of the image of an edge along t, in the vertical plane of y and w: dipping_surface.c */
 typedef struct {
   PetscReal x, y, t, q, w, R;
   PetscReal Rw, Rt; /* R + w, R + t */
-  PetscReal i;      /* 1/R, 0 for a corner itself: without what is infinite there */
+  PetscReal i;      /* 1/R, 0 at a corner itself, which omits infinite terms */
 } SlipLogCorner;
 
 SLIP_WITHIN SlipLogCorner SlipLogCornerOf(PetscReal x, PetscReal t, PetscReal q, PetscReal ty, PetscReal tz,
@@ -121,8 +119,8 @@ SLIP_WITHIN SlipLogSums SlipLogSecond(const SlipLogCorner *c, PetscReal ty, Pets
                        {-(yy + zz), yy, zz, c->x * B, c->x * E, yz}};
 }
 
-/* A plane source as its fields need it. Components of its own: along strike, up dip, and across it into the hanging
-   wall; of its image the same, mirrored. */
+/* A plane source. Its own components are along strike, up dip, and across it into the hanging wall; those of its image
+   are mirrored. */
 typedef struct {
   PetscReal depth, length, width; /* of the centre; of a rectangle, along strike and dip [m] */
   PetscReal slope[2];             /* y (to the right) and z of up dip, of the image: -cos(dip) and sin(dip) */
@@ -139,10 +137,10 @@ PETSC_INTERN void SlipDippingAdd_Private(const SlipDipping *const source[], Pets
                                          const PetscReal z[], const SlipPotential *v,
                                          const PetscReal (*rest)[SLIP_LANES], PetscBool image, PetscBool gradient,
                                          PetscReal out[]);
-/* 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of points with x and y
-   (as t) from the centre of their rectangles and the depth (as q), the only numbers that are there yet; below the
-   ground or on it. All rectangles are of one rock, with the ground or without. of [slips][n]: the rectangles with each
-   of the slips, which alone differ; out [slips] ---- */
+/* 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of points below the
+   ground or on it with x and y (as t) from the centre of their rectangles and the depth (as q), the only numbers that
+   are set yet. All rectangles are in one rock, with or without a free surface. of [slips][n]: the rectangles with each
+   of the slips, which differ in nothing else; out [slips] ---- */
 PETSC_INTERN void SlipDippingFields_Private(PetscInt slips, const SlipDipping *const *const of[],
                                             SlipPlatePoints *points, PetscBool gradient, PetscReal *const out[]);
 /* ---- dipping_potential.c ---- */
@@ -158,7 +156,7 @@ PETSC_INTERN void SlipDippingTractions_Private(PetscReal G, PetscReal nu, PetscB
                                                PetscInt n, const SlipCell receiver[], const SlipCell source[],
                                                PetscReal traction[]);
 
-/* G times what a gradient [3][3] is: xx yy zz xy xz yz */
+/* G times the stress of a gradient [3][3]: xx yy zz xy xz yz */
 static inline void SlipStressOf(PetscReal G, PetscReal nu, const PetscReal g[9], PetscReal s[6])
 {
   const PetscReal volume = 2 * nu / (1 - 2 * nu) * (g[0] + g[4] + g[8]);
@@ -169,7 +167,7 @@ static inline void SlipStressOf(PetscReal G, PetscReal nu, const PetscReal g[9],
   s[5] = G * (g[5] + g[7]);
 }
 
-/* From along strike and to the right to north and east; strike: cosine and sine */
+/* Turns a vector along strike and to the right into north and east; strike: cosine and sine */
 static inline void SlipTurn(const PetscReal strike[2], PetscReal *along, PetscReal *right)
 {
   const PetscReal s = *along, y = *right;
@@ -178,7 +176,7 @@ static inline void SlipTurn(const PetscReal strike[2], PetscReal *along, PetscRe
   *right = strike[1] * s + strike[0] * y;
 }
 
-/* From 4 pi times the displacement or its gradient along strike and to the right */
+/* Converts 4 pi times the displacement or its gradient along strike and to the right */
 static inline void SlipTurnOut(const PetscReal strike[2], PetscBool gradient, PetscReal v[])
 {
   const PetscInt size = gradient ? 9 : 3;

@@ -1,12 +1,12 @@
-/* Private: parts of the dislocation that operators of a grid take apart. */
+/* Internal: parts of the dislocation that operators of a grid compute separately */
 #pragma once
 #include <slipelasticity.h>
 
-/* Edges that differ by less than this share of the smaller cell's smaller side touch. */
+/* Edges touch if they differ by less than this fraction of the smaller cell's smaller side. */
 #define SLIP_TOUCH 1e-6
-/* A cell that reaches no deeper than this share of its height, or shorter side, lies on the ground: with hardly any
-   rock above it, its own stiffness is a hundredth of that of a deeper one (level squares of depth 0.01: 0.025 G/L in
-   place of 1.6). */
+/* A cell is on the ground if it is not deeper than this fraction of its height, or shorter side. With hardly any rock
+   above it, its own stiffness is a hundredth of that of a deeper one (level squares of depth 0.01: 0.025 G/L instead of
+   1.6). */
 #define SLIP_GROUND 0.01
 
 /* Sine and cosine of an angle in degrees, exact at multiples of 90. */
@@ -31,7 +31,7 @@ static inline PetscReal SlipAverageCore(SlipAverage average)
 {
   return average == SLIP_AVERAGE_WHOLE ? SLIP_CORE_INNER : SLIP_CORE_CELL;
 }
-/* The border's core over that. */
+/* The border's core relative to that */
 static inline PetscReal SlipAverageBorderRatio(SlipAverage average)
 {
   return average == SLIP_AVERAGE_WHOLE ? SLIP_CORE_BORDER / SLIP_CORE_INNER : 1;
@@ -42,13 +42,13 @@ PETSC_INTERN void SlipAverageSurface_Private(PetscReal G, PetscReal nu, PetscRea
 PETSC_INTERN PetscReal SlipAverageEdge_Private(const SlipKernel *kernel, PetscBool along_strike, PetscReal normal,
                                                PetscReal share, PetscReal ratio);
 
-/* ---- what operators ask a kernel ---- */
+/* ---- queries of operators ---- */
 PETSC_INTERN PetscErrorCode SlipKernelCheckComponents(MPI_Comm comm, const SlipKernel *kernel, PetscInt components);
 static inline PetscBool SlipKernelIs(const SlipKernel *kernel, SlipKernelSymmetry symmetry)
 {
   return (PetscBool)((kernel->type->symmetry[kernel->full_space ? 1 : 0] & (int)symmetry) != 0);
 }
-/* Whether K = T(z - z') + A(z + z') - z z' q(z + z') on a grid, which transforms in depth need. */
+/* True if K = T(z - z') + A(z + z') - z z' q(z + z') on a grid, which transforms in depth need */
 static inline PetscBool SlipKernelTransforms(const SlipKernel *kernel)
 {
   return (PetscBool)(kernel->type->surface || SlipKernelIs(kernel, SLIP_EVEN_DEPTH));

@@ -1,5 +1,4 @@
-/* Inside the fault: the parts that it wires, each with a header of its own. What a run leaves behind is in
-   sliprunfiles.h. */
+/* Internal header of the fault: its parts, each with a header of its own. Output of a run is in sliprunfiles.h. */
 #pragma once
 #include <petsc/private/petscimpl.h>
 #include <slipfault.h>
@@ -21,29 +20,29 @@
 #include <slipstep/private/slipsys.h>
 #include <math.h>
 
-/* ---- resolution.c: the lengths of a rupture against the cells ---- */
+/* ---- resolution.c: the lengths of a rupture relative to the cells ---- */
 typedef struct {
   PetscBool weakens;    /* some cell weakens */
-  PetscBool known;      /* it does, and there are several cells: what follows is valid */
+  PetscBool known;      /* it does, and there are several cells, so that the members below are valid */
   PetscBool zone;       /* the length is that of a cohesive zone, else of nucleation */
-  PetscReal least;      /* of length over cell, of all cells that weaken */
+  PetscReal least;      /* least ratio of length to cell, over all cells that weaken */
   PetscReal length;     /* there [m] */
   PetscReal cell;       /* there [m] */
-  PetscReal wanted;     /* what the field asks least to be */
-  PetscReal alone;      /* share of the cells that weaken which can fail alone */
+  PetscReal wanted;     /* smallest recommended ratio */
+  PetscReal alone;      /* fraction of the weakening cells which can fail on their own */
   PetscReal nucleation; /* least length of nucleation [m] */
-  PetscReal critical;   /* mean of the stiffness below which slip is unstable, of the cells that weaken [Pa/m] */
+  PetscReal critical;   /* mean stiffness below which slip is unstable, over the cells that weaken [Pa/m] */
 } SlipFaultResolution;
 
-/* ---- the parts of a fault, each filled by the file that is named, in the order of SlipFaultSetUp() ---- */
+/* ---- the parts of a fault, each filled by the named file, in the order of SlipFaultSetUp() ---- */
 
-/* parameters.c: what the user chose; nothing else writes here */
+/* parameters.c: the user's choices, which no other file changes */
 typedef struct {
-  PetscReal value[FAULT_MAX_REALS]; /* NaN: not given, the default of the row is derived or that of a registered law */
+  PetscReal value[FAULT_MAX_REALS]; /* NaN: not given; the default is computed, or that of a registered law */
   char text[FAULT_NUM_STRINGS][PETSC_MAX_PATH_LEN];
-  char *longer[FAULT_NUM_STRINGS]; /* lists of points that do not fit into text; NULL: it does */
+  char *longer[FAULT_NUM_STRINGS]; /* lists of points too long for text; else NULL */
   PetscBool inertia;               /* -fault_inertia */
-  PetscBool inertia_given;         /* else the law decides */
+  PetscBool inertia_given;         /* otherwise the law decides */
   PetscBool initial_unstable;      /* -fault_initial_unstable */
   PetscBool opening;               /* -fault_opening */
   PetscBool check_error;           /* -fault_check_error */
@@ -52,7 +51,7 @@ typedef struct {
   PetscBool output_xdmf;           /* -fault_output_xdmf */
   PetscBool interval_given;        /* output_interval was set */
   PetscBool catalogue_maps;        /* -fault_catalogue_maps */
-  PetscBool reports;               /* its options were read: it warns, and prints what it found */
+  PetscBool reports;               /* its options were read: it prints warnings and results */
   PetscViewer viewer;              /* -fault_view */
   PetscViewerFormat format;
   PetscViewer stiffness_viewer; /* -fault_stiffness_view */
@@ -64,87 +63,87 @@ typedef struct {
   PetscReal *given[FAULT_MAX_FIELDS]; /* of SlipFaultSetField(): all cells, [nx nz]; NULL: the scalar parameter */
   PetscInt ngiven[FAULT_MAX_FIELDS];
   PetscReal *cell[FAULT_MAX_FIELDS];    /* [n]; NULL: of a law that was registered after the set-up */
-  const char *source[FAULT_MAX_FIELDS]; /* where they come from, for views; NULL: the scalar parameters */
+  const char *source[FAULT_MAX_FIELDS]; /* source, for views; NULL: the scalar parameters */
 } SlipFaultCellFields;
 
-/* Where the numbers of a cell are in a state, and in its rates and errors; block numbers a cell. Slip has one
-   component, along the rake, or two, along strike and up dip: so have rates and displacements, one after the other, and
-   vectors of slip, of shear stress and the like. Cells that open have a third one in all of these, across their plane.
-   A vector of cells has one number a cell. */
+/* The positions of a cell's numbers in a state, and in its rates and errors; block numbers per cell. Slip has one
+   component, along the rake, or two, along strike and up dip; rates and displacements have them one after the other,
+   and so have vectors of slip, shear stress and the like. Cells that open have a third component in all of these,
+   normal to their plane. A vector of cells has one number per cell. */
 typedef struct {
-  PetscInt components; /* of these vectors: 1, 2, or 3 where cells open: the opening behind the two of slip */
-  PetscInt plane;      /* of them those in the plane of a cell, which slip has, 1 or 2 */
+  PetscInt components; /* of these vectors: 1, 2, or 3 if cells open, with the opening last */
+  PetscInt plane;      /* those in the plane of a cell: 1 or 2 components of slip */
   PetscInt block;
   PetscInt rate;         /* slip rate [m/s] */
   PetscInt displacement; /* relative to the far field [m] */
-  PetscInt state;        /* of friction: cumulative slip [m], or what the law has in its place */
-  PetscInt states;       /* how many of them */
+  PetscInt state;        /* of friction: cumulative slip [m], or the law's own states */
+  PetscInt states;       /* number of states */
   PetscReal *along;      /* [n][components] unit vector of the rake: of loading and shear load */
-  PetscReal *sizes;      /* [2 n] of several components: room for magnitudes; else NULL */
+  PetscReal *sizes;      /* [2 n] of several components: work space for magnitudes; else NULL */
 } SlipFaultLayout;
 
-/* The friction of the cells, but for their normal stress, which the loads know */
+/* The friction of the cells, without their normal stress, which SlipFaultLoads has */
 typedef struct {
   const SlipFrictionLaw *law;
   PetscBool slip_law;                /* -fault_state_law slip */
-  PetscBool follows;                 /* the state follows normal stress (-fault_friction_alpha), which changes */
-  PetscReal *start[SLIP_MAX_STATES]; /* the fields that cells which always slide begin with; NULL: none */
+  PetscBool follows;                 /* the state depends on changing normal stress (-fault_friction_alpha) */
+  PetscReal *start[SLIP_MAX_STATES]; /* initial fields of cells that always slide; NULL: none */
   PetscReal *healing;                /* [n] 1/t_h [1/s]; NULL: 0 */
-  PetscReal *own;                    /* [n][nown] parameters that the law brings */
-  PetscReal *known;                  /* of SlipFrictionCells; NULL: the law does not remember */
+  PetscReal *own;                    /* [n][nown] parameters of the law */
+  PetscReal *known;                  /* see SlipFrictionCells; NULL: the law caches nothing */
   PetscInt nown;
 } SlipFaultFriction;
 
-/* What sort of problem the parameters make */
+/* Properties of the problem that follow from the parameters */
 typedef struct {
   PetscBool loaded;                /* some v_inf is not zero */
-  const char *initial, *viscosity; /* the choices, "auto" decided */
-  PetscBool oblique;               /* planes that dip, or slip other than along strike */
-  PetscBool dipping;               /* its kernel is that of any direction */
+  const char *initial, *viscosity; /* the choices, with "auto" resolved */
+  PetscBool oblique;               /* planes that dip, or slip in other directions than strike */
+  PetscBool dipping;               /* its kernel is that for any direction */
   PetscBool coupled;               /* slip changes the normal stress */
   PetscBool inertia;               /* likewise; -fault_inertia */
-  PetscBool waves;                 /* the medium sends and remembers them */
-  PetscBool heals;                 /* some healing time is not never */
-  PetscBool sequence;              /* by loading, stressing or healing events may follow each other */
-  PetscBool driven; /* by loading, stressing, pressure or healing, or without inertia: quiet times without end */
+  PetscBool waves;                 /* the medium has waves, and stores them */
+  PetscBool heals;                 /* some healing time is finite */
+  PetscBool sequence;              /* loading, stressing or healing may cause several events */
+  PetscBool driven; /* by loading, stressing, pressure or healing, or without inertia: times at rest are unlimited */
 } SlipFaultKind;
 
-/* Vectors of slip that functions may hold at one time, those that they call included */
+/* Number of work vectors of slip that nested functions may use at one time */
 enum { FAULT_WORK = 6 };
 
 struct _p_SlipFault {
   PETSCHEADER(int);
   MPI_Comm comm; /* of the header, for short */
   SlipFaultOptions options;
-  PetscBool meshed; /* SlipFaultSetUpMesh() was called: the mesh is valid, and its parameters stay */
-  PetscBool setup;  /* SlipFaultSetUp() was called: what follows is valid */
+  PetscBool meshed; /* SlipFaultSetUpMesh() was called: the mesh is valid, and its parameters cannot change */
+  PetscBool setup;  /* SlipFaultSetUp() was called: the members below are valid */
   SlipFaultMesh mesh;
   SlipFaultLayout layout;
   SlipFaultCellFields fields;
   SlipFaultFriction friction;
   SlipFaultLoads loads;
   SlipFaultKind kind;
-  SlipElastic medium; /* what slip does to stress */
+  SlipElastic medium; /* computes the stress that slip causes */
   SlipFaultOperators operators;
   SlipFaultCritical critical;
   SlipFaultStage stage;
   SlipFaultSettled settled;
   SlipFaultDevice device;
-  SlipFaultBalance balance; /* where all cells slide: the slip rates of the state asked about last */
+  SlipFaultBalance balance; /* if all cells slide: the slip rates of the last evaluated state */
   SlipFaultResolution resolution;
-  SlipProblemOps problem;  /* what its TS tells controllers */
-  PetscBool corner_passed; /* a constant step did, which was said */
+  SlipProblemOps problem;  /* functions that its TS calls */
+  PetscBool corner_passed; /* a constant step passed one, and the warning was printed */
   SlipFaultSteps steps;
   SlipFaultKnown known;
   SlipFaultCoupling coupling;
-  struct _n_SlipFaultRun *run;                           /* of the room record */
-  PetscErrorCode (*told)(SlipFault fault, const char[]); /* what the set-up begins with */
+  struct _n_SlipFaultRun *run;                           /* of src/record */
+  PetscErrorCode (*told)(SlipFault fault, const char[]); /* called before long parts of the set-up */
   Vec work[FAULT_WORK];                                  /* of slip, SlipFaultGetWork() */
   PetscBool taken[FAULT_WORK];
   Vec cells; /* of cells: work within a function, and for its layout */
 };
 
-/* That the run is to have */
+/* The wanted accuracy of the run */
 static inline PetscReal SlipFaultAccuracy(SlipFault fault)
 {
   const PetscReal given = fault->options.value[FAULT_ACCURACY];
@@ -152,7 +151,7 @@ static inline PetscReal SlipFaultAccuracy(SlipFault fault)
   return PetscIsNanReal(given) ? (PetscReal)SLIP_FAULT_ACCURACY : given;
 }
 
-/* Entries of cell i of this rank in a state */
+/* Indices of cell i of this rank in a state */
 static inline PetscInt SlipFaultRateAt(SlipFault fault, PetscInt i)
 {
   return fault->layout.block * i + fault->layout.rate;
@@ -168,14 +167,14 @@ static inline PetscInt SlipFaultStateAt(SlipFault fault, PetscInt i)
   return fault->layout.block * i + fault->layout.state;
 }
 
-/* The largest magnitude of the states of cell i, or of what is in their place, such as errors */
+/* The largest magnitude of the states of cell i, or of numbers in their place, such as errors */
 static inline PetscReal SlipFaultStateSize(SlipFault fault, const PetscReal a[], PetscInt i)
 {
   const PetscReal *s = a + SlipFaultStateAt(fault, i);
   PetscReal size = PetscAbsReal(*s);
 
   for (PetscInt k = 1; k < fault->layout.states; k++)
-    if (!(PetscAbsReal(s[k]) <= size)) size = PetscAbsReal(s[k]); /* takes what is no number */
+    if (!(PetscAbsReal(s[k]) <= size)) size = PetscAbsReal(s[k]); /* also if it is NaN */
   return size;
 }
 
@@ -189,7 +188,7 @@ static inline PetscReal SlipFaultLength(SlipFault fault, const PetscReal x[])
   return fault->layout.components == 1 ? PetscAbsReal(x[0]) : hypot(x[0], x[1]);
 }
 
-/* |v| of cell i in the state a, or what is in the place of v */
+/* |v| of cell i in the state a, or of numbers in the place of v */
 static inline PetscReal SlipFaultSpeed(SlipFault fault, const PetscReal a[], PetscInt i)
 {
   return SlipFaultLength(fault, a + SlipFaultRateAt(fault, i));
@@ -201,7 +200,7 @@ static inline PetscReal SlipFaultDistance(SlipFault fault, const PetscReal a[], 
   return SlipFaultLength(fault, a + SlipFaultDisplacementAt(fault, i));
 }
 
-/* y along x, of vectors of slip of one cell; 0 where x has no direction */
+/* y along x, for vectors of slip of one cell; 0 if x = 0 */
 static inline PetscReal SlipFaultAlongSlip(SlipFault fault, const PetscReal x[], const PetscReal y[])
 {
   const PetscReal size = SlipFaultLength(fault, x);
@@ -216,7 +215,7 @@ static inline PetscBool SlipFaultOpens(SlipFault fault)
   return fault->layout.components == 3 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The number of cell i that opens it, in a state from the rates or the displacements on; 0 where cells do not open */
+/* The opening of cell i, in a state from the rates or the displacements on; 0 if cells do not open */
 static inline PetscReal SlipFaultAcross(SlipFault fault, const PetscReal x[])
 {
   return fault->layout.components == 3 ? x[2] : 0;
@@ -236,14 +235,14 @@ static inline const PetscReal *SlipFaultAlong(SlipFault fault, PetscInt i)
   return fault->layout.along + fault->layout.components * i;
 }
 
-/* The fault of argument arg has been set up. */
+/* Checks that the fault, which is argument arg, has been set up. */
 #define SlipFaultCheckSetUp(fault, arg)                                                                                \
   do {                                                                                                                 \
     PetscValidHeaderSpecific(fault, SLIP_FAULT_CLASSID, arg);                                                          \
     PetscCheck((fault)->setup, (fault)->comm, PETSC_ERR_ORDER, "call SlipFaultSetUp() first");                         \
   } while (0)
 
-/* For messages: "-%sfault_nx" has the options prefix between dash and name. */
+/* For messages: "-%sfault_nx" has the options prefix after the dash. */
 static inline const char *SlipFaultPrefix(SlipFault fault)
 {
   const char *prefix = ((PetscObject)fault)->prefix;
@@ -262,8 +261,8 @@ PETSC_INTERN PetscErrorCode SlipFaultListChoices(const SlipFaultString *p, const
 PETSC_INTERN PetscBool SlipParameterHolds(const SlipParameter *p, PetscReal x);
 PETSC_INTERN void SlipParameterBounds(const SlipParameter *p, PetscBool cell, char text[], size_t len);
 /* geometry.c */
-PETSC_EXTERN PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel); /* that was chosen */
-/* access.c: what SlipFaultGetGeometry() knows of a cell; ends with NULL */
+PETSC_EXTERN PetscErrorCode SlipFaultKernel(SlipFault fault, SlipKernel *kernel); /* the chosen kernel */
+/* access.c: geometry of a cell by name; ends with NULL */
 typedef struct {
   const char *name, *unit;
 } SlipFaultGeometryName;
@@ -277,27 +276,27 @@ PETSC_EXTERN PetscErrorCode SlipFaultGetSlip(SlipFault fault, PetscReal t, Vec w
 /* components.c */
 PETSC_INTERN PetscErrorCode SlipFaultChooseComponents(SlipFault fault);
 PETSC_INTERN PetscErrorCode SlipFaultComponentsSetUp(SlipFault fault);
-PETSC_EXTERN PetscErrorCode SlipFaultGetRate(SlipFault fault, Vec w, Vec v); /* v and u of a state, vectors of slip */
+PETSC_EXTERN PetscErrorCode SlipFaultGetRate(SlipFault fault, Vec w, Vec v); /* v and u of w as vectors of slip */
 PETSC_EXTERN PetscErrorCode SlipFaultGetDisplacement(SlipFault fault, Vec w, Vec u);
 PETSC_INTERN PetscErrorCode SlipFaultFillAlong(SlipFault fault, const PetscReal value[], PetscBool weighted, Vec x);
-PETSC_EXTERN PetscErrorCode SlipFaultGetWork(SlipFault fault, Vec *x); /* a vector of slip, of any content */
+PETSC_EXTERN PetscErrorCode SlipFaultGetWork(SlipFault fault, Vec *x); /* a vector of slip with undefined content */
 PETSC_EXTERN PetscErrorCode SlipFaultRestoreWork(SlipFault fault, Vec *x);
 PETSC_EXTERN PetscErrorCode SlipFaultLargestSpeed(SlipFault fault, Vec w, PetscReal *largest);
 PETSC_EXTERN PetscErrorCode SlipFaultCheckFileNames(SlipFault fault); /* runfiles.c */
-/* points.c. Collective: the points [n][3] of a list or file, freed with PetscFree(): axes are two letters, with a third
-   coordinate, which may be given between them, in the middle, NaN where it is not */
+/* points.c. Collective: reads the points [n][3] of a list or file, freed by PetscFree(). axes are two letters; a third
+   coordinate may be given between them, and is NaN otherwise. */
 PETSC_INTERN PetscErrorCode SlipFaultReadPoints(SlipFault fault, PetscInt id, const char axes[2], PetscBool three,
                                                 PetscInt *n, PetscReal **points);
 /* loads.c */
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsSetUp(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultLoadsDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultGetLoad(SlipFault fault, PetscReal t, const SlipFaultLoad **load);
-/* devicestick.c: loops over cells whose friction sticks, by the arrays of the processor's; true where that can be */
+/* devicestick.c: loops over cells whose friction sticks, by the processor's arrays; true if the device can run them */
 PETSC_INTERN PetscBool SlipFaultSticksOnDevice(SlipFault fault, PetscInt n, const SlipArrays list[]);
 PETSC_INTERN PetscErrorCode SlipFaultStickRun(SlipFault fault, SlipDeviceKernel kernel, PetscInt numbers,
                                               const PetscReal number[], PetscInt n, const SlipArrays list[]);
-PETSC_INTERN PetscErrorCode SlipFaultStickShear(SlipFault fault, Vec *shear); /* a copy there in place of it */
-/* The same of a kernel that knows friction: its law comes first, what cells keep last */
+PETSC_INTERN PetscErrorCode SlipFaultStickShear(SlipFault fault, Vec *shear); /* replaces it by a copy on the device */
+/* The same for a kernel that evaluates friction: its law comes first, cached numbers of cells come last */
 PETSC_INTERN PetscErrorCode SlipFaultStickFriction(SlipFault fault, SlipDeviceKernel kernel, PetscInt numbers,
                                                    const PetscReal number[], PetscInt n, const SlipArrays list[],
                                                    PetscInt results, PetscInt sums, PetscReal result[]);
@@ -318,6 +317,6 @@ PETSC_EXTERN PetscErrorCode SlipFaultResolutionResult(SlipFault fault, SlipOutpu
 PETSC_EXTERN PetscErrorCode SlipFaultResolutionWarn(SlipFault fault);
 /* warn.c */
 PETSC_EXTERN PetscErrorCode SlipFaultWarn(SlipFault fault);
-PETSC_INTERN PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault);          /* idle.c; on rank 0 */
+PETSC_INTERN PetscErrorCode SlipFaultWarnOfIdle(SlipFault fault);          /* unused options; on rank 0 */
 PETSC_EXTERN PetscBool SlipFaultHasField(SlipFault fault, PetscInt field); /* its law reads it */
 PETSC_INTERN PetscErrorCode SlipFaultFollowSetUp(SlipFault fault);         /* cellfriction.c */

@@ -1,6 +1,5 @@
-/* What goes with what: the features of a fault and of its runs, and the combinations of them that are refused. A choice
-   whose meaning needs another choice, or excludes it, is a rule here, and nowhere else; what depends on numbers that
-   are computed is refused where they are. */
+/* The combinations of features of a fault and of its runs that are errors. A choice that needs or excludes another
+   choice is a rule here and nowhere else; conditions on computed numbers are checked where these are computed. */
 #pragma once
 #include <slipfault.h>
 
@@ -74,10 +73,10 @@ typedef enum {
 } SlipFaultFeatureId;
 
 typedef struct {
-  const char *name; /* what a user writes, or a few words */
-  PetscInt group;   /* of features that are choices of one thing, from 1 on; 0: of its own */
-  PetscBool late;   /* known when a run begins, or set after SlipFaultSetUp() */
-  /* Is it on? ts: NULL in SlipFaultSetUp() */
+  const char *name; /* the user's option, or a few words */
+  PetscInt group;   /* of features that are values of one choice, from 1 on; 0: none */
+  PetscBool late;   /* decided when a run begins, or after SlipFaultSetUp() */
+  /* Is it active? ts: NULL in SlipFaultSetUp() */
   PetscBool (*on)(SlipFault fault, TS ts);
 } SlipFaultFeature;
 PETSC_EXTERN const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES];
@@ -86,22 +85,22 @@ PETSC_EXTERN const SlipFaultFeature SlipFaultFeatures[FAULT_NUM_FEATURES];
 __extension__ typedef unsigned __int128 SlipFaultFeatureSet;
 #define SLIP_FEATURE(name) ((SlipFaultFeatureSet)1 << FEATURE_##name)
 
-/* Where one of these is on and none of unless, one of others must not be, or must be. What the user reads: of an option
-   -fault_NAME the prefix is added, and % is the value of the option before it. */
+/* If one of `these` is active and none of `unless`, one of the others must not be, or must be. The sentence is for the
+   user: -fault_NAME gets the prefix, and % is the value of the option before it. */
 typedef struct {
   SlipFaultFeatureSet these;
   PetscBool needs;
   SlipFaultFeatureSet others, unless;
   const char *sentence;
 } SlipFaultRule;
-PETSC_EXTERN const SlipFaultRule SlipFaultRules[]; /* the last has no sentence */
+PETSC_EXTERN const SlipFaultRule SlipFaultRules[]; /* the last one has no sentence */
 
-/* Those that are on, of a fault whose cells are set up; ts NULL: without the late ones */
+/* The active features of a fault whose cells are set up; ts NULL: without the late ones */
 PETSC_EXTERN SlipFaultFeatureSet SlipFaultFeaturesOn(SlipFault fault, TS ts);
 PETSC_EXTERN PetscErrorCode SlipFaultRuleText(SlipFault fault, TS ts, const SlipFaultRule *rule, char text[],
                                               size_t len);
-/* The sentence of the first rule that refuses what is on with these, but not what is on; "": none does */
+/* Gets the sentence of the first rule that forbids these with the active features, but not those alone, or "". */
 PETSC_INTERN PetscErrorCode SlipFaultRefuses(SlipFault fault, TS ts, SlipFaultFeatureSet these, char text[],
                                              size_t len);
-/* Refuses what does not go together; once before anything is computed, ts NULL, and once more before a run */
+/* Raises errors for forbidden combinations, before any computation with ts NULL, and again before a run. */
 PETSC_EXTERN PetscErrorCode SlipFaultCheckFeatures(SlipFault fault, TS ts);

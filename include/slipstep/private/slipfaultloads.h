@@ -1,43 +1,43 @@
-/* What loads and unclamps a fault: shear load and effective normal stress as a function of time. */
+/* The loads of a fault: shear load and effective normal stress as functions of time */
 #pragma once
 #include <slipfault.h>
 
 /* The point source of -fault_injection */
 typedef struct {
-  PetscReal *distance2;                  /* [n] of the cells from it, squared [m^2]; NULL: there is none */
+  PetscReal *distance2;                  /* [n] squared distance of the cells from it [m^2]; NULL: there is none */
   PetscReal pressure, diffusivity, stop; /* [Pa], [m^2/s], [s] */
-  PetscReal time;                        /* least distance2/(4 D) [s] */
+  PetscReal time;                        /* smallest distance2/(4 D) [s] */
 } SlipFaultSource;
 
 typedef struct {
-  SlipFault fault;                                    /* that they are of */
-  PetscInt n;                                         /* its cells of this process */
+  SlipFault fault;                                    /* the fault with these loads */
+  PetscInt n;                                         /* its cells on this process */
   const PetscReal *weight, *traction, *rate, *normal; /* [n] borrowed: area over mean area, T0, dT/dt, normal stress */
-  PetscReal origin;                                   /* what times count from (TSGetSlipOrigin()) [s] */
+  PetscReal origin;                                   /* origin of the times (TSGetSlipOrigin()) [s] */
   PetscBool shears;                                   /* there is a T0 or a dT/dt, or cells open */
   PetscBool grows;                                    /* there is a dT/dt */
   PetscBool pressed;                                  /* there is a pore pressure */
   PetscInt rows;                                      /* of -fault_pore_pressure */
   PetscReal *times, *record;                          /* [rows] [s], [rows][n] [Pa] */
-  PetscReal soft; /* stiffness of the fault as a whole [Pa/m]; 0: nobody has asked */
+  PetscReal soft;                                     /* stiffness of the fault as a whole [Pa/m]; 0: not computed */
   SlipFaultSource source;
-  SlipFaultPressureFn function; /* of SlipFaultSetPressureFunction(), with its context and [n] values of it */
+  SlipFaultPressureFn function; /* of SlipFaultSetPressureFunction(), with its context and its [n] values */
   void *ctx;
   PetscReal *own;
-  PetscBool opened;          /* it was said that cells are without strength */
-  Vec drive, hold;           /* of a fault at rest: rate of its load, K v_inf + w dT/dt [Pa/s], and H v_inf [Pa] */
+  PetscBool opened;          /* the message that cells have no strength was printed */
+  Vec drive, hold;           /* at rest: rate of the load, K v_inf + w dT/dt [Pa/s]; H v_inf [Pa] */
   PetscBool drives;          /* drive is not 0 everywhere */
   Vec pull;                  /* K v_inf [Pa/s]; NULL until SlipFaultRestSetUp() */
   PetscReal fastest_healing; /* largest 1/t_h [1/s] */
 } SlipFaultLoads;
 
-/* What acts at a time; zero before the first SlipLoadsEvaluate() */
+/* The loads at a time; zero before the first SlipLoadsEvaluate() */
 typedef struct {
   PetscReal time, origin; /* [s] */
-  Vec shear; /* w (T0 + t dT/dt), w the weights [Pa], of cells that open -w bare behind it; NULL: none at any time */
+  Vec shear; /* w (T0 + t dT/dt) with the weights w [Pa], of cells that open followed by -w bare; NULL: always zero */
   const PetscReal *stress; /* [n] effective normal stress before any slip, at least 0 [Pa] */
-  const PetscReal *bare;   /* [n] the same where it may be less than 0 */
-  PetscReal *own;          /* [2][n] both, where they are not that of the field */
+  const PetscReal *bare;   /* [n] the same without the lower bound */
+  PetscReal *own;          /* [2][n] both, unless they are those of the field */
 } SlipFaultLoad;
 
 static inline PetscBool SlipLoadsVary(const SlipFaultLoads *loads)

@@ -1,20 +1,20 @@
 /* The parameters of a fault: tables of numbers, of choices, of switches and of the fields that may replace numbers cell
-   by cell. Behind the numbers and fields of the tables come those that registered friction laws bring: ids from
+   by cell. After the numbers and fields of the tables follow those of registered friction laws: ids from
    FAULT_NUM_REALS and FAULT_NUM_FIELDS on, one law after another. */
 #pragma once
 #include <slipcore.h>
 #include <slipstep/private/slipmesh.h>
 
-/* At most so many parameters of registered laws, with names of so many characters */
+/* Largest number of parameters of registered laws, and length of their names */
 enum { FAULT_MAX_OWN = 64, FAULT_MAX_NAME = 48 };
-/* Characters of all names of options or of fields, with blanks between, and of a list of choices */
+/* Length of all names of options or of fields, separated by blanks, and of a list of choices */
 enum { FAULT_MAX_NAMES = 8192, FAULT_MAX_CHOICES = 4096 };
 
-/* Reference absolute tolerance of u and s, and over T* of v: 1e-6 in units of 0.1 mm [m]. */
+/* Reference absolute tolerance of u and s, and of v times T*: 1e-6 in units of 0.1 mm [m] */
 #define SLIP_FAULT_ATOL 1e-10
-/* Default of -fault_accuracy, and what it may be */
+/* Default of -fault_accuracy, and its bounds */
 #define SLIP_FAULT_ACCURACY 1e-2
-#define SLIP_FAULT_STRESS_GRADIENT 15e3 /* of normal stress that nobody gives [Pa/m] */
+#define SLIP_FAULT_STRESS_GRADIENT 15e3 /* of normal stress that is not given [Pa/m] */
 #define SLIP_FAULT_ACCURACY_MIN 1e-3
 #define SLIP_FAULT_ACCURACY_MAX 1e-1
 typedef enum {
@@ -25,7 +25,7 @@ typedef enum {
   FAULT_DEPTH_TOP = MESH_DEPTH_TOP,
   FAULT_STRIKE = MESH_STRIKE,
   FAULT_DIP = MESH_DIP,
-  FAULT_RAKE = MESH_REALS, /* those before it a mesh says instead of the options */
+  FAULT_RAKE = MESH_REALS, /* a mesh file may set those before it */
   FAULT_SLIP_COMPONENTS,
   FAULT_THICKNESS,
   FAULT_SHEAR_MODULUS,
@@ -123,12 +123,12 @@ typedef struct {
 PETSC_EXTERN const SlipFaultString SlipFaultStrings[FAULT_NUM_STRINGS];
 
 enum { FAULT_NUM_SWITCHES = 8 };
-/* Options that are yes or no */
+/* Options with the values yes and no */
 typedef struct {
   const char *name;
   size_t offset;      /* of a PetscBool in a fault */
   SlipPart part;      /* those of the output may be set after SlipFaultSetUp() */
-  const char *manual; /* the page that -help names */
+  const char *manual; /* name of the manual page for -help */
   const char *help;
 } SlipFaultSwitch;
 PETSC_EXTERN const SlipFaultSwitch SlipFaultSwitches[FAULT_NUM_SWITCHES];
@@ -155,9 +155,8 @@ typedef enum {
   FAULT_NUM_FIELDS
 } SlipFaultFieldId;
 enum { FAULT_MAX_FIELDS = FAULT_NUM_FIELDS + FAULT_MAX_OWN };
-PETSC_INTERN const SlipParameter *
-SlipFaultFieldRow(PetscInt field);                           /* of the number that it replaces; NULL after the last */
-PETSC_INTERN PetscInt SlipFaultFieldOf(PetscInt id);         /* the field that replaces a number; -1: none */
-PETSC_INTERN PetscInt SlipFaultFindField(const char name[]); /* -1: none */
-/* Row k of those of registered laws, and its law (NULL allowed) */
+PETSC_INTERN const SlipParameter *SlipFaultFieldRow(PetscInt field); /* of that number; NULL after the last */
+PETSC_INTERN PetscInt SlipFaultFieldOf(PetscInt id);                 /* the field that replaces a number; -1: none */
+PETSC_INTERN PetscInt SlipFaultFindField(const char name[]);         /* -1: none */
+/* Row k among those of registered laws, and its law (NULL allowed) */
 PETSC_INTERN const SlipParameter *SlipFaultOwnRow(PetscInt k, const SlipFrictionLaw **law);

@@ -1,5 +1,5 @@
 /* A fault as a problem of a TS: the constraint of a stage, the balance of faults that always slide, rest, tolerances
-   and defaults. */
+   and defaults */
 #pragma once
 #include <slipfault.h>
 #include <slipcore.h>
@@ -10,77 +10,76 @@
 /* balance.c */
 typedef struct {
   PetscReal eta;      /* radiation damping [Pa s/m] */
-  PetscReal rtol;     /* that the tolerances were made of */
+  PetscReal rtol;     /* that on which the tolerances are based */
   PetscBool known;    /* rate is that of the last right-hand side */
-  PetscReal time;     /* of it [s] */
+  PetscReal time;     /* time of it [s] */
   PetscInt sides;     /* right-hand sides of the run so far */
   Vec F;              /* its rates, borrowed from the TS */
-  Vec first;          /* those of the first step of a run that goes on from a checkpoint; NULL: to be computed */
+  Vec first;          /* those of the first step of a run that continues from a checkpoint; NULL: to be computed */
   Vec u, rate, force; /* its displacement [m], slip rate [m/s], and K u [Pa] */
-  Vec aside[4];       /* room for those of a state within a step, and what it does to normal stress */
-  PetscInt64 put;     /* how often it was put into a state */
-  PetscBool resting;  /* the step is one of rest, which needs no right-hand side: */
-  Vec way, rested;    /* its rates, all the while, and the state at its end */
-  PetscReal next;     /* the step to go on with from there [s] */
+  Vec aside[4];       /* work vectors for a state within a step, and its effect on normal stress */
+  PetscInt64 put;     /* how often it was written into a state */
+  PetscBool resting;  /* the step is one of rest, without a right-hand side: */
+  Vec way, rested;    /* its constant rates, and the state at its end */
+  PetscReal next;     /* the next step after it [s] */
   PetscReal fastest;  /* the largest slip rate before the last step [m/s] */
-  PetscReal least;    /* least of the slips against which those of the cells count [m] */
-  PetscBool follows;  /* tolerances follow the largest displacement, against which slips count: */
-  PetscBool steady;   /* those of some cells do because these do not weaken */
-  PetscReal moved;    /* what that was [m] */
-  Vec seen;           /* an attempt's end with its rates, which a controller observes; NULL: none has */
-  PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: nobody has asked */
+  PetscReal least;    /* smallest reference slip for the errors of cells [m] */
+  PetscBool follows;  /* tolerances grow with the largest displacement, the reference slip: */
+  PetscBool steady;   /* those of some cells grow because these do not weaken */
+  PetscReal moved;    /* its value [m] */
+  Vec seen;           /* end of an attempt with its rates, which a controller observes; NULL: none */
+  PetscReal stiffest; /* largest eigenvalue of K [Pa/m]; 0: not computed */
   PetscBool *creeps;  /* [n] cells that slip at the loading rate; NULL: none */
-  PetscReal *direct;  /* a sigma of each cell [Pa], the strength's growth with ln |v|; NULL where kept is */
-  PetscReal *kept;    /* what the law keeps of each cell; NULL where the normal stress changes */
+  PetscReal *direct;  /* a sigma of each cell [Pa], dq/d ln |v|; NULL if kept is used */
+  PetscReal *kept;    /* cached numbers of the law; NULL if the normal stress changes */
 } SlipFaultBalance;
 
-/* faultdevice.c: where a step is computed, -fault_device */
+/* faultdevice.c: where steps are computed, -fault_device */
 typedef struct {
-  struct _n_SlipDevice *device;                  /* NULL: by the processor */
-  PetscReal bytes;                               /* that the fault and its integrator take there at most */
-  struct _cl_mem *cells;                         /* what its kernels know of the cells; NULL: nothing has asked */
+  struct _n_SlipDevice *device;                  /* NULL: on the processor */
+  PetscReal bytes;                               /* upper bound of the memory of fault and integrator there */
+  struct _cl_mem *cells;                         /* data of the cells for its kernels; NULL: not used yet */
   struct _cl_mem *pressure, *record, *distance2; /* [n] pore pressure [Pa], -fault_pore_pressure, of the source [m^2] */
-  struct _cl_mem *faults;                        /* [n] the number of the fault of each cell, of several */
-  PetscBool loaded, pressed;                     /* the load, the pressure of the cells are known */
-  PetscReal time, origin;                        /* of them [s] */
-  SlipFaultMoment moment;                        /* of their normal stress, where slip changes it */
-  Vec shear;                                     /* SlipFaultGetShear(), of shear_time from shear_origin on */
+  struct _cl_mem *faults;                        /* [n] index of the fault of each cell, if there are several */
+  PetscBool loaded, pressed;                     /* the load, the pressure of the cells are up to date */
+  PetscReal time, origin;                        /* time and origin of both [s] */
+  SlipFaultMoment moment;                        /* of their normal stress, if slip changes it */
+  Vec shear;                                     /* SlipFaultGetShear() at shear_time with the origin shear_origin */
   PetscReal shear_time, shear_origin;
   PetscBool automatic;    /* chosen by -fault_device auto, */
-  char why[512];          /* which takes the processor for this reason, else "" */
-  PetscObjectId shear_id; /* of that of the processor, where cells stick */
+  char why[512];          /* reason why that uses the processor, else "" */
+  PetscObjectId shear_id; /* of the processor's vector, if cells stick */
   PetscObjectState shear_state;
-  Vec sticking; /* what cells keep whose friction sticks; NULL until asked for */
+  Vec sticking; /* cached numbers of cells whose friction sticks; NULL until used */
 } SlipFaultDevice;
 
-/* devicerecord.c: numbers of some cells, and displacements of the ground, which observers read of each step there */
+/* devicerecord.c: numbers of some cells, and displacements of the ground, which observers read after each step */
 typedef struct {
   PetscInt m;                   /* cells, or numbers of the ground */
   struct _cl_mem *places, *out; /* [m], [m][2 components + 3]; or the matrix of the ground [m][components n] */
   PetscReal *values;            /* of the cells: state, strength, normal stress where it changes [m][] */
 } SlipFaultDeviceLook;
 
-/* faultconstraint.c: the stage being solved: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
+/* faultconstraint.c: the present stage: u = u0 + theta v, s = s0 + theta |v|, B v = c + omega r */
 typedef struct {
   SlipConstraint con;
   PetscReal time, theta; /* [s] */
-  PetscBool last;        /* of its step: no other one begins where it ends */
+  PetscBool last;        /* the last one of its step */
   Vec c, u0, s0;
 } SlipFaultStage;
 
-/* explicitkick.c: slip rates relative to the far field of the nodes of the last explicit step, and their damping; the
+/* explicitkick.c: slip rates relative to the far field at the nodes of the last explicit step, and their damping; the
    elastic force at its start */
 typedef struct {
   PetscBool known[SLIP_NUM_NODES], forced;
   PetscReal time[SLIP_NUM_NODES];                    /* [s] */
-  Vec force;                                         /* [Pa], weighted by area; known where forced */
-  Vec rise;                                          /* Kn u of it, where slip changes normal stress [Pa] */
+  Vec force;                                         /* [Pa], weighted by area; valid if forced */
+  Vec rise;                                          /* Kn u of it, if slip changes normal stress [Pa] */
   Vec rate[SLIP_NUM_NODES], damping[SLIP_NUM_NODES]; /* [m/s], [Pa]; NULL before the first such step */
 } SlipFaultSettled;
 
-/* tolerancefile.c: relative tolerances at which controllers keep accuracies on faults of a kind, those of a group of a
-   file */
-enum { TOLERANCES_MOST = 16 }; /* controllers, and accuracies */
+/* tolerancefile.c: relative tolerances by which controllers reach accuracies on a kind of faults, by group of a file */
+enum { TOLERANCES_MOST = 16 }; /* largest number of controllers, and of accuracies */
 typedef struct {
   PetscInt accuracies, controllers;
   PetscReal accuracy[TOLERANCES_MOST];
@@ -96,29 +95,29 @@ PETSC_INTERN PetscReal SlipFaultTolerancesFind(const SlipFaultTolerances *t, con
 PETSC_INTERN PetscReal SlipFaultTolerancesAccuracy(const SlipFaultTolerances *t, const char controller[],
                                                    PetscReal rtol);
 
-/* steps.c: what controllers go by */
+/* steps.c: the basis of controllers */
 typedef struct {
   PetscInt kind;      /* row of the table of kinds of runs */
-  const char *policy; /* whose default policy the kind takes */
-  PetscBool learned;  /* rl is the default, and nobody has chosen it */
-  PetscReal rtol;     /* that the fault, or a policy, has last set; another one is the user's */
-  PetscBool given;    /* the user's counts, which is */
+  const char *policy; /* default policy of the kind */
+  PetscBool learned;  /* rl is the default, and the user did not choose it */
+  PetscReal rtol;     /* last set by the fault or a policy; another value is the user's */
+  PetscBool given;    /* the user's value is used, user_rtol */
   PetscReal user_rtol;
-  PetscReal accuracy;             /* that rtol was taken for; 0: it follows none */
-  SlipFaultTolerances tolerances; /* without accuracies: nothing has needed them yet, or the kind has none */
+  PetscReal accuracy;             /* for which rtol was chosen; 0: none */
+  SlipFaultTolerances tolerances; /* without accuracies: not needed yet, or the kind has none */
 } SlipFaultSteps;
 PETSC_INTERN void SlipFaultChooseSteps(SlipFault fault, PetscBool is_explicit);
-/* explicitsteps.c: is it one of those that explicit steps compute by default; the type, unless options name one, and
-   its tolerance; does the run follow the accuracy, by the tolerance that the fault has set */
+/* explicitsteps.c: is this a run with explicit steps by default; their type, unless options name one, and its
+   tolerance; does the run follow the accuracy, by the tolerance of the fault */
 PETSC_INTERN PetscErrorCode SlipFaultExplicitIsDefault(SlipFault fault, TS ts, PetscBool *is);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitSteps(SlipFault fault, TS ts, char type[], size_t len, PetscReal *rtol);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitFollows(SlipFault fault, TS ts, PetscBool *follows);
-/* powers between rows of two numbers, the first of which falls, and beyond them those of the ends */
+/* Interpolates by powers between rows of two numbers, the first of which decreases; beyond them those of the ends. */
 PETSC_INTERN PetscReal SlipFaultBetween(PetscInt rows, const PetscReal row[][2], PetscReal x);
-/* the error that nine in ten such runs stay below, or why it is not known */
+/* The error that nine in ten such runs do not exceed, or why it is unknown */
 PETSC_INTERN PetscErrorCode SlipFaultToleranceError(SlipFault fault, TS ts, PetscReal *error);
 PETSC_INTERN PetscErrorCode SlipFaultExplicitEstimate(SlipFault fault, TS ts, PetscReal *error, const char **why);
-/* cyclesteps.c: the same of friction whose cells always slide */
+/* cyclesteps.c: the same for friction whose cells always slide */
 PETSC_INTERN PetscErrorCode SlipFaultCycleSteps(SlipFault fault, TS ts, PetscReal *rtol);
 PETSC_INTERN PetscErrorCode SlipFaultCycleError(SlipFault fault, TS ts, PetscReal *error, const char **why);
 PETSC_INTERN PetscErrorCode SlipFaultWarnOfSlowSlip(SlipFault fault, TS ts); /* startcheck.c */
@@ -159,7 +158,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultBalanceStart(SlipFault fault, Vec w);
 PETSC_EXTERN PetscErrorCode SlipFaultRates(SlipFault fault, PetscReal t, Vec w, Vec F); /* fault->balance.rate, and F */
 PETSC_EXTERN PetscErrorCode SlipFaultPutRates(SlipFault fault, Vec w);
 PETSC_EXTERN PetscBool SlipFaultRateWeakens(const SlipFrictionCells *friction, PetscInt i, PetscReal rate);
-/* faultdevice.c: of states that are there, SlipFaultOnDevice() */
+/* faultdevice.c: for states on the device, SlipFaultOnDevice() */
 PETSC_INTERN PetscErrorCode SlipFaultDeviceChoose(SlipFault fault); /* devicechoice.c */
 PETSC_INTERN PetscErrorCode SlipFaultDeviceRoom(SlipFault fault, PetscBool *room);
 PETSC_INTERN PetscErrorCode SlipFaultDeviceSetUp(SlipFault fault);
@@ -202,13 +201,13 @@ PETSC_EXTERN PetscErrorCode SlipFaultFinishStep(TS ts, PetscReal t, Vec w, void 
 PETSC_INTERN PetscErrorCode SlipFaultSidesAttach(SlipFault);
 PETSC_EXTERN PetscErrorCode SlipFaultObservedState(SlipFault fault, TS ts, PetscReal t, Vec w, Vec *seen);
 PETSC_EXTERN PetscErrorCode SlipFaultExplicitState(SlipFault fault, SlipState s, TS ts);
-PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step); /* where all cells slide [s] */
+PETSC_EXTERN PetscErrorCode SlipFaultFirstStep(SlipFault fault, PetscReal *step); /* if all cells slide [s] */
 PETSC_EXTERN PetscErrorCode SlipFaultBalanceDestroy(SlipFault fault);
 PETSC_EXTERN PetscErrorCode SlipFaultSmoothTraction(SlipFault fault, PetscReal t, Vec w,
                                                     Vec r); /* -q sign(v), weighted */
 /* sticking.c: explicit steps of friction whose cells stick */
 PETSC_INTERN PetscErrorCode SlipFaultStickingTraction(SlipFault fault, PetscReal t, Vec w, Vec r);
-/* Ends of a step of a length [s], as states */
+/* Start and end of a step of a length [s], as states */
 typedef struct {
   Vec from, to;
   PetscReal dt;
@@ -226,7 +225,7 @@ PETSC_EXTERN PetscErrorCode SlipFaultStop(SlipFault fault, PetscReal h, PetscRea
 /* tolerance.c */
 PETSC_INTERN PetscReal SlipFaultSlipScale(SlipFault fault, const SlipFrictionCells *friction, PetscInt i,
                                           PetscReal displacement, PetscBool *weakens);
-/* of that of a cell */
+/* Scale of a cell's slip */
 PETSC_INTERN PetscReal SlipFaultStickingScale(SlipFault fault, PetscReal scale, PetscBool weakens,
                                               PetscReal displacement);
 PETSC_INTERN PetscErrorCode SlipFaultStickingErrorNorm(SlipFault fault, PetscReal rtol, PetscReal theta, Vec e, Vec w0,

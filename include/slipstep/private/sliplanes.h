@@ -1,14 +1,14 @@
-/* Private to src/mat/grid/lanes.c: its loops over lanes for one kind of vector unit. It is included once for each, with
-   LANES_WIDTH, how many numbers a vector has, LANES_TARGET, the attribute by which the compiler takes that unit, and
-   LANES_NAME(name): vectors wider than those of the unit take ten times as long (GCC 12, measured), so that no function
-   compiled for several units will do. */
+/* Internal part of src/mat/grid/lanes.c: its loops over lanes for one kind of vector unit. It is included once per
+   kind, with LANES_WIDTH, the numbers in a vector, LANES_TARGET, the compiler's attribute for that unit, and
+   LANES_NAME(name). Vectors wider than those of the unit take ten times as long (GCC 12, measured), so that one
+   function cannot be compiled for several units. */
 
 typedef double LANES_NAME(Vector) __attribute__((vector_size(8 * LANES_WIDTH), aligned(8), may_alias));
 #define VECTOR LANES_NAME(Vector)
 #define AT(p) (*(VECTOR *)(p))
 #define BUTTERFLY LANES_TARGET static inline __attribute__((always_inline)) void
 
-/* y[k] = b times a twiddle, where there are some: those of the last pass are 1 */
+/* y[k] = b times a twiddle factor, if there are any: those of the last pass are 1 */
 #define TURN(k, br, bi)                                                                                                \
   {                                                                                                                    \
     const VECTOR tr = br, ti = bi;                                                                                     \
@@ -84,7 +84,7 @@ BUTTERFLY LANES_NAME(Five)(PetscInt in, PetscInt out, int turn, const PetscReal 
   TURN(4, er - gi, ei + gr)
 }
 
-/* Transforms of four of every other number, and one of two for each pair of theirs */
+/* Combines two transforms of every other number, of length four each, by a butterfly of two for each pair. */
 BUTTERFLY LANES_NAME(Eight)(PetscInt in, PetscInt out, int turn, const PetscReal w[], const PetscReal *xr,
                             const PetscReal *xi, PetscReal *yr, PetscReal *yi)
 {
@@ -121,8 +121,8 @@ BUTTERFLY LANES_NAME(Eight)(PetscInt in, PetscInt out, int turn, const PetscReal
   TURN(7, er[0][3] - gr, ei[0][3] + gi)
 }
 
-/* A pass of radix r over s interleaved transforms of length r m: x to y, real and imaginary parts of each. That of the
-   last pass, of m = 1, turns nothing. */
+/* A pass of radix r over s interleaved transforms of length r m: x to y, real and imaginary parts of each. The last
+   pass, m = 1, has no twiddle factors. */
 #define LOOP(butterfly, r, turn)                                                                                       \
   for (PetscInt p = 0; p < m; p++)                                                                                     \
     for (PetscInt q = 0; q < s; q++)                                                                                   \
@@ -162,9 +162,9 @@ LANES_TARGET static void LANES_NAME(Pass)(PetscInt r, PetscInt m, PetscInt s, co
   }
 }
 
-/* Fields, of g->n numbers each, as two halves of the 2 n numbers that they are the first of, which transforms of length
-   n make the even and the odd numbers of their transform: as they are, and times turn [n] complex. v, unless NULL: the
-   same of z times the fields. */
+/* Splits fields, of g->n numbers each, the first of 2 n numbers, into two halves, whose transforms of length n are the
+   even and the odd numbers of their transform: unchanged, and multiplied by turn [n] complex. v, unless NULL: the same
+   for z times the fields. */
 LANES_TARGET static void LANES_NAME(Load)(PetscInt n, const PetscReal turn[], const SlipLanesFields *g,
                                           const PetscReal z[], const PetscReal field[], PetscReal *const u[2],
                                           PetscReal *const v[2])
@@ -202,7 +202,7 @@ LANES_TARGET static void LANES_NAME(Load)(PetscInt n, const PetscReal turn[], co
     }
 }
 
-/* And back: scale (u - z v), v unless NULL */
+/* The inverse: scale (u - z v), v unless NULL */
 LANES_TARGET static void LANES_NAME(Store)(const PetscReal turn[], const SlipLanesFields *g, const PetscReal z[],
                                            PetscReal scale, PetscReal *const u[2], PetscReal *const v[2],
                                            PetscReal field[])
@@ -276,7 +276,7 @@ LANES_TARGET static void LANES_NAME(Split)(PetscInt n, PetscReal *const half[2],
   }
 }
 
-/* And back: Z(k) = X(k) + i Y(k), Z(-k) = X*(k) + i Y*(k); of fields that are not there with zeros */
+/* The inverse: Z(k) = X(k) + i Y(k), Z(-k) = X*(k) + i Y*(k); missing fields are zeros */
 LANES_TARGET static void LANES_NAME(Join)(PetscInt n, PetscReal *const half[2], PetscInt fields, PetscInt start,
                                           PetscInt end, const PetscReal a[], PetscInt na)
 {

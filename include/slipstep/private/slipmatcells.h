@@ -1,26 +1,25 @@
-/* Private to src/mat: irregular meshes, their trees and their distribution. */
+/* Internal header of src/mat: irregular meshes, their trees and their distribution */
 #pragma once
 #include <slipcells.h>
 #include <slipstep/private/slipmatcommon.h>
 
 /* ---- irregular.c ---- */
-/* S_ij of MatCreateSlipCellStiffness(), or with unit 0 what slip does to normal stress; unit is otherwise 1 / (2
-   mean(A)). */
+/* S_ij of MatCreateSlipCellStiffness() with unit 1 / (2 mean(A)), or with unit 0 the effect of slip on normal stress */
 PETSC_INTERN void SlipCellsEntries(const SlipCells *cells, PetscReal unit, PetscInt m, const PetscInt row[], PetscInt n,
                                    const PetscInt column[], PetscInt lda, PetscReal a[]);
 PETSC_INTERN PetscErrorCode SlipCellsRows(MPI_Comm comm, const SlipCells *cells, PetscInt *nlocal);
 PETSC_INTERN SlipCell SlipCellsGet(const SlipCells *cells, PetscInt i);
 PETSC_INTERN PetscErrorCode SlipCellsDirections(const SlipCells *cells, PetscReal **directions);
 PETSC_INTERN PetscReal SlipCellsUnit(const SlipCells *cells);
-PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells); /* whose x owns the memory of all columns */
-PETSC_INTERN PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *cells); /* the weights of its rows, with S */
-/* The cell of a row of the stiffness. */
+PETSC_INTERN PetscErrorCode SlipCellsDestroy(SlipCells *cells);              /* x owns the memory of all columns */
+PETSC_INTERN PetscErrorCode SlipCellsCompose(Mat S, const SlipCells *cells); /* attaches the weights of its rows to S */
+/* The cell of a row of the stiffness */
 static inline PetscInt SlipCellsAt(const SlipCells *cells, PetscInt row)
 {
   return cells->order ? cells->order[row] : row;
 }
 
-/* A cell for sorting: by one coordinate [m], ties by number. */
+/* A cell for sorting by one coordinate [m], and by number if equal */
 typedef struct {
   PetscReal key;
   PetscInt cell;
@@ -35,8 +34,8 @@ PETSC_INTERN PetscErrorCode SlipTrianglesSides(const SlipCells *cells, PetscReal
 typedef struct {
   PetscInt start, end;      /* its cells are perm[start, end) */
   PetscInt child[2];        /* indices of nodes; -1 in a leaf */
-  PetscReal low[3], top[3]; /* box that holds its cells [m] */
-  PetscReal diameter;       /* of that box; of dipping cells, of the one that holds their centres [m] */
+  PetscReal low[3], top[3]; /* box that contains its cells [m] */
+  PetscReal diameter;       /* of that box; of dipping cells, of the one that contains their centres [m] */
 } SlipCluster;
 
 typedef struct {

@@ -1,4 +1,4 @@
-/* Private to src/mat: dense and low-rank matrices, and what shell matrices share. */
+/* Internal header of src/mat: dense and low-rank matrices, and common parts of shell matrices */
 #pragma once
 #include <slipmat.h>
 #include <slipstep/private/slipstate.h>
@@ -16,8 +16,8 @@ PETSC_INTERN PetscErrorCode SlipDenseSqrt(PetscInt n, PetscReal A[], PetscReal *
 /* ---- shell.c ---- */
 PETSC_INTERN PetscErrorCode SlipShellReplace(Mat A, Mat dense, MatReuse reuse, Mat *D);
 PETSC_INTERN PetscErrorCode SlipShellFinish(Mat A, const char type[]);
-/* What a matrix-free matrix does; diagonal, scale, info, view, state, for checkpoints, and device may be NULL. device
-   tells what products on the device need there [bytes], and puts it there if it is to be used. */
+/* Operations of a matrix-free matrix; diagonal, scale, info, view, state (for checkpoints) and device may be NULL.
+   device gets the memory that products need on the device [bytes], and copies the data there if it is used. */
 typedef struct {
   PetscErrorCode (*mult)(Mat, Vec, Vec);
   PetscErrorCode (*diagonal)(Mat, Vec);
@@ -27,30 +27,30 @@ typedef struct {
   PetscErrorCode (*destroy)(Mat);
   PetscErrorCode (*state)(Mat, SlipState);
   PetscErrorCode (*device)(Mat, PetscBool use, PetscReal *bytes);
-  PetscBool unsymmetric; /* and without products with the transpose */
+  PetscBool unsymmetric; /* without products with the transpose */
 } SlipShellOps;
 PETSC_INTERN PetscErrorCode SlipShellCreate(MPI_Comm comm, PetscInt n, PetscInt N, const char type[],
                                             const SlipShellOps *ops, void *ctx, Mat *A);
 PETSC_INTERN PetscErrorCode SlipShellCreateOfSize(MPI_Comm comm, PetscInt m, PetscInt n, PetscInt M, PetscInt N,
                                                   const char type[], const SlipShellOps *ops, void *ctx, Mat *A);
 PETSC_INTERN PetscErrorCode SlipShellCreateLike(Mat K, const char type[], const SlipShellOps *ops, void *ctx,
-                                                Mat *A); /* rows and ranks of K's */
+                                                Mat *A); /* rows and ranks as K */
 /* matdevice.c: products on the device */
 #define SLIP_DEVICE_METHOD "SlipMatDevice_C"
 PETSC_EXTERN PetscErrorCode SlipMatUseDevice(Mat A);
 PETSC_EXTERN PetscErrorCode SlipMatDeviceBytes(Mat A, PetscReal *bytes);
 PETSC_INTERN PetscErrorCode SlipMatLends(Mat A, Vec x, PetscBool *lends);
-/* What -fault_view tells of a matrix, kept with it under a name: how its type was chosen, and what the cache did. */
+/* Texts of a matrix for -fault_view, attached by name: why its type was chosen, and what the cache did */
 PETSC_INTERN PetscErrorCode SlipNote(Mat A, const char name[], const char format[], ...);
 PETSC_INTERN PetscErrorCode SlipNoteGet(Mat A, const char name[], const char **text); /* borrowed; "" for none */
-/* H = factor sqrt(K); 0 when H was not made by MatCreateSlipViscosity() or is zero */
+/* H = factor sqrt(K); 0 if H is not from MatCreateSlipViscosity() or is zero */
 PETSC_INTERN PetscErrorCode SlipViscosityComposeFactor(Mat H, PetscReal factor);
 PETSC_INTERN PetscErrorCode SlipViscosityGetFactor(Mat H, PetscReal *factor);
-/* report.c: MATOP_GETINFO of a shell matrix fills its answer by the first, so that views know its memory */
+/* report.c: MATOP_GETINFO of a shell matrix calls the first one, so that views show its memory. */
 PETSC_INTERN PetscErrorCode SlipInfoFill(Mat A, PetscReal bytes, MatInfoType flag, MatInfo *info);
 PETSC_INTERN PetscErrorCode SlipViscosityNote(Mat K, Mat H, const char asked[]);
 
-/* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', ordered by falling |lambda|; zero-initialise ---- */
+/* ---- lowrank.c: symmetric low-rank matrices W diag(lambda) W', by decreasing |lambda|; initialise to zero ---- */
 typedef struct {
   PetscInt n, rank, head; /* order, number of terms, number of them in double precision */
   PetscReal *W;           /* [n * head], column-major; [n * rank] before SlipLowRankDemote() */

@@ -1,4 +1,4 @@
-/* Private to src/mat: operators of a uniform grid by fast Fourier transforms. */
+/* Internal header of src/mat: operators of a uniform grid by fast Fourier transforms */
 #pragma once
 #include <slipstep/private/slipdevice.h>
 #include <slipstep/private/slipelasticity.h>
@@ -8,16 +8,15 @@
 /* ---- gridvalues.c: the uniform grid behind a stiffness, if it has one ---- */
 PETSC_INTERN PetscErrorCode SlipGridCheck(MPI_Comm comm, const SlipGrid *grid);
 PETSC_INTERN PetscErrorCode SlipGridCompose(Mat K, const SlipGrid *grid);
-PETSC_INTERN PetscErrorCode SlipGridOf(Mat K,
-                                       const SlipGrid **grid); /* borrowed; NULL when K is not on a uniform grid */
+PETSC_INTERN PetscErrorCode SlipGridOf(Mat K, const SlipGrid **grid); /* borrowed; NULL if K is not on a uniform grid */
 /* Symmetrised kernel of the grid for all depths, d cells apart along strike: block[iz * nz + jz], unscaled [Pa/m]. */
 PETSC_INTERN PetscReal SlipGridEntry(const SlipGrid *grid, PetscInt d, PetscInt iz, PetscInt jz);
-PETSC_INTERN PetscReal SlipGridBorder(const SlipGrid *grid, PetscInt ix, PetscInt iz); /* the diagonal's share */
+PETSC_INTERN PetscReal SlipGridBorder(const SlipGrid *grid, PetscInt ix, PetscInt iz); /* part of the diagonal */
 PETSC_INTERN void SlipGridKernel(const SlipGrid *grid, PetscInt d, PetscReal block[]);
 
 /* Entry (0, 0) on every rank. Collective. */
 PETSC_INTERN PetscErrorCode SlipFirstEntry(Mat K, PetscReal *first);
-/* What MatScale() has made of a stiffness: K = scale * kernel. Collective. */
+/* Factor by which MatScale() has scaled a stiffness: K = scale * kernel. Collective. */
 PETSC_INTERN PetscErrorCode SlipGridScale(Mat K, PetscReal *scale);
 
 /* ---- mirror.c: even and odd blocks of a grid's operators ---- */
@@ -34,8 +33,7 @@ PETSC_INTERN void SlipMirrorUnfold(PetscInt nx, PetscInt nz, PetscInt parity, co
 #define SLIP_LANES 8                 /* fields */
 #define SLIP_NUMBER (2 * SLIP_LANES) /* reals of a number: the real parts of all lanes, and the imaginary ones */
 typedef struct _n_SlipLanesFFT *SlipLanesFFT;
-/* Where their numbers are: how many, how many reals from one to the next, from a field to the next, and from a real
-   part to its imaginary one */
+/* Layout of their numbers: count, and distances in reals of numbers, of fields, and of real and imaginary parts */
 typedef struct {
   PetscInt n, step, apart, imaginary;
 } SlipLanesFields;
@@ -50,10 +48,10 @@ PETSC_INTERN void SlipLanesJoin(SlipLanesFFT fft, PetscReal *room[2], PetscInt f
 PETSC_INTERN void SlipLanesBackward(SlipLanesFFT fft, const SlipLanesFields *g, PetscReal scale, PetscReal *room[2],
                                     PetscReal field[]);
 
-/* ---- transposed_fft.c: rows of cells over the ranks, transformed along strike, to wavenumbers over the ranks ---- */
+/* ---- transposed_fft.c: transforms along strike, from rows of cells to wavenumbers over the ranks ---- */
 typedef struct {
   PetscInt rows, row_start;       /* this rank's rows of a table */
-  PetscInt columns, column_start; /* and of its transpose */
+  PetscInt columns, column_start; /* columns of a table, which are rows of its transpose */
   size_t size;                    /* reals to allocate for either */
 } SlipLayout;
 typedef struct _n_SlipTransposedFFT {
@@ -92,7 +90,7 @@ PETSC_INTERN PetscErrorCode SlipCirculantOf(Mat K, SlipCirculant *strike); /* bo
 PETSC_INTERN PetscErrorCode SlipCirculantOfGrid(Mat K, const SlipGrid *grid, SlipCirculant *strike); /* not NULL */
 PETSC_INTERN void SlipCirculantGet(SlipCirculant s, const SlipGrid **grid, PetscInt *period, PetscInt *nk,
                                    const PetscReal **symbol);
-PETSC_INTERN PetscReal SlipCirculantBytes(Mat K); /* of K's engine on this process, 0 while it has none */
+PETSC_INTERN PetscReal SlipCirculantBytes(Mat K); /* of the blocks of K on this process, 0 if there are none */
 PETSC_INTERN PetscErrorCode SlipCirculantGetEigen(SlipCirculant s, const PetscReal **values, const PetscReal **vectors);
 PETSC_INTERN PetscErrorCode SlipCirculantFormBlocks(SlipCirculant s, const PetscReal f[], PetscReal blocks[]);
 PETSC_INTERN PetscErrorCode SlipCirculantApply(SlipCirculant s, PetscReal scale, const PetscReal blocks[],
@@ -105,11 +103,11 @@ PETSC_INTERN PetscErrorCode SlipCirculantApplyMany(SlipCirculant s, PetscReal sc
 /* ---- toeplitz.c: operators of a uniform grid by transforms along strike and in depth, distributed ---- */
 typedef struct _n_SlipToeplitz *SlipToeplitz;
 typedef struct _n_SlipToeplitzDevice *SlipToeplitzDevice;
-/* What an operator is per wavenumber pair; see toeplitz.c. hankel and product may be NULL. */
+/* An operator per pair of wavenumbers; see toeplitz.c. hankel and product may be NULL. */
 typedef struct {
   PetscReal *toeplitz;         /* [groups][depth_period / 2 + 1][SLIP_LANES], real since it is even */
   PetscReal *hankel, *product; /* the same, complex: [groups][depth_period / 2 + 1][2][SLIP_LANES] */
-  SlipDeviceMemory there[3];   /* on the device, [depth_period / 2 + 1][wavenumbers]; NULL until asked for */
+  SlipDeviceMemory there[3];   /* on the device, [depth_period / 2 + 1][wavenumbers]; NULL until used */
 } SlipToeplitzSymbol;
 PETSC_INTERN void SlipLanesMultiply(SlipLanesFFT fft, const SlipToeplitzSymbol *symbol, size_t group, PetscInt nz,
                                     const PetscReal z[], PetscReal *room[4], PetscReal field[]);
@@ -120,8 +118,8 @@ PETSC_INTERN PetscReal SlipToeplitzBytes(SlipToeplitz plane);                   
 PETSC_INTERN const SlipToeplitzSymbol *SlipToeplitzStiffness(SlipToeplitz plane);
 PETSC_INTERN PetscErrorCode SlipToeplitzApply(SlipToeplitz plane, PetscReal scale, const SlipToeplitzSymbol *symbol,
                                               Vec x, Vec y);
-/* f [nz] complex times depth_period * (operator of this symbol at local wavenumber k), in place; for use between
-   SlipToeplitzForward() and SlipToeplitzBackward() */
+/* Multiplies f [nz] complex by depth_period * (operator of this symbol at local wavenumber k), in place, between
+   SlipToeplitzForward() and SlipToeplitzBackward(). */
 PETSC_INTERN PetscErrorCode SlipToeplitzApplyWave(SlipToeplitz plane, const SlipToeplitzSymbol *symbol, PetscInt k,
                                                   PetscReal f[]);
 /* toeplitz_root.c: functions of the full space's kernel, reflected at the free surface */
@@ -145,18 +143,18 @@ struct _n_SlipToeplitz {
   SlipLanesFFT lanes;                /* of depth_period / 2 */
   PetscReal *room[4];                /* [depth_period / 2] numbers of all lanes */
   PetscReal *column;                 /* [2][depth_period] complex, and their transforms */
-  fftw_plan depth[2], depth_back[2]; /* of one and of two columns, of one wavenumber alone; NULL until asked for */
-  VecScatter scatter;                /* to this rank's rows of cells; NULL where it owns them */
+  fftw_plan depth[2], depth_back[2]; /* of one and of two columns, of only one wavenumber; NULL until used */
+  VecScatter scatter;                /* to this rank's rows of cells; NULL if it owns them */
   Vec rows;
-  SlipToeplitzDevice device; /* of vectors that are there; NULL: none has come */
+  SlipToeplitzDevice device; /* for vectors on the device; NULL: none yet */
   PetscErrorCode (*device_destroy)(SlipToeplitzDevice *);
 
   /* functions of the full space's kernel, see toeplitz_root.c */
-  PetscErrorCode (*root_destroy)(SlipToeplitz); /* of what follows; NULL while there is none */
+  PetscErrorCode (*root_destroy)(SlipToeplitz); /* frees the members below; NULL if unused */
   PetscBool image;                              /* fields are even about the free surface */
   PetscInt gap, length;    /* cells between the fault's edge and its image; half the period in depth */
-  PetscReal *symbol;       /* [local nk][length + 1], unscaled [Pa/m], >= 0; NULL until asked for */
-  SlipToeplitzSymbol root; /* of the square root of symbol; toeplitz NULL until asked for */
+  PetscReal *symbol;       /* [local nk][length + 1], unscaled [Pa/m], >= 0; NULL until used */
+  SlipToeplitzSymbol root; /* of the square root of symbol; toeplitz NULL until used */
   PetscReal *diagonal;     /* [nz] of that root */
   PetscReal *line;         /* [length] complex with image, else [2 length], and its transform */
   PetscReal *turn;         /* [length / 2 + 1] complex with image: exp(-i pi k / length) */
@@ -171,28 +169,27 @@ PETSC_INTERN void SlipToeplitzSymbolOf(SlipToeplitz p, const SlipToeplitzSymbol 
 PETSC_INTERN PetscErrorCode SlipToeplitzForward(SlipToeplitz p, Vec x);
 PETSC_INTERN PetscErrorCode SlipToeplitzBackward(SlipToeplitz p, PetscReal factor, Vec y);
 
-/* ---- toeplitz_device.c: the same on the device, of vectors that are there ---- */
+/* ---- toeplitz_device.c: the same on the device, for vectors there ---- */
 PETSC_INTERN PetscReal SlipToeplitzDeviceBytes(PetscInt nx, PetscInt nz);
 PETSC_INTERN PetscErrorCode SlipToeplitzDevicePut(SlipToeplitz plane, SlipToeplitzSymbol *symbol);
 PETSC_INTERN PetscErrorCode SlipToeplitzDeviceApply(SlipToeplitz plane, PetscReal scale, SlipToeplitzSymbol *symbol,
                                                     Vec x, Vec y);
-/* SlipToeplitzCombine() into sum->there alone, unless the device shares the processor's memory */
+/* SlipToeplitzCombine() into only sum->there, unless the device shares the processor's memory */
 PETSC_INTERN PetscErrorCode SlipToeplitzDeviceCombine(SlipToeplitz plane, PetscReal identity, PetscReal stiffness,
                                                       PetscReal root, SlipToeplitzSymbol *sum);
 /* 1 / f of the symbol S: f = max(max(g + slope, limit g), smallest), g = identity + root S^(1/2) + stiffness S */
 typedef struct {
   PetscReal identity, root, stiffness, slope, limit, smallest;
 } SlipToeplitzInverse;
-/* values: the same as [local nk][count] numbers, for devices that share the processor's memory, and asked for there
-   alone; x and y differ */
+/* values: the same as [local nk][count] numbers, only for devices that share the processor's memory; x and y differ. */
 PETSC_INTERN PetscErrorCode SlipToeplitzDeviceApplyInverse(SlipToeplitz plane, const SlipToeplitzInverse *f,
                                                            const PetscReal values[], Vec x, Vec y);
 
-/* ---- blocks_device.c: a block per wavenumber on the device, of vectors that are there ---- */
+/* ---- blocks_device.c: a block per wavenumber on the device, for vectors there ---- */
 typedef struct {
   PetscInt nx, nz, period;
   PetscInt n;                /* fields, the components of slip */
-  const PetscReal *share[2]; /* [nx nz] of each field that slip, one number a cell, has; NULL: it has all n numbers */
+  const PetscReal *share[2]; /* [nx nz] factors of each field if slip has one number per cell; NULL: it has n numbers */
   PetscBool half;            /* blocks of shear are halves by SlipSymmetricHalf(), else whole */
   PetscBool strike;          /* the first field is along strike: compression is imaginary then */
 } SlipBlocksShape;
@@ -206,7 +203,7 @@ PETSC_INTERN PetscErrorCode SlipBlocksDeviceForward(SlipBlocksDevice device, Vec
 PETSC_INTERN PetscErrorCode SlipBlocksDeviceShear(SlipBlocksDevice device, PetscReal scale, Vec y);
 PETSC_INTERN PetscErrorCode SlipBlocksDeviceNormal(SlipBlocksDevice device, PetscReal scale, Vec y);
 
-/* ---- gather.c: the whole of a distributed vector on every rank, or a pencil's rows of it ---- */
+/* ---- gather.c: all of a distributed vector on every rank, or a pencil's rows of it ---- */
 typedef struct {
   VecScatter scatter; /* NULL on one rank */
   Vec all;
@@ -222,11 +219,10 @@ PETSC_INTERN PetscErrorCode SlipGatherDestroy(SlipGather *g);
 PETSC_INTERN PetscErrorCode SlipGatherGet(SlipGather *g, Vec x, const PetscReal **array);
 PETSC_INTERN PetscErrorCode SlipGatherRestore(SlipGather *g, Vec x, const PetscReal **array);
 
-/* ---- what views ask of them, on this process [bytes] ---- */
+/* ---- memory for views, on this process [bytes] ---- */
 PETSC_INTERN PetscReal SlipGatherBytes(const SlipGather *g);
 
-/* Up to this many cells in depth a block per wavenumber of H is faster than Lanczos' method or transforms (measured).
-   */
+/* With up to so many cells in depth, a block per wavenumber of H is faster than Lanczos' method or transforms. */
 #define SLIP_BLOCKS_MAX 60
 
 /* ---- stiffness_fft.c ---- */
@@ -240,5 +236,5 @@ PETSC_INTERN PetscErrorCode SlipDippingBlocks(MPI_Comm comm, const SlipDippingGr
                                               PetscReal **stiffness, PetscReal **normal);
 
 /* ---- dipping_fft.c; Kn may be NULL ---- */
-PETSC_INTERN PetscBool SlipDippingTransforms(const SlipKernel *kernel); /* whether it can be taken for it */
+PETSC_INTERN PetscBool SlipDippingTransforms(const SlipKernel *kernel); /* whether it is supported */
 PETSC_INTERN PetscErrorCode SlipDippingCreate_FFT(MPI_Comm comm, const SlipDippingGrid *grid, Mat *K, Mat *Kn);

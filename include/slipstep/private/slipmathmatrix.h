@@ -1,40 +1,40 @@
-/* Private to src/mat: hierarchical storage of the stiffness of cells. */
+/* Internal header of src/mat: hierarchical storage of the stiffness of cells */
 #pragma once
 #include <slipstep/private/slipmatcells.h>
 
 /* ---- aca.c: low-rank approximation of a block from some of its entries ---- */
-/* entries a, column-major, of m tuples of rows from tuple i on and n tuples of columns from tuple j on of the block */
+/* Computes the entries a, column-major, of m tuples of rows from tuple i on and n tuples of columns from tuple j on. */
 typedef void (*SlipEntriesFn)(void *ctx, PetscInt i, PetscInt m, PetscInt j, PetscInt n, PetscReal a[]);
-/* U [row_tuples * rows][rank] V' [rank][column_tuples * columns] (column-major U and V) with an error of about
-   tolerance in the Frobenius norm, relative; found is false when the rank would exceed max. The tolerance includes that
-   all but the first head terms are rounded to single precision. U and V are allocated (PetscFree). */
+/* Computes U [row_tuples * rows][rank] V' [rank][column_tuples * columns] (column-major U and V) with a relative error
+   of about tolerance in the Frobenius norm; found is false if the rank would exceed max. The tolerance includes the
+   rounding of all but the first head terms to single precision. U and V are allocated (PetscFree). */
 PETSC_INTERN PetscErrorCode SlipCrossApproximate(SlipEntriesFn entries, void *ctx, PetscInt row_tuples, PetscInt rows,
                                                  PetscInt column_tuples, PetscInt columns, PetscReal tolerance,
                                                  PetscInt max, PetscInt *rank, PetscInt *head, PetscReal **U,
                                                  PetscReal **V, PetscBool *found);
 
-/* The largest rank at which both factors have no more numbers than the block, r (m + n) <= m n: more than 32 bits hold
-   from 46,341 rows and columns on. */
+/* The largest rank at which both factors have no more numbers than the block, r (m + n) <= m n, which needs more than
+   32 bits from 46,341 rows and columns on */
 static inline PetscInt SlipRankMost(PetscInt m, PetscInt n)
 {
   return (PetscInt)((PetscInt64)m * n / ((PetscInt64)m + n));
 }
 
-/* The first terms of a full block A [m * n], column-major: its crosses through the largest entries, until what is left
-   of A, which is in its place then, is at most share of it in the Frobenius norm. U [m * most] and V [n * most]; found
-   is false where more than most terms are needed. */
+/* Computes the first terms of a full block A [m * n], column-major: crosses through the largest entries, until the
+   remainder, which replaces A, is at most share of A in the Frobenius norm. U [m * most] and V [n * most]; found is
+   false if more than most terms are needed. */
 PETSC_INTERN void SlipCrossSplit(PetscInt m, PetscInt n, PetscReal share, PetscInt most, PetscReal A[], PetscInt *terms,
                                  PetscReal U[], PetscReal V[], PetscBool *found);
 
-/* ---- hblocks.c: what products read ---- */
+/* ---- hblocks.c: the data of products ---- */
 #define SLIP_HBLOCK_PAD 4
 typedef struct {
   PetscInt row, column; /* the first, in the tree's order */
   PetscInt m, n;
   PetscInt rank;    /* terms of a low-rank block; -1: a full one */
   PetscInt head;    /* terms in double precision; other terms are in single precision */
-  PetscBool single; /* of a full block: beside its head terms it is in single precision */
-  PetscReal *data;  /* as hblocks.c orders it */
+  PetscBool single; /* of a full block: all but its head terms are in single precision */
+  PetscReal *data;  /* in the order of hblocks.c */
 } SlipHBlock;
 
 PETSC_INTERN PetscErrorCode SlipHBlockStore(SlipHBlock *k, const PetscReal U[], const PetscReal V[],
@@ -46,11 +46,11 @@ PETSC_INTERN void SlipHBlocksApply(PetscInt nblocks, const SlipHBlock block[], P
                                    PetscReal y[], PetscReal t[]);
 
 /* ---- hdevice.c: products on the device ---- */
-/* What they are made of, borrowed */
+/* Data of the products, borrowed */
 typedef struct {
   const SlipClusterTree *tree;
   PetscInt N, rows, columns; /* cells, and rows and columns of each */
-  PetscBool whole;           /* no block stands for its transpose */
+  PetscBool whole;           /* no block represents its transpose, too */
   PetscInt nblocks;
   const SlipHBlock *block;
   const PetscInt *order; /* [N] number among the rows' cells of each cell in the tree's order */

@@ -1,19 +1,19 @@
-/* Private to src/mat: the stage operator, its cheap approximation and its preconditioner. */
+/* Internal header of src/mat: the stage operator, its cheap approximation and its preconditioner */
 #pragma once
 #include <slipstep/private/slipmatviscosity.h>
 
-/* ---- stageoperator.c: what the stage operator is made of ---- */
+/* ---- stageoperator.c: the parts of the stage operator ---- */
 typedef struct {
   Mat K, H;            /* borrowed */
   PetscReal mass;      /* [kg/m^2] */
   PetscReal theta;     /* [s] */
-  PetscReal scale;     /* of K against the kernel of its grid; 0 without a grid */
-  PetscReal damping;   /* H = damping * sqrt(K); 0 when unknown */
-  PetscReal radiation; /* H = radiation * I; 0 when it is not */
+  PetscReal scale;     /* of K relative to the kernel of its grid; 0 without a grid */
+  PetscReal damping;   /* H = damping * sqrt(K); 0 if unknown */
+  PetscReal radiation; /* H = radiation * I; 0 if it is not */
 } SlipStageParts;
 PETSC_INTERN PetscErrorCode SlipStageGetParts(Mat B, SlipStageParts *parts);
 
-/* ---- secant.c: what a cheap stage operator gets wrong, on directions whose exact products are known ---- */
+/* ---- secant.c: corrects a cheap stage operator on directions with cached exact products ---- */
 typedef struct _n_SlipSecant *SlipSecant;
 PETSC_INTERN PetscErrorCode SlipSecantCreate(Mat K, Mat R, PetscReal mass, PetscReal mean, SlipSecant *c);
 PETSC_INTERN PetscErrorCode SlipSecantDestroy(SlipSecant *c);
@@ -27,34 +27,34 @@ PETSC_INTERN PetscErrorCode SlipSecantState(SlipSecant c, const SlipRecycled *kn
 PETSC_INTERN PetscErrorCode PCCreate_SlipStage(PC pc);
 
 typedef struct {
-  Mat K, H;           /* stiffness, referenced, and viscosity as it is applied now */
-  Mat given;          /* viscosity, referenced: H, or what H is the factorised root of */
+  Mat K, H;           /* stiffness, referenced, and viscosity as applied now */
+  Mat given;          /* viscosity, referenced: H, or the operator whose factorised root is H */
   PetscReal mass;     /* [kg/m^2] */
   Vec weights;        /* of the rows of K and H, borrowed from K; NULL when all are 1 */
   PetscReal theta;    /* [s] */
-  PetscBool assemble; /* both operands are dense and small enough for B to be formed at each theta */
+  PetscBool assemble; /* both operands are dense, and small enough to form B at each theta */
   Mat assembled;      /* B as MATDENSE, or NULL */
-  Mat entries;        /* K as MATDENSE, for StageGetEntries(), once it is asked for */
+  Mat entries;        /* K as MATDENSE, for StageGetEntries(), on first use */
   Vec diagonal;       /* (mass / theta + radiation) times the weights, at this theta */
   PetscReal diagonal_theta;
   PetscReal assembled_theta; /* theta of assembled or of blocks */
   PetscReal device_theta;    /* of the sum on the device */
-  SlipCirculant strike;      /* both operands are per wavenumber: one pair of FFTs serves both; NULL otherwise */
+  SlipCirculant strike;      /* both operands are per wavenumber: one pair of FFTs serves both; else NULL */
   PetscReal *blocks;         /* [nk][nz][nz] spectral part of B */
-  PetscBool counts;          /* H is counted, as that of an approximation is not */
-  PetscReal damping;         /* H = damping * sqrt(K) as far as known, else 0 */
+  PetscBool counts;          /* H is counted, unlike that of an approximation */
+  PetscReal damping;         /* H = damping * sqrt(K) if known, else 0 */
   PetscReal radiation;       /* H = radiation times the weights, else 0 */
-  PetscReal scale;           /* of K against the kernel */
+  PetscReal scale;           /* of K relative to the kernel */
   SlipGather gather;
   PetscReal *y; /* [N] */
   Vec work;
-  Vec parts[2];       /* diagonals of K and H on the device, once asked for */
+  Vec parts[2];       /* diagonals of K and H on the device, on first use */
   SlipToeplitz plane; /* borrowed from K, NULL unless one pair of transforms serves K and H of type "sliptoeplitz" */
   SlipToeplitzSymbol sum; /* of B at assembled_theta */
-  PetscReal mean;         /* B = mean ((mass / theta) I + theta K), H is NULL; 0 when H is used */
-  PetscInt jacobian;      /* row of what MatSlipStageSetJacobian() chooses from */
-  Mat approximation;      /* NULL when Jacobians are to be exact */
-  SlipSecant correction;  /* of an approximation, where H remembers products; else NULL */
+  PetscReal mean;         /* B = mean ((mass / theta) I + theta K), H is NULL; 0 if H is used */
+  PetscInt jacobian;      /* row of the choices of MatSlipStageSetJacobian() */
+  Mat approximation;      /* NULL if Jacobians are exact */
+  SlipSecant correction;  /* of an approximation, if H caches products; else NULL */
 } SlipStageContext;
 
 PETSC_INTERN PetscErrorCode SlipStageMult(Mat B, Vec x, Vec y);

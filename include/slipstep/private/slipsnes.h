@@ -1,4 +1,4 @@
-/* The constraint object's inside, shared by the two cone solvers. */
+/* Internal header of the constraint object, for the two cone solvers */
 #pragma once
 #include <slipsnes.h>
 #include <petsc/private/snesimpl.h>
@@ -9,43 +9,44 @@ struct _p_SlipConstraint {
   PETSCHEADER(SlipConstraintOps);
   void *ctx;           /* the problem's */
   Vec x;               /* layout of the reduced unknowns, also work */
-  PetscInt components; /* of x, a cell's; three: two in its plane and what opens it */
-  Vec cells;           /* one number a cell, where x has more, also work; else NULL */
-  PetscBool single;    /* cells cannot have more than one */
-  Vec w;               /* full, work; on first use */
+  PetscInt components; /* of x per cell; three: two in its plane, and the opening */
+  Vec cells;           /* one number per cell, if x has more, also work; else NULL */
+  PetscBool single;    /* cells cannot have more than one component */
+  Vec w;               /* full, work; created on first use */
 
   PetscBool refuse; /* solves fail where the Jacobian on the sliding set is not positive definite (SlipDirectSolve()) */
 
   /* one stage */
-  PetscBool unstable;           /* the last solve failed for that */
+  PetscBool unstable;           /* the last solve failed for that reason */
   PetscReal omega;              /* weight of the reaction */
-  PetscReal share;              /* of the first residual that may be left, 0: what the SNES says */
-  PetscReal target;             /* residual at which an inexact solve ends, 0: it is not inexact */
-  PetscReal scale;              /* characteristic traction by which residuals are divided */
+  PetscReal share;              /* allowed residual over the first one, 0: the SNES decides */
+  PetscReal target;             /* residual at which an inexact solve ends, 0: it is exact */
+  PetscReal scale;              /* characteristic traction, the unit of residuals */
   Vec r;                        /* reaction of the last solve */
   PetscReal resnorm;            /* relative residual of the last solve */
   PetscInt worst;               /* global index of the cell with the largest residual of the last solve, or: */
-#define SLIP_WORST_UNKNOWN (-2) /* not yet looked for, in F */
-  const PetscInt *number; /* what users call the cell of each global index, borrowed from the problem; NULL: that */
-  Mat B;                  /* dG/dx at the last iterate, borrowed from the problem */
+#define SLIP_WORST_UNKNOWN (-2) /* not searched yet, in F */
+  const PetscInt *number;       /* the user's number of each cell (global index), borrowed; NULL: equal */
+  Mat B;                        /* dG/dx at the last iterate, borrowed from the problem */
 
   /* at the last point evaluated */
   Vec g, q, dq, F, mask, slope;
-  Mat C;        /* of bounds that depend on other rows' x, borrowed; NULL: none does */
-  Vec row, cx;  /* its factors in sliding rows: F_i gains row_i (C dx)_i, a cell's i; a product. With three components a
-                  cell there is no C: its normal row of dG/dx is in its place */
-  Vec friction; /* with three components a cell: q over the pressure, else NULL */
-  Vec rho;      /* step of the natural map, 1 / diag(B), of the larger entry of a cell's */
-  /* two components a cell, else NULL: directions n, what holds x along them (SlipDiskNatural()), and the entry of the
-     slope beside its diagonal; spare: the same entry of other slopes */
+  Mat C;        /* of bounds that depend on other rows' x, borrowed; NULL: none */
+  Vec row, cx;  /* its factors in sliding rows: F_i gains row_i (C dx)_i for cell i; a product. With three components
+                   per cell the normal row of dG/dx replaces C */
+  Vec friction; /* with three components per cell: q over the pressure, else NULL */
+  Vec rho;      /* step of the natural map, 1 / diag(B), with the larger entry of a cell */
+  /* two components per cell, else NULL: directions n, factors that hold x along them (SlipDiskNatural()), and the
+     off-diagonal entry of the slope; spare: the same entry of other slopes */
   Vec normal, hold, cross, spare;
   PetscReal merit; /* 2-norm of F / scale */
   PetscReal norm;  /* max-norm of F / scale */
 
-  PetscBool balanced; /* g is G of the x that the last solve has given out, which was set to zero nowhere after it */
+  PetscBool balanced; /* g is G of the last solution, no entry of which was set to zero afterwards */
 };
 
-/* A stage with A x + offset for G(x), the same cone; what takes a model solves the stage itself when that is NULL. */
+/* A stage with A x + offset instead of G(x) and the same cone; functions that get NULL for it solve the stage
+   itself. */
 typedef struct {
   Mat A;
   Vec offset;
@@ -59,43 +60,43 @@ PETSC_INTERN PetscErrorCode SlipConstraintJacobian(SlipConstraint, Vec x); /* B;
 PETSC_INTERN PetscErrorCode SlipConstraintResidual(SlipConstraint, const SlipStageModel *, Vec x, Vec g);
 /* g, q, dq, F, mask, slope, merit, norm */
 PETSC_INTERN PetscErrorCode SlipConstraintEvaluate(SlipConstraint, const SlipStageModel *, Vec x);
-/* Largest |v_i| of all cells, infinite where one is not a number */
+/* Computes the largest |v_i| of all cells, infinite if one is not a number. */
 PETSC_INTERN PetscErrorCode SlipConstraintNorm(SlipConstraint, Vec v, PetscReal *norm);
-/* v, of cells, times the pressure at the point evaluated last, where cells open; else as it is */
+/* Multiplies v, of cells, by the pressure at the last evaluated point if cells open. */
 PETSC_INTERN PetscErrorCode SlipConstraintPress(SlipConstraint, Vec x, Vec v);
-/* Slope at the point evaluated last with dq (NULL: 0) in place of its own; cross NULL with one component */
+/* Computes the slope at the last evaluated point with dq (NULL: 0); cross is NULL with one component. */
 PETSC_INTERN PetscErrorCode SlipConstraintSlope(SlipConstraint, Vec x, Vec dq, Vec slope, Vec *cross);
-/* Of a step that takes x away, y = B x: y_i += row_i (C x)_i, nothing without a coupling */
+/* For a step that subtracts x, y = B x: y_i += row_i (C x)_i, nothing without a coupling */
 PETSC_INTERN PetscErrorCode SlipConstraintAddCoupling(SlipConstraint, Vec x, Vec y);
-/* The same where con->g is G(x) already */
+/* The same if con->g is G(x) already */
 PETSC_INTERN PetscErrorCode SlipConstraintEvaluateKnown(SlipConstraint, Vec x);
 PETSC_INTERN PetscErrorCode SlipConstraintFinish(SlipConstraint, Vec x); /* reaction, worst cell */
-PETSC_INTERN PetscErrorCode SlipConstraintQuery(SNES, SlipConstraint *); /* error when the SNES has none */
+PETSC_INTERN PetscErrorCode SlipConstraintQuery(SNES, SlipConstraint *); /* raises an error if the SNES has none */
 PETSC_INTERN PetscErrorCode SlipConstraintReport(SNES, SlipConstraint, PetscInt it, SNESConvergedReason *reason);
 
-/* Entries of the slope beside its diagonal, one a cell, of the next parts; NULL: cells have one component */
+/* Sets the off-diagonal entries of the slope, one per cell, for the next parts; NULL: cells have one component. */
 PETSC_INTERN PetscErrorCode MatSlipJacobianSetCross(Mat J, Vec cross);
-/* y += what they do to x on the sliding set */
+/* y += product of these entries with x on the sliding set */
 PETSC_INTERN PetscErrorCode SlipAddCross(Vec cross, Vec mask, Vec x, Vec y);
-/* y_i += row_i (C x)_i, the product in cx; with two components a cell the rows of both have its product */
+/* y_i += row_i (C x)_i with the product in cx; with two components the two rows of a cell share it */
 PETSC_INTERN PetscErrorCode SlipAddCoupling(Mat C, Vec row, Vec x, Vec cx, Vec y);
-/* The same with the normal rows of z = B x in the place of C x, less gain x there (NULL: 0) */
+/* The same with the normal rows of z = B x instead of C x, minus gain x there (NULL: 0) */
 PETSC_INTERN PetscErrorCode SlipAddPressure(Vec row, Vec z, Vec x, Vec rho, Vec y);
 PETSC_INTERN PetscErrorCode MatSlipJacobianGetProduct(Mat J, Vec *product);
-/* The coupling of the bounds in a generalised Jacobian; C NULL and row: by the normal rows; both NULL: none */
+/* Sets the coupling of the bounds in a generalised Jacobian; C NULL and row: by the normal rows; both NULL: none. */
 PETSC_INTERN PetscErrorCode MatSlipJacobianSetCoupling(Mat J, Mat C, Vec row);
 
-/* One self-adaptive projection step from x, evaluated; rho is kept between calls, x1 and g1 are work. */
+/* Does one self-adaptive projection step from the evaluated point x; rho is updated, x1 and g1 are work. */
 PETSC_INTERN PetscErrorCode SlipProjectionStep(SlipConstraint, const SlipStageModel *, Vec x, Vec rho, Vec x1, Vec g1);
 
-/* Dense solve on the sliding set: J_ss dx_s = rhs_s, cross as above, by Cholesky, with C and its factors row (NULL:
-   none; row alone: the normal rows of B for C) or with a B that is known not to be symmetric by LU. done is false when
-   the entries of B or C are not at hand; pd is false when the matrix is not positive definite, by LU when an eigenvalue
-   of D^-1 J_ss, D the diagonal of B, has no positive real part (dx then untouched). */
+/* Solves the dense system on the sliding set: J_ss dx_s = rhs_s, with cross as above, by Cholesky, or by LU with C and
+   its factors row (NULL: none; row alone: the normal rows of B instead of C) or with a B that is known to be
+   unsymmetric. done is false if the entries of B or C are not available; pd is false, and dx unchanged, if the matrix
+   is not positive definite, with LU if an eigenvalue of D^-1 J_ss, D the diagonal of B, has no positive real part. */
 PETSC_INTERN PetscErrorCode SlipDirectSolve(Mat B, Mat C, Vec row, Vec mask, Vec slope, Vec cross, Vec rhs, Vec dx,
                                             PetscInt max, PetscBool *done, PetscBool *pd);
 
-/* What both types start with. */
+/* The beginning of the context of both types */
 typedef struct {
   Vec *work; /* reduced */
   PetscInt nwork;
@@ -110,14 +111,14 @@ PETSC_INTERN PetscErrorCode KSPCreate_SlipCG(KSP);
 enum {
   SEMISMOOTH_RHS,    /* right side of the linear solve */
   SEMISMOOTH_DX,     /* step */
-  SEMISMOOTH_XS,     /* its start */
+  SEMISMOOTH_XS,     /* start of the step */
   SEMISMOOTH_RHO,    /* of the projection steps */
-  SEMISMOOTH_ZERO,   /* no slope of the bound */
+  SEMISMOOTH_ZERO,   /* zero slope of the bound */
   SEMISMOOTH_OFFSET, /* of the model */
   SEMISMOOTH_LOAD,   /* of the cells, of a smooth bound */
   SEMISMOOTH_GS,     /* G at the step's start */
-  SEMISMOOTH_BDX,    /* what the step adds to it, and */
-  SEMISMOOTH_BXT,    /* of that what sticking cells do, where G is affine */
+  SEMISMOOTH_BDX,    /* its change by the step, and */
+  SEMISMOOTH_BXT,    /* the part of that by sticking cells, if G is affine */
   SEMISMOOTH_NWORK
 };
 
@@ -130,23 +131,24 @@ typedef struct {
   PetscInt n_direct, n_krylov, n_picard, n_projections, n_exact, n_model; /* since creation, for -snes_view */
 } SNES_Semismooth;
 
-/* The step from x, the point evaluated last, with A for dG/dx; picard when it left out the slope, ok is false when no
-   linear solve worked */
+/* Computes the step from x, the last evaluated point, with A for dG/dx; picard: it omitted the slope; ok is false if no
+   linear solve succeeded. */
 PETSC_INTERN PetscErrorCode SlipSemismoothDirection(SNES, SlipConstraint, Mat A, Vec x, PetscBool *picard,
                                                     PetscBool *ok);
-/* Direction and search from x, the point evaluated last, the it-th of them, towards a residual of tolerance */
+/* Computes the it-th direction and searches along it from x, the last evaluated point, for a residual below
+   tolerance. */
 PETSC_INTERN PetscErrorCode SlipSemismoothStep(SNES, SlipConstraint, const SlipStageModel *, PetscInt it,
                                                PetscReal tolerance, Vec x, PetscBool *ok);
-/* con->B, or its approximation */
+/* Gets con->B, or its approximation. */
 PETSC_INTERN PetscErrorCode SlipSemismoothOperator(SlipConstraint, PetscBool exact, Mat *A);
-/* Krylov solve with A and the slope for SEMISMOOTH_DX; pd is false when the matrix shows itself indefinite, where
-   bounds are coupled an eigenvalue without a positive real part */
+/* Krylov solve with A and the slope for SEMISMOOTH_DX; pd is false if the matrix turns out to be indefinite or, with
+   coupled bounds, has an eigenvalue without a positive real part */
 PETSC_INTERN PetscErrorCode SlipSemismoothKrylov(SNES, SlipConstraint, Mat A, Vec slope, Vec cross, PetscBool *ok,
                                                  PetscBool *pd);
-/* smoothbound.c: the whole solve where the bound is smooth */
+/* smoothbound.c: the whole solve if the bound is smooth */
 PETSC_INTERN PetscErrorCode SlipSmoothBoundSolve(SNES, SlipConstraint, Vec x);
-/* x = xs + lambda dx, evaluated; SlipSemismoothFrom() has made x, the point evaluated last, xs */
+/* Evaluates x = xs + lambda dx; SlipSemismoothFrom() has set xs to x, the last evaluated point. */
 PETSC_INTERN PetscErrorCode SlipSemismoothFrom(SNES, SlipConstraint, Vec x);
 PETSC_INTERN PetscErrorCode SlipSemismoothMoveTo(SNES, SlipConstraint, const SlipStageModel *, PetscReal lambda, Vec x);
-/* A few projection steps */
+/* Does a few projection steps. */
 PETSC_INTERN PetscErrorCode SlipSemismoothProject(SNES, SlipConstraint, const SlipStageModel *, Vec x);

@@ -1,30 +1,29 @@
-/* The state of a run in a file: what objects remember from one step to the next, written and read by one function each,
-   so that the two directions cannot differ. */
+/* The state of a run in a file: one function per object both writes and reads the data that it needs from one step to
+   the next, so that the two directions cannot differ. */
 #pragma once
 #include <petscvec.h>
 #include <slipcompat.h>
 #include <slipsys.h>
 
-/* An object that has a memory composes this with a function (object, SlipState); the object's type is checked
-   before. */
+/* An object with a memory composes this name with a function (object, SlipState), called after a check of its type. */
 #define SLIP_STATE_METHOD "SlipState_C"
 
-/* ---- statefile.c: files with a checksum, of which the one before is kept as FILE.previous ---- */
+/* ---- statefile.c: files with a checksum; the previous one is retained as FILE.previous ---- */
 PETSC_INTERN PetscErrorCode SlipStateCreate(MPI_Comm comm, const char file[], SlipState *state);
-/* source: option that names the file, for messages. A damaged or missing file gives way to the one before, with a
-   warning. */
+/* source: option that names the file, for messages. A warning is printed if the previous file replaces a damaged
+   one. */
 PETSC_INTERN PetscErrorCode SlipStateOpen(MPI_Comm comm, const char file[], const char source[], SlipState *state);
-PETSC_INTERN PetscErrorCode SlipStateClose(SlipState *state); /* writing: puts the file in its place */
-/* Errors, which name the option, when the file is there and is no state, or cannot be written. *exists: it is there */
+PETSC_INTERN PetscErrorCode SlipStateClose(SlipState *state); /* writing: renames the file to its final name */
+/* Raises errors that name the option, if the file exists and is no state, or cannot be written. *exists: it exists */
 PETSC_INTERN PetscErrorCode SlipStateCheckCreate(MPI_Comm comm, const char prefix[], const char option[],
                                                  const char file[], PetscBool *exists);
-/* Before vectors of cells whose numbers depend on the number of ranks: order [cells] are their rows in the mesh's
-   file */
+/* To be called before vectors of cells whose numbers depend on the number of ranks: order [cells] has their rows in the
+   mesh's file. */
 PETSC_INTERN PetscErrorCode SlipStateCells(SlipState state, PetscInt cells, const PetscInt order[]);
 
 /* ---- statevisit.c: visiting; numbers and vectors in slipsys.h ---- */
-PETSC_INTERN PetscErrorCode SlipStateGroup(SlipState state, const char name[]); /* what follows belongs to it */
-/* *has: the file has, or is to have, such a group */
+PETSC_INTERN PetscErrorCode SlipStateGroup(SlipState state, const char name[]); /* the following data belong to it */
+/* *has: the file has, or will have, such a group */
 PETSC_INTERN PetscErrorCode SlipStateHas(SlipState state, const char group[], PetscBool *has);
 PETSC_INTERN PetscErrorCode SlipStateHasValue(SlipState state, const char name[], PetscBool *has);
 PETSC_INTERN PetscErrorCode SlipStateString(SlipState state, const char name[], char x[], size_t len);
@@ -33,9 +32,9 @@ PETSC_INTERN PetscErrorCode SlipStateCount(SlipState state, const char name[], P
 PETSC_INTERN PetscErrorCode SlipStateProducts(SlipState state, const char name[], SlipProducts *products);
 PETSC_INTERN PetscErrorCode SlipStateVecs(SlipState state, const char name[], PetscInt n,
                                           const Vec x[]); /* name_0, ... */
-/* *same: what is visited now is what was written, as x says. Its type, for example; what differs is left out. */
+/* *same: the text x is the one that was written, for example a type; otherwise its data are skipped. */
 PETSC_INTERN PetscErrorCode SlipStateSame(SlipState state, const char name[], const char x[], PetscBool *same);
-/* What the object remembers, if it does, in a group of that name with its type. */
+/* Visits the data of an object that has a memory, in a group of that name with its type. */
 PETSC_INTERN PetscErrorCode SlipStateObject(SlipState state, const char name[], PetscObject object);
 
 /* Inside statevisit.c and statefile.c */
@@ -45,7 +44,7 @@ struct _n_SlipState {
   PetscMPIInt rank;
   PetscBool loading;
   SlipH5 file;     /* rank 0 */
-  char group[64];  /* path of what is being visited */
-  PetscInt cells;  /* of place */
-  PetscInt *place; /* rank 0, loading: cell of now for each cell of the file; NULL: the same */
+  char group[64];  /* path of the present group */
+  PetscInt cells;  /* number of entries of place */
+  PetscInt *place; /* rank 0, loading: present number of each cell of the file; NULL: the same */
 };

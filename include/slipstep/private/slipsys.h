@@ -1,4 +1,4 @@
-/* Inside: registration, data carried by PETSc objects, events of -log_view. */
+/* Internal: registration, data attached to PETSc objects, events of -log_view, options, and HDF5 files */
 #pragma once
 #include <petscmat.h>
 #include <slipcompat.h>
@@ -7,44 +7,44 @@
 #include <sys/stat.h>
 
 /* ---- package.c ---- */
-/* Calls what registers a room's classes, types and events, once from PetscInitialize() to PetscFinalize() */
+/* Calls a function that registers classes, types and events, once between PetscInitialize() and PetscFinalize(). */
 PETSC_INTERN PetscErrorCode SlipRegisterOnce(PetscErrorCode (*registers)(void));
-PETSC_INTERN PetscErrorCode SlipGetStartTime(PetscLogDouble *time); /* when that was first called, as of PetscTime() */
+PETSC_INTERN PetscErrorCode SlipGetStartTime(PetscLogDouble *time); /* time of the first such call, by PetscTime() */
 
 PETSC_INTERN const char *SlipSignalName(int number); /* signals.c */
 
 /* ---- arrays.c ---- */
-/* One of the vectors whose arrays a loop reads or writes together; NULL for the vector leaves its pointer alone. */
+/* One of the vectors whose arrays a loop accesses together; a NULL vector leaves its pointer unchanged. */
 typedef struct {
   Vec vec;
-  const PetscScalar **read; /* where the array goes, if it is only read */
+  const PetscScalar **read; /* pointer to the array, if it is only read */
   PetscScalar **write;      /* likewise, if it is changed or written */
 } SlipArrays;
 PETSC_INTERN PetscErrorCode SlipArraysGet(PetscInt n, const SlipArrays list[]);
 PETSC_INTERN PetscErrorCode SlipArraysRestore(PetscInt n, const SlipArrays list[]);
 
 /* ---- largest.c ---- */
-/* The larger of both; NaN where one is */
+/* The larger of both; NaN if one is NaN */
 static inline PetscReal SlipLarger(PetscReal a, PetscReal b)
 {
-  return b > a || b != b ? b : a; /* without a call */
+  return b > a || b != b ? b : a; /* avoids a call */
 }
 PETSC_EXTERN PetscErrorCode SlipAllreduceLargest(MPI_Comm comm, PetscInt n, PetscReal x[]);
 PETSC_EXTERN PetscErrorCode SlipVecLargest(Vec x, PetscReal *largest);
 
 /* ---- compose.c ---- */
-/* Takes data over, in place of what had the name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */
+/* Attaches data, replacing those of the same name. destroy: SlipContainerDestroyDefault for memory of PetscMalloc() */
 PETSC_INTERN PetscErrorCode SlipObjectComposeData(PetscObject obj, const char name[], void *data,
                                                   PetscErrorCode (*destroy)(SlipContainerArg));
-/* data: address of a pointer, borrowed; NULL when there is nothing of that name */
+/* data: address of a pointer, borrowed; NULL if there are no data of that name */
 PETSC_INTERN PetscErrorCode SlipObjectQueryData(PetscObject obj, const char name[], void *data);
 
 /* ---- solveroptions.c ---- */
 PETSC_INTERN const char *
 SlipNumberOption(size_t i); /* name of the i-th number of PETSc's solvers, NULL after the last */
 
-/* Whether an option is given, which does not count as reading it: those that nobody has read are checked. name
-   without dash */
+/* Gets whether an option is given, without marking it as read: it may still be reported as unused. name: without
+   dash */
 PETSC_INTERN PetscErrorCode SlipHasOption(PetscOptions options, const char prefix[], const char name[], PetscBool *has);
 
 /* ---- optionintegers.c ---- */
@@ -53,22 +53,21 @@ PETSC_INTERN PetscBool SlipEndsWith(const char name[], const char end[]);
 /* ---- optiontimes.c ---- */
 #define SLIP_TIME_UNITS "s, min, h, d or y"                 /* for messages */
 PETSC_INTERN PetscBool SlipIsTimeOption(const char name[]); /* without dash, a prefix before it or not */
-/* A time to so many digits in the unit that fits: "12.5 s", "3.2 h", "113.4 years" */
+/* Writes a time with so many digits in the unit that fits: "12.5 s", "3.2 h", "113.4 years". */
 PETSC_EXTERN void SlipTimeText(PetscReal seconds, int digits, char text[], size_t len);
 
 /* ---- words.c ---- */
 #define SLIP_NAME_LENGTH 128
-/* The next of names after *place, which it moves on, behind prefix; false after the last */
+/* Gets the next of the names after *place, which advances, following prefix; false after the last. */
 PETSC_INTERN PetscBool SlipNextName(const char prefix[], const char **place, char name[SLIP_NAME_LENGTH]);
 
 /* ---- optionnames.c ---- */
 #define SLIP_HINT_LENGTH (SLIP_NAME_LENGTH + 32)
 PETSC_INTERN PetscErrorCode SlipSuggestName(const char word[], const char names[], char text[SLIP_HINT_LENGTH]);
-PETSC_INTERN PetscBool SlipIsHelpOption(const char name[]); /* ours, or PETSc's that every run needs */
+PETSC_INTERN PetscBool SlipIsHelpOption(const char name[]); /* ours, or of PETSc's those that every run needs */
 
 /* ---- log.c ---- */
-/* Events are nested where the work is: a product with B may hold products with K and H, the output those of its
-   rows. */
+/* Events are nested: a product with B may contain products with K and H, the output those of its rows. */
 PETSC_INTERN PetscLogEvent SLIP_StiffnessSetUp, SLIP_StiffnessMult; /* K */
 PETSC_INTERN PetscLogEvent SLIP_ViscositySetUp, SLIP_ViscosityMult; /* H */
 PETSC_INTERN PetscLogEvent SLIP_StageMult;                          /* B */
@@ -77,24 +76,24 @@ PETSC_INTERN PetscLogEvent SLIP_Direct;  /* solves of a few cells' rows */
 PETSC_INTERN PetscLogEvent SLIP_Cells;   /* slip rates of all cells: friction in balance, kicks */
 PETSC_INTERN PetscLogEvent SLIP_Cone;    /* bound, natural map, projection */
 PETSC_INTERN PetscLogEvent SLIP_Policy;  /* forward pass */
-PETSC_INTERN PetscLogEvent SLIP_Observe; /* what the policy sees */
+PETSC_INTERN PetscLogEvent SLIP_Observe; /* observations of the policy */
 PETSC_INTERN PetscLogEvent SLIP_Output;  /* gathering and writing */
 
-PETSC_INTERN PetscErrorCode SlipLogRegister(void); /* all of them; again does nothing */
+PETSC_INTERN PetscErrorCode SlipLogRegister(void); /* all of them; later calls do nothing */
 PETSC_INTERN PetscErrorCode SlipLogProducts(Mat A, PetscLogEvent event);
 PETSC_INTERN PetscErrorCode SlipLogProductsReplace(Mat A, PetscErrorCode (*mult)(Mat, Vec, Vec),
                                                    PetscErrorCode (**before)(Mat, Vec, Vec));
 PETSC_INTERN PetscErrorCode SlipLogsProducts(Mat A, PetscBool *counted);
-/* The stage and the event of output, around it. */
+/* Begin and end the stage and the event of output. */
 PETSC_INTERN PetscErrorCode SlipLogOutputBegin(void);
 PETSC_INTERN PetscErrorCode SlipLogOutputEnd(void);
 
 /* ---- workcounts.c ---- */
-/* For whom products are made: the run, what is done once and again where a run goes on, and what only looks at a run:
-   output and estimates of its error */
+/* For what products are used: the run; work done once and again when a run continues; or only information about a run,
+   that is output and estimates of its error */
 typedef enum { SLIP_PRODUCTS_RUN, SLIP_PRODUCTS_SETUP, SLIP_PRODUCTS_LOOK, SLIP_PRODUCTS_USERS } SlipProductsUser;
 PETSC_INTERN void SlipProductsAdd(SlipProducts more);
-/* What the products of a run were at its last row, and those since, with what they cost; the next row begins. */
+/* Gets the products of a run up to its last row, and those since then, with their cost, and begins the next row. */
 PETSC_INTERN SlipProducts SlipProductsRow(SlipProducts *last);
 PETSC_INTERN SlipProducts SlipProductsNow(void); /* of the user of now */
 PETSC_INTERN PetscErrorCode SlipProductsPush(SlipProductsUser user);
@@ -111,33 +110,33 @@ PETSC_INTERN PetscErrorCode SlipH5Clear(const char prefix[], const char option[]
 PETSC_INTERN PetscErrorCode SlipH5CheckNoInput(const char file[], const char source[]);
 
 /* ---- h5claim.c ---- */
-/* The file that a name stands for: symbolic links are followed, also to a file that is not there yet. */
+/* Resolves symbolic links of a name, also to a file that does not exist yet. */
 PETSC_INTERN PetscErrorCode SlipH5Follow(const char file[], const char source[], char target[PETSC_MAX_PATH_LEN]);
 PETSC_INTERN PetscErrorCode SlipH5Refuse(const SlipH5 *h, const char file[], int reason);
 PETSC_INTERN PetscErrorCode SlipH5Claim(const SlipH5Kind *kind, const char file[], SlipH5 *h);
-/* Of the longest series of an open file but for those of SlipH5Kind.start */
+/* Gets the rows of the longest series of an open file, without the first ones, see SlipH5Kind. */
 PETSC_INTERN hsize_t SlipH5MostRows(hid_t id, int first);
 /* ---- usedfiles.c ---- */
 #define SLIP_FILE_ENDINGS 8
 typedef struct {
-  char option[96];               /* that names it, with its dash */
+  char option[96];               /* option that names it, with its dash */
   char name[PETSC_MAX_PATH_LEN]; /* "": no file */
   const char
-    *endings[SLIP_FILE_ENDINGS + 1]; /* what the run adds to the name: "" for the file itself; NULL ends them */
-  PetscBool written;                 /* or read */
-  PetscInt family;                   /* others of it may be the same file; 0: none */
+    *endings[SLIP_FILE_ENDINGS + 1]; /* what the run appends to the name: "" for the file itself; ended by NULL */
+  PetscBool written;                 /* or only read */
+  PetscInt family;                   /* files of one family may be the same file; 0: none */
 } SlipNamedFile;
 PETSC_INTERN PetscErrorCode SlipFilesCheckNames(MPI_Comm comm, PetscInt n, const SlipNamedFile file[]);
 /* ---- h5names.c ---- */
-/* Names of the attributes of the root, to be freed one by one; more than most are an error */
+/* Gets the names of the root's attributes, to be freed one by one; more than `most` are an error. */
 PETSC_INTERN PetscErrorCode SlipH5GetAttributes(SlipH5 *h, PetscInt most, PetscInt *n, char *names[]);
 PETSC_INTERN PetscErrorCode SlipH5IsText(SlipH5 *h, const char path[], const char attr[], PetscBool *text);
-/* What HDF5 calls a PetscInt in memory */
+/* HDF5's type of a PetscInt in memory */
 static inline hid_t SlipH5PetscInt(void)
 {
   return sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
 }
-/* ---- h5write.c, h5read.c: entries start to start + n of a dataset of N numbers, which is made with the first ---- */
+/* ---- h5write.c, h5read.c: entries start to start + n of a dataset of N numbers, which the first write creates ---- */
 PETSC_INTERN PetscErrorCode SlipH5WritePiece(SlipH5 *h, const char path[], PetscInt N, PetscInt start, PetscInt n,
                                              const PetscReal data[]);
 PETSC_INTERN PetscErrorCode SlipH5ReadPiece(SlipH5 *h, const char path[], PetscInt N, PetscInt start, PetscInt n,
@@ -145,26 +144,25 @@ PETSC_INTERN PetscErrorCode SlipH5ReadPiece(SlipH5 *h, const char path[], PetscI
 /* ---- h5whole.c ---- */
 PETSC_INTERN PetscBool SlipH5IsWhole(hid_t id, char object[PETSC_MAX_PATH_LEN]);
 
-/* ---- h5output.c: the two halves of SlipH5Close() of a file that was written, for what is to be done in between
-   ---- */
+/* ---- h5output.c: the two halves of SlipH5Close() for a file that was written, with other work in between ---- */
 PETSC_INTERN PetscErrorCode SlipH5CloseBeside(SlipH5 *h);
 PETSC_INTERN PetscErrorCode SlipH5PutInPlace(SlipH5 *h);
 
 /* ---- error.c ---- */
-PETSC_INTERN void SlipErrorAtEnd(void (*end)(void));     /* before the error handler of a program ends it */
+PETSC_INTERN void SlipErrorAtEnd(void (*end)(void));     /* called before the error handler of a program ends it */
 PETSC_INTERN PetscErrorCode SlipErrorHandlerBegin(void); /* before PetscInitialize() */
 
 /* ---- h5fail.c ---- */
-/* Raises the error of a write and closes the file. reason: errno of a call of ours, and HDF5 is sound; 0: HDF5 has
+/* Raises the error of a write and closes the file. reason: errno of a call of ours, while HDF5 is intact; 0: HDF5 has
    failed, or its driver */
 PETSC_INTERN PetscErrorCode SlipH5WriteFailed(SlipH5 *h, int reason, const char format[], ...)
   PETSC_ATTRIBUTE_FORMAT(3, 4);
 
 PETSC_INTERN SlipH5 *SlipH5Written(int i);                     /* the i-th file that this process writes, or NULL */
-PETSC_INTERN SlipH5 *SlipH5WrittenAs(const struct stat *info); /* the one that is on this place of the disk, or NULL */
+PETSC_INTERN SlipH5 *SlipH5WrittenAs(const struct stat *info); /* the one with this inode, or NULL */
 PETSC_INTERN PetscErrorCode SlipH5Enlist(SlipH5 *h);           /* until it is released */
-PETSC_INTERN void SlipH5IgnoreLimitSignal(void);               /* until no file is enlisted any more */
-PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep);    /* the descriptor, and the file unless it is kept */
+PETSC_INTERN void SlipH5IgnoreLimitSignal(void);               /* until no file is enlisted */
+PETSC_INTERN void SlipH5Release(SlipH5 *h, PetscBool keep);    /* closes the descriptor, removes the file unless keep */
 PETSC_INTERN int SlipH5CloseId(SlipH5 *h);                     /* 0, or errno */
 
 /* ---- h5driver.c ---- */

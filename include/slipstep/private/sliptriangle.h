@@ -1,8 +1,8 @@
-/* Private: what the fields of a triangle are put together from, sums over its edges for some points at once. */
+/* Internal: the fields of a triangle as sums over its edges, for several points at once */
 #pragma once
 #include <slipstep/private/slipdipping.h>
 
-/* A triangle as its fields need it. Edge k goes from vertex k to the next one, around the hanging wall's normal. */
+/* A triangle. Edge k goes from vertex k to the next one, around the hanging wall's normal. */
 typedef struct {
   SlipDipping plane;               /* depth is that of the middle */
   PetscReal middle[3], strike[2];  /* [m]; cosine and sine */
@@ -10,11 +10,11 @@ typedef struct {
   PetscReal x[3], t[3], length[3]; /* vertices from the middle, and of the edges [m] */
   PetscReal along[3], up[3];       /* directions of the edges along strike and up dip */
   PetscReal rounding;              /* of the triangle's coordinates [m] */
-  PetscBool image_only;            /* of all sources of a call: only what the free surface adds */
+  PetscBool image_only;            /* of all sources of a call: only the effect of the free surface */
 } SlipTriangle;
 
-/* Those of some points. The images of edges: horizontal direction along strike and to the right, and of the edge the
-   parts in that direction and down. */
+/* Edges for several points. For the images: horizontal direction along strike and to the right, and the components of
+   the edge in that direction and down */
 typedef struct {
   PetscReal x[3][SLIP_LANES], t[3][SLIP_LANES], length[3][SLIP_LANES], along[3][SLIP_LANES], up[3][SLIP_LANES];
   PetscReal hx[3][SLIP_LANES], hy[3][SLIP_LANES], flat[3][SLIP_LANES], steep[3][SLIP_LANES];
@@ -22,12 +22,12 @@ typedef struct {
   PetscReal bx[SLIP_LANES], by[SLIP_LANES]; /* slip along strike and to the right */
 } SlipTriangleEdges;
 
-/* Points, each as its own triangle sees it from its middle. */
+/* Points, each in the coordinates of its own triangle, from its middle */
 typedef struct {
   PetscInt n; /* at most SLIP_LANES */
   PetscReal x[SLIP_LANES], t[SLIP_LANES], q[SLIP_LANES];
-  PetscReal rounding[SLIP_LANES]; /* of the coordinates: what is less from an edge or the plane is on it [m] */
-  PetscReal move[SLIP_LANES];     /* what is to be added to t, less than rounding */
+  PetscReal rounding[SLIP_LANES]; /* of the coordinates: a point is on an edge or the plane if it is closer [m] */
+  PetscReal move[SLIP_LANES];     /* added to t, less than rounding */
 } SlipTrianglePoints;
 
 /* ---- triangle.c: 4 pi times the displacement [n][3] or its gradient [n][9] along strike, to the right and down, of
@@ -57,18 +57,18 @@ typedef struct {
 PETSC_EXTERN void SlipTriangleTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt n,
                                         const SlipTriangleCell *const receiver[],
                                         const SlipTriangleCell *const source[], PetscReal traction[]);
-/* [n][slips][3], by slip along the first 2 or 3 of the source's directions */
+/* [n][slips][3], for slip along the first 2 or 3 of the source's directions */
 PETSC_EXTERN void SlipTriangleVectorTractions(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
                                               PetscInt n, const SlipTriangleCell *const receiver[],
                                               const SlipTriangleCell *const source[], PetscReal traction[]);
 
-/* ---- triangle_loops.c: a triangle as an outline, around its normal; slips are those of the normal's side, north,
+/* ---- triangle_loops.c: a triangle as a closed loop around its normal; slips are those of the normal's side, north,
    east and down ---- */
 typedef struct {
   PetscReal vertices[9]; /* [m] */
-  PetscReal area, least; /* and the least height [m] */
-  PetscReal normal[3];   /* of a mirror image, whose jump is that of the triangle itself, the triangle's */
-  PetscBool full_space;  /* there is no ground */
+  PetscReal area, least; /* area, and smallest height [m] */
+  PetscReal normal[3];   /* of a mirror image, whose jump is that of the triangle itself, the triangle's normal */
+  PetscBool full_space;  /* there is no free surface */
 } SlipTriangleLoop;
 PETSC_EXTERN void SlipTriangleLoops(PetscReal nu, const SlipTriangleLoop *A, PetscInt na, const PetscReal a[][3],
                                     const SlipTriangleLoop *B, PetscInt nb, const PetscReal b[][3], PetscReal core,
@@ -80,7 +80,7 @@ PETSC_EXTERN void SlipTriangleAverage(PetscReal G, PetscReal nu, PetscBool full_
                                       const SlipTriangleCell *source, PetscReal core, PetscReal average[2]);
 PETSC_EXTERN PetscReal SlipTriangleAverageEdge(PetscReal G, PetscReal nu, const SlipTriangleCell *cell, PetscInt k,
                                                PetscReal share, PetscReal ratio);
-/* The same along both directions in the plane, and of 3 slips across it: [3][slips] and [slips][slips] */
+/* The same along both directions in the plane, and with 3 slips normal to it: [3][slips] and [slips][slips] */
 PETSC_EXTERN void SlipTriangleVectorAverage(PetscReal G, PetscReal nu, PetscBool full_space, PetscInt slips,
                                             const SlipTriangleCell *receiver, const SlipTriangleCell *source,
                                             PetscReal core, PetscReal average[]);
@@ -104,8 +104,8 @@ static inline void SlipUnit(PetscReal v[3])
   for (int i = 0; i < 3; i++) v[i] /= size;
 }
 
-/* The normal around which the vertices go, as long as twice the area, from the two shorter sides; the longest side's
-   square */
+/* The normal around which the vertices are ordered, with the length of twice the area, from the two shorter sides;
+   returns the longest side's square */
 static inline PetscReal SlipTriangleNormal(const PetscReal vertices[9], PetscReal normal[3])
 {
   PetscReal side[3][3], square[3];
@@ -120,7 +120,7 @@ static inline PetscReal SlipTriangleNormal(const PetscReal vertices[9], PetscRea
   return square[longest];
 }
 
-/* An edge's distances from a point along its normal outward and along itself from its end; those of rounding are 0. */
+/* An edge's distances from a point: along its outward normal, and along itself from its end; 0 within rounding */
 SLIP_WITHIN PetscReal SlipEdgeAcross(const SlipTriangleEdges *e, const SlipTrianglePoints *p, PetscInt edge, PetscInt k)
 {
   const PetscReal v = (p->x[k] - e->x[edge][k]) * e->up[edge][k] - (p->t[k] - e->t[edge][k]) * e->along[edge][k];

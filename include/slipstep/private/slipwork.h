@@ -1,8 +1,8 @@
-/* What a run costs and where its time goes: kinds of work, which are counted where they are done. */
+/* The cost of a run and the distribution of its time: kinds of work, which are counted where they occur */
 #pragma once
 #include <petscsys.h>
 
-/* Shares of the time of a run. What is done for set-up or output is theirs, whatever it is. */
+/* Shares of the time of a run. All work during set-up or output belongs to these two. */
 typedef enum {
   SLIP_SHARE_SETUP,
   SLIP_SHARE_PRODUCTS,
@@ -16,59 +16,59 @@ PETSC_INTERN const char *const SlipShareNames[SLIP_SHARES];
 
 /* Kinds of work, each with its share; src/sys/workprices.h has the price of a unit. */
 #define SLIP_WORK_LIST(ROW)                                                                                            \
-  ROW(RUN, SETUP)            /* runs: the process, PETSc's start and end, files that are opened and closed */          \
+  ROW(RUN, SETUP)            /* runs: the process, PETSc's start and end, opening and closing of files */              \
   ROW(READ, SETUP)           /* files that are read */                                                                 \
   ROW(KERNEL, SETUP)         /* pairs of cells of a grid, by distance and depths */                                    \
   ROW(PAIR, SETUP)           /* pairs of cells of a mesh */                                                            \
-  ROW(DIPPING_PAIR, SETUP)   /* likewise of dipping rectangles */                                                      \
-  ROW(TRIANGLE_PAIR, SETUP)  /* and of triangles */                                                                    \
+  ROW(DIPPING_PAIR, SETUP)   /* pairs of dipping rectangles of a mesh */                                               \
+  ROW(TRIANGLE_PAIR, SETUP)  /* pairs of triangles of a mesh */                                                        \
   ROW(MATRIX, SETUP)         /* flops of products of matrices */                                                       \
-  ROW(EIGEN, SETUP)          /* of eigenproblems: their rows cubed */                                                  \
-  ROW(FIT, SETUP)            /* kernels of waves */                                                                    \
-  ROW(WAVE, SETUP)           /* wavenumbers of them */                                                                 \
+  ROW(EIGEN, SETUP)          /* eigenproblems: their rows cubed */                                                     \
+  ROW(FIT, SETUP)            /* fits of kernels of waves */                                                            \
+  ROW(WAVE, SETUP)           /* wavenumbers of waves */                                                                \
   ROW(PRODUCT, PRODUCTS)     /* products and applications of the preconditioner, of any size */                        \
   ROW(TRANSFORM, PRODUCTS)   /* flops of transforms */                                                                 \
   ROW(BLOCK, PRODUCTS)       /* flops of dense blocks, one per wavenumber */                                           \
   ROW(DENSE, PRODUCTS)       /* flops of dense products */                                                             \
   ROW(HIERARCHY, PRODUCTS)   /* flops of hierarchical products and of low-rank parts */                                \
-  ROW(MEMORY, PRODUCTS)      /* numbers that waves remember, a step */                                                 \
-  ROW(DECAY, PRODUCTS)       /* by what they fade in a step of another length */                                       \
-  ROW(PACK, DIRECT)          /* entries of K that they take */                                                         \
-  ROW(FACTOR, DIRECT)        /* flops of their factors */                                                              \
-  ROW(ATTEMPT, CELLS)        /* attempts of our integrators without stages that are solved */                          \
+  ROW(MEMORY, PRODUCTS)      /* numbers in the memory of waves, per step */                                            \
+  ROW(DECAY, PRODUCTS)       /* their decay factors, for a step of another length */                                   \
+  ROW(PACK, DIRECT)          /* entries of K in direct solves */                                                       \
+  ROW(FACTOR, DIRECT)        /* flops of their factorisations */                                                       \
+  ROW(ATTEMPT, CELLS)        /* attempts of our integrators that solve no stages */                                    \
   ROW(RATE, CELLS)           /* right-hand sides, of any size */                                                       \
   ROW(EVALUATION, CELLS)     /* other evaluations of friction, of any size */                                          \
-  ROW(STRENGTH, CELLS)       /* cells of both */                                                                       \
-  ROW(BALANCE, CELLS)        /* likewise of friction that always slides */                                             \
+  ROW(STRENGTH, CELLS)       /* cells in right-hand sides and other evaluations */                                     \
+  ROW(BALANCE, CELLS)        /* the same for friction that always slides */                                            \
   ROW(SOURCE, CELLS)         /* cells whose pressure by a source is evaluated */                                       \
   ROW(VECTOR, CELLS)         /* flops of vectors, as PETSc counts them */                                              \
-  ROW(OBSERVED, OBSERVATION) /* numbers of the states */                                                               \
+  ROW(OBSERVED, OBSERVATION) /* numbers of observed states */                                                          \
   ROW(PIECE, OUTPUT)         /* pieces of output */                                                                    \
-  ROW(NUMBER, OUTPUT)        /* numbers that are written */                                                            \
-  ROW(FILE, OUTPUT)          /* files that are made */
+  ROW(NUMBER, OUTPUT)        /* written numbers */                                                                     \
+  ROW(FILE, OUTPUT)          /* created files */
 #define SLIP_WORK_NAME(name, share) SLIP_WORK_##name,
 typedef enum { SLIP_WORK_LIST(SLIP_WORK_NAME) SLIP_WORKS } SlipWork;
 #undef SLIP_WORK_NAME
 PETSC_INTERN const char *const SlipWorkNames[SLIP_WORKS];
 
 PETSC_INTERN void SlipWorkAdd(SlipWork work, PetscReal units);
-PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides); /* friction is evaluated */
-PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops);            /* logs them as well */
-PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops); /* somebody has logged them */
-/* What was done since the last call is for the user, and of the share, of now. */
+PETSC_INTERN void SlipWorkCells(PetscInt n, PetscInt components, PetscBool always_slides); /* evaluations of friction */
+PETSC_INTERN PetscErrorCode SlipWorkFlops(SlipWork work, PetscLogDouble flops);            /* and logs them */
+PETSC_INTERN void SlipWorkLogged(SlipWork work, PetscLogDouble flops);                     /* they are logged already */
+/* Assigns the work since the last call to the present user and share. */
 PETSC_INTERN void SlipWorkTake(void);
-/* Up to its end, what a run does is of this share. */
+/* From Begin to End, work of a run belongs to this share. */
 PETSC_INTERN void SlipWorkBegin(SlipShare share);
 PETSC_INTERN void SlipWorkEnd(void);
-/* What is done from now on is set-up, or that of a run, whatever an error has left begun. */
+/* From now on work belongs to the set-up, or to a run, whatever an error has left unfinished. */
 PETSC_INTERN void SlipWorkPrepare(void);
 PETSC_INTERN void SlipWorkReset(void);
-/* Checkpoints, which a clock asks for, and what a restart reads are no work. */
+/* Checkpoints, which depend on a clock, and the reading of a restart are not counted. */
 PETSC_INTERN void SlipWorkPause(PetscBool pause);
-/* The time of shares from now on, up to now that of set-up: a clock is read at each change. */
+/* Measures the time of shares from now on, by reading a clock at each change; the time before is that of set-up. */
 PETSC_INTERN void SlipWorkMeasure(void);
 
-/* Of this process so far */
+/* Totals of this process so far */
 typedef struct {
   PetscReal units[SLIP_WORKS][SLIP_SHARES];
   PetscReal cost[SLIP_SHARES];    /* by prices [s] */
