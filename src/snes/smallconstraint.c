@@ -430,7 +430,7 @@ static PetscErrorCode Kick(SlipConstraint con, PetscReal t, PetscReal a, Vec g, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Drifts by the explicit midpoint rule: an Euler step inside, then the whole step with the force stored by Damping(). */
+/* Drifts by the explicit midpoint rule: an Euler step inside, then the whole step with Damping()'s force. */
 static PetscErrorCode Drift(SlipConstraint con, SlipNode from, PetscReal t, PetscReal h, Vec w, void *ctx)
 {
   Small *s = (Small *)ctx;
