@@ -24,8 +24,8 @@ PetscErrorCode SlipFaultCellsCreate(const SlipKernel *kernel, PetscInt n, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets mesh->dips. If all cells are vertical and strike north, the list becomes one of five columns, so that its results
-   are bitwise the same. */
+/* Sets mesh->dips. If all cells are vertical and strike north, the list becomes one of five columns, with bitwise the
+   same results. */
 static void Directions(SlipFaultMesh *mesh)
 {
   SlipCells *c = &mesh->cells;

@@ -112,7 +112,7 @@ static PetscErrorCode SlipPackRows(Mat dense, PetscReal scale, Vec diagonal, Vec
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the off-diagonal entries of the slope. Both components in a cell's plane slide, or neither: they are adjacent. */
+/* Adds the off-diagonal entries of the slope. A cell's components in its plane slide both or not: they are adjacent. */
 static PetscErrorCode SlipPackCross(Vec cross, PetscInt block, PetscInt nloc, const PetscInt loc[], PetscInt n,
                                     PetscInt first, PetscScalar rows[])
 {
