@@ -66,8 +66,7 @@ PetscErrorCode SlipFaultMeshDestroy(SlipFaultMesh *mesh)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the scatter that gathers vectors like x, with one or more numbers per cell, on rank 0 in the order of
-   rows. */
+/* Creates the scatter of vectors like x, with one or more numbers per cell, to rank 0 in the order of rows. */
 PetscErrorCode SlipFaultGatherCreate(const SlipFaultMesh *mesh, Vec x, VecScatter *scatter, Vec *x0)
 {
   PetscMPIInt rank;

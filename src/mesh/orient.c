@@ -219,8 +219,7 @@ static PetscErrorCode Orient(const char source[], SlipFaultMeshFile *m, const Ac
     if (turned[first] >= 0) continue;
     queue[0] = first;
     PetscCall(Spread(source, m, across, turned, queue, &n, sum));
-    /* the sum is 0 for a surface that closes around the vertical, such as a ring of dikes: its first triangle
-       decides */
+    /* the sum is 0 for a surface around the vertical, such as a ring of dikes: its first triangle decides */
     if (PetscSqrtReal(Dot(sum, sum)) < 1e-9 * sum[3]) Normal(m, first, sum);
     for (int k = 0; k < 3; k++) normal[k] = sum[k] / PetscSqrtReal(Dot(sum, sum));
     if (PetscAbsReal(normal[2]) < VERTICAL) normal[2] = 0;

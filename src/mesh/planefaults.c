@@ -3,8 +3,7 @@
 #include <slipstep/private/slipmesh.h>
 #include <stdlib.h>
 
-/* Rounding of an angle, over the circle, and of a distance, over the coordinates: a thousandth of the allowed overlap
-   of cells */
+/* Rounding of an angle over the circle, and of a distance over the coordinates: 1/1000 of cells' allowed overlap */
 #define PLANE_ROUNDING 1e-9
 
 static int Compare(const void *a, const void *b)

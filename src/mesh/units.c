@@ -19,8 +19,7 @@
 #define BURIED 500.0
 #define SHALLOW 300.0
 /* Degrees beside lengths are detected for any unit: one degree is 111 km, so that cells are so many times higher than
-   wide, and the fault is farther from the origin than it is across, as most places are from longitude and latitude
-   0. */
+   wide, and the fault is farther from the origin than it is across, as most places are from 0 degrees. */
 #define DEGREES_STEEP 3.0
 #define DEGREES_FAR 1.5
 

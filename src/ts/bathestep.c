@@ -1,5 +1,4 @@
-/* TSBATHE's step: it attempts, estimates the error, calls the controller, accepts, rejects or recovers from a failed
-   stage. */
+/* TSBATHE's step: attempts, error estimates, the controller's choice, and recovery from failed stages. */
 #include <slipstep/private/slipts.h>
 #include <petsc/private/snesimpl.h>
 #include <petsctime.h>

@@ -83,8 +83,7 @@ PetscReal SlipStepAfterCorner(TS ts, PetscReal end, PetscReal whole)
 }
 
 /* Ends a run if a constant step h of an explicit method left the domain of the right-hand side. A controller would
-   reject it, but shorter constant steps would continue from a state that the longer ones have made inaccurate, and be
-   too many. */
+   reject it, but shorter constant steps would be too many, from a state that longer ones have made inaccurate. */
 PetscErrorCode SlipGuardConstant(TS ts, PetscReal h)
 {
   PetscBool constant;

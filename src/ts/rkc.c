@@ -122,8 +122,7 @@ PetscErrorCode TSRKCSetMaxStages(TS ts, PetscInt stages)
 
 /* ---- a step ---- */
 
-/* Computes in y[1] the state after a step h of s stages from start with its right-hand side f; overwrites y[0],
-   work. */
+/* Computes in y[1] the state after a step h of s stages from start, where the side is f; overwrites y[0] and work. */
 PetscErrorCode SlipChebyshevStages(TS ts, SlipSideFn side, PetscReal t, PetscReal h, PetscInt s, Vec start, Vec f,
                                    Vec y[2], Vec work)
 {

@@ -85,8 +85,7 @@ PetscErrorCode SlipDenseScatter(MPI_Comm comm, PetscInt nlocal, PetscInt N, cons
 }
 
 #define SLIP_EIGEN_MOST 32766 /* 1 + 6 n + 2 n^2 < 2^31 */
-/* Replaces A (symmetric, n * n) by its orthonormal eigenvectors: column k (contiguous) is that of eigenvalue k, in
-   ascending order. */
+/* Replaces A (symmetric, n * n) by its orthonormal eigenvectors: column k (contiguous) for eigenvalue k, ascending */
 PetscErrorCode SlipDenseEigen(PetscInt n, PetscReal A[], PetscReal eigenvalues[], PetscInt *info)
 {
   PetscBLASInt bn, lwork = -1, liwork = -1, isize, binfo;

@@ -144,8 +144,7 @@ static void TailBackward(SlipLowRank *m, PetscInt r, PetscReal y[])
   for (PetscInt i = 0; i < n; i++) y[i] += size * (PetscReal)m->x32[i];
 }
 
-/* Computes y += W lambda W' x without the terms |lambda| <= cutoff; the rows of W are distributed over the ranks of
-   comm. Collective. */
+/* Computes y += W lambda W' x without terms |lambda| <= cutoff; the ranks of comm share the rows of W. Collective. */
 PetscErrorCode SlipLowRankApply(SlipLowRank *m, MPI_Comm comm, PetscReal cutoff, const PetscReal x[], PetscReal y[])
 {
   PetscMPIInt size;

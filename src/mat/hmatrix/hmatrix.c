@@ -353,8 +353,7 @@ static PetscMPIInt Candidates(const HMat *h, const PetscMPIInt owner[], const Pa
   return found;
 }
 
-/* Computes keeper [list->n], the same on every process: pairs with one candidate come first, then others balance
-   loads. */
+/* Computes keeper [list->n], equal on all processes: pairs with one candidate come first, then others balance loads. */
 static PetscErrorCode Assign(Mat S, HMat *h, const PairList *list, PetscMPIInt keeper[])
 {
   const PetscInt *ranges;

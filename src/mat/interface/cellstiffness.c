@@ -22,8 +22,7 @@ static PetscErrorCode CellsOfRows(const SlipCells *c, PetscInt **cell)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes this process' rows of S, or of Kn if unit is 0: entries from the kernel, except those that follow by
-   symmetry. */
+/* Computes this process' rows of S, or of Kn if unit is 0, from the kernel, except entries that follow by symmetry */
 static PetscErrorCode CreateDense(MPI_Comm comm, const SlipCells *c, PetscReal unit, Mat *A)
 {
   const PetscInt columns = c->kernel.type->components, rows = unit == 0 ? 1 : columns;

@@ -206,8 +206,7 @@ static PetscErrorCode Cut(const SlipCells *c, PetscMPIInt size, const PetscReal 
   for (PetscInt k = 0; k < c->n; k++) {
     const PetscInt i = tree.perm[k], left = c->n - k;
 
-    /* begin the next part when a cell's middle is past the share, and early enough for each other part to have a
-       cell */
+    /* begin the next part when a cell's middle is past the share, or when the others need all remaining cells */
     if (n > 0 && r < size - 1 && (sum + cost[i] / 2 > total * (PetscReal)(r + 1) / size || left < size - r)) {
       r++;
       n = 0;

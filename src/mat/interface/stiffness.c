@@ -179,8 +179,7 @@ typedef struct {
   PetscReal value, other;
 } SlipEntriesFault;
 
-/* Checks that entries are finite, and symmetric relative to the largest entry of the matrix, as far entries are
-   small. */
+/* Checks that entries are finite, and symmetric relative to the largest entry, as far entries are small. */
 static void CheckFiniteAndSymmetric(PetscInt N, const PetscReal *e, SlipEntriesFault *fault)
 {
   PetscReal largest = 0;

@@ -279,8 +279,7 @@ static PetscErrorCode Form(SlipSecant c, PetscReal theta)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Updates the correction for this theta and these products with the exact viscosity; *changed: A has changed.
-   Collective. */
+/* Updates the correction for this theta and these exact products with H; *changed: A has changed. Collective. */
 PetscErrorCode SlipSecantUpdate(SlipSecant c, const SlipRecycled *known, PetscReal theta, PetscBool *changed)
 {
   PetscFunctionBegin;

@@ -8,8 +8,7 @@
 #include <slipcompat.h>
 #include <slipstep/private/slipmatviscosity.h>
 
-/* Number of cells up to which sketches are made in a run: their low-rank part takes 67 MB there, and the set-up 0.5
-   GB */
+/* Most cells for which sketches are made in a run: their low-rank part takes 67 MB there, and the set-up 0.5 GB */
 #define SLIP_SQRT_SKETCH_MAX 10000
 /* Processor time of the set-up of sketches is about N nz (nz EACH + ROW) [s], from 0.019 s at 20 x 20 over 0.37 s at
    50 x 50 to 4.4 s at 100 x 100 cells of a core of an AMD EPYC: within 1.3 of the clock from 400 to 10,000 cells. */

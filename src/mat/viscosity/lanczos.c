@@ -57,8 +57,7 @@ typedef struct {
 
 /* ---- the function of the tridiagonal matrix (pure) ---- */
 
-/* Computes c = T^(1/2) e_1, where T has alpha[m] on and beta[m - 1] beside its diagonal; *lowest is the least Ritz
-   value. */
+/* Computes c = T^(1/2) e_1; T has alpha[m] on and beta[m - 1] beside its diagonal; *lowest is the least Ritz value. */
 PetscErrorCode SlipRootOfTridiagonal(PetscInt m, const PetscReal alpha[], const PetscReal beta[], PetscReal c[],
                                      PetscReal *lowest)
 {
@@ -293,8 +292,7 @@ static PetscErrorCode GridDiagonal(Lanczos *l, PetscBool *found)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Estimates the diagonal from the mean of H_ii over factor sqrt(w_i S_ii) in some rows, accurately enough for
-   preconditioners. */
+/* Estimates the diagonal from the mean of H_ii over factor sqrt(w_i S_ii) in some rows, well enough to precondition. */
 static PetscErrorCode EstimateDiagonal(Lanczos *l)
 {
   PetscInt N, start, end, samples;

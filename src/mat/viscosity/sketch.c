@@ -338,8 +338,7 @@ PetscErrorCode SlipSketchCorrection(SlipCirculant strike, const PetscReal blocks
     *error = residual / (high * low); /* |dD| <= |R| / (2 low); measured: 1 to 2 times less than this */
     PetscCall(PetscInfo(NULL, "Viscosity, parity %" PetscInt_FMT ": %" PetscInt_FMT " columns, error %g\n", parity, s.r,
                         (double)*error));
-    if (*error <= 0.5 * tolerance || s.r == s.n || *error > 0.5 * last)
-      break; /* the last condition: only rounding is left */
+    if (*error <= 0.5 * tolerance || s.r == s.n || *error > 0.5 * last) break; /* the last: only rounding is left */
     last = *error;
     PetscCall(Grow(&s, PetscMax(32, s.grid->nz)));
   }
