@@ -32,7 +32,7 @@ static PetscReal Distance(const SlipFaultMeshFile *m, PetscInt a, PetscInt b)
   return PetscSqrtReal(PetscSqr(p[0] - q[0]) + PetscSqr(p[1] - q[1]) + PetscSqr(p[2] - q[2]));
 }
 
-/* Leaves vertices v with place[v] == v, in order; replaces others by vertex place[v], or removes them where it is -1. */
+/* Leaves vertices v with place[v] == v, in order; replaces others by vertex place[v], or removes them if it is -1. */
 static PetscErrorCode RemoveOtherVertices(SlipFaultMeshFile *m, PetscInt place[])
 {
   PetscInt kept = 0, *to;

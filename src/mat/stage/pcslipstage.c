@@ -128,7 +128,8 @@ static PetscErrorCode SetUpDiagonal(PCSlipStage *c)
 }
 
 /* Computes the inverse of diag(d) + S for a slope S = [s0 c; c s1], whose eigenvalues relative to d have the lower
-   limit of cells with one component. With d^-1/2 S d^-1/2 = sum e_k n_k n_k' it is sum d^-1/2 n_k n_k' d^-1/2 / (1 + e_k). */
+   limit of cells with one component: with d^-1/2 S d^-1/2 = sum e_k n_k n_k' it is sum d^-1/2 n_k n_k' d^-1/2/(1 +
+   e_k) */
 static void InvertBlock(PetscReal d[2], const PetscReal s[2], PetscReal c, PetscReal *beside)
 {
   const PetscReal root[] = {PetscSqrtReal(d[0]), PetscSqrtReal(d[1])}, a = s[0] / d[0], b = s[1] / d[1];
